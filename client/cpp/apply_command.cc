@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "absl/cleanup/cleanup.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "client/cpp/commands.h"
+#include "client/cpp/json_output.h"
+#include "client/cpp/lattice_json.h"
+#include "client/cpp/session.h"
+#include "client/cpp/surface_mesh.h"
+#include "client/cpp/text_table.h"
+#include "client/cpp/view_flags.h"
+#include "core/base/sha256.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct ApplyFlags {
+  std::string mesh, lattice, output, pipeline;
+  ViewFlags view{.encoding = "raw"};
+  SessionFlags session;
+  bool json = false;
+};
+
+void PrintResult(const ApplyFlags& flags, const FetchedSurface& surface, absl::Duration time,
+                 Console console) {
+  const uint64_t points = surface.mesh.positions.size(), triangles = surface.mesh.triangles.size();
+  if (flags.json) {
+    console.out << nlohmann::json{{"output", flags.output},
+                                  {"patches", surface.patches},
+                                  {"points", points},
+                                  {"triangles", triangles},
+                                  {"streamedBytes", surface.bytes},
+                                  {"seconds", absl::ToDoubleSeconds(time)}}
+                       .dump(2)
+                << '\n';
+    return;
+  }
+  console.out << fmt::format("{}: {} patches, {} points, {} triangles; {} streamed, {:.2f} s\n",
+                             flags.output, FormatCount(surface.patches), FormatCount(points),
+                             FormatCount(triangles), FormatBytes(surface.bytes),
+                             absl::ToDoubleSeconds(time));
+}
+
+absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, const MeshFile& file,
+                                      v1::Lattice lattice, Console console) {
+  const bool mesh_was_there = client.GetMesh(Sha256Hex(file.bytes)).ok();
+  const auto mesh = Upload(client, file, {}, console);
+  if (!mesh.ok()) return mesh.status();
+  // What is made here is for this call alone. A mesh that another has put into a scene meanwhile
+  // stays: without force it is not deleted.
+  const absl::Cleanup delete_mesh = [&] {
+    if (!mesh_was_there) (void)client.DeleteMesh(mesh->id(), /*force=*/false);
+  };
+  v1::CreateSceneRequest request;
+  request.set_mesh(mesh->id());
+  *request.add_lattices()->mutable_lattice() = std::move(lattice);
+  request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
+  const auto scene = client.CreateScene(std::move(request));
+  if (!scene.ok()) return scene.status();
+  const absl::Cleanup delete_scene = [&] { (void)client.DeleteScene(scene->id()); };
+  return FetchSurface(client, scene->id(), ToProto(flags.view), *mesh, file, console);
+}
+
+absl::Status Run(const ApplyFlags& flags, Console console) {
+  const absl::Time start = absl::Now();
+  const auto file = ReadMeshFile(flags.mesh);
+  if (!file.ok()) return file.status();
+  const auto json = ReadFile(flags.lattice);
+  if (!json.ok()) return json.status();
+  auto lattice = LatticeFromJson(*json, flags.lattice);
+  if (!lattice.ok()) return lattice.status();
+  auto session = Session::Open(flags.session);
+  if (!session.ok()) return session.status();
+  const auto surface = Deform(session->client(), flags, *file, *std::move(lattice), console);
+  if (!surface.ok()) return session->Explain(surface.status());
+  if (auto status = WriteMeshFile(flags.output, surface->mesh); !status.ok()) return status;
+  PrintResult(flags, *surface, absl::Now() - start, console);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddApplyCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<ApplyFlags>();
+  CLI::App* command = app.add_subcommand("apply", "Deforms a mesh by a lattice");
+  command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")->required();
+  command->add_option("--lattice", flags->lattice, "JSON file of the lattice")->required();
+  command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB or DRC file to write")
+      ->required()
+      ->check(CheckMeshFileName);
+  AddViewFlags(*command, flags->view);
+  AddPipelineFlag(*command, flags->pipeline);
+  AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
+  AddJsonFlag(*command, flags->json);
+  command->callback(
+      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+}
+
+}  // namespace latticed::client

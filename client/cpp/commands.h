@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The commands of latticectl, one file each. Add… declares a command's options; parsing a command
+// line that names it sets CommandLine::action, which does the work.
+#ifndef LATTICED_CLIENT_CPP_COMMANDS_H_
+#define LATTICED_CLIENT_CPP_COMMANDS_H_
+
+#include <functional>
+
+#include "absl/status/status.h"
+#include "client/cpp/console.h"
+
+namespace CLI {
+class App;
+}
+
+namespace latticed::client {
+
+struct CommandLine {
+  Console console;
+  std::function<absl::Status()> action;
+};
+
+void AddInfoCommand(CLI::App& app, CommandLine& line);
+void AddSampleCommand(CLI::App& app, CommandLine& line);
+void AddMeshCommands(CLI::App& app, CommandLine& line);  // upload, meshes [delete]
+void AddLatticeCommand(CLI::App& app, CommandLine& line);
+void AddApplyCommand(CLI::App& app, CommandLine& line);
+void AddSceneCommands(CLI::App& app, CommandLine& line);  // scene create|list|show|delete
+void AddEditCommands(CLI::App& app,
+                     CommandLine& line);  // edit move|set|insert-knot|reset|undo|redo
+void AddWatchCommand(CLI::App& app, CommandLine& line);
+void AddExportCommand(CLI::App& app, CommandLine& line);
+void AddBenchCommand(CLI::App& app, CommandLine& line);
+void AddQuickstartCommand(CLI::App& app, CommandLine& line);
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_COMMANDS_H_

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <ostream>
+
+#include "client/cpp/commands.h"
+#include "client/cpp/json_output.h"
+#include "client/cpp/session.h"
+#include "client/cpp/text_table.h"
+#include "client/cpp/view_flags.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct InfoFlags {
+  SessionFlags session;
+  bool json = false;
+};
+
+void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
+  TextTable table;
+  table.AddRow({"version", info.version()});
+  table.AddRow({"node", info.node()});
+  table.AddRow({"boot id", info.boot_id()});
+  for (const auto& backend : info.backends()) {
+    table.AddRow({"backend", fmt::format("{}: {}", backend.name(), backend.description())});
+  }
+  std::string encodings;
+  for (const int encoding : info.encodings()) {
+    encodings +=
+        (encodings.empty() ? "" : ", ") + EncodingName(static_cast<v1::Encoding>(encoding));
+  }
+  table.AddRow({"encodings", encodings});
+  const v1::ServerLimits& limits = info.limits();
+  table.AddRow({"largest upload", FormatBytes(limits.max_mesh_bytes())});
+  table.AddRow({"host memory", FormatBytes(limits.max_host_bytes())});
+  table.AddRow({"segments", fmt::format("{} to {}", limits.min_segments(), limits.max_segments())});
+  table.AddRow(
+      {"control points",
+       fmt::format("up to {}", FormatCount(static_cast<uint64_t>(limits.max_control_points())))});
+  table.Print(out);
+}
+
+absl::Status Run(const InfoFlags& flags, Console console) {
+  auto session = Session::Open(flags.session);
+  if (!session.ok()) return session.status();
+  const auto info = session->client().GetServerInfo();
+  if (!info.ok()) return session->Explain(info.status());
+  if (flags.json) {
+    console.out << MessageJson(*info);
+  } else {
+    PrintInfo(*info, console.out);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddInfoCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<InfoFlags>();
+  CLI::App* command = app.add_subcommand("info", "Says what a server is and can do");
+  AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
+  AddJsonFlag(*command, flags->json);
+  command->callback(
+      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+}
+
+}  // namespace latticed::client

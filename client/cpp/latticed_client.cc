@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/latticed_client.h"
+
+#include <random>
+#include <utility>
+
+#include "client/cpp/latticed_client_reply.h"
+#include "core/base/sha256.h"
+#include "fmt/format.h"
+#include "grpcpp/create_channel.h"
+#include "grpcpp/security/credentials.h"
+
+namespace latticed::client {
+namespace {
+
+std::string RandomHexDigits() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
+}
+
+template <typename Stub, typename Request, typename Response>
+absl::StatusOr<Response> Call(
+    Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+    const std::unique_ptr<grpc::ClientContext>& context, const Request& request) {
+  Response response;
+  const grpc::Status status = (stub.*method)(context.get(), request, &response);
+  if (!status.ok()) return FromGrpc(status, *context);
+  return response;
+}
+
+}  // namespace
+
+std::string RandomSceneId() { return RandomHexDigits(); }
+
+std::string RandomEditorId() {
+  std::string hex = RandomHexDigits();
+  hex[12] = '4';                                       // version: random
+  hex[16] = "89ab"[static_cast<size_t>(hex[16]) % 4];  // variant: RFC 4122
+  return fmt::format("{}-{}-{}-{}-{}", hex.substr(0, 8), hex.substr(8, 4), hex.substr(12, 4),
+                     hex.substr(16, 4), hex.substr(20));
+}
+
+std::unique_ptr<Client> Client::Connect(const Connection& connection) {
+  std::shared_ptr<grpc::ChannelCredentials> credentials = grpc::InsecureChannelCredentials();
+  if (connection.tls || !connection.tls_ca_pem.empty() || !connection.tls_cert_pem.empty()) {
+    credentials = grpc::SslCredentials(
+        {connection.tls_ca_pem, connection.tls_key_pem, connection.tls_cert_pem});
+  }
+  return std::make_unique<Client>(grpc::CreateChannel(connection.address, credentials),
+                                  connection.token);
+}
+
+Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token)
+    : token_(std::move(token)),
+      server_(v1::ServerService::NewStub(channel)),
+      meshes_(v1::MeshService::NewStub(channel)),
+      scenes_(v1::SceneService::NewStub(channel)) {}
+
+std::unique_ptr<grpc::ClientContext> Client::NewContext(const std::string& scene) const {
+  auto context = std::make_unique<grpc::ClientContext>();
+  if (!token_.empty()) context->AddMetadata("authorization", "Bearer " + token_);
+  if (!scene.empty()) context->AddMetadata("latticed-scene", scene);
+  return context;
+}
+
+absl::StatusOr<v1::ServerInfo> Client::GetServerInfo() {
+  return Call(*server_, &v1::ServerService::Stub::GetServerInfo, NewContext(),
+              v1::GetServerInfoRequest());
+}
+
+absl::StatusOr<v1::Mesh> Client::GetMesh(const std::string& id) {
+  v1::GetMeshRequest request;
+  request.set_mesh(id);
+  return Call(*meshes_, &v1::MeshService::Stub::GetMesh, NewContext(), request);
+}
+
+absl::StatusOr<std::vector<v1::Mesh>> Client::ListMeshes(const std::string& filter) {
+  v1::ListMeshesRequest request;
+  request.set_filter(filter);
+  std::vector<v1::Mesh> meshes;
+  do {
+    const auto page = Call(*meshes_, &v1::MeshService::Stub::ListMeshes, NewContext(), request);
+    if (!page.ok()) return page.status();
+    meshes.insert(meshes.end(), page->meshes().begin(), page->meshes().end());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  return meshes;
+}
+
+absl::Status Client::DeleteMesh(const std::string& mesh, bool force) {
+  v1::DeleteMeshRequest request;
+  request.set_mesh(mesh);
+  request.set_force(force);
+  return Call(*meshes_, &v1::MeshService::Stub::DeleteMesh, NewContext(), request).status();
+}
+
+absl::StatusOr<v1::Scene> Client::CreateScene(v1::CreateSceneRequest request) {
+  if (request.scene_id().empty()) request.set_scene_id(RandomSceneId());
+  return Call(*scenes_, &v1::SceneService::Stub::CreateScene, NewContext(request.scene_id()),
+              request);
+}
+
+absl::StatusOr<v1::Scene> Client::GetScene(const std::string& id) {
+  v1::GetSceneRequest request;
+  request.set_scene(id);
+  return Call(*scenes_, &v1::SceneService::Stub::GetScene, NewContext(id), request);
+}
+
+absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& filter) {
+  v1::ListScenesRequest request;
+  request.set_filter(filter);
+  std::vector<v1::Scene> scenes;
+  do {
+    const auto page = Call(*scenes_, &v1::SceneService::Stub::ListScenes, NewContext(), request);
+    if (!page.ok()) return page.status();
+    scenes.insert(scenes.end(), page->scenes().begin(), page->scenes().end());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  return scenes;
+}
+
+absl::Status Client::DeleteScene(const std::string& scene) {
+  v1::DeleteSceneRequest request;
+  request.set_scene(scene);
+  return Call(*scenes_, &v1::SceneService::Stub::DeleteScene, NewContext(scene), request).status();
+}
+
+absl::StatusOr<v1::LatticeState> Client::GetLattice(const std::string& scene) {
+  v1::GetLatticeRequest request;
+  request.set_scene(scene);
+  return Call(*scenes_, &v1::SceneService::Stub::GetLattice, NewContext(scene), request);
+}
+
+absl::StatusOr<v1::EditResult> Client::ApplyEdits(const v1::EditBatch& batch) {
+  const Turns::Turn turn =
+      edit_turns_.Wait(fmt::format("{} {}", batch.scene(), batch.editor_id()), batch.sequence());
+  return Call(*scenes_, &v1::SceneService::Stub::ApplyEdits, NewContext(batch.scene()), batch);
+}
+
+absl::StatusOr<v1::EvaluatePointsResponse> Client::EvaluatePoints(
+    const v1::EvaluatePointsRequest& request) {
+  return Call(*scenes_, &v1::SceneService::Stub::EvaluatePoints, NewContext(request.scene()),
+              request);
+}
+
+absl::StatusOr<std::unique_ptr<WatchStream>> Client::Watch(v1::WatchRequest watch) {
+  return WatchStream::Open(this, std::move(watch));
+}
+
+absl::StatusOr<std::unique_ptr<DeformStream>> Client::Deform(v1::WatchRequest watch) {
+  return DeformStream::Open(this, std::move(watch));
+}
+
+}  // namespace latticed::client

@@ -1,0 +1,115 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <ostream>
+
+#include "absl/strings/str_split.h"
+#include "client/cpp/commands.h"
+#include "client/cpp/json_output.h"
+#include "client/cpp/session.h"
+#include "client/cpp/surface_mesh.h"
+#include "client/cpp/text_table.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct MeshFlags {
+  SessionFlags session;
+  std::string file, name, filter;
+  std::vector<std::string> labels;  // key=value
+  std::vector<std::string> ids;     // to be deleted
+  bool force = false;
+  bool json = false;
+};
+
+void PrintMeshes(const std::vector<v1::Mesh>& meshes, std::ostream& out) {
+  TextTable table({"MESH", "NAME", "VERTICES", "FACES", "BYTES", "SCENES"});
+  for (const v1::Mesh& mesh : meshes) {
+    table.AddRow({mesh.id(), mesh.name(), FormatCount(mesh.vertices()), FormatCount(mesh.faces()),
+                  FormatBytes(mesh.total_bytes()), FormatCount(mesh.scenes())});
+  }
+  table.Print(out);
+}
+
+absl::Status RunUpload(const MeshFlags& flags, Console console) {
+  const auto file = ReadMeshFile(flags.file);
+  if (!file.ok()) return file.status();
+  auto session = Session::Open(flags.session);
+  if (!session.ok()) return session.status();
+  v1::MeshHeader header;
+  header.set_name(flags.name);
+  for (const std::string& label : flags.labels) {
+    const std::pair<std::string, std::string> entry =
+        absl::StrSplit(label, absl::MaxSplits('=', 1));
+    (*header.mutable_labels())[entry.first] = entry.second;
+  }
+  const auto mesh = Upload(session->client(), *file, std::move(header), console);
+  if (!mesh.ok()) return session->Explain(mesh.status());
+  if (flags.json) {
+    console.out << MessageJson(*mesh);
+  } else {
+    PrintMeshes({*mesh}, console.out);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RunList(const MeshFlags& flags, Console console) {
+  auto session = Session::Open(flags.session);
+  if (!session.ok()) return session.status();
+  const auto meshes = session->client().ListMeshes(flags.filter);
+  if (!meshes.ok()) return session->Explain(meshes.status());
+  if (flags.json) {
+    PrintJsonArray(*meshes, console.out);
+  } else {
+    PrintMeshes(*meshes, console.out);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RunDelete(const MeshFlags& flags, Console console) {
+  auto session = Session::Open(flags.session);
+  if (!session.ok()) return session.status();
+  std::vector<std::string> deleted;
+  absl::Status status;
+  for (const std::string& id : flags.ids) {
+    status = session->client().DeleteMesh(id, flags.force);
+    if (!status.ok()) break;
+    deleted.push_back(id);
+    if (!flags.json) console.out << fmt::format("mesh {} is deleted\n", id);
+  }
+  if (flags.json) PrintDeleted(deleted, console.out);
+  return session->Explain(status);
+}
+
+}  // namespace
+
+void AddMeshCommands(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<MeshFlags>();
+  CLI::App* upload = app.add_subcommand("upload", "Uploads a mesh file");
+  upload->add_option("mesh", flags->file, "OBJ, PLY, STL, GLB or DRC file")->required();
+  upload->add_option("--name", flags->name, "Name for people; by default the file's");
+  upload->add_option("--label", flags->labels, "Label key=value; may be repeated");
+  AddSessionFlags(*upload, flags->session, ServerChoice::kRequired);
+  AddJsonFlag(*upload, flags->json);
+  upload->callback(
+      [flags, &line] { line.action = [flags, &line] { return RunUpload(*flags, line.console); }; });
+
+  CLI::App* list = app.add_subcommand("meshes", "Lists or deletes the meshes of a server");
+  list->add_option("--filter", flags->filter,
+                   "Labels that must hold: key=value or key, with commas");
+  AddSessionFlags(*list, flags->session, ServerChoice::kRequired);
+  AddJsonFlag(*list, flags->json);
+  CLI::App* remove = list->add_subcommand("delete", "Deletes meshes");
+  remove->add_option("mesh", flags->ids, "Ids of the meshes")->required();
+  remove->add_flag("--force", flags->force, "Delete the scenes that use them too; role admin");
+  AddSessionFlags(*remove, flags->session, ServerChoice::kRequired);
+  AddJsonFlag(*remove, flags->json);
+  list->callback([flags, list, &line] {
+    const auto run = list->get_subcommands().empty() ? RunList : RunDelete;
+    line.action = [flags, run, &line] { return run(*flags, line.console); };
+  });
+}
+
+}  // namespace latticed::client

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/session.h"
+
+#include <CLI/CLI.hpp>
+
+#include "client/cpp/files.h"
+#include "core/base/error.h"
+#include "fmt/format.h"
+#include "server/in_process.h"
+#include "server/options.h"
+
+namespace latticed::client {
+namespace {
+
+absl::StatusOr<Connection> ToConnection(const SessionFlags& flags) {
+  Connection connection{.address = flags.server, .token = flags.token, .tls = flags.tls};
+  const std::pair<const std::string&, std::string&> files[] = {
+      {flags.tls_ca, connection.tls_ca_pem},
+      {flags.tls_cert, connection.tls_cert_pem},
+      {flags.tls_key, connection.tls_key_pem}};
+  for (const auto& [path, pem] : files) {
+    if (path.empty()) continue;
+    auto bytes = ReadFile(path);
+    if (!bytes.ok()) return bytes.status();
+    pem = *std::move(bytes);
+  }
+  return connection;
+}
+
+}  // namespace
+
+void AddSessionFlags(CLI::App& command, SessionFlags& flags, ServerChoice choice) {
+  CLI::Option* server = command.add_option("--server", flags.server, "Address of a running server");
+  if (choice == ServerChoice::kRequired) {
+    flags.server = Options{}.listen;
+    server->envname("LATTICED_SERVER")->capture_default_str();
+  } else {
+    server->description("Address of a running server; without it one runs in this process");
+    CLI::Option* backend =
+        command.add_option("--backend", flags.backend, "Backend of the server in this process")
+            ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+            ->capture_default_str();
+    backend->excludes(server);
+  }
+  command.add_option("--token", flags.token, "Bearer token")->envname("LATTICED_TOKEN");
+  command.add_flag("--tls", flags.tls, "Use TLS with the system's roots");
+  command.add_option("--tls-ca", flags.tls_ca, "PEM file of roots to trust; implies TLS");
+  CLI::Option* cert =
+      command.add_option("--tls-cert", flags.tls_cert, "PEM file of the client's certificate");
+  CLI::Option* key = command.add_option("--tls-key", flags.tls_key, "PEM file of its key");
+  cert->needs(key);
+  key->needs(cert);
+}
+
+Session::Session() = default;
+Session::Session(Session&&) noexcept = default;
+Session::~Session() {
+  client_.reset();  // its channel before its server
+}
+
+absl::StatusOr<Session> Session::Open(const SessionFlags& flags) {
+  Session session;
+  if (!flags.server.empty()) {
+    auto connection = ToConnection(flags);
+    if (!connection.ok()) return connection.status();
+    session.address_ = flags.server;
+    session.client_ = Client::Connect(*connection);
+    return session;
+  }
+  Options options;
+  options.backend = flags.backend;
+  options.log_level = "warn";  // its log is this program's error output
+  options.drain_delay = absl::ZeroDuration();
+  auto server = InProcessServer::Start(options);
+  if (!server.ok()) return server.status();
+  session.server_ = *std::move(server);
+  session.client_ = std::make_unique<Client>(session.server_->channel(), "");
+  return session;
+}
+
+absl::Status Session::Explain(const absl::Status& status) const {
+  if (!absl::IsUnavailable(status) || address_.empty()) return status;
+  // A server that answered, but drains for instance, says itself what to do.
+  if (error::DetailsOf(status).metadata.contains("request_id")) return status;
+  return absl::UnavailableError(
+      fmt::format("{}; no answer from {}: start a server there with 'latticed --listen {}', or "
+                  "name another one with --server",
+                  std::string(status.message()), address_, address_));
+}
+
+}  // namespace latticed::client

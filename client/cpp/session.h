@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How a command reaches a server: at an address, or one that it runs in its own process, over a
+// real gRPC channel either way.
+#ifndef LATTICED_CLIENT_CPP_SESSION_H_
+#define LATTICED_CLIENT_CPP_SESSION_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "client/cpp/latticed_client.h"
+
+namespace CLI {
+class App;
+}
+
+namespace latticed {
+class InProcessServer;  // server/in_process.h
+}
+
+namespace latticed::client {
+
+struct SessionFlags {
+  std::string server;  // empty: in this process, where the command may
+  std::string backend = "auto";
+  std::string token;
+  bool tls = false;
+  std::string tls_ca, tls_cert, tls_key;  // PEM files
+};
+
+enum class ServerChoice {
+  kRequired,   // --server, by default $LATTICED_SERVER, else the daemon's own default address
+  kInProcess,  // as well, without --server: --backend names what runs here
+};
+void AddSessionFlags(CLI::App& command, SessionFlags& flags, ServerChoice choice);
+
+class Session {
+ public:
+  [[nodiscard]] static absl::StatusOr<Session> Open(const SessionFlags& flags);
+  Session(Session&&) noexcept;
+  ~Session();
+
+  Client& client() { return *client_; }
+  // Adds to an error what a person can do about it.
+  absl::Status Explain(const absl::Status& status) const;
+
+ private:
+  Session();
+  std::string address_;  // empty: in this process
+  std::unique_ptr<InProcessServer> server_;
+  std::unique_ptr<Client> client_;
+};
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_SESSION_H_

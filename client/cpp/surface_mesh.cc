@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/surface_mesh.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "client/cpp/latticed_client_mesh.h"
+#include "client/cpp/progress_bar.h"
+
+namespace latticed::client {
+namespace {
+
+const char* UpAxisName(v1::UpAxis axis) {
+  switch (axis) {
+    case v1::UP_AXIS_X:
+      return "x";
+    case v1::UP_AXIS_Y:
+      return "y";
+    case v1::UP_AXIS_Z:
+      return "z";
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Mesh> Upload(Client& client, const MeshFile& file, v1::MeshHeader header,
+                                Console console) {
+  if (header.name().empty()) header.set_name(std::filesystem::path(file.path).filename().string());
+  header.set_format(ToProto(file.format));
+  ProgressBar bar(console, "upload", ProgressBar::Unit::kBytes);
+  return client.UploadMesh(file.bytes, std::move(header), bar.callback());
+}
+
+absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& scene,
+                                            const v1::ViewOptions& view, const v1::Mesh& mesh,
+                                            const MeshFile& file, Console console) {
+  v1::GetUpdateRequest request;
+  request.set_scene(scene);
+  *request.mutable_view() = view;
+  ProgressBar bar(console, "surface", ProgressBar::Unit::kNone);
+  const auto surface = client.GetUpdate(request, bar.callback());
+  if (!surface.ok()) return surface.status();
+  auto points = surface->Decode();
+  if (!points.ok()) return points.status();
+  auto assembled = AssembleMesh(surface->topology(), *std::move(points));
+  if (!assembled.ok()) return assembled.status();
+  FetchedSurface result{.mesh = *std::move(assembled),
+                        .patches = surface->topology().patch_count(),
+                        .revision = surface->revision(),
+                        .bytes = surface->bytes()};
+  result.mesh.units = MeshUnits{UpAxisName(mesh.up_axis()), mesh.meters_per_unit()};
+  if (!mesh.has_uvs() && mesh.groups_size() == 0) return result;
+
+  const auto source = ParseMesh(file);
+  if (!source.ok()) return source.status();
+  const auto provenance = client.GetTopology(scene, surface->topology().topology_id());
+  if (!provenance.ok()) return provenance.status();
+  const auto status = CarryAttributes(*source, surface->topology(), *provenance, &result.mesh);
+  if (!status.ok()) return status;
+  return result;
+}
+
+}  // namespace latticed::client

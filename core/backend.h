@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The one interface of evaluation. Backends are objects chosen at run time by name; a call is a
+// frame, not a kernel, so virtual dispatch costs nothing. All that does not depend on control
+// points is in the plan, made on the host and shared: parity by construction.
+//
+//   Backend --Prepare(plan, pipeline)--> DeformTarget --CreateView(spec)--> DeformView
+//
+//   DeformView::Evaluate  control points -> vertices of the named chunks, where the backend keeps
+//   them DeformView::Read      vertices of one chunk -> host memory, in wire layout
+//   DeformView::Encode    vertices of chunks -> encoded bytes in host memory
+//
+// Positions are relative to plan->local_origin (float32) or to the quantisation box (integers).
+// Threads  a DeformTarget is immutable and may be shared; a DeformView is used by one thread at a
+// time.
+#ifndef LATTICED_CORE_BACKEND_H_
+#define LATTICED_CORE_BACKEND_H_
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/ffd/deform_plan.h"
+#include "core/ffd/quantisation_box.h"
+
+namespace latticed {
+
+// How vertices are computed; all give the same answer within DESIGN §2's precision.
+enum class Pipeline {
+  kFused,       // lattice to vertices in one pass
+  kGemm,        // formulas (24), (25): one product each; the reference
+  kGemm12,      // formulas (18), (21)-(23): three small products, then nine
+  kControlNet,  // formulas (6), (17): Bézier control points first
+};
+[[nodiscard]] std::string_view PipelineName(Pipeline pipeline);  // "fused", "gemm", …
+[[nodiscard]] absl::StatusOr<Pipeline> PipelineFromName(std::string_view name);
+
+enum class NormalMode { kNone, kFacet, kSmooth };
+
+// How a view keeps its vertices. Chunk-major; a chunk's points are patch-major in pattern order.
+enum class VertexFormat {
+  kFloat32,    // interleaved x y z [nx ny nz]: the RAW encoding
+  kQuantised,  // planar uint16 x[] y[] z[], then [uint8 (normal_bits <= 8) or uint16 s[] t[]]
+};
+
+enum class Encoding { kRaw, kQuantised, kDracoPoints, kDracoMesh };
+[[nodiscard]] VertexFormat FormatOf(Encoding encoding);
+
+struct ViewSpec {
+  int segments = 10;
+  NormalMode normals = NormalMode::kFacet;
+  VertexFormat format = VertexFormat::kQuantised;
+  int position_bits = 12;  // ignored for kFloat32
+  int normal_bits = 8;     // ignored for kFloat32
+  // Keep vertices in the backend's own lane order instead of point order where it has one: the
+  // fastest stores. Read and Encode still answer in point order.
+  bool lane_order = false;
+
+  friend auto operator<=>(const ViewSpec&, const ViewSpec&) = default;
+};
+
+// Bytes of one point in wire layout.
+[[nodiscard]] size_t BytesPerPoint(const ViewSpec& spec);
+
+// Reference-counted immutable bytes: a slice of a buffer that `owner` keeps alive.
+struct SharedBytes {
+  std::shared_ptr<const void> owner;
+  const uint8_t* data = nullptr;
+  size_t size = 0;
+  std::span<const uint8_t> span() const { return {data, size}; }
+};
+[[nodiscard]] SharedBytes MakeSharedBytes(std::vector<uint8_t> bytes);
+
+// Bytes by purpose: "plan", "stage_matrices", "samples", "vertices", "staging", "chunks".
+using MemoryUse = std::map<std::string, uint64_t>;
+
+class DeformView {
+ public:
+  virtual ~DeformView() = default;
+
+  virtual const ViewSpec& spec() const = 0;
+
+  // Brings the vertices of `chunks` (sorted, distinct) to `control_points` under `box`. The first
+  // call must name all chunks, as must one with another box. GEMM pipelines evaluate all patches
+  // whatever is named. kUnavailable when the device is lost.
+  [[nodiscard]] virtual absl::Status Evaluate(std::span<const Vec3d> control_points,
+                                              const QuantisationBox& box,
+                                              std::span<const uint32_t> chunks) = 0;
+
+  // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes.
+  [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;
+
+  // Encodes the vertices of `chunks`, results in the same order. The encoding's format must be the
+  // view's.
+  [[nodiscard]] virtual absl::StatusOr<std::vector<SharedBytes>> Encode(
+      std::span<const uint32_t> chunks, Encoding encoding) = 0;
+
+  [[nodiscard]] virtual MemoryUse memory() const = 0;
+};
+
+class DeformTarget {
+ public:
+  virtual ~DeformTarget() = default;
+  virtual const DeformPlan& plan() const = 0;
+  virtual Pipeline pipeline() const = 0;
+  // kInvalidArgument for a spec out of limits; kResourceExhausted with asked and free bytes.
+  [[nodiscard]] virtual absl::StatusOr<std::unique_ptr<DeformView>> CreateView(
+      const ViewSpec& spec) = 0;
+  // Bézier control nets of patches [first, last): m x 3 doubles a patch, world coordinates, in the
+  // order T_{n,0,0}, T_{n-1,1,0}, …, T_{0,0,n} of formula (3).
+  [[nodiscard]] virtual absl::StatusOr<std::vector<double>> ControlNets(
+      std::span<const Vec3d> control_points, size_t first, size_t last) = 0;
+  [[nodiscard]] virtual MemoryUse memory() const = 0;
+};
+
+class Backend {
+ public:
+  virtual ~Backend() = default;
+  virtual std::string_view name() const = 0;  // "cpu", "cuda"
+  // What runs it, for people: "AVX-512, 2 threads, OpenBLAS SkylakeX".
+  virtual std::string description() const = 0;
+  [[nodiscard]] virtual absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(
+      std::shared_ptr<const DeformPlan> plan, Pipeline pipeline) = 0;
+};
+
+[[nodiscard]] absl::Status Validate(const ViewSpec& spec);
+[[nodiscard]] size_t ChunkPoints(const DeformPlan& plan, size_t chunk, int segments);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_BACKEND_H_

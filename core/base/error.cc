@@ -1,0 +1,170 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/base/error.h"
+
+#include <vector>
+
+#include "absl/strings/cord.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_split.h"
+#include "fmt/format.h"
+
+namespace latticed::error {
+namespace {
+
+constexpr char kPayloadUrl[] = "latticed/error-details";
+// Separates the fields of the payload; no reason, field path, id or number holds a control
+// character.
+constexpr char kSeparator = '\x1f';
+
+absl::Status Make(absl::StatusCode code, std::string_view message, const Details& details) {
+  return WithDetails(absl::Status(code, std::string(message)), details);
+}
+
+std::string_view ReasonOfCode(absl::StatusCode code) {
+  switch (code) {
+    case absl::StatusCode::kInvalidArgument:
+      return "INVALID_FIELD";
+    case absl::StatusCode::kNotFound:
+      return "NOT_FOUND";
+    case absl::StatusCode::kAlreadyExists:
+      return "ALREADY_EXISTS";
+    case absl::StatusCode::kResourceExhausted:
+      return "OUT_OF_MEMORY";
+    case absl::StatusCode::kUnimplemented:
+      return "UNSUPPORTED";
+    case absl::StatusCode::kUnauthenticated:
+      return "UNAUTHENTICATED";
+    case absl::StatusCode::kPermissionDenied:
+      return "PERMISSION_DENIED";
+    case absl::StatusCode::kUnavailable:
+      return "UNAVAILABLE";
+    case absl::StatusCode::kCancelled:
+      return "CANCELLED";
+    case absl::StatusCode::kDeadlineExceeded:
+      return "DEADLINE_EXCEEDED";
+    default:
+      return "INTERNAL";
+  }
+}
+
+}  // namespace
+
+absl::Status WithDetails(absl::Status status, const Details& details) {
+  std::string payload =
+      fmt::format("{1}{0}{2}{0}{3}{0}{4}{0}{5}", kSeparator, details.reason, details.field,
+                  details.asked_bytes, details.free_bytes, details.retry_after_ms);
+  for (const auto& [key, value] : details.metadata) {
+    payload += fmt::format("{0}{1}{0}{2}", kSeparator, key, value);
+  }
+  status.SetPayload(kPayloadUrl, absl::Cord(payload));
+  return status;
+}
+
+Details DetailsOf(const absl::Status& status) {
+  Details details;
+  const auto payload = status.GetPayload(kPayloadUrl);
+  if (!payload.has_value()) {
+    details.reason = std::string(ReasonOfCode(status.code()));
+    return details;
+  }
+  const std::string text(*payload);
+  const std::vector<std::string> parts = absl::StrSplit(text, kSeparator);
+  if (parts.size() < 5) return details;
+  details.reason = parts[0];
+  details.field = parts[1];
+  (void)absl::SimpleAtoi(parts[2], &details.asked_bytes);
+  (void)absl::SimpleAtoi(parts[3], &details.free_bytes);
+  (void)absl::SimpleAtoi(parts[4], &details.retry_after_ms);
+  for (size_t i = 5; i + 1 < parts.size(); i += 2) details.metadata[parts[i]] = parts[i + 1];
+  return details;
+}
+
+absl::Status InvalidField(std::string_view field, std::string_view problem,
+                          std::string_view reason) {
+  return Make(absl::StatusCode::kInvalidArgument, fmt::format("{}: {}", field, problem),
+              {.reason = std::string(reason), .field = std::string(field)});
+}
+
+absl::Status OutOfRange(std::string_view field, double got, double lowest, double highest) {
+  return InvalidField(field, fmt::format("got {}, allowed is {} to {}", got, lowest, highest),
+                      "OUT_OF_RANGE");
+}
+
+absl::Status NotFinite(std::string_view field) {
+  return InvalidField(field, "holds NaN or infinity; all numbers must be finite", "NOT_FINITE");
+}
+
+absl::Status MalformedFile(std::string_view format, std::string_view where,
+                           std::string_view problem) {
+  return Make(absl::StatusCode::kInvalidArgument,
+              fmt::format("data: not a valid {} file, {}: {}", format, where, problem),
+              {.reason = "MALFORMED_FILE",
+               .field = "data",
+               .metadata = {{"format", std::string(format)}, {"where", std::string(where)}}});
+}
+
+absl::Status NotFound(std::string_view kind, std::string_view id) {
+  return Make(
+      absl::StatusCode::kNotFound, fmt::format("no {} with id '{}'", kind, id),
+      {.reason = "NOT_FOUND", .metadata = {{"kind", std::string(kind)}, {"id", std::string(id)}}});
+}
+
+absl::Status OutOfMemory(std::string_view what, uint64_t asked_bytes, uint64_t free_bytes) {
+  return Make(absl::StatusCode::kResourceExhausted,
+              fmt::format("{} needs {} bytes, {} are free", what, asked_bytes, free_bytes),
+              {.reason = "OUT_OF_MEMORY", .asked_bytes = asked_bytes, .free_bytes = free_bytes});
+}
+
+absl::Status AllocationFailed(std::string_view what) {
+  return Make(absl::StatusCode::kResourceExhausted,
+              fmt::format("{} needs more memory than the machine has left", what),
+              {.reason = "OUT_OF_MEMORY"});
+}
+
+absl::Status LimitExceeded(std::string_view what, uint64_t limit) {
+  return Make(absl::StatusCode::kResourceExhausted,
+              fmt::format("no more {}: at most {} at a time; close one and try again", what, limit),
+              {.reason = "LIMIT_EXCEEDED", .metadata = {{"limit", fmt::format("{}", limit)}}});
+}
+
+absl::Status FailedPrecondition(std::string_view reason, std::string_view message) {
+  return Make(absl::StatusCode::kFailedPrecondition, message, {.reason = std::string(reason)});
+}
+
+absl::Status Aborted(std::string_view reason, std::string_view message) {
+  return Make(absl::StatusCode::kAborted, message, {.reason = std::string(reason)});
+}
+
+absl::Status AlreadyExists(std::string_view kind, std::string_view id) {
+  return Make(absl::StatusCode::kAlreadyExists,
+              fmt::format("another {} with id '{}' exists", kind, id),
+              {.reason = "ALREADY_EXISTS",
+               .metadata = {{"kind", std::string(kind)}, {"id", std::string(id)}}});
+}
+
+absl::Status Unsupported(std::string_view field, std::string_view what) {
+  return InvalidField(field, fmt::format("this server does not know {}", what), "UNSUPPORTED");
+}
+
+absl::Status Unimplemented(std::string_view what) {
+  return Make(absl::StatusCode::kUnimplemented, fmt::format("{} is not implemented", what),
+              {.reason = "UNSUPPORTED"});
+}
+
+absl::Status Unauthenticated(std::string_view problem) {
+  return Make(absl::StatusCode::kUnauthenticated, problem, {.reason = "UNAUTHENTICATED"});
+}
+
+absl::Status PermissionDenied(std::string_view problem, std::string_view role_needed) {
+  return Make(absl::StatusCode::kPermissionDenied, problem,
+              {.reason = "PERMISSION_DENIED", .metadata = {{"role", std::string(role_needed)}}});
+}
+
+absl::Status Unavailable(std::string_view reason, std::string_view message,
+                         uint32_t retry_after_ms) {
+  return Make(absl::StatusCode::kUnavailable, message,
+              {.reason = std::string(reason), .retry_after_ms = retry_after_ms});
+}
+
+}  // namespace latticed::error

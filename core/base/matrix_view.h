@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A non-owning column-major matrix in host memory: element (r, c) is data[r + c * stride].
+#ifndef LATTICED_CORE_BASE_MATRIX_VIEW_H_
+#define LATTICED_CORE_BASE_MATRIX_VIEW_H_
+
+#include <cstddef>
+
+namespace latticed {
+
+template <typename T>
+struct MatrixView {
+  T* data = nullptr;
+  size_t rows = 0;
+  size_t columns = 0;
+  size_t stride = 0;  // elements from one column to the next; >= rows
+
+  T& operator()(size_t row, size_t column) const { return data[row + column * stride]; }
+  // Implicit, as from a span of T to one of const T.
+  // NOLINTNEXTLINE(google-explicit-constructor)
+  operator MatrixView<const T>() const { return {data, rows, columns, stride}; }
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_BASE_MATRIX_VIEW_H_

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// SHA-256 of a stream of bytes, as lower-case hex: the id of an uploaded mesh.
+#ifndef LATTICED_CORE_BASE_SHA256_H_
+#define LATTICED_CORE_BASE_SHA256_H_
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace latticed {
+
+class Sha256 {
+ public:
+  Sha256();
+  ~Sha256();
+  Sha256(Sha256&&) noexcept;
+  Sha256& operator=(Sha256&&) noexcept;
+
+  void Update(std::string_view bytes);
+  // The digest of all updates, 64 hex digits. Ends the stream: call once.
+  [[nodiscard]] std::string FinishHex();
+
+ private:
+  struct Context;
+  std::unique_ptr<Context> context_;
+};
+
+// One call for bytes that are already together.
+[[nodiscard]] std::string Sha256Hex(std::string_view bytes);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_BASE_SHA256_H_

@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// UTF-8 for words that come from files and clients: proto3 strings, JSON and gRPC messages must be
+// valid, and a message that is not cannot be read at all.
+//
+// Errors   none
+// Threads  pure functions
+#ifndef LATTICED_CORE_BASE_UTF8_H_
+#define LATTICED_CORE_BASE_UTF8_H_
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace latticed {
+
+// The text with U+FFFD for every byte that is in no valid character: overlong forms, surrogates and
+// numbers above U+10FFFF are not valid. Valid text comes back as it is.
+[[nodiscard]] std::string ValidUtf8(std::string_view text);
+
+// The longest begin of valid text that has at most `most` bytes and cuts no character.
+[[nodiscard]] std::string_view CutUtf8(std::string_view text, size_t most);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_BASE_UTF8_H_

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From the quantised vertices of one chunk to a Draco stream that a stock decoder reads alone.
+//
+// A stream holds POSITION (float32, quantised: origin 0, range = the quantisation box's range, so
+// decoded positions are relative to the box's origin) and, with normals, NORMAL (octahedral);
+// points in wire order; Draco 2.3 point cloud sequential, or 2.2 mesh sequential for EncodeMesh.
+//
+// Errors   kInternal when the library refuses (never on legal input)
+// Threads  Encode… is const and may be called from any number of threads
+#ifndef LATTICED_CORE_CODEC_CHUNK_ENCODER_H_
+#define LATTICED_CORE_CODEC_CHUNK_ENCODER_H_
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace latticed {
+
+// Planar view of a chunk in the QUANTISED layout (see core/backend.h, VertexFormat::kQuantised).
+struct QuantisedVertices {
+  size_t point_count = 0;
+  int position_bits = 12;
+  int normal_bits = 0;  // 0: no normals
+  const uint16_t* x = nullptr;
+  const uint16_t* y = nullptr;
+  const uint16_t* z = nullptr;
+  // One byte a value for normal_bits <= 8, else two, little endian.
+  const uint8_t* s = nullptr;
+  const uint8_t* t = nullptr;
+
+  // Points into `bytes`, which must hold point_count points.
+  static QuantisedVertices FromBytes(std::span<const uint8_t> bytes, size_t point_count,
+                                     int position_bits, int normal_bits);
+};
+
+class ChunkEncoder {
+ public:
+  virtual ~ChunkEncoder() = default;
+  virtual std::string_view name() const = 0;  // "reference", "latticed"
+  [[nodiscard]] virtual absl::StatusOr<std::vector<uint8_t>> EncodePoints(
+      const QuantisedVertices& vertices, double range) const = 0;
+  [[nodiscard]] virtual absl::StatusOr<std::vector<uint8_t>> EncodeMesh(
+      const QuantisedVertices& vertices, double range,
+      std::span<const std::array<uint32_t, 3>> triangles) const = 0;
+};
+
+// libdraco (core/codec/draco_reference.cc).
+[[nodiscard]] std::unique_ptr<ChunkEncoder> MakeReferenceEncoder();
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CODEC_CHUNK_ENCODER_H_

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a Draco stream says of its size, read before libdraco allocates by it: a stream of 30 bytes
+// can announce two thousand million points.
+//
+// Errors   kInvalidArgument, reason MALFORMED_FILE
+// Threads  pure functions
+#ifndef LATTICED_CORE_CODEC_DRACO_ANNOUNCEMENT_H_
+#define LATTICED_CORE_CODEC_DRACO_ANNOUNCEMENT_H_
+
+#include <cstdint>
+#include <span>
+
+#include "absl/status/statusor.h"
+
+namespace latticed {
+
+struct DracoAnnouncement {
+  bool is_mesh = false;
+  uint64_t points = 0;  // encoded vertices for edgebreaker
+  uint64_t faces = 0;
+};
+
+// Of streams of version 1.3 (libdraco's oldest) and later, all methods, metadata skipped.
+[[nodiscard]] absl::StatusOr<DracoAnnouncement> ReadDracoAnnouncement(
+    std::span<const uint8_t> bytes);
+
+// Refuses what the bytes cannot hold, or what is over limits.h.
+[[nodiscard]] absl::Status CheckDracoSize(const DracoAnnouncement& announcement, size_t byte_count);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CODEC_DRACO_ANNOUNCEMENT_H_

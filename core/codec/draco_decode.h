@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Draco streams in, through libdraco: uploads in the DRACO format, and chunks on the client's side.
+//
+// Errors   kInvalidArgument, reason MALFORMED_FILE, for bytes that are no Draco stream
+// Threads  pure functions
+#ifndef LATTICED_CORE_CODEC_DRACO_DECODE_H_
+#define LATTICED_CORE_CODEC_DRACO_DECODE_H_
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/polygon_mesh.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace latticed {
+
+// A mesh stream (any method) as a polygon mesh of triangles: positions, normals, first UV set.
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes);
+// A mesh as one Draco stream (sequential, order kept; 16-bit positions and 12-bit normals
+// unless told, uvs as positions but 12 bits at least): the DRC export.
+[[nodiscard]] absl::StatusOr<std::string> WriteDracoMesh(const TriangleMesh& mesh,
+                                                         int position_bits = 16,
+                                                         int normal_bits = 12);
+
+struct DecodedChunk {
+  std::vector<float> positions;  // 3 a point, relative to the quantisation box's origin
+  std::vector<float> normals;    // 3 a point, or empty
+};
+// One chunk stream, points in stream order.
+[[nodiscard]] absl::StatusOr<DecodedChunk> DecodeDracoChunk(std::span<const uint8_t> bytes);
+
+struct DecodedIntegers {
+  std::vector<uint32_t> positions;  // 3 a point
+  std::vector<uint32_t> normals;    // s, t a point, or empty
+};
+// The same, attribute transforms skipped: the integers that the stream holds.
+[[nodiscard]] absl::StatusOr<DecodedIntegers> DecodeDracoChunkIntegers(
+    std::span<const uint8_t> bytes);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CODEC_DRACO_DECODE_H_

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Octahedral normals, exactly as Draco stores them: the definition that every backend rounds to.
+//
+//   n / |n|_1 is folded onto the square; s and t are integers in 0 … 2^bits - 2 (the centre value
+//   is 2^(bits-1) - 1). Points on the square's rim name the same direction twice: Canonicalise
+//   picks one.
+//
+// Threads  pure functions
+#ifndef LATTICED_CORE_CODEC_OCTAHEDRAL_H_
+#define LATTICED_CORE_CODEC_OCTAHEDRAL_H_
+
+#include <cstdint>
+
+#include "core/base/host_device.h"
+#include "core/base/vec.h"
+
+namespace latticed {
+
+struct OctahedralNormal {
+  int32_t s = 0, t = 0;
+  friend bool operator==(const OctahedralNormal&, const OctahedralNormal&) = default;
+};
+
+// Largest value of s and t.
+LATTICED_HD constexpr int32_t OctahedralMax(int bits) { return (1 << bits) - 2; }
+
+LATTICED_HD constexpr OctahedralNormal CanonicaliseOctahedral(OctahedralNormal n, int bits) {
+  const int32_t top = OctahedralMax(bits), centre = top / 2;
+  if ((n.s == 0 && n.t == 0) || (n.s == 0 && n.t == top) || (n.s == top && n.t == 0)) {
+    return {top, top};
+  }
+  if (n.s == 0 && n.t > centre) return {n.s, centre - (n.t - centre)};
+  if (n.s == top && n.t < centre) return {n.s, centre + (centre - n.t)};
+  if (n.t == top && n.s < centre) return {centre + (centre - n.s), n.t};
+  if (n.t == 0 && n.s > centre) return {centre - (n.s - centre), n.t};
+  return n;
+}
+
+// `n` need not be unit; the zero vector maps to +x. 6 <= bits <= 12.
+[[nodiscard]] OctahedralNormal QuantiseNormal(Vec3f n, int bits);
+// The unit vector at the centre of the cell.
+[[nodiscard]] Vec3f DequantiseNormal(OctahedralNormal n, int bits);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CODEC_OCTAHEDRAL_H_

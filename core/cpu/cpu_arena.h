@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Parallel loops on the threads of one CPU backend, by oneTBB.
+//
+// Threads  safe; a loop returns when all of its parts are done
+#ifndef LATTICED_CORE_CPU_CPU_ARENA_H_
+#define LATTICED_CORE_CPU_CPU_ARENA_H_
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <cstddef>
+
+namespace latticed {
+
+class CpuArena {
+ public:
+  explicit CpuArena(int threads) : arena_(threads) {}
+
+  // body(begin, end) for parts of [0, count), of `grain` items or more where there are as many.
+  template <class Body>
+  void ForRanges(size_t count, size_t grain, const Body& body) {
+    // oneTBB orders caller, parts and return by itself, but a packaged libtbb is not instrumented:
+    // ThreadSanitizer would report every loop. It sees this order, and what really races.
+    std::atomic<size_t> order;
+    order.store(1, std::memory_order_release);
+    arena_.execute([&] {
+      tbb::parallel_for(tbb::blocked_range<size_t>(0, count, grain),
+                        [&](const tbb::blocked_range<size_t>& part) {
+                          (void)order.load(std::memory_order_acquire);
+                          body(part.begin(), part.end());
+                          order.fetch_add(1, std::memory_order_acq_rel);
+                        });
+    });
+    (void)order.load(std::memory_order_acquire);
+  }
+
+  // body(i) for every i of [0, count).
+  template <class Body>
+  void ForEach(size_t count, const Body& body, size_t grain = 1) {
+    ForRanges(count, grain, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) body(i);
+    });
+  }
+
+ private:
+  tbb::task_arena arena_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CPU_CPU_ARENA_H_

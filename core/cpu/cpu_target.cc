@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/cpu/cpu_target.h"
+
+#include <algorithm>
+#include <mutex>
+#include <new>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/cpu/cpu_gemm.h"
+#include "core/cpu/cpu_view.h"
+#include "core/cpu/fused_view_kernel.h"
+#include "core/cpu/gemm_kernel.h"
+#include "core/cpu/host_buffer.h"
+#include "core/cpu/patch_sampler.h"
+#include "core/ffd/stage_matrices.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+// T = inv(B) Rs for one patch, as m points in world coordinates.
+absl::Status ControlNet(const DeformPlan& plan, const PatchSampler& sampler,
+                        const StageMatrices& stage, size_t patch, double* points) {
+  const size_t m = stage.m;
+  std::vector<double> samples(3 * m), net(3 * m);
+  const Vec3d centre = sampler.Sample(patch, samples.data(), nullptr, {}, m);
+  if (auto s = CpuGemm(MatrixView<const double>{stage.inverse.data(), m, m, m},
+                       MatrixView<const double>{samples.data(), m, 3, m},
+                       MatrixView<double>{net.data(), m, 3, m});
+      !s.ok()) {
+    return s;
+  }
+  const Vec3d origin = centre + plan.local_origin;
+  for (size_t i = 0; i < m; ++i) {
+    for (size_t axis = 0; axis < 3; ++axis) {
+      points[3 * i + axis] = net[i + axis * m] + origin[static_cast<int>(axis)];
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+CpuTarget::CpuTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
+                     std::shared_ptr<CpuContext> context)
+    : plan_(std::move(plan)), pipeline_(pipeline), context_(std::move(context)) {}
+
+absl::StatusOr<std::shared_ptr<CpuTarget>> CpuTarget::Create(std::shared_ptr<const DeformPlan> plan,
+                                                             Pipeline pipeline,
+                                                             std::shared_ptr<CpuContext> context) {
+  try {
+    std::shared_ptr<CpuTarget> target(new CpuTarget(std::move(plan), pipeline, std::move(context)));
+    if (pipeline == Pipeline::kFused) {
+      target->fused_ = FusedKernel::Create(target->plan_);
+    } else {
+      target->shared_ = std::make_shared<const SharedPoints>(*target->plan_);
+    }
+    return target;
+  } catch (const std::bad_alloc&) {
+    return error::AllocationFailed("the plan");
+  }
+}
+
+absl::StatusOr<std::unique_ptr<DeformView>> CpuTarget::CreateView(const ViewSpec& spec) {
+  if (auto status = Validate(spec); !status.ok()) return status;
+  const auto stage = StageMatrices::Get(plan_->structure.patch_degree(), spec.segments);
+  if (!stage.ok()) return stage.status();
+  try {
+    std::unique_ptr<VertexKernel> kernel;
+    if (fused_ != nullptr) {
+      kernel = std::make_unique<FusedViewKernel>(fused_, spec, context_);
+    } else {
+      kernel = std::make_unique<GemmKernel>(plan_, shared_, **stage, pipeline_, spec, context_);
+    }
+    auto view = CpuView::Create(plan_, spec, std::move(kernel), context_);
+    if (!view.ok()) return view.status();
+    return std::unique_ptr<DeformView>(*std::move(view));
+  } catch (const std::bad_alloc&) {
+    return error::AllocationFailed("the view");
+  }
+}
+
+absl::StatusOr<std::vector<double>> CpuTarget::ControlNets(std::span<const Vec3d> control_points,
+                                                           size_t first, size_t last) {
+  if (first > last || last > plan_->patches.size()) {
+    return error::InvalidField("patches", fmt::format("got [{}, {}), the plan has {}", first, last,
+                                                      plan_->patches.size()));
+  }
+  const auto expected = static_cast<size_t>(plan_->structure.control_point_count());
+  if (control_points.size() != expected) {
+    return error::InvalidField(
+        "lattice.control_points",
+        fmt::format("got {} points, {} are needed", control_points.size(), expected));
+  }
+  // The net does not depend on the segments: any entry of the cache has inv(B).
+  const auto stage = StageMatrices::Get(plan_->structure.patch_degree(), 1);
+  if (!stage.ok()) return stage.status();
+  try {
+    const PatchSampler sampler(*plan_, **stage, control_points);
+    const size_t doubles = 3 * (*stage)->m;
+    std::vector<double> nets((last - first) * doubles);
+    std::mutex mutex;
+    absl::Status first_error;
+    context_->arena.ForEach(last - first, [&](size_t i) {
+      auto status = ControlNet(*plan_, sampler, **stage, first + i, nets.data() + i * doubles);
+      if (status.ok()) return;
+      const std::scoped_lock lock(mutex);
+      first_error.Update(status);
+    });
+    if (!first_error.ok()) return first_error;
+    return nets;
+  } catch (const std::bad_alloc&) {
+    return error::AllocationFailed("the control nets");
+  }
+}
+
+MemoryUse CpuTarget::memory() const {
+  MemoryUse use{{"plan", plan_->MemoryBytes()}};
+  if (shared_ != nullptr) use["plan"] += shared_->MemoryBytes();
+  if (fused_ != nullptr) use["plan"] += fused_->MemoryBytes();
+  return use;
+}
+
+}  // namespace latticed

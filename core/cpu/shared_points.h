@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Who owns the points that patches share, for pipelines that evaluate every patch by itself.
+//
+// Each plan vertex, and each plan edge without its ends, has one owner: the lowest patch of its
+// owner box that uses it (the lowest of all where that box has none). All others copy its
+// positions, so that the sides of an edge have the same bits.               DESIGN §2 "Watertight"
+// On a seam: attached, the lowest outside patch owns it; detached, each side has an owner of its
+// own. Normals are not shared.
+//
+// Threads  immutable after construction; Copy uses the arena's threads and returns when done
+#ifndef LATTICED_CORE_CPU_SHARED_POINTS_H_
+#define LATTICED_CORE_CPU_SHARED_POINTS_H_
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/cpu/cpu_arena.h"
+#include "core/cpu/vertex_layout.h"
+#include "core/ffd/deform_plan.h"
+
+namespace latticed {
+
+// A corner (slot 0..2) or the inner points of an edge (slot 3..5) that one patch takes from
+// another.
+struct SharedCopy {
+  uint32_t from_patch = 0, to_patch = 0;
+  uint8_t from_slot = 0, to_slot = 0;
+  bool reversed = false;  // the edges run in opposite directions
+};
+
+// A patch's use of a plan vertex (slot 0..2) or edge (slot 3..5).
+struct PointUse {
+  uint32_t patch = 0;
+  uint8_t slot = 0;
+  bool reversed = false;  // the edge runs against its canonical order
+};
+
+class SharedPoints {
+ public:
+  explicit SharedPoints(const DeformPlan& plan);
+
+  // Brings every shared position in a view's vertices to its owner's.
+  void Copy(const DeformPlan& plan, std::span<const Vec3d> control_points,
+            const VertexLayout& layout, const VertexWriter& writer, int segments,
+            std::span<uint8_t> vertices, CpuArena& arena) const;
+
+  size_t MemoryBytes() const;
+
+ private:
+  struct SeamCopy {
+    uint32_t seam = 0;
+    SharedCopy copy;
+  };
+  struct Orphan {
+    PointUse use;
+    uint32_t entity = 0;       // index of the vertex or edge, as the slot says
+    uint32_t seam = kNoIndex;  // evaluated only while detached
+  };
+  std::vector<SharedCopy> always_;
+  std::vector<SeamCopy> when_attached_;
+  std::vector<SeamCopy> when_detached_;
+  std::vector<Orphan> orphans_;
+
+  friend class SharedPointsBuilder;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CPU_SHARED_POINTS_H_

@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How far a lattice may reach: a fit of a mesh at limits::kMaxCoordinate with the largest padding
+// has room, and squares of coordinates stay within float32.
+#ifndef LATTICED_CORE_FFD_CONTROL_POINT_RANGE_H_
+#define LATTICED_CORE_FFD_CONTROL_POINT_RANGE_H_
+
+#include <cmath>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/base/vec.h"
+
+namespace latticed {
+
+inline constexpr double kMaxControlCoordinate = 1e3 * limits::kMaxCoordinate;
+
+// kInvalidArgument naming `field`: NOT_FINITE, or OUT_OF_RANGE.
+[[nodiscard]] inline absl::Status CheckControlCoordinate(double x, std::string_view field) {
+  if (!std::isfinite(x)) return error::NotFinite(field);
+  if (std::abs(x) <= kMaxControlCoordinate) return absl::OkStatus();
+  return error::OutOfRange(field, x, -kMaxControlCoordinate, kMaxControlCoordinate);
+}
+
+[[nodiscard]] inline absl::Status CheckControlPoint(Vec3d p, std::string_view field) {
+  for (int c = 0; c < 3; ++c) {
+    if (auto status = CheckControlCoordinate(p[c], field); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_CONTROL_POINT_RANGE_H_

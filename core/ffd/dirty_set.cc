@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/ffd/dirty_set.h"
+
+#include <utility>
+
+#include "core/base/limits.h"
+
+namespace latticed {
+
+DirtySet::DirtySet(std::shared_ptr<const DeformPlan> plan)
+    : plan_(std::move(plan)),
+      box_dirty_(plan_->boxes.size()),
+      patch_dirty_(plan_->patches.size()),
+      chunk_dirty_(plan_->chunk_count()) {}
+
+void DirtySet::MarkControlPoints(std::span<const uint32_t> indices) {
+  const LatticeStructure& s = plan_->structure;
+  std::vector<bool> moved(static_cast<size_t>(s.control_point_count()));
+  for (const uint32_t index : indices) moved[index] = true;
+  for (uint32_t b = 0; b < plan_->outside_box(); ++b) {
+    if (box_dirty_[b]) continue;
+    const std::array<int, 3>& span = plan_->boxes[b].span;
+    bool touched = false;
+    for (int k = span[2] - s.degree[2]; k <= span[2] && !touched; ++k) {
+      for (int j = span[1] - s.degree[1]; j <= span[1] && !touched; ++j) {
+        for (int i = span[0] - s.degree[0]; i <= span[0] && !touched; ++i) {
+          touched = moved[static_cast<size_t>(s.Index(i, j, k))];
+        }
+      }
+    }
+    if (touched) MarkBox(b);
+  }
+}
+
+void DirtySet::MarkBox(uint32_t box) {
+  box_dirty_[box] = true;
+  ++box_count_;
+  for (uint32_t p = plan_->box_patches[box]; p < plan_->box_patches[box + 1]; ++p) MarkPatch(p);
+  for (const uint32_t p : plan_->box_borrowers[box]) MarkPatch(p);
+}
+
+void DirtySet::MarkPatch(uint32_t patch) {
+  if (patch_dirty_[patch]) return;
+  patch_dirty_[patch] = true;
+  ++patch_count_;
+  const size_t chunk = patch / static_cast<uint32_t>(limits::kPatchesPerChunk);
+  if (chunk_dirty_[chunk]) return;
+  chunk_dirty_[chunk] = true;
+  ++chunk_count_;
+}
+
+void DirtySet::MarkAll() {
+  for (uint32_t b = 0; b < plan_->boxes.size(); ++b) {
+    if (!box_dirty_[b]) MarkBox(b);
+  }
+}
+
+void DirtySet::Clear() { *this = DirtySet(plan_); }
+
+std::vector<uint32_t> DirtySet::Chunks() const {
+  std::vector<uint32_t> chunks;
+  chunks.reserve(chunk_count_);
+  for (size_t c = 0; c < chunk_dirty_.size(); ++c) {
+    if (chunk_dirty_[c]) chunks.push_back(static_cast<uint32_t>(c));
+  }
+  return chunks;
+}
+
+}  // namespace latticed

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The chunks that edits touched since the last update.                     DESIGN §2 "Local
+// support"
+//
+// Control point (i,j,k) influences the boxes whose spans are in i … i+nu, j … j+nv, k … k+nw. Dirty
+// are the chunks of patches in those boxes, and of patches elsewhere with a vertex or edge owned by
+// one of them: re-evaluating the owner can change the last bits of points that the edit cannot
+// move.
+//
+// Threads  plain data: one owner at a time
+#ifndef LATTICED_CORE_FFD_DIRTY_SET_H_
+#define LATTICED_CORE_FFD_DIRTY_SET_H_
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/ffd/deform_plan.h"
+
+namespace latticed {
+
+class DirtySet {
+ public:
+  // Nothing is dirty at first.
+  explicit DirtySet(std::shared_ptr<const DeformPlan> plan);
+
+  // Indices of control points that changed; they must be in range.
+  void MarkControlPoints(std::span<const uint32_t> indices);
+  void MarkAll();
+  void Clear();
+
+  bool empty() const { return chunk_count_ == 0; }
+  // Dirty chunks, ascending.
+  [[nodiscard]] std::vector<uint32_t> Chunks() const;
+  // Boxes touched since Clear, and patches in them or borrowing from them: for EditResult.
+  uint64_t boxes() const { return box_count_; }
+  uint64_t patches() const { return patch_count_; }
+
+ private:
+  void MarkBox(uint32_t box);
+  void MarkPatch(uint32_t patch);
+
+  std::shared_ptr<const DeformPlan> plan_;
+  std::vector<bool> box_dirty_, patch_dirty_, chunk_dirty_;
+  uint64_t box_count_ = 0, patch_count_ = 0, chunk_count_ = 0;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_DIRTY_SET_H_

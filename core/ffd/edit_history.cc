@@ -1,0 +1,375 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/ffd/edit_history.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "absl/strings/cord.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/ffd/knot_insertion.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+constexpr size_t kNoStep = std::numeric_limits<size_t>::max();
+// A UUID has 36 characters; the rest is for clients that put a name before it.
+constexpr size_t kMaxIdBytes = 64;
+constexpr char kPutOffUrl[] = "latticed/edit-put-off";
+
+absl::Status CheckEditor(const EditBatch& batch) {
+  if (batch.editor_id.empty() || batch.editor_id.size() > kMaxIdBytes) {
+    return error::InvalidField("editor_id", fmt::format("has {} bytes, 1 to {} are allowed",
+                                                        batch.editor_id.size(), kMaxIdBytes));
+  }
+  if (batch.sequence == 0) return error::InvalidField("sequence", "must be 1 or more");
+  return absl::OkStatus();
+}
+
+bool InGesture(const EditBatch& batch) { return !batch.gesture_id.empty(); }
+// A phase says nothing about a batch that is in no gesture.
+bool Cancels(const EditBatch& batch) {
+  return InGesture(batch) && batch.gesture_phase == GesturePhase::kCancel;
+}
+bool Commits(const EditBatch& batch) {
+  return InGesture(batch) && batch.gesture_phase == GesturePhase::kCommit;
+}
+
+absl::Status CheckGesture(const EditBatch& batch) {
+  if (batch.gesture_id.size() > kMaxIdBytes) {
+    return error::InvalidField("gesture_id", fmt::format("has {} bytes, at most {} are allowed",
+                                                         batch.gesture_id.size(), kMaxIdBytes));
+  }
+  if (Cancels(batch) && !batch.edits.empty()) {
+    return error::InvalidField("edits", "must be empty where a gesture is cancelled");
+  }
+  if (batch.edits.empty() && !Cancels(batch) && !Commits(batch)) {
+    return error::InvalidField("edits", "must not be empty but to commit or cancel a gesture");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Conflict(std::string_view what, std::string_view editor_id) {
+  return error::WithDetails(
+      absl::AbortedError(fmt::format("{}: editor '{}' has since changed the same control points",
+                                     what, editor_id)),
+      {.reason = "UNDO_CONFLICT", .metadata = {{"editor_id", std::string(editor_id)}}});
+}
+
+void Close(EditStep& step, bool timed_out) {
+  step.open = false;
+  step.timed_out = timed_out;
+  if (!timed_out) step.start.clear();
+}
+
+// The insert_knot, undo or redo that stands alone in a batch, as it must.
+template <typename T>
+const T* Lone(const EditBatch& batch) {
+  if (batch.edits.size() != 1 || !batch.gesture_id.empty()) return nullptr;
+  return std::get_if<T>(&batch.edits.front());
+}
+
+}  // namespace
+
+EditHistory::EditHistory(Lattice initial)
+    : initial_(std::move(initial)),
+      layers_(initial_),
+      ledger_(static_cast<size_t>(limits::kMaxEditorsRemembered)) {}
+
+absl::Status EditHistory::PutOff() {
+  absl::Status status(absl::StatusCode::kUnavailable, "the structure is not yet prepared");
+  status.SetPayload(kPutOffUrl, absl::Cord());
+  return status;
+}
+
+bool EditHistory::IsPutOff(const absl::Status& status) {
+  return status.GetPayload(kPutOffUrl).has_value();
+}
+
+absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint now,
+                                               const AdmitStructure& admit) {
+  if (auto status = CheckEditor(batch); !status.ok()) return status;
+  if (const EditSummary* last = ledger_.Find(batch.editor_id); last != nullptr) {
+    if (batch.sequence == last->sequence) {
+      if (!last->status.ok()) return last->status;
+      return EditOutcome{.summary = *last, .repeated = true};
+    }
+    if (batch.sequence < last->sequence) {
+      return error::Aborted("OUT_OF_ORDER",
+                            fmt::format("sequence: got {}, this editor has sent {} already",
+                                        batch.sequence, last->sequence));
+    }
+  }
+  const std::vector<Vec3d> before = lattice().control_points;
+  const uint64_t structure_before = structure_id_;
+  EditOutcome outcome;
+  outcome.summary.status = ApplyNew(batch, now, admit);
+  if (IsPutOff(outcome.summary.status)) return outcome.summary.status;
+  if (outcome.summary.status.ok()) ++revision_;
+  outcome.summary.sequence = batch.sequence;
+  outcome.summary.revision = revision_;
+  outcome.summary.structure_id = structure_id_;
+  outcome.structure_changed = structure_id_ != structure_before;
+  if (!outcome.structure_changed) {
+    const auto& after = lattice().control_points;
+    for (size_t i = 0; i < after.size(); ++i) {
+      if (SameBits(before[i], after[i])) continue;
+      outcome.changed.push_back(static_cast<uint32_t>(i));
+      outcome.summary.largest_move =
+          std::max(outcome.summary.largest_move, Norm(after[i] - before[i]));
+    }
+  }
+  ledger_.Store(batch.editor_id, outcome.summary);
+  if (!outcome.summary.status.ok()) return outcome.summary.status;
+  return outcome;
+}
+
+absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
+                                   const AdmitStructure& admit) {
+  CommitIdleGestures(now);
+  if (!batch.refusal.ok()) return batch.refusal;
+  if (auto status = CheckPreconditions(batch); !status.ok()) return status;
+  absl::Status status;
+  if (const Undo* undo = Lone<Undo>(batch); undo != nullptr) {
+    status = UndoStep(batch.editor_id, undo->scope, admit);
+  } else if (Lone<Redo>(batch) != nullptr) {
+    status = RedoStep(batch.editor_id, admit);
+  } else if (const InsertKnot* insert = Lone<InsertKnot>(batch); insert != nullptr) {
+    status = Insert(EditStep{.editor_id = batch.editor_id}, *insert, "edits[0].insert_knot", admit);
+    if (status.ok()) ForgetUndone(batch.editor_id);
+  } else if (Cancels(batch)) {
+    status = Cancel(batch);
+  } else {
+    status = Write(batch, now);
+  }
+  if (status.ok()) {
+    CommitGestures(batch.editor_id, batch.gesture_id);
+    TrimHistory();
+  }
+  return status;
+}
+
+absl::Status EditHistory::CheckPreconditions(const EditBatch& batch) const {
+  if (auto status = CheckGesture(batch); !status.ok()) return status;
+  if (batch.structure_id != structure_id_) {
+    return error::Aborted(
+        "STRUCTURE_CHANGED",
+        fmt::format("structure_id: got {}, the scene is at {}; read the lattice again",
+                    batch.structure_id, structure_id_));
+  }
+  if (batch.expected_revision.has_value() && *batch.expected_revision != revision_) {
+    return error::WithDetails(
+        absl::AbortedError(fmt::format("expected_revision: got {}, the scene is at {}",
+                                       *batch.expected_revision, revision_)),
+        {.reason = "REVISION_CHANGED", .metadata = {{"revision", fmt::to_string(revision_)}}});
+  }
+  return absl::OkStatus();
+}
+
+absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now) {
+  const size_t gesture = FindGesture(batch);
+  EditTarget target(lattice());
+  if (gesture != kNoStep) {
+    for (const auto& [index, position] : layers_.steps()[gesture].start) {
+      target.lattice.control_points[index] = position;
+    }
+  }
+  for (size_t n = 0; n < batch.edits.size(); ++n) {
+    const std::string field = fmt::format("edits[{}]", n);
+    if (auto status = ApplyEdit(batch.edits[n], initial_, field, target); !status.ok())
+      return status;
+  }
+  if (batch.edits.empty()) {  // a bare commit: what was undone may still be redone
+    if (gesture != kNoStep) Close(layers_.step(gesture), false);
+    return absl::OkStatus();
+  }
+  ForgetUndone(batch.editor_id);
+  EditStep step;
+  if (gesture != kNoStep) {
+    step = layers_.Remove(gesture);
+  } else {
+    step.id = ++clock_;
+    step.structure_step = layers_.structure_step();
+    step.editor_id = batch.editor_id;
+    step.gesture_id = batch.gesture_id;
+  }
+  step.last_heard = now;
+  step.open = InGesture(batch);
+  step.timed_out = false;
+  WritePoints(target, step);
+  if (Commits(batch)) Close(step, false);
+  layers_.Push(std::move(step));
+  return absl::OkStatus();
+}
+
+void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
+  step.indices.clear();
+  step.positions.clear();
+  step.written_at = ++clock_;
+  for (uint32_t i = 0; i < target.written.size(); ++i) {
+    if (!target.written[i]) continue;
+    step.indices.push_back(i);
+    step.positions.push_back(target.lattice.control_points[i]);
+    if (step.open) step.start.emplace(i, lattice().control_points[i]);
+  }
+}
+
+// Also redoes: what lies below may have changed since, so the knot is inserted into what is there
+// now.
+absl::Status EditHistory::Insert(EditStep step, const InsertKnot& edit, std::string_view field,
+                                 const AdmitStructure& admit) {
+  auto refined = WithKnotInserted(lattice(), edit.axis, edit.value, field);
+  if (!refined.ok()) return refined.status();
+  if (auto status = admit(refined->structure); !status.ok()) return status;
+  CommitGestures("", "");
+  // Undone steps above this one may come back only if their indices mean the same as before.
+  const bool same = step.structural.has_value() && step.structural->structure == refined->structure;
+  if (!same) step.id = ++clock_;
+  step.written_at = ++clock_;
+  step.positions = std::move(refined->control_points);
+  step.structural = {std::move(refined->structure), edit};
+  ++structure_id_;
+  layers_.Push(std::move(step));
+  return absl::OkStatus();
+}
+
+absl::Status EditHistory::Cancel(const EditBatch& batch) {
+  // A client may cancel a gesture whose first update it never sent: nothing to take back.
+  if (const size_t gesture = FindGesture(batch); gesture != kNoStep) layers_.Remove(gesture);
+  return absl::OkStatus();
+}
+
+absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
+                                   const AdmitStructure& admit) {
+  const auto& steps = layers_.steps();
+  size_t found = kNoStep;
+  for (size_t n = steps.size(); n-- > 0 && found == kNoStep;) {
+    const bool mine = scope == UndoScope::kScene || steps[n].editor_id == editor_id;
+    if (mine) found = n;
+  }
+  if (found == kNoStep) {
+    return error::FailedPrecondition("NOTHING_TO_UNDO", scope == UndoScope::kMine
+                                                            ? "this editor has no step left to undo"
+                                                            : "the scene has no step left to undo");
+  }
+  for (size_t n = found + 1; n < steps.size(); ++n) {
+    if (steps[n].editor_id != editor_id && steps[n].Overlaps(steps[found])) {
+      return Conflict("undo", steps[n].editor_id);
+    }
+  }
+  const bool structural = steps[found].structural.has_value();
+  if (structural) {
+    if (auto status = admit(layers_.StructureWithout(found)); !status.ok()) return status;
+  }
+  Undone undone{layers_.Remove(found), std::string(editor_id), ++clock_};
+  if (structural) ++structure_id_;
+  Close(undone.step, false);
+  undone_.push_back(std::move(undone));
+  return absl::OkStatus();
+}
+
+absl::Status EditHistory::RedoStep(std::string_view editor_id, const AdmitStructure& admit) {
+  const auto found = std::find_if(undone_.rbegin(), undone_.rend(),
+                                  [&](const Undone& u) { return u.undone_by == editor_id; });
+  if (found == undone_.rend()) {
+    return error::FailedPrecondition("NOTHING_TO_REDO", "this editor has no undone step left");
+  }
+  for (const EditStep& step : layers_.steps()) {
+    if (step.written_at > found->undone_at && step.editor_id != editor_id &&
+        step.Overlaps(found->step)) {
+      return Conflict("redo", step.editor_id);
+    }
+  }
+  const auto position = std::next(found).base();
+  if (found->step.structural.has_value()) {
+    const InsertKnot edit = found->step.structural->edit;
+    auto status = Insert(found->step, edit, "edits[0].redo", admit);
+    if (status.ok()) undone_.erase(position);
+    return status;
+  }
+  if (found->step.structure_step != layers_.structure_step()) {
+    return error::Aborted("UNDO_CONFLICT", "redo: the structure of the lattice has since changed");
+  }
+  EditStep step = std::move(position->step);
+  undone_.erase(position);
+  step.written_at = ++clock_;
+  layers_.Push(std::move(step));
+  return absl::OkStatus();
+}
+
+void EditHistory::ForgetUndone(std::string_view editor_id) {
+  std::erase_if(undone_, [&](const Undone& undone) { return undone.undone_by == editor_id; });
+}
+
+size_t EditHistory::FindGesture(const EditBatch& batch) const {
+  if (batch.gesture_id.empty()) return kNoStep;
+  const auto& steps = layers_.steps();
+  for (size_t n = steps.size(); n-- > 0;) {
+    const EditStep& step = steps[n];
+    if ((step.open || step.timed_out) && step.editor_id == batch.editor_id &&
+        step.gesture_id == batch.gesture_id) {
+      return n;
+    }
+  }
+  return kNoStep;
+}
+
+// Of one editor, but for one gesture; of all editors where editor_id is empty.
+void EditHistory::CommitGestures(std::string_view editor_id, std::string_view except_gesture) {
+  for (size_t n = layers_.steps().size(); n-- > 0;) {
+    EditStep& step = layers_.step(n);
+    const bool named = editor_id.empty() || step.editor_id == editor_id;
+    const bool excepted = !except_gesture.empty() && step.gesture_id == except_gesture;
+    if (!(step.open || step.timed_out) || !named || excepted) continue;
+    Close(step, false);
+  }
+}
+
+void EditHistory::CommitIdleGestures(TimePoint now) {
+  for (size_t n = layers_.steps().size(); n-- > 0;) {
+    EditStep& step = layers_.step(n);
+    if (!step.open ||
+        now - step.last_heard < std::chrono::seconds(limits::kGestureTimeoutSeconds)) {
+      continue;
+    }
+    Close(step, true);
+  }
+}
+
+void EditHistory::TrimHistory() {
+  constexpr auto kSteps = static_cast<size_t>(limits::kMaxUndoSteps);
+  while (!undone_.empty() && (undone_.size() > kSteps || MemoryBytes() > limits::kMaxUndoBytes)) {
+    undone_.pop_front();
+  }
+  while (layers_.steps().size() > kSteps || layers_.MemoryBytes() > limits::kMaxUndoBytes) {
+    layers_.FoldOldest();
+  }
+}
+
+void EditHistory::SetTouched(std::string_view editor_id, uint64_t boxes, uint64_t patches) {
+  EditSummary* summary = ledger_.Find(editor_id);
+  if (summary == nullptr) return;
+  summary->boxes_touched = boxes;
+  summary->patches_touched = patches;
+}
+
+bool EditHistory::gesture_open() const {
+  return std::any_of(layers_.steps().begin(), layers_.steps().end(),
+                     [](const EditStep& step) { return step.open; });
+}
+
+uint64_t EditHistory::last_sequence(std::string_view editor_id) const {
+  const EditSummary* summary = ledger_.Find(editor_id);
+  return summary == nullptr ? 0 : summary->sequence;
+}
+
+size_t EditHistory::MemoryBytes() const {
+  size_t bytes = layers_.MemoryBytes();
+  for (const Undone& undone : undone_) bytes += undone.step.MemoryBytes();
+  return bytes;
+}
+
+}  // namespace latticed

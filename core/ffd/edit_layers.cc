@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/ffd/edit_layers.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace latticed {
+
+bool EditStep::Holds(uint32_t index) const {
+  return structural.has_value() || std::binary_search(indices.begin(), indices.end(), index);
+}
+
+bool EditStep::Overlaps(const EditStep& other) const {
+  if (structural.has_value() || other.structural.has_value()) return true;
+  auto a = indices.begin();
+  auto b = other.indices.begin();
+  while (a != indices.end() && b != other.indices.end()) {
+    if (*a == *b) return true;
+    if (*a < *b) {
+      ++a;
+    } else {
+      ++b;
+    }
+  }
+  return false;
+}
+
+size_t EditStep::MemoryBytes() const {
+  // A node of a std::map costs about as much again as its value.
+  constexpr size_t kMapNodeBytes = 80;
+  size_t bytes = sizeof(EditStep) + editor_id.size() + gesture_id.size() +
+                 indices.size() * sizeof(uint32_t) + positions.size() * sizeof(Vec3d) +
+                 start.size() * kMapNodeBytes;
+  if (structural.has_value()) {
+    for (const auto& knots : structural->structure.knots) bytes += knots.size() * sizeof(double);
+  }
+  return bytes;
+}
+
+EditLayers::EditLayers(Lattice base) : base_(std::move(base)), lattice_(base_) {}
+
+void EditLayers::Push(EditStep step) {
+  steps_.push_back(std::move(step));
+  const EditStep& top = steps_.back();
+  if (top.structural.has_value()) {
+    lattice_ = {top.structural->structure, top.positions};
+    return;
+  }
+  for (size_t n = 0; n < top.indices.size(); ++n) {
+    lattice_.control_points[top.indices[n]] = top.positions[n];
+  }
+}
+
+EditStep EditLayers::Remove(size_t position) {
+  EditStep step = std::move(steps_[position]);
+  steps_.erase(steps_.begin() + static_cast<std::ptrdiff_t>(position));
+  if (step.structural.has_value()) {
+    RebuildLattice();
+  } else {
+    RestorePoints(step.indices);
+  }
+  return step;
+}
+
+void EditLayers::FoldOldest() {
+  EditStep& oldest = steps_.front();
+  if (oldest.structural.has_value()) {
+    base_ = {std::move(oldest.structural->structure), std::move(oldest.positions)};
+    base_structure_step_ = oldest.id;
+  } else {
+    for (size_t n = 0; n < oldest.indices.size(); ++n) {
+      base_.control_points[oldest.indices[n]] = oldest.positions[n];
+    }
+  }
+  steps_.erase(steps_.begin());
+}
+
+size_t EditLayers::MemoryBytes() const {
+  return std::accumulate(steps_.begin(), steps_.end(), size_t{0},
+                         [](size_t sum, const EditStep& step) { return sum + step.MemoryBytes(); });
+}
+
+uint64_t EditLayers::structure_step() const {
+  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) {
+    if (step->structural.has_value()) return step->id;
+  }
+  return base_structure_step_;
+}
+
+const LatticeStructure& EditLayers::StructureWithout(size_t position) const {
+  for (size_t n = steps_.size(); n-- > 0;) {
+    if (n != position && steps_[n].structural.has_value()) return steps_[n].structural->structure;
+  }
+  return base_.structure;
+}
+
+void EditLayers::RestorePoints(const std::vector<uint32_t>& indices) {
+  std::vector<bool> pending(lattice_.control_points.size());
+  for (const uint32_t index : indices) pending[index] = true;
+  size_t left = indices.size();
+  const auto take = [&](uint32_t index, Vec3d position) {
+    if (!pending[index]) return;
+    pending[index] = false;
+    --left;
+    lattice_.control_points[index] = position;
+  };
+  for (size_t n = steps_.size(); n-- > 0 && left > 0;) {
+    const EditStep& step = steps_[n];
+    if (step.structural.has_value()) {
+      for (const uint32_t index : indices) take(index, step.positions[index]);
+    }
+    for (size_t m = 0; m < step.indices.size(); ++m) take(step.indices[m], step.positions[m]);
+  }
+  if (left == 0) return;  // below a structural step the base numbers its points otherwise
+  for (const uint32_t index : indices) take(index, base_.control_points[index]);
+}
+
+void EditLayers::RebuildLattice() {
+  lattice_ = base_;
+  for (const EditStep& step : steps_) {
+    if (step.structural.has_value()) lattice_ = {step.structural->structure, step.positions};
+    for (size_t n = 0; n < step.indices.size(); ++n) {
+      lattice_.control_points[step.indices[n]] = step.positions[n];
+    }
+  }
+}
+
+}  // namespace latticed

@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Undo steps as layers over a base lattice. A control point has the position of the topmost layer
+// that holds it, else that of the base:
+//
+//   step 3 (editor B)   .  .  p  .      taking step 2 out gives point 0 the base's position back
+//   and step 2 (editor A)   p  .  p  .      leaves point 2 to step 3 base                p  p  p  p
+//
+// A step that changes the structure holds every point, and indices above it are of its structure,
+// so nothing below it can be taken out before it.
+//
+// Errors   none: callers check first
+// Threads  plain data
+#ifndef LATTICED_CORE_FFD_EDIT_LAYERS_H_
+#define LATTICED_CORE_FFD_EDIT_LAYERS_H_
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/ffd/lattice.h"
+#include "core/ffd/lattice_edit.h"
+
+namespace latticed {
+
+struct EditStep {
+  // A change of knots: the structure from here up, and the edit that made it, for redo.
+  struct Structural {
+    LatticeStructure structure;
+    InsertKnot edit;
+  };
+
+  uint64_t id = 0;
+  // The id of the structural step that gave these indices their meaning; 0 = the initial structure.
+  uint64_t structure_step = 0;
+  uint64_t written_at = 0;
+  std::string editor_id;
+  std::string gesture_id;
+  bool open = false;       // its gesture goes on
+  bool timed_out = false;  // committed by silence: an update may open it again
+  std::chrono::steady_clock::time_point last_heard;
+  // Sorted, and the positions that they were given; all of them in order for a structural step.
+  std::vector<uint32_t> indices;
+  std::vector<Vec3d> positions;
+  // Where the gesture found the points that it ever touched.
+  std::map<uint32_t, Vec3d> start;
+  std::optional<Structural> structural;
+
+  bool Holds(uint32_t index) const;
+  bool Overlaps(const EditStep& other) const;
+  size_t MemoryBytes() const;
+};
+
+class EditLayers {
+ public:
+  explicit EditLayers(Lattice base);
+
+  const Lattice& lattice() const { return lattice_; }
+  // Oldest first.
+  const std::vector<EditStep>& steps() const { return steps_; }
+  EditStep& step(size_t position) { return steps_[position]; }
+
+  void Push(EditStep step);
+  EditStep Remove(size_t position);
+  // Makes the oldest step part of the base: it can no longer be undone.
+  void FoldOldest();
+
+  // Id of the topmost structural step; 0 if there is none.
+  uint64_t structure_step() const;
+  // What the structure would be without the step at `position`.
+  const LatticeStructure& StructureWithout(size_t position) const;
+  // Of the steps.
+  size_t MemoryBytes() const;
+
+ private:
+  void RestorePoints(const std::vector<uint32_t>& indices);
+  void RebuildLattice();
+
+  Lattice base_;
+  uint64_t base_structure_step_ = 0;
+  Lattice lattice_;
+  std::vector<EditStep> steps_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_EDIT_LAYERS_H_

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The last sequence and its result of each of the editors that a scene remembers, so that a batch
+// sent twice is done once.
+//
+// Errors   none
+// Threads  plain data
+#ifndef LATTICED_CORE_FFD_EDITOR_LEDGER_H_
+#define LATTICED_CORE_FFD_EDITOR_LEDGER_H_
+
+#include <cstdint>
+#include <list>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+
+#include "absl/status/status.h"
+
+namespace latticed {
+
+// What an editor is told about a batch.
+struct EditSummary {
+  uint64_t sequence = 0;
+  absl::Status status;
+  uint64_t revision = 0;      // of the scene after the batch
+  uint64_t structure_id = 0;  // of the scene after the batch
+  uint64_t boxes_touched = 0;
+  uint64_t patches_touched = 0;
+  double largest_move = 0;  // of a control point, world units; 0 where the structure changed
+};
+
+class EditorLedger {
+ public:
+  explicit EditorLedger(size_t capacity) : capacity_(capacity) {}
+
+  // nullptr for an editor that is not remembered; valid until the next Store.
+  const EditSummary* Find(std::string_view editor_id) const;
+  EditSummary* Find(std::string_view editor_id);
+  // Keeps `summary`, and forgets the editor that has been silent longest when there are too many.
+  void Store(std::string_view editor_id, EditSummary summary);
+  size_t size() const { return entries_.size(); }
+
+ private:
+  struct Entry {
+    std::string editor_id;
+    EditSummary summary;
+  };
+  size_t capacity_;
+  std::list<Entry> entries_;  // last heard of first
+  // Keys point into entries_, whose nodes do not move.
+  std::unordered_map<std::string_view, std::list<Entry>::iterator> by_editor_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_EDITOR_LEDGER_H_

@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/ffd/knot_insertion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/ffd/bspline_basis.h"
+#include "core/ffd/lattice_edit.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+absl::Status Check(const LatticeStructure& s, int axis, double value, std::string_view field) {
+  if (axis < 0 || axis > 2) return error::OutOfRange(fmt::format("{}.axis", field), axis, 0, 2);
+  const std::string path = fmt::format("{}.value", field);
+  if (!std::isfinite(value)) return error::NotFinite(path);
+  if (value <= s.domain_begin(axis) || value >= s.domain_end(axis)) {
+    return error::InvalidField(path,
+                               fmt::format("got {}, allowed is strictly between {} and {}", value,
+                                           s.domain_begin(axis), s.domain_end(axis)),
+                               "OUT_OF_RANGE");
+  }
+  const auto a = static_cast<size_t>(axis);
+  const auto there = std::count(s.knots[a].begin(), s.knots[a].end(), value);
+  if (there >= s.degree[a]) {
+    return error::InvalidField(
+        path, fmt::format("knot {} is there {} times already, the degree {} allows "
+                          "no more",
+                          value, there, s.degree[a]));
+  }
+  const int layer = s.control_point_count() / s.size[a];
+  if (s.control_point_count() + layer > limits::kMaxControlPoints) {
+    return error::InvalidField(
+        field,
+        fmt::format("would make {} control points, at most {} are allowed",
+                    s.control_point_count() + layer, limits::kMaxControlPoints),
+        "OUT_OF_RANGE");
+  }
+  return absl::OkStatus();
+}
+
+// New point i of a row is (1 - weight[i]) P_{i-1} + weight[i] P_i.
+std::vector<double> Weights(const LatticeStructure& s, size_t axis, double value, int span) {
+  const int degree = s.degree[axis];
+  const auto& knots = s.knots[axis];
+  std::vector<double> weights(static_cast<size_t>(s.size[axis]) + 1);
+  for (int i = 0; i <= s.size[axis]; ++i) {
+    const auto n = static_cast<size_t>(i);
+    if (i <= span - degree) {
+      weights[n] = 1;
+    } else if (i > span) {
+      weights[n] = 0;
+    } else {
+      const double begin = knots[n], end = knots[n + static_cast<size_t>(degree)];
+      weights[n] = (value - begin) / (end - begin);
+    }
+  }
+  return weights;
+}
+
+class Inserter {
+ public:
+  Inserter(const Lattice& old, const LatticeStructure& structure, size_t axis)
+      : old_(old),
+        old_identity_(IdentityControlPoints(old.structure)),
+        new_identity_(IdentityControlPoints(structure)),
+        step_(axis == 0   ? 1
+              : axis == 1 ? static_cast<size_t>(old.structure.size[0])
+                          : static_cast<size_t>(old.structure.size[0] * old.structure.size[1])) {}
+
+  // `upper` is the old index of P_i; P_{i-1} lies one step before it.
+  Vec3d Point(size_t index, size_t upper, double weight) const {
+    const bool uses_upper = weight != 0, uses_lower = weight != 1;
+    if ((!uses_upper || AtRest(upper)) && (!uses_lower || AtRest(upper - step_))) {
+      return new_identity_[index];
+    }
+    if (!uses_lower) return old_.control_points[upper];
+    if (!uses_upper) return old_.control_points[upper - step_];
+    return (1 - weight) * old_.control_points[upper - step_] + weight * old_.control_points[upper];
+  }
+
+ private:
+  bool AtRest(size_t i) const { return SameBits(old_.control_points[i], old_identity_[i]); }
+
+  const Lattice& old_;
+  const std::vector<Vec3d> old_identity_, new_identity_;
+  const size_t step_;
+};
+
+}  // namespace
+
+absl::StatusOr<Lattice> WithKnotInserted(const Lattice& lattice, int axis, double value,
+                                         std::string_view field) {
+  const LatticeStructure& s = lattice.structure;
+  if (auto status = Check(s, axis, value, field); !status.ok()) return status;
+  const auto a = static_cast<size_t>(axis);
+  const int span = FindLowerSpan(s.knots[a].data(), s.degree[a], s.size[a], value);
+  const std::vector<double> weights = Weights(s, a, value, span);
+
+  Lattice result{s, {}};
+  auto& knots = result.structure.knots[a];
+  knots.insert(std::upper_bound(knots.begin(), knots.end(), value), value);
+  ++result.structure.size[a];
+  // Cannot fail on a valid lattice, but nothing invalid may enter a scene.
+  if (auto status = Validate(result.structure); !status.ok()) return status;
+
+  const Inserter inserter(lattice, result.structure, a);
+  const auto& size = result.structure.size;
+  result.control_points.reserve(static_cast<size_t>(result.structure.control_point_count()));
+  for (int k = 0; k < size[2]; ++k) {
+    for (int j = 0; j < size[1]; ++j) {
+      for (int i = 0; i < size[0]; ++i) {
+        const int along = axis == 0 ? i : axis == 1 ? j : k;
+        result.control_points.push_back(inserter.Point(
+            static_cast<size_t>(result.structure.Index(i, j, k)),
+            static_cast<size_t>(s.Index(i, j, k)), weights[static_cast<size_t>(along)]));
+      }
+    }
+  }
+  return result;
+}
+
+absl::StatusOr<Lattice> WithKnotsOf(const Lattice& lattice, const LatticeStructure& structure) {
+  Lattice refined = lattice;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<size_t>(axis);
+    std::vector<double> missing;
+    std::set_difference(structure.knots[a].begin(), structure.knots[a].end(),
+                        lattice.structure.knots[a].begin(), lattice.structure.knots[a].end(),
+                        std::back_inserter(missing));
+    for (const double knot : missing) {
+      auto next = WithKnotInserted(refined, axis, knot, "knot");
+      if (!next.ok()) return next.status();
+      refined = *std::move(next);
+    }
+  }
+  return refined;
+}
+
+}  // namespace latticed

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Knot insertion for the whole volume.            Boehm 1980; Piegl & Tiller, The NURBS Book, §5.2
+//
+//   On the axis of degree p, for a new knot t in the span k (knots[k] <= t <= knots[k+1]):
+//     Q_i = P_i                            i <= k - p
+//     Q_i = (1 - a_i) P_{i-1} + a_i P_i    k - p < i <= k,   a_i = (t - knots[i]) / (knots[i+p] -
+//     knots[i]) Q_i = P_{i-1}                        i > k
+//
+// The volume keeps its shape to 1e-12 of its diagonal; a point whose sources are at rest (bit for
+// bit at the identity position) is put at its own identity position, so that seams at rest stay
+// attached.
+//
+// Threads  pure
+#ifndef LATTICED_CORE_FFD_KNOT_INSERTION_H_
+#define LATTICED_CORE_FFD_KNOT_INSERTION_H_
+
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "core/ffd/lattice.h"
+
+namespace latticed {
+
+// kInvalidArgument naming `field`.axis (0…2) or `field`.value: not finite, not strictly inside the
+// domain, there already as often as the degree allows; or naming `field` where more than
+// limits::kMaxControlPoints would result.
+[[nodiscard]] absl::StatusOr<Lattice> WithKnotInserted(const Lattice& lattice, int axis,
+                                                       double value, std::string_view field);
+
+// The lattice with every knot of `structure` that it lacks. `structure` must come from the
+// lattice's by insertions.
+[[nodiscard]] absl::StatusOr<Lattice> WithKnotsOf(const Lattice& lattice,
+                                                  const LatticeStructure& structure);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_KNOT_INSERTION_H_

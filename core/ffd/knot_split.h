@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Cutting a mesh at the knot planes, watertight.                              DESIGN §2 "Splitting"
+//
+// All in double, in parameter space. Each source triangle is cut at the u planes, then v, then w,
+// ascending, the six faces of the frame included. What remains of it in a cell is a convex polygon,
+// which is triangulated so that its worst triangle is as good as can be.
+//
+// Why no crack can appear: a vertex exists once per position. It is snapped to planes once. A cut
+// point is keyed by its edge's two vertices and the plane, and computed once, from the end points
+// in canonical order (lexicographic by world position). So the two triangles of an edge name the
+// same vertices.
+//
+// Errors   kResourceExhausted past limits::kMaxPatches
+// Threads  pure function
+#ifndef LATTICED_CORE_FFD_KNOT_SPLIT_H_
+#define LATTICED_CORE_FFD_KNOT_SPLIT_H_
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/vec.h"
+#include "core/ffd/lattice.h"
+#include "core/mesh/polygon_mesh.h"
+
+namespace latticed {
+
+struct SplitVertex {
+  Vec3d world;
+  Vec3d parameter;  // exactly the knot where the vertex is on a plane
+};
+
+// A sub-triangle: three vertices, and where they are in the source triangle.
+struct SplitPiece {
+  std::array<uint32_t, 3> vertex{};
+  std::array<std::array<double, 3>, 3> barycentrics{};
+  uint32_t triangle = 0;  // index into SplitMesh::triangles
+};
+
+// A triangle of the triangulated source: its face, and its three corners in the mesh.
+struct SourceTriangle {
+  uint32_t face = 0;
+  std::array<uint32_t, 3> corners{};
+};
+
+struct SplitMesh {
+  std::vector<SplitVertex> vertices;
+  std::vector<SplitPiece> pieces;
+  std::vector<SourceTriangle> triangles;
+};
+
+// A vertex closer to a knot plane than this fraction of the axis range is on it.
+inline constexpr double kPlaneSnap = 0x1p-40;
+
+[[nodiscard]] absl::StatusOr<SplitMesh> SplitAtKnots(const PolygonMesh& mesh,
+                                                     const LatticeStructure& structure);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_KNOT_SPLIT_H_

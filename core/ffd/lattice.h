@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The B-spline volume.                                   Cui & Feng 2014, formula (1)
+//
+//   R(u,v,w) = sum_ijk P_ijk N_i(u) N_j(v) N_k(w)
+//
+//   degree 1..3 and size (control points) per axis, size > degree; knots of length size + degree +
+//   1, non-decreasing, finite, interior multiplicity <= degree; domain [knot_degree, knot_size],
+//   closed. The frame is a parallelepiped in the world, of either hand, that maps affinely to the
+//   domain.
+//
+// Layout  control points in world coordinates, u fastest: index = i + size_u (j + size_v k)
+// Errors  kInvalidArgument naming the field ("lattice.knots_u", "lattice.control_points", …)
+// Threads plain data and pure functions
+#ifndef LATTICED_CORE_FFD_LATTICE_H_
+#define LATTICED_CORE_FFD_LATTICE_H_
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/base/bounds.h"
+#include "core/base/vec.h"
+
+namespace latticed {
+
+// Origin and three edge vectors of the lattice's rest box in the world.
+struct LatticeFrame {
+  Vec3d origin;
+  std::array<Vec3d, 3> edges;
+  friend bool operator==(const LatticeFrame&, const LatticeFrame&) = default;
+};
+
+// All of a lattice but its control points: what a plan depends on.
+struct LatticeStructure {
+  std::array<int, 3> degree{2, 2, 2};
+  std::array<int, 3> size{4, 4, 4};
+  std::array<std::vector<double>, 3> knots;
+  LatticeFrame frame;
+
+  int control_point_count() const { return size[0] * size[1] * size[2]; }
+  int patch_degree() const { return degree[0] + degree[1] + degree[2]; }
+  int Index(int i, int j, int k) const { return i + size[0] * (j + size[1] * k); }
+  double domain_begin(int axis) const {
+    return knots[static_cast<size_t>(axis)][static_cast<size_t>(degree[static_cast<size_t>(axis)])];
+  }
+  double domain_end(int axis) const {
+    return knots[static_cast<size_t>(axis)][static_cast<size_t>(size[static_cast<size_t>(axis)])];
+  }
+  friend bool operator==(const LatticeStructure&, const LatticeStructure&) = default;
+};
+
+struct Lattice {
+  LatticeStructure structure;
+  std::vector<Vec3d> control_points;
+};
+
+// 0,…,0, 1, 2, …, m,…,m with m = size - degree and the ends repeated degree + 1 times.
+[[nodiscard]] std::vector<double> ClampedUniformKnots(int degree, int size);
+
+[[nodiscard]] absl::Status Validate(const LatticeStructure& structure);
+// The structure, and the count and finiteness of the control points.
+[[nodiscard]] absl::Status Validate(const Lattice& lattice);
+
+// Control points at the Greville abscissae: R is then the frame's affine map, and the mesh is at
+// rest.
+[[nodiscard]] std::vector<Vec3d> IdentityControlPoints(const LatticeStructure& structure);
+
+// An axis-aligned identity lattice around `bounds`, enlarged on every side of every axis by
+// `padding` times the longest edge of the bounds, so that flat meshes have a volume. padding 0 is
+// refused for a flat mesh. kInvalidArgument names fit.size, fit.degree or fit.padding.
+[[nodiscard]] absl::StatusOr<Lattice> FitLattice(const Bounds& bounds, std::array<int, 3> size,
+                                                 std::array<int, 3> degree, double padding);
+
+// World <-> parameter space, by the frame. Construct once, use for many points.
+class FrameMap {
+ public:
+  explicit FrameMap(const LatticeStructure& structure);
+  Vec3d ToParameter(Vec3d world) const;
+  Vec3d ToWorld(Vec3d parameter) const;
+  // The linear parts: for directions.
+  Vec3d DirectionToParameter(Vec3d world) const;
+
+ private:
+  Vec3d origin_, begin_;
+  std::array<Vec3d, 3> columns_;  // d world / d parameter
+  std::array<Vec3d, 3> rows_;     // d parameter / d world
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_LATTICE_H_

@@ -1,0 +1,178 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/ffd/lattice_edit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/ffd/control_point_range.h"
+#include "core/ffd/knot_insertion.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+// In range and no index twice: an edit that names a point twice has no order to apply them in.
+absl::Status CheckIndices(const std::vector<uint32_t>& indices, size_t count,
+                          std::string_view field) {
+  if (indices.empty()) {
+    return error::InvalidField(fmt::format("{}.indices", field), "must not be empty");
+  }
+  std::vector<bool> seen(count);
+  for (size_t n = 0; n < indices.size(); ++n) {
+    const uint32_t index = indices[n];
+    if (index >= count) {
+      return error::OutOfRange(fmt::format("{}.indices[{}]", field, n), index, 0,
+                               static_cast<double>(count) - 1);
+    }
+    if (seen[index]) {
+      return error::InvalidField(fmt::format("{}.indices[{}]", field, n),
+                                 fmt::format("control point {} is named twice", index));
+    }
+    seen[index] = true;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckCount(size_t got, size_t expected, const std::string& field) {
+  if (got == expected) return absl::OkStatus();
+  return error::InvalidField(
+      field, fmt::format("got {} numbers, x, y, z of {} control points = {} are needed", 3 * got,
+                         expected, 3 * expected));
+}
+
+absl::Status Write(EditTarget& target, uint32_t index, Vec3d position, const std::string& field) {
+  if (auto status = CheckControlPoint(position, field); !status.ok()) return status;
+  target.lattice.control_points[index] = position;
+  target.written[index] = true;
+  return absl::OkStatus();
+}
+
+// Positions travel as a flat list x, y, z, x, …: errors name the component in it.
+absl::Status WriteListed(EditTarget& target, uint32_t index, const std::vector<Vec3d>& positions,
+                         size_t n, const std::string& field) {
+  const Vec3d p = positions[n];
+  for (int c = 0; c < 3; ++c) {
+    auto status =
+        CheckControlCoordinate(p[c], fmt::format("{}[{}]", field, 3 * n + static_cast<size_t>(c)));
+    if (!status.ok()) return status;
+  }
+  return Write(target, index, p, field);
+}
+
+absl::Status Apply(const SetControlPoints& edit, std::string_view field, EditTarget& target) {
+  const std::string path = fmt::format("{}.set_control_points", field);
+  auto status = CheckIndices(edit.indices, target.lattice.control_points.size(), path);
+  if (status.ok()) {
+    status = CheckCount(edit.positions.size(), edit.indices.size(), path + ".positions");
+  }
+  for (size_t n = 0; status.ok() && n < edit.indices.size(); ++n) {
+    status = WriteListed(target, edit.indices[n], edit.positions, n, path + ".positions");
+  }
+  return status;
+}
+
+absl::Status Apply(const MoveControlPoints& edit, std::string_view field, EditTarget& target) {
+  const std::string path = fmt::format("{}.move_control_points", field);
+  auto& points = target.lattice.control_points;
+  auto status = CheckIndices(edit.indices, points.size(), path);
+  if (status.ok() && !IsFinite(edit.offset)) status = error::NotFinite(path + ".offset");
+  for (size_t n = 0; status.ok() && n < edit.indices.size(); ++n) {
+    const uint32_t index = edit.indices[n];
+    status = Write(target, index, points[index] + edit.offset, path + ".offset");
+  }
+  return status;
+}
+
+absl::Status CheckAffine(const std::array<double, 16>& m, const std::string& path) {
+  if (!std::all_of(m.begin(), m.end(), [](double x) { return std::isfinite(x); })) {
+    return error::NotFinite(path);
+  }
+  if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1) {
+    return error::InvalidField(path,
+                               fmt::format("the last row is ({}, {}, {}, {}), an affine matrix has "
+                                           "(0, 0, 0, 1); matrices are column-major",
+                                           m[3], m[7], m[11], m[15]));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Apply(const TransformControlPoints& edit, std::string_view field, EditTarget& target) {
+  const std::string path = fmt::format("{}.transform_control_points", field);
+  auto& points = target.lattice.control_points;
+  auto status = CheckIndices(edit.indices, points.size(), path);
+  if (status.ok()) status = CheckAffine(edit.matrix, path + ".matrix");
+  const auto column = [&edit](size_t c) {
+    return Vec3d{edit.matrix[4 * c], edit.matrix[4 * c + 1], edit.matrix[4 * c + 2]};
+  };
+  for (size_t n = 0; status.ok() && n < edit.indices.size(); ++n) {
+    const Vec3d p = points[edit.indices[n]];
+    status =
+        Write(target, edit.indices[n],
+              p.x * column(0) + p.y * column(1) + p.z * column(2) + column(3), path + ".matrix");
+  }
+  return status;
+}
+
+absl::Status WriteAll(const std::vector<Vec3d>& positions, const std::string& path,
+                      EditTarget& target) {
+  absl::Status status;
+  for (size_t i = 0; status.ok() && i < positions.size(); ++i) {
+    status = WriteListed(target, static_cast<uint32_t>(i), positions, i, path);
+  }
+  return status;
+}
+
+absl::Status Apply(const ReplaceControlPoints& edit, std::string_view field, EditTarget& target) {
+  const std::string path = fmt::format("{}.replace_control_points.control_points", field);
+  auto status = CheckCount(edit.control_points.size(), target.lattice.control_points.size(), path);
+  return status.ok() ? WriteAll(edit.control_points, path, target) : status;
+}
+
+absl::Status Apply(const Reset& edit, const Lattice& initial, std::string_view field,
+                   EditTarget& target) {
+  const std::string path = fmt::format("{}.reset", field);
+  if (edit.to == ResetTo::kIdentity) {
+    return WriteAll(IdentityControlPoints(target.lattice.structure), path, target);
+  }
+  auto refined = WithKnotsOf(initial, target.lattice.structure);
+  if (!refined.ok()) return refined.status();
+  return WriteAll(refined->control_points, path, target);
+}
+
+absl::Status NotAlone(std::string_view field, std::string_view name) {
+  return error::InvalidField(fmt::format("{}.{}", field, name),
+                             "must be the only edit of its batch, outside any gesture");
+}
+
+}  // namespace
+
+EditTarget::EditTarget(Lattice start)
+    : lattice(std::move(start)), written(lattice.control_points.size()) {}
+
+absl::Status ApplyEdit(const Edit& edit, const Lattice& initial, std::string_view field,
+                       EditTarget& target) {
+  return std::visit(
+      [&](const auto& e) -> absl::Status {
+        using T = std::decay_t<decltype(e)>;
+        if constexpr (std::is_same_v<T, InsertKnot>) {
+          return NotAlone(field, "insert_knot");
+        } else if constexpr (std::is_same_v<T, Undo>) {
+          return NotAlone(field, "undo");
+        } else if constexpr (std::is_same_v<T, Redo>) {
+          return NotAlone(field, "redo");
+        } else if constexpr (std::is_same_v<T, Reset>) {
+          return Apply(e, initial, field, target);
+        } else {
+          return Apply(e, field, target);
+        }
+      },
+      edit);
+}
+
+bool SameBits(Vec3d a, Vec3d b) { return std::memcmp(&a, &b, sizeof(Vec3d)) == 0; }
+
+}  // namespace latticed

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Edits of a lattice, as a client writes them, and their effect on one lattice.        WIRE.md
+// "Edits"
+//
+// Layout   positions in world coordinates; matrices 4x4 column-major, affine, acting on columns
+// Errors   kInvalidArgument naming the field, such as "edits[2].set_control_points.indices[5]"; a
+//          refused edit may leave its target half written, so callers work on a copy
+// Threads  plain data and pure functions
+#ifndef LATTICED_CORE_FFD_LATTICE_EDIT_H_
+#define LATTICED_CORE_FFD_LATTICE_EDIT_H_
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/base/vec.h"
+#include "core/ffd/lattice.h"
+
+namespace latticed {
+
+struct SetControlPoints {
+  std::vector<uint32_t> indices;
+  std::vector<Vec3d> positions;
+};
+struct MoveControlPoints {
+  std::vector<uint32_t> indices;
+  Vec3d offset;
+};
+struct TransformControlPoints {
+  std::vector<uint32_t> indices;
+  std::array<double, 16> matrix{};
+};
+struct ReplaceControlPoints {
+  std::vector<Vec3d> control_points;
+};
+struct InsertKnot {
+  int axis = 0;  // 0 = u, 1 = v, 2 = w
+  double value = 0;
+};
+enum class ResetTo {
+  kIdentity,  // Greville points of the present structure
+  kInitial,   // the points that the scene was made with, with the knots inserted since
+};
+struct Reset {
+  ResetTo to = ResetTo::kIdentity;
+};
+enum class UndoScope {
+  kMine,   // the caller's last step
+  kScene,  // the last step, whoever made it
+};
+struct Undo {
+  UndoScope scope = UndoScope::kMine;
+};
+struct Redo {};
+
+using Edit = std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints,
+                          ReplaceControlPoints, InsertKnot, Reset, Undo, Redo>;
+
+enum class GesturePhase {
+  kUpdate,  // replaces the gesture's previous update; the meaning of an unspecified phase
+  kCommit,  // as kUpdate where there are edits, then ends the gesture
+  kCancel,  // takes the gesture back; carries no edits
+};
+
+struct EditBatch {
+  std::string editor_id;
+  uint64_t sequence = 0;  // from 1, rising
+  uint64_t structure_id = 0;
+  std::optional<uint64_t> expected_revision;
+  std::string gesture_id;  // empty: the batch is an undo step of its own
+  GesturePhase gesture_phase = GesturePhase::kUpdate;
+  std::vector<Edit> edits;
+  // Not OK: what came could not be read as edits, and is refused with this, in its place in the
+  // editor's sequence.
+  absl::Status refusal;
+};
+
+// What the edits of a batch are applied to, one after the other.
+struct EditTarget {
+  Lattice lattice;
+  std::vector<bool> written;  // per control point
+
+  explicit EditTarget(Lattice start);
+};
+
+// Applies one edit; `field` is its path, such as "edits[2]". kInvalidArgument; also for
+// insert_knot, undo and redo, which need a history and must be alone in their batch.
+[[nodiscard]] absl::Status ApplyEdit(const Edit& edit, const Lattice& initial,
+                                     std::string_view field, EditTarget& target);
+
+// Whether two points have the same bits: what "has not moved" means.
+[[nodiscard]] bool SameBits(Vec3d a, Vec3d b);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_LATTICE_EDIT_H_

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The rest normals that smooth shading carries: one unit normal per corner of the mesh.
+//
+//   the file's own normal where it has one of non-zero length, else the sum of the area vectors of
+//   the faces around the position (seams of UVs or normals do not count), else the face's own, else
+//   +z
+//
+// Threads  pure function
+#ifndef LATTICED_CORE_FFD_VERTEX_NORMALS_H_
+#define LATTICED_CORE_FFD_VERTEX_NORMALS_H_
+
+#include <vector>
+
+#include "core/base/vec.h"
+#include "core/mesh/polygon_mesh.h"
+
+namespace latticed {
+
+[[nodiscard]] std::vector<Vec3f> UnitCornerNormals(const PolygonMesh& mesh);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_VERTEX_NORMALS_H_

@@ -1,0 +1,175 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <array>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/base/bounds.h"
+#include "core/base/error.h"
+#include "core/base/utf8.h"
+#include "core/mesh/glb_io.h"
+#include "core/mesh/glb_layout.h"
+#include "core/mesh/little_endian.h"
+
+namespace latticed {
+namespace {
+
+using nlohmann::json;
+
+// glTF is in metres, +y up, right-handed: the rotation and scale from world units, column-major.
+// What is unknown is taken as glTF's.
+json ToGltf(const MeshUnits& units) {
+  const double s = units.meters_per_unit > 0 ? units.meters_per_unit : 1;
+  if (units.up_axis == "z") return json::array({s, 0, 0, 0, 0, 0, -s, 0, 0, s, 0, 0, 0, 0, 0, 1});
+  if (units.up_axis == "x") return json::array({0, s, 0, 0, -s, 0, 0, 0, 0, 0, s, 0, 0, 0, 0, 1});
+  return json::array({s, 0, 0, 0, 0, s, 0, 0, 0, 0, s, 0, 0, 0, 0, 1});
+}
+
+class GlbBuilder {
+ public:
+  explicit GlbBuilder(const TriangleMesh& mesh) : mesh_(mesh) {
+    Bounds bounds;
+    for (Vec3d p : mesh.positions) bounds.Extend(p);
+    if (!bounds.empty()) center_ = bounds.center();
+  }
+
+  absl::StatusOr<std::string> Build() {
+    const size_t binary_bytes = mesh_.positions.size() * (2 * sizeof(Vec3f) + sizeof(Vec2f)) +
+                                mesh_.triangles.size() * sizeof(std::array<uint32_t, 3>);
+    constexpr size_t kRoomForJson = size_t{64} << 20;
+    constexpr size_t kMostBytes = std::numeric_limits<uint32_t>::max() - kRoomForJson;
+    if (binary_bytes > kMostBytes)
+      return error::OutOfMemory("a GLB file", binary_bytes, kMostBytes);
+    binary_.reserve(binary_bytes);
+    AddAttributes();
+    AddPrimitives();
+    Describe();
+    return Pack();
+  }
+
+ private:
+  // Adds a buffer view over what was appended since `begin`, with one accessor; returns its index.
+  size_t AddAccessor(size_t begin, size_t count, int component_type, std::string_view type,
+                     int target) {
+    document_["bufferViews"].push_back(json::object({{"buffer", 0},
+                                                     {"byteOffset", begin},
+                                                     {"byteLength", binary_.size() - begin},
+                                                     {"target", target}}));
+    document_["accessors"].push_back(
+        json::object({{"bufferView", document_["bufferViews"].size() - 1},
+                      {"componentType", component_type},
+                      {"count", count},
+                      {"type", std::string(type)}}));
+    return document_["accessors"].size() - 1;
+  }
+
+  void AddAttributes() {
+    const size_t count = mesh_.positions.size();
+    if (count == 0) return;
+    Bounds local;  // of the floats as written, which is what glTF asks for
+    for (Vec3d p : mesh_.positions) {
+      const Vec3f q = ToFloat(p - center_);
+      local.Extend(ToDouble(q));
+      AppendLittleEndian(q, &binary_);
+    }
+    const size_t positions = AddAccessor(0, count, glb::kFloat, "VEC3", glb::kArrayBuffer);
+    json& accessor = document_["accessors"][positions];
+    accessor["min"] = json::array({local.min.x, local.min.y, local.min.z});
+    accessor["max"] = json::array({local.max.x, local.max.y, local.max.z});
+    attributes_["POSITION"] = positions;
+    if (!mesh_.normals.empty()) {
+      const size_t begin = binary_.size();
+      for (Vec3f n : mesh_.normals) AppendLittleEndian(n, &binary_);
+      attributes_["NORMAL"] = AddAccessor(begin, count, glb::kFloat, "VEC3", glb::kArrayBuffer);
+    }
+    if (!mesh_.uvs.empty()) {
+      const size_t begin = binary_.size();
+      for (Vec2f uv : mesh_.uvs) AppendLittleEndian(Vec2f{uv.x, 1 - uv.y}, &binary_);
+      attributes_["TEXCOORD_0"] = AddAccessor(begin, count, glb::kFloat, "VEC2", glb::kArrayBuffer);
+    }
+  }
+
+  void AddPrimitives() {
+    const bool grouped = !mesh_.triangle_groups.empty();
+    std::vector<std::vector<size_t>> triangles_of(grouped ? mesh_.group_names.size() : 1);
+    for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      triangles_of[grouped ? mesh_.triangle_groups[t] : 0].push_back(t);
+    }
+    for (size_t g = 0; g < triangles_of.size(); ++g) {
+      if (triangles_of[g].empty()) continue;  // glTF has no empty accessors
+      const size_t begin = binary_.size();
+      for (size_t t : triangles_of[g]) AppendLittleEndian(mesh_.triangles[t], &binary_);
+      json primitive = json::object(
+          {{"attributes", attributes_},
+           {"indices", AddAccessor(begin, 3 * triangles_of[g].size(), glb::kUnsignedInt, "SCALAR",
+                                   glb::kElementArrayBuffer)},
+           {"mode", glb::kTriangles}});
+      if (grouped) {
+        document_["materials"].push_back(
+            json::object({{"name", ValidUtf8(mesh_.group_names[g])}, {"doubleSided", true}}));
+        primitive["material"] = document_["materials"].size() - 1;
+      }
+      primitives_.push_back(std::move(primitive));
+    }
+  }
+
+  void Describe() {
+    document_["asset"] = json::object({{"version", "2.0"}, {"generator", "latticed"}});
+    const MeshUnits& units = mesh_.units;
+    if (!units.up_axis.empty()) document_["asset"]["extras"]["upAxis"] = units.up_axis;
+    if (units.meters_per_unit > 0) {
+      document_["asset"]["extras"]["metersPerUnit"] = units.meters_per_unit;
+    }
+    document_["scene"] = 0;
+    json scene = json::object();
+    if (!primitives_.empty()) {
+      scene["nodes"] = json::array({0});
+      const json translation = json::array({center_.x, center_.y, center_.z});
+      const json mesh_node = json::object({{"mesh", 0}, {"translation", translation}});
+      if (units.known()) {
+        document_["nodes"] = json::array(
+            {json::object({{"children", json::array({1})}, {"matrix", ToGltf(units)}}), mesh_node});
+      } else {
+        document_["nodes"] = json::array({mesh_node});
+      }
+      document_["meshes"] = json::array({json::object({{"primitives", primitives_}})});
+      document_["buffers"] = json::array({json::object({{"byteLength", binary_.size()}})});
+    }
+    document_["scenes"] = json::array({scene});
+  }
+
+  std::string Pack() {
+    std::string text = document_.dump();
+    text.resize(glb::Aligned(text.size()), ' ');
+    binary_.resize(glb::Aligned(binary_.size()), '\0');
+    std::string out;
+    const size_t binary_chunk = binary_.empty() ? 0 : glb::kChunkHeaderBytes + binary_.size();
+    const size_t total = glb::kHeaderBytes + glb::kChunkHeaderBytes + text.size() + binary_chunk;
+    out.reserve(total);
+    for (uint64_t word : {uint64_t{glb::kMagic}, uint64_t{glb::kVersion}, uint64_t{total},
+                          uint64_t{text.size()}, uint64_t{glb::kJsonChunk}}) {
+      AppendLittleEndian(static_cast<uint32_t>(word), &out);
+    }
+    out += text;
+    if (binary_.empty()) return out;
+    AppendLittleEndian(static_cast<uint32_t>(binary_.size()), &out);
+    AppendLittleEndian(glb::kBinaryChunk, &out);
+    out += binary_;
+    return out;
+  }
+
+  const TriangleMesh& mesh_;
+  Vec3d center_;
+  std::string binary_;
+  json document_ = json::object();
+  json attributes_ = json::object();
+  json primitives_ = json::array();
+};
+
+}  // namespace
+
+absl::StatusOr<std::string> WriteGlb(const TriangleMesh& mesh) { return GlbBuilder(mesh).Build(); }
+
+}  // namespace latticed

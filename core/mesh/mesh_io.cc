@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/mesh_io.h"
+
+#include <array>
+
+#include "absl/strings/match.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/mesh/glb_io.h"
+#include "core/mesh/obj_io.h"
+#include "core/mesh/ply_io.h"
+#include "core/mesh/stl_io.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+struct FormatNames {
+  MeshFormat format;
+  std::string_view name, extension;
+};
+constexpr std::array<FormatNames, 5> kFormats = {{
+    {MeshFormat::kObj, "OBJ", "obj"},
+    {MeshFormat::kPly, "PLY", "ply"},
+    {MeshFormat::kStl, "STL", "stl"},
+    {MeshFormat::kGlb, "GLB", "glb"},
+    {MeshFormat::kDraco, "DRACO", "drc"},
+}};
+
+const FormatNames& NamesOf(MeshFormat format) { return kFormats[static_cast<size_t>(format)]; }
+
+bool SameButForCase(std::string_view a, std::string_view b) {
+  return absl::EqualsIgnoreCase({a.data(), a.size()}, {b.data(), b.size()});
+}
+
+}  // namespace
+
+absl::StatusOr<MeshFormat> MeshFormatFromFileName(std::string_view file_name) {
+  const size_t dot = file_name.rfind('.');
+  if (dot != std::string_view::npos) {
+    for (const FormatNames& known : kFormats) {
+      if (SameButForCase(file_name.substr(dot + 1), known.extension)) return known.format;
+    }
+  }
+  return error::InvalidField(
+      "format", fmt::format("'{}' is no known mesh file; known are .obj, .ply, .stl, .glb and .drc",
+                            file_name));
+}
+
+std::string_view MeshFormatName(MeshFormat format) { return NamesOf(format).name; }
+std::string_view MeshFormatExtension(MeshFormat format) { return NamesOf(format).extension; }
+
+absl::StatusOr<PolygonMesh> ReadMesh(MeshFormat format, std::string_view bytes) {
+  if (bytes.empty()) return error::MalformedFile(MeshFormatName(format), "byte 0", "it is empty");
+  if (bytes.size() > limits::kMaxMeshBytes) {
+    return error::InvalidField("data", fmt::format("{} bytes; at most {} are allowed", bytes.size(),
+                                                   limits::kMaxMeshBytes));
+  }
+  switch (format) {
+    case MeshFormat::kObj:
+      return ReadObj(bytes);
+    case MeshFormat::kPly:
+      return ReadPly(bytes);
+    case MeshFormat::kStl:
+      return ReadStl(bytes);
+    case MeshFormat::kGlb:
+      return ReadGlb(bytes);
+    case MeshFormat::kDraco:
+      break;
+  }
+  return error::Unimplemented("reading Draco without the codec");
+}
+
+absl::StatusOr<std::string> WriteMesh(MeshFormat format, const TriangleMesh& mesh) {
+  switch (format) {
+    case MeshFormat::kObj:
+      return WriteObj(mesh);
+    case MeshFormat::kPly:
+      return WritePly(mesh);
+    case MeshFormat::kStl:
+      return WriteStl(mesh);
+    case MeshFormat::kGlb:
+      return WriteGlb(mesh);
+    case MeshFormat::kDraco:
+      break;
+  }
+  return error::Unimplemented("writing Draco without the codec");
+}
+
+}  // namespace latticed

@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the readers of mesh files share: words and numbers of text files, and the last checks.
+//
+// Threads  pure functions
+#ifndef LATTICED_CORE_MESH_MESH_READING_H_
+#define LATTICED_CORE_MESH_MESH_READING_H_
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/vec.h"
+#include "core/mesh/polygon_mesh.h"
+
+namespace latticed {
+
+// The next word of *text, between white space (line ends included), and its removal. Empty at the
+// end.
+[[nodiscard]] std::string_view TakeWord(std::string_view* text);
+// Whether the whole word is one number. Doubles must be finite; a leading '+' is allowed.
+[[nodiscard]] bool ParseNumber(std::string_view word, double* value);
+[[nodiscard]] bool ParseInteger(std::string_view word, int64_t* value);
+// Why ParseNumber or ParseInteger refused the word; long and unprintable words are cut.
+[[nodiscard]] std::string NumberProblem(std::string_view word);
+// "line 12", for the position `offset` of a text; counted, so for error messages only.
+[[nodiscard]] std::string LineAt(std::string_view text, size_t offset);
+// A name of the file as a message may show it: printable, at most 40 characters.
+[[nodiscard]] std::string Quoted(std::string_view word);
+
+// Positions without duplicates: formats without shared vertices get their connectivity back. Exact
+// bits decide, but that -0 is 0.
+class VertexWelder {
+ public:
+  explicit VertexWelder(std::vector<Vec3d>* positions) : positions_(*positions) {}
+  uint32_t Add(Vec3d position);
+
+ private:
+  struct Hash {
+    size_t operator()(Vec3d p) const;
+  };
+  std::vector<Vec3d>& positions_;
+  std::unordered_map<Vec3d, uint32_t, Hash> index_;
+};
+
+// Ends every reader: drops attributes that no corner uses, and validates. kInvalidArgument with
+// reason MALFORMED_FILE.
+[[nodiscard]] absl::StatusOr<PolygonMesh> FinishMesh(std::string_view format, PolygonMesh mesh);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_MESH_MESH_READING_H_

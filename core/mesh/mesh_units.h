@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the numbers of an exported mesh mean, as far as its uploader said: nothing is computed from
+// it but the root node of a GLB.
+#ifndef LATTICED_CORE_MESH_MESH_UNITS_H_
+#define LATTICED_CORE_MESH_MESH_UNITS_H_
+
+#include <string>
+
+namespace latticed {
+
+struct MeshUnits {
+  std::string up_axis;         // "x", "y", "z"; empty: unknown
+  double meters_per_unit = 0;  // 0: unknown
+
+  bool known() const { return !up_axis.empty() || meters_per_unit > 0; }
+};
+
+// "up +z, 0.01 m per unit", what is known of it; short enough for the header of an STL file.
+[[nodiscard]] std::string Describe(const MeshUnits& units);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_MESH_MESH_UNITS_H_

@@ -1,0 +1,259 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/mesh/mesh_reading.h"
+#include "core/mesh/obj_io.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+constexpr std::string_view kFormat = "OBJ";
+
+// The next word before a comment, which ends the line also where it is glued to a word.
+std::string_view TakeField(std::string_view* line) {
+  const std::string_view word = TakeWord(line);
+  const size_t comment = word.find('#');
+  if (comment == std::string_view::npos) return word;
+  *line = {};
+  return word.substr(0, comment);
+}
+
+std::string_view Trimmed(std::string_view text) {
+  const size_t begin = text.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+}
+
+// Splits off the next line, continuations joined into *joined, and counts the lines it took.
+std::string_view TakeLine(std::string_view* text, std::string* joined, size_t* lines) {
+  joined->clear();
+  *lines = 0;
+  while (true) {
+    const size_t end = std::min(text->find_first_of("\r\n"), text->size());
+    const std::string_view line = text->substr(0, end);
+    const bool crlf = end + 1 < text->size() && (*text)[end] == '\r' && (*text)[end + 1] == '\n';
+    text->remove_prefix(std::min(text->size(), end + (crlf ? 2 : 1)));
+    ++*lines;
+    const bool continued = !line.empty() && line.back() == '\\' && !text->empty();
+    if (!continued && joined->empty()) return line;
+    joined->append(line, 0, line.size() - (continued ? 1 : 0));
+    joined->push_back(' ');
+    if (!continued) return *joined;
+  }
+}
+
+class ObjReader {
+ public:
+  absl::StatusOr<PolygonMesh> Read(std::string_view text) {
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
+      text.remove_prefix(kByteOrderMark.size());
+    }
+    std::string joined;
+    size_t lines = 0;
+    for (line_ = 1; !text.empty(); line_ += lines) {
+      if (absl::Status status = ReadLine(TakeLine(&text, &joined, &lines)); !status.ok()) {
+        return status;
+      }
+    }
+    return Finish();
+  }
+
+ private:
+  // One of v, vt, vn: how many there are, and the highest index that a face used before it was
+  // defined.
+  struct Kind {
+    std::string_view name;
+    size_t count = 0;
+    size_t forward_count = 0;
+    size_t forward_line = 0;
+  };
+
+  absl::Status Malformed(std::string_view problem) const {
+    return error::MalformedFile(kFormat, fmt::format("line {}", line_), problem);
+  }
+
+  absl::Status ReadLine(std::string_view line) {
+    const std::string_view keyword = TakeField(&line);
+    if (keyword == "v") return ReadPosition(line);
+    if (keyword == "f") return ReadFace(line);
+    if (keyword == "vn") return ReadNormal(line);
+    if (keyword == "vt") return ReadUv(line);
+    if (keyword == "usemtl") return SetGroup(&material_, line);
+    if (keyword == "g") return SetGroup(&group_, line);
+    if (keyword == "o") return SetGroup(&object_, line);
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadNumbers(std::string_view line, int needed, double* values) {
+    for (int i = 0; i < needed; ++i) {
+      const std::string_view word = TakeField(&line);
+      if (!ParseNumber(word, &values[i])) return Malformed(NumberProblem(word));
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadPosition(std::string_view line) {
+    double p[3];
+    if (absl::Status status = ReadNumbers(line, 3, p); !status.ok()) return status;
+    mesh_.positions.push_back({p[0], p[1], p[2]});
+    ++vertices_.count;
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadNormal(std::string_view line) {
+    double n[3];
+    if (absl::Status status = ReadNumbers(line, 3, n); !status.ok()) return status;
+    mesh_.normals.push_back(ToFloat({n[0], n[1], n[2]}));
+    ++normals_.count;
+    if (!IsFinite(ToDouble(mesh_.normals.back()))) return Malformed("the normal is too long");
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadUv(std::string_view line) {
+    double uv[2] = {0, 0};
+    std::string_view second = line;
+    (void)TakeField(&second);
+    const int given = TakeField(&second).empty() ? 1 : 2;  // v is optional
+    if (absl::Status status = ReadNumbers(line, given, uv); !status.ok()) return status;
+    mesh_.uvs.push_back({static_cast<float>(uv[0]), static_cast<float>(uv[1])});
+    ++uvs_.count;
+    if (!std::isfinite(mesh_.uvs.back().x) || !std::isfinite(mesh_.uvs.back().y)) {
+      return Malformed("the texture coordinate is too large");
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status SetGroup(std::string* name, std::string_view line) {
+    *name = std::string(Trimmed(line));
+    const std::string& shown = !material_.empty() ? material_ : !group_.empty() ? group_ : object_;
+    const auto [it, added] =
+        group_ids_.try_emplace(shown, static_cast<uint32_t>(group_ids_.size()));
+    current_group_ = it->second;
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadFace(std::string_view line) {
+    uint32_t corners = 0;
+    for (std::string_view word = TakeField(&line); !word.empty(); word = TakeField(&line)) {
+      if (absl::Status status = ReadCorner(word); !status.ok()) return status;
+      if (++corners > limits::kMaxFaceCorners) {
+        return Malformed(fmt::format("a face has more than {} corners", limits::kMaxFaceCorners));
+      }
+    }
+    if (corners < 3) return Malformed(fmt::format("a face has {} corners; 3 are needed", corners));
+    if (mesh_.face_count() >= limits::kMaxMeshFaces) {
+      return Malformed(fmt::format("more than {} faces", limits::kMaxMeshFaces));
+    }
+    mesh_.face_offsets.push_back(static_cast<uint32_t>(mesh_.corner_count()));
+    mesh_.face_groups.push_back(current_group_);
+    return absl::OkStatus();
+  }
+
+  // v, v/vt, v//vn or v/vt/vn.
+  absl::Status ReadCorner(std::string_view word) {
+    uint32_t indices[3] = {PolygonMesh::kNoAttribute, PolygonMesh::kNoAttribute,
+                           PolygonMesh::kNoAttribute};
+    Kind* const kinds[3] = {&vertices_, &uvs_, &normals_};
+    std::string_view rest = word;
+    for (int i = 0; i < 3; ++i) {
+      const size_t slash = rest.find('/');
+      const std::string_view field = rest.substr(0, slash);
+      if (!field.empty() || i == 0) {
+        if (absl::Status status = ReadIndex(field, kinds[i], &indices[i]); !status.ok()) {
+          return status;
+        }
+      }
+      if (slash == std::string_view::npos) break;
+      if (i == 2) return Malformed(fmt::format("{} has more than three indices", Quoted(word)));
+      rest.remove_prefix(slash + 1);
+    }
+    if (mesh_.corner_count() >= PolygonMesh::kNoAttribute) return Malformed("too many corners");
+    mesh_.corner_vertices.push_back(indices[0]);
+    AddAttribute(indices[1], &mesh_.corner_uvs);
+    AddAttribute(indices[2], &mesh_.corner_normals);
+    return absl::OkStatus();
+  }
+
+  // An attribute's list stays empty until a corner has one.
+  void AddAttribute(uint32_t index, std::vector<uint32_t>* list) {
+    if (index == PolygonMesh::kNoAttribute && list->empty()) return;
+    list->resize(mesh_.corner_count() - 1, PolygonMesh::kNoAttribute);
+    list->push_back(index);
+  }
+
+  absl::Status ReadIndex(std::string_view field, Kind* kind, uint32_t* index) {
+    int64_t value = 0;
+    if (!ParseInteger(field, &value)) return Malformed(NumberProblem(field));
+    const auto count = static_cast<int64_t>(kind->count);
+    if (value == 0 || value < -count || value > static_cast<int64_t>(limits::kMaxMeshVertices)) {
+      return Malformed(OutOfRange(*kind, value));
+    }
+    *index = static_cast<uint32_t>(value > 0 ? value - 1 : count + value);
+    if (value > count && static_cast<size_t>(value) > kind->forward_count) {
+      kind->forward_count = static_cast<size_t>(value);
+      kind->forward_line = line_;
+    }
+    return absl::OkStatus();
+  }
+
+  static std::string OutOfRange(const Kind& kind, int64_t index) {
+    return fmt::format("{} index {} is out of range; the file has {}", kind.name, index,
+                       kind.count);
+  }
+
+  absl::StatusOr<PolygonMesh> Finish() {
+    for (const Kind* kind : {&vertices_, &uvs_, &normals_}) {
+      if (kind->forward_count <= kind->count) continue;
+      return error::MalformedFile(kFormat, fmt::format("line {}", kind->forward_line),
+                                  OutOfRange(*kind, static_cast<int64_t>(kind->forward_count)));
+    }
+    if (!mesh_.corner_normals.empty()) {
+      mesh_.corner_normals.resize(mesh_.corner_count(), PolygonMesh::kNoAttribute);
+    }
+    if (!mesh_.corner_uvs.empty()) {
+      mesh_.corner_uvs.resize(mesh_.corner_count(), PolygonMesh::kNoAttribute);
+    }
+    NameGroups();
+    return FinishMesh(kFormat, std::move(mesh_));
+  }
+
+  // Groups in the order of their first mention; those without faces are left out, and so are all
+  // where no face is in a named group.
+  void NameGroups() {
+    std::vector<uint32_t> renumbered(group_ids_.size(), PolygonMesh::kNoAttribute);
+    std::vector<std::string> names(group_ids_.size());
+    for (const auto& [name, id] : group_ids_) names[id] = name;
+    for (uint32_t& group : mesh_.face_groups) {
+      if (renumbered[group] == PolygonMesh::kNoAttribute) {
+        renumbered[group] = static_cast<uint32_t>(mesh_.group_names.size());
+        mesh_.group_names.push_back(names[group].empty() ? "default" : names[group]);
+      }
+      group = renumbered[group];
+    }
+    if (group_ids_.size() > 1 && !mesh_.group_names.empty()) return;
+    mesh_.group_names.clear();
+    mesh_.face_groups.clear();
+  }
+
+  PolygonMesh mesh_;
+  Kind vertices_{"vertex"}, uvs_{"texture coordinate"}, normals_{"normal"};
+  std::string material_, group_, object_;
+  std::map<std::string, uint32_t> group_ids_{{"", 0}};
+  uint32_t current_group_ = 0;
+  size_t line_ = 1;
+};
+
+}  // namespace
+
+absl::StatusOr<PolygonMesh> ReadObj(std::string_view bytes) { return ObjReader().Read(bytes); }
+
+}  // namespace latticed

@@ -1,0 +1,201 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/ply_header.h"
+
+#include <algorithm>
+#include <initializer_list>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/mesh/mesh_reading.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+// Real files have a handful; a record's size must stay a small number.
+constexpr size_t kMaxElements = 64;
+constexpr size_t kMaxPropertiesPerElement = 1'024;
+
+struct TypeName {
+  std::string_view name;
+  PlyType type;
+};
+constexpr TypeName kTypeNames[] = {
+    {"char", PlyType::kInt8},      {"int8", PlyType::kInt8},     {"uchar", PlyType::kUint8},
+    {"uint8", PlyType::kUint8},    {"short", PlyType::kInt16},   {"int16", PlyType::kInt16},
+    {"ushort", PlyType::kUint16},  {"uint16", PlyType::kUint16}, {"int", PlyType::kInt32},
+    {"int32", PlyType::kInt32},    {"uint", PlyType::kUint32},   {"uint32", PlyType::kUint32},
+    {"float", PlyType::kFloat},    {"float32", PlyType::kFloat}, {"double", PlyType::kDouble},
+    {"float64", PlyType::kDouble},
+};
+
+class HeaderReader {
+ public:
+  explicit HeaderReader(std::string_view bytes) : rest_(bytes), bytes_(bytes.size()) {}
+
+  absl::StatusOr<PlyHeader> Read() {
+    std::string_view line = TakeLine();
+    if (TakeWord(&line) != "ply") return Malformed("the first line is not 'ply'");
+    while (!ended_) {
+      if (rest_.empty()) return Malformed("the file ends before end_header");
+      if (absl::Status status = ReadLine(TakeLine()); !status.ok()) return status;
+    }
+    if (!has_format_) return Malformed("the header has no format line");
+    header_.body_offset = bytes_ - rest_.size();
+    return std::move(header_);
+  }
+
+ private:
+  absl::Status Malformed(std::string_view problem) const {
+    return error::MalformedFile("PLY", fmt::format("line {}", line_), problem);
+  }
+
+  // Lines end with LF, CR LF or CR; the body begins right after the end of end_header.
+  std::string_view TakeLine() {
+    ++line_;
+    const size_t end = std::min(rest_.find_first_of("\r\n"), rest_.size());
+    const std::string_view line = rest_.substr(0, end);
+    const bool crlf = end + 1 < rest_.size() && rest_[end] == '\r' && rest_[end + 1] == '\n';
+    rest_.remove_prefix(std::min(rest_.size(), end + (crlf ? 2 : 1)));
+    return line;
+  }
+
+  absl::Status ReadLine(std::string_view line) {
+    const std::string_view keyword = TakeWord(&line);
+    if (keyword == "format") return ReadFormat(line);
+    if (keyword == "element") return ReadElement(line);
+    if (keyword == "property") return ReadProperty(line);
+    if (keyword == "end_header") {
+      ended_ = true;
+      return absl::OkStatus();
+    }
+    if (keyword.empty() || keyword == "comment" || keyword == "obj_info") return absl::OkStatus();
+    return Malformed(fmt::format("{} is no header keyword", Quoted(keyword)));
+  }
+
+  absl::Status ReadFormat(std::string_view line) {
+    const std::string_view name = TakeWord(&line);
+    const std::string_view version = TakeWord(&line);
+    if (name == "ascii") {
+      header_.encoding = PlyEncoding::kAscii;
+    } else if (name == "binary_little_endian") {
+      header_.encoding = PlyEncoding::kLittleEndian;
+    } else if (name == "binary_big_endian") {
+      header_.encoding = PlyEncoding::kBigEndian;
+    } else {
+      return Malformed(
+          fmt::format("{} is no format; known are ascii, binary_little_endian, binary_big_endian",
+                      Quoted(name)));
+    }
+    if (version != "1.0") return Malformed(fmt::format("version {} is not 1.0", Quoted(version)));
+    has_format_ = true;
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadElement(std::string_view line) {
+    PlyElement element;
+    element.name = std::string(TakeWord(&line));
+    const std::string_view count = TakeWord(&line);
+    int64_t value = 0;
+    if (element.name.empty()) return Malformed("an element has no name");
+    if (!ParseInteger(count, &value)) return Malformed(NumberProblem(count));
+    if (value < 0) return Malformed(fmt::format("{} elements", value));
+    if (header_.elements.size() >= kMaxElements) {
+      return Malformed(fmt::format("more than {} elements", kMaxElements));
+    }
+    element.count = static_cast<uint64_t>(value);
+    header_.elements.push_back(std::move(element));
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadProperty(std::string_view line) {
+    if (header_.elements.empty()) return Malformed("a property before any element");
+    std::vector<PlyProperty>& properties = header_.elements.back().properties;
+    if (properties.size() >= kMaxPropertiesPerElement) {
+      return Malformed(fmt::format("more than {} properties", kMaxPropertiesPerElement));
+    }
+    PlyProperty property;
+    std::string_view type = TakeWord(&line);
+    if (type == "list") {
+      property.is_list = true;
+      if (absl::Status status = ReadType(TakeWord(&line), &property.count_type); !status.ok()) {
+        return status;
+      }
+      if (!IsInteger(property.count_type)) return Malformed("a list's length is no integer");
+      type = TakeWord(&line);
+    }
+    if (absl::Status status = ReadType(type, &property.type); !status.ok()) return status;
+    property.name = std::string(TakeWord(&line));
+    if (property.name.empty()) return Malformed("a property has no name");
+    properties.push_back(std::move(property));
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadType(std::string_view word, PlyType* type) const {
+    for (const TypeName& known : kTypeNames) {
+      if (known.name != word) continue;
+      *type = known.type;
+      return absl::OkStatus();
+    }
+    return Malformed(fmt::format("{} is no type", Quoted(word)));
+  }
+
+  PlyHeader header_;
+  std::string_view rest_;
+  const size_t bytes_;
+  size_t line_ = 0;
+  bool has_format_ = false, ended_ = false;
+};
+
+}  // namespace
+
+size_t PlyTypeBytes(PlyType type) {
+  switch (type) {
+    case PlyType::kInt8:
+    case PlyType::kUint8:
+      return 1;
+    case PlyType::kInt16:
+    case PlyType::kUint16:
+      return 2;
+    case PlyType::kInt32:
+    case PlyType::kUint32:
+    case PlyType::kFloat:
+      return 4;
+    case PlyType::kDouble:
+      return 8;
+  }
+  return 0;
+}
+
+bool IsInteger(PlyType type) { return type != PlyType::kFloat && type != PlyType::kDouble; }
+
+size_t PlyElement::MinBinaryBytes() const {
+  size_t bytes = 0;
+  for (const PlyProperty& p : properties) bytes += PlyTypeBytes(p.is_list ? p.count_type : p.type);
+  return bytes;
+}
+
+int PlyElement::FindProperty(std::initializer_list<std::string_view> names, bool is_list) const {
+  for (size_t i = 0; i < properties.size(); ++i) {
+    if (properties[i].is_list != is_list) continue;
+    for (std::string_view name : names) {
+      if (properties[i].name == name) return static_cast<int>(i);
+    }
+  }
+  return -1;
+}
+
+const PlyElement* PlyHeader::FindElement(std::string_view name) const {
+  for (const PlyElement& element : elements) {
+    if (element.name == name) return &element;
+  }
+  return nullptr;
+}
+
+absl::StatusOr<PlyHeader> ReadPlyHeader(std::string_view bytes) {
+  return HeaderReader(bytes).Read();
+}
+
+}  // namespace latticed

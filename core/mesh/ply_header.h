@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The header of a PLY file: what its body holds, element by element.
+//
+// Errors   kInvalidArgument, reason MALFORMED_FILE, naming the line
+// Threads  pure
+#ifndef LATTICED_CORE_MESH_PLY_HEADER_H_
+#define LATTICED_CORE_MESH_PLY_HEADER_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace latticed {
+
+enum class PlyEncoding { kAscii, kLittleEndian, kBigEndian };
+enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
+
+[[nodiscard]] size_t PlyTypeBytes(PlyType type);
+[[nodiscard]] bool IsInteger(PlyType type);
+
+struct PlyProperty {
+  std::string name;
+  PlyType type = PlyType::kFloat;  // of the items, for a list
+  bool is_list = false;
+  PlyType count_type = PlyType::kUint8;  // of a list's length
+};
+
+struct PlyElement {
+  std::string name;
+  uint64_t count = 0;
+  std::vector<PlyProperty> properties;
+
+  // Bytes of one record in a binary file at least: lists may be empty.
+  [[nodiscard]] size_t MinBinaryBytes() const;
+  // Index of the first property with one of the names and the given kind, or -1.
+  [[nodiscard]] int FindProperty(std::initializer_list<std::string_view> names, bool is_list) const;
+};
+
+struct PlyHeader {
+  PlyEncoding encoding = PlyEncoding::kAscii;
+  std::vector<PlyElement> elements;
+  size_t body_offset = 0;
+
+  [[nodiscard]] const PlyElement* FindElement(std::string_view name) const;
+};
+
+[[nodiscard]] absl::StatusOr<PlyHeader> ReadPlyHeader(std::string_view bytes);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_MESH_PLY_HEADER_H_

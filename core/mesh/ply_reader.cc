@@ -1,0 +1,320 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/mesh/little_endian.h"
+#include "core/mesh/mesh_reading.h"
+#include "core/mesh/ply_header.h"
+#include "core/mesh/ply_io.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+// Values of the body in their order, as doubles: every type of PLY fits.
+class PlyBody {
+ public:
+  PlyBody(std::string_view bytes, const PlyHeader& header)
+      : bytes_(bytes), offset_(header.body_offset), encoding_(header.encoding) {}
+
+  size_t bytes_left() const { return bytes_.size() - offset_; }
+  bool is_ascii() const { return encoding_ == PlyEncoding::kAscii; }
+
+  absl::Status Malformed(std::string_view problem) const {
+    return error::MalformedFile(
+        "PLY", is_ascii() ? LineAt(bytes_, offset_) : fmt::format("byte {}", offset_), problem);
+  }
+
+  // May be NaN or infinite in a binary file: whoever uses the value checks it.
+  absl::Status Read(PlyType type, double* value) {
+    if (is_ascii()) return ReadAscii(type, value);
+    const size_t size = PlyTypeBytes(type);
+    if (bytes_left() < size) return Malformed("the file ends too early");
+    char number[sizeof(double)];
+    std::copy_n(&bytes_[offset_], size, number);
+    if (encoding_ == PlyEncoding::kBigEndian) std::reverse(number, number + size);
+    *value = Convert(type, number);
+    offset_ += size;
+    return absl::OkStatus();
+  }
+
+  absl::Status Skip(PlyType type, uint64_t count) {
+    if (is_ascii()) {
+      for (uint64_t i = 0; i < count; ++i) {
+        if (TakeAsciiWord().empty()) return Malformed("the file ends too early");
+      }
+      return absl::OkStatus();
+    }
+    if (bytes_left() / PlyTypeBytes(type) < count) return Malformed("the file ends too early");
+    offset_ += PlyTypeBytes(type) * count;
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadListLength(const PlyProperty& list, uint64_t* length) {
+    double value = 0;
+    if (absl::Status status = Read(list.count_type, &value); !status.ok()) return status;
+    constexpr double kLongest = 4294967295.0;  // of the widest count type
+    if (value < 0 || value > kLongest)
+      return Malformed(fmt::format("a list has the length {}", value));
+    *length = static_cast<uint64_t>(value);
+    const size_t least_bytes = is_ascii() ? 1 : PlyTypeBytes(list.type);
+    if (*length > bytes_left() / least_bytes) {
+      return Malformed(fmt::format("a list of {} values in {} bytes", *length, bytes_left()));
+    }
+    return absl::OkStatus();
+  }
+
+ private:
+  static double Convert(PlyType type, const char* number) {
+    switch (type) {
+      case PlyType::kInt8:
+        return LoadLittleEndian<int8_t>(number);
+      case PlyType::kUint8:
+        return LoadLittleEndian<uint8_t>(number);
+      case PlyType::kInt16:
+        return LoadLittleEndian<int16_t>(number);
+      case PlyType::kUint16:
+        return LoadLittleEndian<uint16_t>(number);
+      case PlyType::kInt32:
+        return LoadLittleEndian<int32_t>(number);
+      case PlyType::kUint32:
+        return LoadLittleEndian<uint32_t>(number);
+      case PlyType::kFloat:
+        return double{LoadLittleEndian<float>(number)};
+      case PlyType::kDouble:
+        return LoadLittleEndian<double>(number);
+    }
+    return 0;
+  }
+
+  std::string_view TakeAsciiWord() {
+    std::string_view rest = bytes_.substr(offset_);
+    const std::string_view word = TakeWord(&rest);
+    offset_ = bytes_.size() - rest.size();
+    return word;
+  }
+
+  absl::Status ReadAscii(PlyType type, double* value) {
+    const std::string_view word = TakeAsciiWord();
+    if (word.empty()) return Malformed("the file ends too early");
+    if (!ParseNumber(word, value)) return Malformed(NumberProblem(word));
+    if (IsInteger(type) && *value != std::floor(*value)) {
+      return Malformed(fmt::format("{} is not an integer", Quoted(word)));
+    }
+    return absl::OkStatus();
+  }
+
+  const std::string_view bytes_;
+  size_t offset_;
+  const PlyEncoding encoding_;
+};
+
+class PlyReader {
+ public:
+  PlyReader(std::string_view bytes, PlyHeader header)
+      : header_(std::move(header)), body_(bytes, header_) {}
+
+  absl::StatusOr<PolygonMesh> Read() {
+    const PlyElement* vertices = header_.FindElement("vertex");
+    if (vertices == nullptr) return body_.Malformed("the header has no element 'vertex'");
+    if (vertices->count > limits::kMaxMeshVertices) {
+      return body_.Malformed(fmt::format("{} vertices; at most {} are allowed", vertices->count,
+                                         limits::kMaxMeshVertices));
+    }
+    vertex_count_ = vertices->count;
+    for (const PlyElement& element : header_.elements) {
+      if (absl::Status status = ReadElement(element); !status.ok()) return status;
+    }
+    if (!mesh_.normals.empty()) mesh_.corner_normals = mesh_.corner_vertices;
+    if (!mesh_.uvs.empty()) mesh_.corner_uvs = mesh_.corner_vertices;
+    return FinishMesh("PLY", std::move(mesh_));
+  }
+
+ private:
+  absl::Status ReadElement(const PlyElement& element) {
+    if (absl::Status status = CheckSize(element); !status.ok()) return status;
+    if (&element == header_.FindElement("vertex")) return ReadVertices(element);
+    if (element.name == "face") return ReadFaces(element);
+    if (element.name == "tristrips") return ReadStrips(element);
+    for (uint64_t i = 0; i < element.count && !element.properties.empty(); ++i) {
+      for (const PlyProperty& property : element.properties) {
+        if (absl::Status status = SkipProperty(property); !status.ok()) return status;
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  // Before anything is allocated for the element.
+  absl::Status CheckSize(const PlyElement& element) const {
+    const size_t record = body_.is_ascii() ? element.properties.size() : element.MinBinaryBytes();
+    if (record == 0 || element.count <= body_.bytes_left() / record) return absl::OkStatus();
+    return body_.Malformed(fmt::format("{} records of {} need more bytes than the {} that are left",
+                                       element.count, Quoted(element.name), body_.bytes_left()));
+  }
+
+  absl::Status SkipProperty(const PlyProperty& property) {
+    uint64_t length = 1;
+    if (property.is_list) {
+      if (absl::Status status = body_.ReadListLength(property, &length); !status.ok())
+        return status;
+    }
+    return body_.Skip(property.type, length);
+  }
+
+  absl::Status ReadVertices(const PlyElement& element) {
+    enum Slot { kX, kY, kZ, kNx, kNy, kNz, kU, kV, kSlots };
+    const int columns[kSlots] = {
+        element.FindProperty({"x"}, false),
+        element.FindProperty({"y"}, false),
+        element.FindProperty({"z"}, false),
+        element.FindProperty({"nx"}, false),
+        element.FindProperty({"ny"}, false),
+        element.FindProperty({"nz"}, false),
+        element.FindProperty({"s", "u", "texture_u", "texture_s"}, false),
+        element.FindProperty({"t", "v", "texture_v", "texture_t"}, false),
+    };
+    for (int slot : {kX, kY, kZ}) {
+      if (columns[slot] < 0) return body_.Malformed("vertices lack one of x, y, z");
+    }
+    const bool has_normals = columns[kNx] >= 0 && columns[kNy] >= 0 && columns[kNz] >= 0;
+    const bool has_uvs = columns[kU] >= 0 && columns[kV] >= 0;
+    std::vector<int> slot_of(element.properties.size(), -1);
+    for (int slot = 0; slot < kSlots; ++slot) {
+      if (columns[slot] >= 0) slot_of[static_cast<size_t>(columns[slot])] = slot;
+    }
+    mesh_.positions.reserve(element.count);
+    if (has_normals) mesh_.normals.reserve(element.count);
+    if (has_uvs) mesh_.uvs.reserve(element.count);
+    double values[kSlots] = {};
+    for (uint64_t i = 0; i < element.count; ++i) {
+      if (absl::Status status = ReadRecord(element, slot_of, values); !status.ok()) return status;
+      mesh_.positions.push_back({values[kX], values[kY], values[kZ]});
+      if (has_normals) mesh_.normals.push_back(ToFloat({values[kNx], values[kNy], values[kNz]}));
+      if (has_uvs) {
+        mesh_.uvs.push_back({static_cast<float>(values[kU]), static_cast<float>(values[kV])});
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  // Values of the properties that have a slot; they must be finite, as floats too.
+  absl::Status ReadRecord(const PlyElement& element, const std::vector<int>& slot_of,
+                          double* values) {
+    for (size_t p = 0; p < slot_of.size(); ++p) {
+      const PlyProperty& property = element.properties[p];
+      if (slot_of[p] < 0) {
+        if (absl::Status status = SkipProperty(property); !status.ok()) return status;
+        continue;
+      }
+      double& value = values[slot_of[p]];
+      if (absl::Status status = body_.Read(property.type, &value); !status.ok()) return status;
+      if (!std::isfinite(static_cast<float>(value))) {
+        return body_.Malformed(fmt::format("a vertex's {} is not finite", Quoted(property.name)));
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  // Reads every record; `add` gets the indices of one list.
+  template <typename AddList>
+  absl::Status ReadIndexLists(const PlyElement& element, const AddList& add) {
+    const int column = element.FindProperty({"vertex_indices", "vertex_index"}, true);
+    if (column >= 0 && !IsInteger(element.properties[static_cast<size_t>(column)].type)) {
+      return body_.Malformed("vertex_indices are not integers");
+    }
+    if (column < 0 && element.count > 0) {
+      return body_.Malformed(fmt::format("{} has no list vertex_indices", Quoted(element.name)));
+    }
+    std::vector<double> indices;
+    for (uint64_t i = 0; i < element.count; ++i) {
+      for (size_t p = 0; p < element.properties.size(); ++p) {
+        const PlyProperty& property = element.properties[p];
+        absl::Status status =
+            static_cast<int>(p) == column ? ReadList(property, &indices) : SkipProperty(property);
+        if (!status.ok()) return status;
+      }
+      if (absl::Status status = add(indices); !status.ok()) return status;
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadList(const PlyProperty& property, std::vector<double>* values) {
+    uint64_t length = 0;
+    if (absl::Status status = body_.ReadListLength(property, &length); !status.ok()) return status;
+    values->resize(length);
+    for (double& value : *values) {
+      if (absl::Status status = body_.Read(property.type, &value); !status.ok()) return status;
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status CheckIndex(double index) const {
+    if (index >= 0 && index < static_cast<double>(vertex_count_)) return absl::OkStatus();
+    return body_.Malformed(
+        fmt::format("vertex index {} is out of range; the file has {}", index, vertex_count_));
+  }
+
+  absl::Status ReadFaces(const PlyElement& element) {
+    return ReadIndexLists(element, [this](const std::vector<double>& indices) -> absl::Status {
+      if (indices.size() < 3) {
+        return body_.Malformed(fmt::format("a face has {} corners; 3 are needed", indices.size()));
+      }
+      return AddFace(indices);
+    });
+  }
+
+  template <typename Indices>
+  absl::Status AddFace(const Indices& indices) {
+    if (mesh_.corner_count() + indices.size() >= PolygonMesh::kNoAttribute) {
+      return body_.Malformed("too many corners");
+    }
+    for (double index : indices) {
+      if (absl::Status status = CheckIndex(index); !status.ok()) return status;
+      mesh_.corner_vertices.push_back(static_cast<uint32_t>(index));
+    }
+    mesh_.face_offsets.push_back(static_cast<uint32_t>(mesh_.corner_count()));
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadStrips(const PlyElement& element) {
+    return ReadIndexLists(element, [this](const std::vector<double>& indices) -> absl::Status {
+      size_t begin = 0;
+      while (begin < indices.size()) {
+        const auto end = static_cast<size_t>(
+            std::find(indices.begin() + static_cast<ptrdiff_t>(begin), indices.end(), -1.0) -
+            indices.begin());
+        for (size_t i = begin; i + 2 < end; ++i) {  // every second triangle is turned over
+          const bool odd = ((i - begin) & 1) != 0;
+          const double a = indices[i + (odd ? 1 : 0)], b = indices[i + (odd ? 0 : 1)];
+          const double c = indices[i + 2];
+          if (a == b || b == c || c == a) continue;
+          if (absl::Status status = AddFace(std::initializer_list<double>{a, b, c}); !status.ok()) {
+            return status;
+          }
+        }
+        begin = end + 1;
+      }
+      return absl::OkStatus();
+    });
+  }
+
+  const PlyHeader header_;
+  PlyBody body_;
+  uint64_t vertex_count_ = 0;
+  PolygonMesh mesh_;
+};
+
+}  // namespace
+
+absl::StatusOr<PolygonMesh> ReadPly(std::string_view bytes) {
+  absl::StatusOr<PlyHeader> header = ReadPlyHeader(bytes);
+  if (!header.ok()) return header.status();
+  return PlyReader(bytes, *std::move(header)).Read();
+}
+
+}  // namespace latticed

@@ -1,0 +1,141 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/polygon_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/limits.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+template <typename T>
+size_t BytesOf(const std::vector<T>& values) {
+  return values.capacity() * sizeof(T);
+}
+
+absl::Status Invalid(std::string message) { return absl::InvalidArgumentError(message); }
+
+absl::Status CheckSizes(const PolygonMesh& mesh) {
+  if (mesh.face_offsets.empty() || mesh.face_offsets.front() != 0 ||
+      mesh.face_offsets.back() != mesh.corner_count()) {
+    return Invalid("face_offsets do not run from 0 to the number of corners");
+  }
+  if (mesh.face_count() == 0) return Invalid("the mesh has no faces");
+  if (mesh.positions.size() > limits::kMaxMeshVertices) {
+    return Invalid(fmt::format("{} vertices; at most {} are allowed", mesh.positions.size(),
+                               limits::kMaxMeshVertices));
+  }
+  if (mesh.face_count() > limits::kMaxMeshFaces) {
+    return Invalid(
+        fmt::format("{} faces; at most {} are allowed", mesh.face_count(), limits::kMaxMeshFaces));
+  }
+  const size_t normals_wanted = mesh.has_normals() ? mesh.corner_count() : 0;
+  if (mesh.corner_normals.size() != normals_wanted) {
+    return Invalid(fmt::format("corner_normals has {} entries instead of {}",
+                               mesh.corner_normals.size(), normals_wanted));
+  }
+  const size_t uvs_wanted = mesh.has_uvs() ? mesh.corner_count() : 0;
+  if (mesh.corner_uvs.size() != uvs_wanted) {
+    return Invalid(
+        fmt::format("corner_uvs has {} entries instead of {}", mesh.corner_uvs.size(), uvs_wanted));
+  }
+  const size_t groups_wanted = mesh.group_names.empty() ? 0 : mesh.face_count();
+  if (mesh.face_groups.size() != groups_wanted) {
+    return Invalid(fmt::format("face_groups has {} entries instead of {}", mesh.face_groups.size(),
+                               groups_wanted));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckNumbers(const PolygonMesh& mesh) {
+  for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    if (!IsFinite(mesh.positions[i])) {
+      return Invalid(fmt::format("vertex {} is not finite", i));
+    }
+    const Vec3d p = mesh.positions[i];
+    if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > limits::kMaxCoordinate) {
+      return Invalid(
+          fmt::format("vertex {} is farther than {:g} from the origin", i, limits::kMaxCoordinate));
+    }
+  }
+  for (size_t i = 0; i < mesh.normals.size(); ++i) {
+    if (!IsFinite(ToDouble(mesh.normals[i]))) {
+      return Invalid(fmt::format("normal {} is not finite", i));
+    }
+  }
+  for (size_t i = 0; i < mesh.uvs.size(); ++i) {
+    if (!std::isfinite(mesh.uvs[i].x) || !std::isfinite(mesh.uvs[i].y)) {
+      return Invalid(fmt::format("texture coordinate {} is not finite", i));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckIndices(const std::vector<uint32_t>& indices, size_t count, bool may_be_absent,
+                          std::string_view what) {
+  for (size_t i = 0; i < indices.size(); ++i) {
+    if (indices[i] < count || (may_be_absent && indices[i] == PolygonMesh::kNoAttribute)) continue;
+    return Invalid(
+        fmt::format("corner {} has the {} index {}; the mesh has {}", i, what, indices[i], count));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckFaces(const PolygonMesh& mesh) {
+  for (size_t f = 0; f < mesh.face_count(); ++f) {
+    if (mesh.face_offsets[f + 1] < mesh.face_offsets[f]) {
+      return Invalid(fmt::format("face_offsets decrease at face {}", f));
+    }
+    const uint32_t corners = mesh.face_offsets[f + 1] - mesh.face_offsets[f];
+    if (corners < 3)
+      return Invalid(fmt::format("face {} has {} corners; 3 are needed", f, corners));
+    if (corners > limits::kMaxFaceCorners) {
+      return Invalid(fmt::format("face {} has {} corners; at most {} are allowed", f, corners,
+                                 limits::kMaxFaceCorners));
+    }
+  }
+  for (size_t f = 0; f < mesh.face_groups.size(); ++f) {
+    if (mesh.face_groups[f] < mesh.group_names.size()) continue;
+    return Invalid(fmt::format("face {} has the group index {}; the mesh has {}", f,
+                               mesh.face_groups[f], mesh.group_names.size()));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+Bounds PolygonMesh::ComputeBounds() const {
+  Bounds bounds;
+  for (const uint32_t vertex : corner_vertices) bounds.Extend(positions[vertex]);
+  return bounds;
+}
+
+size_t PolygonMesh::MemoryBytes() const {
+  size_t bytes = sizeof(*this) + BytesOf(positions) + BytesOf(face_offsets) +
+                 BytesOf(corner_vertices) + BytesOf(normals) + BytesOf(corner_normals) +
+                 BytesOf(uvs) + BytesOf(corner_uvs) + BytesOf(group_names) + BytesOf(face_groups);
+  for (const std::string& name : group_names) bytes += name.capacity();
+  return bytes;
+}
+
+absl::Status Validate(const PolygonMesh& mesh) {
+  if (absl::Status status = CheckSizes(mesh); !status.ok()) return status;
+  if (absl::Status status = CheckNumbers(mesh); !status.ok()) return status;
+  if (absl::Status status = CheckFaces(mesh); !status.ok()) return status;
+  if (absl::Status status =
+          CheckIndices(mesh.corner_vertices, mesh.positions.size(), false, "vertex");
+      !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckIndices(mesh.corner_normals, mesh.normals.size(), true, "normal");
+      !status.ok()) {
+    return status;
+  }
+  return CheckIndices(mesh.corner_uvs, mesh.uvs.size(), true, "texture coordinate");
+}
+
+}  // namespace latticed

@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Meshes made by formula, for a first run without a download, for tests and benchmarks.
+//
+//   vase    fluted, with a wall: quads, two n-gons, UVs; closed
+//   knot    tube along the (2, 3) torus knot: quads, UVs with seams, normals; closed
+//   gear    sharp edges: concave n-gons for the faces, quads for teeth and bore, three groups;
+//   closed shell   sea shell, a tube along a helical spiral: triangles; open at its mouth
+//
+// Units    about two units across, centred near the origin, z up
+// Size     faces grow with the square of the resolution (the gear's caps in corners instead)
+// Errors   kInvalidArgument for another name, and for a resolution outside
+// kMin…kMaxSampleResolution Threads  pure and deterministic
+#ifndef LATTICED_CORE_MESH_SAMPLE_MESHES_H_
+#define LATTICED_CORE_MESH_SAMPLE_MESHES_H_
+
+#include <span>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/polygon_mesh.h"
+
+namespace latticed {
+
+inline constexpr int kMinSampleResolution = 1;
+inline constexpr int kDefaultSampleResolution = 4;  // knot 5,760 quads, shell 9,000 triangles
+inline constexpr int kMaxSampleResolution = 64;     // above a million faces
+
+[[nodiscard]] std::span<const std::string_view> SampleMeshNames();
+
+[[nodiscard]] absl::StatusOr<PolygonMesh> MakeSampleMesh(std::string_view name,
+                                                         int resolution = kDefaultSampleResolution);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_MESH_SAMPLE_MESHES_H_

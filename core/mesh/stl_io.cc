@@ -1,0 +1,203 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/stl_io.h"
+
+#include <cmath>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/mesh/little_endian.h"
+#include "core/mesh/mesh_reading.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+constexpr std::string_view kFormat = "STL";
+constexpr size_t kHeaderBytes = 80;
+constexpr size_t kPreambleBytes = kHeaderBytes + sizeof(uint32_t);
+constexpr size_t kFacetBytes = 50;
+constexpr size_t kFacetNormalBytes = 3 * sizeof(float);
+
+bool StartsWithSolid(std::string_view bytes) { return TakeWord(&bytes) == "solid"; }
+
+uint64_t AnnouncedBytes(std::string_view bytes) {
+  return kPreambleBytes + uint64_t{kFacetBytes} * LoadLittleEndian<uint32_t>(&bytes[kHeaderBytes]);
+}
+
+bool IsBinary(std::string_view bytes) {
+  if (bytes.size() < kPreambleBytes) return false;
+  if (AnnouncedBytes(bytes) == bytes.size()) return true;
+  // Some binary files start with "solid", and some have bytes after the last facet: NUL tells them.
+  const bool has_nul = bytes.substr(0, kPreambleBytes).find('\0') != std::string_view::npos;
+  return !StartsWithSolid(bytes) || (has_nul && AnnouncedBytes(bytes) < bytes.size());
+}
+
+absl::StatusOr<PolygonMesh> ReadBinary(std::string_view bytes) {
+  const uint32_t count = LoadLittleEndian<uint32_t>(&bytes[kHeaderBytes]);
+  if (AnnouncedBytes(bytes) > bytes.size()) {
+    return error::MalformedFile(kFormat, fmt::format("byte {}", kHeaderBytes),
+                                fmt::format("{} facets need {} bytes, the file has {}", count,
+                                            AnnouncedBytes(bytes), bytes.size()));
+  }
+  if (count > limits::kMaxMeshFaces) {
+    return error::MalformedFile(
+        kFormat, fmt::format("byte {}", kHeaderBytes),
+        fmt::format("{} facets; at most {} are allowed", count, limits::kMaxMeshFaces));
+  }
+  PolygonMesh mesh;
+  mesh.corner_vertices.reserve(size_t{3} * count);
+  mesh.face_offsets.reserve(size_t{count} + 1);
+  VertexWelder welder(&mesh.positions);
+  for (uint32_t f = 0; f < count; ++f) {
+    const size_t offset = kPreambleBytes + size_t{kFacetBytes} * f;
+    for (size_t corner = 0; corner < 3; ++corner) {
+      const char* vertex = &bytes[offset + kFacetNormalBytes + corner * 3 * sizeof(float)];
+      const Vec3d position{LoadLittleEndian<float>(vertex), LoadLittleEndian<float>(vertex + 4),
+                           LoadLittleEndian<float>(vertex + 8)};
+      if (!IsFinite(position)) {
+        return error::MalformedFile(kFormat, fmt::format("byte {}", offset),
+                                    fmt::format("facet {} is not finite", f));
+      }
+      mesh.corner_vertices.push_back(welder.Add(position));
+    }
+    mesh.face_offsets.push_back(static_cast<uint32_t>(mesh.corner_count()));
+  }
+  return FinishMesh(kFormat, std::move(mesh));
+}
+
+class AsciiReader {
+ public:
+  explicit AsciiReader(std::string_view text) : text_(text), rest_(text) {}
+
+  absl::StatusOr<PolygonMesh> Read() {
+    while (true) {
+      const std::string_view word = TakeWord(&rest_);
+      absl::Status status;
+      if (word.empty()) break;
+      if (word == "solid") {
+        BeginSolid();
+      } else if (word == "facet") {
+        status = ReadFacet();
+      } else if (word == "endsolid") {
+        (void)TakeName();
+        in_solid_ = false;
+      } else {
+        status = Malformed(fmt::format("{} where a facet or endsolid belongs", Quoted(word)));
+      }
+      if (!status.ok()) return status;
+    }
+    if (in_solid_) return Malformed("the file ends before endsolid");
+    if (mesh_.group_names.size() < 2) mesh_.group_names = {}, mesh_.face_groups = {};
+    return FinishMesh(kFormat, std::move(mesh_));
+  }
+
+ private:
+  absl::Status Malformed(std::string_view problem) const {
+    return error::MalformedFile(kFormat, LineAt(text_, text_.size() - rest_.size()), problem);
+  }
+
+  std::string TakeName() {
+    std::string_view line = rest_.substr(0, rest_.find('\n'));
+    rest_.remove_prefix(line.size());
+    std::string name;
+    for (std::string_view word = TakeWord(&line); !word.empty(); word = TakeWord(&line)) {
+      if (!name.empty()) name += ' ';
+      name += word;
+    }
+    return name;
+  }
+
+  void BeginSolid() {
+    const std::string name = TakeName();
+    mesh_.group_names.push_back(name.empty() ? fmt::format("solid {}", mesh_.group_names.size() + 1)
+                                             : name);
+    in_solid_ = true;
+  }
+
+  absl::Status Expect(std::string_view wanted) {
+    const std::string_view word = TakeWord(&rest_);
+    if (word == wanted) return absl::OkStatus();
+    if (word.empty()) return Malformed(fmt::format("the file ends where {} belongs", wanted));
+    return Malformed(fmt::format("{} where {} belongs", Quoted(word), wanted));
+  }
+
+  absl::Status ReadVector(Vec3d* vector) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string_view word = TakeWord(&rest_);
+      double value = 0;
+      if (!ParseNumber(word, &value)) return Malformed(NumberProblem(word));
+      (*vector)[axis] = value;
+    }
+    return absl::OkStatus();
+  }
+
+  // The normal is not kept, and degenerate facets are often given one of NaN.
+  absl::Status SkipNormal() {
+    if (absl::Status status = Expect("normal"); !status.ok()) return status;
+    for (int axis = 0; axis < 3; ++axis) (void)TakeWord(&rest_);
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadFacet() {
+    if (!in_solid_) return Malformed("a facet outside a solid");
+    if (absl::Status status = SkipNormal(); !status.ok()) return status;
+    if (absl::Status status = Expect("outer"); !status.ok()) return status;
+    if (absl::Status status = Expect("loop"); !status.ok()) return status;
+    for (int corner = 0; corner < 3; ++corner) {
+      Vec3d position;
+      if (absl::Status status = Expect("vertex"); !status.ok()) return status;
+      if (absl::Status status = ReadVector(&position); !status.ok()) return status;
+      mesh_.corner_vertices.push_back(welder_.Add(position));
+    }
+    if (absl::Status status = Expect("endloop"); !status.ok()) return status;
+    mesh_.face_offsets.push_back(static_cast<uint32_t>(mesh_.corner_count()));
+    mesh_.face_groups.push_back(static_cast<uint32_t>(mesh_.group_names.size() - 1));
+    return Expect("endfacet");
+  }
+
+  const std::string_view text_;
+  std::string_view rest_;
+  PolygonMesh mesh_;
+  VertexWelder welder_{&mesh_.positions};
+  bool in_solid_ = false;
+};
+
+Vec3d FacetNormal(Vec3d a, Vec3d b, Vec3d c) {
+  const Vec3d normal = Cross(b - a, c - a);
+  const double length = Norm(normal);
+  return length > 0 && std::isfinite(length) ? normal / length : Vec3d{};
+}
+
+void AppendVector(Vec3d v, std::string* out) {
+  for (int axis = 0; axis < 3; ++axis) AppendLittleEndian(static_cast<float>(v[axis]), out);
+}
+
+}  // namespace
+
+absl::StatusOr<PolygonMesh> ReadStl(std::string_view bytes) {
+  if (IsBinary(bytes)) return ReadBinary(bytes);
+  if (StartsWithSolid(bytes)) return AsciiReader(bytes).Read();
+  return error::MalformedFile(
+      kFormat, "byte 0",
+      fmt::format("{} bytes that do not start with 'solid' are less than a binary header",
+                  bytes.size()));
+}
+
+std::string WriteStl(const TriangleMesh& mesh) {
+  std::string out = "binary STL, latticed";  // must not start with "solid"
+  if (mesh.units.known()) out += ", " + Describe(mesh.units);
+  out.resize(kHeaderBytes, ' ');
+  out.reserve(kPreambleBytes + kFacetBytes * mesh.triangles.size());
+  AppendLittleEndian(static_cast<uint32_t>(mesh.triangles.size()), &out);
+  for (const auto& [a, b, c] : mesh.triangles) {
+    AppendVector(FacetNormal(mesh.positions[a], mesh.positions[b], mesh.positions[c]), &out);
+    for (uint32_t v : {a, b, c}) AppendVector(mesh.positions[v], &out);
+    AppendLittleEndian(uint16_t{0}, &out);
+  }
+  return out;
+}
+
+}  // namespace latticed

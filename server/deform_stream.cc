@@ -1,0 +1,256 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/deform_stream.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "server/call.h"
+#include "server/converters.h"
+#include "server/edit_converters.h"
+#include "server/grpc_status.h"
+#include "server/scene_stream.h"
+#include "server/server_env.h"
+#include "server/watch_request.h"
+
+namespace latticed {
+namespace {
+
+// Answers that may wait for a slow reader before its requests are read no more.
+constexpr size_t kMaxBacklog = 64;
+
+// Whether a batch may change the structure, and so make a plan: too long for a thread of gRPC's.
+bool MayMakePlan(const v1::EditBatch& batch) {
+  return std::ranges::any_of(batch.edits(), [](const v1::Edit& edit) {
+    return edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo();
+  });
+}
+
+// Reading runs beside writing: one message is read, answered, then the next is asked for.
+class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
+                           public StreamSink,
+                           public std::enable_shared_from_this<DeformStream> {
+ public:
+  DeformStream(ServerEnv* env, grpc::CallbackServerContext* context)
+      : env_(env), context_(context) {
+    auto call = BeginCall(*env, context, "SceneService/Deform");
+    if (!call.ok()) {
+      ServerBidiReactor::Finish(ToGrpcStatus(call.status()));
+      return;
+    }
+    call_ = *std::move(call);
+    reading_ = true;
+    StartRead(&bytes_);
+  }
+
+  // gRPC's reference: until OnDone.
+  void HoldUntilDone() { self_ = shared_from_this(); }
+
+  void Write(const grpc::ByteBuffer* buffer) override { StartWrite(buffer); }
+  void Finish(const grpc::Status& status) override {
+    StopReading();
+    LogFinished(call_, status);
+    ServerBidiReactor::Finish(status);
+  }
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override {
+    const auto stream = Stream();
+    stream->OnWriteDone(ok);
+    MaybeRead();
+  }
+  void OnCancel() override;
+  void OnDone() override {
+    if (const auto stream = Stream(); stream != nullptr) stream->Close();
+    self_ = nullptr;  // deletes it, unless a worker is still at an edit
+  }
+
+ private:
+  std::shared_ptr<SceneStream> Stream() const ABSL_LOCKS_EXCLUDED(mutex_) {
+    const absl::MutexLock lock(&mutex_);
+    return stream_;
+  }
+  void MaybeRead() ABSL_LOCKS_EXCLUDED(mutex_);
+  // A read that starts after Finish would outlive the call.
+  void StopReading() ABSL_LOCKS_EXCLUDED(mutex_) {
+    const absl::MutexLock lock(&mutex_);
+    ended_ = true;
+  }
+  void FinishedReading() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Ends the call, also before there is a stream.
+  void End(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
+  absl::Status Open(const v1::DeformRequest& request);
+  absl::Status Handle(const v1::DeformRequest& request, SceneStream& stream);
+  void HandleEdit(v1::EditBatch batch, absl::Time arrival);
+  absl::StatusOr<EditSummary> Apply(const v1::EditBatch& batch);
+
+  std::shared_ptr<DeformStream> self_;
+  ServerEnv* const env_;
+  grpc::CallbackServerContext* const context_;
+  CallInfo call_;
+  // Used by the one message that is being handled.
+  grpc::ByteBuffer bytes_;
+  std::string editor_id_;
+  uint64_t last_revision_ = 0;  // that an edit of this stream has made
+  bool edited_ = false;
+  bool handed_over_ = false;  // the message is handled on a worker, which asks for the next
+
+  mutable absl::Mutex mutex_;
+  std::shared_ptr<SceneStream> stream_ ABSL_GUARDED_BY(mutex_);  // null before the first message
+  bool reading_ ABSL_GUARDED_BY(mutex_) = false;                 // or handling what was read
+  bool ended_ ABSL_GUARDED_BY(mutex_) = false;                   // nothing more will be read
+};
+
+void DeformStream::OnReadDone(bool ok) {
+  const auto stream = Stream();
+  if (!ok) {
+    StopReading();
+    if (stream == nullptr) {
+      return End(error::FailedPrecondition("STREAM_NOT_OPENED",
+                                           "the first message must be watch; none came"));
+    }
+    return stream->HalfClose(edited_ ? last_revision_ : stream->scene().State()->revision);
+  }
+  v1::DeformRequest request;
+  absl::Status status = ParseMessage(bytes_, &request);
+  handed_over_ = false;
+  if (status.ok()) status = stream == nullptr ? Open(request) : Handle(request, *stream);
+  if (!status.ok()) return End(status);
+  if (!handed_over_) FinishedReading();
+}
+
+void DeformStream::FinishedReading() {
+  {
+    const absl::MutexLock lock(&mutex_);
+    reading_ = false;
+  }
+  MaybeRead();
+}
+
+void DeformStream::MaybeRead() {
+  // Before the lock: the stream's mutex comes first.
+  if (Stream()->backlog() >= kMaxBacklog) return;
+  const absl::MutexLock lock(&mutex_);
+  if (reading_ || ended_) return;
+  reading_ = true;
+  StartRead(&bytes_);
+}
+
+void DeformStream::OnCancel() {
+  StopReading();
+  // Without a stream the pending read fails, and ends the call.
+  if (const auto stream = Stream(); stream != nullptr) stream->OnCancel();
+}
+
+void DeformStream::End(const absl::Status& status) {
+  if (const auto stream = Stream(); stream != nullptr) return stream->Fail(status);
+  Finish(ToGrpcStatus(status));
+}
+
+absl::Status DeformStream::Open(const v1::DeformRequest& request) {
+  if (!request.has_watch()) {
+    return error::FailedPrecondition("STREAM_NOT_OPENED", "the first message must be watch");
+  }
+  call_.scene = request.watch().scene();
+  auto open = FromProto(env_, *context_, request.watch());
+  if (!open.ok()) return open.status();
+  editor_id_ = request.watch().editor_id();
+  auto stream = SceneStream::Open(env_, open->scene, open->options, this);
+  if (!stream.ok()) return stream.status();
+  {
+    const absl::MutexLock lock(&mutex_);
+    stream_ = *stream;
+  }
+  (*stream)->Start();
+  return absl::OkStatus();
+}
+
+absl::Status DeformStream::Handle(const v1::DeformRequest& request, SceneStream& stream) {
+  stream.Touch();
+  switch (request.message_case()) {
+    case v1::DeformRequest::kEdit:
+      if (!MayMakePlan(request.edit())) {
+        HandleEdit(request.edit(), absl::Now());
+        return absl::OkStatus();
+      }
+      handed_over_ = true;
+      env_->workers.Post(
+          [self = shared_from_this(), batch = request.edit(), arrival = absl::Now()] {
+            self->HandleEdit(batch, arrival);
+            self->FinishedReading();
+          });
+      return absl::OkStatus();
+    case v1::DeformRequest::kControl: {
+      const auto command = FromProto(request.control(), stream.scene());
+      if (!command.ok()) return command.status();
+      const absl::Status status = stream.Control(*command);
+      // A stream that has ended meanwhile has its status already.
+      return absl::IsNotFound(status) ? absl::OkStatus() : status;
+    }
+    case v1::DeformRequest::kHeartbeat:
+      return absl::OkStatus();
+    case v1::DeformRequest::kPresence:
+      return error::Unimplemented("presence");
+    case v1::DeformRequest::kWatch:
+      return error::InvalidField("watch", "the stream is open already");
+    case v1::DeformRequest::MESSAGE_NOT_SET:
+      break;
+  }
+  if (HoldsUnknown(request)) return error::Unsupported("message", "this kind of message");
+  return error::InvalidField("message", "one of edit, control and heartbeat must be set");
+}
+
+void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival) {
+  const auto stream = Stream();
+  if (batch.editor_id().empty()) batch.set_editor_id(editor_id_);
+  const absl::Time begin = absl::Now();
+  stream->BeginEdit();
+  const auto summary = CatchBadAlloc("the edit", [&] { return Apply(batch); });
+
+  v1::SceneEvent event;
+  v1::EditResult& result = *event.mutable_edit_result();
+  if (summary.ok()) {
+    result = ToProto(*summary);
+    last_revision_ = std::max(last_revision_, summary->revision);
+  } else {
+    const auto state = stream->scene().State();
+    result.set_sequence(batch.sequence());
+    *result.mutable_status() = ToRpcStatus(summary.status());
+    result.set_revision(state->revision);
+    result.set_structure_id(state->structure_id);
+    last_revision_ = std::max(last_revision_, state->revision);
+  }
+  edited_ = true;
+  const auto microseconds = [](absl::Duration duration) {
+    return static_cast<uint32_t>(std::max<int64_t>(absl::ToInt64Microseconds(duration), 0));
+  };
+  result.mutable_timings()->set_queue_us(microseconds(begin - arrival));
+  result.mutable_timings()->set_apply_us(microseconds(absl::Now() - begin));
+  stream->Answer(event);
+}
+
+absl::StatusOr<EditSummary> DeformStream::Apply(const v1::EditBatch& batch) {
+  if (auto s = CheckRole(call_.caller, "SceneService/ApplyEdits"); !s.ok()) return s;
+  const auto stream = Stream();
+  if (!batch.scene().empty() && batch.scene() != stream->scene().id()) {
+    return error::InvalidField("scene", "is not the scene of the stream", "SCENE_MISMATCH");
+  }
+  return stream->mutable_scene().ApplyEdits(BatchFromProto(batch));
+}
+
+}  // namespace
+
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* NewDeformStream(
+    ServerEnv* env, grpc::CallbackServerContext* context) {
+  const auto stream = std::make_shared<DeformStream>(env, context);
+  stream->HoldUntilDone();
+  return stream.get();
+}
+
+}  // namespace latticed

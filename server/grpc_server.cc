@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/grpc_server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
+
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <utility>
+
+#include "core/base/limits.h"
+#include "fmt/format.h"
+#include "server/mesh_service.h"
+#include "server/scene_service.h"
+#include "server/server_service.h"
+
+namespace latticed {
+namespace {
+
+// What HTTP/2 may buffer for all connections together.
+constexpr size_t kTransportBufferBytes = size_t{1} << 30;
+// Clients may ping an idle connection this often; proxies and laptops make them want to.
+constexpr int kMinClientPingMs = 10'000;
+// We ping a silent client, to find those that vanished without a word.
+constexpr int kKeepaliveMs = 60'000;
+constexpr int kKeepaliveTimeoutMs = 20'000;
+
+constexpr const char* kServiceNames[] = {"latticed.v1.MeshService", "latticed.v1.SceneService",
+                                         "latticed.v1.ServerService"};
+
+absl::StatusOr<std::string> ReadFile(const std::string& flag, const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string content{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (file.bad() || content.empty()) {
+    return absl::InvalidArgumentError(fmt::format("{}: cannot read '{}'", flag, path));
+  }
+  return content;
+}
+
+absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> Credentials(const Options& options) {
+  if (options.tls_cert.empty()) return grpc::InsecureServerCredentials();
+  absl::StatusOr<std::string> cert = ReadFile("--tls-cert", options.tls_cert);
+  if (!cert.ok()) return cert.status();
+  absl::StatusOr<std::string> key = ReadFile("--tls-key", options.tls_key);
+  if (!key.ok()) return key.status();
+  grpc::SslServerCredentialsOptions tls;
+  tls.pem_key_cert_pairs.push_back({*std::move(key), *std::move(cert)});
+  if (!options.tls_client_ca.empty()) {
+    absl::StatusOr<std::string> ca = ReadFile("--tls-client-ca", options.tls_client_ca);
+    if (!ca.ok()) return ca.status();
+    tls.pem_root_certs = *std::move(ca);
+    tls.client_certificate_request = GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY;
+  }
+  return grpc::SslServerCredentials(tls);
+}
+
+// Once in a process, before the first server is built.
+void EnablePlugins() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    grpc::EnableDefaultHealthCheckService(true);
+    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  });
+}
+
+void Configure(grpc::ServerBuilder& builder) {
+  grpc::ResourceQuota quota("latticed");
+  quota.Resize(kTransportBufferBytes);
+  builder.SetResourceQuota(quota);
+  builder.SetMaxReceiveMessageSize(static_cast<int>(limits::kMaxMessageBytes));
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                             kMinClientPingMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
+  // Two servers on one port must not share it in silence.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+}
+
+std::string AddressOf(const std::string& listen, int port) {
+  if (listen.rfind("unix:", 0) == 0) return listen;
+  return fmt::format("{}:{}", listen.substr(0, listen.rfind(':')), port);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
+  EnablePlugins();
+  const Options& options = env->options;
+  absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials = Credentials(options);
+  if (!credentials.ok()) return credentials.status();
+  std::unique_ptr<GrpcServer> result(new GrpcServer);
+  result->services_.push_back(std::make_unique<ServerService>(env));
+  result->services_.push_back(std::make_unique<MeshService>(env));
+  result->services_.push_back(MakeSceneService(env));
+
+  grpc::ServerBuilder builder;
+  Configure(builder);
+  int port = 0;
+  builder.AddListeningPort(options.listen, *credentials, &port);
+  for (const auto& service : result->services_) builder.RegisterService(service.get());
+  result->server_ = builder.BuildAndStart();
+  if (result->server_ == nullptr || port == 0) {
+    return absl::UnavailableError(fmt::format(
+        "--listen: cannot serve on '{}': is the port taken, the name known, the key the "
+        "certificate's?",
+        options.listen));
+  }
+  result->address_ = AddressOf(options.listen, port);
+  result->SetServing(true);
+  return result;
+}
+
+GrpcServer::~GrpcServer() { Shutdown(absl::InfinitePast()); }
+
+void GrpcServer::SetServing(bool serving) {
+  grpc::HealthCheckServiceInterface* health = server_->GetHealthCheckService();
+  health->SetServingStatus(serving);
+  for (const char* name : kServiceNames) health->SetServingStatus(name, serving);
+}
+
+void GrpcServer::Shutdown(absl::Time deadline) {
+  if (server_ != nullptr) server_->Shutdown(absl::ToChronoTime(deadline));
+}
+
+}  // namespace latticed

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The gRPC side of the server: port, credentials, services, health, reflection.
+//
+// Health knows "" and the full name of every service of latticed.v1.
+// Threads  safe
+#ifndef LATTICED_SERVER_GRPC_SERVER_H_
+#define LATTICED_SERVER_GRPC_SERVER_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <grpcpp/grpcpp.h>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "server/server_env.h"
+
+namespace latticed {
+
+class GrpcServer {
+ public:
+  // Serves when it returns. kInvalidArgument for unreadable credentials, kUnavailable for a port
+  // that cannot be had. `env` outlives the result.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<GrpcServer>> Start(ServerEnv* env);
+  ~GrpcServer();
+
+  const std::string& address() const { return address_; }  // with the port that was taken
+  void SetServing(bool serving);
+  // Takes no more calls, waits for those running, and cancels what is left at `deadline`. Returns
+  // when all are done. Idempotent.
+  void Shutdown(absl::Time deadline);
+
+ private:
+  GrpcServer() = default;
+
+  std::string address_;
+  std::vector<std::unique_ptr<grpc::Service>> services_;
+  std::unique_ptr<grpc::Server> server_;  // last: uses the services
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_GRPC_SERVER_H_

@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/in_process.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <thread>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "fmt/format.h"
+#include "server/auth.h"
+#include "server/backends.h"
+#include "server/grpc_server.h"
+#include "server/scene_registry.h"
+#include "server/server_env.h"
+#include "server/telemetry.h"
+#include "server/uploads.h"
+
+namespace latticed {
+namespace {
+
+// Threads that evaluate and encode for views; each call uses the backend's own threads inside.
+constexpr int kPipelineWorkers = 2;
+
+absl::StatusOr<Authenticator> LoadTokens(const std::string& path) {
+  if (path.empty()) return Authenticator();
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    return absl::InvalidArgumentError(fmt::format("--token-file: cannot read '{}'", path));
+  }
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  return Authenticator::FromText(text);
+}
+
+}  // namespace
+
+InProcessServer::InProcessServer() = default;
+
+InProcessServer::~InProcessServer() { Stop(); }
+
+absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::Start(Options options) {
+  options.listen = "127.0.0.1:0";
+  return Serve(std::move(options));
+}
+
+absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::Serve(Options options) {
+  if (absl::Status status = Validate(options); !status.ok()) return status;
+  ConfigureLogging(options.log_level, options.log_format);
+  std::unique_ptr<InProcessServer> result(new InProcessServer);
+  result->env_ = std::make_unique<ServerEnv>(std::move(options));
+  ServerEnv& env = *result->env_;
+  absl::StatusOr<Authenticator> authenticator = LoadTokens(env.options.token_file);
+  if (!authenticator.ok()) return authenticator.status();
+  env.authenticator = std::make_shared<const Authenticator>(*std::move(authenticator));
+  auto backends = MakeBackends(env.options);
+  if (!backends.ok()) return backends.status();
+  env.backends = *std::move(backends);
+  env.scenes = std::make_shared<SceneRegistry>(
+      &env.backend(), kPipelineWorkers,
+      SceneRegistry::Options{.max_scenes = static_cast<size_t>(env.options.max_scenes),
+                             .on_tick = [uploads = env.uploads] { uploads->DropExpired(); }});
+  absl::StatusOr<std::unique_ptr<GrpcServer>> server = GrpcServer::Start(&env);
+  if (!server.ok()) return server.status();
+  result->server_ = *std::move(server);
+  return result;
+}
+
+std::shared_ptr<grpc::Channel> InProcessServer::channel() const {
+  return grpc::CreateChannel(address(), grpc::InsecureChannelCredentials());
+}
+
+std::string InProcessServer::address() const { return server_->address(); }
+
+std::string InProcessServer::backend_description() const {
+  const Backend& backend = env_->backend();
+  return fmt::format("{}: {}", backend.name(), backend.description());
+}
+
+void InProcessServer::Drain() {
+  server_->SetServing(false);
+  absl::SleepFor(env_->options.drain_delay);
+  env_->drain.Begin();
+  server_->Shutdown(absl::Now() + env_->options.drain_timeout);
+}
+
+void InProcessServer::Stop() {
+  if (server_ == nullptr) return;
+  env_->drain.Begin();
+  server_->Shutdown(absl::Now());
+}
+
+}  // namespace latticed

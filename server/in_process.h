@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The whole server as one object: everything that `latticed` runs, over a real gRPC channel. The
+// daemon, `latticectl` without --server, and the tests start it alike.
+//
+//   auto server = InProcessServer::Start({.backend = "cpu"});
+//   auto stub = v1::MeshService::NewStub((*server)->channel());
+//
+// Threads  safe
+#ifndef LATTICED_SERVER_IN_PROCESS_H_
+#define LATTICED_SERVER_IN_PROCESS_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "server/options.h"
+
+namespace grpc {
+class Channel;
+}
+
+namespace latticed {
+
+class GrpcServer;
+struct ServerEnv;
+
+class InProcessServer {
+ public:
+  // Serves on a free port of 127.0.0.1, whatever options.listen says; the process's log is set up
+  // by the options. kInvalidArgument for options that cannot be, kUnimplemented or kUnavailable for
+  // a backend or port that cannot be had.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<InProcessServer>> Start(Options options);
+  // The same on options.listen.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<InProcessServer>> Serve(Options options);
+  ~InProcessServer();
+
+  // A new channel without TLS.
+  [[nodiscard]] std::shared_ptr<grpc::Channel> channel() const;
+  [[nodiscard]] std::string address() const;
+  // "cpu: AVX-512, 2 threads, …": what evaluates.
+  [[nodiscard]] std::string backend_description() const;
+
+  // As a balancer wants it: health says NOT_SERVING, options.drain_delay passes, streams are told
+  // goaway and new calls are refused, running calls get options.drain_timeout. Then Stop.
+  void Drain();
+  // Cancels running calls and returns when all are done. Idempotent.
+  void Stop();
+
+ private:
+  InProcessServer();
+
+  std::unique_ptr<ServerEnv> env_;
+  std::unique_ptr<GrpcServer> server_;  // last: uses env_
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_IN_PROCESS_H_

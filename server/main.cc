@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// latticed: parse, start, wait for SIGTERM or SIGINT, drain.
+#include <semaphore.h>
+#include <signal.h>
+
+#include <atomic>
+#include <cstdio>
+#include <string>
+
+#include "core/base/blas_environment.h"
+#include "server/in_process.h"
+#include "server/options.h"
+#include "server/telemetry.h"
+#include "server/version.h"
+
+namespace {
+
+constexpr int kExitFailure = 1;
+constexpr int kExitUsage = 2;
+
+// A handler and not sigwait: threads that a library starts before main (OpenBLAS does) have no
+// signal blocked, and one of them would get it, and the program would die of it.
+sem_t stop_semaphore;
+std::atomic<int> stop_signal = 0;
+static_assert(std::atomic<int>::is_always_lock_free, "set in a signal handler");
+
+void OnStopSignal(int signal) {
+  stop_signal = signal;
+  sem_post(&stop_semaphore);
+}
+
+void CatchStopSignals() {
+  sem_init(&stop_semaphore, 0, 0);
+  struct sigaction action = {};
+  action.sa_handler = OnStopSignal;
+  action.sa_flags = SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGINT, &action, nullptr);
+}
+
+int WaitForStopSignal() {
+  while (sem_wait(&stop_semaphore) != 0) {
+  }
+  return stop_signal;
+}
+
+int Fail(const absl::Status& status, int code) {
+  std::fprintf(stderr, "latticed: %s\n", std::string(status.message()).c_str());
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  latticed::EnsureBlasEnvironment(argv);
+  const auto command_line = latticed::ParseCommandLine(argc, argv);
+  if (!command_line.ok()) return Fail(command_line.status(), kExitUsage);
+  if (command_line->text.has_value()) {
+    std::fputs(command_line->text->c_str(), stdout);
+    return 0;
+  }
+  const latticed::Options& options = command_line->options;
+
+  CatchStopSignals();
+  const auto server = latticed::InProcessServer::Serve(options);
+  if (!server.ok()) return Fail(server.status(), kExitFailure);
+  latticed::LogEvent(spdlog::level::info, "serving",
+                     {{"address", (*server)->address()},
+                      {"backend", (*server)->backend_description()},
+                      {"version", std::string(latticed::Version())}});
+  const int signal = WaitForStopSignal();
+  latticed::LogEvent(spdlog::level::info, "draining", {{"signal", std::to_string(signal)}});
+  (*server)->Drain();
+  latticed::LogEvent(spdlog::level::info, "stopped", {});
+  return 0;
+}

@@ -1,0 +1,362 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/scene.h"
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+#include <numeric>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/ffd/dirty_set.h"
+#include "server/update_pipeline.h"
+
+namespace latticed {
+namespace {
+
+// How far the log of deltas reaches back: a watcher further behind is sent the whole lattice.
+constexpr size_t kMaxDeltas = 256;
+constexpr size_t kMaxDeltaPoints = 262'144;
+// A view that nobody has watched for so long gives its memory back.
+constexpr absl::Duration kIdleView = absl::Seconds(60);
+
+// Control points with a non-zero basis function on a box that holds patches.
+std::vector<bool> InfluentialPoints(const DeformPlan& plan) {
+  const LatticeStructure& s = plan.structure;
+  std::vector<bool> influential(static_cast<size_t>(s.control_point_count()));
+  for (uint32_t b = 0; b < plan.outside_box(); ++b) {
+    if (plan.box_patches[b] == plan.box_patches[b + 1]) continue;
+    const std::array<int, 3>& span = plan.boxes[b].span;
+    for (int k = span[2] - s.degree[2]; k <= span[2]; ++k) {
+      for (int j = span[1] - s.degree[1]; j <= span[1]; ++j) {
+        for (int i = span[0] - s.degree[0]; i <= span[0]; ++i) {
+          influential[static_cast<size_t>(s.Index(i, j, k))] = true;
+        }
+      }
+    }
+  }
+  return influential;
+}
+
+// What the quantisation box must hold: a B-spline volume stays in the hull of its control points.
+Bounds BoundsOf(const SceneState& state) {
+  Bounds bounds;
+  for (size_t i = 0; i < state.control_points->size(); ++i) {
+    if ((*state.influential)[i]) bounds.Extend((*state.control_points)[i]);
+  }
+  if (!state.plan->outside_bounds.empty()) bounds.Extend(state.plan->outside_bounds);
+  return bounds;
+}
+
+// Every corner beyond a face's second makes a triangle, and every triangle at least one patch.
+uint64_t LeastPlanBytes(const PolygonMesh& mesh) {
+  constexpr uint64_t kPatchBytes =
+      sizeof(Patch) + sizeof(PatchSource) + sizeof(PlanEdge) + sizeof(PlanVertex) / 2;
+  return (mesh.corner_count() - 2 * mesh.face_count()) * kPatchBytes;
+}
+
+// Throws std::bad_alloc where that has no room: Abseil's tables, which MakePlan uses, do not
+// survive an allocation that fails half-way.
+void ProbeMemory(uint64_t bytes) { ::operator delete(::operator new(bytes)); }
+
+uint64_t Sum(const MemoryUse& use) {
+  return std::accumulate(use.begin(), use.end(), uint64_t{0},
+                         [](uint64_t sum, const auto& entry) { return sum + entry.second; });
+}
+
+uint64_t NextIncarnation() {
+  static std::atomic<uint64_t> last = 0;
+  return ++last;
+}
+
+}  // namespace
+
+Scene::Scene(SceneConfig config, Backend* backend, UpdatePipeline* pipeline)
+    : config_(std::move(config)),
+      backend_(backend),
+      pipeline_(pipeline),
+      incarnation_(NextIncarnation()),
+      history_(config_.lattice),
+      last_use_(absl::Now()) {}
+
+Scene::~Scene() = default;
+
+absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config, Backend* backend,
+                                                     UpdatePipeline* pipeline) {
+  if (auto s = Validate(config.lattice); !s.ok()) return s;
+  if (auto s = Validate(config.default_view.key.spec); !s.ok()) return s;
+  const std::shared_ptr<Scene> scene(new Scene(std::move(config), backend, pipeline));
+  auto state = scene->Prepare(scene->config_.lattice.structure);
+  if (!state.ok()) return state.status();
+
+  const MutexLock edit_lock(&scene->edit_mutex_);
+  state->revision = scene->history_.revision();
+  state->structure_id = scene->history_.structure_id();
+  state->control_points =
+      std::make_shared<const std::vector<Vec3d>>(scene->config_.lattice.control_points);
+  state->box = FitQuantisationBox(BoundsOf(*state), 1);
+  state->commit_time = absl::Now();
+  const MutexLock lock(&scene->mutex_);
+  scene->state_ = std::make_shared<const SceneState>(*std::move(state));
+  return scene;
+}
+
+absl::StatusOr<SceneState> Scene::Prepare(const LatticeStructure& structure) const {
+  return CatchBadAlloc("the scene's plan", [&] { return PrepareUnguarded(structure); });
+}
+
+absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& structure) const {
+  SceneState state;
+  const uint64_t least = LeastPlanBytes(*config_.mesh);
+  auto memory = Reserve(config_.memory, "the scene's plan", least);
+  if (!memory.ok()) return memory.status();
+  ProbeMemory(least);
+  auto plan = MakePlan(config_.mesh, structure);
+  if (!plan.ok()) return plan.status();
+  auto target = backend_->Prepare(*plan, config_.pipeline);
+  if (!target.ok()) return target.status();
+  if (auto s = memory->Resize("the scene's plan", Sum((*target)->memory())); !s.ok()) return s;
+  state.memory = std::make_shared<const MemoryReservation>(*std::move(memory));
+  state.plan = *std::move(plan);
+  state.target = *std::move(target);
+  state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*state.plan));
+  return state;
+}
+
+absl::StatusOr<EditSummary> Scene::ApplyEdits(const EditBatch& batch) {
+  std::optional<Candidate> candidate;
+  while (true) {
+    std::optional<LatticeStructure> wanted;
+    auto summary = TryEdits(batch, candidate, wanted);
+    if (!wanted.has_value()) return summary;
+    candidate.reset();  // first, so that both plans do not need memory together
+    auto state = Prepare(*wanted);
+    candidate.emplace(Candidate{*std::move(wanted), std::move(state)});
+  }
+}
+
+absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
+                                            std::optional<Candidate>& candidate,
+                                            std::optional<LatticeStructure>& wanted) {
+  // Large plans take long to destroy: after the locks.
+  const auto retired = State();
+  const MutexLock edit_lock(&edit_mutex_);
+  if (deleted()) return error::NotFound("scene", id());
+
+  const auto outcome = history_.Apply(batch, std::chrono::steady_clock::now(),
+                                      [&](const LatticeStructure& structure) -> absl::Status {
+                                        if (candidate && candidate->structure == structure) {
+                                          return candidate->state.status();
+                                        }
+                                        wanted = structure;
+                                        return EditHistory::PutOff();
+                                      });
+  if (!outcome.ok()) return outcome.status();
+  if (outcome->repeated) {
+    if (!outcome->summary.status.ok()) return outcome->summary.status;
+    return outcome->summary;
+  }
+
+  SceneState next = outcome->structure_changed ? *std::move(candidate->state) : *State();
+  const QuantisationBox before = State()->box;
+  next.revision = history_.revision();
+  next.structure_id = history_.structure_id();
+  next.control_points =
+      std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
+  next.commit_time = absl::Now();
+  next.box = NextQuantisationBox(before, BoundsOf(next), history_.gesture_open()).value_or(before);
+  // A RAW view's origin may move with the plan, and an id never names two origins.
+  if (outcome->structure_changed) next.box.id = before.id + 1;
+
+  DirtySet dirty(next.plan);
+  if (outcome->structure_changed) {
+    dirty.MarkAll();
+  } else {
+    dirty.MarkControlPoints(outcome->changed);
+  }
+  history_bytes_ = history_.MemoryBytes();
+  history_.SetTouched(batch.editor_id, dirty.boxes(), dirty.patches());
+  EditSummary summary = outcome->summary;
+  summary.boxes_touched = dirty.boxes();
+  summary.patches_touched = dirty.patches();
+  Commit(batch, *outcome, std::make_shared<const SceneState>(std::move(next)), dirty);
+  return summary;
+}
+
+void Scene::Commit(const EditBatch& batch, const EditOutcome& outcome,
+                   std::shared_ptr<const SceneState> next, const DirtySet& dirty) {
+  auto delta = std::make_shared<LatticeDelta>();
+  delta->revision = next->revision;
+  delta->structure_id = next->structure_id;
+  delta->editor_id = batch.editor_id;
+  delta->sequence = batch.sequence;
+  delta->indices = outcome.changed;
+  for (const uint32_t index : outcome.changed) {
+    delta->positions.push_back((*next->control_points)[index]);
+  }
+  const std::vector<uint32_t> chunks = dirty.Chunks();
+  {
+    const MutexLock lock(&mutex_);
+    const bool all = outcome.structure_changed || next->box.id != state_->box.id;
+    state_ = std::move(next);
+    for (const auto& [key, view] : views_) all ? view->MarkAllDirty() : view->MarkDirty(chunks);
+    if (outcome.structure_changed) {
+      deltas_.clear();
+      delta_points_ = 0;
+    } else {
+      delta_points_ += delta->indices.size();
+      deltas_.push_back(delta);
+    }
+    while (deltas_.size() > kMaxDeltas || delta_points_ > kMaxDeltaPoints) {
+      delta_points_ -= deltas_.front()->indices.size();
+      deltas_.pop_front();
+    }
+    last_edits_[batch.editor_id] = {batch.sequence, delta->revision};
+    if (last_edits_.size() > static_cast<size_t>(limits::kMaxEditorsRemembered)) {
+      last_edits_.erase(std::ranges::min_element(
+          last_edits_, {}, [](const auto& entry) { return entry.second.revision; }));
+    }
+    last_use_ = absl::Now();
+  }
+  WakeListeners();
+  RequestWork();
+}
+
+std::shared_ptr<const SceneState> Scene::State() const {
+  const MutexLock lock(&mutex_);
+  return state_;
+}
+
+MemoryUse Scene::memory() const {
+  const auto state = State();
+  MemoryUse use = state->target->memory();
+  use["mesh"] += config_.mesh->MemoryBytes();
+  if (!use.contains("plan")) use["plan"] = state->plan->MemoryBytes();
+  use["history"] += history_bytes_.load();
+  const MutexLock lock(&mutex_);
+  for (const auto& [key, view] : views_) {
+    for (const auto& [purpose, bytes] : view->memory()) use[purpose] += bytes;
+  }
+  return use;
+}
+
+absl::Time Scene::expire_time() const {
+  const MutexLock lock(&mutex_);
+  const bool watched = std::ranges::any_of(listeners_, [](const auto& l) { return !l.expired(); });
+  return watched ? absl::InfiniteFuture() : last_use_ + config_.idle_ttl;
+}
+
+size_t Scene::watcher_count() const {
+  const MutexLock lock(&mutex_);
+  return static_cast<size_t>(
+      std::ranges::count_if(listeners_, [](const auto& l) { return !l.expired(); }));
+}
+
+void Scene::Delete() {
+  deleted_ = true;
+  WakeListeners();
+}
+
+void Scene::Tick(absl::Time now) {
+  // An edit in the making is activity enough; the next tick will do.
+  if (edit_mutex_.TryLock()) {
+    history_.CommitIdleGestures(std::chrono::steady_clock::now());
+    edit_mutex_.Unlock();
+  }
+  const MutexLock lock(&mutex_);
+  std::erase_if(listeners_, [](const auto& listener) { return listener.expired(); });
+  if (!listeners_.empty()) last_use_ = now;
+  std::erase_if(views_, [now](const auto& entry) {
+    const auto& view = entry.second;
+    return view.use_count() == 1 && now - view->last_watched() > kIdleView;
+  });
+}
+
+void Scene::AddListener(std::weak_ptr<SceneListener> listener) {
+  const MutexLock lock(&mutex_);
+  std::erase_if(listeners_, [](const auto& other) { return other.expired(); });
+  listeners_.push_back(std::move(listener));
+  last_use_ = absl::Now();
+}
+
+void Scene::WakeListeners() {
+  std::vector<std::shared_ptr<SceneListener>> awake;
+  {
+    const MutexLock lock(&mutex_);
+    for (const auto& listener : listeners_) {
+      if (auto alive = listener.lock(); alive != nullptr) awake.push_back(std::move(alive));
+    }
+  }
+  for (const auto& listener : awake) listener->OnSceneChanged();
+}
+
+absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key) {
+  if (auto s = Validate(key.spec); !s.ok()) return s;
+  const MutexLock lock(&mutex_);
+  if (const auto found = views_.find(key); found != views_.end()) return found->second;
+  if (views_.size() >= static_cast<size_t>(limits::kMaxViewsPerScene)) {
+    // Only the map holds an idle one; the one idle longest makes room.
+    auto oldest = views_.end();
+    for (auto v = views_.begin(); v != views_.end(); ++v) {
+      if (v->second.use_count() > 1) continue;
+      if (oldest == views_.end() || v->second->last_watched() < oldest->second->last_watched()) {
+        oldest = v;
+      }
+    }
+    if (oldest == views_.end()) {
+      return error::LimitExceeded("distinct views of a scene", limits::kMaxViewsPerScene);
+    }
+    views_.erase(oldest);
+  }
+  return views_[key] = std::make_shared<SceneView>(key, config_.memory);
+}
+
+void Scene::RequestWork() { pipeline_->Schedule(shared_from_this()); }
+
+std::optional<ViewWork> Scene::TakeWork() {
+  if (deleted()) return std::nullopt;
+  const MutexLock lock(&mutex_);
+  for (size_t i = 0; i < views_.size(); ++i) {
+    const auto entry =
+        std::next(views_.begin(), static_cast<std::ptrdiff_t>(next_view_++ % views_.size()));
+    if (auto work = entry->second->Begin(entry->second, state_); work.has_value()) return work;
+  }
+  return std::nullopt;
+}
+
+void Scene::RunWork(ViewWork work) {
+  work.view->Run(work);
+  // Before the listeners run, so that a view that is let go now is idle.
+  work = {};
+  WakeListeners();
+}
+
+Scene::Deltas Scene::DeltasAfter(uint64_t revision) const {
+  const MutexLock lock(&mutex_);
+  if (revision >= state_->revision) return {};
+  if (deltas_.empty() || deltas_.front()->revision > revision + 1) return {.complete = false};
+  Deltas result;
+  const auto first =
+      deltas_.begin() + static_cast<std::ptrdiff_t>(revision + 1 - deltas_.front()->revision);
+  result.deltas.assign(first, deltas_.end());
+  return result;
+}
+
+uint64_t Scene::AppliedSequence(const std::string& editor_id, uint64_t revision) const {
+  const MutexLock lock(&mutex_);
+  const auto last = last_edits_.find(editor_id);
+  if (last == last_edits_.end()) return 0;
+  if (last->second.revision <= revision) return last->second.sequence;
+  for (auto delta = deltas_.rbegin(); delta != deltas_.rend(); ++delta) {
+    if ((*delta)->revision <= revision && (*delta)->editor_id == editor_id) {
+      return (*delta)->sequence;
+    }
+  }
+  return 0;
+}
+
+}  // namespace latticed

@@ -1,0 +1,206 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A scene: one mesh under one lattice, edited by many and watched by many.            DESIGN §4
+//
+//   ApplyEdits -> new SceneState (revision + 1) -> dirty chunks of every view -> listeners woken
+//   UpdatePipeline: TakeWork -> evaluate and encode with no lock held -> SceneView publishes
+//
+// A SceneState is immutable: who holds one reads a consistent scene for as long as he likes. Edits
+// of one scene are serialised by edit_mutex_. A new plan is made without it: the edit that wants it
+// is tried again with the plan, and commits if the structure is then still the one that was
+// planned.
+//
+// Locks    edit_mutex_ before mutex_ before SceneView's own; listeners run with none of them held
+// Threads  safe
+#ifndef LATTICED_SERVER_SCENE_H_
+#define LATTICED_SERVER_SCENE_H_
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "core/backend.h"
+#include "core/ffd/deform_plan.h"
+#include "core/ffd/edit_history.h"
+#include "core/ffd/lattice.h"
+#include "core/ffd/quantisation_box.h"
+#include "server/mutex.h"
+#include "server/scene_view.h"
+
+namespace latticed {
+
+class DirtySet;  // core/ffd/dirty_set.h
+class UpdatePipeline;
+
+// What a scene is made from, and what of it never changes.
+struct SceneConfig {
+  std::string id;
+  std::string mesh_id;
+  std::shared_ptr<const PolygonMesh> mesh;
+  Lattice lattice;  // at revision 0, and what reset{INITIAL} returns to
+  WatchView default_view;
+  Pipeline pipeline = Pipeline::kFused;
+  absl::Duration idle_ttl = absl::Hours(24);
+  std::map<std::string, std::string> labels;
+  std::string owner;
+  std::shared_ptr<MemoryBudget> memory;  // plans and views ask it first; null: no limit
+  // The request in a canonical form: the same again returns the scene, another is ALREADY_EXISTS.
+  std::string fingerprint;
+};
+
+// The scene at one revision.
+struct SceneState {
+  uint64_t revision = 0;
+  uint64_t structure_id = 1;  // names knots and frame; a new plan has a new one
+  std::shared_ptr<const DeformPlan> plan;
+  std::shared_ptr<DeformTarget> target;
+  std::shared_ptr<const MemoryReservation> memory;  // of plan and target
+  std::shared_ptr<const std::vector<Vec3d>> control_points;
+  QuantisationBox box;
+  // Which control points influence any patch: what the box must hold, with the outside pieces.
+  std::shared_ptr<const std::vector<bool>> influential;
+  absl::Time commit_time;
+  const LatticeStructure& structure() const { return plan->structure; }
+};
+
+// What one edit did to the control points, so that every watcher's cage is true.
+struct LatticeDelta {
+  uint64_t revision = 0;
+  uint64_t structure_id = 0;
+  std::string editor_id;
+  uint64_t sequence = 0;
+  std::vector<uint32_t> indices;
+  std::vector<Vec3d> positions;
+};
+
+// Is told that a scene has something new, or that it was deleted. Called with no lock of the scene
+// held, from any thread; must not block.
+class SceneListener {
+ public:
+  virtual ~SceneListener() = default;
+  virtual void OnSceneChanged() = 0;
+};
+
+class Scene : public std::enable_shared_from_this<Scene> {
+ public:
+  // Makes the plan and prepares the backend. kInvalidArgument for a bad lattice,
+  // kResourceExhausted. `backend` and `pipeline` outlive the scene.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<Scene>> Create(SceneConfig config,
+                                                                     Backend* backend,
+                                                                     UpdatePipeline* pipeline);
+  ~Scene();
+  Scene(const Scene&) = delete;  // listeners and workers hold its address
+  Scene& operator=(const Scene&) = delete;
+
+  const SceneConfig& config() const { return config_; }
+  const std::string& id() const { return config_.id; }
+  absl::Time create_time() const { return create_time_; }
+  // Of all the scenes of this process no other has it, not even one of the same id.
+  uint64_t incarnation() const { return incarnation_; }
+
+  // All of the batch or nothing; revision + 1. kInvalidArgument, kAborted (STRUCTURE_CHANGED,
+  // REVISION_CHANGED, OUT_OF_ORDER, UNDO_CONFLICT), kFailedPrecondition (nothing to undo),
+  // kResourceExhausted, kNotFound when the scene was deleted. A change of structure makes its plan
+  // here, for seconds on large meshes; other edits go on meanwhile.
+  [[nodiscard]] absl::StatusOr<EditSummary> ApplyEdits(const EditBatch& batch)
+      ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
+
+  [[nodiscard]] std::shared_ptr<const SceneState> State() const ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // When it will be evicted if nobody watches or edits from now on.
+  [[nodiscard]] absl::Time expire_time() const ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] bool deleted() const { return deleted_.load(); }
+  [[nodiscard]] size_t watcher_count() const ABSL_LOCKS_EXCLUDED(mutex_);
+
+  // From here on edits are refused and streams end with kNotFound. Idempotent.
+  void Delete() ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
+  // Housekeeping, about once a second: gestures that time out, views that nobody has watched
+  // lately.
+  void Tick(absl::Time now) ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
+
+  // Wakes `listener` from now on; it expires by itself.
+  void AddListener(std::weak_ptr<SceneListener> listener) ABSL_LOCKS_EXCLUDED(mutex_);
+  // The view of that key, made when it is new. kInvalidArgument, or kResourceExhausted when all of
+  // limits::kMaxViewsPerScene are watched.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<SceneView>> AcquireView(const ViewKey& key)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // Tells the pipeline that a view may have work: it was attached, unpaused or left behind.
+  void RequestWork() ABSL_LOCKS_EXCLUDED(mutex_);
+  // One evaluation of one view that is watched and behind; nullopt when there is none.
+  [[nodiscard]] std::optional<ViewWork> TakeWork() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Runs what TakeWork gave, without a lock, and wakes the listeners.
+  void RunWork(ViewWork work) ABSL_LOCKS_EXCLUDED(mutex_);
+
+  // Deltas after `revision`, oldest first, and `complete` = false when the log no longer reaches
+  // back to it or the structure has changed since: then the watcher wants the whole lattice.
+  struct Deltas {
+    bool complete = true;
+    std::vector<std::shared_ptr<const LatticeDelta>> deltas;
+  };
+  [[nodiscard]] Deltas DeltasAfter(uint64_t revision) const ABSL_LOCKS_EXCLUDED(mutex_);
+  // The highest sequence of an editor that a state at `revision` holds, as far as is remembered: 0
+  // for an unknown editor, and possibly too low for a revision that the log no longer reaches.
+  [[nodiscard]] uint64_t AppliedSequence(const std::string& editor_id, uint64_t revision) const
+      ABSL_LOCKS_EXCLUDED(mutex_);
+
+ private:
+  Scene(SceneConfig config, Backend* backend, UpdatePipeline* pipeline);
+  // What an edit that changes the structure needs, or why it cannot be had.
+  struct Candidate {
+    LatticeStructure structure;
+    absl::StatusOr<SceneState> state;
+  };
+  [[nodiscard]] absl::StatusOr<SceneState> Prepare(const LatticeStructure& structure) const;
+  [[nodiscard]] absl::StatusOr<SceneState> PrepareUnguarded(
+      const LatticeStructure& structure) const;
+  // Applies the batch, unless it leads to a structure other than the candidate's: then `wanted` is
+  // that structure and nothing has changed.
+  [[nodiscard]] absl::StatusOr<EditSummary> TryEdits(const EditBatch& batch,
+                                                     std::optional<Candidate>& candidate,
+                                                     std::optional<LatticeStructure>& wanted)
+      ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
+  void Commit(const EditBatch& batch, const EditOutcome& outcome,
+              std::shared_ptr<const SceneState> next, const DirtySet& dirty)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  void WakeListeners() ABSL_LOCKS_EXCLUDED(mutex_);
+
+  const SceneConfig config_;
+  Backend* const backend_;
+  UpdatePipeline* const pipeline_;
+  const absl::Time create_time_ = absl::Now();
+  const uint64_t incarnation_;
+  std::atomic<bool> deleted_ = false;
+
+  Mutex edit_mutex_;
+  EditHistory history_ ABSL_GUARDED_BY(edit_mutex_);
+  std::atomic<uint64_t> history_bytes_ = 0;  // of history_, for those who do not lock
+
+  mutable Mutex mutex_;
+  std::shared_ptr<const SceneState> state_ ABSL_GUARDED_BY(mutex_);
+  std::map<ViewKey, std::shared_ptr<SceneView>> views_ ABSL_GUARDED_BY(mutex_);
+  std::deque<std::shared_ptr<const LatticeDelta>> deltas_ ABSL_GUARDED_BY(mutex_);
+  size_t delta_points_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::vector<std::weak_ptr<SceneListener>> listeners_ ABSL_GUARDED_BY(mutex_);
+  struct LastEdit {
+    uint64_t sequence = 0;
+    uint64_t revision = 0;
+  };
+  std::map<std::string, LastEdit> last_edits_ ABSL_GUARDED_BY(mutex_);
+  absl::Time last_use_ ABSL_GUARDED_BY(mutex_);
+  size_t next_view_ ABSL_GUARDED_BY(mutex_) = 0;  // round robin over the views
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_SCENE_H_

@@ -1,0 +1,284 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/scene_stream.h"
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "fmt/format.h"
+#include "server/grpc_status.h"
+#include "server/scene_registry.h"
+#include "server/server_env.h"
+#include "server/wire_buffers.h"
+
+namespace latticed {
+namespace {
+
+// A watcher from which nothing came for so many heartbeats is paused.
+constexpr int kSilentHeartbeats = 3;
+// By then another server, or this one's successor, may well listen. The drain delay is over when
+// goaway is sent.
+constexpr absl::Duration kGoawayRetry = absl::Seconds(1);
+
+// 128 random bits: who knows the id may steer the watch.
+std::string MakeWatchId() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
+}
+
+void SetDuration(absl::Duration duration, google::protobuf::Duration& out) {
+  out.set_seconds(absl::ToInt64Seconds(duration));
+  out.set_nanos(static_cast<int32_t>(
+      absl::ToInt64Nanoseconds(duration - absl::Seconds(absl::ToInt64Seconds(duration)))));
+}
+
+}  // namespace
+
+std::string_view StreamStateName(StreamState state) {
+  switch (state) {
+    case StreamState::kIdle:
+      return "IDLE";
+    case StreamState::kWriting:
+      return "WRITING";
+    case StreamState::kFinished:
+      return "FINISHED";
+  }
+  return "UNKNOWN";
+}
+
+SceneStream::SceneStream(ServerEnv* env, std::shared_ptr<Scene> scene, const Options& options,
+                         StreamSink* sink)
+    : env_(env),
+      scene_(std::move(scene)),
+      only_update_(options.only_update.has_value()),
+      watch_id_(MakeWatchId()),
+      sink_(sink),
+      finish_at_(options.only_update),
+      half_closed_(only_update_),
+      last_heard_(absl::Now()) {}
+
+absl::StatusOr<std::shared_ptr<SceneStream>> SceneStream::Open(ServerEnv* env,
+                                                               std::shared_ptr<Scene> scene,
+                                                               Options options, StreamSink* sink) {
+  const auto most = static_cast<size_t>(env->options.max_watchers);
+  if (scene->watcher_count() >= most) {
+    return error::LimitExceeded("watchers of a scene", most);
+  }
+  const std::shared_ptr<SceneStream> stream(new SceneStream(env, std::move(scene), options, sink));
+  options.watcher.boot_id = env->boot_id;
+  auto watcher = Watcher::Create(stream->scene_, options.watcher);
+  if (!watcher.ok()) return watcher.status();
+  const absl::MutexLock lock(&stream->mutex_);
+  stream->watcher_ = *std::move(watcher);
+  return stream;
+}
+
+void SceneStream::Start() {
+  const std::weak_ptr<SceneStream> weak = weak_from_this();
+  if (!only_update_) Greet();
+  scene_->AddListener(weak);
+  if (!only_update_) {
+    env_->scenes->AddWatch(watch_id_, weak);
+  }
+  drain_subscription_ = env_->drain.Subscribe([weak] {
+    if (const auto stream = weak.lock(); stream != nullptr) stream->GoAway();
+  });
+  OnSceneChanged();
+}
+
+void SceneStream::Greet() {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  v1::SceneEvent event;
+  v1::Hello& hello = *event.mutable_hello();
+  hello.set_watch_id(watch_id_);
+  hello.set_boot_id(env_->boot_id);
+  hello.set_head_revision(scene_->State()->revision);
+  hello.set_resumed(watcher_->resumed());
+  SetDuration(env_->options.heartbeat_interval, *hello.mutable_heartbeat());
+  small_.push_back(EncodeEvent(event));
+  ScheduleHeartbeat();
+}
+
+void SceneStream::Pump() {
+  if (state_ != StreamState::kIdle) return;
+  if (AtEnd()) return FinishLocked(grpc::Status::OK);
+  auto buffer = CatchBadAlloc(
+      "the stream", [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return NextBuffer(); });
+  if (!buffer.ok()) return FinishLocked(ToGrpcStatus(buffer.status()));
+  if (!buffer->has_value()) return;
+  state_ = StreamState::kWriting;
+  writing_ = **std::move(buffer);
+  sink_->Write(&writing_);
+}
+
+bool SceneStream::AtEnd() const {
+  if (!small_.empty() || watcher_->update_in_progress()) return false;
+  // GetUpdate's client gets the update that is on its way, but does not wait for a revision to
+  // come.
+  const bool on_its_way = only_update_ && *finish_at_ <= scene_->State()->revision;
+  if (going_away_ && !on_its_way) return true;
+  return finish_at_.has_value() && watcher_->covered().has_value() &&
+         *watcher_->covered() >= *finish_at_;
+}
+
+absl::StatusOr<std::optional<grpc::ByteBuffer>> SceneStream::NextBuffer() {
+  if (!small_.empty()) {
+    grpc::ByteBuffer buffer = small_.front();  // shares the slices
+    small_.pop_front();
+    return buffer;
+  }
+  const auto event = watcher_->Next(absl::Now());
+  if (!event.ok()) return event.status();
+  if (event->has_value()) return EncodeEvent(**event);
+  if (watcher_->wake_at() != absl::InfiniteFuture()) {
+    pace_ = std::make_unique<grpc::Alarm>();
+    pace_->Set(absl::ToChronoTime(watcher_->wake_at()), [weak = weak_from_this()](bool) {
+      if (const auto stream = weak.lock(); stream != nullptr) stream->OnSceneChanged();
+    });
+  }
+  return std::nullopt;
+}
+
+void SceneStream::FinishLocked(const grpc::Status& status) {
+  if (state_ == StreamState::kFinished) return;
+  state_ = StreamState::kFinished;
+  watcher_.reset();
+  small_.clear();
+  heartbeat_.reset();
+  pace_.reset();
+  sink_->Finish(status);
+}
+
+void SceneStream::OnSceneChanged() {
+  const absl::MutexLock lock(&mutex_);
+  Pump();
+}
+
+void SceneStream::OnWriteDone(bool ok) {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ != StreamState::kWriting) return;
+  if (!ok) {
+    return FinishLocked(grpc::Status(grpc::StatusCode::CANCELLED, "the client has gone"));
+  }
+  state_ = StreamState::kIdle;
+  writing_.Clear();
+  Pump();
+}
+
+void SceneStream::OnCancel() {
+  const absl::MutexLock lock(&mutex_);
+  FinishLocked(grpc::Status(grpc::StatusCode::CANCELLED, "the client cancelled"));
+}
+
+void SceneStream::Hear() {
+  last_heard_ = absl::Now();
+  watcher_->SetSilent(false);
+}
+
+void SceneStream::Touch() {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  Hear();
+  Pump();
+}
+
+absl::Status SceneStream::Control(const WatchCommand& command) {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return error::NotFound("watch", watch_id_);
+  Hear();
+  // What can be refused comes first, so that a refused command has changed nothing.
+  if (command.view.has_value()) {
+    if (auto s = watcher_->CheckAck(command.acked_update_id.value_or(0)); !s.ok()) return s;
+    if (auto s = watcher_->SetView(*command.view); !s.ok()) return s;
+  }
+  if (command.acked_update_id.has_value()) {
+    if (auto s = watcher_->Ack(*command.acked_update_id); !s.ok()) return s;
+  }
+  if (command.pause.has_value()) watcher_->SetPaused(*command.pause);
+  Pump();
+  return absl::OkStatus();
+}
+
+void SceneStream::BeginEdit() {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ != StreamState::kFinished) watcher_->SetCeiling(scene_->State()->revision);
+}
+
+void SceneStream::Answer(const v1::SceneEvent& result) {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  watcher_->SetCeiling(std::nullopt);
+  small_.push_back(EncodeEvent(result));
+  Pump();
+}
+
+void SceneStream::HalfClose(uint64_t revision) {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  half_closed_ = true;
+  finish_at_ = revision;
+  // Nothing can be acknowledged or resumed any more, so nothing waits for it.
+  watcher_->StopAcks();
+  watcher_->SetPaused(false);
+  watcher_->SetSilent(false);
+  Pump();
+}
+
+void SceneStream::Fail(const absl::Status& status) {
+  const absl::MutexLock lock(&mutex_);
+  FinishLocked(ToGrpcStatus(status));
+}
+
+void SceneStream::Close() {
+  // Not in the destructor: an observer that holds the last reference must not wait for itself.
+  if (drain_subscription_.has_value()) env_->drain.Unsubscribe(*drain_subscription_);
+}
+
+size_t SceneStream::backlog() const {
+  const absl::MutexLock lock(&mutex_);
+  return small_.size();
+}
+
+void SceneStream::ScheduleHeartbeat() {
+  // An Alarm runs once, and must not be set again from its own callback.
+  heartbeat_ = std::make_unique<grpc::Alarm>();
+  heartbeat_->Set(absl::ToChronoTime(absl::Now() + env_->options.heartbeat_interval),
+                  [weak = weak_from_this()](bool expired) {
+                    if (!expired) return;
+                    if (const auto stream = weak.lock(); stream != nullptr) stream->OnHeartbeat();
+                  });
+}
+
+void SceneStream::OnHeartbeat() {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  ScheduleHeartbeat();
+  const absl::Duration silence = absl::Now() - last_heard_;
+  if (!half_closed_ && silence > kSilentHeartbeats * env_->options.heartbeat_interval) {
+    watcher_->SetSilent(true);
+  }
+  // While a write is outstanding the reader is busy with it, and heartbeats must not pile up.
+  if (state_ != StreamState::kIdle) return;
+  v1::SceneEvent event;
+  event.mutable_heartbeat()->set_head_revision(scene_->State()->revision);
+  small_.push_back(EncodeEvent(event));
+  Pump();
+}
+
+void SceneStream::GoAway() {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  v1::SceneEvent event;
+  event.mutable_goaway()->set_reason(v1::GOAWAY_REASON_DRAINING);
+  SetDuration(kGoawayRetry, *event.mutable_goaway()->mutable_retry_after());
+  small_.push_back(EncodeEvent(event));
+  going_away_ = true;
+  Pump();
+}
+
+}  // namespace latticed

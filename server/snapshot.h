@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A snapshot: the complete set of chunks of a view at one revision, immutable and shared.  DESIGN
+// §4
+//
+// Chunks whose bytes did not change are shared with the snapshot before, version and all. The ring
+// keeps the newest snapshot and those that a watcher is being sent (pinned), at most
+// limits::kMaxSnapshotsPerView in all. What leaves it while pinned is *retired*: its watcher finds
+// nothing under the number any more and begins again with the newest. Bytes that a socket still
+// holds live until it lets go.
+//
+// Threads  a Snapshot is immutable; a SnapshotRing is guarded by its owner
+#ifndef LATTICED_SERVER_SNAPSHOT_H_
+#define LATTICED_SERVER_SNAPSHOT_H_
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "absl/time/time.h"
+#include "core/backend.h"
+#include "core/ffd/deform_plan.h"
+#include "core/ffd/quantisation_box.h"
+
+namespace latticed {
+
+// What distinguishes views: watchers with the same key share one evaluation and one encoding.
+struct ViewKey {
+  ViewSpec spec;
+  Encoding encoding = Encoding::kDracoPoints;
+  friend auto operator<=>(const ViewKey&, const ViewKey&) = default;
+};
+
+// A view as one watcher asks for it.
+struct WatchView {
+  ViewKey key;
+  uint64_t max_points = 0;            // 0: no limit; else segments are lowered until points fit
+  uint64_t max_bytes_per_second = 0;  // 0: no limit
+};
+
+// Names the bytes of a chunk: equal versions, equal bytes.
+struct ChunkVersion {
+  uint64_t structure_id = 0;
+  uint64_t quantisation_id = 0;
+  uint64_t revision = 0;  // at which its bytes last changed
+  ViewKey view;           // segments, bits
+  friend bool operator==(const ChunkVersion&, const ChunkVersion&) = default;
+};
+
+struct SnapshotChunk {
+  uint64_t revision = 0;
+  SharedBytes data;
+};
+
+struct Snapshot {
+  uint64_t number = 0;  // rises within a view
+  ViewKey view;
+  uint64_t revision = 0;
+  uint64_t structure_id = 0;
+  QuantisationBox box;
+  std::shared_ptr<const DeformPlan> plan;
+  std::vector<SnapshotChunk> chunks;
+  absl::Time edit_time;  // when the edit that made the revision was committed
+  absl::Duration evaluate_time;
+  absl::Duration encode_time;
+
+  ChunkVersion Version(size_t chunk) const {
+    return {structure_id, box.id, chunks[chunk].revision, view};
+  }
+  size_t bytes() const;
+};
+
+class SnapshotRing {
+ public:
+  // Makes `snapshot` the newest; drops what is not pinned, then retires the oldest above the limit.
+  void Publish(std::shared_ptr<const Snapshot> snapshot);
+  // Null before the first Publish.
+  std::shared_ptr<const Snapshot> newest() const;
+  // The newest, pinned until Unpin(number); null before the first Publish.
+  std::shared_ptr<const Snapshot> PinNewest();
+  // A no-op for a retired one.
+  void Unpin(uint64_t number);
+  // Null when it was retired.
+  std::shared_ptr<const Snapshot> Find(uint64_t number) const;
+  void Clear() { entries_.clear(); }
+  size_t size() const { return entries_.size(); }
+
+ private:
+  struct Entry {
+    std::shared_ptr<const Snapshot> snapshot;
+    int pins = 0;
+  };
+  void DropUnpinned();
+
+  std::deque<Entry> entries_;  // oldest first
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_SNAPSHOT_H_

@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <vector>
+
+#include "fmt/format.h"
+#include "tests/bench/benches.h"
+#include "tests/bench/scenario.h"
+#include "tests/bench/verify.h"
+
+namespace latticed::bench {
+namespace {
+
+struct Case {
+  Pipeline pipeline = Pipeline::kFused;
+  ViewSpec spec;
+  int threads = 1;
+};
+
+ViewSpec Float32(NormalMode normals, bool lane_order, int segments = 10) {
+  return {.segments = segments,
+          .normals = normals,
+          .format = VertexFormat::kFloat32,
+          .lane_order = lane_order};
+}
+
+ViewSpec Quantised(NormalMode normals) {
+  return {.normals = normals,
+          .format = VertexFormat::kQuantised,
+          .position_bits = 12,
+          .normal_bits = 8};
+}
+
+const char* OutputName(const ViewSpec& spec) {
+  if (spec.format == VertexFormat::kQuantised) return "quantised";
+  return spec.lane_order ? "lane-order" : "point-order";
+}
+
+const char* NormalsName(NormalMode normals) {
+  switch (normals) {
+    case NormalMode::kNone:
+      return "none";
+    case NormalMode::kFacet:
+      return "facet";
+    case NormalMode::kSmooth:
+      return "smooth";
+  }
+  return "";
+}
+
+// One frame an iteration: new control points, all chunks.
+void Frames(benchmark::State& state, const Scenario& scenario, const Case& c) {
+  const auto view = MakeView(scenario, c.pipeline, c.spec, c.threads);
+  if (const absl::Status verified = Verify(scenario, c.pipeline, *view); !verified.ok()) {
+    state.SkipWithError(std::string(verified.message()).c_str());
+    return;
+  }
+  size_t frame = 0;
+  for (auto _ : state) {
+    CheckOk(
+        view->Evaluate(scenario.control_points[++frame % 2], scenario.box, scenario.all_chunks));
+  }
+  const auto points = static_cast<double>(scenario.points(c.spec.segments));
+  state.counters["patches"] = static_cast<double>(scenario.plan->patches.size());
+  state.counters["ns_point"] = benchmark::Counter(
+      points * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+void Register(const char* scenario_name, int degree, std::vector<Case> cases,
+              const std::function<const Scenario&()>& scenario) {
+  for (const Case& c : cases) {
+    const std::string name = fmt::format(
+        "evaluate/{}/{}/degree{}/{}/{}/{}segments/{}t", scenario_name, PipelineName(c.pipeline),
+        degree, OutputName(c.spec), NormalsName(c.spec.normals), c.spec.segments, c.threads);
+    RegisterTimed(name, [c, scenario](benchmark::State& state) { Frames(state, scenario(), c); });
+  }
+}
+
+}  // namespace
+
+void RegisterEvaluateBenches() {
+  const ViewSpec lane = Float32(NormalMode::kFacet, true);
+  const ViewSpec point = Float32(NormalMode::kFacet, false);
+  const ViewSpec streamed = Quantised(NormalMode::kFacet);
+  Register("torus-17k", 2,
+           {{Pipeline::kFused, lane, 1},
+            {Pipeline::kFused, lane, 2},
+            {Pipeline::kFused, Float32(NormalMode::kSmooth, true), 1},
+            {Pipeline::kFused, Float32(NormalMode::kNone, true), 1},
+            {Pipeline::kFused, point, 1},
+            {Pipeline::kFused, streamed, 1},
+            {Pipeline::kFused, streamed, 2},
+            {Pipeline::kFused, Quantised(NormalMode::kSmooth), 1},
+            {Pipeline::kFused, Float32(NormalMode::kFacet, true, 4), 1},
+            {Pipeline::kFused, Float32(NormalMode::kFacet, true, 20), 1},
+            {Pipeline::kGemm, point, 1},
+            {Pipeline::kGemm, point, 2},
+            {Pipeline::kGemm12, point, 1},
+            {Pipeline::kControlNet, point, 1}},
+           []() -> const Scenario& { return SmallScenario(2); });
+  for (const int degree : {1, 3}) {
+    Register("torus-17k", degree, {{Pipeline::kFused, lane, 1}, {Pipeline::kGemm, point, 1}},
+             [degree]() -> const Scenario& { return SmallScenario(degree); });
+  }
+  Register("torus-114k", 2,
+           {{Pipeline::kFused, lane, 1},
+            {Pipeline::kFused, lane, 2},
+            {Pipeline::kFused, streamed, 1},
+            {Pipeline::kGemm, point, 1}},
+           []() -> const Scenario& { return LargeScenario(); });
+}
+
+}  // namespace latticed::bench

@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/bench/scenario.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <random>
+#include <utility>
+
+#include "core/base/bounds.h"
+#include "core/cpu/cpu_backend.h"
+#include "core/ffd/tessellation_pattern.h"
+
+namespace latticed::bench {
+namespace {
+
+constexpr uint32_t kSeed = 20140601;
+constexpr double kJitter = 0.3;  // of a knot box, as in the study that the numbers come from
+constexpr double kPadding = 0.05;
+
+std::vector<Vec3d> Jittered(const LatticeStructure& structure, std::mt19937& random) {
+  std::uniform_real_distribution<double> jitter(-kJitter, kJitter);
+  std::vector<Vec3d> points = IdentityControlPoints(structure);
+  Vec3d box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<size_t>(axis);
+    box[axis] = Norm(structure.frame.edges[a]) / (structure.size[a] - structure.degree[a]);
+  }
+  for (Vec3d& p : points) {
+    for (int axis = 0; axis < 3; ++axis) p[axis] += jitter(random) * box[axis];
+  }
+  return points;
+}
+
+}  // namespace
+
+void CheckOk(const absl::Status& status) {
+  if (status.ok()) return;
+  std::fprintf(stderr, "latticed_bench: %s\n", status.ToString().c_str());
+  std::exit(1);
+}
+
+size_t Scenario::points(int segments) const {
+  return plan->patches.size() * static_cast<size_t>(PointsPerPatch(segments));
+}
+
+std::shared_ptr<const PolygonMesh> MakeTorus(int around, int across) {
+  constexpr double kMajor = 1.0, kMinor = 0.4;
+  auto mesh = std::make_shared<PolygonMesh>();
+  for (int i = 0; i < around; ++i) {
+    for (int j = 0; j < across; ++j) {
+      const double a = 2 * std::numbers::pi * i / around, b = 2 * std::numbers::pi * j / across;
+      const double r = kMajor + kMinor * std::cos(b);
+      mesh->positions.push_back({r * std::cos(a), r * std::sin(a), kMinor * std::sin(b)});
+    }
+  }
+  const auto vertex = [=](int i, int j) {
+    return static_cast<uint32_t>((i % around) * across + j % across);
+  };
+  for (int i = 0; i < around; ++i) {
+    for (int j = 0; j < across; ++j) {
+      for (const uint32_t v :
+           {vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)}) {
+        mesh->corner_vertices.push_back(v);
+      }
+      mesh->face_offsets.push_back(static_cast<uint32_t>(mesh->corner_vertices.size()));
+    }
+  }
+  return mesh;
+}
+
+Scenario MakeScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh,
+                      std::array<int, 3> size, std::array<int, 3> degree) {
+  auto lattice = FitLattice(mesh->ComputeBounds(), size, degree, kPadding);
+  CheckOk(lattice.status());
+  auto plan = MakePlan(std::move(mesh), lattice->structure);
+  CheckOk(plan.status());
+  Scenario scenario;
+  scenario.name = std::move(name);
+  scenario.plan = *std::move(plan);
+  std::mt19937 random(kSeed);
+  Bounds bounds;
+  for (auto& points : scenario.control_points) {
+    points = Jittered(lattice->structure, random);
+    for (const Vec3d p : points) bounds.Extend(p);
+  }
+  scenario.box = FitQuantisationBox(bounds, 1);
+  scenario.all_chunks.resize(scenario.plan->chunk_count());
+  std::iota(scenario.all_chunks.begin(), scenario.all_chunks.end(), 0u);
+  return scenario;
+}
+
+const Scenario& SmallScenario(int degree) {
+  static std::map<int, Scenario>* scenarios = new std::map<int, Scenario>;
+  const auto found = scenarios->find(degree);
+  if (found != scenarios->end()) return found->second;
+  const int size = 5 + degree;
+  return scenarios
+      ->emplace(degree, MakeScenario("torus-17k", MakeTorus(111, 46), {size, size, size},
+                                     {degree, degree, degree}))
+      .first->second;
+}
+
+const Scenario& LargeScenario() {
+  static const Scenario* scenario =
+      new Scenario(MakeScenario("torus-114k", MakeTorus(324, 144), {7, 7, 7}, {2, 2, 2}));
+  return *scenario;
+}
+
+std::unique_ptr<DeformView> MakeView(const Scenario& scenario, Pipeline pipeline,
+                                     const ViewSpec& spec, int threads) {
+  static std::map<int, std::unique_ptr<Backend>>* backends =
+      new std::map<int, std::unique_ptr<Backend>>;
+  auto& backend = (*backends)[threads];
+  if (backend == nullptr) backend = MakeCpuBackend({.threads = threads, .encoder = nullptr});
+  auto target = backend->Prepare(scenario.plan, pipeline);
+  CheckOk(target.status());
+  // The view keeps what it needs of its target alive.
+  auto view = (*target)->CreateView(spec);
+  CheckOk(view.status());
+  CheckOk((*view)->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
+  return *std::move(view);
+}
+
+}  // namespace latticed::bench

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What benchmarks run on: a mesh under a jittered lattice, its plan, and two sets of control points
+// to alternate between, so that every frame has work to do.
+//
+// Units    the torus has radii 1 and 0.4; jitter is a fraction of a knot box
+// Threads  scenarios are immutable; targets are made per thread count
+#ifndef LATTICED_TESTS_BENCH_SCENARIO_H_
+#define LATTICED_TESTS_BENCH_SCENARIO_H_
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/backend.h"
+#include "core/ffd/deform_plan.h"
+#include "core/ffd/quantisation_box.h"
+
+namespace latticed::bench {
+
+struct Scenario {
+  std::string name;
+  std::shared_ptr<const DeformPlan> plan;
+  std::array<std::vector<Vec3d>, 2> control_points;
+  QuantisationBox box;               // holds both sets
+  std::vector<uint32_t> all_chunks;  // 0 … chunk_count - 1
+  size_t points(int segments) const;
+};
+
+// Quads on a torus, `around` x `across` of them.
+[[nodiscard]] std::shared_ptr<const PolygonMesh> MakeTorus(int around, int across);
+
+// A fitted lattice of `size` and `degree`; control points move by up to 0.3 knot boxes. Ends the
+// program on an error: a benchmark without its scenario means nothing.
+[[nodiscard]] Scenario MakeScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh,
+                                    std::array<int, 3> size, std::array<int, 3> degree);
+
+// The paper's smallest and largest models in patches (17,119 and 113,663), to within 1 %, on 5 x 5
+// x 5 knot boxes; made once.
+[[nodiscard]] const Scenario& SmallScenario(int degree);
+[[nodiscard]] const Scenario& LargeScenario();
+
+// A view of the scenario on the CPU backend, all chunks evaluated once with control_points[0].
+[[nodiscard]] std::unique_ptr<DeformView> MakeView(const Scenario& scenario, Pipeline pipeline,
+                                                   const ViewSpec& spec, int threads);
+
+// Ends the program with `status` where it is not OK.
+void CheckOk(const absl::Status& status);
+
+}  // namespace latticed::bench
+
+#endif  // LATTICED_TESTS_BENCH_SCENARIO_H_

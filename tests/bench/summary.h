@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One line a benchmark: median and least time of its repetitions, then its counters. At the end the
+// ratios of medians that the design promises, each beside its target: of one run, since machines
+// are noisy.
+#ifndef LATTICED_TESTS_BENCH_SUMMARY_H_
+#define LATTICED_TESTS_BENCH_SUMMARY_H_
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+namespace latticed::bench {
+
+class SummaryReporter : public benchmark::BenchmarkReporter {
+ public:
+  bool ReportContext(const Context& context) override;
+  void ReportRuns(const std::vector<Run>& reports) override;
+  // The table; rows whose benchmarks were filtered out are left out.
+  void PrintTargets() const;
+  bool failed() const { return failed_; }
+
+ private:
+  std::map<std::string, double>
+      values_;  // medians in ms by benchmark; counters by "benchmark:counter"
+  bool failed_ = false;
+};
+
+}  // namespace latticed::bench
+
+#endif  // LATTICED_TESTS_BENCH_SUMMARY_H_

@@ -1,0 +1,173 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// latticectl apply with the server in its own process: the identity lattice reproduces the mesh, in
+// every format, encoding and pipeline, and a moved lattice moves it as the definition says.
+#include <cmath>
+
+#include "absl/strings/match.h"
+#include "client/cpp/lattice_json.h"
+#include "core/mesh/mesh_io.h"
+#include "tests/client/latticectl_fixture.h"
+
+namespace latticed::client {
+namespace {
+
+using ::testing::HasSubstr;
+
+double Area(const PolygonMesh& mesh) {
+  double area = 0;
+  for (size_t f = 0; f < mesh.face_count(); ++f) {
+    const uint32_t first = mesh.face_offsets[f];
+    for (uint32_t c = first + 1; c + 1 < mesh.face_offsets[f + 1]; ++c) {
+      const Vec3d a = mesh.positions[mesh.corner_vertices[first]];
+      area += 0.5 * Norm(Cross(mesh.positions[mesh.corner_vertices[c]] - a,
+                               mesh.positions[mesh.corner_vertices[c + 1]] - a));
+    }
+  }
+  return area;
+}
+
+class LatticectlApply : public LatticectlTest {
+ protected:
+  void SetUp() override {
+    LatticectlTest::SetUp();
+    // A unit cube of quads with texture coordinates.
+    ASSERT_OK(WriteFile(Path("cube.obj"),
+                        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+                        "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+                        "f 4/1 3/2 2/3 1/4\nf 5/1 6/2 7/3 8/4\nf 1/1 2/2 6/3 5/4\n"
+                        "f 2/1 3/2 7/3 6/4\nf 3/1 4/2 8/3 7/4\nf 4/1 1/2 5/3 8/4\n"));
+    MustRun({"lattice", Path("cube.obj"), "--size", "4,4,4", "-o", Path("L.json")});
+  }
+
+  PolygonMesh Apply(const std::string& output, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{
+        "apply", Path("cube.obj"), "--lattice", Path("L.json"), "--backend",
+        "cpu",   "--segments",     "3",         "-o",           Path(output)};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    MustRun(arguments);
+    const auto file = ReadMeshFile(Path(output));
+    EXPECT_OK(file);
+    if (!file.ok()) return {};
+    auto mesh = ParseMesh(*file);
+    EXPECT_OK(mesh);
+    return mesh.ok() ? *std::move(mesh) : PolygonMesh{};
+  }
+
+  // All points on the unit cube, area 6.
+  static void ExpectCube(const PolygonMesh& mesh, double tolerance) {
+    ASSERT_GT(mesh.face_count(), 100u);
+    double worst = 0;
+    for (const Vec3d p : mesh.positions) {
+      double distance = 1;
+      for (int axis = 0; axis < 3; ++axis) {
+        distance = std::min({distance, std::abs(p[axis]), std::abs(1 - p[axis])});
+      }
+      worst = std::max(worst, distance);
+    }
+    EXPECT_LE(worst, tolerance);
+    EXPECT_NEAR(Area(mesh), 6.0, 12 * tolerance);
+  }
+};
+
+// DESIGN §2: 1e-6 of the diagonal for any pipeline.
+constexpr double kFloatTolerance = 1e-6 * 3;
+// Half a step of 12 bits in a box of range 2 or 4, in three coordinates.
+constexpr double kQuantisedTolerance = 4.0 / 4095;
+
+TEST_F(LatticectlApply, IdentityReproducesTheMeshInEveryFormat) {
+  for (const char* output : {"o.ply", "o.obj", "o.stl", "o.glb"}) {
+    SCOPED_TRACE(output);
+    ExpectCube(Apply(output), kFloatTolerance);
+  }
+  ExpectCube(Apply("o.drc"), 1.0 / 65535);
+}
+
+TEST_F(LatticectlApply, IdentityReproducesTheMeshInEveryEncoding) {
+  for (const char* encoding : {"draco", "draco-mesh", "quantised"}) {
+    SCOPED_TRACE(encoding);
+    ExpectCube(Apply("o.ply", {"--encoding", encoding}), kQuantisedTolerance);
+  }
+  ExpectCube(Apply("o.ply", {"--encoding", "draco", "--position-bits", "16"}),
+             kQuantisedTolerance / 16);
+}
+
+TEST_F(LatticectlApply, IdentityReproducesTheMeshOnEveryPipeline) {
+  for (const char* pipeline : {"fused", "gemm", "gemm12", "control-net"}) {
+    SCOPED_TRACE(pipeline);
+    ExpectCube(Apply("o.ply", {"--pipeline", pipeline}), kFloatTolerance);
+  }
+}
+
+TEST_F(LatticectlApply, PlyHasTheDocumentedHeader) {
+  const auto header = [&] {
+    const auto bytes = ReadFile(Path("o.ply"));
+    return bytes.ok() ? bytes->substr(0, bytes->find("end_header")) : "";
+  };
+  Apply("o.ply", {"--normals", "facet"});
+  EXPECT_THAT(header(), HasSubstr("format binary_little_endian 1.0"));
+  EXPECT_THAT(header(), HasSubstr("property float x\nproperty float y\nproperty float z\n"
+                                  "property float nx\nproperty float ny\nproperty float nz\n"
+                                  "property float s\nproperty float t\n"));
+  EXPECT_THAT(header(), HasSubstr("property list uchar int"));
+  Apply("o.ply", {"--normals", "none"});
+  EXPECT_FALSE(absl::StrContains(header(), "nx"));
+}
+
+TEST_F(LatticectlApply, UvsFollowTheSurface) {
+  const PolygonMesh mesh = Apply("o.ply");
+  ASSERT_TRUE(mesh.has_uvs());
+  // On the face z = 1 of this cube u = x and v = y.
+  int checked = 0;
+  for (size_t c = 0; c < mesh.corner_count(); ++c) {
+    const Vec3d p = mesh.positions[mesh.corner_vertices[c]];
+    const Vec3f n = mesh.normals[mesh.corner_normals[c]];
+    if (n.z < 0.9f) continue;
+    EXPECT_NEAR(mesh.uvs[mesh.corner_uvs[c]].x, p.x, 1e-5);
+    EXPECT_NEAR(mesh.uvs[mesh.corner_uvs[c]].y, p.y, 1e-5);
+    ++checked;
+  }
+  EXPECT_GT(checked, 10);
+}
+
+TEST_F(LatticectlApply, AMovedLatticeMovesTheMeshAndKeepsTheVertexOrder) {
+  const PolygonMesh rest = Apply("rest.ply");
+  // An affine map of all control points is the same map of the surface.
+  auto json = ReadFile(Path("L.json"));
+  ASSERT_OK(json);
+  auto lattice = LatticeFromJson(*json, "L.json");
+  ASSERT_OK(lattice);
+  for (int i = 0; i + 2 < lattice->control_points_size(); i += 3) {
+    const double x = lattice->control_points(i), y = lattice->control_points(i + 1);
+    lattice->set_control_points(i, 2 * x + 0.5 * y + 3);
+  }
+  json = ToJson(*lattice);
+  ASSERT_OK(json);
+  ASSERT_OK(WriteFile(Path("L.json"), *json));
+
+  const PolygonMesh deformed = Apply("deformed.ply");
+
+  ASSERT_EQ(deformed.positions.size(), rest.positions.size());
+  EXPECT_EQ(deformed.corner_vertices, rest.corner_vertices);
+  for (size_t i = 0; i < rest.positions.size(); ++i) {
+    const Vec3d p = rest.positions[i];
+    EXPECT_NEAR(deformed.positions[i].x, 2 * p.x + 0.5 * p.y + 3, 1e-5);
+    EXPECT_NEAR(deformed.positions[i].y, p.y, 1e-5);
+    EXPECT_NEAR(deformed.positions[i].z, p.z, 1e-5);
+  }
+}
+
+TEST_F(LatticectlApply, TheServersRefusalNamesTheField) {
+  ASSERT_OK(WriteFile(Path("L.json"),
+                      R"({"frame": {"u": {"x": 1}, "v": {"y": 1}, "w": {"z": 1}},
+                          "degree": {"u": 4, "v": 2, "w": 2}, "size": {"u": 5, "v": 4, "w": 4}})"));
+  const RunResult result =
+      Latticectl({"apply", Path("cube.obj"), "--lattice", Path("L.json"), "-o", Path("o.ply")});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("degree"));
+  EXPECT_FALSE(std::filesystem::exists(Path("o.ply")));
+}
+
+}  // namespace
+}  // namespace latticed::client

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Runs latticectl's commands in this process, in a folder of the test's own.
+#ifndef LATTICED_TESTS_CLIENT_LATTICECTL_FIXTURE_H_
+#define LATTICED_TESTS_CLIENT_LATTICECTL_FIXTURE_H_
+
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "client/cpp/files.h"
+#include "client/cpp/latticectl_app.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::client {
+
+struct RunResult {
+  int code = 0;
+  std::string out, err;
+};
+
+class LatticectlTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              (std::string("latticectl_") + test->test_suite_name() + "_" + test->name());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+
+  static RunResult Latticectl(const std::vector<std::string>& arguments) {
+    std::vector<const char*> argv{"latticectl"};
+    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
+    std::ostringstream out, err;
+    const int code =
+        RunLatticectl(static_cast<int>(argv.size()), argv.data(), {.out = out, .err = err});
+    return {code, out.str(), err.str()};
+  }
+
+  // Fails the test where the command does.
+  static std::string MustRun(const std::vector<std::string>& arguments) {
+    const RunResult result = Latticectl(arguments);
+    EXPECT_EQ(result.code, 0) << result.err;
+    return result.out;
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_TESTS_CLIENT_LATTICECTL_FIXTURE_H_

@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// latticectl against a server that asks for tokens, and for a certificate of the client's: what is
+// let in, what is refused, and what is said then.
+#include <cstdlib>
+#include <memory>
+
+#include "core/base/sha256.h"
+#include "fmt/format.h"
+#include "server/in_process.h"
+#include "tests/client/latticectl_fixture.h"
+
+namespace latticed::client {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class LatticectlSecurity : public LatticectlTest {
+ protected:
+  void SetUp() override {
+    LatticectlTest::SetUp();
+    options_.backend = "cpu";
+    options_.log_level = "off";
+    options_.drain_delay = absl::ZeroDuration();
+  }
+
+  void Serve() {
+    auto server = InProcessServer::Start(options_);
+    ASSERT_OK(server);
+    server_ = *std::move(server);
+  }
+
+  // The port under a name that the certificate is for.
+  std::string Address() const {
+    const std::string address = server_->address();
+    return "localhost" + address.substr(address.rfind(':'));
+  }
+
+  RunResult At(std::vector<std::string> arguments, const std::vector<std::string>& more) const {
+    arguments.insert(arguments.end(), {"--server", Address()});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Latticectl(arguments);
+  }
+
+  void WriteTokens() {
+    std::string text;
+    for (const std::string role : {"read", "edit"}) {
+      text += fmt::format("{} {} {}er\n", Sha256Hex("secret-" + role), role, role);
+    }
+    ASSERT_OK(WriteFile(Path("tokens"), text));
+    options_.token_file = Path("tokens");
+  }
+
+  bool OpenSsl(const std::string& arguments) const {
+    const std::string command =
+        fmt::format("cd '{}' && openssl {} >/dev/null 2>&1", Path(""), arguments);
+    return std::system(command.c_str()) == 0;
+  }
+  // NAME.key, and NAME.pem signed by itself.
+  bool MakeAuthority(const std::string& name) const {
+    return OpenSsl(
+        fmt::format("req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN={0} "
+                    "-keyout {0}.key -out {0}.pem",
+                    name));
+  }
+  // NAME.key, and NAME.pem for localhost, signed by `authority`.
+  bool MakeCertificate(const std::string& name, const std::string& authority) const {
+    return WriteFile(Path("names"), "subjectAltName=DNS:localhost\n").ok() &&
+           OpenSsl(fmt::format("req -newkey rsa:2048 -nodes -subj /CN={0} -keyout {0}.key "
+                               "-out {0}.csr",
+                               name)) &&
+           OpenSsl(fmt::format("x509 -req -in {0}.csr -CA {1}.pem -CAkey {1}.key -CAcreateserial "
+                               "-days 2 -extfile names -out {0}.pem",
+                               name, authority));
+  }
+  std::vector<std::string> Certificate(const std::string& name) const {
+    return {"--tls-ca",          Path("ca.pem"), "--tls-cert",
+            Path(name + ".pem"), "--tls-key",    Path(name + ".key")};
+  }
+
+  Options options_;
+  std::unique_ptr<InProcessServer> server_;
+};
+
+TEST_F(LatticectlSecurity, AReadTokenWatchesAndDoesNotEdit) {
+  WriteTokens();
+  Serve();
+  const std::vector<std::string> read{"--token", "secret-read"}, edit{"--token", "secret-edit"};
+  MustRun({"sample", "vase", "--resolution", "1", "-o", Path("vase.obj")});
+  const RunResult made =
+      At({"scene", "create", Path("vase.obj"), "--id", "scene-one", "--segments", "1"}, edit);
+  ASSERT_EQ(made.code, 0) << made.err;
+
+  const RunResult watched = At({"watch", "scene-one", "--updates", "1"}, read);
+  EXPECT_EQ(watched.code, 0) << watched.err;
+  EXPECT_THAT(watched.out, HasSubstr("revision 0"));
+
+  const RunResult refused = At({"edit", "reset", "scene-one"}, read);
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.err,
+              AllOf(HasSubstr("take a token of that role (PERMISSION_DENIED, request ")));
+  for (const std::vector<std::string>& token :
+       {std::vector<std::string>{}, std::vector<std::string>{"--token", "wrong"}}) {
+    const RunResult unknown = At({"scene", "list"}, token);
+    EXPECT_EQ(unknown.code, 1);
+    EXPECT_THAT(unknown.err, AllOf(HasSubstr("--token"), HasSubstr("(UNAUTHENTICATED, request ")));
+  }
+  EXPECT_THAT(At({"scene", "show", "scene-one", "--json"}, read).out,
+              HasSubstr("\"revision\": \"0\""));
+}
+
+TEST_F(LatticectlSecurity, AMissingSceneIsExplained) {
+  Serve();
+  const RunResult missing = At({"scene", "show", "scene-two"}, {});
+  EXPECT_EQ(missing.code, 1);
+  EXPECT_THAT(missing.err, AllOf(HasSubstr("scene-two"),
+                                 HasSubstr("'latticectl scene list' shows what there is"),
+                                 HasSubstr("(NOT_FOUND, request ")));
+}
+
+TEST_F(LatticectlSecurity, OnlyACertificateOfTheClientAuthorityIsLetIn) {
+  if (!OpenSsl("version")) GTEST_SKIP() << "the openssl program is not there";
+  for (const char* authority : {"ca", "client-ca", "stranger-ca"}) {
+    ASSERT_TRUE(MakeAuthority(authority)) << authority;
+  }
+  ASSERT_TRUE(MakeCertificate("server", "ca"));
+  ASSERT_TRUE(MakeCertificate("client", "client-ca"));
+  ASSERT_TRUE(MakeCertificate("stranger", "stranger-ca"));
+  options_.tls_cert = Path("server.pem");
+  options_.tls_key = Path("server.key");
+  options_.tls_client_ca = Path("client-ca.pem");
+  WriteTokens();
+  Serve();
+  const std::vector<std::string> token{"--token", "secret-read"};
+  const auto with_token = [&](std::vector<std::string> flags) {
+    flags.insert(flags.end(), token.begin(), token.end());
+    return flags;
+  };
+
+  const RunResult accepted = At({"info"}, with_token(Certificate("client")));
+  EXPECT_EQ(accepted.code, 0) << accepted.err;
+  EXPECT_THAT(accepted.out, HasSubstr("cpu"));
+  // A certificate is no token.
+  const RunResult tokenless = At({"scene", "list"}, Certificate("client"));
+  EXPECT_EQ(tokenless.code, 1);
+  EXPECT_THAT(tokenless.err, HasSubstr("UNAUTHENTICATED"));
+
+  const std::vector<std::vector<std::string>> refused{
+      {},                                  // no TLS
+      {"--tls-ca", Path("ca.pem")},        // no certificate
+      Certificate("stranger"),             // signed by another
+      {"--tls-ca", Path("client-ca.pem"),  // does not trust the server
+       "--tls-cert", Path("client.pem"), "--tls-key", Path("client.key")}};
+  for (const auto& flags : refused) {
+    const RunResult result = At({"info"}, with_token(flags));
+    EXPECT_EQ(result.code, 1) << ::testing::PrintToString(flags);
+    EXPECT_THAT(result.err, HasSubstr("UNAVAILABLE"));
+    EXPECT_EQ(result.out, "");
+  }
+  const RunResult half = At({"info"}, {"--tls-cert", Path("client.pem")});
+  EXPECT_EQ(half.code, 2);
+  EXPECT_THAT(half.err, HasSubstr("--tls-key"));
+}
+
+}  // namespace
+}  // namespace latticed::client

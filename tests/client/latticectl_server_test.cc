@@ -1,0 +1,182 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The commands that need a running server, against one in this process that they reach by address.
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "server/in_process.h"
+#include "tests/client/latticectl_fixture.h"
+
+namespace latticed::client {
+namespace {
+
+using ::testing::HasSubstr;
+
+class LatticectlServer : public LatticectlTest {
+ protected:
+  void SetUp() override {
+    LatticectlTest::SetUp();
+    Options options;
+    options.backend = "cpu";
+    options.log_level = "off";
+    options.drain_delay = absl::ZeroDuration();
+    auto server = InProcessServer::Start(options);
+    ASSERT_OK(server);
+    server_ = *std::move(server);
+    MustRun({"sample", "vase", "--resolution", "1", "-o", Path("vase.obj")});
+  }
+
+  std::vector<std::string> AtServer(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.end(), {"--server", server_->address()});
+    return arguments;
+  }
+  std::string Run(std::vector<std::string> arguments) const {
+    return MustRun(AtServer(std::move(arguments)));
+  }
+  nlohmann::json RunJson(std::vector<std::string> arguments) const {
+    arguments.push_back("--json");
+    return nlohmann::json::parse(Run(std::move(arguments)), nullptr, /*allow_exceptions=*/false);
+  }
+  void MakeScene() {
+    Run({"scene", "create", Path("vase.obj"), "--id", "scene-one", "--segments", "2"});
+  }
+
+  std::unique_ptr<InProcessServer> server_;
+};
+
+TEST_F(LatticectlServer, InfoSaysWhatTheServerIs) {
+  EXPECT_THAT(Run({"info"}), HasSubstr("cpu"));
+  EXPECT_EQ(RunJson({"info"})["limits"]["maxSegments"], 32);
+}
+
+TEST_F(LatticectlServer, UploadsAndListsMeshes) {
+  const auto mesh = RunJson({"upload", Path("vase.obj"), "--label", "kind=vase"});
+  EXPECT_EQ(mesh["name"], "vase.obj");
+  EXPECT_EQ(mesh["labels"]["kind"], "vase");
+  EXPECT_THAT(Run({"meshes"}), HasSubstr(mesh["id"].get<std::string>()));
+  EXPECT_EQ(RunJson({"meshes"}).size(), 1u);
+  EXPECT_EQ(RunJson({"meshes", "--filter", "kind=pot"}).size(), 0u);
+}
+
+TEST_F(LatticectlServer, DeletesMeshesThatNoSceneUses) {
+  MakeScene();
+  const std::string vase = RunJson({"scene", "show", "scene-one"})["mesh"];
+  MustRun({"sample", "gear", "--resolution", "1", "-o", Path("gear.obj")});
+  const std::string gear = RunJson({"upload", Path("gear.obj")})["id"];
+
+  const RunResult refused = Latticectl(AtServer({"meshes", "delete", gear, vase, "--json"}));
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("MESH_IN_USE"));
+  EXPECT_EQ(nlohmann::json::parse(refused.out)["deleted"], nlohmann::json({gear}));
+  EXPECT_EQ(RunJson({"meshes"}).size(), 1u);
+
+  EXPECT_EQ(RunJson({"scene", "delete", "scene-one"})["deleted"], nlohmann::json({"scene-one"}));
+  EXPECT_EQ(Run({"meshes", "delete", vase}), "mesh " + vase + " is deleted\n");
+  EXPECT_EQ(RunJson({"meshes"}).size(), 0u);
+  const RunResult gone = Latticectl(AtServer({"meshes", "delete", vase}));
+  EXPECT_EQ(gone.code, 1);
+  EXPECT_THAT(gone.err, HasSubstr("NOT_FOUND"));
+}
+
+TEST_F(LatticectlServer, ScenesAreMadeShownListedAndDeleted) {
+  MakeScene();
+  EXPECT_EQ(RunJson({"scene", "show", "scene-one"})["defaultView"]["segments"], 2);
+  EXPECT_THAT(Run({"scene", "show", "scene-one"}), HasSubstr("patches"));
+  EXPECT_THAT(Run({"scene", "list"}), HasSubstr("scene-one"));
+  Run({"scene", "delete", "scene-one"});
+  const RunResult gone = Latticectl(AtServer({"scene", "show", "scene-one"}));
+  EXPECT_EQ(gone.code, 1);
+  EXPECT_THAT(gone.err, HasSubstr("scene-one"));
+  EXPECT_THAT(gone.err, HasSubstr("NOT_FOUND"));
+}
+
+TEST_F(LatticectlServer, EditsRaiseTheRevision) {
+  MakeScene();
+  EXPECT_THAT(
+      Run({"edit", "move", "scene-one", "--point", "1,1,1", "--point", "2,1,1", "--by", "0.5,0,0"}),
+      HasSubstr("revision 1"));
+  EXPECT_THAT(Run({"edit", "set", "scene-one", "--point", "0,0,3", "--to", "1,-2,3"}),
+              HasSubstr("revision 2"));
+  EXPECT_THAT(Run({"edit", "insert-knot", "scene-one", "w", "0.5"}), HasSubstr("revision 3"));
+  EXPECT_THAT(Run({"edit", "undo", "scene-one"}), HasSubstr("revision 4"));
+  EXPECT_THAT(Run({"edit", "redo", "scene-one"}), HasSubstr("revision 5"));
+  EXPECT_EQ(RunJson({"edit", "reset", "scene-one"})["revision"], "6");
+  const RunResult outside =
+      Latticectl(AtServer({"edit", "move", "scene-one", "--point", "4,0,0", "--by", "1,0,0"}));
+  EXPECT_EQ(outside.code, 1);
+  EXPECT_THAT(outside.err, HasSubstr("4 x 4 x 5"));
+}
+
+TEST_F(LatticectlServer, WatchPrintsALineForAnUpdate) {
+  MakeScene();
+  EXPECT_THAT(Run({"watch", "scene-one", "--updates", "1"}), HasSubstr("revision 0"));
+  EXPECT_GT(RunJson({"watch", "scene-one", "--updates", "1"})["bytes"], 0);
+}
+
+TEST_F(LatticectlServer, ExportsEveryFormat) {
+  MakeScene();
+  for (const char* name : {"o.ply", "o.obj", "o.stl", "o.glb", "o.drc"}) {
+    Run({"export", "scene-one", "-o", Path(name)});
+    const auto file = ReadMeshFile(Path(name));
+    ASSERT_OK(file);
+    EXPECT_OK(ParseMesh(*file)) << name;
+  }
+  Run({"export", "scene-one", "-o", Path("o.nets")});
+  const auto nets = ReadFile(Path("o.nets"));
+  ASSERT_OK(nets);
+  EXPECT_EQ(nets->substr(0, 8), "LATTNETS");
+}
+
+TEST_F(LatticectlServer, ApplyGivesTheSameAsInItsOwnProcessAndLeavesNothingThere) {
+  MustRun({"lattice", Path("vase.obj"), "-o", Path("L.json")});
+  const std::vector<std::string> apply{"apply",        Path("vase.obj"), "--lattice",
+                                       Path("L.json"), "--segments",     "2"};
+  auto here = apply, there = apply;
+  here.insert(here.end(), {"-o", Path("here.ply"), "--backend", "cpu"});
+  there.insert(there.end(), {"-o", Path("there.ply")});
+  MustRun(here);
+  Run(there);
+  EXPECT_EQ(*ReadFile(Path("here.ply")), *ReadFile(Path("there.ply")));
+  EXPECT_EQ(RunJson({"scene", "list"}).size(), 0u);
+  EXPECT_EQ(RunJson({"meshes"}).size(), 0u);
+
+  // The mesh of a scene that the server refuses is deleted as well.
+  ASSERT_OK(WriteFile(Path("L.json"),
+                      R"({"frame": {"u": {"x": 1}, "v": {"y": 1}, "w": {"z": 1}},
+                          "degree": {"u": 4, "v": 2, "w": 2}, "size": {"u": 5, "v": 4, "w": 4}})"));
+  EXPECT_EQ(Latticectl(AtServer(there)).code, 1);
+  EXPECT_EQ(RunJson({"meshes"}).size(), 0u);
+
+  // A mesh that was there before stays.
+  MustRun({"lattice", Path("vase.obj"), "-o", Path("L.json")});
+  const std::string id = RunJson({"upload", Path("vase.obj")})["id"];
+  Run(there);
+  EXPECT_EQ(RunJson({"meshes"})[0]["id"], id);
+}
+
+TEST_F(LatticectlServer, QuickstartWritesRestAndDeformed) {
+  const auto report =
+      RunJson({"quickstart", "--sample", "vase", "--steps", "3", "--output", Path("q")});
+  EXPECT_EQ(report["updates"], 3);
+  EXPECT_GT(report["ratioToRaw"], 2.0);
+  for (const char* name : {"q/rest.ply", "q/rest.glb", "q/deformed.ply", "q/deformed.glb"}) {
+    const auto file = ReadMeshFile(Path(name));
+    ASSERT_OK(file);
+    EXPECT_OK(ParseMesh(*file)) << name;
+  }
+  EXPECT_NE(*ReadFile(Path("q/rest.ply")), *ReadFile(Path("q/deformed.ply")));
+}
+
+TEST_F(LatticectlServer, BenchPrintsLatencies) {
+  const auto result = RunJson({"bench", Path("vase.obj"), "--edits", "5", "--segments", "2"});
+  EXPECT_EQ(result["edits"], 5);
+  EXPECT_GT(result["p50Ms"], 0.0);
+  EXPECT_LE(result["p50Ms"], result["p99Ms"]);
+  EXPECT_THAT(
+      Run({"bench", Path("vase.obj"), "--edits", "2", "--segments", "1", "--points", "one"}),
+      HasSubstr("P99"));
+}
+
+}  // namespace
+}  // namespace latticed::client

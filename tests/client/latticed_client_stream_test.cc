@@ -1,0 +1,216 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The stream against a server that breaks: what it sends when it opens itself again.
+#include "client/cpp/latticed_client_stream.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "client/cpp/latticed_client.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::client {
+namespace {
+
+using ::latticed::testing::StatusIs;
+using Events = grpc::ServerReaderWriter<v1::SceneEvent, v1::DeformRequest>;
+
+// Answers every edit with a result and an empty update, but for the stream numbers in `failures`,
+// which end with that status when the first edit comes, unanswered.
+class FlakyScenes final : public v1::SceneService::Service {
+ public:
+  std::map<int, grpc::Status> failures;
+  std::vector<v1::WatchRequest> opened;
+  std::vector<uint64_t> sequences;
+
+  grpc::Status Deform(grpc::ServerContext*, Events* stream) override {
+    v1::DeformRequest request;
+    stream->Read(&request);
+    const std::lock_guard lock(mutex_);
+    opened.push_back(request.watch());
+    const int number = static_cast<int>(opened.size());
+    SendUpdate(0, stream);
+    while (stream->Read(&request)) {
+      if (!request.has_edit()) continue;
+      sequences.push_back(request.edit().sequence());
+      if (failures.contains(number)) return failures[number];
+      v1::SceneEvent result;
+      result.mutable_edit_result()->set_sequence(request.edit().sequence());
+      if (request.edit().edits_size() == 0) {
+        result.mutable_edit_result()->mutable_status()->set_code(3);
+        result.mutable_edit_result()->mutable_status()->set_message("edits: none");
+      }
+      stream->Write(result);
+      SendUpdate(request.edit().sequence(), stream);
+    }
+    return grpc::Status::OK;
+  }
+
+ private:
+  void SendUpdate(uint64_t sequence, Events* stream) {
+    v1::SceneEvent begin, end;
+    begin.mutable_update_begin()->set_update_id(++update_id_);
+    stream->Write(begin);
+    end.mutable_update_end()->set_update_id(update_id_);
+    end.mutable_update_end()->set_applied_sequence(sequence);
+    end.mutable_update_end()->set_resume_token("token " + std::to_string(update_id_));
+    stream->Write(end);
+  }
+
+  std::mutex mutex_;
+  uint64_t update_id_ = 0;
+};
+
+class DeformStreamTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    int port = 0;
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.RegisterService(&service_);
+    server_ = builder.BuildAndStart();
+    client_ = Client::Connect({.address = "127.0.0.1:" + std::to_string(port)});
+  }
+
+  absl::StatusOr<std::unique_ptr<DeformStream>> Open() {
+    v1::WatchRequest watch;
+    watch.set_scene("scene-of-this-test");
+    return client_->Deform(watch);
+  }
+
+  static v1::EditBatch OneEdit() {
+    v1::EditBatch batch;
+    batch.add_edits()->mutable_redo();
+    return batch;
+  }
+
+  FlakyScenes service_;
+  std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(DeformStreamTest, WaitsForTheUpdateThatHoldsTheEdit) {
+  const auto stream = Open();
+  ASSERT_OK(stream);
+  const auto sequence = (*stream)->Send(OneEdit());
+  ASSERT_OK(sequence);
+  const auto update = (*stream)->WaitFor(*sequence);
+  ASSERT_OK(update);
+  EXPECT_EQ(update->end.applied_sequence(), 1u);
+  EXPECT_EQ((*stream)->reconnections(), 0);
+}
+
+TEST_F(DeformStreamTest, ARefusedEditIsItsOwnErrorAndTheStreamGoesOn) {
+  const auto stream = Open();
+  ASSERT_OK(stream);
+  const auto refused = (*stream)->Send({});
+  ASSERT_OK(refused);
+  EXPECT_THAT((*stream)->WaitFor(*refused),
+              StatusIs(absl::StatusCode::kInvalidArgument, "edits: none"));
+  const auto sequence = (*stream)->Send(OneEdit());
+  ASSERT_OK(sequence);
+  EXPECT_OK((*stream)->WaitFor(*sequence));
+}
+
+TEST_F(DeformStreamTest, WaitsForEditsInAnyOrder) {
+  const auto stream = Open();
+  ASSERT_OK(stream);
+  const auto first = (*stream)->Send(OneEdit());
+  const auto refused = (*stream)->Send({});
+  const auto last = (*stream)->Send(OneEdit());
+  ASSERT_OK(first);
+  ASSERT_OK(refused);
+  ASSERT_OK(last);
+  EXPECT_OK((*stream)->WaitFor(*last));
+
+  for (int again = 0; again < 2; ++again) {
+    const auto update = (*stream)->WaitFor(*first);
+    ASSERT_OK(update);
+    EXPECT_EQ(update->end.applied_sequence(), *last);
+    EXPECT_THAT((*stream)->WaitFor(*refused),
+                StatusIs(absl::StatusCode::kInvalidArgument, "edits: none"));
+  }
+  (*stream)->HalfClose();
+  const auto end = (*stream)->Next();
+  ASSERT_OK(end);
+  EXPECT_TRUE(end->ended());
+  EXPECT_OK((*stream)->WaitFor(*first));
+  EXPECT_EQ(service_.sequences, (std::vector<uint64_t>{1, 2, 3}));
+}
+
+TEST_F(DeformStreamTest, AnEditThatWasNeverSentIsNotWaitedFor) {
+  const auto stream = Open();
+  ASSERT_OK(stream);
+  for (const uint64_t sequence : {0u, 1u}) {
+    EXPECT_THAT((*stream)->WaitFor(sequence),
+                StatusIs(absl::StatusCode::kInvalidArgument, ::testing::HasSubstr("never sent")));
+  }
+}
+
+TEST_F(DeformStreamTest, ResumesWithItsTokenAndItsUnansweredEdits) {
+  for (const auto code :
+       {grpc::StatusCode::CANCELLED, grpc::StatusCode::INTERNAL, grpc::StatusCode::UNAVAILABLE}) {
+    service_.failures[static_cast<int>(service_.failures.size()) + 1] =
+        grpc::Status(code, "broken");
+  }
+  const auto stream = Open();
+  ASSERT_OK(stream);
+  const auto sequence = (*stream)->Send(OneEdit());
+  ASSERT_OK(sequence);
+
+  const auto update = (*stream)->WaitFor(*sequence);
+
+  ASSERT_OK(update);
+  EXPECT_EQ(update->end.applied_sequence(), 1u);
+  EXPECT_EQ((*stream)->reconnections(), 3);
+  EXPECT_EQ(service_.sequences, (std::vector<uint64_t>{1, 1, 1, 1}));
+  ASSERT_EQ(service_.opened.size(), 4u);
+  EXPECT_EQ(service_.opened[0].resume_token(), "");
+  EXPECT_EQ(service_.opened[1].resume_token(), "token 1");
+  EXPECT_EQ(service_.opened[3].resume_token(), "token 3");
+  EXPECT_EQ(service_.opened[3].editor_id(), service_.opened[0].editor_id());
+}
+
+TEST_F(DeformStreamTest, OtherErrorsEndIt) {
+  service_.failures[1] = grpc::Status(grpc::StatusCode::NOT_FOUND, "no scene");
+  const auto stream = Open();
+  ASSERT_OK(stream);
+  const auto sequence = (*stream)->Send(OneEdit());
+  ASSERT_OK(sequence);
+  EXPECT_THAT((*stream)->WaitFor(*sequence), StatusIs(absl::StatusCode::kNotFound, "no scene"));
+}
+
+TEST_F(DeformStreamTest, HalfCloseEndsItAfterTheLastEdit) {
+  const auto stream = Open();
+  ASSERT_OK(stream);
+  const auto sequence = (*stream)->Send(OneEdit());
+  ASSERT_OK(sequence);
+  (*stream)->HalfClose();
+  EXPECT_OK((*stream)->WaitFor(*sequence));
+  const auto last = (*stream)->Next();
+  ASSERT_OK(last);
+  EXPECT_TRUE(last->ended());
+  EXPECT_THAT((*stream)->Send(OneEdit()), StatusIs(absl::StatusCode::kFailedPrecondition));
+}
+
+TEST(Client, NoServerIsUnavailable) {
+  // Port 1 of the loopback: nobody listens there.
+  const auto client = Client::Connect({.address = "127.0.0.1:1"});
+  EXPECT_THAT(client->GetServerInfo(), StatusIs(absl::StatusCode::kUnavailable));
+}
+
+TEST(Client, RandomIdsAreOfTheProtocolsForm) {
+  EXPECT_THAT(RandomSceneId(), ::testing::MatchesRegex("[0-9a-f]{32}"));
+  EXPECT_THAT(RandomEditorId(),
+              ::testing::MatchesRegex(
+                  "[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}"));
+  EXPECT_NE(RandomEditorId(), RandomEditorId());
+}
+
+}  // namespace
+}  // namespace latticed::client

@@ -1,0 +1,257 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/latticed_client_surface.h"
+
+#include <cstring>
+#include <string>
+
+#include "client/cpp/latticed_client_mesh.h"
+#include "core/codec/chunk_encoder.h"
+#include "core/codec/octahedral.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::client {
+namespace {
+
+using ::latticed::testing::StatusIs;
+
+// Two chunks of one patch each, one segment: 3 points and 1 triangle a patch.
+v1::SceneEvent TopologyEvent(const std::string& id = "t1") {
+  v1::SceneEvent event;
+  v1::Topology* topology = event.mutable_topology();
+  topology->set_topology_id(id);
+  topology->set_patch_count(2);
+  topology->set_point_count(6);
+  topology->set_triangle_count(2);
+  topology->set_segments(1);
+  v1::ChunkRun* run = topology->add_chunk_runs();
+  run->set_chunk_count(2);
+  run->set_patches_per_chunk(1);
+  for (const uint32_t i : {1u, 0u, 0u, 0u, 1u, 0u, 0u, 0u, 1u})
+    topology->mutable_pattern()->add_points(i);
+  for (const uint32_t i : {0u, 1u, 2u}) topology->mutable_pattern()->add_triangles(i);
+  return event;
+}
+
+v1::SceneEvent QuantisationEvent() {
+  v1::SceneEvent event;
+  v1::Quantisation* quantisation = event.mutable_quantisation();
+  quantisation->set_quantisation_id(1);
+  quantisation->mutable_origin()->set_x(1000);
+  quantisation->mutable_origin()->set_y(-8);
+  quantisation->mutable_origin()->set_z(0.5);
+  quantisation->set_step(0.25);
+  quantisation->set_bits(12);
+  quantisation->set_normal_bits(8);
+  return event;
+}
+
+v1::SceneEvent BeginEvent(uint64_t id, uint32_t chunks, v1::Encoding encoding) {
+  v1::SceneEvent event;
+  event.mutable_update_begin()->set_update_id(id);
+  event.mutable_update_begin()->set_chunk_count(chunks);
+  event.mutable_update_begin()->mutable_view()->set_encoding(encoding);
+  event.mutable_update_begin()->mutable_view()->set_normals(v1::NORMAL_MODE_FACET);
+  return event;
+}
+
+v1::SceneEvent ChunkEvent(uint64_t update_id, uint32_t index, const std::string& data) {
+  v1::SceneEvent event;
+  event.mutable_chunks()->set_update_id(update_id);
+  event.mutable_chunks()->set_topology_id("t1");
+  event.mutable_chunks()->set_quantisation_id(1);
+  v1::Chunk* chunk = event.mutable_chunks()->add_chunks();
+  chunk->set_index(index);
+  chunk->set_data(data);
+  return event;
+}
+
+v1::SceneEvent EndEvent(uint64_t id, uint64_t revision) {
+  v1::SceneEvent event;
+  event.mutable_update_end()->set_update_id(id);
+  event.mutable_update_end()->set_revision(revision);
+  return event;
+}
+
+// Three points with x = first, first + 1, first + 2, y = 2 x, z = 3 x, all normals +z.
+std::string RawChunk(float first) {
+  std::string data;
+  for (int i = 0; i < 3; ++i) {
+    const float x = first + static_cast<float>(i);
+    const float point[6] = {x, 2 * x, 3 * x, 0, 0, 1};
+    data.append(reinterpret_cast<const char*>(point), sizeof(point));
+  }
+  return data;
+}
+
+std::string QuantisedChunk(uint16_t first) {
+  std::string data;
+  for (const int factor : {1, 2, 3}) {
+    for (int i = 0; i < 3; ++i) {
+      const auto value = static_cast<uint16_t>(factor * (first + i));
+      data.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    }
+  }
+  const OctahedralNormal n = QuantiseNormal({0, 0, 1}, 8);
+  data.append(3, static_cast<char>(n.s));
+  data.append(3, static_cast<char>(n.t));
+  return data;
+}
+
+std::string DracoChunk(uint16_t first) {
+  const std::string data = QuantisedChunk(first);
+  const auto vertices = QuantisedVertices::FromBytes(
+      {reinterpret_cast<const uint8_t*>(data.data()), data.size()}, 3, 12, 8);
+  const auto stream = MakeReferenceEncoder()->EncodePoints(vertices, 4095 * 0.25);
+  return {stream->begin(), stream->end()};
+}
+
+void ApplyOk(Surface& surface, v1::SceneEvent event) { ASSERT_OK(surface.Apply(std::move(event))); }
+
+void ApplyUpdate(Surface& surface, v1::Encoding encoding, const std::string& a,
+                 const std::string& b) {
+  ApplyOk(surface, TopologyEvent());
+  ApplyOk(surface, QuantisationEvent());
+  ApplyOk(surface, BeginEvent(1, 2, encoding));
+  ApplyOk(surface, ChunkEvent(1, 1, b));
+  ApplyOk(surface, ChunkEvent(1, 0, a));
+  const auto update = surface.Apply(EndEvent(1, 7));
+  ASSERT_OK(update);
+  ASSERT_TRUE(update->has_value());
+  EXPECT_EQ((*update)->chunk_count, 2u);
+  EXPECT_EQ((*update)->bytes, a.size() + b.size());
+}
+
+// The points of chunks that begin at 10 and 20, scaled as the encoding does.
+void ExpectPoints(const Surface& surface, double step) {
+  const auto points = surface.Decode();
+  ASSERT_OK(points);
+  ASSERT_EQ(points->positions.size(), 6u);
+  for (size_t i = 0; i < 6; ++i) {
+    const double x = (i < 3 ? 10.0 : 17.0) + static_cast<double>(i);
+    EXPECT_EQ(points->positions[i],
+              (Vec3d{1000 + step * x, -8 + step * 2 * x, 0.5 + step * 3 * x}));
+    EXPECT_EQ(points->normals[i], (Vec3f{0, 0, 1}));
+  }
+}
+
+TEST(Surface, DecodesRaw) {
+  Surface surface;
+  ApplyUpdate(surface, v1::ENCODING_RAW, RawChunk(10), RawChunk(20));
+  ExpectPoints(surface, 1.0);
+  EXPECT_EQ(surface.revision(), 7u);
+}
+
+TEST(Surface, DecodesQuantised) {
+  Surface surface;
+  ApplyUpdate(surface, v1::ENCODING_QUANTISED, QuantisedChunk(10), QuantisedChunk(20));
+  ExpectPoints(surface, 0.25);
+}
+
+TEST(Surface, DecodesDraco) {
+  Surface surface;
+  ApplyUpdate(surface, v1::ENCODING_DRACO_POINTS, DracoChunk(10), DracoChunk(20));
+  ExpectPoints(surface, 0.25);
+}
+
+TEST(Surface, APartialUpdateDoesNotCount) {
+  Surface surface;
+  ApplyUpdate(surface, v1::ENCODING_RAW, RawChunk(10), RawChunk(20));
+  ApplyOk(surface, BeginEvent(2, 1, v1::ENCODING_RAW));
+  ApplyOk(surface, ChunkEvent(2, 0, RawChunk(99)));
+  ExpectPoints(surface, 1.0);
+
+  // A restart replaces what has begun.
+  ApplyOk(surface, BeginEvent(3, 0, v1::ENCODING_RAW));
+  const auto update = surface.Apply(EndEvent(3, 8));
+  ASSERT_OK(update);
+  ExpectPoints(surface, 1.0);
+  EXPECT_EQ(surface.revision(), 8u);
+}
+
+TEST(Surface, ContradictionsAreDataLoss) {
+  const auto data_loss = StatusIs(absl::StatusCode::kDataLoss);
+  Surface surface;
+  EXPECT_THAT(surface.Apply(ChunkEvent(1, 0, RawChunk(1))), data_loss);
+  EXPECT_THAT(surface.Apply(EndEvent(1, 1)), data_loss);
+  ApplyOk(surface, BeginEvent(1, 2, v1::ENCODING_RAW));
+  EXPECT_THAT(surface.Apply(ChunkEvent(1, 0, RawChunk(1))), data_loss);  // no quantisation
+  ApplyOk(surface, QuantisationEvent());
+  ApplyOk(surface, ChunkEvent(1, 0, RawChunk(1)));
+  EXPECT_THAT(surface.Apply(EndEvent(1, 1)), data_loss);  // one chunk of two
+  ApplyOk(surface, ChunkEvent(1, 5, RawChunk(1)));
+  EXPECT_THAT(surface.Apply(EndEvent(1, 1)), data_loss);  // no topology
+  ApplyOk(surface, TopologyEvent());
+  EXPECT_THAT(surface.Apply(EndEvent(1, 1)), data_loss);  // chunk 5 of 2
+}
+
+TEST(Surface, ChunksOfAWrongSizeAreDataLoss) {
+  for (const auto& [encoding, data] :
+       {std::pair<v1::Encoding, std::string>{v1::ENCODING_RAW, RawChunk(1) + "x"},
+        {v1::ENCODING_QUANTISED, "short"},
+        {v1::ENCODING_DRACO_POINTS, "DRACO"},
+        {v1::ENCODING_CONTROL_NETS, ""}}) {
+    Surface surface;
+    ApplyUpdate(surface, encoding, data, data);
+    EXPECT_THAT(surface.Decode(), StatusIs(absl::StatusCode::kDataLoss)) << encoding;
+  }
+}
+
+TEST(Surface, DeltasMoveControlPoints) {
+  Surface surface;
+  v1::SceneEvent state;
+  state.mutable_lattice_state()->set_structure_id(4);
+  for (int i = 0; i < 24; ++i)
+    state.mutable_lattice_state()->mutable_lattice()->add_control_points(i);
+  ApplyOk(surface, state);
+  v1::SceneEvent delta;
+  delta.mutable_lattice_delta()->set_structure_id(4);
+  delta.mutable_lattice_delta()->set_revision(9);
+  delta.mutable_lattice_delta()->add_indices(2);
+  for (const double value : {-1.0, -2.0, -3.0}) delta.mutable_lattice_delta()->add_positions(value);
+  ApplyOk(surface, delta);
+
+  const auto& points = surface.lattice().lattice().control_points();
+  EXPECT_EQ(points[5], 5);
+  EXPECT_EQ(points[6], -1);
+  EXPECT_EQ(points[8], -3);
+  EXPECT_EQ(points[9], 9);
+  EXPECT_EQ(surface.lattice().revision(), 9u);
+  delta.mutable_lattice_delta()->set_indices(0, 8);
+  EXPECT_THAT(surface.Apply(delta), StatusIs(absl::StatusCode::kDataLoss));
+}
+
+TEST(AssembleMesh, CarriesUvsAndGroups) {
+  Surface surface;
+  ApplyUpdate(surface, v1::ENCODING_RAW, RawChunk(10), RawChunk(20));
+  PolygonMesh source;
+  source.positions.resize(3);
+  source.face_offsets = {0, 3};
+  source.corner_vertices = {0, 1, 2};
+  source.uvs = {{0, 0}, {1, 0}, {0, 1}};
+  source.corner_uvs = {0, 1, 2};
+  source.group_names = {"skin"};
+  source.face_groups = {0};
+  v1::TopologyPart provenance;
+  for (int patch = 0; patch < 2; ++patch) {
+    provenance.add_faces(0);
+    for (uint32_t corner = 0; corner < 3; ++corner) provenance.add_corners(corner);
+    for (const double b : {1.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.25, 0.25, 0.5})
+      provenance.add_barycentrics(b);
+  }
+
+  auto mesh = AssembleMesh(surface.topology(), *surface.Decode());
+  ASSERT_OK(mesh);
+  ASSERT_OK(CarryAttributes(source, surface.topology(), provenance, &*mesh));
+
+  EXPECT_EQ(mesh->triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}, {3, 4, 5}}));
+  EXPECT_EQ(mesh->uvs[1], (Vec2f{0.5f, 0}));
+  EXPECT_EQ(mesh->uvs[5], (Vec2f{0.25f, 0.5f}));
+  EXPECT_EQ(mesh->triangle_groups, (std::vector<uint32_t>{0, 0}));
+  provenance.set_corners(0, 3);
+  EXPECT_THAT(CarryAttributes(source, surface.topology(), provenance, &*mesh),
+              StatusIs(absl::StatusCode::kDataLoss));
+}
+
+}  // namespace
+}  // namespace latticed::client

@@ -1,0 +1,206 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The client's unary calls and uploads against a real server in this process.
+#include "client/cpp/latticed_client.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <atomic>
+#include <thread>
+
+#include "absl/time/clock.h"
+#include "core/base/error.h"
+#include "core/mesh/mesh_io.h"
+#include "server/in_process.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::client {
+namespace {
+
+using ::latticed::testing::StatusIs;
+
+class ClientTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    Options options;
+    options.backend = "cpu";
+    options.log_level = "off";
+    options.drain_delay = absl::ZeroDuration();
+    auto server = InProcessServer::Start(options);
+    ASSERT_OK(server);
+    server_ = *std::move(server);
+    client_ = std::make_unique<Client>(server_->channel(), "");
+  }
+
+  std::unique_ptr<InProcessServer> server_;
+  std::unique_ptr<Client> client_;
+};
+
+// Two triangles over six vertices of zeros, or one over one vertex more: the same bytes.
+v1::MeshHeader RawHeader(uint64_t vertices, uint64_t faces) {
+  v1::MeshHeader header;
+  header.set_format(v1::MESH_FORMAT_RAW);
+  header.mutable_raw_layout()->set_vertex_count(vertices);
+  header.mutable_raw_layout()->set_face_count(faces);
+  header.mutable_raw_layout()->set_face_size(3);
+  return header;
+}
+
+TEST_F(ClientTest, TheSameBytesInAnotherLayoutAreAnotherMesh) {
+  // 3 floats a vertex, 3 indices a face: n vertices and m faces are 12 (n + m) bytes.
+  const std::string bytes(12 * 8, '\0');
+  const auto first = client_->UploadMesh(bytes, RawHeader(6, 2));
+  ASSERT_OK(first);
+  EXPECT_EQ(first->vertices(), 6u);
+  EXPECT_EQ(first->faces(), 2u);
+
+  const auto other = client_->UploadMesh(bytes, RawHeader(7, 1));
+  EXPECT_THAT(other, StatusIs(absl::StatusCode::kAlreadyExists));
+  EXPECT_EQ(error::DetailsOf(other.status()).reason, "ALREADY_EXISTS");
+
+  const auto again = client_->UploadMesh(bytes, RawHeader(6, 2));
+  ASSERT_OK(again);
+  EXPECT_EQ(again->id(), first->id());
+  const auto meshes = client_->ListMeshes();
+  ASSERT_OK(meshes);
+  ASSERT_EQ(meshes->size(), 1u);
+  EXPECT_EQ(meshes->front().vertices(), 6u);
+}
+
+TEST_F(ClientTest, AMeshThatIsThereIsNotSentAgain) {
+  const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  v1::MeshHeader header;
+  header.set_format(v1::MESH_FORMAT_OBJ);
+  int reports = 0;
+  const Progress count = [&](uint64_t done, uint64_t total) {
+    ++reports;
+    EXPECT_EQ(done, total);
+  };
+  ASSERT_OK(client_->UploadMesh(obj, header));
+  const auto again = client_->UploadMesh(obj, header, count);
+  ASSERT_OK(again);
+  EXPECT_EQ(reports, 1);
+  EXPECT_EQ(again->faces(), 1u);
+}
+
+TEST_F(ClientTest, ExportsCarryUpAxisAndUnit) {
+  const std::string obj = "v 0 0 0\nv 100 0 0\nv 100 0 200\nf 1 2 3\n";
+  v1::MeshHeader header;
+  header.set_format(v1::MESH_FORMAT_OBJ);
+  header.mutable_units()->set_up_axis(v1::UP_AXIS_Z);
+  header.mutable_units()->set_meters_per_unit(0.01);
+  const auto mesh = client_->UploadMesh(obj, header);
+  ASSERT_OK(mesh);
+  v1::CreateSceneRequest request;
+  request.set_mesh(mesh->id());
+  request.mutable_default_view()->set_segments(1);
+  const auto scene = client_->CreateScene(std::move(request));
+  ASSERT_OK(scene);
+  const auto export_as = [&](v1::ExportFormat format) {
+    v1::ExportRequest wanted;
+    wanted.set_scene(scene->id());
+    wanted.set_format(format);
+    const auto file = client_->Export(wanted);
+    EXPECT_OK(file);
+    return file.ok() ? file->bytes : "";
+  };
+
+  for (const auto format : {v1::EXPORT_FORMAT_PLY, v1::EXPORT_FORMAT_OBJ, v1::EXPORT_FORMAT_STL}) {
+    EXPECT_THAT(export_as(format).substr(0, 100), ::testing::HasSubstr("up +z, 0.01 m per unit"));
+  }
+  const std::string glb = export_as(v1::EXPORT_FORMAT_GLB);
+  EXPECT_THAT(glb, ::testing::HasSubstr(R"("extras":{"metersPerUnit":0.01,"upAxis":"z"})"));
+  // A reader that knows glTF alone sees metres, +y up.
+  const auto read = ReadMesh(MeshFormat::kGlb, glb);
+  ASSERT_OK(read);
+  const Bounds bounds = read->ComputeBounds();
+  EXPECT_LE(Norm(bounds.min - Vec3d{0, 0, 0}), 1e-5);
+  EXPECT_LE(Norm(bounds.max - Vec3d{1, 2, 0}), 1e-5);
+}
+
+TEST_F(ClientTest, AnErrorSaysReasonFieldAndTheRequestIdOfTheServersLog) {
+  const auto missing = client_->GetScene("no-such-scene");
+  EXPECT_THAT(missing, StatusIs(absl::StatusCode::kNotFound));
+  const error::Details details = error::DetailsOf(missing.status());
+  EXPECT_EQ(details.reason, "NOT_FOUND");
+  EXPECT_EQ(details.metadata.at("kind"), "scene");
+  EXPECT_EQ(details.metadata.at("id"), "no-such-scene");
+  EXPECT_THAT(details.metadata.at("request_id"), ::testing::MatchesRegex("[0-9a-f]{16}"));
+
+  v1::CreateSceneRequest request;
+  request.set_scene_id("a b");
+  const auto refused = client_->CreateScene(std::move(request));
+  EXPECT_THAT(refused, StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_EQ(error::DetailsOf(refused.status()).field, "scene_id");
+  EXPECT_EQ(error::DetailsOf(refused.status()).metadata.count("request_id"), 1u);
+  for (const auto& stream_error :
+       {client_->GetUpdate({}).status(), client_->Watch({}).status(), client_->Deform({}).status(),
+        client_->Export({}).status(), client_->UploadMesh("", {}).status()}) {
+    EXPECT_EQ(error::DetailsOf(stream_error).metadata.count("request_id"), 1u) << stream_error;
+  }
+}
+
+// Counts how many batches of an editor are under way at once.
+class SlowScenes final : public v1::SceneService::Service {
+ public:
+  std::atomic<int> in_all = 0, most_in_all = 0, most_of_an_editor = 0;
+  std::atomic<bool> hold = true;  // the first batch, until the others are in line
+  std::vector<uint64_t> sequences_of_a;
+
+  grpc::Status ApplyEdits(grpc::ServerContext*, const v1::EditBatch* batch,
+                          v1::EditResult* result) override {
+    {
+      const std::lock_guard lock(mutex_);
+      most_of_an_editor = std::max(most_of_an_editor.load(), ++of_editor_[batch->editor_id()]);
+      most_in_all = std::max(most_in_all.load(), ++in_all);
+      if (batch->editor_id() == "a") sequences_of_a.push_back(batch->sequence());
+    }
+    while (hold) absl::SleepFor(absl::Milliseconds(1));
+    const std::lock_guard lock(mutex_);
+    --of_editor_[batch->editor_id()];
+    --in_all;
+    result->set_sequence(batch->sequence());
+    return grpc::Status::OK;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, int> of_editor_;
+};
+
+TEST(ClientEdits, OneBatchAnEditorIsUnderWayAndTheLowestSequenceGoesNext) {
+  SlowScenes service;
+  int port = 0;
+  grpc::ServerBuilder builder;
+  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(&service);
+  const auto server = builder.BuildAndStart();
+  const auto client = Client::Connect({.address = "127.0.0.1:" + std::to_string(port)});
+  const auto apply = [&](const std::string& editor, uint64_t sequence) {
+    v1::EditBatch batch;
+    batch.set_scene("scene-of-this-test");
+    batch.set_editor_id(editor);
+    batch.set_sequence(sequence);
+    const auto result = client->ApplyEdits(batch);
+    ASSERT_OK(result);
+    EXPECT_EQ(result->sequence(), sequence);
+  };
+
+  std::vector<std::thread> threads;
+  threads.emplace_back(apply, "a", 1);
+  while (service.in_all < 1) absl::SleepFor(absl::Milliseconds(1));
+  for (const uint64_t sequence : {5u, 3u, 4u, 2u}) threads.emplace_back(apply, "a", sequence);
+  threads.emplace_back(apply, "b", 1);  // another editor does not wait
+  while (service.in_all < 2) absl::SleepFor(absl::Milliseconds(1));
+  absl::SleepFor(absl::Milliseconds(100));  // the four are in line
+  service.hold = false;
+  for (std::thread& thread : threads) thread.join();
+
+  EXPECT_EQ(service.most_of_an_editor, 1);
+  EXPECT_EQ(service.most_in_all, 2);
+  EXPECT_EQ(service.sequences_of_a, (std::vector<uint64_t>{1, 2, 3, 4, 5}));
+}
+
+}  // namespace
+}  // namespace latticed::client

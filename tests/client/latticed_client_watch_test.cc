@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A watch without edits: acknowledgements and heartbeats by ControlWatch, and what it does when its
+// stream breaks.
+#include "client/cpp/latticed_client_watch.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "client/cpp/latticed_client.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::client {
+namespace {
+
+using ::latticed::testing::StatusIs;
+
+// Sends one update after the other, each when the one before is acknowledged. A stream number in
+// `failures` ends with that status after its first update; `goaway_streams` are sent away then.
+class AcknowledgedScenes final : public v1::SceneService::Service {
+ public:
+  std::map<int, grpc::Status> failures;
+  std::map<int, bool> goaway_streams;
+  std::vector<v1::WatchRequest> opened;
+  std::vector<v1::ControlWatchRequest> controls;
+
+  grpc::Status Watch(grpc::ServerContext* context, const v1::WatchRequest* request,
+                     grpc::ServerWriter<v1::SceneEvent>* writer) override {
+    std::unique_lock lock(mutex_);
+    opened.push_back(*request);
+    const int number = static_cast<int>(opened.size());
+    v1::SceneEvent event;
+    event.mutable_hello()->set_watch_id("watch " + std::to_string(number));
+    writer->Write(event);
+    event.mutable_heartbeat();
+    writer->Write(event);
+    while (!context->IsCancelled()) {
+      SendUpdate(writer);
+      while (acked_update_id_ != update_id_ && !context->IsCancelled()) {
+        changed_.wait_for(lock, std::chrono::milliseconds(20));
+      }
+      if (failures.contains(number)) return failures[number];
+      if (!goaway_streams.contains(number)) continue;
+      event.mutable_goaway();
+      writer->Write(event);
+      return grpc::Status::OK;
+    }
+    return grpc::Status::CANCELLED;
+  }
+
+  grpc::Status ControlWatch(grpc::ServerContext*, const v1::ControlWatchRequest* request,
+                            v1::ControlWatchResponse*) override {
+    const std::lock_guard lock(mutex_);
+    controls.push_back(*request);
+    if (request->has_acked_update_id()) acked_update_id_ = request->acked_update_id();
+    changed_.notify_all();
+    return grpc::Status::OK;
+  }
+
+ private:
+  void SendUpdate(grpc::ServerWriter<v1::SceneEvent>* writer) {
+    v1::SceneEvent begin, end;
+    begin.mutable_update_begin()->set_update_id(++update_id_);
+    writer->Write(begin);
+    end.mutable_update_end()->set_update_id(update_id_);
+    end.mutable_update_end()->set_resume_token("token " + std::to_string(update_id_));
+    writer->Write(end);
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  uint64_t update_id_ = 0, acked_update_id_ = 0;
+};
+
+class WatchStreamTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    int port = 0;
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.RegisterService(&service_);
+    server_ = builder.BuildAndStart();
+    client_ = Client::Connect({.address = "127.0.0.1:" + std::to_string(port)});
+  }
+
+  absl::StatusOr<std::unique_ptr<WatchStream>> Open() {
+    v1::WatchRequest watch;
+    watch.set_scene("scene-of-this-test");
+    return client_->Watch(watch);
+  }
+
+  AcknowledgedScenes service_;
+  std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(WatchStreamTest, AcknowledgesEveryUpdateAndAnswersHeartbeats) {
+  {
+    const auto watch = Open();
+    ASSERT_OK(watch);
+    ASSERT_TRUE((*watch)->first_update().has_value());
+    EXPECT_EQ((*watch)->hello().watch_id(), "watch 1");
+    for (uint64_t id = 2; id <= 4; ++id) {
+      const auto update = (*watch)->Next();
+      ASSERT_OK(update);
+      ASSERT_TRUE(update->has_value());
+      EXPECT_EQ((*update)->end.update_id(), id);
+    }
+  }
+  server_->Shutdown();
+  ASSERT_GE(service_.controls.size(), 5u);
+  EXPECT_FALSE(service_.controls[0].has_acked_update_id());  // the heartbeat
+  for (uint64_t i = 1; i < 5; ++i) EXPECT_EQ(service_.controls[i].acked_update_id(), i);
+  for (const auto& control : service_.controls) {
+    EXPECT_EQ(control.watch_id(), "watch 1");
+    EXPECT_EQ(control.scene(), "scene-of-this-test");
+  }
+}
+
+TEST_F(WatchStreamTest, OpensItselfAgainWithItsTokenAfterABreakAndAGoaway) {
+  service_.failures[1] = grpc::Status(grpc::StatusCode::UNAVAILABLE, "broken");
+  service_.goaway_streams[2] = true;
+  {
+    const auto watch = Open();
+    ASSERT_OK(watch);
+    for (int i = 0; i < 2; ++i) {
+      const auto update = (*watch)->Next();
+      ASSERT_OK(update);
+      EXPECT_TRUE(update->has_value());
+    }
+    EXPECT_EQ((*watch)->reconnections(), 2);
+    EXPECT_EQ((*watch)->hello().watch_id(), "watch 3");
+  }
+  server_->Shutdown();
+  ASSERT_EQ(service_.opened.size(), 3u);
+  EXPECT_EQ(service_.opened[0].resume_token(), "");
+  EXPECT_EQ(service_.opened[1].resume_token(), "token 1");
+  EXPECT_EQ(service_.opened[2].resume_token(), "token 2");
+}
+
+TEST_F(WatchStreamTest, OtherErrorsEndIt) {
+  service_.failures[1] = grpc::Status(grpc::StatusCode::NOT_FOUND, "no scene");
+  const auto watch = Open();
+  ASSERT_OK(watch);
+  EXPECT_THAT((*watch)->Next(), StatusIs(absl::StatusCode::kNotFound, "no scene"));
+}
+
+TEST_F(WatchStreamTest, CancelEndsItFromAnotherThread) {
+  const auto watch = Open();
+  ASSERT_OK(watch);
+  std::thread cancel([&] { (*watch)->Cancel(); });
+  for (;;) {
+    const auto update = (*watch)->Next();
+    ASSERT_OK(update);
+    if (!update->has_value()) break;
+  }
+  cancel.join();
+}
+
+}  // namespace
+}  // namespace latticed::client

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/cpu/cpu_gemm.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "tests/support/status_matchers.h"
+
+namespace latticed {
+namespace {
+
+using testing::StatusIs;
+
+TEST(CpuGemm, TwoByThreeByTwoByHand) {
+  // [1 3 5; 2 4 6] * [1 4; 2 5; 3 6] with spare rows in every stride.
+  const std::vector<float> a{1, 2, 9, 3, 4, 9, 5, 6, 9}, b{1, 2, 3, 9, 4, 5, 6, 9};
+  std::vector<float> c(6, -1);
+
+  ASSERT_OK(CpuGemm(MatrixView<const float>{a.data(), 2, 3, 3},
+                    MatrixView<const float>{b.data(), 3, 2, 4},
+                    MatrixView<float>{c.data(), 2, 2, 3}));
+
+  EXPECT_EQ(c, (std::vector<float>{22, 28, -1, 49, 64, -1}));
+}
+
+TEST(CpuGemm, DoublesKeepTheirDigits) {
+  const std::vector<double> a{1, 1e-15}, b{1, 1};
+  double c = 0;
+
+  ASSERT_OK(CpuGemm(MatrixView<const double>{a.data(), 1, 2, 1},
+                    MatrixView<const double>{b.data(), 2, 1, 2}, MatrixView<double>{&c, 1, 1, 1}));
+
+  EXPECT_GT(c, 1);
+}
+
+TEST(CpuGemm, RefusesShapesThatDoNotFit) {
+  std::vector<float> x(12);
+  const auto view = [&](size_t rows, size_t columns, size_t stride) {
+    return MatrixView<float>{x.data(), rows, columns, stride};
+  };
+  constexpr auto kInternal = absl::StatusCode::kInternal;
+
+  EXPECT_THAT(CpuGemm(view(2, 3, 2), view(2, 2, 2), view(2, 2, 2)), StatusIs(kInternal));
+  EXPECT_THAT(CpuGemm(view(2, 3, 2), view(3, 2, 3), view(3, 2, 3)), StatusIs(kInternal));
+  EXPECT_THAT(CpuGemm(view(2, 3, 1), view(3, 2, 3), view(2, 2, 2)), StatusIs(kInternal));
+}
+
+TEST(CpuBlas, NamesItsCoreAndABetterOne) {
+  EXPECT_FALSE(CpuBlasCoreName().empty());
+  EXPECT_EQ(BetterBlasCoreType("SkylakeX"), "");
+  EXPECT_EQ(BetterBlasCoreType("Zen"), "");
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+    EXPECT_THAT(std::string(BetterBlasCoreType("Prescott")),
+                ::testing::AnyOf("SKYLAKEX", "HASWELL"));
+  }
+#endif
+}
+
+}  // namespace
+}  // namespace latticed

@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What each edit does to a lattice, and what it refuses with which field path.
+#include "core/ffd/lattice_edit.h"
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/ffd/knot_insertion.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed {
+namespace {
+
+using ::latticed::testing::StatusIs;
+using ::testing::HasSubstr;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+Lattice Unit() {
+  Bounds bounds;
+  bounds.Extend(Vec3d{0, 0, 0});
+  bounds.Extend(Vec3d{1, 1, 1});
+  return *FitLattice(bounds, {3, 3, 3}, {2, 2, 2}, 0);
+}
+
+class LatticeEditTest : public ::testing::Test {
+ protected:
+  absl::Status Apply(const Edit& edit) { return ApplyEdit(edit, initial_, "edits[2]", target_); }
+  void ExpectRefused(const Edit& edit, const std::string& field, const std::string& reason) {
+    const absl::Status status = Apply(edit);
+    EXPECT_THAT(status, StatusIs(absl::StatusCode::kInvalidArgument));
+    EXPECT_EQ(error::DetailsOf(status).field, field);
+    EXPECT_EQ(error::DetailsOf(status).reason, reason);
+  }
+  const Vec3d& point(size_t i) const { return target_.lattice.control_points[i]; }
+
+  const Lattice initial_ = Unit();
+  EditTarget target_{initial_};
+};
+
+TEST_F(LatticeEditTest, SetsMovesAndTransforms) {
+  ASSERT_OK(Apply(SetControlPoints{{26, 0}, {{7, 8, 9}, {1, 2, 3}}}));
+  EXPECT_EQ(point(26), (Vec3d{7, 8, 9}));
+  EXPECT_EQ(point(0), (Vec3d{1, 2, 3}));
+
+  ASSERT_OK(Apply(MoveControlPoints{{0}, {0.5, 0, -1}}));
+  EXPECT_EQ(point(0), (Vec3d{1.5, 2, 2}));
+
+  // x -> y, y -> -x, z -> z, then + (10, 20, 30): column-major.
+  ASSERT_OK(
+      Apply(TransformControlPoints{{0}, {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 10, 20, 30, 1}}));
+  EXPECT_EQ(point(0), (Vec3d{8, 21.5, 32}));
+  EXPECT_TRUE(target_.written[0]);
+  EXPECT_TRUE(target_.written[26]);
+  EXPECT_FALSE(target_.written[1]);
+}
+
+TEST_F(LatticeEditTest, ReplacesAndResets) {
+  const std::vector<Vec3d> all(27, Vec3d{1, 1, 1});
+  ASSERT_OK(Apply(ReplaceControlPoints{all}));
+  EXPECT_EQ(target_.lattice.control_points, all);
+
+  ASSERT_OK(Apply(Reset{ResetTo::kIdentity}));
+  EXPECT_EQ(target_.lattice.control_points, IdentityControlPoints(initial_.structure));
+}
+
+TEST_F(LatticeEditTest, ResetToInitialKeepsInsertedKnots) {
+  Lattice initial = initial_;
+  initial.control_points[13] = {0.7, 0.6, 0.5};
+  auto refined = WithKnotInserted(initial, 1, 0.25, "f");
+  ASSERT_OK(refined);
+  EditTarget target(*refined);
+  ASSERT_OK(ApplyEdit(MoveControlPoints{{4}, {1, 1, 1}}, initial, "edits[0]", target));
+
+  ASSERT_OK(ApplyEdit(Reset{ResetTo::kInitial}, initial, "edits[0]", target));
+
+  EXPECT_EQ(target.lattice.structure, refined->structure);
+  EXPECT_EQ(target.lattice.control_points, refined->control_points);
+}
+
+TEST_F(LatticeEditTest, RefusesBadIndices) {
+  ExpectRefused(SetControlPoints{{0, 27}, {{}, {}}}, "edits[2].set_control_points.indices[1]",
+                "OUT_OF_RANGE");
+  ExpectRefused(SetControlPoints{{5, 6, 5}, {{}, {}, {}}}, "edits[2].set_control_points.indices[2]",
+                "INVALID_FIELD");
+  ExpectRefused(MoveControlPoints{{1, 1}, {}}, "edits[2].move_control_points.indices[1]",
+                "INVALID_FIELD");
+  ExpectRefused(MoveControlPoints{{}, {}}, "edits[2].move_control_points.indices", "INVALID_FIELD");
+  ExpectRefused(TransformControlPoints{{99}, {}}, "edits[2].transform_control_points.indices[0]",
+                "OUT_OF_RANGE");
+}
+
+TEST_F(LatticeEditTest, RefusesWhatIsNotFinite) {
+  ExpectRefused(SetControlPoints{{0, 1}, {{}, {0, kNan, 0}}},
+                "edits[2].set_control_points.positions[4]", "NOT_FINITE");
+  ExpectRefused(MoveControlPoints{{0}, {HUGE_VAL, 0, 0}}, "edits[2].move_control_points.offset",
+                "NOT_FINITE");
+  ExpectRefused(ReplaceControlPoints{std::vector<Vec3d>(27, Vec3d{0, 0, kNan})},
+                "edits[2].replace_control_points.control_points[2]", "NOT_FINITE");
+  std::array<double, 16> matrix{};
+  matrix[15] = 1;
+  matrix[6] = kNan;
+  ExpectRefused(TransformControlPoints{{0}, matrix}, "edits[2].transform_control_points.matrix",
+                "NOT_FINITE");
+}
+
+TEST_F(LatticeEditTest, RefusesWhatFloat32CannotHold) {
+  ExpectRefused(SetControlPoints{{0}, {{0, 0, -1.1e18}}},
+                "edits[2].set_control_points.positions[2]", "OUT_OF_RANGE");
+  ASSERT_OK(Apply(SetControlPoints{{0}, {{9e17, 0, 0}}}));
+  ExpectRefused(MoveControlPoints{{0}, {9e17, 0, 0}}, "edits[2].move_control_points.offset",
+                "OUT_OF_RANGE");
+}
+
+TEST_F(LatticeEditTest, RefusesWrongCounts) {
+  ExpectRefused(SetControlPoints{{0, 1}, {{}}}, "edits[2].set_control_points.positions",
+                "INVALID_FIELD");
+  ExpectRefused(ReplaceControlPoints{std::vector<Vec3d>(26)},
+                "edits[2].replace_control_points.control_points", "INVALID_FIELD");
+}
+
+TEST_F(LatticeEditTest, RefusesMatricesThatAreNotAffine) {
+  std::array<double, 16> projective{1, 0, 0, 0, 0, 1, 0, 0.5, 0, 0, 1, 0, 0, 0, 0, 1};
+  ExpectRefused(TransformControlPoints{{0}, projective}, "edits[2].transform_control_points.matrix",
+                "INVALID_FIELD");
+  ExpectRefused(TransformControlPoints{{0}, {}}, "edits[2].transform_control_points.matrix",
+                "INVALID_FIELD");
+}
+
+TEST_F(LatticeEditTest, RefusesEditsThatMustStandAlone) {
+  ExpectRefused(Undo{}, "edits[2].undo", "INVALID_FIELD");
+  ExpectRefused(Redo{}, "edits[2].redo", "INVALID_FIELD");
+  ExpectRefused(InsertKnot{0, 0.5}, "edits[2].insert_knot", "INVALID_FIELD");
+}
+
+}  // namespace
+}  // namespace latticed

@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Small meshes and file builders that the tests of the formats share.
+#ifndef LATTICED_TESTS_CORE_MESH_MESH_FIXTURES_H_
+#define LATTICED_TESTS_CORE_MESH_MESH_FIXTURES_H_
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/mesh/polygon_mesh.h"
+#include "core/mesh/triangle_mesh.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::testing {
+
+// A refusal as every reader makes it: code, reason, and a message that holds `message`.
+MATCHER_P(IsMalformed, message,
+          "is INVALID_ARGUMENT, MALFORMED_FILE, with a message that holds '" +
+              std::string(message) + "'") {
+  const absl::Status& status = ToStatus(arg);
+  *result_listener << status.ToString();
+  return status.code() == absl::StatusCode::kInvalidArgument &&
+         error::DetailsOf(status).reason == "MALFORMED_FILE" &&
+         status.message().find(message) != std::string::npos;
+}
+
+// Number as raw bytes, little or big endian.
+template <typename T>
+std::string Raw(T value, bool big_endian = false) {
+  std::string bytes(reinterpret_cast<const char*>(&value), sizeof(T));
+  if (big_endian) std::reverse(bytes.begin(), bytes.end());
+  return bytes;
+}
+
+// Two triangles of a unit square with normals, uvs and a group each; all numbers exact as floats.
+inline TriangleMesh SquareOfTwoGroups(Vec3d origin = {}) {
+  TriangleMesh mesh;
+  mesh.positions = {origin, origin + Vec3d{1, 0, 0}, origin + Vec3d{1, 1, 0.5},
+                    origin + Vec3d{0, 1, 0}};
+  mesh.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {0, 0, -1}};
+  mesh.uvs = {{0, 0}, {1, 0}, {1, 0.75f}, {0.25f, 1}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  mesh.group_names = {"red", "a \"quoted\" name"};
+  mesh.triangle_groups = {0, 1};
+  return mesh;
+}
+
+// What a corner-wise comparison needs of a mesh, whatever the order of its vertices.
+inline std::vector<Vec3d> CornerPositions(const PolygonMesh& mesh) {
+  std::vector<Vec3d> positions;
+  for (uint32_t v : mesh.corner_vertices) positions.push_back(mesh.positions[v]);
+  return positions;
+}
+inline std::vector<Vec3d> CornerPositions(const TriangleMesh& mesh) {
+  std::vector<Vec3d> positions;
+  for (const auto& t : mesh.triangles) {
+    for (uint32_t v : t) positions.push_back(mesh.positions[v]);
+  }
+  return positions;
+}
+inline std::vector<Vec3f> CornerNormals(const PolygonMesh& mesh) {
+  std::vector<Vec3f> normals;
+  for (uint32_t n : mesh.corner_normals) normals.push_back(mesh.normals[n]);
+  return normals;
+}
+inline std::vector<Vec2f> CornerUvs(const PolygonMesh& mesh) {
+  std::vector<Vec2f> uvs;
+  for (uint32_t uv : mesh.corner_uvs) uvs.push_back(mesh.uvs[uv]);
+  return uvs;
+}
+template <typename T>
+std::vector<T> ByCorner(const TriangleMesh& mesh, const std::vector<T>& per_vertex) {
+  std::vector<T> values;
+  for (const auto& t : mesh.triangles) {
+    for (uint32_t v : t) values.push_back(per_vertex[v]);
+  }
+  return values;
+}
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_CORE_MESH_MESH_FIXTURES_H_

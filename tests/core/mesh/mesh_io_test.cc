@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The dispatch by format, and whole meshes (the samples, and real models where present) through
+// every format and back.
+#include "core/mesh/mesh_io.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "core/mesh/sample_meshes.h"
+#include "core/mesh/triangulate.h"
+#include "tests/core/mesh/mesh_fixtures.h"
+
+namespace latticed {
+namespace {
+
+using ::latticed::testing::IsMalformed;
+using ::latticed::testing::StatusIs;
+using ::testing::HasSubstr;
+
+constexpr MeshFormat kFormats[] = {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kStl,
+                                   MeshFormat::kGlb};
+
+// Triangles over the same positions.
+TriangleMesh Triangulated(const PolygonMesh& mesh) {
+  TriangleMesh result;
+  result.positions = mesh.positions;
+  std::vector<Vec3d> face;
+  std::vector<std::array<uint32_t, 3>> triangles;
+  for (size_t f = 0; f < mesh.face_count(); ++f) {
+    const uint32_t* corners = &mesh.corner_vertices[mesh.face_offsets[f]];
+    face.clear();
+    for (uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
+      face.push_back(mesh.positions[mesh.corner_vertices[c]]);
+    }
+    TriangulatePolygon(face, &triangles);
+    for (const auto& [a, b, c] : triangles) {
+      result.triangles.push_back({corners[a], corners[b], corners[c]});
+    }
+  }
+  return result;
+}
+
+// Every corner comes back in its place, to float precision.
+void ExpectSurvivesEveryFormat(const PolygonMesh& mesh) {
+  const TriangleMesh triangles = Triangulated(mesh);
+  const std::vector<Vec3d> wanted = testing::CornerPositions(triangles);
+  const double tolerance =
+      1e-6 * (mesh.ComputeBounds().diagonal() + Norm(mesh.ComputeBounds().center()));
+  for (MeshFormat format : kFormats) {
+    SCOPED_TRACE(MeshFormatName(format));
+    const auto bytes = WriteMesh(format, triangles);
+    ASSERT_OK(bytes);
+    const auto read = ReadMesh(format, *bytes);
+    ASSERT_OK(read);
+    const std::vector<Vec3d> got = testing::CornerPositions(*read);
+    ASSERT_EQ(got.size(), wanted.size());
+    double worst = 0;
+    for (size_t c = 0; c < got.size(); ++c) worst = std::max(worst, Norm(got[c] - wanted[c]));
+    EXPECT_LE(worst, tolerance);
+  }
+}
+
+TEST(MeshIoTest, FormatsGoByFileNameInAnyCase) {
+  EXPECT_EQ(MeshFormatFromFileName("a/b.c/model.OBJ").value(), MeshFormat::kObj);
+  EXPECT_EQ(MeshFormatFromFileName("x.ply").value(), MeshFormat::kPly);
+  EXPECT_EQ(MeshFormatFromFileName("x.Stl").value(), MeshFormat::kStl);
+  EXPECT_EQ(MeshFormatFromFileName("x.glb").value(), MeshFormat::kGlb);
+  EXPECT_EQ(MeshFormatFromFileName("x.drc").value(), MeshFormat::kDraco);
+  for (const char* name : {"x.gltf", "obj", "", "x.", "x.obj.gz"}) {
+    EXPECT_THAT(
+        MeshFormatFromFileName(name),
+        StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(".obj, .ply, .stl, .glb and .drc")));
+  }
+  for (MeshFormat format : kFormats) {
+    EXPECT_EQ(MeshFormatFromFileName("x." + std::string(MeshFormatExtension(format))).value(),
+              format);
+  }
+}
+
+TEST(MeshIoTest, EmptyFilesAreRefusedInEveryFormat) {
+  for (MeshFormat format : kFormats)
+    EXPECT_THAT(ReadMesh(format, ""), IsMalformed("byte 0: it is empty"));
+}
+
+TEST(MeshIoTest, OneFormatReadAsAnotherIsRefused) {
+  for (MeshFormat written : kFormats) {
+    const auto bytes = WriteMesh(written, testing::SquareOfTwoGroups());
+    ASSERT_OK(bytes);
+    for (MeshFormat read : kFormats) {
+      if (read == written) continue;
+      EXPECT_THAT(ReadMesh(read, *bytes), IsMalformed("not a valid"))
+          << MeshFormatName(written) << " as " << MeshFormatName(read);
+    }
+  }
+}
+
+TEST(MeshIoTest, DracoIsForTheCodec) {
+  EXPECT_THAT(ReadMesh(MeshFormat::kDraco, "DRACO"), StatusIs(absl::StatusCode::kUnimplemented));
+  EXPECT_THAT(WriteMesh(MeshFormat::kDraco, {}), StatusIs(absl::StatusCode::kUnimplemented));
+}
+
+TEST(MeshIoTest, SamplesSurviveEveryFormat) {
+  for (std::string_view name : SampleMeshNames()) {
+    SCOPED_TRACE(name);
+    const auto mesh = MakeSampleMesh(name, 2);
+    ASSERT_OK(mesh);
+    ExpectSurvivesEveryFormat(*mesh);
+  }
+}
+
+struct Model {
+  const char* file;
+  size_t vertices, faces;
+};
+class ModelTest : public ::testing::TestWithParam<Model> {};
+INSTANTIATE_TEST_SUITE_P(Shared, ModelTest,
+                         ::testing::Values(Model{"fandisk.obj", 6475, 12946},
+                                           Model{"rocker-arm.obj", 10044, 20088},
+                                           Model{"spot.obj", 2930, 5856},
+                                           Model{"stanford-bunny.obj", 35947, 69451},
+                                           Model{"teapot.obj", 3644, 6320}));
+
+TEST_P(ModelTest, IsReadWholeAndSurvivesEveryFormat) {
+  const char* shared = std::getenv("LATTICED_SHARED");
+  if (shared == nullptr) GTEST_SKIP() << "LATTICED_SHARED names no folder of models";
+  const std::filesystem::path path = std::filesystem::path(shared) / "models" / GetParam().file;
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no model " << path;
+  std::stringstream bytes;
+  bytes << std::ifstream(path, std::ios::binary).rdbuf();
+  const auto mesh = ReadMesh(MeshFormatFromFileName(path.string()).value(), bytes.str());
+  ASSERT_OK(mesh);
+  EXPECT_EQ(mesh->positions.size(), GetParam().vertices);
+  EXPECT_EQ(mesh->face_count(), GetParam().faces);
+  ExpectSurvivesEveryFormat(*mesh);
+}
+
+TEST(MeshIoTest, GlbTurnsEveryUpAxisToYAndScalesToMetres) {
+  const struct {
+    const char* up;
+    Vec3d x, y, z;  // images of the axes of half a metre each
+  } cases[] = {{"x", {0, 0.5, 0}, {-0.5, 0, 0}, {0, 0, 0.5}},
+               {"y", {0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 0.5}},
+               {"z", {0.5, 0, 0}, {0, 0, -0.5}, {0, 0.5, 0}},
+               {"", {0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 0.5}}};
+  for (const auto& axes : cases) {
+    TriangleMesh mesh;
+    mesh.positions = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.units = {axes.up, 0.5};
+    const auto bytes = WriteMesh(MeshFormat::kGlb, mesh);
+    ASSERT_OK(bytes);
+    const auto read = ReadMesh(MeshFormat::kGlb, *bytes);
+    ASSERT_OK(read);
+    EXPECT_EQ(read->positions, (std::vector<Vec3d>{axes.x, axes.y, axes.z})) << axes.up;
+  }
+}
+
+TEST(MeshIoTest, KnownUnitsAreACommentThatReadersPassOver) {
+  for (const MeshFormat format : {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kStl}) {
+    TriangleMesh mesh = testing::SquareOfTwoGroups();
+    mesh.units = {"z", 0.0254};
+    const auto bytes = WriteMesh(format, mesh);
+    ASSERT_OK(bytes);
+    EXPECT_THAT(bytes->substr(0, 100), HasSubstr("up +z, 0.0254 m per unit"));
+    const auto read = ReadMesh(format, *bytes);
+    ASSERT_OK(read);
+    EXPECT_EQ(testing::CornerPositions(*read), testing::CornerPositions(mesh));
+  }
+}
+
+}  // namespace
+}  // namespace latticed

@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/sample_meshes.h"
+
+#include <gmock/gmock.h>
+
+#include <map>
+
+#include "core/mesh/triangulate.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed {
+namespace {
+
+using ::latticed::testing::StatusIs;
+using ::testing::HasSubstr;
+
+// Edges by how often they are used in their direction less the other way round; zeros left out.
+std::map<std::pair<uint32_t, uint32_t>, int> BoundaryEdges(const PolygonMesh& mesh) {
+  std::map<std::pair<uint32_t, uint32_t>, int> uses;
+  for (size_t f = 0; f < mesh.face_count(); ++f) {
+    const uint32_t begin = mesh.face_offsets[f], end = mesh.face_offsets[f + 1];
+    for (uint32_t c = begin; c < end; ++c) {
+      const uint32_t a = mesh.corner_vertices[c];
+      const uint32_t b = mesh.corner_vertices[c + 1 < end ? c + 1 : begin];
+      ++uses[{a, b}];
+      --uses[{b, a}];
+    }
+  }
+  std::erase_if(uses, [](const auto& use) { return use.second <= 0; });
+  return uses;
+}
+
+std::vector<Vec3d> FacePositions(const PolygonMesh& mesh, size_t face) {
+  std::vector<Vec3d> positions;
+  for (uint32_t c = mesh.face_offsets[face]; c < mesh.face_offsets[face + 1]; ++c) {
+    positions.push_back(mesh.positions[mesh.corner_vertices[c]]);
+  }
+  return positions;
+}
+
+// By the divergence theorem; positive for a closed mesh whose faces look outward.
+double Volume(const PolygonMesh& mesh) {
+  double volume = 0;
+  for (size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::vector<Vec3d> face = FacePositions(mesh, f);
+    std::vector<std::array<uint32_t, 3>> triangles;
+    TriangulatePolygon(face, &triangles);
+    for (const auto& t : triangles) volume += Dot(face[t[0]], Cross(face[t[1]], face[t[2]])) / 6;
+  }
+  return volume;
+}
+
+TEST(SampleMeshesTest, AllAreValidAndAboutTwoUnitsAcross) {
+  for (std::string_view name : SampleMeshNames()) {
+    SCOPED_TRACE(name);
+    const auto mesh = MakeSampleMesh(name);
+    ASSERT_OK(mesh);
+    EXPECT_OK(Validate(*mesh));
+    const Bounds bounds = mesh->ComputeBounds();
+    EXPECT_GT(bounds.diagonal(), 1.5);
+    EXPECT_LT(bounds.diagonal(), 4.0);
+    EXPECT_LT(Norm(bounds.center()), 0.5);
+    EXPECT_GT(mesh->face_count(), 2'000u);
+  }
+}
+
+TEST(SampleMeshesTest, ClosedOnesAreClosedAndLookOutward) {
+  for (std::string_view name : {"vase", "knot", "gear"}) {
+    SCOPED_TRACE(name);
+    const auto mesh = MakeSampleMesh(name);
+    ASSERT_OK(mesh);
+    EXPECT_TRUE(BoundaryEdges(*mesh).empty());
+    EXPECT_GT(Volume(*mesh), 0.05);
+  }
+}
+
+TEST(SampleMeshesTest, ShellIsOpenAtItsMouthOnly) {
+  const auto mesh = MakeSampleMesh("shell", 4);
+  ASSERT_OK(mesh);
+  EXPECT_EQ(BoundaryEdges(*mesh).size(), 24u);
+  EXPECT_EQ(mesh->face_count(), 2u * 180 * 24 + 24);
+}
+
+TEST(SampleMeshesTest, KnotHasQuadsUvsAndNormals) {
+  const auto mesh = MakeSampleMesh("knot", 4);
+  ASSERT_OK(mesh);
+  EXPECT_EQ(mesh->face_count(), 240u * 24);
+  EXPECT_EQ(mesh->corner_count(), 4 * mesh->face_count());
+  EXPECT_EQ(mesh->uvs.size(), 241u * 25);
+  EXPECT_EQ(mesh->normals.size(), mesh->positions.size());
+  for (size_t f = 0; f < mesh->face_count(); f += 97) {  // the normal looks where the face does
+    const Vec3d n = NewellNormal(FacePositions(*mesh, f));
+    const uint32_t corner = mesh->face_offsets[f];
+    ASSERT_GT(Dot(n, ToDouble(mesh->normals[mesh->corner_normals[corner]])), 0.8 * Norm(n));
+  }
+}
+
+TEST(SampleMeshesTest, GearHasConcaveFacesAndGroups) {
+  const auto mesh = MakeSampleMesh("gear", 1);
+  ASSERT_OK(mesh);
+  EXPECT_THAT(mesh->group_names, ::testing::ElementsAre("caps", "teeth", "bore"));
+  EXPECT_EQ(mesh->face_offsets[1], 2u * (24 * 12 / 6 + 1));
+  std::vector<std::array<uint32_t, 3>> triangles;
+  const std::vector<Vec3d> cap = FacePositions(*mesh, 0);
+  TriangulatePolygon(cap, &triangles);
+  double area = 0;
+  for (const auto& t : triangles) {
+    area += Norm(Cross(cap[t[1]] - cap[t[0]], cap[t[2]] - cap[t[0]]));
+  }
+  EXPECT_NEAR(area, Norm(NewellNormal(cap)), 1e-12);
+}
+
+TEST(SampleMeshesTest, ResolutionRefines) {
+  for (std::string_view name : SampleMeshNames()) {
+    const auto coarse = MakeSampleMesh(name, kMinSampleResolution);
+    const auto fine = MakeSampleMesh(name, 2);
+    ASSERT_OK(coarse);
+    ASSERT_OK(fine);
+    EXPECT_GT(fine->face_count(), 3 * coarse->face_count()) << name;
+  }
+}
+
+TEST(SampleMeshesTest, RefusesOtherNamesAndResolutions) {
+  EXPECT_THAT(MakeSampleMesh("teapot"),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("vase, knot, gear, shell")));
+  EXPECT_THAT(MakeSampleMesh("vase", 0),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("1 to 64")));
+  EXPECT_THAT(MakeSampleMesh("vase", 65), StatusIs(absl::StatusCode::kInvalidArgument));
+}
+
+}  // namespace
+}  // namespace latticed

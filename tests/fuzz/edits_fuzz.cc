@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A sequence of EditBatch messages in text form, separated by lines of "--", against one lattice:
+// it is valid after each, and a refused batch leaves its bits alone.
+#include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/text_format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "core/ffd/edit_history.h"
+#include "server/edit_converters.h"
+
+namespace {
+
+// Unknown fields and broken text are no news; the parser must not write to stderr about them.
+class Silence : public google::protobuf::io::ErrorCollector {
+  void AddError(int, google::protobuf::io::ColumnNumber, const std::string&) override {}
+};
+
+latticed::Lattice StartLattice() {
+  latticed::Bounds bounds;
+  bounds.Extend(latticed::Vec3d{0, 0, 0});
+  bounds.Extend(latticed::Vec3d{1, 2, 3});
+  return *latticed::FitLattice(bounds, {4, 3, 3}, {2, 1, 2}, 0.05);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  constexpr size_t kMostBatches = 64;  // keeps an input below a millisecond or so
+  std::string_view rest(reinterpret_cast<const char*>(data), size);
+  latticed::EditHistory history(StartLattice());
+  const auto now = std::chrono::steady_clock::time_point{};
+  for (size_t i = 0; i < kMostBatches && !rest.empty(); ++i) {
+    const size_t end = std::min(rest.find("--\n"), rest.size());
+    latticed::v1::EditBatch message;
+    Silence silence;
+    google::protobuf::TextFormat::Parser parser;
+    parser.RecordErrorsTo(&silence);
+    parser.SetRecursionLimit(16);
+    const bool parsed = parser.ParseFromString(std::string(rest.substr(0, end)), &message);
+    rest.remove_prefix(std::min(rest.size(), end + 3));
+    if (!parsed) continue;
+    const auto batch = latticed::FromProto(message);
+    if (!batch.ok()) continue;
+    const uint64_t revision = history.revision();
+    const latticed::Lattice before = history.lattice();
+    const auto outcome = history.Apply(
+        *batch, now, [](const latticed::LatticeStructure&) { return absl::OkStatus(); });
+    if (!latticed::Validate(history.lattice()).ok()) std::abort();
+    if (outcome.ok()) continue;
+    if (history.revision() != revision || !(history.lattice().structure == before.structure)) {
+      std::abort();
+    }
+    if (history.lattice().control_points != before.control_points) std::abort();
+  }
+  return 0;
+}

@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: finds_violations_test.sh ROOT
+# Puts one bad file at a time into a copy of the sources; the layering test must name it.
+set -euo pipefail
+root=$1
+copy=$(mktemp -d)
+trap 'rm -rf "$copy"' EXIT
+(cd "$root" && cp -r core cuda server client tests proto dev .ci "$copy")
+
+readonly licence='// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0'
+
+expect_violation() {  # FILE TEXT
+  mkdir -p "$copy/$(dirname "$1")"
+  printf '%s\n' "$2" >"$copy/$1"
+  if bash "$root/tests/layering_test/layering_test.sh" "$copy" >"$copy/out.txt"; then
+    echo "not noticed: $1 with: ${2##*$'\n'}"
+    exit 1
+  fi
+  grep -q "^$1" "$copy/out.txt" || { echo "$1 is not named in:"; cat "$copy/out.txt"; exit 1; }
+  rm "$copy/$1"
+}
+
+expect_violation core/base/bad.h "$licence
+#include \"core/ffd/lattice.h\""
+expect_violation core/ffd/bad.cc "$licence
+#include <grpcpp/grpcpp.h>"
+expect_violation cuda/bad.cc "$licence
+#  include \"core/cpu/cpu_backend.h\""
+expect_violation cuda/bad.cu "$licence
+#include \"absl/status/status.h\""
+expect_violation client/cpp/latticed_client_bad.cc "$licence
+#include \"server/in_process.h\""
+expect_violation server/bad.cc "$licence
+#ifdef LATTICED_CUDA"
+expect_violation server/unlicensed.h '#pragma once'
+expect_violation core/mesh/long.cc "$licence
+$(seq -f '// %g' 400)"
+echo "every kind of violation is noticed"

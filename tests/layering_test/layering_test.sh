@@ -1,0 +1,92 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: layering_test.sh ROOT
+# Reads every source under ROOT and fails where an #include goes up a layer (the arrows of the table
+# below), a C++ file asks for a backend with #if, a file is longer than 400 lines or lacks its licence.
+set -euo pipefail
+cd "$1"
+
+# layer                       may include (prefixes; itself always)
+allowed() {
+  case $1 in
+    core/base) echo core/base/ ;;
+    core/mesh) echo core/base/ core/mesh/ ;;
+    core/ffd) echo core/base/ core/mesh/ core/ffd/ ;;
+    core/backend) echo core/base/ core/mesh/ core/ffd/ core/backend.h ;;
+    core/codec) echo core/base/ core/mesh/ core/ffd/ core/codec/ ;;
+    core/cpu) echo core/ ;;
+    cuda) echo core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h cuda/ ;;
+    server) echo core/ cuda/cuda_backend.h latticed/v1/ server/ ;;
+    client/library) echo core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/ ;;
+    client) echo core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/ server/in_process.h server/options.h ;;
+    tests) echo core/ cuda/ server/ client/ latticed/v1/ tests/ ;;
+  esac
+}
+
+# Third-party headers that only some layers may see: regular expression, then the files that may.
+readonly guarded=(
+  '^(grpcpp|grpc|google/protobuf|google/rpc|spdlog|CLI)/' '^(server|client|tests)/'
+  '^(draco|tiny_gltf|stb)' '^(core/(codec|mesh)|client|server|tests)/'
+  '^(tbb|oneapi)/' '^(core/cpu|server|tests)/'
+  '^hwy/' '^(core/(cpu|codec)|tests)/'
+  '^cblas' '^core/cpu/cpu_gemm|^tests/bench/'
+  '^cublas' '^cuda/cuda_(gemm|status)'
+  '^(cuda_runtime|cuda\.h|cuda_fp16)' '^(cuda|tests/cuda)/')
+
+layer_of() {
+  case $1 in
+    core/base/*) echo core/base ;; core/mesh/*) echo core/mesh ;; core/ffd/*) echo core/ffd ;;
+    core/codec/*) echo core/codec ;; core/cpu/*) echo core/cpu ;; core/*) echo core/backend ;;
+    cuda/*) echo cuda ;; server/*) echo server ;; tests/*) echo tests ;;
+    client/cpp/latticed_client*) echo client/library ;; client/*) echo client ;;
+  esac
+}
+
+failures=0
+fail() { echo "$1"; failures=$((failures + 1)); }
+
+check_include() {  # FILE LAYER HEADER QUOTED
+  local file=$1 layer=$2 header=$3 quoted=$4 prefix i
+  case $header in
+    core/* | cuda/* | server/* | client/* | tests/* | latticed/v1/*)
+      for prefix in $(allowed "$layer"); do [[ $header == "$prefix"* ]] && return; done
+      fail "$file: $layer may not include $header"
+      return ;;
+  esac
+  [[ $quoted == '"' && $header != */* ]] && fail "$file: name $header from the root of the tree"
+  for ((i = 0; i < ${#guarded[@]}; i += 2)); do
+    [[ $header =~ ${guarded[i]} && ! $file =~ ${guarded[i + 1]} ]] && fail "$file: $header is not for $layer"
+  done
+  [[ $file == *.cu && $header =~ ^(absl|grpcpp|spdlog)/ ]] && fail "$file: kernels know no $header"
+  return 0
+}
+
+mapfile -t files < <(find core cuda server client tests proto dev .ci -name node_modules -prune -o -type f \
+  \( -name '*.cc' -o -name '*.h' -o -name '*.cu' -o -name '*.cuh' -o -name '*.proto' -o -name '*.py' \
+  -o -name '*.js' -o -name '*.mjs' -o -name '*.sh' -o -name dev -o -name run \) -print | sort)
+((${#files[@]} > 20)) || fail "only ${#files[@]} sources found under $1"
+
+while read -r count file; do
+  ((count <= 400)) || fail "$file: $count lines; past 400 a file wants to be two"
+done < <(wc -l "${files[@]}" | grep -v ' total$')
+
+while read -r file; do fail "$file: no SPDX header in its first lines"; done < <(
+  for file in "${files[@]}"; do
+    head -n 3 "$file" | tr '\n' ' ' | grep -q 'SPDX-FileCopyrightText: .*SPDX-License-Identifier: ' || echo "$file"
+  done)
+
+mapfile -t code < <(printf '%s\n' "${files[@]}" | grep -E '\.(cc|h|cu|cuh)$')
+while IFS=: read -r file text; do
+  [[ $text =~ \#[[:space:]]*include[[:space:]]*([\"\<])([^\"\>]+) ]] || continue
+  check_include "$file" "$(layer_of "$file")" "${BASH_REMATCH[2]}" "${BASH_REMATCH[1]}"
+done < <(grep -HE '^[[:space:]]*#[[:space:]]*include[[:space:]]*["<]' "${code[@]}")
+
+# host_device.h is the one place that tells nvcc from a host compiler.
+while read -r line; do fail "$line: backends are chosen by CMake and by name, never by #if"; done < <(
+  printf '%s\n' "${code[@]}" | grep -v '^core/base/host_device.h$' |
+    xargs grep -nE '^[[:space:]]*#[[:space:]]*(if|ifdef|ifndef|elif)\b.*(LATTICED_(CUDA|CPU|BACKEND)|__CUDACC__|__CUDA_ARCH__|ENABLE_(GPU|CUDA))' |
+    grep -v '#ifndef LATTICED_[A-Z0-9_]*_H_$')
+
+((failures == 0)) && echo "layering: ${#files[@]} sources, every arrow goes down" || { echo "$failures violations"; exit 1; }

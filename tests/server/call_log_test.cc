@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Every stream leaves one line in the log, as every unary call does.
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "absl/strings/str_split.h"
+#include "tests/server/stream_support.h"
+
+namespace latticed::testing {
+namespace {
+
+using Line = std::map<std::string, std::string>;
+
+constexpr char kTrace[] = "0123456789abcdef0123456789abcdef";
+
+// Keeps the lines "call finished" as their fields.
+class CallSink final : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  std::vector<Line> Of(const std::string& request_id) {
+    const std::lock_guard lock(mutex_);
+    std::vector<Line> found;
+    for (const Line& line : lines_) {
+      const auto id = line.find("latticed-request-id");
+      if (id != line.end() && id->second == request_id) found.push_back(line);
+    }
+    return found;
+  }
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    const std::string text(message.payload.data(), message.payload.size());
+    const std::vector<std::string> parts = absl::StrSplit(text, '\x1f');
+    Line line;
+    for (size_t i = 1; i + 1 < parts.size(); i += 2) line[parts[i]] = parts[i + 1];
+    lines_.push_back(line);
+  }
+  void flush_() override {}
+
+ private:
+  std::vector<Line> lines_;
+};
+
+class CallLogTest : public StreamTest {
+ protected:
+  void SetUp() override {
+    StreamTest::SetUp();
+    CreateScene();
+    sink_ = std::make_shared<CallSink>();
+    const auto logger = spdlog::get("latticed");
+    ASSERT_NE(logger, nullptr);
+    logger->sinks() = {sink_};
+    logger->set_level(spdlog::level::debug);
+  }
+
+  static void Name(grpc::ClientContext& context, const std::string& request_id) {
+    context.AddMetadata("latticed-request-id", request_id);
+    context.AddMetadata("traceparent", std::string("00-") + kTrace + "-0123456789abcdef-01");
+  }
+  // One line, whole.
+  void ExpectLine(const std::string& request_id, const std::string& rpc, const std::string& code) {
+    const std::vector<Line> lines = sink_->Of(request_id);
+    ASSERT_EQ(lines.size(), 1u) << rpc;
+    Line line = lines[0];
+    EXPECT_EQ(line["rpc"], rpc);
+    EXPECT_EQ(line["code"], code);
+    EXPECT_EQ(line["scene"], kScene);
+    EXPECT_EQ(line["trace_id"], kTrace);
+    EXPECT_GE(std::stod(line["ms"]), 0);
+  }
+
+  std::shared_ptr<CallSink> sink_;
+};
+
+TEST_F(CallLogTest, StreamsThatEndWell) {
+  {
+    grpc::ClientContext context;
+    Name(context, "update-1");
+    v1::GetUpdateRequest request;
+    request.set_scene(kScene);
+    const auto reader = scenes_->GetUpdate(&context, request);
+    v1::SceneEvent event;
+    while (reader->Read(&event)) continue;
+    ASSERT_TRUE(reader->Finish().ok());
+  }
+  {
+    grpc::ClientContext context;
+    Name(context, "export-1");
+    v1::ExportRequest request;
+    request.set_scene(kScene);
+    request.set_format(v1::EXPORT_FORMAT_OBJ);
+    const auto reader = scenes_->Export(&context, request);
+    v1::ExportResponse part;
+    while (reader->Read(&part)) continue;
+    ASSERT_TRUE(reader->Finish().ok());
+  }
+  {
+    grpc::ClientContext context;
+    Name(context, "deform-1");
+    const auto stream = scenes_->Deform(&context);
+    v1::DeformRequest request;
+    *request.mutable_watch() = Watch();
+    stream->Write(request);
+    stream->WritesDone();
+    v1::SceneEvent event;
+    while (stream->Read(&event)) continue;
+    ASSERT_TRUE(stream->Finish().ok());
+  }
+
+  ExpectLine("update-1", "SceneService/GetUpdate", "OK");
+  ExpectLine("export-1", "SceneService/Export", "OK");
+  ExpectLine("deform-1", "SceneService/Deform", "OK");
+}
+
+TEST_F(CallLogTest, StreamsThatAreRefusedOrCancelled) {
+  {
+    grpc::ClientContext context;
+    Name(context, "topology-1");
+    v1::GetTopologyRequest request;
+    request.set_scene(kScene);
+    request.set_topology_id("none");
+    const auto reader = scenes_->GetTopology(&context, request);
+    v1::TopologyPart part;
+    EXPECT_FALSE(reader->Read(&part));
+    EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+  }
+  {
+    grpc::ClientContext context;
+    Name(context, "watch-1");
+    v1::WatchRequest request = Watch();
+    const auto reader = scenes_->Watch(&context, request);
+    v1::SceneEvent event;
+    EXPECT_TRUE(reader->Read(&event));
+    context.TryCancel();
+    while (reader->Read(&event)) continue;
+    (void)reader->Finish();
+  }
+  // The client does not wait for the server to hear that it has gone.
+  for (int i = 0; i < 1'000 && sink_->Of("watch-1").empty(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+
+  ExpectLine("topology-1", "SceneService/GetTopology", "NOT_FOUND");
+  ExpectLine("watch-1", "SceneService/Watch", "CANCELLED");
+}
+
+}  // namespace
+}  // namespace latticed::testing

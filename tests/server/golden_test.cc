@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Every encoding and export format against a file in golden/, so that bytes on the wire change only
+// on purpose. To write the files anew, after a change that is meant:
+//
+//   LATTICED_REWRITE_GOLDEN=1 build/tests/server/golden_test
+//
+// The mesh is two quads' worth of triangles parallel to coordinate planes, under a lattice of
+// degree 1 at rest, at segments 1, and every number is a dyadic fraction: nothing is rounded on the
+// way, whatever vector instructions the machine has. Normals are computed through thirds and a
+// square root, so files with float normals are compared to within 1e-6, and exports have none.
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/server/test_env.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed {
+namespace {
+
+using ::latticed::testing::ObjHeader;
+using ::latticed::testing::TestEnv;
+
+constexpr char kScene[] = "scene-golden";
+constexpr char kMesh[] =
+    "v 0.25 0.25 0.5\nv 1.25 0.25 0.5\nv 1.25 1.5 0.5\nv 0.25 1.5 0.5\n"
+    "v 2.75 0.25 0.5\nv 2.75 1.25 0.5\nv 2.75 0.25 1.75\n"
+    "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    "usemtl floor\nf 1/1 2/2 3/3 4/4\nusemtl wall\nf 5/1 6/2 7/3\n";
+constexpr size_t kMostBytes = 2048;
+
+class GoldenTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    v1::Mesh mesh;
+    ASSERT_TRUE(env_.Upload(ObjHeader(kMesh), kMesh, &mesh).ok());
+    v1::CreateSceneRequest request;
+    request.set_scene_id(kScene);
+    request.set_mesh(mesh.id());
+    v1::Lattice& lattice = *request.add_lattices()->mutable_lattice();
+    lattice.mutable_frame()->mutable_u()->set_x(4);
+    lattice.mutable_frame()->mutable_v()->set_y(4);
+    lattice.mutable_frame()->mutable_w()->set_z(4);
+    for (v1::LatticeAxes* axes : {lattice.mutable_degree(), lattice.mutable_size()}) {
+      const int value = axes == &lattice.degree() ? 1 : 2;
+      axes->set_u(value);
+      axes->set_v(value);
+      axes->set_w(value);
+    }
+    request.mutable_default_view()->set_segments(1);
+    grpc::ClientContext context;
+    v1::Scene scene;
+    const grpc::Status status = env_.scenes().CreateScene(&context, request, &scene);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+  }
+
+  // All chunks of a full update, one after the other.
+  std::string Chunks(v1::Encoding encoding) {
+    v1::GetUpdateRequest request;
+    request.set_scene(kScene);
+    request.mutable_view()->set_encoding(encoding);
+    grpc::ClientContext context;
+    const auto reader = env_.scenes().GetUpdate(&context, request);
+    std::string bytes;
+    v1::SceneEvent event;
+    while (reader->Read(&event)) {
+      for (const v1::Chunk& chunk : event.chunks().chunks()) bytes += chunk.data();
+    }
+    EXPECT_TRUE(reader->Finish().ok());
+    return bytes;
+  }
+
+  std::string Export(v1::ExportFormat format) {
+    v1::ExportRequest request;
+    request.set_scene(kScene);
+    request.set_format(format);
+    request.mutable_view()->set_normals(v1::NORMAL_MODE_NONE);
+    grpc::ClientContext context;
+    const auto reader = env_.scenes().Export(&context, request);
+    std::string bytes;
+    v1::ExportResponse response;
+    while (reader->Read(&response)) bytes += response.data();
+    EXPECT_TRUE(reader->Finish().ok());
+    return bytes;
+  }
+
+  // The golden file, which is `bytes` afterwards where it is to be written anew.
+  static std::string Golden(const std::string& name, const std::string& bytes) {
+    EXPECT_GT(bytes.size(), 0u);
+    EXPECT_LT(bytes.size(), kMostBytes);
+    const auto path = std::filesystem::path(LATTICED_GOLDEN_FOLDER) / name;
+    if (std::getenv("LATTICED_REWRITE_GOLDEN") != nullptr) {
+      std::ofstream(path, std::ios::binary) << bytes;
+    }
+    std::ifstream file(path, std::ios::binary);
+    EXPECT_TRUE(file.good()) << path;
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
+
+  static void ExpectSame(const std::string& name, const std::string& bytes) {
+    EXPECT_TRUE(Golden(name, bytes) == bytes)
+        << name << " is not what it was; where that is meant, see the top of this test";
+  }
+
+  TestEnv env_;
+};
+
+TEST_F(GoldenTest, Encodings) {
+  ExpectSame("chunks.quantised", Chunks(v1::ENCODING_QUANTISED));
+  ExpectSame("chunks.draco_points", Chunks(v1::ENCODING_DRACO_POINTS));
+  ExpectSame("chunks.draco_mesh", Chunks(v1::ENCODING_DRACO_MESH));
+}
+
+TEST_F(GoldenTest, RawEncoding) {
+  const std::string bytes = Chunks(v1::ENCODING_RAW);
+  const std::string golden = Golden("chunks.raw", bytes);
+  ASSERT_EQ(bytes.size(), golden.size());
+  ASSERT_EQ(bytes.size(), 9 * 6 * sizeof(float));  // three patches of three points
+  for (size_t at = 0; at < bytes.size(); at += sizeof(float)) {
+    float got = 0, expected = 0;
+    std::memcpy(&got, &bytes[at], sizeof(float));
+    std::memcpy(&expected, &golden[at], sizeof(float));
+    EXPECT_NEAR(got, expected, 1e-6) << "byte " << at;
+  }
+}
+
+TEST_F(GoldenTest, Exports) {
+  ExpectSame("export.ply", Export(v1::EXPORT_FORMAT_PLY));
+  ExpectSame("export.obj", Export(v1::EXPORT_FORMAT_OBJ));
+  ExpectSame("export.stl", Export(v1::EXPORT_FORMAT_STL));
+  ExpectSame("export.glb", Export(v1::EXPORT_FORMAT_GLB));
+  ExpectSame("export.drc", Export(v1::EXPORT_FORMAT_DRC));
+}
+
+}  // namespace
+}  // namespace latticed

@@ -1,0 +1,268 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Start, health, reflection, TLS, drain and stop, and the daemon as a process.
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <future>
+#include <thread>
+
+#include <grpcpp/generic/generic_stub.h>
+
+#include "fmt/format.h"
+#include "server/drain_signal.h"
+#include "server/telemetry.h"
+#include "tests/server/test_env.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed {
+namespace {
+
+using ::latticed::testing::Reason;
+using ::latticed::testing::StatusIs;
+using ::latticed::testing::TestEnv;
+using ::latticed::testing::TestOptions;
+using ::testing::HasSubstr;
+
+// grpc.health.v1.Health/Check by its wire bytes: request {string service = 1}, response
+// {enum status = 1}, 1 = SERVING, 2 = NOT_SERVING. Returns "1", "2", or the code of the error.
+std::string Health(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
+  std::string bytes;
+  if (!service.empty()) bytes = fmt::format("\n{}{}", static_cast<char>(service.size()), service);
+  grpc::Slice slice(bytes);
+  const grpc::ByteBuffer request(&slice, 1);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(10));
+  grpc::ByteBuffer response;
+  grpc::Status status;
+  grpc::CompletionQueue queue;
+  grpc::GenericStub stub(channel);
+  const auto call =
+      stub.PrepareUnaryCall(&context, "/grpc.health.v1.Health/Check", request, &queue);
+  call->StartCall();
+  call->Finish(&response, &status, &status);
+  void* tag = nullptr;
+  bool ok = false;
+  queue.Next(&tag, &ok);
+  queue.Shutdown();
+  if (!status.ok()) return fmt::format("code {}", static_cast<int>(status.error_code()));
+  grpc::Slice answer;
+  (void)response.DumpToSingleSlice(&answer);
+  return answer.size() == 2 ? fmt::format("{}", answer.begin()[1]) : "malformed";
+}
+
+TEST(HealthTest, KnowsEveryServiceByName) {
+  TestEnv env;
+
+  for (const char* service :
+       {"", "latticed.v1.MeshService", "latticed.v1.SceneService", "latticed.v1.ServerService"}) {
+    EXPECT_EQ(Health(env.channel(), service), "1") << service;
+  }
+  EXPECT_EQ(Health(env.channel(), "latticed.v1.Nothing"), "code 5");
+}
+
+TEST(DrainTest, HealthTurnsBeforeServiceEnds) {
+  Options options = TestOptions();
+  options.drain_delay = absl::Seconds(1);
+  TestEnv env(options);
+  ASSERT_EQ(Health(env.channel(), ""), "1");
+
+  std::thread drain([&env] { env.server().Drain(); });
+  std::string health = "1";
+  for (int i = 0; i < 90 && health == "1"; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    health = Health(env.channel(), "latticed.v1.SceneService");
+  }
+  grpc::ClientContext context;
+  v1::ServerInfo info;
+  const grpc::Status during = env.info().GetServerInfo(&context, {}, &info);
+  drain.join();
+
+  EXPECT_EQ(health, "2");
+  EXPECT_TRUE(during.ok()) << "calls are served during the delay: " << during.error_message();
+  grpc::ClientContext late;
+  EXPECT_EQ(env.info().GetServerInfo(&late, {}, &info).error_code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST(DrainTest, RunningUploadIsCancelledAtTheDeadline) {
+  Options options = TestOptions();
+  options.drain_timeout = absl::Milliseconds(100);
+  TestEnv env(options);
+  grpc::ClientContext context;
+  v1::Mesh mesh;
+  const auto writer = env.meshes().UploadMesh(&context, &mesh);
+  v1::UploadMeshRequest request;
+  *request.mutable_header() = testing::ObjHeader(testing::CubeObj());
+  ASSERT_TRUE(writer->Write(request));
+  ASSERT_EQ(Health(env.channel(), ""), "1");
+
+  env.server().Drain();
+
+  EXPECT_FALSE(writer->Finish().ok());
+}
+
+TEST(StopTest, StopsTwiceWithoutHarm) {
+  TestEnv env;
+  env.UploadCube();
+
+  env.server().Stop();
+  env.server().Stop();
+
+  grpc::ClientContext context;
+  v1::ServerInfo info;
+  EXPECT_EQ(env.info().GetServerInfo(&context, {}, &info).error_code(),
+            grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST(StartTest, TakenPortIsRefused) {
+  TestEnv env;
+  Options options = TestOptions();
+  options.listen = env.server().address();
+
+  EXPECT_THAT(InProcessServer::Serve(options),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr(options.listen)));
+}
+
+TEST(StartTest, CudaByNameSaysWhyNot) {
+  Options options = TestOptions();
+  options.backend = "cuda";
+
+  const auto server = InProcessServer::Start(options);
+
+  if (server.ok()) GTEST_SKIP() << "this build has CUDA, and there is a device";
+  EXPECT_THAT(server.status().message(), HasSubstr("--backend cuda"));
+}
+
+TEST(StartTest, UnreadableKeyIsRefused) {
+  Options options = TestOptions();
+  options.tls_cert = "/no/such/cert.pem";
+  options.tls_key = "/no/such/key.pem";
+
+  EXPECT_THAT(InProcessServer::Start(options),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--tls-cert")));
+}
+
+std::string ReadFile(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+TEST(TlsTest, ServesOverTlsOnly) {
+  const std::string cert = ::testing::TempDir() + "latticed_lifecycle_cert.pem";
+  const std::string key = ::testing::TempDir() + "latticed_lifecycle_key.pem";
+  const std::string command = fmt::format(
+      "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost "
+      "-addext subjectAltName=DNS:localhost -keyout {} -out {} >/dev/null 2>&1",
+      key, cert);
+  if (std::system(command.c_str()) != 0) GTEST_SKIP() << "the openssl program is not there";
+  Options options = TestOptions();
+  options.tls_cert = cert;
+  options.tls_key = key;
+  TestEnv env(options);
+  grpc::SslCredentialsOptions tls{.pem_root_certs = ReadFile(cert)};
+  grpc::ChannelArguments arguments;
+  arguments.SetSslTargetNameOverride("localhost");
+  const auto stub = v1::ServerService::NewStub(
+      grpc::CreateCustomChannel(env.server().address(), grpc::SslCredentials(tls), arguments));
+  grpc::ClientContext secure, plain;
+  v1::ServerInfo info;
+
+  EXPECT_TRUE(stub->GetServerInfo(&secure, {}, &info).ok());
+  EXPECT_EQ(env.info().GetServerInfo(&plain, {}, &info).error_code(),
+            grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST(DrainSignalTest, ObserversRunOnceAndLateOnesAtOnce) {
+  DrainSignal drain;
+  int first = 0, removed = 0, late = 0;
+  (void)drain.Subscribe([&first] { ++first; });
+  drain.Unsubscribe(drain.Subscribe([&removed] { ++removed; }));
+
+  EXPECT_FALSE(drain.begun());
+  drain.Begin();
+  drain.Begin();
+  (void)drain.Subscribe([&late] { ++late; });
+
+  EXPECT_TRUE(drain.begun());
+  EXPECT_EQ(first, 1);
+  EXPECT_EQ(removed, 0);
+  EXPECT_EQ(late, 1);
+}
+
+TEST(LogTest, LinesForPeopleAndForMachines) {
+  const std::string payload =
+      PackEvent("call finished", {{"rpc", "A/B"}, {"empty", ""}, {"error", "two \"words\"\n"}});
+
+  EXPECT_EQ(FormatEvent("text", "T", "info", payload),
+            "T info    call finished rpc=A/B error=\"two \\\"words\\\" \"");
+  EXPECT_EQ(FormatEvent("json", "T", "info", payload),
+            "{\"time\":\"T\",\"level\":\"info\",\"message\":\"call finished\",\"rpc\":\"A/B\","
+            "\"error\":\"two \\\"words\\\" \"}");
+}
+
+// The daemon with its standard error in a pipe.
+class Daemon {
+ public:
+  explicit Daemon(std::vector<std::string> arguments) {
+    std::array<int, 2> ends{};
+    if (pipe(ends.data()) != 0) std::abort();
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(ends[1], STDERR_FILENO);
+      close(ends[0]);
+      std::vector<char*> argv{const_cast<char*>(LATTICED_BINARY)};
+      for (std::string& argument : arguments) argv.push_back(argument.data());
+      argv.push_back(nullptr);
+      execv(LATTICED_BINARY, argv.data());
+      _exit(127);
+    }
+    close(ends[1]);
+    log_ = fdopen(ends[0], "r");
+  }
+  ~Daemon() { fclose(log_); }
+
+  std::string ReadLine() {
+    std::array<char, 4'096> line{};
+    return fgets(line.data(), line.size(), log_) == nullptr ? "" : line.data();
+  }
+  void Signal(int signal) { kill(pid_, signal); }
+  int Wait() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  pid_t pid_ = -1;
+  FILE* log_ = nullptr;
+};
+
+TEST(DaemonTest, BothSignalsDrainAndExitZero) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    Daemon daemon(
+        {"--listen=127.0.0.1:0", "--backend=cpu", "--drain-delay=0s", "--log-format=json"});
+    EXPECT_THAT(daemon.ReadLine(), HasSubstr("\"message\":\"serving\""));
+
+    daemon.Signal(signal);
+
+    EXPECT_THAT(daemon.ReadLine(), HasSubstr("\"message\":\"draining\""));
+    EXPECT_THAT(daemon.ReadLine(), HasSubstr("\"message\":\"stopped\""));
+    EXPECT_EQ(daemon.Wait(), 0);
+  }
+}
+
+TEST(DaemonTest, UsageErrorsExitTwoInOneSentence) {
+  Daemon daemon({"--listen=0.0.0.0:0"});
+
+  EXPECT_THAT(daemon.ReadLine(), HasSubstr("latticed: --listen"));
+  EXPECT_EQ(daemon.ReadLine(), "");
+  EXPECT_EQ(daemon.Wait(), 2);
+}
+
+}  // namespace
+}  // namespace latticed

@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// --memory: what does not fit is refused before it is made, says how much was asked and is free,
+// and changes nothing.
+#include "server/memory_budget.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "tests/server/scene_fixture.h"
+
+namespace latticed::testing {
+namespace {
+
+TEST(MemoryBudget, GivesBackWhatIsReleasedAndNeverMoreThanItHas) {
+  const auto budget = std::make_shared<MemoryBudget>(100);
+  auto first = budget->Reserve("the first", 60);
+  ASSERT_OK(first);
+
+  const auto second = budget->Reserve("the second", 41);
+
+  EXPECT_THAT(second, StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_EQ(error::DetailsOf(second.status()).asked_bytes, 41u);
+  EXPECT_EQ(error::DetailsOf(second.status()).free_bytes, 40u);
+  EXPECT_THAT(first->Resize("the first", 101), StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_EQ(budget->used_bytes(), 60u);
+  EXPECT_OK(first->Resize("the first", 100));
+  EXPECT_OK(first->Resize("the first", 10));
+  MemoryReservation moved = *std::move(first);
+  EXPECT_EQ(budget->used_bytes(), 10u);
+  moved.Release();
+  EXPECT_EQ(budget->used_bytes(), 0u);
+}
+
+TEST(MemoryBudget, ManyThreadsNeverPassIt) {
+  const auto budget = std::make_shared<MemoryBudget>(1'000);
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&] {
+      for (int i = 0; i < 2'000; ++i) {
+        const auto some = budget->Reserve("some", 400);
+        EXPECT_LE(budget->used_bytes(), 1'000u);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(budget->used_bytes(), 0u);
+}
+
+// A plane whose mesh and plan are measured on a roomy server first.
+class MemoryBudgetTest : public SceneFixture {
+ protected:
+  void SetUp() override {
+    StartServer({});
+    const std::string obj = PlaneObj(60);
+    mesh_ = Upload(obj);
+    v1::Scene scene;
+    ASSERT_OK(Create(SceneRequest(), &scene));
+    for (const auto& [purpose, bytes] : scene.bytes()) plan_bytes_ += bytes;
+    ASSERT_GT(plan_bytes_, 500'000u);
+  }
+
+  // A server with room for mesh and file, and for `plans` plans.
+  void Restart(double plans) {
+    const std::string obj = PlaneObj(60);
+    constexpr uint64_t kMeshBytes = 61 * 61 * 24 + 3'600 * 5 * 4 + 4'096;
+    StartServer({.memory_bytes = obj.size() + kMeshBytes +
+                                 static_cast<uint64_t>(plans * static_cast<double>(plan_bytes_))});
+    mesh_ = Upload(obj);
+  }
+
+  static void ExpectOutOfMemory(const absl::Status& status, const std::string& what) {
+    ExpectRefused(status, absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
+    EXPECT_NE(status.message().find(what), std::string::npos) << status;
+    EXPECT_GT(error::DetailsOf(status).asked_bytes, error::DetailsOf(status).free_bytes);
+  }
+
+  absl::Status Update(int segments) {
+    v1::GetUpdateRequest request;
+    request.set_scene("scene-one");
+    request.mutable_view()->set_segments(segments);
+    grpc::ClientContext context;
+    std::vector<v1::SceneEvent> events;
+    return ReadAll(*stub_->GetUpdate(&context, request), events);
+  }
+
+  uint64_t plan_bytes_ = 0;
+};
+
+TEST_F(MemoryBudgetTest, AViewIsRefusedAndASmallerOneIsServed) {
+  Restart(3);
+  ASSERT_OK(Create(SceneRequest()));
+
+  ExpectOutOfMemory(Update(32), "the view");
+
+  EXPECT_OK(Update(2));
+  v1::WatchRequest watch;
+  watch.set_scene("scene-one");
+  watch.mutable_view()->set_segments(32);
+  grpc::ClientContext context;
+  std::vector<v1::SceneEvent> events;
+  ExpectOutOfMemory(ReadAll(*stub_->Watch(&context, watch), events), "the view");
+}
+
+TEST_F(MemoryBudgetTest, AnInsertedKnotNeedsRoomBesideThePlanInUse) {
+  Restart(1.5);
+  ASSERT_OK(Create(SceneRequest()));
+  v1::EditBatch batch = Move("alice", 1, 0, 0);
+  batch.clear_edits();
+  batch.add_edits()->mutable_insert_knot()->set_value(0.5);
+
+  ExpectOutOfMemory(Apply(batch), "the scene's plan");
+
+  v1::GetLatticeRequest request;
+  request.set_scene("scene-one");
+  v1::LatticeState state;
+  ASSERT_OK(Call(&v1::SceneService::Stub::GetLattice, request, &state));
+  EXPECT_EQ(state.revision(), 0u);
+  EXPECT_EQ(state.structure_id(), 1u);
+}
+
+TEST_F(MemoryBudgetTest, ADeletedSceneGivesItsMemoryBack) {
+  Restart(1.5);
+  ASSERT_OK(Create(SceneRequest()));
+  ExpectOutOfMemory(Create(SceneRequest("scene-two")), "the scene's plan");
+
+  v1::DeleteSceneRequest request;
+  request.set_scene("scene-one");
+  v1::DeleteSceneResponse response;
+  ASSERT_OK(Call(&v1::SceneService::Stub::DeleteScene, request, &response));
+
+  EXPECT_OK(Create(SceneRequest("scene-two")));
+}
+
+TEST_F(MemoryBudgetTest, AnExportIsRefusedByItsName) {
+  Restart(1.5);
+  ASSERT_OK(Create(SceneRequest()));
+  v1::ExportRequest request;
+  request.set_scene("scene-one");
+  request.set_format(v1::EXPORT_FORMAT_PLY);
+  request.mutable_view()->set_segments(32);
+  grpc::ClientContext context;
+  std::vector<v1::ExportResponse> parts;
+  ExpectOutOfMemory(ReadAll(*stub_->Export(&context, request), parts), "the export");
+}
+
+}  // namespace
+}  // namespace latticed::testing

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One mesh in every form that an upload may have, and builders of files that no writer here makes.
+#ifndef LATTICED_TESTS_SERVER_MESH_FILES_H_
+#define LATTICED_TESTS_SERVER_MESH_FILES_H_
+
+#include <bit>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/mesh/triangle_mesh.h"
+#include "latticed/v1/mesh.pb.h"
+
+namespace latticed::testing {
+
+struct MeshFile {
+  std::string name;
+  v1::MeshHeader header;
+  std::string bytes;
+};
+
+[[nodiscard]] MeshFile MakeMeshFile(const std::string& name, v1::MeshFormat format,
+                                    std::string bytes);
+
+// The unit cube of 8 vertices and 12 triangles, turned outwards.
+[[nodiscard]] TriangleMesh Cube();
+// The same as OBJ, PLY of three forms, STL of two, GLB, DRACO and RAW.
+[[nodiscard]] std::vector<MeshFile> CubeFiles();
+
+enum class PlyForm { kAscii, kLittleEndian, kBigEndian };
+// `positions` holds x y z of every vertex as float32.
+[[nodiscard]] std::string Ply(PlyForm form, const std::vector<float>& positions,
+                              const std::vector<std::vector<int32_t>>& faces);
+[[nodiscard]] std::string AsciiStl(const std::vector<std::string>& vertices);
+[[nodiscard]] std::string BinaryStl(const std::vector<float>& positions);
+// One indexed triangle primitive, indices as uint16.
+[[nodiscard]] std::string Glb(const std::vector<float>& positions,
+                              const std::vector<uint16_t>& indices);
+
+// The bytes of an array, in this machine's order, which is the wire's.
+template <typename T>
+std::string BytesOf(const std::vector<T>& values) {
+  static_assert(std::endian::native == std::endian::little);
+  return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_MESH_FILES_H_

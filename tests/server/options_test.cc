@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/options.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <vector>
+
+#include "tests/support/status_matchers.h"
+
+namespace latticed {
+namespace {
+
+using ::latticed::testing::StatusIs;
+using ::testing::HasSubstr;
+
+absl::StatusOr<CommandLine> Parse(std::vector<const char*> arguments) {
+  arguments.insert(arguments.begin(), "latticed");
+  return ParseCommandLine(static_cast<int>(arguments.size()), arguments.data());
+}
+
+// Sets a variable for one test.
+class Variable {
+ public:
+  Variable(const char* name, const char* value) : name_(name) { setenv(name, value, 1); }
+  ~Variable() { unsetenv(name_); }
+
+ private:
+  const char* name_;
+};
+
+// Each test its own file: CTest runs them side by side.
+std::string WriteConfig(const std::string& text) {
+  const std::string path = ::testing::TempDir() + "latticed_" +
+                           ::testing::UnitTest::GetInstance()->current_test_info()->name() +
+                           ".toml";
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(OptionsTest, DefaultsAreLoopbackAndAuto) {
+  const auto parsed = Parse({});
+
+  ASSERT_OK(parsed);
+  EXPECT_EQ(parsed->options.listen, "127.0.0.1:50151");
+  EXPECT_EQ(parsed->options.backend, "auto");
+  EXPECT_EQ(parsed->options.heartbeat_interval, absl::Seconds(10));
+  EXPECT_FALSE(parsed->text.has_value());
+}
+
+TEST(OptionsTest, FlagsReadUnits) {
+  const auto parsed = Parse({"--memory", "3GiB", "--max-mesh-bytes=5MB", "--drain-delay", "250ms",
+                             "--backend", "cpu", "--threads", "2"});
+
+  ASSERT_OK(parsed);
+  EXPECT_EQ(parsed->options.memory_bytes, 3'221'225'472u);
+  EXPECT_EQ(parsed->options.max_mesh_bytes, 5'242'880u);
+  EXPECT_EQ(parsed->options.drain_delay, absl::Milliseconds(250));
+  EXPECT_EQ(parsed->options.threads, 2);
+}
+
+TEST(OptionsTest, EnvironmentStandsInForFlags) {
+  const Variable listen("LATTICED_LISTEN", "127.0.0.1:1234");
+  const Variable insecure("LATTICED_INSECURE", "true");
+
+  const auto parsed = Parse({});
+
+  ASSERT_OK(parsed);
+  EXPECT_EQ(parsed->options.listen, "127.0.0.1:1234");
+  EXPECT_TRUE(parsed->options.insecure);
+}
+
+TEST(OptionsTest, FlagBeatsEnvironmentBeatsFile) {
+  const std::string path = WriteConfig("threads = 1\nbackend = \"cpu\"\nlog-level = \"debug\"\n");
+  const Variable threads("LATTICED_THREADS", "2");
+  const Variable backend("LATTICED_BACKEND", "auto");
+
+  const auto parsed = Parse({"--config", path.c_str(), "--threads=3"});
+
+  ASSERT_OK(parsed);
+  EXPECT_EQ(parsed->options.threads, 3);
+  EXPECT_EQ(parsed->options.backend, "auto");
+  EXPECT_EQ(parsed->options.log_level, "debug");
+}
+
+TEST(OptionsTest, PrintedConfigReadsBack) {
+  const auto printed = Parse({"--memory=1GiB", "--heartbeat-interval=3s", "--print-config"});
+  ASSERT_OK(printed);
+  ASSERT_TRUE(printed->text.has_value());
+  const std::string path = WriteConfig(*printed->text);
+
+  const auto parsed = Parse({"--config", path.c_str()});
+
+  ASSERT_OK(parsed);
+  EXPECT_EQ(parsed->options.memory_bytes, 1'073'741'824u);
+  EXPECT_EQ(parsed->options.heartbeat_interval, absl::Seconds(3));
+}
+
+TEST(OptionsTest, HelpAndVersionArePrinted) {
+  EXPECT_THAT(Parse({"--help"})->text.value(), HasSubstr("LATTICED_LISTEN"));
+  EXPECT_THAT(Parse({"--version"})->text.value(), HasSubstr("latticed 0."));
+}
+
+TEST(OptionsTest, OpenPortNeedsTlsTokensOrInsecure) {
+  EXPECT_THAT(Parse({"--listen=0.0.0.0:50151"}),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--insecure")));
+  EXPECT_THAT(Parse({"--listen=127.evil.example:1"}), StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_OK(Parse({"--listen=0.0.0.0:50151", "--insecure"}));
+  EXPECT_OK(Parse({"--listen=0.0.0.0:50151", "--token-file=tokens"}));
+  EXPECT_OK(Parse({"--listen=0.0.0.0:50151", "--tls-cert=c", "--tls-key=k"}));
+  EXPECT_OK(Parse({"--listen=[::1]:50151"}));
+}
+
+TEST(OptionsTest, BadValuesAreRefusedByName) {
+  const auto refused = [](const char* flag, const char* named) {
+    EXPECT_THAT(Parse({flag}), StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(named)));
+  };
+  refused("--backend=metal", "--backend");
+  refused("--threads=-1", "--threads");
+  refused("--memory=0", "--memory");
+  refused("--memory=lots", "--memory");
+  refused("--max-mesh-bytes=5TB", "--max-mesh-bytes");
+  refused("--heartbeat-interval=soon", "--heartbeat-interval");
+  refused("--heartbeat-interval=1ms", "--heartbeat-interval");
+  refused("--drain-delay=-1s", "--drain-delay");
+  refused("--scene-idle-ttl=0s", "--scene-idle-ttl");
+  refused("--log-format=xml", "--log-format");
+  refused("--encoder=zip", "--encoder");
+  refused("--listen=here", "--listen");
+  refused("--tls-cert=c.pem", "--tls-key");
+  refused("--tls-client-ca=ca.pem", "--tls-client-ca");
+  refused("--no-such-flag", "--no-such-flag");
+}
+
+TEST(OptionsTest, UnknownKeysOfTheFileAreRefused) {
+  const std::string path = WriteConfig("lisen = \"127.0.0.1:1\"\n");
+
+  EXPECT_THAT(Parse({"--config", path.c_str()}),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("lisen")));
+}
+
+TEST(OptionsTest, MissingFileIsRefused) {
+  EXPECT_THAT(Parse({"--config", "/no/such/file.toml"}),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("/no/such/file.toml")));
+}
+
+}  // namespace
+}  // namespace latticed

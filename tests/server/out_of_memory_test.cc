@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A machine that runs out of memory in the middle of a request: the request is refused, the server
+// goes on.
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <cstdlib>
+#include <new>
+
+#include <gtest/gtest.h>
+
+#include "tests/server/scene_fixture.h"
+
+namespace {
+// Allocations of more bytes than this fail.
+std::atomic<size_t> largest_allocation = SIZE_MAX;
+
+void* Allocate(size_t bytes) {
+  void* memory = bytes > largest_allocation ? nullptr : std::malloc(bytes);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+}  // namespace
+
+void* operator new(size_t bytes) { return Allocate(bytes); }
+void* operator new[](size_t bytes) { return Allocate(bytes); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, size_t) noexcept { std::free(memory); }
+
+namespace latticed::testing {
+namespace {
+
+constexpr size_t kScarce = 150'000;
+
+class OutOfMemoryTest : public SceneFixture {
+ protected:
+  void TearDown() override { largest_allocation = SIZE_MAX; }
+  static void ExpectExhausted(const absl::Status& status) {
+    ExpectRefused(status, absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
+  }
+};
+
+TEST_F(OutOfMemoryTest, APlanIsRefusedAndTheServerGoesOn) {
+  mesh_ = Upload(PlaneObj(60));
+
+  largest_allocation = kScarce;
+  ExpectExhausted(Create(SceneRequest()));
+  largest_allocation = SIZE_MAX;
+
+  EXPECT_OK(Create(SceneRequest()));
+}
+
+TEST_F(OutOfMemoryTest, AnInsertedKnotIsRefusedAndNothingChanged) {
+  mesh_ = Upload(PlaneObj(60));
+  ASSERT_OK(Create(SceneRequest()));
+  v1::EditBatch batch = Move("alice", 1, 0, 0);
+  batch.clear_edits();
+  batch.add_edits()->mutable_insert_knot()->set_value(0.5);
+
+  largest_allocation = kScarce;
+  ExpectExhausted(Apply(batch));
+  largest_allocation = SIZE_MAX;
+
+  v1::GetLatticeRequest request;
+  request.set_scene("scene-one");
+  v1::LatticeState state;
+  ASSERT_OK(Call(&v1::SceneService::Stub::GetLattice, request, &state));
+  EXPECT_EQ(state.revision(), 0u);
+  EXPECT_EQ(state.structure_id(), 1u);
+  batch.set_sequence(2);
+  EXPECT_OK(Apply(batch));
+}
+
+TEST_F(OutOfMemoryTest, AnUploadIsRefused) {
+  const std::string obj = PlaneObj(100);
+  constexpr size_t kPart = 40'000;
+  grpc::ClientContext context;
+  v1::Mesh mesh;
+  auto writer = v1::MeshService::NewStub(server_->channel())->UploadMesh(&context, &mesh);
+  v1::UploadMeshRequest request;
+  request.mutable_header()->set_format(v1::MESH_FORMAT_OBJ);
+  request.mutable_header()->set_total_bytes(obj.size());
+  writer->Write(request);
+  writer->WaitForInitialMetadata();
+  largest_allocation = kScarce;
+  for (size_t at = 0; at < obj.size(); at += kPart) {
+    request.set_data(obj.data() + at, std::min(kPart, obj.size() - at));
+    if (!writer->Write(request)) break;
+  }
+  writer->WritesDone();
+  const absl::Status status = client::FromGrpc(writer->Finish());
+  largest_allocation = SIZE_MAX;
+
+  ExpectExhausted(status);
+  EXPECT_FALSE(Upload(obj).empty());
+}
+
+TEST_F(OutOfMemoryTest, AnExportAndAnUpdateAreRefused) {
+  mesh_ = Upload(PlaneObj(60));
+  ASSERT_OK(Create(SceneRequest()));
+  v1::ExportRequest request;
+  request.set_scene("scene-one");
+  request.set_format(v1::EXPORT_FORMAT_OBJ);
+  v1::GetUpdateRequest update;
+  update.set_scene("scene-one");
+  update.mutable_view()->set_segments(32);
+  for (const bool scarce : {true, false}) {
+    largest_allocation = scarce ? kScarce : SIZE_MAX;
+    grpc::ClientContext export_context, update_context;
+    std::vector<v1::ExportResponse> parts;
+    std::vector<v1::SceneEvent> events;
+    const absl::Status exported = ReadAll(*stub_->Export(&export_context, request), parts);
+    const absl::Status updated = ReadAll(*stub_->GetUpdate(&update_context, update), events);
+    largest_allocation = SIZE_MAX;
+    if (scarce) {
+      ExpectExhausted(exported);
+    } else {
+      EXPECT_OK(exported);
+      EXPECT_OK(updated);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace latticed::testing

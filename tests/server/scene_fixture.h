@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A server with one uploaded mesh, reached through real stubs: what tests of SceneService share.
+#ifndef LATTICED_TESTS_SERVER_SCENE_FIXTURE_H_
+#define LATTICED_TESTS_SERVER_SCENE_FIXTURE_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <grpcpp/grpcpp.h>
+
+#include "absl/status/status.h"
+#include "client/cpp/latticed_client_status.h"
+#include "core/base/error.h"
+#include "fmt/format.h"
+#include "latticed/v1/mesh.grpc.pb.h"
+#include "latticed/v1/scene.grpc.pb.h"
+#include "server/in_process.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::testing {
+
+// Four quads on [0,2]^2 at z = 0, with UVs x/2, y/2, in two groups.
+inline constexpr char kGridObj[] =
+    "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 0 2 0\nv 1 2 0\nv 2 2 0\n"
+    "vt 0 0\nvt .5 0\nvt 1 0\nvt 0 .5\nvt .5 .5\nvt 1 .5\nvt 0 1\nvt .5 1\nvt 1 1\n"
+    "g low\nf 1/1 2/2 5/5 4/4\nf 2/2 3/3 6/6 5/5\ng high\nf 4/4 5/5 8/8 7/7\nf 5/5 6/6 9/9 8/8\n";
+
+// A plane of cells x cells quads.
+inline std::string PlaneObj(int cells) {
+  std::string obj;
+  for (int j = 0; j <= cells; ++j) {
+    for (int i = 0; i <= cells; ++i) obj += fmt::format("v {} {} 0\n", i, j);
+  }
+  for (int j = 0; j < cells; ++j) {
+    for (int i = 0; i < cells; ++i) {
+      const int v = 1 + i + (cells + 1) * j;
+      obj += fmt::format("f {} {} {} {}\n", v, v + 1, v + cells + 2, v + cells + 1);
+    }
+  }
+  return obj;
+}
+
+class SceneFixture : public ::testing::Test {
+ protected:
+  void SetUp() override { StartServer({}); }
+
+  void StartServer(Options options) {
+    options.backend = "cpu";
+    options.threads = 1;
+    options.log_level = "off";
+    auto server = InProcessServer::Start(options);
+    ASSERT_OK(server);
+    server_ = *std::move(server);
+    stub_ = v1::SceneService::NewStub(server_->channel());
+    mesh_ = Upload(kGridObj);
+  }
+
+  std::string Upload(const std::string& obj) {
+    grpc::ClientContext context;
+    v1::Mesh mesh;
+    auto writer = v1::MeshService::NewStub(server_->channel())->UploadMesh(&context, &mesh);
+    v1::UploadMeshRequest request;
+    request.mutable_header()->set_format(v1::MESH_FORMAT_OBJ);
+    request.mutable_header()->set_total_bytes(obj.size());
+    writer->Write(request);
+    request.set_data(obj);
+    writer->Write(request);
+    writer->WritesDone();
+    EXPECT_OK(client::FromGrpc(writer->Finish()));
+    return mesh.id();
+  }
+
+  // A unary call: status, with the response in `response`.
+  template <typename Request, typename Response>
+  absl::Status Call(grpc::Status (v1::SceneService::Stub::*method)(grpc::ClientContext*,
+                                                                   const Request&, Response*),
+                    const Request& request, Response* response,
+                    const std::string& scene_metadata = "") {
+    grpc::ClientContext context;
+    if (!scene_metadata.empty()) context.AddMetadata("latticed-scene", scene_metadata);
+    return client::FromGrpc(((*stub_).*method)(&context, request, response));
+  }
+
+  // A server stream: all its messages, and its status.
+  template <typename Message>
+  static absl::Status ReadAll(grpc::ClientReader<Message>& reader, std::vector<Message>& messages) {
+    Message message;
+    while (reader.Read(&message)) messages.push_back(message);
+    return client::FromGrpc(reader.Finish());
+  }
+
+  v1::CreateSceneRequest SceneRequest(const std::string& id = "scene-one") const {
+    v1::CreateSceneRequest request;
+    request.set_scene_id(id);
+    request.set_mesh(mesh_);
+    return request;
+  }
+  absl::Status Create(const v1::CreateSceneRequest& request, v1::Scene* scene = nullptr) {
+    v1::Scene ignored;
+    return Call(&v1::SceneService::Stub::CreateScene, request, scene ? scene : &ignored);
+  }
+  static v1::EditBatch Move(const std::string& editor, uint64_t sequence, uint32_t point,
+                            double x) {
+    v1::EditBatch batch;
+    batch.set_scene("scene-one");
+    batch.set_editor_id(editor);
+    batch.set_sequence(sequence);
+    batch.set_structure_id(1);
+    auto* move = batch.add_edits()->mutable_move_control_points();
+    move->add_indices(point);
+    move->mutable_offset()->set_x(x);
+    return batch;
+  }
+  absl::Status Apply(const v1::EditBatch& batch, v1::EditResult* result = nullptr) {
+    v1::EditResult ignored;
+    return Call(&v1::SceneService::Stub::ApplyEdits, batch, result ? result : &ignored);
+  }
+
+  static void ExpectRefused(const absl::Status& status, absl::StatusCode code,
+                            const std::string& reason, const std::string& field = "") {
+    EXPECT_THAT(status, StatusIs(code));
+    EXPECT_EQ(error::DetailsOf(status).reason, reason) << status;
+    EXPECT_EQ(error::DetailsOf(status).field, field) << status;
+  }
+
+  std::unique_ptr<InProcessServer> server_;
+  std::unique_ptr<v1::SceneService::Stub> stub_;
+  std::string mesh_;
+};
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_SCENE_FIXTURE_H_

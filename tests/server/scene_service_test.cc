@@ -1,0 +1,353 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// SceneService's unary rpcs through the stub: what they return, and every refusal with its reason
+// and field.
+#include <cmath>
+#include <set>
+
+#include "tests/server/scene_fixture.h"
+
+namespace latticed {
+namespace {
+
+using ::latticed::testing::SceneFixture;
+using ::latticed::testing::StatusIs;
+using ::testing::ElementsAre;
+using Stub = v1::SceneService::Stub;
+using Code = absl::StatusCode;
+
+class SceneServiceTest : public SceneFixture {};
+
+TEST_F(SceneServiceTest, CreatesASceneWithTheDefaults) {
+  v1::Scene scene;
+  ASSERT_OK(Create(SceneRequest(), &scene));
+
+  EXPECT_EQ(scene.id(), "scene-one");
+  EXPECT_EQ(scene.mesh(), mesh_);
+  ASSERT_EQ(scene.lattices_size(), 1);
+  EXPECT_EQ(scene.lattices(0).size().u(), 4);
+  EXPECT_EQ(scene.lattices(0).degree().w(), 2);
+  // Bounds 2 x 2 x 0, padding 0.05 of the longest edge on every side.
+  EXPECT_NEAR(scene.lattices(0).frame().origin().z(), -0.1, 1e-12);
+  EXPECT_NEAR(scene.lattices(0).frame().w().z(), 0.2, 1e-12);
+  EXPECT_EQ(scene.default_view().segments(), 10);
+  EXPECT_EQ(scene.default_view().normals(), v1::NORMAL_MODE_FACET);
+  EXPECT_EQ(scene.idle_ttl().seconds(), 86400);
+  EXPECT_EQ(scene.pipeline(), v1::PIPELINE_FUSED);
+  EXPECT_EQ(scene.revision(), 0u);
+  EXPECT_EQ(scene.structure_id(), 1u);
+  EXPECT_GE(scene.patches(), 8u);
+  EXPECT_EQ(scene.patches_outside(), 0u);
+  EXPECT_EQ(scene.chunks(), (scene.patches() + 31) / 32);
+  EXPECT_GT(scene.bytes().at("plan"), 0u);
+  EXPECT_GT(scene.create_time().seconds(), 0);
+  EXPECT_NEAR(static_cast<double>(scene.expire_time().seconds() - scene.create_time().seconds()),
+              86400, 2);
+}
+
+TEST_F(SceneServiceTest, CreatesASceneAsTold) {
+  v1::CreateSceneRequest request = SceneRequest();
+  auto* fit = request.add_lattices()->mutable_fit();
+  fit->mutable_size()->set_u(5);
+  fit->mutable_size()->set_v(4);
+  fit->mutable_size()->set_w(3);
+  fit->mutable_degree()->set_u(3);
+  fit->mutable_degree()->set_v(1);
+  fit->mutable_degree()->set_w(2);
+  request.mutable_default_view()->set_segments(3);
+  request.mutable_default_view()->set_encoding(v1::ENCODING_RAW);
+  request.mutable_idle_ttl()->set_seconds(90);
+  request.mutable_idle_ttl()->set_nanos(500'000'000);
+  (*request.mutable_labels())["team"] = "red";
+  request.mutable_diagnostics()->set_pipeline(v1::PIPELINE_GEMM);
+
+  v1::Scene scene;
+  ASSERT_OK(Create(request, &scene));
+
+  EXPECT_EQ(scene.lattices(0).degree().u(), 3);
+  EXPECT_EQ(scene.lattices(0).size().w(), 3);
+  EXPECT_EQ(scene.default_view().segments(), 3);
+  EXPECT_EQ(scene.default_view().encoding(), v1::ENCODING_RAW);
+  EXPECT_EQ(scene.idle_ttl().seconds(), 90);
+  EXPECT_EQ(scene.idle_ttl().nanos(), 500'000'000);
+  EXPECT_EQ(scene.labels().at("team"), "red");
+  EXPECT_EQ(scene.pipeline(), v1::PIPELINE_GEMM);
+}
+
+TEST_F(SceneServiceTest, TheSameRequestReturnsTheSameScene) {
+  ASSERT_OK(Create(SceneRequest()));
+  ASSERT_OK(Apply(Move("ann", 1, 0, 0.1)));
+
+  v1::Scene again;
+  ASSERT_OK(Create(SceneRequest(), &again));
+  EXPECT_EQ(again.revision(), 1u);
+
+  v1::CreateSceneRequest other = SceneRequest();
+  other.mutable_idle_ttl()->set_seconds(5);
+  ExpectRefused(Create(other), Code::kAlreadyExists, "ALREADY_EXISTS");
+}
+
+TEST_F(SceneServiceTest, RefusesBadCreations) {
+  for (const std::string id : {"", "short", "Upper-case", "under_score"}) {
+    ExpectRefused(Create(SceneRequest(id)), Code::kInvalidArgument, "INVALID_FIELD", "scene_id");
+  }
+  ExpectRefused(Create(SceneRequest(std::string(64, 'a'))), Code::kInvalidArgument, "INVALID_FIELD",
+                "scene_id");
+  ASSERT_OK(Create(SceneRequest(std::string(63, 'a'))));
+
+  v1::CreateSceneRequest request = SceneRequest();
+  request.set_mesh("");
+  ExpectRefused(Create(request), Code::kInvalidArgument, "INVALID_FIELD", "mesh");
+  request.set_mesh("nothing");
+  ExpectRefused(Create(request), Code::kNotFound, "NOT_FOUND");
+
+  request = SceneRequest();
+  request.add_lattices();
+  request.add_lattices();
+  ExpectRefused(Create(request), Code::kInvalidArgument, "UNSUPPORTED", "lattices");
+
+  request = SceneRequest();
+  request.mutable_idle_ttl();
+  ExpectRefused(Create(request), Code::kInvalidArgument, "OUT_OF_RANGE", "idle_ttl");
+
+  request = SceneRequest();
+  (*request.mutable_labels())["No Good"] = "";
+  ExpectRefused(Create(request), Code::kInvalidArgument, "INVALID_FIELD", "labels");
+
+  request = SceneRequest();
+  request.mutable_diagnostics()->set_pipeline(static_cast<v1::Pipeline>(99));
+  ExpectRefused(Create(request), Code::kInvalidArgument, "UNSUPPORTED", "diagnostics.pipeline");
+
+  request = SceneRequest();
+  request.mutable_default_view()->set_segments(33);
+  ExpectRefused(Create(request), Code::kInvalidArgument, "OUT_OF_RANGE", "default_view.segments");
+}
+
+TEST_F(SceneServiceTest, RefusesBadLatticesNamingTheField) {
+  v1::CreateSceneRequest request = SceneRequest();
+  auto* lattice = request.add_lattices()->mutable_lattice();
+  const auto expect = [&](const std::string& field_end) {
+    const absl::Status status = Create(request);
+    EXPECT_THAT(status, StatusIs(Code::kInvalidArgument));
+    EXPECT_THAT(error::DetailsOf(status).field, ::testing::EndsWith(field_end)) << status;
+  };
+  expect("frame");  // missing
+
+  lattice->mutable_frame()->mutable_u()->set_x(1);
+  lattice->mutable_frame()->mutable_v()->set_x(1);
+  lattice->mutable_frame()->mutable_w()->set_z(1);
+  expect("frame");  // singular
+  lattice->mutable_frame()->mutable_v()->set_y(2);
+
+  lattice->mutable_degree()->set_u(4);
+  lattice->mutable_degree()->set_v(2);
+  lattice->mutable_degree()->set_w(2);
+  expect("degree.u");
+  lattice->mutable_degree()->set_u(2);
+
+  lattice->add_control_points(1);
+  expect("control_points");
+  lattice->clear_control_points();
+
+  for (const double knot : {0., 0., 0., 2., 1., 3., 3.}) lattice->add_knots_u(knot);
+  expect("knots_u");
+}
+
+TEST_F(SceneServiceTest, GetsAndDeletes) {
+  ASSERT_OK(Create(SceneRequest()));
+  v1::GetSceneRequest get;
+  get.set_scene("scene-one");
+  v1::Scene scene;
+  ASSERT_OK(Call(&Stub::GetScene, get, &scene));
+  EXPECT_EQ(scene.id(), "scene-one");
+
+  v1::DeleteSceneRequest request;
+  v1::DeleteSceneResponse response;
+  request.set_scene("scene-one");
+  ASSERT_OK(Call(&Stub::DeleteScene, request, &response));
+  ExpectRefused(Call(&Stub::DeleteScene, request, &response), Code::kNotFound, "NOT_FOUND");
+  ExpectRefused(Call(&Stub::GetScene, get, &scene), Code::kNotFound, "NOT_FOUND");
+  ExpectRefused(Apply(Move("ann", 1, 0, 1)), Code::kNotFound, "NOT_FOUND");
+  ASSERT_OK(Create(SceneRequest()));
+}
+
+TEST_F(SceneServiceTest, SceneIdsAreRequiredAndMustMatchTheMetadata) {
+  ASSERT_OK(Create(SceneRequest()));
+  v1::GetSceneRequest get;
+  v1::Scene scene;
+  ExpectRefused(Call(&Stub::GetScene, get, &scene), Code::kInvalidArgument, "INVALID_FIELD",
+                "scene");
+  get.set_scene("scene-one");
+  EXPECT_OK(Call(&Stub::GetScene, get, &scene, "scene-one"));
+  const absl::Status other = Call(&Stub::GetScene, get, &scene, "scene-two");
+  EXPECT_THAT(other, StatusIs(Code::kInvalidArgument));
+  EXPECT_EQ(error::DetailsOf(other).reason, "SCENE_MISMATCH");
+  EXPECT_EQ(error::DetailsOf(Call(&Stub::CreateScene, SceneRequest(), &scene, "scene-two")).reason,
+            "SCENE_MISMATCH");
+}
+
+TEST_F(SceneServiceTest, ListsByPageAndLabelOldestFirst) {
+  for (const std::string id : {"zzzzzzzz", "aaaaaaaa", "mmmmmmmm"}) {
+    v1::CreateSceneRequest request = SceneRequest(id);
+    (*request.mutable_labels())["team"] = id == "aaaaaaaa" ? "blue" : "red";
+    ASSERT_OK(Create(request));
+  }
+  const auto list = [this](int size, const std::string& token, const std::string& filter,
+                           std::string* next) {
+    v1::ListScenesRequest request;
+    request.set_page_size(size);
+    request.set_page_token(token);
+    request.set_filter(filter);
+    v1::ListScenesResponse response;
+    EXPECT_OK(Call(&Stub::ListScenes, request, &response));
+    std::vector<std::string> ids;
+    for (const v1::Scene& scene : response.scenes()) ids.push_back(scene.id());
+    *next = response.next_page_token();
+    return ids;
+  };
+  std::string next;
+  EXPECT_THAT(list(0, "", "", &next), ElementsAre("zzzzzzzz", "aaaaaaaa", "mmmmmmmm"));
+  EXPECT_EQ(next, "");
+  EXPECT_THAT(list(2, "", "", &next), ElementsAre("zzzzzzzz", "aaaaaaaa"));
+  EXPECT_THAT(list(2, next, "", &next), ElementsAre("mmmmmmmm"));
+  EXPECT_EQ(next, "");
+  EXPECT_THAT(list(10, "", "team=red", &next), ElementsAre("zzzzzzzz", "mmmmmmmm"));
+  EXPECT_THAT(list(10, "", "team", &next), ElementsAre("zzzzzzzz", "aaaaaaaa", "mmmmmmmm"));
+  EXPECT_THAT(list(10, "", "team=green", &next), ElementsAre());
+
+  v1::ListScenesRequest bad;
+  v1::ListScenesResponse response;
+  bad.set_page_size(1001);
+  ExpectRefused(Call(&Stub::ListScenes, bad, &response), Code::kInvalidArgument, "OUT_OF_RANGE",
+                "page_size");
+  bad.set_page_size(1);
+  bad.set_page_token("nonsense");
+  ExpectRefused(Call(&Stub::ListScenes, bad, &response), Code::kInvalidArgument, "INVALID_FIELD",
+                "page_token");
+  bad.set_page_token("");
+  bad.set_filter("=");
+  ExpectRefused(Call(&Stub::ListScenes, bad, &response), Code::kInvalidArgument, "INVALID_FIELD",
+                "filter");
+}
+
+TEST_F(SceneServiceTest, EditsChangeTheLattice) {
+  ASSERT_OK(Create(SceneRequest()));
+  v1::GetLatticeRequest get;
+  get.set_scene("scene-one");
+  v1::LatticeState before, after;
+  ASSERT_OK(Call(&Stub::GetLattice, get, &before));
+  EXPECT_EQ(before.revision(), 0u);
+  ASSERT_EQ(before.lattice().control_points_size(), 192);
+  EXPECT_EQ(before.lattice().knots_u_size(), 7);
+
+  v1::EditResult result;
+  ASSERT_OK(Apply(Move("ann", 1, 21, 0.25), &result));
+  EXPECT_EQ(result.sequence(), 1u);
+  EXPECT_EQ(result.revision(), 1u);
+  EXPECT_EQ(result.largest_move(), 0.25);
+  EXPECT_GT(result.boxes_touched(), 0u);
+  EXPECT_GT(result.patches_touched(), 0u);
+  ASSERT_OK(Call(&Stub::GetLattice, get, &after));
+  EXPECT_EQ(after.revision(), 1u);
+  EXPECT_NEAR(after.lattice().control_points(63) - before.lattice().control_points(63), 0.25,
+              1e-15);
+
+  v1::EditResult again;
+  ASSERT_OK(Apply(Move("ann", 1, 21, 0.25), &again));  // a retry
+  EXPECT_EQ(again.revision(), 1u);
+  EXPECT_EQ(again.patches_touched(), result.patches_touched());
+}
+
+TEST_F(SceneServiceTest, RefusedEditsNameTheFieldAndChangeNothing) {
+  ASSERT_OK(Create(SceneRequest()));
+  ASSERT_OK(Apply(Move("ann", 5, 0, 0.1)));
+  ExpectRefused(Apply(Move("ann", 4, 0, 0.1)), Code::kAborted, "OUT_OF_ORDER");
+  ExpectRefused(Apply(Move("ann", 6, 64, 0.1)), Code::kInvalidArgument, "OUT_OF_RANGE",
+                "edits[0].move_control_points.indices[0]");
+  ExpectRefused(Apply(Move("ann", 7, 0, std::nan(""))), Code::kInvalidArgument, "NOT_FINITE",
+                "edits[0].move_control_points.offset");
+  v1::EditBatch twice = Move("ann", 8, 3, 0.1);
+  twice.mutable_edits(0)->mutable_move_control_points()->add_indices(3);
+  ExpectRefused(Apply(twice), Code::kInvalidArgument, "INVALID_FIELD",
+                "edits[0].move_control_points.indices[1]");
+  v1::EditBatch stale = Move("ann", 9, 0, 0.1);
+  stale.set_structure_id(2);
+  ExpectRefused(Apply(stale), Code::kAborted, "STRUCTURE_CHANGED");
+  v1::EditBatch late = Move("ann", 10, 0, 0.1);
+  late.set_expected_revision(0);
+  ExpectRefused(Apply(late), Code::kAborted, "REVISION_CHANGED");
+  v1::EditBatch undo = Move("bob", 1, 0, 0);
+  undo.mutable_edits(0)->mutable_undo();
+  ExpectRefused(Apply(undo), Code::kFailedPrecondition, "NOTHING_TO_UNDO");
+  undo.mutable_edits(0)->mutable_redo();
+  undo.set_sequence(2);
+  ExpectRefused(Apply(undo), Code::kFailedPrecondition, "NOTHING_TO_REDO");
+  v1::EditBatch drag = Move("bob", 3, 0, 0);
+  drag.mutable_edits(0)->mutable_drag_points();
+  EXPECT_THAT(Apply(drag), StatusIs(Code::kUnimplemented));
+  ExpectRefused(Apply(Move("", 1, 0, 0.1)), Code::kInvalidArgument, "INVALID_FIELD", "editor_id");
+
+  v1::GetSceneRequest get;
+  get.set_scene("scene-one");
+  v1::Scene scene;
+  ASSERT_OK(Call(&Stub::GetScene, get, &scene));
+  EXPECT_EQ(scene.revision(), 1u);
+}
+
+TEST_F(SceneServiceTest, UndoConflictNamesTheEditor) {
+  ASSERT_OK(Create(SceneRequest()));
+  ASSERT_OK(Apply(Move("ann", 1, 0, 0.1)));
+  ASSERT_OK(Apply(Move("bob", 1, 0, 0.1)));
+  v1::EditBatch undo = Move("ann", 2, 0, 0);
+  undo.mutable_edits(0)->mutable_undo();
+
+  const absl::Status status = Apply(undo);
+
+  ExpectRefused(status, Code::kAborted, "UNDO_CONFLICT");
+  EXPECT_EQ(error::DetailsOf(status).metadata.at("editor_id"), "bob");
+}
+
+TEST_F(SceneServiceTest, InsertedKnotsGiveANewStructure) {
+  ASSERT_OK(Create(SceneRequest()));
+  v1::EditBatch insert = Move("ann", 1, 0, 0);
+  insert.mutable_edits(0)->mutable_insert_knot()->set_axis(v1::LATTICE_AXIS_V);
+  insert.mutable_edits(0)->mutable_insert_knot()->set_value(0.5);
+  v1::EditResult result;
+  ASSERT_OK(Apply(insert, &result));
+  EXPECT_EQ(result.structure_id(), 2u);
+  EXPECT_EQ(result.largest_move(), 0);
+
+  v1::GetSceneRequest get;
+  get.set_scene("scene-one");
+  v1::Scene scene;
+  ASSERT_OK(Call(&Stub::GetScene, get, &scene));
+  EXPECT_EQ(scene.lattices(0).size().v(), 5);
+  EXPECT_EQ(scene.structure_id(), 2u);
+}
+
+TEST(SceneMemoryTest, RefusesAPlanAboveTheBudget) {
+  class Small : public SceneFixture {
+   public:
+    void TestBody() override {
+      // Room for the mesh, its upload and little else.
+      StartServer({.memory_bytes = 28 << 10});
+      std::string obj;
+      for (int i = 0; i < 150; ++i)
+        obj += "v " + std::to_string(i) + " " + std::to_string(i % 7) + " 0\n";
+      for (int i = 1; i < 149; ++i) {
+        obj += "f " + std::to_string(i) + " " + std::to_string(i + 1) + " " +
+               std::to_string(i + 2) + "\n";
+      }
+      mesh_ = Upload(obj);
+      const absl::Status status = Create(SceneRequest());
+      EXPECT_THAT(status, StatusIs(Code::kResourceExhausted));
+      EXPECT_EQ(error::DetailsOf(status).reason, "OUT_OF_MEMORY");
+      EXPECT_GT(error::DetailsOf(status).asked_bytes, error::DetailsOf(status).free_bytes);
+    }
+  };
+  Small().TestBody();
+}
+
+}  // namespace
+}  // namespace latticed

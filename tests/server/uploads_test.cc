@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Resumable uploads: unary calls that find each other by the upload's id.
+#include "server/uploads.h"
+
+#include "core/base/error.h"
+#include "fmt/format.h"
+#include "tests/server/test_env.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed {
+namespace {
+
+using ::latticed::testing::CubeObj;
+using ::latticed::testing::ObjHeader;
+using ::latticed::testing::Reason;
+using ::latticed::testing::StatusIs;
+using ::latticed::testing::TestEnv;
+
+class ResumableUploadTest : public ::testing::Test {
+ protected:
+  std::string Begin(const std::string& bytes) {
+    grpc::ClientContext context;
+    v1::BeginUploadRequest request;
+    *request.mutable_header() = ObjHeader(bytes);
+    v1::BeginUploadResponse response;
+    const grpc::Status status = env_.meshes().BeginUpload(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    EXPECT_GT(response.expire_time().seconds(), absl::ToUnixSeconds(absl::Now()) + 3'500);
+    return response.upload_id();
+  }
+
+  grpc::Status Append(const std::string& id, uint64_t offset, const std::string& data,
+                      uint64_t* committed = nullptr) {
+    grpc::ClientContext context;
+    v1::AppendUploadRequest request;
+    request.set_upload_id(id);
+    request.set_offset(offset);
+    request.set_data(data);
+    v1::AppendUploadResponse response;
+    const grpc::Status status = env_.meshes().AppendUpload(&context, request, &response);
+    if (committed != nullptr) *committed = response.committed();
+    return status;
+  }
+
+  grpc::Status Finish(const std::string& id, v1::Mesh* mesh) {
+    grpc::ClientContext context;
+    v1::FinishUploadRequest request;
+    request.set_upload_id(id);
+    return env_.meshes().FinishUpload(&context, request, mesh);
+  }
+
+  TestEnv env_;
+};
+
+TEST_F(ResumableUploadTest, PartsBecomeTheMesh) {
+  const std::string obj = CubeObj();
+  const std::string id = Begin(obj);
+  uint64_t committed = 0;
+  ASSERT_TRUE(Append(id, 0, obj.substr(0, 20), &committed).ok());
+  EXPECT_EQ(committed, 20u);
+  // The answer was lost, the client sends again, then asks how far the server is.
+  ASSERT_TRUE(Append(id, 0, obj.substr(0, 20), &committed).ok());
+  EXPECT_EQ(committed, 20u);
+  ASSERT_TRUE(Append(id, 0, "", &committed).ok());
+  EXPECT_EQ(committed, 20u);
+  ASSERT_TRUE(Append(id, 20, obj.substr(20), &committed).ok());
+  v1::Mesh mesh;
+
+  const grpc::Status status = Finish(id, &mesh);
+
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(mesh.faces(), 6u);
+  EXPECT_EQ(Reason(Finish(id, &mesh)), "NOT_FOUND");
+}
+
+TEST_F(ResumableUploadTest, WrongOffsetsSayWhereToGoOn) {
+  const std::string obj = CubeObj();
+  const std::string id = Begin(obj);
+  ASSERT_TRUE(Append(id, 0, obj.substr(0, 20)).ok());
+
+  for (const uint64_t offset : {uint64_t{19}, uint64_t{21}, ~uint64_t{0}}) {
+    const grpc::Status status = Append(id, offset, "xyz");
+
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION) << offset;
+    EXPECT_EQ(Reason(status), "OFFSET_MISMATCH");
+    EXPECT_NE(status.error_message().find("20 bytes"), std::string::npos);
+  }
+}
+
+TEST_F(ResumableUploadTest, MissingBytesLeaveTheUpload) {
+  const std::string obj = CubeObj();
+  const std::string id = Begin(obj);
+  v1::Mesh mesh;
+
+  EXPECT_EQ(Reason(Finish(id, &mesh)), "SIZE_MISMATCH");
+  EXPECT_TRUE(Append(id, 0, obj).ok());
+  EXPECT_TRUE(Finish(id, &mesh).ok());
+}
+
+TEST_F(ResumableUploadTest, MoreThanAnnouncedIsRefused) {
+  const std::string id = Begin(CubeObj());
+
+  const grpc::Status status = Append(id, 0, CubeObj() + "\n");
+
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(Reason(status), "SIZE_MISMATCH");
+}
+
+TEST_F(ResumableUploadTest, UnknownUploadIsNotFound) {
+  v1::Mesh mesh;
+
+  EXPECT_EQ(Reason(Append("none", 0, "x")), "NOT_FOUND");
+  EXPECT_EQ(Reason(Finish("none", &mesh)), "NOT_FOUND");
+}
+
+TEST(UploadStoreTest, IdleUploadsExpireAndGiveTheirBytesBack) {
+  absl::Time now = absl::UnixEpoch();
+  MeshStore meshes(std::make_shared<MemoryBudget>(1'000));
+  UploadStore uploads(&meshes, 1'000, [&now] { return now; });
+  v1::MeshHeader header = ObjHeader("");
+  header.set_total_bytes(900);
+  auto upload = uploads.Admit(header, "");
+  ASSERT_OK(upload);
+  const std::string id = uploads.Keep(*std::move(upload));
+  upload = absl::UnknownError("moved away");
+
+  now += absl::Minutes(59);
+  EXPECT_OK(uploads.Find(id));  // a use puts the expiry off
+  now += absl::Minutes(59);
+  EXPECT_OK(uploads.Find(id));
+  EXPECT_EQ(meshes.memory().used_bytes(), 900u);
+  EXPECT_THAT(uploads.Admit(header, ""), StatusIs(absl::StatusCode::kResourceExhausted));
+  now += absl::Minutes(60);
+
+  EXPECT_THAT(uploads.Find(id), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_EQ(meshes.memory().used_bytes(), 0u);
+}
+
+TEST(UploadStoreTest, UploadsAtATimeAreLimited) {
+  MeshStore meshes(std::make_shared<MemoryBudget>(1'000'000));
+  UploadStore uploads(&meshes, 1'000);
+  v1::MeshHeader header = ObjHeader("x");
+  std::vector<std::shared_ptr<Upload>> held;
+  for (int i = 0; i < 64; ++i) {
+    auto upload = uploads.Admit(header, "");
+    ASSERT_OK(upload);
+    held.push_back(*std::move(upload));
+  }
+
+  const auto refused = uploads.Admit(header, "");
+  EXPECT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_EQ(error::DetailsOf(refused.status()).reason, "LIMIT_EXCEEDED");
+  held.pop_back();
+  EXPECT_OK(uploads.Admit(header, ""));
+}
+
+TEST(UploadStoreTest, AnExpiredUploadGivesItsMemoryBackWithoutAnotherCall) {
+  absl::Time now = absl::Now();
+  MeshStore meshes(std::make_shared<MemoryBudget>(1'000'000));
+  UploadStore uploads(&meshes, 1'000'000, [&now] { return now; });
+  auto upload = uploads.Admit(testing::ObjHeader(CubeObj()), "alice");
+  ASSERT_OK(upload);
+  const std::string id = uploads.Keep(*std::move(upload));
+  upload = absl::CancelledError("let go");
+  ASSERT_EQ(meshes.memory().used_bytes(), CubeObj().size());
+
+  now += absl::Minutes(59);
+  uploads.DropExpired();
+  EXPECT_EQ(meshes.memory().used_bytes(), CubeObj().size());
+  now += absl::Minutes(2);
+  uploads.DropExpired();
+
+  EXPECT_EQ(meshes.memory().used_bytes(), 0u);
+  EXPECT_THAT(uploads.Find(id), StatusIs(absl::StatusCode::kNotFound));
+}
+
+}  // namespace
+}  // namespace latticed

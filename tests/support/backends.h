@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Backends by name, for suites that run on every one of them. A backend joins by one line in
+// backends.cc. LATTICED_REQUIRE_BACKENDS=cpu,cuda turns a missing one into a failure.
+#ifndef LATTICED_TESTS_SUPPORT_BACKENDS_H_
+#define LATTICED_TESTS_SUPPORT_BACKENDS_H_
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/backend.h"
+
+namespace latticed::testing {
+
+// All names known to the suite, present on this machine or not.
+[[nodiscard]] std::vector<std::string> KnownBackends();
+// Null where this machine or build has none of that name. threads 0: all.
+[[nodiscard]] std::unique_ptr<Backend> MakeBackendByName(std::string_view name, int threads = 0);
+// Names in LATTICED_REQUIRE_BACKENDS; "cpu" when it is not set.
+[[nodiscard]] std::vector<std::string> RequiredBackends();
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SUPPORT_BACKENDS_H_

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Procedural meshes and lattices for tests: small, exact, with everything that a real mesh may
+// hold.
+#ifndef LATTICED_TESTS_SUPPORT_TEST_MESHES_H_
+#define LATTICED_TESTS_SUPPORT_TEST_MESHES_H_
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/ffd/lattice.h"
+#include "core/mesh/polygon_mesh.h"
+
+namespace latticed::testing {
+
+// A closed torus of rings * sides quads around the z axis, radii 1 and 0.4, with vertex normals.
+[[nodiscard]] PolygonMesh TorusMesh(int rings, int sides, Vec3d centre = {});
+// n * n quads on [0, 1]^2 at height z: flat, and aligned with the planes of any uniform lattice.
+[[nodiscard]] PolygonMesh FlatGrid(int n, double z);
+// The surface of the cube [0, 1]^3, n * n quads a side: every face lies in a face of the fitted
+// frame.
+[[nodiscard]] PolygonMesh CubeMesh(int n);
+[[nodiscard]] PolygonMesh OneTriangle();
+// `count` unconnected triangles in [-1, 1]^3, every fourth a sliver of height 1e-5.
+[[nodiscard]] PolygonMesh TriangleSoup(int count, uint32_t seed);
+
+enum class KnotKind { kUniform, kNonUniform, kUnclamped, kRepeated };
+// Knots of `boxes` spans or so, of the kind, for one axis; repeated ones have full multiplicity.
+[[nodiscard]] std::vector<double> MakeKnots(KnotKind kind, int degree, int size);
+
+struct LatticeOptions {
+  std::array<int, 3> degree{2, 2, 2};
+  std::array<int, 3> extra{2, 1, 2};  // size = degree + 1 + extra
+  KnotKind knots = KnotKind::kUniform;
+  double shear = 0;       // off-diagonal parts of the frame's edges, as a part of their length
+  bool mirrored = false;  // a left-handed frame
+  double scale = 1.1;     // frame size over the mesh's bounds; below 1 leaves pieces outside
+  Vec3d shift;            // frame centre minus the bounds' centre, in extents
+};
+[[nodiscard]] LatticeStructure MakeStructure(const Bounds& bounds, const LatticeOptions& options);
+
+// A mesh and a lattice with everything drawn at random: degrees, knots, frame, place, what sticks
+// out.
+struct RandomCase {
+  PolygonMesh mesh;
+  LatticeOptions options;
+  int segments = 1;  // 1 … 8
+};
+[[nodiscard]] RandomCase DrawCase(uint32_t seed);
+
+// Control points at rest plus uniform noise of `amount` times the shortest frame edge.
+[[nodiscard]] std::vector<Vec3d> Jitter(const LatticeStructure& structure, double amount,
+                                        uint32_t seed);
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SUPPORT_TEST_MESHES_H_
