@@ -25,9 +25,9 @@ namespace {
 // Answers that may wait for a slow reader before its requests are read no more.
 constexpr size_t kMaxBacklog = 64;
 
-// Whether a batch may change the structure, and so make a plan: too long for a thread of gRPC's.
-bool MayMakePlan(const v1::EditBatch& batch) {
-  return std::ranges::any_of(batch.edits(), [](const v1::Edit& edit) {
+// Whether an edit may change the structure, and so make a plan: too long for a thread of gRPC's.
+bool MayMakePlan(const v1::DeformRequest& request) {
+  return std::ranges::any_of(request.edit().edits(), [](const v1::Edit& edit) {
     return edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo();
   });
 }
@@ -87,6 +87,7 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
   void End(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
   absl::Status Open(const v1::DeformRequest& request);
   absl::Status Handle(const v1::DeformRequest& request, SceneStream& stream);
+  void HandOver(v1::DeformRequest request);
   void HandleEdit(v1::EditBatch batch, absl::Time arrival);
   absl::StatusOr<EditSummary> Apply(const v1::EditBatch& batch);
 
@@ -99,7 +100,6 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
   std::string editor_id_;
   uint64_t last_revision_ = 0;  // that an edit of this stream has made
   bool edited_ = false;
-  bool handed_over_ = false;  // the message is handled on a worker, which asks for the next
 
   mutable absl::Mutex mutex_;
   std::shared_ptr<SceneStream> stream_ ABSL_GUARDED_BY(mutex_);  // null before the first message
@@ -119,10 +119,23 @@ void DeformStream::OnReadDone(bool ok) {
   }
   v1::DeformRequest request;
   absl::Status status = ParseMessage(bytes_, &request);
-  handed_over_ = false;
+  if (status.ok() && stream != nullptr && MayMakePlan(request)) {
+    stream->Touch();
+    return HandOver(std::move(request));
+  }
   if (status.ok()) status = stream == nullptr ? Open(request) : Handle(request, *stream);
   if (!status.ok()) return End(status);
-  if (!handed_over_) FinishedReading();
+  FinishedReading();
+}
+
+// To a worker, which asks for the next message. That may be here before Post returns: nothing of
+// this object may be touched after it.
+void DeformStream::HandOver(v1::DeformRequest request) {
+  env_->workers.Post(
+      [self = shared_from_this(), request = std::move(request), arrival = absl::Now()] {
+        self->HandleEdit(request.edit(), arrival);
+        self->FinishedReading();
+      });
 }
 
 void DeformStream::FinishedReading() {
@@ -175,16 +188,7 @@ absl::Status DeformStream::Handle(const v1::DeformRequest& request, SceneStream&
   stream.Touch();
   switch (request.message_case()) {
     case v1::DeformRequest::kEdit:
-      if (!MayMakePlan(request.edit())) {
-        HandleEdit(request.edit(), absl::Now());
-        return absl::OkStatus();
-      }
-      handed_over_ = true;
-      env_->workers.Post(
-          [self = shared_from_this(), batch = request.edit(), arrival = absl::Now()] {
-            self->HandleEdit(batch, arrival);
-            self->FinishedReading();
-          });
+      HandleEdit(request.edit(), absl::Now());
       return absl::OkStatus();
     case v1::DeformRequest::kControl: {
       const auto command = FromProto(request.control(), stream.scene());

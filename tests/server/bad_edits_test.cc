@@ -5,6 +5,7 @@
 // goes.
 #include <functional>
 #include <limits>
+#include <thread>
 
 #include "tests/server/refusal.h"
 #include "tests/server/stream_support.h"
@@ -218,6 +219,25 @@ TEST_F(BadEditsTest, DeformAnswersThemAndGoesOn) {
 
   EXPECT_EQ(client.log.results.back().status().code(), 0);
   EXPECT_EQ(client.log.deltas, 1u) << "refused edits move no cage";
+  client.HalfClose();
+  EXPECT_TRUE(client.Finish().ok());
+}
+
+// Knots are handled on workers, which ask for the next message; the others where they are read.
+TEST_F(BadEditsTest, DeformReadsOnBehindAnEditOnAWorker) {
+  constexpr uint64_t kEdits = 2000;
+  DeformClient client(*scenes_);
+  client.Open(Watch());
+  client.ReadUntilRevision(0);
+  std::thread sender([&] {
+    for (uint64_t i = 1; i <= kEdits; ++i)
+      client.Send(Batch(i, {i % 2 == 0 ? Knot(kNan) : MoveBy({}, 1)}));
+  });
+
+  client.ReadUntil([&] { return client.log.results.size() == kEdits; });
+  sender.join();
+
+  for (uint64_t i = 0; i < kEdits; ++i) ASSERT_EQ(client.log.results[i].sequence(), i + 1);
   client.HalfClose();
   EXPECT_TRUE(client.Finish().ok());
 }
