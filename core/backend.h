@@ -7,8 +7,8 @@
 //
 //   Backend --Prepare(plan, pipeline)--> DeformTarget --CreateView(spec)--> DeformView
 //
-//   DeformView::Evaluate  control points -> vertices of the named chunks, where the backend keeps
-//   them DeformView::Read      vertices of one chunk -> host memory, in wire layout
+//   DeformView::Evaluate  control points -> vertices of the named chunks, kept by the backend
+//   DeformView::Read      vertices of one chunk -> host memory, in wire layout
 //   DeformView::Encode    vertices of chunks -> encoded bytes in host memory
 //
 // Positions are relative to plan->local_origin (float32) or to the quantisation box (integers).

@@ -4,10 +4,8 @@
 // What every rpc does first and last: who calls, may they, under which request id; and the answer's
 // status. A handler is
 //
-//   return RunUnary(env_, context, "SceneService/GetScene", [=](const CallInfo& call) ->
-//   absl::Status {
-//     …fill *response…
-//   });
+//   return RunUnary(env_, context, "SceneService/GetScene",
+//                   [=](const CallInfo& call) -> absl::Status { …fill *response… });
 //
 // Streams call BeginCall in their constructor, and LogFinished before they finish.
 #ifndef LATTICED_SERVER_CALL_H_

@@ -5,9 +5,9 @@
 //
 //   MarkDirty* (edits) -> Begin (a worker takes the united dirty set) -> ViewWork::Run -> Publish
 //
-// At most one ViewWork of a view is out at a time; edits meanwhile gather for the next. A view that
-// nobody watches is never begun, but remembers what is dirty. A chunk whose new bytes equal the old
-// ones keeps its version.
+// At most one ViewWork of a view is out at a time; edits meanwhile gather for the next. The update
+// before is being sent meanwhile. A view that nobody watches is never begun, but remembers what is
+// dirty. A chunk whose new bytes equal the old ones keeps its version.
 //
 // Threads  safe; the DeformView is used by the one ViewWork that is out, with no lock held
 #ifndef LATTICED_SERVER_SCENE_VIEW_H_

@@ -10,8 +10,8 @@
 //   auto scene = (*client)->CreateScene(request);     // request.mesh = mesh->id()
 //   auto update = (*client)->GetUpdate({.scene = scene->id()});
 //
-// Errors   the server's, with reason and field in error::DetailsOf; kUnavailable where there is
-// none Threads  any number may call
+// Errors   the server's, with reason and field in error::DetailsOf; kUnavailable without a server
+// Threads  any number may call
 #ifndef LATTICED_CLIENT_CPP_LATTICED_CLIENT_H_
 #define LATTICED_CLIENT_CPP_LATTICED_CLIENT_H_
 

@@ -6,8 +6,7 @@
 //
 //   vertex order  patch after patch, pattern order inside: it depends on mesh, knots, frame and
 //                 segments alone, never on control points
-//   uv            of point (i0, i1, i2) of a patch: sum over patch corners c and triangle corners k
-//   of
+//   uv            of point (i0, i1, i2) of a patch: sum over patch corners c, triangle corners k of
 //                 i_c / segments * barycentrics[3 c + k] * uv(corner k)
 //
 // Errors   kDataLoss when topology and points contradict each other

@@ -3,8 +3,7 @@
 //
 // One caller at a time per key; of those that wait the lowest number goes next.
 //
-//   const Turns::Turn turn = turns.Wait("scene editor", batch.sequence());   // until its
-//   destruction
+//   const Turns::Turn turn = turns.Wait("scene editor", batch.sequence());  // until destroyed
 //
 // Threads  any number
 #ifndef LATTICED_CLIENT_CPP_LATTICED_CLIENT_TURNS_H_

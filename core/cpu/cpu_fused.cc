@@ -3,7 +3,6 @@
 #include "core/cpu/cpu_fused.h"
 
 #include <algorithm>
-#include <cstring>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -12,6 +11,8 @@
 #include "core/cpu/box_polynomials.h"
 #include "core/cpu/fused_kernel.h"
 #include "core/cpu/fused_layout.h"
+#include "core/cpu/fused_output.h"
+#include "core/cpu/prefetch.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/tessellation_pattern.h"
 
@@ -22,9 +23,8 @@ namespace {
 constexpr size_t kGroupsPerTask = 4;
 constexpr size_t kMaxPoints = static_cast<size_t>(PointsPerPatch(limits::kMaxSegments));
 
-// Rows of two groups: one may be on its way to memory while the other is evaluated.
 struct alignas(64) ThreadScratch {
-  std::array<std::array<float, 6 * kMaxPoints * kLanes>, 2> rows;
+  std::array<float, 6 * kMaxPoints * kLanes> rows;
   std::array<WeakNormal, kMaxPoints * kLanes> weak;
 };
 
@@ -33,30 +33,11 @@ struct alignas(64) LaneRow {
   float value[kLanes];
 };
 
-struct Plane {
-  uint8_t* bytes;
-  size_t size;
-};
-
-// kWrite: 1 to own the lines, 0 to read them.
-template <int kWrite>
-void PrefetchBytes(const void* bytes, size_t size) {
-  constexpr size_t kLine = 64;
-  for (size_t at = 0; at < size; at += kLine) {
-    __builtin_prefetch(static_cast<const uint8_t*>(bytes) + at, kWrite);
-  }
-}
-template <int kWrite, class T>
-void PrefetchObject(const T& object) {
-  PrefetchBytes<kWrite>(&object, sizeof(object));
-}
-
 // One Evaluate: what all tasks read.
 struct Frame {
   std::span<const Vec3d> control_points;
-  const QuantisationBox& box;
   const ViewSpec& spec;
-  std::span<uint8_t> vertices;
+  const FusedOutput output;
   std::vector<bool> attached;
   std::vector<uint32_t> groups;         // to evaluate
   std::vector<uint32_t> polynomial_of;  // box -> index into polynomials
@@ -74,7 +55,9 @@ class Kernel final : public FusedKernel {
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                         std::span<const uint32_t> chunks, const ViewSpec& spec,
                         std::span<uint8_t> vertices, CpuArena& arena) const override {
-    Frame frame{control_points, box, spec, vertices};
+    Frame frame{.control_points = control_points,
+                .spec = spec,
+                .output = {*plan_, layout_, box, spec, vertices}};
     if (!plan_->seams.empty()) frame.attached = AttachedSeams(*plan_, control_points);
     Gather(chunks, frame);
     arena.ForEach(frame.boxes.size(), [&](size_t i) {
@@ -82,44 +65,23 @@ class Kernel final : public FusedKernel {
     });
     EvaluateFeatures(frame, arena);
     arena.ForRanges(frame.groups.size(), kGroupsPerTask, [&](size_t begin, size_t end) {
-      LaneOrderStores pending;
-      for (size_t i = begin; i < end; ++i) {
-        EvaluateOneGroup(frame, frame.groups[i], i % 2, pending);
-      }
-      FinishLaneOrder(pending);
+      for (size_t i = begin; i < end; ++i) EvaluateOneGroup(frame, frame.groups[i]);
     });
     return absl::OkStatus();
   }
 
   size_t LaneOrderBytes(const ViewSpec& spec) const override {
-    return layout_.groups.size() * GroupFloats(spec) * sizeof(float);
+    return fused::LaneOrderBytes(layout_, spec);
   }
 
   void ReadLaneOrder(std::span<const uint8_t> vertices, const ViewSpec& spec, uint32_t chunk,
                      std::span<uint8_t> out) const override {
-    const size_t values = GroupFloats(spec) / kLanes;  // of one patch
-    const auto [first, last] = plan_->ChunkPatches(chunk);
-    for (size_t p = first; p < last; ++p) {
-      const uint32_t g = layout_.group_of_patch[p];
-      const size_t lane = p - layout_.groups[g].first_patch;
-      const uint8_t* from = vertices.data() + (g * values * kLanes + lane) * sizeof(float);
-      uint8_t* to = out.data() + (p - first) * values * sizeof(float);
-      for (size_t v = 0; v < values; ++v) {
-        std::memcpy(to + v * sizeof(float), from + v * kLanes * sizeof(float), sizeof(float));
-      }
-    }
+    fused::ReadLaneOrder(*plan_, layout_, spec, vertices, chunk, out);
   }
 
   uint64_t MemoryBytes() const override { return layout_.MemoryBytes(); }
 
  private:
-  static size_t Components(const ViewSpec& spec) {
-    return spec.normals == NormalMode::kNone ? 3 : 6;
-  }
-  static size_t GroupFloats(const ViewSpec& spec) {
-    return static_cast<size_t>(PointsPerPatch(spec.segments)) * Components(spec) * kLanes;
-  }
-
   // Groups that hold patches of the chunks, the features they borrow, and the boxes of all of them.
   void Gather(std::span<const uint32_t> chunks, Frame& frame) const {
     for (const uint32_t chunk : chunks) {
@@ -185,41 +147,30 @@ class Kernel final : public FusedKernel {
     });
   }
 
-  // `buffer` 0 and 1 by turns, as the group before may be `pending` in the other.
-  void EvaluateOneGroup(const Frame& frame, uint32_t g, size_t buffer,
-                        LaneOrderStores& pending) const {
+  void EvaluateOneGroup(const Frame& frame, uint32_t g) const {
     static thread_local ThreadScratch scratch;
     const Group& group = layout_.groups[g];
     const bool smooth = frame.spec.normals == NormalMode::kSmooth;
-    GroupArguments arguments{.degree = polynomials_.degree(),
-                             .segments = frame.spec.segments,
-                             .box = &frame.polynomials[frame.polynomial_of[group.box]],
-                             .patches = &layout_.patches[g],
-                             .smooth = smooth ? &layout_.smooth[g] : nullptr,
-                             .normals = frame.spec.normals != NormalMode::kNone,
-                             .scratch = {scratch.rows[buffer].data(),
-                                         static_cast<size_t>(PointsPerPatch(frame.spec.segments))},
-                             .weak = scratch.weak.data(),
-                             .weak_count = 0,
-                             .pending = frame.spec.lane_order ? &pending : nullptr};
-    Prefetch(frame, g);
+    GroupArguments arguments{
+        .degree = polynomials_.degree(),
+        .segments = frame.spec.segments,
+        .box = &frame.polynomials[frame.polynomial_of[group.box]],
+        .patches = &layout_.patches[g],
+        .smooth = smooth ? &layout_.smooth[g] : nullptr,
+        .normals = frame.spec.normals != NormalMode::kNone,
+        .scratch = {scratch.rows.data(), static_cast<size_t>(PointsPerPatch(frame.spec.segments))},
+        .weak = scratch.weak.data(),
+        .weak_count = 0};
+    // What the next group reads and this one writes arrives while this one is evaluated: without,
+    // a quarter of the time is waiting for it.
+    if (g + 1 < layout_.groups.size()) {
+      PrefetchToRead(&layout_.patches[g + 1], sizeof(PatchLanes));
+    }
+    frame.output.Prefetch(group);
     EvaluateGroup(arguments);
     ApplyFixes(frame, group, arguments.scratch);
     ReplaceWeakNormals(frame, group, arguments);
-    StoreGroup(frame, g, arguments.scratch, pending);
-  }
-
-  // The next group's patches, and the lines that this group's stores will write: both arrive while
-  // it is evaluated. Without, a quarter of the time is waiting for them.
-  void Prefetch(const Frame& frame, uint32_t g) const {
-    if (g + 1 < layout_.groups.size()) PrefetchObject<0>(layout_.patches[g + 1]);
-    const Group& group = layout_.groups[g];
-    if (frame.spec.format != VertexFormat::kQuantised) return;  // whole lines, by streaming stores
-    for (size_t l = 0; l < group.lanes; ++l) {
-      for (const Plane& plane : PatchPlanes(frame, group.first_patch + l)) {
-        PrefetchBytes<1>(plane.bytes, plane.size);
-      }
-    }
+    frame.output.Store(g, arguments.scratch);
   }
 
   void ApplyFixes(const Frame& frame, const Group& group, const GroupScratch& scratch) const {
@@ -265,66 +216,6 @@ class Kernel final : public FusedKernel {
       arguments.scratch.Row(4, point)[lane] = n.y;
       arguments.scratch.Row(5, point)[lane] = n.z;
     }
-  }
-
-  void StoreGroup(const Frame& frame, uint32_t g, const GroupScratch& scratch,
-                  LaneOrderStores& pending) const {
-    const Group& group = layout_.groups[g];
-    const ViewSpec& spec = frame.spec;
-    if (spec.format == VertexFormat::kQuantised) return StoreQuantisedGroup(frame, group, scratch);
-    auto* floats = reinterpret_cast<float*>(frame.vertices.data());
-    if (spec.lane_order) {
-      FinishLaneOrder(pending);
-      pending = {scratch, Components(spec), floats + g * GroupFloats(spec)};
-      return;
-    }
-    const size_t patch_floats = GroupFloats(spec) / kLanes;
-    std::array<float*, kLanes> destination{};
-    for (size_t l = 0; l < group.lanes; ++l) {
-      destination[l] = floats + (group.first_patch + l) * patch_floats;
-    }
-    StoreFloats(scratch, Components(spec), group.lanes, destination);
-  }
-
-  // Where a patch's x, y, z, s and t go: the planes of its chunk, s and t empty without normals.
-  std::array<Plane, 5> PatchPlanes(const Frame& frame, size_t patch) const {
-    const ViewSpec& spec = frame.spec;
-    const auto points = static_cast<size_t>(PointsPerPatch(spec.segments));
-    const auto [first, last] = plan_->ChunkPatches(patch / limits::kPatchesPerChunk);
-    const size_t chunk_points = (last - first) * points, before = (patch - first) * points;
-    const size_t normal_bytes = spec.normals == NormalMode::kNone ? 0
-                                : spec.normal_bits <= 8           ? 1
-                                                                  : 2;
-    uint8_t* positions = frame.vertices.data() + first * points * BytesPerPoint(spec);
-    uint8_t* normals = positions + 6 * chunk_points;
-    std::array<Plane, 5> planes;
-    for (size_t c = 0; c < 3; ++c) {
-      planes[c] = {positions + (c * chunk_points + before) * 2, points * 2};
-    }
-    for (size_t c = 0; c < 2; ++c) {
-      planes[3 + c] = {normals + (c * chunk_points + before) * normal_bytes, points * normal_bytes};
-    }
-    return planes;
-  }
-
-  void StoreQuantisedGroup(const Frame& frame, const Group& group,
-                           const GroupScratch& scratch) const {
-    const ViewSpec& spec = frame.spec;
-    const bool normals = spec.normals != NormalMode::kNone;
-    QuantiseArguments q{.scratch = scratch,
-                        .position_bits = spec.position_bits,
-                        .normal_bits = normals ? spec.normal_bits : 0,
-                        .lanes = group.lanes};
-    const double step = frame.box.step(spec.position_bits);
-    const Vec3d offset = (plan_->local_origin - frame.box.origin) / step;
-    const Vec3f offset_float = ToFloat(offset);
-    q.scale.fill(static_cast<float>(1 / step));
-    q.offset = {offset_float.x, offset_float.y, offset_float.z};
-    for (size_t l = 0; l < group.lanes; ++l) {
-      const std::array<Plane, 5> planes = PatchPlanes(frame, group.first_patch + l);
-      for (size_t plane = 0; plane < 5; ++plane) q.destination[l][plane] = planes[plane].bytes;
-    }
-    StoreQuantised(q);
   }
 
   const std::shared_ptr<const DeformPlan> plan_;

@@ -1,25 +1,22 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The fused pipeline on the CPU: from control points to vertices in one pass.   DESIGN §2 "The
-// fused pipeline"; measured first in studies of this project, 2.8 ms a frame of 17,119 patches on
-// one core.
+// The fused pipeline on the CPU: from control points to vertices in one pass. 
+// DESIGN §2 "The fused pipeline"
 //
 //   per frame  each knot box's control points become a polynomial about the box centre, in double
 //   per group  of 16 patches of one box, in SIMD lanes (fused_kernel.h):
-//     compose  the box polynomial with each patch's affine map, exactly, into a bivariate power
-//     basis
-//              in (x, t): x along the longest edge, t across it along its in-plane perpendicular,
-//              so that normals do not depend on the triangle's shape
+//     compose  the box polynomial with each patch's affine map, exactly, into the bivariate power
+//              basis of (x, t): x along the longest edge, t across it along the in-plane
+//              perpendicular, so that normals do not depend on the triangle's shape
 //     rows     collapse to polynomials in x, rows t and -t together; points by Horner with
-//     derivative edges    each edge from its own univariate polynomial about its midpoint, each
-//     corner by itself:
+//              derivative
+//     edges    each from its own univariate polynomial about its midpoint, each corner by itself:
 //              the same operations on the same bits whichever patch asks, hence no cracks
 //   Edges and corners owned by another box (knot planes, seams) are evaluated there first and
 //   copied in. Points whose normal is ill-conditioned go to the definition in double (DirectFfd).
 //
 // Threads  Evaluate may run on several threads for different vertices; it spreads over the arena
-// given
 #ifndef LATTICED_CORE_CPU_CPU_FUSED_H_
 #define LATTICED_CORE_CPU_CPU_FUSED_H_
 

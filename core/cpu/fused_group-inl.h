@@ -11,7 +11,6 @@
 #endif
 
 #include "core/base/limits.h"
-#include "core/cpu/fused_lane_order-inl.h"
 #include "core/cpu/fused_polynomial-inl.h"
 #include "core/ffd/tessellation_pattern.h"
 
@@ -154,7 +153,6 @@ class GroupKernel {
       }
       EvaluateRow(low, minus);
       if (high != low) EvaluateRow(high, plus);
-      if (args_.pending != nullptr) SendLaneOrder(*args_.pending, PendingPart());
     }
     EvaluateAllEdges();
   }
@@ -162,12 +160,6 @@ class GroupKernel {
  private:
   V Load(const Lanes& lanes) const { return hn::Load(D(), lanes.data() + lane_); }
   V Broadcast(float value) const { return hn::Set(D(), value); }
-
-  // Points of the group before to send after each pair of rows, so that all are sent at the end.
-  size_t PendingPart() const {
-    const size_t pairs = static_cast<size_t>(segments_) / 2 + 1, passes = kLanes / hn::Lanes(D());
-    return args_.scratch.points / (pairs * passes) + 1;
-  }
 
   static void CollapseNormalRows(const V* p, const RowPowers<kDegree>& powers, V* plus, V* minus) {
     V no_slope_plus[1], no_slope_minus[1];

@@ -93,7 +93,6 @@ void EvaluateCornersImpl(const std::array<int, 3>& degree, const BoxPolynomial& 
                          const CornerLanes& corners, float* out) {
   WithDegrees(degree, [&](auto instance) { instance.Corners(box, corners, out); });
 }
-void FinishLaneOrderImpl(LaneOrderStores& stores) { SendLaneOrder(stores, stores.scratch.points); }
 const char* TargetNameImpl() { return hwy::TargetName(HWY_TARGET); }
 
 }  // namespace HWY_NAMESPACE
@@ -108,7 +107,7 @@ HWY_EXPORT(EvaluateEdgesImpl);
 HWY_EXPORT(EvaluateCornersImpl);
 HWY_EXPORT(StoreQuantisedImpl);
 HWY_EXPORT(StoreFloatsImpl);
-HWY_EXPORT(FinishLaneOrderImpl);
+HWY_EXPORT(StoreLaneOrderImpl);
 HWY_EXPORT(TargetNameImpl);
 
 void EvaluateGroup(GroupArguments& arguments) {
@@ -129,7 +128,9 @@ void StoreFloats(const GroupScratch& scratch, size_t components, size_t lanes,
                  const std::array<float*, kLanes>& destination) {
   HWY_DYNAMIC_DISPATCH(StoreFloatsImpl)(scratch, components, lanes, destination);
 }
-void FinishLaneOrder(LaneOrderStores& stores) { HWY_DYNAMIC_DISPATCH(FinishLaneOrderImpl)(stores); }
+void StoreLaneOrder(const GroupScratch& scratch, size_t components, float* destination) {
+  HWY_DYNAMIC_DISPATCH(StoreLaneOrderImpl)(scratch, components, destination);
+}
 const char* TargetName() { return HWY_DYNAMIC_DISPATCH(TargetNameImpl)(); }
 
 }  // namespace latticed::fused

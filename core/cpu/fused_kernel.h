@@ -68,15 +68,6 @@ struct WeakNormal {
   uint16_t point, lane;
 };
 
-// A finished group on its way to memory in lane order, by streaming stores: the kernel sends it in
-// parts while it evaluates the next one, as arithmetic and memory do not wait for each other then.
-struct LaneOrderStores {
-  GroupScratch scratch;
-  size_t components = 0;
-  float* destination = nullptr;
-  size_t done = 0;  // points
-};
-
 struct GroupArguments {
   std::array<int, 3> degree;
   int segments;
@@ -87,7 +78,6 @@ struct GroupArguments {
   GroupScratch scratch;
   WeakNormal* weak;  // room for points * 16
   size_t weak_count;
-  LaneOrderStores* pending;  // null without
 };
 
 // All points of a group, edges and corners from the group's own box.
@@ -117,8 +107,8 @@ void StoreQuantised(const QuantiseArguments& arguments);
 // floats.
 void StoreFloats(const GroupScratch& scratch, size_t components, size_t lanes,
                  const std::array<float*, kLanes>& destination);
-// All that is left of it.
-void FinishLaneOrder(LaneOrderStores& stores);
+// The rows of a group as [point][component][lane]; `destination` is 64-byte aligned.
+void StoreLaneOrder(const GroupScratch& scratch, size_t components, float* destination);
 
 // Name of the instruction set that dispatch chose.
 const char* TargetName();

@@ -16,6 +16,7 @@
 #include "core/base/limits.h"
 #include "core/cpu/fused_kernel.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "hwy/cache_control.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -214,6 +215,20 @@ void StoreFloatsImpl(const GroupScratch& scratch, size_t components, size_t lane
   StoreTransposed<float>(
       rows, rows * sizeof(float), lanes,
       [&](size_t r) HWY_ATTR { return scratch.Row(r % components, r / components); }, bytes);
+}
+
+// By streaming stores: nobody reads the vertices soon, and lines are written whole.
+void StoreLaneOrderImpl(const GroupScratch& scratch, size_t components, float* to) {
+  const DF d;
+  for (size_t point = 0; point < scratch.points; ++point) {
+    for (size_t c = 0; c < components; ++c) {
+      const float* row = scratch.Row(c, point);
+      for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(d), to += hn::Lanes(d)) {
+        hn::Stream(hn::Load(d, row + lane), d, to);
+      }
+    }
+  }
+  hwy::FlushStream();
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The products of the three GEMM pipelines, for a tile of patches.   Cui & Feng 2014, formulas as
-// named
+// The products of the three GEMM pipelines, for a tile of patches. Formulas of Cui & Feng
+// 2014.
 //
 //   kGemm        [P; Pu; Pv] = stack * Rs                              (24) once, (25): one product
 //   kGemm12      Bb = Bq inv(B), Bbu, Bbv (18); nine products P_x = Bb Rs_x, … (21)-(23)
@@ -10,8 +10,8 @@
 //
 //   Rs: m x 3t    P, Pu, Pv: q x 3t    t patches; columns x of all patches, then y, then z
 //   (18) and (6) run in double: inv(B) has entries up to 494, which would cost float32 two digits.
-//   Pf = Bb Rf, the derivative across the facet, is one more product of the same kind for smooth
-//   normals.
+//   Smooth normals take one more product of the same kind: Pf = Bb Rf, the derivative across the
+//   facet.
 //
 // Errors   those of CpuGemm
 // Threads  Apply is const; a Scratch belongs to one thread

@@ -3,8 +3,7 @@
 //
 // The best triangulation of a small convex polygon: of all, one whose worst triangle is best.
 //
-//   quality of a triangle = |cross product of two sides| / (longest side)^2, 0 for collinear
-//   corners
+//   quality of a triangle = |cross product of two sides| / (longest side)^2, 0 for no area
 //
 // Cutting leaves several vertices on one straight side, where a fan or an ear would make triangles
 // without area; here that happens only where every triangulation has one. Klincsek's dynamic

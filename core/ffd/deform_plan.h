@@ -9,8 +9,7 @@
 //   vertices  corners of patches, one per position: all patches around a vertex name the same one
 //   edges     edges of patches, end points in canonical order (lexicographic by world position)
 //   patches   sub-triangles, sorted by box, then along a Morton curve; source winding kept, rotated
-//   so
-//             that the edge from corner 0 to corner 1 is the longest in the world
+//             so that the edge from corner 0 to corner 1 is the longest in the world
 //   chunks    runs of limits::kPatchesPerChunk patches; the last may be shorter
 //
 // Ownership, for watertightness: a vertex or edge belongs to the box that contains it, the *lower*

@@ -1,22 +1,19 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The edited lattice of a scene: batches in, lattice and undo history out.             WIRE.md
-// "Edits"
+// The edited lattice of a scene: batches in, lattice and undo history out.  WIRE.md "Edits"
 //
 // Gestures  batches of one editor with one gesture_id are one undo step. Each update starts from
-// the
-//           positions that its points had when the gesture first touched them, and what the
+//           the positions that its points had when the gesture first touched them, and what the
 //           previous update did elsewhere is taken back; other editors' changes to other points
 //           stay. The point that two editors hold belongs to who wrote last. An editor has one
 //           gesture open: a batch without gesture_id or with another commits it, so does a change
 //           of structure or 60 s of silence; an update after such a silence goes on with the same
 //           step if it can.
 // Undo      a step is a layer over those before it, and undo takes one layer out (edit_layers.h):
-// what
-//           others did meanwhile to other points stays. It is kAborted UNDO_CONFLICT, naming the
-//           editor, if another editor has since written one of its points or changed the structure.
-//           Redo puts back what the caller last undid; a new edit of the caller clears it.
+//           what others did meanwhile to other points stays. It is kAborted UNDO_CONFLICT, naming
+//           the editor, if another editor has since written one of its points or changed the
+//           structure. Redo puts back what the caller last undid; a new edit of the caller clears it.
 // Replay    the last sequence of each of the last 1,024 editors is kept with its result: the same
 //           sequence again returns that, a refusal included, and changes nothing; a lower one is
 //           kAborted OUT_OF_ORDER. A batch with no usable editor_id or sequence is not kept.

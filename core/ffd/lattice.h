@@ -5,8 +5,8 @@
 //
 //   R(u,v,w) = sum_ijk P_ijk N_i(u) N_j(v) N_k(w)
 //
-//   degree 1..3 and size (control points) per axis, size > degree; knots of length size + degree +
-//   1, non-decreasing, finite, interior multiplicity <= degree; domain [knot_degree, knot_size],
+//   degree 1..3 and size (control points) per axis, size > degree; size + degree + 1 knots,
+//   non-decreasing, finite, interior multiplicity <= degree; domain [knot_degree, knot_size],
 //   closed. The frame is a parallelepiped in the world, of either hand, that maps affinely to the
 //   domain.
 //

@@ -4,8 +4,8 @@
 // The rest normals that smooth shading carries: one unit normal per corner of the mesh.
 //
 //   the file's own normal where it has one of non-zero length, else the sum of the area vectors of
-//   the faces around the position (seams of UVs or normals do not count), else the face's own, else
-//   +z
+//   the faces around the position (seams of UVs or normals do not count), else the face's own,
+//   else +z
 //
 // Threads  pure function
 #ifndef LATTICED_CORE_FFD_VERTEX_NORMALS_H_

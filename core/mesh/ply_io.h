@@ -9,8 +9,8 @@
 // elements and properties, lists too, are passed over. Texture coordinates have their origin below
 // left.
 //
-// Errors   reading: kInvalidArgument, reason MALFORMED_FILE, naming the line (header, ascii) or
-// byte Threads  pure functions
+// Errors   reading: kInvalidArgument, reason MALFORMED_FILE, naming line (header, ascii) or byte
+// Threads  pure functions
 #ifndef LATTICED_CORE_MESH_PLY_IO_H_
 #define LATTICED_CORE_MESH_PLY_IO_H_
 

@@ -5,13 +5,14 @@
 //
 //   vase    fluted, with a wall: quads, two n-gons, UVs; closed
 //   knot    tube along the (2, 3) torus knot: quads, UVs with seams, normals; closed
-//   gear    sharp edges: concave n-gons for the faces, quads for teeth and bore, three groups;
-//   closed shell   sea shell, a tube along a helical spiral: triangles; open at its mouth
+//   gear    sharp edges: concave n-gons for the faces, quads for teeth and bore, closed;
+//           three groups
+//   shell   sea shell, a tube along a helical spiral: triangles; open at its mouth
 //
 // Units    about two units across, centred near the origin, z up
 // Size     faces grow with the square of the resolution (the gear's caps in corners instead)
-// Errors   kInvalidArgument for another name, and for a resolution outside
-// kMin…kMaxSampleResolution Threads  pure and deterministic
+// Errors   kInvalidArgument for another name, or a resolution out of kMin…kMaxSampleResolution
+// Threads  pure and deterministic
 #ifndef LATTICED_CORE_MESH_SAMPLE_MESHES_H_
 #define LATTICED_CORE_MESH_SAMPLE_MESHES_H_
 

@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Compares a view with the definition in double (core/ffd/direct_ffd.h).          DESIGN §2
-// "Precision"
+// Compares a view with the definition in double (core/ffd/direct_ffd.h).  DESIGN §2 "Precision"
 //
-//   D  = max(diagonal of the deformed points, diagonal of the control points that influence a
-//   patch) position error = largest |p - definition| / D normal error   = largest angle / kappa
-//   where kappa <= 100, radians
+//   D  = max(diagonal of the deformed points, diagonal of control points that influence a patch)
+//   position error = largest |p - definition| / D
+//   normal error   = largest angle / kappa where kappa <= 100, radians
 #ifndef LATTICED_TESTS_BENCH_VERIFY_H_
 #define LATTICED_TESTS_BENCH_VERIFY_H_
 

@@ -95,7 +95,7 @@ class TokenServerTest : public ::testing::Test {
   grpc::Status CallEmpty(const std::string& method, const std::string& token) {
     grpc::ClientContext context;
     SetToken(context, token);
-    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(10));
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
     grpc::Slice slice("");
     const grpc::ByteBuffer request(&slice, 1);
     grpc::ByteBuffer response;
@@ -177,7 +177,7 @@ TEST_F(TokenServerTest, ReaderWatchesThroughDeformAndItsEditsAreRefused) {
   grpc::ClientContext upload, create, deform, get;
   for (grpc::ClientContext* context : {&upload, &create}) SetToken(*context, "token-e");
   for (grpc::ClientContext* context : {&deform, &get}) SetToken(*context, "token-r");
-  deform.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+  deform.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
   v1::Mesh mesh;
   {
     const auto writer = env_.meshes().UploadMesh(&upload, &mesh);

@@ -114,7 +114,7 @@ bool WatcherClient::Step() {
 
 void WatcherClient::RunToUpdate() {
   const size_t before = updates_.size();
-  const absl::Time deadline = absl::Now() + absl::Seconds(10);
+  const absl::Time deadline = absl::Now() + absl::Seconds(60);
   while (updates_.size() == before) {
     ASSERT_LT(absl::Now(), deadline) << "no update came";
     if (!Step()) bell_->Wait(absl::Milliseconds(50));
