@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "absl/status/status.h"
+#include "absl/time/time.h"
 #include "google/rpc/status.pb.h"
 #include "grpcpp/support/status.h"
 
@@ -25,18 +26,8 @@ namespace latticed::client {
 // Calls an idempotent function again after such an error, four times in all, waiting 100, 200, 400
 // ms.
 [[nodiscard]] absl::Status WithRetries(const std::function<absl::Status()>& call);
-
-// When a broken stream is opened again: after the same errors, five times in a row, with pauses
-// that double from 100 ms.
-class Reopening {
- public:
-  // Waits and returns OK where the stream is to be opened again, else why not.
-  [[nodiscard]] absl::Status AfterBreak(const absl::Status& status);
-  void Worked() { failures_in_a_row_ = 0; }
-
- private:
-  int failures_in_a_row_ = 0;
-};
+// What to wait after so many failures in a row, from 1: 100 ms, doubled by each.
+[[nodiscard]] absl::Duration PauseAfter(int failures);
 
 }  // namespace latticed::client
 

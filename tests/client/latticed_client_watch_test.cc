@@ -23,11 +23,12 @@ namespace {
 using ::latticed::testing::StatusIs;
 
 // Sends one update after the other, each when the one before is acknowledged. A stream number in
-// `failures` ends with that status after its first update; `goaway_streams` are sent away then.
+// `failures` ends with that status after its first update; those in `goaways` are sent away
+// then, for so many seconds.
 class AcknowledgedScenes final : public v1::SceneService::Service {
  public:
   std::map<int, grpc::Status> failures;
-  std::map<int, bool> goaway_streams;
+  std::map<int, int64_t> goaways;
   std::vector<v1::WatchRequest> opened;
   std::vector<v1::ControlWatchRequest> controls;
 
@@ -47,8 +48,8 @@ class AcknowledgedScenes final : public v1::SceneService::Service {
         changed_.wait_for(lock, std::chrono::milliseconds(20));
       }
       if (failures.contains(number)) return failures[number];
-      if (!goaway_streams.contains(number)) continue;
-      event.mutable_goaway();
+      if (!goaways.contains(number)) continue;
+      event.mutable_goaway()->mutable_retry_after()->set_seconds(goaways[number]);
       writer->Write(event);
       return grpc::Status::OK;
     }
@@ -126,7 +127,7 @@ TEST_F(WatchStreamTest, AcknowledgesEveryUpdateAndAnswersHeartbeats) {
 
 TEST_F(WatchStreamTest, OpensItselfAgainWithItsTokenAfterABreakAndAGoaway) {
   service_.failures[1] = grpc::Status(grpc::StatusCode::UNAVAILABLE, "broken");
-  service_.goaway_streams[2] = true;
+  service_.goaways[2] = 0;
   {
     const auto watch = Open();
     ASSERT_OK(watch);
@@ -161,6 +162,17 @@ TEST_F(WatchStreamTest, CancelEndsItFromAnotherThread) {
     ASSERT_OK(update);
     if (!update->has_value()) break;
   }
+  cancel.join();
+}
+
+TEST_F(WatchStreamTest, CancelEndsAPauseBetweenTwoStreams) {
+  service_.goaways[1] = 3600;
+  const auto watch = Open();
+  ASSERT_OK(watch);
+  std::thread cancel([&] { (*watch)->Cancel(); });
+  const auto update = (*watch)->Next();
+  ASSERT_OK(update);
+  EXPECT_FALSE(update->has_value());
   cancel.join();
 }
 
