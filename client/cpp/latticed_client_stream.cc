@@ -55,6 +55,12 @@ absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
   if (half_closed_ || stream_.rpc() == nullptr) {
     return absl::FailedPreconditionError("the stream takes no more edits");
   }
+  // Sequences and what an update says of them are one editor's: another's would never be seen.
+  if (!batch.editor_id().empty() && batch.editor_id() != editor_id()) {
+    return absl::InvalidArgumentError(
+        fmt::format("editor_id: this stream is editor {}'s; {} wants a stream of its own",
+                    editor_id(), batch.editor_id()));
+  }
   if (batch.structure_id() == 0) batch.set_structure_id(surface_.lattice().structure_id());
   batch.set_sequence(++last_sequence_);
   v1::DeformRequest request;

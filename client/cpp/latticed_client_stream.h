@@ -43,6 +43,7 @@ class DeformStream {
   DeformStream& operator=(const DeformStream&) = delete;
 
   // Sends edits; returns their sequence. An empty structure_id becomes the lattice's newest.
+  // kInvalidArgument for another editor than the stream's, kFailedPrecondition once it has ended.
   [[nodiscard]] absl::StatusOr<uint64_t> Send(v1::EditBatch batch);
   // Waits for the next edit result or complete update.
   [[nodiscard]] absl::StatusOr<Step> Next();

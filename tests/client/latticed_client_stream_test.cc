@@ -152,6 +152,21 @@ TEST_F(DeformStreamTest, AnEditThatWasNeverSentIsNotWaitedFor) {
   }
 }
 
+TEST_F(DeformStreamTest, AnotherEditorsEditIsRefusedAndNotSent) {
+  const auto stream = Open();
+  ASSERT_OK(stream);
+  v1::EditBatch batch = OneEdit();
+  batch.set_editor_id("another-editor");
+  EXPECT_THAT((*stream)->Send(batch),
+              StatusIs(absl::StatusCode::kInvalidArgument, ::testing::HasSubstr("another-editor")));
+
+  batch.set_editor_id((*stream)->editor_id());
+  const auto sequence = (*stream)->Send(batch);
+  ASSERT_OK(sequence);
+  EXPECT_OK((*stream)->WaitFor(*sequence));
+  EXPECT_EQ(service_.sequences, (std::vector<uint64_t>{1}));
+}
+
 TEST_F(DeformStreamTest, ResumesWithItsTokenAndItsUnansweredEdits) {
   for (const auto code :
        {grpc::StatusCode::CANCELLED, grpc::StatusCode::INTERNAL, grpc::StatusCode::UNAVAILABLE}) {
