@@ -4,11 +4,9 @@
 // A stream of scene events that opens itself again with its resume token after a goaway, or after
 // CANCELLED, INTERNAL or UNAVAILABLE: five times in a row, with pauses that double from 100 ms.
 //
-//   ResumingStream<grpc::ClientReader<v1::SceneEvent>> stream(watch, new_context, open, &surface);
 //   stream.Start();
-//   for (auto event = stream.Read(); event.ok() && event->has_value(); event = stream.Read()) {
-//     …                                           // when an update is complete:
-//     stream.Worked(token)
+//   auto event = stream.Read();                   // … until nullopt
+//   stream.Worked(resume_token);                  // whenever an update is complete
 //
 // Errors   the server's, after five attempts in a row to open it again
 // Threads  one at a time; Cancel from any
@@ -20,6 +18,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <utility>
 
@@ -42,12 +41,14 @@ class ResumingStream {
   using Open =
       std::function<std::unique_ptr<Stream>(grpc::ClientContext*, const v1::WatchRequest&)>;
 
-  // `surface` forgets its partial update where the rpc breaks.
-  ResumingStream(v1::WatchRequest watch, NewContext new_context, Open open, Surface* surface)
+  // `surface` forgets its partial update where the rpc breaks; a request of `stop` cancels.
+  ResumingStream(v1::WatchRequest watch, NewContext new_context, Open open, Surface* surface,
+                 const std::stop_token& stop)
       : watch_(std::move(watch)),
         new_context_(std::move(new_context)),
         open_(std::move(open)),
-        surface_(surface) {}
+        surface_(surface),
+        cancel_on_stop_(stop, [this] { Cancel(); }) {}
   ResumingStream(const ResumingStream&) = delete;
   ResumingStream& operator=(const ResumingStream&) = delete;
   ~ResumingStream() {
@@ -149,7 +150,8 @@ class ResumingStream {
   std::condition_variable wake_;  // cancelled_ has become true
   bool cancelled_ = false;
   std::unique_ptr<grpc::ClientContext> context_;
-  std::unique_ptr<Stream> rpc_;  // last: uses *context_
+  std::unique_ptr<Stream> rpc_;                                     // uses *context_
+  const std::stop_callback<std::function<void()>> cancel_on_stop_;  // last: uses all
 };
 
 }  // namespace latticed::client

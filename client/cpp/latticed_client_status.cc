@@ -100,13 +100,16 @@ absl::Status FromGrpc(const grpc::Status& status, const grpc::ClientContext& con
   return error::WithDetails(std::move(result), details);
 }
 
+absl::Status Stopped() { return absl::CancelledError("the client was told to stop"); }
+
 bool MayRetry(const absl::Status& status) {
   return absl::IsCancelled(status) || absl::IsInternal(status) || absl::IsUnavailable(status);
 }
 
-absl::Status WithRetries(const std::function<absl::Status()>& call) {
+absl::Status WithRetries(const std::stop_token& stop, const std::function<absl::Status()>& call) {
   absl::Status status = call();
   for (int attempt = 1; attempt < kAttempts && MayRetry(status); ++attempt) {
+    if (stop.stop_requested()) break;
     absl::SleepFor(PauseAfter(attempt));
     status = call();
   }

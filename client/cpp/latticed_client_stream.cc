@@ -24,6 +24,7 @@ absl::StatusOr<std::unique_ptr<DeformStream>> DeformStream::Open(Client* client,
   // The first complete update: what edits are relative to is then known, and errors are told here.
   auto first = stream->Next();
   if (!first.ok()) return first.status();
+  if (first->ended() && client->stop_.stop_requested()) return Stopped();
   stream->first_update_ = std::move(first->update);
   return stream;
 }
@@ -35,7 +36,7 @@ DeformStream::DeformStream(Client* client, v1::WatchRequest watch)
           [this](grpc::ClientContext* context, const v1::WatchRequest& request) {
             return OpenRpc(context, request);
           },
-          &surface_) {}
+          &surface_, client->stop_) {}
 
 std::unique_ptr<DeformStream::Rpc> DeformStream::OpenRpc(grpc::ClientContext* context,
                                                          const v1::WatchRequest& watch) {

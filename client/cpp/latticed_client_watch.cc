@@ -7,6 +7,7 @@
 
 #include "client/cpp/latticed_client.h"
 #include "client/cpp/latticed_client_reply.h"
+#include "client/cpp/latticed_client_status.h"
 
 namespace latticed::client {
 namespace {
@@ -22,6 +23,7 @@ absl::StatusOr<std::unique_ptr<WatchStream>> WatchStream::Open(Client* client,
   stream->stream_.Start();
   auto first = stream->Next();
   if (!first.ok()) return first.status();
+  if (!first->has_value() && client->stop_.stop_requested()) return Stopped();
   stream->first_update_ = *std::move(first);
   return stream;
 }
@@ -33,7 +35,7 @@ WatchStream::WatchStream(Client* client, v1::WatchRequest watch)
           [this](grpc::ClientContext* context, const v1::WatchRequest& request) {
             return client_->scenes_->Watch(context, request);
           },
-          &surface_) {}
+          &surface_, client->stop_) {}
 
 absl::Status WatchStream::Control(v1::ControlWatchRequest request) {
   request.set_scene(stream_.watch().scene());

@@ -7,6 +7,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <atomic>
+#include <stop_token>
 #include <thread>
 
 #include "absl/time/clock.h"
@@ -82,6 +83,48 @@ TEST_F(ClientTest, AMeshThatIsThereIsNotSentAgain) {
   ASSERT_OK(again);
   EXPECT_EQ(reports, 1);
   EXPECT_EQ(again->faces(), 1u);
+}
+
+TEST_F(ClientTest, AStopCancelsAllButDeletions) {
+  std::stop_source stop;
+  Client client(server_->channel(), "", stop.get_token());
+  const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  v1::MeshHeader header;
+  header.set_format(v1::MESH_FORMAT_OBJ);
+  const auto mesh = client.UploadMesh(obj, header);
+  ASSERT_OK(mesh);
+  v1::CreateSceneRequest request;
+  request.set_mesh(mesh->id());
+  const auto scene = client.CreateScene(request);
+  ASSERT_OK(scene);
+  v1::WatchRequest watch;
+  watch.set_scene(scene->id());
+  const auto stream = client.Deform(watch);
+  ASSERT_OK(stream);
+
+  stop.request_stop();
+
+  const auto end = (*stream)->Next();
+  ASSERT_OK(end);
+  EXPECT_TRUE(end->ended());
+  v1::GetUpdateRequest update;
+  update.set_scene(scene->id());
+  v1::ExportRequest file;
+  file.set_scene(scene->id());
+  const std::vector<absl::Status> cancelled{
+      client.GetServerInfo().status(),      client.GetMesh(mesh->id()).status(),
+      client.ListMeshes().status(),         client.UploadMesh(obj + "#", header).status(),
+      client.CreateScene(request).status(), client.GetScene(scene->id()).status(),
+      client.ListScenes().status(),         client.GetLattice(scene->id()).status(),
+      client.ApplyEdits({}).status(),       client.EvaluatePoints({}).status(),
+      client.GetUpdate(update).status(),    client.GetTopology(scene->id(), "").status(),
+      client.Export(file).status(),         client.Watch(watch).status(),
+      client.Deform(watch).status()};
+  for (size_t i = 0; i < cancelled.size(); ++i) {
+    EXPECT_THAT(cancelled[i], StatusIs(absl::StatusCode::kCancelled)) << i;
+  }
+  EXPECT_OK(client.DeleteScene(scene->id()));
+  EXPECT_OK(client.DeleteMesh(mesh->id(), /*force=*/false));
 }
 
 TEST_F(ClientTest, ExportsCarryUpAxisAndUnit) {
