@@ -14,6 +14,7 @@
 #include "client/cpp/surface_mesh.h"
 #include "client/cpp/temporary_scene.h"
 #include "client/cpp/text_table.h"
+#include "client/cpp/units_flags.h"
 #include "client/cpp/view_flags.h"
 #include "fmt/format.h"
 
@@ -22,6 +23,7 @@ namespace {
 
 struct ApplyFlags {
   std::string mesh, lattice, output, pipeline;
+  UnitsFlags units;
   ViewFlags view{.encoding = "raw"};
   SessionFlags session;
   bool json = false;
@@ -50,8 +52,13 @@ void PrintResult(const ApplyFlags& flags, const FetchedSurface& surface, absl::D
 absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, const MeshFile& file,
                                       v1::Lattice lattice, Console console) {
   TemporaryScene made(client);
-  const auto mesh = made.Upload(file, {}, console);
+  v1::MeshHeader header;
+  *header.mutable_units() = ToProto(flags.units);
+  auto mesh = made.Upload(file, std::move(header), console);
   if (!mesh.ok()) return mesh.status();
+  // A mesh that was there has the units of its first upload; what is written has those asked for.
+  if (!flags.units.up_axis.empty()) mesh->set_up_axis(ToProto(flags.units).up_axis());
+  if (flags.units.meters_per_unit > 0) mesh->set_meters_per_unit(flags.units.meters_per_unit);
   v1::CreateSceneRequest request;
   *request.add_lattices()->mutable_lattice() = std::move(lattice);
   request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
@@ -87,6 +94,7 @@ void AddApplyCommand(CLI::App& app, CommandLine& line) {
   command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB or DRC file to write")
       ->required()
       ->check(CheckMeshFileName);
+  AddUnitsFlags(*command, flags->units);
   AddViewFlags(*command, flags->view);
   AddPipelineFlag(*command, flags->pipeline);
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);

@@ -30,6 +30,48 @@ TEST_F(LatticectlServerTest, UploadsAndListsMeshes) {
   EXPECT_EQ(RunJson({"meshes", "--filter", "kind=pot"}).size(), 0u);
 }
 
+TEST_F(LatticectlServerTest, ExportsCarryTheUpAxisAndUnitOfTheUpload) {
+  const std::vector<std::string> upload{"upload", Path("vase.obj"),    "--up-axis",
+                                        "z",      "--meters-per-unit", "0.01"};
+  const auto mesh = RunJson(upload);
+  EXPECT_EQ(mesh["upAxis"], "UP_AXIS_Z");
+  EXPECT_EQ(mesh["metersPerUnit"], 0.01);
+  Run({"scene", "create", mesh["id"].get<std::string>(), "--id", "scene-one", "--segments", "1"});
+  for (const char* name : {"o.ply", "o.obj", "o.stl"}) {
+    Run({"export", "scene-one", "-o", Path(name)});
+    EXPECT_THAT(*ReadFile(Path(name)), HasSubstr("up +z, 0.01 m per unit")) << name;
+  }
+  Run({"export", "scene-one", "-o", Path("o.glb")});
+  EXPECT_THAT(*ReadFile(Path("o.glb")),
+              HasSubstr(R"("extras":{"metersPerUnit":0.01,"upAxis":"z"})"));
+}
+
+TEST_F(LatticectlServerTest, UploadDoesNotPassOverTheUnitsThatAMeshHasAlready) {
+  const auto upload = [&](const std::string& flag, const std::string& value) {
+    return Latticectl(AtServer({"upload", Path("vase.obj"), flag, value}));
+  };
+  EXPECT_EQ(upload("--up-axis", "z").code, 0);
+  EXPECT_EQ(upload("--up-axis", "z").code, 0);
+  Run({"upload", Path("vase.obj")});
+  for (const RunResult& other : {upload("--up-axis", "y"), upload("--meters-per-unit", "1")}) {
+    EXPECT_EQ(other.code, 1);
+    EXPECT_EQ(other.out, "");
+    EXPECT_THAT(other.err, HasSubstr("is there with up +z, which stays"));
+  }
+}
+
+TEST_F(LatticectlServerTest, ApplyWritesTheUnitsAskedForAlsoOfAMeshThatWasThere) {
+  MustRun({"lattice", Path("vase.obj"), "-o", Path("L.json")});
+  const auto apply = [&](const std::string& axis) {
+    Run({"apply", Path("vase.obj"), "--lattice", Path("L.json"), "--segments", "1", "--up-axis",
+         axis, "--meters-per-unit", "0.001", "-o", Path("o.ply")});
+    return ReadFile(Path("o.ply"));
+  };
+  EXPECT_THAT(*apply("z"), HasSubstr("up +z, 0.001 m per unit"));
+  Run({"upload", Path("vase.obj"), "--up-axis", "x"});
+  EXPECT_THAT(*apply("y"), HasSubstr("up +y, 0.001 m per unit"));
+}
+
 TEST_F(LatticectlServerTest, DeletesMeshesThatNoSceneUses) {
   MakeScene();
   const std::string vase = RunJson({"scene", "show", "scene-one"})["mesh"];
