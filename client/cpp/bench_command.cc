@@ -38,13 +38,7 @@ absl::StatusOr<v1::Scene> MakeScene(TemporaryScene& made, const BenchFlags& flag
   const auto mesh = made.Upload(*file, {}, console);
   if (!mesh.ok()) return mesh.status();
   v1::CreateSceneRequest request;
-  auto* fit = request.add_lattices()->mutable_fit();
-  const auto [su, sv, sw] = ParseAxes(flags.fit.size);
-  fit->mutable_size()->set_u(su), fit->mutable_size()->set_v(sv), fit->mutable_size()->set_w(sw);
-  const auto [du, dv, dw] = ParseAxes(flags.fit.degree);
-  fit->mutable_degree()->set_u(du), fit->mutable_degree()->set_v(dv),
-      fit->mutable_degree()->set_w(dw);
-  fit->set_padding(flags.fit.padding);
+  *request.add_lattices()->mutable_fit() = ToProto(flags.fit);
   request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
   return made.Create(std::move(request));
 }

@@ -14,6 +14,7 @@
 #include "client/cpp/commands.h"
 #include "client/cpp/drag_run.h"
 #include "client/cpp/json_output.h"
+#include "client/cpp/lattice_json.h"
 #include "client/cpp/progress_bar.h"
 #include "client/cpp/session.h"
 #include "client/cpp/surface_mesh.h"
@@ -38,13 +39,7 @@ struct QuickstartFlags {
 
 v1::CreateSceneRequest SceneRequest() {
   v1::CreateSceneRequest request;
-  auto* fit = request.add_lattices()->mutable_fit();
-  fit->mutable_size()->set_u(4);
-  fit->mutable_size()->set_v(4);
-  fit->mutable_size()->set_w(5);
-  fit->mutable_degree()->set_u(2);
-  fit->mutable_degree()->set_v(2);
-  fit->mutable_degree()->set_w(2);
+  *request.add_lattices()->mutable_fit() = ToProto(FitFlags{.size = "4,4,5"});
   return request;
 }
 

@@ -201,14 +201,10 @@ class LatticectlInterruptDrag : public LatticectlServer {
  protected:
   int RunUntil(const std::string& label, int signal, std::vector<std::string> arguments) const {
     TakeSignals();
-    arguments = AtServer(std::move(arguments));
-    std::vector<const char*> argv{"latticectl"};
-    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
     std::ostringstream out;
     InterruptingOutput buffer(label, signal);
     std::ostream err(&buffer);
-    return RunLatticectl(static_cast<int>(argv.size()), argv.data(),
-                         {.out = out, .err = err, .err_is_terminal = true});
+    return RunAt({.out = out, .err = err, .err_is_terminal = true}, AtServer(std::move(arguments)));
   }
 };
 

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/in_process.h"
 #include "tests/client/latticectl_fixture.h"
+#include "tests/client/quiet_server.h"
 
 namespace latticed::client {
 
@@ -20,13 +20,7 @@ class LatticectlServer : public LatticectlTest {
  protected:
   void SetUp() override {
     LatticectlTest::SetUp();
-    Options options;
-    options.backend = "cpu";
-    options.log_level = "off";
-    options.drain_delay = absl::ZeroDuration();
-    auto server = InProcessServer::Start(options);
-    ASSERT_OK(server);
-    server_ = *std::move(server);
+    ASSERT_NE(server_, nullptr);
     MustRun({"sample", "vase", "--resolution", "1", "-o", Path("vase.obj")});
   }
 
@@ -43,7 +37,7 @@ class LatticectlServer : public LatticectlTest {
   }
 
  private:
-  std::unique_ptr<InProcessServer> server_;
+  const std::unique_ptr<InProcessServer> server_ = StartServer();
 };
 
 }  // namespace latticed::client

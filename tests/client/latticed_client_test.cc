@@ -4,8 +4,6 @@
 // The client's unary calls and uploads against a real server in this process.
 #include "client/cpp/latticed_client.h"
 
-#include <grpcpp/grpcpp.h>
-
 #include <atomic>
 #include <stop_token>
 #include <thread>
@@ -13,7 +11,8 @@
 #include "absl/time/clock.h"
 #include "core/base/error.h"
 #include "core/mesh/mesh_io.h"
-#include "server/in_process.h"
+#include "tests/client/fake_server.h"
+#include "tests/client/quiet_server.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::client {
@@ -24,17 +23,11 @@ using ::latticed::testing::StatusIs;
 class ClientTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    Options options;
-    options.backend = "cpu";
-    options.log_level = "off";
-    options.drain_delay = absl::ZeroDuration();
-    auto server = InProcessServer::Start(options);
-    ASSERT_OK(server);
-    server_ = *std::move(server);
+    ASSERT_NE(server_, nullptr);
     client_ = std::make_unique<Client>(server_->channel(), "");
   }
 
-  std::unique_ptr<InProcessServer> server_;
+  const std::unique_ptr<InProcessServer> server_ = StartServer();
   std::unique_ptr<Client> client_;
 };
 
@@ -214,12 +207,8 @@ class SlowScenes final : public v1::SceneService::Service {
 
 TEST(ClientEdits, OneBatchAnEditorIsUnderWayAndTheLowestSequenceGoesNext) {
   SlowScenes service;
-  int port = 0;
-  grpc::ServerBuilder builder;
-  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
-  builder.RegisterService(&service);
-  const auto server = builder.BuildAndStart();
-  const auto client = Client::Connect({.address = "127.0.0.1:" + std::to_string(port)});
+  const FakeServer server({&service});
+  const auto client = Client::Connect({.address = server.address()});
   const auto apply = [&](const std::string& editor, uint64_t sequence) {
     v1::EditBatch batch;
     batch.set_scene("scene-of-this-test");

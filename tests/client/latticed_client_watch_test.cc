@@ -5,8 +5,6 @@
 // stream breaks.
 #include "client/cpp/latticed_client_watch.h"
 
-#include <grpcpp/grpcpp.h>
-
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "client/cpp/latticed_client.h"
+#include "tests/client/fake_server.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::client {
@@ -82,15 +81,6 @@ class AcknowledgedScenes final : public v1::SceneService::Service {
 
 class WatchStreamTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    int port = 0;
-    grpc::ServerBuilder builder;
-    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
-    builder.RegisterService(&service_);
-    server_ = builder.BuildAndStart();
-    client_ = Client::Connect({.address = "127.0.0.1:" + std::to_string(port)});
-  }
-
   absl::StatusOr<std::unique_ptr<WatchStream>> Open() {
     v1::WatchRequest watch;
     watch.set_scene("scene-of-this-test");
@@ -98,8 +88,8 @@ class WatchStreamTest : public ::testing::Test {
   }
 
   AcknowledgedScenes service_;
-  std::unique_ptr<grpc::Server> server_;
-  std::unique_ptr<Client> client_;
+  FakeServer server_{&service_};
+  const std::unique_ptr<Client> client_ = Client::Connect({.address = server_.address()});
 };
 
 TEST_F(WatchStreamTest, AcknowledgesEveryUpdateAndAnswersHeartbeats) {
@@ -115,7 +105,7 @@ TEST_F(WatchStreamTest, AcknowledgesEveryUpdateAndAnswersHeartbeats) {
       EXPECT_EQ((*update)->end.update_id(), id);
     }
   }
-  server_->Shutdown();
+  server_.Shutdown();
   ASSERT_GE(service_.controls.size(), 5u);
   EXPECT_FALSE(service_.controls[0].has_acked_update_id());  // the heartbeat
   for (uint64_t i = 1; i < 5; ++i) EXPECT_EQ(service_.controls[i].acked_update_id(), i);
@@ -139,7 +129,7 @@ TEST_F(WatchStreamTest, OpensItselfAgainWithItsTokenAfterABreakAndAGoaway) {
     EXPECT_EQ((*watch)->reconnections(), 2);
     EXPECT_EQ((*watch)->hello().watch_id(), "watch 3");
   }
-  server_->Shutdown();
+  server_.Shutdown();
   ASSERT_EQ(service_.opened.size(), 3u);
   EXPECT_EQ(service_.opened[0].resume_token(), "");
   EXPECT_EQ(service_.opened[1].resume_token(), "token 1");
