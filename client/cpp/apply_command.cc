@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "absl/cleanup/cleanup.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "client/cpp/commands.h"
@@ -13,9 +12,10 @@
 #include "client/cpp/lattice_json.h"
 #include "client/cpp/session.h"
 #include "client/cpp/surface_mesh.h"
+#include "client/cpp/temporary_scene.h"
 #include "client/cpp/text_table.h"
+#include "client/cpp/units_flags.h"
 #include "client/cpp/view_flags.h"
-#include "core/base/sha256.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -23,6 +23,7 @@ namespace {
 
 struct ApplyFlags {
   std::string mesh, lattice, output, pipeline;
+  UnitsFlags units;
   ViewFlags view{.encoding = "raw"};
   SessionFlags session;
   bool json = false;
@@ -50,25 +51,23 @@ void PrintResult(const ApplyFlags& flags, const FetchedSurface& surface, absl::D
 
 absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, const MeshFile& file,
                                       v1::Lattice lattice, Console console) {
-  const bool mesh_was_there = client.GetMesh(Sha256Hex(file.bytes)).ok();
-  const auto mesh = Upload(client, file, {}, console);
+  TemporaryScene made(client);
+  v1::MeshHeader header;
+  *header.mutable_units() = ToProto(flags.units);
+  auto mesh = made.Upload(file, std::move(header), console);
   if (!mesh.ok()) return mesh.status();
-  // What is made here is for this call alone. A mesh that another has put into a scene meanwhile
-  // stays: without force it is not deleted.
-  const absl::Cleanup delete_mesh = [&] {
-    if (!mesh_was_there) (void)client.DeleteMesh(mesh->id(), /*force=*/false);
-  };
+  // A mesh that was there has the units of its first upload; what is written has those asked for.
+  if (!flags.units.up_axis.empty()) mesh->set_up_axis(ToProto(flags.units).up_axis());
+  if (flags.units.meters_per_unit > 0) mesh->set_meters_per_unit(flags.units.meters_per_unit);
   v1::CreateSceneRequest request;
-  request.set_mesh(mesh->id());
   *request.add_lattices()->mutable_lattice() = std::move(lattice);
   request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
-  const auto scene = client.CreateScene(std::move(request));
+  const auto scene = made.Create(std::move(request));
   if (!scene.ok()) return scene.status();
-  const absl::Cleanup delete_scene = [&] { (void)client.DeleteScene(scene->id()); };
   return FetchSurface(client, scene->id(), ToProto(flags.view), *mesh, file, console);
 }
 
-absl::Status Run(const ApplyFlags& flags, Console console) {
+absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
   const absl::Time start = absl::Now();
   const auto file = ReadMeshFile(flags.mesh);
   if (!file.ok()) return file.status();
@@ -76,12 +75,12 @@ absl::Status Run(const ApplyFlags& flags, Console console) {
   if (!json.ok()) return json.status();
   auto lattice = LatticeFromJson(*json, flags.lattice);
   if (!lattice.ok()) return lattice.status();
-  auto session = Session::Open(flags.session);
+  auto session = Session::Open(flags.session, &line.interruption);
   if (!session.ok()) return session.status();
-  const auto surface = Deform(session->client(), flags, *file, *std::move(lattice), console);
+  const auto surface = Deform(session->client(), flags, *file, *std::move(lattice), line.console);
   if (!surface.ok()) return session->Explain(surface.status());
   if (auto status = WriteMeshFile(flags.output, surface->mesh); !status.ok()) return status;
-  PrintResult(flags, *surface, absl::Now() - start, console);
+  PrintResult(flags, *surface, absl::Now() - start, line.console);
   return absl::OkStatus();
 }
 
@@ -95,12 +94,12 @@ void AddApplyCommand(CLI::App& app, CommandLine& line) {
   command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB or DRC file to write")
       ->required()
       ->check(CheckMeshFileName);
+  AddUnitsFlags(*command, flags->units);
   AddViewFlags(*command, flags->view);
   AddPipelineFlag(*command, flags->pipeline);
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
   AddJsonFlag(*command, flags->json);
-  command->callback(
-      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+  command->callback([flags, &line] { line.action = [flags, &line] { return Run(*flags, line); }; });
 }
 
 }  // namespace latticed::client

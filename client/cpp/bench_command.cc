@@ -12,7 +12,7 @@
 #include "client/cpp/lattice_json.h"
 #include "client/cpp/progress_bar.h"
 #include "client/cpp/session.h"
-#include "client/cpp/surface_mesh.h"
+#include "client/cpp/temporary_scene.h"
 #include "client/cpp/text_table.h"
 #include "client/cpp/view_flags.h"
 #include "fmt/format.h"
@@ -31,22 +31,16 @@ struct BenchFlags {
   bool json = false;
 };
 
-absl::StatusOr<v1::Scene> MakeScene(Client& client, const BenchFlags& flags, Console console) {
+absl::StatusOr<v1::Scene> MakeScene(TemporaryScene& made, const BenchFlags& flags,
+                                    Console console) {
   const auto file = SampleOrFile(flags.mesh);
   if (!file.ok()) return file.status();
-  const auto mesh = Upload(client, *file, {}, console);
+  const auto mesh = made.Upload(*file, {}, console);
   if (!mesh.ok()) return mesh.status();
   v1::CreateSceneRequest request;
-  request.set_mesh(mesh->id());
-  auto* fit = request.add_lattices()->mutable_fit();
-  const auto [su, sv, sw] = ParseAxes(flags.fit.size);
-  fit->mutable_size()->set_u(su), fit->mutable_size()->set_v(sv), fit->mutable_size()->set_w(sw);
-  const auto [du, dv, dw] = ParseAxes(flags.fit.degree);
-  fit->mutable_degree()->set_u(du), fit->mutable_degree()->set_v(dv),
-      fit->mutable_degree()->set_w(dw);
-  fit->set_padding(flags.fit.padding);
+  *request.add_lattices()->mutable_fit() = ToProto(flags.fit);
   request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
-  return client.CreateScene(std::move(request));
+  return made.Create(std::move(request));
 }
 
 // Shakes all control points, or one after the other, by a tenth of the lattice's first edge.
@@ -116,14 +110,13 @@ absl::Status RunOn(Client& client, const BenchFlags& flags, const v1::Scene& sce
   return absl::OkStatus();
 }
 
-absl::Status Run(const BenchFlags& flags, Console console) {
-  auto session = Session::Open(flags.session);
+absl::Status Run(const BenchFlags& flags, CommandLine& line) {
+  auto session = Session::Open(flags.session, &line.interruption);
   if (!session.ok()) return session.status();
-  const auto scene = MakeScene(session->client(), flags, console);
+  TemporaryScene made(session->client());
+  const auto scene = MakeScene(made, flags, line.console);
   if (!scene.ok()) return session->Explain(scene.status());
-  const absl::Status status = RunOn(session->client(), flags, *scene, console);
-  (void)session->client().DeleteScene(scene->id());
-  return session->Explain(status);
+  return session->Explain(RunOn(session->client(), flags, *scene, line.console));
 }
 
 }  // namespace
@@ -147,8 +140,7 @@ void AddBenchCommand(CLI::App& app, CommandLine& line) {
   AddPipelineFlag(*command, flags->pipeline);
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
   AddJsonFlag(*command, flags->json);
-  command->callback(
-      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+  command->callback([flags, &line] { line.action = [flags, &line] { return Run(*flags, line); }; });
 }
 
 }  // namespace latticed::client

@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "client/cpp/console.h"
+#include "client/cpp/interruption.h"
 
 namespace CLI {
 class App;
@@ -20,6 +21,7 @@ namespace latticed::client {
 struct CommandLine {
   Console console;
   std::function<absl::Status()> action;
+  Interruption interruption;  // for commands that make what they must delete
 };
 
 void AddInfoCommand(CLI::App& app, CommandLine& line);

@@ -90,6 +90,14 @@ void AddFitFlags(CLI::App& command, FitFlags& flags) {
       ->capture_default_str();
 }
 
+v1::LatticeFit ToProto(const FitFlags& flags) {
+  v1::LatticeFit fit;
+  Set(ParseAxes(flags.size), fit.mutable_size());
+  Set(ParseAxes(flags.degree), fit.mutable_degree());
+  fit.set_padding(flags.padding);
+  return fit;
+}
+
 std::array<int, 3> ParseAxes(const std::string& text) {
   const std::vector<std::string> words = absl::StrSplit(text, ',');
   std::array<int, 3> axes{};

@@ -34,6 +34,7 @@ struct FitFlags {
   double padding = 0.05;
 };
 void AddFitFlags(CLI::App& command, FitFlags& flags);
+[[nodiscard]] v1::LatticeFit ToProto(const FitFlags& flags);
 // For CLI11: an error text for what is not three whole numbers, else nothing.
 [[nodiscard]] std::string CheckAxes(const std::string& text);
 // Of a text that CheckAxes has passed.

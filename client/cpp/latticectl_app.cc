@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kFailed = 1;
 constexpr int kWrongUsage = 2;
+constexpr int kInterrupted = 128;  // and the signal's number, as shells have it
 
 // What to do about a server's refusal; empty where its message says all.
 std::string Advice(const error::Details& details) {
@@ -77,6 +78,10 @@ int RunLatticectl(int argc, const char* const* argv, Console console) {
   }
   const absl::Status status = line.action();
   if (status.ok()) return 0;
+  if (const int signal = line.interruption.signal(); signal != 0) {
+    console.err << "latticectl: interrupted\n";
+    return kInterrupted + signal;
+  }
   PrintFailure(status, console.err);
   return kFailed;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client/cpp/latticed_client_reply.h"
+#include "client/cpp/latticed_client_status.h"
 #include "core/base/sha256.h"
 #include "fmt/format.h"
 #include "grpcpp/create_channel.h"
@@ -19,10 +20,14 @@ std::string RandomHexDigits() {
   return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
 }
 
+// A request of `stop` cancels it.
 template <typename Stub, typename Request, typename Response>
-absl::StatusOr<Response> Call(
-    Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
-    const std::unique_ptr<grpc::ClientContext>& context, const Request& request) {
+absl::StatusOr<Response> Call(Stub& stub,
+                              grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
+                                                           Response*),
+                              const std::unique_ptr<grpc::ClientContext>& context,
+                              const Request& request, const std::stop_token& stop) {
+  const std::stop_callback cancel(stop, [&context] { context->TryCancel(); });
   Response response;
   const grpc::Status status = (stub.*method)(context.get(), request, &response);
   if (!status.ok()) return FromGrpc(status, *context);
@@ -41,18 +46,19 @@ std::string RandomEditorId() {
                      hex.substr(16, 4), hex.substr(20));
 }
 
-std::unique_ptr<Client> Client::Connect(const Connection& connection) {
+std::unique_ptr<Client> Client::Connect(const Connection& connection, std::stop_token stop) {
   std::shared_ptr<grpc::ChannelCredentials> credentials = grpc::InsecureChannelCredentials();
   if (connection.tls || !connection.tls_ca_pem.empty() || !connection.tls_cert_pem.empty()) {
     credentials = grpc::SslCredentials(
         {connection.tls_ca_pem, connection.tls_key_pem, connection.tls_cert_pem});
   }
   return std::make_unique<Client>(grpc::CreateChannel(connection.address, credentials),
-                                  connection.token);
+                                  connection.token, std::move(stop));
 }
 
-Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token)
+Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop)
     : token_(std::move(token)),
+      stop_(std::move(stop)),
       server_(v1::ServerService::NewStub(channel)),
       meshes_(v1::MeshService::NewStub(channel)),
       scenes_(v1::SceneService::NewStub(channel)) {}
@@ -66,13 +72,13 @@ std::unique_ptr<grpc::ClientContext> Client::NewContext(const std::string& scene
 
 absl::StatusOr<v1::ServerInfo> Client::GetServerInfo() {
   return Call(*server_, &v1::ServerService::Stub::GetServerInfo, NewContext(),
-              v1::GetServerInfoRequest());
+              v1::GetServerInfoRequest(), stop_);
 }
 
 absl::StatusOr<v1::Mesh> Client::GetMesh(const std::string& id) {
   v1::GetMeshRequest request;
   request.set_mesh(id);
-  return Call(*meshes_, &v1::MeshService::Stub::GetMesh, NewContext(), request);
+  return Call(*meshes_, &v1::MeshService::Stub::GetMesh, NewContext(), request, stop_);
 }
 
 absl::StatusOr<std::vector<v1::Mesh>> Client::ListMeshes(const std::string& filter) {
@@ -80,7 +86,8 @@ absl::StatusOr<std::vector<v1::Mesh>> Client::ListMeshes(const std::string& filt
   request.set_filter(filter);
   std::vector<v1::Mesh> meshes;
   do {
-    const auto page = Call(*meshes_, &v1::MeshService::Stub::ListMeshes, NewContext(), request);
+    const auto page =
+        Call(*meshes_, &v1::MeshService::Stub::ListMeshes, NewContext(), request, stop_);
     if (!page.ok()) return page.status();
     meshes.insert(meshes.end(), page->meshes().begin(), page->meshes().end());
     request.set_page_token(page->next_page_token());
@@ -92,19 +99,21 @@ absl::Status Client::DeleteMesh(const std::string& mesh, bool force) {
   v1::DeleteMeshRequest request;
   request.set_mesh(mesh);
   request.set_force(force);
-  return Call(*meshes_, &v1::MeshService::Stub::DeleteMesh, NewContext(), request).status();
+  return Call(*meshes_, &v1::MeshService::Stub::DeleteMesh, NewContext(), request, /*stop=*/{})
+      .status();
 }
 
 absl::StatusOr<v1::Scene> Client::CreateScene(v1::CreateSceneRequest request) {
+  if (stop_.stop_requested()) return Stopped();
   if (request.scene_id().empty()) request.set_scene_id(RandomSceneId());
   return Call(*scenes_, &v1::SceneService::Stub::CreateScene, NewContext(request.scene_id()),
-              request);
+              request, /*stop=*/{});
 }
 
 absl::StatusOr<v1::Scene> Client::GetScene(const std::string& id) {
   v1::GetSceneRequest request;
   request.set_scene(id);
-  return Call(*scenes_, &v1::SceneService::Stub::GetScene, NewContext(id), request);
+  return Call(*scenes_, &v1::SceneService::Stub::GetScene, NewContext(id), request, stop_);
 }
 
 absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& filter) {
@@ -112,7 +121,8 @@ absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& fil
   request.set_filter(filter);
   std::vector<v1::Scene> scenes;
   do {
-    const auto page = Call(*scenes_, &v1::SceneService::Stub::ListScenes, NewContext(), request);
+    const auto page =
+        Call(*scenes_, &v1::SceneService::Stub::ListScenes, NewContext(), request, stop_);
     if (!page.ok()) return page.status();
     scenes.insert(scenes.end(), page->scenes().begin(), page->scenes().end());
     request.set_page_token(page->next_page_token());
@@ -123,25 +133,28 @@ absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& fil
 absl::Status Client::DeleteScene(const std::string& scene) {
   v1::DeleteSceneRequest request;
   request.set_scene(scene);
-  return Call(*scenes_, &v1::SceneService::Stub::DeleteScene, NewContext(scene), request).status();
+  return Call(*scenes_, &v1::SceneService::Stub::DeleteScene, NewContext(scene), request,
+              /*stop=*/{})
+      .status();
 }
 
 absl::StatusOr<v1::LatticeState> Client::GetLattice(const std::string& scene) {
   v1::GetLatticeRequest request;
   request.set_scene(scene);
-  return Call(*scenes_, &v1::SceneService::Stub::GetLattice, NewContext(scene), request);
+  return Call(*scenes_, &v1::SceneService::Stub::GetLattice, NewContext(scene), request, stop_);
 }
 
 absl::StatusOr<v1::EditResult> Client::ApplyEdits(const v1::EditBatch& batch) {
   const Turns::Turn turn =
       edit_turns_.Wait(fmt::format("{} {}", batch.scene(), batch.editor_id()), batch.sequence());
-  return Call(*scenes_, &v1::SceneService::Stub::ApplyEdits, NewContext(batch.scene()), batch);
+  return Call(*scenes_, &v1::SceneService::Stub::ApplyEdits, NewContext(batch.scene()), batch,
+              stop_);
 }
 
 absl::StatusOr<v1::EvaluatePointsResponse> Client::EvaluatePoints(
     const v1::EvaluatePointsRequest& request) {
   return Call(*scenes_, &v1::SceneService::Stub::EvaluatePoints, NewContext(request.scene()),
-              request);
+              request, stop_);
 }
 
 absl::StatusOr<std::unique_ptr<WatchStream>> Client::Watch(v1::WatchRequest watch) {

@@ -17,6 +17,7 @@
 
 #include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -53,9 +54,13 @@ using Progress = std::function<void(uint64_t done, uint64_t total)>;
 
 class Client {
  public:
-  // Does not wait for the server: the first call tells whether it is there.
-  [[nodiscard]] static std::unique_ptr<Client> Connect(const Connection& connection);
-  Client(std::shared_ptr<grpc::Channel> channel, std::string token);
+  // Does not wait for the server: the first call tells whether it is there. A request of `stop`
+  // cancels the calls and streams under way and all that begin later, but neither deletions nor
+  // what would leave in doubt whether there is something to delete: a CreateScene that has begun,
+  // and the last part of an upload.
+  [[nodiscard]] static std::unique_ptr<Client> Connect(const Connection& connection,
+                                                       std::stop_token stop = {});
+  Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop = {});
 
   [[nodiscard]] absl::StatusOr<v1::ServerInfo> GetServerInfo();
 
@@ -104,6 +109,7 @@ class Client {
   std::unique_ptr<grpc::ClientContext> NewContext(const std::string& scene = "") const;
 
   std::string token_;
+  std::stop_token stop_;
   Turns edit_turns_;
   std::unique_ptr<v1::ServerService::Stub> server_;
   std::unique_ptr<v1::MeshService::Stub> meshes_;

@@ -8,7 +8,6 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/time/clock.h"
-#include "absl/time/time.h"
 #include "client/cpp/latticed_client_reply.h"
 #include "core/base/error.h"
 #include "google/rpc/error_details.pb.h"
@@ -18,7 +17,6 @@ namespace latticed::client {
 namespace {
 
 constexpr int kAttempts = 4;
-constexpr int kMostFailuresInARow = 5;
 constexpr absl::Duration kFirstPause = absl::Milliseconds(100);
 
 constexpr char kDomain[] = "latticed";
@@ -102,23 +100,22 @@ absl::Status FromGrpc(const grpc::Status& status, const grpc::ClientContext& con
   return error::WithDetails(std::move(result), details);
 }
 
+absl::Status Stopped() { return absl::CancelledError("the client was told to stop"); }
+
 bool MayRetry(const absl::Status& status) {
   return absl::IsCancelled(status) || absl::IsInternal(status) || absl::IsUnavailable(status);
 }
 
-absl::Status WithRetries(const std::function<absl::Status()>& call) {
+absl::Status WithRetries(const std::stop_token& stop, const std::function<absl::Status()>& call) {
   absl::Status status = call();
   for (int attempt = 1; attempt < kAttempts && MayRetry(status); ++attempt) {
-    absl::SleepFor(kFirstPause * (1 << (attempt - 1)));
+    if (stop.stop_requested()) break;
+    absl::SleepFor(PauseAfter(attempt));
     status = call();
   }
   return status;
 }
 
-absl::Status Reopening::AfterBreak(const absl::Status& status) {
-  if (!MayRetry(status) || ++failures_in_a_row_ > kMostFailuresInARow) return status;
-  absl::SleepFor(kFirstPause * (1 << (failures_in_a_row_ - 1)));
-  return absl::OkStatus();
-}
+absl::Duration PauseAfter(int failures) { return kFirstPause * (1 << (failures - 1)); }
 
 }  // namespace latticed::client

@@ -7,8 +7,10 @@
 #define LATTICED_CLIENT_CPP_LATTICED_CLIENT_STATUS_H_
 
 #include <functional>
+#include <stop_token>
 
 #include "absl/status/status.h"
+#include "absl/time/time.h"
 #include "google/rpc/status.pb.h"
 #include "grpcpp/support/status.h"
 
@@ -18,25 +20,19 @@ namespace latticed::client {
 // Of EditResult.status; OK for code 0.
 [[nodiscard]] absl::Status FromRpc(const google::rpc::Status& status);
 
+// kCancelled: what a call that would begin after a request to stop fails with.
+[[nodiscard]] absl::Status Stopped();
+
 // Whether the same call may succeed if made again: CANCELLED (by a proxy), INTERNAL (a broken
 // transport) and UNAVAILABLE.
 [[nodiscard]] bool MayRetry(const absl::Status& status);
 
 // Calls an idempotent function again after such an error, four times in all, waiting 100, 200, 400
-// ms.
-[[nodiscard]] absl::Status WithRetries(const std::function<absl::Status()>& call);
-
-// When a broken stream is opened again: after the same errors, five times in a row, with pauses
-// that double from 100 ms.
-class Reopening {
- public:
-  // Waits and returns OK where the stream is to be opened again, else why not.
-  [[nodiscard]] absl::Status AfterBreak(const absl::Status& status);
-  void Worked() { failures_in_a_row_ = 0; }
-
- private:
-  int failures_in_a_row_ = 0;
-};
+// ms; not after a request of `stop`.
+[[nodiscard]] absl::Status WithRetries(const std::stop_token& stop,
+                                       const std::function<absl::Status()>& call);
+// What to wait after so many failures in a row, from 1: 100 ms, doubled by each.
+[[nodiscard]] absl::Duration PauseAfter(int failures);
 
 }  // namespace latticed::client
 

@@ -5,10 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
 #include "client/cpp/latticed_client.h"
-#include "client/cpp/latticed_client_reply.h"
 #include "client/cpp/latticed_client_status.h"
 #include "fmt/format.h"
 
@@ -17,72 +14,53 @@ namespace {
 
 constexpr size_t kMostRefusals = 1024;
 
-absl::Duration ToDuration(const google::protobuf::Duration& duration) {
-  return absl::Seconds(duration.seconds()) + absl::Nanoseconds(duration.nanos());
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<DeformStream>> DeformStream::Open(Client* client,
                                                                  v1::WatchRequest watch) {
   if (watch.editor_id().empty()) watch.set_editor_id(RandomEditorId());
   std::unique_ptr<DeformStream> stream(new DeformStream(client, std::move(watch)));
-  stream->Start();
+  stream->stream_.Start();
   // The first complete update: what edits are relative to is then known, and errors are told here.
   auto first = stream->Next();
   if (!first.ok()) return first.status();
+  if (first->ended() && client->stop_.stop_requested()) return Stopped();
   stream->first_update_ = std::move(first->update);
   return stream;
 }
 
 DeformStream::DeformStream(Client* client, v1::WatchRequest watch)
-    : client_(client), watch_(std::move(watch)) {}
+    : client_(client),
+      stream_(
+          std::move(watch), [this] { return client_->NewContext(stream_.watch().scene()); },
+          [this](grpc::ClientContext* context, const v1::WatchRequest& request) {
+            return OpenRpc(context, request);
+          },
+          &surface_, client->stop_) {}
 
-DeformStream::~DeformStream() {
-  if (stream_ == nullptr) return;
-  Cancel();
-  v1::SceneEvent event;
-  while (stream_->Read(&event)) {
-  }
-  (void)stream_->Finish();
-}
-
-void DeformStream::Start() {
-  {
-    const std::lock_guard lock(context_mutex_);
-    stream_.reset();
-    context_ = client_->NewContext(watch_.scene());
-    if (cancelled_) context_->TryCancel();
-  }
-  goaway_ = false;
-  stream_ = client_->scenes_->Deform(context_.get());
+std::unique_ptr<DeformStream::Rpc> DeformStream::OpenRpc(grpc::ClientContext* context,
+                                                         const v1::WatchRequest& watch) {
+  auto rpc = client_->scenes_->Deform(context);
   v1::DeformRequest request;
-  *request.mutable_watch() = watch_;
-  bool open = stream_->Write(request);
+  *request.mutable_watch() = watch;
+  bool open = rpc->Write(request);
   for (const v1::EditBatch& batch : unanswered_) {
     *request.mutable_edit() = batch;
-    open = open && stream_->Write(request);
+    open = open && rpc->Write(request);
   }
-  if (open && half_closed_) stream_->WritesDone();
-}
-
-absl::StatusOr<bool> DeformStream::Restart() {
-  const absl::Status status = FromGrpc(stream_->Finish(), *context_);
-  stream_.reset();
-  surface_.DropPartialUpdate();
-  const bool done = status.ok() && !goaway_;
-  if (done || cancelled_) return true;
-  if (!status.ok()) {
-    if (auto fatal = reopening_.AfterBreak(status); !fatal.ok()) return fatal;
-  }
-  ++reconnections_;
-  Start();
-  return false;
+  if (open && half_closed_) rpc->WritesDone();
+  return rpc;
 }
 
 absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
-  if (half_closed_ || stream_ == nullptr) {
+  if (half_closed_ || stream_.rpc() == nullptr) {
     return absl::FailedPreconditionError("the stream takes no more edits");
+  }
+  // Sequences and what an update says of them are one editor's: another's would never be seen.
+  if (!batch.editor_id().empty() && batch.editor_id() != editor_id()) {
+    return absl::InvalidArgumentError(
+        fmt::format("editor_id: this stream is editor {}'s; {} wants a stream of its own",
+                    editor_id(), batch.editor_id()));
   }
   if (batch.structure_id() == 0) batch.set_structure_id(surface_.lattice().structure_id());
   batch.set_sequence(++last_sequence_);
@@ -90,34 +68,23 @@ absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
   *request.mutable_edit() = batch;
   unanswered_.push_back(std::move(batch));
   // A broken stream is noticed by Next, which opens it again and sends what is unanswered.
-  (void)stream_->Write(request);
+  (void)stream_.rpc()->Write(request);
   return last_sequence_;
 }
 
 void DeformStream::HalfClose() {
-  if (!std::exchange(half_closed_, true) && stream_ != nullptr) stream_->WritesDone();
-}
-
-void DeformStream::Cancel() {
-  cancelled_ = true;
-  const std::lock_guard lock(context_mutex_);
-  if (context_ != nullptr) context_->TryCancel();
+  if (!std::exchange(half_closed_, true) && stream_.rpc() != nullptr) stream_.rpc()->WritesDone();
 }
 
 absl::StatusOr<DeformStream::Step> DeformStream::Next() {
-  while (stream_ != nullptr) {
-    v1::SceneEvent event;
-    if (!stream_->Read(&event)) {
-      const auto ended = Restart();
-      if (!ended.ok()) return ended.status();
-      if (*ended) return Step{};
-      continue;
-    }
-    auto step = Take(std::move(event));
+  for (;;) {
+    auto event = stream_.Read();
+    if (!event.ok()) return event.status();
+    if (!event->has_value()) return Step{};
+    auto step = Take(**std::move(event));
     if (!step.ok()) Cancel();
     if (!step.ok() || !step->ended()) return step;
   }
-  return Step{};
 }
 
 absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
@@ -134,13 +101,9 @@ absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
       if (half_closed_) return step;
       v1::DeformRequest request;
       request.mutable_heartbeat();
-      (void)stream_->Write(request);
+      (void)stream_.rpc()->Write(request);
       return step;
     }
-    case v1::SceneEvent::kGoaway:
-      goaway_ = true;
-      absl::SleepFor(ToDuration(event.goaway().retry_after()));
-      return step;
     default:
       break;
   }
@@ -148,7 +111,6 @@ absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
   if (!update.ok()) return update.status();
   step.update = *std::move(update);
   if (step.update.has_value()) {
-    reopening_.Worked();
     Remember(*step.update);
     Acknowledge(step.update->end.update_id());
   }
@@ -165,7 +127,7 @@ void DeformStream::Answer(const v1::EditResult& result) {
 }
 
 void DeformStream::Remember(const CompleteUpdate& update) {
-  watch_.set_resume_token(update.end.resume_token());
+  stream_.Worked(update.end.resume_token());
   // An editor that edited before this stream goes on above its old sequences.
   last_sequence_ = std::max(last_sequence_, update.end.applied_sequence());
   newest_update_ = update;
@@ -175,7 +137,7 @@ void DeformStream::Acknowledge(uint64_t update_id) {
   if (half_closed_) return;
   v1::DeformRequest request;
   request.mutable_control()->set_acked_update_id(update_id);
-  (void)stream_->Write(request);
+  (void)stream_.rpc()->Write(request);
 }
 
 absl::StatusOr<CompleteUpdate> DeformStream::WaitFor(uint64_t sequence) {

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A Deform stream that lives as long as its user wants: it acknowledges updates, answers
-// heartbeats, and opens itself again with its resume token and its unanswered edits after a goaway,
-// or after CANCELLED, INTERNAL or UNAVAILABLE. Sequences make edits that are sent twice count once.
+// heartbeats, and opens itself again as ResumingStream does, with its unanswered edits. Sequences
+// make edits that are sent twice count once.
 //
 //   stream->Send(batch);                          // returns at once; sequence and editor filled in
 //   auto step = stream->Next();                   // waits for the next result or update
@@ -14,16 +14,14 @@
 #ifndef LATTICED_CLIENT_CPP_LATTICED_CLIENT_STREAM_H_
 #define LATTICED_CLIENT_CPP_LATTICED_CLIENT_STREAM_H_
 
-#include <atomic>
 #include <deque>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "client/cpp/latticed_client_status.h"
+#include "client/cpp/latticed_client_resuming.h"
 #include "client/cpp/latticed_client_surface.h"
 #include "grpcpp/support/sync_stream.h"
 #include "latticed/v1/scene.grpc.pb.h"
@@ -41,11 +39,11 @@ class DeformStream {
     bool ended() const { return !update.has_value() && !result.has_value(); }
   };
 
-  ~DeformStream();
   DeformStream(const DeformStream&) = delete;
   DeformStream& operator=(const DeformStream&) = delete;
 
   // Sends edits; returns their sequence. An empty structure_id becomes the lattice's newest.
+  // kInvalidArgument for another editor than the stream's, kFailedPrecondition once it has ended.
   [[nodiscard]] absl::StatusOr<uint64_t> Send(v1::EditBatch batch);
   // Waits for the next edit result or complete update.
   [[nodiscard]] absl::StatusOr<Step> Next();
@@ -55,33 +53,31 @@ class DeformStream {
   [[nodiscard]] absl::StatusOr<CompleteUpdate> WaitFor(uint64_t sequence);
   // No more edits: the stream ends after the update that holds the last one.
   void HalfClose();
-  void Cancel();
+  void Cancel() { stream_.Cancel(); }
 
   // What the stream opened with.
   const std::optional<CompleteUpdate>& first_update() const { return first_update_; }
   const Surface& surface() const { return surface_; }
   const v1::Hello& hello() const { return hello_; }
-  const std::string& editor_id() const { return watch_.editor_id(); }
+  const std::string& editor_id() const { return stream_.watch().editor_id(); }
   // How often it had to open itself again.
-  int reconnections() const { return reconnections_; }
+  int reconnections() const { return stream_.reconnections(); }
 
  private:
   friend class Client;
-  using Stream = grpc::ClientReaderWriter<v1::DeformRequest, v1::SceneEvent>;
+  using Rpc = grpc::ClientReaderWriter<v1::DeformRequest, v1::SceneEvent>;
 
   static absl::StatusOr<std::unique_ptr<DeformStream>> Open(Client* client, v1::WatchRequest watch);
   DeformStream(Client* client, v1::WatchRequest watch);
 
-  void Start();
-  // The stream has ended: opens it again where that helps, else says why it ended. True: ended OK.
-  absl::StatusOr<bool> Restart();
+  // Makes the rpc and sends the watch and what is unanswered.
+  std::unique_ptr<Rpc> OpenRpc(grpc::ClientContext* context, const v1::WatchRequest& watch);
   absl::StatusOr<Step> Take(v1::SceneEvent event);
   void Answer(const v1::EditResult& result);
   void Remember(const CompleteUpdate& update);
   void Acknowledge(uint64_t update_id);
 
   Client* const client_;
-  v1::WatchRequest watch_;  // its resume_token is always the newest
   Surface surface_;
   std::optional<CompleteUpdate> first_update_;
   v1::Hello hello_;
@@ -90,14 +86,7 @@ class DeformStream {
   std::optional<CompleteUpdate> newest_update_;
   uint64_t last_sequence_ = 0;
   bool half_closed_ = false;
-  std::atomic<bool> cancelled_ = false;
-  bool goaway_ = false;
-  int reconnections_ = 0;
-  Reopening reopening_;
-
-  std::mutex context_mutex_;  // Cancel comes from other threads
-  std::unique_ptr<grpc::ClientContext> context_;
-  std::unique_ptr<Stream> stream_;
+  ResumingStream<Rpc> stream_;
 };
 
 }  // namespace latticed::client

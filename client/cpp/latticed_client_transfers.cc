@@ -4,7 +4,9 @@
 // Rpcs of latticed_client.h that stream one way: uploads, updates, topologies, exports. All of them
 // may be called again after a broken connection.
 #include <algorithm>
+#include <functional>
 #include <optional>
+#include <stop_token>
 #include <utility>
 
 #include "client/cpp/latticed_client.h"
@@ -43,14 +45,17 @@ absl::StatusOr<v1::Mesh> Client::UploadMesh(std::string_view bytes, v1::MeshHead
     }
   }
   v1::Mesh mesh;
-  const absl::Status status = WithRetries([&] {
+  const absl::Status status = WithRetries(stop_, [&] {
     const auto context = NewContext();
+    std::optional<std::stop_callback<std::function<void()>>> cancel(
+        std::in_place, stop_, [&context] { context->TryCancel(); });
     const auto writer = meshes_->UploadMesh(context.get(), &mesh);
     v1::UploadMeshRequest request;
     *request.mutable_header() = header;
     bool open = writer->Write(request);
     for (size_t sent = 0; open && sent < bytes.size();) {
       const std::string_view part = bytes.substr(sent, limits::kMaxPartBytes);
+      if (sent + part.size() == bytes.size()) cancel.reset();  // the server may keep it from here
       request.set_data(part.data(), part.size());
       open = writer->Write(request);
       sent += part.size();
@@ -67,9 +72,10 @@ absl::StatusOr<Surface> Client::GetUpdate(const v1::GetUpdateRequest& request,
                                           const Progress& progress) {
   constexpr uint64_t kProgressSteps = 1000;
   std::optional<Surface> surface;
-  const absl::Status status = WithRetries([&]() -> absl::Status {
+  const absl::Status status = WithRetries(stop_, [&]() -> absl::Status {
     surface.emplace();
     const auto context = NewContext(request.scene());
+    const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
     const auto reader = scenes_->GetUpdate(context.get(), request);
     v1::SceneEvent event;
     absl::Status trouble;
@@ -98,10 +104,11 @@ absl::StatusOr<v1::TopologyPart> Client::GetTopology(const std::string& scene,
   request.set_scene(scene);
   request.set_topology_id(topology_id);
   v1::TopologyPart whole;
-  const absl::Status status = WithRetries([&]() -> absl::Status {
+  const absl::Status status = WithRetries(stop_, [&]() -> absl::Status {
     whole.Clear();
     whole.set_topology_id(topology_id);
     const auto context = NewContext(scene);
+    const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
     const auto reader = scenes_->GetTopology(context.get(), request);
     v1::TopologyPart part;
     while (reader->Read(&part)) {
@@ -120,9 +127,10 @@ absl::StatusOr<v1::TopologyPart> Client::GetTopology(const std::string& scene,
 absl::StatusOr<Client::ExportedFile> Client::Export(const v1::ExportRequest& request,
                                                     const Progress& progress) {
   ExportedFile file;
-  const absl::Status status = WithRetries([&]() -> absl::Status {
+  const absl::Status status = WithRetries(stop_, [&]() -> absl::Status {
     file = {};
     const auto context = NewContext(request.scene());
+    const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
     const auto reader = scenes_->Export(context.get(), request);
     v1::ExportResponse response;
     while (reader->Read(&response)) {

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A watch without edits, for which a read token suffices: it acknowledges updates and answers
-// heartbeats by ControlWatch, and opens itself again with its resume token after a goaway, or after
-// CANCELLED, INTERNAL or UNAVAILABLE.
+// heartbeats by ControlWatch, and opens itself again as ResumingStream does.
 //
 //   auto watch = client->Watch(request);
 //   for (auto update = (*watch)->first_update(); update.has_value(); …) {
@@ -15,14 +14,11 @@
 #ifndef LATTICED_CLIENT_CPP_LATTICED_CLIENT_WATCH_H_
 #define LATTICED_CLIENT_CPP_LATTICED_CLIENT_WATCH_H_
 
-#include <atomic>
 #include <memory>
-#include <mutex>
 #include <optional>
-#include <string>
 
 #include "absl/status/statusor.h"
-#include "client/cpp/latticed_client_status.h"
+#include "client/cpp/latticed_client_resuming.h"
 #include "client/cpp/latticed_client_surface.h"
 #include "grpcpp/support/sync_stream.h"
 #include "latticed/v1/scene.grpc.pb.h"
@@ -33,7 +29,6 @@ class Client;
 
 class WatchStream {
  public:
-  ~WatchStream();
   WatchStream(const WatchStream&) = delete;
   WatchStream& operator=(const WatchStream&) = delete;
 
@@ -41,14 +36,14 @@ class WatchStream {
   [[nodiscard]] absl::StatusOr<std::optional<CompleteUpdate>> Next();
   // Changes the view, pauses or resumes; scene and watch_id are filled in.
   [[nodiscard]] absl::Status Control(v1::ControlWatchRequest request);
-  void Cancel();
+  void Cancel() { stream_.Cancel(); }
 
   // What the watch opened with.
   const std::optional<CompleteUpdate>& first_update() const { return first_update_; }
   const Surface& surface() const { return surface_; }
   const v1::Hello& hello() const { return hello_; }
   // How often it had to open itself again.
-  int reconnections() const { return reconnections_; }
+  int reconnections() const { return stream_.reconnections(); }
 
  private:
   friend class Client;
@@ -56,24 +51,13 @@ class WatchStream {
   static absl::StatusOr<std::unique_ptr<WatchStream>> Open(Client* client, v1::WatchRequest watch);
   WatchStream(Client* client, v1::WatchRequest watch);
 
-  void Start();
-  // The stream has ended: opens it again where that helps, else says why it ended. True: ended OK.
-  absl::StatusOr<bool> Restart();
   absl::StatusOr<std::optional<CompleteUpdate>> Take(v1::SceneEvent event);
 
   Client* const client_;
-  v1::WatchRequest watch_;  // its resume_token is always the newest
   Surface surface_;
   std::optional<CompleteUpdate> first_update_;
   v1::Hello hello_;
-  std::atomic<bool> cancelled_ = false;
-  bool goaway_ = false;
-  int reconnections_ = 0;
-  Reopening reopening_;
-
-  std::mutex context_mutex_;  // Cancel comes from other threads
-  std::unique_ptr<grpc::ClientContext> context_;
-  std::unique_ptr<grpc::ClientReader<v1::SceneEvent>> stream_;
+  ResumingStream<grpc::ClientReader<v1::SceneEvent>> stream_;
 };
 
 }  // namespace latticed::client

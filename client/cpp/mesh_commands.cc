@@ -10,6 +10,8 @@
 #include "client/cpp/session.h"
 #include "client/cpp/surface_mesh.h"
 #include "client/cpp/text_table.h"
+#include "client/cpp/units_flags.h"
+#include "core/mesh/mesh_units.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -18,6 +20,7 @@ namespace {
 struct MeshFlags {
   SessionFlags session;
   std::string file, name, filter;
+  UnitsFlags units;
   std::vector<std::string> labels;  // key=value
   std::vector<std::string> ids;     // to be deleted
   bool force = false;
@@ -33,6 +36,19 @@ void PrintMeshes(const std::vector<v1::Mesh>& meshes, std::ostream& out) {
   table.Print(out);
 }
 
+// The same bytes are one mesh, with the units of their first upload.
+absl::Status CheckUnits(const v1::Mesh& mesh, const UnitsFlags& flags) {
+  const std::string up_axis = UpAxisName(mesh.up_axis());
+  if ((flags.up_axis.empty() || flags.up_axis == up_axis) &&
+      (flags.meters_per_unit == 0 || flags.meters_per_unit == mesh.meters_per_unit())) {
+    return absl::OkStatus();
+  }
+  const MeshUnits units{up_axis, mesh.meters_per_unit()};
+  return absl::AlreadyExistsError(fmt::format(
+      "mesh {} is there with {}, which stays; 'latticectl meshes delete' makes room for another",
+      mesh.id(), units.known() ? Describe(units) : "unknown axis and unit"));
+}
+
 absl::Status RunUpload(const MeshFlags& flags, Console console) {
   const auto file = ReadMeshFile(flags.file);
   if (!file.ok()) return file.status();
@@ -45,8 +61,10 @@ absl::Status RunUpload(const MeshFlags& flags, Console console) {
         absl::StrSplit(label, absl::MaxSplits('=', 1));
     (*header.mutable_labels())[entry.first] = entry.second;
   }
+  *header.mutable_units() = ToProto(flags.units);
   const auto mesh = Upload(session->client(), *file, std::move(header), console);
   if (!mesh.ok()) return session->Explain(mesh.status());
+  if (auto status = CheckUnits(*mesh, flags.units); !status.ok()) return status;
   if (flags.json) {
     console.out << MessageJson(*mesh);
   } else {
@@ -91,6 +109,7 @@ void AddMeshCommands(CLI::App& app, CommandLine& line) {
   upload->add_option("mesh", flags->file, "OBJ, PLY, STL, GLB or DRC file")->required();
   upload->add_option("--name", flags->name, "Name for people; by default the file's");
   upload->add_option("--label", flags->labels, "Label key=value; may be repeated");
+  AddUnitsFlags(*upload, flags->units);
   AddSessionFlags(*upload, flags->session, ServerChoice::kRequired);
   AddJsonFlag(*upload, flags->json);
   upload->callback(

@@ -14,9 +14,11 @@
 #include "client/cpp/commands.h"
 #include "client/cpp/drag_run.h"
 #include "client/cpp/json_output.h"
+#include "client/cpp/lattice_json.h"
 #include "client/cpp/progress_bar.h"
 #include "client/cpp/session.h"
 #include "client/cpp/surface_mesh.h"
+#include "client/cpp/temporary_scene.h"
 #include "client/cpp/text_table.h"
 #include "core/mesh/sample_meshes.h"
 #include "fmt/format.h"
@@ -35,17 +37,10 @@ struct QuickstartFlags {
   bool json = false;
 };
 
-absl::StatusOr<v1::Scene> MakeScene(Client& client, const v1::Mesh& mesh) {
+v1::CreateSceneRequest SceneRequest() {
   v1::CreateSceneRequest request;
-  request.set_mesh(mesh.id());
-  auto* fit = request.add_lattices()->mutable_fit();
-  fit->mutable_size()->set_u(4);
-  fit->mutable_size()->set_v(4);
-  fit->mutable_size()->set_w(5);
-  fit->mutable_degree()->set_u(2);
-  fit->mutable_degree()->set_v(2);
-  fit->mutable_degree()->set_w(2);
-  return client.CreateScene(std::move(request));
+  *request.add_lattices()->mutable_fit() = ToProto(FitFlags{.size = "4,4,5"});
+  return request;
 }
 
 // Turns about the vertical axis through the middle of the lattice, then shifts along x.
@@ -149,9 +144,10 @@ void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out
 absl::StatusOr<Report> RunOn(Client& client, const QuickstartFlags& flags, Console console) {
   const auto file = SampleOrFile(flags.sample);
   if (!file.ok()) return file.status();
-  const auto mesh = Upload(client, *file, {}, console);
+  TemporaryScene made(client);
+  const auto mesh = made.Upload(*file, {}, console);
   if (!mesh.ok()) return mesh.status();
-  const auto scene = MakeScene(client, *mesh);
+  const auto scene = made.Create(SceneRequest());
   if (!scene.ok()) return scene.status();
   Report report;
   const std::string folder = flags.output + "/";
@@ -167,21 +163,22 @@ absl::StatusOr<Report> RunOn(Client& client, const QuickstartFlags& flags, Conso
       !status.ok()) {
     return status;
   }
+  made.Keep();  // to be looked at
   return report;
 }
 
-absl::Status Run(const QuickstartFlags& flags, Console console) {
+absl::Status Run(const QuickstartFlags& flags, CommandLine& line) {
   std::error_code failure;
   std::filesystem::create_directories(flags.output, failure);
   if (failure) {
     return absl::UnknownError(
         fmt::format("cannot make the folder {}: {}", flags.output, failure.message()));
   }
-  auto session = Session::Open(flags.session);
+  auto session = Session::Open(flags.session, &line.interruption);
   if (!session.ok()) return session.status();
-  const auto report = RunOn(session->client(), flags, console);
+  const auto report = RunOn(session->client(), flags, line.console);
   if (!report.ok()) return session->Explain(report.status());
-  Print(flags, *report, console.out);
+  Print(flags, *report, line.console.out);
   return absl::OkStatus();
 }
 
@@ -204,8 +201,7 @@ void AddQuickstartCommand(CLI::App& app, CommandLine& line) {
       ->capture_default_str();
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
   AddJsonFlag(*command, flags->json);
-  command->callback(
-      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+  command->callback([flags, &line] { line.action = [flags, &line] { return Run(*flags, line); }; });
 }
 
 }  // namespace latticed::client

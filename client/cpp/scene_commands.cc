@@ -89,14 +89,7 @@ absl::StatusOr<v1::LatticeSource> Source(const SceneFlags& flags) {
     *source.mutable_lattice() = *std::move(lattice);
     return source;
   }
-  const auto set = [](const std::array<int, 3>& axes, v1::LatticeAxes* proto) {
-    proto->set_u(axes[0]);
-    proto->set_v(axes[1]);
-    proto->set_w(axes[2]);
-  };
-  set(ParseAxes(flags.fit.size), source.mutable_fit()->mutable_size());
-  set(ParseAxes(flags.fit.degree), source.mutable_fit()->mutable_degree());
-  source.mutable_fit()->set_padding(flags.fit.padding);
+  *source.mutable_fit() = ToProto(flags.fit);
   return source;
 }
 

@@ -59,13 +59,14 @@ Session::~Session() {
   client_.reset();  // its channel before its server
 }
 
-absl::StatusOr<Session> Session::Open(const SessionFlags& flags) {
+absl::StatusOr<Session> Session::Open(const SessionFlags& flags, Interruption* interruption) {
   Session session;
   if (!flags.server.empty()) {
     auto connection = ToConnection(flags);
     if (!connection.ok()) return connection.status();
     session.address_ = flags.server;
-    session.client_ = Client::Connect(*connection);
+    session.client_ = Client::Connect(
+        *connection, interruption == nullptr ? std::stop_token() : interruption->Catch());
     return session;
   }
   Options options;

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "client/cpp/interruption.h"
 #include "client/cpp/latticed_client.h"
 
 namespace CLI {
@@ -38,7 +39,10 @@ void AddSessionFlags(CLI::App& command, SessionFlags& flags, ServerChoice choice
 
 class Session {
  public:
-  [[nodiscard]] static absl::StatusOr<Session> Open(const SessionFlags& flags);
+  // With an interruption its signals cancel the calls to a server at an address; a server in this
+  // process ends with it, and so does what was made there.
+  [[nodiscard]] static absl::StatusOr<Session> Open(const SessionFlags& flags,
+                                                    Interruption* interruption = nullptr);
   Session(Session&&) noexcept;
   ~Session();
 

@@ -7,24 +7,9 @@
 
 #include "client/cpp/latticed_client_mesh.h"
 #include "client/cpp/progress_bar.h"
+#include "client/cpp/units_flags.h"
 
 namespace latticed::client {
-namespace {
-
-const char* UpAxisName(v1::UpAxis axis) {
-  switch (axis) {
-    case v1::UP_AXIS_X:
-      return "x";
-    case v1::UP_AXIS_Y:
-      return "y";
-    case v1::UP_AXIS_Z:
-      return "z";
-    default:
-      return "";
-  }
-}
-
-}  // namespace
 
 absl::StatusOr<v1::Mesh> Upload(Client& client, const MeshFile& file, v1::MeshHeader header,
                                 Console console) {

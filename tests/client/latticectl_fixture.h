@@ -34,12 +34,15 @@ class LatticectlTest : public ::testing::Test {
 
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
 
-  static RunResult Latticectl(const std::vector<std::string>& arguments) {
+  static int RunAt(Console console, const std::vector<std::string>& arguments) {
     std::vector<const char*> argv{"latticectl"};
     for (const std::string& argument : arguments) argv.push_back(argument.c_str());
+    return RunLatticectl(static_cast<int>(argv.size()), argv.data(), console);
+  }
+
+  static RunResult Latticectl(const std::vector<std::string>& arguments) {
     std::ostringstream out, err;
-    const int code =
-        RunLatticectl(static_cast<int>(argv.size()), argv.data(), {.out = out, .err = err});
+    const int code = RunAt({.out = out, .err = err}, arguments);
     return {code, out.str(), err.str()};
   }
 

@@ -8,8 +8,8 @@
 
 #include "core/base/sha256.h"
 #include "fmt/format.h"
-#include "server/in_process.h"
 #include "tests/client/latticectl_fixture.h"
+#include "tests/client/quiet_server.h"
 
 namespace latticed::client {
 namespace {
@@ -19,17 +19,9 @@ using ::testing::HasSubstr;
 
 class LatticectlSecurity : public LatticectlTest {
  protected:
-  void SetUp() override {
-    LatticectlTest::SetUp();
-    options_.backend = "cpu";
-    options_.log_level = "off";
-    options_.drain_delay = absl::ZeroDuration();
-  }
-
   void Serve() {
-    auto server = InProcessServer::Start(options_);
-    ASSERT_OK(server);
-    server_ = *std::move(server);
+    server_ = StartServer(options_);
+    ASSERT_NE(server_, nullptr);
   }
 
   // The port under a name that the certificate is for.
@@ -80,7 +72,7 @@ class LatticectlSecurity : public LatticectlTest {
             Path(name + ".pem"), "--tls-key",    Path(name + ".key")};
   }
 
-  Options options_;
+  Options options_ = QuietOptions();
   std::unique_ptr<InProcessServer> server_;
 };
 

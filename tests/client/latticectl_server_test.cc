@@ -2,55 +2,26 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The commands that need a running server, against one in this process that they reach by address.
-#include <memory>
-#include <nlohmann/json.hpp>
-
-#include "server/in_process.h"
-#include "tests/client/latticectl_fixture.h"
+#include "tests/client/latticectl_server_fixture.h"
 
 namespace latticed::client {
 namespace {
 
 using ::testing::HasSubstr;
 
-class LatticectlServer : public LatticectlTest {
+class LatticectlServerTest : public LatticectlServer {
  protected:
-  void SetUp() override {
-    LatticectlTest::SetUp();
-    Options options;
-    options.backend = "cpu";
-    options.log_level = "off";
-    options.drain_delay = absl::ZeroDuration();
-    auto server = InProcessServer::Start(options);
-    ASSERT_OK(server);
-    server_ = *std::move(server);
-    MustRun({"sample", "vase", "--resolution", "1", "-o", Path("vase.obj")});
-  }
-
-  std::vector<std::string> AtServer(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.end(), {"--server", server_->address()});
-    return arguments;
-  }
-  std::string Run(std::vector<std::string> arguments) const {
-    return MustRun(AtServer(std::move(arguments)));
-  }
-  nlohmann::json RunJson(std::vector<std::string> arguments) const {
-    arguments.push_back("--json");
-    return nlohmann::json::parse(Run(std::move(arguments)), nullptr, /*allow_exceptions=*/false);
-  }
   void MakeScene() {
     Run({"scene", "create", Path("vase.obj"), "--id", "scene-one", "--segments", "2"});
   }
-
-  std::unique_ptr<InProcessServer> server_;
 };
 
-TEST_F(LatticectlServer, InfoSaysWhatTheServerIs) {
+TEST_F(LatticectlServerTest, InfoSaysWhatTheServerIs) {
   EXPECT_THAT(Run({"info"}), HasSubstr("cpu"));
   EXPECT_EQ(RunJson({"info"})["limits"]["maxSegments"], 32);
 }
 
-TEST_F(LatticectlServer, UploadsAndListsMeshes) {
+TEST_F(LatticectlServerTest, UploadsAndListsMeshes) {
   const auto mesh = RunJson({"upload", Path("vase.obj"), "--label", "kind=vase"});
   EXPECT_EQ(mesh["name"], "vase.obj");
   EXPECT_EQ(mesh["labels"]["kind"], "vase");
@@ -59,7 +30,49 @@ TEST_F(LatticectlServer, UploadsAndListsMeshes) {
   EXPECT_EQ(RunJson({"meshes", "--filter", "kind=pot"}).size(), 0u);
 }
 
-TEST_F(LatticectlServer, DeletesMeshesThatNoSceneUses) {
+TEST_F(LatticectlServerTest, ExportsCarryTheUpAxisAndUnitOfTheUpload) {
+  const std::vector<std::string> upload{"upload", Path("vase.obj"),    "--up-axis",
+                                        "z",      "--meters-per-unit", "0.01"};
+  const auto mesh = RunJson(upload);
+  EXPECT_EQ(mesh["upAxis"], "UP_AXIS_Z");
+  EXPECT_EQ(mesh["metersPerUnit"], 0.01);
+  Run({"scene", "create", mesh["id"].get<std::string>(), "--id", "scene-one", "--segments", "1"});
+  for (const char* name : {"o.ply", "o.obj", "o.stl"}) {
+    Run({"export", "scene-one", "-o", Path(name)});
+    EXPECT_THAT(*ReadFile(Path(name)), HasSubstr("up +z, 0.01 m per unit")) << name;
+  }
+  Run({"export", "scene-one", "-o", Path("o.glb")});
+  EXPECT_THAT(*ReadFile(Path("o.glb")),
+              HasSubstr(R"("extras":{"metersPerUnit":0.01,"upAxis":"z"})"));
+}
+
+TEST_F(LatticectlServerTest, UploadDoesNotPassOverTheUnitsThatAMeshHasAlready) {
+  const auto upload = [&](const std::string& flag, const std::string& value) {
+    return Latticectl(AtServer({"upload", Path("vase.obj"), flag, value}));
+  };
+  EXPECT_EQ(upload("--up-axis", "z").code, 0);
+  EXPECT_EQ(upload("--up-axis", "z").code, 0);
+  Run({"upload", Path("vase.obj")});
+  for (const RunResult& other : {upload("--up-axis", "y"), upload("--meters-per-unit", "1")}) {
+    EXPECT_EQ(other.code, 1);
+    EXPECT_EQ(other.out, "");
+    EXPECT_THAT(other.err, HasSubstr("is there with up +z, which stays"));
+  }
+}
+
+TEST_F(LatticectlServerTest, ApplyWritesTheUnitsAskedForAlsoOfAMeshThatWasThere) {
+  MustRun({"lattice", Path("vase.obj"), "-o", Path("L.json")});
+  const auto apply = [&](const std::string& axis) {
+    Run({"apply", Path("vase.obj"), "--lattice", Path("L.json"), "--segments", "1", "--up-axis",
+         axis, "--meters-per-unit", "0.001", "-o", Path("o.ply")});
+    return ReadFile(Path("o.ply"));
+  };
+  EXPECT_THAT(*apply("z"), HasSubstr("up +z, 0.001 m per unit"));
+  Run({"upload", Path("vase.obj"), "--up-axis", "x"});
+  EXPECT_THAT(*apply("y"), HasSubstr("up +y, 0.001 m per unit"));
+}
+
+TEST_F(LatticectlServerTest, DeletesMeshesThatNoSceneUses) {
   MakeScene();
   const std::string vase = RunJson({"scene", "show", "scene-one"})["mesh"];
   MustRun({"sample", "gear", "--resolution", "1", "-o", Path("gear.obj")});
@@ -79,7 +92,7 @@ TEST_F(LatticectlServer, DeletesMeshesThatNoSceneUses) {
   EXPECT_THAT(gone.err, HasSubstr("NOT_FOUND"));
 }
 
-TEST_F(LatticectlServer, ScenesAreMadeShownListedAndDeleted) {
+TEST_F(LatticectlServerTest, ScenesAreMadeShownListedAndDeleted) {
   MakeScene();
   EXPECT_EQ(RunJson({"scene", "show", "scene-one"})["defaultView"]["segments"], 2);
   EXPECT_THAT(Run({"scene", "show", "scene-one"}), HasSubstr("patches"));
@@ -91,7 +104,7 @@ TEST_F(LatticectlServer, ScenesAreMadeShownListedAndDeleted) {
   EXPECT_THAT(gone.err, HasSubstr("NOT_FOUND"));
 }
 
-TEST_F(LatticectlServer, EditsRaiseTheRevision) {
+TEST_F(LatticectlServerTest, EditsRaiseTheRevision) {
   MakeScene();
   EXPECT_THAT(
       Run({"edit", "move", "scene-one", "--point", "1,1,1", "--point", "2,1,1", "--by", "0.5,0,0"}),
@@ -108,13 +121,13 @@ TEST_F(LatticectlServer, EditsRaiseTheRevision) {
   EXPECT_THAT(outside.err, HasSubstr("4 x 4 x 5"));
 }
 
-TEST_F(LatticectlServer, WatchPrintsALineForAnUpdate) {
+TEST_F(LatticectlServerTest, WatchPrintsALineForAnUpdate) {
   MakeScene();
   EXPECT_THAT(Run({"watch", "scene-one", "--updates", "1"}), HasSubstr("revision 0"));
   EXPECT_GT(RunJson({"watch", "scene-one", "--updates", "1"})["bytes"], 0);
 }
 
-TEST_F(LatticectlServer, ExportsEveryFormat) {
+TEST_F(LatticectlServerTest, ExportsEveryFormat) {
   MakeScene();
   for (const char* name : {"o.ply", "o.obj", "o.stl", "o.glb", "o.drc"}) {
     Run({"export", "scene-one", "-o", Path(name)});
@@ -128,7 +141,7 @@ TEST_F(LatticectlServer, ExportsEveryFormat) {
   EXPECT_EQ(nets->substr(0, 8), "LATTNETS");
 }
 
-TEST_F(LatticectlServer, ApplyGivesTheSameAsInItsOwnProcessAndLeavesNothingThere) {
+TEST_F(LatticectlServerTest, ApplyGivesTheSameAsInItsOwnProcessAndLeavesNothingThere) {
   MustRun({"lattice", Path("vase.obj"), "-o", Path("L.json")});
   const std::vector<std::string> apply{"apply",        Path("vase.obj"), "--lattice",
                                        Path("L.json"), "--segments",     "2"};
@@ -155,7 +168,7 @@ TEST_F(LatticectlServer, ApplyGivesTheSameAsInItsOwnProcessAndLeavesNothingThere
   EXPECT_EQ(RunJson({"meshes"})[0]["id"], id);
 }
 
-TEST_F(LatticectlServer, QuickstartWritesRestAndDeformed) {
+TEST_F(LatticectlServerTest, QuickstartWritesRestAndDeformed) {
   const auto report =
       RunJson({"quickstart", "--sample", "vase", "--steps", "3", "--output", Path("q")});
   EXPECT_EQ(report["updates"], 3);
@@ -168,7 +181,7 @@ TEST_F(LatticectlServer, QuickstartWritesRestAndDeformed) {
   EXPECT_NE(*ReadFile(Path("q/rest.ply")), *ReadFile(Path("q/deformed.ply")));
 }
 
-TEST_F(LatticectlServer, BenchPrintsLatencies) {
+TEST_F(LatticectlServerTest, BenchPrintsLatencies) {
   const auto result = RunJson({"bench", Path("vase.obj"), "--edits", "5", "--segments", "2"});
   EXPECT_EQ(result["edits"], 5);
   EXPECT_GT(result["p50Ms"], 0.0);

@@ -4,14 +4,13 @@
 // The stream against a server that breaks: what it sends when it opens itself again.
 #include "client/cpp/latticed_client_stream.h"
 
-#include <grpcpp/grpcpp.h>
-
 #include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "client/cpp/latticed_client.h"
+#include "tests/client/fake_server.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::client {
@@ -68,15 +67,6 @@ class FlakyScenes final : public v1::SceneService::Service {
 
 class DeformStreamTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    int port = 0;
-    grpc::ServerBuilder builder;
-    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
-    builder.RegisterService(&service_);
-    server_ = builder.BuildAndStart();
-    client_ = Client::Connect({.address = "127.0.0.1:" + std::to_string(port)});
-  }
-
   absl::StatusOr<std::unique_ptr<DeformStream>> Open() {
     v1::WatchRequest watch;
     watch.set_scene("scene-of-this-test");
@@ -90,8 +80,8 @@ class DeformStreamTest : public ::testing::Test {
   }
 
   FlakyScenes service_;
-  std::unique_ptr<grpc::Server> server_;
-  std::unique_ptr<Client> client_;
+  FakeServer server_{&service_};
+  const std::unique_ptr<Client> client_ = Client::Connect({.address = server_.address()});
 };
 
 TEST_F(DeformStreamTest, WaitsForTheUpdateThatHoldsTheEdit) {
@@ -150,6 +140,21 @@ TEST_F(DeformStreamTest, AnEditThatWasNeverSentIsNotWaitedFor) {
     EXPECT_THAT((*stream)->WaitFor(sequence),
                 StatusIs(absl::StatusCode::kInvalidArgument, ::testing::HasSubstr("never sent")));
   }
+}
+
+TEST_F(DeformStreamTest, AnotherEditorsEditIsRefusedAndNotSent) {
+  const auto stream = Open();
+  ASSERT_OK(stream);
+  v1::EditBatch batch = OneEdit();
+  batch.set_editor_id("another-editor");
+  EXPECT_THAT((*stream)->Send(batch),
+              StatusIs(absl::StatusCode::kInvalidArgument, ::testing::HasSubstr("another-editor")));
+
+  batch.set_editor_id((*stream)->editor_id());
+  const auto sequence = (*stream)->Send(batch);
+  ASSERT_OK(sequence);
+  EXPECT_OK((*stream)->WaitFor(*sequence));
+  EXPECT_EQ(service_.sequences, (std::vector<uint64_t>{1}));
 }
 
 TEST_F(DeformStreamTest, ResumesWithItsTokenAndItsUnansweredEdits) {

@@ -4,15 +4,15 @@
 // The client's unary calls and uploads against a real server in this process.
 #include "client/cpp/latticed_client.h"
 
-#include <grpcpp/grpcpp.h>
-
 #include <atomic>
+#include <stop_token>
 #include <thread>
 
 #include "absl/time/clock.h"
 #include "core/base/error.h"
 #include "core/mesh/mesh_io.h"
-#include "server/in_process.h"
+#include "tests/client/fake_server.h"
+#include "tests/client/quiet_server.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::client {
@@ -23,17 +23,11 @@ using ::latticed::testing::StatusIs;
 class ClientTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    Options options;
-    options.backend = "cpu";
-    options.log_level = "off";
-    options.drain_delay = absl::ZeroDuration();
-    auto server = InProcessServer::Start(options);
-    ASSERT_OK(server);
-    server_ = *std::move(server);
+    ASSERT_NE(server_, nullptr);
     client_ = std::make_unique<Client>(server_->channel(), "");
   }
 
-  std::unique_ptr<InProcessServer> server_;
+  const std::unique_ptr<InProcessServer> server_ = StartServer();
   std::unique_ptr<Client> client_;
 };
 
@@ -82,6 +76,48 @@ TEST_F(ClientTest, AMeshThatIsThereIsNotSentAgain) {
   ASSERT_OK(again);
   EXPECT_EQ(reports, 1);
   EXPECT_EQ(again->faces(), 1u);
+}
+
+TEST_F(ClientTest, AStopCancelsAllButDeletions) {
+  std::stop_source stop;
+  Client client(server_->channel(), "", stop.get_token());
+  const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  v1::MeshHeader header;
+  header.set_format(v1::MESH_FORMAT_OBJ);
+  const auto mesh = client.UploadMesh(obj, header);
+  ASSERT_OK(mesh);
+  v1::CreateSceneRequest request;
+  request.set_mesh(mesh->id());
+  const auto scene = client.CreateScene(request);
+  ASSERT_OK(scene);
+  v1::WatchRequest watch;
+  watch.set_scene(scene->id());
+  const auto stream = client.Deform(watch);
+  ASSERT_OK(stream);
+
+  stop.request_stop();
+
+  const auto end = (*stream)->Next();
+  ASSERT_OK(end);
+  EXPECT_TRUE(end->ended());
+  v1::GetUpdateRequest update;
+  update.set_scene(scene->id());
+  v1::ExportRequest file;
+  file.set_scene(scene->id());
+  const std::vector<absl::Status> cancelled{
+      client.GetServerInfo().status(),      client.GetMesh(mesh->id()).status(),
+      client.ListMeshes().status(),         client.UploadMesh(obj + "#", header).status(),
+      client.CreateScene(request).status(), client.GetScene(scene->id()).status(),
+      client.ListScenes().status(),         client.GetLattice(scene->id()).status(),
+      client.ApplyEdits({}).status(),       client.EvaluatePoints({}).status(),
+      client.GetUpdate(update).status(),    client.GetTopology(scene->id(), "").status(),
+      client.Export(file).status(),         client.Watch(watch).status(),
+      client.Deform(watch).status()};
+  for (size_t i = 0; i < cancelled.size(); ++i) {
+    EXPECT_THAT(cancelled[i], StatusIs(absl::StatusCode::kCancelled)) << i;
+  }
+  EXPECT_OK(client.DeleteScene(scene->id()));
+  EXPECT_OK(client.DeleteMesh(mesh->id(), /*force=*/false));
 }
 
 TEST_F(ClientTest, ExportsCarryUpAxisAndUnit) {
@@ -171,12 +207,8 @@ class SlowScenes final : public v1::SceneService::Service {
 
 TEST(ClientEdits, OneBatchAnEditorIsUnderWayAndTheLowestSequenceGoesNext) {
   SlowScenes service;
-  int port = 0;
-  grpc::ServerBuilder builder;
-  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
-  builder.RegisterService(&service);
-  const auto server = builder.BuildAndStart();
-  const auto client = Client::Connect({.address = "127.0.0.1:" + std::to_string(port)});
+  const FakeServer server({&service});
+  const auto client = Client::Connect({.address = server.address()});
   const auto apply = [&](const std::string& editor, uint64_t sequence) {
     v1::EditBatch batch;
     batch.set_scene("scene-of-this-test");

@@ -5,8 +5,6 @@
 // stream breaks.
 #include "client/cpp/latticed_client_watch.h"
 
-#include <grpcpp/grpcpp.h>
-
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "client/cpp/latticed_client.h"
+#include "tests/client/fake_server.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::client {
@@ -23,11 +22,12 @@ namespace {
 using ::latticed::testing::StatusIs;
 
 // Sends one update after the other, each when the one before is acknowledged. A stream number in
-// `failures` ends with that status after its first update; `goaway_streams` are sent away then.
+// `failures` ends with that status after its first update; those in `goaways` are sent away
+// then, for so many seconds.
 class AcknowledgedScenes final : public v1::SceneService::Service {
  public:
   std::map<int, grpc::Status> failures;
-  std::map<int, bool> goaway_streams;
+  std::map<int, int64_t> goaways;
   std::vector<v1::WatchRequest> opened;
   std::vector<v1::ControlWatchRequest> controls;
 
@@ -47,8 +47,8 @@ class AcknowledgedScenes final : public v1::SceneService::Service {
         changed_.wait_for(lock, std::chrono::milliseconds(20));
       }
       if (failures.contains(number)) return failures[number];
-      if (!goaway_streams.contains(number)) continue;
-      event.mutable_goaway();
+      if (!goaways.contains(number)) continue;
+      event.mutable_goaway()->mutable_retry_after()->set_seconds(goaways[number]);
       writer->Write(event);
       return grpc::Status::OK;
     }
@@ -81,15 +81,6 @@ class AcknowledgedScenes final : public v1::SceneService::Service {
 
 class WatchStreamTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    int port = 0;
-    grpc::ServerBuilder builder;
-    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
-    builder.RegisterService(&service_);
-    server_ = builder.BuildAndStart();
-    client_ = Client::Connect({.address = "127.0.0.1:" + std::to_string(port)});
-  }
-
   absl::StatusOr<std::unique_ptr<WatchStream>> Open() {
     v1::WatchRequest watch;
     watch.set_scene("scene-of-this-test");
@@ -97,8 +88,8 @@ class WatchStreamTest : public ::testing::Test {
   }
 
   AcknowledgedScenes service_;
-  std::unique_ptr<grpc::Server> server_;
-  std::unique_ptr<Client> client_;
+  FakeServer server_{&service_};
+  const std::unique_ptr<Client> client_ = Client::Connect({.address = server_.address()});
 };
 
 TEST_F(WatchStreamTest, AcknowledgesEveryUpdateAndAnswersHeartbeats) {
@@ -114,7 +105,7 @@ TEST_F(WatchStreamTest, AcknowledgesEveryUpdateAndAnswersHeartbeats) {
       EXPECT_EQ((*update)->end.update_id(), id);
     }
   }
-  server_->Shutdown();
+  server_.Shutdown();
   ASSERT_GE(service_.controls.size(), 5u);
   EXPECT_FALSE(service_.controls[0].has_acked_update_id());  // the heartbeat
   for (uint64_t i = 1; i < 5; ++i) EXPECT_EQ(service_.controls[i].acked_update_id(), i);
@@ -126,7 +117,7 @@ TEST_F(WatchStreamTest, AcknowledgesEveryUpdateAndAnswersHeartbeats) {
 
 TEST_F(WatchStreamTest, OpensItselfAgainWithItsTokenAfterABreakAndAGoaway) {
   service_.failures[1] = grpc::Status(grpc::StatusCode::UNAVAILABLE, "broken");
-  service_.goaway_streams[2] = true;
+  service_.goaways[2] = 0;
   {
     const auto watch = Open();
     ASSERT_OK(watch);
@@ -138,7 +129,7 @@ TEST_F(WatchStreamTest, OpensItselfAgainWithItsTokenAfterABreakAndAGoaway) {
     EXPECT_EQ((*watch)->reconnections(), 2);
     EXPECT_EQ((*watch)->hello().watch_id(), "watch 3");
   }
-  server_->Shutdown();
+  server_.Shutdown();
   ASSERT_EQ(service_.opened.size(), 3u);
   EXPECT_EQ(service_.opened[0].resume_token(), "");
   EXPECT_EQ(service_.opened[1].resume_token(), "token 1");
@@ -161,6 +152,17 @@ TEST_F(WatchStreamTest, CancelEndsItFromAnotherThread) {
     ASSERT_OK(update);
     if (!update->has_value()) break;
   }
+  cancel.join();
+}
+
+TEST_F(WatchStreamTest, CancelEndsAPauseBetweenTwoStreams) {
+  service_.goaways[1] = 3600;
+  const auto watch = Open();
+  ASSERT_OK(watch);
+  std::thread cancel([&] { (*watch)->Cancel(); });
+  const auto update = (*watch)->Next();
+  ASSERT_OK(update);
+  EXPECT_FALSE(update->has_value());
   cancel.join();
 }
 

@@ -1,0 +1,254 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// latticectl interrupted by SIGINT or SIGTERM: what it has made on a server is deleted again, and
+// its exit code says the signal. The signal is sent from inside the call that it is to meet.
+#include <signal.h>
+#include <unistd.h>
+
+#include <mutex>
+#include <set>
+#include <sstream>
+
+#include "absl/time/clock.h"
+#include "client/cpp/interruption.h"
+#include "core/base/sha256.h"
+#include "latticed/v1/mesh.grpc.pb.h"
+#include "latticed/v1/scene.grpc.pb.h"
+#include "tests/client/fake_server.h"
+#include "tests/client/latticectl_server_fixture.h"
+
+namespace latticed::client {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kInterrupted = 128;
+constexpr char kTriangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+// As a shell starts a program in the foreground; one in the background may ignore SIGINT.
+void TakeSignals() {
+  for (const int number : {SIGINT, SIGTERM}) signal(number, SIG_DFL);
+}
+
+// What both services of a server share: its meshes and scenes, and which rpc is interrupted.
+struct Things {
+  std::string interrupted_rpc;
+  int signal = 0;
+  std::mutex mutex;
+  std::set<std::string> meshes, scenes, ever;
+
+  // Whether it was this one.
+  bool Interrupt(const std::string& rpc) const {
+    if (rpc != interrupted_rpc) return false;
+    kill(getpid(), signal);
+    return true;
+  }
+  void Add(const std::string& id, std::set<std::string>* ids) {
+    const std::lock_guard lock(mutex);
+    ids->insert(id);
+    ever.insert(id);
+  }
+  grpc::Status Find(const std::string& id, const std::set<std::string>& ids) {
+    const std::lock_guard lock(mutex);
+    return ids.contains(id) ? grpc::Status::OK : grpc::Status(grpc::StatusCode::NOT_FOUND, id);
+  }
+  grpc::Status Delete(const std::string& id, std::set<std::string>* ids) {
+    const std::lock_guard lock(mutex);
+    return ids->erase(id) > 0 ? grpc::Status::OK : grpc::Status(grpc::StatusCode::NOT_FOUND, id);
+  }
+  static grpc::Status UntilCancelled(const grpc::ServerContext& context) {
+    while (!context.IsCancelled()) absl::SleepFor(absl::Milliseconds(1));
+    return grpc::Status::CANCELLED;
+  }
+};
+
+class FakeMeshes final : public v1::MeshService::Service {
+ public:
+  explicit FakeMeshes(Things* things) : things_(things) {}
+
+  grpc::Status GetMesh(grpc::ServerContext*, const v1::GetMeshRequest* request,
+                       v1::Mesh* mesh) override {
+    Fill(request->mesh(), mesh);
+    return things_->Find(request->mesh(), things_->meshes);
+  }
+  grpc::Status UploadMesh(grpc::ServerContext* context,
+                          grpc::ServerReader<v1::UploadMeshRequest>* parts,
+                          v1::Mesh* mesh) override {
+    v1::UploadMeshRequest part;
+    parts->Read(&part);
+    const std::string id = part.header().sha256();
+    if (things_->Interrupt("begin of UploadMesh")) return Things::UntilCancelled(*context);
+    while (parts->Read(&part)) {
+    }
+    (void)things_->Interrupt("end of UploadMesh");
+    things_->Add(id, &things_->meshes);
+    Fill(id, mesh);
+    return grpc::Status::OK;
+  }
+  grpc::Status DeleteMesh(grpc::ServerContext*, const v1::DeleteMeshRequest* request,
+                          v1::DeleteMeshResponse*) override {
+    return things_->Delete(request->mesh(), &things_->meshes);
+  }
+
+ private:
+  static void Fill(const std::string& id, v1::Mesh* mesh) {
+    mesh->set_id(id);
+    mesh->set_format(v1::MESH_FORMAT_OBJ);
+  }
+
+  Things* const things_;
+};
+
+class FakeScenes final : public v1::SceneService::Service {
+ public:
+  explicit FakeScenes(Things* things) : things_(things) {}
+
+  grpc::Status CreateScene(grpc::ServerContext*, const v1::CreateSceneRequest* request,
+                           v1::Scene* scene) override {
+    (void)things_->Interrupt("CreateScene");
+    things_->Add(request->scene_id(), &things_->scenes);
+    scene->set_id(request->scene_id());
+    return grpc::Status::OK;
+  }
+  // Without end: only a cancellation gets the command out of here.
+  grpc::Status GetUpdate(grpc::ServerContext* context, const v1::GetUpdateRequest*,
+                         grpc::ServerWriter<v1::SceneEvent>*) override {
+    (void)things_->Interrupt("GetUpdate");
+    return Things::UntilCancelled(*context);
+  }
+  grpc::Status DeleteScene(grpc::ServerContext*, const v1::DeleteSceneRequest* request,
+                           v1::DeleteSceneResponse*) override {
+    return things_->Delete(request->scene(), &things_->scenes);
+  }
+
+ private:
+  Things* const things_;
+};
+
+class LatticectlInterrupt : public LatticectlTest {
+ protected:
+  void SetUp() override {
+    LatticectlTest::SetUp();
+    TakeSignals();
+    // Of many parts: more than a connection takes in that nobody reads from.
+    ASSERT_OK(WriteFile(Path("mesh.obj"), kTriangle + std::string(size_t{32} << 20, '#')));
+    ASSERT_OK(WriteFile(Path("small.obj"), kTriangle));
+    MustRun({"lattice", Path("small.obj"), "-o", Path("L.json")});
+  }
+
+  RunResult Apply(const std::string& mesh) const {
+    return Latticectl({"apply", Path(mesh), "--lattice", Path("L.json"), "-o", Path("o.ply"),
+                       "--server", server_.address()});
+  }
+
+  Things things_;
+  FakeMeshes meshes_{&things_};
+  FakeScenes scenes_{&things_};
+  FakeServer server_{&meshes_, &scenes_};
+};
+
+TEST_F(LatticectlInterrupt, ApplyDeletesItsSceneAndItsMeshWhereverItIs) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    for (const char* rpc :
+         {"begin of UploadMesh", "end of UploadMesh", "CreateScene", "GetUpdate"}) {
+      SCOPED_TRACE(std::string(rpc) + ", signal " + std::to_string(signal));
+      things_.signal = signal;
+      things_.interrupted_rpc = rpc;
+
+      const RunResult result = Apply("mesh.obj");
+
+      EXPECT_EQ(result.code, kInterrupted + signal);
+      EXPECT_EQ(result.err, "latticectl: interrupted\n");
+      EXPECT_EQ(result.out, "");
+      EXPECT_FALSE(std::filesystem::exists(Path("o.ply")));
+      EXPECT_TRUE(things_.scenes.empty());
+      EXPECT_TRUE(things_.meshes.empty());
+    }
+  }
+  EXPECT_GE(things_.ever.size(), 5u);  // the mesh, and a scene a run that came so far
+}
+
+TEST_F(LatticectlInterrupt, ApplyLeavesAMeshThatWasThere) {
+  const std::string id = Sha256Hex(kTriangle);
+  things_.meshes.insert(id);
+  things_.signal = SIGINT;
+  things_.interrupted_rpc = "GetUpdate";
+  EXPECT_EQ(Apply("small.obj").code, kInterrupted + SIGINT);
+  EXPECT_TRUE(things_.scenes.empty());
+  EXPECT_EQ(things_.meshes, std::set<std::string>{id});
+}
+
+// An error output that is a terminal, and interrupts when the progress bar of `label` comes.
+class InterruptingOutput final : public std::stringbuf {
+ public:
+  InterruptingOutput(std::string label, int signal) : label_(std::move(label)), signal_(signal) {}
+
+ protected:
+  int sync() override {
+    if (signal_ != 0 && str().find(label_) != std::string::npos) {
+      kill(getpid(), std::exchange(signal_, 0));
+    }
+    return 0;
+  }
+
+ private:
+  const std::string label_;
+  int signal_;
+};
+
+class LatticectlInterruptDrag : public LatticectlServer {
+ protected:
+  int RunUntil(const std::string& label, int signal, std::vector<std::string> arguments) const {
+    TakeSignals();
+    std::ostringstream out;
+    InterruptingOutput buffer(label, signal);
+    std::ostream err(&buffer);
+    return RunAt({.out = out, .err = err, .err_is_terminal = true}, AtServer(std::move(arguments)));
+  }
+};
+
+// Of drags so long that they do not end by themselves.
+TEST_F(LatticectlInterruptDrag, BenchDeletesItsSceneAndItsMesh) {
+  EXPECT_EQ(RunUntil("edits [", SIGTERM, {"bench", Path("vase.obj"), "--edits", "1000000"}),
+            kInterrupted + SIGTERM);
+  EXPECT_EQ(RunJson({"scene", "list"}).size(), 0u);
+  EXPECT_EQ(RunJson({"meshes"}).size(), 0u);
+}
+
+TEST_F(LatticectlInterruptDrag, QuickstartDeletesItsSceneAndItsMesh) {
+  EXPECT_EQ(
+      RunUntil("drag [", SIGINT,
+               {"quickstart", "--sample", "vase", "--steps", "100000", "--output", Path("q")}),
+      kInterrupted + SIGINT);
+  EXPECT_EQ(RunJson({"scene", "list"}).size(), 0u);
+  EXPECT_EQ(RunJson({"meshes"}).size(), 0u);
+}
+
+TEST(Interruption, TheSecondSignalEndsTheProcess) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  TakeSignals();
+  EXPECT_EXIT(
+      {
+        Interruption interruption;
+        const std::stop_token stop = interruption.Catch();
+        raise(SIGTERM);
+        if (interruption.signal() == SIGTERM) raise(SIGINT);
+      },
+      ::testing::KilledBySignal(SIGINT), "");
+}
+
+TEST(Interruption, AnIgnoredSignalStaysIgnored) {
+  signal(SIGINT, SIG_IGN);
+  {
+    Interruption interruption;
+    const std::stop_token stop = interruption.Catch();
+    raise(SIGINT);
+    EXPECT_EQ(interruption.signal(), 0);
+    EXPECT_FALSE(stop.stop_requested());
+  }
+  signal(SIGINT, SIG_DFL);
+}
+
+}  // namespace
+}  // namespace latticed::client
