@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/watch_stream.h"
 
+#include "core/base/error.h"
 #include "server/call.h"
 #include "server/scene_registry.h"
 #include "server/server_env.h"
@@ -30,6 +31,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* NewWatchStream(ServerEnv* env,
 
 absl::Status ControlWatch(ServerEnv* env, const v1::ControlWatchRequest& request,
                           v1::ControlWatchResponse* response) {
+  if (request.watch_id().empty()) return error::InvalidField("watch_id", "is required");
   auto watch = env->scenes->FindWatch(request.watch_id());
   if (!watch.ok()) return watch.status();
   const Scene& scene = (*watch)->scene();
