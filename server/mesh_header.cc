@@ -3,6 +3,7 @@
 #include "server/mesh_header.h"
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "absl/strings/ascii.h"
@@ -60,8 +61,8 @@ absl::Status CheckUnits(const v1::MeshUnits& units) {
     return error::NotFinite("header.units.meters_per_unit");
   }
   if (units.meters_per_unit() < 0) {
-    return error::InvalidField("header.units.meters_per_unit", "must be above 0, or 0 for unknown",
-                               "OUT_OF_RANGE");
+    return error::OutOfRange("header.units.meters_per_unit", units.meters_per_unit(), 0,
+                             std::numeric_limits<double>::max());
   }
   return absl::OkStatus();
 }

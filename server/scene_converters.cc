@@ -40,12 +40,16 @@ absl::StatusOr<absl::Duration> IdleTtl(const v1::CreateSceneRequest& request,
   if (!request.has_idle_ttl()) return unset;
   // The range of google.protobuf.Duration: 10,000 years.
   constexpr int64_t kMostSeconds = 315'576'000'000;
-  constexpr int32_t kNanos = 1'000'000'000;
+  constexpr int32_t kMostNanos = 999'999'999;
   const auto& ttl = request.idle_ttl();
   const bool positive =
       (ttl.seconds() > 0 && ttl.nanos() >= 0) || (ttl.seconds() == 0 && ttl.nanos() > 0);
-  if (!positive || ttl.seconds() > kMostSeconds || ttl.nanos() >= kNanos) {
-    return error::InvalidField("idle_ttl", "must be above 0 and a valid duration", "OUT_OF_RANGE");
+  if (!positive || ttl.seconds() > kMostSeconds || ttl.nanos() > kMostNanos) {
+    return error::InvalidField(
+        "idle_ttl",
+        fmt::format("got {} s and {} ns, allowed is 0 to {} s with 0 to {} ns, not both 0",
+                    ttl.seconds(), ttl.nanos(), kMostSeconds, kMostNanos),
+        "OUT_OF_RANGE");
   }
   return absl::Seconds(ttl.seconds()) + absl::Nanoseconds(ttl.nanos());
 }
