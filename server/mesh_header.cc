@@ -16,6 +16,7 @@
 #include "server/converters.h"
 #include "server/labels.h"
 #include "server/raw_mesh.h"
+#include "server/time_converters.h"
 #include "server/view_converters.h"
 
 namespace latticed {
@@ -186,9 +187,7 @@ v1::Mesh ToProto(const StoredMesh& mesh, uint64_t scenes, bool with_groups) {
   out.set_owner(mesh.owner);
   out.set_up_axis(UpAxisFromName(mesh.up_axis));
   out.set_meters_per_unit(mesh.meters_per_unit);
-  const int64_t nanos = absl::ToUnixNanos(mesh.create_time);
-  out.mutable_create_time()->set_seconds(nanos / 1'000'000'000);
-  out.mutable_create_time()->set_nanos(static_cast<int32_t>(nanos % 1'000'000'000));
+  SetTime(mesh.create_time, *out.mutable_create_time());
   out.set_scenes(scenes);
   return out;
 }

@@ -12,6 +12,7 @@
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
 #include "server/converters.h"
 #include "server/labels.h"
+#include "server/time_converters.h"
 #include "server/view_converters.h"
 
 namespace latticed {
@@ -66,13 +67,6 @@ std::string Fingerprint(const v1::CreateSceneRequest& request, const std::string
   return owner + '\0' + bytes;
 }
 
-void SetTime(absl::Time time, google::protobuf::Timestamp& out) {
-  const int64_t seconds = absl::ToUnixSeconds(time);
-  out.set_seconds(seconds);
-  out.set_nanos(
-      static_cast<int32_t>(absl::ToInt64Nanoseconds(time - absl::FromUnixSeconds(seconds))));
-}
-
 }  // namespace
 
 absl::Status CheckCreateScene(const v1::CreateSceneRequest& request) {
@@ -122,10 +116,7 @@ v1::Scene ToProto(const Scene& scene) {
   result.set_mesh(config.mesh_id);
   *result.add_lattices() = SummaryToProto(state->structure());
   *result.mutable_default_view() = ToProto(config.default_view);
-  const int64_t ttl_seconds = absl::ToInt64Seconds(config.idle_ttl);
-  result.mutable_idle_ttl()->set_seconds(ttl_seconds);
-  result.mutable_idle_ttl()->set_nanos(
-      static_cast<int32_t>(absl::ToInt64Nanoseconds(config.idle_ttl - absl::Seconds(ttl_seconds))));
+  SetDuration(config.idle_ttl, *result.mutable_idle_ttl());
   result.mutable_labels()->insert(config.labels.begin(), config.labels.end());
   result.set_pipeline(ToProto(config.pipeline));
   result.set_revision(state->revision);
