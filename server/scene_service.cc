@@ -28,6 +28,7 @@
 #include "server/server_env.h"
 #include "server/surface_export.h"
 #include "server/topology.h"
+#include "server/watch_request.h"
 #include "server/watch_stream.h"
 
 namespace latticed {
@@ -192,19 +193,12 @@ class SceneServiceImpl final : public SceneServiceBase {
   }
 
  private:
-  absl::StatusOr<std::shared_ptr<Scene>> FindScene(const Context& context,
-                                                   const std::string& id) const {
-    if (id.empty()) return error::InvalidField("scene", "is required");
-    if (auto s = CheckSceneMetadata(context, id); !s.ok()) return s;
-    return env_->scenes->Find(id);
-  }
-
   template <typename Request, typename Work>
   UnaryReactor* OnScene(std::string_view rpc, Context* context, const Request* request, Work work) {
     return RunUnary(
         env_, context, rpc,
         [this, context, request, work = std::move(work)](const CallInfo&) -> absl::Status {
-          const auto scene = FindScene(*context, request->scene());
+          const auto scene = FindScene(*env_, *context, request->scene());
           return scene.ok() ? work(**scene) : scene.status();
         });
   }
@@ -260,7 +254,7 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   absl::StatusOr<PartStream<v1::TopologyPart>::Next> OpenTopology(
       const Context& context, const v1::GetTopologyRequest& request) const {
-    const auto scene = FindScene(context, request.scene());
+    const auto scene = FindScene(*env_, context, request.scene());
     if (!scene.ok()) return scene.status();
     const auto plan = (*scene)->State()->plan;
     if (!IsTopologyOf(request.topology_id(), (*scene)->config().mesh_id, plan->structure)) {
@@ -277,7 +271,7 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   absl::StatusOr<PartStream<v1::ExportResponse>::Next> OpenExport(
       const Context& context, const v1::ExportRequest& request, const Cancelled& cancelled) const {
-    const auto scene = FindScene(context, request.scene());
+    const auto scene = FindScene(*env_, context, request.scene());
     if (!scene.ok()) return scene.status();
     const auto state = (*scene)->State();
     if (request.revision() != 0 && request.revision() != state->revision) {

@@ -9,23 +9,12 @@
 #include "server/update_stream.h"
 
 namespace latticed {
-namespace {
-
-absl::StatusOr<OpenRequest> OpenWatch(ServerEnv* env, CallInfo& call,
-                                      const grpc::ByteBuffer& bytes) {
-  v1::WatchRequest request;
-  if (auto s = ParseMessage(bytes, &request); !s.ok()) return s;
-  call.scene = request.scene();
-  return FromProto(env, *call.context, request);
-}
-
-}  // namespace
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* NewWatchStream(ServerEnv* env,
                                                            grpc::CallbackServerContext* context,
                                                            const grpc::ByteBuffer* request) {
   return new UpdateStream(env, context, "SceneService/Watch", [env, request](CallInfo& call) {
-    return OpenWatch(env, call, *request);
+    return ReadOpenRequest<v1::WatchRequest>(env, call, *request);
   });
 }
 
