@@ -109,16 +109,10 @@ TEST_F(MemoryBudgetTest, AViewIsRefusedAndASmallerOneIsServed) {
 TEST_F(MemoryBudgetTest, AnInsertedKnotNeedsRoomBesideThePlanInUse) {
   Restart(1.5);
   ASSERT_OK(Create(SceneRequest()));
-  v1::EditBatch batch = Move("alice", 1, 0, 0);
-  batch.clear_edits();
-  batch.add_edits()->mutable_insert_knot()->set_value(0.5);
 
-  ExpectOutOfMemory(Apply(batch), "the scene's plan");
+  ExpectOutOfMemory(Apply(Knot("alice", 1)), "the scene's plan");
 
-  v1::GetLatticeRequest request;
-  request.set_scene("scene-one");
-  v1::LatticeState state;
-  ASSERT_OK(Call(&v1::SceneService::Stub::GetLattice, request, &state));
+  const v1::LatticeState state = Lattice();
   EXPECT_EQ(state.revision(), 0u);
   EXPECT_EQ(state.structure_id(), 1u);
 }
