@@ -131,7 +131,8 @@ class SceneServiceImpl final : public SceneServiceBase {
     const auto arrived = Clock::now();
     return OnScene("SceneService/ApplyEdits", context, request, [=](Scene& scene) -> absl::Status {
       const auto begun = Clock::now();
-      const auto summary = scene.ApplyEdits(BatchFromProto(*request));
+      const auto summary = scene.ApplyEdits(BatchFromProto(*request),
+                                            [context] { return CheckCancelled(*context); });
       if (!summary.ok()) return summary.status();
       *response = ToProto(*summary);
       response->mutable_timings()->set_queue_us(Microseconds(begun - arrived));
@@ -213,10 +214,10 @@ class SceneServiceImpl final : public SceneServiceBase {
         SceneConfigFromProto(request, **mesh, call.caller.name, env_->options.scene_idle_ttl);
     if (!config.ok()) return config.status();
     config->memory = env_->memory;
-    if (call.context->IsCancelled()) return absl::CancelledError("the caller went away");
     // The mesh may have been deleted since it was found.
     const auto scene = env_->scenes->Create(
-        *std::move(config), [&] { return env_->meshes.Find(request.mesh()).status(); });
+        *std::move(config), [&] { return env_->meshes.Find(request.mesh()).status(); },
+        [&] { return CheckCancelled(*call.context); });
     if (!scene.ok()) return scene.status();
     *response = ToProto(**scene);
     return absl::OkStatus();

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -127,6 +128,19 @@ TEST_F(MemoryBudgetTest, ADeletedSceneGivesItsMemoryBack) {
   v1::DeleteSceneResponse response;
   ASSERT_OK(Call(&v1::SceneService::Stub::DeleteScene, request, &response));
 
+  EXPECT_OK(Create(SceneRequest("scene-two")));
+}
+
+TEST_F(MemoryBudgetTest, ACreationPastItsDeadlineGivesItsMemoryBack) {
+  Restart(1.5);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(1));
+  v1::Scene scene;
+  EXPECT_EQ(stub_->CreateScene(&context, SceneRequest(), &scene).error_code(),
+            grpc::StatusCode::DEADLINE_EXCEEDED);
+
+  ASSERT_OK(DeleteMeshOnceUnused()) << "a scene has come up";
+  mesh_ = Upload(PlaneObj(60));
   EXPECT_OK(Create(SceneRequest("scene-two")));
 }
 

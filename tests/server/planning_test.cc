@@ -1,10 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// While the plan of an inserted knot is made, others go on.
+// While a plan is made, for a new scene or for an inserted knot: others go on, and a caller that
+// has gone is noticed.
 #include <chrono>
+#include <functional>
 #include <future>
 #include <memory>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -32,6 +35,22 @@ class PlanningTest : public SceneFixture {
     mesh_ = Upload(kGridObj);
   }
   void TearDown() override { backend_->Open(); }
+
+  // Calls until a call that the gate holds has run into its deadline, and until the server's clock
+  // has passed it as well.
+  void PassADeadlineAtTheGate(const std::function<grpc::Status(grpc::ClientContext*)>& call) {
+    backend_->Close();
+    auto timeout = std::chrono::milliseconds(250);
+    // A slow server may not get there in time.
+    for (; backend_->entries() == 0 && !HasFailure(); timeout *= 2) {
+      grpc::ClientContext context;
+      context.set_deadline(std::chrono::system_clock::now() + timeout);
+      EXPECT_EQ(call(&context).error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+    }
+    // The server's deadline began when the call was there, which it is by now.
+    std::this_thread::sleep_for(timeout);
+    backend_->Open();
+  }
 
   GatedBackend* backend_ = nullptr;  // the server's
 };
@@ -73,6 +92,34 @@ TEST_F(PlanningTest, OthersGoOnWhileAKnotIsInserted) {
   const v1::LatticeState after = Lattice();
   EXPECT_EQ(after.structure_id(), 2u);
   EXPECT_EQ(after.revision(), 3u);
+}
+
+TEST_F(PlanningTest, ACreationPastItsDeadlineLeavesNothing) {
+  PassADeadlineAtTheGate([this](grpc::ClientContext* context) {
+    v1::Scene scene;
+    return stub_->CreateScene(context, SceneRequest(), &scene);
+  });
+
+  EXPECT_OK(DeleteMeshOnceUnused()) << "a scene has come up";
+}
+
+TEST_F(PlanningTest, AKnotPastItsDeadlineChangesNothingAndMayBeSentAgain) {
+  ASSERT_OK(Create(SceneRequest()));
+
+  PassADeadlineAtTheGate([this](grpc::ClientContext* context) {
+    v1::EditResult result;
+    return stub_->ApplyEdits(context, Knot("alice", 1), &result);
+  });
+  // Time to go wrong: an edit that was made all the same would be in the ledger by then.
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  EXPECT_EQ(Lattice().revision(), 0u);
+  const int plans = backend_->entries();
+
+  ASSERT_OK(Apply(Knot("alice", 1)));
+  EXPECT_GT(backend_->entries(), plans) << "not the answer to the first";
+  const v1::LatticeState after = Lattice();
+  EXPECT_EQ(after.structure_id(), 2u);
+  EXPECT_EQ(after.revision(), 1u) << "once";
 }
 
 }  // namespace

@@ -74,6 +74,21 @@ class SceneFixture : public ::testing::Test {
     return mesh.id();
   }
 
+  // Waits for scenes in the making, which hold the mesh; MESH_IN_USE if one stays.
+  absl::Status DeleteMeshOnceUnused() {
+    const auto give_up = std::chrono::system_clock::now() + std::chrono::seconds(20);
+    grpc::Status status;
+    do {
+      grpc::ClientContext context;
+      v1::DeleteMeshRequest request;
+      request.set_mesh(mesh_);
+      v1::DeleteMeshResponse response;
+      status =
+          v1::MeshService::NewStub(server_->channel())->DeleteMesh(&context, request, &response);
+    } while (!status.ok() && std::chrono::system_clock::now() < give_up);
+    return client::FromGrpc(status);
+  }
+
   // A unary call: status, with the response in `response`. Its deadline is for servers that hang.
   template <typename Request, typename Response>
   absl::Status Call(grpc::Status (v1::SceneService::Stub::*method)(grpc::ClientContext*,
