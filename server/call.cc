@@ -3,6 +3,7 @@
 #include "server/call.h"
 
 #include <algorithm>
+#include <chrono>
 #include <random>
 
 #include "absl/time/clock.h"
@@ -143,6 +144,14 @@ absl::Status CheckSceneMetadata(const grpc::CallbackServerContext& context,
       "SCENE_MISMATCH");
 }
 
+absl::Status CheckCancelled(const grpc::CallbackServerContext& context) {
+  // gRPC cancels a call some time after its deadline.
+  if (std::chrono::system_clock::now() >= context.deadline()) {
+    return absl::DeadlineExceededError("the caller's deadline has passed");
+  }
+  return context.IsCancelled() ? absl::CancelledError("the caller cancelled") : absl::OkStatus();
+}
+
 grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* context,
                                    std::string_view rpc,
                                    std::function<absl::Status(const CallInfo&)> work) {
@@ -153,10 +162,10 @@ grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* 
     return reactor;
   }
   env->workers.Post([reactor, call = *std::move(call), work = std::move(work)] {
-    const absl::Status result =
-        call.context->IsCancelled()
-            ? absl::CancelledError("the caller cancelled")
-            : CatchBadAlloc("the request", [&]() -> absl::Status { return work(call); });
+    absl::Status result = CheckCancelled(*call.context);
+    if (result.ok()) {
+      result = CatchBadAlloc("the request", [&]() -> absl::Status { return work(call); });
+    }
     const grpc::Status status = ToGrpcStatus(result);
     LogFinished(call, status);
     reactor->Finish(status);

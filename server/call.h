@@ -51,6 +51,9 @@ void LogFinished(const CallInfo& call, const grpc::Status& status);
 [[nodiscard]] absl::Status CheckSceneMetadata(const grpc::CallbackServerContext& context,
                                               std::string_view scene_id);
 
+// Whether the caller still waits, for long work to ask: kDeadlineExceeded, kCancelled.
+[[nodiscard]] absl::Status CheckCancelled(const grpc::CallbackServerContext& context);
+
 // A unary rpc: BeginCall, then `work` on env->workers, then Finish with its status. Request and
 // response live until then. A call that was cancelled before its turn does not run.
 grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* context,

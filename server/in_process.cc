@@ -43,11 +43,21 @@ InProcessServer::InProcessServer() = default;
 InProcessServer::~InProcessServer() { Stop(); }
 
 absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::Start(Options options) {
+  return Start(std::move(options), {});
+}
+
+absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::Start(
+    Options options, std::vector<std::unique_ptr<Backend>> backends) {
   options.listen = "127.0.0.1:0";
-  return Serve(std::move(options));
+  return ServeOn(std::move(options), std::move(backends));
 }
 
 absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::Serve(Options options) {
+  return ServeOn(std::move(options), {});
+}
+
+absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
+    Options options, std::vector<std::unique_ptr<Backend>> backends) {
   if (absl::Status status = Validate(options); !status.ok()) return status;
   ConfigureLogging(options.log_level, options.log_format);
   std::unique_ptr<InProcessServer> result(new InProcessServer);
@@ -56,9 +66,12 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::Serve(Options 
   absl::StatusOr<Authenticator> authenticator = LoadTokens(env.options.token_file);
   if (!authenticator.ok()) return authenticator.status();
   env.authenticator = std::make_shared<const Authenticator>(*std::move(authenticator));
-  auto backends = MakeBackends(env.options);
-  if (!backends.ok()) return backends.status();
-  env.backends = *std::move(backends);
+  if (backends.empty()) {
+    auto made = MakeBackends(env.options);
+    if (!made.ok()) return made.status();
+    backends = *std::move(made);
+  }
+  env.backends = std::move(backends);
   env.scenes = std::make_shared<SceneRegistry>(
       &env.backend(), kPipelineWorkers,
       SceneRegistry::Options{.max_scenes = static_cast<size_t>(env.options.max_scenes),

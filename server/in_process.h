@@ -13,6 +13,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "server/options.h"
@@ -23,6 +24,7 @@ class Channel;
 
 namespace latticed {
 
+class Backend;
 class GrpcServer;
 struct ServerEnv;
 
@@ -32,7 +34,10 @@ class InProcessServer {
   // by the options. kInvalidArgument for options that cannot be, kUnimplemented or kUnavailable for
   // a backend or port that cannot be had.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<InProcessServer>> Start(Options options);
-  // The same on options.listen.
+  // The same on these backends, whatever options.backend says; the first one serves.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<InProcessServer>> Start(
+      Options options, std::vector<std::unique_ptr<Backend>> backends);
+  // As the first on options.listen.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<InProcessServer>> Serve(Options options);
   ~InProcessServer();
 
@@ -50,6 +55,9 @@ class InProcessServer {
 
  private:
   InProcessServer();
+  // No backends: those of options.backend.
+  static absl::StatusOr<std::unique_ptr<InProcessServer>> ServeOn(
+      Options options, std::vector<std::unique_ptr<Backend>> backends);
 
   std::unique_ptr<ServerEnv> env_;
   std::unique_ptr<GrpcServer> server_;  // last: uses env_

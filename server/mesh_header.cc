@@ -3,6 +3,7 @@
 #include "server/mesh_header.h"
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "absl/strings/ascii.h"
@@ -15,6 +16,7 @@
 #include "server/converters.h"
 #include "server/labels.h"
 #include "server/raw_mesh.h"
+#include "server/time_converters.h"
 #include "server/view_converters.h"
 
 namespace latticed {
@@ -60,8 +62,8 @@ absl::Status CheckUnits(const v1::MeshUnits& units) {
     return error::NotFinite("header.units.meters_per_unit");
   }
   if (units.meters_per_unit() < 0) {
-    return error::InvalidField("header.units.meters_per_unit", "must be above 0, or 0 for unknown",
-                               "OUT_OF_RANGE");
+    return error::OutOfRange("header.units.meters_per_unit", units.meters_per_unit(), 0,
+                             std::numeric_limits<double>::max());
   }
   return absl::OkStatus();
 }
@@ -185,9 +187,7 @@ v1::Mesh ToProto(const StoredMesh& mesh, uint64_t scenes, bool with_groups) {
   out.set_owner(mesh.owner);
   out.set_up_axis(UpAxisFromName(mesh.up_axis));
   out.set_meters_per_unit(mesh.meters_per_unit);
-  const int64_t nanos = absl::ToUnixNanos(mesh.create_time);
-  out.mutable_create_time()->set_seconds(nanos / 1'000'000'000);
-  out.mutable_create_time()->set_nanos(static_cast<int32_t>(nanos % 1'000'000'000));
+  SetTime(mesh.create_time, *out.mutable_create_time());
   out.set_scenes(scenes);
   return out;
 }

@@ -11,15 +11,12 @@
 #include "server/labels.h"
 #include "server/mesh_header.h"
 #include "server/scene_registry.h"
+#include "server/time_converters.h"
 #include "server/upload_stream.h"
 #include "server/uploads.h"
 
 namespace latticed {
 namespace {
-
-void SetTime(absl::Time time, google::protobuf::Timestamp& out) {
-  out.set_seconds(absl::ToUnixSeconds(time));
-}
 
 // Ids of meshes are hashes, and tokens are ids.
 bool IsSha256Hex(std::string_view text) {

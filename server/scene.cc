@@ -86,11 +86,11 @@ Scene::Scene(SceneConfig config, Backend* backend, UpdatePipeline* pipeline)
 Scene::~Scene() = default;
 
 absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config, Backend* backend,
-                                                     UpdatePipeline* pipeline) {
+                                                     UpdatePipeline* pipeline, StopCheck stop) {
   if (auto s = Validate(config.lattice); !s.ok()) return s;
   if (auto s = Validate(config.default_view.key.spec); !s.ok()) return s;
   const std::shared_ptr<Scene> scene(new Scene(std::move(config), backend, pipeline));
-  auto state = scene->Prepare(scene->config_.lattice.structure);
+  auto state = scene->Prepare(scene->config_.lattice.structure, stop);
   if (!state.ok()) return state.status();
 
   const MutexLock edit_lock(&scene->edit_mutex_);
@@ -105,20 +105,22 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config, Backend
   return scene;
 }
 
-absl::StatusOr<SceneState> Scene::Prepare(const LatticeStructure& structure) const {
-  return CatchBadAlloc("the scene's plan", [&] { return PrepareUnguarded(structure); });
+absl::StatusOr<SceneState> Scene::Prepare(const LatticeStructure& structure, StopCheck stop) const {
+  return CatchBadAlloc("the scene's plan", [&] { return PrepareUnguarded(structure, stop); });
 }
 
-absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& structure) const {
+absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& structure,
+                                                   StopCheck stop) const {
   SceneState state;
   const uint64_t least = LeastPlanBytes(*config_.mesh);
   auto memory = Reserve(config_.memory, "the scene's plan", least);
   if (!memory.ok()) return memory.status();
   ProbeMemory(least);
-  auto plan = MakePlan(config_.mesh, structure);
+  auto plan = MakePlan(config_.mesh, structure, stop);
   if (!plan.ok()) return plan.status();
   auto target = backend_->Prepare(*plan, config_.pipeline);
   if (!target.ok()) return target.status();
+  if (auto s = stop(); !s.ok()) return s;
   if (auto s = memory->Resize("the scene's plan", Sum((*target)->memory())); !s.ok()) return s;
   state.memory = std::make_shared<const MemoryReservation>(*std::move(memory));
   state.plan = *std::move(plan);
@@ -127,14 +129,15 @@ absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& struc
   return state;
 }
 
-absl::StatusOr<EditSummary> Scene::ApplyEdits(const EditBatch& batch) {
+absl::StatusOr<EditSummary> Scene::ApplyEdits(const EditBatch& batch, StopCheck stop) {
   std::optional<Candidate> candidate;
   while (true) {
     std::optional<LatticeStructure> wanted;
     auto summary = TryEdits(batch, candidate, wanted);
     if (!wanted.has_value()) return summary;
     candidate.reset();  // first, so that both plans do not need memory together
-    auto state = Prepare(*wanted);
+    auto state = Prepare(*wanted, stop);
+    if (IsStopped(state.status())) return state.status();
     candidate.emplace(Candidate{*std::move(wanted), std::move(state)});
   }
 }

@@ -31,6 +31,7 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/backend.h"
+#include "core/base/stop_check.h"
 #include "core/ffd/deform_plan.h"
 #include "core/ffd/edit_history.h"
 #include "core/ffd/lattice.h"
@@ -95,10 +96,12 @@ class SceneListener {
 class Scene : public std::enable_shared_from_this<Scene> {
  public:
   // Makes the plan and prepares the backend. kInvalidArgument for a bad lattice,
-  // kResourceExhausted. `backend` and `pipeline` outlive the scene.
+  // kResourceExhausted; what `stop` says, which is asked meanwhile. `backend` and `pipeline`
+  // outlive the scene.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<Scene>> Create(SceneConfig config,
                                                                      Backend* backend,
-                                                                     UpdatePipeline* pipeline);
+                                                                     UpdatePipeline* pipeline,
+                                                                     StopCheck stop = NeverStop);
   ~Scene();
   Scene(const Scene&) = delete;  // listeners and workers hold its address
   Scene& operator=(const Scene&) = delete;
@@ -112,8 +115,10 @@ class Scene : public std::enable_shared_from_this<Scene> {
   // All of the batch or nothing; revision + 1. kInvalidArgument, kAborted (STRUCTURE_CHANGED,
   // REVISION_CHANGED, OUT_OF_ORDER, UNDO_CONFLICT), kFailedPrecondition (nothing to undo),
   // kResourceExhausted, kNotFound when the scene was deleted. A change of structure makes its plan
-  // here, for seconds on large meshes; other edits go on meanwhile.
-  [[nodiscard]] absl::StatusOr<EditSummary> ApplyEdits(const EditBatch& batch)
+  // here, for seconds on large meshes; other edits go on meanwhile, and what `stop` says ends it:
+  // then nothing has changed and nothing is kept for replay, so that the batch may be sent again.
+  [[nodiscard]] absl::StatusOr<EditSummary> ApplyEdits(const EditBatch& batch,
+                                                       StopCheck stop = NeverStop)
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
 
   [[nodiscard]] std::shared_ptr<const SceneState> State() const ABSL_LOCKS_EXCLUDED(mutex_);
@@ -161,9 +166,10 @@ class Scene : public std::enable_shared_from_this<Scene> {
     LatticeStructure structure;
     absl::StatusOr<SceneState> state;
   };
-  [[nodiscard]] absl::StatusOr<SceneState> Prepare(const LatticeStructure& structure) const;
-  [[nodiscard]] absl::StatusOr<SceneState> PrepareUnguarded(
-      const LatticeStructure& structure) const;
+  [[nodiscard]] absl::StatusOr<SceneState> Prepare(const LatticeStructure& structure,
+                                                   StopCheck stop) const;
+  [[nodiscard]] absl::StatusOr<SceneState> PrepareUnguarded(const LatticeStructure& structure,
+                                                            StopCheck stop) const;
   // Applies the batch, unless it leads to a structure other than the candidate's: then `wanted` is
   // that structure and nothing has changed.
   [[nodiscard]] absl::StatusOr<EditSummary> TryEdits(const EditBatch& batch,

@@ -12,6 +12,7 @@
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
 #include "server/converters.h"
 #include "server/labels.h"
+#include "server/time_converters.h"
 #include "server/view_converters.h"
 
 namespace latticed {
@@ -40,12 +41,16 @@ absl::StatusOr<absl::Duration> IdleTtl(const v1::CreateSceneRequest& request,
   if (!request.has_idle_ttl()) return unset;
   // The range of google.protobuf.Duration: 10,000 years.
   constexpr int64_t kMostSeconds = 315'576'000'000;
-  constexpr int32_t kNanos = 1'000'000'000;
+  constexpr int32_t kMostNanos = 999'999'999;
   const auto& ttl = request.idle_ttl();
   const bool positive =
       (ttl.seconds() > 0 && ttl.nanos() >= 0) || (ttl.seconds() == 0 && ttl.nanos() > 0);
-  if (!positive || ttl.seconds() > kMostSeconds || ttl.nanos() >= kNanos) {
-    return error::InvalidField("idle_ttl", "must be above 0 and a valid duration", "OUT_OF_RANGE");
+  if (!positive || ttl.seconds() > kMostSeconds || ttl.nanos() > kMostNanos) {
+    return error::InvalidField(
+        "idle_ttl",
+        fmt::format("got {} s and {} ns, allowed is 0 to {} s with 0 to {} ns, not both 0",
+                    ttl.seconds(), ttl.nanos(), kMostSeconds, kMostNanos),
+        "OUT_OF_RANGE");
   }
   return absl::Seconds(ttl.seconds()) + absl::Nanoseconds(ttl.nanos());
 }
@@ -60,13 +65,6 @@ std::string Fingerprint(const v1::CreateSceneRequest& request, const std::string
     request.SerializeToCodedStream(&coded);
   }
   return owner + '\0' + bytes;
-}
-
-void SetTime(absl::Time time, google::protobuf::Timestamp& out) {
-  const int64_t seconds = absl::ToUnixSeconds(time);
-  out.set_seconds(seconds);
-  out.set_nanos(
-      static_cast<int32_t>(absl::ToInt64Nanoseconds(time - absl::FromUnixSeconds(seconds))));
 }
 
 }  // namespace
@@ -118,10 +116,7 @@ v1::Scene ToProto(const Scene& scene) {
   result.set_mesh(config.mesh_id);
   *result.add_lattices() = SummaryToProto(state->structure());
   *result.mutable_default_view() = ToProto(config.default_view);
-  const int64_t ttl_seconds = absl::ToInt64Seconds(config.idle_ttl);
-  result.mutable_idle_ttl()->set_seconds(ttl_seconds);
-  result.mutable_idle_ttl()->set_nanos(
-      static_cast<int32_t>(absl::ToInt64Nanoseconds(config.idle_ttl - absl::Seconds(ttl_seconds))));
+  SetDuration(config.idle_ttl, *result.mutable_idle_ttl());
   result.mutable_labels()->insert(config.labels.begin(), config.labels.end());
   result.set_pipeline(ToProto(config.pipeline));
   result.set_revision(state->revision);

@@ -15,6 +15,8 @@ namespace latticed {
 namespace {
 
 constexpr absl::Duration kTickInterval = absl::Seconds(1);
+// How often who waits for another's scene asks whether to go on.
+constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
 
 }  // namespace
 
@@ -44,7 +46,7 @@ void SceneRegistry::KeepHouse() {
 }
 
 absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
-    SceneConfig config, const std::function<absl::Status()>& admit) {
+    SceneConfig config, const std::function<absl::Status()>& admit, StopCheck stop) {
   const std::string id = config.id;
   const std::string mesh_id = config.mesh_id;
   {
@@ -52,7 +54,9 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     // The one who retries should get the scene, not an error, so he waits for the first request.
     const auto free = [&]()
                           ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !creating_.contains(id); };
-    mutex_.Await(free);
+    while (!mutex_.AwaitFor(free, kStopCheckInterval)) {
+      if (auto s = stop(); !s.ok()) return s;
+    }
     if (const auto found = scenes_.find(id); found != scenes_.end()) {
       if (found->second->config().fingerprint == config.fingerprint) return found->second;
       return error::AlreadyExists("scene", id);
@@ -66,7 +70,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     creating_[id] = mesh_id;
   }
   auto scene = CatchBadAlloc(
-      "the scene", [&] { return Scene::Create(std::move(config), backend_, &pipeline_); });
+      "the scene", [&] { return Scene::Create(std::move(config), backend_, &pipeline_, stop); });
   const MutexLock lock(&mutex_);
   const bool mesh_lives = creating_[id] == mesh_id;
   creating_.erase(id);

@@ -49,10 +49,11 @@ class SceneRegistry {
   // kResourceExhausted LIMIT_EXCEEDED for one scene too many;
   // else Scene::Create's errors. `admit`, where given, is asked before a scene is made, and what it
   // refuses is not: while it runs no mesh is deleted by DeleteMesh. kNotFound when its mesh was
-  // deleted by force meanwhile.
+  // deleted by force meanwhile. What `stop` says ends waiting and making, and leaves nothing; it is
+  // asked with the lock held, too.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Create(
-      SceneConfig config, const std::function<absl::Status()>& admit = nullptr)
-      ABSL_LOCKS_EXCLUDED(mutex_);
+      SceneConfig config, const std::function<absl::Status()>& admit = nullptr,
+      StopCheck stop = NeverStop) ABSL_LOCKS_EXCLUDED(mutex_);
   // kNotFound.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Find(std::string_view id) const
       ABSL_LOCKS_EXCLUDED(mutex_);

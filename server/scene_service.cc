@@ -28,6 +28,7 @@
 #include "server/server_env.h"
 #include "server/surface_export.h"
 #include "server/topology.h"
+#include "server/watch_request.h"
 #include "server/watch_stream.h"
 
 namespace latticed {
@@ -130,7 +131,8 @@ class SceneServiceImpl final : public SceneServiceBase {
     const auto arrived = Clock::now();
     return OnScene("SceneService/ApplyEdits", context, request, [=](Scene& scene) -> absl::Status {
       const auto begun = Clock::now();
-      const auto summary = scene.ApplyEdits(BatchFromProto(*request));
+      const auto summary = scene.ApplyEdits(BatchFromProto(*request),
+                                            [context] { return CheckCancelled(*context); });
       if (!summary.ok()) return summary.status();
       *response = ToProto(*summary);
       response->mutable_timings()->set_queue_us(Microseconds(begun - arrived));
@@ -192,19 +194,12 @@ class SceneServiceImpl final : public SceneServiceBase {
   }
 
  private:
-  absl::StatusOr<std::shared_ptr<Scene>> FindScene(const Context& context,
-                                                   const std::string& id) const {
-    if (id.empty()) return error::InvalidField("scene", "is required");
-    if (auto s = CheckSceneMetadata(context, id); !s.ok()) return s;
-    return env_->scenes->Find(id);
-  }
-
   template <typename Request, typename Work>
   UnaryReactor* OnScene(std::string_view rpc, Context* context, const Request* request, Work work) {
     return RunUnary(
         env_, context, rpc,
         [this, context, request, work = std::move(work)](const CallInfo&) -> absl::Status {
-          const auto scene = FindScene(*context, request->scene());
+          const auto scene = FindScene(*env_, *context, request->scene());
           return scene.ok() ? work(**scene) : scene.status();
         });
   }
@@ -219,10 +214,10 @@ class SceneServiceImpl final : public SceneServiceBase {
         SceneConfigFromProto(request, **mesh, call.caller.name, env_->options.scene_idle_ttl);
     if (!config.ok()) return config.status();
     config->memory = env_->memory;
-    if (call.context->IsCancelled()) return absl::CancelledError("the caller went away");
     // The mesh may have been deleted since it was found.
     const auto scene = env_->scenes->Create(
-        *std::move(config), [&] { return env_->meshes.Find(request.mesh()).status(); });
+        *std::move(config), [&] { return env_->meshes.Find(request.mesh()).status(); },
+        [&] { return CheckCancelled(*call.context); });
     if (!scene.ok()) return scene.status();
     *response = ToProto(**scene);
     return absl::OkStatus();
@@ -260,7 +255,7 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   absl::StatusOr<PartStream<v1::TopologyPart>::Next> OpenTopology(
       const Context& context, const v1::GetTopologyRequest& request) const {
-    const auto scene = FindScene(context, request.scene());
+    const auto scene = FindScene(*env_, context, request.scene());
     if (!scene.ok()) return scene.status();
     const auto plan = (*scene)->State()->plan;
     if (!IsTopologyOf(request.topology_id(), (*scene)->config().mesh_id, plan->structure)) {
@@ -277,7 +272,7 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   absl::StatusOr<PartStream<v1::ExportResponse>::Next> OpenExport(
       const Context& context, const v1::ExportRequest& request, const Cancelled& cancelled) const {
-    const auto scene = FindScene(context, request.scene());
+    const auto scene = FindScene(*env_, context, request.scene());
     if (!scene.ok()) return scene.status();
     const auto state = (*scene)->State();
     if (request.revision() != 0 && request.revision() != state->revision) {

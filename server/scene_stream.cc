@@ -3,16 +3,16 @@
 #include "server/scene_stream.h"
 
 #include <algorithm>
-#include <random>
 #include <utility>
 
 #include "absl/time/clock.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
-#include "fmt/format.h"
 #include "server/grpc_status.h"
+#include "server/random_id.h"
 #include "server/scene_registry.h"
 #include "server/server_env.h"
+#include "server/time_converters.h"
 #include "server/wire_buffers.h"
 
 namespace latticed {
@@ -23,18 +23,6 @@ constexpr int kSilentHeartbeats = 3;
 // By then another server, or this one's successor, may well listen. The drain delay is over when
 // goaway is sent.
 constexpr absl::Duration kGoawayRetry = absl::Seconds(1);
-
-// 128 random bits: who knows the id may steer the watch.
-std::string MakeWatchId() {
-  std::random_device random;
-  return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
-}
-
-void SetDuration(absl::Duration duration, google::protobuf::Duration& out) {
-  out.set_seconds(absl::ToInt64Seconds(duration));
-  out.set_nanos(static_cast<int32_t>(
-      absl::ToInt64Nanoseconds(duration - absl::Seconds(absl::ToInt64Seconds(duration)))));
-}
 
 }  // namespace
 
@@ -55,7 +43,7 @@ SceneStream::SceneStream(ServerEnv* env, std::shared_ptr<Scene> scene, const Opt
     : env_(env),
       scene_(std::move(scene)),
       only_update_(options.only_update.has_value()),
-      watch_id_(MakeWatchId()),
+      watch_id_(NewRandomId()),
       sink_(sink),
       finish_at_(options.only_update),
       half_closed_(only_update_),

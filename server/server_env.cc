@@ -6,13 +6,12 @@
 
 #include <algorithm>
 #include <array>
-#include <random>
 #include <thread>
 #include <utility>
 
 #include "absl/time/clock.h"
-#include "fmt/format.h"
 #include "server/auth.h"
+#include "server/random_id.h"
 #include "server/scene_registry.h"
 #include "server/uploads.h"
 
@@ -29,16 +28,11 @@ std::string HostName() {
   return name.data();
 }
 
-std::string NewBootId() {
-  std::random_device device;
-  return fmt::format("{:08x}{:08x}{:08x}{:08x}", device(), device(), device(), device());
-}
-
 }  // namespace
 
 ServerEnv::ServerEnv(Options options_in)
     : options(std::move(options_in)),
-      boot_id(NewBootId()),
+      boot_id(NewRandomId()),
       node(options.node.empty() ? HostName() : options.node),
       start_time(absl::Now()),
       authenticator(std::make_shared<const Authenticator>()),

@@ -6,16 +6,11 @@
 
 #include "core/base/limits.h"
 #include "server/call.h"
+#include "server/time_converters.h"
 #include "server/version.h"
 
 namespace latticed {
 namespace {
-
-void SetDuration(absl::Duration duration, google::protobuf::Duration& out) {
-  const int64_t seconds = absl::ToInt64Seconds(duration);
-  out.set_seconds(seconds);
-  out.set_nanos(static_cast<int32_t>(absl::ToInt64Nanoseconds(duration - absl::Seconds(seconds))));
-}
 
 uint64_t Pages(int name) {
   const long pages = sysconf(name);

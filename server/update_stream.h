@@ -21,6 +21,16 @@
 
 namespace latticed {
 
+// What such a call opens with: a message of the type Request.
+template <typename Request>
+absl::StatusOr<OpenRequest> ReadOpenRequest(ServerEnv* env, CallInfo& call,
+                                            const grpc::ByteBuffer& bytes) {
+  Request request;
+  if (auto s = ParseMessage(bytes, &request); !s.ok()) return s;
+  call.scene = request.scene();
+  return FromProto(env, *call.context, request);
+}
+
 class UpdateStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, public StreamSink {
  public:
   // `open` reads the request and says in the call which scene it is about. Finishes at once when

@@ -3,13 +3,13 @@
 #include "server/uploads.h"
 
 #include <algorithm>
-#include <random>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/base/sha256.h"
 #include "fmt/format.h"
 #include "server/mesh_header.h"
+#include "server/random_id.h"
 
 namespace latticed {
 namespace {
@@ -29,11 +29,6 @@ absl::StatusOr<std::string> Hash(std::string_view bytes, const std::function<boo
     sha256.Update(bytes.substr(at, kHashBlockBytes));
   }
   return sha256.FinishHex();
-}
-
-std::string NewUploadId() {
-  std::random_device device;
-  return fmt::format("{:08x}{:08x}{:08x}{:08x}", device(), device(), device(), device());
 }
 
 }  // namespace
@@ -118,7 +113,7 @@ absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Admit(const v1::MeshHeader&
 }
 
 std::string UploadStore::Keep(std::shared_ptr<Upload> upload) {
-  std::string id = NewUploadId();
+  std::string id = NewRandomId();
   absl::MutexLock lock(&mutex_);
   kept_[id] = {std::move(upload), ExpireTime()};
   return id;

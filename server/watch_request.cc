@@ -23,14 +23,6 @@ constexpr int kMaxUnackedUpdates = 100;
 // A UUID in its 36-character form, with room for other names.
 constexpr size_t kMaxEditorIdBytes = 64;
 
-absl::StatusOr<std::shared_ptr<Scene>> FindScene(ServerEnv* env,
-                                                 const grpc::CallbackServerContext& context,
-                                                 const std::string& id) {
-  if (id.empty()) return error::InvalidField("scene", "is required");
-  if (auto s = CheckSceneMetadata(context, id); !s.ok()) return s;
-  return env->scenes->Find(id);
-}
-
 }  // namespace
 
 absl::Status ParseMessage(const grpc::ByteBuffer& bytes, google::protobuf::Message* message) {
@@ -41,9 +33,17 @@ absl::Status ParseMessage(const grpc::ByteBuffer& bytes, google::protobuf::Messa
   return error::InvalidField("message", fmt::format("the bytes are no {}", message->GetTypeName()));
 }
 
+absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env,
+                                                 const grpc::CallbackServerContext& context,
+                                                 const std::string& id) {
+  if (id.empty()) return error::InvalidField("scene", "is required");
+  if (auto s = CheckSceneMetadata(context, id); !s.ok()) return s;
+  return env.scenes->Find(id);
+}
+
 absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServerContext& context,
                                       const v1::WatchRequest& request) {
-  auto scene = FindScene(env, context, request.scene());
+  auto scene = FindScene(*env, context, request.scene());
   if (!scene.ok()) return scene.status();
   auto view = WatchViewFromProto(request.view(), (*scene)->config().default_view, "view");
   if (!view.ok()) return view.status();
@@ -65,7 +65,7 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServer
 
 absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServerContext& context,
                                       const v1::GetUpdateRequest& request) {
-  auto scene = FindScene(env, context, request.scene());
+  auto scene = FindScene(*env, context, request.scene());
   if (!scene.ok()) return scene.status();
   auto view = WatchViewFromProto(request.view(), (*scene)->config().default_view, "view");
   if (!view.ok()) return view.status();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The messages that open and steer a watch, checked and converted.
+// The scene of a request, and the messages that open and steer a watch, checked and converted.
 //
 // Errors   kNotFound for the scene or the watch; kInvalidArgument with the path of the field
 // Threads  pure functions
@@ -9,6 +9,7 @@
 #define LATTICED_SERVER_WATCH_REQUEST_H_
 
 #include <memory>
+#include <string>
 
 #include <grpcpp/grpcpp.h>
 
@@ -24,6 +25,11 @@ struct ServerEnv;
 // kInvalidArgument for bytes that are no such message.
 [[nodiscard]] absl::Status ParseMessage(const grpc::ByteBuffer& bytes,
                                         google::protobuf::Message* message);
+
+// The scene that a request names. kInvalidArgument where it names none, or another than the
+// metadata; kNotFound.
+[[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> FindScene(
+    const ServerEnv& env, const grpc::CallbackServerContext& context, const std::string& id);
 
 struct OpenRequest {
   std::shared_ptr<Scene> scene;

@@ -2,34 +2,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/watch_stream.h"
 
+#include "core/base/error.h"
 #include "server/call.h"
 #include "server/scene_registry.h"
 #include "server/server_env.h"
 #include "server/update_stream.h"
 
 namespace latticed {
-namespace {
-
-absl::StatusOr<OpenRequest> OpenWatch(ServerEnv* env, CallInfo& call,
-                                      const grpc::ByteBuffer& bytes) {
-  v1::WatchRequest request;
-  if (auto s = ParseMessage(bytes, &request); !s.ok()) return s;
-  call.scene = request.scene();
-  return FromProto(env, *call.context, request);
-}
-
-}  // namespace
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* NewWatchStream(ServerEnv* env,
                                                            grpc::CallbackServerContext* context,
                                                            const grpc::ByteBuffer* request) {
   return new UpdateStream(env, context, "SceneService/Watch", [env, request](CallInfo& call) {
-    return OpenWatch(env, call, *request);
+    return ReadOpenRequest<v1::WatchRequest>(env, call, *request);
   });
 }
 
 absl::Status ControlWatch(ServerEnv* env, const v1::ControlWatchRequest& request,
                           v1::ControlWatchResponse* response) {
+  if (request.watch_id().empty()) return error::InvalidField("watch_id", "is required");
   auto watch = env->scenes->FindWatch(request.watch_id());
   if (!watch.ok()) return watch.status();
   const Scene& scene = (*watch)->scene();

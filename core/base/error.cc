@@ -6,16 +6,33 @@
 
 #include "absl/strings/cord.h"
 #include "absl/strings/numbers.h"
-#include "absl/strings/str_split.h"
 #include "fmt/format.h"
 
 namespace latticed::error {
 namespace {
 
+// Its payload: reason, field, the three numbers in decimal, then keys and values of the metadata,
+// each behind its length ("5:scene"): the ids of clients may hold any character.
 constexpr char kPayloadUrl[] = "latticed/error-details";
-// Separates the fields of the payload; no reason, field path, id or number holds a control
-// character.
-constexpr char kSeparator = '\x1f';
+constexpr size_t kFixedParts = 5;
+
+void AppendPart(std::string_view part, std::string& payload) {
+  payload += fmt::format("{}:{}", part.size(), part);
+}
+
+std::vector<std::string> Parts(std::string_view payload) {
+  std::vector<std::string> parts;
+  while (!payload.empty()) {
+    const size_t colon = payload.find(':');
+    size_t size = 0;
+    if (colon == payload.npos || !absl::SimpleAtoi(std::string(payload.substr(0, colon)), &size))
+      break;
+    payload.remove_prefix(colon + 1);
+    parts.emplace_back(payload.substr(0, size));
+    payload.remove_prefix(parts.back().size());
+  }
+  return parts;
+}
 
 absl::Status Make(absl::StatusCode code, std::string_view message, const Details& details) {
   return WithDetails(absl::Status(code, std::string(message)), details);
@@ -51,11 +68,15 @@ std::string_view ReasonOfCode(absl::StatusCode code) {
 }  // namespace
 
 absl::Status WithDetails(absl::Status status, const Details& details) {
-  std::string payload =
-      fmt::format("{1}{0}{2}{0}{3}{0}{4}{0}{5}", kSeparator, details.reason, details.field,
-                  details.asked_bytes, details.free_bytes, details.retry_after_ms);
+  std::string payload;
+  AppendPart(details.reason, payload);
+  AppendPart(details.field, payload);
+  AppendPart(fmt::to_string(details.asked_bytes), payload);
+  AppendPart(fmt::to_string(details.free_bytes), payload);
+  AppendPart(fmt::to_string(details.retry_after_ms), payload);
   for (const auto& [key, value] : details.metadata) {
-    payload += fmt::format("{0}{1}{0}{2}", kSeparator, key, value);
+    AppendPart(key, payload);
+    AppendPart(value, payload);
   }
   status.SetPayload(kPayloadUrl, absl::Cord(payload));
   return status;
@@ -68,15 +89,16 @@ Details DetailsOf(const absl::Status& status) {
     details.reason = std::string(ReasonOfCode(status.code()));
     return details;
   }
-  const std::string text(*payload);
-  const std::vector<std::string> parts = absl::StrSplit(text, kSeparator);
-  if (parts.size() < 5) return details;
+  const std::vector<std::string> parts = Parts(std::string(*payload));
+  if (parts.size() < kFixedParts) return details;
   details.reason = parts[0];
   details.field = parts[1];
   (void)absl::SimpleAtoi(parts[2], &details.asked_bytes);
   (void)absl::SimpleAtoi(parts[3], &details.free_bytes);
   (void)absl::SimpleAtoi(parts[4], &details.retry_after_ms);
-  for (size_t i = 5; i + 1 < parts.size(); i += 2) details.metadata[parts[i]] = parts[i + 1];
+  for (size_t i = kFixedParts; i + 1 < parts.size(); i += 2) {
+    details.metadata[parts[i]] = parts[i + 1];
+  }
   return details;
 }
 

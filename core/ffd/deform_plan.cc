@@ -52,23 +52,25 @@ std::vector<int> NonEmptySpans(const LatticeStructure& s, size_t axis) {
 class Planner {
  public:
   Planner(std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
-          SplitMesh split)
-      : split_(std::move(split)), plan_(std::make_shared<DeformPlan>()) {
+          SplitMesh split, StopCheck stop)
+      : split_(std::move(split)), stop_(stop), poll_(stop), plan_(std::make_shared<DeformPlan>()) {
     plan_->mesh = std::move(mesh);
     plan_->structure = structure;
   }
 
-  std::shared_ptr<const DeformPlan> Run() {
+  absl::StatusOr<std::shared_ptr<const DeformPlan>> Run() {
     plan_->mesh_bounds = plan_->mesh->ComputeBounds();
     plan_->local_origin = plan_->mesh_bounds.center();
     plan_->identity_points = IdentityControlPoints(plan_->structure);
-    plan_->vertex_normals = UnitCornerNormals(*plan_->mesh);
+    auto normals = UnitCornerNormals(*plan_->mesh, stop_);
+    if (!normals.ok()) return normals.status();
+    plan_->vertex_normals = *std::move(normals);
     MakeBoxes();
-    AssignPieces();
-    SortPatches();
-    MakeEdges();
-    AssignOwners();
-    FindBorrowers();
+    if (auto s = AssignPieces(); !s.ok()) return s;
+    if (auto s = SortPatches(); !s.ok()) return s;
+    if (auto s = MakeEdges(); !s.ok()) return s;
+    if (auto s = AssignOwners(); !s.ok()) return s;
+    if (auto s = FindBorrowers(); !s.ok()) return s;
     return std::move(plan_);
   }
 
@@ -123,9 +125,10 @@ class Planner {
 
   // A piece lies in one slab per axis, so its largest coordinates name its box; in a plane, the
   // lower.
-  void AssignPieces() {
+  absl::Status AssignPieces() {
     piece_box_.reserve(split_.pieces.size());
     for (const SplitPiece& piece : split_.pieces) {
+      if (auto s = poll_.Step(); !s.ok()) return s;
       Vec3d high = split_.vertices[piece.vertex[0]].parameter;
       bool inside = true;
       for (const uint32_t v : piece.vertex) {
@@ -139,12 +142,14 @@ class Planner {
     KnotBox& outside = plan_->boxes.back();
     outside.lower = plan_->outside_bounds.empty() ? Vec3d{} : plan_->outside_bounds.min;
     outside.upper = plan_->outside_bounds.empty() ? Vec3d{} : plan_->outside_bounds.max;
+    return absl::OkStatus();
   }
 
-  void SortPatches() {
+  absl::Status SortPatches() {
     const size_t count = split_.pieces.size();
     std::vector<uint64_t> keys(count);
     for (size_t p = 0; p < count; ++p) {
+      if (auto s = poll_.Step(); !s.ok()) return s;
       const auto& v = split_.pieces[p].vertex;
       const bool outside = piece_box_[p] == plan_->outside_box();
       Vec3d centroid;
@@ -161,10 +166,14 @@ class Planner {
     plan_->patches.reserve(count);
     plan_->sources.reserve(count);
     plan_->box_patches.assign(plan_->boxes.size() + 1, 0);
-    for (const uint32_t p : order) AddPatch(split_.pieces[p], piece_box_[p]);
+    for (const uint32_t p : order) {
+      if (auto s = poll_.Step(); !s.ok()) return s;
+      AddPatch(split_.pieces[p], piece_box_[p]);
+    }
     std::partial_sum(plan_->box_patches.begin(), plan_->box_patches.end(),
                      plan_->box_patches.begin());
     plan_->outside_patches = count - plan_->box_patches[plan_->outside_box()];
+    return absl::OkStatus();
   }
 
   void AddPatch(const SplitPiece& piece, uint32_t box) {
@@ -188,10 +197,11 @@ class Planner {
     ++plan_->box_patches[box + 1];
   }
 
-  void MakeEdges() {
+  absl::Status MakeEdges() {
     absl::flat_hash_map<uint64_t, uint32_t> ids;
     ids.reserve(plan_->patches.size() * 3 / 2 + 16);
     for (Patch& patch : plan_->patches) {
+      if (auto s = poll_.Step(); !s.ok()) return s;
       for (size_t e = 0; e < 3; ++e) {
         uint32_t a = patch.vertex[e], b = patch.vertex[(e + 1) % 3];
         patch.edge_reversed[e] =
@@ -203,9 +213,10 @@ class Planner {
         patch.edge[e] = it->second;
       }
     }
+    return absl::OkStatus();
   }
 
-  void AssignOwners() {
+  absl::Status AssignOwners() {
     constexpr uint8_t kInside = 1, kOutside = 2, kBoth = 3;
     std::vector<uint8_t> vertex_use(split_.vertices.size()), edge_use(plan_->edges.size());
     for (const Patch& patch : plan_->patches) {
@@ -217,6 +228,7 @@ class Planner {
     }
     plan_->vertices.reserve(split_.vertices.size());
     for (size_t v = 0; v < split_.vertices.size(); ++v) {
+      if (auto s = poll_.Step(); !s.ok()) return s;
       const Vec3d p = split_.vertices[v].parameter;
       PlanVertex vertex{.world = split_.vertices[v].world, .parameter = p};
       vertex.box = (vertex_use[v] & kInside) ? LowerBox(p) : plan_->outside_box();
@@ -224,6 +236,7 @@ class Planner {
       plan_->vertices.push_back(vertex);
     }
     for (size_t e = 0; e < plan_->edges.size(); ++e) {
+      if (auto s = poll_.Step(); !s.ok()) return s;
       PlanEdge& edge = plan_->edges[e];
       const Vec3d a = split_.vertices[edge.vertex[0]].parameter;
       const Vec3d b = split_.vertices[edge.vertex[1]].parameter;
@@ -231,6 +244,7 @@ class Planner {
       if (edge_use[e] == kBoth) edge.seam = FindSeam(edge.box, a, b);
     }
     for (const Patch& patch : plan_->patches) plan_->seam_patches += TouchesSeam(patch) ? 1u : 0u;
+    return absl::OkStatus();
   }
 
   bool TouchesSeam(const Patch& patch) const {
@@ -261,9 +275,10 @@ class Planner {
     return it->second;
   }
 
-  void FindBorrowers() {
+  absl::Status FindBorrowers() {
     plan_->box_borrowers.resize(plan_->boxes.size());
     for (size_t p = 0; p < plan_->patches.size(); ++p) {
+      if (auto s = poll_.Step(); !s.ok()) return s;
       const Patch& patch = plan_->patches[p];
       if (patch.box == plan_->outside_box()) continue;  // takes every point from its own box
       for (size_t i = 0; i < 3; ++i) {
@@ -277,9 +292,12 @@ class Planner {
         }
       }
     }
+    return absl::OkStatus();
   }
 
   const SplitMesh split_;
+  const StopCheck stop_;
+  StopPoll poll_;
   std::shared_ptr<DeformPlan> plan_;
   std::array<std::vector<uint32_t>, 3> box_of_span_;
   std::array<uint32_t, 3> box_count_{};
@@ -309,14 +327,15 @@ size_t DeformPlan::MemoryBytes() const {
 }
 
 absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(std::shared_ptr<const PolygonMesh> mesh,
-                                                           const LatticeStructure& structure) {
+                                                           const LatticeStructure& structure,
+                                                           StopCheck stop) {
   if (auto status = Validate(structure); !status.ok()) return status;
-  auto split = SplitAtKnots(*mesh, structure);
+  auto split = SplitAtKnots(*mesh, structure, stop);
   if (!split.ok()) return split.status();
   if (split->pieces.empty()) {
     return error::InvalidField("mesh", "no face has three corners at different positions");
   }
-  return Planner(std::move(mesh), structure, *std::move(split)).Run();
+  return Planner(std::move(mesh), structure, *std::move(split), stop).Run();
 }
 
 std::vector<bool> AttachedSeams(const DeformPlan& plan, std::span<const Vec3d> control_points) {

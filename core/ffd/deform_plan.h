@@ -31,6 +31,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/bounds.h"
+#include "core/base/stop_check.h"
 #include "core/base/vec.h"
 #include "core/ffd/lattice.h"
 #include "core/mesh/polygon_mesh.h"
@@ -108,9 +109,11 @@ struct DeformPlan {
   size_t MemoryBytes() const;
 };
 
-// kInvalidArgument for an invalid structure; kResourceExhausted past limits::kMaxPatches.
+// kInvalidArgument for an invalid structure; kResourceExhausted past limits::kMaxPatches; what
+// `stop` says, which is asked every few thousand faces or patches.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(
-    std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure);
+    std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
+    StopCheck stop = NeverStop);
 
 // For each seam, whether both sides still take the outside's points (DESIGN §2, bit test).
 [[nodiscard]] std::vector<bool> AttachedSeams(const DeformPlan& plan,

@@ -16,7 +16,8 @@
 //           structure. Redo puts back what the caller last undid; a new edit of the caller clears it.
 // Replay    the last sequence of each of the last 1,024 editors is kept with its result: the same
 //           sequence again returns that, a refusal included, and changes nothing; a lower one is
-//           kAborted OUT_OF_ORDER. A batch with no usable editor_id or sequence is not kept.
+//           kAborted OUT_OF_ORDER. A batch with no usable editor_id or sequence is not kept: there
+//           is no key to keep it under, and 0 is a sequence that was not set.
 //
 // Errors   kInvalidArgument naming the field; kAborted OUT_OF_ORDER, STRUCTURE_CHANGED,
 //          REVISION_CHANGED, UNDO_CONFLICT; kFailedPrecondition NOTHING_TO_UNDO, NOTHING_TO_REDO. A

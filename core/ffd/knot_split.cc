@@ -40,8 +40,8 @@ std::vector<double> DistinctKnots(const LatticeStructure& s, int axis) {
 
 class Splitter {
  public:
-  Splitter(const PolygonMesh& mesh, const LatticeStructure& structure)
-      : mesh_(mesh), map_(structure) {
+  Splitter(const PolygonMesh& mesh, const LatticeStructure& structure, StopCheck stop)
+      : mesh_(mesh), map_(structure), poll_(stop) {
     for (int axis = 0; axis < 3; ++axis) {
       planes_[static_cast<size_t>(axis)] = DistinctKnots(structure, axis);
       snap_[axis] = kPlaneSnap * (structure.domain_end(axis) - structure.domain_begin(axis));
@@ -49,11 +49,12 @@ class Splitter {
   }
 
   absl::StatusOr<SplitMesh> Run() {
-    AddMeshVertices();
+    if (auto s = AddMeshVertices(); !s.ok()) return s;
     std::vector<Vec3d> polygon;
     std::vector<std::array<uint32_t, 3>> triangles;
     for (size_t face = 0; face < mesh_.face_count(); ++face) {
       const uint32_t begin = mesh_.face_offsets[face], end = mesh_.face_offsets[face + 1];
+      if (auto s = poll_.Step(end - begin); !s.ok()) return s;
       if (end - begin == 3) {
         triangles.assign(1, {0, 1, 2});
       } else {
@@ -64,9 +65,11 @@ class Splitter {
         triangles.clear();
         TriangulatePolygon(polygon, &triangles);
       }
+      const size_t pieces_before = result_.pieces.size();
       for (const auto& [a, b, c] : triangles) {
         SplitTriangle(static_cast<uint32_t>(face), {begin + a, begin + b, begin + c});
       }
+      if (auto s = poll_.Step(result_.pieces.size() - pieces_before); !s.ok()) return s;
       if (result_.pieces.size() > limits::kMaxPatches) {
         return error::WithDetails(
             absl::ResourceExhaustedError(fmt::format(
@@ -79,16 +82,18 @@ class Splitter {
   }
 
  private:
-  void AddMeshVertices() {
+  absl::Status AddMeshVertices() {
     absl::flat_hash_map<PositionKey, uint32_t> ids;
     ids.reserve(mesh_.positions.size());
     vertex_of_position_.reserve(mesh_.positions.size());
     for (const Vec3d& world : mesh_.positions) {
+      if (auto s = poll_.Step(); !s.ok()) return s;
       const auto [it, added] =
           ids.try_emplace(KeyOf(world), static_cast<uint32_t>(result_.vertices.size()));
       if (added) result_.vertices.push_back({world, Snap(map_.ToParameter(world))});
       vertex_of_position_.push_back(it->second);
     }
+    return absl::OkStatus();
   }
 
   Vec3d Snap(Vec3d parameter) const {
@@ -208,13 +213,15 @@ class Splitter {
   std::vector<uint32_t> vertex_of_position_;
   absl::flat_hash_map<CutKey, uint32_t> cuts_;
   std::vector<Vec3d> emit_points_;
+  StopPoll poll_;
   SplitMesh result_;
 };
 
 }  // namespace
 
-absl::StatusOr<SplitMesh> SplitAtKnots(const PolygonMesh& mesh, const LatticeStructure& structure) {
-  return Splitter(mesh, structure).Run();
+absl::StatusOr<SplitMesh> SplitAtKnots(const PolygonMesh& mesh, const LatticeStructure& structure,
+                                       StopCheck stop) {
+  return Splitter(mesh, structure, stop).Run();
 }
 
 }  // namespace latticed

@@ -12,7 +12,7 @@
 // in canonical order (lexicographic by world position). So the two triangles of an edge name the
 // same vertices.
 //
-// Errors   kResourceExhausted past limits::kMaxPatches
+// Errors   kResourceExhausted past limits::kMaxPatches; what `stop` says
 // Threads  pure function
 #ifndef LATTICED_CORE_FFD_KNOT_SPLIT_H_
 #define LATTICED_CORE_FFD_KNOT_SPLIT_H_
@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/base/stop_check.h"
 #include "core/base/vec.h"
 #include "core/ffd/lattice.h"
 #include "core/mesh/polygon_mesh.h"
@@ -56,7 +57,8 @@ struct SplitMesh {
 inline constexpr double kPlaneSnap = 0x1p-40;
 
 [[nodiscard]] absl::StatusOr<SplitMesh> SplitAtKnots(const PolygonMesh& mesh,
-                                                     const LatticeStructure& structure);
+                                                     const LatticeStructure& structure,
+                                                     StopCheck stop = NeverStop);
 
 }  // namespace latticed
 

@@ -26,7 +26,8 @@ Vec3f Unit(Vec3d n) { return ToFloat(n / Norm(n)); }
 
 }  // namespace
 
-std::vector<Vec3f> UnitCornerNormals(const PolygonMesh& mesh) {
+absl::StatusOr<std::vector<Vec3f>> UnitCornerNormals(const PolygonMesh& mesh, StopCheck stop) {
+  StopPoll poll(stop);
   std::vector<Vec3d> area(mesh.face_count());
   absl::flat_hash_map<std::tuple<double, double, double>, Vec3d> around;
   around.reserve(mesh.positions.size());
@@ -35,6 +36,7 @@ std::vector<Vec3f> UnitCornerNormals(const PolygonMesh& mesh) {
     return around[{p.x + 0.0, p.y + 0.0, p.z + 0.0}];
   };
   for (size_t f = 0; f < mesh.face_count(); ++f) {
+    if (auto s = poll.Step(); !s.ok()) return s;
     area[f] = AreaVector(mesh, f);
     for (uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
       sum_at(c) += area[f];
@@ -42,6 +44,7 @@ std::vector<Vec3f> UnitCornerNormals(const PolygonMesh& mesh) {
   }
   std::vector<Vec3f> normals(mesh.corner_count());
   for (size_t f = 0; f < mesh.face_count(); ++f) {
+    if (auto s = poll.Step(); !s.ok()) return s;
     for (uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
       Vec3d given;
       if (mesh.has_normals() && mesh.corner_normals[c] != PolygonMesh::kNoAttribute) {

@@ -7,18 +7,22 @@
 //   the faces around the position (seams of UVs or normals do not count), else the face's own,
 //   else +z
 //
+// Errors   what `stop` says
 // Threads  pure function
 #ifndef LATTICED_CORE_FFD_VERTEX_NORMALS_H_
 #define LATTICED_CORE_FFD_VERTEX_NORMALS_H_
 
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "core/base/stop_check.h"
 #include "core/base/vec.h"
 #include "core/mesh/polygon_mesh.h"
 
 namespace latticed {
 
-[[nodiscard]] std::vector<Vec3f> UnitCornerNormals(const PolygonMesh& mesh);
+[[nodiscard]] absl::StatusOr<std::vector<Vec3f>> UnitCornerNormals(const PolygonMesh& mesh,
+                                                                   StopCheck stop = NeverStop);
 
 }  // namespace latticed
 

@@ -17,12 +17,8 @@
 #include "core/mesh/mesh_reading.h"
 #include "fmt/format.h"
 
-// The only file that makes tinygltf's code: without images and without the file system.
+// The only file that makes tinygltf's code.
 #define TINYGLTF_IMPLEMENTATION
-#define TINYGLTF_NO_STB_IMAGE
-#define TINYGLTF_NO_STB_IMAGE_WRITE
-#define TINYGLTF_NO_EXTERNAL_IMAGE
-#define TINYGLTF_NO_FS
 #include <tiny_gltf.h>
 
 namespace latticed {

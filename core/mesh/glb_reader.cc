@@ -13,10 +13,6 @@
 #include "core/mesh/mesh_reading.h"
 #include "fmt/format.h"
 
-#define TINYGLTF_NO_STB_IMAGE
-#define TINYGLTF_NO_STB_IMAGE_WRITE
-#define TINYGLTF_NO_EXTERNAL_IMAGE
-#define TINYGLTF_NO_FS
 #include <tiny_gltf.h>
 
 namespace latticed {

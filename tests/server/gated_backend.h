@@ -50,6 +50,11 @@ class GatedBackend : public Backend {
     open_ = true;
     answer_ = std::move(answer);
   }
+  // How often Prepare was called since Close.
+  int entries() {
+    const MutexLock lock(&mutex_);
+    return entered_;
+  }
   bool WaitForEntries(int count) {
     const MutexLock lock(&mutex_);
     return mutex_.AwaitFor([this, count]()

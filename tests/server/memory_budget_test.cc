@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -109,16 +110,10 @@ TEST_F(MemoryBudgetTest, AViewIsRefusedAndASmallerOneIsServed) {
 TEST_F(MemoryBudgetTest, AnInsertedKnotNeedsRoomBesideThePlanInUse) {
   Restart(1.5);
   ASSERT_OK(Create(SceneRequest()));
-  v1::EditBatch batch = Move("alice", 1, 0, 0);
-  batch.clear_edits();
-  batch.add_edits()->mutable_insert_knot()->set_value(0.5);
 
-  ExpectOutOfMemory(Apply(batch), "the scene's plan");
+  ExpectOutOfMemory(Apply(Knot("alice", 1)), "the scene's plan");
 
-  v1::GetLatticeRequest request;
-  request.set_scene("scene-one");
-  v1::LatticeState state;
-  ASSERT_OK(Call(&v1::SceneService::Stub::GetLattice, request, &state));
+  const v1::LatticeState state = Lattice();
   EXPECT_EQ(state.revision(), 0u);
   EXPECT_EQ(state.structure_id(), 1u);
 }
@@ -133,6 +128,19 @@ TEST_F(MemoryBudgetTest, ADeletedSceneGivesItsMemoryBack) {
   v1::DeleteSceneResponse response;
   ASSERT_OK(Call(&v1::SceneService::Stub::DeleteScene, request, &response));
 
+  EXPECT_OK(Create(SceneRequest("scene-two")));
+}
+
+TEST_F(MemoryBudgetTest, ACreationPastItsDeadlineGivesItsMemoryBack) {
+  Restart(1.5);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(1));
+  v1::Scene scene;
+  EXPECT_EQ(stub_->CreateScene(&context, SceneRequest(), &scene).error_code(),
+            grpc::StatusCode::DEADLINE_EXCEEDED);
+
+  ASSERT_OK(DeleteMeshOnceUnused()) << "a scene has come up";
+  mesh_ = Upload(PlaneObj(60));
   EXPECT_OK(Create(SceneRequest("scene-two")));
 }
 

@@ -113,7 +113,7 @@ TEST_F(MeshServiceTest, HeaderIsCheckedFieldByField) {
   refuse([](auto& h) { h.set_sha256("abc"); }, "INVALID_FIELD", "header.sha256");
   refuse([](auto& h) { (*h.mutable_labels())["No Key"] = "x"; }, "INVALID_FIELD", "header.labels");
   refuse([](auto& h) { h.mutable_units()->set_meters_per_unit(-1); }, "OUT_OF_RANGE",
-         "meters_per_unit");
+         "meters_per_unit: got -1, allowed is 0 to 1.797");
   refuse([](auto& h) { h.mutable_units()->set_meters_per_unit(NAN); }, "NOT_FINITE",
          "meters_per_unit");
   refuse([](auto& h) { h.mutable_units()->set_up_axis(static_cast<v1::UpAxis>(9)); }, "UNSUPPORTED",

@@ -57,18 +57,13 @@ TEST_F(OutOfMemoryTest, APlanIsRefusedAndTheServerGoesOn) {
 TEST_F(OutOfMemoryTest, AnInsertedKnotIsRefusedAndNothingChanged) {
   mesh_ = Upload(PlaneObj(60));
   ASSERT_OK(Create(SceneRequest()));
-  v1::EditBatch batch = Move("alice", 1, 0, 0);
-  batch.clear_edits();
-  batch.add_edits()->mutable_insert_knot()->set_value(0.5);
+  v1::EditBatch batch = Knot("alice", 1);
 
   largest_allocation = kScarce;
   ExpectExhausted(Apply(batch));
   largest_allocation = SIZE_MAX;
 
-  v1::GetLatticeRequest request;
-  request.set_scene("scene-one");
-  v1::LatticeState state;
-  ASSERT_OK(Call(&v1::SceneService::Stub::GetLattice, request, &state));
+  const v1::LatticeState state = Lattice();
   EXPECT_EQ(state.revision(), 0u);
   EXPECT_EQ(state.structure_id(), 1u);
   batch.set_sequence(2);

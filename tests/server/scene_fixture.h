@@ -5,6 +5,7 @@
 #ifndef LATTICED_TESTS_SERVER_SCENE_FIXTURE_H_
 #define LATTICED_TESTS_SERVER_SCENE_FIXTURE_H_
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
@@ -73,13 +74,29 @@ class SceneFixture : public ::testing::Test {
     return mesh.id();
   }
 
-  // A unary call: status, with the response in `response`.
+  // Waits for scenes in the making, which hold the mesh; MESH_IN_USE if one stays.
+  absl::Status DeleteMeshOnceUnused() {
+    const auto give_up = std::chrono::system_clock::now() + std::chrono::seconds(20);
+    grpc::Status status;
+    do {
+      grpc::ClientContext context;
+      v1::DeleteMeshRequest request;
+      request.set_mesh(mesh_);
+      v1::DeleteMeshResponse response;
+      status =
+          v1::MeshService::NewStub(server_->channel())->DeleteMesh(&context, request, &response);
+    } while (!status.ok() && std::chrono::system_clock::now() < give_up);
+    return client::FromGrpc(status);
+  }
+
+  // A unary call: status, with the response in `response`. Its deadline is for servers that hang.
   template <typename Request, typename Response>
   absl::Status Call(grpc::Status (v1::SceneService::Stub::*method)(grpc::ClientContext*,
                                                                    const Request&, Response*),
                     const Request& request, Response* response,
                     const std::string& scene_metadata = "") {
     grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
     if (!scene_metadata.empty()) context.AddMetadata("latticed-scene", scene_metadata);
     return client::FromGrpc(((*stub_).*method)(&context, request, response));
   }
@@ -114,9 +131,22 @@ class SceneFixture : public ::testing::Test {
     move->mutable_offset()->set_x(x);
     return batch;
   }
+  static v1::EditBatch Knot(const std::string& editor, uint64_t sequence) {
+    v1::EditBatch batch = Move(editor, sequence, 0, 0);
+    batch.mutable_edits(0)->mutable_insert_knot()->set_value(0.5);
+    return batch;
+  }
   absl::Status Apply(const v1::EditBatch& batch, v1::EditResult* result = nullptr) {
     v1::EditResult ignored;
     return Call(&v1::SceneService::Stub::ApplyEdits, batch, result ? result : &ignored);
+  }
+
+  v1::LatticeState Lattice() {
+    v1::GetLatticeRequest request;
+    request.set_scene("scene-one");
+    v1::LatticeState state;
+    EXPECT_OK(Call(&v1::SceneService::Stub::GetLattice, request, &state));
+    return state;
   }
 
   static void ExpectRefused(const absl::Status& status, absl::StatusCode code,

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Scenes by id: made once, listed, counted, evicted.
+#include <atomic>
 #include <future>
 
 #include <gtest/gtest.h>
@@ -99,6 +100,49 @@ TEST_F(SceneRegistryTest, WhatAdmitRefusesIsNotMade) {
 
   EXPECT_EQ(registry_.size(), 0u);
   EXPECT_OK(registry_.Create(MakeSceneConfig("scene-one")));
+}
+
+TEST(StopTest, AStoppedCreationLeavesNoSceneAndNoMemory) {
+  GatedBackend backend;
+  SceneRegistry registry(&backend, 1);
+  SceneConfig config = MakeSceneConfig("scene-one");
+  config.memory = std::make_shared<MemoryBudget>(uint64_t{1} << 30);
+  std::atomic<bool> late = false;
+  const auto stop = [&late] {
+    return late ? absl::DeadlineExceededError("late") : absl::OkStatus();
+  };
+  backend.Close();
+  auto scene =
+      std::async(std::launch::async, [&] { return registry.Create(config, nullptr, stop); });
+  ASSERT_TRUE(backend.WaitForEntries(1));
+  EXPECT_GT(config.memory->used_bytes(), 0u);
+
+  late = true;
+  backend.Open();
+
+  EXPECT_THAT(scene.get(), StatusIs(absl::StatusCode::kDeadlineExceeded));
+  EXPECT_EQ(registry.size(), 0u);
+  EXPECT_EQ(registry.CountOfMesh("grid"), 0u);
+  EXPECT_EQ(config.memory->used_bytes(), 0u);
+  EXPECT_OK(registry.Create(config)) << "the id is free";
+}
+
+TEST(StopTest, WhoWaitsForTheSameSceneStopsToo) {
+  GatedBackend backend;
+  SceneRegistry registry(&backend, 1);
+  const SceneConfig config = MakeSceneConfig("scene-one");
+  const auto gone = [] { return absl::CancelledError("gone"); };
+  backend.Close();
+  auto scene = std::async(std::launch::async, [&] { return registry.Create(config); });
+  ASSERT_TRUE(backend.WaitForEntries(1));
+
+  auto again =
+      std::async(std::launch::async, [&] { return registry.Create(config, nullptr, gone); });
+  EXPECT_EQ(again.wait_for(kLong), std::future_status::ready);
+  backend.Open();
+
+  EXPECT_THAT(again.get(), StatusIs(absl::StatusCode::kCancelled));
+  EXPECT_OK(scene.get());
 }
 
 TEST_F(SceneRegistryTest, ATickIsPassedOn) {

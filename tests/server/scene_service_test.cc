@@ -108,10 +108,6 @@ TEST_F(SceneServiceTest, RefusesBadCreations) {
   ExpectRefused(Create(request), Code::kInvalidArgument, "UNSUPPORTED", "lattices");
 
   request = SceneRequest();
-  request.mutable_idle_ttl();
-  ExpectRefused(Create(request), Code::kInvalidArgument, "OUT_OF_RANGE", "idle_ttl");
-
-  request = SceneRequest();
   (*request.mutable_labels())["No Good"] = "";
   ExpectRefused(Create(request), Code::kInvalidArgument, "INVALID_FIELD", "labels");
 
@@ -122,6 +118,30 @@ TEST_F(SceneServiceTest, RefusesBadCreations) {
   request = SceneRequest();
   request.mutable_default_view()->set_segments(33);
   ExpectRefused(Create(request), Code::kInvalidArgument, "OUT_OF_RANGE", "default_view.segments");
+}
+
+TEST_F(SceneServiceTest, RefusesIdleTtlsOutOfRange) {
+  struct Ttl {
+    int64_t seconds;
+    int32_t nanos;
+  };
+  v1::CreateSceneRequest request = SceneRequest();
+  const auto set = [&request](const Ttl& ttl) {
+    request.mutable_idle_ttl()->set_seconds(ttl.seconds);
+    request.mutable_idle_ttl()->set_nanos(ttl.nanos);
+  };
+  for (const Ttl ttl :
+       {Ttl{0, 0}, {-1, 0}, {0, -1}, {1, -1}, {1, 1'000'000'000}, {315'576'000'001, 0}}) {
+    set(ttl);
+    const absl::Status status = Create(request);
+    ExpectRefused(status, Code::kInvalidArgument, "OUT_OF_RANGE", "idle_ttl");
+    EXPECT_EQ(status.message(),
+              fmt::format("idle_ttl: got {} s and {} ns, allowed is 0 to 315576000000 s with 0 to "
+                          "999999999 ns, not both 0",
+                          ttl.seconds, ttl.nanos));
+  }
+  set({0, 1});
+  EXPECT_OK(Create(request));
 }
 
 TEST_F(SceneServiceTest, RefusesBadLatticesNamingTheField) {

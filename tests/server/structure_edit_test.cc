@@ -92,6 +92,22 @@ TEST_F(StructureEditTest, APlanThatCannotBeMadeRefusesTheEditOnceAndForReplay) {
   EXPECT_EQ(scene_->State()->structure_id, 2u);
 }
 
+TEST_F(StructureEditTest, AStoppedPlanChangesNothingAndIsNotKeptForReplay) {
+  const EditBatch batch = KnotBatch(*scene_, "alice", 1, 0, 0.3);
+  for (const absl::Status& why :
+       {absl::CancelledError("gone"), absl::DeadlineExceededError("late")}) {
+    EXPECT_EQ(scene_->ApplyEdits(batch, [&why] { return why; }).status(), why);
+    EXPECT_EQ(scene_->State()->revision, 0u);
+    EXPECT_EQ(scene_->State()->structure_id, 1u);
+  }
+
+  const auto inserted = scene_->ApplyEdits(batch);
+
+  ASSERT_OK(inserted);
+  EXPECT_EQ(inserted->revision, 1u);
+  EXPECT_EQ(inserted->structure_id, 2u);
+}
+
 TEST_F(StructureEditTest, ASceneThatIsDeletedMeanwhileRefusesTheEdit) {
   backend_.Close();
   Result knot = ApplyBeside(KnotBatch(*scene_, "alice", 1, 0, 0.3));

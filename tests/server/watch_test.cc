@@ -3,6 +3,7 @@
 //
 // SceneService.Watch and ControlWatch through a stub.
 #include "absl/time/clock.h"
+#include "tests/server/refusal.h"
 #include "tests/server/watch_client.h"
 
 namespace latticed::testing {
@@ -56,6 +57,8 @@ TEST_F(WatchTest, ControlWatchAcknowledgesPausesAndChangesTheView) {
 TEST_F(WatchTest, ControlWatchRefusesWhatItCannotDo) {
   CreateScene();
   v1::ControlWatchRequest control;
+  ExpectRefusal(Control(control),
+                {.reason = "INVALID_FIELD", .field = "watch_id", .message = "is required"});
   control.set_watch_id("nobody");
   EXPECT_EQ(Control(control).error_code(), grpc::StatusCode::NOT_FOUND);
 

@@ -20,6 +20,7 @@
 namespace latticed {
 namespace {
 
+using ::latticed::testing::StatusIs;
 using ::testing::HasSubstr;
 
 std::shared_ptr<PolygonMesh> Grid(int n, double wave) {
@@ -202,7 +203,7 @@ TEST(DeformPlan, RefusesAMeshWithoutArea) {
   mesh->corner_vertices = {0, 1, 2};
   mesh->face_offsets = {0, 3};
   EXPECT_THAT(MakePlan(mesh, Cube({2, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1})),
-              testing::StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("three corners")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("three corners")));
 }
 
 TEST(DirtySet, MarksTheBoxesOfAControlPointAndTheirBorrowers) {
@@ -229,6 +230,29 @@ TEST(DirtySet, MarksTheBoxesOfAControlPointAndTheirBorrowers) {
   EXPECT_EQ(dirty.Chunks().size(), (*plan)->chunk_count());
   dirty.Clear();
   EXPECT_TRUE(dirty.empty());
+}
+
+TEST(DeformPlan, StopsWhereverItIsToldTo) {
+  const auto mesh = Grid(60, 0.2);
+  const LatticeStructure structure = Cube({5, 5, 5}, {2, 2, 2}, {0, 0, -1}, {1, 1, 1});
+  size_t asked = 0;
+  const auto go_on = [&asked] {
+    ++asked;
+    return absl::OkStatus();
+  };
+  ASSERT_OK(MakePlan(mesh, structure, go_on));
+  const size_t most = asked;
+  // Vertices and faces while it splits, then faces, patches and edges, some of them twice.
+  ASSERT_GE(most * StopPoll::kStepsPerCheck, 10 * mesh->face_count());
+
+  for (size_t nth = 1; nth <= most; ++nth) {
+    asked = 0;
+    const auto stop = [&asked, nth] {
+      return ++asked < nth ? absl::OkStatus() : absl::DeadlineExceededError("late");
+    };
+    EXPECT_THAT(MakePlan(mesh, structure, stop), StatusIs(absl::StatusCode::kDeadlineExceeded));
+    EXPECT_EQ(asked, nth) << "asked on after it was told to stop";
+  }
 }
 
 }  // namespace

@@ -90,6 +90,7 @@ TEST_F(EditHistoryTest, RefusesUnusableIds) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("editor_id")));
   EXPECT_THAT(apply({.editor_id = "ann", .sequence = 0, .edits = {edit}}),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sequence")));
+  EXPECT_EQ(history_.last_sequence(longest + "x"), 0u) << "kept for replay";
   EXPECT_THAT(
       apply({.editor_id = "ann", .sequence = 1, .gesture_id = longest + "x", .edits = {edit}}),
       StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("gesture_id")));
