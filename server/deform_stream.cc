@@ -3,6 +3,7 @@
 #include "server/deform_stream.h"
 
 #include <algorithm>
+#include <atomic>
 #include <memory>
 #include <string>
 #include <utility>
@@ -95,6 +96,7 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
   ServerEnv* const env_;
   grpc::CallbackServerContext* const context_;
   CallInfo call_;
+  std::atomic<bool> cancelled_ = false;  // the context's own word ends with the call
   // Used by the one message that is being handled.
   grpc::ByteBuffer bytes_;
   std::string editor_id_;
@@ -156,6 +158,7 @@ void DeformStream::MaybeRead() {
 }
 
 void DeformStream::OnCancel() {
+  cancelled_ = true;
   StopReading();
   // Without a stream the pending read fails, and ends the call.
   if (const auto stream = Stream(); stream != nullptr) stream->OnCancel();
@@ -245,7 +248,9 @@ absl::StatusOr<EditSummary> DeformStream::Apply(const v1::EditBatch& batch) {
   if (!batch.scene().empty() && batch.scene() != stream->scene().id()) {
     return error::InvalidField("scene", "is not the scene of the stream", "SCENE_MISMATCH");
   }
-  return stream->mutable_scene().ApplyEdits(BatchFromProto(batch));
+  return stream->mutable_scene().ApplyEdits(BatchFromProto(batch), [this] {
+    return cancelled_ ? absl::CancelledError("the stream was cancelled") : absl::OkStatus();
+  });
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
+#include "core/base/limits.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "server/scene.h"
 
@@ -20,14 +21,15 @@ bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
   return a.size == b.size && std::equal(a.data, a.data + a.size, b.data);
 }
 
-// Vertices, and the chunks of two snapshots, which share what did not change; Draco's are a quarter
-// of its integers or less.
+// Vertices, and the chunks of as many snapshots as there may be; Draco's are a quarter of its
+// integers or less.
 uint64_t ViewBytes(const DeformPlan& plan, const ViewKey& key) {
   const uint64_t points =
       plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(key.spec.segments));
   const uint64_t vertices = points * BytesPerPoint(key.spec);
   const bool draco = key.encoding == Encoding::kDracoPoints || key.encoding == Encoding::kDracoMesh;
-  return draco ? vertices + vertices / 2 : 3 * vertices;
+  const uint64_t chunks = draco ? vertices / 4 : vertices;
+  return vertices + limits::kMaxSnapshotsPerView * chunks;
 }
 
 absl::Status NobodyWatches() { return absl::CancelledError("the last watcher left"); }
@@ -226,7 +228,7 @@ absl::Status SceneView::failure() const {
 MemoryUse SceneView::memory() const {
   const MutexLock lock(&mutex_);
   MemoryUse use = deform_memory_;
-  if (const auto newest = ring_.newest(); newest != nullptr) use["chunks"] += newest->bytes();
+  if (ring_.size() > 0) use["chunks"] += ring_.bytes();
   return use;
 }
 

@@ -5,15 +5,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/container/flat_hash_set.h"
 #include "core/base/limits.h"
 
 namespace latticed {
-
-size_t Snapshot::bytes() const {
-  size_t sum = 0;
-  for (const SnapshotChunk& chunk : chunks) sum += chunk.data.size;
-  return sum;
-}
 
 void SnapshotRing::Publish(std::shared_ptr<const Snapshot> snapshot) {
   DropUnpinned();
@@ -44,6 +39,17 @@ std::shared_ptr<const Snapshot> SnapshotRing::Find(uint64_t number) const {
   const auto entry = std::ranges::find_if(
       entries_, [number](const Entry& e) { return e.snapshot->number == number; });
   return entry == entries_.end() ? nullptr : entry->snapshot;
+}
+
+size_t SnapshotRing::bytes() const {
+  absl::flat_hash_set<const uint8_t*> seen;
+  size_t sum = 0;
+  for (const Entry& entry : entries_) {
+    for (const SnapshotChunk& chunk : entry.snapshot->chunks) {
+      if (seen.insert(chunk.data.data).second) sum += chunk.data.size;
+    }
+  }
+  return sum;
 }
 
 void SnapshotRing::DropUnpinned() {

@@ -69,7 +69,6 @@ struct Snapshot {
   ChunkVersion Version(size_t chunk) const {
     return {structure_id, box.id, chunks[chunk].revision, view};
   }
-  size_t bytes() const;
 };
 
 class SnapshotRing {
@@ -86,6 +85,8 @@ class SnapshotRing {
   std::shared_ptr<const Snapshot> Find(uint64_t number) const;
   void Clear() { entries_.clear(); }
   size_t size() const { return entries_.size(); }
+  // Of chunks; those that snapshots share count once.
+  size_t bytes() const;
 
  private:
   struct Entry {

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "absl/strings/numbers.h"
 #include "fmt/format.h"
@@ -30,6 +31,7 @@ std::string CheckLength(const std::string& text) {
 
 void AddUnitsFlags(CLI::App& command, UnitsFlags& flags) {
   std::vector<std::string> names;
+  names.reserve(kUpAxes.size());
   for (const NamedAxis& up : kUpAxes) names.emplace_back(up.name);
   command.add_option("--up-axis", flags.up_axis, "Axis of the mesh that points up")
       ->check(CLI::IsMember(names));

@@ -27,7 +27,7 @@ class PlanningTest : public SceneFixture {
     backends.push_back(std::move(backend));
     Options options;
     options.log_level = "off";
-    options.heartbeat_interval = absl::Seconds(1);
+    options.heartbeat_interval = absl::Seconds(2);
     auto server = InProcessServer::Start(options, std::move(backends));
     ASSERT_OK(server);
     server_ = *std::move(server);
