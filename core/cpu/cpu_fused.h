@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The fused pipeline on the CPU: from control points to vertices in one pass. 
+// The fused pipeline on the CPU: from control points to vertices in one pass.
 // DESIGN §2 "The fused pipeline"
 //
 //   per frame  each knot box's control points become a polynomial about the box centre, in double
