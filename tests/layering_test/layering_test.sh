@@ -88,6 +88,6 @@ done < <(grep -HE '^[[:space:]]*#[[:space:]]*include[[:space:]]*["<]' "${code[@]
 while read -r line; do fail "$line: backends are chosen by CMake and by name, never by #if"; done < <(
   printf '%s\n' "${code[@]}" | grep -v '^core/base/host_device.h$' |
     xargs grep -nE '^[[:space:]]*#[[:space:]]*(if|ifdef|ifndef|elif)\b.*(LATTICED_(CUDA|CPU|BACKEND)|__CUDACC__|__CUDA_ARCH__|ENABLE_(GPU|CUDA))' |
-    grep -v '#ifndef LATTICED_[A-Z0-9_]*_H_$')
+    grep -v '#ifndef LATTICED_[A-Z0-9_]*_\(CU\)\?H_$')
 
 ((failures == 0)) && echo "layering: ${#files[@]} sources, every arrow goes down" || { echo "$failures violations"; exit 1; }
