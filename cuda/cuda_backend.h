@@ -26,6 +26,8 @@ struct CudaOptions {
   std::shared_ptr<const ChunkEncoder> encoder;  // null: the reference encoder
   // For tests: says yes to refuse an allocation of device or pinned memory.
   std::function<bool(std::string_view purpose, uint64_t bytes)> refuse_allocation;
+  // For tests: new device memory is all ones, NaN as floats.
+  bool poison_memory = false;
 };
 
 // kUnimplemented in a build without CUDA; kUnavailable without a usable device or driver.

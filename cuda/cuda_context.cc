@@ -22,7 +22,8 @@ absl::StatusOr<std::shared_ptr<CudaContext>> CudaContext::Create(int device,
                                                                  const CudaOptions& options) {
   if (auto status = CheckDevice(device); !status.ok()) return status;
   const DeviceGuard guard(device);
-  auto memory = DeviceMemory::Create(device, options.memory_bytes, options.refuse_allocation);
+  auto memory = DeviceMemory::Create(device, options.memory_bytes, options.refuse_allocation,
+                                     options.poison_memory);
   if (!memory.ok()) return memory.status();
   auto stream = CudaStream::Create();
   if (!stream.ok()) return stream.status();

@@ -36,46 +36,49 @@ int Int(size_t n) { return static_cast<int>(n); }
 
 absl::StatusOr<std::unique_ptr<CudaGemm>> CudaGemm::Create(std::shared_ptr<DeviceMemory> memory,
                                                            cudaStream_t stream) {
+  const auto library = CublasLibrary::Get();
+  if (!library.ok()) return library.status();
   auto workspace =
       DeviceBuffer<uint8_t>::Create(std::move(memory), "staging", kWorkspaceBytes, stream);
   if (!workspace.ok()) return workspace.status();
   cublasHandle_t handle = nullptr;
-  if (auto s = CublasStatus(cublasCreate(&handle), "cuBLAS"); !s.ok()) return s;
-  std::unique_ptr<CudaGemm> gemm(new CudaGemm(handle, *std::move(workspace)));
+  if (auto s = CublasStatus((*library)->create(&handle), "cuBLAS"); !s.ok()) return s;
+  std::unique_ptr<CudaGemm> gemm(new CudaGemm(**library, handle, *std::move(workspace)));
+  if (auto s = gemm->Configure(stream); !s.ok()) return s;
+  return gemm;
+}
+
+absl::Status CudaGemm::Configure(cudaStream_t stream) {
   // The stream first: setting it puts the default workspace back.
-  if (auto s = CublasStatus(cublasSetStream(handle, stream), "cuBLAS"); !s.ok()) return s;
-  if (auto s = CublasStatus(cublasSetWorkspace(handle, gemm->workspace_.data(), kWorkspaceBytes),
+  if (auto s = CublasStatus(library_.set_stream(handle_, stream), "cuBLAS"); !s.ok()) return s;
+  if (auto s = CublasStatus(library_.set_workspace(handle_, workspace_.data(), kWorkspaceBytes),
                             "cuBLAS");
       !s.ok()) {
     return s;
   }
-  if (auto s = CublasStatus(cublasSetAtomicsMode(handle, CUBLAS_ATOMICS_NOT_ALLOWED), "cuBLAS");
-      !s.ok()) {
-    return s;
-  }
-  return gemm;
+  return CublasStatus(library_.set_atomics_mode(handle_, CUBLAS_ATOMICS_NOT_ALLOWED), "cuBLAS");
 }
 
-CudaGemm::~CudaGemm() { static_cast<void>(cublasDestroy(handle_)); }
+CudaGemm::~CudaGemm() { static_cast<void>(library_.destroy(handle_)); }
 
 absl::Status CudaGemm::Multiply(DeviceMatrix<const float> a, DeviceMatrix<const float> b,
                                 DeviceMatrix<float> c) {
   if (auto s = CheckShapes(a, b, c); !s.ok()) return s;
   const float one = 1, zero = 0;
-  return CublasStatus(
-      cublasSgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns), Int(a.columns),
-                  &one, a.data, Int(a.stride), b.data, Int(b.stride), &zero, c.data, Int(c.stride)),
-      "cublasSgemm");
+  return CublasStatus(library_.sgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns),
+                                     Int(a.columns), &one, a.data, Int(a.stride), b.data,
+                                     Int(b.stride), &zero, c.data, Int(c.stride)),
+                      "cublasSgemm");
 }
 
 absl::Status CudaGemm::Multiply(DeviceMatrix<const double> a, DeviceMatrix<const double> b,
                                 DeviceMatrix<double> c) {
   if (auto s = CheckShapes(a, b, c); !s.ok()) return s;
   const double one = 1, zero = 0;
-  return CublasStatus(
-      cublasDgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns), Int(a.columns),
-                  &one, a.data, Int(a.stride), b.data, Int(b.stride), &zero, c.data, Int(c.stride)),
-      "cublasDgemm");
+  return CublasStatus(library_.dgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns),
+                                     Int(a.columns), &one, a.data, Int(a.stride), b.data,
+                                     Int(b.stride), &zero, c.data, Int(c.stride)),
+                      "cublasDgemm");
 }
 
 }  // namespace latticed

@@ -8,17 +8,17 @@
 // In float32 without TF32, and the same bits for the same shape on the same device: one handle a
 // stream, with a workspace of its own and no atomics.
 //
-// Errors   kInternal with the shapes where they do not fit; those of cuda_status.h
+// Errors   kInternal with the shapes where they do not fit; those of cuda_gemm_library.h and
+//          cuda_status.h
 // Threads  one at a time; Multiply enqueues and does not wait
 #ifndef LATTICED_CUDA_CUDA_GEMM_H_
 #define LATTICED_CUDA_CUDA_GEMM_H_
-
-#include <cublas_v2.h>
 
 #include <memory>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "cuda/cuda_gemm_library.h"
 #include "cuda/device_buffer.h"
 #include "cuda/device_span.h"
 
@@ -39,9 +39,11 @@ class CudaGemm {
                                       DeviceMatrix<double> c);
 
  private:
-  CudaGemm(cublasHandle_t handle, DeviceBuffer<uint8_t> workspace)
-      : handle_(handle), workspace_(std::move(workspace)) {}
+  absl::Status Configure(cudaStream_t stream);
+  CudaGemm(const CublasLibrary& library, cublasHandle_t handle, DeviceBuffer<uint8_t> workspace)
+      : library_(library), handle_(handle), workspace_(std::move(workspace)) {}
 
+  const CublasLibrary& library_;
   cublasHandle_t handle_;
   DeviceBuffer<uint8_t> workspace_;
 };

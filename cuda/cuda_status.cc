@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/cuda_status.h"
 
+#include <string>
+
 #include "core/base/error.h"
 #include "fmt/format.h"
 
@@ -48,6 +50,24 @@ Kind KindOf(cudaError_t error) {
   }
 }
 
+// cuBLAS can say it itself, but only where it could be loaded.
+std::string_view CublasName(cublasStatus_t status) {
+  switch (status) {
+    case CUBLAS_STATUS_NOT_INITIALIZED:
+      return "CUBLAS_STATUS_NOT_INITIALIZED";
+    case CUBLAS_STATUS_INVALID_VALUE:
+      return "CUBLAS_STATUS_INVALID_VALUE";
+    case CUBLAS_STATUS_ARCH_MISMATCH:
+      return "CUBLAS_STATUS_ARCH_MISMATCH";
+    case CUBLAS_STATUS_EXECUTION_FAILED:
+      return "CUBLAS_STATUS_EXECUTION_FAILED";
+    case CUBLAS_STATUS_NOT_SUPPORTED:
+      return "CUBLAS_STATUS_NOT_SUPPORTED";
+    default:
+      return "CUBLAS_STATUS_INTERNAL_ERROR";
+  }
+}
+
 }  // namespace
 
 absl::Status CudaStatus(cudaError_t error, std::string_view what) {
@@ -76,8 +96,7 @@ absl::Status CublasStatus(cublasStatus_t status, std::string_view what) {
     if (auto cuda = LastCudaStatus(what); !cuda.ok()) return cuda;
   }
   if (status == CUBLAS_STATUS_ALLOC_FAILED) return error::AllocationFailed(what);
-  return absl::InternalError(
-      fmt::format("{}: {} ({})", what, cublasGetStatusString(status), cublasGetStatusName(status)));
+  return absl::InternalError(fmt::format("{}: {}", what, CublasName(status)));
 }
 
 absl::Status LastCudaStatus(std::string_view what) { return CudaStatus(cudaGetLastError(), what); }

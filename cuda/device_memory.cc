@@ -24,7 +24,8 @@ absl::StatusOr<uint64_t> FreeOnDevice() {
 
 absl::StatusOr<std::shared_ptr<DeviceMemory>> DeviceMemory::Create(int device,
                                                                    uint64_t budget_bytes,
-                                                                   RefuseAllocation refuse) {
+                                                                   RefuseAllocation refuse,
+                                                                   bool poison) {
   const DeviceGuard guard(device);
   if (budget_bytes == 0) {
     const auto free = FreeOnDevice();
@@ -47,12 +48,16 @@ absl::StatusOr<std::shared_ptr<DeviceMemory>> DeviceMemory::Create(int device,
     return s;
   }
   return std::shared_ptr<DeviceMemory>(
-      new DeviceMemory(device, budget_bytes, std::move(refuse), pool));
+      new DeviceMemory(device, budget_bytes, std::move(refuse), poison, pool));
 }
 
-DeviceMemory::DeviceMemory(int device, uint64_t budget_bytes, RefuseAllocation refuse,
+DeviceMemory::DeviceMemory(int device, uint64_t budget_bytes, RefuseAllocation refuse, bool poison,
                            cudaMemPool_t pool)
-    : device_(device), budget_bytes_(budget_bytes), refuse_(std::move(refuse)), pool_(pool) {}
+    : device_(device),
+      budget_bytes_(budget_bytes),
+      refuse_(std::move(refuse)),
+      poison_(poison),
+      pool_(pool) {}
 
 DeviceMemory::~DeviceMemory() { static_cast<void>(cudaMemPoolDestroy(pool_)); }
 
@@ -73,6 +78,7 @@ absl::StatusOr<void*> DeviceMemory::Allocate(std::string_view purpose, size_t by
     return error::OutOfMemory(purpose, bytes, std::min(free, FreeOnDevice().value_or(0)));
   }
   if (auto s = CudaStatus(result, purpose); !s.ok()) return s;
+  if (poison_) static_cast<void>(cudaMemsetAsync(data, 0xff, bytes, stream));
   used_bytes_ += bytes;
   use_[std::string(purpose)] += bytes;
   return data;

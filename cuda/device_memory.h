@@ -31,8 +31,11 @@ using RefuseAllocation = std::function<bool(std::string_view purpose, uint64_t b
 class DeviceMemory {
  public:
   // budget_bytes 0: nine tenths of what the device has free.
-  [[nodiscard]] static absl::StatusOr<std::shared_ptr<DeviceMemory>> Create(
-      int device, uint64_t budget_bytes, RefuseAllocation refuse);
+  // `poison`: for tests, new blocks are all ones.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<DeviceMemory>> Create(int device,
+                                                                            uint64_t budget_bytes,
+                                                                            RefuseAllocation refuse,
+                                                                            bool poison = false);
   ~DeviceMemory();
   DeviceMemory(const DeviceMemory&) = delete;  // owns the pool
   DeviceMemory& operator=(const DeviceMemory&) = delete;
@@ -49,11 +52,13 @@ class DeviceMemory {
   MemoryUse use() const;
 
  private:
-  DeviceMemory(int device, uint64_t budget_bytes, RefuseAllocation refuse, cudaMemPool_t pool);
+  DeviceMemory(int device, uint64_t budget_bytes, RefuseAllocation refuse, bool poison,
+               cudaMemPool_t pool);
 
   int device_;
   uint64_t budget_bytes_;
   RefuseAllocation refuse_;
+  bool poison_;
   cudaMemPool_t pool_;
   mutable std::mutex mutex_;
   uint64_t used_bytes_ = 0;  // these two guarded by mutex_

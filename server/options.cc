@@ -14,6 +14,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
 #include "fmt/format.h"
 #include "server/version.h"
 
@@ -52,7 +53,7 @@ CLI::Option* AddBytes(CLI::App& app, const std::string& name, uint64_t& value,
 void AddDevices(CLI::App& app, std::vector<int>& devices) {
   const auto parse = [&devices](const std::string& text) {
     devices.clear();
-    for (const std::string_view part : absl::StrSplit(text, ',')) {
+    for (const absl::string_view part : absl::StrSplit(text, ',')) {
       int device = -1;
       const bool known = absl::SimpleAtoi(part, &device) && device >= 0 &&
                          std::find(devices.begin(), devices.end(), device) == devices.end();

@@ -23,7 +23,7 @@ namespace latticed {
 
 struct Options {
   std::string listen = "127.0.0.1:50151";  // host:port; port 0 takes a free one
-  std::string backend = "auto";  // auto, cpu or cuda; auto is cuda where there is a device
+  std::string backend = "auto";            // auto, cpu or cuda: server/backends.h
   int threads = 0;  // of the CPU backend, and those that encode; 0: all that the machine allows
   std::vector<int> devices{0};    // CUDA devices; each scene goes to the freest
   uint64_t gpu_memory_bytes = 0;  // budget of each device; 0: nine tenths of what is free

@@ -158,6 +158,19 @@ TEST_F(CudaMemory, RepeatedRunsAreBitIdentical) {
   }
 }
 
+TEST_F(CudaMemory, PoisonedMemoryIsFullyOverwritten) {
+  const auto poisoned = MakeCudaBackend({.poison_memory = true});
+  const auto plain = MakeCudaBackend({});
+  ASSERT_OK(poisoned);
+  ASSERT_OK(plain);
+  for (const Pipeline pipeline : kPipelines) {
+    const auto expected = Use(**plain, pipeline), got = Use(**poisoned, pipeline);
+    ASSERT_OK(expected);
+    ASSERT_OK(got);
+    EXPECT_TRUE(*got == *expected) << PipelineName(pipeline);
+  }
+}
+
 TEST_F(CudaMemory, SmallBudgetsGoThroughInTilesWithinTheSameTolerance) {
   PolygonMesh mesh = TorusMesh(60, 40);
   const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
