@@ -17,7 +17,11 @@ absl::StatusOr<std::vector<std::unique_ptr<Backend>>> MakeBackends(const Options
   const std::shared_ptr<const ChunkEncoder> encoder = MakeReferenceEncoder();
   std::vector<std::unique_ptr<Backend>> backends;
   if (options.backend != "cpu") {
-    absl::StatusOr<std::unique_ptr<Backend>> cuda = MakeCudaBackend({.encoder = encoder});
+    absl::StatusOr<std::unique_ptr<Backend>> cuda =
+        MakeCudaBackend({.devices = options.devices,
+                         .memory_bytes = options.gpu_memory_bytes,
+                         .threads = options.threads,
+                         .encoder = encoder});
     if (cuda.ok()) {
       backends.push_back(*std::move(cuda));
     } else if (options.backend == "cuda") {
@@ -30,7 +34,9 @@ absl::StatusOr<std::vector<std::unique_ptr<Backend>>> MakeBackends(const Options
     }
   }
   if (options.backend != "cuda") {
-    backends.push_back(MakeCpuBackend({.threads = options.threads, .encoder = encoder}));
+    // First, until CUDA has pipeline fused, which scenes ask for when they ask for none.
+    backends.insert(backends.begin(),
+                    MakeCpuBackend({.threads = options.threads, .encoder = encoder}));
   }
   return backends;
 }

@@ -3,13 +3,18 @@
 #include "server/options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <string_view>
 #include <vector>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
 #include "fmt/format.h"
 #include "server/version.h"
 
@@ -43,6 +48,28 @@ CLI::Option* AddBytes(CLI::App& app, const std::string& name, uint64_t& value,
       ->capture_default_str();
 }
 
+// One value and not CLI11's list: a flag takes the place of the environment's, and does not join
+// it.
+void AddDevices(CLI::App& app, std::vector<int>& devices) {
+  const auto parse = [&devices](const std::string& text) {
+    devices.clear();
+    for (const absl::string_view part : absl::StrSplit(text, ',')) {
+      int device = -1;
+      const bool known = absl::SimpleAtoi(part, &device) && device >= 0 &&
+                         std::find(devices.begin(), devices.end(), device) == devices.end();
+      if (!known) {
+        throw CLI::ValidationError("--devices",
+                                   fmt::format("'{}' is no list of devices; write 0 or 0,1", text));
+      }
+      devices.push_back(device);
+    }
+  };
+  app.add_option_function<std::string>("--devices", parse,
+                                       "CUDA devices, such as 0,1; each scene goes to the freest")
+      ->type_name("LIST")
+      ->default_str(absl::StrJoin(devices, ","));
+}
+
 // The one table of options.
 void Define(CLI::App& app, Options& o) {
   app.add_option("--listen", o.listen, "Address to serve on, host:port; port 0 takes a free one");
@@ -50,6 +77,9 @@ void Define(CLI::App& app, Options& o) {
       ->check(CLI::IsMember({"auto", "cpu", "cuda"}));
   app.add_option("--threads", o.threads, "Threads of the CPU backend; 0: all that are allowed")
       ->check(CLI::Range(0, 1024));
+  AddDevices(app, o.devices);
+  AddBytes(app, "--gpu-memory", o.gpu_memory_bytes,
+           "Memory of each CUDA device for scenes, such as 16GiB; 0: nine tenths of what is free");
   AddBytes(app, "--memory", o.memory_bytes,
            "Host memory for meshes, plans and views, such as 4GiB");
   AddBytes(app, "--max-mesh-bytes", o.max_mesh_bytes, "Largest single upload");

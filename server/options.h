@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -22,8 +23,10 @@ namespace latticed {
 
 struct Options {
   std::string listen = "127.0.0.1:50151";  // host:port; port 0 takes a free one
-  std::string backend = "auto";  // auto, cpu or cuda; auto is cuda where there is a device
-  int threads = 0;               // of the CPU backend; 0: all that the machine allows
+  std::string backend = "auto";            // auto, cpu or cuda: server/backends.h
+  int threads = 0;  // of the CPU backend, and those that encode; 0: all that the machine allows
+  std::vector<int> devices{0};    // CUDA devices; each scene goes to the freest
+  uint64_t gpu_memory_bytes = 0;  // budget of each device; 0: nine tenths of what is free
   uint64_t memory_bytes = uint64_t{4} << 30;    // host budget: meshes, plans, views
   uint64_t max_mesh_bytes = uint64_t{1} << 30;  // largest single upload
   int max_scenes = limits::kDefaultMaxScenes;

@@ -7,6 +7,8 @@
 
 #include <cmath>
 
+#include "core/base/host_device.h"
+
 namespace latticed {
 
 struct Vec2f {
@@ -42,8 +44,8 @@ constexpr double Dot(Vec3d a, Vec3d b) { return a.x * b.x + a.y * b.y + a.z * b.
 constexpr Vec3d Cross(Vec3d a, Vec3d b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-inline double Norm(Vec3d a) { return std::sqrt(Dot(a, a)); }
-inline bool IsFinite(Vec3d a) {
+LATTICED_HD inline double Norm(Vec3d a) { return std::sqrt(Dot(a, a)); }
+LATTICED_HD inline bool IsFinite(Vec3d a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
 constexpr Vec3d ToDouble(Vec3f a) { return {double{a.x}, double{a.y}, double{a.z}}; }

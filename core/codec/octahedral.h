@@ -7,11 +7,14 @@
 //   is 2^(bits-1) - 1). Points on the square's rim name the same direction twice: Canonicalise
 //   picks one.
 //
-// Threads  pure functions
+// Threads  pure functions; QuantiseNormal on host and device
 #ifndef LATTICED_CORE_CODEC_OCTAHEDRAL_H_
 #define LATTICED_CORE_CODEC_OCTAHEDRAL_H_
 
+#include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <limits>
 
 #include "core/base/host_device.h"
 #include "core/base/vec.h"
@@ -39,7 +42,35 @@ LATTICED_HD constexpr OctahedralNormal CanonicaliseOctahedral(OctahedralNormal n
 }
 
 // `n` need not be unit; the zero vector maps to +x. 6 <= bits <= 12.
-[[nodiscard]] OctahedralNormal QuantiseNormal(Vec3f n, int bits);
+LATTICED_HD inline OctahedralNormal QuantiseNormal(Vec3f n, int bits) {
+  // Draco calls anything shorter (in the L1 norm) the zero vector and stores +x for it.
+  constexpr double kShortestNormal = 1e-6;
+  const int32_t top = OctahedralMax(bits), centre = top / 2;
+  double x = double{n.x}, y = double{n.y}, z = double{n.z};
+  const double sum = std::abs(x) + std::abs(y) + std::abs(z);
+  if (sum > kShortestNormal && sum <= std::numeric_limits<double>::max()) {
+    const double scale = 1.0 / sum;
+    x *= scale, y *= scale, z *= scale;
+  } else {  // also for NaN
+    x = 1, y = 0, z = 0;
+  }
+
+  // An integer vector of L1 norm `centre`; z takes the rounding errors of x and y.
+  const int32_t ix = static_cast<int32_t>(std::floor(x * centre + 0.5));
+  int32_t iy = static_cast<int32_t>(std::floor(y * centre + 0.5));
+  int32_t iz = centre - std::abs(ix) - std::abs(iy);
+  if (iz < 0) {
+    iy += iy > 0 ? iz : -iz;
+    iz = 0;
+  }
+  if (z < 0) iz = -iz;
+
+  if (ix >= 0) return CanonicaliseOctahedral({iy + centre, iz + centre}, bits);
+  return CanonicaliseOctahedral({iy < 0 ? std::abs(iz) : top - std::abs(iz),  //
+                                 iz < 0 ? std::abs(iy) : top - std::abs(iy)},
+                                bits);
+}
+
 // The unit vector at the centre of the cell.
 [[nodiscard]] Vec3f DequantiseNormal(OctahedralNormal n, int bits);
 

@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "core/codec/chunk_encoder.h"
-#include "core/cpu/cpu_arena.h"
+#include "core/view/cpu_arena.h"
 
 namespace latticed {
 

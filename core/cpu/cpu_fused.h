@@ -27,7 +27,7 @@
 
 #include "absl/status/status.h"
 #include "core/backend.h"
-#include "core/cpu/cpu_arena.h"
+#include "core/view/cpu_arena.h"
 
 namespace latticed {
 

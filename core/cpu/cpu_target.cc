@@ -15,7 +15,7 @@
 #include "core/cpu/host_buffer.h"
 #include "core/cpu/patch_sampler.h"
 #include "core/ffd/stage_matrices.h"
-#include "fmt/format.h"
+#include "core/view/view_contract.h"
 
 namespace latticed {
 namespace {
@@ -84,16 +84,7 @@ absl::StatusOr<std::unique_ptr<DeformView>> CpuTarget::CreateView(const ViewSpec
 
 absl::StatusOr<std::vector<double>> CpuTarget::ControlNets(std::span<const Vec3d> control_points,
                                                            size_t first, size_t last) {
-  if (first > last || last > plan_->patches.size()) {
-    return error::InvalidField("patches", fmt::format("got [{}, {}), the plan has {}", first, last,
-                                                      plan_->patches.size()));
-  }
-  const auto expected = static_cast<size_t>(plan_->structure.control_point_count());
-  if (control_points.size() != expected) {
-    return error::InvalidField(
-        "lattice.control_points",
-        fmt::format("got {} points, {} are needed", control_points.size(), expected));
-  }
+  if (auto s = CheckControlNets(*plan_, control_points, first, last); !s.ok()) return s;
   // The net does not depend on the segments: any entry of the cache has inv(B).
   const auto stage = StageMatrices::Get(plan_->structure.patch_degree(), 1);
   if (!stage.ok()) return stage.status();

@@ -6,6 +6,9 @@
 #include <mutex>
 #include <utility>
 
+#include "core/cpu/copy_shared_points.h"
+#include "core/view/view_layout.h"
+
 namespace latticed {
 
 struct GemmKernel::Frame {
@@ -23,7 +26,7 @@ GemmKernel::GemmKernel(std::shared_ptr<const DeformPlan> plan,
       shared_(std::move(shared)),
       stage_(stage),
       spec_(spec),
-      layout_(plan_, spec),
+      layout_(MakeVertexLayout(plan_, spec)),
       stages_(pipeline, stage, spec.normals != NormalMode::kNone),
       context_(std::move(context)) {}
 
@@ -31,8 +34,10 @@ absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const Q
                                   std::span<const uint32_t> /*chunks: always all*/,
                                   std::span<uint8_t> vertices) {
   if (auto status = stages_.Begin(); !status.ok()) return status;
-  const Frame frame{
-      {plan_, stage_, control_points}, {plan_, control_points}, {plan_, spec_, box}, vertices};
+  const Frame frame{{plan_, stage_, control_points},
+                    {plan_, control_points},
+                    MakeVertexWriter(plan_, spec_, box),
+                    vertices};
   std::mutex mutex;
   absl::Status first_error;
   context_->arena.ForEach(plan_.chunk_count(), [&](size_t chunk) {
@@ -42,8 +47,8 @@ absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const Q
     }
   });
   if (!first_error.ok()) return first_error;
-  shared_->Copy(plan_, control_points, layout_, frame.writer, spec_.segments, vertices,
-                context_->arena);
+  CopySharedPoints(*shared_, plan_, control_points, layout_, frame.writer, spec_.segments, vertices,
+                   context_->arena);
   return absl::OkStatus();
 }
 
@@ -79,7 +84,7 @@ absl::Status GemmKernel::EvaluateChunk(const Frame& frame, size_t chunk, Tile& t
 
 void GemmKernel::WritePatch(const Frame& frame, const Tile& tile, size_t patch, size_t column,
                             size_t columns) const {
-  const auto place = layout_.Place(frame.vertices, patch);
+  const auto place = layout_.Place(frame.vertices.data(), patch);
   const size_t rows = stages_.rows();
   const float* x = tile.surface.data() + column * rows;
   const float* y = x + columns * rows;

@@ -26,10 +26,10 @@
 #include "core/cpu/cpu_context.h"
 #include "core/cpu/gemm_stages.h"
 #include "core/cpu/patch_sampler.h"
-#include "core/cpu/shared_points.h"
 #include "core/cpu/vertex_kernel.h"
-#include "core/cpu/vertex_layout.h"
 #include "core/ffd/direct_ffd.h"
+#include "core/ffd/shared_points.h"
+#include "core/view/vertex_layout.h"
 
 namespace latticed {
 

@@ -16,7 +16,8 @@ namespace latticed {
 class VertexKernel {
  public:
   virtual ~VertexKernel() = default;
-  // As DeformView::Evaluate; `vertices` is the whole view in the layout of vertex_layout.h.
+  // As DeformView::Evaluate; `vertices` is the whole view in the layout of
+  // core/view/vertex_layout.h.
   [[nodiscard]] virtual absl::Status Evaluate(std::span<const Vec3d> control_points,
                                               const QuantisationBox& box,
                                               std::span<const uint32_t> chunks,

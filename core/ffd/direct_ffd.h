@@ -9,11 +9,8 @@
 //   outside             x -> x,        J = I
 //   facet normal        cof(J) (e1 x e2) / |…|
 //   smooth normal       cof(J) N / |…|,  N the interpolated vertex normal of the source triangle
-//   kappa               ||cof J||_F |N| / |cof(J) N|, the condition of the normal; infinite where J
-//                       has rank 1 or 0 to 12 digits
+//   kappa               of carried_normal.h, which also says when a normal is replaced
 //
-// A normal with kappa > kMaxNormalCondition is replaced by that of the patch's centroid, and where
-// that one is no better by the rest normal; so normals are always unit and finite.
 // e1 x e2 is the normal of the source triangle: that of a sliver drowns in its corners' rounding.
 //
 // Points of an attached seam need no rule here: R is the identity on it to the last bits of a
@@ -30,18 +27,12 @@
 #include <span>
 
 #include "core/base/vec.h"
+#include "core/ffd/carried_normal.h"
 #include "core/ffd/deform_plan.h"
 #include "core/ffd/lattice.h"
+#include "core/ffd/volume_point.h"
 
 namespace latticed {
-
-inline constexpr double kMaxNormalCondition = 1e4;
-
-// R and its derivatives by u, v and w.
-struct VolumePoint {
-  Vec3d position;
-  std::array<Vec3d, 3> derivatives;
-};
 
 // On the knot box with the given spans; `parameter` may leave it, the box's polynomial goes on.
 [[nodiscard]] VolumePoint EvaluateVolume(const LatticeStructure& structure,
@@ -58,10 +49,12 @@ struct DeformedPoint {
 [[nodiscard]] DeformedPoint EvaluateWorld(const LatticeStructure& structure,
                                           std::span<const Vec3d> control_points, Vec3d world);
 
-// cof(J) n for J's columns: how a surface normal travels.
-[[nodiscard]] Vec3d ApplyCofactor(const std::array<Vec3d, 3>& jacobian, Vec3d n);
-// Frobenius norm of cof(J).
-[[nodiscard]] double CofactorNorm(const std::array<Vec3d, 3>& jacobian);
+[[nodiscard]] inline Vec3d ApplyCofactor(const std::array<Vec3d, 3>& jacobian, Vec3d n) {
+  return ApplyCofactor(jacobian.data(), n);
+}
+[[nodiscard]] inline double CofactorNorm(const std::array<Vec3d, 3>& jacobian) {
+  return CofactorNorm(jacobian.data());
+}
 
 class DirectFfd {
  public:
@@ -89,11 +82,6 @@ class DirectFfd {
   [[nodiscard]] Vec3d SubstituteNormal(size_t patch, Normal normal) const;
 
  private:
-  struct Carried {
-    Vec3d direction;  // unit where kappa is finite
-    double kappa;
-  };
-  static Carried Carry(const DeformedPoint& point, Vec3d rest_normal);
   Vec3d RestNormal(size_t patch, std::array<double, 3> barycentrics, Normal normal) const;
 
   const DeformPlan& plan_;

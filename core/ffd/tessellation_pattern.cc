@@ -36,10 +36,11 @@ TessellationPattern MakePattern(int s) {
       }
     }
   }
-  for (int k = 0; k <= s; ++k) {
-    pattern.edge_points[0].push_back(index(0, k));
-    pattern.edge_points[1].push_back(index(k, s - k));
-    pattern.edge_points[2].push_back(index(s - k, 0));
+  for (int edge = 0; edge < 3; ++edge) {
+    for (int k = 0; k <= s; ++k) {
+      pattern.edge_points[static_cast<size_t>(edge)].push_back(
+          static_cast<uint16_t>(EdgePoint(s, edge, k)));
+    }
   }
   return pattern;
 }

@@ -32,13 +32,19 @@ LATTICED_HD constexpr int PointIndex(int segments, int row, int column) {
   return RowBegin(segments, row) + (row % 2 == 0 ? column : segments - row - column);
 }
 
+// The k-th point, 0 … segments, of edge e, which runs from corner e to corner (e + 1) % 3.
+LATTICED_HD constexpr int EdgePoint(int segments, int edge, int k) {
+  if (edge == 0) return PointIndex(segments, 0, k);
+  if (edge == 1) return PointIndex(segments, k, segments - k);
+  return PointIndex(segments, segments - k, 0);
+}
+
 struct TessellationPattern {
   int segments = 0;
   // (i0, i1, i2), i0 + i1 + i2 = segments: barycentrics times segments, in point order.
   std::vector<std::array<uint8_t, 3>> points;
   std::vector<std::array<uint16_t, 3>> triangles;
-  // Points on edge e (joining corner e and corner (e + 1) % 3), from corner e on, both ends
-  // included.
+  // EdgePoint(segments, e, 0 … segments).
   std::array<std::vector<uint16_t>, 3> edge_points;
 
   // segments in limits::kMinSegments … kMaxSegments.

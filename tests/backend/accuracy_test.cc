@@ -193,9 +193,10 @@ INSTANTIATE_TEST_SUITE_P(Backends, Accuracy, ::testing::ValuesIn(Subjects()), Su
 TEST(Backends, RequiredOnesAreHere) {
   for (const std::string& name : RequiredBackends()) {
     const auto backend = MakeBackendByName(name);
-    ASSERT_NE(backend, nullptr) << "LATTICED_REQUIRE_BACKENDS names " << name;
-    EXPECT_EQ(backend->name(), name);
-    EXPECT_FALSE(backend->description().empty());
+    ASSERT_TRUE(backend.ok()) << "LATTICED_REQUIRE_BACKENDS names " << name << ": "
+                              << backend.status();
+    EXPECT_EQ((*backend)->name(), name);
+    EXPECT_FALSE((*backend)->description().empty());
   }
 }
 

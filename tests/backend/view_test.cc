@@ -164,7 +164,9 @@ TEST_P(View, ThreadsDoNotChangeABit) {
   const ViewSpec spec{.segments = 4, .format = VertexFormat::kFloat32};
   const auto expected = ReadAll(*plan_, *Evaluated(spec));
   for (int threads : {1, 3}) {
-    backend_ = MakeBackendByName(GetParam().backend, threads);
+    auto backend = MakeBackendByName(GetParam().backend, threads);
+    ASSERT_OK(backend);
+    backend_ = *std::move(backend);
     EXPECT_TRUE(ReadAll(*plan_, *Evaluated(spec)) == expected) << threads << " threads";
   }
 }

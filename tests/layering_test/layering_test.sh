@@ -16,8 +16,9 @@ allowed() {
     core/ffd) echo core/base/ core/mesh/ core/ffd/ ;;
     core/backend) echo core/base/ core/mesh/ core/ffd/ core/backend.h ;;
     core/codec) echo core/base/ core/mesh/ core/ffd/ core/codec/ ;;
+    core/view) echo core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/ ;;
     core/cpu) echo core/ ;;
-    cuda) echo core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h cuda/ ;;
+    cuda) echo core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/ cuda/ ;;
     server) echo core/ cuda/cuda_backend.h latticed/v1/ server/ ;;
     client/library) echo core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/ ;;
     client) echo core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/ server/in_process.h server/options.h ;;
@@ -29,7 +30,7 @@ allowed() {
 readonly guarded=(
   '^(grpcpp|grpc|google/protobuf|google/rpc|spdlog|CLI)/' '^(server|client|tests)/'
   '^(draco|tiny_gltf|stb)' '^(core/(codec|mesh)|client|server|tests)/'
-  '^(tbb|oneapi)/' '^(core/cpu|server|tests)/'
+  '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
   '^hwy/' '^(core/(cpu|codec)|tests)/'
   '^cblas' '^core/cpu/cpu_gemm|^tests/bench/'
   '^cublas' '^cuda/cuda_(gemm|status)'
@@ -38,7 +39,7 @@ readonly guarded=(
 layer_of() {
   case $1 in
     core/base/*) echo core/base ;; core/mesh/*) echo core/mesh ;; core/ffd/*) echo core/ffd ;;
-    core/codec/*) echo core/codec ;; core/cpu/*) echo core/cpu ;; core/*) echo core/backend ;;
+    core/codec/*) echo core/codec ;; core/view/*) echo core/view ;; core/cpu/*) echo core/cpu ;; core/*) echo core/backend ;;
     cuda/*) echo cuda ;; server/*) echo server ;; tests/*) echo tests ;;
     client/cpp/latticed_client*) echo client/library ;; client/*) echo client ;;
   esac
@@ -87,6 +88,6 @@ done < <(grep -HE '^[[:space:]]*#[[:space:]]*include[[:space:]]*["<]' "${code[@]
 while read -r line; do fail "$line: backends are chosen by CMake and by name, never by #if"; done < <(
   printf '%s\n' "${code[@]}" | grep -v '^core/base/host_device.h$' |
     xargs grep -nE '^[[:space:]]*#[[:space:]]*(if|ifdef|ifndef|elif)\b.*(LATTICED_(CUDA|CPU|BACKEND)|__CUDACC__|__CUDA_ARCH__|ENABLE_(GPU|CUDA))' |
-    grep -v '#ifndef LATTICED_[A-Z0-9_]*_H_$')
+    grep -v '#ifndef LATTICED_[A-Z0-9_]*_\(CU\)\?H_$')
 
 ((failures == 0)) && echo "layering: ${#files[@]} sources, every arrow goes down" || { echo "$failures violations"; exit 1; }

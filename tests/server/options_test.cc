@@ -70,6 +70,20 @@ TEST(OptionsTest, EnvironmentStandsInForFlags) {
   EXPECT_TRUE(parsed->options.insecure);
 }
 
+TEST(OptionsTest, DevicesAreAListThatAFlagReplaces) {
+  const Variable devices("LATTICED_DEVICES", "3");
+
+  const auto parsed = Parse({"--devices", "0,2", "--gpu-memory", "16GiB"});
+
+  ASSERT_OK(parsed);
+  EXPECT_EQ(parsed->options.devices, (std::vector<int>{0, 2}));
+  EXPECT_EQ(parsed->options.gpu_memory_bytes, uint64_t{16} << 30);
+  EXPECT_EQ(Parse({})->options.devices, std::vector<int>{3});
+  for (const char* wrong : {"", "0,0", "-1", "1,,2", "all"}) {
+    EXPECT_THAT(Parse({"--devices", wrong}), StatusIs(absl::StatusCode::kInvalidArgument)) << wrong;
+  }
+}
+
 TEST(OptionsTest, FlagBeatsEnvironmentBeatsFile) {
   const std::string path = WriteConfig("threads = 1\nbackend = \"cpu\"\nlog-level = \"debug\"\n");
   const Variable threads("LATTICED_THREADS", "2");

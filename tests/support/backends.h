@@ -11,16 +11,19 @@
 #include <string_view>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/backend.h"
 
 namespace latticed::testing {
 
 // All names known to the suite, present on this machine or not.
 [[nodiscard]] std::vector<std::string> KnownBackends();
-// Null where this machine or build has none of that name. threads 0: all.
-[[nodiscard]] std::unique_ptr<Backend> MakeBackendByName(std::string_view name, int threads = 0);
+// An error that says why where this machine or build has none of that name. threads 0: all.
+[[nodiscard]] absl::StatusOr<std::unique_ptr<Backend>> MakeBackendByName(std::string_view name,
+                                                                         int threads = 0);
 // Names in LATTICED_REQUIRE_BACKENDS; "cpu" when it is not set.
 [[nodiscard]] std::vector<std::string> RequiredBackends();
+[[nodiscard]] bool IsRequired(std::string_view name);
 
 }  // namespace latticed::testing
 

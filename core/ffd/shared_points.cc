@@ -1,17 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cpu/shared_points.h"
+#include "core/ffd/shared_points.h"
 
 #include <algorithm>
-#include <array>
-
-#include "core/ffd/direct_ffd.h"
 
 namespace latticed {
 namespace {
-
-constexpr uint8_t kFirstEdgeSlot = 3;
-constexpr size_t kCopiesPerTask = 2'048;  // about 100 us
 
 // Uses by entity: those of entity e are uses[begin[e]] .. uses[begin[e + 1] - 1], patches rising.
 struct UseTable {
@@ -123,62 +117,6 @@ SharedPoints::SharedPoints(const DeformPlan& plan) {
   for (size_t e = 0; e < plan.edges.size(); ++e) {
     builder.Add(edges.Of(e), static_cast<uint32_t>(e), plan.edges[e].box, plan.edges[e].seam);
   }
-}
-
-void SharedPoints::Copy(const DeformPlan& plan, std::span<const Vec3d> control_points,
-                        const VertexLayout& layout, const VertexWriter& writer, int segments,
-                        std::span<uint8_t> vertices, CpuArena& arena) const {
-  const std::vector<bool> attached = AttachedSeams(plan, control_points);
-  const TessellationPattern& pattern = TessellationPattern::Get(segments);
-  const auto s = static_cast<size_t>(segments);
-  const auto copy_one = [&](const SharedCopy& copy) {
-    const auto from = layout.Place(vertices, copy.from_patch);
-    const auto to = layout.Place(vertices, copy.to_patch);
-    if (copy.from_slot < kFirstEdgeSlot) {
-      layout.CopyPosition(from, pattern.edge_points[copy.from_slot][0], to,
-                          pattern.edge_points[copy.to_slot][0]);
-      return;
-    }
-    const auto& source = pattern.edge_points[copy.from_slot - size_t{kFirstEdgeSlot}];
-    const auto& target = pattern.edge_points[copy.to_slot - size_t{kFirstEdgeSlot}];
-    for (size_t k = 1; k < s; ++k) {
-      layout.CopyPosition(from, source[copy.reversed ? s - k : k], to, target[k]);
-    }
-  };
-  const auto evaluate_one = [&](const Orphan& orphan) {
-    const auto to = layout.Place(vertices, orphan.use.patch);
-    const auto write = [&](uint32_t box, Vec3d parameter, size_t point) {
-      const Vec3d world =
-          EvaluateVolume(plan.structure, control_points, plan.boxes[box].span, parameter).position;
-      writer.WritePosition(to, point, world - plan.local_origin);
-    };
-    if (orphan.use.slot < kFirstEdgeSlot) {
-      const PlanVertex& vertex = plan.vertices[orphan.entity];
-      write(vertex.box, vertex.parameter, pattern.edge_points[orphan.use.slot][0]);
-      return;
-    }
-    const PlanEdge& edge = plan.edges[orphan.entity];
-    const Vec3d a = plan.vertices[edge.vertex[0]].parameter;
-    const Vec3d b = plan.vertices[edge.vertex[1]].parameter;
-    const auto& target = pattern.edge_points[orphan.use.slot - size_t{kFirstEdgeSlot}];
-    for (size_t k = 1; k < s; ++k) {
-      const double t = static_cast<double>(k) / static_cast<double>(s);
-      write(edge.box, (1 - t) * a + t * b, target[orphan.use.reversed ? s - k : k]);
-    }
-  };
-  const auto copy_all = [&](size_t count, const auto& body) {
-    arena.ForEach(count, body, kCopiesPerTask);
-  };
-  copy_all(always_.size(), [&](size_t i) { copy_one(always_[i]); });
-  copy_all(when_attached_.size(), [&](size_t i) {
-    if (attached[when_attached_[i].seam]) copy_one(when_attached_[i].copy);
-  });
-  copy_all(when_detached_.size(), [&](size_t i) {
-    if (!attached[when_detached_[i].seam]) copy_one(when_detached_[i].copy);
-  });
-  copy_all(orphans_.size(), [&](size_t i) {
-    if (orphans_[i].seam == kNoIndex || !attached[orphans_[i].seam]) evaluate_one(orphans_[i]);
-  });
 }
 
 size_t SharedPoints::MemoryBytes() const {

@@ -9,19 +9,22 @@
 // On a seam: attached, the lowest outside patch owns it; detached, each side has an owner of its
 // own. Normals are not shared.
 //
-// Threads  immutable after construction; Copy uses the arena's threads and returns when done
-#ifndef LATTICED_CORE_CPU_SHARED_POINTS_H_
-#define LATTICED_CORE_CPU_SHARED_POINTS_H_
+// No point is both read and written: within a vertex or edge only the owner is read, and each
+// patch's corner or edge belongs to one of them. So a backend may copy in any order, all at once.
+//
+// Threads  immutable after construction
+#ifndef LATTICED_CORE_FFD_SHARED_POINTS_H_
+#define LATTICED_CORE_FFD_SHARED_POINTS_H_
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "core/cpu/cpu_arena.h"
-#include "core/cpu/vertex_layout.h"
 #include "core/ffd/deform_plan.h"
 
 namespace latticed {
+
+inline constexpr uint8_t kFirstEdgeSlot = 3;
 
 // A corner (slot 0..2) or the inner points of an edge (slot 3..5) that one patch takes from
 // another.
@@ -40,25 +43,26 @@ struct PointUse {
 
 class SharedPoints {
  public:
-  explicit SharedPoints(const DeformPlan& plan);
-
-  // Brings every shared position in a view's vertices to its owner's.
-  void Copy(const DeformPlan& plan, std::span<const Vec3d> control_points,
-            const VertexLayout& layout, const VertexWriter& writer, int segments,
-            std::span<uint8_t> vertices, CpuArena& arena) const;
-
-  size_t MemoryBytes() const;
-
- private:
   struct SeamCopy {
     uint32_t seam = 0;
     SharedCopy copy;
   };
+  // A use without an owner patch: evaluated from the lattice itself, alike on every side.
   struct Orphan {
     PointUse use;
     uint32_t entity = 0;       // index of the vertex or edge, as the slot says
     uint32_t seam = kNoIndex;  // evaluated only while detached
   };
+
+  explicit SharedPoints(const DeformPlan& plan);
+
+  std::span<const SharedCopy> always() const { return always_; }
+  std::span<const SeamCopy> when_attached() const { return when_attached_; }
+  std::span<const SeamCopy> when_detached() const { return when_detached_; }
+  std::span<const Orphan> orphans() const { return orphans_; }
+  size_t MemoryBytes() const;
+
+ private:
   std::vector<SharedCopy> always_;
   std::vector<SeamCopy> when_attached_;
   std::vector<SeamCopy> when_detached_;
@@ -69,4 +73,4 @@ class SharedPoints {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_SHARED_POINTS_H_
+#endif  // LATTICED_CORE_FFD_SHARED_POINTS_H_

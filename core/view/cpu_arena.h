@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Parallel loops on the threads of one CPU backend, by oneTBB.
+// Parallel loops on the threads of one backend, by oneTBB.
 //
 // Threads  safe; a loop returns when all of its parts are done
-#ifndef LATTICED_CORE_CPU_CPU_ARENA_H_
-#define LATTICED_CORE_CPU_CPU_ARENA_H_
+#ifndef LATTICED_CORE_VIEW_CPU_ARENA_H_
+#define LATTICED_CORE_VIEW_CPU_ARENA_H_
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -52,4 +52,4 @@ class CpuArena {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_CPU_ARENA_H_
+#endif  // LATTICED_CORE_VIEW_CPU_ARENA_H_

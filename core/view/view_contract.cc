@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/view/view_contract.h"
+
+#include <algorithm>
+#include <functional>
+
+#include "core/base/error.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+absl::Status NotEvaluated() {
+  return error::FailedPrecondition("NOT_EVALUATED", "evaluate the view first");
+}
+
+}  // namespace
+
+absl::Status ViewContract::CheckChunk(uint32_t chunk) const {
+  if (chunk < plan_.chunk_count()) return absl::OkStatus();
+  return error::OutOfRange("chunks", chunk, 0, static_cast<double>(plan_.chunk_count()) - 1);
+}
+
+absl::Status ViewContract::CheckEvaluate(std::span<const Vec3d> control_points,
+                                         const QuantisationBox& box,
+                                         std::span<const uint32_t> chunks) const {
+  if (auto status = CheckControlPoints(plan_, control_points); !status.ok()) return status;
+  if (!chunks.empty()) {
+    if (auto status = CheckChunk(chunks.back()); !status.ok()) return status;
+  }
+  if (!std::is_sorted(chunks.begin(), chunks.end(), std::less_equal<>())) {
+    return error::InvalidField("chunks", "must rise, each chunk once");
+  }
+  const bool same_box = box_ && box_->origin == box.origin && box_->range == box.range;
+  const bool boxed = spec_.format == VertexFormat::kQuantised;
+  if ((!box_ || (boxed && !same_box)) && chunks.size() != plan_.chunk_count()) {
+    return error::InvalidField("chunks",
+                               "the first evaluation, and one under another box, needs all");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ViewContract::CheckRead(uint32_t chunk, size_t bytes) const {
+  if (auto status = CheckChunk(chunk); !status.ok()) return status;
+  if (!box_) return NotEvaluated();
+  const size_t needed = ChunkPoints(plan_, chunk, spec_.segments) * BytesPerPoint(spec_);
+  if (bytes == needed) return absl::OkStatus();
+  return error::InvalidField(
+      "out", fmt::format("got room for {} bytes, chunk {} has {}", bytes, chunk, needed));
+}
+
+absl::Status ViewContract::CheckEncode(std::span<const uint32_t> chunks, Encoding encoding) const {
+  if (!box_) return NotEvaluated();
+  if (FormatOf(encoding) != spec_.format) {
+    return error::InvalidField("encoding", "its vertex format must be the view's");
+  }
+  for (uint32_t chunk : chunks) {
+    if (auto status = CheckChunk(chunk); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckControlPoints(const DeformPlan& plan, std::span<const Vec3d> control_points) {
+  const auto expected = static_cast<size_t>(plan.structure.control_point_count());
+  if (control_points.size() == expected) return absl::OkStatus();
+  return error::InvalidField(
+      "lattice.control_points",
+      fmt::format("got {} points, {} are needed", control_points.size(), expected));
+}
+
+absl::Status CheckControlNets(const DeformPlan& plan, std::span<const Vec3d> control_points,
+                              size_t first, size_t last) {
+  if (first > last || last > plan.patches.size()) {
+    return error::InvalidField(
+        "patches", fmt::format("got [{}, {}), the plan has {}", first, last, plan.patches.size()));
+  }
+  return CheckControlPoints(plan, control_points);
+}
+
+}  // namespace latticed

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From the vertices of chunks on the host to the bytes that travel, on the threads of an arena.
+//
+// Errors   those of the ChunkEncoder
+// Threads  one thread at a time; uses those of the arena and returns when done
+#ifndef LATTICED_CORE_VIEW_VIEW_ENCODER_H_
+#define LATTICED_CORE_VIEW_VIEW_ENCODER_H_
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "core/backend.h"
+#include "core/codec/chunk_encoder.h"
+#include "core/view/cpu_arena.h"
+
+namespace latticed {
+
+class ViewEncoder {
+ public:
+  // Vertices of the i-th of the named chunks in wire layout: where they lie, or, put into
+  // `scratch`, there. Called from the arena's threads.
+  using BytesOf =
+      absl::FunctionRef<std::span<const uint8_t>(size_t i, std::vector<uint8_t>& scratch)>;
+
+  // Keeps references to the plan and the arena.
+  ViewEncoder(const DeformPlan& plan, const ViewSpec& spec,
+              std::shared_ptr<const ChunkEncoder> encoder, CpuArena& arena)
+      : plan_(plan), spec_(spec), encoder_(std::move(encoder)), arena_(arena) {}
+
+  // results[i] belongs to chunks[i]. `range`: of the quantisation box.
+  [[nodiscard]] absl::Status Encode(std::span<const uint32_t> chunks, Encoding encoding,
+                                    double range, BytesOf bytes_of, std::span<SharedBytes> results);
+
+  size_t MemoryBytes() const { return triangles_.capacity() * sizeof(triangles_[0]); }
+
+ private:
+  [[nodiscard]] absl::StatusOr<std::vector<uint8_t>> EncodeDraco(
+      uint32_t chunk, Encoding encoding, double range, std::span<const uint8_t> bytes) const;
+
+  const DeformPlan& plan_;
+  ViewSpec spec_;
+  std::shared_ptr<const ChunkEncoder> encoder_;
+  CpuArena& arena_;
+  std::vector<std::array<uint32_t, 3>> triangles_;  // of a full chunk; made for kDracoMesh
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_VIEW_VIEW_ENCODER_H_

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/cuda_target.h"
+
+#include <new>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/view/view_contract.h"
+#include "cuda/cuda_control_nets.h"
+#include "cuda/cuda_gemm_kernel.h"
+#include "cuda/cuda_view.h"
+
+namespace latticed {
+
+CudaTarget::CudaTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
+                       std::shared_ptr<CudaContext> context)
+    : plan_(std::move(plan)), pipeline_(pipeline), context_(std::move(context)) {}
+
+absl::StatusOr<std::shared_ptr<CudaTarget>> CudaTarget::Create(
+    std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
+    std::shared_ptr<CudaContext> context) {
+  if (pipeline == Pipeline::kFused) return error::Unimplemented("pipeline fused on CUDA");
+  const DeviceGuard guard(context->device());
+  try {
+    std::shared_ptr<CudaTarget> target(
+        new CudaTarget(std::move(plan), pipeline, std::move(context)));
+    auto tables = DevicePlan::Create(target->plan_, target->context_);
+    if (!tables.ok()) return tables.status();
+    target->device_plan_ = *std::move(tables);
+    return target;
+  } catch (const std::bad_alloc&) {
+    return error::AllocationFailed("the plan");
+  }
+}
+
+absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpec& spec) {
+  if (auto status = Validate(spec); !status.ok()) return status;
+  const DeviceGuard guard(context_->device());
+  try {
+    auto lane = context_->lanes().Borrow();
+    if (!lane.ok()) return lane.status();
+    auto kernel = CudaGemmKernel::Create(plan_, device_plan_, pipeline_, spec, context_, *lane);
+    if (!kernel.ok()) return kernel.status();
+    auto view = CudaView::Create(plan_, spec, context_, *std::move(lane), *std::move(kernel));
+    if (!view.ok()) return view.status();
+    return std::unique_ptr<DeformView>(*std::move(view));
+  } catch (const std::bad_alloc&) {
+    return error::AllocationFailed("the view");
+  }
+}
+
+absl::StatusOr<std::vector<double>> CudaTarget::ControlNets(std::span<const Vec3d> control_points,
+                                                            size_t first, size_t last) {
+  if (auto s = CheckControlNets(*plan_, control_points, first, last); !s.ok()) return s;
+  if (first == last) return std::vector<double>();
+  const DeviceGuard guard(context_->device());
+  try {
+    return CudaControlNets(plan_, *device_plan_, *context_, control_points, first, last);
+  } catch (const std::bad_alloc&) {
+    return error::AllocationFailed("the control nets");
+  }
+}
+
+MemoryUse CudaTarget::memory() const {
+  return {{"plan", plan_->MemoryBytes()}, {"device_plan", device_plan_->MemoryBytes()}};
+}
+
+}  // namespace latticed

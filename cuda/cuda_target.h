@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A plan prepared for one pipeline on one device. Twin of core/cpu/cpu_target.h. Its views keep it
+// alive through the plan, the device's tables and the context.
+#ifndef LATTICED_CUDA_CUDA_TARGET_H_
+#define LATTICED_CUDA_CUDA_TARGET_H_
+
+#include <memory>
+#include <vector>
+
+#include "core/backend.h"
+#include "cuda/cuda_context.h"
+#include "cuda/device_plan.h"
+
+namespace latticed {
+
+class CudaTarget : public DeformTarget {
+ public:
+  // kUnimplemented for kFused; kResourceExhausted where the tables do not fit.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<CudaTarget>> Create(
+      std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
+      std::shared_ptr<CudaContext> context);
+
+  const DeformPlan& plan() const override { return *plan_; }
+  Pipeline pipeline() const override { return pipeline_; }
+  absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override;
+  // Waits for a lane of its own.
+  absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
+                                                  size_t first, size_t last) override;
+  MemoryUse memory() const override;
+
+ private:
+  CudaTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
+             std::shared_ptr<CudaContext> context);
+
+  std::shared_ptr<const DeformPlan> plan_;
+  Pipeline pipeline_;
+  std::shared_ptr<CudaContext> context_;
+  std::shared_ptr<DevicePlan> device_plan_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_CUDA_TARGET_H_

@@ -1,0 +1,177 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/device_plan.h"
+
+#include <array>
+#include <vector>
+
+#include "core/base/limits.h"
+#include "core/ffd/direct_ffd.h"
+#include "core/ffd/shared_points.h"
+
+namespace latticed {
+namespace {
+
+using kernels::DeviceCopy;
+using kernels::DeviceOrphan;
+using kernels::DeviceSeamCopy;
+using kernels::PackUse;
+
+constexpr char kPurpose[] = "plan";
+static_assert(limits::kMaxPatches < (uint64_t{1} << 28), "a packed use has 28 bits for the patch");
+
+template <typename T>
+absl::Status Upload(CudaContext& context, const std::vector<T>& from, DeviceBuffer<T>& to) {
+  auto buffer = DeviceBuffer<T>::Upload(context.memory(), kPurpose, from, context.stream().get());
+  if (!buffer.ok()) return buffer.status();
+  to = *std::move(buffer);
+  return absl::OkStatus();
+}
+
+// The device reads no absolute world position, so that it need not subtract what it does not know.
+std::vector<kernels::DeviceVertex> PackVertices(const DeformPlan& plan) {
+  std::vector<kernels::DeviceVertex> packed;
+  packed.reserve(plan.vertices.size());
+  for (const PlanVertex& v : plan.vertices) {
+    packed.push_back({v.parameter, v.world - plan.local_origin});
+  }
+  return packed;
+}
+
+DeviceCopy Pack(const SharedCopy& copy) {
+  return {PackUse(copy.from_patch, copy.from_slot, false),
+          PackUse(copy.to_patch, copy.to_slot, copy.reversed)};
+}
+
+DeviceOrphan Pack(const DeformPlan& plan, const SharedPoints::Orphan& orphan) {
+  DeviceOrphan packed{.use = PackUse(orphan.use.patch, orphan.use.slot, orphan.use.reversed),
+                      .box = 0,
+                      .vertex = {orphan.entity, orphan.entity},
+                      .seam = orphan.seam};
+  if (orphan.use.slot < kFirstEdgeSlot) {
+    packed.box = plan.vertices[orphan.entity].box;
+    return packed;
+  }
+  const PlanEdge& edge = plan.edges[orphan.entity];
+  packed.box = edge.box;
+  packed.vertex[0] = edge.vertex[0];
+  packed.vertex[1] = edge.vertex[1];
+  return packed;
+}
+
+std::vector<kernels::CornerNormals> InterpolateNormals(const DeformPlan& plan) {
+  const DirectFfd direct(plan, {});
+  std::vector<kernels::CornerNormals> normals(plan.patches.size());
+  for (size_t p = 0; p < normals.size(); ++p) {
+    for (size_t c = 0; c < 3; ++c) {
+      std::array<double, 3> b{};
+      b[c] = 1;
+      normals[p].corner[c] = ToFloat(direct.RestSmoothNormal(p, b));
+    }
+  }
+  return normals;
+}
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<DevicePlan>> DevicePlan::Create(
+    std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaContext> context) {
+  std::shared_ptr<DevicePlan> result(new DevicePlan(std::move(plan), std::move(context)));
+  absl::Status status = result->UploadGeometry();
+  if (status.ok()) status = result->UploadSharedPoints();
+  status.Update(result->context_->stream().Synchronize("the plan"));
+  if (!status.ok()) return status;
+  result->FillTables();
+  return result;
+}
+
+absl::Status DevicePlan::UploadGeometry() {
+  const DeformPlan& plan = *plan_;
+  std::vector<double> knots;
+  for (const auto& axis : plan.structure.knots) knots.insert(knots.end(), axis.begin(), axis.end());
+  if (auto s = Upload(*context_, knots, knots_); !s.ok()) return s;
+  if (auto s = Upload(*context_, PackVertices(plan), vertices_); !s.ok()) return s;
+
+  std::vector<kernels::DeviceBox> boxes;
+  boxes.reserve(plan.boxes.size());
+  for (const KnotBox& b : plan.boxes) boxes.push_back({{b.span[0], b.span[1], b.span[2], 0}});
+  if (auto s = Upload(*context_, boxes, boxes_); !s.ok()) return s;
+
+  const DirectFfd direct(plan, {});
+  std::vector<kernels::DevicePatch> patches;
+  std::vector<Vec3f> normals;
+  patches.reserve(plan.patches.size());
+  normals.reserve(plan.patches.size());
+  for (size_t p = 0; p < plan.patches.size(); ++p) {
+    const Patch& patch = plan.patches[p];
+    patches.push_back({patch.box, {patch.vertex[0], patch.vertex[1], patch.vertex[2]}});
+    normals.push_back(ToFloat(direct.RestFacetNormal(p)));
+  }
+  if (auto s = Upload(*context_, patches, patches_); !s.ok()) return s;
+  return Upload(*context_, normals, facet_normals_);
+}
+
+absl::Status DevicePlan::UploadSharedPoints() {
+  const SharedPoints shared(*plan_);
+  std::vector<DeviceCopy> always;
+  always.reserve(shared.always().size());
+  for (const SharedCopy& copy : shared.always()) always.push_back(Pack(copy));
+  if (auto s = Upload(*context_, always, always_); !s.ok()) return s;
+
+  std::vector<DeviceSeamCopy> on_seams;
+  for (const auto& [seam, copy] : shared.when_attached()) {
+    on_seams.push_back({Pack(copy), seam << 1 | 1});
+  }
+  for (const auto& [seam, copy] : shared.when_detached()) {
+    on_seams.push_back({Pack(copy), seam << 1});
+  }
+  if (auto s = Upload(*context_, on_seams, on_seams_); !s.ok()) return s;
+
+  std::vector<DeviceOrphan> orphans;
+  for (const auto& orphan : shared.orphans()) orphans.push_back(Pack(*plan_, orphan));
+  return Upload(*context_, orphans, orphans_);
+}
+
+void DevicePlan::FillTables() {
+  const LatticeStructure& s = plan_->structure;
+  const FrameMap map(s);
+  const double* knots = knots_.data();
+  for (size_t a = 0; a < 3; ++a) {
+    tables_.degree[a] = s.degree[a];
+    tables_.size[a] = s.size[a];
+    tables_.knots[a] = knots;
+    knots += s.knots[a].size();
+    Vec3d axis;
+    axis[static_cast<int>(a)] = 1;
+    tables_.parameter_by_world[a] = map.DirectionToParameter(axis);
+  }
+  tables_.outside_box = plan_->outside_box();
+  tables_.patches = patches_.data();
+  tables_.vertices = vertices_.data();
+  tables_.boxes = boxes_.data();
+  tables_.facet_normals = facet_normals_.data();
+  shared_points_ = {always_.data(),   always_.size(),  on_seams_.data(),
+                    on_seams_.size(), orphans_.data(), orphans_.size()};
+}
+
+absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth) {
+  kernels::PlanTables tables = tables_;
+  if (!smooth) return tables;
+  const std::scoped_lock lock(mutex_);
+  if (corner_normals_.size() == 0) {
+    absl::Status status = Upload(*context_, InterpolateNormals(*plan_), corner_normals_);
+    status.Update(context_->stream().Synchronize("the plan's normals"));
+    if (!status.ok()) return status;
+  }
+  tables.corner_normals = corner_normals_.data();
+  return tables;
+}
+
+size_t DevicePlan::MemoryBytes() const {
+  const std::scoped_lock lock(mutex_);
+  return knots_.size_bytes() + patches_.size_bytes() + vertices_.size_bytes() +
+         boxes_.size_bytes() + facet_normals_.size_bytes() + always_.size_bytes() +
+         on_seams_.size_bytes() + orphans_.size_bytes() + corner_normals_.size_bytes();
+}
+
+}  // namespace latticed

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A plan on the device, as the GEMM pipelines' kernels read it.
+//
+//   a patch   16 bytes of indices, 12 of facet normal, 36 more where a smooth view asked
+//   a vertex  48 bytes, about half a vertex a patch
+//   shared points  8 bytes a copy, about four copies a patch
+//
+// Errors   those of device_buffer.h
+// Threads  safe; usable on every stream once it is made
+#ifndef LATTICED_CUDA_DEVICE_PLAN_H_
+#define LATTICED_CUDA_DEVICE_PLAN_H_
+
+#include <memory>
+#include <mutex>
+
+#include "core/ffd/deform_plan.h"
+#include "cuda/cuda_context.h"
+#include "cuda/device_buffer.h"
+#include "cuda/kernels.h"
+
+namespace latticed {
+
+class DevicePlan {
+ public:
+  // Waits for the context's stream.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<DevicePlan>> Create(
+      std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaContext> context);
+
+  // The first `smooth` call uploads the corner normals, and waits for that.
+  [[nodiscard]] absl::StatusOr<kernels::PlanTables> Tables(bool smooth);
+  const kernels::SharedPointTables& shared_points() const { return shared_points_; }
+  size_t MemoryBytes() const;
+
+ private:
+  DevicePlan(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaContext> context)
+      : plan_(std::move(plan)), context_(std::move(context)) {}
+  absl::Status UploadGeometry();
+  absl::Status UploadSharedPoints();
+  void FillTables();
+
+  std::shared_ptr<const DeformPlan> plan_;
+  std::shared_ptr<CudaContext> context_;
+  DeviceBuffer<double> knots_;  // of u, then v, then w
+  DeviceBuffer<kernels::DevicePatch> patches_;
+  DeviceBuffer<kernels::DeviceVertex> vertices_;
+  DeviceBuffer<kernels::DeviceBox> boxes_;
+  DeviceBuffer<Vec3f> facet_normals_;
+  DeviceBuffer<kernels::DeviceCopy> always_;
+  DeviceBuffer<kernels::DeviceSeamCopy> on_seams_;
+  DeviceBuffer<kernels::DeviceOrphan> orphans_;
+  kernels::PlanTables tables_{};
+  kernels::SharedPointTables shared_points_{};
+  mutable std::mutex mutex_;
+  DeviceBuffer<kernels::CornerNormals> corner_normals_;  // guarded by mutex_
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DEVICE_PLAN_H_

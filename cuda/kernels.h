@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the .cu files offer the .cc files: plain tables in device memory, and functions that enqueue
+// one kernel each and return its launch error.
+//
+// Layout   matrices are column-major; a tile of t patches has 3t columns: x of all its patches,
+// then
+//          y, then z
+// Units    world units relative to plan.local_origin
+// Errors   cudaError_t of the launch; what a kernel does wrong shows at the stream's next wait
+// Threads  none wait; all pointers must stay until the stream has passed
+#ifndef LATTICED_CUDA_KERNELS_H_
+#define LATTICED_CUDA_KERNELS_H_
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/vec.h"
+#include "core/view/vertex_layout.h"
+
+namespace latticed::kernels {
+
+struct DevicePatch {
+  uint32_t box;
+  uint32_t vertex[3];
+};
+struct DeviceVertex {
+  Vec3d parameter;
+  Vec3d world;  // relative to the local origin
+};
+struct DeviceBox {
+  int span[4];  // of u, v, w; the fourth fills 16 bytes
+};
+// The interpolated vertex normal at the corners of a patch; linear between them.
+struct CornerNormals {
+  Vec3f corner[3];
+};
+
+// A plan as kernels read it.
+struct PlanTables {
+  int degree[3];
+  int size[3];
+  const double* knots[3];
+  Vec3d parameter_by_world[3];  // columns d(u, v, w) / d(x, y, z)
+  uint32_t outside_box;
+  const DevicePatch* patches;
+  const DeviceVertex* vertices;
+  const DeviceBox* boxes;
+  const Vec3f* facet_normals;           // unit, of the source triangle, one a patch
+  const CornerNormals* corner_normals;  // null until a smooth view asks
+};
+
+// Patches first … first + count - 1 under one set of control points.
+struct Tile {
+  PlanTables plan;
+  const Vec3d* control_points;
+  size_t first;
+  size_t count;
+};
+
+// §3.4, one thread a sample: Rs[i] = R(u_i) - centre, and Rf[i] = dR/df(u_i), f the facet normal.
+// `points`: the m index triples of bernstein.h. The centre is the mean of the three corners.
+template <typename T>
+struct Samples {
+  const uchar4* points;
+  int degree;  // n
+  int m;
+  T* positions;  // m x 3t
+  T* by_normal;  // m x 3t, or null
+  Vec3d* centres;
+};
+cudaError_t LaunchSamples(const Tile& tile, const Samples<float>& samples, cudaStream_t stream);
+cudaError_t LaunchSamples(const Tile& tile, const Samples<double>& samples, cudaStream_t stream);
+
+// Each number rounded to float.
+cudaError_t LaunchRound(const double* from, size_t count, float* to, cudaStream_t stream);
+
+enum class Normals { kNone, kFacet, kSmooth };
+
+// §3.6, one thread a tessellation point: rearranges [P; Pu; Pv] to vertices, with normals.
+struct Surface {
+  const float* products;  // [P; Pu; Pv], rows x 3t
+  const float* across;    // Pf, q x 3t, smooth normals only
+  size_t rows;
+  const Vec3d* centres;
+  const uchar4* pattern;  // barycentrics times segments of the q points
+  int segments;
+  int q;
+  Normals normals;
+  VertexLayout layout;
+  VertexWriter writer;
+  uint8_t* vertices;
+};
+cudaError_t LaunchSurface(const Tile& tile, const Surface& surface, cudaStream_t stream);
+
+// A corner (slot 0..2) or an edge (slot 3..5) of a patch: patch << 4 | slot << 1 | reversed.
+using PackedUse = uint32_t;
+constexpr PackedUse PackUse(uint32_t patch, uint32_t slot, bool reversed) {
+  return patch << 4 | slot << 1 | static_cast<uint32_t>(reversed);
+}
+// The corner or the inner points of the edge that `to` takes from `from`, reversed as `to` says.
+struct DeviceCopy {
+  PackedUse from, to;
+};
+struct DeviceSeamCopy {
+  DeviceCopy copy;
+  uint32_t seam;  // seam << 1 | when attached
+};
+// Evaluated from the lattice: at vertex[0], or between the two along an edge in canonical order.
+struct DeviceOrphan {
+  PackedUse use;
+  uint32_t box;
+  uint32_t vertex[2];
+  uint32_t seam;  // only while this one is detached; all bits set: always
+};
+
+// Brings shared positions to their owners', one thread a point.     core/ffd/shared_points.h
+struct SharedPointTables {
+  const DeviceCopy* always;
+  size_t always_count;
+  const DeviceSeamCopy* on_seams;
+  size_t on_seams_count;
+  const DeviceOrphan* orphans;
+  size_t orphan_count;
+};
+struct SharedPositions {
+  SharedPointTables tables;
+  const uint8_t* attached;  // per seam
+  int segments;
+  VertexLayout layout;
+  VertexWriter writer;
+  uint8_t* vertices;
+};
+cudaError_t LaunchSharedPoints(const PlanTables& plan, const Vec3d* control_points,
+                               const SharedPositions& shared, cudaStream_t stream);
+
+}  // namespace latticed::kernels
+
+#endif  // LATTICED_CUDA_KERNELS_H_

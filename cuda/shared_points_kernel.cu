@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Watertight: shared positions are their owners', bit for bit.                 DESIGN §2
+//
+// One thread a point: item i is point k = i mod max(1, segments - 1) of record i / that. A corner
+// has the one point k = 0, an edge its segments - 1 inner ones. No point is both read and written
+// (core/ffd/shared_points.h), so order does not matter.
+#include "core/ffd/tessellation_pattern.h"
+#include "cuda/launch.cuh"
+
+namespace latticed::kernels {
+namespace {
+
+constexpr int kFirstEdge = 3;  // slot of edge 0
+constexpr uint32_t kNoSeam = ~uint32_t{0};
+
+__device__ size_t PatchOf(PackedUse use) { return use >> 4; }
+__device__ int SlotOf(PackedUse use) { return static_cast<int>(use >> 1 & 7); }
+__device__ bool IsReversed(PackedUse use) { return (use & 1) != 0; }
+
+__host__ __device__ size_t PointsPerRecord(int segments) {
+  return segments > 1 ? static_cast<size_t>(segments) - 1 : 1;
+}
+
+// Whether point k of a record is there: corners have one, edges of one segment none.
+__device__ bool IsThere(int slot, int k, int segments) {
+  return slot < kFirstEdge ? k == 0 : k + 1 < segments;
+}
+
+// Index in its patch of inner point k of the slot, counted from the slot's begin or its end.
+__device__ size_t PointOf(int slot, int k, bool reversed, int segments) {
+  if (slot < kFirstEdge) return static_cast<size_t>(EdgePoint(segments, slot, 0));
+  const int at = reversed ? segments - 1 - k : k + 1;
+  return static_cast<size_t>(EdgePoint(segments, slot - kFirstEdge, at));
+}
+
+__device__ void Copy(const SharedPositions& shared, DeviceCopy copy, int k) {
+  if (!IsThere(SlotOf(copy.to), k, shared.segments)) return;
+  shared.layout.CopyPosition(shared.layout.Place(shared.vertices, PatchOf(copy.from)),
+                             PointOf(SlotOf(copy.from), k, IsReversed(copy.to), shared.segments),
+                             shared.layout.Place(shared.vertices, PatchOf(copy.to)),
+                             PointOf(SlotOf(copy.to), k, false, shared.segments));
+}
+
+__global__ void __launch_bounds__(kBlockThreads) CopyKernel(SharedPositions shared) {
+  const size_t points = PointsPerRecord(shared.segments), record = Item() / points;
+  if (record >= shared.tables.always_count) return;
+  Copy(shared, shared.tables.always[record], static_cast<int>(Item() % points));
+}
+
+__global__ void __launch_bounds__(kBlockThreads) SeamCopyKernel(SharedPositions shared) {
+  const size_t points = PointsPerRecord(shared.segments), record = Item() / points;
+  if (record >= shared.tables.on_seams_count) return;
+  const DeviceSeamCopy seam_copy = shared.tables.on_seams[record];
+  const bool attached = shared.attached[seam_copy.seam >> 1] != 0;
+  if (attached != ((seam_copy.seam & 1) != 0)) return;
+  Copy(shared, seam_copy.copy, static_cast<int>(Item() % points));
+}
+
+__global__ void __launch_bounds__(kBlockThreads)
+    OrphanKernel(PlanTables plan, const Vec3d* control_points, SharedPositions shared) {
+  const size_t points = PointsPerRecord(shared.segments), record = Item() / points;
+  if (record >= shared.tables.orphan_count) return;
+  const DeviceOrphan orphan = shared.tables.orphans[record];
+  if (orphan.seam != kNoSeam && shared.attached[orphan.seam] != 0) return;
+  const int slot = SlotOf(orphan.use), k = static_cast<int>(Item() % points);
+  if (!IsThere(slot, k, shared.segments)) return;
+  Vec3d parameter = plan.vertices[orphan.vertex[0]].parameter;
+  if (slot >= kFirstEdge) {
+    const double t = static_cast<double>(k + 1) / static_cast<double>(shared.segments);
+    parameter = (1 - t) * parameter + t * plan.vertices[orphan.vertex[1]].parameter;
+  }
+  const VolumePoint point =
+      EvaluateVolume<false>(Volume(plan, control_points), plan.boxes[orphan.box].span, parameter);
+  shared.writer.WritePosition(shared.layout.Place(shared.vertices, PatchOf(orphan.use)),
+                              PointOf(slot, k, IsReversed(orphan.use), shared.segments),
+                              point.position);
+}
+
+}  // namespace
+
+cudaError_t LaunchSharedPoints(const PlanTables& plan, const Vec3d* control_points,
+                               const SharedPositions& shared, cudaStream_t stream) {
+  const size_t points = PointsPerRecord(shared.segments);
+  const SharedPointTables& tables = shared.tables;
+  if (tables.always_count > 0) {
+    CopyKernel<<<Blocks(tables.always_count * points), kBlockThreads, 0, stream>>>(shared);
+  }
+  if (tables.on_seams_count > 0) {
+    SeamCopyKernel<<<Blocks(tables.on_seams_count * points), kBlockThreads, 0, stream>>>(shared);
+  }
+  if (tables.orphan_count > 0) {
+    OrphanKernel<<<Blocks(tables.orphan_count * points), kBlockThreads, 0, stream>>>(
+        plan, control_points, shared);
+  }
+  return cudaPeekAtLastError();
+}
+
+}  // namespace latticed::kernels

@@ -1,0 +1,205 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Budgets, failed allocations, leaks and repeated bits, through the interface where that can show
+// them.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+#include <utility>
+
+#include "core/base/error.h"
+#include "cuda/cuda_backend.h"
+#include "cuda/cuda_device.h"
+#include "cuda/device_buffer.h"
+#include "fmt/format.h"
+#include "tests/backend/conformance.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr uint64_t kMiB = uint64_t{1} << 20;
+
+class CudaMemory : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const absl::Status status = CheckDevice(0);
+    if (!status.ok() && IsRequired("cuda")) {
+      FAIL() << "LATTICED_REQUIRE_BACKENDS names cuda: " << status;
+    }
+    if (!status.ok()) GTEST_SKIP() << status.message();
+    PolygonMesh mesh = TorusMesh(9, 7);
+    const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {.scale = 0.8});
+    plan_ = MakeTestPlan(std::move(mesh), structure);
+    ASSERT_NE(plan_, nullptr);
+    points_ = Jitter(structure, 0.05, 3);
+  }
+
+  // One whole use: prepare, view, evaluate, encode, control nets.
+  absl::StatusOr<std::vector<std::vector<uint8_t>>> Use(Backend& backend, Pipeline pipeline) {
+    auto target = backend.Prepare(plan_, pipeline);
+    if (!target.ok()) return target.status();
+    auto view = (*target)->CreateView({.segments = 4, .normals = NormalMode::kSmooth});
+    if (!view.ok()) return view.status();
+    const std::vector<uint32_t> chunks = AllChunks(*plan_);
+    if (auto s = (*view)->Evaluate(points_, BoxFor(*plan_, points_), chunks); !s.ok()) return s;
+    const auto encoded = (*view)->Encode(chunks, Encoding::kQuantised);
+    if (!encoded.ok()) return encoded.status();
+    const auto nets = (*target)->ControlNets(points_, 0, 2);
+    if (!nets.ok()) return nets.status();
+    std::vector<std::vector<uint8_t>> bytes;
+    for (const SharedBytes& e : *encoded) bytes.emplace_back(e.span().begin(), e.span().end());
+    return bytes;
+  }
+
+  Plan plan_;
+  std::vector<Vec3d> points_;
+};
+
+constexpr std::array kPipelines{Pipeline::kGemm, Pipeline::kGemm12, Pipeline::kControlNet};
+
+TEST_F(CudaMemory, BuffersAreCountedByPurposeAndGivenBack) {
+  const auto memory = DeviceMemory::Create(0, 8 * kMiB, nullptr);
+  ASSERT_OK(memory);
+  const auto stream = CudaStream::Create();
+  ASSERT_OK(stream);
+  {
+    const auto buffer = DeviceBuffer<float>::Create(*memory, "vertices", kMiB, stream->get());
+
+    ASSERT_OK(buffer);
+    EXPECT_EQ((*memory)->free_bytes(), 4 * kMiB);
+    EXPECT_EQ((*memory)->use().at("vertices"), 4 * kMiB);
+  }
+  EXPECT_EQ((*memory)->free_bytes(), 8 * kMiB);
+  EXPECT_EQ((*memory)->use().at("vertices"), 0u);
+}
+
+TEST_F(CudaMemory, BudgetIsKeptAndSaysWhatIsFree) {
+  const auto memory = DeviceMemory::Create(0, kMiB, nullptr);
+  ASSERT_OK(memory);
+  const auto stream = CudaStream::Create();
+  ASSERT_OK(stream);
+
+  const auto buffer = DeviceBuffer<uint8_t>::Create(*memory, "plan", 2 * kMiB, stream->get());
+
+  ASSERT_THAT(buffer, StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_EQ(error::DetailsOf(buffer.status()).asked_bytes, 2 * kMiB);
+  EXPECT_EQ(error::DetailsOf(buffer.status()).free_bytes, kMiB);
+}
+
+TEST_F(CudaMemory, MoreThanTheDeviceHasLeavesItUsable) {
+  const auto memory = DeviceMemory::Create(0, uint64_t{1} << 50, nullptr);
+  ASSERT_OK(memory);
+  const auto stream = CudaStream::Create();
+  ASSERT_OK(stream);
+
+  const auto huge =
+      DeviceBuffer<uint8_t>::Create(*memory, "vertices", size_t{1} << 45, stream->get());
+
+  ASSERT_THAT(huge, StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_OK(LastCudaStatus("after it"));
+  EXPECT_OK(DeviceBuffer<uint8_t>::Create(*memory, "vertices", kMiB, stream->get()));
+}
+
+TEST_F(CudaMemory, EveryFailedAllocationIsRefusedCleanly) {
+  int left = -1;  // allocations until one is refused; below 0: none is
+  const auto backend = MakeCudaBackend(
+      {.memory_bytes = 256 * kMiB, .refuse_allocation = [&left](std::string_view, uint64_t) {
+         return left >= 0 && left-- == 0;
+       }});
+  ASSERT_OK(backend);
+  for (const Pipeline pipeline : kPipelines) {
+    left = -1;
+    const auto expected = Use(**backend, pipeline);
+    ASSERT_OK(expected);
+    int refused = 0;
+    for (int at = 0;; ++at) {
+      SCOPED_TRACE(fmt::format("{}, allocation {}", PipelineName(pipeline), at));
+      left = at;
+      const auto failed = Use(**backend, pipeline);
+      if (failed.ok()) break;
+      ASSERT_THAT(failed, StatusIs(absl::StatusCode::kResourceExhausted));
+      ++refused;
+      left = -1;
+      const auto again = Use(**backend, pipeline);
+      ASSERT_OK(again);
+      ASSERT_TRUE(*again == *expected);
+    }
+    EXPECT_GT(refused, 15) << PipelineName(pipeline);
+  }
+}
+
+TEST_F(CudaMemory, CyclesOfUseLeaveNothingBehind) {
+  const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
+  ASSERT_OK(backend);
+  ASSERT_OK(Use(**backend, Pipeline::kGemm));
+  size_t before = 0, after = 0, total = 0;
+  ASSERT_EQ(cudaMemGetInfo(&before, &total), cudaSuccess);
+
+  for (size_t cycle = 0; cycle < 200; ++cycle) ASSERT_OK(Use(**backend, kPipelines[cycle % 3]));
+
+  ASSERT_EQ(cudaMemGetInfo(&after, &total), cudaSuccess);
+  // The pool grows in steps of 32 MiB; two are for the other pipelines' larger buffers.
+  EXPECT_LE(before, after + 64 * kMiB);
+}
+
+TEST_F(CudaMemory, RepeatedRunsAreBitIdentical) {
+  for (const Pipeline pipeline : kPipelines) {
+    const auto backend = MakeCudaBackend({});
+    ASSERT_OK(backend);
+    const auto expected = Use(**backend, pipeline);
+    ASSERT_OK(expected);
+    for (int run = 0; run < 5; ++run) {
+      const auto again = Use(**backend, pipeline);
+      ASSERT_OK(again);
+      EXPECT_TRUE(*again == *expected) << PipelineName(pipeline);
+    }
+  }
+}
+
+TEST_F(CudaMemory, PoisonedMemoryIsFullyOverwritten) {
+  const auto poisoned = MakeCudaBackend({.poison_memory = true});
+  const auto plain = MakeCudaBackend({});
+  ASSERT_OK(poisoned);
+  ASSERT_OK(plain);
+  for (const Pipeline pipeline : kPipelines) {
+    const auto expected = Use(**plain, pipeline), got = Use(**poisoned, pipeline);
+    ASSERT_OK(expected);
+    ASSERT_OK(got);
+    EXPECT_TRUE(*got == *expected) << PipelineName(pipeline);
+  }
+}
+
+TEST_F(CudaMemory, SmallBudgetsGoThroughInTilesWithinTheSameTolerance) {
+  PolygonMesh mesh = TorusMesh(60, 40);
+  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
+  plan_ = MakeTestPlan(std::move(mesh), structure);
+  points_ = Jitter(structure, 0.05, 3);
+  const auto small = MakeCudaBackend({.memory_bytes = 16 * kMiB});
+  const auto large = MakeCudaBackend({});
+  ASSERT_OK(small);
+  ASSERT_OK(large);
+
+  const auto tiled = Use(**small, Pipeline::kGemm), whole = Use(**large, Pipeline::kGemm);
+
+  ASSERT_OK(tiled);
+  ASSERT_OK(whole);
+  ASSERT_EQ(tiled->size(), whole->size());
+  for (size_t c = 0; c < tiled->size(); ++c) ASSERT_EQ((*tiled)[c].size(), (*whole)[c].size());
+  size_t differing = 0, count = 0;
+  for (size_t c = 0; c < tiled->size(); ++c) {
+    // 16-bit positions of 12 bits: a rounding apart at most.
+    const size_t integers = 3 * ChunkPoints(*plan_, c, 4);
+    for (size_t i = 0; i < integers; ++i, ++count) {
+      const int a = (*tiled)[c][2 * i] | (*tiled)[c][2 * i + 1] << 8;
+      const int b = (*whole)[c][2 * i] | (*whole)[c][2 * i + 1] << 8;
+      ASSERT_LE(std::abs(a - b), 1);
+      differing += a != b;
+    }
+  }
+  EXPECT_LE(differing, count / 100);
+}
+
+}  // namespace
+}  // namespace latticed::testing

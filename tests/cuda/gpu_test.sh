@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: gpu_test.sh [FOLDER]
+# All tests that need a GPU, by the test programs in FOLDER (that of this script: an unpacked bundle's
+# bin): the conformance suite with CUDA required, what only CUDA has, and parts of both under
+# compute-sanitizer where it is installed. Needs no network and installs nothing.
+set -euo pipefail
+folder=${1:-$(dirname "$(readlink -f "$0")")}
+export LATTICED_REQUIRE_BACKENDS=${LATTICED_REQUIRE_BACKENDS:-cpu,cuda}
+
+failures=0
+run() {  # NAME COMMAND…
+  local name=$1 log start=$SECONDS
+  shift
+  log=$(mktemp)
+  if "$@" >"$log" 2>&1; then
+    printf '%-52s %4d s  %s\n' "$name" $((SECONDS - start)) "$(grep -E '^\[  PASSED' "$log" | tail -n 1)"
+  else
+    printf '%-52s FAILED\n' "$name"
+    tail -n 60 "$log"
+    failures=$((failures + 1))
+  fi
+  grep -E '^\[  SKIPPED \] [0-9]+ test' "$log" || true
+  rm -f "$log"
+}
+
+nvidia-smi -L 2>/dev/null || echo "nvidia-smi says nothing of a GPU"
+run "statuses" "$folder/cuda_status_test"
+run "memory, failed allocations, repeated bits" "$folder/cuda_memory_test"
+for suite in view watertight accuracy; do
+  run "conformance, $suite" "$folder/backend_${suite}_test" --gtest_filter='*cuda*:Backends.*'
+done
+
+# Small sizes; and without the allocation that is meant to fail, which memcheck would report.
+readonly sanitized=(
+  cuda_memory_test '*-*MoreThanTheDevice*:*Cycles*'
+  backend_view_test '*cuda*'
+  backend_watertight_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
+  backend_accuracy_test '*AllDegreeMixes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*')
+if command -v compute-sanitizer >/dev/null; then
+  for tool in memcheck racecheck initcheck synccheck; do
+    for ((i = 0; i < ${#sanitized[@]}; i += 2)); do
+      run "$tool, ${sanitized[i]}" compute-sanitizer --tool "$tool" --error-exitcode 1 \
+        "$folder/${sanitized[i]}" --gtest_filter="${sanitized[i + 1]}"
+    done
+  done
+else
+  echo "compute-sanitizer is not installed: nothing was checked with it"
+fi
+((failures == 0)) || { echo "$failures failed"; exit 1; }
+echo "all passed"
