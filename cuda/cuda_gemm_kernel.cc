@@ -94,6 +94,7 @@ absl::Status CudaGemmKernel::Allocate() {
   allocate(made.control_d, m * columns, in_double);
   allocate(made.surface, stages_.rows() * columns, true);
   allocate(made.across, q * columns, smooth());
+  allocate(made.ill, kernels::IllWords(q * tile_patches_), spec_.normals != NormalMode::kNone);
   allocate(made.centres, tile_patches_, true);
   if (status.ok()) buffers_ = std::move(made);
   return status;
@@ -136,6 +137,7 @@ absl::Status CudaGemmKernel::EvaluateTile(const kernels::Tile& tile, const Verte
                                  .segments = stage.segments(),
                                  .q = static_cast<int>(stage.q()),
                                  .normals = NormalsOf(spec_.normals),
+                                 .ill = buffers_.ill.data(),
                                  .layout = MakeVertexLayout(*plan_, spec_),
                                  .writer = writer,
                                  .vertices = vertices.data};
@@ -193,7 +195,7 @@ absl::Status CudaGemmKernel::ControlNetProducts(const kernels::Tile& tile) {
 size_t CudaGemmKernel::Buffers::bytes() const {
   return samples.size_bytes() + by_normal.size_bytes() + samples_d.size_bytes() +
          by_normal_d.size_bytes() + control_d.size_bytes() + surface.size_bytes() +
-         across.size_bytes() + centres.size_bytes();
+         across.size_bytes() + ill.size_bytes() + centres.size_bytes();
 }
 
 MemoryUse CudaGemmKernel::memory() const {

@@ -39,6 +39,7 @@ class CudaGemmKernel : public CudaVertexKernel {
     DeviceBuffer<double> samples_d, by_normal_d, control_d;  // m x 3t; kControlNet only
     DeviceBuffer<float> surface;                             // [P; Pu; Pv], rows x 3t
     DeviceBuffer<float> across;                              // Pf, q x 3t; smooth only
+    DeviceBuffer<uint32_t> ill;                              // with normals only
     DeviceBuffer<Vec3d> centres;
     size_t bytes() const;
   };

@@ -41,9 +41,8 @@ __device__ inline CarriedNormal CarryAt(const PlanTables& plan, const Vec3d* con
   return CarryNormal(jacobian, RestNormal(plan, patch, b, smooth));
 }
 
-// Not inlined: few points come here, and all would pay its registers.
-__device__ __noinline__ Vec3d DefinitionNormal(const PlanTables& plan, const Vec3d* control_points,
-                                               size_t patch, Vec3d b, bool smooth) {
+__device__ inline Vec3d DefinitionNormal(const PlanTables& plan, const Vec3d* control_points,
+                                         size_t patch, Vec3d b, bool smooth) {
   const Vec3d centroid{1.0 / 3, 1.0 / 3, 1.0 / 3};
   const CarriedNormal here = CarryAt(plan, control_points, patch, b, smooth);
   if (here.kappa <= kMaxNormalCondition) return here.direction;

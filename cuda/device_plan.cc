@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device_plan.h"
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -42,6 +43,8 @@ DeviceCopy Pack(const SharedCopy& copy) {
   return {PackUse(copy.from_patch, copy.from_slot, false),
           PackUse(copy.to_patch, copy.to_slot, copy.reversed)};
 }
+
+bool IsCorner(const DeviceCopy& copy) { return (copy.to >> 1 & 7) < kFirstEdgeSlot; }
 
 DeviceOrphan Pack(const DeformPlan& plan, const SharedPoints::Orphan& orphan) {
   DeviceOrphan packed{.use = PackUse(orphan.use.patch, orphan.use.slot, orphan.use.reversed),
@@ -116,6 +119,9 @@ absl::Status DevicePlan::UploadSharedPoints() {
   std::vector<DeviceCopy> always;
   always.reserve(shared.always().size());
   for (const SharedCopy& copy : shared.always()) always.push_back(Pack(copy));
+  // Corners first, for kernels::SharedPointTables.
+  shared_points_.corner_count = static_cast<size_t>(
+      std::stable_partition(always.begin(), always.end(), IsCorner) - always.begin());
   if (auto s = Upload(*context_, always, always_); !s.ok()) return s;
 
   std::vector<DeviceSeamCopy> on_seams;
@@ -150,8 +156,12 @@ void DevicePlan::FillTables() {
   tables_.vertices = vertices_.data();
   tables_.boxes = boxes_.data();
   tables_.facet_normals = facet_normals_.data();
-  shared_points_ = {always_.data(),   always_.size(),  on_seams_.data(),
-                    on_seams_.size(), orphans_.data(), orphans_.size()};
+  shared_points_.always = always_.data();
+  shared_points_.always_count = always_.size();
+  shared_points_.on_seams = on_seams_.data();
+  shared_points_.on_seams_count = on_seams_.size();
+  shared_points_.orphans = orphans_.data();
+  shared_points_.orphan_count = orphans_.size();
 }
 
 absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth) {

@@ -90,10 +90,13 @@ struct Surface {
   int segments;
   int q;
   Normals normals;
+  uint32_t* ill;  // IllWords(q t) words, a bit a point; with normals only
   VertexLayout layout;
   VertexWriter writer;
   uint8_t* vertices;
 };
+// Words of marks that so many points need.
+LATTICED_HD constexpr size_t IllWords(size_t points) { return (points + 31) / 32; }
 cudaError_t LaunchSurface(const Tile& tile, const Surface& surface, cudaStream_t stream);
 
 // A corner (slot 0..2) or an edge (slot 3..5) of a patch: patch << 4 | slot << 1 | reversed.
@@ -119,8 +122,9 @@ struct DeviceOrphan {
 
 // Brings shared positions to their owners', one thread a point.     core/ffd/shared_points.h
 struct SharedPointTables {
-  const DeviceCopy* always;
+  const DeviceCopy* always;  // the corners first
   size_t always_count;
+  size_t corner_count;  // of them
   const DeviceSeamCopy* on_seams;
   size_t on_seams_count;
   const DeviceOrphan* orphans;

@@ -35,6 +35,7 @@ __global__ void __launch_bounds__(kBlockThreads) CentreKernel(Tile tile, Vec3d* 
   if (i >= tile.count) return;
   const PatchCorners patch = Corners(tile.plan, tile.first + i);
   Vec3d sum;
+#pragma unroll
   for (int c = 0; c < 3; ++c) {
     sum += patch.outside ? patch.corner[c]
                          : EvaluateVolume<false>(Volume(tile.plan, tile.control_points), patch.span,

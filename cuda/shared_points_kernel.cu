@@ -3,9 +3,10 @@
 //
 // Watertight: shared positions are their owners', bit for bit.                 DESIGN §2
 //
-// One thread a point: item i is point k = i mod max(1, segments - 1) of record i / that. A corner
-// has the one point k = 0, an edge its segments - 1 inner ones. No point is both read and written
-// (core/ffd/shared_points.h), so order does not matter.
+// One thread a point: a corner has the one point k = 0, an edge its segments - 1 inner ones. The
+// few records of seams and orphans are not sorted: item i is point k = i mod max(1, segments - 1)
+// of record i / that, and the corners' other items have nothing to do. No point is both read and
+// written (core/ffd/shared_points.h), so order does not matter.
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/launch.cuh"
 
@@ -43,10 +44,20 @@ __device__ void Copy(const SharedPositions& shared, DeviceCopy copy, int k) {
                              PointOf(SlotOf(copy.to), k, false, shared.segments));
 }
 
-__global__ void __launch_bounds__(kBlockThreads) CopyKernel(SharedPositions shared) {
-  const size_t points = PointsPerRecord(shared.segments), record = Item() / points;
-  if (record >= shared.tables.always_count) return;
-  Copy(shared, shared.tables.always[record], static_cast<int>(Item() % points));
+__host__ __device__ size_t CopyItems(const SharedPointTables& tables, int segments) {
+  const size_t edges = tables.always_count - tables.corner_count;
+  return tables.corner_count + edges * PointsPerRecord(segments);
+}
+
+__global__ void __launch_bounds__(kBlockThreads)
+    CopyKernel(const __grid_constant__ SharedPositions shared) {
+  const SharedPointTables& tables = shared.tables;
+  const size_t item = Item(), points = PointsPerRecord(shared.segments);
+  if (item >= CopyItems(tables, shared.segments)) return;
+  if (item < tables.corner_count) return Copy(shared, tables.always[item], 0);
+  const size_t inner = item - tables.corner_count;
+  Copy(shared, tables.always[tables.corner_count + inner / points],
+       static_cast<int>(inner % points));
 }
 
 __global__ void __launch_bounds__(kBlockThreads) SeamCopyKernel(SharedPositions shared) {
@@ -85,7 +96,8 @@ cudaError_t LaunchSharedPoints(const PlanTables& plan, const Vec3d* control_poin
   const size_t points = PointsPerRecord(shared.segments);
   const SharedPointTables& tables = shared.tables;
   if (tables.always_count > 0) {
-    CopyKernel<<<Blocks(tables.always_count * points), kBlockThreads, 0, stream>>>(shared);
+    const size_t items = CopyItems(tables, shared.segments);
+    CopyKernel<<<Blocks(items), kBlockThreads, 0, stream>>>(shared);
   }
   if (tables.on_seams_count > 0) {
     SeamCopyKernel<<<Blocks(tables.on_seams_count * points), kBlockThreads, 0, stream>>>(shared);

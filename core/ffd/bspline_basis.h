@@ -7,6 +7,8 @@
 //   On span k (knots[k] <= u <= knots[k+1], knots[k] < knots[k+1]) the degree + 1 functions
 //   N_{k-degree} … N_k are not zero everywhere; values[r] = N_{k-degree+r}(u).
 //
+// Loops have constant bounds and a guard: unrolled, they keep their arrays in a device's registers.
+//
 // Errors   none: callers pass a non-empty span of valid knots
 // Threads  pure functions, host and device
 #ifndef LATTICED_CORE_FFD_BSPLINE_BASIS_H_
@@ -32,7 +34,8 @@ template <typename T>
 LATTICED_HD constexpr void EvaluateBasis(const T* knots, int degree, int span, T u, T* values) {
   T left[limits::kMaxDegree + 1]{}, right[limits::kMaxDegree + 1]{};
   values[0] = T{1};
-  for (int j = 1; j <= degree; ++j) {
+  for (int j = 1; j <= limits::kMaxDegree; ++j) {
+    if (j > degree) break;
     left[j] = u - knots[span + 1 - j];
     right[j] = knots[span + j] - u;
     T saved{0};
@@ -51,7 +54,8 @@ LATTICED_HD constexpr void EvaluateBasisDerivatives(const T* knots, int degree, 
                                                     T* derivatives) {
   T lower[limits::kMaxDegree + 1]{};
   EvaluateBasis(knots, degree - 1, span, u, lower);
-  for (int r = 0; r <= degree; ++r) {
+  for (int r = 0; r <= limits::kMaxDegree; ++r) {
+    if (r > degree) break;
     const int i = span - degree + r;
     T d{0};
     if (r > 0) d += lower[r - 1] / (knots[i + degree] - knots[i]);

@@ -56,11 +56,15 @@ LATTICED_HD inline VolumePoint EvaluateVolume(const VolumeView& volume, const in
   // lattice, hold no rounding of its place.
   const Vec3d origin = volume.control_points[row_of(0, 0)];
   VolumePoint result;
-  for (int k = 0; k <= volume.degree[2]; ++k) {
-    for (int j = 0; j <= volume.degree[1]; ++j) {
+  // Constant bounds and guards, as in bspline_basis.h.
+  for (int k = 0; k <= limits::kMaxDegree; ++k) {
+    if (k > volume.degree[2]) break;
+    for (int j = 0; j <= limits::kMaxDegree; ++j) {
+      if (j > volume.degree[1]) break;
       const Vec3d* row = volume.control_points + row_of(j, k);
       Vec3d along, along_u;
-      for (int i = 0; i <= volume.degree[0]; ++i) {
+      for (int i = 0; i <= limits::kMaxDegree; ++i) {
+        if (i > volume.degree[0]) break;
         const Vec3d p = row[i] - origin;
         along += value[0][i] * p;
         if constexpr (kDerivatives) along_u += slope[0][i] * p;
