@@ -8,9 +8,9 @@
 #include <tuple>
 #include <utility>
 
-#include "absl/container/flat_hash_map.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/ffd/adjacency_index.h"
 #include "core/ffd/bspline_basis.h"
 #include "core/ffd/knot_split.h"
 #include "core/ffd/vertex_normals.h"
@@ -147,7 +147,8 @@ class Planner {
 
   absl::Status SortPatches() {
     const size_t count = split_.pieces.size();
-    std::vector<uint64_t> keys(count);
+    // Box and Morton code, then the piece: sorted together, no comparison looks elsewhere.
+    std::vector<std::pair<uint64_t, uint32_t>> order(count);
     for (size_t p = 0; p < count; ++p) {
       if (auto s = poll_.Step(); !s.ok()) return s;
       const auto& v = split_.pieces[p].vertex;
@@ -157,16 +158,14 @@ class Planner {
         centroid += (outside ? split_.vertices[id].world : split_.vertices[id].parameter) / 3.0;
       }
       const KnotBox& box = plan_->boxes[piece_box_[p]];
-      keys[p] = (uint64_t{piece_box_[p]} << 32) | MortonCode(centroid, box.lower, box.upper);
+      order[p] = {(uint64_t{piece_box_[p]} << 32) | MortonCode(centroid, box.lower, box.upper),
+                  static_cast<uint32_t>(p)};
     }
-    std::vector<uint32_t> order(count);
-    std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(),
-                     [&](uint32_t a, uint32_t b) { return keys[a] < keys[b]; });
+    std::sort(order.begin(), order.end());
     plan_->patches.reserve(count);
     plan_->sources.reserve(count);
     plan_->box_patches.assign(plan_->boxes.size() + 1, 0);
-    for (const uint32_t p : order) {
+    for (const auto& [key, p] : order) {
       if (auto s = poll_.Step(); !s.ok()) return s;
       AddPatch(split_.pieces[p], piece_box_[p]);
     }
@@ -198,8 +197,9 @@ class Planner {
   }
 
   absl::Status MakeEdges() {
-    absl::flat_hash_map<uint64_t, uint32_t> ids;
-    ids.reserve(plan_->patches.size() * 3 / 2 + 16);
+    AdjacencyIndex ids;
+    ids.Reserve(split_.vertices.size(), plan_->patches.size() * 3 / 2 + 16);
+    plan_->edges.reserve(plan_->patches.size() * 3 / 2 + 16);
     for (Patch& patch : plan_->patches) {
       if (auto s = poll_.Step(); !s.ok()) return s;
       for (size_t e = 0; e < 3; ++e) {
@@ -207,10 +207,9 @@ class Planner {
         patch.edge_reversed[e] =
             std::pair(split_.vertices[b].world, b) < std::pair(split_.vertices[a].world, a);
         if (patch.edge_reversed[e]) std::swap(a, b);
-        const auto [it, added] =
-            ids.try_emplace((uint64_t{a} << 32) | b, static_cast<uint32_t>(plan_->edges.size()));
+        const auto [id, added] = ids.TryEmplace(a, b, static_cast<uint32_t>(plan_->edges.size()));
         if (added) plan_->edges.push_back({.vertex = {a, b}});
-        patch.edge[e] = it->second;
+        patch.edge[e] = id;
       }
     }
     return absl::OkStatus();

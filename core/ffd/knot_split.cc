@@ -9,6 +9,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/ffd/adjacency_index.h"
 #include "core/ffd/convex_triangulation.h"
 #include "core/mesh/triangulate.h"
 #include "fmt/format.h"
@@ -172,14 +173,15 @@ class Splitter {
     for (size_t c = 0; c < 3; ++c) {
       cut.barycentric[c] = a.barycentric[c] + t * (b.barycentric[c] - a.barycentric[c]);
     }
-    const CutKey key{(uint64_t{a.id} << 32) | b.id, (plane << 2) | static_cast<uint32_t>(axis)};
-    const auto [it, added] = cuts_.try_emplace(key, static_cast<uint32_t>(result_.vertices.size()));
+    const uint64_t key = (uint64_t{b.id} << 32) | (plane << 2) | static_cast<uint32_t>(axis);
+    const auto [id, added] =
+        cuts_.TryEmplace(a.id, key, static_cast<uint32_t>(result_.vertices.size()));
     if (added) {
       Vec3d parameter = va.parameter + t * (vb.parameter - va.parameter);
       parameter[axis] = knot;
       result_.vertices.push_back({va.world + t * (vb.world - va.world), Snap(parameter)});
     }
-    cut.id = it->second;
+    cut.id = id;
     return cut;
   }
 
@@ -204,14 +206,12 @@ class Splitter {
     return std::pair(result_.vertices[a].world, a) < std::pair(result_.vertices[b].world, b);
   }
 
-  using CutKey = std::pair<uint64_t, uint32_t>;
-
   const PolygonMesh& mesh_;
   const FrameMap map_;
   std::array<std::vector<double>, 3> planes_;
   Vec3d snap_;
   std::vector<uint32_t> vertex_of_position_;
-  absl::flat_hash_map<CutKey, uint32_t> cuts_;
+  AdjacencyIndex cuts_;  // by the first end: the other end and the plane
   std::vector<Vec3d> emit_points_;
   StopPoll poll_;
   SplitMesh result_;

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Numbers by (vertex, key), kept at the vertex: what is near in the mesh is near in memory, where a
+// hash table misses the cache at every edge of a large mesh.
+//
+// A vertex holds its first kMostAtVertex keys in a list, the rest are hashed: constant time also
+// for the apex of a fan of a million triangles.
+//
+// Threads  one at a time
+#ifndef LATTICED_CORE_FFD_ADJACENCY_INDEX_H_
+#define LATTICED_CORE_FFD_ADJACENCY_INDEX_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+
+namespace latticed {
+
+class AdjacencyIndex {
+ public:
+  static constexpr size_t kMostAtVertex = 32;
+
+  // Room for as many vertices and keys; more may come.
+  void Reserve(size_t vertices, size_t keys) {
+    first_.resize(vertices, kNone);
+    entries_.reserve(keys);
+  }
+
+  // The number of (vertex, key), and whether it is new: then it is `number` from now on.
+  std::pair<uint32_t, bool> TryEmplace(uint32_t vertex, uint64_t key, uint32_t number) {
+    if (vertex >= first_.size()) first_.resize(vertex + size_t{1}, kNone);
+    size_t count = 0;
+    for (uint32_t i = first_[vertex]; i != kNone; i = entries_[i].next, ++count) {
+      if (entries_[i].key == key) return {entries_[i].number, false};
+    }
+    if (count == kMostAtVertex) {
+      const auto [it, added] = rest_.try_emplace({vertex, key}, number);
+      return {it->second, added};
+    }
+    entries_.push_back({key, number, first_[vertex]});
+    first_[vertex] = static_cast<uint32_t>(entries_.size() - 1);
+    return {number, true};
+  }
+
+ private:
+  static constexpr uint32_t kNone = ~uint32_t{0};
+  struct Entry {
+    uint64_t key;
+    uint32_t number, next;
+  };
+
+  std::vector<uint32_t> first_;  // entry, by vertex
+  std::vector<Entry> entries_;
+  absl::flat_hash_map<std::pair<uint32_t, uint64_t>, uint32_t> rest_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_ADJACENCY_INDEX_H_

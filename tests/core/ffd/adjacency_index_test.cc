@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/ffd/adjacency_index.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+namespace latticed {
+namespace {
+
+TEST(AdjacencyIndex, KeepsTheFirstNumber) {
+  AdjacencyIndex index;
+  EXPECT_EQ(index.TryEmplace(3, 7, 10), std::pair(10u, true));
+  EXPECT_EQ(index.TryEmplace(3, 7, 11), std::pair(10u, false));
+  EXPECT_EQ(index.TryEmplace(7, 3, 11), std::pair(11u, true)) << "another vertex";
+  EXPECT_EQ(index.TryEmplace(3, uint64_t{7} << 32, 12), std::pair(12u, true)) << "another key";
+}
+
+// Vertex 0 has far more keys than a list holds.
+TEST(AdjacencyIndex, AnswersAsAMapDoes) {
+  constexpr uint32_t kSeed = 5;
+  SCOPED_TRACE(kSeed);
+  std::mt19937 random(kSeed);
+  AdjacencyIndex index;
+  index.Reserve(8, 100);
+  std::map<std::pair<uint32_t, uint64_t>, uint32_t> expected;
+  for (uint32_t number = 0; number < 20'000; ++number) {
+    const uint32_t vertex = random() % 4 == 0 ? random() % 100 : 0;
+    const uint64_t key = random() % 3'000;
+    const auto [it, added] = expected.try_emplace({vertex, key}, number);
+    ASSERT_EQ(index.TryEmplace(vertex, key, number), std::pair(it->second, added));
+  }
+}
+
+}  // namespace
+}  // namespace latticed
