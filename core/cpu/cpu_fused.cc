@@ -9,6 +9,7 @@
 
 #include "core/base/limits.h"
 #include "core/cpu/box_polynomials.h"
+#include "core/cpu/flush_denormals.h"
 #include "core/cpu/fused_kernel.h"
 #include "core/cpu/fused_layout.h"
 #include "core/cpu/fused_output.h"
@@ -65,6 +66,7 @@ class Kernel final : public FusedKernel {
     });
     EvaluateFeatures(frame, arena);
     arena.ForRanges(frame.groups.size(), kGroupsPerTask, [&](size_t begin, size_t end) {
+      const FlushDenormals flush;
       for (size_t i = begin; i < end; ++i) EvaluateOneGroup(frame, frame.groups[i]);
     });
     return absl::OkStatus();
@@ -134,13 +136,16 @@ class Kernel final : public FusedKernel {
     const auto polynomial = [&](uint32_t box) -> const BoxPolynomial& {
       return frame.polynomials[frame.polynomial_of[box]];
     };
+    // In the groups' own mode: an edge's bits may not depend on which of the two evaluates it.
     arena.ForEach(frame.edge_groups.size(), [&](size_t i) {
+      const FlushDenormals flush;
       const size_t g = frame.edge_groups[i];
       if (stride == 0) return;  // one segment: edges have no interior points
       EvaluateEdges(degree, polynomial(layout_.edges.boxes[g]), layout_.edges.groups[g],
                     frame.spec.segments, frame.edge_points[g * stride].value);
     });
     arena.ForEach(frame.corner_groups.size(), [&](size_t i) {
+      const FlushDenormals flush;
       const size_t g = frame.corner_groups[i];
       EvaluateCorners(degree, polynomial(layout_.corners.boxes[g]), layout_.corners.groups[g],
                       frame.corner_points[g * 3].value);
