@@ -20,8 +20,9 @@ namespace latticed::kernels {
 // direction and gets this length.
 constexpr double kSmallestHeight = 0x1p-40;
 // Normals shorter than this part of the box's bound are taken from the definition, which then
-// decides exactly: the inverse of kMaxNormalCondition.
+// decides exactly: the inverse of kMaxNormalCondition. So are those whose squares would underflow.
 constexpr double kWeakNormal = 1e-4;
+constexpr double kTinyNormal = 1e-18;
 
 __device__ inline uint32_t SeamOf(const FusedTables& tables, uint32_t key) {
   uint32_t low = 0, high = tables.seam_use_count;
@@ -59,13 +60,14 @@ __device__ inline double Coordinate(const FusedLaunch& launch, uint32_t vertex, 
   return (box == launch.plan.outside_box ? &v.world.x : &v.parameter.x)[axis];
 }
 
-// Box-local coordinate i (permuted axis) of a vertex.
+// Box-local coordinate i (permuted axis) of a vertex: rounded here, since an edge's direction is a
+// difference of two that must be exact in either order, which a fused multiply-add is not.
 __device__ inline double LocalCoordinate(const FusedLaunch& launch, uint32_t vertex, uint32_t box,
                                          int i) {
   const int axis = launch.tables.axis[i];
   const FusedBox& b = launch.tables.boxes[box];
-  return (Coordinate(launch, vertex, box, axis) - (&b.centre.x)[axis]) *
-         (&b.inverse_width.x)[axis];
+  return __dmul_rn(Coordinate(launch, vertex, box, axis) - (&b.centre.x)[axis],
+                   (&b.inverse_width.x)[axis]);
 }
 
 // The same of a direction in the world.
@@ -89,8 +91,8 @@ enum FrameRow {
   kNormalScale,  // 1 / |across|: keeps squares of thin patches' normals off zero
   kFacetRows,
   kFacet = kFacetRows,  // direction of the facet normal; smooth only, as what follows
-  kVertexNormal,        // [3 corners][3]: by facet normal, along and across; see CarryNormal
-  kSmoothRows = kFacet + 3 + 9,
+  kVertexNormal = kFacet + 3,  // [3 corners][3]: by facet normal, along and across; see CarryNormal
+  kSmoothRows = kVertexNormal + 9,
 };
 
 // Vertex normals N in the frame, so that cof(J) N |along| |across| =
@@ -103,7 +105,7 @@ __device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch
   }
   for (int c = 0; c < 3; ++c) {
     const Vec3d n = ToDouble(launch.plan.corner_normals[patch].corner[c]);
-    float* row = rows + (kFacet + 3 + 3 * c) * lanes;
+    float* row = rows + (kVertexNormal + 3 * c) * lanes;
     row[0] = static_cast<float>(Dot(n, facet));
     row[lanes] = static_cast<float>(Dot(n, along));
     row[2 * lanes] = static_cast<float>(Dot(n, across));
@@ -141,7 +143,7 @@ __device__ inline void WriteFrame(const FusedLaunch& launch, uint32_t patch_inde
   // sqrt(3): the L1 norm is compared, which is not below the length by which weakness is defined.
   const double bound = 1.7320508075688773 * kWeakNormal *
                        static_cast<double>(launch.polynomials.cofactor_bounds[box]);
-  rows[kWeakBelow * lanes] = static_cast<float>(bound * length * height);
+  rows[kWeakBelow * lanes] = static_cast<float>(fmax(bound * length, kTinyNormal) * height);
   rows[kNormalScale * lanes] = height > 0 ? static_cast<float>(1 / height) : 0.0f;
   if constexpr (kSmooth) {
     WriteSmoothRows(launch, patch_index, box, facet, along, across, rows, lanes);

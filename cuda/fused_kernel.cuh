@@ -22,9 +22,8 @@ constexpr int kFusedWarps = 3, kFusedThreads = kFusedWarps * kLanes;
 // The normals of weak rows by the definition, a thread a point, whichever lane it is of. `weak`: per
 // row the lanes concerned. Waits for nobody: all vertices of the chunk are written. Not inlined, so
 // that its registers are no business of the kernel's.
-__device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, const unsigned* weak,
+__device__ __noinline__ inline void ReplaceWeakNormals(const FusedLaunch& launch, const unsigned* weak,
                                                 uint32_t chunk, bool smooth) {
-  const VertexSink sink(launch, chunk, 0);
   int first = 0;  // points of the rows before
   for (int row = 0; row <= launch.segments; ++row) {
     const int columns = launch.segments - row + 1, points = __popc(weak[row]) * columns;
@@ -39,7 +38,8 @@ __device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, const
       const double over = 1.0 / launch.segments;
       const Vec3d b{(launch.segments - row - column) * over, column * over, row * over};
       const Vec3d n = DefinitionNormal(launch.plan, launch.control_points, patch, b, smooth);
-      sink.StoreNormal(PointIndex(launch.segments, row, column), static_cast<int>(lane), ToFloat(n));
+      const VertexSink sink(launch, chunk, lane);
+      sink.StoreNormal(sink.Place(PointIndex(launch.segments, row, column)), ToFloat(n));
     }
     first += points;
   }
@@ -49,47 +49,53 @@ template <int D0, int D1, int D2, bool kSmooth>
 class FusedBlock {
   static constexpr int N = D0 + D1 + D2, kStride = CoefficientStride(D0, D1, D2);
   using Shared = FusedShared<N, kSmooth>;
-  using Shape = typename Shared::Shape;
 
  public:
-  __device__ FusedBlock(const FusedLaunch& launch, const Shared& shared, uint32_t chunk)
+  __device__ FusedBlock(const FusedLaunch& launch, uint32_t chunk)
       : launch_(launch),
-        shared_(shared),
         chunk_(chunk),
         warp_(static_cast<int>(threadIdx.x / kLanes)),
         lane_(threadIdx.x % kLanes) {
     const uint32_t patch = chunk * kLanes + lane_;
     // Lanes after the last patch repeat it.
     patch_index_ = patch < launch.patch_count ? patch : launch.patch_count - 1;
-    patch_ = launch.plan.patches[patch_index_];
   }
 
-  __device__ void Run() {
+  __device__ __forceinline__ void Run() {
     FillSteps();
     if (warp_ == 0) {
-      WriteFrame<kSmooth>(launch_, patch_index_, patch_, &shared_.frame[0][lane_], kLanes);
+      WriteFrame<kSmooth>(launch_, patch_index_, Patch(), &Shared::Frame(0, lane_), kLanes);
     }
     EvaluateEdge();
     __syncthreads();
     Compose();
     __syncthreads();
-    RowKernel<N, kSmooth> rows(launch_, shared_, chunk_, lane_);
+    RowKernel<N, kSmooth> rows(launch_, chunk_, lane_);
     for (int low = warp_; 2 * low <= launch_.segments; low += kFusedWarps) rows.Run(low);
     if (launch_.normals == Normals::kNone) return;
     __syncthreads();
-    if (IsAnyWeak()) ReplaceWeakNormals(launch_, shared_.weak, chunk_, kSmooth);
+    if (IsAnyWeak()) ReplaceWeakNormals(launch_, &Shared::Weak(0), chunk_, kSmooth);
   }
 
  private:
-  __device__ void FillSteps() {
+  // Read word by word: the warp's corner decides which, and registers have no index.
+  __device__ __forceinline__ const DevicePatch& Patch() const {
+    return launch_.plan.patches[patch_index_];
+  }
+
+  __device__ __forceinline__ void FillSteps() {
+    const float unit = 0.5f / static_cast<float>(launch_.segments);
     for (int m = static_cast<int>(threadIdx.x); m <= launch_.segments; m += kFusedThreads) {
-      const float x = static_cast<float>(m) / static_cast<float>(2 * launch_.segments);
-      shared_.steps[m][0] = x;
+      const float x = static_cast<float>(m) * unit;
 #pragma unroll
-      for (int i = 1; i < Shape::kSteps; ++i) {
-        shared_.steps[m][i] = x * x / static_cast<float>(i * (i + 1));
+      for (int k = 0; k < Shared::kStepVectors; ++k) {
+        Shared::Step(m, k) = {k == 0 ? x : StepAt(4 * k, x), StepAt(4 * k + 1, x),
+                              StepAt(4 * k + 2, x), StepAt(4 * k + 3, x)};
       }
     }
+  }
+  __device__ __forceinline__ static float StepAt(int i, float x) {
+    return x * x * (1.0f / static_cast<float>(i * (i + 1)));
   }
 
   __device__ __forceinline__ void LoadCoefficients(uint32_t box, int component, float* c) const {
@@ -104,15 +110,15 @@ class FusedBlock {
   }
 
   // Edge warp_ without its ends, and the corner that it begins at.
-  __device__ void EvaluateEdge() {
+  __device__ __forceinline__ void EvaluateEdge() {
     const int next = warp_ == 2 ? 0 : warp_ + 1;
-    const uint32_t from = patch_.Vertex(warp_), to = patch_.Vertex(next), own = patch_.Box();
+    const uint32_t from = Patch().Vertex(warp_), to = Patch().Vertex(next), own = Patch().Box();
     const uint32_t corner_box =
         OwnerOf(launch_, {patch_index_, own, static_cast<uint32_t>(warp_),
-                          patch_.CornerSteps(warp_), patch_.CornerOnSeam(warp_)});
+                          Patch().CornerSteps(warp_), Patch().CornerOnSeam(warp_)});
     const uint32_t edge_box =
         OwnerOf(launch_, {patch_index_, own, static_cast<uint32_t>(warp_) + 3,
-                          patch_.EdgeSteps(warp_), patch_.EdgeOnSeam(warp_)});
+                          Patch().EdgeSteps(warp_), Patch().EdgeOnSeam(warp_)});
     float corner[3], midpoint[3], direction[3];
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
@@ -122,44 +128,57 @@ class FusedBlock {
       midpoint[i] = static_cast<float>(0.5 * (a + b));
       direction[i] = static_cast<float>(b - a);
     }
-    const int first = warp_ * launch_.segments;
+    float p[3][N + 1], at_corner[3];
+#pragma unroll
     for (int component = 0; component < 3; ++component) {
-      float c[kStride], p[N + 1];
+      float c[kStride];
       LoadCoefficients(edge_box, component, c);
-      EdgeComposition<D0, D1, D2>::Compose(c, midpoint, direction, p);
-      for (int low = 1; 2 * low <= launch_.segments; ++low) {
-        const int high = launch_.segments - low;
-        const float tau =
-            static_cast<float>(high - low) / static_cast<float>(2 * launch_.segments);
-        float even, odd;
-        SplitPowers<N>(p, tau * tau, even, odd);
-        shared_.boundary[first + low][component][lane_] = fmaf(-odd, tau, even);
-        shared_.boundary[first + high][component][lane_] = fmaf(odd, tau, even);
-      }
+      EdgeComposition<D0, D1, D2>::Compose(c, midpoint, direction, p[component]);
       if (corner_box != edge_box) LoadCoefficients(corner_box, component, c);
-      shared_.boundary[first][component][lane_] = EvaluatePoint<D0, D1, D2>(c, corner);
+      at_corner[component] = EvaluatePoint<D0, D1, D2>(c, corner);
+    }
+    StoreEdge(p, at_corner);
+  }
+
+  __device__ __forceinline__ void StoreEdge(const float (&p)[3][N + 1],
+                                            const float (&at_corner)[3]) const {
+    const int begin = warp_ * launch_.segments;
+    const float unit = 0.5f / static_cast<float>(launch_.segments);
+    for (int low = 1; 2 * low <= launch_.segments; ++low) {
+      const int high = launch_.segments - low;
+      const float tau = static_cast<float>(high - low) * unit;
+#pragma unroll
+      for (int component = 0; component < 3; ++component) {
+        float even, odd;
+        SplitPowers<N>(p[component], tau * tau, even, odd);
+        Shared::Boundary(begin + low, component, lane_) = fmaf(-odd, tau, even);
+        Shared::Boundary(begin + high, component, lane_) = fmaf(odd, tau, even);
+      }
+    }
+#pragma unroll
+    for (int component = 0; component < 3; ++component) {
+      Shared::Boundary(begin, component, lane_) = at_corner[component];
     }
   }
 
   // Component warp_.
-  __device__ void Compose() {
+  __device__ __forceinline__ void Compose() {
     AffineMap<D2> map;
-    const float(*frame)[kLanes] = shared_.frame;
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
-      map.l[i][0] = frame[kCentre + i][lane_];
-      map.l[i][1] = frame[kAlong + i][lane_];
-      map.l[i][2] = frame[kAcross + i][lane_];
-      if constexpr (kSmooth) map.normal[i] = frame[kFacet + i][lane_];
+      map.l[i][0] = Shared::Frame(kCentre + i, lane_);
+      map.l[i][1] = Shared::Frame(kAlong + i, lane_);
+      map.l[i][2] = Shared::Frame(kAcross + i, lane_);
+      if constexpr (kSmooth) map.normal[i] = Shared::Frame(kFacet + i, lane_);
     }
     map.FormPowers();
-    float c[kStride], p[Terms(N)], out[4 * Shape::kVectors];
-    LoadCoefficients(patch_.Box(), warp_, c);
-    Composition<D0, D1, D2, kSmooth>::Compose(c, map, p, out + Shape::kFacetAt);
-    ToRowForm(p, frame[kShear][lane_], out);
+    float c[kStride], p[Terms(N)], out[4 * Shared::kVectors];
+    LoadCoefficients(Patch().Box(), warp_, c);
+    Composition<D0, D1, D2, kSmooth>::Compose(c, map, p, out + Shared::kFacetAt);
+    ToRowForm(p, Shared::Frame(kShear, lane_), out);
 #pragma unroll
-    for (int k = 0; k < Shape::kVectors; ++k) {
-      shared_.coefficients[warp_][k][lane_] = {out[4 * k], out[4 * k + 1], out[4 * k + 2],
+    for (int k = 0; k < Shared::kVectors; ++k) {
+      Shared::Coefficients(warp_, k, lane_) = {out[4 * k], out[4 * k + 1], out[4 * k + 2],
                                                out[4 * k + 3]};
     }
   }
@@ -168,7 +187,7 @@ class FusedBlock {
   // shear: afterwards it would be a small difference of large numbers in a thin patch.
   __device__ __forceinline__ void ToRowForm(float* p, float shear, float* out) const {
     ToTaylor<N>(p);
-    float* across = out + Shape::kAcrossAt;
+    float* across = out + Shared::kAcrossAt;
 #pragma unroll
     for (int i = 0; i < N; ++i) {
 #pragma unroll
@@ -186,35 +205,31 @@ class FusedBlock {
       }
     }
     if constexpr (kSmooth) {
-      ToTaylor<N - 1>(out + Shape::kFacetAt);
-      Shear<N - 1>(out + Shape::kFacetAt, shear);
+      ToTaylor<N - 1>(out + Shared::kFacetAt);
+      Shear<N - 1>(out + Shared::kFacetAt, shear);
     }
 #pragma unroll
-    for (int k = Shape::kNumbers; k < 4 * Shape::kVectors; ++k) out[k] = 0;
+    for (int k = Shared::kNumbers; k < 4 * Shared::kVectors; ++k) out[k] = 0;
   }
 
   __device__ bool IsAnyWeak() const {
     unsigned any = 0;
-    for (int row = 0; row <= launch_.segments; ++row) any |= shared_.weak[row];
+    for (int row = 0; row <= launch_.segments; ++row) any |= Shared::Weak(row);
     return any != 0;
   }
 
   const FusedLaunch& launch_;
-  const Shared& shared_;
   const uint32_t chunk_;
   const int warp_;
   const unsigned lane_;
   uint32_t patch_index_;
-  DevicePatch patch_;
 };
 
 template <int D0, int D1, int D2, bool kSmooth>
 __global__ void __launch_bounds__(kFusedThreads, 5)
     FusedKernel(const __grid_constant__ FusedLaunch launch) {
-  extern __shared__ float4 bytes[];
-  const FusedShared<D0 + D1 + D2, kSmooth> shared(bytes, launch.segments);
   const uint32_t chunk = launch.chunks != nullptr ? launch.chunks[blockIdx.x] : blockIdx.x;
-  FusedBlock<D0, D1, D2, kSmooth>(launch, shared, chunk).Run();
+  FusedBlock<D0, D1, D2, kSmooth>(launch, chunk).Run();
 }
 
 }  // namespace latticed::kernels

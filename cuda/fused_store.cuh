@@ -36,82 +36,89 @@ __device__ __forceinline__ uint2 QuantiseDirection(float3 n, float norm1, float 
   return {static_cast<uint32_t>(rim.s), static_cast<uint32_t>(rim.t)};
 }
 
-// The vertices of one lane.
+struct FusedVertex {
+  float3 position;
+  float3 normal;  // any length
+  float norm1;    // |normal|_1
+};
+
+// The vertices of one lane. Places are bytes from the lane's first vertex.
 class VertexSink {
  public:
   __device__ VertexSink(const FusedLaunch& launch, uint32_t chunk, unsigned lane)
-      : out_(launch.output), centre_((1 << (out_.normal_bits - 1)) - 1) {
-    const bool floats = out_.format == LaneFormat::kFloat32;
-    const unsigned numbers = launch.normals == Normals::kNone ? 3 : 6;
-    stride_ = kLanes * (floats ? numbers * sizeof(float) : sizeof(uint2));
+      : out_(launch.output),
+        stride_(out_.format == LaneFormat::kFloat32
+                    ? (launch.normals == Normals::kNone ? 3 : 6) * kRowBytes
+                    : 2 * kRowBytes),
+        lane_(lane * (out_.format == LaneFormat::kFloat32 ? sizeof(float) : sizeof(uint2))),
+        centre_(static_cast<float>((1 << (out_.normal_bits - 1)) - 1)) {
     const int points = (launch.segments + 1) * (launch.segments + 2) / 2;
     const size_t first = size_t{chunk} * static_cast<unsigned>(points);
-    base_ = out_.vertices + first * stride_ + lane * (floats ? sizeof(float) : sizeof(uint2));
-    second_ = out_.second_plane + (first * kLanes + lane) * sizeof(uint32_t);
+    base_ = out_.vertices + first * stride_;
+    second_ = out_.second_plane + first * kRowBytes;
   }
 
-  __device__ __forceinline__ void Store(int point, float3 p) const {
-    if (out_.format == LaneFormat::kFloat32) return StoreFloats(point, 0, p);
+  // Bytes from a point to the next.
+  __device__ unsigned stride() const { return stride_; }
+  __device__ unsigned Place(int point) const {
+    return lane_ + static_cast<unsigned>(point) * stride_;
+  }
+
+  // Positions alone.
+  __device__ __forceinline__ void Store(unsigned place, float3 p) const {
+    if (out_.format == LaneFormat::kFloat32) return StoreFloats(place, p);
     const uint3 q = Quantise(p);
-    StoreWords(point, {__byte_perm(q.x, q.y, 0x5410), q.z & 0xffff});
+    StoreWords(place, __byte_perm(q.x, q.y, 0x5410), q.z & 0xffff);
   }
 
-  // `n` has the normal's direction, `norm1` = |n|_1; `scale` keeps its square from underflow.
-  __device__ __forceinline__ void Store(int point, float3 p, float3 n, float norm1,
-                                        float scale) const {
+  // `scale` keeps the square of the normal from underflow.
+  __device__ __forceinline__ void Store(unsigned place, const FusedVertex& v, float scale) const {
     if (out_.format == LaneFormat::kFloat32) {
-      StoreFloats(point, 0, p);
-      n = {n.x * scale, n.y * scale, n.z * scale};
+      StoreFloats(place, v.position);
+      const float3 n{v.normal.x * scale, v.normal.y * scale, v.normal.z * scale};
       const float inverse = rsqrtf(fmaf(n.x, n.x, fmaf(n.y, n.y, n.z * n.z)));
-      return StoreFloats(point, 3, {n.x * inverse, n.y * inverse, n.z * inverse});
+      return StoreFloats(place + 3 * kRowBytes, {n.x * inverse, n.y * inverse, n.z * inverse});
     }
-    const uint3 q = Quantise(p);
-    const uint2 st = QuantiseDirection(n, norm1, static_cast<float>(centre_));
+    const uint3 q = Quantise(v.position);
+    const uint2 st = QuantiseDirection(v.normal, v.norm1, centre_);
     const uint32_t xy = __byte_perm(q.x, q.y, 0x5410);
     if (out_.format == LaneFormat::kQuantised8) {
-      const uint32_t zs = __byte_perm(q.z, st.x, 0x0410);
-      return StoreWords(point, {xy, __byte_perm(zs, st.y, 0x4210)});
+      return StoreWords(place, xy, __byte_perm(__byte_perm(q.z, st.x, 0x0410), st.y, 0x4210));
     }
-    StoreWords(point, {xy, q.z & 0xffff});
-    SecondWord(point, 0) = __byte_perm(st.x, st.y, 0x5410);
+    StoreWords(place, xy, q.z & 0xffff);
+    SecondWord(place) = __byte_perm(st.x, st.y, 0x5410);
   }
 
-  // Replaces the normal of a stored vertex, `lanes` further than this one.
-  __device__ void StoreNormal(int point, int lanes, Vec3f n) const {
+  // Replaces the normal of a stored vertex.
+  __device__ void StoreNormal(unsigned place, Vec3f n) const {
     if (out_.format == LaneFormat::kFloat32) {
-      float* row = reinterpret_cast<float*>(Place(point)) + 3 * kLanes + lanes;
-      row[0] = n.x;
-      row[kLanes] = n.y;
-      row[2 * kLanes] = n.z;
-      return;
+      return StoreFloats(place + 3 * kRowBytes, {n.x, n.y, n.z});
     }
     const OctahedralNormal o = QuantiseNormal(n, out_.normal_bits);
     if (out_.format == LaneFormat::kQuantised8) {
-      uint8_t* word = reinterpret_cast<uint8_t*>(reinterpret_cast<uint2*>(Place(point)) + lanes);
-      word[6] = static_cast<uint8_t>(o.s);
-      word[7] = static_cast<uint8_t>(o.t);
+      base_[place + 6] = static_cast<uint8_t>(o.s);
+      base_[place + 7] = static_cast<uint8_t>(o.t);
       return;
     }
-    SecondWord(point, lanes) = static_cast<uint32_t>(o.s) | static_cast<uint32_t>(o.t) << 16;
+    SecondWord(place) = static_cast<uint32_t>(o.s) | static_cast<uint32_t>(o.t) << 16;
   }
 
  private:
-  static constexpr unsigned kLanes = 32;
+  static constexpr unsigned kRowBytes = 32 * sizeof(float);
 
-  __device__ __forceinline__ uint8_t* Place(int point) const {
-    return base_ + static_cast<unsigned>(point) * stride_;
-  }
-  __device__ __forceinline__ void StoreFloats(int point, unsigned first, float3 v) const {
-    float* row = reinterpret_cast<float*>(Place(point)) + first * kLanes;
+  __device__ __forceinline__ void StoreFloats(unsigned place, float3 v) const {
+    auto* row = reinterpret_cast<float*>(base_ + place);
     row[0] = v.x;
-    row[kLanes] = v.y;
-    row[2 * kLanes] = v.z;
+    row[32] = v.y;
+    row[64] = v.z;
   }
-  __device__ __forceinline__ void StoreWords(int point, uint2 words) const {
-    *reinterpret_cast<uint2*>(Place(point)) = words;
+  __device__ __forceinline__ void StoreWords(unsigned place, uint32_t first,
+                                             uint32_t second) const {
+    *reinterpret_cast<uint2*>(base_ + place) = {first, second};
   }
-  __device__ __forceinline__ uint32_t& SecondWord(int point, int lanes) const {
-    return reinterpret_cast<uint32_t*>(second_)[point * static_cast<int>(kLanes) + lanes];
+  // Half as wide as the words, so at half the place.
+  __device__ __forceinline__ uint32_t& SecondWord(unsigned place) const {
+    return *reinterpret_cast<uint32_t*>(second_ + place / 2);
   }
 
   // In the low 16 bits; saturation also makes 0 of NaN.
@@ -124,9 +131,9 @@ class VertexSink {
   }
 
   const FusedOutput& out_;
-  int centre_;
-  unsigned stride_;  // bytes from point to point
-  uint8_t* base_;
+  const unsigned stride_, lane_;
+  const float centre_;
+  uint8_t* base_;    // of the chunk
   uint8_t* second_;
 };
 
