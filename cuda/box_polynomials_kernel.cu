@@ -92,6 +92,8 @@ __global__ void __launch_bounds__(kBlockThreads)
     if (at.used) {
       c = outside ? Identity(plan, tables, box, at.power)
                   : Contract(plan, tables, control_points, plan.boxes[number].span, at.power);
+      c = out.scale * c;
+      if (index == 0) c += out.offset;
     }
     const Vec3d size{std::abs(c.x), std::abs(c.y), std::abs(c.z)};
     const int degree = at.power[0] + at.power[1] + at.power[2];

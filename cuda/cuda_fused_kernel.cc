@@ -81,11 +81,16 @@ size_t CudaFusedKernel::OwnOrderBytes() const {
   return 0;
 }
 
-kernels::FusedOutput CudaFusedKernel::Output(const QuantisationBox& box, uint8_t* vertices) const {
-  const Vec3f offset = ToFloat((plan_->local_origin - box.origin) / box.range);
+kernels::BoxPolynomials CudaFusedKernel::Polynomials(const QuantisationBox& box) const {
+  const bool floats = Format() == LaneFormat::kFloat32;
+  return {.scale = floats ? 1 : 1 / box.range,
+          .offset = floats ? Vec3d{} : (plan_->local_origin - box.origin) / box.range,
+          .coefficients = buffers_.coefficients.data(),
+          .cofactor_bounds = buffers_.cofactor_bounds.data()};
+}
+
+kernels::FusedOutput CudaFusedKernel::Output(uint8_t* vertices) const {
   return {.format = Format(),
-          .scale = static_cast<float>(1 / box.range),
-          .offset = {offset.x, offset.y, offset.z},
           .top = static_cast<float>((uint32_t{1} << spec_.position_bits) - 1),
           .normal_bits = spec_.normal_bits,
           .vertices = vertices,
@@ -110,7 +115,7 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
   const kernels::FusedLaunch launch{
       .plan = tables_,
       .tables = device_plan_->fused_tables(),
-      .polynomials = {buffers_.coefficients.data(), buffers_.cofactor_bounds.data()},
+      .polynomials = Polynomials(box),
       .control_points = frame.control_points().data,
       .attached = frame.attached().data,
       .chunks = *list,
@@ -118,7 +123,7 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
       .patch_count = static_cast<uint32_t>(plan_->patches.size()),
       .segments = spec_.segments,
       .normals = NormalsOf(spec_.normals),
-      .output = Output(box, vertices.data)};
+      .output = Output(vertices.data)};
   const cudaStream_t stream = lane_->stream().get();
   if (auto s = CudaStatus(kernels::LaunchBoxPolynomials(tables_, launch.tables,
                                                         launch.control_points, launch.polynomials,

@@ -41,7 +41,8 @@ class CudaFusedKernel : public CudaVertexKernel {
                   const ViewSpec& spec, std::shared_ptr<CudaLane> lane, kernels::PlanTables tables,
                   Buffers buffers);
   kernels::LaneFormat Format() const;
-  kernels::FusedOutput Output(const QuantisationBox& box, uint8_t* vertices) const;
+  kernels::BoxPolynomials Polynomials(const QuantisationBox& box) const;
+  kernels::FusedOutput Output(uint8_t* vertices) const;
   // Points of all chunks, the padding of the last one included.
   size_t PaddedPoints() const;
   // Null where all chunks are named.

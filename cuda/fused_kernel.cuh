@@ -19,18 +19,24 @@ namespace latticed::kernels {
 
 constexpr int kFusedWarps = 3, kFusedThreads = kFusedWarps * kLanes;
 
-// The normals of weak rows by the definition, a thread a point, whichever lane it is of. `weak`: per
-// row the lanes concerned. Waits for nobody: all vertices of the chunk are written. Not inlined, so
-// that its registers are no business of the kernel's.
-__device__ __noinline__ inline void ReplaceWeakNormals(const FusedLaunch& launch, const unsigned* weak,
-                                                uint32_t chunk, bool smooth) {
+// The warp that runs rows `row` and segments - row.
+__device__ __forceinline__ int WarpOfRow(int row, int segments) {
+  return min(row, segments - row) % kFusedWarps;
+}
+
+// The normals of a warp's weak rows by the definition, a lane a point, whichever lane it is of.
+// `weak`: per row the lanes concerned. After the warp has written all vertices of these rows. Not
+// inlined, so that its registers are no business of the kernel's.
+template <bool kFloat>
+__device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, const unsigned* weak,
+                                                uint32_t chunk, int warp, bool smooth) {
+  const int thread = static_cast<int>(threadIdx.x) % kLanes;
   int first = 0;  // points of the rows before
   for (int row = 0; row <= launch.segments; ++row) {
+    if (WarpOfRow(row, launch.segments) != warp) continue;
     const int columns = launch.segments - row + 1, points = __popc(weak[row]) * columns;
-    // Item i of the chunk goes to thread i modulo their number.
-    const int before = first % kFusedThreads, thread = static_cast<int>(threadIdx.x);
-    int item = thread - before + (thread < before ? kFusedThreads : 0);
-    for (; item < points; item += kFusedThreads) {
+    // Item i of the warp goes to lane i mod 32.
+    for (int item = (thread - first) & (kLanes - 1); item < points; item += kLanes) {
       const int column = item % columns;
       const auto lane = static_cast<unsigned>(__fns(weak[row], 0, item / columns + 1));
       const uint32_t patch = chunk * kLanes + lane;
@@ -38,17 +44,17 @@ __device__ __noinline__ inline void ReplaceWeakNormals(const FusedLaunch& launch
       const double over = 1.0 / launch.segments;
       const Vec3d b{(launch.segments - row - column) * over, column * over, row * over};
       const Vec3d n = DefinitionNormal(launch.plan, launch.control_points, patch, b, smooth);
-      const VertexSink sink(launch, chunk, lane);
+      const VertexSink<kFloat> sink(launch, chunk, lane);
       sink.StoreNormal(sink.Place(PointIndex(launch.segments, row, column)), ToFloat(n));
     }
     first += points;
   }
 }
 
-template <int D0, int D1, int D2, bool kSmooth>
+template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
 class FusedBlock {
   static constexpr int N = D0 + D1 + D2, kStride = CoefficientStride(D0, D1, D2);
-  using Shared = FusedShared<N, kSmooth>;
+  using Shared = FusedShared<N, kSmooth, kFloat>;
 
  public:
   __device__ FusedBlock(const FusedLaunch& launch, uint32_t chunk)
@@ -70,11 +76,11 @@ class FusedBlock {
     __syncthreads();
     Compose();
     __syncthreads();
-    RowKernel<N, kSmooth> rows(launch_, chunk_, lane_);
+    RowKernel<N, kSmooth, kFloat> rows(launch_, chunk_, lane_);
     for (int low = warp_; 2 * low <= launch_.segments; low += kFusedWarps) rows.Run(low);
-    if (launch_.normals == Normals::kNone) return;
-    __syncthreads();
-    if (IsAnyWeak()) ReplaceWeakNormals(launch_, &Shared::Weak(0), chunk_, kSmooth);
+    if (!rows.any_weak()) return;
+    __syncwarp();
+    ReplaceWeakNormals<kFloat>(launch_, &Shared::Weak(0), chunk_, warp_, kSmooth);
   }
 
  private:
@@ -142,22 +148,24 @@ class FusedBlock {
 
   __device__ __forceinline__ void StoreEdge(const float (&p)[3][N + 1],
                                             const float (&at_corner)[3]) const {
+    const VertexSink<kFloat> sink(launch_, chunk_, lane_);
     const int begin = warp_ * launch_.segments;
     const float unit = 0.5f / static_cast<float>(launch_.segments);
+    Shared::SetBoundary(begin, lane_,
+                        sink.MakePosition({at_corner[0], at_corner[1], at_corner[2]}));
     for (int low = 1; 2 * low <= launch_.segments; ++low) {
       const int high = launch_.segments - low;
       const float tau = static_cast<float>(high - low) * unit;
+      float left[3], right[3];
 #pragma unroll
       for (int component = 0; component < 3; ++component) {
         float even, odd;
         SplitPowers<N>(p[component], tau * tau, even, odd);
-        Shared::Boundary(begin + low, component, lane_) = fmaf(-odd, tau, even);
-        Shared::Boundary(begin + high, component, lane_) = fmaf(odd, tau, even);
+        left[component] = fmaf(-odd, tau, even);
+        right[component] = fmaf(odd, tau, even);
       }
-    }
-#pragma unroll
-    for (int component = 0; component < 3; ++component) {
-      Shared::Boundary(begin, component, lane_) = at_corner[component];
+      Shared::SetBoundary(begin + low, lane_, sink.MakePosition({left[0], left[1], left[2]}));
+      Shared::SetBoundary(begin + high, lane_, sink.MakePosition({right[0], right[1], right[2]}));
     }
   }
 
@@ -212,12 +220,6 @@ class FusedBlock {
     for (int k = Shared::kNumbers; k < 4 * Shared::kVectors; ++k) out[k] = 0;
   }
 
-  __device__ bool IsAnyWeak() const {
-    unsigned any = 0;
-    for (int row = 0; row <= launch_.segments; ++row) any |= Shared::Weak(row);
-    return any != 0;
-  }
-
   const FusedLaunch& launch_;
   const uint32_t chunk_;
   const int warp_;
@@ -225,11 +227,11 @@ class FusedBlock {
   uint32_t patch_index_;
 };
 
-template <int D0, int D1, int D2, bool kSmooth>
+template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
 __global__ void __launch_bounds__(kFusedThreads, 5)
     FusedKernel(const __grid_constant__ FusedLaunch launch) {
   const uint32_t chunk = launch.chunks != nullptr ? launch.chunks[blockIdx.x] : blockIdx.x;
-  FusedBlock<D0, D1, D2, kSmooth>(launch, chunk).Run();
+  FusedBlock<D0, D1, D2, kSmooth, kFloat>(launch, chunk).Run();
 }
 
 }  // namespace latticed::kernels

@@ -39,11 +39,13 @@ struct FusedTables {
   uint32_t seam_use_count;
 };
 
-// The polynomial of each box, float: [box][component][coefficient], rows of CoefficientStride;
+// The polynomial of each box, in the units that the format wants, float: [box][component][coefficient], rows of CoefficientStride;
 // coefficient (a (d1 + 1) + b)(d2 + 1) + c belongs to l0^a l1^b l2^c.
 struct BoxPolynomials {
+  double scale;  // of scale R + offset
+  Vec3d offset;
   float* coefficients;
-  float* cofactor_bounds;  // not below ||cof J|| in the box
+  float* cofactor_bounds;  // not below ||cof J|| in the box, scaled
 };
 // Rows begin at multiples of 16 bytes.
 LATTICED_HD constexpr int CoefficientStride(int d0, int d1, int d2) {
@@ -55,11 +57,9 @@ cudaError_t LaunchBoxPolynomials(const PlanTables& plan, const FusedTables& tabl
 
 enum class LaneFormat { kFloat32, kQuantised8, kQuantised16 };
 
-// integer = round(top * saturate(scale p + offset))
+// Quantised, integer = round(top * saturate(p)), p running from 0 to 1 over the quantisation box.
 struct FusedOutput {
   LaneFormat format;
-  float scale;
-  float offset[3];
   float top;        // 2^position_bits - 1
   int normal_bits;  // of the quantised formats
   uint8_t* vertices;

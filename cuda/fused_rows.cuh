@@ -75,11 +75,13 @@ struct Tangents {
   float3 along, across, facet;
 };
 
-template <int N, bool kSmooth>
+template <int N, bool kSmooth, bool kFloat>
 class RowKernel {
  public:
-  using Shared = FusedShared<N, kSmooth>;
+  using Shared = FusedShared<N, kSmooth, kFloat>;
   using Row = FusedRow<N, kSmooth>;
+  using Sink = VertexSink<kFloat>;
+  using Position = typename Sink::Position;
 
   __device__ RowKernel(const FusedLaunch& launch, uint32_t chunk, unsigned lane)
       : sink_(launch, chunk, lane),
@@ -88,6 +90,9 @@ class RowKernel {
         normals_(launch.normals != Normals::kNone),
         weak_below_(Shared::Frame(kWeakBelow, lane)),
         scale_(Shared::Frame(kNormalScale, lane)) {}
+
+  // Whether Shared::Weak has any lane in the rows that were run; the same in all lanes.
+  __device__ bool any_weak() const { return any_weak_; }
 
   // Rows `low` and segments - low, low <= segments / 2.
   __device__ __forceinline__ void Run(int low) {
@@ -135,14 +140,17 @@ class RowKernel {
       float steps[4 * Shared::kStepVectors];
       LoadSteps(m, steps);
       steps[0] = forth ? -steps[0] : steps[0];
-      float3 p, p_last;
+      Position p, p_last;
       if (m == last || row == 0) {
-        p = Boundary(at);
-        p_last = Boundary(at_last);
+        p = Shared::Boundary(at, lane_);
+        p_last = Shared::Boundary(at_last, lane_);
       } else {
-        AtBoth<N>(r.position[0], steps, p.x, p_last.x);
-        AtBoth<N>(r.position[1], steps, p.y, p_last.y);
-        AtBoth<N>(r.position[2], steps, p.z, p_last.z);
+        float3 a, b;
+        AtBoth<N>(r.position[0], steps, a.x, b.x);
+        AtBoth<N>(r.position[1], steps, a.y, b.y);
+        AtBoth<N>(r.position[2], steps, a.z, b.z);
+        p = sink_.MakePosition(a);
+        p_last = sink_.MakePosition(b);
       }
       if (normals_) {
         StorePair(r, steps, t, p, place, p_last, place_last);
@@ -158,6 +166,7 @@ class RowKernel {
     if (last % 2 == 0) StoreMiddle(r, t, row == 0 || last == 0, at, place);
     const unsigned weak = __ballot_sync(~0u, weak_);
     if (lane_ == 0) Shared::Weak(row) = weak;
+    any_weak_ |= weak != 0;
   }
 
   __device__ __forceinline__ static void LoadSteps(int m, float* steps) {
@@ -168,14 +177,10 @@ class RowKernel {
     }
   }
 
-  __device__ __forceinline__ float3 Boundary(int at) const {
-    return {Shared::Boundary(at, 0, lane_), Shared::Boundary(at, 1, lane_),
-            Shared::Boundary(at, 2, lane_)};
-  }
-
   // The points at steps[0] and -steps[0].
-  __device__ __forceinline__ void StorePair(const Row& r, const float* steps, float t, float3 p,
-                                            unsigned place, float3 p_last, unsigned place_last) {
+  __device__ __forceinline__ void StorePair(const Row& r, const float* steps, float t,
+                                            Position p, unsigned place, Position p_last,
+                                            unsigned place_last) {
     Tangents a, b;
     AtBoth<N - 1>(r.position[0] + 1, steps, a.along.x, b.along.x);
     AtBoth<N - 1>(r.position[1] + 1, steps, a.along.y, b.along.y);
@@ -188,29 +193,33 @@ class RowKernel {
       AtBoth<N - 1>(r.facet[1], steps, a.facet.y, b.facet.y);
       AtBoth<N - 1>(r.facet[2], steps, a.facet.z, b.facet.z);
     }
-    sink_.Store(place, Vertex(p, a, steps[0], t), scale_);
-    sink_.Store(place_last, Vertex(p_last, b, -steps[0], t), scale_);
+    StoreVertex(place, p, a, steps[0], t);
+    StoreVertex(place_last, p_last, b, -steps[0], t);
   }
 
   __device__ __forceinline__ void StoreMiddle(const Row& r, float t, bool on_edge, int at,
                                               unsigned place) {
-    float3 p{r.position[0][0], r.position[1][0], r.position[2][0]};
-    if (on_edge) p = Boundary(at);
+    Position p;
+    if (on_edge) {
+      p = Shared::Boundary(at, lane_);
+    } else {
+      p = sink_.MakePosition({r.position[0][0], r.position[1][0], r.position[2][0]});
+    }
     if (!normals_) return sink_.Store(place, p);
     Tangents tangents{{r.position[0][1], r.position[1][1], r.position[2][1]},
                       {r.across[0][0], r.across[1][0], r.across[2][0]},
                       {}};
     if constexpr (kSmooth) tangents.facet = {r.facet[0][0], r.facet[1][0], r.facet[2][0]};
-    sink_.Store(place, Vertex(p, tangents, 0, t), scale_);
+    StoreVertex(place, p, tangents, 0, t);
   }
 
-  __device__ __forceinline__ FusedVertex Vertex(float3 p, const Tangents& tangents, float x,
-                                                float t) {
+  __device__ __forceinline__ void StoreVertex(unsigned place, Position p, const Tangents& tangents,
+                                              float x, float t) {
     float3 n = CrossProduct(tangents.along, tangents.across);
     if constexpr (kSmooth) n = CarryNormal(n, tangents, x, t);
     const float norm1 = fabsf(n.x) + fabsf(n.y) + fabsf(n.z);
     weak_ |= !(norm1 > weak_below_);  // NaN too
-    return {p, n, norm1};
+    sink_.Store(place, p, n, norm1, scale_);
   }
 
   // The vertex normals' interpolation is linear in b1 = x - t/2 + 1/4 and b2 = t + 1/2.
@@ -231,12 +240,13 @@ class RowKernel {
             fmaf(by[0], n0.z, fmaf(by[1], n1.z, by[2] * n2.z))};
   }
 
-  const VertexSink sink_;
+  const Sink sink_;
   const unsigned lane_;
   const int segments_;
   const bool normals_;
   const float weak_below_, scale_;
-  bool weak_ = false;
+  bool weak_ = false;  // in this row
+  bool any_weak_ = false;
 };
 
 }  // namespace latticed::kernels

@@ -8,12 +8,13 @@
 #include "core/base/limits.h"
 #include "cuda/fused_geometry.cuh"
 #include "cuda/fused_polynomial.cuh"
+#include "cuda/fused_store.cuh"
 
 namespace latticed::kernels {
 
 constexpr int kLanes = 32;
 
-template <int N, bool kSmooth>
+template <int N, bool kSmooth, bool kFloat>
 class FusedShared {
  public:
   // A component's Taylor coefficients: P, P_across, and with vertex normals P_facet.
@@ -22,9 +23,12 @@ class FusedShared {
   static constexpr int kVectors = (kNumbers + 3) / 4;
   // A step: x = m / (2 segments), then x^2 / (i (i + 1)) for i = 1 … N - 1.
   static constexpr int kStepVectors = (N + 3) / 4;
+  using Position = typename VertexSink<kFloat>::Position;
+  static constexpr int kBoundaryWords = VertexSink<kFloat>::kPositionWords;
 
   LATTICED_HD static constexpr size_t Bytes(int segments) {
-    return sizeof(float) * static_cast<size_t>(kBoundaryAt + 9 * kLanes * segments);
+    return sizeof(float) *
+           static_cast<size_t>(kBoundaryAt + 3 * segments * kBoundaryWords * kLanes);
   }
 
   __device__ static float4& Coefficients(int component, int vector, unsigned lane) {
@@ -41,8 +45,21 @@ class FusedShared {
     return reinterpret_cast<unsigned*>(Floats())[kWeakAt + row];
   }
   // Positions on edges: at = edge * segments + k.
-  __device__ static float& Boundary(int at, int component, unsigned lane) {
-    return Floats()[kBoundaryAt + (at * 3 + component) * kLanes + lane];
+  __device__ static __forceinline__ Position Boundary(int at, unsigned lane) {
+    const float* row = Floats() + kBoundaryAt + at * kBoundaryWords * kLanes + lane;
+    if constexpr (kFloat) {
+      return {row[0], row[kLanes], row[2 * kLanes]};
+    } else {
+      return {__float_as_uint(row[0]), __float_as_uint(row[kLanes])};
+    }
+  }
+  __device__ static __forceinline__ void SetBoundary(int at, unsigned lane, Position p) {
+    float* row = Floats() + kBoundaryAt + at * kBoundaryWords * kLanes + lane;
+    if constexpr (kFloat) {
+      row[0] = p.x, row[kLanes] = p.y, row[2 * kLanes] = p.z;
+    } else {
+      row[0] = __uint_as_float(p.x), row[kLanes] = __uint_as_float(p.y);
+    }
   }
 
  private:

@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How a lane writes its vertices, in the lane order of fused_kernels.h.
+// How a lane makes its vertices and writes them, in the lane order of fused_kernels.h.
 #ifndef LATTICED_CUDA_FUSED_STORE_CUH_
 #define LATTICED_CUDA_FUSED_STORE_CUH_
+
+#include <type_traits>
 
 #include "core/codec/octahedral.h"
 #include "cuda/fused_kernels.h"
@@ -13,49 +15,42 @@ namespace latticed::kernels {
 // Added to a float of magnitude below 2^22, rounds it to an integer, which stands in the low bits.
 constexpr float kRound = 12582912.0f;  // 1.5 * 2^23
 
-// Octahedral coordinates of a direction, as core/codec/octahedral.h but for ties: in the low 16 bits
-// of each. `norm1` is |n|_1, `centre` 2^(bits - 1) - 1.
+// Octahedral coordinates of a direction in the low 16 bits of each, `centre` = 2^(bits - 1) - 1.
+//
+//   s = centre + sign(y) (|y| + max(-x, 0)) centre / |n|_1,   t likewise by z
+//
+// the map of core/codec/octahedral.h without a branch, rounded to the nearest on each axis. Where y
+// or z is nothing once rounded, its sign follows the other one: on the rim of the square, which names
+// directions twice, that is the name that CanonicaliseOctahedral chooses, whatever the noise.
 __device__ __forceinline__ uint2 QuantiseDirection(float3 n, float norm1, float centre) {
-  const float scale = __fdividef(centre, norm1);
-  const float x = fmaf(n.x, scale, kRound) - kRound, y = fmaf(n.y, scale, kRound) - kRound;
-  // Integers of L1 norm `centre`; what rounding x and y up overshot goes from y, z takes the rest.
-  const float rest = centre - fabsf(x), y_size = fminf(fabsf(y), rest), z_size = rest - y_size;
-  if (x >= 0) {
-    return {__float_as_uint(copysignf(y_size, n.y) + (centre + kRound)),
-            __float_as_uint(copysignf(z_size, n.z) + (centre + kRound))};
-  }
-  const float s = copysignf(centre - z_size, n.y) + centre,
-              t = copysignf(centre - y_size, n.z) + centre;
-  if (fminf(y_size, z_size) > 0) {
-    return {__float_as_uint(s + kRound), __float_as_uint(t + kRound)};
-  }
-  // The rim of the square names directions twice.
-  const int bits = 33 - __clz(static_cast<int>(centre));
-  const OctahedralNormal rim =
-      CanonicaliseOctahedral({static_cast<int32_t>(s), static_cast<int32_t>(t)}, bits);
-  return {static_cast<uint32_t>(rim.s), static_cast<uint32_t>(rim.t)};
+  const float scale = __fdividef(centre, norm1), half = norm1 * __fdividef(0.5f, centre);
+  const float back = fmaxf(-n.x, 0.0f);
+  const bool no_y = fabsf(n.y) < half, no_z = fabsf(n.z) < half;
+  const float sign_z = no_z ? (no_y ? 0.0f : n.y) : n.z, sign_y = no_y ? sign_z : n.y;
+  const float s = copysignf(fabsf(n.y) + back, sign_y), t = copysignf(fabsf(n.z) + back, sign_z);
+  return {__float_as_uint(fmaf(s, scale, centre + kRound)),
+          __float_as_uint(fmaf(t, scale, centre + kRound))};
 }
 
-struct FusedVertex {
-  float3 position;
-  float3 normal;  // any length
-  float norm1;    // |normal|_1
-};
-
-// The vertices of one lane. Places are bytes from the lane's first vertex.
+// The vertices of one lane. Places are bytes from the chunk's first vertex.
+template <bool kFloat>
 class VertexSink {
  public:
+  // What is stored of a position; quantised x | y << 16 and z.
+  using Position = std::conditional_t<kFloat, float3, uint2>;
+  static constexpr int kPositionWords = sizeof(Position) / sizeof(float);
+
   __device__ VertexSink(const FusedLaunch& launch, uint32_t chunk, unsigned lane)
-      : out_(launch.output),
-        stride_(out_.format == LaneFormat::kFloat32
-                    ? (launch.normals == Normals::kNone ? 3 : 6) * kRowBytes
-                    : 2 * kRowBytes),
-        lane_(lane * (out_.format == LaneFormat::kFloat32 ? sizeof(float) : sizeof(uint2))),
-        centre_(static_cast<float>((1 << (out_.normal_bits - 1)) - 1)) {
+      : normal_bits_(launch.output.normal_bits),
+        wide_(launch.output.format == LaneFormat::kQuantised16),
+        stride_(kRowBytes * (kFloat && launch.normals != Normals::kNone ? 6 : kFloat ? 3 : 2)),
+        lane_(lane * (kFloat ? sizeof(float) : sizeof(uint2))),
+        top_(launch.output.top),
+        centre_(static_cast<float>((1 << (normal_bits_ - 1)) - 1)) {
     const int points = (launch.segments + 1) * (launch.segments + 2) / 2;
     const size_t first = size_t{chunk} * static_cast<unsigned>(points);
-    base_ = out_.vertices + first * stride_;
-    second_ = out_.second_plane + first * kRowBytes;
+    base_ = launch.output.vertices + first * stride_;
+    second_ = launch.output.second_plane + first * kRowBytes;
   }
 
   // Bytes from a point to the next.
@@ -64,43 +59,58 @@ class VertexSink {
     return lane_ + static_cast<unsigned>(point) * stride_;
   }
 
-  // Positions alone.
-  __device__ __forceinline__ void Store(unsigned place, float3 p) const {
-    if (out_.format == LaneFormat::kFloat32) return StoreFloats(place, p);
-    const uint3 q = Quantise(p);
-    StoreWords(place, __byte_perm(q.x, q.y, 0x5410), q.z & 0xffff);
+  // Quantised, `p` runs from 0 to 1 over the quantisation box; NaN is 0.
+  __device__ __forceinline__ Position MakePosition(float3 p) const {
+    if constexpr (kFloat) {
+      return p;
+    } else {
+      const auto quantise = [this](float x) {
+        return __float_as_uint(fmaf(__saturatef(x), top_, kRound));
+      };
+      return {__byte_perm(quantise(p.x), quantise(p.y), 0x5410), quantise(p.z)};
+    }
   }
 
-  // `scale` keeps the square of the normal from underflow.
-  __device__ __forceinline__ void Store(unsigned place, const FusedVertex& v, float scale) const {
-    if (out_.format == LaneFormat::kFloat32) {
-      StoreFloats(place, v.position);
-      const float3 n{v.normal.x * scale, v.normal.y * scale, v.normal.z * scale};
+  __device__ __forceinline__ void Store(unsigned place, Position p) const {
+    if constexpr (kFloat) {
+      StoreFloats(place, p);
+    } else {
+      StoreWords(place, p.x, p.y & 0xffff);
+    }
+  }
+
+  // `n` has the normal's direction, `norm1` = |n|_1; `scale` keeps its square from underflow.
+  __device__ __forceinline__ void Store(unsigned place, Position p, float3 n, float norm1,
+                                        float scale) const {
+    if constexpr (kFloat) {
+      StoreFloats(place, p);
+      n = {n.x * scale, n.y * scale, n.z * scale};
       const float inverse = rsqrtf(fmaf(n.x, n.x, fmaf(n.y, n.y, n.z * n.z)));
-      return StoreFloats(place + 3 * kRowBytes, {n.x * inverse, n.y * inverse, n.z * inverse});
+      StoreFloats(place + 3 * kRowBytes, {n.x * inverse, n.y * inverse, n.z * inverse});
+    } else {
+      const uint2 st = QuantiseDirection(n, norm1, centre_);
+      if (!wide_) {
+        const uint32_t zs = __byte_perm(p.y, st.x, 0x0410);
+        return StoreWords(place, p.x, __byte_perm(zs, st.y, 0x4210));
+      }
+      StoreWords(place, p.x, p.y & 0xffff);
+      SecondWord(place) = __byte_perm(st.x, st.y, 0x5410);
     }
-    const uint3 q = Quantise(v.position);
-    const uint2 st = QuantiseDirection(v.normal, v.norm1, centre_);
-    const uint32_t xy = __byte_perm(q.x, q.y, 0x5410);
-    if (out_.format == LaneFormat::kQuantised8) {
-      return StoreWords(place, xy, __byte_perm(__byte_perm(q.z, st.x, 0x0410), st.y, 0x4210));
-    }
-    StoreWords(place, xy, q.z & 0xffff);
-    SecondWord(place) = __byte_perm(st.x, st.y, 0x5410);
   }
 
   // Replaces the normal of a stored vertex.
   __device__ void StoreNormal(unsigned place, Vec3f n) const {
-    if (out_.format == LaneFormat::kFloat32) {
-      return StoreFloats(place + 3 * kRowBytes, {n.x, n.y, n.z});
+    if constexpr (kFloat) {
+      StoreFloats(place + 3 * kRowBytes, {n.x, n.y, n.z});
+    } else {
+      const OctahedralNormal o = QuantiseNormal(n, normal_bits_);
+      if (wide_) {
+        SecondWord(place) = static_cast<uint32_t>(o.s) | static_cast<uint32_t>(o.t) << 16;
+      } else {
+        base_[place + 6] = static_cast<uint8_t>(o.s);
+        base_[place + 7] = static_cast<uint8_t>(o.t);
+      }
     }
-    const OctahedralNormal o = QuantiseNormal(n, out_.normal_bits);
-    if (out_.format == LaneFormat::kQuantised8) {
-      base_[place + 6] = static_cast<uint8_t>(o.s);
-      base_[place + 7] = static_cast<uint8_t>(o.t);
-      return;
-    }
-    SecondWord(place) = static_cast<uint32_t>(o.s) | static_cast<uint32_t>(o.t) << 16;
   }
 
  private:
@@ -121,19 +131,11 @@ class VertexSink {
     return *reinterpret_cast<uint32_t*>(second_ + place / 2);
   }
 
-  // In the low 16 bits; saturation also makes 0 of NaN.
-  __device__ __forceinline__ uint32_t QuantiseAxis(float p, float offset) const {
-    return __float_as_uint(fmaf(__saturatef(fmaf(p, out_.scale, offset)), out_.top, kRound));
-  }
-  __device__ __forceinline__ uint3 Quantise(float3 p) const {
-    return {QuantiseAxis(p.x, out_.offset[0]), QuantiseAxis(p.y, out_.offset[1]),
-            QuantiseAxis(p.z, out_.offset[2])};
-  }
-
-  const FusedOutput& out_;
+  const int normal_bits_;
+  const bool wide_;
   const unsigned stride_, lane_;
-  const float centre_;
-  uint8_t* base_;    // of the chunk
+  const float top_, centre_;
+  uint8_t* base_;  // of the chunk
   uint8_t* second_;
 };
 

@@ -4,6 +4,6 @@
 
 namespace latticed::kernels {
 
-template cudaError_t LaunchFusedByDegree<true>(const FusedLaunch& launch, cudaStream_t stream);
+template cudaError_t LaunchFusedByDegree<false, false>(const FusedLaunch&, cudaStream_t);
 
 }  // namespace latticed::kernels
