@@ -55,6 +55,10 @@ absl::StatusOr<DeviceBoxes> DeviceBoxes::Create(const std::shared_ptr<const Defo
   absl::Status status = Upload<FusedBox>(context, boxes, result.boxes_);
   if (status.ok()) status = Upload<double>(context, numbers, result.basis_);
   if (status.ok()) status = Upload<kernels::SeamUse>(context, seam_uses, result.seam_uses_);
+  const std::vector<kernels::FeatureUses> feature_uses = PackFeatureUses(*plan);
+  if (status.ok()) {
+    status = Upload<kernels::FeatureUses>(context, feature_uses, result.feature_uses_);
+  }
   if (!status.ok()) return status;
 
   kernels::FusedTables& tables = result.tables_;
@@ -68,6 +72,7 @@ absl::StatusOr<DeviceBoxes> DeviceBoxes::Create(const std::shared_ptr<const Defo
   tables.box_count = static_cast<uint32_t>(boxes.size());
   tables.boxes = result.boxes_.data();
   tables.seam_uses = result.seam_uses_.data();
+  tables.feature_uses = result.feature_uses_.data();
   tables.seam_use_count = static_cast<uint32_t>(seam_uses.size());
   return result;
 }

@@ -1,8 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The knot boxes of a plan on the device, as the fused kernels read them.
+// What the fused kernels read of a plan besides device_plan.h: its knot boxes, and who shares points
+// in a chunk.
 //
+//   a patch      8 bytes: feature_uses.h
 //   a box        48 bytes
 //   a knot span  128 bytes: the matrix of core/ffd/box_basis.h
 //   a corner or edge on a seam  8 bytes
@@ -31,7 +33,8 @@ class DeviceBoxes {
 
   const kernels::FusedTables& tables() const { return tables_; }
   size_t MemoryBytes() const {
-    return boxes_.size_bytes() + basis_.size_bytes() + seam_uses_.size_bytes();
+    return boxes_.size_bytes() + basis_.size_bytes() + seam_uses_.size_bytes() +
+           feature_uses_.size_bytes();
   }
 
  private:
@@ -40,6 +43,7 @@ class DeviceBoxes {
   DeviceBuffer<kernels::FusedBox> boxes_;
   DeviceBuffer<double> basis_;  // by permuted axis and span
   DeviceBuffer<kernels::SeamUse> seam_uses_;
+  DeviceBuffer<kernels::FeatureUses> feature_uses_;
   kernels::FusedTables tables_{};
 };
 

@@ -114,7 +114,8 @@ __device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch
 
 template <bool kSmooth>
 __device__ inline void WriteFrame(const FusedLaunch& launch, uint32_t patch_index,
-                                  const DevicePatch& patch, float* rows, int lanes) {
+                                  float* rows, int lanes) {
+  const DevicePatch patch = launch.plan.patches[patch_index];
   const uint32_t box = patch.Box(), corner = patch.Vertex(0);
   const Vec3d origin = launch.plan.vertices[corner].world;
   const Vec3d facet = ToDouble(launch.plan.facet_normals[patch_index]);

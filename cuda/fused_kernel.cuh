@@ -4,7 +4,7 @@
 // The fused kernel: from box polynomials to vertices, nothing in memory between.   DESIGN §2 "fused"
 //
 // A block is a chunk, 32 patches, a lane each; its three warps
-//   1  make the frames, and evaluate an edge and a corner each, from their owner's polynomial
+//   1  evaluate the chunk's edges and corners, and make the patches' frames
 //   2  compose a component each, and leave its Taylor coefficients in shared memory
 //   3  take rows by turns, and write vertices straight from registers
 //   4  replace normals that cancelled by those of the definition, where there are any
@@ -12,7 +12,7 @@
 #define LATTICED_CUDA_FUSED_KERNEL_CUH_
 
 #include "cuda/definition_normal.cuh"
-#include "cuda/fused_edge.cuh"
+#include "cuda/fused_features.cuh"
 #include "cuda/fused_rows.cuh"
 
 namespace latticed::kernels {
@@ -68,15 +68,19 @@ class FusedBlock {
   }
 
   __device__ __forceinline__ void Run() {
+    const FeatureUses uses = launch_.tables.feature_uses[patch_index_];
+    FeatureKernel<D0, D1, D2, kSmooth, kFloat> features(launch_, chunk_);
+    features.List(uses, warp_, lane_);
     FillSteps();
-    if (warp_ == 0) {
-      WriteFrame<kSmooth>(launch_, patch_index_, Patch(), &Shared::Frame(0, lane_), kLanes);
+    __syncthreads();
+    features.Evaluate(uses, warp_, lane_);
+    if (warp_ == kCornerWarp) {
+      WriteFrame<kSmooth>(launch_, patch_index_, &Shared::Frame(0, lane_), kLanes);
     }
-    EvaluateEdge();
     __syncthreads();
     Compose();
     __syncthreads();
-    RowKernel<N, kSmooth, kFloat> rows(launch_, chunk_, lane_);
+    RowKernel<N, kSmooth, kFloat> rows(launch_, uses, chunk_, lane_);
     for (int low = warp_; 2 * low <= launch_.segments; low += kFusedWarps) rows.Run(low);
     if (!rows.any_weak()) return;
     __syncwarp();
@@ -84,11 +88,6 @@ class FusedBlock {
   }
 
  private:
-  // Read word by word: the warp's corner decides which, and registers have no index.
-  __device__ __forceinline__ const DevicePatch& Patch() const {
-    return launch_.plan.patches[patch_index_];
-  }
-
   __device__ __forceinline__ void FillSteps() {
     const float unit = 0.5f / static_cast<float>(launch_.segments);
     for (int m = static_cast<int>(threadIdx.x); m <= launch_.segments; m += kFusedThreads) {
@@ -104,71 +103,6 @@ class FusedBlock {
     return x * x * (1.0f / static_cast<float>(i * (i + 1)));
   }
 
-  __device__ __forceinline__ void LoadCoefficients(uint32_t box, int component, float* c) const {
-    const auto* row = reinterpret_cast<const float4*>(
-        launch_.polynomials.coefficients + (size_t{box} * 3 + static_cast<unsigned>(component)) *
-                                               static_cast<size_t>(kStride));
-#pragma unroll
-    for (int k = 0; k < kStride / 4; ++k) {
-      const float4 v = row[k];
-      c[4 * k] = v.x, c[4 * k + 1] = v.y, c[4 * k + 2] = v.z, c[4 * k + 3] = v.w;
-    }
-  }
-
-  // Edge warp_ without its ends, and the corner that it begins at.
-  __device__ __forceinline__ void EvaluateEdge() {
-    const int next = warp_ == 2 ? 0 : warp_ + 1;
-    const uint32_t from = Patch().Vertex(warp_), to = Patch().Vertex(next), own = Patch().Box();
-    const uint32_t corner_box =
-        OwnerOf(launch_, {patch_index_, own, static_cast<uint32_t>(warp_),
-                          Patch().CornerSteps(warp_), Patch().CornerOnSeam(warp_)});
-    const uint32_t edge_box =
-        OwnerOf(launch_, {patch_index_, own, static_cast<uint32_t>(warp_) + 3,
-                          Patch().EdgeSteps(warp_), Patch().EdgeOnSeam(warp_)});
-    float corner[3], midpoint[3], direction[3];
-#pragma unroll
-    for (int i = 0; i < 3; ++i) {
-      corner[i] = static_cast<float>(LocalCoordinate(launch_, from, corner_box, i));
-      const double a = LocalCoordinate(launch_, from, edge_box, i);
-      const double b = LocalCoordinate(launch_, to, edge_box, i);
-      midpoint[i] = static_cast<float>(0.5 * (a + b));
-      direction[i] = static_cast<float>(b - a);
-    }
-    float p[3][N + 1], at_corner[3];
-#pragma unroll
-    for (int component = 0; component < 3; ++component) {
-      float c[kStride];
-      LoadCoefficients(edge_box, component, c);
-      EdgeComposition<D0, D1, D2>::Compose(c, midpoint, direction, p[component]);
-      if (corner_box != edge_box) LoadCoefficients(corner_box, component, c);
-      at_corner[component] = EvaluatePoint<D0, D1, D2>(c, corner);
-    }
-    StoreEdge(p, at_corner);
-  }
-
-  __device__ __forceinline__ void StoreEdge(const float (&p)[3][N + 1],
-                                            const float (&at_corner)[3]) const {
-    const VertexSink<kFloat> sink(launch_, chunk_, lane_);
-    const int begin = warp_ * launch_.segments;
-    const float unit = 0.5f / static_cast<float>(launch_.segments);
-    Shared::SetBoundary(begin, lane_,
-                        sink.MakePosition({at_corner[0], at_corner[1], at_corner[2]}));
-    for (int low = 1; 2 * low <= launch_.segments; ++low) {
-      const int high = launch_.segments - low;
-      const float tau = static_cast<float>(high - low) * unit;
-      float left[3], right[3];
-#pragma unroll
-      for (int component = 0; component < 3; ++component) {
-        float even, odd;
-        SplitPowers<N>(p[component], tau * tau, even, odd);
-        left[component] = fmaf(-odd, tau, even);
-        right[component] = fmaf(odd, tau, even);
-      }
-      Shared::SetBoundary(begin + low, lane_, sink.MakePosition({left[0], left[1], left[2]}));
-      Shared::SetBoundary(begin + high, lane_, sink.MakePosition({right[0], right[1], right[2]}));
-    }
-  }
-
   // Component warp_.
   __device__ __forceinline__ void Compose() {
     AffineMap<D2> map;
@@ -181,7 +115,7 @@ class FusedBlock {
     }
     map.FormPowers();
     float c[kStride], p[Terms(N)], out[4 * Shared::kVectors];
-    LoadCoefficients(Patch().Box(), warp_, c);
+    LoadCoefficients<kStride>(launch_, launch_.plan.patches[patch_index_].Box(), warp_, c);
     Composition<D0, D1, D2, kSmooth>::Compose(c, map, p, out + Shared::kFacetAt);
     ToRowForm(p, Shared::Frame(kShear, lane_), out);
 #pragma unroll

@@ -18,6 +18,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "cuda/feature_uses.h"
 #include "cuda/kernels.h"
 
 namespace latticed::kernels {
@@ -37,6 +38,7 @@ struct FusedTables {
   const double* basis[3];  // by permuted axis: BoxBasis::Matrix, 16 doubles a knot span
   const SeamUse* seam_uses;
   uint32_t seam_use_count;
+  const FeatureUses* feature_uses;  // one a patch
 };
 
 // The polynomial of each box, in the units that the format wants, float: [box][component][coefficient], rows of CoefficientStride;

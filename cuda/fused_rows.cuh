@@ -83,8 +83,11 @@ class RowKernel {
   using Sink = VertexSink<kFloat>;
   using Position = typename Sink::Position;
 
-  __device__ RowKernel(const FusedLaunch& launch, uint32_t chunk, unsigned lane)
+  // `uses` of the lane's patch.
+  __device__ RowKernel(const FusedLaunch& launch, const FeatureUses& uses, uint32_t chunk,
+                       unsigned lane)
       : sink_(launch, chunk, lane),
+        uses_(uses),
         lane_(lane),
         segments_(launch.segments),
         normals_(launch.normals != Normals::kNone),
@@ -134,16 +137,14 @@ class RowKernel {
     const int last = segments_ - row;
     unsigned place = sink_.Place(RowBegin(segments_, row));
     unsigned place_last = place + static_cast<unsigned>(last) * sink_.stride();
-    const int left_end = row == 0 ? 0 : 2 * segments_ + last, right_end = segments_ + row;
-    int at = forth ? left_end : right_end, at_last = forth ? right_end : left_end;
-    for (int m = last; m > 0; m -= 2) {
+    for (int m = last, k = 0; m > 0; m -= 2, ++k) {
       float steps[4 * Shared::kStepVectors];
       LoadSteps(m, steps);
       steps[0] = forth ? -steps[0] : steps[0];
       Position p, p_last;
       if (m == last || row == 0) {
-        p = Shared::Boundary(at, lane_);
-        p_last = Shared::Boundary(at_last, lane_);
+        p = OnEdge(row, forth ? k : last - k);
+        p_last = OnEdge(row, forth ? last - k : k);
       } else {
         float3 a, b;
         AtBoth<N>(r.position[0], steps, a.x, b.x);
@@ -160,10 +161,8 @@ class RowKernel {
       }
       place += sink_.stride();
       place_last -= sink_.stride();
-      ++at;
-      --at_last;
     }
-    if (last % 2 == 0) StoreMiddle(r, t, row == 0 || last == 0, at, place);
+    if (last % 2 == 0) StoreMiddle(r, t, row, place);
     const unsigned weak = __ballot_sync(~0u, weak_);
     if (lane_ == 0) Shared::Weak(row) = weak;
     any_weak_ |= weak != 0;
@@ -175,6 +174,23 @@ class RowKernel {
       const float4 v = Shared::Step(m, k);
       steps[4 * k] = v.x, steps[4 * k + 1] = v.y, steps[4 * k + 2] = v.z, steps[4 * k + 3] = v.w;
     }
+  }
+
+  // The position of a column of a row that lies on the patch's boundary.
+  __device__ __forceinline__ Position OnEdge(int row, int column) const {
+    if (row == segments_) return Shared::Corner(uses_.Corner(2));
+    if (row > 0) {
+      const int edge = column == 0 ? 2 : 1;
+      return OnEdge(edge, column == 0, row);
+    }
+    if (column == 0) return Shared::Corner(uses_.Corner(0));
+    if (column == segments_) return Shared::Corner(uses_.Corner(1));
+    return OnEdge(0, false, column);
+  }
+  // Point k of an edge, counted from its end where `from_end`.
+  __device__ __forceinline__ Position OnEdge(int edge, bool from_end, int k) const {
+    const bool back = uses_.IsReversed(edge) != from_end;
+    return Shared::EdgePoint(uses_.Edge(edge), back ? segments_ - k : k);
   }
 
   // The points at steps[0] and -steps[0].
@@ -197,11 +213,11 @@ class RowKernel {
     StoreVertex(place_last, p_last, b, -steps[0], t);
   }
 
-  __device__ __forceinline__ void StoreMiddle(const Row& r, float t, bool on_edge, int at,
+  __device__ __forceinline__ void StoreMiddle(const Row& r, float t, int row,
                                               unsigned place) {
     Position p;
-    if (on_edge) {
-      p = Shared::Boundary(at, lane_);
+    if (row == 0 || row == segments_) {
+      p = OnEdge(row, (segments_ - row) / 2);
     } else {
       p = sink_.MakePosition({r.position[0][0], r.position[1][0], r.position[2][0]});
     }
@@ -241,6 +257,7 @@ class RowKernel {
   }
 
   const Sink sink_;
+  const FeatureUses uses_;
   const unsigned lane_;
   const int segments_;
   const bool normals_;

@@ -24,11 +24,9 @@ class FusedShared {
   // A step: x = m / (2 segments), then x^2 / (i (i + 1)) for i = 1 … N - 1.
   static constexpr int kStepVectors = (N + 3) / 4;
   using Position = typename VertexSink<kFloat>::Position;
-  static constexpr int kBoundaryWords = VertexSink<kFloat>::kPositionWords;
 
   LATTICED_HD static constexpr size_t Bytes(int segments) {
-    return sizeof(float) *
-           static_cast<size_t>(kBoundaryAt + 3 * segments * kBoundaryWords * kLanes);
+    return sizeof(float) * static_cast<size_t>(kEdgesAt + (segments - 1) * kWords * kUses);
   }
 
   __device__ static float4& Coefficients(int component, int vector, unsigned lane) {
@@ -44,30 +42,53 @@ class FusedShared {
   __device__ static unsigned& Weak(int row) {
     return reinterpret_cast<unsigned*>(Floats())[kWeakAt + row];
   }
-  // Positions on edges: at = edge * segments + k.
-  __device__ static __forceinline__ Position Boundary(int at, unsigned lane) {
-    const float* row = Floats() + kBoundaryAt + at * kBoundaryWords * kLanes + lane;
-    if constexpr (kFloat) {
-      return {row[0], row[kLanes], row[2 * kLanes]};
-    } else {
-      return {__float_as_uint(row[0]), __float_as_uint(row[kLanes])};
-    }
+  // Lane and slot of the first use of a corner or edge: lane | slot << 5.
+  __device__ static uint8_t& CornerUse(unsigned number) { return Bytes8()[kUsesAt * 4 + number]; }
+  __device__ static uint8_t& EdgeUse(unsigned number) {
+    return Bytes8()[kUsesAt * 4 + kUses + number];
   }
-  __device__ static __forceinline__ void SetBoundary(int at, unsigned lane, Position p) {
-    float* row = Floats() + kBoundaryAt + at * kBoundaryWords * kLanes + lane;
-    if constexpr (kFloat) {
-      row[0] = p.x, row[kLanes] = p.y, row[2 * kLanes] = p.z;
-    } else {
-      row[0] = __uint_as_float(p.x), row[kLanes] = __uint_as_float(p.y);
-    }
+  // Positions of the chunk's corners, and of its edges' inner points k = 1 … segments - 1.
+  __device__ static __forceinline__ Position Corner(unsigned number) {
+    return Load(kCornersAt + number);
+  }
+  __device__ static __forceinline__ void SetCorner(unsigned number, Position p) {
+    Set(kCornersAt + number, p);
+  }
+  __device__ static __forceinline__ Position EdgePoint(unsigned number, int k) {
+    return Load(kEdgesAt + (k - 1) * kWords * kUses + number);
+  }
+  __device__ static __forceinline__ void SetEdgePoint(unsigned number, int k, Position p) {
+    Set(kEdgesAt + (k - 1) * kWords * kUses + number, p);
   }
 
  private:
   static constexpr int kRows = limits::kMaxSegments + 1;
+  static constexpr int kUses = 3 * kLanes;  // of corners, and of edges
+  static constexpr int kWords = VertexSink<kFloat>::kPositionWords;
   static constexpr int kFrameAt = 3 * kVectors * 4 * kLanes;
   static constexpr int kStepsAt = kFrameAt + (kSmooth ? kSmoothRows : kFacetRows) * kLanes;
   static constexpr int kWeakAt = kStepsAt + kRows * kStepVectors * 4;
-  static constexpr int kBoundaryAt = kWeakAt + (kRows + 3) / 4 * 4;
+  static constexpr int kUsesAt = kWeakAt + kRows;
+  static constexpr int kCornersAt = kUsesAt + 2 * kUses / 4;
+  static constexpr int kEdgesAt = kCornersAt + kWords * kUses;
+
+  // Words of a position lie kUses apart.
+  __device__ static __forceinline__ Position Load(unsigned at) {
+    const float* word = Floats() + at;
+    if constexpr (kFloat) {
+      return {word[0], word[kUses], word[2 * kUses]};
+    } else {
+      return {__float_as_uint(word[0]), __float_as_uint(word[kUses])};
+    }
+  }
+  __device__ static __forceinline__ void Set(unsigned at, Position p) {
+    float* word = Floats() + at;
+    if constexpr (kFloat) {
+      word[0] = p.x, word[kUses] = p.y, word[2 * kUses] = p.z;
+    } else {
+      word[0] = __uint_as_float(p.x), word[kUses] = __uint_as_float(p.y);
+    }
+  }
 
   // Named here and not passed, so that the compiler knows what kind of memory it is.
   __device__ static float4* Vectors() {
@@ -75,6 +96,7 @@ class FusedShared {
     return fused_shared;
   }
   __device__ static float* Floats() { return reinterpret_cast<float*>(Vectors()); }
+  __device__ static uint8_t* Bytes8() { return reinterpret_cast<uint8_t*>(Vectors()); }
 };
 
 }  // namespace latticed::kernels

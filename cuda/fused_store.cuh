@@ -19,17 +19,16 @@ constexpr float kRound = 12582912.0f;  // 1.5 * 2^23
 //
 //   s = centre + sign(y) (|y| + max(-x, 0)) centre / |n|_1,   t likewise by z
 //
-// the map of core/codec/octahedral.h without a branch, rounded to the nearest on each axis. Where y
-// or z is nothing once rounded, its sign follows the other one: on the rim of the square, which names
-// directions twice, that is the name that CanonicaliseOctahedral chooses, whatever the noise.
+// the map of core/codec/octahedral.h without a branch, rounded to the nearest on each axis. The rim
+// of the square names directions twice, by the signs of a y or z that is nothing; a direction moved
+// by kBias, a fraction of the finest step, has no sign of chance there, so that the numbers of a flat
+// or ruled surface stay smooth and compress.
+constexpr float kBias = 0x1p-16f;
 __device__ __forceinline__ uint2 QuantiseDirection(float3 n, float norm1, float centre) {
-  const float scale = __fdividef(centre, norm1), half = norm1 * __fdividef(0.5f, centre);
-  const float back = fmaxf(-n.x, 0.0f);
-  const bool no_y = fabsf(n.y) < half, no_z = fabsf(n.z) < half;
-  const float sign_z = no_z ? (no_y ? 0.0f : n.y) : n.z, sign_y = no_y ? sign_z : n.y;
-  const float s = copysignf(fabsf(n.y) + back, sign_y), t = copysignf(fabsf(n.z) + back, sign_z);
-  return {__float_as_uint(fmaf(s, scale, centre + kRound)),
-          __float_as_uint(fmaf(t, scale, centre + kRound))};
+  const float scale = __fdividef(centre, norm1), back = fmaxf(-n.x, 0.0f);
+  const float y = fmaf(norm1, kBias, n.y), z = fmaf(norm1, kBias, n.z);
+  return {__float_as_uint(fmaf(copysignf(fabsf(y) + back, y), scale, centre + kRound)),
+          __float_as_uint(fmaf(copysignf(fabsf(z) + back, z), scale, centre + kRound))};
 }
 
 // The vertices of one lane. Places are bytes from the chunk's first vertex.
