@@ -86,7 +86,7 @@ class FeatureKernel {
       LoadCoefficients<kStride>(launch_, box, component, c);
       at[component] = EvaluatePoint<D0, D1, D2>(c, l);
     }
-    Shared::SetCorner(number, sink_.MakePosition({at[0], at[1], at[2]}));
+    Shared::Set(Shared::CornerAt(number), sink_.MakePosition({at[0], at[1], at[2]}));
   }
 
   // Without its ends, along its first use.
@@ -123,8 +123,8 @@ class FeatureKernel {
         left[component] = fmaf(-odd, tau, even);
         right[component] = fmaf(odd, tau, even);
       }
-      Shared::SetEdgePoint(number, low, sink_.MakePosition({left[0], left[1], left[2]}));
-      Shared::SetEdgePoint(number, high, sink_.MakePosition({right[0], right[1], right[2]}));
+      Shared::Set(Shared::EdgePointAt(number, low), sink_.MakePosition({left[0], left[1], left[2]}));
+      Shared::Set(Shared::EdgePointAt(number, high), sink_.MakePosition({right[0], right[1], right[2]}));
     }
   }
 

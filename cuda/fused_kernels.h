@@ -7,7 +7,8 @@
 // Layout   lane order, q points a patch, lane = patch in its chunk of 32; the last chunk is padded
 //   kFloat32          float [chunk][point][x y z nx ny nz, or x y z][lane]
 //   kQuantised8       8 bytes [chunk][point][lane]: x | y << 16, z | s << 16 | t << 24
-//   kQuantised16      8 bytes [chunk][point][lane]: x | y << 16, z;  then s | t << 16 likewise
+//   kQuantised16      8 bytes [chunk][point][lane]: x | y << 16, z and 16 bits of no meaning;
+//                     then, 4 bytes [chunk][point][lane], s | t << 16
 //   so that every store of a warp is whole lines.
 // Units    world units relative to plan.local_origin
 // Errors   cudaError_t of the launch

@@ -11,6 +11,8 @@
 #ifndef LATTICED_CUDA_FUSED_ROWS_CUH_
 #define LATTICED_CUDA_FUSED_ROWS_CUH_
 
+#include <limits>
+
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/fused_shared.cuh"
 #include "cuda/fused_store.cuh"
@@ -58,6 +60,14 @@ __device__ __forceinline__ void AtBoth(const float* p, const float* steps, float
   at_minus_x = fmaf(-odd, steps[0], even);
 }
 
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+// NaN where either is.
+__device__ __forceinline__ float MinOrNan(float a, float b) {
+  float result;
+  asm("min.NaN.f32 %0, %1, %2;" : "=f"(result) : "f"(a), "f"(b));
+  return result;
+}
+
 __device__ __forceinline__ float3 CrossProduct(float3 a, float3 b) {
   return {fmaf(a.y, b.z, -a.z * b.y), fmaf(a.z, b.x, -a.x * b.z), fmaf(a.x, b.y, -a.y * b.x)};
 }
@@ -90,6 +100,7 @@ class RowKernel {
         uses_(uses),
         lane_(lane),
         segments_(launch.segments),
+        unit_(0.5f / static_cast<float>(launch.segments)),
         normals_(launch.normals != Normals::kNone),
         weak_below_(Shared::Frame(kWeakBelow, lane)),
         scale_(Shared::Frame(kNormalScale, lane)) {}
@@ -100,7 +111,7 @@ class RowKernel {
   // Rows `low` and segments - low, low <= segments / 2.
   __device__ __forceinline__ void Run(int low) {
     const int high = segments_ - low;
-    const float t = Shared::Step(high - low, 0).x;
+    const float t = static_cast<float>(high - low) * unit_;
     constexpr float kInverse[10] = {0,        1.0f,     1.0f / 2, 1.0f / 3, 1.0f / 4,
                                     1.0f / 5, 1.0f / 6, 1.0f / 7, 1.0f / 8, 1.0f / 9};
     float powers[N + 1];
@@ -130,21 +141,23 @@ class RowKernel {
   }
 
   // From the ends inwards, two points at a time: the first and the last in the order of the pattern.
-  // The ends lie on edges 2 and 1, all of row 0 on edge 0.
+  // The ends lie on the patch's edges 2 and 1, all of row 0 on edge 0.
   __device__ __forceinline__ void EvaluateRow(int row, float t, const Row& r) {
-    weak_ = false;
+    least_ = kInfinity;
     const bool forth = row % 2 == 0;  // the first is at -x
     const int last = segments_ - row;
     unsigned place = sink_.Place(RowBegin(segments_, row));
     unsigned place_last = place + static_cast<unsigned>(last) * sink_.stride();
-    for (int m = last, k = 0; m > 0; m -= 2, ++k) {
+    unsigned at = forth ? LeftEnd(row) : RightEnd(row);
+    unsigned at_last = forth ? RightEnd(row) : LeftEnd(row);
+    for (int m = last; m > 0; m -= 2) {
       float steps[4 * Shared::kStepVectors];
       LoadSteps(m, steps);
       steps[0] = forth ? -steps[0] : steps[0];
       Position p, p_last;
       if (m == last || row == 0) {
-        p = OnEdge(row, forth ? k : last - k);
-        p_last = OnEdge(row, forth ? last - k : k);
+        p = Shared::Load(at);
+        p_last = Shared::Load(at_last);
       } else {
         float3 a, b;
         AtBoth<N>(r.position[0], steps, a.x, b.x);
@@ -152,6 +165,11 @@ class RowKernel {
         AtBoth<N>(r.position[2], steps, a.z, b.z);
         p = sink_.MakePosition(a);
         p_last = sink_.MakePosition(b);
+      }
+      if (row == 0) {
+        const int next = (last - m) / 2 + 1;
+        at = EdgeAt(0, false, next);
+        at_last = EdgeAt(0, true, next);
       }
       if (normals_) {
         StorePair(r, steps, t, p, place, p_last, place_last);
@@ -162,10 +180,25 @@ class RowKernel {
       place += sink_.stride();
       place_last -= sink_.stride();
     }
-    if (last % 2 == 0) StoreMiddle(r, t, row, place);
-    const unsigned weak = __ballot_sync(~0u, weak_);
+    if (last % 2 == 0) StoreMiddle(r, t, row, at, place);
+    const unsigned weak = __ballot_sync(~0u, !(least_ > weak_below_));  // NaN too
     if (lane_ == 0) Shared::Weak(row) = weak;
     any_weak_ |= weak != 0;
+  }
+
+  // Where the positions of a row's ends stand.
+  __device__ __forceinline__ unsigned LeftEnd(int row) const {
+    return row == 0 ? Shared::CornerAt(uses_.Corner(0)) : EdgeAt(2, true, row);
+  }
+  __device__ __forceinline__ unsigned RightEnd(int row) const {
+    return row == 0           ? Shared::CornerAt(uses_.Corner(1))
+           : row == segments_ ? Shared::CornerAt(uses_.Corner(2))
+                              : EdgeAt(1, false, row);
+  }
+  // That of point k of an edge, counted from its end where `from_end`.
+  __device__ __forceinline__ unsigned EdgeAt(int edge, bool from_end, int k) const {
+    const bool back = uses_.IsReversed(edge) != from_end;
+    return Shared::EdgePointAt(uses_.Edge(edge), back ? segments_ - k : k);
   }
 
   __device__ __forceinline__ static void LoadSteps(int m, float* steps) {
@@ -174,23 +207,6 @@ class RowKernel {
       const float4 v = Shared::Step(m, k);
       steps[4 * k] = v.x, steps[4 * k + 1] = v.y, steps[4 * k + 2] = v.z, steps[4 * k + 3] = v.w;
     }
-  }
-
-  // The position of a column of a row that lies on the patch's boundary.
-  __device__ __forceinline__ Position OnEdge(int row, int column) const {
-    if (row == segments_) return Shared::Corner(uses_.Corner(2));
-    if (row > 0) {
-      const int edge = column == 0 ? 2 : 1;
-      return OnEdge(edge, column == 0, row);
-    }
-    if (column == 0) return Shared::Corner(uses_.Corner(0));
-    if (column == segments_) return Shared::Corner(uses_.Corner(1));
-    return OnEdge(0, false, column);
-  }
-  // Point k of an edge, counted from its end where `from_end`.
-  __device__ __forceinline__ Position OnEdge(int edge, bool from_end, int k) const {
-    const bool back = uses_.IsReversed(edge) != from_end;
-    return Shared::EdgePoint(uses_.Edge(edge), back ? segments_ - k : k);
   }
 
   // The points at steps[0] and -steps[0].
@@ -213,11 +229,11 @@ class RowKernel {
     StoreVertex(place_last, p_last, b, -steps[0], t);
   }
 
-  __device__ __forceinline__ void StoreMiddle(const Row& r, float t, int row,
+  __device__ __forceinline__ void StoreMiddle(const Row& r, float t, int row, unsigned at,
                                               unsigned place) {
     Position p;
     if (row == 0 || row == segments_) {
-      p = OnEdge(row, (segments_ - row) / 2);
+      p = Shared::Load(row == 0 ? at : RightEnd(row));
     } else {
       p = sink_.MakePosition({r.position[0][0], r.position[1][0], r.position[2][0]});
     }
@@ -234,7 +250,7 @@ class RowKernel {
     float3 n = CrossProduct(tangents.along, tangents.across);
     if constexpr (kSmooth) n = CarryNormal(n, tangents, x, t);
     const float norm1 = fabsf(n.x) + fabsf(n.y) + fabsf(n.z);
-    weak_ |= !(norm1 > weak_below_);  // NaN too
+    least_ = MinOrNan(least_, norm1);
     sink_.Store(place, p, n, norm1, scale_);
   }
 
@@ -260,9 +276,10 @@ class RowKernel {
   const FeatureUses uses_;
   const unsigned lane_;
   const int segments_;
+  const float unit_;
   const bool normals_;
   const float weak_below_, scale_;
-  bool weak_ = false;  // in this row
+  float least_ = 0;  // |n|_1 in this row
   bool any_weak_ = false;
 };
 

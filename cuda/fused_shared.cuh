@@ -48,30 +48,12 @@ class FusedShared {
     return Bytes8()[kUsesAt * 4 + kUses + number];
   }
   // Positions of the chunk's corners, and of its edges' inner points k = 1 … segments - 1.
-  __device__ static __forceinline__ Position Corner(unsigned number) {
-    return Load(kCornersAt + number);
+  __device__ static __forceinline__ unsigned CornerAt(unsigned number) {
+    return kCornersAt + number;
   }
-  __device__ static __forceinline__ void SetCorner(unsigned number, Position p) {
-    Set(kCornersAt + number, p);
+  __device__ static __forceinline__ unsigned EdgePointAt(unsigned number, int k) {
+    return static_cast<unsigned>(kEdgesAt + (k - 1) * kWords * kUses) + number;
   }
-  __device__ static __forceinline__ Position EdgePoint(unsigned number, int k) {
-    return Load(kEdgesAt + (k - 1) * kWords * kUses + number);
-  }
-  __device__ static __forceinline__ void SetEdgePoint(unsigned number, int k, Position p) {
-    Set(kEdgesAt + (k - 1) * kWords * kUses + number, p);
-  }
-
- private:
-  static constexpr int kRows = limits::kMaxSegments + 1;
-  static constexpr int kUses = 3 * kLanes;  // of corners, and of edges
-  static constexpr int kWords = VertexSink<kFloat>::kPositionWords;
-  static constexpr int kFrameAt = 3 * kVectors * 4 * kLanes;
-  static constexpr int kStepsAt = kFrameAt + (kSmooth ? kSmoothRows : kFacetRows) * kLanes;
-  static constexpr int kWeakAt = kStepsAt + kRows * kStepVectors * 4;
-  static constexpr int kUsesAt = kWeakAt + kRows;
-  static constexpr int kCornersAt = kUsesAt + 2 * kUses / 4;
-  static constexpr int kEdgesAt = kCornersAt + kWords * kUses;
-
   // Words of a position lie kUses apart.
   __device__ static __forceinline__ Position Load(unsigned at) {
     const float* word = Floats() + at;
@@ -89,6 +71,17 @@ class FusedShared {
       word[0] = __uint_as_float(p.x), word[kUses] = __uint_as_float(p.y);
     }
   }
+
+ private:
+  static constexpr int kRows = limits::kMaxSegments + 1;
+  static constexpr int kUses = 3 * kLanes;  // of corners, and of edges
+  static constexpr int kWords = VertexSink<kFloat>::kPositionWords;
+  static constexpr int kFrameAt = 3 * kVectors * 4 * kLanes;
+  static constexpr int kStepsAt = kFrameAt + (kSmooth ? kSmoothRows : kFacetRows) * kLanes;
+  static constexpr int kWeakAt = kStepsAt + kRows * kStepVectors * 4;
+  static constexpr int kUsesAt = kWeakAt + kRows;
+  static constexpr int kCornersAt = kUsesAt + 2 * kUses / 4;
+  static constexpr int kEdgesAt = kCornersAt + kWords * kUses;
 
   // Named here and not passed, so that the compiler knows what kind of memory it is.
   __device__ static float4* Vectors() {

@@ -15,6 +15,13 @@ namespace latticed::kernels {
 // Added to a float of magnitude below 2^22, rounds it to an integer, which stands in the low bits.
 constexpr float kRound = 12582912.0f;  // 1.5 * 2^23
 
+// Without the care for denormal numbers that division takes.
+__device__ __forceinline__ float ApproximateReciprocal(float x) {
+  float result;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
+  return result;
+}
+
 // Octahedral coordinates of a direction in the low 16 bits of each, `centre` = 2^(bits - 1) - 1.
 //
 //   s = centre + sign(y) (|y| + max(-x, 0)) centre / |n|_1,   t likewise by z
@@ -25,7 +32,7 @@ constexpr float kRound = 12582912.0f;  // 1.5 * 2^23
 // or ruled surface stay smooth and compress.
 constexpr float kBias = 0x1p-16f;
 __device__ __forceinline__ uint2 QuantiseDirection(float3 n, float norm1, float centre) {
-  const float scale = __fdividef(centre, norm1), back = fmaxf(-n.x, 0.0f);
+  const float scale = centre * ApproximateReciprocal(norm1), back = fmaxf(-n.x, 0.0f);
   const float y = fmaf(norm1, kBias, n.y), z = fmaf(norm1, kBias, n.z);
   return {__float_as_uint(fmaf(copysignf(fabsf(y) + back, y), scale, centre + kRound)),
           __float_as_uint(fmaf(copysignf(fabsf(z) + back, z), scale, centre + kRound))};
@@ -88,12 +95,10 @@ class VertexSink {
       StoreFloats(place + 3 * kRowBytes, {n.x * inverse, n.y * inverse, n.z * inverse});
     } else {
       const uint2 st = QuantiseDirection(n, norm1, centre_);
-      if (!wide_) {
-        const uint32_t zs = __byte_perm(p.y, st.x, 0x0410);
-        return StoreWords(place, p.x, __byte_perm(zs, st.y, 0x4210));
-      }
-      StoreWords(place, p.x, p.y & 0xffff);
-      SecondWord(place) = __byte_perm(st.x, st.y, 0x5410);
+      if (wide_) SecondWord(place) = __byte_perm(st.x, st.y, 0x5410);
+      // With wide normals s and t stand here too, and nobody reads them.
+      const uint32_t zs = __byte_perm(p.y, st.x, 0x0410);
+      StoreWords(place, p.x, __byte_perm(zs, st.y, 0x4210));
     }
   }
 
