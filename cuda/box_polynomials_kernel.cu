@@ -157,13 +157,8 @@ class BoxWarp {
 
   // Length of the gradient of l_i by world position.
   __device__ float Gradient(int i) const {
-    const int axis = a_.tables.axis[i];
-    const double width = (&a_.tables.boxes[box_].inverse_width.x)[axis];
-    if (box_ == a_.plan.outside_box) return static_cast<float>(width);
-    const Vec3d* columns = a_.plan.parameter_by_world;
-    return norm3df(static_cast<float>(columns[0][axis] * width),
-                   static_cast<float>(columns[1][axis] * width),
-                   static_cast<float>(columns[2][axis] * width));
+    const Vec3f gradient = ToFloat(a_.tables.boxes[box_].gradient[i]);
+    return norm3df(gradient.x, gradient.y, gradient.z);
   }
 
   const Arguments& a_;

@@ -43,8 +43,7 @@ absl::StatusOr<std::unique_ptr<CudaFusedKernel>> CudaFusedKernel::Create(
   if (!bounds.ok()) return bounds.status();
   return std::unique_ptr<CudaFusedKernel>(new CudaFusedKernel(
       std::move(plan), std::move(device_plan), spec, std::move(lane), *tables,
-      {*std::move(chunks), *std::move(wire_chunks), *std::move(coefficients),
-       *std::move(bounds)}));
+      {*std::move(chunks), *std::move(wire_chunks), *std::move(coefficients), *std::move(bounds)}));
 }
 
 CudaFusedKernel::CudaFusedKernel(std::shared_ptr<const DeformPlan> plan,
@@ -112,23 +111,22 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
   if (chunks.empty()) return absl::OkStatus();
   const auto list = UploadChunks(chunks);
   if (!list.ok()) return list.status();
-  const kernels::FusedLaunch launch{
-      .plan = tables_,
-      .tables = device_plan_->fused_tables(),
-      .polynomials = Polynomials(box),
-      .control_points = frame.control_points().data,
-      .attached = frame.attached().data,
-      .chunks = *list,
-      .chunk_count = static_cast<uint32_t>(chunks.size()),
-      .patch_count = static_cast<uint32_t>(plan_->patches.size()),
-      .segments = spec_.segments,
-      .normals = NormalsOf(spec_.normals),
-      .output = Output(vertices.data)};
+  const kernels::FusedLaunch launch{.plan = tables_,
+                                    .tables = device_plan_->fused_tables(),
+                                    .polynomials = Polynomials(box),
+                                    .control_points = frame.control_points().data,
+                                    .attached = frame.attached().data,
+                                    .chunks = *list,
+                                    .chunk_count = static_cast<uint32_t>(chunks.size()),
+                                    .patch_count = static_cast<uint32_t>(plan_->patches.size()),
+                                    .segments = spec_.segments,
+                                    .normals = NormalsOf(spec_.normals),
+                                    .output = Output(vertices.data)};
   const cudaStream_t stream = lane_->stream().get();
-  if (auto s = CudaStatus(kernels::LaunchBoxPolynomials(tables_, launch.tables,
-                                                        launch.control_points, launch.polynomials,
-                                                        stream),
-                          "the box polynomials");
+  if (auto s =
+          CudaStatus(kernels::LaunchBoxPolynomials(tables_, launch.tables, launch.control_points,
+                                                   launch.polynomials, stream),
+                     "the box polynomials");
       !s.ok()) {
     return s;
   }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device_boxes.h"
 
+#include <array>
 #include <span>
 #include <utility>
 
@@ -17,21 +18,32 @@ constexpr char kPurpose[] = "plan";
 
 template <typename T>
 absl::Status Upload(CudaContext& context, std::span<const T> from, DeviceBuffer<T>& to) {
-  auto buffer =
-      DeviceBuffer<T>::Upload(context.memory(), kPurpose, from, context.stream().get());
+  auto buffer = DeviceBuffer<T>::Upload(context.memory(), kPurpose, from, context.stream().get());
   if (!buffer.ok()) return buffer.status();
   to = *std::move(buffer);
   return absl::OkStatus();
 }
 
 std::vector<FusedBox> PackBoxes(const DeformPlan& plan, const BoxBasis& basis) {
+  const FrameMap map(plan.structure);
+  constexpr std::array kWorldAxes{Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
   std::vector<FusedBox> boxes;
   boxes.reserve(plan.boxes.size());
   for (uint32_t b = 0; b < plan.boxes.size(); ++b) {
-    // The device knows world positions relative to the local origin.
-    const Vec3d origin = b == plan.outside_box() ? plan.local_origin : Vec3d{};
+    const bool outside = b == plan.outside_box();
     const Vec3d width = basis.Width(b);
-    boxes.push_back({basis.Centre(b) - origin, {1 / width.x, 1 / width.y, 1 / width.z}});
+    // The device knows world positions relative to the local origin.
+    FusedBox box{.centre = basis.Centre(b) - (outside ? plan.local_origin : Vec3d{}),
+                 .inverse_width = {1 / width.x, 1 / width.y, 1 / width.z}};
+    for (int k = 0; k < 3; ++k) {
+      const Vec3d step = kWorldAxes[static_cast<size_t>(k)];
+      const Vec3d by_axis = outside ? step : map.DirectionToParameter(step);
+      for (size_t i = 0; i < 3; ++i) {
+        const int axis = basis.axes()[i];
+        box.gradient[i][k] = by_axis[axis] / width[axis];
+      }
+    }
+    boxes.push_back(box);
   }
   return boxes;
 }

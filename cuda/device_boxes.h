@@ -5,7 +5,7 @@
 // in a chunk.
 //
 //   a patch      8 bytes: feature_uses.h
-//   a box        48 bytes
+//   a box        120 bytes
 //   a knot span  128 bytes: the matrix of core/ffd/box_basis.h
 //   a corner or edge on a seam  8 bytes
 //

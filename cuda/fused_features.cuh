@@ -11,8 +11,9 @@
 
 namespace latticed::kernels {
 
-// Warps 0 and 1 evaluate edges, warp 2 corners.
-constexpr int kEdgeWarps = 2, kCornerWarp = 2;
+// Warps 0 and 1 evaluate edges, and warp 0 corners; warp 2 makes the patches' frames meanwhile, which
+// takes as long.
+constexpr int kEdgeWarps = 2, kCornerWarp = 0, kFrameWarp = 2;
 
 // One component of a box's polynomial.
 template <int kStride>
@@ -37,44 +38,57 @@ class FeatureKernel {
   __device__ FeatureKernel(const FusedLaunch& launch, uint32_t chunk)
       : launch_(launch), sink_(launch, chunk, 0), first_patch_(chunk * kLanes) {}
 
-  // Names the first uses: one thread a use, its slot being the warp's number.
-  __device__ __forceinline__ static void List(const FeatureUses& uses, int warp, unsigned lane) {
+  // Brings what all warps read, and names the first uses: one thread a use, its slot being the
+  // warp's number. The block meets after it, and again after Vertices.
+  __device__ __forceinline__ void Begin(const FeatureUses& uses, const DevicePatch& patch, int warp,
+                                        unsigned lane) {
+    if (warp == 0) Shared::Patch(lane) = patch;
+    if (warp == 1) Shared::Uses(lane) = uses;
     const auto use = static_cast<uint8_t>(lane | static_cast<unsigned>(warp) << 5);
     if (uses.IsFirstOfEdge(warp)) Shared::EdgeUse(uses.Edge(warp)) = use;
     if (uses.IsFirstOfCorner(warp)) Shared::CornerUse(uses.Corner(warp)) = use;
+    const auto most = [](unsigned a, unsigned b, unsigned c) {
+      return __reduce_max_sync(~0u, max(a, max(b, c)));
+    };
+    corners_ = most(uses.Corner(0), uses.Corner(1), uses.Corner(2)) + 1;
+    edges_ = most(uses.Edge(0), uses.Edge(1), uses.Edge(2)) + 1;
   }
 
-  // Those that the warp is there for; `uses` are its lane's patch's.
-  __device__ __forceinline__ void Evaluate(const FeatureUses& uses, int warp, unsigned lane) {
+  // The distinct vertices, a thread each: gathered once, not by every use.
+  __device__ __forceinline__ void Vertices() {
+    if (threadIdx.x >= corners_) return;
+    const unsigned use = Shared::CornerUse(threadIdx.x);
+    const uint32_t vertex = Shared::Patch(use % kLanes).Vertex(static_cast<int>(use / kLanes));
+    const auto* from = reinterpret_cast<const double2*>(launch_.plan.vertices + vertex);
+    auto* to = reinterpret_cast<double2*>(&Shared::Vertex(threadIdx.x));
+#pragma unroll
+    for (size_t k = 0; k < sizeof(DeviceVertex) / sizeof(double2); ++k) to[k] = from[k];
+  }
+
+  // The corners and edges that the warp is there for.
+  __device__ __forceinline__ void Evaluate(int warp, unsigned lane) {
     if (warp == kCornerWarp) {
-      const unsigned most = max(uses.Corner(0), max(uses.Corner(1), uses.Corner(2)));
-      const unsigned count = __reduce_max_sync(~0u, most) + 1;
-      for (unsigned n = lane; n < count; n += kLanes) EvaluateCorner(n);
-    } else if (launch_.segments > 1) {
-      const unsigned most = max(uses.Edge(0), max(uses.Edge(1), uses.Edge(2)));
-      const unsigned count = __reduce_max_sync(~0u, most) + 1;
+      for (unsigned n = lane; n < corners_; n += kLanes) EvaluateCorner(n);
+    }
+    if (warp < kEdgeWarps && launch_.segments > 1) {
       const unsigned begin = static_cast<unsigned>(warp) * kLanes + lane;
-      for (unsigned n = begin; n < count; n += kEdgeWarps * kLanes) EvaluateEdge(n);
+      for (unsigned n = begin; n < edges_; n += kEdgeWarps * kLanes) EvaluateEdge(n);
     }
   }
 
  private:
-  struct Use {
-    uint32_t patch;
-    int slot;
-  };
-  __device__ Use UseOf(uint8_t packed) const {
-    const uint32_t patch = first_patch_ + (packed & (kLanes - 1));
-    return {min(patch, launch_.patch_count - 1), packed >> 5};
+  // Lanes after the last patch repeat it.
+  __device__ uint32_t PatchOf(unsigned use) const {
+    return min(first_patch_ + use % kLanes, launch_.patch_count - 1);
   }
 
   __device__ __forceinline__ void EvaluateCorner(unsigned number) {
-    const Use use = UseOf(Shared::CornerUse(number));
-    const DevicePatch& patch = launch_.plan.patches[use.patch];
-    const uint32_t vertex = patch.Vertex(use.slot);
-    const uint32_t box =
-        OwnerOf(launch_, {use.patch, patch.Box(), static_cast<uint32_t>(use.slot),
-                          patch.CornerSteps(use.slot), patch.CornerOnSeam(use.slot)});
+    const unsigned use = Shared::CornerUse(number);
+    const int slot = static_cast<int>(use / kLanes);
+    const DevicePatch& patch = Shared::Patch(use % kLanes);
+    const DeviceVertex& vertex = Shared::Vertex(number);
+    const uint32_t box = OwnerOf(launch_, {PatchOf(use), patch.Box(), static_cast<uint32_t>(slot),
+                                           patch.CornerSteps(slot), patch.CornerOnSeam(slot)});
     float l[3], at[3];
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
@@ -91,12 +105,15 @@ class FeatureKernel {
 
   // Without its ends, along its first use.
   __device__ __forceinline__ void EvaluateEdge(unsigned number) {
-    const Use use = UseOf(Shared::EdgeUse(number));
-    const DevicePatch& patch = launch_.plan.patches[use.patch];
-    const uint32_t from = patch.Vertex(use.slot), to = patch.Vertex(use.slot == 2 ? 0 : use.slot + 1);
+    const unsigned use = Shared::EdgeUse(number);
+    const int slot = static_cast<int>(use / kLanes);
+    const DevicePatch& patch = Shared::Patch(use % kLanes);
+    const FeatureUses uses = Shared::Uses(use % kLanes);
+    const DeviceVertex& from = Shared::Vertex(uses.Corner(slot));
+    const DeviceVertex& to = Shared::Vertex(uses.Corner(slot == 2 ? 0 : slot + 1));
     const uint32_t box =
-        OwnerOf(launch_, {use.patch, patch.Box(), static_cast<uint32_t>(use.slot) + 3,
-                          patch.EdgeSteps(use.slot), patch.EdgeOnSeam(use.slot)});
+        OwnerOf(launch_, {PatchOf(use), patch.Box(), static_cast<uint32_t>(slot) + 3,
+                          patch.EdgeSteps(slot), patch.EdgeOnSeam(slot)});
     float midpoint[3], direction[3], p[3][N + 1];
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
@@ -123,14 +140,17 @@ class FeatureKernel {
         left[component] = fmaf(-odd, tau, even);
         right[component] = fmaf(odd, tau, even);
       }
-      Shared::Set(Shared::EdgePointAt(number, low), sink_.MakePosition({left[0], left[1], left[2]}));
-      Shared::Set(Shared::EdgePointAt(number, high), sink_.MakePosition({right[0], right[1], right[2]}));
+      Shared::Set(Shared::EdgePointAt(number, low),
+                  sink_.MakePosition({left[0], left[1], left[2]}));
+      Shared::Set(Shared::EdgePointAt(number, high),
+                  sink_.MakePosition({right[0], right[1], right[2]}));
     }
   }
 
   const FusedLaunch& launch_;
   const VertexSink<kFloat> sink_;
   const uint32_t first_patch_;
+  unsigned corners_ = 0, edges_ = 0;  // of the chunk
 };
 
 }  // namespace latticed::kernels

@@ -53,32 +53,14 @@ __device__ inline uint32_t OwnerOf(const FusedLaunch& launch, const Slot& slot) 
   return box;
 }
 
-// Component `axis` of a vertex in the coordinates that the box's polynomial runs over.
-__device__ inline double Coordinate(const FusedLaunch& launch, uint32_t vertex, uint32_t box,
-                                    int axis) {
-  const DeviceVertex& v = launch.plan.vertices[vertex];
-  return (box == launch.plan.outside_box ? &v.world.x : &v.parameter.x)[axis];
-}
-
 // Box-local coordinate i (permuted axis) of a vertex: rounded here, since an edge's direction is a
 // difference of two that must be exact in either order, which a fused multiply-add is not.
-__device__ inline double LocalCoordinate(const FusedLaunch& launch, uint32_t vertex, uint32_t box,
-                                         int i) {
+__device__ inline double LocalCoordinate(const FusedLaunch& launch, const DeviceVertex& vertex,
+                                         uint32_t box, int i) {
   const int axis = launch.tables.axis[i];
   const FusedBox& b = launch.tables.boxes[box];
-  return __dmul_rn(Coordinate(launch, vertex, box, axis) - (&b.centre.x)[axis],
-                   (&b.inverse_width.x)[axis]);
-}
-
-// The same of a direction in the world.
-__device__ inline double LocalDirection(const FusedLaunch& launch, Vec3d world, uint32_t box,
-                                        int i) {
-  const int axis = launch.tables.axis[i];
-  const double width = (&launch.tables.boxes[box].inverse_width.x)[axis];
-  if (box == launch.plan.outside_box) return world[axis] * width;
-  const Vec3d* columns = launch.plan.parameter_by_world;
-  return (world.x * columns[0][axis] + world.y * columns[1][axis] + world.z * columns[2][axis]) *
-         width;
+  const double* v = box == launch.plan.outside_box ? &vertex.world.x : &vertex.parameter.x;
+  return __dmul_rn(v[axis] - (&b.centre.x)[axis], (&b.inverse_width.x)[axis]);
 }
 
 // Rows of PatchFrame in shared memory, one float a lane each.
@@ -90,7 +72,7 @@ enum FrameRow {
   kWeakBelow,    // |n|_1 of normals that the definition must answer
   kNormalScale,  // 1 / |across|: keeps squares of thin patches' normals off zero
   kFacetRows,
-  kFacet = kFacetRows,  // direction of the facet normal; smooth only, as what follows
+  kFacet = kFacetRows,         // direction of the facet normal; smooth only, as what follows
   kVertexNormal = kFacet + 3,  // [3 corners][3]: by facet normal, along and across; see CarryNormal
   kSmoothRows = kVertexNormal + 9,
 };
@@ -101,7 +83,8 @@ __device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch
                                        Vec3d facet, Vec3d along, Vec3d across, float* rows,
                                        int lanes) {
   for (int i = 0; i < 3; ++i) {
-    rows[(kFacet + i) * lanes] = static_cast<float>(LocalDirection(launch, facet, box, i));
+    rows[(kFacet + i) * lanes] =
+        static_cast<float>(Dot(launch.tables.boxes[box].gradient[i], facet));
   }
   for (int c = 0; c < 3; ++c) {
     const Vec3d n = ToDouble(launch.plan.corner_normals[patch].corner[c]);
@@ -112,15 +95,14 @@ __device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch
   }
 }
 
+// `corner`: the vertices of the patch.
 template <bool kSmooth>
-__device__ inline void WriteFrame(const FusedLaunch& launch, uint32_t patch_index,
-                                  float* rows, int lanes) {
-  const DevicePatch patch = launch.plan.patches[patch_index];
-  const uint32_t box = patch.Box(), corner = patch.Vertex(0);
-  const Vec3d origin = launch.plan.vertices[corner].world;
-  const Vec3d facet = ToDouble(launch.plan.facet_normals[patch_index]);
-  const Vec3d side = launch.plan.vertices[patch.Vertex(2)].world - origin;
-  Vec3d along = launch.plan.vertices[patch.Vertex(1)].world - origin;
+__device__ inline void WriteFrame(const FusedLaunch& launch, uint32_t patch, uint32_t box,
+                                  const DeviceVertex* const (&corner)[3], float* rows, int lanes) {
+  const Vec3d origin = corner[0]->world;
+  const Vec3d facet = ToDouble(launch.plan.facet_normals[patch]);
+  const Vec3d side = corner[2]->world - origin;
+  Vec3d along = corner[1]->world - origin;
   const double length2 = Dot(along, along), inverse = length2 > 0 ? rsqrt(length2) : 0.0;
   const double length = length2 * inverse;
   // The ends of a very short edge are rounded out of the plane; its direction must not be.
@@ -131,11 +113,11 @@ __device__ inline void WriteFrame(const FusedLaunch& launch, uint32_t patch_inde
   const double shear = Dot(side, along) * inverse * inverse - 0.5;
 #pragma unroll
   for (int i = 0; i < 3; ++i) {
-    const double a = LocalDirection(launch, along, box, i);
-    const double c = LocalDirection(launch, across, box, i);
+    const Vec3d gradient = launch.tables.boxes[box].gradient[i];
+    const double a = Dot(gradient, along), c = Dot(gradient, across);
     // Corner 0 is at x = -1/2, t = -1/2.
     const double centre =
-        LocalCoordinate(launch, corner, box, i) + (0.5 + 0.5 * shear) * a + 0.5 * c;
+        LocalCoordinate(launch, *corner[0], box, i) + (0.5 + 0.5 * shear) * a + 0.5 * c;
     rows[(kCentre + i) * lanes] = static_cast<float>(centre);
     rows[(kAlong + i) * lanes] = static_cast<float>(a);
     rows[(kAcross + i) * lanes] = static_cast<float>(c);
@@ -147,7 +129,7 @@ __device__ inline void WriteFrame(const FusedLaunch& launch, uint32_t patch_inde
   rows[kWeakBelow * lanes] = static_cast<float>(fmax(bound * length, kTinyNormal) * height);
   rows[kNormalScale * lanes] = height > 0 ? static_cast<float>(1 / height) : 0.0f;
   if constexpr (kSmooth) {
-    WriteSmoothRows(launch, patch_index, box, facet, along, across, rows, lanes);
+    WriteSmoothRows(launch, patch, box, facet, along, across, rows, lanes);
   }
 }
 

@@ -69,16 +69,23 @@ class FusedBlock {
 
   __device__ __forceinline__ void Run() {
     const FeatureUses uses = launch_.tables.feature_uses[patch_index_];
+    const DevicePatch patch = launch_.plan.patches[patch_index_];
     FeatureKernel<D0, D1, D2, kSmooth, kFloat> features(launch_, chunk_);
-    features.List(uses, warp_, lane_);
+    features.Begin(uses, patch, warp_, lane_);
     FillSteps();
     __syncthreads();
-    features.Evaluate(uses, warp_, lane_);
-    if (warp_ == kCornerWarp) {
-      WriteFrame<kSmooth>(launch_, patch_index_, &Shared::Frame(0, lane_), kLanes);
+    features.Vertices();
+    __syncthreads();
+    features.Evaluate(warp_, lane_);
+    if (warp_ == kFrameWarp) {
+      const DeviceVertex* const corner[3] = {&Shared::Vertex(uses.Corner(0)),
+                                             &Shared::Vertex(uses.Corner(1)),
+                                             &Shared::Vertex(uses.Corner(2))};
+      WriteFrame<kSmooth>(launch_, patch_index_, patch.Box(), corner, &Shared::Frame(0, lane_),
+                          kLanes);
     }
     __syncthreads();
-    Compose();
+    Compose(patch.Box());
     __syncthreads();
     RowKernel<N, kSmooth, kFloat> rows(launch_, uses, chunk_, lane_);
     for (int low = warp_; 2 * low <= launch_.segments; low += kFusedWarps) rows.Run(low);
@@ -104,7 +111,7 @@ class FusedBlock {
   }
 
   // Component warp_.
-  __device__ __forceinline__ void Compose() {
+  __device__ __forceinline__ void Compose(uint32_t box) {
     AffineMap<D2> map;
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
@@ -115,7 +122,7 @@ class FusedBlock {
     }
     map.FormPowers();
     float c[kStride], p[Terms(N)], out[4 * Shared::kVectors];
-    LoadCoefficients<kStride>(launch_, launch_.plan.patches[patch_index_].Box(), warp_, c);
+    LoadCoefficients<kStride>(launch_, box, warp_, c);
     Composition<D0, D1, D2, kSmooth>::Compose(c, map, p, out + Shared::kFacetAt);
     ToRowForm(p, Shared::Frame(kShear, lane_), out);
 #pragma unroll

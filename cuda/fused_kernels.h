@@ -26,7 +26,8 @@ namespace latticed::kernels {
 
 // Box-local coordinates are (parameter - centre) * inverse_width; of world positions outside.
 struct FusedBox {
-  Vec3d centre, inverse_width;
+  Vec3d centre, inverse_width;  // by axis of the lattice, or of the world
+  Vec3d gradient[3];            // of the coordinates by world position, by permuted axis
 };
 
 // What the fused kernels need besides PlanTables. Permuted axes: core/ffd/box_basis.h.
@@ -35,7 +36,7 @@ struct FusedTables {
   int degree[3];           // by permuted axis, falling
   uint32_t box_stride[3];  // by axis of the lattice
   uint32_t box_count;      // the outside box among them
-  const FusedBox* boxes;   // by axis of the lattice
+  const FusedBox* boxes;
   const double* basis[3];  // by permuted axis: BoxBasis::Matrix, 16 doubles a knot span
   const SeamUse* seam_uses;
   uint32_t seam_use_count;

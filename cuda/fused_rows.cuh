@@ -210,9 +210,8 @@ class RowKernel {
   }
 
   // The points at steps[0] and -steps[0].
-  __device__ __forceinline__ void StorePair(const Row& r, const float* steps, float t,
-                                            Position p, unsigned place, Position p_last,
-                                            unsigned place_last) {
+  __device__ __forceinline__ void StorePair(const Row& r, const float* steps, float t, Position p,
+                                            unsigned place, Position p_last, unsigned place_last) {
     Tangents a, b;
     AtBoth<N - 1>(r.position[0] + 1, steps, a.along.x, b.along.x);
     AtBoth<N - 1>(r.position[1] + 1, steps, a.along.y, b.along.y);

@@ -42,6 +42,16 @@ class FusedShared {
   __device__ static unsigned& Weak(int row) {
     return reinterpret_cast<unsigned*>(Floats())[kWeakAt + row];
   }
+  // The chunk's patches and distinct vertices, where the coefficients come later.
+  __device__ static DevicePatch& Patch(unsigned lane) {
+    return reinterpret_cast<DevicePatch*>(Vectors())[lane];
+  }
+  __device__ static FeatureUses& Uses(unsigned lane) {
+    return reinterpret_cast<FeatureUses*>(Vectors() + kLanes)[lane];
+  }
+  __device__ static DeviceVertex& Vertex(unsigned corner) {
+    return reinterpret_cast<DeviceVertex*>(Vectors() + kLanes + kLanes / 2)[corner];
+  }
   // Lane and slot of the first use of a corner or edge: lane | slot << 5.
   __device__ static uint8_t& CornerUse(unsigned number) { return Bytes8()[kUsesAt * 4 + number]; }
   __device__ static uint8_t& EdgeUse(unsigned number) {
@@ -82,6 +92,9 @@ class FusedShared {
   static constexpr int kUsesAt = kWeakAt + kRows;
   static constexpr int kCornersAt = kUsesAt + 2 * kUses / 4;
   static constexpr int kEdgesAt = kCornersAt + kWords * kUses;
+  static_assert(kLanes * (sizeof(DevicePatch) + sizeof(FeatureUses)) +
+                    kUses * sizeof(DeviceVertex) <=
+                kFrameAt * sizeof(float));
 
   // Named here and not passed, so that the compiler knows what kind of memory it is.
   __device__ static float4* Vectors() {

@@ -49,7 +49,9 @@ class VertexSink {
   __device__ VertexSink(const FusedLaunch& launch, uint32_t chunk, unsigned lane)
       : normal_bits_(launch.output.normal_bits),
         wide_(launch.output.format == LaneFormat::kQuantised16),
-        stride_(kRowBytes * (kFloat && launch.normals != Normals::kNone ? 6 : kFloat ? 3 : 2)),
+        stride_(kRowBytes * (kFloat && launch.normals != Normals::kNone ? 6
+                             : kFloat                                   ? 3
+                                                                        : 2)),
         lane_(lane * (kFloat ? sizeof(float) : sizeof(uint2))),
         top_(launch.output.top),
         centre_(static_cast<float>((1 << (normal_bits_ - 1)) - 1)) {

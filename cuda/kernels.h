@@ -24,7 +24,7 @@
 
 namespace latticed::kernels {
 
-struct DeviceVertex {
+struct alignas(16) DeviceVertex {  // read 16 bytes at a time
   Vec3d parameter;
   Vec3d world;  // relative to the local origin
 };

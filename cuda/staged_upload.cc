@@ -32,9 +32,9 @@ absl::StatusOr<uint8_t*> StagedUpload::Begin() {
 
 absl::Status StagedUpload::Send(size_t bytes) {
   const cudaStream_t stream = lane_->stream().get();
-  if (auto s = CudaStatus(cudaMemcpyAsync(device_.data(), pinned_.data(), bytes,
-                                          cudaMemcpyHostToDevice, stream),
-                          "the copy of an edit");
+  if (auto s = CudaStatus(
+          cudaMemcpyAsync(device_.data(), pinned_.data(), bytes, cudaMemcpyHostToDevice, stream),
+          "the copy of an edit");
       !s.ok()) {
     return s;
   }

@@ -8,14 +8,14 @@
 namespace latticed::kernels {
 namespace {
 
-constexpr int kTile = 32;    // points, and lanes
+constexpr int kTile = 32;  // points, and lanes
 constexpr int kRowsAtOnce = 8;
 
 struct Place {
   uint32_t chunk;
-  int lanes;      // patches of the chunk
-  int points;     // a patch
-  uint8_t* out;   // first byte of the chunk
+  int lanes;     // patches of the chunk
+  int points;    // a patch
+  uint8_t* out;  // first byte of the chunk
 };
 
 __device__ Place PlaceOf(const WireOrder& order) {
