@@ -128,8 +128,9 @@ SceneView::Next SceneView::EvaluateStage(ViewWork& work) {
     return Next::kEnd;
   }
   if (encoding_) {
-    held_ = std::move(work);
-    work.view = std::move(held_->view);  // or it would keep itself alive
+    held_.emplace();
+    std::swap(*held_, work);
+    held_->view.swap(work.view);  // or it would keep itself alive
     return Next::kHeld;
   }
   StartEncoding(work);
