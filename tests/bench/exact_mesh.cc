@@ -16,19 +16,20 @@ namespace latticed::bench {
 namespace {
 
 constexpr double kPadding = 0.05;
-constexpr int kProbeResolution = 8;  // 36,000 triangles: enough to see how many the planes cut
+constexpr int kProbeResolution = 8;  // 46,000 triangles: enough to see how many the planes cut
 
 using SharedMesh = std::shared_ptr<const PolygonMesh>;
 using SharedPlan = std::shared_ptr<const DeformPlan>;
 
-// The shell at `resolution`, which may be beyond the sample's own.
-absl::StatusOr<SharedMesh> Shell(int resolution) {
+// The knot at `resolution`, which may be beyond the sample's own.
+absl::StatusOr<SharedMesh> Knot(int resolution) {
   int subdivisions = 0;
   while ((resolution >> subdivisions) > kMaxSampleResolution) ++subdivisions;
   const int rounding = (1 << subdivisions) - 1;
   auto mesh = MakeSampleMesh(
-      "shell", std::min((resolution + rounding) >> subdivisions, kMaxSampleResolution));
+      "knot", std::min((resolution + rounding) >> subdivisions, kMaxSampleResolution));
   if (!mesh.ok()) return mesh.status();
+  *mesh = Fans(*mesh);
   for (int i = 0; i < subdivisions; ++i) *mesh = Subdivide(*mesh);
   return std::make_shared<const PolygonMesh>(*std::move(mesh));
 }
@@ -43,7 +44,7 @@ absl::StatusOr<SharedPlan> PlanOf(SharedMesh mesh, std::array<int, 3> degree) {
 
 // patches = by_area r² + by_length r: triangles, and what the planes add along their curves.
 absl::StatusOr<int> ResolutionFor(size_t patches, std::array<int, 3> degree) {
-  const auto mesh = Shell(kProbeResolution);
+  const auto mesh = Knot(kProbeResolution);
   if (!mesh.ok()) return mesh.status();
   const auto probe = PlanOf(*mesh, degree);
   if (!probe.ok()) return probe.status();
@@ -57,6 +58,20 @@ absl::StatusOr<int> ResolutionFor(size_t patches, std::array<int, 3> degree) {
 }
 
 }  // namespace
+
+PolygonMesh Fans(const PolygonMesh& polygons) {
+  PolygonMesh result;
+  result.positions = polygons.positions;
+  for (size_t f = 0; f < polygons.face_count(); ++f) {
+    const uint32_t* v = polygons.corner_vertices.data() + polygons.face_offsets[f];
+    const uint32_t corners = polygons.face_offsets[f + 1] - polygons.face_offsets[f];
+    for (uint32_t c = 1; c + 1 < corners; ++c) {
+      result.corner_vertices.insert(result.corner_vertices.end(), {v[0], v[c], v[c + 1]});
+      result.face_offsets.push_back(static_cast<uint32_t>(result.corner_vertices.size()));
+    }
+  }
+  return result;
+}
 
 PolygonMesh Subdivide(const PolygonMesh& triangles) {
   PolygonMesh result;
@@ -112,7 +127,7 @@ absl::StatusOr<SharedPlan> MakeRoughPlan(size_t patches, std::array<int, 3> degr
   const auto resolution = ResolutionFor(patches, degree);
   if (!resolution.ok()) return resolution.status();
   for (int r = *resolution;; ++r) {
-    auto mesh = Shell(r);
+    auto mesh = Knot(r);
     if (!mesh.ok()) return mesh.status();
     auto plan = PlanOf(*std::move(mesh), degree);
     if (!plan.ok() || (*plan)->patches.size() >= patches) return plan;

@@ -4,10 +4,11 @@
 // Meshes whose plan has as many patches as one wants: those of the paper's models, whose files
 // nobody has.
 //
-//   The sample mesh `shell` (triangles, open) in a lattice of 6 x 6 x 6 knot boxes fitted to it, at
-//   the least resolution that gives enough patches; above the sample's largest resolution each
-//   triangle becomes four. Then faces go from the end of the list until the plan has the number
-//   asked for: a face's patches do not depend on other faces, and most faces are one patch.
+//   The sample mesh `knot` (a tube along a torus knot, which spreads over the boxes), its quads cut
+//   in two, in a lattice of 6 x 6 x 6 knot boxes fitted to it, at the least resolution that gives
+//   enough patches; above the sample's largest resolution each triangle becomes four. Then faces go
+//   from the end of the list until the plan has the number asked for: a face's patches do not
+//   depend on other faces, and most faces are one patch.
 //
 // The lattice's structure stays that of the whole mesh, so that all degrees split it alike.
 //
@@ -27,7 +28,10 @@ namespace latticed::bench {
 
 inline constexpr int kBoxesPerAxis = 6;  // 216 knot boxes; 8 control points an axis at degree 2
 
-// Each triangle in four, at the middles of its edges; groups and attributes are dropped.
+// Polygons as fans from their first corner: for convex ones. Attributes and groups are dropped.
+[[nodiscard]] PolygonMesh Fans(const PolygonMesh& polygons);
+
+// Each triangle in four, at the middles of its edges; the same is dropped.
 [[nodiscard]] PolygonMesh Subdivide(const PolygonMesh& triangles);
 
 // `mesh` without the faces that bring `plan` of it above `patches`. Not enough patches, or faces

@@ -29,21 +29,25 @@ TEST(ExactMeshTest, RoughPlansHaveALittleMore) {
 }
 
 TEST(ExactMeshTest, SubdivisionKeepsTheSurfaceAndSharesMiddles) {
-  const auto shell = MakeSampleMesh("shell", 1);
-  ASSERT_TRUE(shell.ok());
+  const auto knot = MakeSampleMesh("knot", 1);
+  ASSERT_TRUE(knot.ok());
 
-  const PolygonMesh fine = Subdivide(*shell);
+  const PolygonMesh triangles = Fans(*knot), fine = Subdivide(triangles);
 
   EXPECT_TRUE(Validate(fine).ok());
-  EXPECT_EQ(fine.face_count(), 4 * shell->face_count());
+  EXPECT_EQ(triangles.face_count(), 2 * knot->face_count());
+  EXPECT_EQ(fine.face_count(), 4 * triangles.face_count());
   // Less than one new vertex for each of three edges a face: neighbours share them.
-  EXPECT_LT(fine.positions.size(), shell->positions.size() + 2 * shell->face_count());
+  EXPECT_LT(fine.positions.size(), triangles.positions.size() + 2 * triangles.face_count());
 }
 
 TEST(WorkTest, CountsAreThoseOfTheDesign) {
   EXPECT_EQ(CompositionWork({2, 2, 2}), 1080);
   // DESIGN §2: 63 multiply-adds a point at 2 x 2 x 2, 10 segments, without the normal.
   EXPECT_NEAR(FusedWork({2, 2, 2}, 10) / 66 - kNormalWork, 63, 0.5);
+  // And direct evaluation is cheaper below 4 segments.
+  EXPECT_EQ(FusedWork({2, 2, 2}, 3), 10 * (DirectWork({2, 2, 2}) + kNormalWork));
+  EXPECT_LT(FusedWork({2, 2, 2}, 4), 15 * (DirectWork({2, 2, 2}) + kNormalWork));
   EXPECT_EQ(ProductWork(6, 10), 9 * 28 * 66);
 }
 

@@ -26,7 +26,7 @@ struct PaperModel {
 // In the order of the paper's tables.
 [[nodiscard]] std::span<const PaperModel> PaperModels();
 
-// Made on the first call and kept: exactly the model's patches; a few percent more for a scale.
+// Made on the first call and kept: exactly as many patches; a few percent more above a million.
 [[nodiscard]] const Scenario& ModelScenario(const PaperModel& model, std::array<int, 3> degree);
 [[nodiscard]] const Scenario& ScaleScenario(size_t patches);
 

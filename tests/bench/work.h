@@ -10,6 +10,8 @@
 //     a row        collapse and its slope, two rows at once by parity: n(n+1)/2 + n(n-1)/2 = n²
 //     a point      position, both slopes, points x and -x at once: ((n+1) + n + n) / 2
 //     normal       12 a point: cross product, square, scaling
+//   below 4 segments direct evaluation takes less: value and three derivatives of R per component,
+//     (nv+1)(nw+1)(2nu-1) + (nw+1)(3nv-1) + 4nw-1, and 18 for both tangents
 //   Sliver-proof frames and shared points come on top (DESIGN §2 counts 82 a point for 63), as do
 //   comparisons, conversions and addresses: what is here, no form of this method goes below.
 //
@@ -20,6 +22,7 @@
 #ifndef LATTICED_TESTS_BENCH_WORK_H_
 #define LATTICED_TESTS_BENCH_WORK_H_
 
+#include <algorithm>
 #include <array>
 
 namespace latticed::bench {
@@ -40,12 +43,19 @@ constexpr double CompositionWork(std::array<int, 3> degree) {
               (degree[2] + 1) * Coefficients(u, uv) + Coefficients(uv, n));
 }
 
-// One patch with facet normals.
+// One point with its tangents, from the lattice.
+constexpr double DirectWork(std::array<int, 3> degree) {
+  const int u = degree[0], v = degree[1], w = degree[2];
+  return 3 * ((v + 1) * (w + 1) * (2 * u - 1) + (w + 1) * (3 * v - 1) + 4 * w - 1) + 18;
+}
+
+// One patch with facet normals, by the cheaper form.
 constexpr double FusedWork(std::array<int, 3> degree, int segments) {
   const int n = degree[0] + degree[1] + degree[2];
   const double points = 0.5 * (segments + 1) * (segments + 2);
-  return CompositionWork(degree) + 3.0 * n * n * (segments + 1) +
-         points * (1.5 * (3 * n + 1) + kNormalWork);
+  const double composed = CompositionWork(degree) + 3.0 * n * n * (segments + 1) +
+                          points * (1.5 * (3 * n + 1) + kNormalWork);
+  return std::min(composed, points * (DirectWork(degree) + kNormalWork));
 }
 
 // Product (25) of one patch.
