@@ -18,6 +18,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kWarmUps = 3;
+constexpr double kWarmUpMs = 30;
 // Enough for the matrices of (24) and a cuBLAS workspace.
 constexpr uint64_t kMatrixBytes = uint64_t{256} << 20;
 
@@ -60,7 +61,10 @@ StageRuns& Find(std::vector<StageRuns>& stages, const std::string& name) {
 
 // Loads kernels, makes buffers and handles, lets clocks rise.
 void WarmUp(const CudaLane& lane, const GpuWork& work) {
-  for (int run = 0; run < kWarmUps; ++run) CheckOk(work(run));
+  const auto start = Clock::now();
+  for (int run = 0; run < kWarmUps || Milliseconds(start, Clock::now()) < kWarmUpMs; ++run) {
+    CheckOk(work(run));
+  }
   CheckOk(lane.stream().Synchronize("the warm-up"));
 }
 
@@ -99,6 +103,7 @@ class CudaGpu : public Gpu {
       while (state == cudaErrorNotReady) state = cudaStreamQuery(lane.stream().get());
       const auto end = Clock::now();
       CheckCuda(state, "the timed work");
+      static_cast<void>(cudaGetLastError());  // "not ready", which the next launch would report
       times.push_back(Milliseconds(start, end));
     }
     return MedianAndLeast(std::move(times));
