@@ -13,6 +13,7 @@
 #define LATTICED_TESTS_BENCH_GPU_H_
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,9 @@ class Gpu {
   virtual ~Gpu() = default;
   virtual Backend& backend() = 0;
   virtual const GpuFloors& floors() = 0;  // measured on the first call, in less than a second
+  // The comparator of tensor_product.h; kUnimplemented for patches that are not of degree 6.
+  virtual absl::StatusOr<std::unique_ptr<DeformView>> TensorProduct(
+      std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec) = 0;
 
   // Events around one Evaluate of the view.
   virtual GpuTimes DeviceTime(DeformView& view, const GpuWork& work, int runs) = 0;

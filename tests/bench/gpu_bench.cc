@@ -61,6 +61,11 @@ void SetFloors(benchmark::State& state, const Scenario& scenario, const GpuCase&
   state.counters["ns_patch"] = kernels_ms * 1e6 / patches;
 }
 
+// "samples" becomes the counter "ms:samples".
+void SetStages(benchmark::State& state, const std::vector<GpuStage>& stages) {
+  for (const GpuStage& stage : stages) state.counters["ms:" + stage.name] = stage.device_ms;
+}
+
 // All chunks, new control points each time.
 void Frames(benchmark::State& state, const Scenario& scenario, const GpuCase& c) {
   Gpu& gpu = **TheGpu();
@@ -73,6 +78,7 @@ void Frames(benchmark::State& state, const Scenario& scenario, const GpuCase& c)
   SetTime(state, whole);
   state.counters["patches"] = static_cast<double>(scenario.plan->patches.size());
   state.counters["kernels_ms"] = kernels_ms;
+  SetStages(state, stages);
   SetFloors(state, scenario, c, gpu.floors(), kernels_ms);
 }
 
@@ -129,6 +135,26 @@ void RegisterShapes() {
   }
 }
 
+// The comparator of the paper, of its smallest and largest model.
+void TensorProduct(benchmark::State& state, const PaperModel& model) {
+  Gpu& gpu = **TheGpu();
+  const Scenario& scenario = ModelScenario(model, {2, 2, 2});
+  const auto view =
+      MakeTensorView(gpu, scenario, GpuSpec(VertexFormat::kFloat32, NormalMode::kFacet, 10));
+  if (!view.ok()) return Skip(state, view.status());
+  const GpuWork work = AllChunks(scenario, **view);
+  SetTime(state, gpu.DeviceTime(**view, work, kRuns));
+  SetStages(state, gpu.Stages(**view, work, kStageRuns));
+}
+
+void RegisterTensorProduct() {
+  for (const PaperModel* model : {&PaperModels().front(), &PaperModels().back()}) {
+    RegisterOnce(fmt::format("gpu/{}-{}/tensor-product-2013/2x2x2/float32/facet/10segments",
+                             model->name, model->patches),
+                 [model](benchmark::State& state) { TensorProduct(state, *model); });
+  }
+}
+
 void RegisterScale(bool large) {
   std::vector<size_t> scale{10'000, 100'000, 1'000'000};
   if (large) scale.push_back(10'000'000);
@@ -164,6 +190,7 @@ void RegisterGpuBenches(bool large) {
   }
   RegisterOnce("gpu/floors", Floors);
   RegisterModels();
+  RegisterTensorProduct();
   RegisterShapes();
   RegisterGpuEditBenches();
   RegisterScale(large);

@@ -11,6 +11,7 @@
 #include "tests/bench/gpu_floors.h"
 #include "tests/bench/gpu_timer.h"
 #include "tests/bench/scenario.h"
+#include "tests/bench/tensor_product_kernel.h"
 
 namespace latticed::bench {
 namespace {
@@ -19,8 +20,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kWarmUps = 3;
 constexpr double kWarmUpMs = 30;
-// Enough for the matrices of (24) and a cuBLAS workspace.
-constexpr uint64_t kMatrixBytes = uint64_t{256} << 20;
+// The matrices of (24) and a cuBLAS workspace; a comparator's control points and vertices.
+constexpr uint64_t kOwnBytes = uint64_t{2} << 30;
 
 double Milliseconds(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double, std::milli>(to - from).count();
@@ -78,6 +79,11 @@ class CudaGpu : public Gpu {
   const GpuFloors& floors() override {
     if (!floors_) floors_ = MeasureGpuFloors(timer_, context_->stream().get());
     return *floors_;
+  }
+
+  absl::StatusOr<std::unique_ptr<DeformView>> TensorProduct(std::shared_ptr<const DeformPlan> plan,
+                                                            const ViewSpec& spec) override {
+    return MakeTensorProductView(std::move(plan), spec, context_);
   }
 
   GpuTimes DeviceTime(DeformView& view, const GpuWork& work, int runs) override {
@@ -175,7 +181,7 @@ class CudaGpu : public Gpu {
   }
 
   std::unique_ptr<Backend> backend_;
-  std::shared_ptr<CudaContext> context_;  // ours, beside the backend's: a stream and matrices
+  std::shared_ptr<CudaContext> context_;  // ours, beside the backend's
   GpuTimer timer_;
   std::optional<GpuFloors> floors_;
 };
@@ -185,7 +191,7 @@ absl::StatusOr<Gpu*> MakeGpu() {
   auto backend = MakeCudaBackend(options);
   if (!backend.ok()) return backend.status();
   CudaOptions own = options;
-  own.memory_bytes = kMatrixBytes;
+  own.memory_bytes = kOwnBytes;
   auto context = CudaContext::Create(own.devices.front(), own);
   if (!context.ok()) return context.status();
   CheckCuda(cudaSetDevice(own.devices.front()), "the device");

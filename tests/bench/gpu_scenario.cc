@@ -51,17 +51,30 @@ const Scenario& ScaleScenario(size_t patches) {
       .first->second;
 }
 
+namespace {
+
+absl::StatusOr<std::unique_ptr<DeformView>> Verified(
+    const Scenario& scenario, Pipeline pipeline, absl::StatusOr<std::unique_ptr<DeformView>> view) {
+  if (absl::IsUnimplemented(view.status())) return view;
+  CheckOk(view.status());
+  CheckOk((*view)->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
+  if (auto verified = Verify(scenario, pipeline, **view); !verified.ok()) return verified;
+  return view;
+}
+
+}  // namespace
+
 absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Gpu& gpu, const Scenario& scenario,
                                                         Pipeline pipeline, const ViewSpec& spec) {
   const auto target = gpu.backend().Prepare(scenario.plan, pipeline);
   if (absl::IsUnimplemented(target.status())) return target.status();
   CheckOk(target.status());
-  auto view = (*target)->CreateView(spec);
-  if (absl::IsUnimplemented(view.status())) return view.status();
-  CheckOk(view.status());
-  CheckOk((*view)->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
-  if (auto verified = Verify(scenario, pipeline, **view); !verified.ok()) return verified;
-  return view;
+  return Verified(scenario, pipeline, (*target)->CreateView(spec));
+}
+
+absl::StatusOr<std::unique_ptr<DeformView>> MakeTensorView(Gpu& gpu, const Scenario& scenario,
+                                                           const ViewSpec& spec) {
+  return Verified(scenario, Pipeline::kGemm, gpu.TensorProduct(scenario.plan, spec));
 }
 
 GpuWork AllChunks(const Scenario& scenario, DeformView& view) {

@@ -37,6 +37,11 @@ struct PaperModel {
                                                                       Pipeline pipeline,
                                                                       const ViewSpec& spec);
 
+// The tensor-product comparator, held to the GEMM pipelines' precision.
+[[nodiscard]] absl::StatusOr<std::unique_ptr<DeformView>> MakeTensorView(Gpu& gpu,
+                                                                         const Scenario& scenario,
+                                                                         const ViewSpec& spec);
+
 // All chunks, control points by turns.
 [[nodiscard]] GpuWork AllChunks(const Scenario& scenario, DeformView& view);
 

@@ -110,6 +110,28 @@ Section Stages(const std::vector<Row>& rows) {
   return section;
 }
 
+Section Algorithms(const std::vector<Row>& rows) {
+  Section section{.title = "Algorithms on the GPU, ms: control points, tessellation, total",
+                  .notes = {},
+                  .columns = {"model", "patches", "tensor product: control", "tessellation",
+                              "total", "optimal form: total", "fused: total", "tensor / optimal",
+                              "tensor / fused", "paper"},
+                  .rows = {}};
+  for (const Row& row : rows) {
+    const PaperGpuTimes& t = row.gpu;
+    section.rows.push_back(Cells{Name(row), Patches(row), Ms(t.tensor_control),
+                                 Ms(t.tensor_tessellation), Ms(t.tensor), Ms(t.optimal),
+                                 Ms(t.fused), Ratio(t.tensor, t.optimal), Ratio(t.tensor, t.fused),
+                                 kUnknown});
+  }
+  section.notes = {
+      "Tensor product: Cui & Feng 2013, 49 samples a patch, two kernels of our own making, "
+      "verified "
+      "like our pipelines, positions to 1e-6 D; not watertight.",
+      "The paper's third algorithm, tessellation shaders, is not built here."};
+  return section;
+}
+
 Section Counts(const std::vector<Row>& rows) {
   Section section{.title = "Formula (20), millions of multiply-adds, and the products' times, ms",
                   .notes = {},
@@ -146,7 +168,7 @@ std::vector<Section> PaperTables() {
     const Scenario& scenario = ModelScenario(model, {2, 2, 2});
     rows.push_back({model, MeasureOnGpu(scenario), MeasureOnCpu(scenario)});
   }
-  return {Products(rows), Devices(rows), Stages(rows), Counts(rows)};
+  return {Products(rows), Devices(rows), Stages(rows), Algorithms(rows), Counts(rows)};
 }
 
 }  // namespace latticed::bench

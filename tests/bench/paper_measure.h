@@ -30,6 +30,10 @@ struct PaperGpuTimes {
   double optimal = kNotMeasured;    // one whole evaluation, without (24)
   // control-net
   double formulas617 = kNotMeasured;  // both products
+  // the tensor-product comparator
+  double tensor_control = kNotMeasured;
+  double tensor_tessellation = kNotMeasured;
+  double tensor = kNotMeasured;  // one whole evaluation
   // fused
   double fused = kNotMeasured;
 };
