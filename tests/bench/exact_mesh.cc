@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <utility>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
 #include "core/mesh/sample_meshes.h"
 #include "fmt/format.h"
 
@@ -54,7 +54,7 @@ absl::StatusOr<int> ResolutionFor(size_t patches, std::array<int, 3> degree) {
   const double wanted = static_cast<double>(patches);
   const double half = by_length / (2 * by_area);
   return std::max(kMinSampleResolution,
-                  static_cast<int>(std::sqrt(wanted / by_area + half * half) - half));
+                  static_cast<int>(std::ceil(std::sqrt(wanted / by_area + half * half) - half)));
 }
 
 }  // namespace
@@ -76,10 +76,11 @@ PolygonMesh Fans(const PolygonMesh& polygons) {
 PolygonMesh Subdivide(const PolygonMesh& triangles) {
   PolygonMesh result;
   result.positions = triangles.positions;
-  std::map<std::pair<uint32_t, uint32_t>, uint32_t> middles;
+  absl::flat_hash_map<std::pair<uint32_t, uint32_t>, uint32_t> middles;
+  middles.reserve(2 * triangles.face_count());
   const auto middle = [&](uint32_t a, uint32_t b) {
-    const auto [it, fresh] =
-        middles.try_emplace(std::minmax(a, b), static_cast<uint32_t>(result.positions.size()));
+    const auto [it, fresh] = middles.try_emplace(std::pair<uint32_t, uint32_t>(std::minmax(a, b)),
+                                                 static_cast<uint32_t>(result.positions.size()));
     if (fresh) result.positions.push_back((result.positions[a] + result.positions[b]) / 2.0);
     return it->second;
   };
