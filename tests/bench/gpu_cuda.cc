@@ -90,6 +90,7 @@ class CudaGpu : public Gpu {
     const CudaLane& lane = LaneOf(view);
     WarmUp(lane, work);
     std::vector<double> times;
+    times.reserve(static_cast<size_t>(runs));
     for (int run = 0; run < runs; ++run) {
       times.push_back(timer_.Time(lane.stream().get(), [&] { CheckOk(work(run)); }));
     }
@@ -100,6 +101,7 @@ class CudaGpu : public Gpu {
     const CudaLane& lane = LaneOf(view);
     WarmUp(lane, work);
     std::vector<double> times;
+    times.reserve(static_cast<size_t>(runs));
     for (int run = 0; run < runs; ++run) {
       timer_.FlushL2(lane.stream().get());
       CheckOk(lane.stream().Synchronize("the cache's flush"));

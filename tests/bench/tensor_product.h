@@ -93,8 +93,9 @@ LATTICED_HD inline void ControlSample(const TensorJob& job, size_t first, int st
   const size_t patch = first + static_cast<size_t>(in_group);
   if (patch >= job.count) return;
   const TensorPatch& p = job.patches[patch];
-  const Vec3d at = p.corner + (k / kTensorOrder / double{kTensorDegree}) * p.along +
-                   (k % kTensorOrder / double{kTensorDegree}) * p.across;
+  const int i = k / kTensorOrder, j = k % kTensorOrder;
+  constexpr double kOver = 1.0 / kTensorDegree;
+  const Vec3d at = p.corner + (i * kOver) * p.along + (j * kOver) * p.across;
   group.position[in_group][k] =
       p.outside != 0 ? at : EvaluateVolume<false>(job.volume, p.span, at).position;
 }
