@@ -10,7 +10,6 @@
 
 #include "fmt/chrono.h"
 #include "fmt/format.h"
-#include "fmt/ranges.h"
 #include "server/version.h"
 #include "tests/bench/gpu.h"
 
