@@ -93,6 +93,7 @@ absl::Status CudaGemmKernel::Evaluate(const CudaFrame& frame, const Quantisation
                                       DeviceSpan<uint8_t> vertices) {
   if (auto s = Allocate(); !s.ok()) return s;
   if (auto s = stages_.Begin(); !s.ok()) return s;
+  lane_->Enqueued("stack");
   const VertexWriter writer = MakeVertexWriter(*plan_, spec_, box);
   for (size_t first = 0; first < plan_->patches.size(); first += tile_patches_) {
     const size_t count = std::min(tile_patches_, plan_->patches.size() - first);
@@ -116,6 +117,7 @@ absl::Status CudaGemmKernel::Evaluate(const CudaFrame& frame, const Quantisation
 absl::Status CudaGemmKernel::EvaluateTile(const kernels::Tile& tile, const VertexWriter& writer,
                                           DeviceSpan<uint8_t> vertices) {
   if (auto s = stages_.in_double() ? ControlNetProducts(tile) : Products(tile); !s.ok()) return s;
+  lane_->Enqueued("products");
   const DeviceStage& stage = stages_.stage();
   const kernels::Surface surface{.products = buffers_.surface.data(),
                                  .across = buffers_.across.data(),
@@ -129,7 +131,9 @@ absl::Status CudaGemmKernel::EvaluateTile(const kernels::Tile& tile, const Verte
                                  .layout = MakeVertexLayout(*plan_, spec_),
                                  .writer = writer,
                                  .vertices = vertices.data};
-  return CudaStatus(kernels::LaunchSurface(tile, surface, lane_->stream().get()), "the vertices");
+  const cudaError_t launched = kernels::LaunchSurface(tile, surface, lane_->stream().get());
+  lane_->Enqueued("rearrange");
+  return CudaStatus(launched, "the vertices");
 }
 
 absl::Status CudaGemmKernel::Products(const kernels::Tile& tile) {
@@ -145,6 +149,7 @@ absl::Status CudaGemmKernel::Products(const kernels::Tile& tile) {
       !s.ok()) {
     return s;
   }
+  lane_->Enqueued("samples");
   if (auto s = stages_.Apply(Matrix(buffers_.samples, stage.m(), tile.count),
                              Matrix(buffers_.surface, stages_.rows(), tile.count));
       !s.ok() || !smooth()) {
@@ -168,6 +173,7 @@ absl::Status CudaGemmKernel::ControlNetProducts(const kernels::Tile& tile) {
       !s.ok()) {
     return s;
   }
+  lane_->Enqueued("samples");
   const DeviceMatrix<double> control = Matrix(buffers_.control_d, m, tile.count);
   if (auto s = stages_.Apply(Matrix(buffers_.samples_d, m, tile.count), control,
                              Matrix(buffers_.samples, m, tile.count),

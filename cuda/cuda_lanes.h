@@ -9,8 +9,10 @@
 #ifndef LATTICED_CUDA_CUDA_LANES_H_
 #define LATTICED_CUDA_CUDA_LANES_H_
 
+#include <functional>
 #include <memory>
 #include <mutex>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,10 +30,19 @@ class CudaLane {
   // Made on first use: the fused pipeline multiplies no matrices.
   [[nodiscard]] absl::StatusOr<CudaGemm*> gemm();
 
+  // For measurements: told the name of each stage of an evaluation, on the host, once the stage's
+  // work is on the stream. Empty: nobody is.
+  using StageMark = std::function<void(std::string_view stage)>;
+  void set_stage_mark(StageMark mark) { stage_mark_ = std::move(mark); }
+  void Enqueued(std::string_view stage) const {
+    if (stage_mark_) stage_mark_(stage);
+  }
+
  private:
   CudaStream stream_;  // first: the workspace goes back on it
   std::shared_ptr<DeviceMemory> memory_;
   std::unique_ptr<CudaGemm> gemm_;
+  StageMark stage_mark_;
 };
 
 class CudaLanes : public std::enable_shared_from_this<CudaLanes> {

@@ -55,6 +55,7 @@ absl::Status CudaView::Evaluate(std::span<const Vec3d> control_points, const Qua
   const DeviceGuard guard(context_->device());
   try {
     absl::Status status = frame_.Upload(control_points);
+    lane_->Enqueued("copy");
     if (status.ok()) status = kernel_->Evaluate(frame_, box, chunks, vertices_.span());
     if (!status.ok()) {
       contract_.Lost();

@@ -42,6 +42,9 @@ class CudaView : public DeformView {
                                                   Encoding encoding) override;
   MemoryUse memory() const override;
 
+  // For measurements: the stream that Evaluate enqueues on, and its stages.
+  CudaLane& lane() const { return *lane_; }
+
  private:
   CudaView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
            std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,

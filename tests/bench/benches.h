@@ -3,6 +3,7 @@
 //
 // The groups of benchmarks; each registers its own with Google Benchmark. Names are paths, read
 // again by summary.cc:  evaluate/<scenario>/<pipeline>/degree<d>/<output>/<normals>/<threads>t
+//                       gpu/<model>/<pipeline>/<nu>x<nv>x<nw>/<output>/<normals>/<s>segments
 #ifndef LATTICED_TESTS_BENCH_BENCHES_H_
 #define LATTICED_TESTS_BENCH_BENCHES_H_
 
@@ -10,6 +11,9 @@
 #include <string>
 
 #include <benchmark/benchmark.h>
+
+#include "absl/status/status.h"
+#include "tests/bench/gpu.h"
 
 namespace latticed::bench {
 
@@ -21,8 +25,21 @@ void RegisterDeliveryBenches();   // chunks to a client's memory, through gRPC
 void RegisterEngineBenches();     // edits to whole updates, stages in turn and overlapped
 void RegisterPrecisionBenches();  // errors against the definition, as counters
 
+// Control points to vertices on the GPU; one line on stderr where there is none. `large`: 10^7
+// patches too, half a minute and 20 GB.
+void RegisterGpuBenches(bool large);
+void RegisterGpuEditBenches();  // called by the former
+
 // Five repetitions, medians, real time in milliseconds.
 void RegisterTimed(const std::string& name, std::function<void(benchmark::State&)> body);
+
+// The body is called once and times its runs itself: it calls SetTime or Skip.
+void RegisterOnce(const std::string& name, std::function<void(benchmark::State&)> body);
+void SetTime(benchmark::State& state, GpuTimes times);
+// kUnimplemented is told as "not built" and is no failure; anything else is.
+void Skip(benchmark::State& state, const absl::Status& status);
+inline constexpr char kNotBuilt[] = "not built";
+inline constexpr char kLeast[] = "least_ms";  // counter that summary.cc shows as the least time
 
 }  // namespace latticed::bench
 

@@ -1,15 +1,90 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// latticed_bench: takes the flags of Google Benchmark (--benchmark_filter=REGEX,
-// --benchmark_list_tests). Exits with 1 when a result is not what the definition says.
+// latticed_bench [paper] [--large] [--markdown FILE] [flags of Google Benchmark]
+//
+//   paper            the tables of Cui & Feng 2014 for this machine (paper.h), and nothing else
+//   --large          10^7 patches on the GPU too
+//   --markdown FILE  the results again, with commit, command and machine
+//
+// Exits with 1 when a result is not what the definition says.
 #include <cstdio>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
 
+#include "fmt/format.h"
 #include "tests/bench/benches.h"
+#include "tests/bench/paper.h"
 #include "tests/bench/scenario.h"
 #include "tests/bench/summary.h"
 
 namespace latticed::bench {
+namespace {
+
+struct Options {
+  bool paper = false;
+  bool large = false;
+  std::string markdown;
+  std::string command;
+};
+
+// Takes our own arguments away; what is left is Google Benchmark's.
+Options Parse(int& argc, char** argv) {
+  constexpr std::string_view kMarkdown = "--markdown";
+  Options options;
+  for (int i = 0; i < argc; ++i) options.command += fmt::format("{}{}", i > 0 ? " " : "", argv[i]);
+  int kept = 1;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    if (argument == "paper") {
+      options.paper = true;
+    } else if (argument == "--large") {
+      options.large = true;
+    } else if (argument == kMarkdown && i + 1 < argc) {
+      options.markdown = argv[++i];
+    } else {
+      argv[kept++] = argv[i];
+    }
+  }
+  argc = kept;
+  return options;
+}
+
+void Keep(const Options& options, std::span<const Section> sections) {
+  if (options.markdown.empty()) return;
+  CheckOk(WriteMarkdown(options.markdown, options.command, sections));
+}
+
+int Benchmarks(const Options& options) {
+  RegisterFloorBenches();
+  RegisterEvaluateBenches();
+  RegisterPlanBenches();
+  RegisterCodecBenches();
+  RegisterDeliveryBenches();
+  RegisterEngineBenches();
+  RegisterPrecisionBenches();
+  RegisterGpuBenches(options.large);
+  SummaryReporter reporter;
+  benchmark::RunSpecifiedBenchmarks(&reporter);
+  std::vector<Section> sections{reporter.rows()};
+  if (Section targets = reporter.Targets(); !targets.rows.empty()) {
+    fmt::print("{}", ToText(targets));
+    sections.push_back(std::move(targets));
+  }
+  Keep(options, sections);
+  return reporter.failed() ? 1 : 0;
+}
+
+int Paper(const Options& options) {
+  const std::vector<Section> sections = PaperTables();
+  for (const Section& section : sections) fmt::print("{}", ToText(section));
+  Keep(options, sections);
+  return 0;
+}
+
+}  // namespace
 
 void RegisterTimed(const std::string& name, std::function<void(benchmark::State&)> body) {
   benchmark::RegisterBenchmark(name.c_str(), std::move(body))
@@ -19,25 +94,35 @@ void RegisterTimed(const std::string& name, std::function<void(benchmark::State&
       ->Repetitions(5);
 }
 
+void RegisterOnce(const std::string& name, std::function<void(benchmark::State&)> body) {
+  benchmark::RegisterBenchmark(name.c_str(), std::move(body))
+      ->Unit(benchmark::kMillisecond)
+      ->UseManualTime()
+      ->Iterations(1);
+}
+
+void SetTime(benchmark::State& state, GpuTimes times) {
+  constexpr double kSecondsPerMs = 1e-3;
+  for (auto _ : state) state.SetIterationTime(times.median * kSecondsPerMs);
+  state.counters[kLeast] = times.least;
+}
+
+void Skip(benchmark::State& state, const absl::Status& status) {
+  const bool not_built = absl::IsUnimplemented(status);
+  const std::string message(status.message());
+  state.SkipWithError((not_built ? fmt::format("{}: {}", kNotBuilt, message) : message).c_str());
+}
+
 int Main(int argc, char** argv) {
 #ifndef NDEBUG
   std::fputs("latticed_bench: built without NDEBUG; only a Release build is worth timing\n",
              stderr);
   return 2;
 #endif
-  RegisterFloorBenches();
-  RegisterEvaluateBenches();
-  RegisterPlanBenches();
-  RegisterCodecBenches();
-  RegisterDeliveryBenches();
-  RegisterEngineBenches();
-  RegisterPrecisionBenches();
+  const Options options = Parse(argc, argv);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  SummaryReporter reporter;
-  benchmark::RunSpecifiedBenchmarks(&reporter);
-  reporter.PrintTargets();
-  return reporter.failed() ? 1 : 0;
+  return options.paper ? Paper(options) : Benchmarks(options);
 }
 
 }  // namespace latticed::bench

@@ -80,13 +80,17 @@ Scenario MakeScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh,
   CheckOk(lattice.status());
   auto plan = MakePlan(std::move(mesh), lattice->structure);
   CheckOk(plan.status());
+  return MakeScenario(std::move(name), *std::move(plan));
+}
+
+Scenario MakeScenario(std::string name, std::shared_ptr<const DeformPlan> plan) {
   Scenario scenario;
   scenario.name = std::move(name);
-  scenario.plan = *std::move(plan);
+  scenario.plan = std::move(plan);
   std::mt19937 random(kSeed);
   Bounds bounds;
   for (auto& points : scenario.control_points) {
-    points = Jittered(lattice->structure, random);
+    points = Jittered(scenario.plan->structure, random);
     for (const Vec3d p : points) bounds.Extend(p);
   }
   scenario.box = FitQuantisationBox(bounds, 1);

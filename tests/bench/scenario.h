@@ -38,6 +38,9 @@ struct Scenario {
 [[nodiscard]] Scenario MakeScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh,
                                     std::array<int, 3> size, std::array<int, 3> degree);
 
+// The same for a plan that is made already.
+[[nodiscard]] Scenario MakeScenario(std::string name, std::shared_ptr<const DeformPlan> plan);
+
 // The paper's smallest and largest models in patches (17,119 and 113,663), to within 1 %, on 5 x 5
 // x 5 knot boxes; made once.
 [[nodiscard]] const Scenario& SmallScenario(int degree);

@@ -3,47 +3,14 @@
 #include "tests/bench/summary.h"
 
 #include <algorithm>
+#include <string_view>
 
 #include "fmt/format.h"
+#include "tests/bench/benches.h"
+#include "tests/bench/targets.h"
 
 namespace latticed::bench {
 namespace {
-
-constexpr char kSmall[] = "evaluate/torus-17k/";
-constexpr char kFusedLane[] = "fused/degree2/lane-order/facet/10segments/1t";
-constexpr char kFusedStreamed[] = "fused/degree2/quantised/facet/10segments/1t";
-constexpr char kGemm[] = "gemm/degree2/point-order/facet/10segments/1t";
-
-// `numerator` over `denominator`, or `numerator` alone: a benchmark's time in milliseconds, or
-// "benchmark:counter".
-struct Target {
-  std::string text;
-  std::string numerator, denominator;
-  bool at_least = true;
-  double target = 0;
-};
-
-std::vector<Target> Targets() {
-  const std::string s = kSmall;
-  return {
-      {"gemm / fused, lane order", s + kGemm, s + kFusedLane, true, 12},
-      {"blocked product alone / fused, lane order", "floor/blocked-product-alone/1t",
-       s + kFusedLane, true, 2},
-      {"fused, lane order / streaming stores", s + kFusedLane, "floor/streaming-stores/1t", false,
-       3},
-      {"gemm / fused as streamed (12/8 bits)", s + kGemm, s + kFusedStreamed, true, 9},
-      {"fused as streamed, ms", s + kFusedStreamed, "", false, 4.5},
-      {"fused, one thread / two", s + kFusedLane,
-       s + "fused/degree2/lane-order/facet/10segments/2t", true, 1.7},
-      {"fused as streamed, one thread / two", s + kFusedStreamed,
-       s + "fused/degree2/quantised/facet/10segments/2t", true, 1.7},
-      {"smooth / facet normals", s + "fused/degree2/lane-order/smooth/10segments/1t",
-       s + kFusedLane, false, 1.8},
-      {"delivery of raw chunks on one stream, GB/s", "delivery/raw-chunks:GB_s", "", true, 2},
-      {"plan of 100,000 faces, ms", "plan/100000-faces", "", false, 500},
-      {"plan, 100,000 faces / 25,000", "plan/100000-faces", "plan/25000-faces", false, 4.8},
-  };
-}
 
 // Google Benchmark appends its settings and the aggregate's name to a benchmark's own.
 std::string OwnName(const benchmark::BenchmarkReporter::Run& run) {
@@ -57,48 +24,54 @@ double Median(std::vector<double> values) {
 
 }  // namespace
 
+SummaryReporter::SummaryReporter() {
+  rows_.title = "Benchmarks";
+  rows_.columns = {"benchmark", "median ms", "least ms", "counters"};
+}
+
 bool SummaryReporter::ReportContext(const Context& context) {
   PrintBasicContext(&GetErrorStream(), context);
   GetOutputStream() << fmt::format("{:<64}{:>12}{:>12}\n", "benchmark", "median ms", "least ms");
   return true;
 }
 
+void SummaryReporter::ReportError(const Run& run) {
+  const std::string_view message = run.error_message;
+  const bool not_built = message.starts_with(kNotBuilt);
+  const std::string text = not_built ? std::string(message) : fmt::format("WRONG: {}", message);
+  failed_ = failed_ || !not_built;
+  GetOutputStream() << fmt::format("{:<64}  {}", OwnName(run), text) << std::endl;
+  rows_.rows.push_back({OwnName(run), "", "", text});
+}
+
 void SummaryReporter::ReportRuns(const std::vector<Run>& reports) {
   std::vector<double> times;
   for (const Run& run : reports) {
-    if (run.error_occurred) {
-      failed_ = true;
-      GetOutputStream() << fmt::format("{:<64}  WRONG: {}\n", OwnName(run), run.error_message);
-      return;
-    }
+    if (run.error_occurred) return ReportError(run);
     if (run.run_type == Run::RT_Iteration) times.push_back(run.GetAdjustedRealTime());
   }
   if (times.empty()) return;
   const Run& run = reports.front();
-  values_[OwnName(run)] = Median(times);
-  std::string line = fmt::format("{:<64}{:>12.3f}{:>12.3f}", OwnName(run), Median(times),
-                                 *std::min_element(times.begin(), times.end()));
+  const double median = Median(times);
+  double least = *std::min_element(times.begin(), times.end());
+  std::string counters;
+  values_[OwnName(run)] = median;
   for (const auto& [name, counter] : run.counters) {
     values_[OwnName(run) + ":" + name] = counter.value;
-    line += fmt::format("  {}={:.4g}", name, counter.value);
+    if (name == kLeast) {
+      least = counter.value;
+    } else {
+      counters += fmt::format("{}{}={:.4g}", counters.empty() ? "" : "  ", name, counter.value);
+    }
   }
-  GetOutputStream() << line << std::endl;
+  const std::string median_text = fmt::format("{:.4f}", median);
+  const std::string least_text = fmt::format("{:.4f}", least);
+  GetOutputStream() << fmt::format("{:<64}{:>12}{:>12}  {}", OwnName(run), median_text, least_text,
+                                   counters)
+                    << std::endl;
+  rows_.rows.push_back({OwnName(run), median_text, least_text, counters});
 }
 
-void SummaryReporter::PrintTargets() const {
-  auto& out = GetOutputStream();
-  out << fmt::format("\n{:<46}{:>10}{:>12}\n", "ratio in this run", "measured", "target");
-  for (const Target& t : Targets()) {
-    const auto numerator = values_.find(t.numerator);
-    const auto denominator = values_.find(t.denominator);
-    if (numerator == values_.end()) continue;
-    if (!t.denominator.empty() && denominator == values_.end()) continue;
-    const double value =
-        t.denominator.empty() ? numerator->second : numerator->second / denominator->second;
-    const bool met = t.at_least ? value >= t.target : value <= t.target;
-    out << fmt::format("{:<46}{:>10.2f}{:>4}{:>8.1f}  {}\n", t.text, value,
-                       t.at_least ? ">=" : "<=", t.target, met ? "met" : "missed");
-  }
-}
+Section SummaryReporter::Targets() const { return TargetSection(values_); }
 
 }  // namespace latticed::bench

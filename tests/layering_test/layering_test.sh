@@ -34,7 +34,7 @@ readonly guarded=(
   '^hwy/' '^(core/(cpu|codec)|tests)/'
   '^cblas' '^core/cpu/cpu_gemm|^tests/bench/'
   '^cublas' '^cuda/cuda_(gemm|status)'
-  '^(cuda_runtime|cuda\.h|cuda_fp16)' '^(cuda|tests/cuda)/')
+  '^(cuda_runtime|cuda\.h|cuda_fp16)' '^(cuda|tests/(bench|cuda))/')
 
 layer_of() {
   case $1 in

@@ -1,0 +1,121 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One control point of an 8 x 8 x 8 lattice moves: only dirty chunks are evaluated. The row's time
+// is from the call of Evaluate until the vertices are in device memory, by the host's clock;
+// device_ms is by events. Points that touch the most, the median and the least patches (of those
+// that touch any), and all chunks by the same call.
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "core/ffd/dirty_set.h"
+#include "fmt/format.h"
+#include "tests/bench/benches.h"
+#include "tests/bench/gpu_scenario.h"
+
+namespace latticed::bench {
+namespace {
+
+constexpr int kRuns = 100;
+constexpr size_t kComparedChunks = 64;
+
+// Where in the order of control points by dirty patches.
+enum class Pick { kMost, kMedian, kLeast, kAll };
+
+struct Edit {
+  uint32_t point = 0;
+  uint64_t patches = 0;
+  std::vector<uint32_t> chunks;
+};
+
+Edit PickEdit(const Scenario& scenario, Pick pick) {
+  DirtySet dirty(scenario.plan);
+  std::vector<std::pair<uint64_t, uint32_t>> touched;
+  const auto count = static_cast<uint32_t>(scenario.plan->structure.control_point_count());
+  for (uint32_t point = 0; point < count; ++point) {
+    dirty.Clear();
+    dirty.MarkControlPoints({&point, 1});
+    if (dirty.patches() > 0) touched.emplace_back(dirty.patches(), point);
+  }
+  std::sort(touched.begin(), touched.end());
+  const size_t at = pick == Pick::kLeast    ? 0
+                    : pick == Pick::kMedian ? touched.size() / 2
+                                            : touched.size() - 1;
+  Edit edit{.point = touched[at].second, .patches = touched[at].first, .chunks = {}};
+  dirty.Clear();
+  dirty.MarkControlPoints({&edit.point, 1});
+  edit.chunks = dirty.Chunks();
+  if (pick == Pick::kAll) {
+    edit.patches = scenario.plan->patches.size();
+    edit.chunks = scenario.all_chunks;
+  }
+  return edit;
+}
+
+// After edits the view must hold, bit for bit, what a full evaluation gives.
+absl::Status CompareWithFull(const Scenario& scenario, DeformView& view,
+                             const std::vector<uint32_t>& chunks) {
+  const size_t stride = std::max<size_t>(1, chunks.size() / kComparedChunks);
+  const auto read = [&] {
+    std::vector<std::vector<uint8_t>> bytes;
+    for (size_t i = 0; i < chunks.size(); i += stride) {
+      bytes.emplace_back(ChunkPoints(*scenario.plan, chunks[i], view.spec().segments) *
+                         BytesPerPoint(view.spec()));
+      CheckOk(view.Read(chunks[i], bytes.back()));
+    }
+    return bytes;
+  };
+  CheckOk(view.Evaluate(scenario.control_points[0], scenario.box, chunks));
+  const auto incremental = read();
+  CheckOk(view.Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
+  if (incremental == read()) return absl::OkStatus();
+  return absl::InternalError("dirty chunks differ from a full evaluation");
+}
+
+void OnePoint(benchmark::State& state, Pipeline pipeline, VertexFormat format, Pick pick) {
+  Gpu& gpu = **TheGpu();
+  const Scenario& scenario = ModelScenario(PaperModels().back(), {2, 2, 2});
+  const auto view = MakeGpuView(gpu, scenario, pipeline, GpuSpec(format, NormalMode::kFacet, 10));
+  if (!view.ok()) return Skip(state, view.status());
+  const Edit edit = PickEdit(scenario, pick);
+  std::array<std::vector<Vec3d>, 2> turns{scenario.control_points[0], scenario.control_points[0]};
+  turns[1][edit.point] = scenario.control_points[1][edit.point];
+  const GpuWork work = [&](int run) {
+    return (*view)->Evaluate(turns[static_cast<size_t>(run + 1) % 2], scenario.box, edit.chunks);
+  };
+  const GpuTimes launch = gpu.LaunchToResult(**view, work, kRuns);
+  const GpuTimes device = gpu.DeviceTime(**view, work, kRuns);
+  if (const auto same = CompareWithFull(scenario, **view, edit.chunks); !same.ok()) {
+    return Skip(state, same);
+  }
+  const auto patches = static_cast<double>(edit.patches);
+  SetTime(state, launch);
+  state.counters["device_ms"] = device.median;
+  state.counters["dirty_patches"] = patches;
+  state.counters["dirty_chunks"] = static_cast<double>(edit.chunks.size());
+  state.counters["dirty_share"] = patches / static_cast<double>(scenario.plan->patches.size());
+}
+
+}  // namespace
+
+void RegisterGpuEditBenches() {
+  for (const auto& [name, pick] : {std::pair{"most", Pick::kMost},
+                                   {"median", Pick::kMedian},
+                                   {"least", Pick::kLeast},
+                                   {"all", Pick::kAll}}) {
+    for (const auto& [format_name, format] :
+         {std::pair{"float32", VertexFormat::kFloat32}, {"quantised", VertexFormat::kQuantised}}) {
+      RegisterOnce(fmt::format("gpu/one-control-point/fused/{}/{}", format_name, name),
+                   [pick = pick, format = format](benchmark::State& state) {
+                     OnePoint(state, Pipeline::kFused, format, pick);
+                   });
+    }
+  }
+  // For comparison: this pipeline evaluates all patches whatever is dirty.
+  RegisterOnce("gpu/one-control-point/gemm/float32/most", [](benchmark::State& state) {
+    OnePoint(state, Pipeline::kGemm, VertexFormat::kFloat32, Pick::kMost);
+  });
+}
+
+}  // namespace latticed::bench

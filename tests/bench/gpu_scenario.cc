@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/bench/gpu_scenario.h"
+
+#include <map>
+#include <utility>
+
+#include "fmt/format.h"
+#include "tests/bench/exact_mesh.h"
+#include "tests/bench/verify.h"
+
+namespace latticed::bench {
+namespace {
+
+constexpr std::array kPaperModels{PaperModel{"bird", 17'119}, PaperModel{"amphora", 19'924},
+                                  PaperModel{"snail", 46'742}, PaperModel{"spaceship", 96'314},
+                                  PaperModel{"tree", 113'663}};
+// An exact plan is made twice.
+constexpr size_t kMostExact = 1'000'000;
+// Plans of more take seconds: say what the wait is for.
+constexpr size_t kManyPatches = 500'000;
+
+Scenario Made(std::string name, absl::StatusOr<std::shared_ptr<const DeformPlan>> plan) {
+  CheckOk(plan.status());
+  return MakeScenario(std::move(name), *std::move(plan));
+}
+
+}  // namespace
+
+std::span<const PaperModel> PaperModels() { return kPaperModels; }
+
+const Scenario& ModelScenario(const PaperModel& model, std::array<int, 3> degree) {
+  using Key = std::pair<size_t, std::array<int, 3>>;
+  static auto* const scenarios = new std::map<Key, Scenario>;
+  const auto found = scenarios->find({model.patches, degree});
+  if (found != scenarios->end()) return found->second;
+  return scenarios
+      ->emplace(Key{model.patches, degree}, Made(fmt::format("{}-{}", model.name, model.patches),
+                                                 MakeExactPlan(model.patches, degree)))
+      .first->second;
+}
+
+const Scenario& ScaleScenario(size_t patches) {
+  static auto* const scenarios = new std::map<size_t, Scenario>;
+  const auto found = scenarios->find(patches);
+  if (found != scenarios->end()) return found->second;
+  if (patches > kManyPatches) fmt::print(stderr, "latticed_bench: planning {} patches\n", patches);
+  auto plan =
+      patches > kMostExact ? MakeRoughPlan(patches, {2, 2, 2}) : MakeExactPlan(patches, {2, 2, 2});
+  return scenarios->emplace(patches, Made(fmt::format("scale-{}", patches), std::move(plan)))
+      .first->second;
+}
+
+namespace {
+
+absl::StatusOr<std::unique_ptr<DeformView>> Verified(
+    const Scenario& scenario, Pipeline pipeline, absl::StatusOr<std::unique_ptr<DeformView>> view) {
+  if (absl::IsUnimplemented(view.status())) return view;
+  CheckOk(view.status());
+  CheckOk((*view)->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
+  if (auto verified = Verify(scenario, pipeline, **view); !verified.ok()) return verified;
+  return view;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Gpu& gpu, const Scenario& scenario,
+                                                        Pipeline pipeline, const ViewSpec& spec) {
+  const auto target = gpu.backend().Prepare(scenario.plan, pipeline);
+  if (absl::IsUnimplemented(target.status())) return target.status();
+  CheckOk(target.status());
+  return Verified(scenario, pipeline, (*target)->CreateView(spec));
+}
+
+absl::StatusOr<std::unique_ptr<DeformView>> MakeTensorView(Gpu& gpu, const Scenario& scenario,
+                                                           const ViewSpec& spec) {
+  return Verified(scenario, Pipeline::kGemm, gpu.TensorProduct(scenario.plan, spec));
+}
+
+GpuWork AllChunks(const Scenario& scenario, DeformView& view) {
+  return [&scenario, &view](int run) {
+    return view.Evaluate(scenario.control_points[static_cast<size_t>(run + 1) % 2], scenario.box,
+                         scenario.all_chunks);
+  };
+}
+
+ViewSpec GpuSpec(VertexFormat format, NormalMode normals, int segments) {
+  return {.segments = segments,
+          .normals = normals,
+          .format = format,
+          .position_bits = 12,
+          .normal_bits = 8};
+}
+
+double StageMs(const std::vector<GpuStage>& stages, std::string_view name) {
+  for (const GpuStage& stage : stages) {
+    if (stage.name == name) return stage.device_ms;
+  }
+  return 0;
+}
+
+double SumMs(const std::vector<GpuStage>& stages) {
+  double sum = 0;
+  for (const GpuStage& stage : stages) sum += stage.device_ms;
+  return sum;
+}
+
+}  // namespace latticed::bench

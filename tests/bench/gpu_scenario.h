@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What benchmarks on a GPU run on: as many patches as the paper's models have, or as a scale asks
+// for (exact_mesh.h), and views of them that are verified before anybody times them.
+#ifndef LATTICED_TESTS_BENCH_GPU_SCENARIO_H_
+#define LATTICED_TESTS_BENCH_GPU_SCENARIO_H_
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tests/bench/gpu.h"
+#include "tests/bench/scenario.h"
+
+namespace latticed::bench {
+
+struct PaperModel {
+  const char* name;
+  size_t patches;
+};
+
+// In the order of the paper's tables.
+[[nodiscard]] std::span<const PaperModel> PaperModels();
+
+// Made on the first call and kept: exactly as many patches; a few percent more above a million.
+[[nodiscard]] const Scenario& ModelScenario(const PaperModel& model, std::array<int, 3> degree);
+[[nodiscard]] const Scenario& ScaleScenario(size_t patches);
+
+// Evaluated with control_points[0] and compared with the definition. kUnimplemented where the
+// backend lacks the pipeline, kInternal where the result is wrong; other errors end the program.
+[[nodiscard]] absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Gpu& gpu,
+                                                                      const Scenario& scenario,
+                                                                      Pipeline pipeline,
+                                                                      const ViewSpec& spec);
+
+// The tensor-product comparator, held to the GEMM pipelines' precision.
+[[nodiscard]] absl::StatusOr<std::unique_ptr<DeformView>> MakeTensorView(Gpu& gpu,
+                                                                         const Scenario& scenario,
+                                                                         const ViewSpec& spec);
+
+// All chunks, control points by turns.
+[[nodiscard]] GpuWork AllChunks(const Scenario& scenario, DeformView& view);
+
+[[nodiscard]] ViewSpec GpuSpec(VertexFormat format, NormalMode normals, int segments);
+
+// Device time of one stage, 0 where there is none; of all of them.
+[[nodiscard]] double StageMs(const std::vector<GpuStage>& stages, std::string_view name);
+[[nodiscard]] double SumMs(const std::vector<GpuStage>& stages);
+
+}  // namespace latticed::bench
+
+#endif  // LATTICED_TESTS_BENCH_GPU_SCENARIO_H_

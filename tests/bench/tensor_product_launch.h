@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The two kernels of the tensor-product comparator: each enqueues one and returns its launch error.
+#ifndef LATTICED_TESTS_BENCH_TENSOR_PRODUCT_LAUNCH_H_
+#define LATTICED_TESTS_BENCH_TENSOR_PRODUCT_LAUNCH_H_
+
+#include <cuda_runtime_api.h>
+
+#include "tests/bench/tensor_product.h"
+
+namespace latticed::bench {
+
+cudaError_t LaunchTensorControl(const TensorJob& job, cudaStream_t stream);
+cudaError_t LaunchTensorTessellation(const TensorJob& job, cudaStream_t stream);
+
+}  // namespace latticed::bench
+
+#endif  // LATTICED_TESTS_BENCH_TENSOR_PRODUCT_LAUNCH_H_
