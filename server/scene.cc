@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/ffd/dirty_set.h"
+#include "server/resident_target.h"
 #include "server/update_pipeline.h"
 
 namespace latticed {
@@ -75,9 +76,9 @@ uint64_t NextIncarnation() {
 
 }  // namespace
 
-Scene::Scene(SceneConfig config, Backend* backend, UpdatePipeline* pipeline)
+Scene::Scene(SceneConfig config, Residency* residency, UpdatePipeline* pipeline)
     : config_(std::move(config)),
-      backend_(backend),
+      residency_(residency),
       pipeline_(pipeline),
       incarnation_(NextIncarnation()),
       history_(config_.lattice),
@@ -85,11 +86,11 @@ Scene::Scene(SceneConfig config, Backend* backend, UpdatePipeline* pipeline)
 
 Scene::~Scene() = default;
 
-absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config, Backend* backend,
+absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config, Residency* residency,
                                                      UpdatePipeline* pipeline, StopCheck stop) {
   if (auto s = Validate(config.lattice); !s.ok()) return s;
   if (auto s = Validate(config.default_view.key.spec); !s.ok()) return s;
-  const std::shared_ptr<Scene> scene(new Scene(std::move(config), backend, pipeline));
+  const std::shared_ptr<Scene> scene(new Scene(std::move(config), residency, pipeline));
   auto state = scene->Prepare(scene->config_.lattice.structure, stop);
   if (!state.ok()) return state.status();
 
@@ -111,6 +112,8 @@ absl::StatusOr<SceneState> Scene::Prepare(const LatticeStructure& structure, Sto
 
 absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& structure,
                                                    StopCheck stop) const {
+  // Before the plan, which may take seconds.
+  if (auto s = residency_->health().status(); !s.ok()) return s;
   SceneState state;
   const uint64_t least = LeastPlanBytes(*config_.mesh);
   auto memory = Reserve(config_.memory, "the scene's plan", least);
@@ -118,7 +121,7 @@ absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& struc
   ProbeMemory(least);
   auto plan = MakePlan(config_.mesh, structure, stop);
   if (!plan.ok()) return plan.status();
-  auto target = backend_->Prepare(*plan, config_.pipeline);
+  auto target = residency_->Prepare(*plan, config_.pipeline);
   if (!target.ok()) return target.status();
   if (auto s = stop(); !s.ok()) return s;
   if (auto s = memory->Resize("the scene's plan", Sum((*target)->memory())); !s.ok()) return s;

@@ -41,7 +41,8 @@
 
 namespace latticed {
 
-class DirtySet;  // core/ffd/dirty_set.h
+class DirtySet;   // core/ffd/dirty_set.h
+class Residency;  // server/residency.h
 class UpdatePipeline;
 
 // What a scene is made from, and what of it never changes.
@@ -96,10 +97,10 @@ class SceneListener {
 class Scene : public std::enable_shared_from_this<Scene> {
  public:
   // Makes the plan and prepares the backend. kInvalidArgument for a bad lattice,
-  // kResourceExhausted; what `stop` says, which is asked meanwhile. `backend` and `pipeline`
-  // outlive the scene.
+  // kResourceExhausted, kUnavailable; what `stop` says, which is asked meanwhile. `residency` and
+  // `pipeline` outlive the scene.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<Scene>> Create(SceneConfig config,
-                                                                     Backend* backend,
+                                                                     Residency* residency,
                                                                      UpdatePipeline* pipeline,
                                                                      StopCheck stop = NeverStop);
   ~Scene();
@@ -160,7 +161,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
       ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
-  Scene(SceneConfig config, Backend* backend, UpdatePipeline* pipeline);
+  Scene(SceneConfig config, Residency* residency, UpdatePipeline* pipeline);
   // What an edit that changes the structure needs, or why it cannot be had.
   struct Candidate {
     LatticeStructure structure;
@@ -182,7 +183,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   void WakeListeners() ABSL_LOCKS_EXCLUDED(mutex_);
 
   const SceneConfig config_;
-  Backend* const backend_;
+  Residency* const residency_;
   UpdatePipeline* const pipeline_;
   const absl::Time create_time_ = absl::Now();
   const uint64_t incarnation_;

@@ -21,8 +21,8 @@ constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
 }  // namespace
 
 SceneRegistry::SceneRegistry(Backend* backend, int workers, Options options)
-    : backend_(backend),
-      options_(std::move(options)),
+    : options_(std::move(options)),
+      residency_(backend),
       pipeline_(workers),
       housekeeper_([this] { KeepHouse(); }) {}
 
@@ -70,7 +70,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     creating_[id] = mesh_id;
   }
   auto scene = CatchBadAlloc(
-      "the scene", [&] { return Scene::Create(std::move(config), backend_, &pipeline_, stop); });
+      "the scene", [&] { return Scene::Create(std::move(config), &residency_, &pipeline_, stop); });
   const MutexLock lock(&mutex_);
   const bool mesh_lives = creating_[id] == mesh_id;
   creating_.erase(id);

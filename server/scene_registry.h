@@ -23,6 +23,7 @@
 #include "core/backend.h"
 #include "core/base/limits.h"
 #include "server/mutex.h"
+#include "server/residency.h"
 #include "server/scene.h"
 #include "server/update_pipeline.h"
 
@@ -80,7 +81,7 @@ class SceneRegistry {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<WatchControl>> FindWatch(std::string_view id) const
       ABSL_LOCKS_EXCLUDED(mutex_);
 
-  Backend& backend() const { return *backend_; }
+  Residency& residency() { return residency_; }
 
  private:
   void KeepHouse() ABSL_LOCKS_EXCLUDED(mutex_);
@@ -88,8 +89,8 @@ class SceneRegistry {
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t CountOfMeshLocked(std::string_view mesh_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  Backend* const backend_;
   const Options options_;
+  Residency residency_;
   UpdatePipeline pipeline_;
 
   mutable Mutex mutex_;

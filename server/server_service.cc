@@ -6,6 +6,7 @@
 
 #include "core/base/limits.h"
 #include "server/call.h"
+#include "server/scene_registry.h"
 #include "server/time_converters.h"
 #include "server/version.h"
 
@@ -20,7 +21,7 @@ uint64_t Pages(int name) {
              : static_cast<uint64_t>(pages) * static_cast<uint64_t>(page_bytes);
 }
 
-void FillBackends(const ServerEnv& env, v1::ServerInfo& info) {
+void FillBackends(ServerEnv& env, v1::ServerInfo& info) {
   for (const auto& backend : env.backends) {
     v1::BackendInfo& out = *info.add_backends();
     out.set_name(std::string(backend->name()));
@@ -31,6 +32,8 @@ void FillBackends(const ServerEnv& env, v1::ServerInfo& info) {
     device.set_memory_bytes(Pages(_SC_PHYS_PAGES));
     device.set_free_bytes(Pages(_SC_AVPHYS_PAGES));
   }
+  const absl::Status health = env.scenes->residency().health().status();
+  if (!health.ok()) info.mutable_backends(0)->set_lost(std::string(health.message()));
 }
 
 void FillAbilities(v1::ServerInfo& info) {

@@ -26,6 +26,7 @@ void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
   table.AddRow({"boot id", info.boot_id()});
   for (const auto& backend : info.backends()) {
     table.AddRow({"backend", fmt::format("{}: {}", backend.name(), backend.description())});
+    if (!backend.lost().empty()) table.AddRow({"device lost", backend.lost()});
   }
   std::string encodings;
   for (const int encoding : info.encodings()) {
