@@ -32,7 +32,8 @@ class CudaFrame {
 
   DeviceSpan<const Vec3d> control_points() const;
   DeviceSpan<const uint8_t> attached() const;  // 1 or 0, per seam of the plan
-  size_t MemoryBytes() const { return device_.size_bytes() + pinned_.size(); }
+  size_t DeviceBytes() const { return device_.size_bytes(); }
+  size_t PinnedBytes() const { return pinned_.size(); }
 
  private:
   CudaFrame(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaLane> lane,

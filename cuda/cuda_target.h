@@ -24,6 +24,7 @@ class CudaTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
+  bool evaluates_on_device() const override { return true; }
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override;
   // Waits for a lane of its own.
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,

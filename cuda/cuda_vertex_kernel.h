@@ -27,6 +27,7 @@ class CudaVertexKernel {
   [[nodiscard]] virtual absl::Status Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                                               std::span<const uint32_t> chunks,
                                               DeviceSpan<uint8_t> vertices) = 0;
+  // All of it on the device, so without a prefix.
   virtual MemoryUse memory() const = 0;
 
   // Bytes of `vertices` where they are not those of the wire layout, else 0. A kernel that keeps an

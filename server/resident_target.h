@@ -27,6 +27,7 @@ class ResidentTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return inner_->pipeline(); }
+  bool evaluates_on_device() const override { return inner_->evaluates_on_device(); }
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override;
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
                                                   size_t first, size_t last) override;

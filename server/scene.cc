@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <new>
-#include <numeric>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -64,11 +63,6 @@ uint64_t LeastPlanBytes(const PolygonMesh& mesh) {
 // survive an allocation that fails half-way.
 void ProbeMemory(uint64_t bytes) { ::operator delete(::operator new(bytes)); }
 
-uint64_t Sum(const MemoryUse& use) {
-  return std::accumulate(use.begin(), use.end(), uint64_t{0},
-                         [](uint64_t sum, const auto& entry) { return sum + entry.second; });
-}
-
 uint64_t NextIncarnation() {
   static std::atomic<uint64_t> last = 0;
   return ++last;
@@ -124,7 +118,8 @@ absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& struc
   auto target = residency_->Prepare(*plan, config_.pipeline);
   if (!target.ok()) return target.status();
   if (auto s = stop(); !s.ok()) return s;
-  if (auto s = memory->Resize("the scene's plan", Sum((*target)->memory())); !s.ok()) return s;
+  if (auto s = memory->Resize("the scene's plan", HostBytes((*target)->memory())); !s.ok())
+    return s;
   state.memory = std::make_shared<const MemoryReservation>(*std::move(memory));
   state.plan = *std::move(plan);
   state.target = *std::move(target);

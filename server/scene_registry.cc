@@ -120,6 +120,25 @@ size_t SceneRegistry::CountOfMesh(std::string_view mesh_id) const {
   return CountOfMeshLocked(mesh_id);
 }
 
+MeshUse SceneRegistry::UseOfMesh(std::string_view mesh_id) const {
+  const MutexLock lock(&mutex_);
+  MeshUse use{.scenes = CountOfMeshLocked(mesh_id)};
+  for (const auto& [id, scene] : scenes_) {
+    if (scene->config().mesh_id != mesh_id) continue;
+    use.device_bytes += DeviceBytes(scene->State()->target->memory());
+  }
+  return use;
+}
+
+MemoryUse SceneRegistry::memory() const {
+  MemoryUse total;
+  for (const auto& scene : List("", size(), [](const Scene&) { return true; })) {
+    for (const auto& [purpose, bytes] : scene->memory()) total[purpose] += bytes;
+  }
+  total.erase("mesh");
+  return total;
+}
+
 size_t SceneRegistry::CountOfMeshLocked(std::string_view mesh_id) const {
   const auto made = std::ranges::count_if(
       scenes_, [mesh_id](const auto& s) { return s.second->config().mesh_id == mesh_id; });

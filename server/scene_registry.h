@@ -31,6 +31,12 @@ namespace latticed {
 
 class WatchControl;  // server/watch_control.h
 
+// What the scenes of a mesh are to it, those in the making counted but without bytes.
+struct MeshUse {
+  size_t scenes = 0;
+  uint64_t device_bytes = 0;  // of their plans
+};
+
 class SceneRegistry {
  public:
   struct Options {
@@ -67,6 +73,9 @@ class SceneRegistry {
   [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Of the scenes of a mesh, those in the making as well.
   [[nodiscard]] size_t CountOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] MeshUse UseOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
+  // Of all scenes, their meshes left out: scenes share them.
+  [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Calls `remove` while no scene of the mesh can come up, so that none is left that names a
   // deleted mesh. With `force` its scenes go as well, those in the making too; without,
   // kFailedPrecondition MESH_IN_USE where there are some. Else remove's status.

@@ -21,15 +21,16 @@ bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
   return a.size == b.size && std::equal(a.data, a.data + a.size, b.data);
 }
 
-// Vertices, and the chunks of as many snapshots as there may be; Draco's are a quarter of its
-// integers or less.
-uint64_t ViewBytes(const DeformPlan& plan, const ViewKey& key) {
+// What a view takes of the host's memory: vertices, which a device keeps itself, and the chunks of as
+// many snapshots as there may be; Draco's are a quarter of its integers or less.
+uint64_t ViewBytes(const DeformTarget& target, const ViewKey& key) {
+  const DeformPlan& plan = target.plan();
   const uint64_t points =
       plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(key.spec.segments));
   const uint64_t vertices = points * BytesPerPoint(key.spec);
   const bool draco = key.encoding == Encoding::kDracoPoints || key.encoding == Encoding::kDracoMesh;
   const uint64_t chunks = draco ? vertices / 4 : vertices;
-  return vertices + limits::kMaxSnapshotsPerView * chunks;
+  return (target.evaluates_on_device() ? 0 : vertices) + limits::kMaxSnapshotsPerView * chunks;
 }
 
 absl::Status NobodyWatches() { return absl::CancelledError("the last watcher left"); }
@@ -167,7 +168,7 @@ absl::Status SceneView::Prepare(const SceneState& state) {
   // First, so that old and new do not need memory together.
   deform_view_.reset();
   reservation_.Release();
-  auto room = Reserve(memory_, "the view", ViewBytes(*state.plan, key_));
+  auto room = Reserve(memory_, "the view", ViewBytes(*state.target, key_));
   if (!room.ok()) return room.status();
   auto made = state.target->CreateView(key_.spec);
   if (!made.ok()) return made.status();

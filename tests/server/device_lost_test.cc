@@ -3,16 +3,13 @@
 //
 // The device is lost while the server runs: balancers are told, calls that need it say so, the rest
 // is answered, and nothing ends the process.
-#include <memory>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include "latticed/v1/server.grpc.pb.h"
 #include "server/device_health.h"
-#include "tests/server/fake_device_backend.h"
+#include "tests/server/device_fixture.h"
 #include "tests/server/health_probe.h"
-#include "tests/server/scene_fixture.h"
 #include "tests/server/stream_support.h"
 
 namespace latticed::testing {
@@ -50,19 +47,10 @@ TEST(DeviceHealthTest, ALateObserverIsToldAtOnceAndARemovedOneNever) {
   EXPECT_EQ(late, 1);
 }
 
-class DeviceLostTest : public SceneFixture {
+class DeviceLostTest : public DeviceFixture {
  protected:
   void SetUp() override {
-    auto backend = std::make_unique<FakeDeviceBackend>(uint64_t{1} << 30);
-    backend_ = backend.get();
-    std::vector<std::unique_ptr<Backend>> backends;
-    backends.push_back(std::move(backend));
-    Options options;
-    options.log_level = "off";
-    auto server = InProcessServer::Start(options, std::move(backends));
-    ASSERT_OK(server);
-    server_ = *std::move(server);
-    stub_ = v1::SceneService::NewStub(server_->channel());
+    StartOnDevice(uint64_t{1} << 30);
     mesh_ = Upload(kGridObj);
     ASSERT_OK(Create(SceneRequest()));
   }
@@ -73,34 +61,6 @@ class DeviceLostTest : public SceneFixture {
     EXPECT_THAT(status.message(), HasSubstr("call another"));
     EXPECT_GT(error::DetailsOf(status).retry_after_ms, 0u);
   }
-
-  absl::Status Update(int segments) {
-    v1::GetUpdateRequest request;
-    request.set_scene("scene-one");
-    request.mutable_view()->set_segments(segments);
-    grpc::ClientContext context;
-    std::vector<v1::SceneEvent> events;
-    return ReadAll(*stub_->GetUpdate(&context, request), events);
-  }
-
-  absl::Status Export() {
-    v1::ExportRequest request;
-    request.set_scene("scene-one");
-    request.set_format(v1::EXPORT_FORMAT_PLY);
-    grpc::ClientContext context;
-    std::vector<v1::ExportResponse> parts;
-    return ReadAll(*stub_->Export(&context, request), parts);
-  }
-
-  v1::ServerInfo Info() {
-    grpc::ClientContext context;
-    v1::ServerInfo info;
-    EXPECT_OK(client::FromGrpc(
-        v1::ServerService::NewStub(server_->channel())->GetServerInfo(&context, {}, &info)));
-    return info;
-  }
-
-  FakeDeviceBackend* backend_ = nullptr;  // the server's
 };
 
 TEST_F(DeviceLostTest, HealthTurnsForEveryServiceAndStaysSo) {

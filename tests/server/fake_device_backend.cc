@@ -15,16 +15,24 @@ class FakeDevice {
  public:
   explicit FakeDevice(uint64_t bytes) : bytes_(bytes) {}
 
-  absl::Status Take(std::string_view purpose, uint64_t bytes) {
+  absl::Status Take(const std::string& purpose, uint64_t bytes) {
     const std::scoped_lock lock(mutex_);
-    const uint64_t free = bytes_ - used_;
+    const uint64_t free = bytes_ - HostBytes(use_);
     if (bytes > free) return error::OutOfMemory(purpose, bytes, free);
-    used_ += bytes;
+    use_[purpose] += bytes;
     return absl::OkStatus();
   }
-  void Give(uint64_t bytes) {
+  void Give(const std::string& purpose, uint64_t bytes) {
     const std::scoped_lock lock(mutex_);
-    used_ -= bytes;
+    use_[purpose] -= bytes;
+  }
+  DeviceState State() const {
+    const std::scoped_lock lock(mutex_);
+    return {.name = "fake 0",
+            .memory_bytes = 2 * bytes_,
+            .budget_bytes = bytes_,
+            .free_bytes = bytes_ - HostBytes(use_),
+            .use = use_};
   }
   // kUnavailable once it is lost.
   absl::Status Check() {
@@ -41,10 +49,6 @@ class FakeDevice {
     const std::scoped_lock lock(mutex_);
     ++prepares_;
   }
-  uint64_t used() const {
-    const std::scoped_lock lock(mutex_);
-    return used_;
-  }
   int prepares() const {
     const std::scoped_lock lock(mutex_);
     return prepares_;
@@ -57,7 +61,7 @@ class FakeDevice {
  private:
   const uint64_t bytes_;
   mutable std::mutex mutex_;
-  uint64_t used_ = 0;  // these guarded by mutex_
+  MemoryUse use_;  // these guarded by mutex_
   bool lost_ = false;
   int calls_after_loss_ = 0;
   int prepares_ = 0;
@@ -68,9 +72,9 @@ namespace {
 // Bytes of the device, until it goes.
 class FakeMemory {
  public:
-  FakeMemory(std::shared_ptr<FakeDevice> device, uint64_t bytes)
-      : device_(std::move(device)), bytes_(bytes) {}
-  ~FakeMemory() { device_->Give(bytes_); }
+  FakeMemory(std::shared_ptr<FakeDevice> device, std::string purpose, uint64_t bytes)
+      : device_(std::move(device)), purpose_(std::move(purpose)), bytes_(bytes) {}
+  ~FakeMemory() { device_->Give(purpose_, bytes_); }
   FakeMemory(const FakeMemory&) = delete;  // gives back once
   FakeMemory& operator=(const FakeMemory&) = delete;
 
@@ -79,14 +83,15 @@ class FakeMemory {
 
  private:
   const std::shared_ptr<FakeDevice> device_;
+  const std::string purpose_;
   const uint64_t bytes_;
 };
 
 absl::StatusOr<std::unique_ptr<FakeMemory>> Take(const std::shared_ptr<FakeDevice>& device,
-                                                 std::string_view purpose, uint64_t bytes) {
+                                                 const std::string& purpose, uint64_t bytes) {
   if (auto s = device->Check(); !s.ok()) return s;
   if (auto s = device->Take(purpose, bytes); !s.ok()) return s;
-  return std::make_unique<FakeMemory>(device, bytes);
+  return std::make_unique<FakeMemory>(device, purpose, bytes);
 }
 
 class FakeView : public DeformView {
@@ -124,6 +129,7 @@ class FakeTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return inner_->plan(); }
   Pipeline pipeline() const override { return inner_->pipeline(); }
+  bool evaluates_on_device() const override { return true; }
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     const uint64_t points =
         plan().patches.size() * static_cast<uint64_t>(PointsPerPatch(spec.segments));
@@ -165,9 +171,10 @@ absl::StatusOr<std::shared_ptr<DeformTarget>> FakeDeviceBackend::Prepare(
   return std::make_shared<FakeTarget>(device_, *std::move(inner), *std::move(memory));
 }
 
+std::vector<DeviceState> FakeDeviceBackend::devices() const { return {device_->State()}; }
 void FakeDeviceBackend::Lose() { device_->Lose(); }
 int FakeDeviceBackend::calls_after_loss() const { return device_->calls_after_loss(); }
-uint64_t FakeDeviceBackend::used_bytes() const { return device_->used(); }
+uint64_t FakeDeviceBackend::used_bytes() const { return HostBytes(device_->State().use); }
 int FakeDeviceBackend::prepares() const { return device_->prepares(); }
 
 }  // namespace latticed::testing

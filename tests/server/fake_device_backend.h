@@ -15,6 +15,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/backend.h"
 
@@ -31,6 +32,7 @@ class FakeDeviceBackend : public Backend {
 
   std::string_view name() const override { return "fake"; }
   std::string description() const override { return "a device that is not there"; }
+  std::vector<DeviceState> devices() const override;
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override;
 
