@@ -330,10 +330,15 @@ std::optional<ViewWork> Scene::TakeWork() {
 }
 
 void Scene::RunWork(ViewWork work) {
-  work.view->Run(work);
-  // Before the listeners run, so that a view that is let go now is idle.
-  work = {};
-  WakeListeners();
+  bool news = false;
+  {
+    // Gone before the listeners run, so that a view that is let go now is idle.
+    const auto view = work.view;
+    news = view->Run(std::move(work), [this] { RequestWork(); });
+  }
+  // First, so that what was evaluated meanwhile is encoded without waiting for them.
+  RequestWork();
+  if (news) WakeListeners();
 }
 
 Scene::Deltas Scene::DeltasAfter(uint64_t revision) const {

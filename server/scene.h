@@ -145,7 +145,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
   void RequestWork() ABSL_LOCKS_EXCLUDED(mutex_);
   // One evaluation of one view that is watched and behind; nullopt when there is none.
   [[nodiscard]] std::optional<ViewWork> TakeWork() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Runs what TakeWork gave, without a lock, and wakes the listeners.
+  // Runs what TakeWork gave, without a lock, then requests work again, for what was edited or
+  // evaluated meanwhile, and wakes the listeners.
   void RunWork(ViewWork work) ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Deltas after `revision`, oldest first, and `complete` = false when the log no longer reaches

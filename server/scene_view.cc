@@ -2,36 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/scene_view.h"
 
-#include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
-#include "core/base/limits.h"
-#include "core/ffd/tessellation_pattern.h"
 #include "server/scene.h"
 
 namespace latticed {
 namespace {
-
-// Encoding stops between batches of so many chunks when the last watcher has left.
-constexpr size_t kChunksPerEncode = 256;
-
-bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
-  return a.size == b.size && std::equal(a.data, a.data + a.size, b.data);
-}
-
-// What a view takes of the host's memory: vertices, which a device keeps itself, and the chunks of as
-// many snapshots as there may be; Draco's are a quarter of its integers or less.
-uint64_t ViewBytes(const DeformTarget& target, const ViewKey& key) {
-  const DeformPlan& plan = target.plan();
-  const uint64_t points =
-      plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(key.spec.segments));
-  const uint64_t vertices = points * BytesPerPoint(key.spec);
-  const bool draco = key.encoding == Encoding::kDracoPoints || key.encoding == Encoding::kDracoMesh;
-  const uint64_t chunks = draco ? vertices / 4 : vertices;
-  return (target.evaluates_on_device() ? 0 : vertices) + limits::kMaxSnapshotsPerView * chunks;
-}
 
 absl::Status NobodyWatches() { return absl::CancelledError("the last watcher left"); }
 
@@ -42,17 +19,25 @@ void SceneView::AddActive() {
   ++active_;
   last_watched_ = absl::Now();
   newest_taken_ = true;
-  if (failure_.ok() || busy_) return;
-  // Memory may have been freed since: a new watcher is a new try, from nothing.
+  // Memory may have been freed since: a new watcher is a new try.
+  one_slot_only_ = false;
+  if (failure_.ok()) return;
   failure_ = absl::OkStatus();
-  deform_view_.reset();
-  all_dirty_ = true;
+  for (size_t s = 0; s < slots_.size(); ++s) {
+    slots_[s].Reset();
+    ForgetSlot(s);
+  }
+  two_slots_ = false;
+  room_.Release();
+  dirty_.AddAll();
 }
 
 void SceneView::RemoveActive() {
+  std::optional<ViewWork> dropped;
   const MutexLock lock(&mutex_);
   --active_;
   last_watched_ = absl::Now();
+  if (!watched()) dropped = DropHeld();
 }
 
 absl::Time SceneView::last_watched() const {
@@ -62,148 +47,212 @@ absl::Time SceneView::last_watched() const {
 
 void SceneView::MarkDirty(const std::vector<uint32_t>& chunks) {
   const MutexLock lock(&mutex_);
-  if (all_dirty_) return;
-  for (const uint32_t chunk : chunks) {
-    if (chunk >= dirty_.size()) dirty_.resize(chunk + size_t{1});
-    dirty_[chunk] = true;
-  }
+  dirty_.Add(chunks);
+  for (ChunkSet& stale : stale_) stale.Add(chunks);
 }
 
 void SceneView::MarkAllDirty() {
   const MutexLock lock(&mutex_);
-  all_dirty_ = true;
+  dirty_.AddAll();
+  for (ChunkSet& stale : stale_) stale.AddAll();
 }
 
 std::optional<ViewWork> SceneView::Begin(std::shared_ptr<SceneView> self,
                                          std::shared_ptr<const SceneState> state) {
   const MutexLock lock(&mutex_);
-  if (busy_ || !watched() || !newest_taken_ || !failure_.ok()) return std::nullopt;
-  const auto newest = ring_.newest();
-  if (newest != nullptr && newest->revision == state->revision && !all_dirty_) return std::nullopt;
-
-  ViewWork work{.view = std::move(self), .state = std::move(state)};
-  const size_t count = work.state->plan->chunk_count();
-  if (all_dirty_) {
-    work.chunks.resize(count);
-    std::iota(work.chunks.begin(), work.chunks.end(), 0u);
-  } else {
-    for (uint32_t c = 0; c < dirty_.size(); ++c) {
-      if (dirty_[c]) work.chunks.push_back(c);
-    }
+  if (!watched() || !failure_.ok()) return std::nullopt;
+  if (held_.has_value() && !encoding_) {
+    ViewWork work = *std::exchange(held_, std::nullopt);
+    work.view = std::move(self);
+    StartEncoding(work);
+    return work;
   }
-  all_dirty_ = false;
-  dirty_.assign(count, false);
-  busy_ = true;
-  ++evaluations_;
+  const auto slot = ChooseSlot(*state);
+  if (!slot.has_value()) return std::nullopt;
+
+  ViewWork work{.view = std::move(self), .state = std::move(state), .slot = *slot};
+  if (begun_structure_ != work.state->structure_id) {
+    work.drop_other = std::exchange(two_slots_, false);
+    one_slot_only_ = false;
+  }
+  if (encoding_) two_slots_ = true;
+  const size_t count = work.state->plan->chunk_count();
+  work.chunks = dirty_.Take(count);
+  work.stale = stale_[*slot].Take(count);
+  evaluating_ = true;
+  begun_revision_ = work.state->revision;
+  begun_structure_ = work.state->structure_id;
+  begun_slot_ = *slot;
   return work;
 }
 
-void SceneView::Run(const ViewWork& work) {
-  const auto before = newest();
-  auto snapshot = CatchBadAlloc("the view", [&] { return Compute(work, before.get()); });
-  // What was left half done is evaluated from nothing if a watcher tries again.
-  if (absl::IsResourceExhausted(snapshot.status())) {
-    deform_view_.reset();
-    reservation_.Release();
+std::optional<size_t> SceneView::ChooseSlot(const SceneState& state) {
+  if (evaluating_ || held_.has_value()) return std::nullopt;
+  if (encoding_) {
+    const bool worth = state.target->evaluates_on_device() && awaited_ && encoding_ends_soon_;
+    // Another structure would need the memory of both.
+    const bool room = !one_slot_only_ && begun_structure_ == state.structure_id;
+    if (!worth || !room || begun_revision_ == state.revision) return std::nullopt;
+    return 1 - encoding_slot_;
   }
+  if (!newest_taken_) return std::nullopt;
+  const auto newest = ring_.newest();
+  if (newest != nullptr && newest->revision == state.revision && !dirty_.all()) return std::nullopt;
+  return begun_slot_;
+}
 
-  MemoryUse memory = deform_view_ != nullptr ? deform_view_->memory() : MemoryUse{};
+bool SceneView::Run(ViewWork work, const std::function<void()>& more_work) {
+  if (!work.evaluated) {
+    const Next next = EvaluateStage(work);
+    if (next != Next::kEncode) return next == Next::kEnd;
+  }
+  EncodeStage(work, more_work);
+  return true;
+}
+
+SceneView::Next SceneView::EvaluateStage(ViewWork& work) {
+  const absl::Status status = CatchBadAlloc("the view", [&] { return Evaluate(work); });
+  const bool failed = !status.ok() && !absl::IsCancelled(status);
+  if (failed) slots_[work.slot].Reset();
+  MemoryUse memory = slots_[work.slot].memory();
+
   const MutexLock lock(&mutex_);
-  busy_ = false;
-  deform_memory_ = std::move(memory);
-  if (snapshot.ok()) {
-    (*snapshot)->number = next_number_++;
-    ring_.Publish(*std::move(snapshot));
-    newest_taken_ = false;
-    return;
+  evaluating_ = false;
+  slot_memory_[work.slot] = std::move(memory);
+  if (status.ok()) {
+    work.evaluated = true;
+    evaluate_time_ = work.evaluate_time;
   }
-  MarkAgain(work);
-  if (!absl::IsCancelled(snapshot.status())) failure_ = snapshot.status();
+  if (!status.ok() || !watched()) {
+    GiveUp(work, status);
+    return Next::kEnd;
+  }
+  if (encoding_) {
+    held_ = work;
+    held_->view = nullptr;  // it would keep itself alive
+    return Next::kHeld;
+  }
+  StartEncoding(work);
+  return Next::kEncode;
 }
 
-void SceneView::MarkAgain(const ViewWork& work) {
-  const size_t count = work.state->plan->chunk_count();
-  if (work.chunks.size() == count || dirty_.size() > count) {
-    all_dirty_ = true;
-    return;
+absl::Status SceneView::Evaluate(ViewWork& work) {
+  if (work.drop_other) {
+    slots_[1 - work.slot].Reset();
+    const MutexLock lock(&mutex_);
+    ForgetSlot(1 - work.slot);
   }
-  dirty_.resize(count);
-  for (const uint32_t chunk : work.chunks) dirty_[chunk] = true;
-}
-
-absl::StatusOr<std::shared_ptr<Snapshot>> SceneView::Compute(const ViewWork& work,
-                                                             const Snapshot* before) {
-  const SceneState& state = *work.state;
   if (!watched()) return NobodyWatches();
-  if (auto s = Prepare(state); !s.ok()) return s;
-
-  auto snapshot = std::make_shared<Snapshot>();
-  snapshot->view = key_;
-  snapshot->revision = state.revision;
-  snapshot->structure_id = state.structure_id;
-  snapshot->box = state.box;
-  snapshot->plan = state.plan;
-  snapshot->edit_time = state.commit_time;
-  if (before != nullptr && before->structure_id == state.structure_id) {
-    snapshot->chunks = before->chunks;
+  const SceneState& state = *work.state;
+  VertexSlot& slot = slots_[work.slot];
+  {
+    const MutexLock lock(&mutex_);
+    if (auto s = room_.Make(*state.target, key_, two_slots_ ? 2 : 1); !s.ok()) return s;
   }
-  snapshot->chunks.resize(state.plan->chunk_count());
-  if (work.chunks.empty()) return snapshot;
-
+  if (auto s = slot.Prepare(state, key_.spec); !s.ok()) return s;
+  {
+    const MutexLock lock(&mutex_);
+    ++evaluations_;
+    if (encoding_) ++evaluations_beside_;
+  }
   const absl::Time start = absl::Now();
-  if (auto s = deform_view_->Evaluate(*state.control_points, state.box, work.chunks); !s.ok()) {
-    return s;
-  }
-  const absl::Time evaluated = absl::Now();
-  if (auto s = Encode(work, before, *snapshot); !s.ok()) return s;
-  snapshot->evaluate_time = evaluated - start;
-  snapshot->encode_time = absl::Now() - evaluated;
-  return snapshot;
+  auto status = slot.Evaluate(state, work.stale);
+  work.evaluate_time = absl::Now() - start;
+  return status;
 }
 
-absl::Status SceneView::Prepare(const SceneState& state) {
-  if (deform_view_ != nullptr && deform_view_structure_ == state.structure_id) {
-    return absl::OkStatus();
+void SceneView::StartEncoding(ViewWork& work) {
+  encoding_ = true;
+  encoding_slot_ = work.slot;
+  encoding_ends_soon_ = false;
+  unpublished_.Add(work.chunks);
+  work.chunks = unpublished_.Take(work.state->plan->chunk_count());
+}
+
+void SceneView::EncodeStage(const ViewWork& work, const std::function<void()>& more_work) {
+  VertexSlot& slot = slots_[work.slot];
+  const auto before = newest();
+  auto snapshot = CatchBadAlloc("the view", [&] {
+    return EncodeSnapshot(
+        key_, *work.state, work.chunks, slot.view(), before.get(),
+        [&](const EncodeProgress& progress) { return BetweenBatches(work, progress, more_work); });
+  });
+  if (!snapshot.ok() && !absl::IsCancelled(snapshot.status())) slot.Reset();
+  MemoryUse memory = slot.memory();
+
+  const MutexLock lock(&mutex_);
+  encoding_ = false;
+  slot_memory_[work.slot] = std::move(memory);
+  if (!snapshot.ok()) {
+    GiveUp(work, snapshot.status());
+    return;
   }
-  // First, so that old and new do not need memory together.
-  deform_view_.reset();
-  reservation_.Release();
-  auto room = Reserve(memory_, "the view", ViewBytes(*state.target, key_));
-  if (!room.ok()) return room.status();
-  auto made = state.target->CreateView(key_.spec);
-  if (!made.ok()) return made.status();
-  reservation_ = *std::move(room);
-  deform_view_ = *std::move(made);
-  deform_view_structure_ = state.structure_id;
+  (*snapshot)->number = next_number_++;
+  (*snapshot)->evaluate_time = work.evaluate_time;
+  ring_.Publish(*std::move(snapshot));
+  newest_taken_ = false;
+  awaited_ = false;
+}
+
+absl::Status SceneView::BetweenBatches(const ViewWork& work, const EncodeProgress& progress,
+                                       const std::function<void()>& more_work) {
+  if (!watched()) return NobodyWatches();
+  if (!work.state->target->evaluates_on_device()) return absl::OkStatus();
+  {
+    const MutexLock lock(&mutex_);
+    if (encoding_ends_soon_ || !progress.EndsWithin(evaluate_time_)) return absl::OkStatus();
+    encoding_ends_soon_ = true;
+  }
+  more_work();
   return absl::OkStatus();
 }
 
-absl::Status SceneView::Encode(const ViewWork& work, const Snapshot* before, Snapshot& snapshot) {
-  // Under another box the same integers are other positions.
-  const bool comparable = before != nullptr && before->structure_id == snapshot.structure_id &&
-                          before->box.id == snapshot.box.id;
-  const std::span<const uint32_t> all(work.chunks);
-  for (size_t first = 0; first < all.size(); first += kChunksPerEncode) {
-    if (!watched()) return NobodyWatches();
-    const auto batch = all.subspan(first, std::min(kChunksPerEncode, all.size() - first));
-    auto encoded = deform_view_->Encode(batch, key_.encoding);
-    if (!encoded.ok()) return encoded.status();
-    for (size_t i = 0; i < batch.size(); ++i) {
-      SnapshotChunk& chunk = snapshot.chunks[batch[i]];
-      if (comparable && chunk.data.data != nullptr && SameBytes(chunk.data, (*encoded)[i]))
-        continue;
-      chunk = {snapshot.revision, std::move((*encoded)[i])};
-    }
+void SceneView::GiveUp(const ViewWork& work, const absl::Status& status) {
+  unpublished_.Add(work.chunks);
+  if (status.ok() || absl::IsCancelled(status)) {
+    if (!work.evaluated) stale_[work.slot].Add(work.stale);
+    return;
   }
-  return absl::OkStatus();
+  ForgetSlot(work.slot);
+  if (two_slots_) {
+    // The other slot goes on, perhaps with the stage that it is in. Where memory was short it may
+    // do; anything else will show there.
+    two_slots_ = false;
+    one_slot_only_ = true;
+    begun_slot_ = 1 - work.slot;
+    (void)room_.Make(*work.state->target, key_, 1);  // less than before is never refused
+    return;
+  }
+  // No other stage is out.
+  failure_ = status;
+  room_.Release();
+}
+
+std::optional<ViewWork> SceneView::DropHeld() {
+  if (held_.has_value()) unpublished_.Add(held_->chunks);
+  return std::exchange(held_, std::nullopt);
+}
+
+void SceneView::ForgetSlot(size_t slot) {
+  stale_[slot].AddAll();
+  slot_memory_[slot].clear();
 }
 
 std::shared_ptr<const Snapshot> SceneView::PinNewest(uint64_t at_least) {
   const MutexLock lock(&mutex_);
   newest_taken_ = true;
   const auto newest = ring_.newest();
-  if (newest == nullptr || newest->revision < at_least) return nullptr;
-  return ring_.PinNewest();
+  if (newest != nullptr && newest->revision >= at_least) return ring_.PinNewest();
+  awaited_ = true;
+  return nullptr;
+}
+
+bool SceneView::WaitForNewer(uint64_t number) {
+  const MutexLock lock(&mutex_);
+  const auto newest = ring_.newest();
+  if (awaited_ || newest == nullptr || newest->number != number) return false;
+  awaited_ = true;
+  return encoding_;
 }
 
 std::shared_ptr<const Snapshot> SceneView::newest() const {
@@ -228,7 +277,10 @@ absl::Status SceneView::failure() const {
 
 MemoryUse SceneView::memory() const {
   const MutexLock lock(&mutex_);
-  MemoryUse use = deform_memory_;
+  MemoryUse use;
+  for (const MemoryUse& slot : slot_memory_) {
+    for (const auto& [purpose, bytes] : slot) use[purpose] += bytes;
+  }
   if (ring_.size() > 0) use["chunks"] += ring_.bytes();
   return use;
 }

@@ -48,8 +48,6 @@ void UpdatePipeline::Run() {
     // Another view of the scene may be evaluated beside this one.
     Schedule(scene);
     scene->RunWork(*std::move(work));
-    // What was edited meanwhile.
-    Schedule(scene);
   }
 }
 

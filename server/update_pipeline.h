@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The threads that evaluate and encode: round robin over the scenes that have work, one view at a
-// time, so that a heavy scene delays the others by one update and no more. Nothing is queued but
+// The threads that evaluate and encode: round robin over the scenes that have work, one update of a
+// view at a time, so that a heavy scene delays the others by one update and no more. Two stages of
+// one view overlap where two threads take them up (scene_view.h). Nothing is queued but
 // the names of scenes: what to do is decided when a worker comes, so edits that arrive meanwhile
 // merge.
 //

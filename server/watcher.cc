@@ -190,6 +190,7 @@ absl::Status Watcher::BeginUpdate() {
     if (auto s = UseView(asked_); !s.ok()) return s;
   }
   if (const auto newest = view_->newest(); newest != nullptr && HasNothingNew(*newest)) {
+    if (view_->WaitForNewer(newest->number)) scene_->RequestWork();
     return absl::OkStatus();
   }
   uint64_t at_least = std::max(options_.min_revision, covered_.value_or(0));

@@ -4,7 +4,9 @@
 // The scene engine against a model: several editors and several watchers at once, with random
 // delays, views, pauses, reconnects, undo and knot insertion. The model is a record of every
 // revision's state; an update is right when its chunks are, byte for byte, a full evaluation of
-// that state from nothing. Runs under ThreadSanitizer. LATTICED_SEED repeats a run.
+// that state from nothing. On the CPU backend, where the stages of a view follow each other, and as
+// if that were a device, where they overlap. Runs under ThreadSanitizer. LATTICED_SEED repeats a
+// run.
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
@@ -15,8 +17,8 @@
 #include <gtest/gtest.h>
 
 #include "absl/time/clock.h"
-#include "core/cpu/cpu_backend.h"
 #include "tests/server/engine_support.h"
+#include "tests/server/staged_backend.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -113,12 +115,24 @@ EditBatch RandomBatch(const Scene& scene, const std::string& editor, uint64_t se
   return batch;
 }
 
+std::vector<ViewKey> AllKeys() {
+  std::vector<ViewKey> keys;
+  for (const Encoding encoding : {Encoding::kQuantised, Encoding::kRaw, Encoding::kDracoPoints}) {
+    for (const int segments : {1, 2}) {
+      ViewKey key = MakeSceneConfig("x").default_view.key;
+      key.encoding = encoding;
+      key.spec.format = FormatOf(encoding);
+      key.spec.segments = segments;
+      keys.push_back(key);
+    }
+  }
+  return keys;
+}
+
 WatchView RandomView(Random& random) {
+  const std::vector<ViewKey> keys = AllKeys();
   WatchView view = MakeSceneConfig("x").default_view;
-  constexpr Encoding kEncodings[] = {Encoding::kQuantised, Encoding::kRaw, Encoding::kDracoPoints};
-  view.key.encoding = kEncodings[random.Below(3)];
-  view.key.spec.format = FormatOf(view.key.encoding);
-  view.key.spec.segments = 1 + random.Below(2);
+  view.key = keys[static_cast<size_t>(random.Below(static_cast<int>(keys.size())))];
   return view;
 }
 
@@ -193,12 +207,23 @@ void RunWatcher(const std::shared_ptr<Scene>& scene, Record& record, uint64_t se
   EXPECT_EQ(client.cage(), record.Cage(scene->State()->revision));
 }
 
-TEST(ModelBasedTest, EveryUpdateIsConsistentAndEveryWatcherEndsAtTheHead) {
+uint64_t EvaluationsBeside(Scene& scene) {
+  uint64_t sum = 0;
+  for (const ViewKey& key : AllKeys()) sum += (*scene.AcquireView(key))->evaluations_beside();
+  return sum;
+}
+
+class ModelBasedTest : public ::testing::TestWithParam<bool> {};
+
+TEST_P(ModelBasedTest, EveryUpdateIsConsistentAndEveryWatcherEndsAtTheHead) {
   const char* given = std::getenv("LATTICED_SEED");
   const uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : 20240511;
   SCOPED_TRACE("LATTICED_SEED=" + std::to_string(seed));
-  const auto backend = MakeCpuBackend({.threads = 1});
-  SceneRegistry registry(backend.get(), 2);
+  const bool overlap = GetParam();
+  StagedBackend backend(overlap);
+  // Long enough for the edits that come meanwhile to be evaluated beside.
+  if (overlap) backend.gates().SlowEncodings(absl::Milliseconds(2));
+  SceneRegistry registry(&backend, 2);
   const auto scene = registry.Create(MakeSceneConfig("scene-model", 5, 4));
   ASSERT_OK(scene);
   Record record(*scene);
@@ -219,7 +244,12 @@ TEST(ModelBasedTest, EveryUpdateIsConsistentAndEveryWatcherEndsAtTheHead) {
 
   EXPECT_GT(accepted, kEditors * kEditsPerEditor / 2) << "the run exercised something";
   EXPECT_EQ((*scene)->State()->revision, static_cast<uint64_t>(accepted));
+  EXPECT_EQ(EvaluationsBeside(**scene) > 0, overlap);
 }
+
+INSTANTIATE_TEST_SUITE_P(Stages, ModelBasedTest, ::testing::Bool(), [](const auto& on_device) {
+  return std::string(on_device.param ? "Overlap" : "FollowEachOther");
+});
 
 }  // namespace
 }  // namespace latticed::testing

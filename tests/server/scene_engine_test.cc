@@ -1,21 +1,22 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The scene engine without a transport, on the CPU backend.
+// The scene engine without a transport: on the CPU backend, where the stages of a view follow each
+// other, and as if that were a device, where they overlap.
 #include <algorithm>
 
 #include <gtest/gtest.h>
 
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
-#include "core/cpu/cpu_backend.h"
 #include "tests/server/engine_support.h"
+#include "tests/server/staged_backend.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
 namespace {
 
-class SceneEngineTest : public ::testing::Test {
+class SceneEngineTest : public ::testing::TestWithParam<bool> {
  protected:
   std::shared_ptr<Scene> MakeScene(const std::string& id = "scene-one", int cells = 8,
                                    int size = 5) {
@@ -40,11 +41,11 @@ class SceneEngineTest : public ::testing::Test {
     EXPECT_EQ(client.cage(), *state->control_points);
   }
 
-  std::unique_ptr<Backend> backend_ = MakeCpuBackend({.threads = 2});
-  SceneRegistry registry_{backend_.get(), 2};
+  StagedBackend backend_{/*on_device=*/GetParam()};
+  SceneRegistry registry_{&backend_, 2};
 };
 
-TEST_F(SceneEngineTest, FirstUpdateHoldsEveryChunk) {
+TEST_P(SceneEngineTest, FirstUpdateHoldsEveryChunk) {
   const auto scene = MakeScene();
   WatcherClient client(scene, Options());
 
@@ -58,7 +59,7 @@ TEST_F(SceneEngineTest, FirstUpdateHoldsEveryChunk) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_F(SceneEngineTest, UnwatchedSceneEvaluatesNothing) {
+TEST_P(SceneEngineTest, UnwatchedSceneEvaluatesNothing) {
   const auto scene = MakeScene();
   const auto view = scene->AcquireView(MakeSceneConfig("x").default_view.key);
   ASSERT_OK(view);
@@ -70,7 +71,7 @@ TEST_F(SceneEngineTest, UnwatchedSceneEvaluatesNothing) {
   EXPECT_EQ((*view)->newest(), nullptr);
 }
 
-TEST_F(SceneEngineTest, PausedAndSilentWatchersEvaluateNothing) {
+TEST_P(SceneEngineTest, PausedAndSilentWatchersEvaluateNothing) {
   const auto scene = MakeScene();
   WatcherClient client(scene, Options());
   client.RunToHead();
@@ -94,7 +95,7 @@ TEST_F(SceneEngineTest, PausedAndSilentWatchersEvaluateNothing) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_F(SceneEngineTest, AnEditSendsTheChunksItTouchesAndNoMore) {
+TEST_P(SceneEngineTest, AnEditSendsTheChunksItTouchesAndNoMore) {
   const auto scene = MakeScene("scene-one", 32, 8);
   WatcherClient client(scene, Options());
   client.RunToHead();
@@ -113,7 +114,7 @@ TEST_F(SceneEngineTest, AnEditSendsTheChunksItTouchesAndNoMore) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_F(SceneEngineTest, ARevisionWithoutChangedBytesIsCoveredByAnEmptyUpdate) {
+TEST_P(SceneEngineTest, ARevisionWithoutChangedBytesIsCoveredByAnEmptyUpdate) {
   const auto scene = MakeScene();
   WatcherClient client(scene, Options());
   client.RunToHead();
@@ -126,7 +127,7 @@ TEST_F(SceneEngineTest, ARevisionWithoutChangedBytesIsCoveredByAnEmptyUpdate) {
   EXPECT_EQ(client.updates()[1].end.revision, 1u);
 }
 
-TEST_F(SceneEngineTest, LatestWinsForASlowReader) {
+TEST_P(SceneEngineTest, LatestWinsForASlowReader) {
   const auto scene = MakeScene();
   WatcherClient client(scene, Options());
   client.RunToHead();
@@ -151,7 +152,7 @@ TEST_F(SceneEngineTest, LatestWinsForASlowReader) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_F(SceneEngineTest, WatchersOfOneViewShareEvaluationAndBytes) {
+TEST_P(SceneEngineTest, WatchersOfOneViewShareEvaluationAndBytes) {
   const auto scene = MakeScene();
   WatcherClient first(scene, Options());
   first.RunToHead();
@@ -166,7 +167,7 @@ TEST_F(SceneEngineTest, WatchersOfOneViewShareEvaluationAndBytes) {
   }
 }
 
-TEST_F(SceneEngineTest, ARetiredSnapshotRestartsItsWatcher) {
+TEST_P(SceneEngineTest, ARetiredSnapshotRestartsItsWatcher) {
   const auto scene = MakeScene();
   std::vector<std::unique_ptr<WatcherClient>> slow;
   WatcherClient fast(scene, Options());
@@ -193,7 +194,7 @@ TEST_F(SceneEngineTest, ARetiredSnapshotRestartsItsWatcher) {
   for (const auto& client : slow) ExpectEqualsFresh(*client, *scene);
 }
 
-TEST_F(SceneEngineTest, LeavingTheBoxMakesANewOneAndSendsEverything) {
+TEST_P(SceneEngineTest, LeavingTheBoxMakesANewOneAndSendsEverything) {
   const auto scene = MakeScene();
   WatcherClient client(scene, Options());
   client.RunToHead();
@@ -208,7 +209,7 @@ TEST_F(SceneEngineTest, LeavingTheBoxMakesANewOneAndSendsEverything) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_F(SceneEngineTest, KnotInsertionSendsLatticeTopologyAndEverything) {
+TEST_P(SceneEngineTest, KnotInsertionSendsLatticeTopologyAndEverything) {
   const auto scene = MakeScene();
   WatcherClient client(scene, Options());
   client.RunToHead();
@@ -223,7 +224,7 @@ TEST_F(SceneEngineTest, KnotInsertionSendsLatticeTopologyAndEverything) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_F(SceneEngineTest, AStaleStructureIsRefusedAndChangesNothing) {
+TEST_P(SceneEngineTest, AStaleStructureIsRefusedAndChangesNothing) {
   const auto scene = MakeScene();
   EditBatch stale = MoveBatch(*scene, "alice", 1, {3}, {1, 0, 0});
   stale.structure_id = 9;
@@ -232,7 +233,7 @@ TEST_F(SceneEngineTest, AStaleStructureIsRefusedAndChangesNothing) {
   EXPECT_EQ(scene->State()->revision, 0u);
 }
 
-TEST_F(SceneEngineTest, ARepeatedSequenceReturnsTheStoredResult) {
+TEST_P(SceneEngineTest, ARepeatedSequenceReturnsTheStoredResult) {
   const auto scene = MakeScene();
   const EditBatch batch = MoveBatch(*scene, "alice", 5, {3}, {0.1, 0, 0});
 
@@ -246,7 +247,7 @@ TEST_F(SceneEngineTest, ARepeatedSequenceReturnsTheStoredResult) {
   EXPECT_EQ(scene->State()->revision, 1u);
 }
 
-TEST_F(SceneEngineTest, ATokenResumesWithWhatChangedSince) {
+TEST_P(SceneEngineTest, ATokenResumesWithWhatChangedSince) {
   const auto scene = MakeScene("scene-one", 32, 8);
   WatcherClient client(scene, Options());
   client.RunToHead();
@@ -260,7 +261,7 @@ TEST_F(SceneEngineTest, ATokenResumesWithWhatChangedSince) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_F(SceneEngineTest, TokensOfAnotherRunViewOrStructureResumeNothing) {
+TEST_P(SceneEngineTest, TokensOfAnotherRunViewOrStructureResumeNothing) {
   const auto scene = MakeScene();
   WatcherClient client(scene, Options());
   client.RunToHead();
@@ -280,7 +281,7 @@ TEST_F(SceneEngineTest, TokensOfAnotherRunViewOrStructureResumeNothing) {
   EXPECT_FALSE((*Watcher::Create(scene, options))->resumed());
 }
 
-TEST_F(SceneEngineTest, NoMoreThanTheUnackedUpdatesAreBegun) {
+TEST_P(SceneEngineTest, NoMoreThanTheUnackedUpdatesAreBegun) {
   const auto scene = MakeScene();
   WatcherOptions options = Options();
   options.max_unacked_updates = 2;
@@ -299,7 +300,7 @@ TEST_F(SceneEngineTest, NoMoreThanTheUnackedUpdatesAreBegun) {
   EXPECT_EQ(client.updates().back().end.revision, 2u);
 }
 
-TEST_F(SceneEngineTest, AViewChangeTakesEffectWithTheNextUpdate) {
+TEST_P(SceneEngineTest, AViewChangeTakesEffectWithTheNextUpdate) {
   const auto scene = MakeScene();
   WatcherClient client(scene, Options());
   client.RunToHead();
@@ -315,7 +316,7 @@ TEST_F(SceneEngineTest, AViewChangeTakesEffectWithTheNextUpdate) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_F(SceneEngineTest, MaxPointsLowersSegments) {
+TEST_P(SceneEngineTest, MaxPointsLowersSegments) {
   const auto scene = MakeScene();
   const uint64_t patches = scene->State()->plan->patches.size();
   WatcherOptions options = Options();
@@ -329,7 +330,7 @@ TEST_F(SceneEngineTest, MaxPointsLowersSegments) {
   EXPECT_THAT(Watcher::Create(scene, options), StatusIs(absl::StatusCode::kInvalidArgument));
 }
 
-TEST_F(SceneEngineTest, MaxBytesPerSecondSpacesBatches) {
+TEST_P(SceneEngineTest, MaxBytesPerSecondSpacesBatches) {
   const auto scene = MakeScene();
   WatcherOptions options = Options();
   options.view.key.spec.segments = 32;
@@ -351,7 +352,7 @@ TEST_F(SceneEngineTest, MaxBytesPerSecondSpacesBatches) {
   EXPECT_GT(absl::Now() - start, absl::Milliseconds(150));
 }
 
-TEST_F(SceneEngineTest, DistinctViewsAreLimitedAndIdleOnesMakeRoom) {
+TEST_P(SceneEngineTest, DistinctViewsAreLimitedAndIdleOnesMakeRoom) {
   const auto scene = MakeScene();
   ViewKey key = MakeSceneConfig("x").default_view.key;
   std::vector<std::shared_ptr<SceneView>> held;
@@ -368,7 +369,7 @@ TEST_F(SceneEngineTest, DistinctViewsAreLimitedAndIdleOnesMakeRoom) {
   EXPECT_THAT(scene->AcquireView(key), StatusIs(absl::StatusCode::kInvalidArgument));
 }
 
-TEST_F(SceneEngineTest, ADeletedSceneEndsItsWatchersAndRefusesEdits) {
+TEST_P(SceneEngineTest, ADeletedSceneEndsItsWatchersAndRefusesEdits) {
   const auto scene = MakeScene();
   WatcherClient client(scene, Options());
   client.RunToHead();
@@ -382,6 +383,10 @@ TEST_F(SceneEngineTest, ADeletedSceneEndsItsWatchersAndRefusesEdits) {
   EXPECT_THAT(registry_.Find("scene-one"), StatusIs(absl::StatusCode::kNotFound));
   EXPECT_THAT(registry_.Delete("scene-one"), StatusIs(absl::StatusCode::kNotFound));
 }
+
+INSTANTIATE_TEST_SUITE_P(Stages, SceneEngineTest, ::testing::Bool(), [](const auto& on_device) {
+  return std::string(on_device.param ? "Overlap" : "FollowEachOther");
+});
 
 }  // namespace
 }  // namespace latticed::testing

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/vertex_slot.h"
+
+#include <utility>
+
+#include "server/scene.h"
+
+namespace latticed {
+
+absl::Status VertexSlot::Prepare(const SceneState& state, const ViewSpec& spec) {
+  if (view_ != nullptr && structure_id_ == state.structure_id) return absl::OkStatus();
+  view_.reset();
+  auto made = state.target->CreateView(spec);
+  if (!made.ok()) return made.status();
+  view_ = *std::move(made);
+  structure_id_ = state.structure_id;
+  return absl::OkStatus();
+}
+
+absl::Status VertexSlot::Evaluate(const SceneState& state, std::span<const uint32_t> chunks) {
+  if (chunks.empty()) return absl::OkStatus();
+  return view_->Evaluate(*state.control_points, state.box, chunks);
+}
+
+}  // namespace latticed

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The host memory that a view may take: the chunks of as many snapshots as there may be, and vertices
+// in one slot or two where no device keeps them.
+//
+// Errors   kResourceExhausted OUT_OF_MEMORY
+// Threads  guarded by its owner
+#ifndef LATTICED_SERVER_VIEW_ROOM_H_
+#define LATTICED_SERVER_VIEW_ROOM_H_
+
+#include <memory>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "core/backend.h"
+#include "server/memory_budget.h"
+#include "server/snapshot.h"
+
+namespace latticed {
+
+class ViewRoom {
+ public:
+  // Null: no limit.
+  explicit ViewRoom(std::shared_ptr<MemoryBudget> budget) : budget_(std::move(budget)) {}
+
+  // Changes what is reserved to what `slots` slots of vertices need. Where that is refused nothing
+  // changes; less is never refused.
+  [[nodiscard]] absl::Status Make(const DeformTarget& target, const ViewKey& key, int slots);
+  void Release() { reservation_.Release(); }
+
+ private:
+  const std::shared_ptr<MemoryBudget> budget_;
+  MemoryReservation reservation_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_VIEW_ROOM_H_
