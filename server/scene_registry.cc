@@ -22,7 +22,7 @@ constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
 
 SceneRegistry::SceneRegistry(Backend* backend, int workers, Options options)
     : options_(std::move(options)),
-      residency_(backend),
+      residency_(backend, [this](uint64_t lacking) { return MakeRoom(lacking); }),
       pipeline_(workers),
       housekeeper_([this] { KeepHouse(); }) {}
 
@@ -32,6 +32,33 @@ SceneRegistry::~SceneRegistry() {
     stopping_ = true;
   }
   housekeeper_.join();
+}
+
+bool SceneRegistry::MakeRoom(uint64_t lacking_bytes) {
+  struct Candidate {
+    std::shared_ptr<Scene> scene;
+    uint64_t bytes = 0;
+    uint64_t last_use = 0;
+  };
+  std::vector<Candidate> candidates;
+  uint64_t givable = 0;
+  for (auto& scene : List("", size(), [](const Scene&) { return true; })) {
+    const uint64_t bytes = scene->GivableBytes();
+    if (bytes == 0) continue;
+    givable += bytes;
+    const uint64_t last_use = scene->State()->target->last_use();
+    candidates.push_back({std::move(scene), bytes, last_use});
+  }
+  // Nobody gives anything for one that cannot be served.
+  if (givable < lacking_bytes) return false;
+  std::ranges::sort(candidates, {}, &Candidate::last_use);
+  for (const Candidate& candidate : candidates) {
+    if (!candidate.scene->GiveBack()) continue;
+    ++give_backs_;
+    if (options_.on_give_back != nullptr) options_.on_give_back(*candidate.scene, candidate.bytes);
+    return true;
+  }
+  return false;
 }
 
 void SceneRegistry::KeepHouse() {

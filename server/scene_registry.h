@@ -8,6 +8,7 @@
 #ifndef LATTICED_SERVER_SCENE_REGISTRY_H_
 #define LATTICED_SERVER_SCENE_REGISTRY_H_
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -43,6 +44,8 @@ class SceneRegistry {
     size_t max_scenes = limits::kDefaultMaxScenes;
     // Called by every Tick, with no lock held: the housekeeping of others.
     std::function<void()> on_tick;
+    // Called with no lock held when a scene has given back so many bytes, at most.
+    std::function<void(const Scene&, uint64_t)> on_give_back;
   };
   // `backend` outlives the registry. `workers` threads evaluate and encode.
   SceneRegistry(Backend* backend, int workers) : SceneRegistry(backend, workers, Options()) {}
@@ -91,16 +94,20 @@ class SceneRegistry {
       ABSL_LOCKS_EXCLUDED(mutex_);
 
   Residency& residency() { return residency_; }
+  // How often a scene gave back what it had in memory, to make room for another.
+  uint64_t give_backs() const { return give_backs_.load(); }
 
  private:
   void KeepHouse() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Residency::MakeRoom: of the scenes that nobody uses the one least recently used gives back.
+  bool MakeRoom(uint64_t lacking_bytes) ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<std::shared_ptr<Scene>> TakeWhere(const std::function<bool(const Scene&)>& condemned)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t CountOfMeshLocked(std::string_view mesh_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Options options_;
   Residency residency_;
-  UpdatePipeline pipeline_;
+  std::atomic<uint64_t> give_backs_ = 0;
 
   mutable Mutex mutex_;
   std::map<std::string, std::shared_ptr<Scene>, std::less<>> scenes_ ABSL_GUARDED_BY(mutex_);
@@ -108,7 +115,8 @@ class SceneRegistry {
   std::map<std::string, std::string, std::less<>> creating_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
-  std::thread housekeeper_;  // last: it uses all of the above
+  UpdatePipeline pipeline_;  // its threads use all of the above
+  std::thread housekeeper_;  // and so does it
 };
 
 }  // namespace latticed

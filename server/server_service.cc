@@ -27,6 +27,7 @@ void FillBackends(ServerEnv& env, v1::ServerInfo& info) {
     for (const DeviceState& state : backend->devices()) FillDevice(state, *out.add_devices());
   }
   const absl::Status health = env.scenes->residency().health().status();
+  info.mutable_backends(0)->set_give_backs(env.scenes->give_backs());
   if (!health.ok()) info.mutable_backends(0)->set_lost(std::string(health.message()));
 }
 
