@@ -79,7 +79,7 @@ TEST_F(StageFailureTest, AFailedEncodingEndsTheWatchersAndTheNextOneBeginsAfresh
 TEST_F(StageFailureTest, AFailedEvaluationEndsTheWatchersAndTheNextOneBeginsAfresh) {
   const auto client = Watch();
   MoveAndHoldEncoding(kCorner);
-  gates().FailNext(Stage::kEvaluate, absl::UnavailableError("the device is lost"), 2);
+  gates().FailNext(Stage::kEvaluate, absl::InternalError("no such luck"), 2);
   MoveAndWaitForEvaluation(kOtherCorner);
 
   gates().Open(Stage::kEncode);
@@ -87,7 +87,7 @@ TEST_F(StageFailureTest, AFailedEvaluationEndsTheWatchersAndTheNextOneBeginsAfre
     if (!client->Step()) client->bell().Wait(absl::Milliseconds(10));
   }
 
-  EXPECT_THAT(client->status(), StatusIs(absl::StatusCode::kUnavailable));
+  EXPECT_THAT(client->status(), StatusIs(absl::StatusCode::kInternal));
   const auto another = Watch();
   ExpectRightAtHead(*another);
 }
