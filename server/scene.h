@@ -151,7 +151,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Tells the pipeline that a view may have work: it was attached, unpaused or left behind.
   void RequestWork() ABSL_LOCKS_EXCLUDED(mutex_);
-  // One evaluation of one view that is watched and behind; nullopt when there is none.
+  // One stage of one view that is watched and behind, with what may follow it; nullopt when there
+  // is none.
   [[nodiscard]] std::optional<ViewWork> TakeWork() ABSL_LOCKS_EXCLUDED(mutex_);
   // Runs what TakeWork gave, without a lock, then requests work again, for what was edited or
   // evaluated meanwhile, and wakes the listeners.

@@ -129,8 +129,8 @@ SceneView::Next SceneView::EvaluateStage(ViewWork& work) {
     return Next::kEnd;
   }
   if (encoding_) {
-    held_ = work;
-    held_->view = nullptr;  // it would keep itself alive
+    held_ = std::move(work);
+    work.view = std::move(held_->view);  // or it would keep itself alive
     return Next::kHeld;
   }
   StartEncoding(work);

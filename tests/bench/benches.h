@@ -18,6 +18,7 @@ void RegisterFloorBenches();      // streaming stores, the blocked product alone
 void RegisterPlanBenches();       // mesh and lattice to plan
 void RegisterCodecBenches();      // vertices to Draco bytes
 void RegisterDeliveryBenches();   // chunks to a client's memory, through gRPC
+void RegisterEngineBenches();     // edits to whole updates, stages in turn and overlapped
 void RegisterPrecisionBenches();  // errors against the definition, as counters
 
 // Five repetitions, medians, real time in milliseconds.

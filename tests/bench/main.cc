@@ -30,6 +30,7 @@ int Main(int argc, char** argv) {
   RegisterPlanBenches();
   RegisterCodecBenches();
   RegisterDeliveryBenches();
+  RegisterEngineBenches();
   RegisterPrecisionBenches();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;

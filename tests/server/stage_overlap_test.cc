@@ -30,6 +30,7 @@ TEST_F(StageOverlapTest, EverySlotCatchesUpWithWhatWasEvaluatedInTheOther) {
     MoveAndWaitForEvaluation(turn % 3 == 0 ? kCorner : kOtherCorner);
     gates().Open(Stage::kEncode);
     client->RunToUpdate();
+    EXPECT_GT(client->updates().back().begin.chunk_count, 0u) << "the edits show";
     ExpectRight(*client);
     ExpectRightAtHead(*client);
   }

@@ -20,9 +20,10 @@
 
 namespace latticed::testing {
 
-// Far apart in a lattice of 8^3 control points: an edit of one leaves the other's chunks alone.
-inline constexpr uint32_t kCorner = 1 * 64 + 1 * 8 + 1;
-inline constexpr uint32_t kOtherCorner = 4 * 64 + 6 * 8 + 6;
+// Far apart in a lattice of 8^3 control points, near the surface: an edit of one changes chunks that
+// one of the other leaves alone.
+inline constexpr uint32_t kCorner = 5 * 64 + 1 * 8 + 1;
+inline constexpr uint32_t kOtherCorner = 2 * 64 + 6 * 8 + 6;
 // Long enough for a worker to begin what it must not begin.
 inline constexpr absl::Duration kAWhile = absl::Milliseconds(50);
 
