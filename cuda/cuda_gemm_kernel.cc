@@ -17,18 +17,6 @@ constexpr size_t kTileBytes = size_t{512} << 20;
 // And never more than this part of a small budget.
 constexpr size_t kTileShare = 4;
 
-kernels::Normals NormalsOf(NormalMode mode) {
-  switch (mode) {
-    case NormalMode::kNone:
-      return kernels::Normals::kNone;
-    case NormalMode::kFacet:
-      return kernels::Normals::kFacet;
-    case NormalMode::kSmooth:
-      return kernels::Normals::kSmooth;
-  }
-  return kernels::Normals::kNone;
-}
-
 template <typename T>
 DeviceMatrix<T> Matrix(const DeviceBuffer<T>& buffer, size_t rows, size_t patches) {
   return {buffer.data(), rows, 3 * patches, rows};
@@ -199,7 +187,7 @@ size_t CudaGemmKernel::Buffers::bytes() const {
 }
 
 MemoryUse CudaGemmKernel::memory() const {
-  return {{"samples", buffers_.bytes()}, {"stage_matrices", stages_.MemoryBytes()}};
+  return {{"device_samples", buffers_.bytes()}, {"device_stage_matrices", stages_.MemoryBytes()}};
 }
 
 }  // namespace latticed

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/view/view_contract.h"
 #include "cuda/cuda_control_nets.h"
+#include "cuda/cuda_fused_kernel.h"
 #include "cuda/cuda_gemm_kernel.h"
 #include "cuda/cuda_view.h"
 
@@ -20,12 +21,11 @@ CudaTarget::CudaTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline
 absl::StatusOr<std::shared_ptr<CudaTarget>> CudaTarget::Create(
     std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
     std::shared_ptr<CudaContext> context) {
-  if (pipeline == Pipeline::kFused) return error::Unimplemented("pipeline fused on CUDA");
   const DeviceGuard guard(context->device());
   try {
     std::shared_ptr<CudaTarget> target(
         new CudaTarget(std::move(plan), pipeline, std::move(context)));
-    auto tables = DevicePlan::Create(target->plan_, target->context_);
+    auto tables = DevicePlan::Create(target->plan_, pipeline, target->context_);
     if (!tables.ok()) return tables.status();
     target->device_plan_ = *std::move(tables);
     return target;
@@ -40,7 +40,7 @@ absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpe
   try {
     auto lane = context_->lanes().Borrow();
     if (!lane.ok()) return lane.status();
-    auto kernel = CudaGemmKernel::Create(plan_, device_plan_, pipeline_, spec, context_, *lane);
+    auto kernel = CreateKernel(spec, *lane);
     if (!kernel.ok()) return kernel.status();
     auto view = CudaView::Create(plan_, spec, context_, *std::move(lane), *std::move(kernel));
     if (!view.ok()) return view.status();
@@ -48,6 +48,14 @@ absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpe
   } catch (const std::bad_alloc&) {
     return error::AllocationFailed("the view");
   }
+}
+
+absl::StatusOr<std::unique_ptr<CudaVertexKernel>> CudaTarget::CreateKernel(
+    const ViewSpec& spec, const std::shared_ptr<CudaLane>& lane) {
+  if (pipeline_ == Pipeline::kFused) {
+    return CudaFusedKernel::Create(plan_, device_plan_, spec, *context_, lane);
+  }
+  return CudaGemmKernel::Create(plan_, device_plan_, pipeline_, spec, context_, lane);
 }
 
 absl::StatusOr<std::vector<double>> CudaTarget::ControlNets(std::span<const Vec3d> control_points,

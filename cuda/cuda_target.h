@@ -11,13 +11,14 @@
 
 #include "core/backend.h"
 #include "cuda/cuda_context.h"
+#include "cuda/cuda_vertex_kernel.h"
 #include "cuda/device_plan.h"
 
 namespace latticed {
 
 class CudaTarget : public DeformTarget {
  public:
-  // kUnimplemented for kFused; kResourceExhausted where the tables do not fit.
+  // kResourceExhausted where the tables do not fit.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<CudaTarget>> Create(
       std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
       std::shared_ptr<CudaContext> context);
@@ -34,6 +35,8 @@ class CudaTarget : public DeformTarget {
  private:
   CudaTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
              std::shared_ptr<CudaContext> context);
+  absl::StatusOr<std::unique_ptr<CudaVertexKernel>> CreateKernel(
+      const ViewSpec& spec, const std::shared_ptr<CudaLane>& lane);
 
   std::shared_ptr<const DeformPlan> plan_;
   Pipeline pipeline_;

@@ -16,8 +16,12 @@
 #include "core/backend.h"
 #include "cuda/cuda_frame.h"
 #include "cuda/device_span.h"
+#include "cuda/kernels.h"
 
 namespace latticed {
+
+// How the kernels name a view's normals.
+[[nodiscard]] kernels::Normals NormalsOf(NormalMode mode);
 
 class CudaVertexKernel {
  public:
@@ -27,14 +31,14 @@ class CudaVertexKernel {
   [[nodiscard]] virtual absl::Status Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                                               std::span<const uint32_t> chunks,
                                               DeviceSpan<uint8_t> vertices) = 0;
-  // All of it on the device, so without a prefix.
   virtual MemoryUse memory() const = 0;
 
   // Bytes of `vertices` where they are not those of the wire layout, else 0. A kernel that keeps an
-  // order of its own writes a chunk in wire order by ToWireOrder.
+  // order of its own writes chunks in wire order, one after the other, by ToWireOrder.
   virtual size_t OwnOrderBytes() const { return 0; }
   [[nodiscard]] virtual absl::Status ToWireOrder(DeviceSpan<const uint8_t> /*vertices*/,
-                                                 uint32_t /*chunk*/, DeviceSpan<uint8_t> /*out*/) {
+                                                 std::span<const uint32_t> /*chunks*/,
+                                                 DeviceSpan<uint8_t> /*out*/) {
     return absl::InternalError("the vertices are in wire order already");
   }
 };

@@ -8,7 +8,6 @@
 
 #include "core/base/error.h"
 #include "core/view/view_layout.h"
-#include "fmt/format.h"
 
 namespace latticed {
 
@@ -99,14 +98,10 @@ absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32
 }
 
 MemoryUse CudaView::memory() const {
-  MemoryUse use;
-  const auto on_device = [&use](std::string_view purpose, uint64_t bytes) {
-    use[fmt::format("{}{}", kDevicePurpose, purpose)] += bytes;
-  };
-  for (const auto& [purpose, bytes] : kernel_->memory()) on_device(purpose, bytes);
-  on_device("vertices", vertices_.size_bytes());
-  on_device("staging", staging_.DeviceBytes() + frame_.DeviceBytes());
-  use["staging"] = staging_.PinnedBytes() + frame_.PinnedBytes() + encoder_.MemoryBytes();
+  MemoryUse use = kernel_->memory();
+  use["device_vertices"] += vertices_.size_bytes();
+  use["device_staging"] += staging_.DeviceBytes() + frame_.DeviceBytes();
+  use["staging"] += staging_.PinnedBytes() + frame_.PinnedBytes() + encoder_.MemoryBytes();
   return use;
 }
 

@@ -31,11 +31,11 @@ __device__ inline CarriedNormal CarryAt(const PlanTables& plan, const Vec3d* con
                                         size_t patch, Vec3d b, bool smooth) {
   const DevicePatch p = plan.patches[patch];
   Vec3d jacobian[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  if (p.box != plan.outside_box) {
+  if (p.Box() != plan.outside_box) {
     Vec3d parameter[3];
-    for (int c = 0; c < 3; ++c) parameter[c] = plan.vertices[p.vertex[c]].parameter;
+    for (int c = 0; c < 3; ++c) parameter[c] = plan.vertices[p.Vertex(c)].parameter;
     const VolumePoint point = EvaluateVolume<true>(Volume(plan, control_points),
-                                                   plan.boxes[p.box].span, Blend(parameter, b));
+                                                   plan.boxes[p.Box()].span, Blend(parameter, b));
     WorldJacobian(point.derivatives, plan.parameter_by_world, jacobian);
   }
   return CarryNormal(jacobian, RestNormal(plan, patch, b, smooth));

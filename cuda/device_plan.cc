@@ -9,6 +9,7 @@
 #include "core/base/limits.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/shared_points.h"
+#include "cuda/pack_patches.h"
 
 namespace latticed {
 namespace {
@@ -78,17 +79,18 @@ std::vector<kernels::CornerNormals> InterpolateNormals(const DeformPlan& plan) {
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<DevicePlan>> DevicePlan::Create(
-    std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaContext> context) {
+    std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
+    std::shared_ptr<CudaContext> context) {
   std::shared_ptr<DevicePlan> result(new DevicePlan(std::move(plan), std::move(context)));
-  absl::Status status = result->UploadGeometry();
-  if (status.ok()) status = result->UploadSharedPoints();
+  absl::Status status = result->UploadGeometry(pipeline);
+  if (status.ok() && pipeline != Pipeline::kFused) status = result->UploadSharedPoints();
   status.Update(result->context_->stream().Synchronize("the plan"));
   if (!status.ok()) return status;
   result->FillTables();
   return result;
 }
 
-absl::Status DevicePlan::UploadGeometry() {
+absl::Status DevicePlan::UploadGeometry(Pipeline pipeline) {
   const DeformPlan& plan = *plan_;
   std::vector<double> knots;
   for (const auto& axis : plan.structure.knots) knots.insert(knots.end(), axis.begin(), axis.end());
@@ -101,17 +103,20 @@ absl::Status DevicePlan::UploadGeometry() {
   if (auto s = Upload(*context_, boxes, boxes_); !s.ok()) return s;
 
   const DirectFfd direct(plan, {});
-  std::vector<kernels::DevicePatch> patches;
   std::vector<Vec3f> normals;
-  patches.reserve(plan.patches.size());
   normals.reserve(plan.patches.size());
   for (size_t p = 0; p < plan.patches.size(); ++p) {
-    const Patch& patch = plan.patches[p];
-    patches.push_back({patch.box, {patch.vertex[0], patch.vertex[1], patch.vertex[2]}});
     normals.push_back(ToFloat(direct.RestFacetNormal(p)));
   }
-  if (auto s = Upload(*context_, patches, patches_); !s.ok()) return s;
-  return Upload(*context_, normals, facet_normals_);
+  if (auto s = Upload(*context_, normals, facet_normals_); !s.ok()) return s;
+  const auto packed = PackPatches(plan);
+  if (!packed.ok()) return packed.status();
+  if (auto s = Upload(*context_, packed->patches, patches_); !s.ok()) return s;
+  if (pipeline != Pipeline::kFused) return absl::OkStatus();
+  auto fused = DeviceBoxes::Create(plan_, *context_, packed->seam_uses);
+  if (!fused.ok()) return fused.status();
+  fused_ = *std::move(fused);
+  return absl::OkStatus();
 }
 
 absl::Status DevicePlan::UploadSharedPoints() {
@@ -181,7 +186,8 @@ size_t DevicePlan::MemoryBytes() const {
   const std::scoped_lock lock(mutex_);
   return knots_.size_bytes() + patches_.size_bytes() + vertices_.size_bytes() +
          boxes_.size_bytes() + facet_normals_.size_bytes() + always_.size_bytes() +
-         on_seams_.size_bytes() + orphans_.size_bytes() + corner_normals_.size_bytes();
+         on_seams_.size_bytes() + orphans_.size_bytes() + corner_normals_.size_bytes() +
+         (fused_.has_value() ? fused_->MemoryBytes() : 0);
 }
 
 }  // namespace latticed

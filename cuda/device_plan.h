@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A plan on the device, as the GEMM pipelines' kernels read it.
+// A plan on the device, as the kernels of one pipeline read it.
 //
 //   a patch   16 bytes of indices, 12 of facet normal, 36 more where a smooth view asked
 //   a vertex  48 bytes, about half a vertex a patch
-//   shared points  8 bytes a copy, about four copies a patch
+//   fused     knot boxes: device_boxes.h
+//   others    shared points, 8 bytes a copy, about four copies a patch
 //
 // Errors   those of device_buffer.h
 // Threads  safe; usable on every stream once it is made
@@ -14,9 +15,12 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 
+#include "core/backend.h"
 #include "core/ffd/deform_plan.h"
 #include "cuda/cuda_context.h"
+#include "cuda/device_boxes.h"
 #include "cuda/device_buffer.h"
 #include "cuda/kernels.h"
 
@@ -26,17 +30,21 @@ class DevicePlan {
  public:
   // Waits for the context's stream.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<DevicePlan>> Create(
-      std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaContext> context);
+      std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
+      std::shared_ptr<CudaContext> context);
 
   // The first `smooth` call uploads the corner normals, and waits for that.
   [[nodiscard]] absl::StatusOr<kernels::PlanTables> Tables(bool smooth);
+  // Not for kFused.
   const kernels::SharedPointTables& shared_points() const { return shared_points_; }
+  // For kFused alone.
+  const kernels::FusedTables& fused_tables() const { return fused_->tables(); }
   size_t MemoryBytes() const;
 
  private:
   DevicePlan(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaContext> context)
       : plan_(std::move(plan)), context_(std::move(context)) {}
-  absl::Status UploadGeometry();
+  absl::Status UploadGeometry(Pipeline pipeline);
   absl::Status UploadSharedPoints();
   void FillTables();
 
@@ -50,6 +58,7 @@ class DevicePlan {
   DeviceBuffer<kernels::DeviceCopy> always_;
   DeviceBuffer<kernels::DeviceSeamCopy> on_seams_;
   DeviceBuffer<kernels::DeviceOrphan> orphans_;
+  std::optional<DeviceBoxes> fused_;
   kernels::PlanTables tables_{};
   kernels::SharedPointTables shared_points_{};
   mutable std::mutex mutex_;

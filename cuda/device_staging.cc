@@ -61,11 +61,7 @@ absl::Status DeviceStaging::Copy(Slot& slot, CudaVertexKernel& kernel,
     const size_t bytes = layout_.ChunkBytes(chunks[i]);
     batch.bytes.emplace_back(slot.pinned.data() + at, bytes);
     at += bytes;
-    if (own_order) {
-      const DeviceSpan<uint8_t> out = slot.wire.span().Sub(at - bytes, bytes);
-      if (auto s = kernel.ToWireOrder(vertices, chunks[i], out); !s.ok()) return s;
-      continue;
-    }
+    if (own_order) continue;
     if (i + 1 < chunks.size() && chunks[i + 1] == chunks[i] + 1) continue;
     const size_t end = layout_.ChunkOffset(chunks[i]) + bytes, run_bytes = at - run;
     if (auto s = CopyToHost(slot.pinned.data() + run, vertices.data + end - run_bytes, run_bytes,
@@ -76,6 +72,7 @@ absl::Status DeviceStaging::Copy(Slot& slot, CudaVertexKernel& kernel,
     run = at;
   }
   if (own_order) {
+    if (auto s = kernel.ToWireOrder(vertices, chunks, slot.wire.span()); !s.ok()) return s;
     if (auto s = CopyToHost(slot.pinned.data(), slot.wire.data(), total, stream); !s.ok()) return s;
   }
   return slot.copied->Record(stream);

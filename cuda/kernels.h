@@ -20,13 +20,10 @@
 
 #include "core/base/vec.h"
 #include "core/view/vertex_layout.h"
+#include "cuda/device_patch.h"
 
 namespace latticed::kernels {
 
-struct DevicePatch {
-  uint32_t box;
-  uint32_t vertex[3];
-};
 struct DeviceVertex {
   Vec3d parameter;
   Vec3d world;  // relative to the local origin

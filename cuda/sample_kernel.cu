@@ -21,10 +21,10 @@ struct PatchCorners {
 __device__ PatchCorners Corners(const PlanTables& plan, size_t patch) {
   const DevicePatch p = plan.patches[patch];
   PatchCorners result;
-  result.outside = p.box == plan.outside_box;
-  result.span = plan.boxes[p.box].span;
+  result.outside = p.Box() == plan.outside_box;
+  result.span = plan.boxes[p.Box()].span;
   for (int c = 0; c < 3; ++c) {
-    const DeviceVertex& vertex = plan.vertices[p.vertex[c]];
+    const DeviceVertex& vertex = plan.vertices[p.Vertex(c)];
     result.corner[c] = result.outside ? vertex.world : vertex.parameter;
   }
   return result;

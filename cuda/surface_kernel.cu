@@ -40,11 +40,11 @@ __device__ RawNormal FacetNormal(Vec3d pu, Vec3d pv) {
 __device__ RawNormal SmoothNormal(const PlanTables& plan, size_t patch, Vec3d b, Vec3d pu, Vec3d pv,
                                   Vec3d pf) {
   const DevicePatch p = plan.patches[patch];
-  const Vec3d corner = plan.vertices[p.vertex[0]].world;
+  const Vec3d corner = plan.vertices[p.Vertex(0)].world;
   const Vec3d n = RestSmoothNormal(plan, patch, b);
   const double by_f = Dot(n, ToDouble(plan.facet_normals[patch]));
-  const double by_1 = Dot(n, plan.vertices[p.vertex[1]].world - corner);
-  const double by_2 = Dot(n, plan.vertices[p.vertex[2]].world - corner);
+  const double by_1 = Dot(n, plan.vertices[p.Vertex(1)].world - corner);
+  const double by_2 = Dot(n, plan.vertices[p.Vertex(2)].world - corner);
   const double u = Norm(pu), v = Norm(pv), f = Norm(pf);
   const double bound = std::abs(by_f) * u * v + f * (std::abs(by_1) * v + std::abs(by_2) * u);
   return {by_f * Cross(pu, pv) + by_1 * Cross(pv, pf) + by_2 * Cross(pf, pu), bound * bound};

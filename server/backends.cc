@@ -34,9 +34,7 @@ absl::StatusOr<std::vector<std::unique_ptr<Backend>>> MakeBackends(const Options
     }
   }
   if (options.backend != "cuda") {
-    // First, until CUDA has pipeline fused, which scenes ask for when they ask for none.
-    backends.insert(backends.begin(),
-                    MakeCpuBackend({.threads = options.threads, .encoder = encoder}));
+    backends.push_back(MakeCpuBackend({.threads = options.threads, .encoder = encoder}));
   }
   return backends;
 }

@@ -14,8 +14,8 @@
 
 namespace latticed {
 
-// The first one serves; with auto that is the CPU until CUDA has pipeline fused, and CUDA is there
-// as well where there is a device. Where CUDA was asked for by name: MakeCudaBackend's errors.
+// The first one serves: with auto CUDA where there is a device, and the CPU elsewhere. Where CUDA was
+// asked for by name: MakeCudaBackend's errors.
 [[nodiscard]] absl::StatusOr<std::vector<std::unique_ptr<Backend>>> MakeBackends(
     const Options& options);
 

@@ -64,13 +64,6 @@ double GemmNormalBound(const DeformPlan& plan, const DirectFfd& direct, size_t p
   return turned / Norm(sum);
 }
 
-// kUnimplemented where the backend has no such pipeline yet.
-absl::Status ProbePipeline(Backend& backend, Pipeline pipeline) {
-  PolygonMesh mesh = OneTriangle();
-  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
-  return backend.Prepare(MakeTestPlan(std::move(mesh), structure), pipeline).status();
-}
-
 DirectFfd::Normal DirectMode(NormalMode mode) {
   return mode == NormalMode::kSmooth ? DirectFfd::Normal::kSmooth : DirectFfd::Normal::kFacet;
 }
@@ -152,10 +145,6 @@ void BackendTest::SetUp() {
     GTEST_SKIP() << "no backend " << name << " here: " << backend.status().message();
   backend_ = *std::move(backend);
   ASSERT_EQ(backend_->name(), name);
-  if (const absl::Status status = ProbePipeline(*backend_, GetParam().pipeline);
-      absl::IsUnimplemented(status)) {
-    GTEST_SKIP() << status.message();
-  }
 }
 
 std::unique_ptr<DeformView> BackendTest::MakeView(const Plan& plan, const ViewSpec& spec) {

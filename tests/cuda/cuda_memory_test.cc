@@ -57,7 +57,8 @@ class CudaMemory : public ::testing::Test {
   std::vector<Vec3d> points_;
 };
 
-constexpr std::array kPipelines{Pipeline::kGemm, Pipeline::kGemm12, Pipeline::kControlNet};
+constexpr std::array kPipelines{Pipeline::kFused, Pipeline::kGemm, Pipeline::kGemm12,
+                                Pipeline::kControlNet};
 
 TEST_F(CudaMemory, BuffersAreCountedByPurposeAndGivenBack) {
   const auto memory = DeviceMemory::Create(0, 8 * kMiB, nullptr);
@@ -137,7 +138,7 @@ TEST_F(CudaMemory, CyclesOfUseLeaveNothingBehind) {
   size_t before = 0, after = 0, total = 0;
   ASSERT_EQ(cudaMemGetInfo(&before, &total), cudaSuccess);
 
-  for (size_t cycle = 0; cycle < 200; ++cycle) ASSERT_OK(Use(**backend, kPipelines[cycle % 3]));
+  for (size_t cycle = 0; cycle < 200; ++cycle) ASSERT_OK(Use(**backend, kPipelines[cycle % kPipelines.size()]));
 
   ASSERT_EQ(cudaMemGetInfo(&after, &total), cudaSuccess);
   // The pool grows in steps of 32 MiB; two are for the other pipelines' larger buffers.

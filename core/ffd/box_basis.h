@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What turns control points into the polynomial of a knot box, in power form about the box centre.
+//
+//   R(u,v,w) = sum_abc C_abc l0^a l1^b l2^c,   l = (parameter - centre) / width
+//   C_abc    = sum_rst M0[r][a] M1[s][b] M2[t][c] P_rst,   P the control points that reach the box
+//
+// Axes are permuted so that degrees fall (degree()[0] >= degree()[1] >= degree()[2]): 10 kernels
+// serve all 27 mixes. The outside box is the identity map: its l runs over the world bounds of the
+// outside pieces.
+//
+// Units    parameters; world units outside
+// Threads  immutable
+#ifndef LATTICED_CORE_FFD_BOX_BASIS_H_
+#define LATTICED_CORE_FFD_BOX_BASIS_H_
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "core/ffd/deform_plan.h"
+
+namespace latticed {
+
+class BoxBasis {
+ public:
+  // matrix[r][k]: coefficient of l^k in basis function N_{span - degree + r}.
+  using Matrix = std::array<std::array<double, 4>, 4>;
+
+  explicit BoxBasis(std::shared_ptr<const DeformPlan> plan);
+
+  // Axis of the lattice behind each permuted axis.
+  const std::array<int, 3>& axes() const { return axes_; }
+  // By permuted axis.
+  std::array<int, 3> degree() const;
+  // Of a permuted axis, one a knot span; zero where the span is empty.
+  const std::vector<Matrix>& matrices(size_t permuted_axis) const { return basis_[permuted_axis]; }
+
+  // By axis of the lattice, or of the world outside. A width is never 0.
+  Vec3d Centre(uint32_t box) const;
+  Vec3d Width(uint32_t box) const;
+
+ private:
+  Matrix MakeMatrix(int axis, int span) const;
+
+  std::shared_ptr<const DeformPlan> plan_;
+  std::array<int, 3> axes_;
+  std::array<std::vector<Matrix>, 3> basis_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_BOX_BASIS_H_

@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The positions on the corners and edges of a chunk, each evaluated once, from the polynomial of the
+// box that owns it: both sides of an edge get the same bits, in this chunk and in the next.
+#ifndef LATTICED_CUDA_FUSED_FEATURES_CUH_
+#define LATTICED_CUDA_FUSED_FEATURES_CUH_
+
+#include "cuda/fused_edge.cuh"
+#include "cuda/fused_shared.cuh"
+
+namespace latticed::kernels {
+
+// Warps 0 and 1 evaluate edges, warp 2 corners.
+constexpr int kEdgeWarps = 2, kCornerWarp = 2;
+
+// One component of a box's polynomial.
+template <int kStride>
+__device__ __forceinline__ void LoadCoefficients(const FusedLaunch& launch, uint32_t box,
+                                                 int component, float* c) {
+  const size_t row = size_t{box} * 3 + static_cast<unsigned>(component);
+  const auto* from = reinterpret_cast<const float4*>(launch.polynomials.coefficients +
+                                                     row * static_cast<size_t>(kStride));
+#pragma unroll
+  for (int k = 0; k < kStride / 4; ++k) {
+    const float4 v = from[k];
+    c[4 * k] = v.x, c[4 * k + 1] = v.y, c[4 * k + 2] = v.z, c[4 * k + 3] = v.w;
+  }
+}
+
+template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
+class FeatureKernel {
+  static constexpr int N = D0 + D1 + D2, kStride = CoefficientStride(D0, D1, D2);
+  using Shared = FusedShared<N, kSmooth, kFloat>;
+
+ public:
+  __device__ FeatureKernel(const FusedLaunch& launch, uint32_t chunk)
+      : launch_(launch), sink_(launch, chunk, 0), first_patch_(chunk * kLanes) {}
+
+  // Names the first uses: one thread a use, its slot being the warp's number.
+  __device__ __forceinline__ static void List(const FeatureUses& uses, int warp, unsigned lane) {
+    const auto use = static_cast<uint8_t>(lane | static_cast<unsigned>(warp) << 5);
+    if (uses.IsFirstOfEdge(warp)) Shared::EdgeUse(uses.Edge(warp)) = use;
+    if (uses.IsFirstOfCorner(warp)) Shared::CornerUse(uses.Corner(warp)) = use;
+  }
+
+  // Those that the warp is there for; `uses` are its lane's patch's.
+  __device__ __forceinline__ void Evaluate(const FeatureUses& uses, int warp, unsigned lane) {
+    if (warp == kCornerWarp) {
+      const unsigned most = max(uses.Corner(0), max(uses.Corner(1), uses.Corner(2)));
+      const unsigned count = __reduce_max_sync(~0u, most) + 1;
+      for (unsigned n = lane; n < count; n += kLanes) EvaluateCorner(n);
+    } else if (launch_.segments > 1) {
+      const unsigned most = max(uses.Edge(0), max(uses.Edge(1), uses.Edge(2)));
+      const unsigned count = __reduce_max_sync(~0u, most) + 1;
+      const unsigned begin = static_cast<unsigned>(warp) * kLanes + lane;
+      for (unsigned n = begin; n < count; n += kEdgeWarps * kLanes) EvaluateEdge(n);
+    }
+  }
+
+ private:
+  struct Use {
+    uint32_t patch;
+    int slot;
+  };
+  __device__ Use UseOf(uint8_t packed) const {
+    const uint32_t patch = first_patch_ + (packed & (kLanes - 1));
+    return {min(patch, launch_.patch_count - 1), packed >> 5};
+  }
+
+  __device__ __forceinline__ void EvaluateCorner(unsigned number) {
+    const Use use = UseOf(Shared::CornerUse(number));
+    const DevicePatch& patch = launch_.plan.patches[use.patch];
+    const uint32_t vertex = patch.Vertex(use.slot);
+    const uint32_t box =
+        OwnerOf(launch_, {use.patch, patch.Box(), static_cast<uint32_t>(use.slot),
+                          patch.CornerSteps(use.slot), patch.CornerOnSeam(use.slot)});
+    float l[3], at[3];
+#pragma unroll
+    for (int i = 0; i < 3; ++i) {
+      l[i] = static_cast<float>(LocalCoordinate(launch_, vertex, box, i));
+    }
+#pragma unroll
+    for (int component = 0; component < 3; ++component) {
+      float c[kStride];
+      LoadCoefficients<kStride>(launch_, box, component, c);
+      at[component] = EvaluatePoint<D0, D1, D2>(c, l);
+    }
+    Shared::Set(Shared::CornerAt(number), sink_.MakePosition({at[0], at[1], at[2]}));
+  }
+
+  // Without its ends, along its first use.
+  __device__ __forceinline__ void EvaluateEdge(unsigned number) {
+    const Use use = UseOf(Shared::EdgeUse(number));
+    const DevicePatch& patch = launch_.plan.patches[use.patch];
+    const uint32_t from = patch.Vertex(use.slot), to = patch.Vertex(use.slot == 2 ? 0 : use.slot + 1);
+    const uint32_t box =
+        OwnerOf(launch_, {use.patch, patch.Box(), static_cast<uint32_t>(use.slot) + 3,
+                          patch.EdgeSteps(use.slot), patch.EdgeOnSeam(use.slot)});
+    float midpoint[3], direction[3], p[3][N + 1];
+#pragma unroll
+    for (int i = 0; i < 3; ++i) {
+      const double a = LocalCoordinate(launch_, from, box, i);
+      const double b = LocalCoordinate(launch_, to, box, i);
+      midpoint[i] = static_cast<float>(0.5 * (a + b));
+      direction[i] = static_cast<float>(b - a);
+    }
+#pragma unroll
+    for (int component = 0; component < 3; ++component) {
+      float c[kStride];
+      LoadCoefficients<kStride>(launch_, box, component, c);
+      EdgeComposition<D0, D1, D2>::Compose(c, midpoint, direction, p[component]);
+    }
+    const float unit = 0.5f / static_cast<float>(launch_.segments);
+    for (int low = 1; 2 * low <= launch_.segments; ++low) {
+      const int high = launch_.segments - low;
+      const float tau = static_cast<float>(high - low) * unit;
+      float left[3], right[3];
+#pragma unroll
+      for (int component = 0; component < 3; ++component) {
+        float even, odd;
+        SplitPowers<N>(p[component], tau * tau, even, odd);
+        left[component] = fmaf(-odd, tau, even);
+        right[component] = fmaf(odd, tau, even);
+      }
+      Shared::Set(Shared::EdgePointAt(number, low), sink_.MakePosition({left[0], left[1], left[2]}));
+      Shared::Set(Shared::EdgePointAt(number, high), sink_.MakePosition({right[0], right[1], right[2]}));
+    }
+  }
+
+  const FusedLaunch& launch_;
+  const VertexSink<kFloat> sink_;
+  const uint32_t first_patch_;
+};
+
+}  // namespace latticed::kernels
+
+#endif  // LATTICED_CUDA_FUSED_FEATURES_CUH_

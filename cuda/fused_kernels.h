@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The kernels of the fused pipeline, as the .cc files see them. Order of work: box polynomials, then
+// vertices of chunks in lane order, then chunks in wire order where somebody reads them.
+//
+// Layout   lane order, q points a patch, lane = patch in its chunk of 32; the last chunk is padded
+//   kFloat32          float [chunk][point][x y z nx ny nz, or x y z][lane]
+//   kQuantised8       8 bytes [chunk][point][lane]: x | y << 16, z | s << 16 | t << 24
+//   kQuantised16      8 bytes [chunk][point][lane]: x | y << 16, z and 16 bits of no meaning;
+//                     then, 4 bytes [chunk][point][lane], s | t << 16
+//   so that every store of a warp is whole lines.
+// Units    world units relative to plan.local_origin
+// Errors   cudaError_t of the launch
+// Threads  none wait; all pointers must stay until the stream has passed
+#ifndef LATTICED_CUDA_FUSED_KERNELS_H_
+#define LATTICED_CUDA_FUSED_KERNELS_H_
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cuda/feature_uses.h"
+#include "cuda/kernels.h"
+
+namespace latticed::kernels {
+
+// Box-local coordinates are (parameter - centre) * inverse_width; of world positions outside.
+struct FusedBox {
+  Vec3d centre, inverse_width;
+};
+
+// What the fused kernels need besides PlanTables. Permuted axes: core/ffd/box_basis.h.
+struct FusedTables {
+  int axis[3];             // of the lattice, behind each permuted axis
+  int degree[3];           // by permuted axis, falling
+  uint32_t box_stride[3];  // by axis of the lattice
+  uint32_t box_count;      // the outside box among them
+  const FusedBox* boxes;   // by axis of the lattice
+  const double* basis[3];  // by permuted axis: BoxBasis::Matrix, 16 doubles a knot span
+  const SeamUse* seam_uses;
+  uint32_t seam_use_count;
+  const FeatureUses* feature_uses;  // one a patch
+};
+
+// The polynomial of each box, in the units that the format wants, float: [box][component][coefficient], rows of CoefficientStride;
+// coefficient (a (d1 + 1) + b)(d2 + 1) + c belongs to l0^a l1^b l2^c.
+struct BoxPolynomials {
+  double scale;  // of scale R + offset
+  Vec3d offset;
+  float* coefficients;
+  float* cofactor_bounds;  // not below ||cof J|| in the box, scaled
+};
+// Rows begin at multiples of 16 bytes.
+LATTICED_HD constexpr int CoefficientStride(int d0, int d1, int d2) {
+  return ((d0 + 1) * (d1 + 1) * (d2 + 1) + 3) / 4 * 4;
+}
+cudaError_t LaunchBoxPolynomials(const PlanTables& plan, const FusedTables& tables,
+                                 const Vec3d* control_points, const BoxPolynomials& polynomials,
+                                 cudaStream_t stream);
+
+enum class LaneFormat { kFloat32, kQuantised8, kQuantised16 };
+
+// Quantised, integer = round(top * saturate(p)), p running from 0 to 1 over the quantisation box.
+struct FusedOutput {
+  LaneFormat format;
+  float top;        // 2^position_bits - 1
+  int normal_bits;  // of the quantised formats
+  uint8_t* vertices;
+  uint8_t* second_plane;  // kQuantised16
+};
+
+struct FusedLaunch {
+  PlanTables plan;
+  FusedTables tables;
+  BoxPolynomials polynomials;
+  const Vec3d* control_points;
+  const uint8_t* attached;  // per seam
+  const uint32_t* chunks;   // null: 0 … chunk_count - 1
+  uint32_t chunk_count;
+  uint32_t patch_count;  // of the plan
+  int segments;
+  Normals normals;
+  FusedOutput output;
+};
+// One block a chunk. Needs the polynomials of all boxes that own points of the chunks.
+cudaError_t LaunchFused(const FusedLaunch& launch, cudaStream_t stream);
+
+// Chunks of a view from lane order to the bytes of core/view/vertex_layout.h.
+struct WireChunk {
+  uint64_t offset;  // in `out`
+  uint32_t chunk;
+};
+struct WireOrder {
+  LaneFormat format;
+  const uint8_t* vertices;
+  const uint8_t* second_plane;
+  const WireChunk* chunks;
+  uint32_t chunk_count;
+  uint32_t patch_count;  // of the plan
+  int points_per_patch;
+  bool normals;
+  uint8_t* out;
+};
+cudaError_t LaunchWireOrder(const WireOrder& order, cudaStream_t stream);
+
+}  // namespace latticed::kernels
+
+#endif  // LATTICED_CUDA_FUSED_KERNELS_H_

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/staged_upload.h"
+
+#include <utility>
+
+#include "cuda/cuda_status.h"
+
+namespace latticed {
+
+absl::StatusOr<StagedUpload> StagedUpload::Create(CudaContext& context,
+                                                  std::shared_ptr<CudaLane> lane, size_t bytes) {
+  auto device =
+      DeviceBuffer<uint8_t>::Create(context.memory(), "staging", bytes, lane->stream().get());
+  if (!device.ok()) return device.status();
+  auto pinned = context.pinned().Borrow(bytes);
+  if (!pinned.ok()) return pinned.status();
+  auto copied = CudaEvent::Create();
+  if (!copied.ok()) return copied.status();
+  return StagedUpload(std::move(lane), *std::move(device), *std::move(pinned), *std::move(copied));
+}
+
+StagedUpload::~StagedUpload() {
+  // The pinned bytes go back to others: not before they are read.
+  if (lane_ != nullptr) static_cast<void>(copied_.Synchronize());
+}
+
+absl::StatusOr<uint8_t*> StagedUpload::Begin() {
+  if (auto s = copied_.Synchronize(); !s.ok()) return s;
+  return pinned_.data();
+}
+
+absl::Status StagedUpload::Send(size_t bytes) {
+  const cudaStream_t stream = lane_->stream().get();
+  if (auto s = CudaStatus(cudaMemcpyAsync(device_.data(), pinned_.data(), bytes,
+                                          cudaMemcpyHostToDevice, stream),
+                          "the copy of an edit");
+      !s.ok()) {
+    return s;
+  }
+  return copied_.Record(stream);
+}
+
+}  // namespace latticed
