@@ -55,6 +55,18 @@ SharedBytes MakeSharedBytes(std::vector<uint8_t> bytes) {
   return {owner, owner->data(), owner->size()};
 }
 
+uint64_t DeviceBytes(const MemoryUse& use) {
+  uint64_t bytes = 0;
+  for (const auto& [purpose, size] : use) bytes += purpose.starts_with(kDevicePurpose) ? size : 0;
+  return bytes;
+}
+
+uint64_t HostBytes(const MemoryUse& use) {
+  uint64_t bytes = 0;
+  for (const auto& [purpose, size] : use) bytes += size;
+  return bytes - DeviceBytes(use);
+}
+
 absl::Status Validate(const ViewSpec& spec) {
   if (auto s =
           CheckRange("view.segments", spec.segments, limits::kMinSegments, limits::kMaxSegments);

@@ -80,8 +80,21 @@ struct SharedBytes {
 };
 [[nodiscard]] SharedBytes MakeSharedBytes(std::vector<uint8_t> bytes);
 
-// Bytes by purpose: "plan", "stage_matrices", "samples", "vertices", "staging", "chunks".
+// Bytes by purpose: "plan", "stage_matrices", "samples", "vertices", "staging", "chunks". The place is
+// in the name: "device_vertices" lie in a device's memory, all without that prefix in the host's.
 using MemoryUse = std::map<std::string, uint64_t>;
+inline constexpr std::string_view kDevicePurpose = "device_";
+[[nodiscard]] uint64_t HostBytes(const MemoryUse& use);
+[[nodiscard]] uint64_t DeviceBytes(const MemoryUse& use);
+
+// A device as it is now. 0: unknown.
+struct DeviceState {
+  std::string name;  // for people
+  uint64_t memory_bytes = 0;
+  uint64_t budget_bytes = 0;  // what all plans and views may take together; 0: no budget of its own
+  uint64_t free_bytes = 0;    // of the budget where there is one, else of the memory
+  MemoryUse use;              // of the budget; all on the device, so without a prefix
+};
 
 class DeformView {
  public:
@@ -131,6 +144,8 @@ class Backend {
   virtual std::string_view name() const = 0;  // "cpu", "cuda"
   // What runs it, for people: "AVX-512, 2 threads, OpenBLAS SkylakeX".
   virtual std::string description() const = 0;
+  // What evaluates, the host itself where it does. None by default: none that can be told about.
+  [[nodiscard]] virtual std::vector<DeviceState> devices() const { return {}; }
   [[nodiscard]] virtual absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(
       std::shared_ptr<const DeformPlan> plan, Pipeline pipeline) = 0;
 };

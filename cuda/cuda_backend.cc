@@ -29,6 +29,18 @@ class CudaBackend : public Backend {
     }
     return text;
   }
+  std::vector<DeviceState> devices() const override {
+    std::vector<DeviceState> states;
+    for (const auto& context : contexts_) {
+      const DeviceMemory& memory = *context->memory();
+      states.push_back({.name = DescribeDevice(context->device()),
+                        .memory_bytes = memory.device_bytes(),
+                        .budget_bytes = memory.budget_bytes(),
+                        .free_bytes = memory.free_bytes(),
+                        .use = memory.use()});
+    }
+    return states;
+  }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
     const auto freest =

@@ -28,7 +28,8 @@ class CudaFrame {
 
   DeviceSpan<const Vec3d> control_points() const;
   DeviceSpan<const uint8_t> attached() const;  // 1 or 0, per seam of the plan
-  size_t MemoryBytes() const { return upload_.MemoryBytes(); }
+  size_t DeviceBytes() const { return upload_.DeviceBytes(); }
+  size_t PinnedBytes() const { return upload_.PinnedBytes(); }
 
  private:
   CudaFrame(std::shared_ptr<const DeformPlan> plan, StagedUpload upload)

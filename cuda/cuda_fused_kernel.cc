@@ -160,9 +160,10 @@ absl::Status CudaFusedKernel::ToWireOrder(DeviceSpan<const uint8_t> vertices,
 }
 
 MemoryUse CudaFusedKernel::memory() const {
-  return {{"box_polynomials",
+  return {{"device_box_polynomials",
            buffers_.coefficients.size_bytes() + buffers_.cofactor_bounds.size_bytes()},
-          {"staging", buffers_.chunks.MemoryBytes() + buffers_.wire_chunks.MemoryBytes()}};
+          {"device_staging", buffers_.chunks.DeviceBytes() + buffers_.wire_chunks.DeviceBytes()},
+          {"staging", buffers_.chunks.PinnedBytes() + buffers_.wire_chunks.PinnedBytes()}};
 }
 
 }  // namespace latticed

@@ -193,7 +193,7 @@ size_t CudaGemmKernel::Buffers::bytes() const {
 }
 
 MemoryUse CudaGemmKernel::memory() const {
-  return {{"samples", buffers_.bytes()}, {"stage_matrices", stages_.MemoryBytes()}};
+  return {{"device_samples", buffers_.bytes()}, {"device_stage_matrices", stages_.MemoryBytes()}};
 }
 
 }  // namespace latticed

@@ -100,8 +100,9 @@ absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32
 
 MemoryUse CudaView::memory() const {
   MemoryUse use = kernel_->memory();
-  use["vertices"] += vertices_.size_bytes();
-  use["staging"] += staging_.MemoryBytes() + frame_.MemoryBytes() + encoder_.MemoryBytes();
+  use["device_vertices"] += vertices_.size_bytes();
+  use["device_staging"] += staging_.DeviceBytes() + frame_.DeviceBytes();
+  use["staging"] += staging_.PinnedBytes() + frame_.PinnedBytes() + encoder_.MemoryBytes();
   return use;
 }
 

@@ -10,14 +10,25 @@
 #include "core/base/error.h"
 #include "cuda/cuda_device.h"
 #include "cuda/cuda_status.h"
+#include "fmt/format.h"
 
 namespace latticed {
 namespace {
 
-absl::StatusOr<uint64_t> FreeOnDevice() {
+absl::Status OutOfDeviceMemory(std::string_view purpose, uint64_t asked, uint64_t free) {
+  return error::OutOfMemory(fmt::format("{} on the device", purpose), asked, free);
+}
+
+struct OnDevice {
   size_t free = 0, total = 0;
-  if (auto s = CudaStatus(cudaMemGetInfo(&free, &total), "the device's memory"); !s.ok()) return s;
-  return free;
+};
+absl::StatusOr<OnDevice> LookAtDevice() {
+  OnDevice bytes;
+  if (auto s = CudaStatus(cudaMemGetInfo(&bytes.free, &bytes.total), "the device's memory");
+      !s.ok()) {
+    return s;
+  }
+  return bytes;
 }
 
 }  // namespace
@@ -27,11 +38,9 @@ absl::StatusOr<std::shared_ptr<DeviceMemory>> DeviceMemory::Create(int device,
                                                                    RefuseAllocation refuse,
                                                                    bool poison) {
   const DeviceGuard guard(device);
-  if (budget_bytes == 0) {
-    const auto free = FreeOnDevice();
-    if (!free.ok()) return free.status();
-    budget_bytes = *free / 10 * 9;
-  }
+  const auto bytes = LookAtDevice();
+  if (!bytes.ok()) return bytes.status();
+  if (budget_bytes == 0) budget_bytes = bytes->free / 10 * 9;
   cudaMemPoolProps properties{};
   properties.allocType = cudaMemAllocationTypePinned;
   properties.location = {cudaMemLocationTypeDevice, device};
@@ -48,12 +57,13 @@ absl::StatusOr<std::shared_ptr<DeviceMemory>> DeviceMemory::Create(int device,
     return s;
   }
   return std::shared_ptr<DeviceMemory>(
-      new DeviceMemory(device, budget_bytes, std::move(refuse), poison, pool));
+      new DeviceMemory(device, bytes->total, budget_bytes, std::move(refuse), poison, pool));
 }
 
-DeviceMemory::DeviceMemory(int device, uint64_t budget_bytes, RefuseAllocation refuse, bool poison,
-                           cudaMemPool_t pool)
+DeviceMemory::DeviceMemory(int device, uint64_t device_bytes, uint64_t budget_bytes,
+                           RefuseAllocation refuse, bool poison, cudaMemPool_t pool)
     : device_(device),
+      device_bytes_(device_bytes),
       budget_bytes_(budget_bytes),
       refuse_(std::move(refuse)),
       poison_(poison),
@@ -67,7 +77,7 @@ absl::StatusOr<void*> DeviceMemory::Allocate(std::string_view purpose, size_t by
   const std::scoped_lock lock(mutex_);
   const uint64_t free = budget_bytes_ - used_bytes_;
   if (bytes > free || (refuse_ && refuse_(purpose, bytes))) {
-    return error::OutOfMemory(purpose, bytes, free);
+    return OutOfDeviceMemory(purpose, bytes, free);
   }
   const DeviceGuard guard(device_);
   void* data = nullptr;
@@ -75,7 +85,8 @@ absl::StatusOr<void*> DeviceMemory::Allocate(std::string_view purpose, size_t by
   if (result == cudaErrorMemoryAllocation) {
     // Others use the device too.
     static_cast<void>(cudaGetLastError());
-    return error::OutOfMemory(purpose, bytes, std::min(free, FreeOnDevice().value_or(0)));
+    return OutOfDeviceMemory(purpose, bytes,
+                             std::min<uint64_t>(free, LookAtDevice().value_or(OnDevice{}).free));
   }
   if (auto s = CudaStatus(result, purpose); !s.ok()) return s;
   if (poison_) static_cast<void>(cudaMemsetAsync(data, 0xff, bytes, stream));

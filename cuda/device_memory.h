@@ -47,15 +47,17 @@ class DeviceMemory {
   void Free(void* data, std::string_view purpose, size_t bytes, cudaStream_t stream);
 
   int device() const { return device_; }
+  uint64_t device_bytes() const { return device_bytes_; }  // of the device in all
   uint64_t budget_bytes() const { return budget_bytes_; }
   uint64_t free_bytes() const;
   MemoryUse use() const;
 
  private:
-  DeviceMemory(int device, uint64_t budget_bytes, RefuseAllocation refuse, bool poison,
-               cudaMemPool_t pool);
+  DeviceMemory(int device, uint64_t device_bytes, uint64_t budget_bytes, RefuseAllocation refuse,
+               bool poison, cudaMemPool_t pool);
 
   int device_;
+  uint64_t device_bytes_;
   uint64_t budget_bytes_;
   RefuseAllocation refuse_;
   bool poison_;

@@ -110,9 +110,15 @@ absl::Status DeviceStaging::Fetch(CudaVertexKernel& kernel, DeviceSpan<const uin
   return status;
 }
 
-size_t DeviceStaging::MemoryBytes() const {
+size_t DeviceStaging::DeviceBytes() const {
   size_t bytes = 0;
-  for (const Slot& slot : slots_) bytes += slot.pinned.size() + slot.wire.size_bytes();
+  for (const Slot& slot : slots_) bytes += slot.wire.size_bytes();
+  return bytes;
+}
+
+size_t DeviceStaging::PinnedBytes() const {
+  size_t bytes = 0;
+  for (const Slot& slot : slots_) bytes += slot.pinned.size();
   return bytes;
 }
 

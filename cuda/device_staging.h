@@ -41,7 +41,8 @@ class DeviceStaging {
   [[nodiscard]] absl::Status Fetch(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,
                                    std::span<const uint32_t> chunks, UseBatch use);
 
-  size_t MemoryBytes() const;
+  size_t DeviceBytes() const;
+  size_t PinnedBytes() const;
 
  private:
   struct Slot {

@@ -33,7 +33,8 @@ class StagedUpload {
   [[nodiscard]] absl::Status Send(size_t bytes);
 
   const uint8_t* device_data() const { return device_.data(); }
-  size_t MemoryBytes() const { return device_.size_bytes() + pinned_.size(); }
+  size_t DeviceBytes() const { return device_.size_bytes(); }
+  size_t PinnedBytes() const { return pinned_.size(); }
 
  private:
   StagedUpload(std::shared_ptr<CudaLane> lane, DeviceBuffer<uint8_t> device, PinnedBuffer pinned,

@@ -14,8 +14,10 @@
 #include "core/base/limits.h"
 #include "fmt/format.h"
 #include "server/mesh_service.h"
+#include "server/scene_registry.h"
 #include "server/scene_service.h"
 #include "server/server_service.h"
+#include "server/telemetry.h"
 
 namespace latticed {
 namespace {
@@ -92,7 +94,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   const Options& options = env->options;
   absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials = Credentials(options);
   if (!credentials.ok()) return credentials.status();
-  std::unique_ptr<GrpcServer> result(new GrpcServer);
+  std::unique_ptr<GrpcServer> result(new GrpcServer(env));
   result->services_.push_back(std::make_unique<ServerService>(env));
   result->services_.push_back(std::make_unique<MeshService>(env));
   result->services_.push_back(MakeSceneService(env));
@@ -111,10 +113,24 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   }
   result->address_ = AddressOf(options.listen, port);
   result->SetServing(true);
+  env->scenes->residency().health().SetObserver(
+      [server = result.get()](const absl::Status& why) { server->OnDeviceLost(why); });
   return result;
 }
 
-GrpcServer::~GrpcServer() { Shutdown(absl::InfinitePast()); }
+GrpcServer::GrpcServer(ServerEnv* env) : env_(env) {}
+
+GrpcServer::~GrpcServer() {
+  env_->scenes->residency().health().SetObserver(nullptr);
+  Shutdown(absl::InfinitePast());
+}
+
+void GrpcServer::OnDeviceLost(const absl::Status& why) {
+  LogEvent(
+      spdlog::level::critical, "device lost, not serving any more",
+      {{"backend", std::string(env_->backend().name())}, {"error", std::string(why.message())}});
+  SetServing(false);
+}
 
 void GrpcServer::SetServing(bool serving) {
   grpc::HealthCheckServiceInterface* health = server_->GetHealthCheckService();

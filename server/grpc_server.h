@@ -3,7 +3,8 @@
 //
 // The gRPC side of the server: port, credentials, services, health, reflection.
 //
-// Health knows "" and the full name of every service of latticed.v1.
+// Health knows "" and the full name of every service of latticed.v1. When the device is lost all of
+// them are NOT_SERVING, for good.
 // Threads  safe
 #ifndef LATTICED_SERVER_GRPC_SERVER_H_
 #define LATTICED_SERVER_GRPC_SERVER_H_
@@ -34,8 +35,10 @@ class GrpcServer {
   void Shutdown(absl::Time deadline);
 
  private:
-  GrpcServer() = default;
+  explicit GrpcServer(ServerEnv* env);
+  void OnDeviceLost(const absl::Status& why);
 
+  ServerEnv* const env_;
   std::string address_;
   std::vector<std::unique_ptr<grpc::Service>> services_;
   std::unique_ptr<grpc::Server> server_;  // last: uses the services

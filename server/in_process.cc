@@ -36,6 +36,11 @@ absl::StatusOr<Authenticator> LoadTokens(const std::string& path) {
   return Authenticator::FromText(text);
 }
 
+void LogGiveBack(const Scene& scene, uint64_t bytes) {
+  LogEvent(spdlog::level::info, "scene gave memory back for another",
+           {{"scene", scene.id()}, {"bytes", fmt::to_string(bytes)}});
+}
+
 }  // namespace
 
 InProcessServer::InProcessServer() = default;
@@ -75,7 +80,8 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
   env.scenes = std::make_shared<SceneRegistry>(
       &env.backend(), kPipelineWorkers,
       SceneRegistry::Options{.max_scenes = static_cast<size_t>(env.options.max_scenes),
-                             .on_tick = [uploads = env.uploads] { uploads->DropExpired(); }});
+                             .on_tick = [uploads = env.uploads] { uploads->DropExpired(); },
+                             .on_give_back = LogGiveBack});
   absl::StatusOr<std::unique_ptr<GrpcServer>> server = GrpcServer::Start(&env);
   if (!server.ok()) return server.status();
   result->server_ = *std::move(server);

@@ -169,7 +169,7 @@ v1::MeshHeader HeaderOf(const StoredMesh& mesh) {
   return header;
 }
 
-v1::Mesh ToProto(const StoredMesh& mesh, uint64_t scenes, bool with_groups) {
+v1::Mesh ToProto(const StoredMesh& mesh, const MeshUse& use, bool with_groups) {
   v1::Mesh out;
   out.set_id(mesh.id);
   out.set_name(mesh.name);
@@ -183,12 +183,13 @@ v1::Mesh ToProto(const StoredMesh& mesh, uint64_t scenes, bool with_groups) {
   out.set_has_uvs(mesh.mesh->has_uvs());
   if (with_groups) FillGroups(*mesh.mesh, out);
   out.set_host_bytes(mesh.MemoryBytes());
+  out.set_device_bytes(use.device_bytes);
   out.mutable_labels()->insert(mesh.labels.begin(), mesh.labels.end());
   out.set_owner(mesh.owner);
   out.set_up_axis(UpAxisFromName(mesh.up_axis));
   out.set_meters_per_unit(mesh.meters_per_unit);
   SetTime(mesh.create_time, *out.mutable_create_time());
-  out.set_scenes(scenes);
+  out.set_scenes(use.scenes);
   return out;
 }
 

@@ -15,6 +15,7 @@
 #include "core/mesh/polygon_mesh.h"
 #include "latticed/v1/mesh.pb.h"
 #include "server/mesh_store.h"
+#include "server/scene_registry.h"
 
 namespace latticed {
 
@@ -30,8 +31,8 @@ namespace latticed {
 [[nodiscard]] StoredMesh Describe(const v1::MeshHeader& header);
 // The header that would upload `mesh` again.
 [[nodiscard]] v1::MeshHeader HeaderOf(const StoredMesh& mesh);
-// `scenes` use it. Groups are left out of lists.
-[[nodiscard]] v1::Mesh ToProto(const StoredMesh& mesh, uint64_t scenes, bool with_groups);
+// Groups are left out of lists.
+[[nodiscard]] v1::Mesh ToProto(const StoredMesh& mesh, const MeshUse& use, bool with_groups);
 
 }  // namespace latticed
 

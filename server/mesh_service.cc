@@ -52,7 +52,7 @@ absl::Status ListMeshesNow(ServerEnv& env, const v1::ListMeshesRequest& request,
   // page follows.
   PageRoom room(*page_size);
   for (const auto& mesh : env.meshes.List(request.page_token(), *page_size + 1, accept)) {
-    v1::Mesh item = ToProto(*mesh, env.scenes->CountOfMesh(mesh->id), false);
+    v1::Mesh item = ToProto(*mesh, env.scenes->UseOfMesh(mesh->id), false);
     if (!room.Take(item.ByteSizeLong())) {
       response.set_next_page_token(response.meshes().rbegin()->id());
       break;
@@ -103,7 +103,7 @@ grpc::ServerUnaryReactor* MeshService::FinishUpload(grpc::CallbackServerContext*
     if (!upload.ok()) return upload.status();
     const auto mesh = (*upload)->Finish(env_->meshes, [context] { return context->IsCancelled(); });
     if (!mesh.ok()) return mesh.status();
-    *response = ToProto(**mesh, env_->scenes->CountOfMesh((*mesh)->id), true);
+    *response = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
     return absl::OkStatus();
   });
 }
@@ -114,7 +114,7 @@ grpc::ServerUnaryReactor* MeshService::GetMesh(grpc::CallbackServerContext* cont
   return RunUnary(env_, context, "MeshService/GetMesh", [=, this](const CallInfo&) {
     const auto mesh = env_->meshes.Find(request->mesh());
     if (!mesh.ok()) return mesh.status();
-    *response = ToProto(**mesh, env_->scenes->CountOfMesh((*mesh)->id), true);
+    *response = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
     return absl::OkStatus();
   });
 }

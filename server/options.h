@@ -27,7 +27,7 @@ struct Options {
   int threads = 0;  // of the CPU backend, and those that encode; 0: all that the machine allows
   std::vector<int> devices{0};    // CUDA devices; each scene goes to the freest
   uint64_t gpu_memory_bytes = 0;  // budget of each device; 0: nine tenths of what is free
-  uint64_t memory_bytes = uint64_t{4} << 30;    // host budget: meshes, plans, views
+  uint64_t memory_bytes = uint64_t{4} << 30;    // host budget: meshes, plans, chunks
   uint64_t max_mesh_bytes = uint64_t{1} << 30;  // largest single upload
   int max_scenes = limits::kDefaultMaxScenes;
   int max_watchers = limits::kDefaultMaxWatchersPerScene;  // of one scene

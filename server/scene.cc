@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <new>
-#include <numeric>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -63,11 +62,6 @@ uint64_t LeastPlanBytes(const PolygonMesh& mesh) {
 // survive an allocation that fails half-way.
 void ProbeMemory(uint64_t bytes) { ::operator delete(::operator new(bytes)); }
 
-uint64_t Sum(const MemoryUse& use) {
-  return std::accumulate(use.begin(), use.end(), uint64_t{0},
-                         [](uint64_t sum, const auto& entry) { return sum + entry.second; });
-}
-
 uint64_t NextIncarnation() {
   static std::atomic<uint64_t> last = 0;
   return ++last;
@@ -75,9 +69,9 @@ uint64_t NextIncarnation() {
 
 }  // namespace
 
-Scene::Scene(SceneConfig config, Backend* backend, UpdatePipeline* pipeline)
+Scene::Scene(SceneConfig config, Residency* residency, UpdatePipeline* pipeline)
     : config_(std::move(config)),
-      backend_(backend),
+      residency_(residency),
       pipeline_(pipeline),
       incarnation_(NextIncarnation()),
       history_(config_.lattice),
@@ -85,11 +79,11 @@ Scene::Scene(SceneConfig config, Backend* backend, UpdatePipeline* pipeline)
 
 Scene::~Scene() = default;
 
-absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config, Backend* backend,
+absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config, Residency* residency,
                                                      UpdatePipeline* pipeline, StopCheck stop) {
   if (auto s = Validate(config.lattice); !s.ok()) return s;
   if (auto s = Validate(config.default_view.key.spec); !s.ok()) return s;
-  const std::shared_ptr<Scene> scene(new Scene(std::move(config), backend, pipeline));
+  const std::shared_ptr<Scene> scene(new Scene(std::move(config), residency, pipeline));
   auto state = scene->Prepare(scene->config_.lattice.structure, stop);
   if (!state.ok()) return state.status();
 
@@ -111,17 +105,21 @@ absl::StatusOr<SceneState> Scene::Prepare(const LatticeStructure& structure, Sto
 
 absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& structure,
                                                    StopCheck stop) const {
+  // Before the plan, which may take seconds.
+  if (auto s = residency_->health().status(); !s.ok()) return s;
   SceneState state;
   const uint64_t least = LeastPlanBytes(*config_.mesh);
-  auto memory = Reserve(config_.memory, "the scene's plan", least);
+  auto memory = residency_->Run([&] { return Reserve(config_.memory, "the scene's plan", least); });
   if (!memory.ok()) return memory.status();
   ProbeMemory(least);
   auto plan = MakePlan(config_.mesh, structure, stop);
   if (!plan.ok()) return plan.status();
-  auto target = backend_->Prepare(*plan, config_.pipeline);
+  auto target = residency_->Prepare(*plan, config_.pipeline);
   if (!target.ok()) return target.status();
   if (auto s = stop(); !s.ok()) return s;
-  if (auto s = memory->Resize("the scene's plan", Sum((*target)->memory())); !s.ok()) return s;
+  const uint64_t bytes = HostBytes((*target)->memory());
+  auto room = residency_->Run([&] { return memory->Resize("the scene's plan", bytes); });
+  if (!room.ok()) return room;
   state.memory = std::make_shared<const MemoryReservation>(*std::move(memory));
   state.plan = *std::move(plan);
   state.target = *std::move(target);
@@ -247,10 +245,40 @@ MemoryUse Scene::memory() const {
   return use;
 }
 
+bool Scene::WatchedLocked() const {
+  return std::ranges::any_of(listeners_, [](const auto& l) { return !l.expired(); });
+}
+
+bool Scene::InUseLocked() const {
+  const bool viewed =
+      std::ranges::any_of(views_, [](const auto& v) { return v.second.use_count() > 1; });
+  return viewed || WatchedLocked() || hold_.use_count() > 1;
+}
+
+uint64_t Scene::GivableBytes() const {
+  const MutexLock lock(&mutex_);
+  if (InUseLocked()) return 0;
+  uint64_t bytes = DeviceBytes(state_->target->memory());
+  for (const auto& [key, view] : views_) bytes += view->GivableBytes();
+  return bytes;
+}
+
+bool Scene::GiveBack() {
+  std::map<ViewKey, std::shared_ptr<SceneView>> given;  // destroyed without the lock
+  std::shared_ptr<const SceneState> state;
+  {
+    const MutexLock lock(&mutex_);
+    if (InUseLocked()) return false;
+    given.swap(views_);
+    state = state_;
+  }
+  state->target->GiveBack();
+  return true;
+}
+
 absl::Time Scene::expire_time() const {
   const MutexLock lock(&mutex_);
-  const bool watched = std::ranges::any_of(listeners_, [](const auto& l) { return !l.expired(); });
-  return watched ? absl::InfiniteFuture() : last_use_ + config_.idle_ttl;
+  return WatchedLocked() ? absl::InfiniteFuture() : last_use_ + config_.idle_ttl;
 }
 
 size_t Scene::watcher_count() const {
@@ -300,6 +328,7 @@ void Scene::WakeListeners() {
 absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key) {
   if (auto s = Validate(key.spec); !s.ok()) return s;
   const MutexLock lock(&mutex_);
+  state_->target->Touch();
   if (const auto found = views_.find(key); found != views_.end()) return found->second;
   if (views_.size() >= static_cast<size_t>(limits::kMaxViewsPerScene)) {
     // Only the map holds an idle one; the one idle longest makes room.
@@ -315,7 +344,7 @@ absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key
     }
     views_.erase(oldest);
   }
-  return views_[key] = std::make_shared<SceneView>(key, config_.memory);
+  return views_[key] = std::make_shared<SceneView>(key, residency_, config_.memory);
 }
 
 void Scene::RequestWork() { pipeline_->Schedule(shared_from_this()); }

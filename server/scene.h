@@ -37,6 +37,7 @@
 #include "core/ffd/lattice.h"
 #include "core/ffd/quantisation_box.h"
 #include "server/mutex.h"
+#include "server/resident_target.h"
 #include "server/scene_view.h"
 
 namespace latticed {
@@ -65,7 +66,7 @@ struct SceneState {
   uint64_t revision = 0;
   uint64_t structure_id = 1;  // names knots and frame; a new plan has a new one
   std::shared_ptr<const DeformPlan> plan;
-  std::shared_ptr<DeformTarget> target;
+  std::shared_ptr<ResidentTarget> target;
   std::shared_ptr<const MemoryReservation> memory;  // of plan and target
   std::shared_ptr<const std::vector<Vec3d>> control_points;
   QuantisationBox box;
@@ -96,10 +97,10 @@ class SceneListener {
 class Scene : public std::enable_shared_from_this<Scene> {
  public:
   // Makes the plan and prepares the backend. kInvalidArgument for a bad lattice,
-  // kResourceExhausted; what `stop` says, which is asked meanwhile. `backend` and `pipeline`
-  // outlive the scene.
+  // kResourceExhausted, kUnavailable; what `stop` says, which is asked meanwhile. `residency` and
+  // `pipeline` outlive the scene.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<Scene>> Create(SceneConfig config,
-                                                                     Backend* backend,
+                                                                     Residency* residency,
                                                                      UpdatePipeline* pipeline,
                                                                      StopCheck stop = NeverStop);
   ~Scene();
@@ -127,6 +128,14 @@ class Scene : public std::enable_shared_from_this<Scene> {
   [[nodiscard]] absl::Time expire_time() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] bool deleted() const { return deleted_.load(); }
   [[nodiscard]] size_t watcher_count() const ABSL_LOCKS_EXCLUDED(mutex_);
+
+  // What GiveBack would free, at most; 0 while somebody watches, holds, or has a view of it.
+  [[nodiscard]] uint64_t GivableBytes() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // Frees its views and what it has on the device, unless somebody watches, holds, or has a view of
+  // it. Whoever comes next has the same made again. Whether it did.
+  bool GiveBack() ABSL_LOCKS_EXCLUDED(mutex_);
+  // While the result lives nothing is given back.
+  [[nodiscard]] std::shared_ptr<const void> Hold() const { return hold_; }
 
   // From here on edits are refused and streams end with kNotFound. Idempotent.
   void Delete() ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
@@ -162,7 +171,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
       ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
-  Scene(SceneConfig config, Backend* backend, UpdatePipeline* pipeline);
+  Scene(SceneConfig config, Residency* residency, UpdatePipeline* pipeline);
   // What an edit that changes the structure needs, or why it cannot be had.
   struct Candidate {
     LatticeStructure structure;
@@ -182,13 +191,16 @@ class Scene : public std::enable_shared_from_this<Scene> {
               std::shared_ptr<const SceneState> next, const DirtySet& dirty)
       ABSL_LOCKS_EXCLUDED(mutex_);
   void WakeListeners() ABSL_LOCKS_EXCLUDED(mutex_);
+  bool WatchedLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool InUseLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const SceneConfig config_;
-  Backend* const backend_;
+  Residency* const residency_;
   UpdatePipeline* const pipeline_;
   const absl::Time create_time_ = absl::Now();
   const uint64_t incarnation_;
   std::atomic<bool> deleted_ = false;
+  const std::shared_ptr<const void> hold_ = std::make_shared<char>();
 
   Mutex edit_mutex_;
   EditHistory history_ ABSL_GUARDED_BY(edit_mutex_);

@@ -21,8 +21,8 @@ constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
 }  // namespace
 
 SceneRegistry::SceneRegistry(Backend* backend, int workers, Options options)
-    : backend_(backend),
-      options_(std::move(options)),
+    : options_(std::move(options)),
+      residency_(backend, [this](uint64_t lacking) { return MakeRoom(lacking); }),
       pipeline_(workers),
       housekeeper_([this] { KeepHouse(); }) {}
 
@@ -32,6 +32,33 @@ SceneRegistry::~SceneRegistry() {
     stopping_ = true;
   }
   housekeeper_.join();
+}
+
+bool SceneRegistry::MakeRoom(uint64_t lacking_bytes) {
+  struct Candidate {
+    std::shared_ptr<Scene> scene;
+    uint64_t bytes = 0;
+    uint64_t last_use = 0;
+  };
+  std::vector<Candidate> candidates;
+  uint64_t givable = 0;
+  for (auto& scene : List("", size(), [](const Scene&) { return true; })) {
+    const uint64_t bytes = scene->GivableBytes();
+    if (bytes == 0) continue;
+    givable += bytes;
+    const uint64_t last_use = scene->State()->target->last_use();
+    candidates.push_back({std::move(scene), bytes, last_use});
+  }
+  // Nobody gives anything for one that cannot be served.
+  if (givable < lacking_bytes) return false;
+  std::ranges::sort(candidates, {}, &Candidate::last_use);
+  for (const Candidate& candidate : candidates) {
+    if (!candidate.scene->GiveBack()) continue;
+    ++give_backs_;
+    if (options_.on_give_back != nullptr) options_.on_give_back(*candidate.scene, candidate.bytes);
+    return true;
+  }
+  return false;
 }
 
 void SceneRegistry::KeepHouse() {
@@ -70,7 +97,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     creating_[id] = mesh_id;
   }
   auto scene = CatchBadAlloc(
-      "the scene", [&] { return Scene::Create(std::move(config), backend_, &pipeline_, stop); });
+      "the scene", [&] { return Scene::Create(std::move(config), &residency_, &pipeline_, stop); });
   const MutexLock lock(&mutex_);
   const bool mesh_lives = creating_[id] == mesh_id;
   creating_.erase(id);
@@ -118,6 +145,25 @@ size_t SceneRegistry::size() const {
 size_t SceneRegistry::CountOfMesh(std::string_view mesh_id) const {
   const MutexLock lock(&mutex_);
   return CountOfMeshLocked(mesh_id);
+}
+
+MeshUse SceneRegistry::UseOfMesh(std::string_view mesh_id) const {
+  const MutexLock lock(&mutex_);
+  MeshUse use{.scenes = CountOfMeshLocked(mesh_id)};
+  for (const auto& [id, scene] : scenes_) {
+    if (scene->config().mesh_id != mesh_id) continue;
+    use.device_bytes += DeviceBytes(scene->State()->target->memory());
+  }
+  return use;
+}
+
+MemoryUse SceneRegistry::memory() const {
+  MemoryUse total;
+  for (const auto& scene : List("", size(), [](const Scene&) { return true; })) {
+    for (const auto& [purpose, bytes] : scene->memory()) total[purpose] += bytes;
+  }
+  total.erase("mesh");
+  return total;
 }
 
 size_t SceneRegistry::CountOfMeshLocked(std::string_view mesh_id) const {

@@ -8,6 +8,7 @@
 #ifndef LATTICED_SERVER_SCENE_REGISTRY_H_
 #define LATTICED_SERVER_SCENE_REGISTRY_H_
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -23,6 +24,7 @@
 #include "core/backend.h"
 #include "core/base/limits.h"
 #include "server/mutex.h"
+#include "server/residency.h"
 #include "server/scene.h"
 #include "server/update_pipeline.h"
 
@@ -30,12 +32,20 @@ namespace latticed {
 
 class WatchControl;  // server/watch_control.h
 
+// What the scenes of a mesh are to it, those in the making counted but without bytes.
+struct MeshUse {
+  size_t scenes = 0;
+  uint64_t device_bytes = 0;  // of their plans
+};
+
 class SceneRegistry {
  public:
   struct Options {
     size_t max_scenes = limits::kDefaultMaxScenes;
     // Called by every Tick, with no lock held: the housekeeping of others.
     std::function<void()> on_tick;
+    // Called with no lock held when a scene has given back so many bytes, at most.
+    std::function<void(const Scene&, uint64_t)> on_give_back;
   };
   // `backend` outlives the registry. `workers` threads evaluate and encode.
   SceneRegistry(Backend* backend, int workers) : SceneRegistry(backend, workers, Options()) {}
@@ -66,6 +76,9 @@ class SceneRegistry {
   [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Of the scenes of a mesh, those in the making as well.
   [[nodiscard]] size_t CountOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] MeshUse UseOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
+  // Of all scenes, their meshes left out: scenes share them.
+  [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Calls `remove` while no scene of the mesh can come up, so that none is left that names a
   // deleted mesh. With `force` its scenes go as well, those in the making too; without,
   // kFailedPrecondition MESH_IN_USE where there are some. Else remove's status.
@@ -80,17 +93,21 @@ class SceneRegistry {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<WatchControl>> FindWatch(std::string_view id) const
       ABSL_LOCKS_EXCLUDED(mutex_);
 
-  Backend& backend() const { return *backend_; }
+  Residency& residency() { return residency_; }
+  // How often a scene gave back what it had in memory, to make room for another.
+  uint64_t give_backs() const { return give_backs_.load(); }
 
  private:
   void KeepHouse() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Residency::MakeRoom: of the scenes that nobody uses the one least recently used gives back.
+  bool MakeRoom(uint64_t lacking_bytes) ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<std::shared_ptr<Scene>> TakeWhere(const std::function<bool(const Scene&)>& condemned)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t CountOfMeshLocked(std::string_view mesh_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  Backend* const backend_;
   const Options options_;
-  UpdatePipeline pipeline_;
+  Residency residency_;
+  std::atomic<uint64_t> give_backs_ = 0;
 
   mutable Mutex mutex_;
   std::map<std::string, std::shared_ptr<Scene>, std::less<>> scenes_ ABSL_GUARDED_BY(mutex_);
@@ -98,7 +115,8 @@ class SceneRegistry {
   std::map<std::string, std::string, std::less<>> creating_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
-  std::thread housekeeper_;  // last: it uses all of the above
+  UpdatePipeline pipeline_;  // its threads use all of the above
+  std::thread housekeeper_;  // and so does it
 };
 
 }  // namespace latticed

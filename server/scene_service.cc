@@ -288,7 +288,10 @@ class SceneServiceImpl final : public SceneServiceBase {
     if (const auto mesh = env_->meshes.Find((*scene)->config().mesh_id); mesh.ok()) {
       spec->units = {(*mesh)->up_axis, (*mesh)->meters_per_unit};
     }
-    auto room = env_->memory->Reserve("the export", ExportMemoryBytes(*state->plan, *spec));
+    const auto hold = (*scene)->Hold();
+    const uint64_t most = ExportMemoryBytes(*state->plan, *spec);
+    auto room =
+        env_->scenes->residency().Run([&] { return env_->memory->Reserve("the export", most); });
     if (!room.ok()) return room.status();
     auto bytes = ExportSurface(*state, *spec, cancelled);
     if (!bytes.ok()) return bytes.status();

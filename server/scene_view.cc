@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/scene_view.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
@@ -146,10 +147,11 @@ absl::Status SceneView::Evaluate(ViewWork& work) {
   if (!watched()) return NobodyWatches();
   const SceneState& state = *work.state;
   VertexSlot& slot = slots_[work.slot];
-  {
+  auto room = residency_->Run([&] {
     const MutexLock lock(&mutex_);
-    if (auto s = room_.Make(*state.plan, key_, two_slots_ ? 2 : 1); !s.ok()) return s;
-  }
+    return room_.Make(*state.target, key_);
+  });
+  if (!room.ok()) return room;
   if (auto s = slot.Prepare(state, key_.spec); !s.ok()) return s;
   {
     const MutexLock lock(&mutex_);
@@ -221,7 +223,6 @@ void SceneView::GiveUp(const ViewWork& work, const absl::Status& status) {
     two_slots_ = false;
     one_slot_only_ = true;
     begun_slot_ = 1 - work.slot;
-    (void)room_.Make(*work.state->plan, key_, 1);  // less than before is never refused
     return;
   }
   // No other stage is out.
@@ -274,6 +275,12 @@ std::shared_ptr<const Snapshot> SceneView::Find(uint64_t number) const {
 absl::Status SceneView::failure() const {
   const MutexLock lock(&mutex_);
   return failure_;
+}
+
+uint64_t SceneView::GivableBytes() const {
+  const MemoryUse use = memory();
+  const MutexLock lock(&mutex_);
+  return DeviceBytes(use) + std::max(HostBytes(use), room_.bytes());
 }
 
 MemoryUse SceneView::memory() const {

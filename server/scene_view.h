@@ -39,6 +39,7 @@
 #include "server/encode_snapshot.h"
 #include "server/memory_budget.h"
 #include "server/mutex.h"
+#include "server/residency.h"
 #include "server/snapshot.h"
 #include "server/vertex_slot.h"
 #include "server/view_room.h"
@@ -62,9 +63,9 @@ struct ViewWork {
 
 class SceneView {
  public:
-  // What its evaluation needs is asked of `memory` first; null: no limit.
-  SceneView(const ViewKey& key, std::shared_ptr<MemoryBudget> memory)
-      : key_(key), room_(std::move(memory)) {}
+  // What its evaluation needs is asked of `memory` first; null: no limit. `residency` outlives it.
+  SceneView(const ViewKey& key, Residency* residency, std::shared_ptr<MemoryBudget> memory)
+      : key_(key), residency_(residency), room_(std::move(memory)) {}
 
   const ViewKey& key() const { return key_; }
 
@@ -109,6 +110,8 @@ class SceneView {
   [[nodiscard]] uint64_t evaluations() const { return evaluations_.load(); }
   [[nodiscard]] uint64_t evaluations_beside() const { return evaluations_beside_.load(); }
   [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // What would be free without this view, on the host and on the device.
+  [[nodiscard]] uint64_t GivableBytes() const ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
   // Begin's choice of a slot for an evaluation; nullopt where none may begin.
@@ -131,6 +134,7 @@ class SceneView {
   void ForgetSlot(size_t slot) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const ViewKey key_;
+  Residency* const residency_;
   std::atomic<int> active_ = 0;
   std::atomic<uint64_t> evaluations_ = 0, evaluations_beside_ = 0;
 

@@ -2,35 +2,45 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/server_service.h"
 
-#include <unistd.h>
-
 #include "core/base/limits.h"
 #include "server/call.h"
+#include "server/scene_registry.h"
 #include "server/time_converters.h"
 #include "server/version.h"
 
 namespace latticed {
 namespace {
 
-uint64_t Pages(int name) {
-  const long pages = sysconf(name);
-  const long page_bytes = sysconf(_SC_PAGESIZE);
-  return pages < 0 || page_bytes < 0
-             ? 0
-             : static_cast<uint64_t>(pages) * static_cast<uint64_t>(page_bytes);
+void FillDevice(const DeviceState& state, v1::DeviceInfo& out) {
+  out.set_name(state.name);
+  out.set_memory_bytes(state.memory_bytes);
+  out.set_free_bytes(state.free_bytes);
+  out.set_budget_bytes(state.budget_bytes);
+  out.mutable_bytes()->insert(state.use.begin(), state.use.end());
 }
 
-void FillBackends(const ServerEnv& env, v1::ServerInfo& info) {
+void FillBackends(ServerEnv& env, v1::ServerInfo& info) {
   for (const auto& backend : env.backends) {
     v1::BackendInfo& out = *info.add_backends();
     out.set_name(std::string(backend->name()));
     out.set_description(backend->description());
-    v1::DeviceInfo& device = *out.add_devices();
-    device.set_name(backend->description());
-    if (backend->name() != "cpu") continue;
-    device.set_memory_bytes(Pages(_SC_PHYS_PAGES));
-    device.set_free_bytes(Pages(_SC_AVPHYS_PAGES));
+    for (const DeviceState& state : backend->devices()) FillDevice(state, *out.add_devices());
   }
+  const absl::Status health = env.scenes->residency().health().status();
+  info.mutable_backends(0)->set_give_backs(env.scenes->give_backs());
+  if (!health.ok()) info.mutable_backends(0)->set_lost(std::string(health.message()));
+}
+
+void FillHostMemory(ServerEnv& env, v1::ServerInfo& info) {
+  auto& bytes = *info.mutable_host_bytes();
+  for (const auto& [purpose, size] : env.scenes->memory()) {
+    if (!purpose.starts_with(kDevicePurpose)) bytes[purpose] = size;
+  }
+  const auto all = [](const StoredMesh&) { return true; };
+  for (const auto& mesh : env.meshes.List("", env.meshes.size(), all)) {
+    bytes["mesh"] += mesh->MemoryBytes();
+  }
+  info.set_reserved_host_bytes(env.memory->used_bytes());
 }
 
 void FillAbilities(v1::ServerInfo& info) {
@@ -97,6 +107,11 @@ grpc::ServerUnaryReactor* ServerService::GetServerInfo(grpc::CallbackServerConte
     FillBackends(*env_, *response);
     FillAbilities(*response);
     FillLimits(env_->options, *response->mutable_limits());
+    for (const DeviceState& device : env_->backend().devices()) {
+      v1::ServerLimits& limits = *response->mutable_limits();
+      limits.set_max_device_bytes(limits.max_device_bytes() + device.budget_bytes);
+    }
+    FillHostMemory(*env_, *response);
     SetDuration(env_->options.heartbeat_interval, *response->mutable_heartbeat());
     response->set_durable(false);
     return absl::OkStatus();

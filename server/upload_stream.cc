@@ -64,7 +64,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
   absl::Status Store() {
     const auto mesh = upload_->Finish(env_->meshes, [this] { return context_->IsCancelled(); });
     if (!mesh.ok()) return mesh.status();
-    *response_ = ToProto(**mesh, env_->scenes->CountOfMesh((*mesh)->id), true);
+    *response_ = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
     return absl::OkStatus();
   }
 

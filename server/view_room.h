@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The host memory that a view may take: vertices in one slot or two, and the chunks of as many
-// snapshots as there may be.
+// The host memory that a view may take: the chunks of as many snapshots as there may be, and the
+// vertices where no device keeps them; then it has one slot of them.
 //
 // Errors   kResourceExhausted OUT_OF_MEMORY
 // Threads  guarded by its owner
@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
-#include "core/ffd/deform_plan.h"
+#include "core/backend.h"
 #include "server/memory_budget.h"
 #include "server/snapshot.h"
 
@@ -24,9 +24,9 @@ class ViewRoom {
   // Null: no limit.
   explicit ViewRoom(std::shared_ptr<MemoryBudget> budget) : budget_(std::move(budget)) {}
 
-  // Changes what is reserved to what `slots` slots of vertices need. Where that is refused nothing
-  // changes; less is never refused.
-  [[nodiscard]] absl::Status Make(const DeformPlan& plan, const ViewKey& key, int slots);
+  // Changes what is reserved to what the view needs. Where that is refused nothing changes.
+  [[nodiscard]] absl::Status Make(const DeformTarget& target, const ViewKey& key);
+  uint64_t bytes() const { return reservation_.bytes(); }
   void Release() { reservation_.Release(); }
 
  private:

@@ -26,6 +26,12 @@ void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
   table.AddRow({"boot id", info.boot_id()});
   for (const auto& backend : info.backends()) {
     table.AddRow({"backend", fmt::format("{}: {}", backend.name(), backend.description())});
+    for (const auto& device : backend.devices()) {
+      if (device.budget_bytes() == 0) continue;
+      table.AddRow({"device memory", fmt::format("{} free of {}", FormatBytes(device.free_bytes()),
+                                                 FormatBytes(device.budget_bytes()))});
+    }
+    if (!backend.lost().empty()) table.AddRow({"device lost", backend.lost()});
   }
   std::string encodings;
   for (const int encoding : info.encodings()) {
@@ -35,7 +41,9 @@ void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
   table.AddRow({"encodings", encodings});
   const v1::ServerLimits& limits = info.limits();
   table.AddRow({"largest upload", FormatBytes(limits.max_mesh_bytes())});
-  table.AddRow({"host memory", FormatBytes(limits.max_host_bytes())});
+  table.AddRow(
+      {"host memory", fmt::format("{} reserved of {}", FormatBytes(info.reserved_host_bytes()),
+                                  FormatBytes(limits.max_host_bytes()))});
   table.AddRow({"segments", fmt::format("{} to {}", limits.min_segments(), limits.max_segments())});
   table.AddRow(
       {"control points",

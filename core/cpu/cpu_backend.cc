@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/cpu/cpu_backend.h"
 
+#include <unistd.h>
+
 #include <string>
 #include <utility>
 
@@ -24,6 +26,11 @@ std::string_view VectorUnit() {
 #endif
 }
 
+uint64_t Pages(int name) {
+  const long pages = sysconf(name), bytes = sysconf(_SC_PAGESIZE);
+  return pages > 0 && bytes > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(bytes) : 0;
+}
+
 class CpuBackend : public Backend {
  public:
   explicit CpuBackend(std::shared_ptr<CpuContext> context) : context_(std::move(context)) {}
@@ -32,6 +39,11 @@ class CpuBackend : public Backend {
   std::string description() const override {
     return fmt::format("{}, {} {}, OpenBLAS {}", VectorUnit(), context_->threads,
                        context_->threads == 1 ? "thread" : "threads", CpuBlasCoreName());
+  }
+  std::vector<DeviceState> devices() const override {
+    return {{.name = description(),
+             .memory_bytes = Pages(_SC_PHYS_PAGES),
+             .free_bytes = Pages(_SC_AVPHYS_PAGES)}};
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {

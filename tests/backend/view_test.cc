@@ -240,13 +240,17 @@ TEST_P(View, FirstEvaluationNeedsAllChunks) {
 TEST_P(View, ReportsItsVertexMemory) {
   const ViewSpec spec{.segments = 10};
   const auto view = Evaluated(spec);
+  auto target = backend_->Prepare(plan_, GetParam().pipeline);
+  ASSERT_OK(target);
 
   const MemoryUse use = view->memory();
 
-  ASSERT_TRUE(use.contains("vertices"));
-  EXPECT_GE(use.at("vertices"), plan_->patches.size() * 66 * BytesPerPoint(spec));
-  auto target = backend_->Prepare(plan_, GetParam().pipeline);
-  ASSERT_OK(target);
+  const bool on_device = (*target)->evaluates_on_device();
+  const char* const purpose = on_device ? "device_vertices" : "vertices";
+  ASSERT_TRUE(use.contains(purpose));
+  EXPECT_GE(use.at(purpose), plan_->patches.size() * 66 * BytesPerPoint(spec));
+  EXPECT_EQ(DeviceBytes(use) > 0, on_device);
+  EXPECT_EQ((*target)->memory().contains("device_plan"), on_device);
   EXPECT_GE((*target)->memory().at("plan"), plan_->patches.size() * sizeof(Patch));
 }
 

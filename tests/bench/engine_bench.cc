@@ -72,7 +72,7 @@ SceneConfig TorusConfig(const Backend& backend, Encoding encoding) {
                     .control_points = SmallScenario(2).control_points[0]};
   config.default_view.key.encoding = encoding;
   config.default_view.key.spec.format = FormatOf(encoding);
-  config.pipeline = backend.name() == "cpu" ? Pipeline::kFused : Pipeline::kGemm;
+  config.pipeline = Pipeline::kFused;
   return config;
 }
 

@@ -29,6 +29,7 @@ run() {  # NAME COMMAND…
 nvidia-smi -L 2>/dev/null || echo "nvidia-smi says nothing of a GPU"
 run "statuses" "$folder/cuda_status_test"
 run "memory, failed allocations, repeated bits" "$folder/cuda_memory_test"
+run "soak, 2,000 scenes that come and go" "$folder/cuda_soak_test"
 for suite in view watertight accuracy; do
   run "conformance, $suite" "$folder/backend_${suite}_test" --gtest_filter='*cuda*:Backends.*'
 done

@@ -48,7 +48,7 @@ class ExportTest : public ::testing::Test {
     ASSERT_OK(lattice);
     auto plan = MakePlan(mesh, lattice->structure);
     ASSERT_OK(plan);
-    auto target = backend_->Prepare(*plan, Pipeline::kFused);
+    auto target = residency_.Prepare(*plan, Pipeline::kFused);
     ASSERT_OK(target);
     state_.plan = *plan;
     state_.target = *target;
@@ -60,6 +60,7 @@ class ExportTest : public ::testing::Test {
   }
 
   std::unique_ptr<Backend> backend_ = MakeCpuBackend({.threads = 1});
+  Residency residency_{backend_.get()};
   SceneState state_;
 };
 

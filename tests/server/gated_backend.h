@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "core/cpu/cpu_backend.h"
 #include "server/mutex.h"
@@ -23,6 +24,7 @@ class GatedBackend : public Backend {
  public:
   std::string_view name() const override { return inner_->name(); }
   std::string description() const override { return inner_->description(); }
+  std::vector<DeviceState> devices() const override { return inner_->devices(); }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
     absl::Status answer;

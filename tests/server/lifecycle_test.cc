@@ -12,55 +12,27 @@
 #include <future>
 #include <thread>
 
-#include <grpcpp/generic/generic_stub.h>
-
 #include "fmt/format.h"
 #include "server/drain_signal.h"
 #include "server/telemetry.h"
+#include "tests/server/health_probe.h"
 #include "tests/server/test_env.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
 namespace {
 
+using ::latticed::testing::Health;
 using ::latticed::testing::Reason;
 using ::latticed::testing::StatusIs;
 using ::latticed::testing::TestEnv;
 using ::latticed::testing::TestOptions;
 using ::testing::HasSubstr;
 
-// grpc.health.v1.Health/Check by its wire bytes: request {string service = 1}, response
-// {enum status = 1}, 1 = SERVING, 2 = NOT_SERVING. Returns "1", "2", or the code of the error.
-std::string Health(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
-  std::string bytes;
-  if (!service.empty()) bytes = fmt::format("\n{}{}", static_cast<char>(service.size()), service);
-  grpc::Slice slice(bytes);
-  const grpc::ByteBuffer request(&slice, 1);
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(10));
-  grpc::ByteBuffer response;
-  grpc::Status status;
-  grpc::CompletionQueue queue;
-  grpc::GenericStub stub(channel);
-  const auto call =
-      stub.PrepareUnaryCall(&context, "/grpc.health.v1.Health/Check", request, &queue);
-  call->StartCall();
-  call->Finish(&response, &status, &status);
-  void* tag = nullptr;
-  bool ok = false;
-  queue.Next(&tag, &ok);
-  queue.Shutdown();
-  if (!status.ok()) return fmt::format("code {}", static_cast<int>(status.error_code()));
-  grpc::Slice answer;
-  (void)response.DumpToSingleSlice(&answer);
-  return answer.size() == 2 ? fmt::format("{}", answer.begin()[1]) : "malformed";
-}
-
 TEST(HealthTest, KnowsEveryServiceByName) {
   TestEnv env;
 
-  for (const char* service :
-       {"", "latticed.v1.MeshService", "latticed.v1.SceneService", "latticed.v1.ServerService"}) {
+  for (const char* service : testing::kHealthNames) {
     EXPECT_EQ(Health(env.channel(), service), "1") << service;
   }
   EXPECT_EQ(Health(env.channel(), "latticed.v1.Nothing"), "code 5");

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/resident_target.h"
+
+#include <utility>
+
+#include "server/resident_view.h"
+
+namespace latticed {
+
+ResidentTarget::ResidentTarget(Residency* residency, std::shared_ptr<const DeformPlan> plan,
+                               std::shared_ptr<DeformTarget> inner)
+    : residency_(residency),
+      plan_(std::move(plan)),
+      pipeline_(inner->pipeline()),
+      on_device_(inner->evaluates_on_device()),
+      last_use_(residency->NextUse()),
+      inner_(std::move(inner)) {}
+
+absl::StatusOr<std::shared_ptr<DeformTarget>> ResidentTarget::Inner() {
+  Touch();
+  {
+    const MutexLock lock(&mutex_);
+    if (inner_ != nullptr) return inner_;
+  }
+  auto made = residency_->PrepareInner(plan_, pipeline_);
+  if (!made.ok()) return made;
+  const MutexLock lock(&mutex_);
+  if (inner_ == nullptr) inner_ = *std::move(made);
+  return inner_;
+}
+
+absl::StatusOr<std::unique_ptr<DeformView>> ResidentTarget::CreateView(const ViewSpec& spec) {
+  const auto inner = Inner();
+  if (!inner.ok()) return inner.status();
+  auto made = residency_->Run([&] { return (*inner)->CreateView(spec); });
+  if (!made.ok()) return made.status();
+  return std::make_unique<ResidentView>(shared_from_this(), *std::move(made));
+}
+
+absl::StatusOr<std::vector<double>> ResidentTarget::ControlNets(
+    std::span<const Vec3d> control_points, size_t first, size_t last) {
+  const auto inner = Inner();
+  if (!inner.ok()) return inner.status();
+  return residency_->Run([&] { return (*inner)->ControlNets(control_points, first, last); });
+}
+
+MemoryUse ResidentTarget::memory() const {
+  std::shared_ptr<DeformTarget> inner;
+  {
+    const MutexLock lock(&mutex_);
+    inner = inner_;
+  }
+  return inner != nullptr ? inner->memory() : MemoryUse{{"plan", plan_->MemoryBytes()}};
+}
+
+void ResidentTarget::GiveBack() {
+  if (!on_device_) return;
+  std::shared_ptr<DeformTarget> given;  // destroyed after the lock is released
+  const MutexLock lock(&mutex_);
+  given.swap(inner_);
+}
+
+}  // namespace latticed

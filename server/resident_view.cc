@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/resident_view.h"
+
+#include <numeric>
+
+namespace latticed {
+
+absl::Status ResidentView::Evaluate(std::span<const Vec3d> control_points,
+                                    const QuantisationBox& box, std::span<const uint32_t> chunks) {
+  target_->Touch();
+  std::vector<uint32_t> all;  // a view that failed wants all: core/backend.h
+  bool again = false;
+  return target_->residency().Run([&] {
+    if (again && all.empty()) {
+      all.resize(target_->plan().chunk_count());
+      std::iota(all.begin(), all.end(), 0u);
+    }
+    const auto named = std::exchange(again, true) ? std::span<const uint32_t>(all) : chunks;
+    return inner_->Evaluate(control_points, box, named);
+  });
+}
+
+}  // namespace latticed

@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Scenes come and go for long: two thousand times a plan is prepared, viewed, evaluated, edited,
+// encoded and dropped, and the device has as much memory afterwards as at the start. Takes some
+// seconds.
+#include <cuda_runtime_api.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "cuda/cuda_backend.h"
+#include "cuda/cuda_device.h"
+#include "fmt/format.h"
+#include "tests/backend/conformance.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr uint64_t kMiB = uint64_t{1} << 20;
+constexpr size_t kCycles = 2'000;
+// By then every pipeline has run with every view: lanes, workspaces and the pool have their size.
+constexpr size_t kWarmUp = 200;
+constexpr size_t kLookEvery = 100;
+// The pool grows by so much at a time, where blocks are given back in another order than before.
+constexpr uint64_t kPoolStep = 32 * kMiB;
+constexpr uint64_t kSeed = 11;
+
+constexpr std::array kPipelines{Pipeline::kFused, Pipeline::kGemm, Pipeline::kGemm12,
+                                Pipeline::kControlNet};
+
+struct ViewKind {
+  ViewSpec spec;
+  Encoding encoding;
+};
+const std::array kViews{
+    ViewKind{{.segments = 10}, Encoding::kQuantised},
+    ViewKind{{.segments = 4, .normals = NormalMode::kSmooth}, Encoding::kDracoPoints},
+    ViewKind{{.segments = 7, .normals = NormalMode::kSmooth, .format = VertexFormat::kFloat32},
+             Encoding::kRaw}};
+
+class CudaSoak : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const absl::Status status = CheckDevice(0);
+    if (!status.ok() && IsRequired("cuda")) {
+      FAIL() << "LATTICED_REQUIRE_BACKENDS names cuda: " << status;
+    }
+    if (!status.ok()) GTEST_SKIP() << status.message();
+    PolygonMesh mesh = TorusMesh(9, 7);
+    const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {.scale = 0.8});
+    plan_ = MakeTestPlan(std::move(mesh), structure);
+    ASSERT_NE(plan_, nullptr);
+    points_ = Jitter(structure, 0.05, kSeed);
+    auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
+    ASSERT_OK(backend);
+    backend_ = *std::move(backend);
+    for (const Pipeline pipeline : kPipelines) {
+      if (backend_->Prepare(plan_, pipeline).ok()) pipelines_.push_back(pipeline);
+    }
+    ASSERT_FALSE(pipelines_.empty());
+  }
+
+  // Create, evaluate, edit, encode, delete.
+  absl::Status Cycle(Pipeline pipeline, const ViewKind& kind) {
+    auto target = backend_->Prepare(plan_, pipeline);
+    if (!target.ok()) return target.status();
+    auto view = (*target)->CreateView(kind.spec);
+    if (!view.ok()) return view.status();
+    const std::vector<uint32_t> all = AllChunks(*plan_), one{0};
+    const QuantisationBox box = BoxFor(*plan_, points_);
+    if (auto s = (*view)->Evaluate(points_, box, all); !s.ok()) return s;
+    if (auto s = (*view)->Evaluate(points_, box, one); !s.ok()) return s;
+    if (auto s = (*view)->Encode(all, kind.encoding); !s.ok()) return s.status();
+    return (*target)->ControlNets(points_, 0, 2).status();
+  }
+
+  // The budget's, counted to the byte by us.
+  uint64_t FreeOfBudget() const { return backend_->devices().front().free_bytes; }
+  // The device's, by the driver.
+  static uint64_t FreeOnDevice() {
+    size_t free = 0, total = 0;
+    EXPECT_EQ(cudaMemGetInfo(&free, &total), cudaSuccess);
+    return free;
+  }
+
+  Plan plan_;
+  std::vector<Vec3d> points_;
+  std::unique_ptr<Backend> backend_;
+  std::vector<Pipeline> pipelines_;
+};
+
+TEST_F(CudaSoak, TwoThousandScenesLeaveDeviceMemoryFlat) {
+  uint64_t budget_before = 0, device_before = 0;
+  for (size_t cycle = 0; cycle < kCycles; ++cycle) {
+    if (cycle == kWarmUp) {
+      budget_before = FreeOfBudget();
+      device_before = FreeOnDevice();
+    }
+    const Pipeline pipeline = pipelines_[cycle % pipelines_.size()];
+    ASSERT_OK(Cycle(pipeline, kViews[cycle / pipelines_.size() % kViews.size()]))
+        << fmt::format("cycle {}, {}, seed {}", cycle, PipelineName(pipeline), kSeed);
+    if (cycle < kWarmUp || cycle % kLookEvery != 0) continue;
+    ASSERT_EQ(FreeOfBudget(), budget_before) << "cycle " << cycle;
+    ASSERT_GE(FreeOnDevice() + kPoolStep, device_before) << "cycle " << cycle;
+  }
+  EXPECT_EQ(FreeOfBudget(), budget_before);
+  EXPECT_GE(FreeOnDevice() + kPoolStep, device_before);
+}
+
+}  // namespace
+}  // namespace latticed::testing
