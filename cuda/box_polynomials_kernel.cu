@@ -5,7 +5,8 @@
 // double, rounded once. Twin of core/cpu/box_polynomials.h.
 //
 // All that a box needs is loaded at once, then contracted axis by axis through shared memory: the
-// kernel is over when three loads in a row are, and it stands before every evaluation.
+// kernel is over when two loads in a row are, and it stands before every evaluation.
+#include "cuda/dependent_launch.cuh"
 #include "cuda/fused_kernels.h"
 #include "cuda/launch.cuh"
 
@@ -49,24 +50,51 @@ class BoxWarp {
     if (box_ == a_.plan.outside_box) {
       SetIdentity();
     } else {
-      LoadControlPoints();
-      Contract(2, 1);
-      Contract(1, degree_[2] + 1);
-      Contract(0, (degree_[2] + 1) * (degree_[1] + 1));
+      ContractControlPoints();
     }
     Store();
   }
 
  private:
-  __device__ void LoadControlPoints() {
-    const int* span = a_.plan.boxes[box_].span;
+  static constexpr int kMine = kMost / kLanes;  // numbers of a lane
+  // Column `power` of the matrix of an axis, for each of the lane's numbers.
+  struct Column {
+    double of[kMine][kSide];
+  };
+
+  __device__ void ContractControlPoints() {
+    int span[3];  // by permuted axis
+    for (int i = 0; i < 3; ++i) span[i] = a_.plan.boxes[box_].span[a_.tables.axis[i]];
+    const int n1 = degree_[1] + 1, n2 = degree_[2] + 1;
+    const Column last = LoadColumn(2, span[2], 1), middle = LoadColumn(1, span[1], n2),
+                 first = LoadColumn(0, span[0], n1 * n2);
+    LoadControlPoints(span);
+    Contract(last, 2, 1);
+    Contract(middle, 1, n2);
+    Contract(first, 0, n1 * n2);
+  }
+
+  // Of permuted axis i, along which neighbours lie `stride` apart.
+  __device__ Column LoadColumn(int i, int span, int stride) const {
+    Column column;
+#pragma unroll
+    for (int k = 0; k < kMine; ++k) {
+      const int power = (lane_ + k * kLanes) / stride % (degree_[i] + 1);
+#pragma unroll
+      for (int r = 0; r < kSide; ++r) {
+        column.of[k][r] = a_.tables.basis[i][16 * span + 4 * r + power];
+      }
+    }
+    return column;
+  }
+
+  __device__ void LoadControlPoints(const int* span) {
     for (int index = lane_; index < count_; index += kLanes) {
       const Triple local = TripleAt(degree_, index);
       int at[3];  // by axis of the lattice
       for (int i = 0; i < 3; ++i) {
-        const int axis = a_.tables.axis[i], k = span[axis] - degree_[i] + local.at[i];
-        for (int other = 0; other < 3; ++other) {
-          if (other == axis) at[other] = k;
+        for (int axis = 0; axis < 3; ++axis) {
+          if (a_.tables.axis[i] == axis) at[axis] = span[i] - degree_[i] + local.at[i];
         }
       }
       const int* size = a_.plan.size;
@@ -75,25 +103,23 @@ class BoxWarp {
     __syncwarp();
   }
 
-  // From basis functions to powers along permuted axis i, whose neighbours lie `stride` apart.
-  __device__ void Contract(int i, int stride) {
-    const int span = a_.plan.boxes[box_].span[a_.tables.axis[i]];
-    const double* matrix = a_.tables.basis[i] + 16 * span;
-    Vec3d sums[kMost / kLanes];
+  // From basis functions to powers along permuted axis i.
+  __device__ void Contract(const Column& column, int i, int stride) {
+    Vec3d sums[kMine];
 #pragma unroll
-    for (int k = 0; k < kMost / kLanes; ++k) {
+    for (int k = 0; k < kMine; ++k) {
       const int index = lane_ + k * kLanes;
       if (index >= count_) continue;
       const int power = index / stride % (degree_[i] + 1);
       const Vec3d* line = tile_ + index - power * stride;
 #pragma unroll
       for (int r = 0; r < kSide; ++r) {
-        if (r <= degree_[i]) sums[k] += matrix[4 * r + power] * line[r * stride];
+        if (r <= degree_[i]) sums[k] += column.of[k][r] * line[r * stride];
       }
     }
     __syncwarp();
 #pragma unroll
-    for (int k = 0; k < kMost / kLanes; ++k) {
+    for (int k = 0; k < kMine; ++k) {
       if (lane_ + k * kLanes < count_) tile_[lane_ + k * kLanes] = sums[k];
     }
     __syncwarp();
@@ -172,6 +198,7 @@ __global__ void __launch_bounds__(kBlockThreads)
     BoxPolynomialsKernel(const __grid_constant__ Arguments arguments) {
   // Bytes, since Vec3d has a constructor.
   __shared__ alignas(Vec3d) unsigned char tiles[kBoxesPerBlock * kMost * sizeof(Vec3d)];
+  LetNextKernelBegin();
   const auto box = static_cast<uint32_t>(Item() / kLanes);
   if (box >= arguments.tables.box_count) return;
   BoxWarp(arguments, box, reinterpret_cast<Vec3d*>(tiles) + threadIdx.x / kLanes * kMost).Run();

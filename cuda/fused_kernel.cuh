@@ -3,7 +3,8 @@
 //
 // The fused kernel: from box polynomials to vertices, nothing in memory between.   DESIGN §2 "fused"
 //
-// A block is a chunk, 32 patches, a lane each; its three warps
+// Comes after box_polynomials_kernel.cu, by a dependent launch. A block is a chunk, 32 patches, a
+// lane each; its three warps
 //   1  evaluate the chunk's edges and corners, and make the patches' frames
 //   2  compose a component each, and leave its Taylor coefficients in shared memory
 //   3  take rows by turns, and write vertices straight from registers
@@ -12,6 +13,7 @@
 #define LATTICED_CUDA_FUSED_KERNEL_CUH_
 
 #include "cuda/definition_normal.cuh"
+#include "cuda/dependent_launch.cuh"
 #include "cuda/fused_features.cuh"
 #include "cuda/fused_rows.cuh"
 
@@ -75,6 +77,8 @@ class FusedBlock {
     FillSteps();
     __syncthreads();
     features.Vertices();
+    // Up to here only of the plan was read.
+    WaitForKernelBefore();
     __syncthreads();
     features.Evaluate(warp_, lane_);
     if (warp_ == kFrameWarp) {

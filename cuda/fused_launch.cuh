@@ -20,8 +20,8 @@ cudaError_t LaunchInstance(const FusedLaunch& launch, cudaStream_t stream) {
       error != cudaSuccess) {
     return error;
   }
-  kernel<<<launch.chunk_count, kFusedThreads, bytes, stream>>>(launch);
-  return cudaPeekAtLastError();
+  return LaunchDependent<FusedLaunch>(kernel, launch.chunk_count, kFusedThreads, bytes, stream,
+                                      launch);
 }
 
 template <bool kSmooth, bool kFloat>
