@@ -62,7 +62,7 @@ class SwitchedBackend : public Backend {
   const bool overlap_;
 };
 
-SceneConfig TorusConfig(const Backend& backend, Encoding encoding) {
+SceneConfig TorusConfig(Encoding encoding) {
   const DeformPlan& plan = *SmallScenario(2).plan;
   SceneConfig config;
   config.id = "torus";
@@ -141,7 +141,7 @@ absl::Duration NextUpdate(Watcher& watcher, Bell& bell) {
 void Updates(benchmark::State& state, Backend* inner, Encoding encoding, bool overlap) {
   SwitchedBackend backend(inner, overlap);
   SceneRegistry registry(&backend, 2);
-  const SceneConfig config = TorusConfig(backend, encoding);
+  const SceneConfig config = TorusConfig(encoding);
   const auto scene = registry.Create(config);
   CheckOk(scene.status());
   const auto bell = std::make_shared<Bell>();
