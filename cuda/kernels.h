@@ -50,6 +50,11 @@ struct PlanTables {
   const CornerNormals* corner_normals;  // null until a smooth view asks
 };
 
+// Copies `bytes`, rounded up to kUploadUnit, which both sides have room for and are aligned to.
+// `pinned` is host memory that the device can read.
+inline constexpr size_t kUploadUnit = 16;
+cudaError_t LaunchUpload(const void* pinned, size_t bytes, void* to, cudaStream_t stream);
+
 // Patches first … first + count - 1 under one set of control points.
 struct Tile {
   PlanTables plan;

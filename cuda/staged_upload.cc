@@ -5,11 +5,13 @@
 #include <utility>
 
 #include "cuda/cuda_status.h"
+#include "cuda/kernels.h"
 
 namespace latticed {
 
 absl::StatusOr<StagedUpload> StagedUpload::Create(CudaContext& context,
                                                   std::shared_ptr<CudaLane> lane, size_t bytes) {
+  bytes = (bytes + kernels::kUploadUnit - 1) / kernels::kUploadUnit * kernels::kUploadUnit;
   auto device =
       DeviceBuffer<uint8_t>::Create(context.memory(), "staging", bytes, lane->stream().get());
   if (!device.ok()) return device.status();
@@ -32,9 +34,8 @@ absl::StatusOr<uint8_t*> StagedUpload::Begin() {
 
 absl::Status StagedUpload::Send(size_t bytes) {
   const cudaStream_t stream = lane_->stream().get();
-  if (auto s = CudaStatus(
-          cudaMemcpyAsync(device_.data(), pinned_.data(), bytes, cudaMemcpyHostToDevice, stream),
-          "the copy of an edit");
+  if (auto s = CudaStatus(kernels::LaunchUpload(pinned_.data(), bytes, device_.data(), stream),
+                          "the copy of an edit");
       !s.ok()) {
     return s;
   }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A few KB that change from one evaluation to the next, brought to the device by one copy through
-// pinned memory of their own.
+// A few KB that change from one evaluation to the next, brought to the device by upload_kernel.cu
+// from pinned memory of their own.
 //
 // Errors   those of device_buffer.h and pinned_memory.h
 // Threads  one at a time; Send enqueues, Begin waits only for the last Send's copy

@@ -138,7 +138,8 @@ TEST_F(CudaMemory, CyclesOfUseLeaveNothingBehind) {
   size_t before = 0, after = 0, total = 0;
   ASSERT_EQ(cudaMemGetInfo(&before, &total), cudaSuccess);
 
-  for (size_t cycle = 0; cycle < 200; ++cycle) ASSERT_OK(Use(**backend, kPipelines[cycle % kPipelines.size()]));
+  for (size_t cycle = 0; cycle < 200; ++cycle)
+    ASSERT_OK(Use(**backend, kPipelines[cycle % kPipelines.size()]));
 
   ASSERT_EQ(cudaMemGetInfo(&after, &total), cudaSuccess);
   // The pool grows in steps of 32 MiB; two are for the other pipelines' larger buffers.
