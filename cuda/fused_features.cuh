@@ -45,8 +45,9 @@ class FeatureKernel {
     if (warp == 0) Shared::Patch(lane) = patch;
     if (warp == 1) Shared::Uses(lane) = uses;
     const auto use = static_cast<uint8_t>(lane | static_cast<unsigned>(warp) << 5);
-    if (uses.IsFirstOfEdge(warp)) Shared::EdgeUse(uses.Edge(warp)) = use;
-    if (uses.IsFirstOfCorner(warp)) Shared::CornerUse(uses.Corner(warp)) = use;
+    const bool there = first_patch_ + lane < launch_.patch_count;
+    if (there && uses.IsFirstOfEdge(warp)) Shared::EdgeUse(uses.Edge(warp)) = use;
+    if (there && uses.IsFirstOfCorner(warp)) Shared::CornerUse(uses.Corner(warp)) = use;
     const auto most = [](unsigned a, unsigned b, unsigned c) {
       return __reduce_max_sync(~0u, max(a, max(b, c)));
     };
@@ -77,10 +78,7 @@ class FeatureKernel {
   }
 
  private:
-  // Lanes after the last patch repeat it.
-  __device__ uint32_t PatchOf(unsigned use) const {
-    return min(first_patch_ + use % kLanes, launch_.patch_count - 1);
-  }
+  __device__ uint32_t PatchOf(unsigned use) const { return first_patch_ + use % kLanes; }
 
   __device__ __forceinline__ void EvaluateCorner(unsigned number) {
     const unsigned use = Shared::CornerUse(number);
