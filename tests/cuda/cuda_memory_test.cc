@@ -14,27 +14,14 @@
 #include "cuda/cuda_device.h"
 #include "cuda/device_buffer.h"
 #include "fmt/format.h"
-#include "tests/backend/conformance.h"
+#include "tests/cuda/cuda_test.h"
 
 namespace latticed::testing {
 namespace {
 
-constexpr uint64_t kMiB = uint64_t{1} << 20;
-
-class CudaMemory : public ::testing::Test {
+class CudaMemory : public CudaTest {
  protected:
-  void SetUp() override {
-    const absl::Status status = CheckDevice(0);
-    if (!status.ok() && IsRequired("cuda")) {
-      FAIL() << "LATTICED_REQUIRE_BACKENDS names cuda: " << status;
-    }
-    if (!status.ok()) GTEST_SKIP() << status.message();
-    PolygonMesh mesh = TorusMesh(9, 7);
-    const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {.scale = 0.8});
-    plan_ = MakeTestPlan(std::move(mesh), structure);
-    ASSERT_NE(plan_, nullptr);
-    points_ = Jitter(structure, 0.05, 3);
-  }
+  CudaMemory() : CudaTest(3) {}
 
   // One whole use: prepare, view, evaluate, encode, control nets.
   absl::StatusOr<std::vector<std::vector<uint8_t>>> Use(Backend& backend, Pipeline pipeline) {
@@ -52,13 +39,7 @@ class CudaMemory : public ::testing::Test {
     for (const SharedBytes& e : *encoded) bytes.emplace_back(e.span().begin(), e.span().end());
     return bytes;
   }
-
-  Plan plan_;
-  std::vector<Vec3d> points_;
 };
-
-constexpr std::array kPipelines{Pipeline::kFused, Pipeline::kGemm, Pipeline::kGemm12,
-                                Pipeline::kControlNet};
 
 TEST_F(CudaMemory, BuffersAreCountedByPurposeAndGivenBack) {
   const auto memory = DeviceMemory::Create(0, 8 * kMiB, nullptr);
