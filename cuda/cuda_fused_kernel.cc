@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/cuda_fused_kernel.h"
 
-#include <algorithm>
 #include <cstring>
 #include <utility>
 

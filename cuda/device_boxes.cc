@@ -3,47 +3,28 @@
 #include "cuda/device_boxes.h"
 
 #include <array>
-#include <span>
 #include <utility>
 
 #include "core/ffd/box_basis.h"
 #include "cuda/pack_patches.h"
+#include "cuda/upload_table.h"
 
 namespace latticed {
 namespace {
 
 using kernels::FusedBox;
 
-constexpr char kPurpose[] = "plan";
-
-template <typename T>
-absl::Status Upload(CudaContext& context, std::span<const T> from, DeviceBuffer<T>& to) {
-  auto buffer = DeviceBuffer<T>::Upload(context.memory(), kPurpose, from, context.stream().get());
-  if (!buffer.ok()) return buffer.status();
-  to = *std::move(buffer);
-  return absl::OkStatus();
-}
-
 std::vector<FusedBox> PackBoxes(const DeformPlan& plan, const BoxBasis& basis) {
-  const FrameMap map(plan.structure);
-  constexpr std::array kWorldAxes{Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
   std::vector<FusedBox> boxes;
   boxes.reserve(plan.boxes.size());
   for (uint32_t b = 0; b < plan.boxes.size(); ++b) {
-    const bool outside = b == plan.outside_box();
     const Vec3d width = basis.Width(b);
+    const std::array<Vec3d, 3> gradients = basis.Gradients(b);
     // The device knows world positions relative to the local origin.
-    FusedBox box{.centre = basis.Centre(b) - (outside ? plan.local_origin : Vec3d{}),
-                 .inverse_width = {1 / width.x, 1 / width.y, 1 / width.z}};
-    for (int k = 0; k < 3; ++k) {
-      const Vec3d step = kWorldAxes[static_cast<size_t>(k)];
-      const Vec3d by_axis = outside ? step : map.DirectionToParameter(step);
-      for (size_t i = 0; i < 3; ++i) {
-        const int axis = basis.axes()[i];
-        box.gradient[i][k] = by_axis[axis] / width[axis];
-      }
-    }
-    boxes.push_back(box);
+    const Vec3d origin = b == plan.outside_box() ? plan.local_origin : Vec3d{};
+    boxes.push_back({.centre = basis.Centre(b) - origin,
+                     .inverse_width = {1 / width.x, 1 / width.y, 1 / width.z},
+                     .gradient = {gradients[0], gradients[1], gradients[2]}});
   }
   return boxes;
 }
@@ -64,12 +45,12 @@ absl::StatusOr<DeviceBoxes> DeviceBoxes::Create(const std::shared_ptr<const Defo
   }
   DeviceBoxes result;
   const std::vector<FusedBox> boxes = PackBoxes(*plan, basis);
-  absl::Status status = Upload<FusedBox>(context, boxes, result.boxes_);
-  if (status.ok()) status = Upload<double>(context, numbers, result.basis_);
-  if (status.ok()) status = Upload<kernels::SeamUse>(context, seam_uses, result.seam_uses_);
+  absl::Status status = UploadTable(context, boxes, result.boxes_);
+  if (status.ok()) status = UploadTable(context, numbers, result.basis_);
+  if (status.ok()) status = UploadTable(context, seam_uses, result.seam_uses_);
   const std::vector<kernels::FeatureUses> feature_uses = PackFeatureUses(*plan);
   if (status.ok()) {
-    status = Upload<kernels::FeatureUses>(context, feature_uses, result.feature_uses_);
+    status = UploadTable(context, feature_uses, result.feature_uses_);
   }
   if (!status.ok()) return status;
 

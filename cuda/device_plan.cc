@@ -10,6 +10,7 @@
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/shared_points.h"
 #include "cuda/pack_patches.h"
+#include "cuda/upload_table.h"
 
 namespace latticed {
 namespace {
@@ -19,16 +20,7 @@ using kernels::DeviceOrphan;
 using kernels::DeviceSeamCopy;
 using kernels::PackUse;
 
-constexpr char kPurpose[] = "plan";
 static_assert(limits::kMaxPatches < (uint64_t{1} << 28), "a packed use has 28 bits for the patch");
-
-template <typename T>
-absl::Status Upload(CudaContext& context, const std::vector<T>& from, DeviceBuffer<T>& to) {
-  auto buffer = DeviceBuffer<T>::Upload(context.memory(), kPurpose, from, context.stream().get());
-  if (!buffer.ok()) return buffer.status();
-  to = *std::move(buffer);
-  return absl::OkStatus();
-}
 
 // The device reads no absolute world position, so that it need not subtract what it does not know.
 std::vector<kernels::DeviceVertex> PackVertices(const DeformPlan& plan) {
@@ -94,13 +86,13 @@ absl::Status DevicePlan::UploadGeometry(Pipeline pipeline) {
   const DeformPlan& plan = *plan_;
   std::vector<double> knots;
   for (const auto& axis : plan.structure.knots) knots.insert(knots.end(), axis.begin(), axis.end());
-  if (auto s = Upload(*context_, knots, knots_); !s.ok()) return s;
-  if (auto s = Upload(*context_, PackVertices(plan), vertices_); !s.ok()) return s;
+  if (auto s = UploadTable(*context_, knots, knots_); !s.ok()) return s;
+  if (auto s = UploadTable(*context_, PackVertices(plan), vertices_); !s.ok()) return s;
 
   std::vector<kernels::DeviceBox> boxes;
   boxes.reserve(plan.boxes.size());
   for (const KnotBox& b : plan.boxes) boxes.push_back({{b.span[0], b.span[1], b.span[2], 0}});
-  if (auto s = Upload(*context_, boxes, boxes_); !s.ok()) return s;
+  if (auto s = UploadTable(*context_, boxes, boxes_); !s.ok()) return s;
 
   const DirectFfd direct(plan, {});
   std::vector<Vec3f> normals;
@@ -108,10 +100,10 @@ absl::Status DevicePlan::UploadGeometry(Pipeline pipeline) {
   for (size_t p = 0; p < plan.patches.size(); ++p) {
     normals.push_back(ToFloat(direct.RestFacetNormal(p)));
   }
-  if (auto s = Upload(*context_, normals, facet_normals_); !s.ok()) return s;
+  if (auto s = UploadTable(*context_, normals, facet_normals_); !s.ok()) return s;
   const auto packed = PackPatches(plan);
   if (!packed.ok()) return packed.status();
-  if (auto s = Upload(*context_, packed->patches, patches_); !s.ok()) return s;
+  if (auto s = UploadTable(*context_, packed->patches, patches_); !s.ok()) return s;
   if (pipeline != Pipeline::kFused) return absl::OkStatus();
   auto fused = DeviceBoxes::Create(plan_, *context_, packed->seam_uses);
   if (!fused.ok()) return fused.status();
@@ -127,7 +119,7 @@ absl::Status DevicePlan::UploadSharedPoints() {
   // Corners first, for kernels::SharedPointTables.
   shared_points_.corner_count = static_cast<size_t>(
       std::stable_partition(always.begin(), always.end(), IsCorner) - always.begin());
-  if (auto s = Upload(*context_, always, always_); !s.ok()) return s;
+  if (auto s = UploadTable(*context_, always, always_); !s.ok()) return s;
 
   std::vector<DeviceSeamCopy> on_seams;
   for (const auto& [seam, copy] : shared.when_attached()) {
@@ -136,11 +128,11 @@ absl::Status DevicePlan::UploadSharedPoints() {
   for (const auto& [seam, copy] : shared.when_detached()) {
     on_seams.push_back({Pack(copy), seam << 1});
   }
-  if (auto s = Upload(*context_, on_seams, on_seams_); !s.ok()) return s;
+  if (auto s = UploadTable(*context_, on_seams, on_seams_); !s.ok()) return s;
 
   std::vector<DeviceOrphan> orphans;
   for (const auto& orphan : shared.orphans()) orphans.push_back(Pack(*plan_, orphan));
-  return Upload(*context_, orphans, orphans_);
+  return UploadTable(*context_, orphans, orphans_);
 }
 
 void DevicePlan::FillTables() {
@@ -174,7 +166,7 @@ absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth) {
   if (!smooth) return tables;
   const std::scoped_lock lock(mutex_);
   if (corner_normals_.size() == 0) {
-    absl::Status status = Upload(*context_, InterpolateNormals(*plan_), corner_normals_);
+    absl::Status status = UploadTable(*context_, InterpolateNormals(*plan_), corner_normals_);
     status.Update(context_->stream().Synchronize("the plan's normals"));
     if (!status.ok()) return status;
   }

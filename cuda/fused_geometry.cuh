@@ -12,6 +12,7 @@
 #ifndef LATTICED_CUDA_FUSED_GEOMETRY_CUH_
 #define LATTICED_CUDA_FUSED_GEOMETRY_CUH_
 
+#include "core/ffd/carried_normal.h"
 #include "cuda/fused_kernels.h"
 
 namespace latticed::kernels {
@@ -20,8 +21,8 @@ namespace latticed::kernels {
 // direction and gets this length.
 constexpr double kSmallestHeight = 0x1p-40;
 // Normals shorter than this part of the box's bound are taken from the definition, which then
-// decides exactly: the inverse of kMaxNormalCondition. So are those whose squares would underflow.
-constexpr double kWeakNormal = 1e-4;
+// decides exactly. So are those whose squares would underflow.
+constexpr double kWeakNormal = 1 / kMaxNormalCondition;
 constexpr double kTinyNormal = 1e-18;
 
 __device__ inline uint32_t SeamOf(const FusedTables& tables, uint32_t key) {

@@ -36,16 +36,11 @@ double CofactorBound(const std::array<Vec3d, 64>& c, const std::array<int, 3>& d
 }  // namespace
 
 BoxPolynomials::BoxPolynomials(std::shared_ptr<const DeformPlan> plan)
-    : plan_(std::move(plan)), map_(plan_->structure), basis_(plan_) {
-  const Vec3d ex = map_.DirectionToParameter({1, 0, 0}), ey = map_.DirectionToParameter({0, 1, 0}),
-              ez = map_.DirectionToParameter({0, 0, 1});
-  for (int a = 0; a < 3; ++a) world_gradient_[static_cast<size_t>(a)] = {ex[a], ey[a], ez[a]};
-}
+    : plan_(std::move(plan)), map_(plan_->structure), basis_(plan_) {}
 
 BoxPolynomial BoxPolynomials::Make(uint32_t box, std::span<const Vec3d> control_points) const {
   const std::array<int, 3> degree = basis_.degree(), &axes = basis_.axes();
   std::array<Vec3d, 64> c{};
-  std::array<Vec3d, 3> gradient;
   const auto at = [&](int i, int j, int k) -> Vec3d& {
     return c[static_cast<size_t>((i * (degree[1] + 1) + j) * (degree[2] + 1) + k)];
   };
@@ -55,14 +50,12 @@ BoxPolynomial BoxPolynomials::Make(uint32_t box, std::span<const Vec3d> control_
     at(1, 0, 0)[axes[0]] = width[axes[0]];
     at(0, 1, 0)[axes[1]] = width[axes[1]];
     at(0, 0, 1)[axes[2]] = width[axes[2]];
-    for (size_t i = 0; i < 3; ++i) gradient[i][axes[i]] = 1 / width[axes[i]];
   } else {
     const std::array<int, 3>& span = plan_->boxes[box].span;
     std::array<const BoxBasis::Matrix*, 3> basis;
     for (size_t i = 0; i < 3; ++i) {
       const auto axis = static_cast<size_t>(axes[i]);
       basis[i] = &basis_.matrices(i)[static_cast<size_t>(span[axis])];
-      gradient[i] = world_gradient_[axis] / width[axes[i]];
     }
     // Contract one axis after the other; r, s, t run over basis functions, a, b, k over powers.
     std::array<int, 3> index;
@@ -102,7 +95,7 @@ BoxPolynomial BoxPolynomials::Make(uint32_t box, std::span<const Vec3d> control_
     const Vec3f f = ToFloat(c[i]);
     polynomial.coefficient[i] = {f.x, f.y, f.z};
   }
-  polynomial.cofactor_bound = static_cast<float>(CofactorBound(c, degree, gradient));
+  polynomial.cofactor_bound = static_cast<float>(CofactorBound(c, degree, basis_.Gradients(box)));
   return polynomial;
 }
 

@@ -35,7 +35,6 @@ class BoxPolynomials {
   std::shared_ptr<const DeformPlan> plan_;
   FrameMap map_;
   BoxBasis basis_;
-  std::array<Vec3d, 3> world_gradient_;  // d parameter_axis / d world
 };
 
 }  // namespace latticed::fused

@@ -21,6 +21,10 @@ BoxBasis::BoxBasis(std::shared_ptr<const DeformPlan> plan)
       if (s.knots[axis][k + 1] > s.knots[axis][k]) basis_[i][k] = MakeMatrix(axes_[i], span);
     }
   }
+  const FrameMap map(s);
+  const Vec3d ex = map.DirectionToParameter({1, 0, 0}), ey = map.DirectionToParameter({0, 1, 0}),
+              ez = map.DirectionToParameter({0, 0, 1});
+  for (int a = 0; a < 3; ++a) parameter_gradient_[static_cast<size_t>(a)] = {ex[a], ey[a], ez[a]};
 }
 
 std::array<int, 3> BoxBasis::degree() const {
@@ -72,6 +76,20 @@ Vec3d BoxBasis::Width(uint32_t box) const {
     if (!(width[a] > 0)) width[a] = 1;  // flat outside pieces
   }
   return width;
+}
+
+std::array<Vec3d, 3> BoxBasis::Gradients(uint32_t box) const {
+  const Vec3d width = Width(box);
+  std::array<Vec3d, 3> gradients;
+  for (size_t i = 0; i < 3; ++i) {
+    const int axis = axes_[i];
+    if (box == plan_->outside_box()) {
+      gradients[i][axis] = 1 / width[axis];
+    } else {
+      gradients[i] = parameter_gradient_[static_cast<size_t>(axis)] / width[axis];
+    }
+  }
+  return gradients;
 }
 
 }  // namespace latticed

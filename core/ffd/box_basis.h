@@ -40,6 +40,8 @@ class BoxBasis {
   // By axis of the lattice, or of the world outside. A width is never 0.
   Vec3d Centre(uint32_t box) const;
   Vec3d Width(uint32_t box) const;
+  // Of each l by world position, by permuted axis.
+  std::array<Vec3d, 3> Gradients(uint32_t box) const;
 
  private:
   Matrix MakeMatrix(int axis, int span) const;
@@ -47,6 +49,7 @@ class BoxBasis {
   std::shared_ptr<const DeformPlan> plan_;
   std::array<int, 3> axes_;
   std::array<std::vector<Matrix>, 3> basis_;
+  std::array<Vec3d, 3> parameter_gradient_;  // by axis of the lattice
 };
 
 }  // namespace latticed
