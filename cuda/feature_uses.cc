@@ -2,33 +2,51 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/feature_uses.h"
 
-#include <algorithm>
-#include <utility>
+#include <array>
+
+#include "core/base/limits.h"
 
 namespace latticed {
 namespace {
 
 using kernels::FeatureUses;
 
-// Numbers in order of first use. A seam's points have an owner on either side of it.
+// Numbers in order of first use. A seam's points have an owner on either side of it. A hash table
+// with open addressing: entries of chunks before count as free, so that none is ever cleared.
 class Numbering {
  public:
   struct Number {
     uint32_t number;
     bool is_first;
   };
-  void Clear() { keys_.clear(); }
+  void Clear() {
+    ++chunk_;
+    count_ = 0;
+  }
   Number Of(uint32_t entity, bool outside) {
-    const std::pair key(entity, outside);
-    const auto found = std::find(keys_.begin(), keys_.end(), key);
-    const auto number = static_cast<uint32_t>(found - keys_.begin());
-    const bool is_first = found == keys_.end();
-    if (is_first) keys_.push_back(key);
-    return {number, is_first};
+    const uint64_t key = uint64_t{entity} << 1 | uint64_t{outside};
+    for (size_t i = key * kSpread >> (64 - kTableBits);; i = (i + 1) % kTable) {
+      Entry& entry = table_[i];
+      if (entry.chunk == chunk_ && entry.key == key) return {entry.number, false};
+      if (entry.chunk == chunk_) continue;
+      entry = {.key = key, .chunk = chunk_, .number = count_};
+      return {count_++, true};
+    }
   }
 
  private:
-  std::vector<std::pair<uint32_t, bool>> keys_;  // at most 96
+  struct Entry {
+    uint64_t key = 0;
+    uint32_t chunk = 0;  // 0: none yet
+    uint32_t number = 0;
+  };
+  static constexpr int kTableBits = 8;
+  static constexpr size_t kTable = size_t{1} << kTableBits;
+  static_assert(kTable > 2 * 3 * limits::kPatchesPerChunk, "at most half full");
+  static constexpr uint64_t kSpread = 0x9e3779b97f4a7c15;  // 2^64 over the golden ratio
+
+  std::array<Entry, kTable> table_;
+  uint32_t chunk_ = 0, count_ = 0;
 };
 
 }  // namespace
