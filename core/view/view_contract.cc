@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/view/view_contract.h"
 
-#include <algorithm>
-#include <functional>
-
 #include "core/base/error.h"
 #include "fmt/format.h"
 
@@ -13,6 +10,14 @@ namespace {
 
 absl::Status NotEvaluated() {
   return error::FailedPrecondition("NOT_EVALUATED", "evaluate the view first");
+}
+
+// Among numbers below 2^31 a step that does not rise, less one, is negative. Both are seen from one
+// bit, which a vector unit gathers: of 10^7 patches, the chunks are named on the way to every launch.
+bool Rise(std::span<const uint32_t> chunks) {
+  uint32_t seen = chunks.empty() ? 0 : chunks.front();
+  for (size_t i = 1; i < chunks.size(); ++i) seen |= chunks[i] | (chunks[i] - chunks[i - 1] - 1);
+  return seen >> 31 == 0;
 }
 
 }  // namespace
@@ -29,7 +34,7 @@ absl::Status ViewContract::CheckEvaluate(std::span<const Vec3d> control_points,
   if (!chunks.empty()) {
     if (auto status = CheckChunk(chunks.back()); !status.ok()) return status;
   }
-  if (!std::is_sorted(chunks.begin(), chunks.end(), std::less_equal<>())) {
+  if (!Rise(chunks)) {
     return error::InvalidField("chunks", "must rise, each chunk once");
   }
   const bool same_box = box_ && box_->origin == box.origin && box_->range == box.range;
