@@ -87,8 +87,12 @@ inline constexpr std::string_view kDevicePurpose = "device_";
 [[nodiscard]] uint64_t HostBytes(const MemoryUse& use);
 [[nodiscard]] uint64_t DeviceBytes(const MemoryUse& use);
 
+// Bytes by device, as DeviceState::number names it.
+using DeviceUse = std::map<int, uint64_t>;
+
 // A device as it is now. 0: unknown.
 struct DeviceState {
+  int number = 0;    // what the command line calls it
   std::string name;  // for people
   uint64_t memory_bytes = 0;
   uint64_t budget_bytes = 0;  // what all plans and views may take together; 0: no budget of its own
@@ -136,6 +140,8 @@ class DeformTarget {
   [[nodiscard]] virtual absl::StatusOr<std::vector<double>> ControlNets(
       std::span<const Vec3d> control_points, size_t first, size_t last) = 0;
   [[nodiscard]] virtual MemoryUse memory() const = 0;
+  // Where memory()'s bytes on devices are. Those of its views lie in the same proportion.
+  [[nodiscard]] virtual DeviceUse device_use() const { return {}; }
 };
 
 class Backend {

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/cuda_backend.h"
 
-#include <algorithm>
 #include <string>
 #include <utility>
 
+#include "core/view/device_group.h"
 #include "cuda/cuda_context.h"
 #include "cuda/cuda_target.h"
 #include "fmt/format.h"
@@ -13,41 +13,29 @@
 namespace latticed {
 namespace {
 
-using Contexts = std::vector<std::shared_ptr<CudaContext>>;
-
+// One device.
 class CudaBackend : public Backend {
  public:
-  explicit CudaBackend(Contexts contexts) : contexts_(std::move(contexts)) {}
+  explicit CudaBackend(std::shared_ptr<CudaContext> context)
+      : context_(std::move(context)), device_name_(DescribeDevice(context_->device())) {}
 
   std::string_view name() const override { return "cuda"; }
   std::string description() const override {
-    std::string text;
-    for (const auto& context : contexts_) {
-      if (!text.empty()) text += "; ";
-      text += fmt::format("{}, budget {:.1f} GiB", DescribeDevice(context->device()),
-                          static_cast<double>(context->memory()->budget_bytes()) / kGiB);
-    }
-    return text;
+    return fmt::format("{}, budget {:.1f} GiB", device_name_,
+                       static_cast<double>(context_->memory()->budget_bytes()) / kGiB);
   }
   std::vector<DeviceState> devices() const override {
-    std::vector<DeviceState> states;
-    for (const auto& context : contexts_) {
-      const DeviceMemory& memory = *context->memory();
-      states.push_back({.name = DescribeDevice(context->device()),
-                        .memory_bytes = memory.device_bytes(),
-                        .budget_bytes = memory.budget_bytes(),
-                        .free_bytes = memory.free_bytes(),
-                        .use = memory.use()});
-    }
-    return states;
+    const DeviceMemory& memory = *context_->memory();
+    return {{.number = context_->device(),
+             .name = device_name_,
+             .memory_bytes = memory.device_bytes(),
+             .budget_bytes = memory.budget_bytes(),
+             .free_bytes = memory.free_bytes(),
+             .use = memory.use()}};
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
-    const auto freest =
-        std::max_element(contexts_.begin(), contexts_.end(), [](const auto& a, const auto& b) {
-          return a->memory()->free_bytes() < b->memory()->free_bytes();
-        });
-    auto target = CudaTarget::Create(std::move(plan), pipeline, *freest);
+    auto target = CudaTarget::Create(std::move(plan), pipeline, context_);
     if (!target.ok()) return target.status();
     return std::shared_ptr<DeformTarget>(*std::move(target));
   }
@@ -55,20 +43,21 @@ class CudaBackend : public Backend {
  private:
   static constexpr double kGiB = uint64_t{1} << 30;
 
-  const Contexts contexts_;  // one a device, at least one
+  const std::shared_ptr<CudaContext> context_;
+  const std::string device_name_;  // asking takes longer than all else here
 };
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Backend>> MakeCudaBackend(const CudaOptions& options) {
   if (options.devices.empty()) return absl::InvalidArgumentError("devices: name at least one");
-  Contexts contexts;
+  std::vector<std::unique_ptr<Backend>> devices;
   for (const int device : options.devices) {
     auto context = CudaContext::Create(device, options);
     if (!context.ok()) return context.status();
-    contexts.push_back(*std::move(context));
+    devices.push_back(std::make_unique<CudaBackend>(*std::move(context)));
   }
-  return std::make_unique<CudaBackend>(std::move(contexts));
+  return MakeDeviceGroup(std::move(devices), options.span_patches);
 }
 
 }  // namespace latticed

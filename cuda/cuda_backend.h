@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The CUDA backend, by the same pipelines and with the same results as the CPU's
-// (core/cpu/cpu_backend.h). A build without CUDA compiles cuda_backend_stub.cc instead and answers
-// kUnimplemented. Pipeline fused is not there yet: Prepare answers kUnimplemented for it.
+// (core/cpu/cpu_backend.h), on one device or several (core/view/device_group.h). A build without
+// CUDA compiles cuda_backend_stub.cc instead and answers kUnimplemented.
 #ifndef LATTICED_CUDA_CUDA_BACKEND_H_
 #define LATTICED_CUDA_CUDA_BACKEND_H_
 
@@ -16,11 +16,14 @@
 #include "absl/status/statusor.h"
 #include "core/backend.h"
 #include "core/codec/chunk_encoder.h"
+#include "core/view/device_group.h"
 
 namespace latticed {
 
 struct CudaOptions {
-  std::vector<int> devices{0};  // ordinals of the CUDA runtime; each plan goes to the freest
+  // Ordinals of the CUDA runtime. One that is named twice counts as two devices, for tests.
+  std::vector<int> devices{0};
+  uint64_t span_patches = kDefaultSpanPatches;  // a plan of so many takes all the devices
   uint64_t memory_bytes = 0;  // budget of each device; 0: nine tenths of what is free at the start
   int threads = 0;            // that encode on the host; 0: all that the machine or cgroup allows
   std::shared_ptr<const ChunkEncoder> encoder;  // null: the reference encoder

@@ -31,6 +31,9 @@ class CudaTarget : public DeformTarget {
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
                                                   size_t first, size_t last) override;
   MemoryUse memory() const override;
+  DeviceUse device_use() const override {
+    return {{context_->device(), device_plan_->MemoryBytes()}};
+  }
 
  private:
   CudaTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,

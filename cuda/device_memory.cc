@@ -10,14 +10,9 @@
 #include "core/base/error.h"
 #include "cuda/cuda_device.h"
 #include "cuda/cuda_status.h"
-#include "fmt/format.h"
 
 namespace latticed {
 namespace {
-
-absl::Status OutOfDeviceMemory(std::string_view purpose, uint64_t asked, uint64_t free) {
-  return error::OutOfMemory(fmt::format("{} on the device", purpose), asked, free);
-}
 
 struct OnDevice {
   size_t free = 0, total = 0;
@@ -77,7 +72,7 @@ absl::StatusOr<void*> DeviceMemory::Allocate(std::string_view purpose, size_t by
   const std::scoped_lock lock(mutex_);
   const uint64_t free = budget_bytes_ - used_bytes_;
   if (bytes > free || (refuse_ && refuse_(purpose, bytes))) {
-    return OutOfDeviceMemory(purpose, bytes, free);
+    return error::OutOfDeviceMemory(purpose, device_, bytes, free);
   }
   const DeviceGuard guard(device_);
   void* data = nullptr;
@@ -85,8 +80,9 @@ absl::StatusOr<void*> DeviceMemory::Allocate(std::string_view purpose, size_t by
   if (result == cudaErrorMemoryAllocation) {
     // Others use the device too.
     static_cast<void>(cudaGetLastError());
-    return OutOfDeviceMemory(purpose, bytes,
-                             std::min<uint64_t>(free, LookAtDevice().value_or(OnDevice{}).free));
+    return error::OutOfDeviceMemory(
+        purpose, device_, bytes,
+        std::min<uint64_t>(free, LookAtDevice().value_or(OnDevice{}).free));
   }
   if (auto s = CudaStatus(result, purpose); !s.ok()) return s;
   if (poison_) static_cast<void>(cudaMemsetAsync(data, 0xff, bytes, stream));

@@ -19,6 +19,7 @@ absl::StatusOr<std::vector<std::unique_ptr<Backend>>> MakeBackends(const Options
   if (options.backend != "cpu") {
     absl::StatusOr<std::unique_ptr<Backend>> cuda =
         MakeCudaBackend({.devices = options.devices,
+                         .span_patches = options.span_patches,
                          .memory_bytes = options.gpu_memory_bytes,
                          .threads = options.threads,
                          .encoder = encoder});

@@ -78,6 +78,8 @@ void Define(CLI::App& app, Options& o) {
   app.add_option("--threads", o.threads, "Threads of the CPU backend; 0: all that are allowed")
       ->check(CLI::Range(0, 1024));
   AddDevices(app, o.devices);
+  app.add_option("--span-patches", o.span_patches,
+                 "A scene of so many patches takes all of --devices at once");
   AddBytes(app, "--gpu-memory", o.gpu_memory_bytes,
            "Memory of each CUDA device for scenes, such as 16GiB; 0: nine tenths of what is free");
   AddBytes(app, "--memory", o.memory_bytes,

@@ -18,6 +18,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "core/base/limits.h"
+#include "core/view/device_group.h"
 
 namespace latticed {
 
@@ -25,7 +26,8 @@ struct Options {
   std::string listen = "127.0.0.1:50151";  // host:port; port 0 takes a free one
   std::string backend = "auto";            // auto, cpu or cuda: server/backends.h
   int threads = 0;  // of the CPU backend, and those that encode; 0: all that the machine allows
-  std::vector<int> devices{0};    // CUDA devices; each scene goes to the freest
+  std::vector<int> devices{0};                  // CUDA devices; each scene goes to the freest
+  uint64_t span_patches = kDefaultSpanPatches;  // but one of so many patches takes them all
   uint64_t gpu_memory_bytes = 0;  // budget of each device; 0: nine tenths of what is free
   uint64_t memory_bytes = uint64_t{4} << 30;    // host budget: meshes, plans, chunks
   uint64_t max_mesh_bytes = uint64_t{1} << 30;  // largest single upload

@@ -138,6 +138,17 @@ absl::Status OutOfMemory(std::string_view what, uint64_t asked_bytes, uint64_t f
               {.reason = "OUT_OF_MEMORY", .asked_bytes = asked_bytes, .free_bytes = free_bytes});
 }
 
+absl::Status OutOfDeviceMemory(std::string_view what, int device, uint64_t asked_bytes,
+                               uint64_t free_bytes) {
+  return Make(absl::StatusCode::kResourceExhausted,
+              fmt::format("{} on device {} needs {} bytes, {} are free", what, device, asked_bytes,
+                          free_bytes),
+              {.reason = "OUT_OF_MEMORY",
+               .metadata = {{kDeviceKey, fmt::to_string(device)}},
+               .asked_bytes = asked_bytes,
+               .free_bytes = free_bytes});
+}
+
 absl::Status AllocationFailed(std::string_view what) {
   return Make(absl::StatusCode::kResourceExhausted,
               fmt::format("{} needs more memory than the machine has left", what),

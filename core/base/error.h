@@ -44,6 +44,10 @@ struct Details {
 // RESOURCE_EXHAUSTED with asked and free bytes.
 [[nodiscard]] absl::Status OutOfMemory(std::string_view what, uint64_t asked_bytes,
                                        uint64_t free_bytes);
+// The same of one device, whose number is in metadata[kDeviceKey].
+inline constexpr char kDeviceKey[] = "device";
+[[nodiscard]] absl::Status OutOfDeviceMemory(std::string_view what, int device,
+                                             uint64_t asked_bytes, uint64_t free_bytes);
 // RESOURCE_EXHAUSTED for a std::bad_alloc or std::length_error: how much was asked is not known.
 [[nodiscard]] absl::Status AllocationFailed(std::string_view what);
 // RESOURCE_EXHAUSTED, reason LIMIT_EXCEEDED: a count of ServerInfo.limits is reached.

@@ -18,6 +18,11 @@ namespace latticed::testing {
 
 // All names known to the suite, present on this machine or not.
 [[nodiscard]] std::vector<std::string> KnownBackends();
+// The name of the same with every plan shared out: "cpu-spanned" among three, "cuda-spanned" among
+// the first two devices, or twice on the first where there is no second.
+inline constexpr std::string_view kSpanned = "-spanned";
+[[nodiscard]] std::string SpannedName(std::string_view name);
+[[nodiscard]] std::string UnspannedName(std::string_view name);
 // An error that says why where this machine or build has none of that name. threads 0: all.
 [[nodiscard]] absl::StatusOr<std::unique_ptr<Backend>> MakeBackendByName(std::string_view name,
                                                                          int threads = 0);

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/view/device_group.h"
+
+#include <algorithm>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/ffd/plan_slice.h"
+#include "core/view/chunk_shares.h"
+#include "core/view/spanned_target.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+// On a device: 64 of the plan, and 66 points of 8 bytes.
+constexpr uint64_t kPatchBytes = 592;
+constexpr uint64_t kChunkBytes = kPatchBytes * limits::kPatchesPerChunk;
+
+class DeviceGroup : public Backend {
+ public:
+  DeviceGroup(std::vector<std::unique_ptr<Backend>> devices, uint64_t span_patches)
+      : devices_(std::move(devices)), span_patches_(span_patches) {}
+
+  std::string_view name() const override { return devices_.front()->name(); }
+  std::string description() const override {
+    std::string text;
+    for (const auto& device : devices_) text += device->description() + "; ";
+    return text + fmt::format("scenes of {} patches or more span them", span_patches_);
+  }
+  std::vector<DeviceState> devices() const override {
+    std::vector<DeviceState> states;
+    for (const auto& device : devices_) {
+      for (DeviceState& state : device->devices()) states.push_back(std::move(state));
+    }
+    return states;
+  }
+  absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
+                                                        Pipeline pipeline) override {
+    const std::vector<DeviceState> states = devices();
+    if (pipeline == Pipeline::kFused && Spans(*plan, states)) return Share(plan, states);
+    const auto freest = std::ranges::max_element(states, {}, &DeviceState::free_bytes);
+    return devices_[static_cast<size_t>(freest - states.begin())]->Prepare(std::move(plan),
+                                                                           pipeline);
+  }
+
+ private:
+  bool Spans(const DeformPlan& plan, const std::vector<DeviceState>& states) const {
+    if (plan.patches.size() >= span_patches_) return true;
+    const uint64_t bytes = plan.patches.size() * kPatchBytes;
+    return std::ranges::all_of(states, [bytes](const DeviceState& state) {
+      return state.budget_bytes != 0 && state.budget_bytes < bytes;
+    });
+  }
+
+  absl::StatusOr<std::shared_ptr<DeformTarget>> Share(const std::shared_ptr<const DeformPlan>& plan,
+                                                      const std::vector<DeviceState>& states) {
+    std::vector<uint64_t> free;
+    for (const DeviceState& state : states) free.push_back(state.free_bytes);
+    try {
+      const std::vector<size_t> bounds = ShareChunks(plan->chunk_count(), kChunkBytes, free);
+      std::vector<SpannedTarget::Part> parts;
+      for (size_t d = 0; d < devices_.size(); ++d) {
+        if (bounds[d] == bounds[d + 1]) continue;
+        auto target =
+            devices_[d]->Prepare(SlicePlan(*plan, bounds[d], bounds[d + 1]), Pipeline::kFused);
+        if (!target.ok()) return target.status();
+        parts.push_back({static_cast<uint32_t>(bounds[d]), *std::move(target)});
+      }
+      return std::make_shared<SpannedTarget>(plan, std::move(parts));
+    } catch (const std::bad_alloc&) {
+      return error::AllocationFailed("the plan");
+    }
+  }
+
+  const std::vector<std::unique_ptr<Backend>> devices_;
+  const uint64_t span_patches_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> MakeDeviceGroup(std::vector<std::unique_ptr<Backend>> devices,
+                                         uint64_t span_patches) {
+  if (devices.size() == 1) return std::move(devices.front());
+  return std::make_unique<DeviceGroup>(std::move(devices), span_patches);
+}
+
+}  // namespace latticed

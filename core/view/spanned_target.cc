@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/view/spanned_target.h"
+
+#include <algorithm>
+#include <new>
+
+#include "core/base/error.h"
+#include "core/view/spanned_view.h"
+#include "core/view/view_contract.h"
+
+namespace latticed {
+
+absl::StatusOr<std::unique_ptr<DeformView>> SpannedTarget::CreateView(const ViewSpec& spec) {
+  try {
+    std::vector<SpannedView::Part> views;
+    for (const Part& part : parts_) {
+      auto view = part.target->CreateView(spec);
+      if (!view.ok()) return view.status();
+      views.push_back({part.first_chunk, *std::move(view)});
+    }
+    return std::make_unique<SpannedView>(plan_, spec, std::move(views));
+  } catch (const std::bad_alloc&) {
+    return error::AllocationFailed("the view");
+  }
+}
+
+absl::StatusOr<std::vector<double>> SpannedTarget::ControlNets(
+    std::span<const Vec3d> control_points, size_t first, size_t last) {
+  if (auto s = CheckControlNets(*plan_, control_points, first, last); !s.ok()) return s;
+  try {
+    std::vector<double> nets;
+    for (const Part& part : parts_) {
+      const size_t begin = plan_->ChunkPatches(part.first_chunk)[0];
+      const size_t end = begin + part.target->plan().patches.size();
+      const size_t from = std::clamp(first, begin, end), to = std::clamp(last, begin, end);
+      if (from == to) continue;
+      const auto some = part.target->ControlNets(control_points, from - begin, to - begin);
+      if (!some.ok()) return some;
+      nets.insert(nets.end(), some->begin(), some->end());
+    }
+    return nets;
+  } catch (const std::bad_alloc&) {
+    return error::AllocationFailed("the control nets");
+  }
+}
+
+MemoryUse SpannedTarget::memory() const {
+  MemoryUse use{{"plan", plan_->MemoryBytes()}};
+  for (const Part& part : parts_) {
+    for (const auto& [purpose, bytes] : part.target->memory()) use[purpose] += bytes;
+    use["plan"] += part.target->plan().mesh->MemoryBytes();  // a slice's own
+  }
+  return use;
+}
+
+DeviceUse SpannedTarget::device_use() const {
+  DeviceUse use;
+  for (const Part& part : parts_) {
+    for (const auto& [device, bytes] : part.target->device_use()) use[device] += bytes;
+  }
+  return use;
+}
+
+}  // namespace latticed

@@ -1,0 +1,244 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A plan shared out among devices gives the bits that one device gives: all formats, normals and
+// encodings, whole evaluations and dirty chunks. (That it keeps the interface's contract, the rest
+// of the suite shows by the names "…-spanned".)
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "core/ffd/dirty_set.h"
+#include "core/view/spanned_target.h"
+#include "fmt/format.h"
+#include "tests/backend/conformance.h"
+#include "tests/support/real_meshes.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr uint32_t kSeed = 20'261'122;
+constexpr std::array kNormals{NormalMode::kNone, NormalMode::kFacet, NormalMode::kSmooth};
+
+struct Case {
+  const char* name;
+  PolygonMesh mesh;
+  LatticeOptions lattice;
+};
+
+// 22, 14, 50 and 3 chunks or so: cuts inside boxes, at planes, through seams and unconnected pieces.
+std::vector<Case> Cases() {
+  return {{"partly outside", TorusMesh(20, 12), {.scale = 0.8}},
+          {"aligned with knot planes",
+           CubeMesh(5),
+           {.degree = {2, 3, 1}, .extra = {3, 3, 3}, .scale = 1.0}},
+          {"unconnected", TriangleSoup(300, kSeed), {.degree = {1, 1, 2}, .extra = {3, 3, 3}}},
+          {"a box or two", TorusMesh(7, 5), {.degree = {3, 3, 3}, .extra = {0, 0, 0}}}};
+}
+
+class Spanned : public ::testing::TestWithParam<std::string> {
+ protected:
+  struct Views {
+    std::unique_ptr<DeformView> one, spanned;
+  };
+
+  void SetUp() override {
+    auto one = MakeBackendByName(GetParam());
+    if (!one.ok() && IsRequired(GetParam())) {
+      FAIL() << "LATTICED_REQUIRE_BACKENDS names " << GetParam() << ": " << one.status();
+    }
+    if (!one.ok()) GTEST_SKIP() << "no backend " << GetParam() << ": " << one.status().message();
+    auto spanned = MakeBackendByName(SpannedName(GetParam()));
+    ASSERT_OK(spanned);
+    one_ = *std::move(one);
+    spanned_ = *std::move(spanned);
+  }
+
+  static std::unique_ptr<DeformView> MakeView(Backend& backend, const Plan& plan,
+                                              const ViewSpec& spec) {
+    const auto target = backend.Prepare(plan, Pipeline::kFused);
+    EXPECT_OK(target);
+    auto view = (*target)->CreateView(spec);
+    EXPECT_OK(view);
+    return *std::move(view);
+  }
+  Views MakeViews(const Plan& plan, const ViewSpec& spec) {
+    return {MakeView(*one_, plan, spec), MakeView(*spanned_, plan, spec)};
+  }
+
+  static void Evaluate(Views& views, std::span<const Vec3d> points, const QuantisationBox& box,
+                       const std::vector<uint32_t>& chunks) {
+    ASSERT_OK(views.one->Evaluate(points, box, chunks));
+    ASSERT_OK(views.spanned->Evaluate(points, box, chunks));
+  }
+
+  static void ExpectSameBits(const DeformPlan& plan, Views& views) {
+    const ViewSpec& spec = views.one->spec();
+    for (uint32_t c = 0; c < plan.chunk_count(); ++c) {
+      std::vector<uint8_t> one(ChunkPoints(plan, c, spec.segments) * BytesPerPoint(spec));
+      std::vector<uint8_t> spanned(one.size());
+      ASSERT_OK(views.one->Read(c, one));
+      ASSERT_OK(views.spanned->Read(c, spanned));
+      ASSERT_TRUE(one == spanned) << "chunk " << c << " of " << plan.chunk_count();
+    }
+  }
+
+  std::unique_ptr<Backend> one_, spanned_;
+};
+
+TEST_P(Spanned, WholeEvaluationsHaveTheBitsOfOneDevice) {
+  for (Case& c : Cases()) {
+    const LatticeStructure structure = MakeStructure(c.mesh.ComputeBounds(), c.lattice);
+    const Plan plan = MakeTestPlan(std::move(c.mesh), structure);
+    ASSERT_NE(plan, nullptr);
+    ASSERT_GT(plan->chunk_count(), 2u);
+    const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
+    for (const NormalMode normals : kNormals) {
+      for (const ViewSpec& spec :
+           {ViewSpec{.segments = 5, .normals = normals, .format = VertexFormat::kFloat32},
+            ViewSpec{.segments = 4, .normals = normals},
+            ViewSpec{.segments = 10, .normals = normals, .position_bits = 16, .normal_bits = 12},
+            ViewSpec{.segments = 1, .normals = normals}}) {
+        SCOPED_TRACE(fmt::format("{}, normals {}, {} segments", c.name, static_cast<int>(normals),
+                                 spec.segments));
+        Views views = MakeViews(plan, spec);
+        // At rest seams are attached, and then no longer.
+        Evaluate(views, plan->identity_points, BoxFor(*plan, points), AllChunks(*plan));
+        ExpectSameBits(*plan, views);
+        Evaluate(views, points, BoxFor(*plan, points), AllChunks(*plan));
+        ExpectSameBits(*plan, views);
+      }
+    }
+  }
+}
+
+TEST_P(Spanned, DirtyChunksHaveTheBitsOfOneDevice) {
+  constexpr int kEdits = 40;
+  for (Case& c : Cases()) {
+    SCOPED_TRACE(fmt::format("{}, seed {}", c.name, kSeed));
+    const LatticeStructure structure = MakeStructure(c.mesh.ComputeBounds(), c.lattice);
+    const Plan plan = MakeTestPlan(std::move(c.mesh), structure);
+    ASSERT_NE(plan, nullptr);
+    std::vector<Vec3d> points = plan->identity_points;
+    QuantisationBox box = BoxFor(*plan, points);
+    box.range *= 2;
+    Views views = MakeViews(plan, {.segments = 3, .normals = NormalMode::kSmooth});
+    Evaluate(views, points, box, AllChunks(*plan));
+    std::mt19937 random(kSeed);
+    for (int edit = 0; edit < kEdits; ++edit) {
+      const auto moved = static_cast<uint32_t>(random() % points.size());
+      points[moved] += Vec3d{0.02, -0.01, 0.03};
+      DirtySet dirty(plan);
+      dirty.MarkControlPoints({&moved, 1});
+      Evaluate(views, points, box, dirty.Chunks());
+      ExpectSameBits(*plan, views);
+    }
+    // No chunk, one of the last part alone, and both sides of every cut.
+    const auto last = static_cast<uint32_t>(plan->chunk_count()) - 1;
+    for (const std::vector<uint32_t>& chunks :
+         {std::vector<uint32_t>{}, {last}, {0, last}, {last / 3, last / 3 + 1}}) {
+      Evaluate(views, points, box, chunks);
+      ExpectSameBits(*plan, views);
+    }
+  }
+}
+
+TEST_P(Spanned, EncodedBytesAreThoseOfOneDeviceInTheOrderAsked) {
+  Case c = std::move(Cases().front());
+  const LatticeStructure structure = MakeStructure(c.mesh.ComputeBounds(), c.lattice);
+  const Plan plan = MakeTestPlan(std::move(c.mesh), structure);
+  ASSERT_NE(plan, nullptr);
+  const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
+  std::vector<uint32_t> chunks = AllChunks(*plan);
+  std::shuffle(chunks.begin(), chunks.end(), std::mt19937(kSeed));
+  for (const Encoding encoding :
+       {Encoding::kRaw, Encoding::kQuantised, Encoding::kDracoPoints, Encoding::kDracoMesh}) {
+    Views views = MakeViews(plan, {.segments = 4, .format = FormatOf(encoding)});
+    Evaluate(views, points, BoxFor(*plan, points), AllChunks(*plan));
+
+    const auto one = views.one->Encode(chunks, encoding);
+    const auto spanned = views.spanned->Encode(chunks, encoding);
+
+    ASSERT_OK(one);
+    ASSERT_OK(spanned);
+    ASSERT_EQ(spanned->size(), chunks.size());
+    for (size_t i = 0; i < chunks.size(); ++i) {
+      ASSERT_TRUE(std::ranges::equal((*one)[i].span(), (*spanned)[i].span())) << "place " << i;
+    }
+  }
+}
+
+TEST_P(Spanned, ControlNetsGoAcrossParts) {
+  Case c = std::move(Cases().front());
+  const LatticeStructure structure = MakeStructure(c.mesh.ComputeBounds(), c.lattice);
+  const Plan plan = MakeTestPlan(std::move(c.mesh), structure);
+  ASSERT_NE(plan, nullptr);
+  const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
+  const auto one = one_->Prepare(plan, Pipeline::kFused);
+  const auto spanned = spanned_->Prepare(plan, Pipeline::kFused);
+  ASSERT_OK(one);
+  ASSERT_OK(spanned);
+  const size_t all = plan->patches.size();
+  for (const auto& [first, last] :
+       {std::pair<size_t, size_t>{0, all}, {7, 9}, {all / 4, all - 3}, {all, all}}) {
+    const auto expected = (*one)->ControlNets(points, first, last);
+    const auto got = (*spanned)->ControlNets(points, first, last);
+
+    ASSERT_OK(expected);
+    ASSERT_OK(got);
+    EXPECT_TRUE(*got == *expected) << first << " to " << last;
+  }
+}
+
+TEST_P(Spanned, PartsHaveWhatTheirPatchesNeedAndSayWhere) {
+  Case c = std::move(Cases().front());
+  const LatticeStructure structure = MakeStructure(c.mesh.ComputeBounds(), c.lattice);
+  const Plan plan = MakeTestPlan(std::move(c.mesh), structure);
+  ASSERT_NE(plan, nullptr);
+
+  const auto one = one_->Prepare(plan, Pipeline::kFused);
+  const auto spanned = spanned_->Prepare(plan, Pipeline::kFused);
+  const auto gemm = spanned_->Prepare(plan, Pipeline::kGemm);
+
+  ASSERT_OK(one);
+  ASSERT_OK(spanned);
+  ASSERT_OK(gemm);
+  EXPECT_NE(dynamic_cast<SpannedTarget*>(spanned->get()), nullptr);
+  EXPECT_EQ(dynamic_cast<SpannedTarget*>(gemm->get()), nullptr) << "fused alone spans";
+  EXPECT_EQ(&(*spanned)->plan(), plan.get());
+  const uint64_t plan_bytes = (*spanned)->memory().at("plan");
+  EXPECT_GT(plan_bytes, (*one)->memory().at("plan"));
+  EXPECT_LT(plan_bytes, 3 * (*one)->memory().at("plan"));
+  const uint64_t on_one = DeviceBytes((*one)->memory());
+  const uint64_t on_all = DeviceBytes((*spanned)->memory());
+  // What lies at the cuts is in both neighbours, the boxes are everywhere.
+  EXPECT_GE(on_all, on_one);
+  EXPECT_LE(on_all, 2 * on_one);
+  uint64_t told = 0;
+  for (const auto& [device, bytes] : (*spanned)->device_use()) told += bytes;
+  EXPECT_EQ(told, on_all);
+}
+
+TEST_P(Spanned, RealMeshesHaveTheBitsOfOneDevice) {
+  std::vector<RealMesh> meshes = RealMeshes();
+  if (meshes.empty()) GTEST_SKIP() << "no meshes in $LATTICED_SHARED/models";
+  for (RealMesh& real : meshes) {
+    SCOPED_TRACE(real.name);
+    const LatticeStructure structure =
+        MakeStructure(real.mesh.ComputeBounds(), {.extra = {3, 3, 3}});
+    const Plan plan = MakeTestPlan(std::move(real.mesh), structure);
+    ASSERT_NE(plan, nullptr);
+    const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
+    Views views = MakeViews(plan, {.segments = 3, .normals = NormalMode::kSmooth});
+    Evaluate(views, points, BoxFor(*plan, points), AllChunks(*plan));
+    ExpectSameBits(*plan, views);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, Spanned, ::testing::ValuesIn(KnownBackends()),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace latticed::testing
