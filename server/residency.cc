@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "absl/strings/numbers.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/base/error.h"
@@ -29,9 +30,15 @@ bool Residency::RoomWasMadeFor(const absl::Status& refusal) {
   if (!absl::IsResourceExhausted(refusal) || make_room_ == nullptr) return false;
   const error::Details details = error::DetailsOf(refusal);
   if (details.reason != "OUT_OF_MEMORY") return false;
-  const uint64_t lacking = details.asked_bytes - std::min(details.asked_bytes, details.free_bytes);
+  Lack lack{.bytes = details.asked_bytes - std::min(details.asked_bytes, details.free_bytes),
+            .device = std::nullopt};
+  const auto device = details.metadata.find(error::kDeviceKey);
+  int number = 0;
+  if (device != details.metadata.end() && absl::SimpleAtoi(device->second, &number)) {
+    lack.device = number;
+  }
   const absl::Time give_up = absl::Now() + kLettingGo;
-  while (!make_room_(lacking)) {
+  while (!make_room_(lack)) {
     if (absl::Now() > give_up) return false;
     absl::SleepFor(kPoll);
   }

@@ -6,9 +6,10 @@
 //
 //   Scene --Prepare--> ResidentTarget --CreateView--> ResidentView       each around the backend's
 //
-//   refused for want of memory   another scene gives back what can be made again, and the call is
-//                                tried once more, until it is granted or nothing is left to give;
-//                                a refusal takes some 50 ms, for streams that are about to end
+//   refused for want of memory   another scene gives back what can be made again, one on the device
+//                                that lacks it, and the call is tried once more, until it is granted
+//                                or nothing is left to give; a refusal takes some 50 ms, for streams
+//                                that are about to end
 //   kUnavailable                 the device is lost, and is asked nothing any more
 //
 // Errors   the backend's; once the device is lost DeviceHealth's, for all
@@ -20,6 +21,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -33,9 +35,14 @@ class ResidentTarget;  // server/resident_target.h
 
 class Residency {
  public:
-  // Has one scene give back what it has, for a call that lacks so many bytes (0: nobody knows how
-  // many). False: no scene may, or all that may have not so much together.
-  using MakeRoom = std::function<bool(uint64_t lacking_bytes)>;
+  // What a call was refused for want of.
+  struct Lack {
+    uint64_t bytes = 0;         // 0: nobody knows how many
+    std::optional<int> device;  // in whose memory; nullopt: the host's
+  };
+  // Has one scene give back what it has there. False: no scene may, or all that may have not so
+  // much together.
+  using MakeRoom = std::function<bool(const Lack& lack)>;
 
   // `backend` outlives this, and this all targets and views. Null: nothing is given back.
   explicit Residency(Backend* backend, MakeRoom make_room = nullptr)

@@ -45,13 +45,19 @@ absl::StatusOr<std::vector<double>> ResidentTarget::ControlNets(
   return residency_->Run([&] { return (*inner)->ControlNets(control_points, first, last); });
 }
 
+std::shared_ptr<DeformTarget> ResidentTarget::InnerNow() const {
+  const MutexLock lock(&mutex_);
+  return inner_;
+}
+
 MemoryUse ResidentTarget::memory() const {
-  std::shared_ptr<DeformTarget> inner;
-  {
-    const MutexLock lock(&mutex_);
-    inner = inner_;
-  }
+  const auto inner = InnerNow();
   return inner != nullptr ? inner->memory() : MemoryUse{{"plan", plan_->MemoryBytes()}};
+}
+
+DeviceUse ResidentTarget::device_use() const {
+  const auto inner = InnerNow();
+  return inner != nullptr ? inner->device_use() : DeviceUse{};
 }
 
 void ResidentTarget::GiveBack() {

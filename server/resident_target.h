@@ -38,6 +38,7 @@ class ResidentTarget : public DeformTarget, public std::enable_shared_from_this<
       ABSL_LOCKS_EXCLUDED(mutex_);
   // The plan alone once the rest was given back.
   MemoryUse memory() const override ABSL_LOCKS_EXCLUDED(mutex_);
+  DeviceUse device_use() const override ABSL_LOCKS_EXCLUDED(mutex_);
 
   Residency& residency() const { return *residency_; }
   // Counts as a use from here on.
@@ -50,6 +51,8 @@ class ResidentTarget : public DeformTarget, public std::enable_shared_from_this<
  private:
   // Makes it where it was given back. Two who ask at once may both make it; one of them is kept.
   absl::StatusOr<std::shared_ptr<DeformTarget>> Inner() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Null where it was given back.
+  std::shared_ptr<DeformTarget> InnerNow() const ABSL_LOCKS_EXCLUDED(mutex_);
 
   Residency* const residency_;
   const std::shared_ptr<const DeformPlan> plan_;

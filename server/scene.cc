@@ -23,34 +23,6 @@ constexpr size_t kMaxDeltaPoints = 262'144;
 // A view that nobody has watched for so long gives its memory back.
 constexpr absl::Duration kIdleView = absl::Seconds(60);
 
-// Control points with a non-zero basis function on a box that holds patches.
-std::vector<bool> InfluentialPoints(const DeformPlan& plan) {
-  const LatticeStructure& s = plan.structure;
-  std::vector<bool> influential(static_cast<size_t>(s.control_point_count()));
-  for (uint32_t b = 0; b < plan.outside_box(); ++b) {
-    if (plan.box_patches[b] == plan.box_patches[b + 1]) continue;
-    const std::array<int, 3>& span = plan.boxes[b].span;
-    for (int k = span[2] - s.degree[2]; k <= span[2]; ++k) {
-      for (int j = span[1] - s.degree[1]; j <= span[1]; ++j) {
-        for (int i = span[0] - s.degree[0]; i <= span[0]; ++i) {
-          influential[static_cast<size_t>(s.Index(i, j, k))] = true;
-        }
-      }
-    }
-  }
-  return influential;
-}
-
-// What the quantisation box must hold: a B-spline volume stays in the hull of its control points.
-Bounds BoundsOf(const SceneState& state) {
-  Bounds bounds;
-  for (size_t i = 0; i < state.control_points->size(); ++i) {
-    if ((*state.influential)[i]) bounds.Extend((*state.control_points)[i]);
-  }
-  if (!state.plan->outside_bounds.empty()) bounds.Extend(state.plan->outside_bounds);
-  return bounds;
-}
-
 // Every corner beyond a face's second makes a triangle, and every triangle at least one patch.
 uint64_t LeastPlanBytes(const PolygonMesh& mesh) {
   constexpr uint64_t kPatchBytes =
@@ -255,12 +227,15 @@ bool Scene::InUseLocked() const {
   return viewed || WatchedLocked() || hold_.use_count() > 1;
 }
 
-uint64_t Scene::GivableBytes() const {
+uint64_t Scene::GivableBytes(std::optional<int> device) const {
   const MutexLock lock(&mutex_);
   if (InUseLocked()) return 0;
-  uint64_t bytes = DeviceBytes(state_->target->memory());
-  for (const auto& [key, view] : views_) bytes += view->GivableBytes();
-  return bytes;
+  const ResidentTarget& target = *state_->target;
+  uint64_t bytes = DeviceBytes(target.memory());
+  for (const auto& [key, view] : views_) {
+    bytes += device.has_value() ? DeviceBytes(view->memory()) : view->GivableBytes();
+  }
+  return device.has_value() ? BytesOn(*device, target, bytes) : bytes;
 }
 
 bool Scene::GiveBack() {

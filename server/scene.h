@@ -32,12 +32,10 @@
 #include "absl/time/time.h"
 #include "core/backend.h"
 #include "core/base/stop_check.h"
-#include "core/ffd/deform_plan.h"
 #include "core/ffd/edit_history.h"
 #include "core/ffd/lattice.h"
-#include "core/ffd/quantisation_box.h"
 #include "server/mutex.h"
-#include "server/resident_target.h"
+#include "server/scene_state.h"
 #include "server/scene_view.h"
 
 namespace latticed {
@@ -59,21 +57,6 @@ struct SceneConfig {
   std::shared_ptr<MemoryBudget> memory;  // plans and views ask it first; null: no limit
   // The request in a canonical form: the same again returns the scene, another is ALREADY_EXISTS.
   std::string fingerprint;
-};
-
-// The scene at one revision.
-struct SceneState {
-  uint64_t revision = 0;
-  uint64_t structure_id = 1;  // names knots and frame; a new plan has a new one
-  std::shared_ptr<const DeformPlan> plan;
-  std::shared_ptr<ResidentTarget> target;
-  std::shared_ptr<const MemoryReservation> memory;  // of plan and target
-  std::shared_ptr<const std::vector<Vec3d>> control_points;
-  QuantisationBox box;
-  // Which control points influence any patch: what the box must hold, with the outside pieces.
-  std::shared_ptr<const std::vector<bool>> influential;
-  absl::Time commit_time;
-  const LatticeStructure& structure() const { return plan->structure; }
 };
 
 // What one edit did to the control points, so that every watcher's cage is true.
@@ -129,8 +112,10 @@ class Scene : public std::enable_shared_from_this<Scene> {
   [[nodiscard]] bool deleted() const { return deleted_.load(); }
   [[nodiscard]] size_t watcher_count() const ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // What GiveBack would free, at most; 0 while somebody watches, holds, or has a view of it.
-  [[nodiscard]] uint64_t GivableBytes() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // What GiveBack would free, at most, on the host and on all devices, or on one of them; 0 while
+  // somebody watches, holds, or has a view of it.
+  [[nodiscard]] uint64_t GivableBytes(std::optional<int> device = std::nullopt) const
+      ABSL_LOCKS_EXCLUDED(mutex_);
   // Frees its views and what it has on the device, unless somebody watches, holds, or has a view of
   // it. Whoever comes next has the same made again. Whether it did.
   bool GiveBack() ABSL_LOCKS_EXCLUDED(mutex_);

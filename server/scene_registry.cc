@@ -22,7 +22,7 @@ constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
 
 SceneRegistry::SceneRegistry(Backend* backend, int workers, Options options)
     : options_(std::move(options)),
-      residency_(backend, [this](uint64_t lacking) { return MakeRoom(lacking); }),
+      residency_(backend, [this](const Residency::Lack& lack) { return MakeRoom(lack); }),
       pipeline_(workers),
       housekeeper_([this] { KeepHouse(); }) {}
 
@@ -34,7 +34,7 @@ SceneRegistry::~SceneRegistry() {
   housekeeper_.join();
 }
 
-bool SceneRegistry::MakeRoom(uint64_t lacking_bytes) {
+bool SceneRegistry::MakeRoom(const Residency::Lack& lack) {
   struct Candidate {
     std::shared_ptr<Scene> scene;
     uint64_t bytes = 0;
@@ -43,14 +43,14 @@ bool SceneRegistry::MakeRoom(uint64_t lacking_bytes) {
   std::vector<Candidate> candidates;
   uint64_t givable = 0;
   for (auto& scene : List("", size(), [](const Scene&) { return true; })) {
-    const uint64_t bytes = scene->GivableBytes();
+    const uint64_t bytes = scene->GivableBytes(lack.device);
     if (bytes == 0) continue;
     givable += bytes;
     const uint64_t last_use = scene->State()->target->last_use();
     candidates.push_back({std::move(scene), bytes, last_use});
   }
   // Nobody gives anything for one that cannot be served.
-  if (givable < lacking_bytes) return false;
+  if (givable < lack.bytes) return false;
   std::ranges::sort(candidates, {}, &Candidate::last_use);
   for (const Candidate& candidate : candidates) {
     if (!candidate.scene->GiveBack()) continue;

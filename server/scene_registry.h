@@ -99,8 +99,9 @@ class SceneRegistry {
 
  private:
   void KeepHouse() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Residency::MakeRoom: of the scenes that nobody uses the one least recently used gives back.
-  bool MakeRoom(uint64_t lacking_bytes) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Residency::MakeRoom: of the scenes there that nobody uses the one least recently used gives
+  // back.
+  bool MakeRoom(const Residency::Lack& lack) ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<std::shared_ptr<Scene>> TakeWhere(const std::function<bool(const Scene&)>& condemned)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t CountOfMeshLocked(std::string_view mesh_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

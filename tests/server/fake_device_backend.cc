@@ -8,17 +8,20 @@
 #include "core/base/error.h"
 #include "core/cpu/cpu_backend.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "fmt/format.h"
 
 namespace latticed::testing {
 
 class FakeDevice {
  public:
-  explicit FakeDevice(uint64_t bytes) : bytes_(bytes) {}
+  FakeDevice(uint64_t bytes, int number) : bytes_(bytes), number_(number) {}
+
+  int number() const { return number_; }
 
   absl::Status Take(const std::string& purpose, uint64_t bytes) {
     const std::scoped_lock lock(mutex_);
     const uint64_t free = bytes_ - HostBytes(use_);
-    if (bytes > free) return error::OutOfMemory(purpose, bytes, free);
+    if (bytes > free) return error::OutOfDeviceMemory(purpose, number_, bytes, free);
     use_[purpose] += bytes;
     return absl::OkStatus();
   }
@@ -28,7 +31,8 @@ class FakeDevice {
   }
   DeviceState State() const {
     const std::scoped_lock lock(mutex_);
-    return {.name = "fake 0",
+    return {.number = number_,
+            .name = fmt::format("fake {}", number_),
             .memory_bytes = 2 * bytes_,
             .budget_bytes = bytes_,
             .free_bytes = bytes_ - HostBytes(use_),
@@ -60,6 +64,7 @@ class FakeDevice {
 
  private:
   const uint64_t bytes_;
+  const int number_;
   mutable std::mutex mutex_;
   MemoryUse use_;  // these guarded by mutex_
   bool lost_ = false;
@@ -147,6 +152,7 @@ class FakeTarget : public DeformTarget {
   MemoryUse memory() const override {
     return {{"plan", plan().MemoryBytes()}, {"device_plan", memory_->bytes()}};
   }
+  DeviceUse device_use() const override { return {{device_->number(), memory_->bytes()}}; }
 
  private:
   const std::shared_ptr<FakeDevice> device_;
@@ -156,8 +162,9 @@ class FakeTarget : public DeformTarget {
 
 }  // namespace
 
-FakeDeviceBackend::FakeDeviceBackend(uint64_t memory_bytes)
-    : inner_(MakeCpuBackend({.threads = 1})), device_(std::make_shared<FakeDevice>(memory_bytes)) {}
+FakeDeviceBackend::FakeDeviceBackend(uint64_t memory_bytes, int number)
+    : inner_(MakeCpuBackend({.threads = 1})),
+      device_(std::make_shared<FakeDevice>(memory_bytes, number)) {}
 
 FakeDeviceBackend::~FakeDeviceBackend() = default;
 

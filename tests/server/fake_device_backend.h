@@ -27,7 +27,7 @@ class FakeDeviceBackend : public Backend {
  public:
   static constexpr uint64_t kPlanBytes = 64;
 
-  explicit FakeDeviceBackend(uint64_t memory_bytes);
+  explicit FakeDeviceBackend(uint64_t memory_bytes, int number = 0);
   ~FakeDeviceBackend() override;
 
   std::string_view name() const override { return "fake"; }

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A scene at one revision, and what follows from it.
+//
+// Threads  immutable once it is a scene's; pure functions
+#ifndef LATTICED_SERVER_SCENE_STATE_H_
+#define LATTICED_SERVER_SCENE_STATE_H_
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "absl/time/time.h"
+#include "core/base/bounds.h"
+#include "core/ffd/deform_plan.h"
+#include "core/ffd/lattice.h"
+#include "core/ffd/quantisation_box.h"
+#include "server/memory_budget.h"
+#include "server/resident_target.h"
+
+namespace latticed {
+
+struct SceneState {
+  uint64_t revision = 0;
+  uint64_t structure_id = 1;  // names knots and frame; a new plan has a new one
+  std::shared_ptr<const DeformPlan> plan;
+  std::shared_ptr<ResidentTarget> target;
+  std::shared_ptr<const MemoryReservation> memory;  // of plan and target
+  std::shared_ptr<const std::vector<Vec3d>> control_points;
+  QuantisationBox box;
+  // Which control points influence any patch: what the box must hold, with the outside pieces.
+  std::shared_ptr<const std::vector<bool>> influential;
+  absl::Time commit_time;
+  const LatticeStructure& structure() const { return plan->structure; }
+};
+
+// Control points with a non-zero basis function on a box that holds patches.
+[[nodiscard]] std::vector<bool> InfluentialPoints(const DeformPlan& plan);
+
+// What the quantisation box must hold: a B-spline volume stays in the hull of its control points.
+[[nodiscard]] Bounds BoundsOf(const SceneState& state);
+
+// Of GiveBack's bytes on all devices, those on one: `bytes` in the proportion of the target's.
+[[nodiscard]] uint64_t BytesOn(int device, const DeformTarget& target, uint64_t bytes);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_SCENE_STATE_H_
