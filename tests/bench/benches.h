@@ -4,6 +4,7 @@
 // The groups of benchmarks; each registers its own with Google Benchmark. Names are paths, read
 // again by summary.cc:  evaluate/<scenario>/<pipeline>/degree<d>/<output>/<normals>/<threads>t
 //                       gpu/<model>/<pipeline>/<nu>x<nv>x<nw>/<output>/<normals>/<s>segments
+//                       where <model> on several devices ends with -on-<devices>
 #ifndef LATTICED_TESTS_BENCH_BENCHES_H_
 #define LATTICED_TESTS_BENCH_BENCHES_H_
 
@@ -28,7 +29,10 @@ void RegisterPrecisionBenches();  // errors against the definition, as counters
 // Control points to vertices on the GPU; one line on stderr where there is none. `large`: 10^7
 // patches too, half a minute and 20 GB.
 void RegisterGpuBenches(bool large);
-void RegisterGpuEditBenches();  // called by the former
+// These two are called by the former.
+void RegisterGpuEditBenches();
+// One scene on one device, two and four; words on stderr for those that the machine has not.
+void RegisterGpuDevicesBenches(bool large);
 
 // Five repetitions, medians, real time in milliseconds.
 void RegisterTimed(const std::string& name, std::function<void(benchmark::State&)> body);

@@ -6,7 +6,8 @@
 //
 // Times    medians and least of the runs, milliseconds, each run after the L2 cache was written
 //          full of something else. The stream waits at a gate until all of a run's work is on it,
-//          so that no time of the host is in them, but for LaunchToResult, which is of the host.
+//          so that no time of the host is in them, but for LaunchToResult and WallTime, which are of
+//          the host. WallTime flushes no cache.
 // Errors   of the device end the program: a benchmark without its device means nothing
 // Threads  one
 #ifndef LATTICED_TESTS_BENCH_GPU_H_
@@ -42,6 +43,12 @@ struct GpuStage {
   double host_ms = 0;    // median: enqueueing it
 };
 
+// Of one evaluation on one device or several, by the host's clock.
+struct WallTimes {
+  GpuTimes whole;         // until the last device is done
+  double enqueue_ms = 0;  // median: until Evaluate returns
+};
+
 // Evaluates the view that is timed, once; `run` counts.
 using GpuWork = std::function<absl::Status(int run)>;
 
@@ -58,6 +65,12 @@ class Gpu {
   virtual GpuTimes DeviceTime(DeformView& view, const GpuWork& work, int runs) = 0;
   // The host's clock, from the call of Evaluate until its results are in device memory.
   virtual GpuTimes LaunchToResult(DeformView& view, const GpuWork& work, int runs) = 0;
+  // How many devices this machine has, and a backend on the first `count` of them, all of whose
+  // plans span where there are two or more.
+  virtual int device_count() const = 0;
+  virtual std::unique_ptr<Backend> OnDevices(int count) = 0;
+  // Of a view of such a backend.
+  virtual WallTimes WallTime(DeformView& view, const GpuWork& work, int runs) = 0;
   // Events between the stages too, in order; a stage that returns is added up.
   virtual std::vector<GpuStage> Stages(DeformView& view, const GpuWork& work, int runs) = 0;
   // Formula (24) for patches of degree n, in double, as (18) is.

@@ -194,6 +194,7 @@ void RegisterGpuBenches(bool large) {
   RegisterShapes();
   RegisterGpuEditBenches();
   RegisterScale(large);
+  RegisterGpuDevicesBenches(large);
 }
 
 }  // namespace latticed::bench

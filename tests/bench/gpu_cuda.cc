@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <utility>
 
+#include "core/view/spanned_view.h"
 #include "cuda/cuda_backend.h"
 #include "cuda/cuda_view.h"
 #include "tests/bench/gpu.h"
@@ -27,10 +29,27 @@ double Milliseconds(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double, std::milli>(to - from).count();
 }
 
+// Asked again and again: waiting has a wake-up.
+void Await(const CudaLane& lane) {
+  cudaError_t state = cudaErrorNotReady;
+  while (state == cudaErrorNotReady) state = cudaStreamQuery(lane.stream().get());
+  CheckCuda(state, "the timed work");
+  static_cast<void>(cudaGetLastError());  // "not ready", which the next launch would report
+}
+
 CudaLane& LaneOf(DeformView& view) {
   auto* const cuda_view = dynamic_cast<CudaView*>(&view);
   if (cuda_view == nullptr) CheckOk(absl::InternalError("not a view of the CUDA backend"));
   return cuda_view->lane();
+}
+
+// Of each part where the view spans devices.
+std::vector<CudaLane*> LanesOf(DeformView& view) {
+  const auto* const spanned = dynamic_cast<SpannedView*>(&view);
+  if (spanned == nullptr) return {&LaneOf(view)};
+  std::vector<CudaLane*> lanes;
+  for (const SpannedView::Part& part : spanned->parts()) lanes.push_back(&LaneOf(*part.view));
+  return lanes;
 }
 
 // Tells `mark` of the lane's stages while it lives.
@@ -107,14 +126,42 @@ class CudaGpu : public Gpu {
       CheckOk(lane.stream().Synchronize("the cache's flush"));
       const auto start = Clock::now();
       CheckOk(work(run));
-      cudaError_t state = cudaErrorNotReady;  // asked again and again: waiting has a wake-up
-      while (state == cudaErrorNotReady) state = cudaStreamQuery(lane.stream().get());
-      const auto end = Clock::now();
-      CheckCuda(state, "the timed work");
-      static_cast<void>(cudaGetLastError());  // "not ready", which the next launch would report
-      times.push_back(Milliseconds(start, end));
+      Await(lane);
+      times.push_back(Milliseconds(start, Clock::now()));
     }
     return MedianAndLeast(std::move(times));
+  }
+
+  int device_count() const override {
+    int count = 0;
+    CheckCuda(cudaGetDeviceCount(&count), "the devices");
+    return count;
+  }
+
+  std::unique_ptr<Backend> OnDevices(int count) override {
+    CudaOptions options{.span_patches = 1, .encoder = nullptr, .refuse_allocation = {}};
+    options.devices.resize(static_cast<size_t>(count));
+    std::iota(options.devices.begin(), options.devices.end(), 0);
+    auto backend = MakeCudaBackend(options);
+    CheckOk(backend.status());
+    return *std::move(backend);
+  }
+
+  WallTimes WallTime(DeformView& view, const GpuWork& work, int runs) override {
+    const std::vector<CudaLane*> lanes = LanesOf(view);
+    for (const CudaLane* lane : lanes) WarmUp(*lane, work);
+    for (const CudaLane* lane : lanes) Await(*lane);
+    std::vector<double> whole, enqueue;
+    for (int run = 0; run < runs; ++run) {
+      const auto start = Clock::now();
+      CheckOk(work(run));
+      const auto enqueued = Clock::now();
+      for (const CudaLane* lane : lanes) Await(*lane);
+      whole.push_back(Milliseconds(start, Clock::now()));
+      enqueue.push_back(Milliseconds(start, enqueued));
+    }
+    return {.whole = MedianAndLeast(std::move(whole)),
+            .enqueue_ms = MedianAndLeast(std::move(enqueue)).median};
   }
 
   std::vector<GpuStage> Stages(DeformView& view, const GpuWork& work, int runs) override {

@@ -66,7 +66,12 @@ absl::StatusOr<std::unique_ptr<DeformView>> Verified(
 
 absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Gpu& gpu, const Scenario& scenario,
                                                         Pipeline pipeline, const ViewSpec& spec) {
-  const auto target = gpu.backend().Prepare(scenario.plan, pipeline);
+  return MakeGpuView(gpu.backend(), scenario, pipeline, spec);
+}
+
+absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Backend& backend, const Scenario& scenario,
+                                                        Pipeline pipeline, const ViewSpec& spec) {
+  const auto target = backend.Prepare(scenario.plan, pipeline);
   if (absl::IsUnimplemented(target.status())) return target.status();
   CheckOk(target.status());
   return Verified(scenario, pipeline, (*target)->CreateView(spec));

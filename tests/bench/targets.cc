@@ -3,6 +3,7 @@
 #include "tests/bench/targets.h"
 
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "fmt/format.h"
@@ -94,6 +95,20 @@ void AddGpuShapes(Targets& targets) {
   }
 }
 
+// One scene on several devices against the same on one.
+void AddDevices(Targets& targets) {
+  for (const char* format : {"float32", "quantised"}) {
+    const auto row = [&](int devices) {
+      return fmt::format("gpu/scale-10000000-on-{}/fused/2x2x2/{}/facet/10segments", devices,
+                         format);
+    };
+    for (const auto& [devices, ratio] : {std::pair{2, 1.9}, {4, 3.7}}) {
+      targets.push_back({fmt::format("GPU {} 10000000, one device / {}", format, devices), row(1),
+                         row(devices), true, ratio});
+    }
+  }
+}
+
 }  // namespace
 
 Section TargetSection(const std::map<std::string, double>& values) {
@@ -101,6 +116,7 @@ Section TargetSection(const std::map<std::string, double>& values) {
   AddCpu(targets);
   AddGpu(targets);
   AddGpuShapes(targets);
+  AddDevices(targets);
   Section section{
       .title = "Targets", .notes = {}, .columns = {"in this run", "measured", "", "target", ""}};
   for (const Target& t : targets) {

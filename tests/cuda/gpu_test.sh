@@ -30,13 +30,15 @@ nvidia-smi -L 2>/dev/null || echo "nvidia-smi says nothing of a GPU"
 run "statuses" "$folder/cuda_status_test"
 run "memory, failed allocations, repeated bits" "$folder/cuda_memory_test"
 run "soak, 2,000 scenes that come and go" "$folder/cuda_soak_test"
-for suite in view watertight accuracy; do
+run "one scene on several devices" "$folder/cuda_spanned_test"
+for suite in view watertight accuracy spanned; do
   run "conformance, $suite" "$folder/backend_${suite}_test" --gtest_filter='*cuda*:Backends.*'
 done
 
 # Small sizes; and without the allocation that is meant to fail, which memcheck would report.
 readonly sanitized=(
   cuda_memory_test '*-*MoreThanTheDevice*:*Cycles*'
+  cuda_spanned_test '*-*Cycles*'
   backend_view_test '*cuda*'
   backend_watertight_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
   backend_accuracy_test '*AllDegreeMixes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*')

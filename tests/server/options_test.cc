@@ -84,6 +84,12 @@ TEST(OptionsTest, DevicesAreAListThatAFlagReplaces) {
   }
 }
 
+TEST(OptionsTest, SpanPatchesIsAboveZero) {
+  EXPECT_EQ(Parse({})->options.span_patches, 1'000'000u);
+  EXPECT_EQ(Parse({"--span-patches", "250000"})->options.span_patches, 250'000u);
+  EXPECT_THAT(Parse({"--span-patches", "0"}), StatusIs(absl::StatusCode::kInvalidArgument));
+}
+
 TEST(OptionsTest, FlagBeatsEnvironmentBeatsFile) {
   const std::string path = WriteConfig("threads = 1\nbackend = \"cpu\"\nlog-level = \"debug\"\n");
   const Variable threads("LATTICED_THREADS", "2");

@@ -1,0 +1,167 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One plan on two devices, or twice on one where there is no second: failed allocations in either
+// part, budgets, leaks, memory that nobody wrote. That its bits are those of one device:
+// tests/backend/spanned_test.cc.
+#include <cuda_runtime_api.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "cuda/cuda_backend.h"
+#include "fmt/format.h"
+#include "tests/cuda/cuda_test.h"
+
+namespace latticed::testing {
+namespace {
+
+using Bytes = std::vector<std::vector<uint8_t>>;
+
+class CudaSpanned : public CudaTest {
+ protected:
+  CudaSpanned() : CudaTest(5) {}
+
+  static CudaOptions OnTwo() {
+    return {.devices = {0, CheckDevice(1).ok() ? 1 : 0},
+            .span_patches = 1,
+            .memory_bytes = 256 * kMiB,
+            .encoder = nullptr,
+            .refuse_allocation = {}};
+  }
+
+  // Prepare, view, whole evaluation, dirty chunks on either side of the cut, encode.
+  absl::StatusOr<Bytes> Use(Backend& backend, const ViewSpec& spec) {
+    auto target = backend.Prepare(plan_, Pipeline::kFused);
+    if (!target.ok()) return target.status();
+    auto view = (*target)->CreateView(spec);
+    if (!view.ok()) return view.status();
+    const QuantisationBox box = BoxFor(*plan_, points_);
+    const std::vector<uint32_t> all = AllChunks(*plan_), ends{all.front(), all.back()};
+    if (auto s = (*view)->Evaluate(plan_->identity_points, box, all); !s.ok()) return s;
+    if (auto s = (*view)->Evaluate(points_, box, all); !s.ok()) return s;
+    if (auto s = (*view)->Evaluate(points_, box, ends); !s.ok()) return s;
+    const auto encoded = (*view)->Encode(all, Encoding::kQuantised);
+    if (!encoded.ok()) return encoded.status();
+    Bytes bytes;
+    for (const SharedBytes& e : *encoded) bytes.emplace_back(e.span().begin(), e.span().end());
+    return bytes;
+  }
+
+  static std::vector<uint64_t> FreeOfBudgets(const Backend& backend) {
+    std::vector<uint64_t> free;
+    for (const DeviceState& state : backend.devices()) free.push_back(state.free_bytes);
+    return free;
+  }
+  // By the driver, of both devices.
+  static uint64_t FreeOnDevices() {
+    uint64_t sum = 0;
+    for (const int device : OnTwo().devices) {
+      const DeviceGuard guard(device);
+      size_t free = 0, total = 0;
+      EXPECT_EQ(cudaMemGetInfo(&free, &total), cudaSuccess);
+      sum += free;
+    }
+    return sum;
+  }
+};
+
+TEST_F(CudaSpanned, EveryFailedAllocationOfEitherPartIsRefusedCleanly) {
+  int left = -1;  // allocations until one is refused; below 0: none is
+  CudaOptions options = OnTwo();
+  options.refuse_allocation = [&left](std::string_view, uint64_t) {
+    return left >= 0 && left-- == 0;
+  };
+  const auto backend = MakeCudaBackend(options);
+  ASSERT_OK(backend);
+  const std::vector<uint64_t> untouched = FreeOfBudgets(**backend);
+  const ViewSpec spec{.segments = 4, .normals = NormalMode::kSmooth};
+  const auto expected = Use(**backend, spec);
+  ASSERT_OK(expected);
+  int refused = 0;
+  for (int at = 0;; ++at) {
+    SCOPED_TRACE(fmt::format("allocation {}", at));
+    left = at;
+    const auto failed = Use(**backend, spec);
+    if (failed.ok()) break;
+    ASSERT_THAT(failed, StatusIs(absl::StatusCode::kResourceExhausted));
+    ++refused;
+    left = -1;
+    ASSERT_EQ(FreeOfBudgets(**backend), untouched);
+    const auto again = Use(**backend, spec);
+    ASSERT_OK(again);
+    ASSERT_TRUE(*again == *expected);
+  }
+  EXPECT_GT(refused, 25) << "one part has some 17";
+}
+
+TEST_F(CudaSpanned, CyclesOfUseLeaveNothingBehind) {
+  constexpr int kWarmUp = 20, kCycles = 200;
+  const auto backend = MakeCudaBackend(OnTwo());
+  ASSERT_OK(backend);
+  const std::vector<uint64_t> untouched = FreeOfBudgets(**backend);
+  uint64_t before = 0;
+  for (int cycle = 0; cycle < kCycles; ++cycle) {
+    if (cycle == kWarmUp) before = FreeOnDevices();
+    const NormalMode normals = cycle % 2 == 0 ? NormalMode::kSmooth : NormalMode::kFacet;
+    ASSERT_OK(Use(**backend, {.segments = 2 + cycle % 7, .normals = normals}));
+    ASSERT_EQ(FreeOfBudgets(**backend), untouched) << "cycle " << cycle;
+  }
+  // The pool of each part grows in steps of 32 MiB, and is seen twice where both are on one device.
+  EXPECT_GE(FreeOnDevices() + uint64_t{4} * 32 * kMiB, before);
+}
+
+TEST_F(CudaSpanned, ABudgetThatIsTooSmallNamesItsDevice) {
+  CudaOptions options = OnTwo();
+  options.memory_bytes = 2 * kMiB;
+  const auto backend = MakeCudaBackend(options);
+  ASSERT_OK(backend);
+  const auto target = (*backend)->Prepare(plan_, Pipeline::kFused);
+  ASSERT_OK(target);
+
+  const auto refused = (*target)->CreateView({.segments = 32, .format = VertexFormat::kFloat32});
+
+  ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
+  const error::Details details = error::DetailsOf(refused.status());
+  EXPECT_EQ(details.metadata.at(error::kDeviceKey), "0");
+  EXPECT_GT(details.asked_bytes, details.free_bytes);
+  EXPECT_OK((*target)->CreateView({.segments = 2}));
+}
+
+TEST_F(CudaSpanned, PoisonedMemoryIsFullyOverwritten) {
+  CudaOptions poisoned = OnTwo();
+  poisoned.poison_memory = true;
+  const auto plain = MakeCudaBackend(OnTwo()), dirty = MakeCudaBackend(poisoned);
+  ASSERT_OK(plain);
+  ASSERT_OK(dirty);
+  for (const NormalMode normals : {NormalMode::kNone, NormalMode::kFacet, NormalMode::kSmooth}) {
+    const ViewSpec spec{.segments = 6, .normals = normals};
+    const auto expected = Use(**plain, spec), got = Use(**dirty, spec);
+    ASSERT_OK(expected);
+    ASSERT_OK(got);
+    EXPECT_TRUE(*got == *expected);
+  }
+}
+
+TEST_F(CudaSpanned, DevicesAreToldByNumber) {
+  const CudaOptions options = OnTwo();
+  const auto backend = MakeCudaBackend(options);
+  ASSERT_OK(backend);
+  const auto target = (*backend)->Prepare(plan_, Pipeline::kFused);
+  ASSERT_OK(target);
+
+  const std::vector<DeviceState> states = (*backend)->devices();
+
+  ASSERT_EQ(states.size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(states[i].number, options.devices[i]);
+    EXPECT_GT(states[i].use.at("plan"), 0u);
+    EXPECT_TRUE((*target)->device_use().contains(options.devices[i]));
+  }
+}
+
+}  // namespace
+}  // namespace latticed::testing
