@@ -79,7 +79,8 @@ void Define(CLI::App& app, Options& o) {
       ->check(CLI::Range(0, 1024));
   AddDevices(app, o.devices);
   app.add_option("--span-patches", o.span_patches,
-                 "A scene of so many patches takes all of --devices at once")
+                 "A scene of so many patches, or beyond the memory of each of --devices, takes "
+                 "them all")
       ->check(CLI::PositiveNumber);
   AddBytes(app, "--gpu-memory", o.gpu_memory_bytes,
            "Memory of each CUDA device for scenes, such as 16GiB; 0: nine tenths of what is free");

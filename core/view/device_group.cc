@@ -59,9 +59,9 @@ class DeviceGroup : public Backend {
 
   absl::StatusOr<std::shared_ptr<DeformTarget>> Share(const std::shared_ptr<const DeformPlan>& plan,
                                                       const std::vector<DeviceState>& states) {
-    std::vector<uint64_t> free;
-    for (const DeviceState& state : states) free.push_back(state.free_bytes);
     try {
+      std::vector<uint64_t> free(states.size());
+      std::ranges::transform(states, free.begin(), &DeviceState::free_bytes);
       const std::vector<size_t> bounds = ShareChunks(plan->chunk_count(), kChunkBytes, free);
       std::vector<SpannedTarget::Part> parts;
       for (size_t d = 0; d < devices_.size(); ++d) {
