@@ -12,6 +12,7 @@ namespace latticed {
 namespace {
 
 void FillDevice(const DeviceState& state, v1::DeviceInfo& out) {
+  out.set_number(static_cast<uint32_t>(state.number));
   out.set_name(state.name);
   out.set_memory_bytes(state.memory_bytes);
   out.set_free_bytes(state.free_bytes);

@@ -28,8 +28,9 @@ void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
     table.AddRow({"backend", fmt::format("{}: {}", backend.name(), backend.description())});
     for (const auto& device : backend.devices()) {
       if (device.budget_bytes() == 0) continue;
-      table.AddRow({"device memory", fmt::format("{} free of {}", FormatBytes(device.free_bytes()),
-                                                 FormatBytes(device.budget_bytes()))});
+      table.AddRow({fmt::format("memory of device {}", device.number()),
+                    fmt::format("{} free of {}", FormatBytes(device.free_bytes()),
+                                FormatBytes(device.budget_bytes()))});
     }
     if (!backend.lost().empty()) table.AddRow({"device lost", backend.lost()});
   }

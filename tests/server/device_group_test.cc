@@ -206,6 +206,8 @@ TEST_F(GroupServerTest, ASpannedSceneIsStreamedLikeAnyOther) {
   ASSERT_OK(Apply(Move("alice", 1, 21, 0.2)));
   ASSERT_OK(Update(4, "scene-one", &edited));
 
+  ASSERT_EQ(Info().backends(0).devices_size(), 3);
+  EXPECT_EQ(Info().backends(0).devices(2).number(), 5u);
   EXPECT_GT(expected.size(), 6u);
   EXPECT_EQ(got, expected);
   EXPECT_EQ(edited, expected_edited);
