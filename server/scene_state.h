@@ -41,7 +41,7 @@ struct SceneState {
 // What the quantisation box must hold: a B-spline volume stays in the hull of its control points.
 [[nodiscard]] Bounds BoundsOf(const SceneState& state);
 
-// Of GiveBack's bytes on all devices, those on one: `bytes` in the proportion of the target's.
+// Of a scene's `bytes` on all devices those on one, by where its target's are.
 [[nodiscard]] uint64_t BytesOn(int device, const DeformTarget& target, uint64_t bytes);
 
 }  // namespace latticed
