@@ -13,13 +13,16 @@
 #ifndef LATTICED_TESTS_BENCH_GPU_H_
 #define LATTICED_TESTS_BENCH_GPU_H_
 
+#include <algorithm>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/backend.h"
+#include "tests/bench/bezier_net.h"
 
 namespace latticed::bench {
 
@@ -35,6 +38,10 @@ struct GpuFloors {
 struct GpuTimes {
   double median = 0, least = 0;
 };
+[[nodiscard]] inline GpuTimes MedianAndLeast(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return {values[values.size() / 2], values.front()};
+}
 
 // Of one evaluation. `copy` brings the control points, `rest` is what follows the last named stage.
 struct GpuStage {
@@ -49,6 +56,12 @@ struct WallTimes {
   double enqueue_ms = 0;  // median: until Evaluate returns
 };
 
+// Of all patches, and what making them takes with the copy of the lattice's control points.
+struct BezierNets {
+  std::vector<NetPoint> nets;  // of the first set of control points
+  GpuTimes times;
+};
+
 // Evaluates the view that is timed, once; `run` counts.
 using GpuWork = std::function<absl::Status(int run)>;
 
@@ -60,6 +73,10 @@ class Gpu {
   // The comparator of tensor_product.h; kUnimplemented for patches that are not of degree 6.
   virtual absl::StatusOr<std::unique_ptr<DeformView>> TensorProduct(
       std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec) = 0;
+  // Control points by formula (6), from two sets of the lattice's by turns.
+  virtual BezierNets ControlNets(std::shared_ptr<const DeformPlan> plan,
+                                 std::span<const std::vector<Vec3d>, 2> control_points,
+                                 int runs) = 0;
 
   // Events around one Evaluate of the view.
   virtual GpuTimes DeviceTime(DeformView& view, const GpuWork& work, int runs) = 0;

@@ -9,6 +9,7 @@
 #include "core/view/spanned_view.h"
 #include "cuda/cuda_backend.h"
 #include "cuda/cuda_view.h"
+#include "tests/bench/bezier_net_maker.h"
 #include "tests/bench/gpu.h"
 #include "tests/bench/gpu_floors.h"
 #include "tests/bench/gpu_timer.h"
@@ -105,15 +106,21 @@ class CudaGpu : public Gpu {
     return MakeTensorProductView(std::move(plan), spec, context_);
   }
 
+  BezierNets ControlNets(std::shared_ptr<const DeformPlan> plan,
+                         std::span<const std::vector<Vec3d>, 2> control_points, int runs) override {
+    const auto maker = BezierNetMaker::Create(std::move(plan), *context_);
+    CheckOk(maker.status());
+    const GpuWork work = [&](int run) {
+      return (*maker)->Enqueue(control_points[static_cast<size_t>(run) % 2]);
+    };
+    CheckOk(work(0));
+    auto nets = (*maker)->Download();
+    CheckOk(nets.status());
+    return {*std::move(nets), Times((*maker)->lane(), work, runs)};
+  }
+
   GpuTimes DeviceTime(DeformView& view, const GpuWork& work, int runs) override {
-    const CudaLane& lane = LaneOf(view);
-    WarmUp(lane, work);
-    std::vector<double> times;
-    times.reserve(static_cast<size_t>(runs));
-    for (int run = 0; run < runs; ++run) {
-      times.push_back(timer_.Time(lane.stream().get(), [&] { CheckOk(work(run)); }));
-    }
-    return MedianAndLeast(std::move(times));
+    return Times(LaneOf(view), work, runs);
   }
 
   GpuTimes LaunchToResult(DeformView& view, const GpuWork& work, int runs) override {
@@ -170,6 +177,7 @@ class CudaGpu : public Gpu {
     std::vector<StageRuns> stages;
     for (int run = 0; run < runs; ++run) AddStages(lane, work, run, stages);
     std::vector<GpuStage> result;
+    result.reserve(stages.size());
     for (StageRuns& stage : stages) {
       result.push_back({.name = stage.name,
                         .device_ms = MedianAndLeast(std::move(stage.device_ms)).median,
@@ -199,6 +207,16 @@ class CudaGpu : public Gpu {
   }
 
  private:
+  GpuTimes Times(const CudaLane& lane, const GpuWork& work, int runs) {
+    WarmUp(lane, work);
+    std::vector<double> times;
+    times.reserve(static_cast<size_t>(runs));
+    for (int run = 0; run < runs; ++run) {
+      times.push_back(timer_.Time(lane.stream().get(), [&] { CheckOk(work(run)); }));
+    }
+    return MedianAndLeast(std::move(times));
+  }
+
   void AddStages(CudaLane& lane, const GpuWork& work, int run, std::vector<StageRuns>& stages) {
     const cudaStream_t stream = lane.stream().get();
     std::vector<std::string> names;

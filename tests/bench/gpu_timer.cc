@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/gpu_timer.h"
 
-#include <algorithm>
 #include <atomic>
 
 #include "cuda/cuda_status.h"
@@ -18,11 +17,6 @@ constexpr int kWarmUps = 2;
 }  // namespace
 
 void CheckCuda(cudaError_t error, const char* what) { CheckOk(CudaStatus(error, what)); }
-
-GpuTimes MedianAndLeast(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return {values[values.size() / 2], values.front()};
-}
 
 GpuTimer::GpuTimer() {
   CheckCuda(cudaMalloc(&flushed_, kFlushBytes), "the buffer that flushes the cache");

@@ -23,8 +23,6 @@ namespace latticed::bench {
 // Ends the program where the call failed.
 void CheckCuda(cudaError_t error, const char* what);
 
-[[nodiscard]] GpuTimes MedianAndLeast(std::vector<double> values);
-
 class GpuTimer {
  public:
   GpuTimer();
