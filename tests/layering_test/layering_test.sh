@@ -34,6 +34,7 @@ readonly guarded=(
   '^hwy/' '^(core/(cpu|codec)|tests)/'
   '^cblas' '^core/cpu/cpu_gemm|^tests/bench/'
   '^cublas' '^cuda/cuda_(gemm|status)'
+  '^epoxy/' '^tests/bench/shaders/'
   '^(cuda_runtime|cuda\.h|cuda_fp16)' '^(cuda|tests/(bench|cuda))/')
 
 layer_of() {
