@@ -42,7 +42,10 @@ void RegisterOnce(const std::string& name, std::function<void(benchmark::State&)
 void SetTime(benchmark::State& state, GpuTimes times);
 // kUnimplemented is told as "not built" and is no failure; anything else is.
 void Skip(benchmark::State& state, const absl::Status& status);
+// What this machine lacks is no failure either.
+void SkipNotHere(benchmark::State& state, const absl::Status& why);
 inline constexpr char kNotBuilt[] = "not built";
+inline constexpr char kNotHere[] = "not here";
 inline constexpr char kLeast[] = "least_ms";  // counter that summary.cc shows as the least time
 
 }  // namespace latticed::bench

@@ -9,6 +9,7 @@
 //   fma_ms          floor: multiply-adds of the method (work.h) / measured rate
 //   of_floor        the larger floor / kernels_ms
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -135,7 +136,7 @@ void RegisterShapes() {
   }
 }
 
-// The comparator of the paper, of its smallest and largest model.
+// The paper's comparators, of its smallest and largest model.
 void TensorProduct(benchmark::State& state, const PaperModel& model) {
   Gpu& gpu = **TheGpu();
   const Scenario& scenario = ModelScenario(model, {2, 2, 2});
@@ -152,6 +153,35 @@ void RegisterTensorProduct() {
     RegisterOnce(fmt::format("gpu/{}-{}/tensor-product-2013/2x2x2/float32/facet/10segments",
                              model->name, model->patches),
                  [model](benchmark::State& state) { TensorProduct(state, *model); });
+  }
+}
+
+// The row's time: control points and captured tessellation, by the faster source.
+void TessellationShaders(benchmark::State& state, const PaperModel& model) {
+  Gpu& gpu = **TheGpu();
+  const Scenario& scenario = ModelScenario(model, {2, 2, 2});
+  const auto times = MeasureShaderAlgorithm(gpu, scenario, kRuns);
+  if (absl::IsUnavailable(times.status())) return SkipNotHere(state, times.status());
+  if (!times.ok()) return Skip(state, times.status());
+  const double total = times->control.median + times->captured();
+  const auto points = static_cast<double>(scenario.plan->patches.size() * times->distinct_points);
+  SetTime(state, {total, times->control.least + std::fmin(times->vertices.captured.least,
+                                                          times->buffer.captured.least)});
+  state.counters["ms:control points"] = times->control.median;
+  state.counters["ms:captured, vertices"] = times->vertices.captured.median;
+  state.counters["ms:captured, buffer"] = times->buffer.captured.median;
+  state.counters["ms:drawn, vertices"] = times->vertices.drawn.median;
+  state.counters["ms:drawn, buffer"] = times->buffer.drawn.median;
+  state.counters["patch_points"] = static_cast<double>(times->distinct_points);
+  state.counters["patch_triangles"] = static_cast<double>(times->triangles);
+  state.counters["ns_point"] = total * 1e6 / points;
+}
+
+void RegisterTessellationShaders() {
+  for (const PaperModel* model : {&PaperModels().front(), &PaperModels().back()}) {
+    RegisterOnce(fmt::format("gpu/{}-{}/tessellation-shaders-2014/2x2x2/float32/facet/level{}",
+                             model->name, model->patches, kShaderLevel),
+                 [model](benchmark::State& state) { TessellationShaders(state, *model); });
   }
 }
 
@@ -191,6 +221,7 @@ void RegisterGpuBenches(bool large) {
   RegisterOnce("gpu/floors", Floors);
   RegisterModels();
   RegisterTensorProduct();
+  RegisterTessellationShaders();
   RegisterShapes();
   RegisterGpuEditBenches();
   RegisterScale(large);

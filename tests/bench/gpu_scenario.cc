@@ -82,6 +82,13 @@ absl::StatusOr<std::unique_ptr<DeformView>> MakeTensorView(Gpu& gpu, const Scena
   return Verified(scenario, Pipeline::kGemm, gpu.TensorProduct(scenario.plan, spec));
 }
 
+absl::StatusOr<ShaderTimes> MeasureShaderAlgorithm(Gpu& gpu, const Scenario& scenario, int runs) {
+  const BezierNets made = gpu.ControlNets(scenario.plan, scenario.control_points, runs);
+  auto times = MeasureShaders(scenario, made.nets, ShaderDevice::kCuda, runs);
+  if (times.ok()) times->control = made.times;
+  return times;
+}
+
 GpuWork AllChunks(const Scenario& scenario, DeformView& view) {
   return [&scenario, &view](int run) {
     return view.Evaluate(scenario.control_points[static_cast<size_t>(run + 1) % 2], scenario.box,

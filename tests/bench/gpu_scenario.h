@@ -15,6 +15,7 @@
 
 #include "tests/bench/gpu.h"
 #include "tests/bench/scenario.h"
+#include "tests/bench/shaders/measure_shaders.h"
 
 namespace latticed::bench {
 
@@ -46,6 +47,11 @@ struct PaperModel {
 [[nodiscard]] absl::StatusOr<std::unique_ptr<DeformView>> MakeTensorView(Gpu& gpu,
                                                                          const Scenario& scenario,
                                                                          const ViewSpec& spec);
+
+// The tessellation-shader comparator, held to the same: control points by CUDA, tessellation by
+// OpenGL on the same device. The errors are those of measure_shaders.h.
+[[nodiscard]] absl::StatusOr<ShaderTimes> MeasureShaderAlgorithm(Gpu& gpu, const Scenario& scenario,
+                                                                 int runs);
 
 // All chunks, control points by turns.
 [[nodiscard]] GpuWork AllChunks(const Scenario& scenario, DeformView& view);

@@ -113,6 +113,10 @@ void Skip(benchmark::State& state, const absl::Status& status) {
   state.SkipWithError((not_built ? fmt::format("{}: {}", kNotBuilt, message) : message).c_str());
 }
 
+void SkipNotHere(benchmark::State& state, const absl::Status& why) {
+  state.SkipWithError(fmt::format("{}: {}", kNotHere, std::string(why.message())).c_str());
+}
+
 int Main(int argc, char** argv) {
 #ifndef NDEBUG
   std::fputs("latticed_bench: built without NDEBUG; only a Release build is worth timing\n",

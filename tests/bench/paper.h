@@ -6,10 +6,11 @@
 // paper that DESIGN §6 and issue 3 quote. Other figures of the paper are "not known" here: none is
 // estimated.
 //
-//   products   trivial form, (18) and (21)-(23), against the optimal one, (24) and (25)
-//   devices    the optimal form on the CPU and on the GPU
-//   stages     edit, copy, samples, (24), (25), rearranging
-//   counts     formula (20) and its corrected count, beside times of Methods 1 and 2
+//   products    trivial form, (18) and (21)-(23), against the optimal one, (24) and (25)
+//   devices     the optimal form on the CPU and on the GPU
+//   stages      edit, copy, samples, (24), (25), rearranging
+//   algorithms  the tensor product of 2013; tessellation shaders, a point
+//   counts      formula (20) and its corrected count, beside times of Methods 1 and 2
 //
 // Facet normals, float32, degree 2 x 2 x 2, 10 segments; every view is compared with the definition
 // before it is timed. Without a GPU only the CPU's columns are measured.

@@ -88,6 +88,8 @@ PaperGpuTimes MeasureOnGpu(const Scenario& scenario) {
   MeasureTrivial(gpu, scenario, times);
   MeasureOptimal(gpu, scenario, times);
   MeasureTensor(gpu, scenario, times);
+  times.shaders = MeasureShaderAlgorithm(gpu, scenario, kGpuRuns);
+  if (absl::IsInternal(times.shaders.status())) CheckOk(times.shaders.status());
   {
     const auto view = View(gpu, scenario, Pipeline::kControlNet);
     times.formulas617 =

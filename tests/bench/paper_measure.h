@@ -34,6 +34,8 @@ struct PaperGpuTimes {
   double tensor_control = kNotMeasured;
   double tensor_tessellation = kNotMeasured;
   double tensor = kNotMeasured;  // one whole evaluation
+  // the tessellation-shader comparator; why there is none
+  absl::StatusOr<ShaderTimes> shaders = absl::UnavailableError("there is no GPU");
   // fused
   double fused = kNotMeasured;
 };

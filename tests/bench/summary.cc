@@ -37,9 +37,9 @@ bool SummaryReporter::ReportContext(const Context& context) {
 
 void SummaryReporter::ReportError(const Run& run) {
   const std::string_view message = run.error_message;
-  const bool not_built = message.starts_with(kNotBuilt);
-  const std::string text = not_built ? std::string(message) : fmt::format("WRONG: {}", message);
-  failed_ = failed_ || !not_built;
+  const bool missing = message.starts_with(kNotBuilt) || message.starts_with(kNotHere);
+  const std::string text = missing ? std::string(message) : fmt::format("WRONG: {}", message);
+  failed_ = failed_ || !missing;
   GetOutputStream() << fmt::format("{:<64}  {}", OwnName(run), text) << std::endl;
   rows_.rows.push_back({OwnName(run), "", "", text});
 }
