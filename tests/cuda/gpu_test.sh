@@ -34,6 +34,8 @@ run "one scene on several devices" "$folder/cuda_spanned_test"
 for suite in view watertight accuracy spanned; do
   run "conformance, $suite" "$folder/backend_${suite}_test" --gtest_filter='*cuda*:Backends.*'
 done
+# A benchmark's comparator, built where libepoxy was; skips where there is no OpenGL.
+[[ -x $folder/bench_shaders_test ]] && run "tessellation shaders" "$folder/bench_shaders_test"
 
 # Small sizes; and without the allocation that is meant to fail, which memcheck would report.
 readonly sanitized=(
