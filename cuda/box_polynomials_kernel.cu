@@ -5,7 +5,9 @@
 // double, rounded once. Twin of core/cpu/box_polynomials.h.
 //
 // All that a box needs is loaded at once, then contracted axis by axis through shared memory: the
-// kernel is over when two loads in a row are, and it stands before every evaluation.
+// kernel is over when two loads in a row are, and it stands before every evaluation. By a dependent
+// launch after the copy of the control points: what it reads of the plan is loaded meanwhile. The
+// fused kernel may begin once that copy is over, for it reads the list of chunks before it waits.
 #include "cuda/dependent_launch.cuh"
 #include "cuda/fused_kernels.h"
 #include "cuda/launch.cuh"
@@ -48,6 +50,8 @@ class BoxWarp {
 
   __device__ void Run() {
     if (box_ == a_.plan.outside_box) {
+      WaitForKernelBefore();
+      LetNextKernelBegin();
       SetIdentity();
     } else {
       ContractControlPoints();
@@ -68,6 +72,9 @@ class BoxWarp {
     const int n1 = degree_[1] + 1, n2 = degree_[2] + 1;
     const Column last = LoadColumn(2, span[2], 1), middle = LoadColumn(1, span[1], n2),
                  first = LoadColumn(0, span[0], n1 * n2);
+    // Up to here only of the plan was read.
+    WaitForKernelBefore();
+    LetNextKernelBegin();
     LoadControlPoints(span);
     Contract(last, 2, 1);
     Contract(middle, 1, n2);
@@ -198,7 +205,6 @@ __global__ void __launch_bounds__(kBlockThreads)
     BoxPolynomialsKernel(const __grid_constant__ Arguments arguments) {
   // Bytes, since Vec3d has a constructor.
   __shared__ alignas(Vec3d) unsigned char tiles[kBoxesPerBlock * kMost * sizeof(Vec3d)];
-  LetNextKernelBegin();
   const auto box = static_cast<uint32_t>(Item() / kLanes);
   if (box >= arguments.tables.box_count) return;
   BoxWarp(arguments, box, reinterpret_cast<Vec3d*>(tiles) + threadIdx.x / kLanes * kMost).Run();
@@ -210,9 +216,8 @@ cudaError_t LaunchBoxPolynomials(const PlanTables& plan, const FusedTables& tabl
                                  const Vec3d* control_points, const BoxPolynomials& polynomials,
                                  cudaStream_t stream) {
   const size_t threads = size_t{tables.box_count} * kLanes;
-  BoxPolynomialsKernel<<<Blocks(threads), kBlockThreads, 0, stream>>>(
-      {plan, tables, control_points, polynomials});
-  return cudaPeekAtLastError();
+  return LaunchDependent<Arguments>(BoxPolynomialsKernel, Blocks(threads), kBlockThreads, 0, stream,
+                                    {plan, tables, control_points, polynomials});
 }
 
 }  // namespace latticed::kernels

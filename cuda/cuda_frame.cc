@@ -6,17 +6,28 @@
 #include <utility>
 
 namespace latticed {
+namespace {
+
+size_t ChunkListAt(const DeformPlan& plan) {
+  const size_t bytes = static_cast<size_t>(plan.structure.control_point_count()) * sizeof(Vec3d) +
+                       plan.seams.size();
+  return (bytes + sizeof(uint32_t) - 1) / sizeof(uint32_t) * sizeof(uint32_t);
+}
+
+}  // namespace
 
 absl::StatusOr<CudaFrame> CudaFrame::Create(std::shared_ptr<const DeformPlan> plan,
                                             CudaContext& context, std::shared_ptr<CudaLane> lane) {
-  const size_t bytes = static_cast<size_t>(plan->structure.control_point_count()) * sizeof(Vec3d) +
-                       plan->seams.size();
+  const size_t bytes = ChunkListAt(*plan) + plan->chunk_count() * sizeof(uint32_t);
   auto upload = StagedUpload::Create(context, std::move(lane), bytes);
   if (!upload.ok()) return upload.status();
   return CudaFrame(std::move(plan), *std::move(upload));
 }
 
-absl::Status CudaFrame::Upload(std::span<const Vec3d> control_points) {
+size_t CudaFrame::ChunksAt() const { return ChunkListAt(*plan_); }
+
+absl::Status CudaFrame::Upload(std::span<const Vec3d> control_points,
+                               std::span<const uint32_t> chunks) {
   const auto begin = upload_.Begin();
   if (!begin.ok()) return begin.status();
   const std::vector<bool> attached = AttachedSeams(*plan_, control_points);
@@ -27,6 +38,12 @@ absl::Status CudaFrame::Upload(std::span<const Vec3d> control_points) {
     to += sizeof(relative);
   }
   for (const bool seam : attached) *to++ = seam ? 1 : 0;
+  all_chunks_ = chunks.size() == plan_->chunk_count();
+  if (!all_chunks_) {
+    to = *begin + ChunksAt();
+    std::memcpy(to, chunks.data(), chunks.size_bytes());
+    to += chunks.size_bytes();
+  }
   return upload_.Send(static_cast<size_t>(to - *begin));
 }
 

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What an edit changes, on the device: the control points relative to the plan's local origin, and
-// which seams are attached.
+// What an edit changes, on the device, in one copy: the control points relative to the plan's local
+// origin, which seams are attached, and which chunks are to be evaluated.
 //
 // Errors   those of staged_upload.h
-// Threads  one at a time; Upload enqueues, and waits only for its own last copy
+// Threads  one at a time; Upload and Uploaded enqueue, and Upload waits for the last Uploaded
 #ifndef LATTICED_CUDA_CUDA_FRAME_H_
 #define LATTICED_CUDA_CUDA_FRAME_H_
 
@@ -24,10 +24,15 @@ class CudaFrame {
                                                         CudaContext& context,
                                                         std::shared_ptr<CudaLane> lane);
 
-  [[nodiscard]] absl::Status Upload(std::span<const Vec3d> control_points);
+  // Uploaded must follow, whether the kernels were launched or not.
+  [[nodiscard]] absl::Status Upload(std::span<const Vec3d> control_points,
+                                    std::span<const uint32_t> chunks);
+  [[nodiscard]] absl::Status Uploaded() { return upload_.Sent(); }
 
   DeviceSpan<const Vec3d> control_points() const;
   DeviceSpan<const uint8_t> attached() const;  // 1 or 0, per seam of the plan
+  // Null where all chunks of the plan were named.
+  const uint32_t* chunks() const { return all_chunks_ ? nullptr : ChunkList(); }
   size_t DeviceBytes() const { return upload_.DeviceBytes(); }
   size_t PinnedBytes() const { return upload_.PinnedBytes(); }
 
@@ -35,9 +40,14 @@ class CudaFrame {
   CudaFrame(std::shared_ptr<const DeformPlan> plan, StagedUpload upload)
       : plan_(std::move(plan)), upload_(std::move(upload)) {}
   size_t points() const { return static_cast<size_t>(plan_->structure.control_point_count()); }
+  size_t ChunksAt() const;  // in upload_
+  const uint32_t* ChunkList() const {
+    return reinterpret_cast<const uint32_t*>(upload_.device_data() + ChunksAt());
+  }
 
   std::shared_ptr<const DeformPlan> plan_;
-  StagedUpload upload_;  // control points, then seams
+  StagedUpload upload_;  // control points, then seams, then chunks
+  bool all_chunks_ = true;
 };
 
 }  // namespace latticed

@@ -28,10 +28,7 @@ absl::StatusOr<std::unique_ptr<CudaFusedKernel>> CudaFusedKernel::Create(
     const ViewSpec& spec, CudaContext& context, std::shared_ptr<CudaLane> lane) {
   const auto tables = device_plan->Tables(spec.normals == NormalMode::kSmooth);
   if (!tables.ok()) return tables.status();
-  const size_t chunk_count = plan->chunk_count();
-  auto chunks = StagedUpload::Create(context, lane, chunk_count * sizeof(uint32_t));
-  if (!chunks.ok()) return chunks.status();
-  auto wire_chunks = StagedUpload::Create(context, lane, chunk_count * sizeof(WireChunk));
+  auto wire_chunks = StagedUpload::Create(context, lane, plan->chunk_count() * sizeof(WireChunk));
   if (!wire_chunks.ok()) return wire_chunks.status();
   const int* degree = device_plan->fused_tables().degree;
   const auto stride =
@@ -42,7 +39,7 @@ absl::StatusOr<std::unique_ptr<CudaFusedKernel>> CudaFusedKernel::Create(
   if (!bounds.ok()) return bounds.status();
   return std::unique_ptr<CudaFusedKernel>(new CudaFusedKernel(
       std::move(plan), std::move(device_plan), spec, std::move(lane), *tables,
-      {*std::move(chunks), *std::move(wire_chunks), *std::move(coefficients), *std::move(bounds)}));
+      {*std::move(wire_chunks), *std::move(coefficients), *std::move(bounds)}));
 }
 
 CudaFusedKernel::CudaFusedKernel(std::shared_ptr<const DeformPlan> plan,
@@ -95,27 +92,16 @@ kernels::FusedOutput CudaFusedKernel::Output(uint8_t* vertices) const {
           .second_plane = vertices + PaddedPoints() * 2 * sizeof(uint32_t)};
 }
 
-absl::StatusOr<const uint32_t*> CudaFusedKernel::UploadChunks(std::span<const uint32_t> chunks) {
-  if (chunks.size() == plan_->chunk_count()) return nullptr;
-  const auto to = buffers_.chunks.Begin();
-  if (!to.ok()) return to.status();
-  std::memcpy(*to, chunks.data(), chunks.size_bytes());
-  if (auto s = buffers_.chunks.Send(chunks.size_bytes()); !s.ok()) return s;
-  return reinterpret_cast<const uint32_t*>(buffers_.chunks.device_data());
-}
-
 absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                                        std::span<const uint32_t> chunks,
                                        DeviceSpan<uint8_t> vertices) {
   if (chunks.empty()) return absl::OkStatus();
-  const auto list = UploadChunks(chunks);
-  if (!list.ok()) return list.status();
   const kernels::FusedLaunch launch{.plan = tables_,
                                     .tables = device_plan_->fused_tables(),
                                     .polynomials = Polynomials(box),
                                     .control_points = frame.control_points().data,
                                     .attached = frame.attached().data,
-                                    .chunks = *list,
+                                    .chunks = frame.chunks(),
                                     .chunk_count = static_cast<uint32_t>(chunks.size()),
                                     .patch_count = static_cast<uint32_t>(plan_->patches.size()),
                                     .segments = spec_.segments,
@@ -144,7 +130,9 @@ absl::Status CudaFusedKernel::ToWireOrder(DeviceSpan<const uint8_t> vertices,
     std::memcpy(*to + i * sizeof(chunk), &chunk, sizeof(chunk));
     offset += layout.ChunkBytes(chunks[i]);
   }
-  if (auto s = buffers_.wire_chunks.Send(chunks.size() * sizeof(WireChunk)); !s.ok()) return s;
+  absl::Status sent = buffers_.wire_chunks.Send(chunks.size() * sizeof(WireChunk));
+  sent.Update(buffers_.wire_chunks.Sent());
+  if (!sent.ok()) return sent;
   const kernels::WireOrder order{
       .format = Format(),
       .vertices = vertices.data,
@@ -161,8 +149,8 @@ absl::Status CudaFusedKernel::ToWireOrder(DeviceSpan<const uint8_t> vertices,
 MemoryUse CudaFusedKernel::memory() const {
   return {{"device_box_polynomials",
            buffers_.coefficients.size_bytes() + buffers_.cofactor_bounds.size_bytes()},
-          {"device_staging", buffers_.chunks.DeviceBytes() + buffers_.wire_chunks.DeviceBytes()},
-          {"staging", buffers_.chunks.PinnedBytes() + buffers_.wire_chunks.PinnedBytes()}};
+          {"device_staging", buffers_.wire_chunks.DeviceBytes()},
+          {"staging", buffers_.wire_chunks.PinnedBytes()}};
 }
 
 }  // namespace latticed

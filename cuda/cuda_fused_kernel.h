@@ -34,7 +34,7 @@ class CudaFusedKernel : public CudaVertexKernel {
  private:
   // What is uploaded or computed for each evaluation.
   struct Buffers {
-    StagedUpload chunks, wire_chunks;
+    StagedUpload wire_chunks;
     DeviceBuffer<float> coefficients, cofactor_bounds;
   };
   CudaFusedKernel(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
@@ -45,8 +45,6 @@ class CudaFusedKernel : public CudaVertexKernel {
   kernels::FusedOutput Output(uint8_t* vertices) const;
   // Points of all chunks, the padding of the last one included.
   size_t PaddedPoints() const;
-  // Null where all chunks are named.
-  absl::StatusOr<const uint32_t*> UploadChunks(std::span<const uint32_t> chunks);
 
   std::shared_ptr<const DeformPlan> plan_;
   std::shared_ptr<DevicePlan> device_plan_;

@@ -34,12 +34,10 @@ absl::StatusOr<uint8_t*> StagedUpload::Begin() {
 
 absl::Status StagedUpload::Send(size_t bytes) {
   const cudaStream_t stream = lane_->stream().get();
-  if (auto s = CudaStatus(kernels::LaunchUpload(pinned_.data(), bytes, device_.data(), stream),
-                          "the copy of an edit");
-      !s.ok()) {
-    return s;
-  }
-  return copied_.Record(stream);
+  return CudaStatus(kernels::LaunchUpload(pinned_.data(), bytes, device_.data(), stream),
+                    "the copy of an edit");
 }
+
+absl::Status StagedUpload::Sent() { return copied_.Record(lane_->stream().get()); }
 
 }  // namespace latticed

@@ -5,7 +5,7 @@
 // from pinned memory of their own.
 //
 // Errors   those of device_buffer.h and pinned_memory.h
-// Threads  one at a time; Send enqueues, Begin waits only for the last Send's copy
+// Threads  one at a time; Send and Sent enqueue, Begin waits for the last Sent
 #ifndef LATTICED_CUDA_STAGED_UPLOAD_H_
 #define LATTICED_CUDA_STAGED_UPLOAD_H_
 
@@ -29,8 +29,10 @@ class StagedUpload {
 
   // Where the next bytes are to be written: all of them.
   [[nodiscard]] absl::StatusOr<uint8_t*> Begin();
-  // The first `bytes` of them go to the device.
+  // The first `bytes` of them go to the device. Sent must follow, at once or once the kernels that
+  // read them are on the stream: between the copy and a dependent launch nothing may stand.
   [[nodiscard]] absl::Status Send(size_t bytes);
+  [[nodiscard]] absl::Status Sent();
 
   const uint8_t* device_data() const { return device_.data(); }
   size_t DeviceBytes() const { return device_.size_bytes(); }

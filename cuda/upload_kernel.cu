@@ -3,6 +3,7 @@
 //
 // A few KB from pinned memory by a kernel's own loads over the bus: 12 KB take 5 microseconds by
 // events, and 7 to 10 by the copy engine (H200).
+#include "cuda/dependent_launch.cuh"
 #include "cuda/launch.cuh"
 
 namespace latticed::kernels {
@@ -10,6 +11,7 @@ namespace {
 
 __global__ void __launch_bounds__(kBlockThreads)
     UploadKernel(const uint4* pinned, size_t count, uint4* to) {
+  LetNextKernelBegin();
   const size_t i = Item();
   if (i < count) to[i] = pinned[i];
 }
