@@ -212,12 +212,15 @@ __global__ void __launch_bounds__(kBlockThreads)
 
 }  // namespace
 
-cudaError_t LaunchBoxPolynomials(const PlanTables& plan, const FusedTables& tables,
-                                 const Vec3d* control_points, const BoxPolynomials& polynomials,
-                                 cudaStream_t stream) {
+KernelCall BoxPolynomialsCall(const PlanTables& plan, const FusedTables& tables,
+                              const Vec3d* control_points, const BoxPolynomials& polynomials) {
   const size_t threads = size_t{tables.box_count} * kLanes;
-  return LaunchDependent<Arguments>(BoxPolynomialsKernel, Blocks(threads), kBlockThreads, 0, stream,
-                                    {plan, tables, control_points, polynomials});
+  return {BoxPolynomialsKernel,
+          Order::kDependent,
+          Blocks(threads),
+          kBlockThreads,
+          0,
+          Arguments{plan, tables, control_points, polynomials}};
 }
 
 }  // namespace latticed::kernels

@@ -26,8 +26,8 @@ absl::StatusOr<CudaFrame> CudaFrame::Create(std::shared_ptr<const DeformPlan> pl
 
 size_t CudaFrame::ChunksAt() const { return ChunkListAt(*plan_); }
 
-absl::Status CudaFrame::Upload(std::span<const Vec3d> control_points,
-                               std::span<const uint32_t> chunks) {
+absl::Status CudaFrame::Stage(std::span<const Vec3d> control_points,
+                              std::span<const uint32_t> chunks) {
   const auto begin = upload_.Begin();
   if (!begin.ok()) return begin.status();
   const std::vector<bool> attached = AttachedSeams(*plan_, control_points);
@@ -44,7 +44,8 @@ absl::Status CudaFrame::Upload(std::span<const Vec3d> control_points,
     std::memcpy(to, chunks.data(), chunks.size_bytes());
     to += chunks.size_bytes();
   }
-  return upload_.Send(static_cast<size_t>(to - *begin));
+  bytes_ = static_cast<size_t>(to - *begin);
+  return absl::OkStatus();
 }
 
 DeviceSpan<const Vec3d> CudaFrame::control_points() const {

@@ -5,7 +5,7 @@
 // origin, which seams are attached, and which chunks are to be evaluated.
 //
 // Errors   those of staged_upload.h
-// Threads  one at a time; Upload and Uploaded enqueue, and Upload waits for the last Uploaded
+// Threads  one at a time; Send and Sent enqueue, Stage waits for the last Sent
 #ifndef LATTICED_CUDA_CUDA_FRAME_H_
 #define LATTICED_CUDA_CUDA_FRAME_H_
 
@@ -24,10 +24,13 @@ class CudaFrame {
                                                         CudaContext& context,
                                                         std::shared_ptr<CudaLane> lane);
 
-  // Uploaded must follow, whether the kernels were launched or not.
-  [[nodiscard]] absl::Status Upload(std::span<const Vec3d> control_points,
-                                    std::span<const uint32_t> chunks);
-  [[nodiscard]] absl::Status Uploaded() { return upload_.Sent(); }
+  // Takes what the next copy brings; nothing is enqueued. Then Send or SendCall, once, and then
+  // Sent, whether the kernels that read it were launched or not.
+  [[nodiscard]] absl::Status Stage(std::span<const Vec3d> control_points,
+                                   std::span<const uint32_t> chunks);
+  [[nodiscard]] absl::Status Send() const { return upload_.Send(bytes_); }
+  kernels::KernelCall SendCall() const { return upload_.SendCall(bytes_); }
+  [[nodiscard]] absl::Status Sent() const { return upload_.Sent(); }
 
   DeviceSpan<const Vec3d> control_points() const;
   DeviceSpan<const uint8_t> attached() const;  // 1 or 0, per seam of the plan
@@ -47,6 +50,7 @@ class CudaFrame {
 
   std::shared_ptr<const DeformPlan> plan_;
   StagedUpload upload_;  // control points, then seams, then chunks
+  size_t bytes_ = 0;     // staged
   bool all_chunks_ = true;
 };
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/cuda_fused_kernel.h"
 
+#include <array>
 #include <cstring>
 #include <utility>
 
@@ -107,15 +108,20 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
                                     .segments = spec_.segments,
                                     .normals = NormalsOf(spec_.normals),
                                     .output = Output(vertices.data)};
-  const cudaStream_t stream = lane_->stream().get();
-  if (auto s =
-          CudaStatus(kernels::LaunchBoxPolynomials(tables_, launch.tables, launch.control_points,
-                                                   launch.polynomials, stream),
-                     "the box polynomials");
-      !s.ok()) {
-    return s;
+  std::array calls{frame.SendCall(),
+                   kernels::BoxPolynomialsCall(tables_, launch.tables, launch.control_points,
+                                               launch.polynomials),
+                   kernels::FusedCall(launch)};
+  return lane_->marks_stages() ? LaunchByStages(calls)
+                               : graph_.Launch(calls, lane_->stream().get());
+}
+
+absl::Status CudaFusedKernel::LaunchByStages(std::span<kernels::KernelCall> calls) {
+  for (kernels::KernelCall& call : calls) {
+    if (auto s = CudaStatus(call.Launch(lane_->stream().get()), "an evaluation"); !s.ok()) return s;
+    if (&call == &calls.front()) lane_->Enqueued("copy");
   }
-  return CudaStatus(kernels::LaunchFused(launch, stream), "the vertices");
+  return absl::OkStatus();
 }
 
 absl::Status CudaFusedKernel::ToWireOrder(DeviceSpan<const uint8_t> vertices,

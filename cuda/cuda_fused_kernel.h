@@ -14,6 +14,7 @@
 #include "cuda/cuda_vertex_kernel.h"
 #include "cuda/device_plan.h"
 #include "cuda/fused_kernels.h"
+#include "cuda/launch_graph.h"
 
 namespace latticed {
 
@@ -40,6 +41,8 @@ class CudaFusedKernel : public CudaVertexKernel {
   CudaFusedKernel(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
                   const ViewSpec& spec, std::shared_ptr<CudaLane> lane, kernels::PlanTables tables,
                   Buffers buffers);
+  // One by one, each stage marked: between kernels of a graph nothing can be.
+  absl::Status LaunchByStages(std::span<kernels::KernelCall> calls);
   kernels::LaneFormat Format() const;
   kernels::BoxPolynomials Polynomials(const QuantisationBox& box) const;
   kernels::FusedOutput Output(uint8_t* vertices) const;
@@ -52,6 +55,7 @@ class CudaFusedKernel : public CudaVertexKernel {
   std::shared_ptr<CudaLane> lane_;
   kernels::PlanTables tables_;
   Buffers buffers_;
+  LaunchGraph graph_;
 };
 
 }  // namespace latticed

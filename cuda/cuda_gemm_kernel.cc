@@ -91,6 +91,8 @@ absl::Status CudaGemmKernel::Allocate() {
 absl::Status CudaGemmKernel::Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                                       std::span<const uint32_t> /*chunks: always all*/,
                                       DeviceSpan<uint8_t> vertices) {
+  if (auto s = frame.Send(); !s.ok()) return s;
+  lane_->Enqueued("copy");
   if (auto s = Allocate(); !s.ok()) return s;
   if (auto s = stages_.Begin(); !s.ok()) return s;
   lane_->Enqueued("stack");

@@ -37,6 +37,7 @@ class CudaLane {
   void Enqueued(std::string_view stage) const {
     if (stage_mark_) stage_mark_(stage);
   }
+  bool marks_stages() const { return static_cast<bool>(stage_mark_); }
 
  private:
   CudaStream stream_;  // first: the workspace goes back on it

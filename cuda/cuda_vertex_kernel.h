@@ -26,7 +26,7 @@ namespace latticed {
 class CudaVertexKernel {
  public:
   virtual ~CudaVertexKernel() = default;
-  // As DeformView::Evaluate; `frame` holds the control points already, `vertices` is the whole view
+  // As DeformView::Evaluate; `frame` is staged and this sends it; `vertices` is the whole view
   // in the layout of core/view/vertex_layout.h or in the kernel's own order.
   [[nodiscard]] virtual absl::Status Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                                               std::span<const uint32_t> chunks,

@@ -54,17 +54,16 @@ absl::Status CudaView::Evaluate(std::span<const Vec3d> control_points, const Qua
   if (auto s = contract_.CheckEvaluate(control_points, box, chunks); !s.ok()) return s;
   const DeviceGuard guard(context_->device());
   try {
-    absl::Status status = frame_.Upload(control_points, chunks);
-    lane_->Enqueued("copy");
+    absl::Status status = frame_.Stage(control_points, chunks);
     if (status.ok()) status = kernel_->Evaluate(frame_, box, chunks, vertices_.span());
-    status.Update(frame_.Uploaded());
+    status.Update(frame_.Sent());
     if (!status.ok()) {
       contract_.Lost();
       return status;
     }
   } catch (const std::bad_alloc&) {
     contract_.Lost();
-    static_cast<void>(frame_.Uploaded());
+    static_cast<void>(frame_.Sent());
     return error::AllocationFailed("the evaluation");
   }
   contract_.Evaluated(box);

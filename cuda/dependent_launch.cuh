@@ -22,29 +22,6 @@ __device__ __forceinline__ void WaitForKernelBefore() {
   NV_IF_TARGET(NV_PROVIDES_SM_90, (asm volatile("griddepcontrol.wait;" ::: "memory");))
 }
 
-// Launches a kernel that calls WaitForKernelBefore.
-template <class Argument>
-cudaError_t LaunchDependent(void (*kernel)(Argument), unsigned blocks, unsigned threads,
-                            size_t shared_bytes, cudaStream_t stream, const Argument& argument) {
-  int device = 0, major = 0;
-  if (const auto e = cudaGetDevice(&device); e != cudaSuccess) return e;
-  if (const auto e = cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device);
-      e != cudaSuccess) {
-    return e;
-  }
-  cudaLaunchAttribute overlap{};
-  overlap.id = cudaLaunchAttributeProgrammaticStreamSerialization;
-  overlap.val.programmaticStreamSerializationAllowed = 1;
-  cudaLaunchConfig_t config{};
-  config.gridDim = blocks;
-  config.blockDim = threads;
-  config.dynamicSmemBytes = shared_bytes;
-  config.stream = stream;
-  config.attrs = &overlap;
-  config.numAttrs = major >= 9 ? 1 : 0;
-  return cudaLaunchKernelEx(&config, kernel, argument);
-}
-
 }  // namespace latticed::kernels
 
 #endif  // LATTICED_CUDA_DEPENDENT_LAUNCH_CUH_

@@ -4,6 +4,6 @@
 
 namespace latticed::kernels {
 
-template cudaError_t LaunchFusedByDegree<false, true>(const FusedLaunch&, cudaStream_t);
+template KernelCall FusedCallByDegree<false, true>(const FusedLaunch&);
 
 }  // namespace latticed::kernels

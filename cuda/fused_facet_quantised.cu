@@ -4,6 +4,6 @@
 
 namespace latticed::kernels {
 
-template cudaError_t LaunchFusedByDegree<false, false>(const FusedLaunch&, cudaStream_t);
+template KernelCall FusedCallByDegree<false, false>(const FusedLaunch&);
 
 }  // namespace latticed::kernels

@@ -11,7 +11,7 @@
 //                     then, 4 bytes [chunk][point][lane], s | t << 16
 //   so that every store of a warp is whole lines.
 // Units    world units relative to plan.local_origin
-// Errors   cudaError_t of the launch
+// Errors   cudaError_t of the launch; those of kernel_call.h
 // Threads  none wait; all pointers must stay until the stream has passed
 #ifndef LATTICED_CUDA_FUSED_KERNELS_H_
 #define LATTICED_CUDA_FUSED_KERNELS_H_
@@ -55,9 +55,9 @@ struct BoxPolynomials {
 LATTICED_HD constexpr int CoefficientStride(int d0, int d1, int d2) {
   return ((d0 + 1) * (d1 + 1) * (d2 + 1) + 3) / 4 * 4;
 }
-cudaError_t LaunchBoxPolynomials(const PlanTables& plan, const FusedTables& tables,
-                                 const Vec3d* control_points, const BoxPolynomials& polynomials,
-                                 cudaStream_t stream);
+// After the copy of the control points.
+KernelCall BoxPolynomialsCall(const PlanTables& plan, const FusedTables& tables,
+                              const Vec3d* control_points, const BoxPolynomials& polynomials);
 
 enum class LaneFormat { kFloat32, kQuantised8, kQuantised16 };
 
@@ -83,8 +83,9 @@ struct FusedLaunch {
   Normals normals;
   FusedOutput output;
 };
-// One block a chunk. Needs the polynomials of all boxes that own points of the chunks.
-cudaError_t LaunchFused(const FusedLaunch& launch, cudaStream_t stream);
+// After the polynomials of all boxes that own points of the chunks. One block a chunk, and at least
+// one. Of no kernel where the degrees are none that a plan has.
+KernelCall FusedCall(const FusedLaunch& launch);
 
 // Chunks of a view from lane order to the bytes of core/view/vertex_layout.h.
 struct WireChunk {

@@ -4,15 +4,12 @@
 
 namespace latticed::kernels {
 
-cudaError_t LaunchFused(const FusedLaunch& launch, cudaStream_t stream) {
-  if (launch.chunk_count == 0) return cudaSuccess;
+KernelCall FusedCall(const FusedLaunch& launch) {
   const bool floats = launch.output.format == LaneFormat::kFloat32;
   if (launch.normals == Normals::kSmooth) {
-    return floats ? LaunchFusedByDegree<true, true>(launch, stream)
-                  : LaunchFusedByDegree<true, false>(launch, stream);
+    return floats ? FusedCallByDegree<true, true>(launch) : FusedCallByDegree<true, false>(launch);
   }
-  return floats ? LaunchFusedByDegree<false, true>(launch, stream)
-                : LaunchFusedByDegree<false, false>(launch, stream);
+  return floats ? FusedCallByDegree<false, true>(launch) : FusedCallByDegree<false, false>(launch);
 }
 
 }  // namespace latticed::kernels

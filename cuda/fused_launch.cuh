@@ -12,44 +12,41 @@
 namespace latticed::kernels {
 
 template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
-cudaError_t LaunchInstance(const FusedLaunch& launch, cudaStream_t stream) {
-  const size_t bytes = FusedShared<D0 + D1 + D2, kSmooth, kFloat>::Bytes(launch.segments);
-  const auto kernel = &FusedKernel<D0, D1, D2, kSmooth, kFloat>;
-  if (const cudaError_t error = cudaFuncSetAttribute(
-          kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(bytes));
-      error != cudaSuccess) {
-    return error;
-  }
-  return LaunchDependent<FusedLaunch>(kernel, launch.chunk_count, kFusedThreads, bytes, stream,
-                                      launch);
+KernelCall InstanceCall(const FusedLaunch& launch) {
+  return {&FusedKernel<D0, D1, D2, kSmooth, kFloat>,
+          Order::kDependent,
+          launch.chunk_count,
+          kFusedThreads,
+          FusedShared<D0 + D1 + D2, kSmooth, kFloat>::Bytes(launch.segments),
+          launch};
 }
 
 template <bool kSmooth, bool kFloat>
-cudaError_t LaunchFusedByDegree(const FusedLaunch& launch, cudaStream_t stream) {
+KernelCall FusedCallByDegree(const FusedLaunch& launch) {
   const int* d = launch.tables.degree;
   switch (100 * d[0] + 10 * d[1] + d[2]) {
     case 111:
-      return LaunchInstance<1, 1, 1, kSmooth, kFloat>(launch, stream);
+      return InstanceCall<1, 1, 1, kSmooth, kFloat>(launch);
     case 211:
-      return LaunchInstance<2, 1, 1, kSmooth, kFloat>(launch, stream);
+      return InstanceCall<2, 1, 1, kSmooth, kFloat>(launch);
     case 221:
-      return LaunchInstance<2, 2, 1, kSmooth, kFloat>(launch, stream);
+      return InstanceCall<2, 2, 1, kSmooth, kFloat>(launch);
     case 222:
-      return LaunchInstance<2, 2, 2, kSmooth, kFloat>(launch, stream);
+      return InstanceCall<2, 2, 2, kSmooth, kFloat>(launch);
     case 311:
-      return LaunchInstance<3, 1, 1, kSmooth, kFloat>(launch, stream);
+      return InstanceCall<3, 1, 1, kSmooth, kFloat>(launch);
     case 321:
-      return LaunchInstance<3, 2, 1, kSmooth, kFloat>(launch, stream);
+      return InstanceCall<3, 2, 1, kSmooth, kFloat>(launch);
     case 322:
-      return LaunchInstance<3, 2, 2, kSmooth, kFloat>(launch, stream);
+      return InstanceCall<3, 2, 2, kSmooth, kFloat>(launch);
     case 331:
-      return LaunchInstance<3, 3, 1, kSmooth, kFloat>(launch, stream);
+      return InstanceCall<3, 3, 1, kSmooth, kFloat>(launch);
     case 332:
-      return LaunchInstance<3, 3, 2, kSmooth, kFloat>(launch, stream);
+      return InstanceCall<3, 3, 2, kSmooth, kFloat>(launch);
     case 333:
-      return LaunchInstance<3, 3, 3, kSmooth, kFloat>(launch, stream);
+      return InstanceCall<3, 3, 3, kSmooth, kFloat>(launch);
     default:
-      return cudaErrorInvalidValue;
+      return {};
   }
 }
 

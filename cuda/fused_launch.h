@@ -9,13 +9,13 @@
 
 namespace latticed::kernels {
 
-// As LaunchFused, for one kind of normals and format; without normals the facet kernel serves.
+// As FusedCall, for one kind of normals and format; without normals the facet kernel serves.
 template <bool kSmooth, bool kFloat>
-cudaError_t LaunchFusedByDegree(const FusedLaunch& launch, cudaStream_t stream);
-extern template cudaError_t LaunchFusedByDegree<false, false>(const FusedLaunch&, cudaStream_t);
-extern template cudaError_t LaunchFusedByDegree<false, true>(const FusedLaunch&, cudaStream_t);
-extern template cudaError_t LaunchFusedByDegree<true, false>(const FusedLaunch&, cudaStream_t);
-extern template cudaError_t LaunchFusedByDegree<true, true>(const FusedLaunch&, cudaStream_t);
+KernelCall FusedCallByDegree(const FusedLaunch& launch);
+extern template KernelCall FusedCallByDegree<false, false>(const FusedLaunch&);
+extern template KernelCall FusedCallByDegree<false, true>(const FusedLaunch&);
+extern template KernelCall FusedCallByDegree<true, false>(const FusedLaunch&);
+extern template KernelCall FusedCallByDegree<true, true>(const FusedLaunch&);
 
 }  // namespace latticed::kernels
 

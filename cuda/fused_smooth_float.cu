@@ -4,6 +4,6 @@
 
 namespace latticed::kernels {
 
-template cudaError_t LaunchFusedByDegree<true, true>(const FusedLaunch&, cudaStream_t);
+template KernelCall FusedCallByDegree<true, true>(const FusedLaunch&);
 
 }  // namespace latticed::kernels

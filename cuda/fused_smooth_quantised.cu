@@ -4,6 +4,6 @@
 
 namespace latticed::kernels {
 
-template cudaError_t LaunchFusedByDegree<true, false>(const FusedLaunch&, cudaStream_t);
+template KernelCall FusedCallByDegree<true, false>(const FusedLaunch&);
 
 }  // namespace latticed::kernels

@@ -21,6 +21,7 @@
 #include "core/base/vec.h"
 #include "core/view/vertex_layout.h"
 #include "cuda/device_patch.h"
+#include "cuda/kernel_call.h"
 
 namespace latticed::kernels {
 
@@ -50,10 +51,10 @@ struct PlanTables {
   const CornerNormals* corner_normals;  // null until a smooth view asks
 };
 
-// Copies `bytes`, rounded up to kUploadUnit, which both sides have room for and are aligned to.
-// `pinned` is host memory that the device can read.
+// Copies `bytes`, more than none, rounded up to kUploadUnit, which both sides have room for and are
+// aligned to. `pinned` is host memory that the device can read.
 inline constexpr size_t kUploadUnit = 16;
-cudaError_t LaunchUpload(const void* pinned, size_t bytes, void* to, cudaStream_t stream);
+KernelCall UploadCall(const void* pinned, size_t bytes, void* to);
 
 // Patches first … first + count - 1 under one set of control points.
 struct Tile {

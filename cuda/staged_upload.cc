@@ -32,12 +32,14 @@ absl::StatusOr<uint8_t*> StagedUpload::Begin() {
   return pinned_.data();
 }
 
-absl::Status StagedUpload::Send(size_t bytes) {
-  const cudaStream_t stream = lane_->stream().get();
-  return CudaStatus(kernels::LaunchUpload(pinned_.data(), bytes, device_.data(), stream),
-                    "the copy of an edit");
+kernels::KernelCall StagedUpload::SendCall(size_t bytes) const {
+  return kernels::UploadCall(pinned_.data(), bytes, device_.data());
 }
 
-absl::Status StagedUpload::Sent() { return copied_.Record(lane_->stream().get()); }
+absl::Status StagedUpload::Send(size_t bytes) const {
+  return CudaStatus(SendCall(bytes).Launch(lane_->stream().get()), "the copy of an edit");
+}
+
+absl::Status StagedUpload::Sent() const { return copied_.Record(lane_->stream().get()); }
 
 }  // namespace latticed

@@ -14,6 +14,7 @@
 
 #include "cuda/cuda_context.h"
 #include "cuda/device_buffer.h"
+#include "cuda/kernel_call.h"
 
 namespace latticed {
 
@@ -31,8 +32,9 @@ class StagedUpload {
   [[nodiscard]] absl::StatusOr<uint8_t*> Begin();
   // The first `bytes` of them go to the device. Sent must follow, at once or once the kernels that
   // read them are on the stream: between the copy and a dependent launch nothing may stand.
-  [[nodiscard]] absl::Status Send(size_t bytes);
-  [[nodiscard]] absl::Status Sent();
+  [[nodiscard]] absl::Status Send(size_t bytes) const;
+  kernels::KernelCall SendCall(size_t bytes) const;
+  [[nodiscard]] absl::Status Sent() const;
 
   const uint8_t* device_data() const { return device_.data(); }
   size_t DeviceBytes() const { return device_.size_bytes(); }

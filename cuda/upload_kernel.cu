@@ -9,22 +9,26 @@
 namespace latticed::kernels {
 namespace {
 
+struct Arguments {
+  const uint4* pinned;
+  size_t count;
+  uint4* to;
+};
+
 __global__ void __launch_bounds__(kBlockThreads)
-    UploadKernel(const uint4* pinned, size_t count, uint4* to) {
+    UploadKernel(const __grid_constant__ Arguments arguments) {
   LetNextKernelBegin();
   const size_t i = Item();
-  if (i < count) to[i] = pinned[i];
+  if (i < arguments.count) arguments.to[i] = arguments.pinned[i];
 }
 
 }  // namespace
 
-cudaError_t LaunchUpload(const void* pinned, size_t bytes, void* to, cudaStream_t stream) {
+KernelCall UploadCall(const void* pinned, size_t bytes, void* to) {
   static_assert(sizeof(uint4) == kUploadUnit);
   const size_t count = (bytes + kUploadUnit - 1) / kUploadUnit;
-  if (count == 0) return cudaSuccess;
-  UploadKernel<<<Blocks(count), kBlockThreads, 0, stream>>>(static_cast<const uint4*>(pinned),
-                                                            count, static_cast<uint4*>(to));
-  return cudaPeekAtLastError();
+  return {UploadKernel, Order::kAfter, Blocks(count), kBlockThreads, 0,
+          Arguments{static_cast<const uint4*>(pinned), count, static_cast<uint4*>(to)}};
 }
 
 }  // namespace latticed::kernels

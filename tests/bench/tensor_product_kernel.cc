@@ -68,6 +68,8 @@ VolumeView TensorProductKernel::Volume(const Vec3d* control_points) const {
 absl::Status TensorProductKernel::Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                                            std::span<const uint32_t> /*chunks: always all*/,
                                            DeviceSpan<uint8_t> vertices) {
+  if (auto s = frame.Send(); !s.ok()) return s;
+  lane_->Enqueued("copy");
   const TensorJob job{.patches = buffers_.patches.data(),
                       .count = buffers_.patches.size(),
                       .volume = Volume(frame.control_points().data),
