@@ -2,25 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device_plan.h"
 
-#include <algorithm>
 #include <array>
 #include <vector>
 
-#include "core/base/limits.h"
 #include "core/ffd/direct_ffd.h"
-#include "core/ffd/shared_points.h"
 #include "cuda/pack_patches.h"
 #include "cuda/upload_table.h"
 
 namespace latticed {
 namespace {
-
-using kernels::DeviceCopy;
-using kernels::DeviceOrphan;
-using kernels::DeviceSeamCopy;
-using kernels::PackUse;
-
-static_assert(limits::kMaxPatches < (uint64_t{1} << 28), "a packed use has 28 bits for the patch");
 
 // The device reads no absolute world position, so that it need not subtract what it does not know.
 std::vector<kernels::DeviceVertex> PackVertices(const DeformPlan& plan) {
@@ -29,29 +19,6 @@ std::vector<kernels::DeviceVertex> PackVertices(const DeformPlan& plan) {
   for (const PlanVertex& v : plan.vertices) {
     packed.push_back({v.parameter, v.world - plan.local_origin});
   }
-  return packed;
-}
-
-DeviceCopy Pack(const SharedCopy& copy) {
-  return {PackUse(copy.from_patch, copy.from_slot, false),
-          PackUse(copy.to_patch, copy.to_slot, copy.reversed)};
-}
-
-bool IsCorner(const DeviceCopy& copy) { return (copy.to >> 1 & 7) < kFirstEdgeSlot; }
-
-DeviceOrphan Pack(const DeformPlan& plan, const SharedPoints::Orphan& orphan) {
-  DeviceOrphan packed{.use = PackUse(orphan.use.patch, orphan.use.slot, orphan.use.reversed),
-                      .box = 0,
-                      .vertex = {orphan.entity, orphan.entity},
-                      .seam = orphan.seam};
-  if (orphan.use.slot < kFirstEdgeSlot) {
-    packed.box = plan.vertices[orphan.entity].box;
-    return packed;
-  }
-  const PlanEdge& edge = plan.edges[orphan.entity];
-  packed.box = edge.box;
-  packed.vertex[0] = edge.vertex[0];
-  packed.vertex[1] = edge.vertex[1];
   return packed;
 }
 
@@ -75,7 +42,6 @@ absl::StatusOr<std::shared_ptr<DevicePlan>> DevicePlan::Create(
     std::shared_ptr<CudaContext> context) {
   std::shared_ptr<DevicePlan> result(new DevicePlan(std::move(plan), std::move(context)));
   absl::Status status = result->UploadGeometry(pipeline);
-  if (status.ok() && pipeline != Pipeline::kFused) status = result->UploadSharedPoints();
   status.Update(result->context_->stream().Synchronize("the plan"));
   if (!status.ok()) return status;
   result->FillTables();
@@ -104,35 +70,16 @@ absl::Status DevicePlan::UploadGeometry(Pipeline pipeline) {
   const auto packed = PackPatches(plan);
   if (!packed.ok()) return packed.status();
   if (auto s = UploadTable(*context_, packed->patches, patches_); !s.ok()) return s;
-  if (pipeline != Pipeline::kFused) return absl::OkStatus();
+  if (pipeline != Pipeline::kFused) {
+    auto shared = DeviceSharedPoints::Create(plan, *context_);
+    if (!shared.ok()) return shared.status();
+    shared_points_ = *std::move(shared);
+    return absl::OkStatus();
+  }
   auto fused = DeviceBoxes::Create(plan_, *context_, packed->seam_uses);
   if (!fused.ok()) return fused.status();
   fused_ = *std::move(fused);
   return absl::OkStatus();
-}
-
-absl::Status DevicePlan::UploadSharedPoints() {
-  const SharedPoints shared(*plan_);
-  std::vector<DeviceCopy> always;
-  always.reserve(shared.always().size());
-  for (const SharedCopy& copy : shared.always()) always.push_back(Pack(copy));
-  // Corners first, for kernels::SharedPointTables.
-  shared_points_.corner_count = static_cast<size_t>(
-      std::stable_partition(always.begin(), always.end(), IsCorner) - always.begin());
-  if (auto s = UploadTable(*context_, always, always_); !s.ok()) return s;
-
-  std::vector<DeviceSeamCopy> on_seams;
-  for (const auto& [seam, copy] : shared.when_attached()) {
-    on_seams.push_back({Pack(copy), seam << 1 | 1});
-  }
-  for (const auto& [seam, copy] : shared.when_detached()) {
-    on_seams.push_back({Pack(copy), seam << 1});
-  }
-  if (auto s = UploadTable(*context_, on_seams, on_seams_); !s.ok()) return s;
-
-  std::vector<DeviceOrphan> orphans;
-  for (const auto& orphan : shared.orphans()) orphans.push_back(Pack(*plan_, orphan));
-  return UploadTable(*context_, orphans, orphans_);
 }
 
 void DevicePlan::FillTables() {
@@ -153,12 +100,6 @@ void DevicePlan::FillTables() {
   tables_.vertices = vertices_.data();
   tables_.boxes = boxes_.data();
   tables_.facet_normals = facet_normals_.data();
-  shared_points_.always = always_.data();
-  shared_points_.always_count = always_.size();
-  shared_points_.on_seams = on_seams_.data();
-  shared_points_.on_seams_count = on_seams_.size();
-  shared_points_.orphans = orphans_.data();
-  shared_points_.orphan_count = orphans_.size();
 }
 
 absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth) {
@@ -177,8 +118,8 @@ absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth) {
 size_t DevicePlan::MemoryBytes() const {
   const std::scoped_lock lock(mutex_);
   return knots_.size_bytes() + patches_.size_bytes() + vertices_.size_bytes() +
-         boxes_.size_bytes() + facet_normals_.size_bytes() + always_.size_bytes() +
-         on_seams_.size_bytes() + orphans_.size_bytes() + corner_normals_.size_bytes() +
+         boxes_.size_bytes() + facet_normals_.size_bytes() + corner_normals_.size_bytes() +
+         (shared_points_.has_value() ? shared_points_->MemoryBytes() : 0) +
          (fused_.has_value() ? fused_->MemoryBytes() : 0);
 }
 

@@ -6,7 +6,7 @@
 //   a patch   16 bytes of indices, 12 of facet normal, 36 more where a smooth view asked
 //   a vertex  48 bytes, about half a vertex a patch
 //   fused     knot boxes: device_boxes.h
-//   others    shared points, 8 bytes a copy, about four copies a patch
+//   others    shared points: device_shared_points.h
 //
 // Errors   those of device_buffer.h
 // Threads  safe; usable on every stream once it is made
@@ -22,6 +22,7 @@
 #include "cuda/cuda_context.h"
 #include "cuda/device_boxes.h"
 #include "cuda/device_buffer.h"
+#include "cuda/device_shared_points.h"
 #include "cuda/kernels.h"
 
 namespace latticed {
@@ -36,7 +37,7 @@ class DevicePlan {
   // The first `smooth` call uploads the corner normals, and waits for that.
   [[nodiscard]] absl::StatusOr<kernels::PlanTables> Tables(bool smooth);
   // Not for kFused.
-  const kernels::SharedPointTables& shared_points() const { return shared_points_; }
+  const kernels::SharedPointTables& shared_points() const { return shared_points_->tables(); }
   // For kFused alone.
   const kernels::FusedTables& fused_tables() const { return fused_->tables(); }
   size_t MemoryBytes() const;
@@ -45,7 +46,6 @@ class DevicePlan {
   DevicePlan(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaContext> context)
       : plan_(std::move(plan)), context_(std::move(context)) {}
   absl::Status UploadGeometry(Pipeline pipeline);
-  absl::Status UploadSharedPoints();
   void FillTables();
 
   std::shared_ptr<const DeformPlan> plan_;
@@ -55,12 +55,9 @@ class DevicePlan {
   DeviceBuffer<kernels::DeviceVertex> vertices_;
   DeviceBuffer<kernels::DeviceBox> boxes_;
   DeviceBuffer<Vec3f> facet_normals_;
-  DeviceBuffer<kernels::DeviceCopy> always_;
-  DeviceBuffer<kernels::DeviceSeamCopy> on_seams_;
-  DeviceBuffer<kernels::DeviceOrphan> orphans_;
   std::optional<DeviceBoxes> fused_;
+  std::optional<DeviceSharedPoints> shared_points_;
   kernels::PlanTables tables_{};
-  kernels::SharedPointTables shared_points_{};
   mutable std::mutex mutex_;
   DeviceBuffer<kernels::CornerNormals> corner_normals_;  // guarded by mutex_
 };

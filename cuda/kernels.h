@@ -22,6 +22,7 @@
 #include "core/view/vertex_layout.h"
 #include "cuda/device_patch.h"
 #include "cuda/kernel_call.h"
+#include "cuda/shared_point_tables.h"
 
 namespace latticed::kernels {
 
@@ -102,37 +103,7 @@ struct Surface {
 LATTICED_HD constexpr size_t IllWords(size_t points) { return (points + 31) / 32; }
 cudaError_t LaunchSurface(const Tile& tile, const Surface& surface, cudaStream_t stream);
 
-// A corner (slot 0..2) or an edge (slot 3..5) of a patch: patch << 4 | slot << 1 | reversed.
-using PackedUse = uint32_t;
-constexpr PackedUse PackUse(uint32_t patch, uint32_t slot, bool reversed) {
-  return patch << 4 | slot << 1 | static_cast<uint32_t>(reversed);
-}
-// The corner or the inner points of the edge that `to` takes from `from`, reversed as `to` says.
-struct DeviceCopy {
-  PackedUse from, to;
-};
-struct DeviceSeamCopy {
-  DeviceCopy copy;
-  uint32_t seam;  // seam << 1 | when attached
-};
-// Evaluated from the lattice: at vertex[0], or between the two along an edge in canonical order.
-struct DeviceOrphan {
-  PackedUse use;
-  uint32_t box;
-  uint32_t vertex[2];
-  uint32_t seam;  // only while this one is detached; all bits set: always
-};
-
 // Brings shared positions to their owners', one thread a point.     core/ffd/shared_points.h
-struct SharedPointTables {
-  const DeviceCopy* always;  // the corners first
-  size_t always_count;
-  size_t corner_count;  // of them
-  const DeviceSeamCopy* on_seams;
-  size_t on_seams_count;
-  const DeviceOrphan* orphans;
-  size_t orphan_count;
-};
 struct SharedPositions {
   SharedPointTables tables;
   const uint8_t* attached;  // per seam

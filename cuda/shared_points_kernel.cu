@@ -3,10 +3,10 @@
 //
 // Watertight: shared positions are their owners', bit for bit.                 DESIGN §2
 //
-// One thread a point: a corner has the one point k = 0, an edge its segments - 1 inner ones. The
-// few records of seams and orphans are not sorted: item i is point k = i mod max(1, segments - 1)
-// of record i / that, and the corners' other items have nothing to do. No point is both read and
-// written (core/ffd/shared_points.h), so order does not matter.
+// A block a run of patches, a thread a point: first the corners, then the inner points of the edges
+// that are copied. The few records of seams and orphans are not sorted: item i is point
+// k = i mod max(1, segments - 1) of record i / that, and the corners' other items have nothing to
+// do. No point is both read and written (core/ffd/shared_points.h), so order does not matter.
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/launch.cuh"
 
@@ -39,25 +39,34 @@ __device__ size_t PointOf(int slot, int k, bool reversed, int segments) {
 __device__ void Copy(const SharedPositions& shared, DeviceCopy copy, int k) {
   if (!IsThere(SlotOf(copy.to), k, shared.segments)) return;
   shared.layout.CopyPosition(shared.layout.Place(shared.vertices, PatchOf(copy.from)),
-                             PointOf(SlotOf(copy.from), k, IsReversed(copy.to), shared.segments),
+                             PointOf(SlotOf(copy.from), k, IsReversed(copy.from), shared.segments),
                              shared.layout.Place(shared.vertices, PatchOf(copy.to)),
                              PointOf(SlotOf(copy.to), k, false, shared.segments));
 }
 
-__host__ __device__ size_t CopyItems(const SharedPointTables& tables, int segments) {
-  const size_t edges = tables.always_count - tables.corner_count;
-  return tables.corner_count + edges * PointsPerRecord(segments);
+__device__ void CopyCorner(const PlanTables& plan, const SharedPositions& shared, uint32_t patch,
+                           int corner) {
+  if (patch >= shared.tables.patch_count) return;
+  const PackedUse to = PackUse(patch, static_cast<uint32_t>(corner), false);
+  const PackedUse from = shared.tables.vertex_owners[plan.patches[patch].Vertex(corner)];
+  if (from != kNoUse && from != to) Copy(shared, {from, to}, 0);
 }
 
 __global__ void __launch_bounds__(kBlockThreads)
-    CopyKernel(const __grid_constant__ SharedPositions shared) {
+    CopyKernel(const __grid_constant__ PlanTables plan,
+               const __grid_constant__ SharedPositions shared) {
   const SharedPointTables& tables = shared.tables;
-  const size_t item = Item(), points = PointsPerRecord(shared.segments);
-  if (item >= CopyItems(tables, shared.segments)) return;
-  if (item < tables.corner_count) return Copy(shared, tables.always[item], 0);
-  const size_t inner = item - tables.corner_count;
-  Copy(shared, tables.always[tables.corner_count + inner / points],
-       static_cast<int>(inner % points));
+  const uint32_t first = blockIdx.x * kSharedRun;
+  if (threadIdx.x < 3 * kSharedRun) {
+    CopyCorner(plan, shared, first + threadIdx.x / 3, static_cast<int>(threadIdx.x % 3));
+  }
+  const uint32_t begin = tables.edge_begins[blockIdx.x], end = tables.edge_begins[blockIdx.x + 1];
+  const auto points = static_cast<uint32_t>(PointsPerRecord(shared.segments));
+  for (uint32_t item = threadIdx.x; item < (end - begin) * points; item += kBlockThreads) {
+    const uint32_t i = begin + item / points, use = tables.edge_uses[i];
+    const PackedUse to = PackUse(first + use % kSharedRun, kFirstEdge + use / kSharedRun, false);
+    Copy(shared, {tables.edge_owners[i], to}, static_cast<int>(item % points));
+  }
 }
 
 __global__ void __launch_bounds__(kBlockThreads) SeamCopyKernel(SharedPositions shared) {
@@ -95,10 +104,9 @@ cudaError_t LaunchSharedPoints(const PlanTables& plan, const Vec3d* control_poin
                                const SharedPositions& shared, cudaStream_t stream) {
   const size_t points = PointsPerRecord(shared.segments);
   const SharedPointTables& tables = shared.tables;
-  if (tables.always_count > 0) {
-    const size_t items = CopyItems(tables, shared.segments);
-    CopyKernel<<<Blocks(items), kBlockThreads, 0, stream>>>(shared);
-  }
+  static_assert(kBlockThreads >= 3 * kSharedRun);
+  const auto runs = static_cast<unsigned>((tables.patch_count + kSharedRun - 1) / kSharedRun);
+  if (runs > 0) CopyKernel<<<runs, kBlockThreads, 0, stream>>>(plan, shared);
   if (tables.on_seams_count > 0) {
     SeamCopyKernel<<<Blocks(tables.on_seams_count * points), kBlockThreads, 0, stream>>>(shared);
   }
