@@ -24,7 +24,7 @@ __device__ inline Vec3d RestSmoothNormal(const PlanTables& plan, size_t patch, V
 }
 
 __device__ inline Vec3d RestNormal(const PlanTables& plan, size_t patch, Vec3d b, bool smooth) {
-  return smooth ? RestSmoothNormal(plan, patch, b) : ToDouble(plan.facet_normals[patch]);
+  return smooth ? RestSmoothNormal(plan, patch, b) : UnpackDirection(plan.facet_normals[patch]);
 }
 
 __device__ inline CarriedNormal CarryAt(const PlanTables& plan, const Vec3d* control_points,
@@ -49,7 +49,7 @@ __device__ inline Vec3d DefinitionNormal(const PlanTables& plan, const Vec3d* co
   const CarriedNormal middle = CarryAt(plan, control_points, patch, centroid, smooth);
   if (middle.kappa <= kMaxNormalCondition) return middle.direction;
   const Vec3d rest = Unit(RestNormal(plan, patch, centroid, smooth));
-  return rest != Vec3d{} ? rest : Unit(ToDouble(plan.facet_normals[patch]));
+  return rest != Vec3d{} ? rest : UnpackDirection(plan.facet_normals[patch]);
 }
 
 }  // namespace latticed::kernels

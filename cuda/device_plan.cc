@@ -61,10 +61,10 @@ absl::Status DevicePlan::UploadGeometry(Pipeline pipeline) {
   if (auto s = UploadTable(*context_, boxes, boxes_); !s.ok()) return s;
 
   const DirectFfd direct(plan, {});
-  std::vector<Vec3f> normals;
+  std::vector<kernels::PackedDirection> normals;
   normals.reserve(plan.patches.size());
   for (size_t p = 0; p < plan.patches.size(); ++p) {
-    normals.push_back(ToFloat(direct.RestFacetNormal(p)));
+    normals.push_back(kernels::PackDirection(direct.RestFacetNormal(p)));
   }
   if (auto s = UploadTable(*context_, normals, facet_normals_); !s.ok()) return s;
   const auto packed = PackPatches(plan);

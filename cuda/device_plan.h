@@ -3,7 +3,7 @@
 //
 // A plan on the device, as the kernels of one pipeline read it.
 //
-//   a patch   16 bytes of indices, 12 of facet normal, 36 more where a smooth view asked
+//   a patch   16 bytes of indices, 8 of facet normal, 36 more where a smooth view asked
 //   a vertex  48 bytes, about half a vertex a patch
 //   fused     knot boxes: device_boxes.h
 //   others    shared points: device_shared_points.h
@@ -54,7 +54,7 @@ class DevicePlan {
   DeviceBuffer<kernels::DevicePatch> patches_;
   DeviceBuffer<kernels::DeviceVertex> vertices_;
   DeviceBuffer<kernels::DeviceBox> boxes_;
-  DeviceBuffer<Vec3f> facet_normals_;
+  DeviceBuffer<kernels::PackedDirection> facet_normals_;
   std::optional<DeviceBoxes> fused_;
   std::optional<DeviceSharedPoints> shared_points_;
   kernels::PlanTables tables_{};

@@ -101,7 +101,7 @@ template <bool kSmooth>
 __device__ inline void WriteFrame(const FusedLaunch& launch, uint32_t patch, uint32_t box,
                                   const DeviceVertex* const (&corner)[3], float* rows, int lanes) {
   const Vec3d origin = corner[0]->world;
-  const Vec3d facet = ToDouble(launch.plan.facet_normals[patch]);
+  const Vec3d facet = UnpackDirection(launch.plan.facet_normals[patch]);
   const Vec3d side = corner[2]->world - origin;
   Vec3d along = corner[1]->world - origin;
   const double length2 = Dot(along, along), inverse = length2 > 0 ? rsqrt(length2) : 0.0;

@@ -22,6 +22,7 @@
 #include "core/view/vertex_layout.h"
 #include "cuda/device_patch.h"
 #include "cuda/kernel_call.h"
+#include "cuda/packed_direction.h"
 #include "cuda/shared_point_tables.h"
 
 namespace latticed::kernels {
@@ -48,8 +49,8 @@ struct PlanTables {
   const DevicePatch* patches;
   const DeviceVertex* vertices;
   const DeviceBox* boxes;
-  const Vec3f* facet_normals;           // unit, of the source triangle, one a patch
-  const CornerNormals* corner_normals;  // null until a smooth view asks
+  const PackedDirection* facet_normals;  // of the source triangle, one a patch
+  const CornerNormals* corner_normals;   // null until a smooth view asks
 };
 
 // Copies `bytes`, more than none, rounded up to kUploadUnit, which both sides have room for and are

@@ -64,7 +64,7 @@ __global__ void __launch_bounds__(kBlockThreads) SampleKernel(Tile tile, Samples
                    (t.z * over) * patch.corner[2];
   Vec3d normal, by_normal;
   if constexpr (kByNormal) {
-    normal = ToDouble(tile.plan.facet_normals[tile.first + in_tile]);
+    normal = UnpackDirection(tile.plan.facet_normals[tile.first + in_tile]);
     by_normal = normal;
   }
   Vec3d position = at;

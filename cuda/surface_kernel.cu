@@ -42,7 +42,7 @@ __device__ RawNormal SmoothNormal(const PlanTables& plan, size_t patch, Vec3d b,
   const DevicePatch p = plan.patches[patch];
   const Vec3d corner = plan.vertices[p.Vertex(0)].world;
   const Vec3d n = RestSmoothNormal(plan, patch, b);
-  const double by_f = Dot(n, ToDouble(plan.facet_normals[patch]));
+  const double by_f = Dot(n, UnpackDirection(plan.facet_normals[patch]));
   const double by_1 = Dot(n, plan.vertices[p.Vertex(1)].world - corner);
   const double by_2 = Dot(n, plan.vertices[p.Vertex(2)].world - corner);
   const double u = Norm(pu), v = Norm(pv), f = Norm(pf);

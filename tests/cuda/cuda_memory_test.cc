@@ -127,6 +127,25 @@ TEST_F(CudaMemory, CyclesOfUseLeaveNothingBehind) {
   EXPECT_LE(before, after + 64 * kMiB);
 }
 
+// DESIGN §6: 64 bytes a patch, 96 where a view asked for smooth normals.
+TEST_F(CudaMemory, PlansTakeFewBytesAPatch) {
+  const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
+  ASSERT_OK(backend);
+  const PolygonMesh mesh = TorusMesh(200, 100);
+  const Plan plan = MakeTestPlan(mesh, MakeStructure(mesh.ComputeBounds(), {.extra = {3, 3, 3}}));
+  ASSERT_NE(plan, nullptr);
+  ASSERT_GT(plan->patches.size(), 40'000u);
+  const auto patches = static_cast<double>(plan->patches.size());
+  for (const Pipeline pipeline : kPipelines) {
+    SCOPED_TRACE(PipelineName(pipeline));
+    const auto target = (*backend)->Prepare(plan, pipeline);
+    ASSERT_OK(target);
+    EXPECT_LE(static_cast<double>((*target)->memory().at("device_plan")), 64 * patches);
+    ASSERT_OK((*target)->CreateView({.segments = 1, .normals = NormalMode::kSmooth}));
+    EXPECT_LE(static_cast<double>((*target)->memory().at("device_plan")), 96 * patches);
+  }
+}
+
 TEST_F(CudaMemory, RepeatedRunsAreBitIdentical) {
   for (const Pipeline pipeline : kPipelines) {
     const auto backend = MakeCudaBackend({});
