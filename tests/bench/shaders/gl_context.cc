@@ -33,12 +33,16 @@ absl::Status CheckLibraries() {
   if (!CanOpen(kEgl)) return absl::UnavailableError("there is no libEGL.so.1");
   if (!CanOpen(kGl))
     return absl::UnavailableError("there is neither libOpenGL.so.0 nor libGL.so.1");
-  for (const char* const extension :
-       {"EGL_EXT_device_enumeration", "EGL_EXT_device_query", "EGL_EXT_platform_device"}) {
-    const char* const all = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
-    if (all == nullptr || !epoxy_extension_in_string(all, extension)) {
-      return absl::UnavailableError(fmt::format("this libEGL has no {}", extension));
-    }
+  const char* const all = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
+  const auto has = [all](const char* extension) {
+    return all != nullptr && epoxy_extension_in_string(all, extension);
+  };
+  // The older name of the two that follow it.
+  const bool devices = has("EGL_EXT_device_base") ||
+                       (has("EGL_EXT_device_enumeration") && has("EGL_EXT_device_query"));
+  if (!devices) return absl::UnavailableError("this libEGL lists no devices");
+  if (!has("EGL_EXT_platform_device")) {
+    return absl::UnavailableError("this libEGL has no EGL_EXT_platform_device");
   }
   return absl::OkStatus();
 }
