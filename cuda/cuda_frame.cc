@@ -9,8 +9,8 @@ namespace latticed {
 namespace {
 
 size_t ChunkListAt(const DeformPlan& plan) {
-  const size_t bytes = static_cast<size_t>(plan.structure.control_point_count()) * sizeof(Vec3d) +
-                       plan.seams.size();
+  const size_t bytes =
+      static_cast<size_t>(plan.structure.control_point_count()) * sizeof(Vec3d) + plan.seams.size();
   return (bytes + sizeof(uint32_t) - 1) / sizeof(uint32_t) * sizeof(uint32_t);
 }
 

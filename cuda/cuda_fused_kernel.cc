@@ -38,9 +38,9 @@ absl::StatusOr<std::unique_ptr<CudaFusedKernel>> CudaFusedKernel::Create(
   if (!coefficients.ok()) return coefficients.status();
   auto bounds = Floats(context, *lane, plan->boxes.size());
   if (!bounds.ok()) return bounds.status();
-  return std::unique_ptr<CudaFusedKernel>(new CudaFusedKernel(
-      std::move(plan), std::move(device_plan), spec, std::move(lane), *tables,
-      {*std::move(wire_chunks), *std::move(coefficients), *std::move(bounds)}));
+  return std::unique_ptr<CudaFusedKernel>(
+      new CudaFusedKernel(std::move(plan), std::move(device_plan), spec, std::move(lane), *tables,
+                          {*std::move(wire_chunks), *std::move(coefficients), *std::move(bounds)}));
 }
 
 CudaFusedKernel::CudaFusedKernel(std::shared_ptr<const DeformPlan> plan,

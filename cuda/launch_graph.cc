@@ -56,9 +56,9 @@ cudaError_t LaunchGraph::FindNodes(std::span<const kernels::KernelCall> calls) {
   for (cudaGraphNode_t node : all) {
     cudaKernelNodeParams params{};
     if (const auto e = cudaGraphKernelNodeGetParams(node, &params); e != cudaSuccess) return e;
-    const auto call =
-        std::find_if(calls.begin(), calls.end(),
-                     [&](const kernels::KernelCall& c) { return c.kernel() == params.func; });
+    const auto call = std::find_if(calls.begin(), calls.end(), [&](const kernels::KernelCall& c) {
+      return c.kernel() == params.func;
+    });
     if (call == calls.end()) return cudaErrorInvalidValue;
     nodes_[static_cast<size_t>(call - calls.begin())] = node;
   }

@@ -27,7 +27,11 @@ __global__ void __launch_bounds__(kBlockThreads)
 KernelCall UploadCall(const void* pinned, size_t bytes, void* to) {
   static_assert(sizeof(uint4) == kUploadUnit);
   const size_t count = (bytes + kUploadUnit - 1) / kUploadUnit;
-  return {UploadKernel, Order::kAfter, Blocks(count), kBlockThreads, 0,
+  return {UploadKernel,
+          Order::kAfter,
+          Blocks(count),
+          kBlockThreads,
+          0,
           Arguments{static_cast<const uint4*>(pinned), count, static_cast<uint4*>(to)}};
 }
 

@@ -38,7 +38,8 @@ TEST(PackedDirection, KeepsDirections) {
   }
   for (const Vec3d& d : directions) {
     const Vec3d got = UnpackDirection(PackDirection(d));
-    ASSERT_LE(Angle(got, d), 0x1p-29) << "seed " << kSeed << ": " << d.x << ' ' << d.y << ' ' << d.z;
+    ASSERT_LE(Angle(got, d), 0x1p-29)
+        << "seed " << kSeed << ": " << d.x << ' ' << d.y << ' ' << d.z;
     ASSERT_NEAR(Norm(got), 1, 1e-15);
   }
 }
