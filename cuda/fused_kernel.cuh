@@ -80,7 +80,6 @@ class FusedBlock {
     // Up to here only of the plan was read.
     WaitForKernelBefore();
     __syncthreads();
-    features.Evaluate(warp_, lane_);
     if (warp_ == kFrameWarp) {
       const DeviceVertex* const corner[3] = {&Shared::Vertex(uses.Corner(0)),
                                              &Shared::Vertex(uses.Corner(1)),
@@ -88,12 +87,13 @@ class FusedBlock {
       WriteFrame<kSmooth>(launch_, patch_index_, patch.Box(), corner, &Shared::Frame(0, lane_),
                           kLanes);
     }
+    features.Evaluate(warp_, lane_);
     __syncthreads();
     Compose(patch.Box());
     __syncthreads();
     RowKernel<N, kSmooth, kFloat> rows(launch_, uses, chunk_, lane_);
     for (int low = warp_; 2 * low <= launch_.segments; low += kFusedWarps) rows.Run(low);
-    if (!rows.any_weak()) return;
+    if (!rows.any_weak() || launch_.normals == Normals::kNone) return;
     __syncwarp();
     ReplaceWeakNormals<kFloat>(launch_, &Shared::Weak(0), chunk_, warp_, kSmooth);
   }

@@ -6,7 +6,8 @@
 //
 // Layout   lane order, q points a patch, lane = patch in its chunk of 32; the last chunk is padded
 //   kFloat32          float [chunk][point][x y z nx ny nz, or x y z][lane]
-//   kQuantised8       8 bytes [chunk][point][lane]: x | y << 16, z | s << 16 | t << 24
+//   kQuantised8       8 bytes [chunk][point][lane]: x | y << 16, z | s << 16 | t << 24; s and
+//                     t mean nothing in a view without normals
 //   kQuantised16      8 bytes [chunk][point][lane]: x | y << 16, z and 16 bits of no meaning;
 //                     then, 4 bytes [chunk][point][lane], s | t << 16
 //   so that every store of a warp is whole lines.

@@ -5,7 +5,8 @@
 //
 //   row t       p_i = sum_j P_ij t^j / j!,   P_ij = d^i/dx^i d^j/dt^j; rows t and -t share their sums
 //   point x     position = sum_i p_i x^i / i!,   d/dx = sum_i p_(i+1) x^i / i!;  likewise x and -x
-//   normal      P_along x P_across; with vertex normals as WriteSmoothRows says
+//   normal      P_along x P_across; with vertex normals as WriteSmoothRows says. Made also for views
+//               without normals, which do not store it: a branch a point would cost all others
 //
 // Points on the patch's edges take their positions from shared memory: fused_edge.cuh.
 #ifndef LATTICED_CUDA_FUSED_ROWS_CUH_
@@ -25,8 +26,12 @@ __device__ __forceinline__ void CollapseRows(const float* p, const float* powers
                                              float* minus) {
 #pragma unroll
   for (int i = 0; i <= N; ++i) {
-    float even = p[At(i, 0)], odd = 0.0f;
-    if (i < N) odd = p[At(i, 1)] * powers[1];
+    float even = p[At(i, 0)];
+    if (i == N) {
+      plus[i] = minus[i] = even;
+      continue;
+    }
+    float odd = p[At(i, 1)] * powers[1];
 #pragma unroll
     for (int j = 2; j <= N - i; ++j) {
       float& part = j % 2 == 0 ? even : odd;
@@ -101,7 +106,6 @@ class RowKernel {
         lane_(lane),
         segments_(launch.segments),
         unit_(0.5f / static_cast<float>(launch.segments)),
-        normals_(launch.normals != Normals::kNone),
         weak_below_(Shared::Frame(kWeakBelow, lane)),
         scale_(Shared::Frame(kNormalScale, lane)) {}
 
@@ -140,62 +144,71 @@ class RowKernel {
     }
   }
 
-  // From the ends inwards, two points at a time: the first and the last in the order of the pattern.
-  // The ends lie on the patch's edges 2 and 1, all of row 0 on edge 0.
+  // Where the next two points go, at -x and x; from the ends of a row inwards.
+  struct Places {
+    unsigned left, right;
+    int step;
+  };
+
+  // Points at -x come first in the pattern in rows of even number, those at x in the others.
+  __device__ __forceinline__ Places PlacesOf(int row) const {
+    const int stride = static_cast<int>(sink_.stride());
+    const unsigned first = sink_.Place(RowBegin(segments_, row));
+    const unsigned last = first + static_cast<unsigned>((segments_ - row) * stride);
+    return row % 2 == 0 ? Places{first, last, stride} : Places{last, first, -stride};
+  }
+
   __device__ __forceinline__ void EvaluateRow(int row, float t, const Row& r) {
     least_ = kInfinity;
-    const bool forth = row % 2 == 0;  // the first is at -x
-    const int last = segments_ - row;
-    unsigned place = sink_.Place(RowBegin(segments_, row));
-    unsigned place_last = place + static_cast<unsigned>(last) * sink_.stride();
-    unsigned at = forth ? LeftEnd(row) : RightEnd(row);
-    unsigned at_last = forth ? RightEnd(row) : LeftEnd(row);
-    for (int m = last; m > 0; m -= 2) {
-      float steps[4 * Shared::kStepVectors];
-      LoadSteps(m, steps);
-      steps[0] = forth ? -steps[0] : steps[0];
-      Position p, p_last;
-      if (m == last || row == 0) {
-        p = Shared::Load(at);
-        p_last = Shared::Load(at_last);
-      } else {
-        float3 a, b;
-        AtBoth<N>(r.position[0], steps, a.x, b.x);
-        AtBoth<N>(r.position[1], steps, a.y, b.y);
-        AtBoth<N>(r.position[2], steps, a.z, b.z);
-        p = sink_.MakePosition(a);
-        p_last = sink_.MakePosition(b);
-      }
-      if (row == 0) {
-        const int next = (last - m) / 2 + 1;
-        at = EdgeAt(0, false, next);
-        at_last = EdgeAt(0, true, next);
-      }
-      if (normals_) {
-        StorePair(r, steps, t, p, place, p_last, place_last);
-      } else {
-        sink_.Store(place, p);
-        sink_.Store(place_last, p_last);
-      }
-      place += sink_.stride();
-      place_last -= sink_.stride();
+    Places places = PlacesOf(row);
+    if (row == 0) {
+      EvaluateBottom(r, t, places);
+    } else {
+      EvaluateInner(row, r, t, places);
     }
-    if (last % 2 == 0) StoreMiddle(r, t, row, at, place);
     const unsigned weak = __ballot_sync(~0u, !(least_ > weak_below_));  // NaN too
     if (lane_ == 0) Shared::Weak(row) = weak;
     any_weak_ |= weak != 0;
   }
 
-  // Where the positions of a row's ends stand.
-  __device__ __forceinline__ unsigned LeftEnd(int row) const {
-    return row == 0 ? Shared::CornerAt(uses_.Corner(0)) : EdgeAt(2, true, row);
+  // Row 0, all of it on edge 0.
+  __device__ __forceinline__ void EvaluateBottom(const Row& r, float t, Places& places) {
+    unsigned left = Shared::CornerAt(uses_.Corner(0)), right = Shared::CornerAt(uses_.Corner(1));
+    int k = 1;
+    for (int m = segments_; m > 0; m -= 2, ++k) {
+      float steps[4 * Shared::kStepVectors];
+      LoadSteps(m, steps);
+      StorePair(r, steps, t, Shared::Load(left), Shared::Load(right), places);
+      left = EdgeAt(0, false, k);
+      right = EdgeAt(0, true, k);
+    }
+    if (segments_ % 2 == 0) StoreMiddle(r, t, Shared::Load(left), places);
   }
-  __device__ __forceinline__ unsigned RightEnd(int row) const {
-    return row == 0           ? Shared::CornerAt(uses_.Corner(1))
-           : row == segments_ ? Shared::CornerAt(uses_.Corner(2))
-                              : EdgeAt(1, false, row);
+
+  // Any other row; its ends lie on edges 2 and 1.
+  __device__ __forceinline__ void EvaluateInner(int row, const Row& r, float t, Places& places) {
+    int m = segments_ - row;
+    if (m == 0) {
+      return StoreMiddle(r, t, Shared::Load(Shared::CornerAt(uses_.Corner(2))), places);
+    }
+    float steps[4 * Shared::kStepVectors];
+    LoadSteps(m, steps);
+    StorePair(r, steps, t, Shared::Load(EdgeAt(2, true, row)), Shared::Load(EdgeAt(1, false, row)),
+              places);
+    for (m -= 2; m > 0; m -= 2) {
+      LoadSteps(m, steps);
+      float3 left, right;
+      AtBoth<N>(r.position[0], steps, right.x, left.x);
+      AtBoth<N>(r.position[1], steps, right.y, left.y);
+      AtBoth<N>(r.position[2], steps, right.z, left.z);
+      StorePair(r, steps, t, sink_.MakePosition(left), sink_.MakePosition(right), places);
+    }
+    if (m < 0) return;
+    StoreMiddle(r, t, sink_.MakePosition({r.position[0][0], r.position[1][0], r.position[2][0]}),
+                places);
   }
-  // That of point k of an edge, counted from its end where `from_end`.
+
+  // Where the position of point k of an edge stands, counted from the edge's end where `from_end`.
   __device__ __forceinline__ unsigned EdgeAt(int edge, bool from_end, int k) const {
     const bool back = uses_.IsReversed(edge) != from_end;
     return Shared::EdgePointAt(uses_.Edge(edge), back ? segments_ - k : k);
@@ -209,9 +222,9 @@ class RowKernel {
     }
   }
 
-  // The points at steps[0] and -steps[0].
-  __device__ __forceinline__ void StorePair(const Row& r, const float* steps, float t, Position p,
-                                            unsigned place, Position p_last, unsigned place_last) {
+  // The points at x = -steps[0] and steps[0], of positions `left` and `right`.
+  __device__ __forceinline__ void StorePair(const Row& r, const float* steps, float t,
+                                            Position left, Position right, Places& places) {
     Tangents a, b;
     AtBoth<N - 1>(r.position[0] + 1, steps, a.along.x, b.along.x);
     AtBoth<N - 1>(r.position[1] + 1, steps, a.along.y, b.along.y);
@@ -224,24 +237,19 @@ class RowKernel {
       AtBoth<N - 1>(r.facet[1], steps, a.facet.y, b.facet.y);
       AtBoth<N - 1>(r.facet[2], steps, a.facet.z, b.facet.z);
     }
-    StoreVertex(place, p, a, steps[0], t);
-    StoreVertex(place_last, p_last, b, -steps[0], t);
+    StoreVertex(places.left, left, b, -steps[0], t);
+    StoreVertex(places.right, right, a, steps[0], t);
+    places.left += places.step;
+    places.right -= places.step;
   }
 
-  __device__ __forceinline__ void StoreMiddle(const Row& r, float t, int row, unsigned at,
-                                              unsigned place) {
-    Position p;
-    if (row == 0 || row == segments_) {
-      p = Shared::Load(row == 0 ? at : RightEnd(row));
-    } else {
-      p = sink_.MakePosition({r.position[0][0], r.position[1][0], r.position[2][0]});
-    }
-    if (!normals_) return sink_.Store(place, p);
+  __device__ __forceinline__ void StoreMiddle(const Row& r, float t, Position p,
+                                              const Places& places) {
     Tangents tangents{{r.position[0][1], r.position[1][1], r.position[2][1]},
                       {r.across[0][0], r.across[1][0], r.across[2][0]},
                       {}};
     if constexpr (kSmooth) tangents.facet = {r.facet[0][0], r.facet[1][0], r.facet[2][0]};
-    StoreVertex(place, p, tangents, 0, t);
+    StoreVertex(places.left, p, tangents, 0, t);
   }
 
   __device__ __forceinline__ void StoreVertex(unsigned place, Position p, const Tangents& tangents,
@@ -276,7 +284,6 @@ class RowKernel {
   const unsigned lane_;
   const int segments_;
   const float unit_;
-  const bool normals_;
   const float weak_below_, scale_;
   float least_ = 0;  // |n|_1 in this row
   bool any_weak_ = false;

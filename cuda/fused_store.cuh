@@ -47,7 +47,8 @@ class VertexSink {
   static constexpr int kPositionWords = sizeof(Position) / sizeof(float);
 
   __device__ VertexSink(const FusedLaunch& launch, uint32_t chunk, unsigned lane)
-      : normal_bits_(launch.output.normal_bits),
+      : normals_(launch.normals != Normals::kNone),
+        normal_bits_(launch.output.normal_bits),
         wide_(launch.output.format == LaneFormat::kQuantised16),
         stride_(kRowBytes * (kFloat && launch.normals != Normals::kNone ? 6
                              : kFloat                                   ? 3
@@ -79,19 +80,13 @@ class VertexSink {
     }
   }
 
-  __device__ __forceinline__ void Store(unsigned place, Position p) const {
-    if constexpr (kFloat) {
-      StoreFloats(place, p);
-    } else {
-      StoreWords(place, p.x, p.y & 0xffff);
-    }
-  }
-
-  // `n` has the normal's direction, `norm1` = |n|_1; `scale` keeps its square from underflow.
+  // `n` has the normal's direction, `norm1` = |n|_1; `scale` keeps its square from underflow. Views
+  // without normals do without: s and t of their quantised words mean nothing.
   __device__ __forceinline__ void Store(unsigned place, Position p, float3 n, float norm1,
                                         float scale) const {
     if constexpr (kFloat) {
       StoreFloats(place, p);
+      if (!normals_) return;
       n = {n.x * scale, n.y * scale, n.z * scale};
       const float inverse = rsqrtf(fmaf(n.x, n.x, fmaf(n.y, n.y, n.z * n.z)));
       StoreFloats(place + 3 * kRowBytes, {n.x * inverse, n.y * inverse, n.z * inverse});
@@ -137,6 +132,7 @@ class VertexSink {
     return *reinterpret_cast<uint32_t*>(second_ + place / 2);
   }
 
+  const bool normals_;
   const int normal_bits_;
   const bool wide_;
   const unsigned stride_, lane_;
