@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/codec/chunk_encoder.h"
 
+#include "core/codec/draco_writer.h"
+
 namespace latticed {
 
 QuantisedVertices QuantisedVertices::FromBytes(std::span<const uint8_t> bytes, size_t point_count,
@@ -21,6 +23,12 @@ QuantisedVertices QuantisedVertices::FromBytes(std::span<const uint8_t> bytes, s
     vertices.t = vertices.s + point_count * (normal_bits <= 8 ? 1 : 2);
   }
   return vertices;
+}
+
+std::unique_ptr<ChunkEncoder> MakeChunkEncoder(std::string_view name) {
+  if (name == "latticed") return std::make_unique<DracoWriter>();
+  if (name == "reference") return MakeReferenceEncoder();
+  return nullptr;
 }
 
 }  // namespace latticed

@@ -53,6 +53,8 @@ class ChunkEncoder {
 
 // libdraco (core/codec/draco_reference.cc).
 [[nodiscard]] std::unique_ptr<ChunkEncoder> MakeReferenceEncoder();
+// "reference" or "latticed" (core/codec/draco_writer.h); null for another name.
+[[nodiscard]] std::unique_ptr<ChunkEncoder> MakeChunkEncoder(std::string_view name);
 
 }  // namespace latticed
 

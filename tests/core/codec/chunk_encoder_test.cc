@@ -67,21 +67,26 @@ Chunk MakeChunk(size_t points, int position_bits, int normal_bits, Data data) {
   return chunk;
 }
 
-class ReferenceEncoder : public ::testing::TestWithParam<std::tuple<int, int, size_t, Data>> {};
-INSTANTIATE_TEST_SUITE_P(All, ReferenceEncoder,
-                         ::testing::Combine(::testing::Values(8, 11, 12, 14, 16),
+// One suite for every encoder.
+using Encoder = std::string;
+const auto kEncoders = ::testing::Values("reference", "latticed");
+
+class EncodedIntegers
+    : public ::testing::TestWithParam<std::tuple<Encoder, int, int, size_t, Data>> {};
+INSTANTIATE_TEST_SUITE_P(All, EncodedIntegers,
+                         ::testing::Combine(kEncoders, ::testing::Values(8, 11, 12, 14, 16),
                                             ::testing::Values(0, 6, 8, 10, 12),
                                             ::testing::Values(1, 2, 3, 66, 2112, 5000),
                                             ::testing::Values(Data::kRandom, Data::kConstant,
                                                               Data::kExtreme, Data::kRamp)));
 
-TEST_P(ReferenceEncoder, IntegersSurvive) {
-  const auto [position_bits, normal_bits, points, data] = GetParam();
+TEST_P(EncodedIntegers, Survive) {
+  const auto [encoder, position_bits, normal_bits, points, data] = GetParam();
   const Chunk chunk = MakeChunk(points, position_bits, normal_bits, data);
   const auto vertices =
       QuantisedVertices::FromBytes(chunk.bytes, points, position_bits, normal_bits);
 
-  const auto stream = MakeReferenceEncoder()->EncodePoints(vertices, 8.0);
+  const auto stream = MakeChunkEncoder(encoder)->EncodePoints(vertices, 8.0);
   ASSERT_OK(stream);
   const auto decoded = DecodeDracoChunkIntegers(*stream);
   ASSERT_OK(decoded);

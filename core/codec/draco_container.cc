@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/codec/draco_container.h"
+
+#include "core/codec/octahedral.h"
+
+namespace latticed {
+namespace {
+
+// Numbers of the format.
+constexpr uint32_t kMajor = 2, kCloudMinor = 3, kMeshMinor = 2;
+constexpr uint32_t kCloud = 0, kMesh = 1, kSequential = 0;
+constexpr uint32_t kPositionType = 0, kNormalType = 1, kFloat32 = 9;
+constexpr uint32_t kQuantisedCoder = 2, kOctahedralCoder = 3;
+constexpr uint32_t kDifference = 0, kWrap = 1, kCanonicalOctahedron = 3;
+
+void WriteHeader(uint32_t minor, uint32_t geometry, ByteWriter& out) {
+  constexpr uint8_t kMagic[] = {'D', 'R', 'A', 'C', 'O'};
+  out.Bytes(kMagic);
+  for (const uint32_t byte : {kMajor, minor, geometry, kSequential}) out.Byte(byte);
+  out.Plain(uint16_t{0});  // no metadata
+}
+
+void WriteDescriptors(int normal_bits, ByteWriter& out) {
+  const uint32_t attributes = normal_bits > 0 ? 2 : 1;
+  out.Byte(1);
+  out.Byte(attributes);
+  for (uint32_t id = 0; id < attributes; ++id) {
+    const uint32_t type = id == 0 ? kPositionType : kNormalType;
+    for (const uint32_t byte : {type, kFloat32, 3u, 0u, id}) out.Byte(byte);
+  }
+  out.Byte(kQuantisedCoder);
+  if (normal_bits > 0) out.Byte(kOctahedralCoder);
+}
+
+}  // namespace
+
+void WriteCloudHead(size_t point_count, int normal_bits, ByteWriter& out) {
+  WriteHeader(kCloudMinor, kCloud, out);
+  out.Plain(static_cast<int32_t>(point_count));
+  WriteDescriptors(normal_bits, out);
+}
+
+void WriteMeshHead(std::span<const uint8_t> connectivity, int normal_bits, ByteWriter& out) {
+  WriteHeader(kMeshMinor, kMesh, out);
+  out.Bytes(connectivity);
+  WriteDescriptors(normal_bits, out);
+}
+
+void WritePrediction(DracoAttribute attribute, ByteWriter& out) {
+  out.Byte(kDifference);
+  out.Byte(attribute == DracoAttribute::kPosition ? kWrap : kCanonicalOctahedron);
+}
+
+void WriteTransformBounds(DracoAttribute attribute, int bits, ByteWriter& out) {
+  const int32_t all = (1 << bits) - 1;
+  if (attribute == DracoAttribute::kPosition) {  // least and largest value
+    out.Plain(int32_t{0});
+    out.Plain(all);
+  } else {  // the modulus and the centre
+    out.Plain(all);
+    out.Plain(OctahedralMax(bits) / 2);
+  }
+}
+
+void WriteDequantisation(int position_bits, int normal_bits, float range, ByteWriter& out) {
+  for (int axis = 0; axis < 3; ++axis) out.Plain(0.0f);
+  out.Plain(range);
+  out.Byte(static_cast<uint32_t>(position_bits));
+  if (normal_bits > 0) out.Byte(static_cast<uint32_t>(normal_bits));
+}
+
+}  // namespace latticed

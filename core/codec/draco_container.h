@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a Draco stream of a chunk has around its symbols: constant bytes but for a few numbers.
+//
+//   "DRACO" major minor geometry method flags16      2.3 point cloud, 2.2 mesh; method sequential
+//   points: int32                                    a mesh has its connectivity here instead
+//   1 decoder; attributes; type, data type, components, normalised, id of each; coder of each
+//   then each attribute:
+//     prediction method, transform
+//     1 scheme coder | table | length | states       or 0 width | plain symbols
+//     bounds of the transform: int32, int32
+//   then each attribute's way back to floats: float min[3] float range bits, or bits
+//
+// Source   Draco bitstream specification, google.github.io/draco/spec
+// Threads  pure functions
+#ifndef LATTICED_CORE_CODEC_DRACO_CONTAINER_H_
+#define LATTICED_CORE_CODEC_DRACO_CONTAINER_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/codec/byte_writer.h"
+
+namespace latticed {
+
+enum class DracoAttribute { kPosition, kNormal };
+
+// All that is neither connectivity nor symbols, rounded up.
+inline constexpr size_t kMostContainerBytes = 128;
+
+// Before the attributes. normal_bits = 0: none.
+void WriteCloudHead(size_t point_count, int normal_bits, ByteWriter& out);
+// `connectivity`: of DracoConnectivity.
+void WriteMeshHead(std::span<const uint8_t> connectivity, int normal_bits, ByteWriter& out);
+
+// Before and after the symbols of an attribute.
+void WritePrediction(DracoAttribute attribute, ByteWriter& out);
+void WriteTransformBounds(DracoAttribute attribute, int bits, ByteWriter& out);
+
+// At the end: decoded position = integer * range / (2^position_bits - 1).
+void WriteDequantisation(int position_bits, int normal_bits, float range, ByteWriter& out);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CODEC_DRACO_CONTAINER_H_

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From quantised integers to the symbols that a Draco stream codes: prediction DIFFERENCE, so a
+// point is predicted by the one before it, the first by zero. These are the definitions; the
+// vectorised ones in draco_symbols-inl.h give the same numbers.
+//
+//   position   d = value - previous, wrapped into [-2^(b-1), 2^(b-1) - 1]; symbol 2d, or -2d - 1
+//   normal     value and prediction about the centre of the octahedral square; where the
+//              prediction lies outside of the diamond both are turned inside out; both are turned
+//              by quarters until the prediction is in the lower left; symbol = difference modulo
+//              2^b - 1, for s and t
+//
+// Wrapping by 2^b is Draco's transform WRAP with the bounds 0 and 2^b - 1: no pass for the bounds.
+// Source   Draco bitstream 2.2, prediction transforms WRAP and NORMAL_OCTAHEDRON_CANONICALIZED
+// Threads  pure functions, on host and device
+#ifndef LATTICED_CORE_CODEC_DRACO_SYMBOLS_H_
+#define LATTICED_CORE_CODEC_DRACO_SYMBOLS_H_
+
+#include <cstdint>
+
+#include "core/base/host_device.h"
+#include "core/codec/octahedral.h"
+
+namespace latticed {
+
+// Below 2^bits, whatever the values. 8 <= bits <= 16.
+LATTICED_HD constexpr uint32_t PositionSymbol(uint32_t value, uint32_t previous, int bits) {
+  const int unused = 32 - bits;
+  const int32_t d = static_cast<int32_t>((value - previous) << unused) >> unused;
+  return (static_cast<uint32_t>(d) << 1) ^ static_cast<uint32_t>(d >> 31);
+}
+
+// The point of the octahedral square, about its centre, whose direction differs by the sign of the
+// folded axis: inside and outside of the diamond change places.
+LATTICED_HD constexpr OctahedralNormal InvertDiamond(OctahedralNormal n, int32_t centre) {
+  const bool right = n.s > 0 || (n.s == 0 && n.t >= 0);
+  const bool upper = n.t > 0 || (n.t == 0 && n.s >= 0);
+  const int32_t corner_s = right ? centre : -centre, corner_t = upper ? centre : -centre;
+  return right == upper ? OctahedralNormal{corner_s - n.t, corner_t - n.s}
+                        : OctahedralNormal{corner_s + n.t, corner_t + n.s};
+}
+
+// Symbols of s and t, each at most OctahedralMax(bits), for values up to that. 6 <= bits <= 12.
+LATTICED_HD constexpr OctahedralNormal NormalSymbols(OctahedralNormal value,
+                                                     OctahedralNormal previous, int bits) {
+  const int32_t centre = OctahedralMax(bits) / 2, modulus = OctahedralMax(bits) + 1;
+  OctahedralNormal n{value.s - centre, value.t - centre};
+  OctahedralNormal p{previous.s - centre, previous.t - centre};
+  if ((p.s < 0 ? -p.s : p.s) + (p.t < 0 ? -p.t : p.t) > centre) {
+    n = InvertDiamond(n, centre);
+    p = InvertDiamond(p, centre);
+  }
+  // Turning is linear: only the difference need be turned.
+  const int32_t s = n.s - p.s, t = n.t - p.t;
+  OctahedralNormal d{s, t};
+  if (p.s > 0 && p.t >= 0) {
+    d = {-s, -t};
+  } else if (p.s >= 0 && p.t < 0) {
+    d = {t, -s};
+  } else if (p.s <= 0 && p.t > 0) {
+    d = {-t, s};
+  }
+  return {d.s < 0 ? d.s + modulus : d.s, d.t < 0 ? d.t + modulus : d.t};
+}
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CODEC_DRACO_SYMBOLS_H_

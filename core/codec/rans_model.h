@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Every choice that Draco leaves to a writer of rANS symbols (its scheme RAW), as integer functions
+// of the histogram, so that all writers make the same bytes.
+//
+//   M = 2^precision: what the probabilities of a stream sum up to. A stream names it by its bit
+//   length b, 1 … 18: precision = clamp(floor(3 b / 2), 12, 20).
+//
+// Probabilities. Symbols counted `threshold` times or less get 1; there are `lifted` of them. The
+// others share the M - lifted by their counts, `rest` in all, in ascending order of symbols:
+//
+//   probability = floor(scale * (before + count)) - floor(scale * before),  scale = (M - lifted) / rest
+//
+// with `before` = the counts of the smaller ones of them. The threshold is the least for which none
+// of them gets nothing: (threshold + 1)(M - lifted) >= rest. They sum up to M by construction, and
+// with prefix sums no symbol waits for another.
+//
+// Threads  pure functions, on host and device
+#ifndef LATTICED_CORE_CODEC_RANS_MODEL_H_
+#define LATTICED_CORE_CODEC_RANS_MODEL_H_
+
+#include <cstdint>
+
+#include "core/base/host_device.h"
+
+namespace latticed {
+
+// Bit lengths up to 8 all mean 12 bits, those from 14 on all mean 20.
+inline constexpr int kLeastRansBitLength = 8, kMostRansBitLength = 14;
+inline constexpr int kLeastRansPrecision = 12, kMostRansPrecision = 20;
+
+LATTICED_HD constexpr int RansPrecision(int bit_length) {
+  const int bits = 3 * bit_length / 2;
+  if (bits < kLeastRansPrecision) return kLeastRansPrecision;
+  return bits > kMostRansPrecision ? kMostRansPrecision : bits;
+}
+
+// The least bit length whose M is twice the distinct symbols or more: so many can be told apart
+// without distorting the others. 0 where there is none: store the symbols plainly.
+LATTICED_HD constexpr int RansBitLength(uint32_t distinct_symbols) {
+  for (int bit_length = kLeastRansBitLength; bit_length <= kMostRansBitLength; ++bit_length) {
+    if (distinct_symbols <= uint32_t{1} << (RansPrecision(bit_length) - 1)) return bit_length;
+  }
+  return 0;
+}
+
+// Bytes of a symbol that is stored plainly.
+LATTICED_HD constexpr uint32_t PlainSymbolBytes(uint32_t largest_symbol) {
+  return largest_symbol < 0x100 ? 1 : largest_symbol < 0x10000 ? 2 : 4;
+}
+
+// The last word, once the table and the states are coded: plain symbols where they take less.
+LATTICED_HD constexpr bool StorePlainly(uint64_t coded_bytes, uint64_t symbols,
+                                        uint32_t largest_symbol) {
+  return coded_bytes > symbols * PlainSymbolBytes(largest_symbol);
+}
+
+LATTICED_HD constexpr bool IsRansThreshold(uint32_t threshold, uint32_t lifted, uint32_t rest,
+                                           int precision) {
+  const uint64_t shared = (uint64_t{1} << precision) - lifted;
+  return (threshold + uint64_t{1}) * shared >= rest;
+}
+
+// `scale` in units of 2^-32, rounded up: the last boundary is M - lifted exactly, since rest < 2^32.
+LATTICED_HD constexpr uint64_t RansScale(uint32_t lifted, uint32_t rest, int precision) {
+  const uint64_t shared = (uint64_t{1} << precision) - lifted;
+  return ((shared << 32) + rest - 1) / rest;
+}
+
+LATTICED_HD constexpr uint32_t RansBoundary(uint64_t scale, uint32_t counts_before) {
+  return static_cast<uint32_t>((scale * counts_before) >> 32);
+}
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CODEC_RANS_MODEL_H_
