@@ -52,15 +52,14 @@ void WritePrediction(DracoAttribute attribute, ByteWriter& out) {
   out.Byte(attribute == DracoAttribute::kPosition ? kWrap : kCanonicalOctahedron);
 }
 
-void WriteTransformBounds(DracoAttribute attribute, int bits, ByteWriter& out) {
-  const int32_t all = (1 << bits) - 1;
-  if (attribute == DracoAttribute::kPosition) {  // least and largest value
-    out.Plain(int32_t{0});
-    out.Plain(all);
-  } else {  // the modulus and the centre
-    out.Plain(all);
-    out.Plain(OctahedralMax(bits) / 2);
-  }
+void WritePositionBounds(uint32_t least, uint32_t most, ByteWriter& out) {
+  out.Plain(static_cast<int32_t>(least));
+  out.Plain(static_cast<int32_t>(most));
+}
+
+void WriteNormalBounds(int normal_bits, ByteWriter& out) {
+  out.Plain(OctahedralMax(normal_bits) + 1);  // the modulus
+  out.Plain(OctahedralMax(normal_bits) / 2);  // the centre
 }
 
 void WriteDequantisation(int position_bits, int normal_bits, float range, ByteWriter& out) {

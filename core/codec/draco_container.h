@@ -35,9 +35,11 @@ void WriteCloudHead(size_t point_count, int normal_bits, ByteWriter& out);
 // `connectivity`: of DracoConnectivity.
 void WriteMeshHead(std::span<const uint8_t> connectivity, int normal_bits, ByteWriter& out);
 
-// Before and after the symbols of an attribute.
+// Before the symbols of an attribute.
 void WritePrediction(DracoAttribute attribute, ByteWriter& out);
-void WriteTransformBounds(DracoAttribute attribute, int bits, ByteWriter& out);
+// After them.
+void WritePositionBounds(uint32_t least, uint32_t most, ByteWriter& out);
+void WriteNormalBounds(int normal_bits, ByteWriter& out);
 
 // At the end: decoded position = integer * range / (2^position_bits - 1).
 void WriteDequantisation(int position_bits, int normal_bits, float range, ByteWriter& out);

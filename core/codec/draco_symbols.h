@@ -5,13 +5,14 @@
 // point is predicted by the one before it, the first by zero. These are the definitions; the
 // vectorised ones in draco_symbols-inl.h give the same numbers.
 //
-//   position   d = value - previous, wrapped into [-2^(b-1), 2^(b-1) - 1]; symbol 2d, or -2d - 1
+//   position   d = value - previous, wrapped into [-floor(D / 2), floor((D - 1) / 2)] by adding or
+//              subtracting D = most - least + 1 of the chunk's values; symbol 2d, or -2d - 1.
+//              The first prediction, 0, counts as the least value
 //   normal     value and prediction about the centre of the octahedral square; where the
 //              prediction lies outside of the diamond both are turned inside out; both are turned
 //              by quarters until the prediction is in the lower left; symbol = difference modulo
 //              2^b - 1, for s and t
 //
-// Wrapping by 2^b is Draco's transform WRAP with the bounds 0 and 2^b - 1: no pass for the bounds.
 // Source   Draco bitstream 2.2, prediction transforms WRAP and NORMAL_OCTAHEDRON_CANONICALIZED
 // Threads  pure functions, on host and device
 #ifndef LATTICED_CORE_CODEC_DRACO_SYMBOLS_H_
@@ -24,11 +25,12 @@
 
 namespace latticed {
 
-// Below 2^bits, whatever the values. 8 <= bits <= 16.
-LATTICED_HD constexpr uint32_t PositionSymbol(uint32_t value, uint32_t previous, int bits) {
-  const int unused = 32 - bits;
-  const int32_t d = static_cast<int32_t>((value - previous) << unused) >> unused;
-  return (static_cast<uint32_t>(d) << 1) ^ static_cast<uint32_t>(d >> 31);
+// Below `span` = most - least + 1 <= 2^16, for values from least to most.
+LATTICED_HD constexpr uint32_t PositionSymbol(uint32_t value, uint32_t previous, uint32_t span) {
+  const bool falls = value < previous;
+  const uint32_t distance = falls ? previous - value : value - previous;
+  const bool wraps = distance > (falls ? span / 2 : (span - 1) / 2);
+  return 2 * (wraps ? span - distance : distance) - (falls != wraps ? 1 : 0);
 }
 
 // The point of the octahedral square, about its centre, whose direction differs by the sign of the

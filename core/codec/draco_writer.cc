@@ -18,15 +18,27 @@ int32_t NormalValue(const uint8_t* plane, size_t point, int bits) {
   return std::min(int32_t{value}, OctahedralMax(bits));
 }
 
-SymbolStream PositionStream(const QuantisedVertices& vertices) {
+struct Span { uint32_t least=65535, most=0; };
+Span PositionSpan(const QuantisedVertices& vertices) {
+  Span span;
+  for (const uint16_t* plane : {vertices.x, vertices.y, vertices.z}) {
+    for (size_t i = 0; i < vertices.point_count; ++i) {
+      span.least = std::min(span.least, uint32_t{plane[i]});
+      span.most = std::max(span.most, uint32_t{plane[i]});
+    }
+  }
+  return span;
+}
+
+SymbolStream PositionStream(const QuantisedVertices& vertices, Span span) {
+  const uint32_t wrap = span.most - span.least + 1;
   SymbolStream stream(vertices.point_count, 3, vertices.position_bits);
   const uint16_t* planes[] = {vertices.x, vertices.y, vertices.z};
   for (size_t c = 0; c < 3; ++c) {
-    uint32_t previous = 0;
+    uint32_t previous = span.least;
     for (size_t i = 0; i < vertices.point_count; ++i) {
       const uint32_t value = planes[c][i];
-      stream.plane(c)[i] =
-          static_cast<uint16_t>(PositionSymbol(value, previous, vertices.position_bits));
+      stream.plane(c)[i] = static_cast<uint16_t>(PositionSymbol(value, previous, wrap));
       previous = value;
     }
   }
@@ -52,8 +64,9 @@ SymbolStream NormalStream(const QuantisedVertices& vertices) {
 
 absl::StatusOr<std::vector<uint8_t>> DracoWriter::EncodePoints(const QuantisedVertices& vertices,
                                                                double range) const {
+  const Span span = PositionSpan(vertices);
   std::vector<std::pair<DracoAttribute, SymbolStream>> attributes;
-  attributes.emplace_back(DracoAttribute::kPosition, PositionStream(vertices));
+  attributes.emplace_back(DracoAttribute::kPosition, PositionStream(vertices, span));
   if (vertices.normal_bits > 0) {
     attributes.emplace_back(DracoAttribute::kNormal, NormalStream(vertices));
   }
@@ -70,10 +83,8 @@ absl::StatusOr<std::vector<uint8_t>> DracoWriter::EncodePoints(const QuantisedVe
   for (const auto& [attribute, symbols] : attributes) {
     WritePrediction(attribute, out);
     symbols.Write(out);
-    WriteTransformBounds(
-        attribute,
-        attribute == DracoAttribute::kPosition ? vertices.position_bits : vertices.normal_bits,
-        out);
+    if (attribute == DracoAttribute::kPosition) WritePositionBounds(span.least, span.most, out);
+    else WriteNormalBounds(vertices.normal_bits, out);
   }
   WriteDequantisation(vertices.position_bits, vertices.normal_bits, static_cast<float>(range), out);
   stream.resize(static_cast<size_t>(out.at() - stream.data()));
