@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/codec/chunk_encoder.h"
 
+#include <utility>
+
+#include "core/codec/chunk_connectivity.h"
 #include "core/codec/draco_writer.h"
 
 namespace latticed {
@@ -23,6 +26,26 @@ QuantisedVertices QuantisedVertices::FromBytes(std::span<const uint8_t> bytes, s
     vertices.t = vertices.s + point_count * (normal_bits <= 8 ? 1 : 2);
   }
   return vertices;
+}
+
+absl::StatusOr<std::vector<uint8_t>> ChunkEncoder::EncodePoints(const QuantisedVertices& vertices,
+                                                                double range) const {
+  std::vector<uint8_t> stream;
+  if (auto status = Encode({&vertices, 1}, range, nullptr, {&stream, 1}); !status.ok()) {
+    return status;
+  }
+  return stream;
+}
+
+absl::StatusOr<std::vector<uint8_t>> ChunkEncoder::EncodeMesh(
+    const QuantisedVertices& vertices, double range,
+    std::span<const std::array<uint32_t, 3>> triangles) const {
+  const ChunkConnectivity connectivity(vertices.point_count, triangles);
+  std::vector<uint8_t> stream;
+  if (auto status = Encode({&vertices, 1}, range, &connectivity, {&stream, 1}); !status.ok()) {
+    return status;
+  }
+  return stream;
 }
 
 std::unique_ptr<ChunkEncoder> MakeChunkEncoder(std::string_view name) {

@@ -23,6 +23,8 @@
 
 namespace latticed {
 
+class ChunkConnectivity;
+
 // Planar view of a chunk in the QUANTISED layout (see core/backend.h, VertexFormat::kQuantised).
 struct QuantisedVertices {
   size_t point_count = 0;
@@ -35,6 +37,11 @@ struct QuantisedVertices {
   const uint8_t* s = nullptr;
   const uint8_t* t = nullptr;
 
+  bool SameShape(const QuantisedVertices& other) const {
+    return point_count == other.point_count && position_bits == other.position_bits &&
+           normal_bits == other.normal_bits;
+  }
+
   // Points into `bytes`, which must hold point_count points.
   static QuantisedVertices FromBytes(std::span<const uint8_t> bytes, size_t point_count,
                                      int position_bits, int normal_bits);
@@ -44,11 +51,21 @@ class ChunkEncoder {
  public:
   virtual ~ChunkEncoder() = default;
   virtual std::string_view name() const = 0;  // "reference", "latticed"
-  [[nodiscard]] virtual absl::StatusOr<std::vector<uint8_t>> EncodePoints(
-      const QuantisedVertices& vertices, double range) const = 0;
-  [[nodiscard]] virtual absl::StatusOr<std::vector<uint8_t>> EncodeMesh(
+  // As many chunks are encoded fastest in one call.
+  virtual size_t batch() const = 0;
+
+  // streams[i] from chunks[i], each of a point or more. With `connectivity`, which may be null,
+  // meshes: all chunks then have its points.
+  [[nodiscard]] virtual absl::Status Encode(std::span<const QuantisedVertices> chunks, double range,
+                                            const ChunkConnectivity* connectivity,
+                                            std::span<std::vector<uint8_t>> streams) const = 0;
+
+  // One chunk.
+  [[nodiscard]] absl::StatusOr<std::vector<uint8_t>> EncodePoints(const QuantisedVertices& vertices,
+                                                                  double range) const;
+  [[nodiscard]] absl::StatusOr<std::vector<uint8_t>> EncodeMesh(
       const QuantisedVertices& vertices, double range,
-      std::span<const std::array<uint32_t, 3>> triangles) const = 0;
+      std::span<const std::array<uint32_t, 3>> triangles) const;
 };
 
 // libdraco (core/codec/draco_reference.cc).

@@ -27,12 +27,14 @@ namespace latticed {
 
 enum class DracoAttribute { kPosition, kNormal };
 
+// "DRACO" to flags.
+inline constexpr size_t kDracoHeaderBytes = 11;
 // All that is neither connectivity nor symbols, rounded up.
 inline constexpr size_t kMostContainerBytes = 128;
 
 // Before the attributes. normal_bits = 0: none.
 void WriteCloudHead(size_t point_count, int normal_bits, ByteWriter& out);
-// `connectivity`: of DracoConnectivity.
+// `connectivity`: of ChunkConnectivity.
 void WriteMeshHead(std::span<const uint8_t> connectivity, int normal_bits, ByteWriter& out);
 
 // Before the symbols of an attribute.

@@ -4,7 +4,10 @@
 // The reference writer: libdraco. Normals go in as the unit vectors at the centres of their cells,
 // which libdraco rounds back to the same integers (proven for every cell in octahedral_test.cc).
 #include <cstring>
+#include <optional>
+#include <utility>
 
+#include "core/codec/chunk_connectivity.h"
 #include "core/codec/chunk_encoder.h"
 #include "core/codec/draco_geometry.h"
 #include "core/codec/octahedral.h"
@@ -47,14 +50,19 @@ class ReferenceEncoder final : public ChunkEncoder {
  public:
   std::string_view name() const override { return "reference"; }
 
-  absl::StatusOr<std::vector<uint8_t>> EncodePoints(const QuantisedVertices& vertices,
-                                                    double range) const override {
-    return EncodeDraco(ToGeometry(vertices, range), std::nullopt);
-  }
+  size_t batch() const override { return 1; }
 
-  absl::StatusOr<std::vector<uint8_t>> EncodeMesh(const QuantisedVertices& vertices, double range,
-                                                  TriangleSpan triangles) const override {
-    return EncodeDraco(ToGeometry(vertices, range), triangles);
+  absl::Status Encode(std::span<const QuantisedVertices> chunks, double range,
+                      const ChunkConnectivity* connectivity,
+                      std::span<std::vector<uint8_t>> streams) const override {
+    std::optional<TriangleSpan> triangles;
+    if (connectivity != nullptr) triangles = connectivity->triangles();
+    for (size_t i = 0; i < chunks.size(); ++i) {
+      auto stream = EncodeDraco(ToGeometry(chunks[i], range), triangles);
+      if (!stream.ok()) return stream.status();
+      streams[i] = *std::move(stream);
+    }
+    return absl::OkStatus();
   }
 };
 

@@ -13,11 +13,10 @@ namespace latticed {
 class DracoWriter final : public ChunkEncoder {
  public:
   std::string_view name() const override { return "latticed"; }
-  absl::StatusOr<std::vector<uint8_t>> EncodePoints(const QuantisedVertices& vertices,
-                                                    double range) const override;
-  absl::StatusOr<std::vector<uint8_t>> EncodeMesh(
-      const QuantisedVertices& vertices, double range,
-      std::span<const std::array<uint32_t, 3>> triangles) const override;
+  size_t batch() const override;
+  absl::Status Encode(std::span<const QuantisedVertices> chunks, double range,
+                      const ChunkConnectivity* connectivity,
+                      std::span<std::vector<uint8_t>> streams) const override;
 };
 
 }  // namespace latticed

@@ -11,6 +11,7 @@
 #ifndef LATTICED_CORE_CODEC_RANS_ENCODER_H_
 #define LATTICED_CORE_CODEC_RANS_ENCODER_H_
 
+#include <cstddef>
 #include <cstdint>
 
 #include "core/codec/byte_writer.h"
@@ -21,6 +22,11 @@ struct RansEntry {
   uint64_t reciprocal;
   uint32_t probability, cumulative;
 };
+
+// A symbol of the least probability takes `precision` bits, and the last state four bytes.
+inline size_t MostRansBytes(size_t symbols, int precision) {
+  return symbols * static_cast<size_t>((precision + 7) / 8) + 4;
+}
 
 inline RansEntry MakeRansEntry(uint32_t probability, uint32_t cumulative) {
   return {((uint64_t{1} << 50) + probability - 1) / probability, probability, cumulative};

@@ -2,6 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/codec/rans_table.h"
 
+#include <algorithm>
+#include <numeric>
+#include <span>
+
+#include "core/codec/draco_kernel.h"
 #include "core/codec/rans_model.h"
 
 namespace latticed {
@@ -23,58 +28,55 @@ void WriteProbability(uint32_t probability, ByteWriter& out) {
 
 }  // namespace
 
-void RansTable::Build(std::span<uint32_t> counts) {
-  symbols_.clear();
-  uint32_t total = 0;
-  for (uint32_t s = 0; s < counts.size(); ++s) {
-    if (counts[s] == 0) continue;
-    symbols_.push_back({.symbol = s, .count = counts[s]});
-    total += counts[s];
-    counts[s] = 0;
+void RansTable::Build(std::vector<uint32_t>& histograms, size_t count, size_t stride, size_t end) {
+  if (symbols_.size() < stride) {
+    symbols_.resize(stride);
+    counts_.resize(stride);
+    probabilities_.resize(stride);
   }
-  bit_length_ = RansBitLength(static_cast<uint32_t>(symbols_.size()));
+  distinct_ = draco_kernel::CollectCounts(histograms.data(), count, stride, end, symbols_.data(),
+                                          counts_.data());
+  bit_length_ = RansBitLength(static_cast<uint32_t>(distinct_));
   precision_ = RansPrecision(bit_length_);
-  if (bit_length_ != 0) ShareOut(total);
+  if (bit_length_ != 0) ShareOut();
 }
 
-void RansTable::ShareOut(uint32_t total) {
-  uint32_t threshold = 0, lifted = 0, rest = total;
+void RansTable::ShareOut() {
+  const std::span<const uint32_t> counts = std::span(counts_).first(distinct_);
+  uint32_t threshold = 0, lifted = 0, rest = std::accumulate(counts.begin(), counts.end(), 0u);
   while (!IsRansThreshold(threshold, lifted, rest, precision_)) {
     ++threshold;
-    for (const Symbol& s : symbols_) {
-      if (s.count != threshold) continue;
-      ++lifted;
-      rest -= threshold;
-    }
+    const auto more = static_cast<uint32_t>(std::count(counts.begin(), counts.end(), threshold));
+    lifted += more;
+    rest -= more * threshold;
   }
   const uint64_t scale = RansScale(lifted, rest, precision_);
-  uint32_t before = 0, boundary = 0, cumulative = 0;
-  for (Symbol& s : symbols_) {
-    s.probability = 1;
-    if (s.count > threshold) {
-      before += s.count;
-      const uint32_t next = RansBoundary(scale, before);
-      s.probability = next - boundary;
-      boundary = next;
+  uint32_t before = 0, boundary = 0;
+  for (size_t i = 0; i < distinct_; ++i) {
+    if (counts[i] <= threshold) {
+      probabilities_[i] = 1;
+      continue;
     }
-    s.cumulative = cumulative;
-    cumulative += s.probability;
+    before += counts[i];
+    const uint32_t next = RansBoundary(scale, before);
+    probabilities_[i] = next - boundary;
+    boundary = next;
   }
 }
 
 size_t RansTable::MostBytes() const {
   // Three a probability, and a byte of zeros before it for each 64.
-  return kMostVarintBytes + 4 * symbols_.size() + symbols_.back().symbol / kMostZeros;
+  return kMostVarintBytes + 4 * distinct_ + largest() / kMostZeros;
 }
 
 void RansTable::Write(ByteWriter& out) const {
-  out.Varint(symbols_.back().symbol + uint64_t{1});
+  out.Varint(largest() + uint64_t{1});
   uint32_t next = 0;
-  for (const Symbol& s : symbols_) {
-    WriteZeros(s.symbol - next, out);
-    WriteProbability(s.probability, out);
-    next = s.symbol + 1;
-  }
+  ForEach([&](uint32_t symbol, uint32_t probability, uint32_t) {
+    WriteZeros(symbol - next, out);
+    WriteProbability(probability, out);
+    next = symbol + 1;
+  });
 }
 
 }  // namespace latticed

@@ -13,7 +13,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "core/codec/byte_writer.h"
@@ -22,27 +21,34 @@ namespace latticed {
 
 class RansTable {
  public:
-  struct Symbol {
-    uint32_t symbol, count, probability, cumulative;
-  };
-
-  // counts[s]: how often s occurs; the last is not zero. All are zero afterwards.
-  void Build(std::span<uint32_t> counts);
+  // `count` histograms, `stride` apart, to be added up; no symbol from `end` on occurs, and one
+  // below does. They are zero afterwards. See draco_kernel::CollectCounts for the padding.
+  void Build(std::vector<uint32_t>& histograms, size_t count, size_t stride, size_t end);
 
   // Of RansBitLength. Without one there are no probabilities.
   int bit_length() const { return bit_length_; }
   int precision() const { return precision_; }
-  // Ascending; those that occur.
-  std::span<const Symbol> symbols() const { return symbols_; }
+  uint32_t largest() const { return symbols_[distinct_ - 1]; }
+
+  // visit(symbol, probability, cumulative) for those that occur, ascending.
+  template <class Visit>
+  void ForEach(const Visit& visit) const {
+    uint32_t cumulative = 0;
+    for (size_t i = 0; i < distinct_; ++i) {
+      visit(symbols_[i], probabilities_[i], cumulative);
+      cumulative += probabilities_[i];
+    }
+  }
 
   void Write(ByteWriter& out) const;
   size_t MostBytes() const;
 
  private:
-  void ShareOut(uint32_t total);
+  void ShareOut();
 
   int bit_length_ = 0, precision_ = 0;
-  std::vector<Symbol> symbols_;
+  size_t distinct_ = 0;
+  std::vector<uint32_t> symbols_, counts_, probabilities_;
 };
 
 }  // namespace latticed

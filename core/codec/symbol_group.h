@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The symbols of one attribute of up to 16 chunks of as many points, and how they become bytes.
+//
+// Layout   a plane of uint16 for each lane and component, padded so that vectors may go past its
+//          last point; a stream's order is point by point, components within a point
+// Threads  used by one thread at a time; memory is kept from one use to the next
+#ifndef LATTICED_CORE_CODEC_SYMBOL_GROUP_H_
+#define LATTICED_CORE_CODEC_SYMBOL_GROUP_H_
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/codec/byte_writer.h"
+#include "core/codec/draco_kernel.h"
+#include "core/codec/rans_encoder.h"
+#include "core/codec/rans_table.h"
+
+namespace latticed {
+
+class SymbolGroup {
+ public:
+  // Forgets all symbols. Those that come are below `most_symbols`.
+  void Begin(size_t lanes, size_t points, size_t components, size_t most_symbols);
+
+  uint16_t* plane(size_t lane, size_t component) {
+    return symbols_.data() + (lane * components_ + component) * stride_;
+  }
+  // Counts the symbols of a lane, all below `end`, and shares out their probabilities.
+  void Tabulate(size_t lane, size_t end);
+
+  // Codes all lanes. `normals` may be null; where both are given they are coded side by side.
+  static void Code(SymbolGroup& positions, SymbolGroup* normals);
+
+  // After that: table and states of a lane or its plain symbols, whichever is less.
+  void Write(size_t lane, ByteWriter& out) const;
+  size_t MostBytes(size_t lane) const;
+
+ private:
+  struct Lane {
+    RansTable table;
+    size_t coded_bytes = 0;
+  };
+
+  bool SuitsLanes() const;
+  void CodeOneByOne();
+  void CodeLane(size_t lane);
+  draco_kernel::LaneStreams BeginLanes();
+  void FinishLanes(const draco_kernel::LaneStreams& streams);
+  void WritePlainly(size_t lane, uint32_t largest, ByteWriter& out) const;
+  std::span<const uint16_t> plane(size_t lane, size_t component) const {
+    return std::span(symbols_).subspan((lane * components_ + component) * stride_, points_);
+  }
+
+  size_t lanes_ = 0, points_ = 0, components_ = 0, stride_ = 0, most_symbols_ = 0,
+         coded_stride_ = 0;
+  std::vector<uint16_t> symbols_;
+  std::vector<uint32_t> histograms_;    // one a component; zero but while counting
+  std::vector<RansEntry> entries_;      // by symbol, of one lane
+  std::vector<uint32_t> lane_entries_;  // the same of all lanes
+  std::vector<uint8_t> coded_;          // what left the states, by lane
+  std::array<Lane, draco_kernel::kLanes> lane_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CODEC_SYMBOL_GROUP_H_
