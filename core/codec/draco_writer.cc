@@ -54,12 +54,12 @@ class WriterGroup {
   }
 
   void Write(const QuantisedVertices& chunk, size_t lane, float range,
-             const ChunkConnectivity* connectivity, std::vector<uint8_t>& stream) const {
+             const ChunkConnectivity* connectivity, std::vector<uint8_t>& stream) {
     size_t most_bytes = kMostContainerBytes + positions_.MostBytes(lane);
     if (chunk.normal_bits > 0) most_bytes += normals_.MostBytes(lane);
     if (connectivity != nullptr) most_bytes += connectivity->bytes().size();
-    stream.resize(most_bytes);
-    ByteWriter out(stream.data());
+    if (stream_.size() < most_bytes) stream_.resize(most_bytes);
+    ByteWriter out(stream_.data());
     if (connectivity == nullptr) {
       WriteCloudHead(chunk.point_count, chunk.normal_bits, out);
     } else {
@@ -74,7 +74,7 @@ class WriterGroup {
       WriteNormalBounds(chunk.normal_bits, out);
     }
     WriteDequantisation(chunk.position_bits, chunk.normal_bits, range, out);
-    stream.resize(static_cast<size_t>(out.at() - stream.data()));
+    stream.assign(stream_.data(), out.at());
     if (connectivity != nullptr && stream.size() < connectivity->LeastStreamBytes()) {
       stream.resize(connectivity->LeastStreamBytes());
     }
@@ -82,11 +82,12 @@ class WriterGroup {
 
   SymbolGroup positions_, normals_;
   std::array<ValueSpan, kLanes> spans_;
+  std::vector<uint8_t> stream_;  // with room to spare
 };
 
 }  // namespace
 
-size_t DracoWriter::batch() const { return draco_kernel::HasLanes() ? kLanes : 1; }
+size_t DracoWriter::batch() const { return draco_kernel::HasLanes() ? kLanes : 4; }
 
 absl::Status DracoWriter::Encode(std::span<const QuantisedVertices> chunks, double range,
                                  const ChunkConnectivity* connectivity,

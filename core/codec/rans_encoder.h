@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "core/codec/byte_writer.h"
 
@@ -44,6 +45,7 @@ inline uint8_t* FinishRans(uint32_t state, int precision, uint8_t* out) {
 
 class RansEncoder {
  public:
+  RansEncoder() = default;
   RansEncoder(int precision, uint8_t* out)
       : precision_(precision), state_(uint32_t{4} << precision), out_(out) {}
 
@@ -53,17 +55,33 @@ class RansEncoder {
       *out_++ = static_cast<uint8_t>(state_);
       state_ >>= 8;
     }
-    const auto quotient = static_cast<uint32_t>((state_ * entry.reciprocal) >> 50);
-    state_ += quotient * ((uint32_t{1} << precision_) - entry.probability) + entry.cumulative;
+    Push(state_, entry);
+  }
+
+  // The same for precisions up to 16, of which two bytes leave at most, without a branch to guess
+  // wrong. Writes two bytes always.
+  void PutShort(const RansEntry& entry) {
+    const uint32_t limit = entry.probability << 10;
+    const uint32_t leaving = (state_ >= limit ? 1u : 0u) + (state_ >> 8 >= limit ? 1u : 0u);
+    const auto low = static_cast<uint16_t>(state_);
+    std::memcpy(out_, &low, sizeof(low));
+    out_ += leaving;
+    Push(state_ >> (8 * leaving), entry);
   }
 
   // Returns the end of the bytes.
   uint8_t* Finish() { return FinishRans(state_, precision_, out_); }
 
  private:
-  int precision_;
-  uint32_t state_;
-  uint8_t* out_;
+  void Push(uint32_t state, const RansEntry& entry) {
+    const auto quotient = static_cast<uint32_t>((state * entry.reciprocal) >> 50);
+    state_ =
+        state + quotient * ((uint32_t{1} << precision_) - entry.probability) + entry.cumulative;
+  }
+
+  int precision_ = 0;
+  uint32_t state_ = 0;
+  uint8_t* out_ = nullptr;
 };
 
 }  // namespace latticed

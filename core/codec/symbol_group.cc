@@ -3,7 +3,7 @@
 #include "core/codec/symbol_group.h"
 
 #include <algorithm>
-#include <utility>
+#include <cstring>
 
 #include "core/codec/rans_model.h"
 
@@ -15,6 +15,10 @@ using draco_kernel::kPadding;
 
 // Numbers of the format.
 constexpr uint32_t kPlain = 0, kCoded = 1, kSchemeRaw = 1;
+constexpr size_t kHistograms = 4;
+// States that are coded by turns without vectors: one waits while another multiplies.
+constexpr size_t kChains = 4;
+constexpr int kMostChainPrecision = 16;
 // With fewer chunks than this, one after the other is faster.
 constexpr size_t kFewestLanes = 3;
 
@@ -35,15 +39,27 @@ void SymbolGroup::Begin(size_t lanes, size_t points, size_t components, size_t m
   stride_ = RoundUp(points + 1, 32) | 32;
   most_symbols_ = RoundUp(most_symbols, kPadding) + kPadding;
   GrowTo(symbols_, lanes * components * stride_);
-  GrowTo(histograms_, components * most_symbols_);
+  GrowTo(histograms_, kHistograms * most_symbols_);
 }
 
 void SymbolGroup::Tabulate(size_t lane, size_t end) {
+  // Neighbours are often equal, and a count that was just stored is slow to load: they are counted
+  // in different histograms.
+  uint32_t* const h = histograms_.data();
   for (size_t c = 0; c < components_; ++c) {
-    uint32_t* histogram = histograms_.data() + c * most_symbols_;
-    for (const uint16_t symbol : std::as_const(*this).plane(lane, c)) ++histogram[symbol];
+    const uint16_t* symbols = plane(lane, c);
+    size_t i = 0;
+    for (; i + kHistograms <= points_; i += kHistograms) {
+      uint64_t four = 0;
+      std::memcpy(&four, symbols + i, sizeof(four));
+      ++h[four & 0xFFFF];
+      ++h[most_symbols_ + (four >> 16 & 0xFFFF)];
+      ++h[2 * most_symbols_ + (four >> 32 & 0xFFFF)];
+      ++h[3 * most_symbols_ + (four >> 48)];
+    }
+    for (; i < points_; ++i) ++h[symbols[i]];
   }
-  lane_[lane].table.Build(histograms_, components_, most_symbols_, end);
+  lane_[lane].table.Build(histograms_, kHistograms, most_symbols_, end);
 }
 
 void SymbolGroup::Code(SymbolGroup& positions, SymbolGroup* normals) {
@@ -59,30 +75,60 @@ void SymbolGroup::Code(SymbolGroup& positions, SymbolGroup* normals) {
     positions.FinishLanes(position_streams);
     return;
   }
-  positions.CodeOneByOne();
-  if (normals != nullptr) normals->CodeOneByOne();
+  positions.CodeByChains();
+  if (normals != nullptr) normals->CodeByChains();
 }
 
-void SymbolGroup::CodeOneByOne() {
+void SymbolGroup::CodeByChains() {
   coded_stride_ = MostRansBytes(components_ * points_, kMostRansPrecision);
+  entry_stride_ = most_symbols_;
   GrowTo(coded_, lanes_ * coded_stride_);
-  for (size_t lane = 0; lane < lanes_; ++lane) CodeLane(lane);
+  GrowTo(entries_, kChains * entry_stride_);
+  const auto suits = [&](size_t lane) {
+    return lane_[lane].table.bit_length() != 0 &&
+           lane_[lane].table.precision() <= kMostChainPrecision;
+  };
+  for (size_t lane = 0; lane < lanes_;) {
+    size_t count = 0;
+    while (count < kChains && lane + count < lanes_ && suits(lane + count)) ++count;
+    if (count == kChains) {
+      CodeChains<kChains>(lane);
+      lane += kChains;
+    } else {
+      if (lane_[lane].table.bit_length() != 0) CodeChains<1>(lane);
+      ++lane;
+    }
+  }
 }
 
-void SymbolGroup::CodeLane(size_t lane) {
-  const RansTable& table = lane_[lane].table;
-  if (table.bit_length() == 0) return;
-  GrowTo(entries_, most_symbols_);
-  table.ForEach([&](uint32_t symbol, uint32_t probability, uint32_t cumulative) {
-    entries_[symbol] = MakeRansEntry(probability, cumulative);
-  });
-  uint8_t* out = coded_.data() + lane * coded_stride_;
-  RansEncoder encoder(table.precision(), out);
-  const uint16_t* symbols = plane(lane, 0);
-  for (size_t i = points_; i-- > 0;) {
-    for (size_t c = components_; c-- > 0;) encoder.Put(entries_[symbols[c * stride_ + i]]);
+template <size_t kCount>
+void SymbolGroup::CodeChains(size_t first) {
+  std::array<RansEncoder, kCount> encoders;
+  std::array<const uint16_t*, kCount> symbols;
+  for (size_t k = 0; k < kCount; ++k) {
+    const RansTable& table = lane_[first + k].table;
+    RansEntry* entries = entries_.data() + k * entry_stride_;
+    table.ForEach([&](uint32_t symbol, uint32_t probability, uint32_t cumulative) {
+      entries[symbol] = MakeRansEntry(probability, cumulative);
+    });
+    encoders[k] = RansEncoder(table.precision(), coded_.data() + (first + k) * coded_stride_);
+    symbols[k] = plane(first + k, 0);
   }
-  lane_[lane].coded_bytes = static_cast<size_t>(encoder.Finish() - out);
+  for (size_t i = points_; i-- > 0;) {
+    for (size_t c = components_; c-- > 0;) {
+      for (size_t k = 0; k < kCount; ++k) {
+        const RansEntry& entry = entries_[k * entry_stride_ + symbols[k][c * stride_ + i]];
+        if constexpr (kCount > 1)
+          encoders[k].PutShort(entry);
+        else
+          encoders[k].Put(entry);
+      }
+    }
+  }
+  for (size_t k = 0; k < kCount; ++k) {
+    lane_[first + k].coded_bytes =
+        static_cast<size_t>(encoders[k].Finish() - (coded_.data() + (first + k) * coded_stride_));
+  }
 }
 
 bool SymbolGroup::SuitsLanes() const {

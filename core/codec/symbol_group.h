@@ -47,17 +47,18 @@ class SymbolGroup {
   };
 
   bool SuitsLanes() const;
-  void CodeOneByOne();
-  void CodeLane(size_t lane);
+  void CodeByChains();
+  template <size_t kCount>
+  void CodeChains(size_t first);
   draco_kernel::LaneStreams BeginLanes();
   void FinishLanes(const draco_kernel::LaneStreams& streams);
   void WritePlainly(size_t lane, uint32_t largest, ByteWriter& out) const;
-  std::span<const uint16_t> plane(size_t lane, size_t component) const {
-    return std::span(symbols_).subspan((lane * components_ + component) * stride_, points_);
+  const uint16_t* plane(size_t lane, size_t component) const {
+    return symbols_.data() + (lane * components_ + component) * stride_;
   }
 
   size_t lanes_ = 0, points_ = 0, components_ = 0, stride_ = 0, most_symbols_ = 0,
-         coded_stride_ = 0;
+         coded_stride_ = 0, entry_stride_ = 0;
   std::vector<uint16_t> symbols_;
   std::vector<uint32_t> histograms_;    // one a component; zero but while counting
   std::vector<RansEntry> entries_;      // by symbol, of one lane
