@@ -27,6 +27,8 @@ using DU16 = hn::ScalableTag<uint16_t>;
 using DI16 = hn::RebindToSigned<DU16>;
 using VU16 = hn::Vec<DU16>;
 using VI16 = hn::Vec<DI16>;
+// Else the definitions are faster: selects for a single lane cost more than branches.
+constexpr bool kVectors = hn::MaxLanes(DU16()) > 1;
 
 ValueSpan SpanOfImpl(const uint16_t* values, size_t count) {
   const DU16 d;
@@ -60,7 +62,7 @@ void PositionSymbolsImpl(const uint16_t* values, size_t count, ValueSpan span, u
   const VU16 most_fall = hn::Set(d, static_cast<uint16_t>(wrap / 2));
   const VU16 most_rise = hn::Set(d, static_cast<uint16_t>((wrap - 1) / 2));
   size_t i = 1;
-  for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d)) {
+  for (; kVectors && i + hn::Lanes(d) <= count; i += hn::Lanes(d)) {
     const VU16 value = hn::LoadU(d, values + i), previous = hn::LoadU(d, values + i - 1);
     const VU16 rise = hn::SaturatedSub(value, previous), fall = hn::SaturatedSub(previous, value);
     const VU16 distance = hn::Or(rise, fall);
@@ -157,7 +159,7 @@ void NormalSymbolsOf(const uint8_t* s, const uint8_t* t, size_t count, int bits,
   };
   one_by_one(0, 1);
   size_t i = 1;
-  for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d)) {
+  for (; kVectors && i + hn::Lanes(d) <= count; i += hn::Lanes(d)) {
     VI16 s_symbol, t_symbol;
     NormalSymbolLanes(LoadCentred<T>(s, i, top, centre), LoadCentred<T>(t, i, top, centre),
                       LoadCentred<T>(s, i - 1, top, centre), LoadCentred<T>(t, i - 1, top, centre),

@@ -27,8 +27,6 @@ using DF32 = hn::RebindToFloat<DI32>;
 using DU32 = hn::RebindToUnsigned<DI32>;
 using VI32 = hn::Vec<DI32>;
 
-constexpr size_t kVectors = kLanes / hn::MaxLanes(DI32());
-
 // The lanes of one vector.
 class LaneCoder {
  public:

@@ -51,17 +51,19 @@ void RansTable::ShareOut() {
     rest -= more * threshold;
   }
   const uint64_t scale = RansScale(lifted, rest, precision_);
-  uint32_t before = 0, boundary = 0;
+  uint32_t before = 0, given = 0;
+  size_t last = 0;
   for (size_t i = 0; i < distinct_; ++i) {
     if (counts[i] <= threshold) {
       probabilities_[i] = 1;
       continue;
     }
     before += counts[i];
-    const uint32_t next = RansBoundary(scale, before);
-    probabilities_[i] = next - boundary;
-    boundary = next;
+    probabilities_[i] = RansProbability(RansBoundary(scale, before) - given, counts[i]);
+    given += probabilities_[i];
+    last = i;
   }
+  probabilities_[last] += RansBoundary(scale, rest) - given;
 }
 
 size_t RansTable::MostBytes() const {
