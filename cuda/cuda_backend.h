@@ -26,7 +26,7 @@ struct CudaOptions {
   uint64_t span_patches = kDefaultSpanPatches;  // a plan of so many takes all the devices
   uint64_t memory_bytes = 0;  // budget of each device; 0: nine tenths of what is free at the start
   int threads = 0;            // that encode on the host; 0: all that the machine or cgroup allows
-  std::shared_ptr<const ChunkEncoder> encoder;  // null: the reference encoder
+  std::shared_ptr<const ChunkEncoder> encoder;  // null: the one of core/codec/draco_writer.h
   // For tests: says yes to refuse an allocation of device or pinned memory.
   std::function<bool(std::string_view purpose, uint64_t bytes)> refuse_allocation;
   // For tests: new device memory is all ones, NaN as floats.

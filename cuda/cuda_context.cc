@@ -15,7 +15,7 @@ CudaContext::CudaContext(int device, const CudaOptions& options,
       encoder_(options.encoder),
       arena_(AllowedThreads(options.threads)),
       stream_(std::move(stream)) {
-  if (encoder_ == nullptr) encoder_ = MakeReferenceEncoder();
+  if (encoder_ == nullptr) encoder_ = MakeChunkEncoder("latticed");
 }
 
 absl::StatusOr<std::shared_ptr<CudaContext>> CudaContext::Create(int device,

@@ -14,7 +14,7 @@
 namespace latticed {
 
 absl::StatusOr<std::vector<std::unique_ptr<Backend>>> MakeBackends(const Options& options) {
-  const std::shared_ptr<const ChunkEncoder> encoder = MakeReferenceEncoder();
+  const std::shared_ptr<const ChunkEncoder> encoder = MakeChunkEncoder(options.encoder);
   std::vector<std::unique_ptr<Backend>> backends;
   if (options.backend != "cpu") {
     absl::StatusOr<std::unique_ptr<Backend>> cuda =

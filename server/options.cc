@@ -106,8 +106,8 @@ void Define(CLI::App& app, Options& o) {
   AddDuration(app, "--drain-timeout", o.drain_timeout,
               "For running calls, then they are cancelled");
   AddDuration(app, "--scene-idle-ttl", o.scene_idle_ttl, "Default idle_ttl of a scene");
-  app.add_option("--encoder", o.encoder, "Writer of Draco streams")
-      ->check(CLI::IsMember({"reference"}));
+  app.add_option("--encoder", o.encoder, "Writer of Draco streams: our own, or libdraco")
+      ->check(CLI::IsMember({"latticed", "reference"}));
   app.add_option("--node", o.node, "This server's name in logs and metadata; default: host name");
 }
 

@@ -43,7 +43,7 @@ struct Options {
   absl::Duration drain_delay = absl::Seconds(2);  // NOT_SERVING to Shutdown: lets balancers notice
   absl::Duration drain_timeout = absl::Seconds(10);  // then running rpcs are cancelled
   absl::Duration scene_idle_ttl = absl::Hours(24);   // default of CreateScene.idle_ttl
-  std::string encoder = "reference";                 // writer of Draco streams
+  std::string encoder = "latticed";                  // writer of Draco streams
   std::string node;                                  // in logs and metadata; empty: the host name
 };
 

@@ -23,9 +23,14 @@ class WriterGroup {
   void Encode(std::span<const QuantisedVertices> chunks, float range,
               const ChunkConnectivity* connectivity, std::span<std::vector<uint8_t>> streams) {
     const QuantisedVertices& first = chunks.front();
-    positions_.Begin(chunks.size(), first.point_count, 3, size_t{1} << first.position_bits);
+    size_t widest = 0;
+    for (size_t lane = 0; lane < chunks.size(); ++lane) {
+      spans_[lane] = SpanOf(chunks[lane]);
+      widest = std::max(widest, SymbolCount(spans_[lane]));
+    }
+    positions_.Begin(chunks.size(), first.point_count, 3, widest);
     if (first.normal_bits > 0) {
-      normals_.Begin(chunks.size(), first.point_count, 2, size_t{1} << first.normal_bits);
+      normals_.Begin(chunks.size(), first.point_count, 2, NormalSymbolCount(first.normal_bits));
     }
     for (size_t lane = 0; lane < chunks.size(); ++lane) Predict(chunks[lane], lane);
     SymbolGroup::Code(positions_, first.normal_bits > 0 ? &normals_ : nullptr);
@@ -35,22 +40,28 @@ class WriterGroup {
   }
 
  private:
+  static ValueSpan SpanOf(const QuantisedVertices& chunk) {
+    ValueSpan span{0xFFFF, 0};
+    for (const uint16_t* plane : {chunk.x, chunk.y, chunk.z}) {
+      const ValueSpan part = draco_kernel::SpanOf(plane, chunk.point_count);
+      span = {std::min(span.least, part.least), std::max(span.most, part.most)};
+    }
+    return span;
+  }
+  static size_t SymbolCount(ValueSpan span) { return span.most - span.least + size_t{1}; }
+  static size_t NormalSymbolCount(int bits) { return static_cast<size_t>(OctahedralMax(bits)) + 1; }
+
   void Predict(const QuantisedVertices& chunk, size_t lane) {
     const size_t points = chunk.point_count;
     const std::array<const uint16_t*, 3> planes{chunk.x, chunk.y, chunk.z};
-    ValueSpan& span = spans_[lane] = {0xFFFF, 0};
-    for (const uint16_t* plane : planes) {
-      const ValueSpan part = draco_kernel::SpanOf(plane, points);
-      span = {std::min(span.least, part.least), std::max(span.most, part.most)};
-    }
     for (size_t c = 0; c < 3; ++c) {
-      draco_kernel::PositionSymbols(planes[c], points, span, positions_.plane(lane, c));
+      draco_kernel::PositionSymbols(planes[c], points, spans_[lane], positions_.plane(lane, c));
     }
-    positions_.Tabulate(lane, span.most - span.least + size_t{1});
+    positions_.Tabulate(lane, SymbolCount(spans_[lane]));
     if (chunk.normal_bits == 0) return;
     draco_kernel::NormalSymbols(chunk.s, chunk.t, points, chunk.normal_bits,
                                 normals_.plane(lane, 0), normals_.plane(lane, 1));
-    normals_.Tabulate(lane, static_cast<size_t>(OctahedralMax(chunk.normal_bits)) + 1);
+    normals_.Tabulate(lane, NormalSymbolCount(chunk.normal_bits));
   }
 
   void Write(const QuantisedVertices& chunk, size_t lane, float range,

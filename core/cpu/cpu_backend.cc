@@ -60,7 +60,7 @@ class CpuBackend : public Backend {
 
 std::unique_ptr<Backend> MakeCpuBackend(const CpuOptions& options) {
   std::shared_ptr<const ChunkEncoder> encoder = options.encoder;
-  if (encoder == nullptr) encoder = MakeReferenceEncoder();
+  if (encoder == nullptr) encoder = MakeChunkEncoder("latticed");
   return std::make_unique<CpuBackend>(
       std::make_shared<CpuContext>(AllowedThreads(options.threads), std::move(encoder)));
 }

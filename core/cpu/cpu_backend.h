@@ -15,7 +15,7 @@ namespace latticed {
 
 struct CpuOptions {
   int threads = 0;                              // 0: all that the machine or its cgroup allows
-  std::shared_ptr<const ChunkEncoder> encoder;  // null: the reference encoder
+  std::shared_ptr<const ChunkEncoder> encoder;  // null: the one of core/codec/draco_writer.h
 };
 
 [[nodiscard]] std::unique_ptr<Backend> MakeCpuBackend(const CpuOptions& options);

@@ -20,6 +20,8 @@ class CpuArena {
  public:
   explicit CpuArena(int threads) : arena_(threads) {}
 
+  size_t threads() const { return static_cast<size_t>(arena_.max_concurrency()); }
+
   // body(begin, end) for parts of [0, count), of `grain` items or more where there are as many.
   template <class Body>
   void ForRanges(size_t count, size_t grain, const Body& body) {

@@ -2,21 +2,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/view/view_encoder.h"
 
+#include <algorithm>
+#include <array>
 #include <mutex>
 #include <utility>
 
-#include "core/base/limits.h"
 #include "core/ffd/tessellation_pattern.h"
 
 namespace latticed {
 namespace {
 
-std::vector<std::array<uint32_t, 3>> ChunkTriangles(int segments) {
+std::vector<std::array<uint32_t, 3>> ChunkTriangles(int segments, size_t patches) {
   const TessellationPattern& pattern = TessellationPattern::Get(segments);
   std::vector<std::array<uint32_t, 3>> triangles;
-  triangles.reserve(pattern.triangles.size() * limits::kPatchesPerChunk);
-  for (uint32_t p = 0; p < static_cast<uint32_t>(limits::kPatchesPerChunk); ++p) {
-    const uint32_t base = p * static_cast<uint32_t>(pattern.points.size());
+  triangles.reserve(pattern.triangles.size() * patches);
+  for (size_t p = 0; p < patches; ++p) {
+    const auto base = static_cast<uint32_t>(p * pattern.points.size());
     for (const auto& t : pattern.triangles) {
       triangles.push_back({base + t[0], base + t[1], base + t[2]});
     }
@@ -24,43 +25,84 @@ std::vector<std::array<uint32_t, 3>> ChunkTriangles(int segments) {
   return triangles;
 }
 
+size_t DivideUp(size_t count, size_t step) { return (count + step - 1) / step; }
+
+// As many batches for every thread as for the others, none larger than `most`, none empty.
+size_t BatchSize(size_t count, size_t most, size_t threads) {
+  const size_t rounds = DivideUp(count, most * threads);
+  return DivideUp(count, rounds * threads);
+}
+
 }  // namespace
 
-absl::StatusOr<std::vector<uint8_t>> ViewEncoder::EncodeDraco(
-    uint32_t chunk, Encoding encoding, double range, std::span<const uint8_t> bytes) const {
-  const size_t points = ChunkPoints(plan_, chunk, spec_.segments);
+void ViewEncoder::MakeConnectivity(std::span<const uint32_t> chunks) {
+  for (const uint32_t chunk : chunks) {
+    const auto [first, last] = plan_.ChunkPatches(chunk);
+    if (connectivity_.contains(last - first)) continue;
+    connectivity_.try_emplace(last - first, ChunkPoints(plan_, chunk, spec_.segments),
+                              ChunkTriangles(spec_.segments, last - first));
+  }
+}
+
+size_t ViewEncoder::MemoryBytes() const {
+  size_t bytes = 0;
+  for (const auto& [patches, connectivity] : connectivity_) bytes += connectivity.MemoryBytes();
+  return bytes;
+}
+
+absl::Status ViewEncoder::EncodeDraco(std::span<const uint32_t> chunks, size_t first,
+                                      Encoding encoding, double range, BytesOf bytes_of,
+                                      std::span<SharedBytes> results) const {
   const int normal_bits = spec_.normals == NormalMode::kNone ? 0 : spec_.normal_bits;
-  const QuantisedVertices vertices =
-      QuantisedVertices::FromBytes(bytes, points, spec_.position_bits, normal_bits);
-  if (encoding == Encoding::kDracoPoints) return encoder_->EncodePoints(vertices, range);
-  const auto [first, last] = plan_.ChunkPatches(chunk);
-  const size_t triangles = (last - first) * static_cast<size_t>(TrianglesPerPatch(spec_.segments));
-  return encoder_->EncodeMesh(vertices, range, std::span(triangles_).first(triangles));
+  std::vector<std::vector<uint8_t>> scratch(results.size()), streams(results.size());
+  std::vector<QuantisedVertices> vertices(results.size());
+  for (size_t i = 0; i < results.size(); ++i) {
+    vertices[i] = QuantisedVertices::FromBytes(
+        bytes_of(first + i, scratch[i]), ChunkPoints(plan_, chunks[first + i], spec_.segments),
+        spec_.position_bits, normal_bits);
+  }
+  for (size_t begin = 0, end = 0; begin < vertices.size(); begin = end) {
+    while (end < vertices.size() && vertices[end].SameShape(vertices[begin])) ++end;
+    const ChunkConnectivity* connectivity = nullptr;
+    if (encoding == Encoding::kDracoMesh) {
+      const auto [first_patch, last_patch] = plan_.ChunkPatches(chunks[first + begin]);
+      connectivity = &connectivity_.at(last_patch - first_patch);
+    }
+    const size_t count = end - begin;
+    if (auto status = encoder_->Encode(std::span(vertices).subspan(begin, count), range,
+                                       connectivity, std::span(streams).subspan(begin, count));
+        !status.ok()) {
+      return status;
+    }
+  }
+  for (size_t i = 0; i < results.size(); ++i) results[i] = MakeSharedBytes(std::move(streams[i]));
+  return absl::OkStatus();
 }
 
 absl::Status ViewEncoder::Encode(std::span<const uint32_t> chunks, Encoding encoding, double range,
                                  BytesOf bytes_of, std::span<SharedBytes> results) {
-  if (encoding == Encoding::kDracoMesh && triangles_.empty()) {
-    triangles_ = ChunkTriangles(spec_.segments);
-  }
-  const bool draco = encoding == Encoding::kDracoPoints || encoding == Encoding::kDracoMesh;
-  std::mutex mutex;
-  absl::Status first_error;
-  arena_.ForEach(chunks.size(), [&](size_t i) {
-    std::vector<uint8_t> scratch;
-    const std::span<const uint8_t> bytes = bytes_of(i, scratch);
-    if (!draco) {
+  if (chunks.empty()) return absl::OkStatus();
+  if (encoding == Encoding::kDracoMesh) MakeConnectivity(chunks);
+  if (encoding != Encoding::kDracoPoints && encoding != Encoding::kDracoMesh) {
+    arena_.ForEach(chunks.size(), [&](size_t i) {
+      std::vector<uint8_t> scratch;
+      const std::span<const uint8_t> bytes = bytes_of(i, scratch);
       if (scratch.empty()) scratch.assign(bytes.begin(), bytes.end());
       results[i] = MakeSharedBytes(std::move(scratch));
-      return;
-    }
-    auto encoded = EncodeDraco(chunks[i], encoding, range, bytes);
-    if (encoded.ok()) {
-      results[i] = MakeSharedBytes(*std::move(encoded));
-      return;
-    }
+    });
+    return absl::OkStatus();
+  }
+  const size_t size = BatchSize(chunks.size(), encoder_->batch(), arena_.threads());
+  std::mutex mutex;
+  absl::Status first_error;
+  arena_.ForEach(DivideUp(chunks.size(), size), [&](size_t b) {
+    const size_t first = b * size;
+    const absl::Status status =
+        EncodeDraco(chunks, first, encoding, range, bytes_of,
+                    results.subspan(first, std::min(size, chunks.size() - first)));
+    if (status.ok()) return;
     const std::scoped_lock lock(mutex);
-    first_error.Update(encoded.status());
+    first_error.Update(status);
   });
   return first_error;
 }

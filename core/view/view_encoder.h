@@ -8,13 +8,14 @@
 #ifndef LATTICED_CORE_VIEW_VIEW_ENCODER_H_
 #define LATTICED_CORE_VIEW_VIEW_ENCODER_H_
 
-#include <array>
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "absl/functional/function_ref.h"
 #include "core/backend.h"
+#include "core/codec/chunk_connectivity.h"
 #include "core/codec/chunk_encoder.h"
 #include "core/view/cpu_arena.h"
 
@@ -36,17 +37,21 @@ class ViewEncoder {
   [[nodiscard]] absl::Status Encode(std::span<const uint32_t> chunks, Encoding encoding,
                                     double range, BytesOf bytes_of, std::span<SharedBytes> results);
 
-  size_t MemoryBytes() const { return triangles_.capacity() * sizeof(triangles_[0]); }
+  size_t MemoryBytes() const;
 
  private:
-  [[nodiscard]] absl::StatusOr<std::vector<uint8_t>> EncodeDraco(
-      uint32_t chunk, Encoding encoding, double range, std::span<const uint8_t> bytes) const;
+  void MakeConnectivity(std::span<const uint32_t> chunks);
+  // Draco streams of chunks[first, first + results.size()).
+  [[nodiscard]] absl::Status EncodeDraco(std::span<const uint32_t> chunks, size_t first,
+                                         Encoding encoding, double range, BytesOf bytes_of,
+                                         std::span<SharedBytes> results) const;
 
   const DeformPlan& plan_;
   ViewSpec spec_;
   std::shared_ptr<const ChunkEncoder> encoder_;
   CpuArena& arena_;
-  std::vector<std::array<uint32_t, 3>> triangles_;  // of a full chunk; made for kDracoMesh
+  // By patches of a chunk: the last chunk of a plan has fewer. Made for kDracoMesh.
+  std::map<size_t, ChunkConnectivity> connectivity_;
 };
 
 }  // namespace latticed

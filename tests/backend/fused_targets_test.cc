@@ -12,37 +12,13 @@
 #include "core/cpu/cpu_fused.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
-#include "hwy/targets.h"
 #include "tests/backend/conformance.h"
+#include "tests/support/instruction_sets.h"
 
 namespace latticed::testing {
 namespace {
 
 constexpr uint32_t kSeed = 20'261'121;
-
-// Makes run-time dispatch choose `target` until it goes out of scope.
-class ChosenTarget {
- public:
-  explicit ChosenTarget(int64_t target) {
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  }
-  ~ChosenTarget() {
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  }
-};
-
-// The instruction sets that fused_kernel.cc is built for, best first; the last is the baseline.
-std::vector<int64_t> Targets() {
-  const int64_t supported = hwy::SupportedTargets();
-  std::vector<int64_t> targets;
-  for (const int64_t target : {int64_t{HWY_AVX3}, int64_t{HWY_AVX2}}) {
-    if (supported & target) targets.push_back(target);
-  }
-  targets.push_back(HWY_STATIC_TARGET);
-  return targets;
-}
 
 void ExpectMatchesDefinition(const Plan& plan, std::span<const Vec3d> control_points,
                              NormalMode normals) {

@@ -1,108 +1,102 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// One suite for every encoder: libdraco must decode exactly the integers that went in.
 #include "core/codec/chunk_encoder.h"
 
-#include <cstring>
-#include <random>
+#include <array>
 #include <string>
-#include <tuple>
 
-#include "core/codec/draco_decode.h"
-#include "core/codec/octahedral.h"
+#include "core/ffd/tessellation_pattern.h"
+#include "fmt/format.h"
+#include "tests/core/codec/chunk_fixtures.h"
 #include "tests/support/status_matchers.h"
 
-namespace latticed {
+namespace latticed::testing {
 namespace {
 
-enum class Data { kRandom, kConstant, kExtreme, kRamp };
+constexpr unsigned kSeed = 3;
 
-struct Chunk {
-  std::vector<uint8_t> bytes;  // QUANTISED layout
-  DecodedIntegers integers;    // what the stream must hold
-};
-
-uint32_t Pick(Data data, size_t i, uint32_t top, std::mt19937& random) {
-  switch (data) {
-    case Data::kRandom:
-      return std::uniform_int_distribution<uint32_t>(0, top)(random);
-    case Data::kConstant:
-      return top / 3;
-    case Data::kExtreme:
-      return i % 2 == 0 ? 0 : top;
-    case Data::kRamp:
-      return static_cast<uint32_t>(i) % (top + 1);
+class ChunkEncoderTest : public ::testing::TestWithParam<const char*> {
+ protected:
+  void ExpectIntegersSurvive(const Chunk& chunk) {
+    SCOPED_TRACE(fmt::format("{} points, {} and {} bits, seed {}", chunk.points,
+                             chunk.position_bits, chunk.normal_bits, kSeed));
+    const auto stream = encoder_->EncodePoints(chunk.vertices(), 8.0);
+    ASSERT_OK(stream);
+    const auto decoded = DecodeDracoChunkIntegers(*stream);
+    ASSERT_OK(decoded);
+    ASSERT_TRUE(decoded->positions == chunk.integers.positions);
+    ASSERT_TRUE(decoded->normals == chunk.integers.normals);
   }
-  return 0;
+
+  const std::unique_ptr<ChunkEncoder> encoder_ = MakeChunkEncoder(GetParam());
+};
+INSTANTIATE_TEST_SUITE_P(Encoders, ChunkEncoderTest, ::testing::Values("reference", "latticed"),
+                         [](const auto& encoder) { return std::string(encoder.param); });
+
+TEST_P(ChunkEncoderTest, HasItsName) {
+  EXPECT_EQ(encoder_->name(), GetParam());
+  EXPECT_EQ(MakeChunkEncoder("zip"), nullptr);
 }
 
-Chunk MakeChunk(size_t points, int position_bits, int normal_bits, Data data) {
-  std::mt19937 random(3);
-  Chunk chunk;
-  std::vector<uint16_t> position(3 * points);
-  chunk.integers.positions.resize(3 * points);
-  for (size_t i = 0; i < points; ++i) {
-    for (size_t axis = 0; axis < 3; ++axis) {
-      const uint32_t value = Pick(data, i + axis, (1u << position_bits) - 1, random);
-      position[axis * points + i] = static_cast<uint16_t>(value);
-      chunk.integers.positions[3 * i + axis] = value;
+TEST_P(ChunkEncoderTest, IntegersSurviveAtAllBits) {
+  for (int position_bits = 8; position_bits <= 16; ++position_bits) {
+    for (const int normal_bits : {0, 6, 7, 8, 9, 10, 11, 12}) {
+      for (const Data data : kAllData) {
+        ExpectIntegersSurvive(MakeChunk(1000, position_bits, normal_bits, data, kSeed));
+      }
     }
   }
-  chunk.bytes.resize(6 * points);
-  std::memcpy(chunk.bytes.data(), position.data(), chunk.bytes.size());
-  if (normal_bits == 0) return chunk;
+}
 
-  const size_t width = normal_bits <= 8 ? 1 : 2;
-  chunk.bytes.resize((6 + 2 * width) * points);
-  for (size_t i = 0; i < points; ++i) {
-    const auto top = static_cast<uint32_t>(OctahedralMax(normal_bits));
-    const OctahedralNormal n =
-        CanonicaliseOctahedral({static_cast<int32_t>(Pick(data, i, top, random)),
-                                static_cast<int32_t>(Pick(data, i + 1, top, random))},
-                               normal_bits);
-    std::memcpy(&chunk.bytes[6 * points + width * i], &n.s, width);
-    std::memcpy(&chunk.bytes[(6 + width) * points + width * i], &n.t, width);
-    chunk.integers.normals.push_back(static_cast<uint32_t>(n.s));
-    chunk.integers.normals.push_back(static_cast<uint32_t>(n.t));
+TEST_P(ChunkEncoderTest, IntegersSurviveAtAllSizes) {
+  for (const size_t points :
+       {1u, 2u, 3u, 4u, 5u, 31u, 32u, 33u, 64u, 66u, 2112u, 12'289u, 65'535u}) {
+    for (const Data data : kAllData) {
+      ExpectIntegersSurvive(MakeChunk(points, 12, 8, data, kSeed));
+      if (points < 5000) ExpectIntegersSurvive(MakeChunk(points, 16, 12, data, kSeed));
+    }
   }
-  return chunk;
 }
 
-// One suite for every encoder.
-using Encoder = std::string;
-const auto kEncoders = ::testing::Values("reference", "latticed");
-
-class EncodedIntegers
-    : public ::testing::TestWithParam<std::tuple<Encoder, int, int, size_t, Data>> {};
-INSTANTIATE_TEST_SUITE_P(All, EncodedIntegers,
-                         ::testing::Combine(kEncoders, ::testing::Values(8, 11, 12, 14, 16),
-                                            ::testing::Values(0, 6, 8, 10, 12),
-                                            ::testing::Values(1, 2, 3, 66, 2112, 5000),
-                                            ::testing::Values(Data::kRandom, Data::kConstant,
-                                                              Data::kExtreme, Data::kRamp)));
-
-TEST_P(EncodedIntegers, Survive) {
-  const auto [encoder, position_bits, normal_bits, points, data] = GetParam();
-  const Chunk chunk = MakeChunk(points, position_bits, normal_bits, data);
-  const auto vertices =
-      QuantisedVertices::FromBytes(chunk.bytes, points, position_bits, normal_bits);
-
-  const auto stream = MakeChunkEncoder(encoder)->EncodePoints(vertices, 8.0);
-  ASSERT_OK(stream);
-  const auto decoded = DecodeDracoChunkIntegers(*stream);
-  ASSERT_OK(decoded);
-
-  EXPECT_EQ(decoded->positions, chunk.integers.positions);
-  EXPECT_EQ(decoded->normals, chunk.integers.normals);
+// 4,096 patches at 1 segment to 32 at 32, and single ones.
+TEST_P(ChunkEncoderTest, IntegersSurviveAtAllSegments) {
+  for (int segments = 1; segments <= 32; ++segments) {
+    const auto patch = static_cast<size_t>(PointsPerPatch(segments));
+    ExpectIntegersSurvive(MakeChunk(patch, 12, 8, Data::kWalk, kSeed));
+    ExpectIntegersSurvive(MakeChunk(32 * patch, 12, 8, Data::kWalk, kSeed));
+    if (4096 * patch <= 65'535) {
+      ExpectIntegersSurvive(MakeChunk(4096 * patch, 14, 10, Data::kWalk, kSeed));
+    }
+  }
 }
 
-TEST(ChunkEncoder, IsCalledReference) { EXPECT_EQ(MakeReferenceEncoder()->name(), "reference"); }
+TEST_P(ChunkEncoderTest, BatchesAreAsOneByOne) {
+  for (const size_t count : {2u, 3u, 4u, 5u, 16u, 17u, 35u}) {
+    std::vector<Chunk> chunks;
+    std::vector<QuantisedVertices> vertices;
+    for (size_t i = 0; i < count; ++i) {  // of different data, the last of another size
+      const size_t points = i + 1 < count ? 467 : 66;
+      chunks.push_back(MakeChunk(points, 12, 8, kAllData[i % 5], static_cast<unsigned>(i)));
+    }
+    for (const Chunk& chunk : chunks) vertices.push_back(chunk.vertices());
+    std::vector<std::vector<uint8_t>> streams(count);
+    ASSERT_OK(encoder_->Encode(vertices, 8.0, nullptr, streams));
 
-TEST(ChunkEncoder, AnyRangeIsExact) {
-  const Chunk chunk = MakeChunk(500, 14, 10, Data::kRandom);
-  const auto vertices = QuantisedVertices::FromBytes(chunk.bytes, 500, 14, 10);
+    for (size_t i = 0; i < count; ++i) {
+      const auto alone = encoder_->EncodePoints(vertices[i], 8.0);
+      ASSERT_OK(alone);
+      EXPECT_TRUE(streams[i] == *alone) << "chunk " << i << " of " << count;
+    }
+  }
+}
+
+TEST_P(ChunkEncoderTest, AnyRangeIsExact) {
+  const Chunk chunk = MakeChunk(500, 14, 10, Data::kRandom, kSeed);
   // Far outside of what six decimals of text could carry.
   for (const double range : {0x1p-60, 0x1p-20, 1.0, 0x1p+40, 0x1p+100}) {
-    const auto stream = MakeReferenceEncoder()->EncodePoints(vertices, range);
+    const auto stream = encoder_->EncodePoints(chunk.vertices(), range);
     ASSERT_OK(stream);
     const auto decoded = DecodeDracoChunk(*stream);
     ASSERT_OK(decoded);
@@ -124,13 +118,11 @@ TEST(ChunkEncoder, AnyRangeIsExact) {
   }
 }
 
-TEST(ChunkEncoder, MeshStreamsKeepPointsAndTriangles) {
-  const Chunk chunk = MakeChunk(66, 12, 8, Data::kRandom);
-  const auto vertices = QuantisedVertices::FromBytes(chunk.bytes, 66, 12, 8);
-  std::vector<std::array<uint32_t, 3>> triangles;
-  for (uint32_t i = 0; i + 2 < 66; ++i) triangles.push_back({i + 2, i, i + 1});
+using Triangles = std::vector<std::array<uint32_t, 3>>;
 
-  const auto stream = MakeReferenceEncoder()->EncodeMesh(vertices, 2.0, triangles);
+void ExpectMeshDecodes(const ChunkEncoder& encoder, const Chunk& chunk,
+                       const Triangles& triangles) {
+  const auto stream = encoder.EncodeMesh(chunk.vertices(), 2.0, triangles);
   ASSERT_OK(stream);
   const auto integers = DecodeDracoChunkIntegers(*stream);
   ASSERT_OK(integers);
@@ -142,24 +134,54 @@ TEST(ChunkEncoder, MeshStreamsKeepPointsAndTriangles) {
   ASSERT_EQ(mesh->face_count(), triangles.size());
   for (size_t f = 0; f < triangles.size(); ++f) {
     for (size_t c = 0; c < 3; ++c) {
-      EXPECT_EQ(mesh->corner_vertices[3 * f + c], triangles[f][c]);
+      ASSERT_EQ(mesh->corner_vertices[3 * f + c], triangles[f][c]);
     }
   }
 }
 
-// Points and triangles so regular that libdraco's compressed connectivity takes under three bytes a
-// face, which its own decoder refuses.
-TEST(ChunkEncoder, MeshStreamsOfRegularChunksDecode) {
+TEST_P(ChunkEncoderTest, MeshStreamsKeepPointsAndTriangles) {
+  Triangles triangles;
+  for (uint32_t i = 0; i + 2 < 66; ++i) triangles.push_back({i + 2, i, i + 1});
+  ExpectMeshDecodes(*encoder_, MakeChunk(66, 12, 8, Data::kRandom, kSeed), triangles);
+}
+
+// The triangles of whole chunks at all segments; two of segments 32 fill 16-bit indices.
+TEST_P(ChunkEncoderTest, MeshStreamsOfPatchesDecode) {
+  for (const int segments : {1, 2, 3, 10, 31, 32}) {
+    const TessellationPattern& pattern = TessellationPattern::Get(segments);
+    Triangles triangles;
+    for (uint32_t patch = 0; patch < 32; ++patch) {
+      const auto base = patch * static_cast<uint32_t>(pattern.points.size());
+      for (const auto& t : pattern.triangles) {
+        triangles.push_back({base + t[0], base + t[1], base + t[2]});
+      }
+    }
+    const size_t points = 32 * pattern.points.size();
+    ExpectMeshDecodes(*encoder_, MakeChunk(points, 12, 8, Data::kWalk, kSeed), triangles);
+  }
+}
+
+TEST_P(ChunkEncoderTest, MeshStreamsWithoutPatternDecode) {
+  constexpr size_t kPoints = 65'535;
+  std::mt19937 random(kSeed);
+  Triangles triangles(kPoints / 3);  // libdraco decodes no fewer
+  for (auto& triangle : triangles) {
+    for (uint32_t& index : triangle) index = static_cast<uint32_t>(random()) % kPoints;
+  }
+  ExpectMeshDecodes(*encoder_, MakeChunk(kPoints, 12, 8, Data::kWalk, kSeed), triangles);
+}
+
+// Points and triangles so regular that a compressed connectivity takes under three bytes a face,
+// which libdraco's decoder refuses.
+TEST_P(ChunkEncoderTest, MeshStreamsOfRegularChunksDecode) {
   for (const size_t points : {480u, 2112u}) {
-    const Chunk chunk = MakeChunk(points, 12, 8, Data::kConstant);
-    const auto vertices = QuantisedVertices::FromBytes(chunk.bytes, points, 12, 8);
-    std::vector<std::array<uint32_t, 3>> triangles;
+    Triangles triangles;
     for (uint32_t i = 0; i + 2 < points; ++i) {
       triangles.push_back({i, i + 1, i + 2});
       triangles.push_back({i, i + 2, i + 1});
     }
-
-    const auto stream = MakeReferenceEncoder()->EncodeMesh(vertices, 2.0, triangles);
+    const Chunk chunk = MakeChunk(points, 12, 8, Data::kConstant, kSeed);
+    const auto stream = encoder_->EncodeMesh(chunk.vertices(), 2.0, triangles);
     ASSERT_OK(stream);
     const auto integers = DecodeDracoChunkIntegers(*stream);
 
@@ -170,4 +192,4 @@ TEST(ChunkEncoder, MeshStreamsOfRegularChunksDecode) {
 }
 
 }  // namespace
-}  // namespace latticed
+}  // namespace latticed::testing

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Highway's run-time dispatch, steered: code that is compiled once per instruction set is tested
+// under each that the machine has.
+#ifndef LATTICED_TESTS_SUPPORT_INSTRUCTION_SETS_H_
+#define LATTICED_TESTS_SUPPORT_INSTRUCTION_SETS_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "hwy/targets.h"
+
+namespace latticed::testing {
+
+// Makes run-time dispatch choose `target` until it goes out of scope.
+class ChosenTarget {
+ public:
+  explicit ChosenTarget(int64_t target) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  }
+  ~ChosenTarget() {
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  }
+  ChosenTarget(const ChosenTarget&) = delete;  // dispatch is one per process
+  ChosenTarget& operator=(const ChosenTarget&) = delete;
+};
+
+// The instruction sets that kernels are built for, best first; the last is the baseline.
+inline std::vector<int64_t> Targets() {
+  const int64_t supported = hwy::SupportedTargets();
+  std::vector<int64_t> targets;
+  for (const int64_t target : {int64_t{HWY_AVX3}, int64_t{HWY_AVX2}}) {
+    if (supported & target) targets.push_back(target);
+  }
+  targets.push_back(HWY_STATIC_TARGET);
+  return targets;
+}
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SUPPORT_INSTRUCTION_SETS_H_
