@@ -35,6 +35,7 @@ std::vector<uint8_t> CodeSymbols(std::span<const uint32_t> symbols) {
   std::vector<uint32_t> counts(end + draco_kernel::kPadding);
   for (const uint32_t symbol : symbols) ++counts[symbol];
   RansTable table;
+  table.Reserve(end);
   table.Build(counts, 1, counts.size(), end);
 
   std::vector<RansEntry> entries(end);

@@ -59,7 +59,8 @@ void QuantiseOneByOne(const FloatVertices& v, const QuantisedPlanes& planes, siz
 HWY_INLINE hn::Mask<DF> NormalLanes(VF x, VF y, VF z, int32_t top, VI& s, VI& t) {
   const DF df;
   const DI di;
-  const auto centre = static_cast<float>(top / 2);
+  const int32_t centre_value = top / 2;
+  const auto centre = static_cast<float>(centre_value);
   const VF half = hn::Set(df, 0.5f), zero = hn::Zero(df);
   const VF sum = hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z));
   const VF scale = hn::Div(hn::Set(df, centre), sum);
@@ -74,7 +75,7 @@ HWY_INLINE hn::Mask<DF> NormalLanes(VF x, VF y, VF z, int32_t top, VI& s, VI& t)
   const auto usual = hn::And(hn::Gt(sum, hn::Set(df, 1e-5f)), hn::Lt(sum, hn::Set(df, 1e30f)));
   const VI ix = hn::ConvertTo(di, hn::IfThenElseZero(usual, fx));
   VI iy = hn::ConvertTo(di, hn::IfThenElseZero(usual, fy));
-  VI iz = hn::Sub(hn::Sub(hn::Set(di, top / 2), hn::Abs(ix)), hn::Abs(iy));
+  VI iz = hn::Sub(hn::Sub(hn::Set(di, centre_value), hn::Abs(ix)), hn::Abs(iy));
   // z takes the rounding errors of x and y; where it cannot, y does.
   const VI over = hn::Min(iz, hn::Zero(di));
   iy = hn::IfThenElse(hn::Gt(iy, hn::Zero(di)), hn::Add(iy, over), hn::Sub(iy, over));
@@ -82,7 +83,7 @@ HWY_INLINE hn::Mask<DF> NormalLanes(VF x, VF y, VF z, int32_t top, VI& s, VI& t)
   iz = hn::IfThenElse(hn::RebindMask(di, hn::Lt(z, zero)), hn::Neg(iz), iz);
 
   // Behind the diamond: mirrored at its nearest side.
-  const VI all = hn::Set(di, top), middle = hn::Set(di, top / 2);
+  const VI all = hn::Set(di, top), middle = hn::Set(di, centre_value);
   const VI ay = hn::Abs(iy), az = hn::Abs(iz);
   const auto back = hn::Lt(ix, hn::Zero(di));
   const VI back_s = hn::IfThenElse(hn::Lt(iy, hn::Zero(di)), az, hn::Sub(all, az));

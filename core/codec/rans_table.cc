@@ -28,12 +28,15 @@ void WriteProbability(uint32_t probability, ByteWriter& out) {
 
 }  // namespace
 
+void RansTable::Reserve(size_t most_symbols) {
+  const size_t room = most_symbols + draco_kernel::kPadding;
+  if (symbols_.size() >= room) return;
+  symbols_.resize(room);
+  counts_.resize(room);
+  probabilities_.resize(room);
+}
+
 void RansTable::Build(std::vector<uint32_t>& histograms, size_t count, size_t stride, size_t end) {
-  if (symbols_.size() < stride) {
-    symbols_.resize(stride);
-    counts_.resize(stride);
-    probabilities_.resize(stride);
-  }
   distinct_ = draco_kernel::CollectCounts(histograms.data(), count, stride, end, symbols_.data(),
                                           counts_.data());
   bit_length_ = RansBitLength(static_cast<uint32_t>(distinct_));

@@ -21,8 +21,12 @@ namespace latticed {
 
 class RansTable {
  public:
+  // Makes room for `most_symbols` distinct ones and the padding of draco_kernel::CollectCounts.
+  void Reserve(size_t most_symbols);
+
   // `count` histograms, `stride` apart, to be added up; no symbol from `end` on occurs, and one
-  // below does. They are zero afterwards. See draco_kernel::CollectCounts for the padding.
+  // below does; `end` must have been reserved. They are zero afterwards, padded as CollectCounts
+  // says.
   void Build(std::vector<uint32_t>& histograms, size_t count, size_t stride, size_t end);
 
   // Of RansBitLength. Without one there are no probabilities.

@@ -40,6 +40,8 @@ void SymbolGroup::Begin(size_t lanes, size_t points, size_t components, size_t m
   most_symbols_ = RoundUp(most_symbols, kPadding) + kPadding;
   GrowTo(symbols_, lanes * components * stride_);
   GrowTo(histograms_, kHistograms * most_symbols_);
+  // Here, so that nothing can throw while the histograms are not zero.
+  for (size_t lane = 0; lane < lanes; ++lane) lane_[lane].table.Reserve(most_symbols);
 }
 
 void SymbolGroup::Tabulate(size_t lane, size_t end) {

@@ -44,6 +44,24 @@ void AddCpu(Targets& targets) {
   targets.insert(targets.end(), cpu.begin(), cpu.end());
 }
 
+// The writer under AVX-512 ("AVX3") and without vectors.
+void AddCodec(Targets& targets) {
+  const std::string codec = "codec/torus-17k/", ours = codec + "latticed/", bytes = ":bytes_point";
+  const std::string theirs = codec + "libdraco", best = ours + "AVX3/integers";
+  const Targets rows{
+      {"libdraco / Draco writer, from floats", theirs, ours + "AVX3/floats", true, 5},
+      {"libdraco / Draco writer, from integers", theirs, best, true, 8},
+      {"libdraco / Draco writer, from integers, AVX2", theirs, ours + "AVX2/integers", true, 5},
+      {"libdraco / Draco writer, from integers, scalar", theirs, ours + "SCALAR/integers", true,
+       3.5},
+      {"bytes of the Draco writer / libdraco's", best + bytes, theirs + bytes, false, 1},
+      {"bytes row by row / serpentine", ours + "row-order" + bytes, best + bytes, true, 1 / 0.9},
+      {"Draco streams of a view, one thread / two", "encode/torus-17k/draco-points/1t",
+       "encode/torus-17k/draco-points/2t", true, 1.7},
+  };
+  targets.insert(targets.end(), rows.begin(), rows.end());
+}
+
 // Both with the copy of control points and without: the design's numbers come from kernels alone.
 void AddGpu(Targets& targets) {
   const std::string tree = "gpu/tree-113663/fused/2x2x2/", bird = "gpu/bird-17119/fused/2x2x2/";
@@ -114,6 +132,7 @@ void AddDevices(Targets& targets) {
 Section TargetSection(const std::map<std::string, double>& values) {
   Targets targets;
   AddCpu(targets);
+  AddCodec(targets);
   AddGpu(targets);
   AddGpuShapes(targets);
   AddDevices(targets);

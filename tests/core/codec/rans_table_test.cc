@@ -17,6 +17,7 @@ RansTable TableOf(std::vector<uint32_t> counts) {
   const size_t end = counts.size();
   counts.resize(end + draco_kernel::kPadding);
   RansTable table;
+  table.Reserve(end);
   table.Build(counts, 1, counts.size(), end);
   for (const uint32_t count : counts) EXPECT_EQ(count, 0u);
   return table;
