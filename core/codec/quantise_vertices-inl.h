@@ -29,10 +29,45 @@ using DI = hn::RebindToSigned<DF>;
 using VF = hn::Vec<DF>;
 using VI = hn::Vec<DI>;
 
+// How near to where rounding turns float32 is not to be trusted: half a dozen roundings of numbers up
+// to 2 `centre`, 2^-24 of them each; doubled.
+constexpr float kSlack = 0x1p-20f;
+// L1 norms between which float32 is to be trusted. Draco's shortest normal is 1e-6.
+constexpr float kShortest = 1e-5f, kLongest = 1e30f;
+
+// QuantiseNormal in float32: false where that could differ, on the rim of the octahedral square, and
+// for normals that are too short or not finite. Rounds by truncation, which needs no library.
+inline bool QuantiseSurely(const float* n, int bits, OctahedralNormal& q) {
+  const int32_t top = OctahedralMax(bits), centre = top / 2;
+  const float sum = std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]);
+  if (!(sum > kShortest && sum < kLongest)) return false;
+  const auto centre_value = static_cast<float>(centre);
+  const float scale = centre_value / sum, up = centre_value + 1.5f;
+  const float x = n[0] * scale + up, y = n[1] * scale + up;  // positive
+  const auto ix = static_cast<int32_t>(x), iy = static_cast<int32_t>(y);
+  const float slack = centre_value * kSlack, most = 1.0f - slack;
+  const float part_x = x - static_cast<float>(ix), part_y = y - static_cast<float>(iy);
+  if (part_x < slack || part_x > most || part_y < slack || part_y > most) return false;
+  const int32_t a = ix - centre - 1;
+  int32_t b = iy - centre - 1, c = centre - std::abs(a) - std::abs(b);
+  if (c < 0) {
+    b += b > 0 ? c : -c;
+    c = 0;
+  }
+  if (n[2] < 0) c = -c;
+  if (a >= 0) {
+    q = {b + centre, c + centre};
+    return true;
+  }
+  q = {b < 0 ? std::abs(c) : top - std::abs(c), c < 0 ? std::abs(b) : top - std::abs(b)};
+  return b != 0 && c != 0;
+}
+
 template <class T>
 void StoreNormal(const FloatVertices& v, const QuantisedPlanes& planes, size_t i) {
   const float* n = v.values + 6 * i + 3;
-  const OctahedralNormal q = QuantiseNormal({n[0], n[1], n[2]}, v.normal_bits);
+  OctahedralNormal q;
+  if (!QuantiseSurely(n, v.normal_bits, q)) q = QuantiseNormal({n[0], n[1], n[2]}, v.normal_bits);
   const T s = static_cast<T>(q.s), t = static_cast<T>(q.t);
   std::memcpy(planes.s + sizeof(T) * i, &s, sizeof(T));
   std::memcpy(planes.t + sizeof(T) * i, &t, sizeof(T));
@@ -48,14 +83,14 @@ void QuantiseOneByOne(const FloatVertices& v, const QuantisedPlanes& planes, siz
       const float grid = p[c] * v.scale[c] + v.offset[c];
       // Compares false with NaN.
       const float clamped = grid > 0.0f ? std::min(grid, top) : 0.0f;
-      planes.position[c][i] = static_cast<uint16_t>(std::lrint(clamped));
+      constexpr float kNoFraction = 0x1p23f;  // has no bits for one: addition rounds it away
+      planes.position[c][i] = static_cast<uint16_t>((clamped + kNoFraction) - kNoFraction);
     }
     if constexpr (kNormals) StoreNormal<T>(v, planes, i);
   }
 }
 
-// Octahedral coordinates of the lanes. Returns which are not sure: within `slack` of where rounding
-// turns, behind the diamond's sides or on its rim, too short or not finite.
+// Octahedral coordinates of the lanes. Returns which are not sure, as QuantiseSurely.
 HWY_INLINE hn::Mask<DF> NormalLanes(VF x, VF y, VF z, int32_t top, VI& s, VI& t) {
   const DF df;
   const DI di;
@@ -66,13 +101,13 @@ HWY_INLINE hn::Mask<DF> NormalLanes(VF x, VF y, VF z, int32_t top, VI& s, VI& t)
   const VF scale = hn::Div(hn::Set(df, centre), sum);
   const VF gx = hn::Add(hn::Mul(x, scale), half), gy = hn::Add(hn::Mul(y, scale), half);
   const VF fx = hn::Floor(gx), fy = hn::Floor(gy);
-  // Half a dozen roundings of numbers up to `centre`, 2^-24 of them each; doubled.
-  const VF slack = hn::Set(df, centre * 0x1p-20f);
+  const VF slack = hn::Set(df, centre * kSlack);
   const auto near = [&](VF grid, VF floor) HWY_ATTR {
     const VF part = hn::Sub(grid, floor);
     return hn::Or(hn::Lt(part, slack), hn::Gt(part, hn::Sub(hn::Set(df, 1.0f), slack)));
   };
-  const auto usual = hn::And(hn::Gt(sum, hn::Set(df, 1e-5f)), hn::Lt(sum, hn::Set(df, 1e30f)));
+  const auto usual =
+      hn::And(hn::Gt(sum, hn::Set(df, kShortest)), hn::Lt(sum, hn::Set(df, kLongest)));
   const VI ix = hn::ConvertTo(di, hn::IfThenElseZero(usual, fx));
   VI iy = hn::ConvertTo(di, hn::IfThenElseZero(usual, fy));
   VI iz = hn::Sub(hn::Sub(hn::Set(di, centre_value), hn::Abs(ix)), hn::Abs(iy));
