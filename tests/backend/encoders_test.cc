@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Views of the CPU backend under both encoders: the same integers, and bytes that depend neither on
+// threads nor on which chunks are encoded together.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "core/codec/draco_decode.h"
+#include "core/cpu/cpu_backend.h"
+#include "tests/backend/conformance.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr uint32_t kSeed = 20'261'122;
+
+class Encoders : public ::testing::TestWithParam<Encoding> {
+ protected:
+  std::unique_ptr<DeformView> Evaluated(const char* encoder, int threads) {
+    const auto backend = MakeCpuBackend({.threads = threads, .encoder = MakeChunkEncoder(encoder)});
+    const auto target = backend->Prepare(plan_, Pipeline::kFused);
+    EXPECT_OK(target);
+    auto view = (*target)->CreateView({.segments = 5});
+    EXPECT_OK(view);
+    EXPECT_OK((*view)->Evaluate(points_, BoxFor(*plan_, points_), AllChunks(*plan_)));
+    return *std::move(view);
+  }
+
+  std::vector<std::vector<uint8_t>> Encode(DeformView& view, std::span<const uint32_t> chunks) {
+    const auto streams = view.Encode(chunks, GetParam());
+    EXPECT_OK(streams);
+    std::vector<std::vector<uint8_t>> bytes;
+    for (const SharedBytes& stream : *streams) {
+      bytes.emplace_back(stream.span().begin(), stream.span().end());
+    }
+    return bytes;
+  }
+
+  const PolygonMesh mesh_ = TorusMesh(31, 17);
+  const LatticeStructure structure_ = MakeStructure(mesh_.ComputeBounds(), {.degree = {2, 2, 2}});
+  const Plan plan_ = MakeTestPlan(mesh_, structure_);
+  const std::vector<Vec3d> points_ = Jitter(structure_, 0.2, kSeed);
+};
+INSTANTIATE_TEST_SUITE_P(Draco, Encoders,
+                         ::testing::Values(Encoding::kDracoPoints, Encoding::kDracoMesh));
+
+TEST_P(Encoders, HoldTheSameIntegers) {
+  const auto ours = Encode(*Evaluated("latticed", 1), AllChunks(*plan_));
+  const auto theirs = Encode(*Evaluated("reference", 1), AllChunks(*plan_));
+
+  ASSERT_EQ(ours.size(), theirs.size());
+  ASSERT_GT(ours.size(), 17u) << "more than one batch";
+  for (size_t c = 0; c < ours.size(); ++c) {
+    const auto our_integers = DecodeDracoChunkIntegers(ours[c]);
+    const auto their_integers = DecodeDracoChunkIntegers(theirs[c]);
+    ASSERT_OK(our_integers);
+    ASSERT_OK(their_integers);
+    EXPECT_EQ(our_integers->positions, their_integers->positions) << "chunk " << c;
+    EXPECT_EQ(our_integers->normals, their_integers->normals) << "chunk " << c;
+  }
+}
+
+TEST_P(Encoders, BytesDependOnTheChunkAlone) {
+  const auto view = Evaluated("latticed", 1);
+  const auto expected = Encode(*view, AllChunks(*plan_));
+  EXPECT_EQ(Encode(*Evaluated("latticed", 3), AllChunks(*plan_)), expected);
+  for (const uint32_t chunk : {0u, 7u, static_cast<uint32_t>(plan_->chunk_count()) - 1}) {
+    EXPECT_EQ(Encode(*view, {{chunk}}).front(), expected[chunk]) << "chunk " << chunk;
+  }
+}
+
+}  // namespace
+}  // namespace latticed::testing
