@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From the quantised vertices of one chunk to a Draco stream that a stock decoder reads alone.
+// From the quantised vertices of chunks to Draco streams, each of which a stock decoder reads alone.
 //
 // A stream holds POSITION (float32, quantised: origin 0, range = the quantisation box's range, so
 // decoded positions are relative to the box's origin) and, with normals, NORMAL (octahedral);
-// points in wire order; Draco 2.3 point cloud sequential, or 2.2 mesh sequential for EncodeMesh.
+// points in wire order; Draco 2.3 point cloud sequential, or 2.2 mesh sequential with triangles.
 //
 // Errors   kInternal when the library refuses (never on legal input)
 // Threads  Encode… is const and may be called from any number of threads

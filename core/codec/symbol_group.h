@@ -60,9 +60,9 @@ class SymbolGroup {
   size_t lanes_ = 0, points_ = 0, components_ = 0, stride_ = 0, most_symbols_ = 0,
          coded_stride_ = 0, entry_stride_ = 0;
   std::vector<uint16_t> symbols_;
-  std::vector<uint32_t> histograms_;    // one a component; zero but while counting
-  std::vector<RansEntry> entries_;      // by symbol, of one lane
-  std::vector<uint32_t> lane_entries_;  // the same of all lanes
+  std::vector<uint32_t> histograms_;    // kHistograms; zero but while counting
+  std::vector<RansEntry> entries_;      // by symbol, of each chain
+  std::vector<uint32_t> lane_entries_;  // the same as words, of each lane
   std::vector<uint8_t> coded_;          // what left the states, by lane
   std::array<Lane, draco_kernel::kLanes> lane_;
 };
