@@ -19,8 +19,8 @@ constexpr size_t kHistograms = 4;
 // States that are coded by turns without vectors: one waits while another multiplies.
 constexpr size_t kChains = 4;
 constexpr int kMostChainPrecision = 16;
-// With fewer chunks than this, one after the other is faster.
-constexpr size_t kFewestLanes = 3;
+// With fewer chunks than this, states by turns are as fast: vectors take as long for one as for 16.
+constexpr size_t kFewestLanes = 7;
 
 size_t RoundUp(size_t count, size_t step) { return (count + step - 1) / step * step; }
 
@@ -96,6 +96,9 @@ void SymbolGroup::CodeByChains() {
     if (count == kChains) {
       CodeChains<kChains>(lane);
       lane += kChains;
+    } else if (count >= 2) {
+      CodeChains<2>(lane);
+      lane += 2;
     } else {
       if (lane_[lane].table.bit_length() != 0) CodeChains<1>(lane);
       ++lane;

@@ -18,7 +18,7 @@
 namespace latticed {
 namespace {
 
-constexpr size_t kBatch = 5;
+constexpr size_t kBatch = 7;  // enough for vectors
 
 void Require(bool holds) {
   if (!holds) std::abort();

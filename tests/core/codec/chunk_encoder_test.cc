@@ -73,7 +73,7 @@ TEST_P(ChunkEncoderTest, IntegersSurviveAtAllSegments) {
 }
 
 TEST_P(ChunkEncoderTest, BatchesAreAsOneByOne) {
-  for (const size_t count : {2u, 3u, 4u, 5u, 16u, 17u, 35u}) {
+  for (const size_t count : {2u, 3u, 4u, 5u, 8u, 9u, 17u, 35u}) {
     std::vector<Chunk> chunks;
     std::vector<QuantisedVertices> vertices;
     for (size_t i = 0; i < count; ++i) {  // of different data, the last of another size
