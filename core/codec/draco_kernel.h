@@ -51,7 +51,8 @@ struct LaneStreams {
   uint32_t state[kLanes];
   uint32_t bytes[kLanes];
 };
-// 2^13 p < 2^24 for all p < 2^13, so that a float's division, cut off, is the integers'.
+// A float's x / p, cut off, is the integers': x < 1024 p <= 2^23 is exact, and a quotient just below
+// an integer k is rounded to less than k, since k p <= x + p < 2^24.
 inline constexpr int kMostLanePrecision = 13;
 
 // Whether CodeLanes is there: where a vector holds eight lanes or more.

@@ -98,7 +98,7 @@ class WriterGroup {
 
 }  // namespace
 
-size_t DracoWriter::batch() const { return draco_kernel::HasLanes() ? kLanes : 4; }
+size_t DracoWriter::batch() const { return kLanes; }
 
 absl::Status DracoWriter::Encode(std::span<const QuantisedVertices> chunks, double range,
                                  const ChunkConnectivity* connectivity,
@@ -108,8 +108,9 @@ absl::Status DracoWriter::Encode(std::span<const QuantisedVertices> chunks, doub
   static thread_local WriterGroup group;
   while (!chunks.empty()) {
     size_t count = 1;
-    while (count < std::min(chunks.size(), kLanes) && chunks[count].SameShape(chunks.front()))
+    while (count < std::min(chunks.size(), kLanes) && chunks[count].SameShape(chunks.front())) {
       ++count;
+    }
     group.Encode(chunks.first(count), static_cast<float>(range), connectivity,
                  streams.first(count));
     chunks = chunks.subspan(count);

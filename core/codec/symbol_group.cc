@@ -123,10 +123,11 @@ void SymbolGroup::CodeChains(size_t first) {
     for (size_t c = components_; c-- > 0;) {
       for (size_t k = 0; k < kCount; ++k) {
         const RansEntry& entry = entries_[k * entry_stride_ + symbols[k][c * stride_ + i]];
-        if constexpr (kCount > 1)
+        if constexpr (kCount > 1) {
           encoders[k].PutShort(entry);
-        else
+        } else {
           encoders[k].Put(entry);
+        }
       }
     }
   }
