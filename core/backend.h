@@ -121,6 +121,9 @@ class DeformView {
   [[nodiscard]] virtual absl::StatusOr<std::vector<SharedBytes>> Encode(
       std::span<const uint32_t> chunks, Encoding encoding) = 0;
 
+  // As many chunks are best encoded in one call; more only delay what waits for their end.
+  [[nodiscard]] virtual size_t encode_batch() const { return 256; }
+
   [[nodiscard]] virtual MemoryUse memory() const = 0;
 };
 

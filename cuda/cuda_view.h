@@ -5,7 +5,8 @@
 // it on. Twin of core/cpu/cpu_view.h.
 //
 // Evaluate enqueues and returns; what fails on the device shows at the next Read or Encode, which
-// wait for this view's lane alone.
+// wait for this view's lane alone. Draco streams are written on the device where the context's
+// encoder is our writer, whose bytes these are.
 //
 // Errors   those of core/view/view_contract.h; kResourceExhausted for memory of the device or
 //          pinned; kUnavailable when the device is lost
@@ -14,6 +15,7 @@
 #define LATTICED_CUDA_CUDA_VIEW_H_
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/view/vertex_layout.h"
@@ -21,6 +23,7 @@
 #include "core/view/view_encoder.h"
 #include "cuda/cuda_frame.h"
 #include "cuda/cuda_vertex_kernel.h"
+#include "cuda/device_draco_writer.h"
 #include "cuda/device_staging.h"
 
 namespace latticed {
@@ -40,6 +43,7 @@ class CudaView : public DeformView {
   absl::Status Read(uint32_t chunk, std::span<uint8_t> out) override;
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
                                                   Encoding encoding) override;
+  size_t encode_batch() const override;
   MemoryUse memory() const override;
 
   // For measurements: the stream that Evaluate enqueues on, and its stages.
@@ -50,6 +54,13 @@ class CudaView : public DeformView {
            std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
            std::unique_ptr<CudaVertexKernel> kernel, CudaFrame frame,
            DeviceBuffer<uint8_t> vertices);
+  bool WritesOnDevice(Encoding encoding) const;
+  absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
+                            std::span<SharedBytes> results);
+  absl::Status EncodeOnDevice(std::span<const uint32_t> chunks, Encoding encoding,
+                              std::span<SharedBytes> results);
+  absl::Status EncodeBatch(std::span<const uint32_t> chunks, std::span<SharedBytes> results);
+  absl::Status MakeWriter(Encoding encoding);
 
   // What is declared first goes last: the plan and the context outlive all that uses them.
   std::shared_ptr<const DeformPlan> plan_;
@@ -62,6 +73,8 @@ class CudaView : public DeformView {
   CudaFrame frame_;
   DeviceBuffer<uint8_t> vertices_;
   DeviceStaging staging_;
+  std::optional<DeviceDracoWriter> writer_;  // made when it is first asked for
+  Encoding writer_encoding_ = Encoding::kDracoPoints;
 };
 
 }  // namespace latticed

@@ -11,8 +11,6 @@
 namespace latticed {
 namespace {
 
-constexpr size_t kChunksPerBatch = 256;
-
 bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
   return a.size == b.size && std::equal(a.data, a.data + a.size, b.data);
 }
@@ -20,7 +18,7 @@ bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
 }  // namespace
 
 bool EncodeProgress::EndsWithin(absl::Duration time) const {
-  if (left <= kChunksPerBatch) return true;
+  if (left <= batch) return true;
   if (done == 0) return false;
   return spent / static_cast<double>(done) * static_cast<double>(left) <= time;
 }
@@ -43,9 +41,10 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
   snapshot->chunks.resize(state.plan->chunk_count());
 
   const absl::Time start = absl::Now();
+  const size_t most = vertices.encode_batch();
   for (size_t done = 0; done < chunks.size();) {
-    if (auto s = between({done, chunks.size() - done, absl::Now() - start}); !s.ok()) return s;
-    const auto batch = chunks.subspan(done, std::min(kChunksPerBatch, chunks.size() - done));
+    if (auto s = between({done, chunks.size() - done, most, absl::Now() - start}); !s.ok()) return s;
+    const auto batch = chunks.subspan(done, std::min(most, chunks.size() - done));
     auto encoded = vertices.Encode(batch, key.encoding);
     if (!encoded.ok()) return encoded.status();
     for (size_t i = 0; i < batch.size(); ++i) {

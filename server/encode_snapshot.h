@@ -28,6 +28,7 @@ struct SceneState;  // server/scene.h
 struct EncodeProgress {
   size_t done = 0;
   size_t left = 0;
+  size_t batch = 0;  // DeformView::encode_batch
   absl::Duration spent;
   // Whether what is left takes no longer than `time`, or a batch, below which nobody can tell.
   bool EndsWithin(absl::Duration time) const;

@@ -49,7 +49,7 @@ absl::StatusOr<std::vector<uint8_t>> ChunkEncoder::EncodeMesh(
 }
 
 std::unique_ptr<ChunkEncoder> MakeChunkEncoder(std::string_view name) {
-  if (name == "latticed") return std::make_unique<DracoWriter>();
+  if (name == kDracoWriterName) return std::make_unique<DracoWriter>();
   if (name == "reference") return MakeReferenceEncoder();
   return nullptr;
 }

@@ -10,9 +10,12 @@
 
 namespace latticed {
 
+// A backend whose vertices lie on a device may write the same bytes there (cuda/draco_kernels.h).
+inline constexpr std::string_view kDracoWriterName = "latticed";
+
 class DracoWriter final : public ChunkEncoder {
  public:
-  std::string_view name() const override { return "latticed"; }
+  std::string_view name() const override { return kDracoWriterName; }
   size_t batch() const override;
   absl::Status Encode(std::span<const QuantisedVertices> chunks, double range,
                       const ChunkConnectivity* connectivity,

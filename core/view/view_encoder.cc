@@ -35,13 +35,14 @@ size_t BatchSize(size_t count, size_t most, size_t threads) {
 
 }  // namespace
 
-void ViewEncoder::MakeConnectivity(std::span<const uint32_t> chunks) {
-  for (const uint32_t chunk : chunks) {
-    const auto [first, last] = plan_.ChunkPatches(chunk);
-    if (connectivity_.contains(last - first)) continue;
-    connectivity_.try_emplace(last - first, ChunkPoints(plan_, chunk, spec_.segments),
-                              ChunkTriangles(spec_.segments, last - first));
-  }
+const ChunkConnectivity& ViewEncoder::Connectivity(uint32_t chunk) {
+  const auto [first, last] = plan_.ChunkPatches(chunk);
+  const auto known = connectivity_.find(last - first);
+  if (known != connectivity_.end()) return known->second;
+  return connectivity_
+      .try_emplace(last - first, ChunkPoints(plan_, chunk, spec_.segments),
+                   ChunkTriangles(spec_.segments, last - first))
+      .first->second;
 }
 
 size_t ViewEncoder::MemoryBytes() const {
@@ -82,7 +83,9 @@ absl::Status ViewEncoder::EncodeDraco(std::span<const uint32_t> chunks, size_t f
 absl::Status ViewEncoder::Encode(std::span<const uint32_t> chunks, Encoding encoding, double range,
                                  BytesOf bytes_of, std::span<SharedBytes> results) {
   if (chunks.empty()) return absl::OkStatus();
-  if (encoding == Encoding::kDracoMesh) MakeConnectivity(chunks);
+  if (encoding == Encoding::kDracoMesh) {
+    for (const uint32_t chunk : chunks) Connectivity(chunk);
+  }
   if (encoding != Encoding::kDracoPoints && encoding != Encoding::kDracoMesh) {
     arena_.ForEach(chunks.size(), [&](size_t i) {
       std::vector<uint8_t> scratch;

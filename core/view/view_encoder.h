@@ -37,10 +37,12 @@ class ViewEncoder {
   [[nodiscard]] absl::Status Encode(std::span<const uint32_t> chunks, Encoding encoding,
                                     double range, BytesOf bytes_of, std::span<SharedBytes> results);
 
+  // Triangles of a chunk, for an encoder elsewhere; stays.
+  const ChunkConnectivity& Connectivity(uint32_t chunk);
+
   size_t MemoryBytes() const;
 
  private:
-  void MakeConnectivity(std::span<const uint32_t> chunks);
   // Draco streams of chunks[first, first + results.size()).
   [[nodiscard]] absl::Status EncodeDraco(std::span<const uint32_t> chunks, size_t first,
                                          Encoding encoding, double range, BytesOf bytes_of,

@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Views of the CPU backend under both encoders: the same integers, and bytes that depend neither on
-// threads nor on which chunks are encoded together.
+// threads nor on which chunks are encoded together. Then every backend: the bytes that our writer
+// makes of the integers that the view reads out.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -69,6 +71,44 @@ TEST_P(Encoders, BytesDependOnTheChunkAlone) {
   EXPECT_EQ(Encode(*Evaluated("latticed", 3), AllChunks(*plan_)), expected);
   for (const uint32_t chunk : {0u, 7u, static_cast<uint32_t>(plan_->chunk_count()) - 1}) {
     EXPECT_EQ(Encode(*view, {{chunk}}).front(), expected[chunk]) << "chunk " << chunk;
+  }
+}
+
+class WrittenChunks : public BackendTest {};
+INSTANTIATE_TEST_SUITE_P(Backends, WrittenChunks, ::testing::ValuesIn(Subjects()), SubjectName);
+
+TEST_P(WrittenChunks, AreOurWritersOfTheViewsIntegers) {
+  const PolygonMesh mesh = TorusMesh(23, 13);
+  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {.degree = {2, 2, 2}});
+  const Plan plan = MakeTestPlan(mesh, structure);
+  const auto points = Jitter(structure, 0.2, kSeed);
+  const QuantisationBox box = BoxFor(*plan, points);
+  const std::vector<ViewSpec> specs{
+      {.segments = 10},
+      {.segments = 3, .position_bits = 14, .normal_bits = 10},
+      {.segments = 1, .normals = NormalMode::kNone, .position_bits = 16}};
+  for (const ViewSpec& spec : specs) {
+    const auto view = MakeView(plan, spec);
+    ASSERT_NE(view, nullptr);
+    ASSERT_OK(view->Evaluate(points, box, AllChunks(*plan)));
+    const auto integers = ReadAll(*plan, *view);
+    const std::vector<uint32_t> some{0, 3, static_cast<uint32_t>(plan->chunk_count()) - 1};
+    for (const auto& chunks : {AllChunks(*plan), some}) {
+      const auto streams = view->Encode(chunks, Encoding::kDracoPoints);
+      ASSERT_OK(streams);
+      for (size_t i = 0; i < chunks.size(); ++i) {
+        const auto expected =
+            MakeChunkEncoder("latticed")
+                ->EncodePoints(QuantisedVertices::FromBytes(
+                                   integers[chunks[i]],
+                                   ChunkPoints(*plan, chunks[i], spec.segments), spec.position_bits,
+                                   spec.normals == NormalMode::kNone ? 0 : spec.normal_bits),
+                               box.range);
+        ASSERT_OK(expected);
+        ASSERT_TRUE(std::ranges::equal((*streams)[i].span(), *expected))
+            << "chunk " << chunks[i] << ", " << spec.segments << " segments";
+      }
+    }
   }
 }
 

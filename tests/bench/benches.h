@@ -29,8 +29,9 @@ void RegisterPrecisionBenches();  // errors against the definition, as counters
 // Control points to vertices on the GPU; one line on stderr where there is none. `large`: 10^7
 // patches too, half a minute and 20 GB.
 void RegisterGpuBenches(bool large);
-// These two are called by the former.
+// These three are called by the former.
 void RegisterGpuEditBenches();
+void RegisterGpuEncodeBenches();
 // One scene on one device, two and four; words on stderr for those that the machine has not.
 void RegisterGpuDevicesBenches(bool large);
 

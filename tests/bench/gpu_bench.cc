@@ -224,6 +224,7 @@ void RegisterGpuBenches(bool large) {
   RegisterTessellationShaders();
   RegisterShapes();
   RegisterGpuEditBenches();
+  RegisterGpuEncodeBenches();
   RegisterScale(large);
   RegisterGpuDevicesBenches(large);
 }

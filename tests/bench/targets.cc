@@ -91,6 +91,22 @@ void AddGpu(Targets& targets) {
   }
 }
 
+// Edits to Draco bytes in host memory.
+void AddGpuEncode(Targets& targets) {
+  const std::string tree = "gpu/edit-to-bytes/tree-113663/", bird = "gpu/edit-to-bytes/bird-17119/";
+  const Targets rows{
+      {"GPU 113,663 Draco writer, ns a point", tree + "all:ns_point", "", false, 0.25},
+      {"GPU 17,119 Draco writer, ns a point", bird + "all:ns_point", "", false, 0.5},
+      {"GPU 113,663 edit to bytes, ms", tree + "all", "", false, 2.5},
+      {"GPU 113,663 edit to bytes, p99 / p50", tree + "all:p99_over_p50", "", false, 1.5},
+      {"GPU 17,119 edit to bytes, ms", bird + "all", "", false, 0.7},
+      {"GPU 17,119 edit to bytes, p99 / p50", bird + "all:p99_over_p50", "", false, 1.5},
+      {"GPU 113,663 edit to bytes, one control point, ms", tree + "one-control-point", "", false,
+       0.6},
+  };
+  targets.insert(targets.end(), rows.begin(), rows.end());
+}
+
 // Other shapes against the larger of their floors; scale against 10^5 patches.
 void AddGpuShapes(Targets& targets) {
   for (const char* format : {"float32", "quantised"}) {
@@ -135,6 +151,7 @@ Section TargetSection(const std::map<std::string, double>& values) {
   AddCodec(targets);
   AddGpu(targets);
   AddGpuShapes(targets);
+  AddGpuEncode(targets);
   AddDevices(targets);
   Section section{
       .title = "Targets", .notes = {}, .columns = {"in this run", "measured", "", "target", ""}};

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Draco streams of chunks whose vertices lie on the device, written there: the bytes that
+// core/codec/draco_writer.h writes of them. Only these cross the bus, in one copy, and each result is
+// a part of the block that they came in.
+//
+//   symbols, tables | states | places --> host: how many bytes
+//   pack            | copy            --> host: the bytes
+//
+// Errors   kResourceExhausted for memory of the device or pinned: fewer chunks take less; those of
+//          cuda_status.h
+// Threads  one at a time; works on the stream of the lane, and has waited for it when it returns
+#ifndef LATTICED_CUDA_DEVICE_DRACO_WRITER_H_
+#define LATTICED_CUDA_DEVICE_DRACO_WRITER_H_
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/backend.h"
+#include "core/codec/chunk_connectivity.h"
+#include "cuda/cuda_context.h"
+#include "cuda/device_buffer.h"
+#include "cuda/draco_kernels.h"
+
+namespace latticed {
+
+// What all streams of a view have in common.
+struct DracoShape {
+  size_t points = 0;       // of a chunk
+  size_t last_points = 0;  // of the last chunk of the plan
+  int position_bits = 12;
+  int normal_bits = 0;  // 0: no normals
+  // Of a chunk and of the last one, for meshes; else null.
+  std::array<const ChunkConnectivity*, 2> connectivity{};
+};
+
+class DeviceDracoWriter {
+ public:
+  [[nodiscard]] static absl::StatusOr<DeviceDracoWriter> Create(
+      const DracoShape& shape, std::shared_ptr<CudaContext> context,
+      std::shared_ptr<CudaLane> lane);
+
+  // Chunks in wire layout, one after the other; number `last` is the last of the plan, if it is
+  // there.
+  struct Vertices {
+    DeviceSpan<const uint8_t> bytes;
+    uint32_t last = 0;
+  };
+  // results[i] of chunk numbers[i], which ascend. `range`: of the quantisation box. `entry_room`:
+  // for tests; 0: what most chunks need.
+  [[nodiscard]] absl::Status Encode(const Vertices& vertices, std::span<const uint32_t> numbers,
+                                    double range, std::span<SharedBytes> results,
+                                    uint32_t entry_room = 0);
+
+  size_t DeviceBytes() const { return heads_.size_bytes(); }
+  size_t PinnedBytes() const { return places_.size(); }
+
+ private:
+  DeviceDracoWriter(const DracoShape& shape, std::shared_ptr<CudaContext> context,
+                    std::shared_ptr<CudaLane> lane, DeviceBuffer<uint8_t> heads,
+                    std::array<uint32_t, 2> head_bytes)
+      : shape_(shape),
+        context_(std::move(context)),
+        lane_(std::move(lane)),
+        heads_(std::move(heads)),
+        head_bytes_(head_bytes) {}
+
+  kernels::DracoFrame Frame(double range) const;
+  // Encodes what finds room; the others' results stay empty.
+  absl::Status Round(const Vertices& vertices, std::span<const uint32_t> numbers,
+                     const kernels::DracoFrame& frame, uint32_t entry_room,
+                     std::span<SharedBytes> results);
+  // Copies to the host, and waits.
+  absl::Status Fetch(void* to, const void* from, size_t bytes) const;
+
+  DracoShape shape_;
+  std::shared_ptr<CudaContext> context_;
+  std::shared_ptr<CudaLane> lane_;
+  DeviceBuffer<uint8_t> heads_;  // of a chunk, then of the last one
+  std::array<uint32_t, 2> head_bytes_;
+  PinnedBuffer places_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DEVICE_DRACO_WRITER_H_

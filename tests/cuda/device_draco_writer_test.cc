@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The device's writer against the host's, byte for byte: what the host's streams hold is proven with
+// stock decoders (tests/core/codec/).
+#include "cuda/device_draco_writer.h"
+
+#include <algorithm>
+
+#include "core/codec/draco_writer.h"
+#include "tests/core/codec/chunk_fixtures.h"
+#include "tests/cuda/cuda_test.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr unsigned kSeed = 20'261'121;
+constexpr double kRange = 8.0;
+
+std::vector<std::array<uint32_t, 3>> Fan(size_t points) {
+  std::vector<std::array<uint32_t, 3>> triangles;
+  for (uint32_t i = 2; i < points; ++i) triangles.push_back({0, i - 1, i});
+  return triangles;
+}
+
+class DeviceDracoWriterTest : public CudaTest {
+ protected:
+  DeviceDracoWriterTest() : CudaTest(kSeed) {}
+
+  void SetUp() override {
+    CudaTest::SetUp();
+    if (IsSkipped() || HasFatalFailure()) return;
+    const auto context = CudaContext::Create(0, {.poison_memory = true});
+    ASSERT_OK(context);
+    context_ = *context;
+    const auto lane = context_->lanes().Borrow();
+    ASSERT_OK(lane);
+    lane_ = *lane;
+  }
+
+  // Chunks `numbers`, of `chunks`, by both writers; `mesh`: with triangles.
+  void ExpectTheHostsBytes(std::span<const Chunk> chunks, std::span<const uint32_t> numbers,
+                           bool mesh, uint32_t entry_room = 0) {
+    const Chunk &first = chunks.front(), &last = chunks.back();
+    const ChunkConnectivity triangles(first.points, Fan(first.points)),
+        last_triangles(last.points, Fan(last.points));
+    DracoShape shape{.points = first.points,
+                     .last_points = last.points,
+                     .position_bits = first.position_bits,
+                     .normal_bits = first.normal_bits};
+    if (mesh) shape.connectivity = {&triangles, &last_triangles};
+    std::vector<uint8_t> bytes;
+    for (const Chunk& chunk : chunks) {
+      bytes.insert(bytes.end(), chunk.bytes.begin(), chunk.bytes.end());
+    }
+    const auto vertices =
+        DeviceBuffer<uint8_t>::Upload(context_->memory(), "vertices", bytes, lane_->stream().get());
+    ASSERT_OK(vertices);
+    auto writer = DeviceDracoWriter::Create(shape, context_, lane_);
+    ASSERT_OK(writer);
+    std::vector<SharedBytes> results(numbers.size());
+    const auto last_number = static_cast<uint32_t>(chunks.size()) - 1;
+    ASSERT_OK(
+        writer->Encode({vertices->span(), last_number}, numbers, kRange, results, entry_room));
+    for (size_t i = 0; i < numbers.size(); ++i) {
+      const Chunk& chunk = chunks[numbers[i]];
+      const QuantisedVertices one = chunk.vertices();
+      const ChunkConnectivity& its = numbers[i] == last_number ? last_triangles : triangles;
+      std::vector<uint8_t> expected;
+      ASSERT_OK(DracoWriter().Encode({&one, 1}, kRange, mesh ? &its : nullptr, {&expected, 1}));
+      ASSERT_TRUE(std::ranges::equal(results[i].span(), expected))
+          << "chunk " << numbers[i] << " of " << chunk.points << " points, " << chunk.position_bits
+          << " and " << chunk.normal_bits << " bits: " << results[i].size << " bytes for "
+          << expected.size() << ", seed " << kSeed;
+    }
+  }
+
+  // Full chunks of each kind of data, and a last one that is smaller.
+  static std::vector<Chunk> AllKinds(size_t points, int position_bits, int normal_bits) {
+    std::vector<Chunk> chunks;
+    for (unsigned i = 0; i < 10; ++i) {
+      chunks.push_back(MakeChunk(points, position_bits, normal_bits, kAllData[i % 5], kSeed + i));
+    }
+    chunks.push_back(MakeChunk((points + 2) / 3, position_bits, normal_bits, Data::kWalk, kSeed));
+    return chunks;
+  }
+  static std::vector<uint32_t> All(std::span<const Chunk> chunks) {
+    std::vector<uint32_t> numbers(chunks.size());
+    for (uint32_t i = 0; i < numbers.size(); ++i) numbers[i] = i;
+    return numbers;
+  }
+
+  std::shared_ptr<CudaContext> context_;
+  std::shared_ptr<CudaLane> lane_;
+};
+
+// Points that keep whole chunks at multiples of 4 bytes, as 32 patches do.
+TEST_F(DeviceDracoWriterTest, AllSizesAndBits) {
+  for (const size_t points : {4u, 96u, 2112u, 17'952u}) {
+    for (int position_bits = 8; position_bits <= 16; ++position_bits) {
+      const int normal_bits = position_bits == 8 ? 0 : std::max(position_bits - 4, 6);
+      const auto chunks = AllKinds(points, position_bits, normal_bits);
+      ExpectTheHostsBytes(chunks, All(chunks), false);
+      if (HasFatalFailure()) return;
+    }
+  }
+}
+
+TEST_F(DeviceDracoWriterTest, TheLargestChunk) {
+  std::vector<Chunk> chunks;
+  for (const Data data : kAllData) chunks.push_back(MakeChunk(65'532, 16, 12, data, kSeed));
+  ExpectTheHostsBytes(chunks, All(chunks), false);
+}
+
+TEST_F(DeviceDracoWriterTest, EveryNumberOfNormalBits) {
+  for (int normal_bits = 6; normal_bits <= 12; ++normal_bits) {
+    const auto chunks = AllKinds(2112, 12, normal_bits);
+    ExpectTheHostsBytes(chunks, All(chunks), false);
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST_F(DeviceDracoWriterTest, Meshes) {
+  const auto chunks = AllKinds(2112, 12, 8);
+  ExpectTheHostsBytes(chunks, All(chunks), true);
+}
+
+TEST_F(DeviceDracoWriterTest, SomeOfTheChunks) {
+  const auto chunks = AllKinds(2112, 14, 10);
+  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{1, 4, 5, 10}, false);
+  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{7}, false);
+  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{10}, true);
+}
+
+// More chunks than sets of wide counts, each of which needs one; and room for one table at a time.
+TEST_F(DeviceDracoWriterTest, MemoryThatChunksWaitFor) {
+  std::vector<Chunk> chunks;
+  for (unsigned i = 0; i < 3 * kernels::kWideSlots; ++i) {
+    chunks.push_back(MakeChunk(2112, 16, 8, Data::kRandom, kSeed + i));
+  }
+  ExpectTheHostsBytes(chunks, All(chunks), false);
+  ExpectTheHostsBytes(std::span(chunks).first(5), All(std::span(chunks).first(5)), false, 1);
+}
+
+TEST_F(DeviceDracoWriterTest, NothingToEncode) {
+  auto writer = DeviceDracoWriter::Create({.points = 96, .last_points = 96}, context_, lane_);
+  ASSERT_OK(writer);
+  EXPECT_OK(writer->Encode({}, {}, kRange, {}));
+}
+
+}  // namespace
+}  // namespace latticed::testing
