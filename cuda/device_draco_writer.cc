@@ -29,14 +29,6 @@ std::vector<uint8_t> HeadBytes(size_t points, int normal_bits, const ChunkConnec
   return bytes;
 }
 
-// A power of two: a warp a stream while there are fewer of them than the device has schedulers.
-unsigned StreamsPerWarp(uint32_t streams) {
-  constexpr unsigned kSchedulers = 528;  // of 132 multiprocessors; others are as well served
-  unsigned per_warp = 1;
-  while (per_warp < 32 && streams > per_warp * kSchedulers) per_warp *= 2;
-  return per_warp;
-}
-
 bool AreAll(std::span<const uint32_t> numbers) {
   return numbers.front() == 0 && numbers.back() + size_t{1} == numbers.size();
 }
@@ -114,10 +106,7 @@ absl::Status DeviceDracoWriter::Round(const Vertices& vertices, std::span<const 
     places_ = *std::move(places);
   }
   if (auto s = CudaStatus(kernels::LaunchDracoSymbols(work, stream), kWhat); !s.ok()) return s;
-  const unsigned per_warp = StreamsPerWarp(2 * work.count);
-  if (auto s = CudaStatus(kernels::LaunchDracoRans(work, per_warp, stream), kWhat); !s.ok()) {
-    return s;
-  }
+  if (auto s = CudaStatus(kernels::LaunchDracoRans(work, stream), kWhat); !s.ok()) return s;
   if (auto s =
           CudaStatus(kernels::LaunchDracoPlaces(work, frame, scratch->places(), stream), kWhat);
       !s.ok()) {

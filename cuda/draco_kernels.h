@@ -5,7 +5,7 @@
 //
 //   draco_symbols_kernel.cu  a block a chunk     integers -> symbols, their counts, probabilities,
 //                                                the bytes of the tables
-//   draco_rans_kernel.cu     a thread a stream   symbols -> coded bytes, last symbol first
+//   draco_rans_kernel.cu     a thread a stream   symbols -> what leaves the state at each
 //   draco_pack_kernel.cu     one block, then     sizes -> places, then the bytes of each chunk in
 //                            a block a chunk     its place
 //
@@ -34,12 +34,18 @@ inline constexpr uint32_t kPositionValues = 3, kNormalValues = 2;  // of a point
 struct DracoStream {
   uint32_t first_entry;  // of its table in DracoWork::entries, by symbol
   uint32_t table_bytes;
-  uint32_t coded_bytes;
+  uint32_t coded_bytes;  // those of the last state included
   uint32_t largest;      // symbol
+  uint32_t last_word;    // the last state's bytes, the lowest first
   uint16_t least, most;  // of the chunk's coordinates; of positions only
   uint8_t bit_length;    // rans_model.h
   uint8_t deferred;      // the chunk found no room for its tables
 };
+
+// At 12 bits, up to two bytes leave a state at each symbol: the two are kept whether they leave or
+// not, and how many do, by two bits, for sixteen symbols in a word. Streams of more bits are rare,
+// and their bytes are kept one after the other, as far as two for each symbol.
+inline constexpr uint32_t kSymbolsAWord = 16;
 
 // Sets of counts for chunks whose coordinates span more than shared memory holds. A block takes a
 // free one and gives it back.
@@ -60,10 +66,13 @@ struct DracoWork {
   uint32_t last_chunk, last_points;    // the one number that has others
   int32_t position_bits, normal_bits;  // 0: no normals
 
-  // By place in `numbers`: symbols, and tables with coded bytes, of the sizes below.
+  // By place in `numbers`, the parts that StreamAt says.
   uint16_t* symbols;
-  uint8_t* coded;
-  uint2* entries;  // rans_entry.h
+  uint16_t* leaving;        // the low two bytes of the state
+  uint32_t* leaving_bytes;  // how many of them leave
+  // By first_entry.
+  uint2* entries;   // rans_entry.h
+  uint8_t* tables;  // kTableBytes for each entry
   uint32_t entry_room;
   uint32_t* wide_counts;  // kWideSlots of 2^position_bits, where these are more than kSharedCounts
   DracoControl* control;
@@ -83,33 +92,28 @@ struct DracoWork {
 // Coordinates of 12 bits, and of chunks that span no more.
 inline constexpr uint32_t kSharedCounts = 4096;
 
+// A table takes three bytes a symbol and three more at most; only where M = 4096, and the three are
+// two, may it have fewer symbols than three.
+inline constexpr uint32_t kTableBytes = 4;
+
 LATTICED_HD constexpr size_t RoundUpTo16(size_t bytes) { return (bytes + 15) / 16 * 16; }
-// Values of uint16: positions, then normals, 16 bytes aligned each.
-LATTICED_HD constexpr size_t SymbolValues(uint32_t points, uint32_t values) {
-  return RoundUpTo16(size_t{points} * values * sizeof(uint16_t)) / sizeof(uint16_t);
+
+// Words of 16 bits of one stream, a multiple of kSymbolsAWord.
+LATTICED_HD constexpr size_t StreamWords(uint32_t points, uint32_t values) {
+  return (size_t{points} * values + kSymbolsAWord - 1) / kSymbolsAWord * kSymbolsAWord;
 }
-// A stream's table and coded bytes: where they need more than two bytes a symbol they are not used.
-LATTICED_HD constexpr size_t CodedBytes(uint32_t points, uint32_t values) {
-  return RoundUpTo16(size_t{points} * values * sizeof(uint16_t) + 16);
+// Of all streams of a chunk.
+LATTICED_HD constexpr size_t ChunkWords(uint32_t points, bool normals) {
+  return StreamWords(points, kPositionValues) + (normals ? StreamWords(points, kNormalValues) : 0);
 }
-LATTICED_HD inline uint16_t* SymbolsOf(const DracoWork& work, uint32_t chunk, bool normals) {
-  const size_t positions = SymbolValues(work.points, kPositionValues);
-  const size_t both =
-      positions + (work.normal_bits == 0 ? 0 : SymbolValues(work.points, kNormalValues));
-  return work.symbols + chunk * both + (normals ? positions : 0);
+// Where a stream's begin.
+LATTICED_HD constexpr size_t StreamAt(const DracoWork& work, uint32_t chunk, bool normals) {
+  return chunk * ChunkWords(work.points, work.normal_bits > 0) +
+         (normals ? StreamWords(work.points, kPositionValues) : 0);
 }
-LATTICED_HD inline uint8_t* CodedOf(const DracoWork& work, uint32_t chunk, bool normals) {
-  const size_t positions = CodedBytes(work.points, kPositionValues);
-  const size_t both =
-      positions + (work.normal_bits == 0 ? 0 : CodedBytes(work.points, kNormalValues));
-  return work.coded + chunk * both + (normals ? positions : 0);
-}
-// Where the states' bytes begin, behind the table.
-LATTICED_HD constexpr uint32_t StatesAt(uint32_t table_bytes) { return (table_bytes + 3) / 4 * 4; }
 
 cudaError_t LaunchDracoSymbols(const DracoWork& work, cudaStream_t stream);
-// `streams_per_warp`: a power of two up to 32.
-cudaError_t LaunchDracoRans(const DracoWork& work, unsigned streams_per_warp, cudaStream_t stream);
+cudaError_t LaunchDracoRans(const DracoWork& work, cudaStream_t stream);
 
 // The constant bytes of the streams: `head` up to the symbols of positions, by shape: full chunks
 // and the last one; `end` behind the symbols of the last attribute.

@@ -5,7 +5,9 @@
 //
 //   head | positions | least, most | prediction of normals | normals | end
 //
-// positions and normals are a table with the states' bytes, or plain symbols where these take less.
+// positions and normals are a table with the bytes that left the state, or plain symbols where these
+// take less.
+#include "cuda/draco_leaving.cuh"
 #include "cuda/draco_table.cuh"
 
 namespace latticed::kernels {
@@ -122,19 +124,107 @@ class Packer {
   uint8_t* at_;
 };
 
+// Appends bytes to words of shared memory that are zero, from any byte on.
+class WordSink {
+ public:
+  __device__ WordSink(uint32_t* words, uint32_t byte)
+      : at_(words + byte / 4), held_bits_(byte % 4 * 8) {}
+  __device__ void Put(uint32_t bytes, uint32_t bits) {
+    held_ |= static_cast<uint64_t>(bytes) << held_bits_;
+    held_bits_ += bits;
+  }
+  // After four bytes at most: neighbours share the first word and the last one.
+  __device__ void Flush() {
+    if (held_bits_ < 32) return;
+    atomicOr(at_++, static_cast<uint32_t>(held_));
+    held_ >>= 32;
+    held_bits_ -= 32;
+  }
+  __device__ void Finish() {
+    if (held_bits_ > 0) atomicOr(at_, static_cast<uint32_t>(held_));
+  }
+
+ private:
+  uint32_t* at_;
+  uint64_t held_ = 0;
+  uint32_t held_bits_;
+};
+
+// Of sixteen symbols, the last one first.
+__device__ void PutLeaving(const uint16_t* leaving, uint32_t counts, WordSink sink) {
+  const auto* blocks = reinterpret_cast<const uint4*>(leaving);
+  const uint4 halves[] = {__ldg(blocks), __ldg(blocks + 1)};
+#pragma unroll
+  for (uint32_t pair = kSymbolsAWord / 2; pair-- > 0;) {
+    const uint4 half = halves[pair / 4];
+    const uint32_t both = pair % 4 == 0   ? half.x
+                          : pair % 4 == 1 ? half.y
+                          : pair % 4 == 2 ? half.z
+                                          : half.w;
+    const uint32_t upper = (counts >> (4 * pair + 2) & 3) * 8;
+    const uint32_t lower = (counts >> (4 * pair) & 3) * 8;
+    sink.Put(both >> 16 & ((1u << upper) - 1), upper);
+    sink.Put(both & ((1u << lower) - 1), lower);
+    sink.Flush();
+  }
+  sink.Finish();
+}
+
+// The bytes that left a state at 12 bits: sixteen symbols a thread, the last ones first, put
+// together in shared memory, so that they go out in whole lines.
+__device__ void PackLeaving(const uint16_t* leaving, const uint32_t* leaving_bytes,
+                            uint32_t symbols, Packer& packer) {
+  constexpr uint32_t kBytes = kThreads * kSymbolsAWord * 2;
+  __shared__ uint32_t bytes[kBytes / 4 + 1];
+  __shared__ uint32_t sums[kThreads / kWarp];
+  const uint32_t words = (symbols + kSymbolsAWord - 1) / kSymbolsAWord;
+  uint32_t filled = kBytes;  // of the last time
+  for (uint32_t first = 0; first < words; first += kThreads) {
+    for (uint32_t i = threadIdx.x; i <= filled / 4; i += kThreads) bytes[i] = 0;
+    const uint32_t from_end = first + threadIdx.x;
+    const uint32_t word = words - 1 - from_end;  // read where from_end < words only
+    const uint32_t counts = from_end < words ? __ldg(leaving_bytes + word) : 0;
+    const uint32_t count = SumOfBytes(counts);
+    const uint32_t up_to = SumUpTo(count);
+    if (Lane() == kWarp - 1) sums[threadIdx.x / kWarp] = up_to;
+    __syncthreads();
+    uint32_t before = 0;
+    filled = 0;
+    for (uint32_t w = 0; w < kThreads / kWarp; ++w) {
+      if (w < threadIdx.x / kWarp) before += sums[w];
+      filled += sums[w];
+    }
+    if (count > 0) {
+      PutLeaving(leaving + word * size_t{kSymbolsAWord}, counts,
+                 WordSink(bytes, before + up_to - count));
+    }
+    __syncthreads();
+    packer.Copy(reinterpret_cast<const uint8_t*>(bytes), filled);
+    __syncthreads();
+  }
+}
+
 __device__ void PackSymbols(const DracoWork& work, uint32_t chunk, bool normals, Packer& packer) {
   const Part part(work, chunk, normals);
+  const DracoStream& stream = part.stream;
+  const size_t at = StreamAt(work, chunk, normals);
   if (part.plain) {
-    const uint32_t width = PlainSymbolBytes(part.stream.largest);
+    const uint32_t width = PlainSymbolBytes(stream.largest);
     packer.Word(kPlain | width << 8, 2);
-    packer.PlainSymbols(SymbolsOf(work, chunk, normals), part.symbols, width);
+    packer.PlainSymbols(work.symbols + at, part.symbols, width);
     return;
   }
-  const uint8_t* coded = CodedOf(work, chunk, normals);
-  packer.Word(kCoded | kSchemeRaw << 8 | uint32_t{part.stream.bit_length} << 16, 3);
-  packer.Copy(coded, part.stream.table_bytes);
-  packer.Varint(part.stream.coded_bytes);
-  packer.Copy(coded + StatesAt(part.stream.table_bytes), part.stream.coded_bytes);
+  packer.Word(kCoded | kSchemeRaw << 8 | uint32_t{stream.bit_length} << 16, 3);
+  packer.Copy(work.tables + size_t{stream.first_entry} * kTableBytes, stream.table_bytes);
+  packer.Varint(stream.coded_bytes);
+  const uint32_t last_bytes = LastBytes(stream.last_word);
+  if (RansPrecision(stream.bit_length) == kLeastRansPrecision) {
+    PackLeaving(work.leaving + at, work.leaving_bytes + at / kSymbolsAWord, part.symbols, packer);
+  } else {
+    packer.Copy(reinterpret_cast<const uint8_t*>(work.leaving + at),
+                stream.coded_bytes - last_bytes);
+  }
+  packer.Word(stream.last_word, last_bytes);
 }
 
 __global__ void __launch_bounds__(kThreads)

@@ -48,17 +48,15 @@ class Parts {
 
 size_t Divide(uint8_t* block, DracoWork& work, kernels::DracoPlace*& places) {
   const size_t chunks = work.count;
-  const bool normals = work.normal_bits > 0;
-  const auto both = [&](const auto& size_of) {
-    return size_of(work.points, kernels::kPositionValues) +
-           (normals ? size_of(work.points, kernels::kNormalValues) : 0);
-  };
+  const size_t words = chunks * kernels::ChunkWords(work.points, work.normal_bits > 0);
   Parts parts(block);
   work.control = parts.Take<kernels::DracoControl>(1);
   work.streams = parts.Take<kernels::DracoStream>(2 * chunks);
   work.entries = parts.Take<uint2>(work.entry_room);
-  work.symbols = parts.Take<uint16_t>(chunks * both(kernels::SymbolValues));
-  work.coded = parts.Take<uint8_t>(chunks * both(kernels::CodedBytes));
+  work.tables = parts.Take<uint8_t>(work.entry_room * size_t{kernels::kTableBytes});
+  work.symbols = parts.Take<uint16_t>(words);
+  work.leaving = parts.Take<uint16_t>(words);
+  work.leaving_bytes = parts.Take<uint32_t>(words / kernels::kSymbolsAWord);
   const size_t coordinates = size_t{1} << work.position_bits;
   const bool wide = coordinates > kernels::kSharedCounts;
   work.wide_counts = parts.Take<uint32_t>(wide ? kernels::kWideSlots * coordinates : 0);

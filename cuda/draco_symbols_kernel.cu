@@ -46,11 +46,12 @@ __device__ Span SpanOf(const uint16_t* values, uint32_t count) {
 __device__ void PositionSymbolsOf(const uint16_t* values, uint32_t points, Span span,
                                   uint16_t* symbols, uint32_t* counts) {
   const uint32_t wrap = span.size();
+#pragma unroll 2
   for (uint32_t i = threadIdx.x; i < points; i += kThreads) {
     for (uint32_t axis = 0; axis < kPositionValues; ++axis) {
       const uint16_t* plane = values + axis * points;
-      const uint32_t previous = i == 0 ? span.least : plane[i - 1];
-      const uint32_t symbol = PositionSymbol(plane[i], previous, wrap);
+      const uint32_t previous = i == 0 ? span.least : __ldg(plane + i - 1);
+      const uint32_t symbol = PositionSymbol(__ldg(plane + i), previous, wrap);
       symbols[kPositionValues * i + axis] = static_cast<uint16_t>(symbol);
       atomicAdd(counts + symbol, 1u);
     }
@@ -64,16 +65,23 @@ __device__ void NormalSymbolsOf(const uint8_t* normals, uint32_t points, int bit
   const T* s = reinterpret_cast<const T*>(normals);
   const T* t = s + points;
   const int32_t top = OctahedralMax(bits);
+  const auto value = [top](const T* from) { return min(int32_t{__ldg(from)}, top); };
+#pragma unroll 2
   for (uint32_t i = threadIdx.x; i < points; i += kThreads) {
     OctahedralNormal previous;
-    if (i > 0) previous = {min(int32_t{s[i - 1]}, top), min(int32_t{t[i - 1]}, top)};
-    const OctahedralNormal n =
-        NormalSymbols({min(int32_t{s[i]}, top), min(int32_t{t[i]}, top)}, previous, bits);
+    if (i > 0) previous = {value(s + i - 1), value(t + i - 1)};
+    const OctahedralNormal n = NormalSymbols({value(s + i), value(t + i)}, previous, bits);
     const auto symbol_s = static_cast<uint32_t>(n.s), symbol_t = static_cast<uint32_t>(n.t);
     reinterpret_cast<uint32_t*>(symbols)[i] = symbol_s | symbol_t << 16;
     atomicAdd(counts + symbol_s, 1u);
     atomicAdd(counts + symbol_t, 1u);
   }
+}
+
+// What is read with a stream's last symbols.
+__device__ void ZeroPadding(uint16_t* symbols, uint32_t points, uint32_t values) {
+  const uint32_t i = points * values + threadIdx.x;
+  if (i < StreamWords(points, values)) symbols[i] = 0;
 }
 
 // Counts in shared memory, or for chunks of a wide span in a slot of global memory.
@@ -144,8 +152,8 @@ __device__ void WriteTable(const DracoWork& work, bool normals, uint32_t* counts
                      .least = static_cast<uint16_t>(span.least),
                      .most = static_cast<uint16_t>(span.most),
                      .bit_length = static_cast<uint8_t>(table.bit_length())};
-  stream.table_bytes = table.Write(work.entries + first_entry, CodedOf(work, chunk, normals),
-                                   static_cast<uint32_t>(CodedBytes(work.points, values)));
+  stream.table_bytes =
+      table.Write(work.entries + first_entry, work.tables + size_t{first_entry} * kTableBytes);
   if (Lane() == 0) work.streams[2 * chunk + (normals ? 1 : 0)] = stream;
 }
 
@@ -157,14 +165,17 @@ __global__ void __launch_bounds__(kThreads) SymbolsKernel(const __grid_constant_
   const Room room = TakeRoom(work, span);
   if (!room.found) return;
   const Counts counts = ZeroCounts(work, shared, span.size());
-  PositionSymbolsOf(values, points, span, SymbolsOf(work, chunk, false), counts.positions);
+  uint16_t* symbols = work.symbols + StreamAt(work, chunk, false);
+  PositionSymbolsOf(values, points, span, symbols, counts.positions);
+  ZeroPadding(symbols, points, kPositionValues);
   const auto* normals = reinterpret_cast<const uint8_t*>(values + kPositionValues * points);
-  uint16_t* normal_symbols = SymbolsOf(work, chunk, true);
+  uint16_t* normal_symbols = work.symbols + StreamAt(work, chunk, true);
   if (work.normal_bits > 8) {
     NormalSymbolsOf<uint16_t>(normals, points, work.normal_bits, normal_symbols, counts.normals);
   } else if (work.normal_bits > 0) {
     NormalSymbolsOf<uint8_t>(normals, points, work.normal_bits, normal_symbols, counts.normals);
   }
+  if (work.normal_bits > 0) ZeroPadding(normal_symbols, points, kNormalValues);
   __syncthreads();
   const unsigned warp = threadIdx.x / kWarp;
   if (warp == 0) WriteTable(work, false, counts.positions, span, room.first_entry);

@@ -47,8 +47,8 @@ class TableBuilder {
   __device__ uint32_t largest() const { return largest_; }
   __device__ int bit_length() const { return bit_length_; }
 
-  // Entries by symbol, and the table's bytes as far as there is room; how many they are.
-  __device__ uint32_t Write(uint2* entries, uint8_t* bytes, uint32_t room) const;
+  // Entries by symbol, and the table's bytes; how many they are.
+  __device__ uint32_t Write(uint2* entries, uint8_t* bytes) const;
 
  private:
   __device__ uint32_t At(uint32_t symbol) const { return symbol <= largest_ ? counts_[symbol] : 0; }
@@ -129,16 +129,12 @@ __device__ inline void TableBuilder::ShareOut(uint32_t total, const uint32_t* fe
   __syncwarp();
 }
 
-// `count` bytes of a word, the lowest first, where there is room.
-__device__ __forceinline__ void PutBytes(uint8_t* bytes, uint32_t room, uint32_t at, uint32_t word,
-                                         uint32_t count) {
-  for (uint32_t b = 0; b < count; ++b) {
-    if (at + b < room) bytes[at + b] = static_cast<uint8_t>(word >> (8 * b));
-  }
+// `count` bytes of a word, the lowest first.
+__device__ __forceinline__ void PutBytes(uint8_t* to, uint32_t word, uint32_t count) {
+  for (uint32_t b = 0; b < count; ++b) to[b] = static_cast<uint8_t>(word >> (8 * b));
 }
 
-__device__ inline uint32_t TableBuilder::Write(uint2* entries, uint8_t* bytes,
-                                               uint32_t room) const {
+__device__ inline uint32_t TableBuilder::Write(uint2* entries, uint8_t* bytes) const {
   constexpr uint32_t kMostZeros = 64;  // in one byte
   // The varint of largest + 1 <= 2^16.
   const uint32_t symbols = largest_ + 1;
@@ -147,7 +143,7 @@ __device__ inline uint32_t TableBuilder::Write(uint2* entries, uint8_t* bytes,
                           : at == 2 ? (symbols & 127) | 128 | symbols >> 7 << 8
                                     : (symbols & 127) | 128 | (symbols >> 7 & 127) << 8 | 1u << 15 |
                                           symbols >> 14 << 16;
-  if (Lane() == 0) PutBytes(bytes, room, 0, varint, at);
+  if (Lane() == 0) PutBytes(bytes, varint, at);
   uint32_t cumulative = 0, next = 0;  // of the symbols before, and the one behind the last of them
   for (uint32_t base = 0; base <= largest_; base += kWarp) {
     const uint32_t symbol = base + Lane(), probability = At(symbol);
@@ -162,11 +158,11 @@ __device__ inline uint32_t TableBuilder::Write(uint2* entries, uint8_t* bytes,
     if (probability > 0) {
       entries[symbol] =
           MakeEntry(probability, cumulative + probabilities - probability, precision_);
-      uint32_t to = at + lengths - length;
+      uint8_t* to = bytes + at + lengths - length;
       for (uint32_t left = zeros; left > 0; left -= min(left, kMostZeros)) {
-        PutBytes(bytes, room, to++, (min(left, kMostZeros) - 1) << 2 | 3, 1);
+        *to++ = static_cast<uint8_t>((min(left, kMostZeros) - 1) << 2 | 3);
       }
-      PutBytes(bytes, room, to, (probability & 63) << 2 | more | probability >> 6 << 8, 1 + more);
+      PutBytes(to, (probability & 63) << 2 | more | probability >> 6 << 8, 1 + more);
     }
     cumulative += __shfl_sync(kAllLanes, probabilities, kWarp - 1);
     at += __shfl_sync(kAllLanes, lengths, kWarp - 1);

@@ -43,9 +43,12 @@ LATTICED_HD inline uint2 MakeShortEntry(uint32_t probability, uint32_t cumulativ
   return {static_cast<uint32_t>(reciprocal), probability | cumulative << 13 | (log - 1) << 26};
 }
 LATTICED_HD inline uint32_t ShortProbability(uint2 entry) { return entry.y & 0x1fff; }
+LATTICED_HD inline uint32_t ShortBias(uint2 entry) { return entry.y >> 13 & 0x1fff; }
+LATTICED_HD inline uint32_t ShortShift(uint2 entry) { return entry.y >> 26; }
+// Of a state that nothing has to leave any more.
 LATTICED_HD inline uint32_t ShortStep(uint32_t x, uint2 entry) {
-  const uint32_t quotient = HighProduct(x, entry.x) >> (entry.y >> 26);
-  return x + (entry.y >> 13 & 0x1fff) + quotient * (kShortM - ShortProbability(entry));
+  const uint32_t quotient = HighProduct(x, entry.x) >> ShortShift(entry);
+  return x + ShortBias(entry) + quotient * (kShortM - ShortProbability(entry));
 }
 
 LATTICED_HD inline uint2 MakeLongEntry(uint32_t probability, uint32_t cumulative) {
