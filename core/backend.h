@@ -132,8 +132,8 @@ class DeformTarget {
   virtual ~DeformTarget() = default;
   virtual const DeformPlan& plan() const = 0;
   virtual Pipeline pipeline() const = 0;
-  // Whether Evaluate runs elsewhere than on the host's cores. Encode runs on them: only then do an
-  // evaluation and an encoding at once take less time than one after the other.
+  // Whether Evaluate runs elsewhere than on the host's cores: only then do an evaluation and the
+  // encoding and sending of another at once take less time than one after the other.
   virtual bool evaluates_on_device() const = 0;
   // kInvalidArgument for a spec out of limits; kResourceExhausted with asked and free bytes.
   [[nodiscard]] virtual absl::StatusOr<std::unique_ptr<DeformView>> CreateView(

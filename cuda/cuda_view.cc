@@ -19,6 +19,9 @@ namespace {
 constexpr size_t kMostDeviceChunks = 4096, kFewestDeviceChunks = 64;
 // Of the host's writer: batches for all of its threads.
 constexpr size_t kHostChunks = 256;
+// On the device the last state of a chunk is reached after a fifth of a millisecond, however few
+// there are. A thread of the host takes less for one.
+constexpr size_t kHostChunksAThread = 1;
 
 }  // namespace
 
@@ -97,8 +100,10 @@ absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32
   const DeviceGuard guard(context_->device());
   try {
     std::vector<SharedBytes> results(chunks.size());
-    const absl::Status status = WritesOnDevice(encoding) ? EncodeOnDevice(chunks, encoding, results)
-                                                         : EncodeOnHost(chunks, encoding, results);
+    const bool few = chunks.size() <= kHostChunksAThread * context_->arena().threads();
+    const absl::Status status = WritesOnDevice(encoding) && !few
+                                    ? EncodeOnDevice(chunks, encoding, results)
+                                    : EncodeOnHost(chunks, encoding, results);
     if (!status.ok()) return status;
     return results;
   } catch (const std::bad_alloc&) {

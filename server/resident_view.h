@@ -38,6 +38,7 @@ class ResidentView : public DeformView {
                                                   Encoding encoding) override {
     return target_->residency().Run([&] { return inner_->Encode(chunks, encoding); });
   }
+  size_t encode_batch() const override { return inner_->encode_batch(); }
   MemoryUse memory() const override { return inner_->memory(); }
 
  private:

@@ -39,6 +39,7 @@ class SpannedView : public DeformView {
   absl::Status Read(uint32_t chunk, std::span<uint8_t> out) override;
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
                                                   Encoding encoding) override;
+  size_t encode_batch() const override { return parts_.front().view->encode_batch(); }
   MemoryUse memory() const override;
 
   // For measurements.

@@ -31,7 +31,8 @@ run "statuses" "$folder/cuda_status_test"
 run "memory, failed allocations, repeated bits" "$folder/cuda_memory_test"
 run "soak, 2,000 scenes that come and go" "$folder/cuda_soak_test"
 run "one scene on several devices" "$folder/cuda_spanned_test"
-for suite in view watertight accuracy spanned; do
+run "Draco streams, byte for byte the host's" "$folder/cuda_draco_writer_test"
+for suite in view watertight accuracy spanned encoders; do
   run "conformance, $suite" "$folder/backend_${suite}_test" --gtest_filter='*cuda*:Backends.*'
 done
 # A benchmark's comparator, built where libepoxy was; skips where there is no OpenGL.
@@ -41,6 +42,7 @@ done
 readonly sanitized=(
   cuda_memory_test '*-*MoreThanTheDevice*:*Cycles*'
   cuda_spanned_test '*-*Cycles*'
+  cuda_draco_writer_test '*-*AllSizes*:*LargestChunk*'
   backend_view_test '*cuda*'
   backend_watertight_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
   backend_accuracy_test '*AllDegreeMixes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*')
