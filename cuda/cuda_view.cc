@@ -81,15 +81,17 @@ absl::Status CudaView::Read(uint32_t chunk, std::span<uint8_t> out) {
 }
 
 absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32_t> chunks,
-                                                          Encoding encoding) {
+                                                          Encoding encoding,
+                                                          std::span<VertexDigest> digests) {
   if (auto status = contract_.CheckEncode(chunks, encoding); !status.ok()) return status;
   const DeviceGuard guard(context_->device());
   try {
     std::vector<SharedBytes> results(chunks.size());
     const auto encode = [&](size_t first, std::span<const std::span<const uint8_t>> bytes) {
       const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return bytes[i]; };
+      const auto known = digests.empty() ? digests : digests.subspan(first, bytes.size());
       return encoder_.Encode(chunks.subspan(first, bytes.size()), encoding, contract_.box().range,
-                             bytes_of, std::span(results).subspan(first, bytes.size()));
+                             bytes_of, known, std::span(results).subspan(first, bytes.size()));
     };
     if (auto s = staging_.Fetch(*kernel_, vertices_.span(), chunks, encode); !s.ok()) return s;
     return results;

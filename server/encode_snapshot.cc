@@ -46,13 +46,17 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
   for (size_t done = 0; done < chunks.size();) {
     if (auto s = between({done, chunks.size() - done, absl::Now() - start}); !s.ok()) return s;
     const auto batch = chunks.subspan(done, std::min(kChunksPerBatch, chunks.size() - done));
-    auto encoded = vertices.Encode(batch, key.encoding);
+    std::vector<VertexDigest> digests(batch.size());
+    for (size_t i = 0; comparable && i < batch.size(); ++i) {
+      digests[i] = snapshot->chunks[batch[i]].digest;
+    }
+    auto encoded = vertices.Encode(batch, key.encoding, digests);
     if (!encoded.ok()) return encoded.status();
     for (size_t i = 0; i < batch.size(); ++i) {
       SnapshotChunk& chunk = snapshot->chunks[batch[i]];
-      if (comparable && chunk.data.data != nullptr && SameBytes(chunk.data, (*encoded)[i]))
-        continue;
-      chunk = {snapshot->revision, std::move((*encoded)[i])};
+      SharedBytes& data = (*encoded)[i];
+      const bool same = comparable && (data.data == nullptr || SameBytes(chunk.data, data));
+      if (!same) chunk = {snapshot->revision, std::move(data), digests[i]};
     }
     done += batch.size();
   }

@@ -52,6 +52,7 @@ struct ChunkVersion {
 struct SnapshotChunk {
   uint64_t revision = 0;
   SharedBytes data;
+  VertexDigest digest;  // of what `data` was made from
 };
 
 struct Snapshot {
