@@ -9,7 +9,7 @@
 //
 //   DeformView::Evaluate  control points -> vertices of the named chunks, kept by the backend
 //   DeformView::Read      vertices of one chunk -> host memory, in wire layout
-//   DeformView::Encode    vertices of chunks -> encoded bytes in host memory
+//   DeformView::Encode    vertices of chunks -> encoded bytes in host memory, where they have changed
 //
 // Positions are relative to plan->local_origin (float32) or to the quantisation box (integers).
 // Threads  a DeformTarget is immutable and may be shared; a DeformView is used by one thread at a
@@ -76,9 +76,17 @@ struct SharedBytes {
   std::shared_ptr<const void> owner;
   const uint8_t* data = nullptr;
   size_t size = 0;
+  size_t block_bytes = 0;  // all that `owner` keeps, where these are but a part of it; else 0
   std::span<const uint8_t> span() const { return {data, size}; }
 };
 [[nodiscard]] SharedBytes MakeSharedBytes(std::vector<uint8_t> bytes);
+
+// The vertices of a chunk in 128 bits that are a function of them alone: equal digests, equal
+// vertices, within the views of one target under one spec. Zeros: of none.
+struct VertexDigest {
+  uint64_t low = 0, high = 0;
+  friend bool operator==(const VertexDigest&, const VertexDigest&) = default;
+};
 
 // Bytes by purpose: "plan", "stage_matrices", "samples", "vertices", "staging", "chunks". The place is
 // in the name: "device_vertices" lie in a device's memory, all without that prefix in the host's.
@@ -117,9 +125,15 @@ class DeformView {
   [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;
 
   // Encodes the vertices of `chunks`, results in the same order. The encoding's format must be the
-  // view's.
+  // view's. `digests` is empty, or says of each chunk which vertices the caller has bytes of, under
+  // this encoding and box, and is told which there are: where these are the same, nothing is encoded
+  // and the result has no data. A view that keeps no digests encodes all and leaves zeros.
   [[nodiscard]] virtual absl::StatusOr<std::vector<SharedBytes>> Encode(
-      std::span<const uint32_t> chunks, Encoding encoding) = 0;
+      std::span<const uint32_t> chunks, Encoding encoding, std::span<VertexDigest> digests) = 0;
+  [[nodiscard]] absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
+                                                                Encoding encoding) {
+    return Encode(chunks, encoding, {});
+  }
 
   // As many chunks are best encoded in one call; more only delay what waits for their end.
   [[nodiscard]] virtual size_t encode_batch() const { return 256; }

@@ -95,15 +95,16 @@ absl::Status CudaView::Read(uint32_t chunk, std::span<uint8_t> out) {
 }
 
 absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32_t> chunks,
-                                                          Encoding encoding) {
+                                                          Encoding encoding,
+                                                          std::span<VertexDigest> digests) {
   if (auto status = contract_.CheckEncode(chunks, encoding); !status.ok()) return status;
   const DeviceGuard guard(context_->device());
   try {
     std::vector<SharedBytes> results(chunks.size());
     const bool few = chunks.size() <= kHostChunksAThread * context_->arena().threads();
     const absl::Status status = WritesOnDevice(encoding) && !few
-                                    ? EncodeOnDevice(chunks, encoding, results)
-                                    : EncodeOnHost(chunks, encoding, results);
+                                    ? EncodeOnDevice(chunks, encoding, digests, results)
+                                    : EncodeOnHost(chunks, encoding, digests, results);
     if (!status.ok()) return status;
     return results;
   } catch (const std::bad_alloc&) {
@@ -122,11 +123,13 @@ size_t CudaView::encode_batch() const {
 }
 
 absl::Status CudaView::EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
+                                    std::span<VertexDigest> digests,
                                     std::span<SharedBytes> results) {
   const auto encode = [&](size_t first, std::span<const std::span<const uint8_t>> bytes) {
     const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return bytes[i]; };
+    const auto known = digests.empty() ? digests : digests.subspan(first, bytes.size());
     return encoder_.Encode(chunks.subspan(first, bytes.size()), encoding, contract_.box().range,
-                           bytes_of, results.subspan(first, bytes.size()));
+                           bytes_of, known, results.subspan(first, bytes.size()));
   };
   return staging_.Fetch(*kernel_, vertices_.span(), chunks, encode);
 }
@@ -150,11 +153,12 @@ absl::Status CudaView::MakeWriter(Encoding encoding) {
 }
 
 absl::Status CudaView::EncodeBatch(std::span<const uint32_t> chunks,
+                                   std::span<VertexDigest> digests,
                                    std::span<SharedBytes> results) {
   const auto last = static_cast<uint32_t>(plan_->chunk_count()) - 1;
   const double range = contract_.box().range;
   if (kernel_->OwnOrderBytes() == 0) {
-    return writer_->Encode({vertices_.span(), last}, chunks, range, results);
+    return writer_->Encode({vertices_.span(), last}, chunks, range, digests, results);
   }
   size_t bytes = 0;
   for (const uint32_t chunk : chunks) bytes += layout_.ChunkBytes(chunk);
@@ -166,10 +170,11 @@ absl::Status CudaView::EncodeBatch(std::span<const uint32_t> chunks,
   std::iota(numbers.begin(), numbers.end(), 0u);
   const auto count = static_cast<uint32_t>(chunks.size());
   return writer_->Encode({wire->span(), chunks.back() == last ? count - 1 : count}, numbers, range,
-                         results);
+                         digests, results);
 }
 
 absl::Status CudaView::EncodeOnDevice(std::span<const uint32_t> chunks, Encoding encoding,
+                                      std::span<VertexDigest> digests,
                                       std::span<SharedBytes> results) {
   if (!writer_.has_value() || writer_encoding_ != encoding) {
     if (auto s = MakeWriter(encoding); !s.ok()) return s;
@@ -177,8 +182,9 @@ absl::Status CudaView::EncodeOnDevice(std::span<const uint32_t> chunks, Encoding
   size_t most = kMostDeviceChunks;
   for (size_t done = 0; done < chunks.size();) {
     const size_t count = std::min(most, chunks.size() - done);
-    const absl::Status status =
-        EncodeBatch(chunks.subspan(done, count), results.subspan(done, count));
+    const absl::Status status = EncodeBatch(
+        chunks.subspan(done, count), digests.empty() ? digests : digests.subspan(done, count),
+        results.subspan(done, count));
     if (absl::IsResourceExhausted(status) && count > kFewestDeviceChunks) {
       most = count / 2;
       continue;

@@ -42,7 +42,8 @@ class CudaView : public DeformView {
                         std::span<const uint32_t> chunks) override;
   absl::Status Read(uint32_t chunk, std::span<uint8_t> out) override;
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
-                                                  Encoding encoding) override;
+                                                  Encoding encoding,
+                                                  std::span<VertexDigest> digests) override;
   size_t encode_batch() const override;
   MemoryUse memory() const override;
 
@@ -56,10 +57,11 @@ class CudaView : public DeformView {
            DeviceBuffer<uint8_t> vertices);
   bool WritesOnDevice(Encoding encoding) const;
   absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
-                            std::span<SharedBytes> results);
+                            std::span<VertexDigest> digests, std::span<SharedBytes> results);
   absl::Status EncodeOnDevice(std::span<const uint32_t> chunks, Encoding encoding,
-                              std::span<SharedBytes> results);
-  absl::Status EncodeBatch(std::span<const uint32_t> chunks, std::span<SharedBytes> results);
+                              std::span<VertexDigest> digests, std::span<SharedBytes> results);
+  absl::Status EncodeBatch(std::span<const uint32_t> chunks, std::span<VertexDigest> digests,
+                           std::span<SharedBytes> results);
   absl::Status MakeWriter(Encoding encoding);
 
   // What is declared first goes last: the plan and the context outlive all that uses them.

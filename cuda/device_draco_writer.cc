@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device_draco_writer.h"
 
-#include <algorithm>
+#include <cstring>
+#include <numeric>
 
 #include "core/codec/byte_writer.h"
 #include "core/codec/draco_container.h"
@@ -78,81 +79,133 @@ absl::Status DeviceDracoWriter::Fetch(void* to, const void* from, size_t bytes) 
   return lane_->stream().Synchronize(kWhat);
 }
 
-absl::Status DeviceDracoWriter::Round(const Vertices& vertices, std::span<const uint32_t> numbers,
-                                      const kernels::DracoFrame& frame, uint32_t entry_room,
-                                      std::span<SharedBytes> results) {
+kernels::DracoWork DeviceDracoWriter::Work(const Vertices& vertices, const Batch& batch) const {
+  return {.vertices = vertices.bytes.data,
+          .count = static_cast<uint32_t>(batch.numbers.size()),
+          .points = static_cast<uint32_t>(shape_.points),
+          .last_chunk = vertices.last,
+          .last_points = static_cast<uint32_t>(shape_.last_points),
+          .position_bits = shape_.position_bits,
+          .normal_bits = shape_.normal_bits};
+}
+
+absl::Status DeviceDracoWriter::Code(const kernels::DracoWork& work,
+                                     const kernels::DracoFrame& frame, kernels::DracoPlace* places,
+                                     const Batch& batch) {
   const cudaStream_t stream = lane_->stream().get();
-  const auto memory = context_->memory();
-  kernels::DracoWork work{.vertices = vertices.bytes.data,
-                          .count = static_cast<uint32_t>(numbers.size()),
-                          .points = static_cast<uint32_t>(shape_.points),
-                          .last_chunk = vertices.last,
-                          .last_points = static_cast<uint32_t>(shape_.last_points),
-                          .position_bits = shape_.position_bits,
-                          .normal_bits = shape_.normal_bits};
-  DeviceBuffer<uint32_t> list;
-  if (!AreAll(numbers)) {
-    auto uploaded = DeviceBuffer<uint32_t>::Upload(memory, "draco", numbers, stream);
-    if (!uploaded.ok()) return uploaded.status();
-    list = *std::move(uploaded);
-    work.numbers = list.data();
+  const size_t digest_bytes = batch.digests.size() * sizeof(VertexDigest),
+               place_bytes = work.count * sizeof(kernels::DracoPlace);
+  if (exchanged_.size() < digest_bytes + place_bytes) {
+    auto pinned = context_->pinned().Borrow(digest_bytes + place_bytes);
+    if (!pinned.ok()) return pinned.status();
+    exchanged_ = *std::move(pinned);
   }
-  const auto scratch = DracoScratch::Create(*context_, stream, entry_room, work);
-  if (!scratch.ok()) return scratch.status();
-  const size_t place_bytes = numbers.size() * sizeof(kernels::DracoPlace);
-  if (places_.size() < place_bytes) {
-    auto places = context_->pinned().Borrow(place_bytes);
-    if (!places.ok()) return places.status();
-    places_ = *std::move(places);
+  if (digest_bytes > 0) {
+    std::memcpy(exchanged_.data(), batch.digests.data(), digest_bytes);
+    if (auto s = CudaStatus(cudaMemcpyAsync(work.digests, exchanged_.data(), digest_bytes,
+                                            cudaMemcpyHostToDevice, stream),
+                            kWhat);
+        !s.ok()) {
+      return s;
+    }
   }
-  if (auto s = CudaStatus(kernels::LaunchDracoSymbols(work, stream), kWhat); !s.ok()) return s;
-  if (auto s = CudaStatus(kernels::LaunchDracoRans(work, stream), kWhat); !s.ok()) return s;
-  if (auto s =
-          CudaStatus(kernels::LaunchDracoPlaces(work, frame, scratch->places(), stream), kWhat);
+  for (const auto launch :
+       {kernels::LaunchDracoDigests, kernels::LaunchDracoSymbols, kernels::LaunchDracoRans}) {
+    if (auto s = CudaStatus(launch(work, stream), kWhat); !s.ok()) return s;
+  }
+  if (auto s = CudaStatus(kernels::LaunchDracoPlaces(work, frame, places, stream), kWhat);
       !s.ok()) {
     return s;
   }
-  if (auto s = Fetch(places_.data(), scratch->places(), place_bytes); !s.ok()) return s;
+  // The digests that were found lie before the places.
+  const auto* from = reinterpret_cast<const uint8_t*>(places) - digest_bytes;
+  return Fetch(exchanged_.data(), from, digest_bytes + place_bytes);
+}
 
-  const std::span places(reinterpret_cast<const kernels::DracoPlace*>(places_.data()),
-                         numbers.size());
-  const size_t bytes = places.back().at + kernels::RoundUpTo16(places.back().size);
-  auto packed = DeviceBuffer<uint8_t>::Create(memory, "draco", bytes, stream);
+absl::StatusOr<std::shared_ptr<const PinnedBuffer>> DeviceDracoWriter::Pack(
+    const kernels::DracoWork& work, const kernels::DracoFrame& frame,
+    const kernels::DracoPlace* places, size_t bytes) {
+  const cudaStream_t stream = lane_->stream().get();
+  const auto packed = DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", bytes, stream);
   if (!packed.ok()) return packed.status();
   auto pinned = context_->pinned().Borrow(bytes);
   if (!pinned.ok()) return pinned.status();
-  if (auto s = CudaStatus(
-          kernels::LaunchDracoPack(work, frame, scratch->places(), packed->data(), stream), kWhat);
+  if (auto s =
+          CudaStatus(kernels::LaunchDracoPack(work, frame, places, packed->data(), stream), kWhat);
       !s.ok()) {
     return s;
   }
   if (auto s = Fetch(pinned->data(), packed->data(), bytes); !s.ok()) return s;
-  const auto block = std::make_shared<const PinnedBuffer>(*std::move(pinned));
-  for (size_t i = 0; i < places.size(); ++i) {
-    if (places[i].size > 0) results[i] = {block, block->data() + places[i].at, places[i].size};
+  return std::make_shared<const PinnedBuffer>(*std::move(pinned));
+}
+
+absl::Status DeviceDracoWriter::Round(const Vertices& vertices, const kernels::DracoFrame& frame,
+                                      uint32_t entry_room, Batch& batch) {
+  const cudaStream_t stream = lane_->stream().get();
+  kernels::DracoWork work = Work(vertices, batch);
+  DeviceBuffer<uint32_t> list;
+  if (!AreAll(batch.numbers)) {
+    auto uploaded = DeviceBuffer<uint32_t>::Upload(
+        context_->memory(), "draco", std::span<const uint32_t>(batch.numbers), stream);
+    if (!uploaded.ok()) return uploaded.status();
+    list = *std::move(uploaded);
+    work.numbers = list.data();
   }
+  const auto scratch =
+      DracoScratch::Create(*context_, stream, entry_room, !batch.digests.empty(), work);
+  if (!scratch.ok()) return scratch.status();
+  if (auto s = Code(work, frame, scratch->places(), batch); !s.ok()) return s;
+
+  const size_t digest_bytes = batch.digests.size() * sizeof(VertexDigest);
+  std::vector<VertexDigest> found(batch.digests.size());
+  if (digest_bytes > 0) std::memcpy(found.data(), exchanged_.data(), digest_bytes);
+  const std::span places(
+      reinterpret_cast<const kernels::DracoPlace*>(exchanged_.data() + digest_bytes), work.count);
+  const size_t bytes = places.back().at + kernels::RoundUpTo16(places.back().size);
+  std::shared_ptr<const PinnedBuffer> block;
+  if (bytes > 0) {
+    auto packed = Pack(work, frame, scratch->places(), bytes);
+    if (!packed.ok()) return packed.status();
+    block = *std::move(packed);
+  }
+  for (size_t i = 0; i < places.size(); ++i) {
+    if (places[i].size > 0) {
+      batch.results[i] = {block, block->data() + places[i].at, places[i].size, block->size()};
+    } else {
+      batch.deferred[i] = found.empty() || found[i] != batch.digests[i];
+    }
+  }
+  batch.digests = std::move(found);
   return absl::OkStatus();
 }
 
 absl::Status DeviceDracoWriter::Encode(const Vertices& vertices, std::span<const uint32_t> numbers,
-                                       double range, std::span<SharedBytes> results,
-                                       uint32_t entry_room) {
-  if (numbers.empty()) return absl::OkStatus();
+                                       double range, std::span<VertexDigest> digests,
+                                       std::span<SharedBytes> results, uint32_t entry_room) {
   const kernels::DracoFrame frame = Frame(range);
-  if (auto s = Round(vertices, numbers, frame, entry_room, results); !s.ok()) return s;
-  while (true) {
-    std::vector<size_t> left;
-    std::vector<uint32_t> left_numbers;
-    for (size_t i = 0; i < numbers.size(); ++i) {
-      if (results[i].data != nullptr) continue;
-      left.push_back(i);
-      left_numbers.push_back(numbers[i]);
+  std::vector<size_t> left(numbers.size());  // places in `numbers`
+  std::iota(left.begin(), left.end(), size_t{0});
+  while (!left.empty()) {
+    Batch batch;
+    for (const size_t i : left) {
+      batch.numbers.push_back(numbers[i]);
+      if (!digests.empty()) batch.digests.push_back(digests[i]);
     }
-    if (left.empty()) return absl::OkStatus();
-    std::vector<SharedBytes> found(left.size());
-    if (auto s = Round(vertices, left_numbers, frame, entry_room, found); !s.ok()) return s;
-    for (size_t i = 0; i < left.size(); ++i) results[left[i]] = std::move(found[i]);
+    batch.results.resize(left.size());
+    batch.deferred.resize(left.size());
+    if (auto s = Round(vertices, frame, entry_room, batch); !s.ok()) return s;
+    std::vector<size_t> deferred;
+    for (size_t k = 0; k < left.size(); ++k) {
+      if (batch.deferred[k]) {
+        deferred.push_back(left[k]);
+        continue;
+      }
+      results[left[k]] = std::move(batch.results[k]);
+      if (!digests.empty()) digests[left[k]] = batch.digests[k];
+    }
+    left = std::move(deferred);
   }
+  return absl::OkStatus();
 }
 
 }  // namespace latticed

@@ -5,8 +5,8 @@
 // core/codec/draco_writer.h writes of them. Only these cross the bus, in one copy, and each result is
 // a part of the block that they came in.
 //
-//   symbols, tables | states | places --> host: how many bytes
-//   pack            | copy            --> host: the bytes
+//   digests | symbols, tables | states | places --> host: how many bytes
+//   pack    | copy                              --> host: the bytes
 //
 // Errors   kResourceExhausted for memory of the device or pinned: fewer chunks take less; those of
 //          cuda_status.h
@@ -52,14 +52,14 @@ class DeviceDracoWriter {
     DeviceSpan<const uint8_t> bytes;
     uint32_t last = 0;
   };
-  // results[i] of chunk numbers[i], which ascend. `range`: of the quantisation box. `entry_room`:
-  // for tests; 0: what most chunks need.
+  // results[i] and digests[i] of chunk numbers[i], as DeformView::Encode says; numbers ascend.
+  // `range`: of the quantisation box. `entry_room`: for tests; 0: what most chunks need.
   [[nodiscard]] absl::Status Encode(const Vertices& vertices, std::span<const uint32_t> numbers,
-                                    double range, std::span<SharedBytes> results,
-                                    uint32_t entry_room = 0);
+                                    double range, std::span<VertexDigest> digests,
+                                    std::span<SharedBytes> results, uint32_t entry_room = 0);
 
   size_t DeviceBytes() const { return heads_.size_bytes(); }
-  size_t PinnedBytes() const { return places_.size(); }
+  size_t PinnedBytes() const { return exchanged_.size(); }
 
  private:
   DeviceDracoWriter(const DracoShape& shape, std::shared_ptr<CudaContext> context,
@@ -71,11 +71,26 @@ class DeviceDracoWriter {
         heads_(std::move(heads)),
         head_bytes_(head_bytes) {}
 
+  // What a round encodes, and where it leaves it: digests are empty, or as many as numbers.
+  struct Batch {
+    std::vector<uint32_t> numbers;
+    std::vector<VertexDigest> digests;  // known, then found
+    std::vector<SharedBytes> results;
+    std::vector<bool> deferred;
+  };
   kernels::DracoFrame Frame(double range) const;
-  // Encodes what finds room; the others' results stay empty.
-  absl::Status Round(const Vertices& vertices, std::span<const uint32_t> numbers,
-                     const kernels::DracoFrame& frame, uint32_t entry_room,
-                     std::span<SharedBytes> results);
+  kernels::DracoWork Work(const Vertices& vertices, const Batch& batch) const;
+  // Encodes what finds room.
+  absl::Status Round(const Vertices& vertices, const kernels::DracoFrame& frame,
+                     uint32_t entry_room, Batch& batch);
+  // Everything up to the places, which are then in exchanged_, digests before them.
+  absl::Status Code(const kernels::DracoWork& work, const kernels::DracoFrame& frame,
+                    kernels::DracoPlace* places, const Batch& batch);
+  // The streams, on the host, each of the size that its place says.
+  absl::StatusOr<std::shared_ptr<const PinnedBuffer>> Pack(const kernels::DracoWork& work,
+                                                           const kernels::DracoFrame& frame,
+                                                           const kernels::DracoPlace* places,
+                                                           size_t bytes);
   // Copies to the host, and waits.
   absl::Status Fetch(void* to, const void* from, size_t bytes) const;
 
@@ -84,7 +99,7 @@ class DeviceDracoWriter {
   std::shared_ptr<CudaLane> lane_;
   DeviceBuffer<uint8_t> heads_;  // of a chunk, then of the last one
   std::array<uint32_t, 2> head_bytes_;
-  PinnedBuffer places_;
+  PinnedBuffer exchanged_;
 };
 
 }  // namespace latticed

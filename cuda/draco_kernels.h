@@ -3,6 +3,7 @@
 //
 // Draco streams of quantised chunks, written on the device: the bytes of core/codec/draco_writer.h.
 //
+//   draco_digest_kernel.cu   a block a chunk     integers -> their digest; whether it is the known one
 //   draco_symbols_kernel.cu  a block a chunk     integers -> symbols, their counts, probabilities,
 //                                                the bytes of the tables
 //   draco_rans_kernel.cu     a thread a stream   symbols -> what leaves the state at each
@@ -39,7 +40,18 @@ struct DracoStream {
   uint32_t last_word;    // the last state's bytes, the lowest first
   uint16_t least, most;  // of the chunk's coordinates; of positions only
   uint8_t bit_length;    // rans_model.h
-  uint8_t deferred;      // the chunk found no room for its tables
+  uint8_t fate;          // DracoFate, of the chunk
+};
+// Unchanged: its integers have the digest that the host has bytes of.
+enum class DracoFate : uint8_t { kCoded, kDeferred, kUnchanged };
+
+LATTICED_HD inline bool IsCoded(const DracoStream& stream) {
+  return stream.fate == static_cast<uint8_t>(DracoFate::kCoded);
+}
+
+// 128 bits of a chunk's integers, the device's own: VertexDigest of core/backend.h.
+struct DracoDigest {
+  unsigned long long low, high;
 };
 
 // At 12 bits, up to two bytes leave a state at each symbol: the two are kept whether they leave or
@@ -77,6 +89,7 @@ struct DracoWork {
   uint32_t* wide_counts;  // kWideSlots of 2^position_bits, where these are more than kSharedCounts
   DracoControl* control;
   DracoStream* streams;
+  DracoDigest* digests;  // the known ones, then those found; null: all are encoded
 
   LATTICED_HD uint32_t Number(uint32_t i) const { return numbers == nullptr ? i : numbers[i]; }
   LATTICED_HD bool IsLast(uint32_t i) const { return Number(i) == last_chunk; }
@@ -112,6 +125,8 @@ LATTICED_HD constexpr size_t StreamAt(const DracoWork& work, uint32_t chunk, boo
          (normals ? StreamWords(work.points, kPositionValues) : 0);
 }
 
+// First, where there are digests.
+cudaError_t LaunchDracoDigests(const DracoWork& work, cudaStream_t stream);
 cudaError_t LaunchDracoSymbols(const DracoWork& work, cudaStream_t stream);
 cudaError_t LaunchDracoRans(const DracoWork& work, cudaStream_t stream);
 
@@ -131,7 +146,7 @@ struct DracoFrame {
 };
 
 struct DracoPlace {
-  uint32_t at, size;  // bytes; size 0: deferred
+  uint32_t at, size;  // bytes; size 0: deferred or unchanged
 };
 // Places of all streams, 16 bytes aligned, one after the other.
 cudaError_t LaunchDracoPlaces(const DracoWork& work, const DracoFrame& frame, DracoPlace* places,

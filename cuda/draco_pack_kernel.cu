@@ -51,10 +51,10 @@ __device__ const DracoFrame::Head& HeadOf(const Arguments& arguments, uint32_t c
   return arguments.frame.heads[arguments.work.IsLast(chunk) ? 1 : 0];
 }
 
-// 0 where the chunk was deferred.
+// 0 where the chunk was not coded.
 __device__ uint32_t StreamBytes(const Arguments& arguments, uint32_t chunk) {
   const Part positions(arguments.work, chunk, false);
-  if (positions.stream.deferred != 0) return 0;
+  if (!IsCoded(positions.stream)) return 0;
   const DracoFrame::Head& head = HeadOf(arguments, chunk);
   uint32_t size = head.size + positions.size + 2 * sizeof(int32_t) + arguments.frame.end_size;
   if (arguments.work.normal_bits > 0) {

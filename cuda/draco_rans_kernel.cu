@@ -155,7 +155,7 @@ __device__ void CodeLong(const uint16_t* symbols, uint32_t count, const uint2* e
 __device__ DracoStream* StreamOf(const DracoWork& work, uint32_t chunk, bool normals) {
   if (chunk >= work.count) return nullptr;
   DracoStream* stream = work.streams + 2 * chunk + (normals ? 1 : 0);
-  return stream->deferred != 0 ? nullptr : stream;
+  return IsCoded(*stream) ? stream : nullptr;
 }
 
 __device__ bool IsShort(const DracoStream& stream) {

@@ -35,7 +35,7 @@ class Parts {
   explicit Parts(uint8_t* block) : block_(block) {}
   template <class T>
   T* Take(size_t count) {
-    T* const part = reinterpret_cast<T*>(block_ + at_);
+    T* const part = block_ == nullptr ? nullptr : reinterpret_cast<T*>(block_ + at_);
     at_ += kernels::RoundUpTo16(count * sizeof(T));
     return part;
   }
@@ -46,7 +46,7 @@ class Parts {
   size_t at_ = 0;
 };
 
-size_t Divide(uint8_t* block, DracoWork& work, kernels::DracoPlace*& places) {
+size_t Divide(uint8_t* block, bool digests, DracoWork& work, kernels::DracoPlace*& places) {
   const size_t chunks = work.count;
   const size_t words = chunks * kernels::ChunkWords(work.points, work.normal_bits > 0);
   Parts parts(block);
@@ -60,6 +60,7 @@ size_t Divide(uint8_t* block, DracoWork& work, kernels::DracoPlace*& places) {
   const size_t coordinates = size_t{1} << work.position_bits;
   const bool wide = coordinates > kernels::kSharedCounts;
   work.wide_counts = parts.Take<uint32_t>(wide ? kernels::kWideSlots * coordinates : 0);
+  work.digests = digests ? parts.Take<kernels::DracoDigest>(2 * chunks) : nullptr;
   places = parts.Take<kernels::DracoPlace>(chunks);
   return parts.bytes();
 }
@@ -67,14 +68,15 @@ size_t Divide(uint8_t* block, DracoWork& work, kernels::DracoPlace*& places) {
 }  // namespace
 
 absl::StatusOr<DracoScratch> DracoScratch::Create(CudaContext& context, cudaStream_t stream,
-                                                  uint32_t entry_room, DracoWork& work) {
+                                                  uint32_t entry_room, bool digests,
+                                                  DracoWork& work) {
   if (entry_room == 0) entry_room = UsualEntries(work);
   work.entry_room = std::max(entry_room, MostEntries(work));
   kernels::DracoPlace* places = nullptr;
   auto block = DeviceBuffer<uint8_t>::Create(context.memory(), "draco",
-                                             Divide(nullptr, work, places), stream);
+                                             Divide(nullptr, digests, work, places), stream);
   if (!block.ok()) return block.status();
-  Divide(block->data(), work, places);
+  Divide(block->data(), digests, work, places);
   if (auto s = CudaStatus(cudaMemsetAsync(work.control, 0, sizeof(*work.control), stream),
                           "the encoding");
       !s.ok()) {

@@ -18,11 +18,11 @@ namespace latticed {
 
 class DracoScratch {
  public:
-  // For the chunks of `work`, whose pointers to working memory are set. `entry_room`: 0, what most
-  // chunks need; never less than one chunk may need.
+  // For the chunks of `work`, whose pointers to working memory are set, that to digests where they
+  // are asked for. `entry_room`: 0, what most chunks need; never less than one chunk may need.
   [[nodiscard]] static absl::StatusOr<DracoScratch> Create(CudaContext& context,
                                                            cudaStream_t stream, uint32_t entry_room,
-                                                           kernels::DracoWork& work);
+                                                           bool digests, kernels::DracoWork& work);
 
   kernels::DracoPlace* places() const { return places_; }
 

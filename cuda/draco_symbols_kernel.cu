@@ -132,8 +132,8 @@ __device__ Room TakeRoom(const DracoWork& work, Span span) {
   if (threadIdx.x == 0) {
     first_entry = atomicAdd(&work.control->entries_used, entries);
     if (first_entry + entries > work.entry_room) {
-      work.streams[2 * blockIdx.x] = {.deferred = 1};
-      work.streams[2 * blockIdx.x + 1] = {.deferred = 1};
+      constexpr auto kDeferred = static_cast<uint8_t>(DracoFate::kDeferred);
+      work.streams[2 * blockIdx.x].fate = work.streams[2 * blockIdx.x + 1].fate = kDeferred;
     }
   }
   __syncthreads();
@@ -160,6 +160,7 @@ __device__ void WriteTable(const DracoWork& work, bool normals, uint32_t* counts
 __global__ void __launch_bounds__(kThreads) SymbolsKernel(const __grid_constant__ DracoWork work) {
   extern __shared__ uint32_t shared[];
   const uint32_t chunk = blockIdx.x, points = work.Points(chunk);
+  if (work.digests != nullptr && !IsCoded(work.streams[2 * chunk])) return;
   const auto* values = reinterpret_cast<const uint16_t*>(work.Vertices(chunk));
   const Span span = SpanOf(values, kPositionValues * points);
   const Room room = TakeRoom(work, span);

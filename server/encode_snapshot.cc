@@ -6,10 +6,21 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "server/chunk_blocks.h"
 #include "server/scene.h"
 
 namespace latticed {
 namespace {
+
+// Of the blocks that these are parts of; neighbours are mostly of one.
+uint64_t BlockBytesOf(std::span<const SharedBytes> encoded) {
+  uint64_t bytes = 0;
+  const void* last = nullptr;
+  for (const SharedBytes& data : encoded) {
+    if (std::exchange(last, data.owner.get()) != data.owner.get()) bytes += data.block_bytes;
+  }
+  return bytes;
+}
 
 bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
   return a.size == b.size && std::equal(a.data, a.data + a.size, b.data);
@@ -37,24 +48,35 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
   const bool same_plan = before != nullptr && before->structure_id == state.structure_id;
   // Under another box the same integers are other positions.
   const bool comparable = same_plan && before->box.id == state.box.id;
-  if (same_plan) snapshot->chunks = before->chunks;
+  if (same_plan) {
+    snapshot->chunks = before->chunks;
+    snapshot->block_bytes = before->block_bytes;
+  }
   snapshot->chunks.resize(state.plan->chunk_count());
 
   const absl::Time start = absl::Now();
   const size_t most = vertices.encode_batch();
+  uint64_t blocks_made = 0;
   for (size_t done = 0; done < chunks.size();) {
-    if (auto s = between({done, chunks.size() - done, most, absl::Now() - start}); !s.ok()) return s;
+    if (auto s = between({done, chunks.size() - done, most, absl::Now() - start}); !s.ok())
+      return s;
     const auto batch = chunks.subspan(done, std::min(most, chunks.size() - done));
-    auto encoded = vertices.Encode(batch, key.encoding);
+    std::vector<VertexDigest> digests(batch.size());
+    for (size_t i = 0; comparable && i < batch.size(); ++i) {
+      digests[i] = snapshot->chunks[batch[i]].digest;
+    }
+    auto encoded = vertices.Encode(batch, key.encoding, digests);
     if (!encoded.ok()) return encoded.status();
+    blocks_made += BlockBytesOf(*encoded);
     for (size_t i = 0; i < batch.size(); ++i) {
       SnapshotChunk& chunk = snapshot->chunks[batch[i]];
-      if (comparable && chunk.data.data != nullptr && SameBytes(chunk.data, (*encoded)[i]))
-        continue;
-      chunk = {snapshot->revision, std::move((*encoded)[i])};
+      SharedBytes& data = (*encoded)[i];
+      const bool same = comparable && (data.data == nullptr || SameBytes(chunk.data, data));
+      if (!same) chunk = {snapshot->revision, std::move(data), digests[i]};
     }
     done += batch.size();
   }
+  KeepBlocksFew(blocks_made, *snapshot);
   snapshot->encode_time = absl::Now() - start;
   return snapshot;
 }

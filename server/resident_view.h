@@ -35,8 +35,9 @@ class ResidentView : public DeformView {
     return target_->residency().Run([&] { return inner_->Read(chunk, out); });
   }
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
-                                                  Encoding encoding) override {
-    return target_->residency().Run([&] { return inner_->Encode(chunks, encoding); });
+                                                  Encoding encoding,
+                                                  std::span<VertexDigest> digests) override {
+    return target_->residency().Run([&] { return inner_->Encode(chunks, encoding, digests); });
   }
   size_t encode_batch() const override { return inner_->encode_batch(); }
   MemoryUse memory() const override { return inner_->memory(); }

@@ -52,6 +52,7 @@ struct ChunkVersion {
 struct SnapshotChunk {
   uint64_t revision = 0;
   SharedBytes data;
+  VertexDigest digest;  // of what `data` was made from
 };
 
 struct Snapshot {
@@ -62,6 +63,7 @@ struct Snapshot {
   QuantisationBox box;
   std::shared_ptr<const DeformPlan> plan;
   std::vector<SnapshotChunk> chunks;
+  uint64_t block_bytes = 0;  // of the blocks that chunks were made in, at most; server/chunk_blocks.h
   absl::Time edit_time;  // when the edit that made the revision was committed
   absl::Duration evaluate_time;
   absl::Duration encode_time;

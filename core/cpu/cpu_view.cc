@@ -66,7 +66,8 @@ std::span<const uint8_t> CpuView::ChunkBytes(uint32_t chunk) const {
 }
 
 absl::StatusOr<std::vector<SharedBytes>> CpuView::Encode(std::span<const uint32_t> chunks,
-                                                         Encoding encoding) {
+                                                         Encoding encoding,
+                                                         std::span<VertexDigest> digests) {
   if (auto status = contract_.CheckEncode(chunks, encoding); !status.ok()) return status;
   const auto bytes_of = [&](size_t i, std::vector<uint8_t>& scratch) -> std::span<const uint8_t> {
     if (kernel_->OwnOrderBytes() == 0) return ChunkBytes(chunks[i]);
@@ -77,7 +78,7 @@ absl::StatusOr<std::vector<SharedBytes>> CpuView::Encode(std::span<const uint32_
   try {
     std::vector<SharedBytes> results(chunks.size());
     const absl::Status status =
-        encoder_.Encode(chunks, encoding, contract_.box().range, bytes_of, results);
+        encoder_.Encode(chunks, encoding, contract_.box().range, bytes_of, digests, results);
     if (!status.ok()) return status;
     return results;
   } catch (const std::bad_alloc&) {

@@ -32,7 +32,8 @@ class CpuView : public DeformView {
                         std::span<const uint32_t> chunks) override;
   absl::Status Read(uint32_t chunk, std::span<uint8_t> out) override;
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
-                                                  Encoding encoding) override;
+                                                  Encoding encoding,
+                                                  std::span<VertexDigest> digests) override;
   MemoryUse memory() const override;
 
  private:

@@ -75,7 +75,8 @@ absl::Status SpannedView::Read(uint32_t chunk, std::span<uint8_t> out) {
 }
 
 absl::StatusOr<std::vector<SharedBytes>> SpannedView::Encode(std::span<const uint32_t> chunks,
-                                                             Encoding encoding) {
+                                                             Encoding encoding,
+                                                             std::span<VertexDigest> digests) {
   if (auto status = contract_.CheckEncode(chunks, encoding); !status.ok()) return status;
   try {
     std::vector<std::vector<uint32_t>> named(parts_.size());
@@ -88,9 +89,12 @@ absl::StatusOr<std::vector<SharedBytes>> SpannedView::Encode(std::span<const uin
     std::vector<SharedBytes> results(chunks.size());
     for (size_t p = 0; p < parts_.size(); ++p) {
       if (named[p].empty()) continue;
-      auto encoded = parts_[p].view->Encode(named[p], encoding);
+      std::vector<VertexDigest> known(digests.empty() ? 0 : named[p].size());
+      for (size_t i = 0; i < known.size(); ++i) known[i] = digests[places[p][i]];
+      auto encoded = parts_[p].view->Encode(named[p], encoding, known);
       if (!encoded.ok()) return encoded;
       for (size_t i = 0; i < places[p].size(); ++i) results[places[p][i]] = (*encoded)[i];
+      for (size_t i = 0; i < known.size(); ++i) digests[places[p][i]] = known[i];
     }
     return results;
   } catch (const std::bad_alloc&) {

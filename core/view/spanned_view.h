@@ -38,7 +38,8 @@ class SpannedView : public DeformView {
                         std::span<const uint32_t> chunks) override;
   absl::Status Read(uint32_t chunk, std::span<uint8_t> out) override;
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
-                                                  Encoding encoding) override;
+                                                  Encoding encoding,
+                                                  std::span<VertexDigest> digests) override;
   size_t encode_batch() const override { return parts_.front().view->encode_batch(); }
   MemoryUse memory() const override;
 

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <mutex>
+#include <numeric>
 #include <utility>
 
 #include "core/ffd/tessellation_pattern.h"
+#include "core/view/vertex_digest.h"
 
 namespace latticed {
 namespace {
@@ -51,22 +53,38 @@ size_t ViewEncoder::MemoryBytes() const {
   return bytes;
 }
 
-absl::Status ViewEncoder::EncodeDraco(std::span<const uint32_t> chunks, size_t first,
-                                      Encoding encoding, double range, BytesOf bytes_of,
+std::vector<size_t> ViewEncoder::FindChanged(size_t count, BytesOf bytes_of,
+                                             std::span<VertexDigest> digests) {
+  std::vector<size_t> places(count);
+  std::iota(places.begin(), places.end(), size_t{0});
+  if (digests.empty()) return places;
+  std::vector<uint8_t> changed(count);  // bytes: threads write side by side
+  arena_.ForEach(count, [&](size_t i) {
+    std::vector<uint8_t> scratch;
+    const VertexDigest digest = DigestOf(bytes_of(i, scratch));
+    changed[i] = std::exchange(digests[i], digest) != digest;
+  });
+  std::erase_if(places, [&changed](size_t i) { return changed[i] == 0; });
+  return places;
+}
+
+absl::Status ViewEncoder::EncodeDraco(std::span<const uint32_t> chunks,
+                                      std::span<const size_t> places, Encoding encoding,
+                                      double range, BytesOf bytes_of,
                                       std::span<SharedBytes> results) const {
   const int normal_bits = spec_.normals == NormalMode::kNone ? 0 : spec_.normal_bits;
-  std::vector<std::vector<uint8_t>> scratch(results.size()), streams(results.size());
-  std::vector<QuantisedVertices> vertices(results.size());
-  for (size_t i = 0; i < results.size(); ++i) {
-    vertices[i] = QuantisedVertices::FromBytes(
-        bytes_of(first + i, scratch[i]), ChunkPoints(plan_, chunks[first + i], spec_.segments),
+  std::vector<std::vector<uint8_t>> scratch(places.size()), streams(places.size());
+  std::vector<QuantisedVertices> vertices(places.size());
+  for (size_t p = 0; p < places.size(); ++p) {
+    vertices[p] = QuantisedVertices::FromBytes(
+        bytes_of(places[p], scratch[p]), ChunkPoints(plan_, chunks[places[p]], spec_.segments),
         spec_.position_bits, normal_bits);
   }
   for (size_t begin = 0, end = 0; begin < vertices.size(); begin = end) {
     while (end < vertices.size() && vertices[end].SameShape(vertices[begin])) ++end;
     const ChunkConnectivity* connectivity = nullptr;
     if (encoding == Encoding::kDracoMesh) {
-      const auto [first_patch, last_patch] = plan_.ChunkPatches(chunks[first + begin]);
+      const auto [first_patch, last_patch] = plan_.ChunkPatches(chunks[places[begin]]);
       connectivity = &connectivity_.at(last_patch - first_patch);
     }
     const size_t count = end - begin;
@@ -76,33 +94,36 @@ absl::Status ViewEncoder::EncodeDraco(std::span<const uint32_t> chunks, size_t f
       return status;
     }
   }
-  for (size_t i = 0; i < results.size(); ++i) results[i] = MakeSharedBytes(std::move(streams[i]));
+  for (size_t p = 0; p < places.size(); ++p) {
+    results[places[p]] = MakeSharedBytes(std::move(streams[p]));
+  }
   return absl::OkStatus();
 }
 
 absl::Status ViewEncoder::Encode(std::span<const uint32_t> chunks, Encoding encoding, double range,
-                                 BytesOf bytes_of, std::span<SharedBytes> results) {
-  if (chunks.empty()) return absl::OkStatus();
+                                 BytesOf bytes_of, std::span<VertexDigest> digests,
+                                 std::span<SharedBytes> results) {
+  const std::vector<size_t> places = FindChanged(chunks.size(), bytes_of, digests);
+  if (places.empty()) return absl::OkStatus();
   if (encoding == Encoding::kDracoMesh) {
     for (const uint32_t chunk : chunks) Connectivity(chunk);
   }
   if (encoding != Encoding::kDracoPoints && encoding != Encoding::kDracoMesh) {
-    arena_.ForEach(chunks.size(), [&](size_t i) {
+    arena_.ForEach(places.size(), [&](size_t p) {
       std::vector<uint8_t> scratch;
-      const std::span<const uint8_t> bytes = bytes_of(i, scratch);
+      const std::span<const uint8_t> bytes = bytes_of(places[p], scratch);
       if (scratch.empty()) scratch.assign(bytes.begin(), bytes.end());
-      results[i] = MakeSharedBytes(std::move(scratch));
+      results[places[p]] = MakeSharedBytes(std::move(scratch));
     });
     return absl::OkStatus();
   }
-  const size_t size = BatchSize(chunks.size(), encoder_->batch(), arena_.threads());
+  const size_t size = BatchSize(places.size(), encoder_->batch(), arena_.threads());
   std::mutex mutex;
   absl::Status first_error;
-  arena_.ForEach(DivideUp(chunks.size(), size), [&](size_t b) {
+  arena_.ForEach(DivideUp(places.size(), size), [&](size_t b) {
     const size_t first = b * size;
-    const absl::Status status =
-        EncodeDraco(chunks, first, encoding, range, bytes_of,
-                    results.subspan(first, std::min(size, chunks.size() - first)));
+    const auto batch = std::span(places).subspan(first, std::min(size, places.size() - first));
+    const absl::Status status = EncodeDraco(chunks, batch, encoding, range, bytes_of, results);
     if (status.ok()) return;
     const std::scoped_lock lock(mutex);
     first_error.Update(status);

@@ -33,9 +33,11 @@ class ViewEncoder {
               std::shared_ptr<const ChunkEncoder> encoder, CpuArena& arena)
       : plan_(plan), spec_(spec), encoder_(std::move(encoder)), arena_(arena) {}
 
-  // results[i] belongs to chunks[i]. `range`: of the quantisation box.
+  // results[i] and digests[i] belong to chunks[i], as DeformView::Encode says. `range`: of the
+  // quantisation box.
   [[nodiscard]] absl::Status Encode(std::span<const uint32_t> chunks, Encoding encoding,
-                                    double range, BytesOf bytes_of, std::span<SharedBytes> results);
+                                    double range, BytesOf bytes_of, std::span<VertexDigest> digests,
+                                    std::span<SharedBytes> results);
 
   // Triangles of a chunk, for an encoder elsewhere; stays.
   const ChunkConnectivity& Connectivity(uint32_t chunk);
@@ -43,9 +45,12 @@ class ViewEncoder {
   size_t MemoryBytes() const;
 
  private:
-  // Draco streams of chunks[first, first + results.size()).
-  [[nodiscard]] absl::Status EncodeDraco(std::span<const uint32_t> chunks, size_t first,
-                                         Encoding encoding, double range, BytesOf bytes_of,
+  // Which of `count` chunks are not those that `digests` says, and brings it up to date.
+  std::vector<size_t> FindChanged(size_t count, BytesOf bytes_of, std::span<VertexDigest> digests);
+  // Draco streams of chunks[i] for the i in `places`.
+  [[nodiscard]] absl::Status EncodeDraco(std::span<const uint32_t> chunks,
+                                         std::span<const size_t> places, Encoding encoding,
+                                         double range, BytesOf bytes_of,
                                          std::span<SharedBytes> results) const;
 
   const DeformPlan& plan_;

@@ -7,7 +7,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/codec/draco_decode.h"
@@ -19,10 +21,31 @@ namespace {
 
 constexpr uint32_t kSeed = 20'261'122;
 
+// Our writer, which says how many chunks it has written.
+class CountingEncoder : public ChunkEncoder {
+ public:
+  std::string_view name() const override { return writer_->name(); }
+  size_t batch() const override { return writer_->batch(); }
+  absl::Status Encode(std::span<const QuantisedVertices> chunks, double range,
+                      const ChunkConnectivity* connectivity,
+                      std::span<std::vector<uint8_t>> streams) const override {
+    count_ += chunks.size();
+    return writer_->Encode(chunks, range, connectivity, streams);
+  }
+  size_t TakeCount() const { return count_.exchange(0); }
+
+ private:
+  const std::unique_ptr<ChunkEncoder> writer_ = MakeChunkEncoder("latticed");
+  mutable std::atomic<size_t> count_ = 0;
+};
+
 class Encoders : public ::testing::TestWithParam<Encoding> {
  protected:
   std::unique_ptr<DeformView> Evaluated(const char* encoder, int threads) {
-    const auto backend = MakeCpuBackend({.threads = threads, .encoder = MakeChunkEncoder(encoder)});
+    return Evaluated(std::shared_ptr<const ChunkEncoder>(MakeChunkEncoder(encoder)), threads);
+  }
+  std::unique_ptr<DeformView> Evaluated(std::shared_ptr<const ChunkEncoder> encoder, int threads) {
+    const auto backend = MakeCpuBackend({.threads = threads, .encoder = std::move(encoder)});
     const auto target = backend->Prepare(plan_, Pipeline::kFused);
     EXPECT_OK(target);
     auto view = (*target)->CreateView({.segments = 5});
@@ -72,6 +95,42 @@ TEST_P(Encoders, BytesDependOnTheChunkAlone) {
   for (const uint32_t chunk : {0u, 7u, static_cast<uint32_t>(plan_->chunk_count()) - 1}) {
     EXPECT_EQ(Encode(*view, {{chunk}}).front(), expected[chunk]) << "chunk " << chunk;
   }
+}
+
+TEST_P(Encoders, WriteOnlyWhatTheCallerHasNoBytesOf) {
+  const auto encoder = std::make_shared<CountingEncoder>();
+  const auto view = Evaluated(encoder, 2);
+  const std::vector<uint32_t> all = AllChunks(*plan_);
+  std::vector<VertexDigest> digests(all.size());
+  const auto first = view->Encode(all, GetParam(), digests);
+  ASSERT_OK(first);
+  EXPECT_EQ(encoder->TakeCount(), all.size());
+  const auto before = Encode(*view, all);
+  encoder->TakeCount();
+
+  const auto again = view->Encode(all, GetParam(), digests);
+  ASSERT_OK(again);
+  EXPECT_EQ(encoder->TakeCount(), 0u);
+  for (const SharedBytes& bytes : *again) EXPECT_EQ(bytes.data, nullptr);
+
+  std::vector<Vec3d> moved = points_;
+  moved[moved.size() / 2].z += 0.01;
+  ASSERT_OK(view->Evaluate(moved, BoxFor(*plan_, points_), all));
+  const auto news = view->Encode(all, GetParam(), digests);
+  ASSERT_OK(news);
+  const size_t encoded = encoder->TakeCount();
+  const auto after = Encode(*view, all);
+  size_t changed = 0;
+  for (size_t c = 0; c < all.size(); ++c) {
+    const bool same = before[c] == after[c];
+    changed += same ? 0 : 1;
+    EXPECT_EQ((*news)[c].data == nullptr, same) << "chunk " << c;
+    const auto bytes = same ? std::span<const uint8_t>(before[c]) : (*news)[c].span();
+    EXPECT_TRUE(std::ranges::equal(bytes, after[c])) << "chunk " << c;
+  }
+  EXPECT_EQ(encoded, changed);
+  EXPECT_GT(changed, 0u);
+  EXPECT_LT(changed, all.size());
 }
 
 class WrittenChunks : public BackendTest {};

@@ -167,6 +167,17 @@ TEST_P(Spanned, EncodedBytesAreThoseOfOneDeviceInTheOrderAsked) {
     for (size_t i = 0; i < chunks.size(); ++i) {
       ASSERT_TRUE(std::ranges::equal((*one)[i].span(), (*spanned)[i].span())) << "place " << i;
     }
+
+    std::vector<VertexDigest> digests(chunks.size()), half;
+    ASSERT_OK(views.spanned->Encode(chunks, encoding, digests));
+    half = digests;
+    for (size_t i = 0; i < half.size(); i += 2) half[i] = {};
+    const auto rest = views.spanned->Encode(chunks, encoding, half);
+    ASSERT_OK(rest);
+    EXPECT_EQ(half, digests);
+    for (size_t i = 0; i < half.size(); ++i) {
+      EXPECT_EQ((*rest)[i].data == nullptr, i % 2 == 1) << "place " << i;
+    }
   }
 }
 

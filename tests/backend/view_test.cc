@@ -107,6 +107,29 @@ TEST_P(View, RawAndQuantisedBytesAreWhatReadGives) {
   }
 }
 
+TEST_P(View, LeavesOutNothingThatDiffersFromWhatTheCallerHas) {
+  const auto view = Evaluated({.segments = 3});
+  ASSERT_NE(view, nullptr);
+  const auto all = AllChunks(*plan_);
+  const auto old = ReadAll(*plan_, *view);
+  std::vector<VertexDigest> digests(all.size());
+  ASSERT_OK(view->Encode(all, Encoding::kQuantised, digests));
+  std::vector<Vec3d> moved = points_;
+  moved[moved.size() / 2].z += 0.01;
+  ASSERT_OK(view->Evaluate(moved, box_, all));
+  const auto expected = ReadAll(*plan_, *view);
+
+  const auto news = view->Encode(all, Encoding::kQuantised, digests);
+
+  ASSERT_OK(news);
+  for (size_t c = 0; c < all.size(); ++c) {
+    const auto bytes =
+        (*news)[c].data == nullptr ? std::span<const uint8_t>(old[c]) : (*news)[c].span();
+    EXPECT_TRUE(std::ranges::equal(bytes, expected[c])) << "chunk " << c;
+  }
+  EXPECT_NE(old, expected);
+}
+
 TEST_P(View, DracoStreamsHoldTheIntegers) {
   for (NormalMode normals : {NormalMode::kNone, NormalMode::kFacet}) {
     const ViewSpec spec{.segments = 4, .normals = normals, .position_bits = 14};

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // From an edit to all Draco bytes of its update in host memory, by the host's clock: Evaluate, then
-// Encode, 12 and 8 bits. encode_ms is Encode alone, downloads and waits included; ns_point is that
-// over the points of the chunks. Streams are compared with the host writer's first.
+// Encode, 12 and 8 bits, digests compared as the server has it. encode_ms is Encode alone, downloads
+// and waits included; ns_point is that over the points of the chunks. Streams are compared with the host writer's first.
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -69,9 +69,11 @@ Compared CompareWithHost(const Scenario& scenario, DeformView& view,
   return compared;
 }
 
-// All chunks, or those that a control point of median effect touches.
-std::vector<uint32_t> DirtyChunks(const Scenario& scenario, bool all) {
-  if (all) return scenario.all_chunks;
+enum class Edited { kAll, kMedianPoint, kLeastPoint };
+
+// All chunks, or those that a control point of median or least effect touches.
+std::vector<uint32_t> DirtyChunks(const Scenario& scenario, Edited edited) {
+  if (edited == Edited::kAll) return scenario.all_chunks;
   DirtySet dirty(scenario.plan);
   std::vector<std::pair<uint64_t, uint32_t>> touched;
   const auto count = static_cast<uint32_t>(scenario.plan->structure.control_point_count());
@@ -82,26 +84,28 @@ std::vector<uint32_t> DirtyChunks(const Scenario& scenario, bool all) {
   }
   std::sort(touched.begin(), touched.end());
   dirty.Clear();
-  dirty.MarkControlPoints({&touched[touched.size() / 2].second, 1});
+  const size_t at = edited == Edited::kLeastPoint ? 0 : touched.size() / 2;
+  dirty.MarkControlPoints({&touched[at].second, 1});
   return dirty.Chunks();
 }
 
-void EditToBytes(benchmark::State& state, const PaperModel& model, bool all) {
+void EditToBytes(benchmark::State& state, const PaperModel& model, Edited edited) {
   Gpu& gpu = **TheGpu();
   const Scenario& scenario = ModelScenario(model, {2, 2, 2});
   const ViewSpec spec = GpuSpec(VertexFormat::kQuantised, NormalMode::kFacet, 10);
   const auto view = MakeGpuView(gpu, scenario, Pipeline::kFused, spec);
   if (!view.ok()) return Skip(state, view.status());
-  const auto chunks = DirtyChunks(scenario, all);
+  const auto chunks = DirtyChunks(scenario, edited);
   const Compared compared = CompareWithHost(scenario, **view, chunks);
   if (!compared.status.ok()) return Skip(state, compared.status);
+  std::vector<VertexDigest> digests(chunks.size());
   std::vector<double> whole, encode;
   size_t bytes = 0;
   for (int run = 0; run < kRuns + kWarmUps; ++run) {
     const auto start = Clock::now();
     CheckOk((*view)->Evaluate(scenario.control_points[static_cast<size_t>(run + 1) % 2],
                               scenario.box, chunks));
-    const auto streams = (*view)->Encode(chunks, Encoding::kDracoPoints);
+    const auto streams = (*view)->Encode(chunks, Encoding::kDracoPoints, digests);
     const double both = MillisecondsSince(start);
     const auto again = Clock::now();
     CheckOk((*view)->Encode(chunks, Encoding::kDracoPoints).status());
@@ -130,10 +134,12 @@ void EditToBytes(benchmark::State& state, const PaperModel& model, bool all) {
 
 void RegisterGpuEncodeBenches() {
   for (const PaperModel& model : {PaperModels().front(), PaperModels().back()}) {
-    for (const bool all : {true, false}) {
-      RegisterOnce(fmt::format("gpu/edit-to-bytes/{}-{}/{}", model.name, model.patches,
-                               all ? "all" : "one-control-point"),
-                   [model, all](benchmark::State& state) { EditToBytes(state, model, all); });
+    for (const auto& [name, edited] : {std::pair{"all", Edited::kAll},
+                                       {"one-control-point", Edited::kMedianPoint},
+                                       {"least-control-point", Edited::kLeastPoint}}) {
+      RegisterOnce(
+          fmt::format("gpu/edit-to-bytes/{}-{}/{}", model.name, model.patches, name),
+          [model, edited = edited](benchmark::State& state) { EditToBytes(state, model, edited); });
     }
   }
 }

@@ -38,6 +38,17 @@ class DeviceDracoWriterTest : public CudaTest {
     lane_ = *lane;
   }
 
+  DeviceBuffer<uint8_t> Upload(std::span<const Chunk> chunks) {
+    std::vector<uint8_t> bytes;
+    for (const Chunk& chunk : chunks) {
+      bytes.insert(bytes.end(), chunk.bytes.begin(), chunk.bytes.end());
+    }
+    auto buffer = DeviceBuffer<uint8_t>::Upload(
+        context_->memory(), "vertices", std::span<const uint8_t>(bytes), lane_->stream().get());
+    EXPECT_OK(buffer);
+    return *std::move(buffer);
+  }
+
   // Chunks `numbers`, of `chunks`, by both writers; `mesh`: with triangles.
   void ExpectTheHostsBytes(std::span<const Chunk> chunks, std::span<const uint32_t> numbers,
                            bool mesh, uint32_t entry_room = 0) {
@@ -49,19 +60,13 @@ class DeviceDracoWriterTest : public CudaTest {
                      .position_bits = first.position_bits,
                      .normal_bits = first.normal_bits};
     if (mesh) shape.connectivity = {&triangles, &last_triangles};
-    std::vector<uint8_t> bytes;
-    for (const Chunk& chunk : chunks) {
-      bytes.insert(bytes.end(), chunk.bytes.begin(), chunk.bytes.end());
-    }
-    const auto vertices =
-        DeviceBuffer<uint8_t>::Upload(context_->memory(), "vertices", bytes, lane_->stream().get());
-    ASSERT_OK(vertices);
+    const auto vertices = Upload(chunks);
     auto writer = DeviceDracoWriter::Create(shape, context_, lane_);
     ASSERT_OK(writer);
     std::vector<SharedBytes> results(numbers.size());
     const auto last_number = static_cast<uint32_t>(chunks.size()) - 1;
     ASSERT_OK(
-        writer->Encode({vertices->span(), last_number}, numbers, kRange, results, entry_room));
+        writer->Encode({vertices.span(), last_number}, numbers, kRange, {}, results, entry_room));
     for (size_t i = 0; i < numbers.size(); ++i) {
       const Chunk& chunk = chunks[numbers[i]];
       const QuantisedVertices one = chunk.vertices();
@@ -142,10 +147,40 @@ TEST_F(DeviceDracoWriterTest, MemoryThatChunksWaitFor) {
   ExpectTheHostsBytes(std::span(chunks).first(5), All(std::span(chunks).first(5)), false, 1);
 }
 
+TEST_F(DeviceDracoWriterTest, WhatTheCallerHasIsNotWritten) {
+  std::vector<Chunk> chunks = AllKinds(2112, 12, 8);
+  const auto numbers = All(chunks);
+  auto writer = DeviceDracoWriter::Create(
+      {.points = 2112, .last_points = chunks.back().points, .normal_bits = 8}, context_, lane_);
+  ASSERT_OK(writer);
+  std::vector<VertexDigest> digests(chunks.size());
+  const auto encode = [&] {
+    const auto vertices = Upload(chunks);
+    std::vector<SharedBytes> results(chunks.size());
+    const auto last = static_cast<uint32_t>(chunks.size()) - 1;
+    EXPECT_OK(writer->Encode({vertices.span(), last}, numbers, kRange, digests, results));
+    std::vector<uint32_t> written;
+    for (const uint32_t i : numbers) {
+      if (results[i].data != nullptr) written.push_back(i);
+    }
+    return written;
+  };
+  EXPECT_EQ(encode(), numbers);
+  EXPECT_EQ(encode(), std::vector<uint32_t>{});
+  chunks[3].bytes[4222] ^= 1;       // the last x
+  chunks.back().bytes.back() ^= 1;  // the last t
+  EXPECT_EQ(encode(), (std::vector<uint32_t>{3, 10}));
+  std::swap(chunks[1].bytes[0], chunks[1].bytes[8]);
+  std::swap(chunks[1].bytes[1], chunks[1].bytes[9]);
+  EXPECT_EQ(encode(), std::vector<uint32_t>{}) << "constant data";
+  std::swap(chunks[4].bytes[0], chunks[4].bytes[8]);
+  EXPECT_EQ(encode(), std::vector<uint32_t>{4}) << "sums know places";
+}
+
 TEST_F(DeviceDracoWriterTest, NothingToEncode) {
   auto writer = DeviceDracoWriter::Create({.points = 96, .last_points = 96}, context_, lane_);
   ASSERT_OK(writer);
-  EXPECT_OK(writer->Encode({}, {}, kRange, {}));
+  EXPECT_OK(writer->Encode({}, {}, kRange, {}, {}));
 }
 
 }  // namespace

@@ -115,9 +115,10 @@ class FakeView : public DeformView {
     return inner_->Read(chunk, out);
   }
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
-                                                  Encoding encoding) override {
+                                                  Encoding encoding,
+                                                  std::span<VertexDigest> digests) override {
     if (auto s = memory_->device().Check(); !s.ok()) return s;
-    return inner_->Encode(chunks, encoding);
+    return inner_->Encode(chunks, encoding, digests);
   }
   MemoryUse memory() const override { return {{"device_vertices", memory_->bytes()}}; }
 

@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "server/chunk_blocks.h"
 #include "server/snapshot.h"
 
 namespace latticed {
@@ -58,6 +60,50 @@ TEST(SnapshotRing, CountsSharedChunksOnce) {
   EXPECT_EQ(ring.bytes(), 130u);
   ring.Unpin(1);
   EXPECT_EQ(ring.bytes(), 120u);
+}
+
+// A block of `sizes` chunks, one after the other.
+std::vector<SharedBytes> Block(const std::vector<size_t>& sizes, uint8_t fill) {
+  const size_t all = std::accumulate(sizes.begin(), sizes.end(), size_t{0});
+  const auto block = std::make_shared<std::vector<uint8_t>>(all, fill);
+  std::vector<SharedBytes> parts;
+  size_t at = 0;
+  for (const size_t size : sizes) {
+    parts.push_back({block, block->data() + at, size, all});
+    at += size;
+  }
+  return parts;
+}
+
+TEST(ChunkBlocks, ChunksLeaveBlocksThatAreMostlyUnused) {
+  const auto old = Block({100, 100, 100, 100}, 1), recent = Block({100, 100, 100}, 2);
+  auto snapshot = MakeSnapshot(1, {old[0], recent[0], recent[1], recent[2]});
+  ASSERT_EQ(BlockBytes(snapshot->chunks), 700u);
+  const std::weak_ptr<const void> forgotten = old[0].owner;
+
+  LeaveEmptyBlocks(snapshot->chunks);
+
+  EXPECT_EQ(BlockBytes(snapshot->chunks), 300u);
+  EXPECT_NE(snapshot->chunks[0].data.owner, old[0].owner);
+  EXPECT_EQ(snapshot->chunks[0].data.size, 100u);
+  EXPECT_EQ(snapshot->chunks[0].data.data[99], 1);
+  EXPECT_EQ(snapshot->chunks[1].data.data, recent[0].data) << "in its block, which is in use";
+}
+
+// Each update makes all of four chunks in one block, and one of them stays as it is for good.
+TEST(ChunkBlocks, ManyUpdatesHoldNoMoreThanFourTimesWhatTheyUse) {
+  auto snapshot = MakeSnapshot(1, Block({100, 100, 100, 100}, 0));
+  snapshot->block_bytes = 400;
+  for (size_t update = 0; update < 100; ++update) {
+    const auto made = Block({100, 100, 100, 100}, static_cast<uint8_t>(update));
+    const size_t kept = update % 4;
+    for (size_t i = 0; i < 4; ++i) {
+      if (i != kept) snapshot->chunks[i].data = made[i];
+    }
+    KeepBlocksFew(400, *snapshot);
+    ASSERT_LE(BlockBytes(snapshot->chunks), 1600u) << "update " << update;
+    ASSERT_LE(snapshot->block_bytes, 1600u) << "update " << update;
+  }
 }
 
 }  // namespace

@@ -152,6 +152,48 @@ TEST_F(StageOverlapTest, TheMemoryOfBothSlotsIsTheDevices) {
   EXPECT_EQ(view_->memory().at("vertices"), 2 * vertices) << "the same two";
 }
 
+TEST_F(StageOverlapTest, WhatRoundsToTheSameIntegersIsNotEncoded) {
+  const auto client = Watch();
+  const int all = static_cast<int>(scene_->State()->plan->chunk_count());
+  ASSERT_EQ(gates().encoded_chunks(), all);
+  const double step = scene_->State()->box.step(options_.view.key.spec.position_bits);
+
+  Move(kCorner, {1e-12 * step, 0, 0});
+  client->RunToHead();
+
+  EXPECT_EQ(gates().encoded_chunks(), all);
+  EXPECT_EQ(client->updates().back().begin.chunk_count, 0u);
+  EXPECT_EQ(client->updates().back().end.revision, 1u) << "which is covered all the same";
+  ExpectRight(*client);
+}
+
+TEST_F(StageOverlapTest, OnlyChunksWhoseIntegersChangedAreEncodedWhicheverSlotHasThem) {
+  const auto client = Watch();
+
+  for (int turn = 0; turn < 4; ++turn) {
+    MoveAndHoldEncoding(turn % 2 == 0 ? kCorner : kOtherCorner);
+    MoveAndWaitForEvaluation(turn % 2 == 0 ? kCorner : kOtherCorner);
+    const int encoded = gates().encoded_chunks();
+    gates().Open(Stage::kEncode);
+    client->RunToHead();
+    const int encoded_now = gates().encoded_chunks();
+
+    // Two revisions, each against the one before, whose vertices were in the other slot.
+    const uint64_t head = scene_->State()->revision;
+    int changed = 0;
+    for (const uint64_t revision : {head - 1, head}) {
+      const auto before = EvaluateAfresh(*states_.at(revision - 1), *client->view());
+      const auto after = EvaluateAfresh(*states_.at(revision), *client->view());
+      for (size_t c = 0; c < after.size(); ++c) changed += before[c] == after[c] ? 0 : 1;
+    }
+    EXPECT_GT(changed, 0);
+    EXPECT_EQ(encoded_now - encoded, changed);
+    ExpectRight(*client);
+  }
+
+  EXPECT_EQ(view_->evaluations_beside(), 4u);
+}
+
 class HostStagesTest : public StagedScene {
  protected:
   HostStagesTest() : StagedScene(/*on_device=*/false) {}

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/server/staged_backend.h"
 
+#include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "absl/time/clock.h"
 #include "core/cpu/cpu_backend.h"
@@ -30,10 +30,12 @@ class StagedView : public DeformView {
     return inner_->Read(chunk, out);
   }
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
-                                                  Encoding encoding) override {
+                                                  Encoding encoding,
+                                                  std::span<VertexDigest> digests) override {
     const absl::Status status = gates_->Begin(Stage::kEncode);
-    auto encoded = status.ok() ? inner_->Encode(chunks, encoding)
+    auto encoded = status.ok() ? inner_->Encode(chunks, encoding, digests)
                                : absl::StatusOr<std::vector<SharedBytes>>(status);
+    if (encoded.ok()) gates_->CountEncoded(*encoded);
     gates_->End(Stage::kEncode);
     return encoded;
   }
@@ -105,6 +107,17 @@ int StageGates::begun(Stage stage) {
 int StageGates::ended(Stage stage) {
   const MutexLock lock(&mutex_);
   return gates_[static_cast<size_t>(stage)].ended;
+}
+
+int StageGates::encoded_chunks() {
+  const MutexLock lock(&mutex_);
+  return encoded_chunks_;
+}
+
+void StageGates::CountEncoded(const std::vector<SharedBytes>& results) {
+  const MutexLock lock(&mutex_);
+  encoded_chunks_ += static_cast<int>(
+      std::ranges::count_if(results, [](const SharedBytes& r) { return r.data != nullptr; }));
 }
 
 bool StageGates::WaitForBegun(Stage stage, int count) {

@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
@@ -36,7 +37,11 @@ class StageGates {
   bool WaitForBegun(Stage stage, int count);
   bool WaitForEnded(Stage stage, int count);
 
+  // Chunks that were encoded, of those that encodings were asked for.
+  int encoded_chunks();
+
   // For the backend.
+  void CountEncoded(const std::vector<SharedBytes>& results);
   absl::Status Begin(Stage stage);
   void End(Stage stage);
 
@@ -51,6 +56,7 @@ class StageGates {
   Mutex mutex_;
   std::array<Gate, 3> gates_ ABSL_GUARDED_BY(mutex_);
   absl::Duration delay_ ABSL_GUARDED_BY(mutex_);
+  int encoded_chunks_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 class StagedBackend : public Backend {
