@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <new>
-#include <numeric>
 #include <utility>
 
 #include "core/base/error.h"
@@ -14,9 +13,6 @@
 namespace latticed {
 namespace {
 
-// Enough for every stream to have a scheduler's attention, and 0.2 GB of working memory at 10
-// segments; fewer, down to a few, where that is not to be had.
-constexpr size_t kMostDeviceChunks = 4096, kFewestDeviceChunks = 64;
 // Of the host's writer: batches for all of its threads.
 constexpr size_t kHostChunks = 256;
 // On the device the last state of a chunk is reached after a fifth of a millisecond, however few
@@ -55,7 +51,8 @@ CudaView::CudaView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
       kernel_(std::move(kernel)),
       frame_(std::move(frame)),
       vertices_(std::move(vertices)),
-      staging_(layout_, context_, lane_) {}
+      staging_(layout_, context_, lane_),
+      device_encoder_(*plan_, spec, layout_, context_, lane_, encoder_) {}
 
 CudaView::~CudaView() {
   // The target's tables may go with this view: not while kernels read them.
@@ -102,9 +99,11 @@ absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32
   try {
     std::vector<SharedBytes> results(chunks.size());
     const bool few = chunks.size() <= kHostChunksAThread * context_->arena().threads();
-    const absl::Status status = WritesOnDevice(encoding) && !few
-                                    ? EncodeOnDevice(chunks, encoding, digests, results)
-                                    : EncodeOnHost(chunks, encoding, digests, results);
+    const absl::Status status =
+        WritesOnDevice(encoding) && !few
+            ? device_encoder_.Encode(*kernel_, vertices_.span(), chunks, encoding,
+                                     contract_.box().range, digests, results)
+            : EncodeOnHost(chunks, encoding, digests, results);
     if (!status.ok()) return status;
     return results;
   } catch (const std::bad_alloc&) {
@@ -119,7 +118,7 @@ bool CudaView::WritesOnDevice(Encoding encoding) const {
 }
 
 size_t CudaView::encode_batch() const {
-  return WritesOnDevice(Encoding::kDracoPoints) ? kMostDeviceChunks : kHostChunks;
+  return WritesOnDevice(Encoding::kDracoPoints) ? DeviceViewEncoder::kMostChunks : kHostChunks;
 }
 
 absl::Status CudaView::EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
@@ -134,76 +133,13 @@ absl::Status CudaView::EncodeOnHost(std::span<const uint32_t> chunks, Encoding e
   return staging_.Fetch(*kernel_, vertices_.span(), chunks, encode);
 }
 
-absl::Status CudaView::MakeWriter(Encoding encoding) {
-  const size_t last = plan_->chunk_count() - 1;
-  const ViewSpec& spec = contract_.spec();
-  DracoShape shape{.points = ChunkPoints(*plan_, 0, spec.segments),
-                   .last_points = ChunkPoints(*plan_, last, spec.segments),
-                   .position_bits = spec.position_bits,
-                   .normal_bits = spec.normals == NormalMode::kNone ? 0 : spec.normal_bits};
-  if (encoding == Encoding::kDracoMesh) {
-    shape.connectivity = {&encoder_.Connectivity(0),
-                          &encoder_.Connectivity(static_cast<uint32_t>(last))};
-  }
-  auto writer = DeviceDracoWriter::Create(shape, context_, lane_);
-  if (!writer.ok()) return writer.status();
-  writer_ = *std::move(writer);
-  writer_encoding_ = encoding;
-  return absl::OkStatus();
-}
-
-absl::Status CudaView::EncodeBatch(std::span<const uint32_t> chunks,
-                                   std::span<VertexDigest> digests,
-                                   std::span<SharedBytes> results) {
-  const auto last = static_cast<uint32_t>(plan_->chunk_count()) - 1;
-  const double range = contract_.box().range;
-  if (kernel_->OwnOrderBytes() == 0) {
-    return writer_->Encode({vertices_.span(), last}, chunks, range, digests, results);
-  }
-  size_t bytes = 0;
-  for (const uint32_t chunk : chunks) bytes += layout_.ChunkBytes(chunk);
-  auto wire =
-      DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", bytes, lane_->stream().get());
-  if (!wire.ok()) return wire.status();
-  if (auto s = kernel_->ToWireOrder(vertices_.span(), chunks, wire->span()); !s.ok()) return s;
-  std::vector<uint32_t> numbers(chunks.size());
-  std::iota(numbers.begin(), numbers.end(), 0u);
-  const auto count = static_cast<uint32_t>(chunks.size());
-  return writer_->Encode({wire->span(), chunks.back() == last ? count - 1 : count}, numbers, range,
-                         digests, results);
-}
-
-absl::Status CudaView::EncodeOnDevice(std::span<const uint32_t> chunks, Encoding encoding,
-                                      std::span<VertexDigest> digests,
-                                      std::span<SharedBytes> results) {
-  if (!writer_.has_value() || writer_encoding_ != encoding) {
-    if (auto s = MakeWriter(encoding); !s.ok()) return s;
-  }
-  size_t most = kMostDeviceChunks;
-  for (size_t done = 0; done < chunks.size();) {
-    const size_t count = std::min(most, chunks.size() - done);
-    const absl::Status status = EncodeBatch(
-        chunks.subspan(done, count), digests.empty() ? digests : digests.subspan(done, count),
-        results.subspan(done, count));
-    if (absl::IsResourceExhausted(status) && count > kFewestDeviceChunks) {
-      most = count / 2;
-      continue;
-    }
-    if (!status.ok()) return status;
-    done += count;
-  }
-  return absl::OkStatus();
-}
-
 MemoryUse CudaView::memory() const {
   MemoryUse use = kernel_->memory();
   use["device_vertices"] += vertices_.size_bytes();
-  use["device_staging"] += staging_.DeviceBytes() + frame_.DeviceBytes();
-  use["staging"] += staging_.PinnedBytes() + frame_.PinnedBytes() + encoder_.MemoryBytes();
-  if (writer_.has_value()) {
-    use["device_staging"] += writer_->DeviceBytes();
-    use["staging"] += writer_->PinnedBytes();
-  }
+  use["device_staging"] +=
+      staging_.DeviceBytes() + frame_.DeviceBytes() + device_encoder_.DeviceBytes();
+  use["staging"] += staging_.PinnedBytes() + frame_.PinnedBytes() + encoder_.MemoryBytes() +
+                    device_encoder_.PinnedBytes();
   return use;
 }
 

@@ -15,7 +15,6 @@
 #define LATTICED_CUDA_CUDA_VIEW_H_
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "core/view/vertex_layout.h"
@@ -23,8 +22,8 @@
 #include "core/view/view_encoder.h"
 #include "cuda/cuda_frame.h"
 #include "cuda/cuda_vertex_kernel.h"
-#include "cuda/device_draco_writer.h"
 #include "cuda/device_staging.h"
+#include "cuda/device_view_encoder.h"
 
 namespace latticed {
 
@@ -58,11 +57,6 @@ class CudaView : public DeformView {
   bool WritesOnDevice(Encoding encoding) const;
   absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests, std::span<SharedBytes> results);
-  absl::Status EncodeOnDevice(std::span<const uint32_t> chunks, Encoding encoding,
-                              std::span<VertexDigest> digests, std::span<SharedBytes> results);
-  absl::Status EncodeBatch(std::span<const uint32_t> chunks, std::span<VertexDigest> digests,
-                           std::span<SharedBytes> results);
-  absl::Status MakeWriter(Encoding encoding);
 
   // What is declared first goes last: the plan and the context outlive all that uses them.
   std::shared_ptr<const DeformPlan> plan_;
@@ -75,8 +69,7 @@ class CudaView : public DeformView {
   CudaFrame frame_;
   DeviceBuffer<uint8_t> vertices_;
   DeviceStaging staging_;
-  std::optional<DeviceDracoWriter> writer_;  // made when it is first asked for
-  Encoding writer_encoding_ = Encoding::kDracoPoints;
+  DeviceViewEncoder device_encoder_;
 };
 
 }  // namespace latticed

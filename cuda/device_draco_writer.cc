@@ -203,6 +203,9 @@ absl::Status DeviceDracoWriter::Encode(const Vertices& vertices, std::span<const
       results[left[k]] = std::move(batch.results[k]);
       if (!digests.empty()) digests[left[k]] = batch.digests[k];
     }
+    if (deferred.size() == left.size()) {
+      return absl::InternalError("a chunk's integers have more bits than its view");
+    }
     left = std::move(deferred);
   }
   return absl::OkStatus();

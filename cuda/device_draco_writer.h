@@ -53,7 +53,8 @@ class DeviceDracoWriter {
     uint32_t last = 0;
   };
   // results[i] and digests[i] of chunk numbers[i], as DeformView::Encode says; numbers ascend.
-  // `range`: of the quantisation box. `entry_room`: for tests; 0: what most chunks need.
+  // `range`: of the quantisation box. `entry_room`: for tests; 0: what most chunks need. kInternal
+  // where a coordinate has more than position_bits.
   [[nodiscard]] absl::Status Encode(const Vertices& vertices, std::span<const uint32_t> numbers,
                                     double range, std::span<VertexDigest> digests,
                                     std::span<SharedBytes> results, uint32_t entry_room = 0);
