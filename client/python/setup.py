@@ -60,6 +60,7 @@ def compiler():
 
 class BuildWithProtos(build_py):
     def run(self):
+        shutil.rmtree(self.build_lib, ignore_errors=True)  # or what a module was called before is packed too
         super().run()
         out, include = Path(self.build_lib).resolve(), googleapis()
         ours = sorted(str(path.relative_to(PROTO)) for path in PROTO.glob("latticed/v1/*.proto"))
@@ -78,4 +79,4 @@ class BuildWithProtos(build_py):
 # Older versions of setuptools want the folder of setup.cfg's egg_base to be there.
 (HERE.parent.parent / "build" / "python").mkdir(parents=True, exist_ok=True)
 os.chdir(HERE)
-setup(cmdclass={"build_py": BuildWithProtos})
+setup(packages=["latticed"], package_data={"latticed": ["py.typed"]}, cmdclass={"build_py": BuildWithProtos})

@@ -16,7 +16,7 @@
 Everything is relative to the world: points, offsets, matrices in world units. Arrays come and go as numpy
 arrays. What the server refuses is a LatticedError. latticed.v1 holds the messages of the protocol.
 """
-from latticed import google_rpc  # noqa: F401  first: latticed.v1 needs google.rpc
+from latticed import google_rpc  # first: latticed.v1 needs google.rpc
 from latticed import edits
 from latticed.client import Client, connect
 from latticed.deform_stream import DeformStream
@@ -52,4 +52,5 @@ __all__ = [
     "WatchStream",
     "connect",
     "edits",
+    "google_rpc",
 ]

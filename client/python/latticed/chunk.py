@@ -29,7 +29,7 @@ class Chunk:
         self.revision = revision  # at which its bytes last changed
         grid = quantisation.origin
         self.origin = np.array([grid.x, grid.y, grid.z])
-        self._step = float(quantisation.step)
+        self.step = float(quantisation.step)  # world units per integer; 0 for RAW
         self._normal_bits = int(quantisation.normal_bits)
         self._encoding = view.encoding
         self._has_normals = view.normals != view_pb2.NORMAL_MODE_NONE
@@ -63,7 +63,7 @@ class Chunk:
         width = 0 if not self._has_normals else 1 if self._normal_bits <= 8 else 2
         self._expect(len(self.data), self._points * (6 + 2 * width), "bytes")
         integers = np.frombuffer(self.data, "<u2", 3 * self._points).reshape(3, -1).T
-        positions = integers * self._step
+        positions = integers * self.step
         if not width:
             return positions, None
         st = np.frombuffer(self.data, f"<u{width}", offset=6 * self._points).reshape(2, -1)
@@ -78,7 +78,7 @@ class Chunk:
         if self._has_normals:
             self._expect(0 if normals is None else len(normals), self._points, "normals")
         # The decoder's floats are rounded; the integers that they stand for are not.
-        return np.rint(floats.astype(float) / self._step) * self._step, normals
+        return np.rint(floats.astype(float) / self.step) * self.step, normals
 
 
 def octahedral_normals(s: npt.NDArray[Any], t: npt.NDArray[Any], bits: int) -> npt.NDArray[np.float32]:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+import sys
 import warnings
 from typing import Any, Tuple
 
@@ -25,12 +26,15 @@ def decoder() -> Any:
 
 @functools.lru_cache(maxsize=None)
 def say_that_it_is_missing() -> None:
-    """Warns, once a process."""
+    """Warns, once a process, at the line that called this package."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals["__name__"].startswith("latticed"):
+        level, frame = level + 1, frame.f_back
     warnings.warn(
         "no Draco decoder is installed (pip install DracoPy): updates are asked for QUANTISED, which is "
         "the same integers uncompressed",
         RuntimeWarning,
-        stacklevel=4,
+        stacklevel=level,
     )
 
 

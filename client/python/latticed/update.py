@@ -57,6 +57,12 @@ class Update:
         """What relative_points are relative to, x, y, z."""
         return self._chunks[0].origin
 
+    @property
+    def step(self) -> float:
+        """World units per integer: points are within half of it, on each axis; 0 for raw, which is not rounded
+        so."""
+        return max(chunk.step for chunk in self._chunks)
+
     @functools.cached_property
     def relative_points(self) -> npt.NDArray[np.float32]:
         """points - origin in single precision: for graphics, where world coordinates are large."""

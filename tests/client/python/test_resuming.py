@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+import latticed
+import numpy as np
+import pytest
+
+import definition
+from cutting_proxy import CuttingProxy
+from server_process import ServerProcess
+
+RAW = latticed.View(encoding="raw", segments=2)
+
+
+@pytest.fixture
+def proxy(server):
+    made = CuttingProxy(server.port)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def remote(proxy, scene):
+    """The scene through the proxy."""
+    with latticed.connect(proxy.address) as client:
+        yield client.scene(scene.id)
+
+
+def test_a_stream_goes_on_after_every_cut(proxy, remote):
+    with remote.deform(RAW) as stream:
+        for cuts in range(1, 4):
+            proxy.cut()
+            update = stream.wait(stream.move(stream.lattice.indices, (1, 0, 0)), timeout=60)
+
+            assert update.revision == update.applied_sequence == cuts
+            assert update.points[..., 0].min() == pytest.approx(cuts, abs=1e-5)
+        assert stream.reconnections >= 3
+
+
+def test_edits_of_a_broken_stream_count_once(proxy, remote, scene):
+    with remote.deform(RAW) as stream:
+        for i in range(40):
+            last = stream.move([0], (1, 0, 0))
+            if i % 10 == 5:
+                proxy.cut()
+        update = stream.wait(last, timeout=60)
+
+    assert stream.reconnections >= 1
+    assert update.revision == 40
+    lattice = scene.lattice()
+    assert lattice.revision == 40
+    assert lattice.control_points[0, 0, 0, 0] - lattice.rest()[0, 0, 0, 0] == pytest.approx(40)
+
+
+def test_a_watcher_goes_on_with_what_it_has(proxy, remote, scene):
+    with remote.watch(RAW) as stream:
+        before = stream.next_update(timeout=60)
+        proxy.cut()
+        scene.move(scene.lattice().indices[-1], (1, 0, 0))
+        update = stream.next_update(timeout=60)
+        while update.revision < 1:
+            update = stream.next_update(timeout=60)
+
+    np.testing.assert_allclose(update.points, scene.get_update(RAW).points)
+    assert np.abs(update.points - before.points).max() > 0.1
+
+
+def test_calls_survive_a_cut(proxy, remote):
+    proxy.cut()
+
+    assert remote.move([0], (1, 0, 0)).revision == 1
+
+
+def test_a_stream_whose_server_is_gone_ends_unavailable(monkeypatch):
+    monkeypatch.setattr(latticed.retries, "_FIRST_PAUSE", 0.01)
+
+    with ServerProcess() as server:
+        with latticed.connect(server.address) as client:
+            mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES)
+            stream = client.create_scene(mesh).watch(RAW)
+            stream.next_update(timeout=60)
+            server.stop()
+
+            with pytest.raises(latticed.LatticedError) as caught:
+                stream.next_update(timeout=120)
+            assert caught.value.code.name == "UNAVAILABLE"
