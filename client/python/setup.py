@@ -4,6 +4,7 @@
 # Adds to the package what protoc makes of ../../proto: latticed.v1, and google.rpc for machines that
 # have no googleapis-common-protos. protoc is grpcio-tools where that is installed, as in pip's own
 # build environment, and otherwise the one on PATH with its grpc_python_plugin.
+import importlib.metadata
 import importlib.util
 import os
 import shutil
@@ -43,9 +44,13 @@ def googleapis():
     )
 
 
+def grpc_tools_version():
+    return tuple(int(part) for part in importlib.metadata.version("grpcio-tools").split(".")[:2])
+
+
 def compiler():
     """The command that compiles protos, and the include folders of its own."""
-    if has("grpc_tools"):
+    if has("grpc_tools") and grpc_tools_version() >= (1, 51):  # Debian's is of 2018
         import grpc_tools
 
         return [sys.executable, "-m", "grpc_tools.protoc", f"-I{Path(grpc_tools.__file__).parent}/_proto"]

@@ -2,14 +2,12 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: quickstart.py [ADDRESS]
+# usage: [LATTICED_SERVER=ADDRESS] quickstart.py
 # Drags the top of the lattice around my.obj by 1 along x, and writes deformed.glb. README shows it.
-import sys
-
 # [README]
 import latticed
 
-with latticed.connect(*sys.argv[1:]) as client:
+with latticed.connect() as client:  # LATTICED_SERVER, or 127.0.0.1:50151
     mesh = client.upload("my.obj")  # or upload_arrays(positions, faces)
     with client.create_scene(mesh, size=(4, 4, 4), delete_on_exit=True) as scene, scene.deform() as stream:
         top = stream.lattice.indices[-1]  # of control points [w, v, u]

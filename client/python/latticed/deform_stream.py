@@ -55,8 +55,8 @@ class DeformStream(UpdateStream, EditCalls[int]):
     def wait(self, sequence: int, timeout: Optional[float] = None) -> Update:
         """Waits for an update that holds the edit, and returns the newest one that is here.
 
-        Raises LatticedError where the edit was refused, if that is one of the last 1,024 answers; TimeoutError after
-        `timeout` seconds; ValueError for a sequence that was never sent."""
+        Raises LatticedError where the edit was refused, if that is one of the last 1,024 answers; TimeoutError
+        after `timeout` seconds; ValueError for a sequence that was never sent."""
         with self._changed:
             self._check_sent(sequence)
             self._wait(
@@ -71,7 +71,8 @@ class DeformStream(UpdateStream, EditCalls[int]):
             return self._hand_out()
 
     def result(self, sequence: int, timeout: Optional[float] = None) -> EditResult:
-        """Waits for the answer to the edit, one of the last 1,024, which comes before its update. Raises as wait."""
+        """Waits for the answer to the edit, one of the last 1,024, which comes before its update. Raises as
+        wait; DATA_LOSS where the answer was lost with a connection."""
         with self._changed:
             self._check_sent(sequence)
             self._wait(lambda: all(batch.sequence != sequence for batch in self._unanswered), timeout)
@@ -90,7 +91,9 @@ class DeformStream(UpdateStream, EditCalls[int]):
 
     def pause(self, paused: bool = True) -> None:
         """Stops updates, but not edits and their results, or lets them go on."""
-        self._requests.control(scene_pb2.ControlWatchRequest(pause=paused))
+        with self._changed:
+            self._paused = paused
+            self._requests.control(scene_pb2.ControlWatchRequest(pause=paused))
 
     def finish(self) -> None:
         """No more edits: the stream ends after the update that holds the last one."""
@@ -149,6 +152,8 @@ class DeformStream(UpdateStream, EditCalls[int]):
         for batch in self._unanswered:
             self._requests.edit(batch)
             self._resent = batch.sequence
+        if self._paused:
+            self._requests.control(scene_pb2.ControlWatchRequest(pause=True))
         if self._half_closed:
             self._requests.finish()
         metadata = self._connection.metadata(self._watch.scene)
@@ -178,8 +183,8 @@ class DeformStream(UpdateStream, EditCalls[int]):
             self._changed.notify_all()
 
     def _refuse(self, sequence: int, refusal: LatticedError) -> None:
-        # Sent twice, and a later one was answered before the break: this one was too, and the server keeps
-        # the last answer alone.
+        # Sent twice, and a later one was answered before the break: this one was too, with what is not known,
+        # since the server keeps the last answer alone.
         if refusal.reason == "OUT_OF_ORDER" and sequence <= self._resent:
             return
         self._answers[sequence] = self._unseen_refusals[sequence] = refusal

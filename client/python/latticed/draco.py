@@ -16,7 +16,7 @@ _NORMAL = 1  # DracoPy.AttributeType.NORMAL
 
 @functools.lru_cache(maxsize=None)
 def decoder() -> Any:
-    """The module, or None where there is none that tells attributes of point clouds."""
+    """The module, or None where there is none that tells normals of point clouds: DracoPy from 1.6 on does."""
     try:
         import DracoPy
     except ImportError:

@@ -21,7 +21,7 @@ class Gesture(Generic[Applied]):
             for share in np.linspace(0, 1, 60):
                 drag.move(lattice.indices[-1], (share, 0, 0))
 
-    It is committed at the end of the block, and cancelled, which restores its begin, where the block
+    Its edits are those of EditCalls. It is committed at the end of the block, and cancelled, which restores its begin, where the block
     is left by an exception.
     """
 

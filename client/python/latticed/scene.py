@@ -18,6 +18,7 @@ from latticed.connection import Connection
 from latticed.deform_stream import DeformStream
 from latticed.edit_calls import EditCalls
 from latticed.edit_result import EditResult
+from latticed.errors import LatticedError
 from latticed.evaluation import Evaluation
 from latticed.export_formats import export_format
 from latticed.lattice import Lattice
@@ -41,9 +42,7 @@ class Scene(EditCalls[EditResult]):
     def __init__(self, connection: Connection, info: Any, delete_on_exit: bool = False) -> None:
         self._connection = connection
         self._stub = connection.scenes
-        self.info = (
-            info  # latticed.v1.Scene as of create_scene or refresh: every field, commented in scene.proto
-        )
+        self.info = info  # latticed.v1.Scene, commented in scene.proto, as of create_scene or refresh
         self.editor_id = str(uuid.uuid4())  # names this object's edits to other watchers
         self._delete_on_exit = delete_on_exit
         self._one_edit_at_a_time = threading.Lock()
@@ -189,8 +188,13 @@ class Scene(EditCalls[EditResult]):
     def __exit__(
         self, kind: Type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._delete_on_exit:
+        if not self._delete_on_exit:
+            return
+        try:
             self.delete()
+        except LatticedError as failure:
+            if kind is None and failure.reason != "NOT_FOUND":  # what left the block says more
+                raise
 
     def _apply(self, batch: edit_pb2.EditBatch) -> EditResult:
         with self._one_edit_at_a_time:

@@ -26,7 +26,7 @@ class Topology:
         self.patches = int(topology.patch_count)
         self.segments = int(topology.segments)
         self.weights = np.array(topology.pattern.points, dtype=float).reshape(-1, 3) / self.segments
-        self.pattern = np.array(topology.pattern.triangles, dtype=np.int64).reshape(-1, 3)
+        self.pattern = np.array(topology.pattern.triangles, dtype=np.uint32).reshape(-1, 3)
         sizes = [run.patches_per_chunk for run in topology.chunk_runs for _ in range(run.chunk_count)]
         self._begins = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
 
@@ -40,7 +40,7 @@ class Topology:
         return slice(int(self._begins[chunk]), int(self._begins[chunk + 1]))
 
     @functools.cached_property
-    def triangles(self) -> npt.NDArray[np.int64]:
+    def triangles(self) -> npt.NDArray[np.uint32]:
         """Of the whole surface, (triangles, 3): numbers of points in update.points.reshape(-1, 3)."""
-        first = np.arange(self.patches) * len(self.weights)
+        first = np.arange(self.patches, dtype=np.uint32) * np.uint32(len(self.weights))
         return (first[:, None, None] + self.pattern).reshape(-1, 3)

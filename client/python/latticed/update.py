@@ -76,7 +76,7 @@ class Update:
         return None if any(part is None for part in parts) else self._shaped(parts)
 
     @property
-    def triangles(self) -> npt.NDArray[np.int64]:
+    def triangles(self) -> npt.NDArray[np.uint32]:
         """(triangles, 3): numbers of points in points.reshape(-1, 3), counter-clockwise from outside."""
         return self.topology.triangles
 

@@ -52,7 +52,8 @@ class UpdateStream(ABC):
         self._handed_out = 0
         self._failures = 0
         self._reconnections = 0
-        self._error: Optional[LatticedError] = None
+        self._error: Optional[Exception] = None
+        self._paused = False
         self._closing = False
         self._ended = False
         self._hello: Any = event_pb2.Hello()
@@ -129,6 +130,9 @@ class UpdateStream(ABC):
     def _open(self) -> Any:
         """Makes the rpc; with _changed held."""
 
+    def _begin(self) -> None:
+        """The rpc is open."""
+
     @abstractmethod
     def _acknowledge(self, update_id: int) -> None:
         """Tells the server that an update is here."""
@@ -163,13 +167,15 @@ class UpdateStream(ABC):
     # The reading thread.
 
     def _run(self) -> None:
-        error = None
+        error: Optional[Exception] = None
         try:
             pause = self._read_one_rpc()
             while pause is not None and not self._pause(pause):
                 self._reconnections += 1
                 pause = self._read_one_rpc()
-        except LatticedError as trouble:
+        except (
+            Exception
+        ) as trouble:  # whatever it is, it is for those who wait: a closed channel's ValueError too
             error = trouble
         with self._changed:
             self._error, self._ended = error, True
@@ -214,6 +220,7 @@ class UpdateStream(ABC):
         arm = event.WhichOneof("event")
         if arm == "hello":
             self._hello = event.hello
+            self._begin()
         elif arm == "heartbeat":
             self._answer_heartbeat()
         elif arm == "edit_result":

@@ -5,7 +5,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import grpc
+
 from latticed.errors import LatticedError
+from latticed.retries import once
 from latticed.update_stream import UpdateStream
 from latticed.v1 import scene_pb2
 from latticed.view import View
@@ -19,34 +22,39 @@ class WatchStream(UpdateStream):
     def set_view(self, view: View) -> None:
         """What updates show from the next one on."""
         options = view.for_watching(self._scene_default)
+        self._control(scene_pb2.ControlWatchRequest(view=options))
         with self._changed:
             self._watch.view.CopyFrom(options)
-        self._control(scene_pb2.ControlWatchRequest(view=options))
 
     def pause(self, paused: bool = True) -> None:
         """Stops updates, or lets them go on."""
+        self._paused = paused
         self._control(scene_pb2.ControlWatchRequest(pause=paused))
 
     def _open(self) -> Any:
         metadata = self._connection.metadata(self._watch.scene)
         return self._connection.scenes.Watch(self._watch, metadata=metadata)
 
+    def _begin(self) -> None:
+        if self._paused:
+            self._control(scene_pb2.ControlWatchRequest(pause=True))
+
     def _acknowledge(self, update_id: int) -> None:
-        self._try_to_control(scene_pb2.ControlWatchRequest(acked_update_id=update_id))
+        self._control(scene_pb2.ControlWatchRequest(acked_update_id=update_id))
 
     def _answer_heartbeat(self) -> None:
-        self._try_to_control(scene_pb2.ControlWatchRequest())
-
-    def _try_to_control(self, request: scene_pb2.ControlWatchRequest) -> None:
-        try:
-            self._control(request)
-        except LatticedError:
-            pass  # a stream that has broken opens itself again, and one that has not goes on
+        self._control(scene_pb2.ControlWatchRequest())
 
     def _control(self, request: scene_pb2.ControlWatchRequest) -> None:
         request.scene, request.watch_id = self._watch.scene, self._hello.watch_id
-
-        def control(message: Any, metadata: Any) -> Any:
-            return self._connection.scenes.ControlWatch(message, metadata=metadata, timeout=_CONTROL_SECONDS)
-
-        self._connection.call_once(control, request, self._watch.scene)
+        metadata = self._connection.metadata(self._watch.scene)
+        try:
+            once(
+                lambda: self._connection.scenes.ControlWatch(
+                    request, metadata=metadata, timeout=_CONTROL_SECONDS
+                )
+            )
+        except LatticedError as error:
+            # A stream that has broken opens itself again, as it was told last, and one that has not goes on.
+            if error.code in (grpc.StatusCode.INVALID_ARGUMENT, grpc.StatusCode.RESOURCE_EXHAUSTED):
+                raise

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""A TCP proxy that can break all of its connections."""
+"""A TCP proxy that can break all of its connections, and lose what comes back before."""
 import socket
 import threading
 
@@ -13,7 +13,7 @@ class CuttingProxy:
         self._listener = socket.create_server(("127.0.0.1", 0))
         self._lock = threading.Lock()
         self._sockets = []
-        self.accepted = 0
+        self.loses_answers = False  # until the next cut
         threading.Thread(target=self._accept, daemon=True).start()
 
     @property
@@ -28,6 +28,7 @@ class CuttingProxy:
                 except OSError:
                     pass  # its other end was closed before
             self._sockets.clear()
+            self.loses_answers = False
 
     def close(self):
         self._listener.close()
@@ -41,16 +42,15 @@ class CuttingProxy:
                 return
             far = socket.create_connection(self._target)
             with self._lock:
-                self.accepted += 1
                 self._sockets += [near, far]
-            for source, sink in ((near, far), (far, near)):
-                threading.Thread(target=self._forward, args=(source, sink), daemon=True).start()
+            for source, sink, answers in ((near, far, False), (far, near, True)):
+                threading.Thread(target=self._forward, args=(source, sink, answers), daemon=True).start()
 
-    @staticmethod
-    def _forward(source, sink):
+    def _forward(self, source, sink, answers):
         try:
             while data := source.recv(65536):
-                sink.sendall(data)
+                if not (answers and self.loses_answers):
+                    sink.sendall(data)
         except OSError:
             pass
         for end in (source, sink):

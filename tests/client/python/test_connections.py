@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import hashlib
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 
 import grpc
 import latticed
@@ -35,15 +36,48 @@ def test_an_error_names_kind_and_id(client):
     assert str(error).startswith("NOT_FOUND, NOT_FOUND: ") and error.request_id in str(error)
 
 
-def test_every_call_about_a_scene_names_it_for_routing(client, scene, monkeypatch):
-    monkeypatch.setattr(type(scene), "id", "another-scene", raising=True)
-    request = latticed.scene.scene_pb2.GetSceneRequest(scene="no-such-scene")
+class Recorder(grpc.GenericRpcHandler):
+    """A server that implements nothing, and remembers what it was asked."""
 
-    with pytest.raises(latticed.LatticedError) as caught:
-        scene._connection.call(scene._stub.GetScene, request, scene.id)
-    monkeypatch.undo()
+    def __init__(self):
+        self.calls = []
 
-    assert caught.value.reason == "SCENE_MISMATCH"
+    def service(self, call):
+        self.calls.append((call.method.rsplit("/", 1)[1], dict(call.invocation_metadata)))
+
+
+def test_every_call_about_a_scene_names_it_for_routing(scene):
+    recorder = Recorder()
+    server = grpc.server(ThreadPoolExecutor(), handlers=[recorder])
+    port = server.add_insecure_port("127.0.0.1:0")
+    server.start()
+
+    with latticed.connect(f"127.0.0.1:{port}", token="secret") as client:
+        elsewhere = latticed.Scene(client._connection, scene.info)
+        asks = [
+            lambda: client.create_scene(scene.info.mesh, scene_id=scene.id),
+            lambda: client.scene(scene.id),
+            elsewhere.refresh,
+            elsewhere.lattice,
+            elsewhere.get_update,
+            lambda: elsewhere.provenance(scene.get_update()),
+            elsewhere.deform,
+            elsewhere.watch,
+            lambda: elsewhere.evaluate([[0, 0, 0]]),
+            lambda: elsewhere.export_bytes("ply"),
+            lambda: elsewhere.move([0], (1, 0, 0)),
+            elsewhere.delete,
+        ]
+        for ask in asks:
+            with pytest.raises(latticed.LatticedError) as caught:
+                ask()
+            assert caught.value.code == grpc.StatusCode.UNIMPLEMENTED
+    server.stop(None)
+
+    assert len(recorder.calls) == len(asks)
+    for method, metadata in recorder.calls:
+        assert metadata.get("latticed-scene") == scene.id, method
+        assert metadata.get("authorization") == "Bearer secret", method
 
 
 def test_scenes_are_listed_and_the_same_request_is_the_same_scene(client, box):

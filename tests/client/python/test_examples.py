@@ -22,7 +22,8 @@ def test_what_the_readme_shows_runs(server, tmp_path):
     assert re.search(r"# \[README\]\n(.*?)# \[/README\]", example, re.S)[1] == shown
     run(LATTICECTL, "sample", "vase", "-o", tmp_path / "my.obj")
 
-    printed = run(sys.executable, EXAMPLES / "quickstart.py", server.address, cwd=tmp_path)
+    environment = {**os.environ, "LATTICED_SERVER": server.address}
+    printed = run(sys.executable, EXAMPLES / "quickstart.py", cwd=tmp_path, env=environment)
 
     patches, x, y, z = re.fullmatch(
         r"(\d+) patches, up to \[(\S+) (\S+) (\S+) ?\]\n", re.sub(" +", " ", printed)

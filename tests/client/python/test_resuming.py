@@ -51,6 +51,21 @@ def test_edits_of_a_broken_stream_count_once(proxy, remote, scene):
     assert lattice.control_points[0, 0, 0, 0] - lattice.rest()[0, 0, 0, 0] == pytest.approx(40)
 
 
+def test_edits_whose_answers_are_lost_count_once_too(proxy, remote, scene):
+    with remote.deform(RAW) as stream:
+        proxy.loses_answers = True
+        first, second = (stream.move(stream.lattice.indices, (1, 0, 0)) for _ in range(2))
+        scene.get_update(RAW, min_revision=2)
+        proxy.cut()
+
+        update = stream.wait(first, timeout=60)
+        assert (update.revision, update.applied_sequence) == (2, second)
+        assert stream.result(second, timeout=60).revision == 2
+        with pytest.raises(latticed.LatticedError, match="lost with its connection"):
+            stream.result(first, timeout=60)
+        assert stream.wait(stream.move([0], (1, 0, 0)), timeout=60).revision == 3
+
+
 def test_a_watcher_goes_on_with_what_it_has(proxy, remote, scene):
     with remote.watch(RAW) as stream:
         before = stream.next_update(timeout=60)
@@ -62,6 +77,26 @@ def test_a_watcher_goes_on_with_what_it_has(proxy, remote, scene):
 
     np.testing.assert_allclose(update.points, scene.get_update(RAW).points)
     assert np.abs(update.points - before.points).max() > 0.1
+
+
+@pytest.mark.parametrize("kind", ["watch", "deform"])
+def test_view_and_pause_outlive_a_cut(proxy, remote, scene, kind):
+    with getattr(remote, kind)(RAW) as stream:
+        stream.set_view(latticed.View(encoding="raw", segments=1))
+        while stream.latest.view.segments != 1:
+            stream.next_update(timeout=60)
+        stream.pause()
+        proxy.cut()
+        with pytest.raises(TimeoutError):
+            for _ in range(4):  # an update may have begun before the new stream was told to pause
+                scene.move([0], (1, 0, 0))
+                stream.next_update(timeout=1)
+        stream.pause(False)
+        newest = scene.refresh().revision
+        while stream.latest.revision < newest:
+            stream.next_update(timeout=60)
+
+        assert stream.latest.view.segments == 1 and stream.reconnections >= 1
 
 
 def test_calls_survive_a_cut(proxy, remote):

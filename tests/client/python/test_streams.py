@@ -1,10 +1,14 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 import threading
+import time
 
 import latticed
 import numpy as np
 import pytest
+
+import definition
+from server_process import ServerProcess
 
 RAW = latticed.View(encoding="raw", segments=2)
 
@@ -157,6 +161,28 @@ def test_closing_lets_those_who_wait_go(scene):
     waiter.join(timeout=60)
 
     assert got == [None]
+
+
+def test_a_closed_client_ends_its_streams(server, scene):
+    client = latticed.connect(server.address)
+    with client.scene(scene.id).watch(RAW) as stream:
+        stream.next_update(timeout=60)
+        client.close()
+
+        with pytest.raises(ValueError, match="[Cc]hannel"):
+            stream.next_update(timeout=60)
+
+
+def test_an_idle_stream_lives_by_heartbeats():
+    with ServerProcess("--heartbeat-interval", "100ms") as server, latticed.connect(server.address) as client:
+        scene = client.create_scene(client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES))
+        with scene.watch(RAW) as watch, scene.deform(RAW) as deform:
+            assert watch.next_update(timeout=60).revision == deform.next_update(timeout=60).revision == 0
+            time.sleep(1)  # three silent heartbeats pause a watcher
+            scene.move([0], (1, 0, 0))
+
+            assert watch.next_update(timeout=60).revision == deform.next_update(timeout=60).revision == 1
+            assert watch.reconnections == deform.reconnections == 0
 
 
 def test_a_deleted_scene_ends_its_streams(client, box):
