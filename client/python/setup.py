@@ -65,7 +65,8 @@ def compiler():
 
 class BuildWithProtos(build_py):
     def run(self):
-        shutil.rmtree(self.build_lib, ignore_errors=True)  # or what a module was called before is packed too
+        # What is left of an earlier build would be packed too.
+        shutil.rmtree(Path(self.build_lib) / "latticed", ignore_errors=True)
         super().run()
         out, include = Path(self.build_lib).resolve(), googleapis()
         ours = sorted(str(path.relative_to(PROTO)) for path in PROTO.glob("latticed/v1/*.proto"))

@@ -21,8 +21,8 @@ class Gesture(Generic[Applied]):
             for share in np.linspace(0, 1, 60):
                 drag.move(lattice.indices[-1], (share, 0, 0))
 
-    Its edits are those of EditCalls. It is committed at the end of the block, and cancelled, which restores its begin, where the block
-    is left by an exception.
+    Its edits are those of EditCalls. It is committed at the end of the block, and cancelled, which restores
+    its begin, where the block is left by an exception.
     """
 
     def __init__(self, apply: Callable[[edit_pb2.EditBatch], Applied], gesture_id: str) -> None:

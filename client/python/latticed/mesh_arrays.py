@@ -3,7 +3,8 @@
 """Numpy arrays as a mesh file of the format RAW (RawLayout in mesh.proto)."""
 from __future__ import annotations
 
-from typing import List, Sequence, Tuple, Union
+import itertools
+from typing import Any, List, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -16,19 +17,23 @@ Faces = Union[npt.ArrayLike, Sequence[Sequence[int]]]
 
 def _corners(faces: Faces) -> Tuple[int, npt.NDArray[np.uint32], npt.NDArray[np.uint32] | None]:
     """Corners of every face, or 0; all corners, flat; sizes of faces where they differ."""
-    sizes = np.array([len(face) for face in faces], dtype="<u4")  # type: ignore[arg-type, union-attr]
+    if isinstance(faces, np.ndarray) and faces.ndim == 2:
+        return faces.shape[1], _numbers("faces", faces).reshape(-1), None
+    rows: Any = faces
+    sizes = np.array([len(row) for row in rows], dtype="<u4")
+    corners = _numbers("faces", list(itertools.chain.from_iterable(rows)))
     if sizes.size and (sizes == sizes[0]).all():
-        return int(sizes[0]), _vertex_numbers(faces).reshape(-1), None
-    rows = [_vertex_numbers(face) for face in faces]  # type: ignore[union-attr]
-    return 0, np.concatenate(rows) if rows else np.zeros(0, "<u4"), sizes
+        return int(sizes[0]), corners, None
+    return 0, corners, sizes
 
 
-def _vertex_numbers(faces: npt.ArrayLike) -> npt.NDArray[np.uint32]:
-    numbers = np.asarray(faces)
-    if not np.issubdtype(numbers.dtype, np.integer):
-        raise ValueError(f"faces hold vertex numbers, which are integers, not {numbers.dtype}")
+def _numbers(name: str, values: npt.ArrayLike) -> npt.NDArray[np.uint32]:
+    """Of vertices or groups."""
+    numbers = np.asarray(values)
+    if numbers.size and not np.issubdtype(numbers.dtype, np.integer):
+        raise ValueError(f"{name} hold integers, not {numbers.dtype}")
     if numbers.size and not (0 <= numbers.min() and numbers.max() < 2**32):
-        raise ValueError("faces hold vertex numbers, which are 0 or more and below 2^32")
+        raise ValueError(f"{name} hold numbers of 0 or more, below 2^32")
     return numbers.astype("<u4")
 
 
@@ -65,7 +70,7 @@ def raw_mesh(
     face_size, corners, sizes = _corners(faces)
     layout = mesh_pb2.RawLayout(
         vertex_count=len(points),
-        face_count=len(corners) // face_size if sizes is None else len(sizes),
+        face_count=len(corners) // max(1, face_size) if sizes is None else len(sizes),
         corner_count=len(corners),
         face_size=face_size,
         position_type=mesh_pb2.SCALAR_TYPE_FLOAT32 if single else mesh_pb2.SCALAR_TYPE_FLOAT64,
@@ -84,7 +89,7 @@ def raw_mesh(
     if (face_groups is not None) != bool(group_names):
         raise ValueError("face_groups and group_names belong together")
     if face_groups is not None:
-        groups = np.asarray(face_groups).astype("<u4")
+        groups = _numbers("face_groups", face_groups)
         if groups.shape != (layout.face_count,):
             raise ValueError(f"face_groups have the shape ({layout.face_count},), not {groups.shape}")
         arrays.append(groups)

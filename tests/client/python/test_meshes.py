@@ -1,5 +1,8 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
+import io
+import sys
+
 import grpc
 import latticed
 import numpy as np
@@ -57,11 +60,13 @@ def test_faces_of_any_size_and_attributes_of_corners(client):
     "arguments, text",
     [
         ({"positions": np.zeros((4, 2))}, r"positions have the shape \(vertices, 3\), not \(4, 2\)"),
-        ({"faces": [[0.0, 1.0, 2.0]]}, "integers, not float64"),
+        ({"faces": [[0.0, 1.0, 2.0]]}, "faces hold integers, not float64"),
+        ({"faces": np.zeros((2, 3))}, "faces hold integers, not float64"),
         ({"faces": [[0, 1, -1]]}, "0 or more"),
         ({"normals": np.zeros((5, 3))}, "5 normals for 8 vertices and 24 corners"),
         ({"uvs": np.zeros((8, 3))}, r"uvs have the shape \(vertices, 2\)"),
         ({"face_groups": [0] * 6}, "belong together"),
+        ({"face_groups": [-1] * 6, "group_names": ["a"]}, "face_groups hold numbers of 0 or more"),
         ({"face_groups": [0] * 5, "group_names": ["a"]}, r"face_groups have the shape \(6,\), not \(5,\)"),
         ({"up_axis": "up"}, "up_axis is x, y or z"),
     ],
@@ -69,6 +74,13 @@ def test_faces_of_any_size_and_attributes_of_corners(client):
 def test_arrays_that_do_not_fit_are_value_errors(client, arguments, text):
     with pytest.raises(ValueError, match=text):
         client.upload_arrays(**{"positions": BOX_POSITIONS, "faces": BOX_FACES, **arguments})
+
+
+def test_no_faces_are_refused_by_the_server(client):
+    with pytest.raises(latticed.LatticedError) as caught:
+        client.upload_arrays(BOX_POSITIONS, [])
+
+    assert "face_count" in caught.value.field
 
 
 def test_a_vertex_that_is_not_there_is_refused_by_the_server(client):
@@ -110,6 +122,17 @@ def test_progress_is_drawn_as_a_bar(client, capfd):
     bar = capfd.readouterr().err
     assert bar.startswith("\rupload drawn [")
     assert "100%" in bar and bar.endswith("\n")
+
+
+def test_a_bar_is_drawn_on_a_terminal_unless_told_otherwise(client, monkeypatch):
+    terminal = io.StringIO()
+    terminal.isatty = lambda: True
+    monkeypatch.setattr(sys, "stderr", terminal)
+
+    client.upload_arrays(BOX_POSITIONS + 4, BOX_FACES, progress=False)
+    assert terminal.getvalue() == ""
+    client.upload_arrays(BOX_POSITIONS + 5, BOX_FACES)
+    assert "upload mesh [####" in terminal.getvalue()
 
 
 def test_no_bar_where_there_is_no_terminal(client, capfd):
