@@ -15,8 +15,14 @@ from latticed.v1 import mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc
 # PEM: the bytes themselves, or the path of a file.
 Pem = Union[bytes, str, "os.PathLike[str]"]
 
-# grpc waits a second before it connects anew, and up to two minutes later on: long for a drag.
-_OPTIONS = [("grpc.initial_reconnect_backoff_ms", 100), ("grpc.max_reconnect_backoff_ms", 5000)]
+_OPTIONS = [
+    # grpc waits a second before it connects anew, and up to two minutes later on: long for a drag.
+    ("grpc.initial_reconnect_backoff_ms", 100),
+    ("grpc.max_reconnect_backoff_ms", 5000),
+    # A connection that vanished without a word is noticed by pings, which the server allows every 10 s.
+    ("grpc.keepalive_time_ms", 30000),
+    ("grpc.keepalive_timeout_ms", 10000),
+]
 
 
 def _read(pem: Pem | None) -> bytes | None:

@@ -32,9 +32,9 @@ class UpdateStream(ABC):
             for update in stream:
                 show(update.points)
 
-    A stream that breaks, or that the server asks to move, opens itself again where it was, five times in
-    a row, with pauses that double from 100 ms. Any number of threads may use it. Errors: those of the
-    server as LatticedError, from whatever is called next.
+    It lives until it is closed, as a with block does. One that breaks, or that the server asks to move,
+    opens itself again where it was, five times in a row, with pauses that double from 100 ms. Any number of
+    threads may use it. Errors: those of the server as LatticedError, from whatever is called next.
     """
 
     def __init__(

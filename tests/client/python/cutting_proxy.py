@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""A TCP proxy that can break all of its connections, and lose what comes back before."""
+"""A TCP proxy that can break all of its connections, or lose without a word what comes back on them."""
 import socket
 import threading
 
@@ -13,7 +13,7 @@ class CuttingProxy:
         self._listener = socket.create_server(("127.0.0.1", 0))
         self._lock = threading.Lock()
         self._sockets = []
-        self.loses_answers = False  # until the next cut
+        self._deaf = set()  # those of _sockets that nothing comes back to
         threading.Thread(target=self._accept, daemon=True).start()
 
     @property
@@ -28,7 +28,11 @@ class CuttingProxy:
                 except OSError:
                     pass  # its other end was closed before
             self._sockets.clear()
-            self.loses_answers = False
+
+    def lose_answers(self):
+        """Of the connections that there are; others work."""
+        with self._lock:
+            self._deaf |= set(self._sockets)
 
     def close(self):
         self._listener.close()
@@ -43,13 +47,13 @@ class CuttingProxy:
             far = socket.create_connection(self._target)
             with self._lock:
                 self._sockets += [near, far]
-            for source, sink, answers in ((near, far, False), (far, near, True)):
-                threading.Thread(target=self._forward, args=(source, sink, answers), daemon=True).start()
+            for source, sink, is_answer in ((near, far, False), (far, near, True)):
+                threading.Thread(target=self._forward, args=(source, sink, is_answer), daemon=True).start()
 
-    def _forward(self, source, sink, answers):
+    def _forward(self, source, sink, is_answer):
         try:
             while data := source.recv(65536):
-                if not (answers and self.loses_answers):
+                if not (is_answer and sink in self._deaf):
                     sink.sendall(data)
         except OSError:
             pass

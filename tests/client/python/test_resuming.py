@@ -3,6 +3,7 @@
 import latticed
 import numpy as np
 import pytest
+from latticed import connection
 
 import definition
 from cutting_proxy import CuttingProxy
@@ -53,7 +54,7 @@ def test_edits_of_a_broken_stream_count_once(proxy, remote, scene):
 
 def test_edits_whose_answers_are_lost_count_once_too(proxy, remote, scene):
     with remote.deform(RAW) as stream:
-        proxy.loses_answers = True
+        proxy.lose_answers()
         first, second = (stream.move(stream.lattice.indices, (1, 0, 0)) for _ in range(2))
         scene.get_update(RAW, min_revision=2)
         proxy.cut()
@@ -64,6 +65,17 @@ def test_edits_whose_answers_are_lost_count_once_too(proxy, remote, scene):
         with pytest.raises(latticed.LatticedError, match="lost with its connection"):
             stream.result(first, timeout=60)
         assert stream.wait(stream.move([0], (1, 0, 0)), timeout=60).revision == 3
+
+
+def test_a_connection_that_vanishes_without_a_word_is_noticed(proxy, scene, monkeypatch):
+    hasty = {**dict(connection._OPTIONS), "grpc.keepalive_time_ms": 1000, "grpc.keepalive_timeout_ms": 500}
+    monkeypatch.setattr(connection, "_OPTIONS", list(hasty.items()))
+
+    with latticed.connect(proxy.address) as client, client.scene(scene.id).deform(RAW) as stream:
+        proxy.lose_answers()
+        update = stream.wait(stream.move([0], (1, 0, 0)), timeout=60)
+
+        assert update.revision == 1 and stream.reconnections >= 1
 
 
 def test_a_watcher_goes_on_with_what_it_has(proxy, remote, scene):
@@ -90,7 +102,7 @@ def test_view_and_pause_outlive_a_cut(proxy, remote, scene, kind):
         with pytest.raises(TimeoutError):
             for _ in range(4):  # an update may have begun before the new stream was told to pause
                 scene.move([0], (1, 0, 0))
-                stream.next_update(timeout=1)
+                stream.next_update(timeout=0.5)
         stream.pause(False)
         newest = scene.refresh().revision
         while stream.latest.revision < newest:
