@@ -7,6 +7,8 @@ from collections import OrderedDict, deque
 from types import TracebackType
 from typing import Any, Deque, Dict, Optional, Type, Union
 
+import grpc
+
 from latticed.connection import Connection
 from latticed.edit_calls import EditCalls
 from latticed.edit_result import EditResult
@@ -56,7 +58,8 @@ class DeformStream(UpdateStream, EditCalls[int]):
         """Waits for an update that holds the edit, and returns the newest one that is here.
 
         Raises LatticedError where the edit was refused, if that is one of the last 1,024 answers; TimeoutError
-        after `timeout` seconds; ValueError for a sequence that was never sent."""
+        after `timeout` seconds; ValueError for a sequence that was never sent; CANCELLED where the stream
+        has ended."""
         with self._changed:
             self._check_sent(sequence)
             self._wait(
@@ -67,19 +70,21 @@ class DeformStream(UpdateStream, EditCalls[int]):
             # A refusal first: its sequence may lie below that of an edit which the update holds.
             self._raise_refusal(sequence)
             if self._latest is None or self._latest.applied_sequence < sequence:
-                raise LatticedError.data_loss("the stream ended before the edit was seen")
+                raise LatticedError(grpc.StatusCode.CANCELLED, "the stream ended before the edit was seen")
             return self._hand_out()
 
     def result(self, sequence: int, timeout: Optional[float] = None) -> EditResult:
         """Waits for the answer to the edit, one of the last 1,024, which comes before its update. Raises as
-        wait; DATA_LOSS where the answer was lost with a connection."""
+        wait; CANCELLED where the answer was lost with a connection."""
         with self._changed:
             self._check_sent(sequence)
             self._wait(lambda: all(batch.sequence != sequence for batch in self._unanswered), timeout)
             self._raise_refusal(sequence)
             answer = self._answers.get(sequence)
             if not isinstance(answer, EditResult):
-                raise LatticedError.data_loss("the answer to the edit was lost with its connection")
+                raise LatticedError(
+                    grpc.StatusCode.CANCELLED, "the edit's answer was lost with its connection"
+                )
             return answer
 
     def set_view(self, view: View) -> None:

@@ -57,13 +57,6 @@ class Surface:
         """Forgets an update that has begun: its stream has broken."""
         self._begin, self._begun_topology, self._begun = None, None, {}
 
-    @property
-    def progress(self) -> float:
-        """How much of the update in progress is here, 0 to 1."""
-        if self._begin is None:
-            return 1.0
-        return len(self._begun) / max(1, self._begin.chunk_count)
-
     def _take_delta(self, delta: Any) -> None:
         if self.lattice is None or delta.structure_id != self.lattice.structure_id:
             return  # a lattice_state follows

@@ -163,6 +163,19 @@ def test_closing_lets_those_who_wait_go(scene):
     assert got == [None]
 
 
+def test_an_edit_of_a_stream_that_was_closed_is_cancelled(scene):
+    with scene.deform(RAW) as stream:
+        stream.pause()
+        edit = stream.move([0], (1, 0, 0))
+        stream.close()
+        with pytest.raises(latticed.LatticedError) as caught:
+            stream.wait(edit)
+        with pytest.raises(RuntimeError, match="no more edits"):
+            stream.move([0], (1, 0, 0))
+
+    assert caught.value.code.name == "CANCELLED"
+
+
 def test_a_closed_client_ends_its_streams(server, scene):
     client = latticed.connect(server.address)
     with client.scene(scene.id).watch(RAW) as stream:
