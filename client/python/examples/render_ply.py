@@ -36,30 +36,40 @@ def read_ply(path):
 
 def rotation():
     turn, tilt = numpy.radians(VIEW)
-    z = numpy.array([[numpy.cos(turn), -numpy.sin(turn), 0], [numpy.sin(turn), numpy.cos(turn), 0], [0, 0, 1]])
-    x = numpy.array([[1, 0, 0], [0, numpy.cos(tilt), -numpy.sin(tilt)], [0, numpy.sin(tilt), numpy.cos(tilt)]])
+    z = numpy.array(
+        [[numpy.cos(turn), -numpy.sin(turn), 0], [numpy.sin(turn), numpy.cos(turn), 0], [0, 0, 1]]
+    )
+    x = numpy.array(
+        [[1, 0, 0], [0, numpy.cos(tilt), -numpy.sin(tilt)], [0, numpy.sin(tilt), numpy.cos(tilt)]]
+    )
     # World z is up: the screen's y is -z, depth is y.
     return numpy.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]) @ x @ z
 
 
 def samples(corners, normals):
     """Points of all triangles, no more than about a pixel apart, with their normals."""
-    edges = numpy.linalg.norm(corners[:, :, :2] - numpy.roll(corners, 1, axis=1)[:, :, :2], axis=2).max(axis=1)
+    edges = numpy.linalg.norm(corners[:, :, :2] - numpy.roll(corners, 1, axis=1)[:, :, :2], axis=2).max(
+        axis=1
+    )
     steps = numpy.clip(numpy.ceil(edges / 0.7), 1, 400).astype(int)
     for n in numpy.unique(steps):
         chosen = steps == n
         for i in range(n + 1):
             for j in range(n + 1 - i):
                 weights = numpy.array([i, j, n - i - j]) / n
-                yield (numpy.einsum("k,tkc->tc", weights, corners[chosen]),
-                       numpy.einsum("k,tkc->tc", weights, normals[chosen]))
+                yield (
+                    numpy.einsum("k,tkc->tc", weights, corners[chosen]),
+                    numpy.einsum("k,tkc->tc", weights, normals[chosen]),
+                )
 
 
 def render(mesh, scale, width, height):
     positions, normals, triangles = mesh
     turn = rotation()
     screen = (positions - (positions.min(axis=0) + positions.max(axis=0)) / 2) @ turn.T * scale
-    screen[:, :2] -= (screen[:, :2].min(axis=0) + screen[:, :2].max(axis=0)) / 2 - numpy.array([width, height]) / 2
+    screen[:, :2] -= (screen[:, :2].min(axis=0) + screen[:, :2].max(axis=0)) / 2 - numpy.array(
+        [width, height]
+    ) / 2
     depth, shade = numpy.full(width * height, numpy.inf), numpy.full(width * height, float(BACKGROUND))
     light = LIGHT / numpy.linalg.norm(LIGHT)
     for points, directions in samples(screen[triangles], normals[triangles]):
@@ -89,21 +99,31 @@ def write_png(path, grey):
     up[1:] -= grey[:-1]  # filter 2: smooth shading makes small differences
     rows = numpy.concatenate([numpy.full((height, 1), 2, numpy.uint8), up], axis=1)
     with open(path, "wb") as file:
-        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0)))
+        file.write(
+            b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0))
+        )
         file.write(chunk(b"PLTE", palette.astype(numpy.uint8).tobytes()))
         file.write(chunk(b"IDAT", zlib.compress(rows.tobytes(), 9)) + chunk(b"IEND", b""))
 
 
-def main(out, *paths):
-    meshes = [read_ply(path) for path in paths]
+def picture(out, meshes, height=HEIGHT):
+    """Of (positions, normals, triangles) of each mesh, side by side, `height` pixels."""
     boxes = [numpy.ptp(m[0] @ rotation().T, axis=0) for m in meshes]
-    height = HEIGHT * SUPERSAMPLING
+    height *= SUPERSAMPLING
     scale = 0.92 * height / max(box[1] for box in boxes)
     panels = [render(m, scale, int(box[0] * scale + 0.12 * height), height) for m, box in zip(meshes, boxes)]
     picture = numpy.concatenate(panels, axis=1)
     rows, columns = (n // SUPERSAMPLING * SUPERSAMPLING for n in picture.shape)
-    small = picture[:rows, :columns].reshape(rows // SUPERSAMPLING, SUPERSAMPLING, -1, SUPERSAMPLING).mean(axis=(1, 3))
+    small = (
+        picture[:rows, :columns]
+        .reshape(rows // SUPERSAMPLING, SUPERSAMPLING, -1, SUPERSAMPLING)
+        .mean(axis=(1, 3))
+    )
     write_png(out, small.round().astype(numpy.uint8))
+
+
+def main(out, *paths):
+    picture(out, [read_ply(path) for path in paths])
 
 
 if __name__ == "__main__":

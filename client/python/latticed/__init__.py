@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""Client of latticed, the server for accurate free-form deformation.
+
+    import latticed
+
+    with latticed.connect("127.0.0.1:50151") as client:
+        mesh = client.upload("my.obj")
+        with client.create_scene(mesh, size=(4, 4, 4), delete_on_exit=True) as scene:
+            with scene.deform(latticed.View(segments=8)) as stream:
+                edit = stream.move(stream.lattice.indices[-1], (0.5, 0, 0))
+                update = stream.wait(edit)
+            print(update.points.shape, update.triangles.shape)
+            scene.export("deformed.ply")
+
+Everything is relative to the world: points, offsets, matrices in world units. Arrays come and go as numpy
+arrays. What the server refuses is a LatticedError. latticed.v1 holds the messages of the protocol.
+"""
+from latticed import google_rpc  # first: latticed.v1 needs google.rpc
+from latticed import edits
+from latticed.client import Client, connect
+from latticed.deform_stream import DeformStream
+from latticed.edit_result import EditResult
+from latticed.errors import LatticedError
+from latticed.evaluation import Evaluation
+from latticed.gesture import Gesture
+from latticed.lattice import Lattice
+from latticed.mesh import Mesh
+from latticed.progress_bar import ProgressBar
+from latticed.provenance import Provenance
+from latticed.scene import Scene
+from latticed.topology import Topology
+from latticed.update import Update
+from latticed.view import View
+from latticed.watch_stream import WatchStream
+
+__all__ = [
+    "Client",
+    "DeformStream",
+    "EditResult",
+    "Evaluation",
+    "Gesture",
+    "Lattice",
+    "LatticedError",
+    "Mesh",
+    "ProgressBar",
+    "Provenance",
+    "Scene",
+    "Topology",
+    "Update",
+    "View",
+    "WatchStream",
+    "connect",
+    "edits",
+    "google_rpc",
+]

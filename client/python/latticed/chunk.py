@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""A run of patches as it was sent, and its points.
+
+    position = origin + integer * step     QUANTISED and Draco, in double
+    position = origin + float32            RAW, added in double
+    normal                                 the octahedral map of ENCODING_QUANTISED in view.proto
+"""
+from __future__ import annotations
+
+import functools
+from typing import Any, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+from latticed import draco
+from latticed.errors import LatticedError
+from latticed.v1 import view_pb2
+
+Decoded = Tuple[npt.NDArray[np.floating[Any]], "npt.NDArray[np.float32] | None"]
+
+
+class Chunk:
+    """Decoded when it is first looked at, and once: updates share the chunks that did not change."""
+
+    def __init__(self, data: bytes, revision: int, quantisation: Any, view: Any, points: int) -> None:
+        self.data = data
+        self.revision = revision  # at which its bytes last changed
+        grid = quantisation.origin
+        self.origin = np.array([grid.x, grid.y, grid.z])
+        self.step = float(quantisation.step)  # world units per integer; 0 for RAW
+        self._normal_bits = int(quantisation.normal_bits)
+        self._encoding = view.encoding
+        self._has_normals = view.normals != view_pb2.NORMAL_MODE_NONE
+        self._points = points
+
+    @functools.cached_property
+    def decoded(self) -> Decoded:
+        """Positions relative to the origin, (points, 3), in the precision that they came in, and unit
+        normals, or None. LatticedError DATA_LOSS for bytes that are not as announced."""
+        if self._encoding == view_pb2.ENCODING_RAW:
+            return self._raw()
+        if self._encoding == view_pb2.ENCODING_QUANTISED:
+            return self._quantised()
+        if self._encoding in (view_pb2.ENCODING_DRACO_POINTS, view_pb2.ENCODING_DRACO_MESH):
+            return self._draco()
+        raise LatticedError.data_loss(
+            f"the server sent encoding {self._encoding}, which this client does not know"
+        )
+
+    def _expect(self, count: int, due: int, what: str) -> None:
+        if count != due:
+            raise LatticedError.data_loss(f"a chunk holds {count} {what} where {due} are due")
+
+    def _raw(self) -> Decoded:
+        width = 6 if self._has_normals else 3
+        self._expect(len(self.data), self._points * width * 4, "bytes")
+        numbers = np.frombuffer(self.data, "<f4").reshape(-1, width)
+        return numbers[:, :3], numbers[:, 3:] if self._has_normals else None
+
+    def _quantised(self) -> Decoded:
+        width = 0 if not self._has_normals else 1 if self._normal_bits <= 8 else 2
+        self._expect(len(self.data), self._points * (6 + 2 * width), "bytes")
+        integers = np.frombuffer(self.data, "<u2", 3 * self._points).reshape(3, -1).T
+        positions = integers * self.step
+        if not width:
+            return positions, None
+        st = np.frombuffer(self.data, f"<u{width}", offset=6 * self._points).reshape(2, -1)
+        return positions, octahedral_normals(st[0], st[1], self._normal_bits)
+
+    def _draco(self) -> Decoded:
+        try:
+            floats, normals = draco.decode(self.data)
+        except ValueError as error:
+            raise LatticedError.data_loss(str(error)) from error
+        self._expect(len(floats), self._points, "points")
+        if self._has_normals:
+            self._expect(0 if normals is None else len(normals), self._points, "normals")
+        # The decoder's floats are rounded; the integers that they stand for are not.
+        return np.rint(floats.astype(float) / self.step) * self.step, normals
+
+
+def octahedral_normals(s: npt.NDArray[Any], t: npt.NDArray[Any], bits: int) -> npt.NDArray[np.float32]:
+    """Unit vectors (points, 3) of Draco's octahedral map: s and t are 0 to 2^bits - 2."""
+    top = float(2**bits - 2)
+    y, z = 2.0 * s / top - 1.0, 2.0 * t / top - 1.0
+    x = 1.0 - np.abs(y) - np.abs(z)
+    fold = np.minimum(x, 0.0)
+    y, z = y + np.where(y < 0, -fold, fold), z + np.where(z < 0, -fold, fold)
+    vectors = np.stack([x, y, z], axis=-1)
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True), dtype=np.float32)

@@ -1,0 +1,227 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""The client of one server."""
+from __future__ import annotations
+
+import mmap
+import os
+import uuid
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Type, Union
+
+import numpy.typing as npt
+from google.protobuf import duration_pb2
+
+from latticed.connection import Connection, Pem
+from latticed.lattice import Lattice
+from latticed.mesh import Mesh
+from latticed.mesh_arrays import Faces, raw_mesh
+from latticed.progress_bar import Progress, progress_function
+from latticed.scene import Scene
+from latticed.upload import SUFFIXES, upload
+from latticed.v1 import lattice_pb2, mesh_pb2, scene_pb2, server_pb2
+from latticed.view import View
+
+_UP_AXES: Dict[str, Any] = {"": 0, "x": mesh_pb2.UP_AXIS_X, "y": mesh_pb2.UP_AXIS_Y, "z": mesh_pb2.UP_AXIS_Z}
+
+
+class Client:
+    """Meshes and scenes of a server; made by latticed.connect. Any number of threads may use it.
+
+    Errors: LatticedError, with reason, field and request id; UNAVAILABLE without a server.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(
+        self, kind: Type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Ends all calls and streams."""
+        self._connection.close()
+
+    def server_info(self) -> Any:
+        """Version, devices, abilities and limits: latticed.v1.ServerInfo, commented in server.proto."""
+        return self._connection.call(self._connection.server.GetServerInfo, server_pb2.GetServerInfoRequest())
+
+    def upload(
+        self,
+        path: Union[str, "os.PathLike[str]"],
+        *,
+        name: str = "",
+        up_axis: str = "",
+        meters_per_unit: float = 0.0,
+        labels: Optional[Dict[str, str]] = None,
+        progress: Progress = None,
+    ) -> Mesh:
+        """Uploads a file: .obj, .ply, .stl, .glb or .drc. Nothing is sent where the server has it already.
+
+        name             for people; empty: the file's
+        up_axis          "x", "y" or "z", and metres per unit: carried through to exports
+        progress         True: a bar on standard error, False: none, None: one on a terminal; or a function
+                         that is called with the bytes done and in all
+        """
+        suffix = Path(path).suffix.lower()
+        if suffix not in SUFFIXES:
+            raise ValueError(f"{path}: known are {', '.join(SUFFIXES)}")
+        header = _header(name or Path(path).name, SUFFIXES[suffix], up_axis, meters_per_unit, labels)
+        show = progress_function(progress, f"upload {header.name}")
+        with open(path, "rb") as file:
+            if os.fstat(file.fileno()).st_size == 0:
+                raise ValueError(f"{path} is empty")
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data, memoryview(data) as view:
+                return Mesh(self._connection, upload(self._connection, header, view, show))
+
+    def upload_arrays(
+        self,
+        positions: npt.ArrayLike,
+        faces: Faces,
+        *,
+        normals: Optional[npt.ArrayLike] = None,
+        uvs: Optional[npt.ArrayLike] = None,
+        face_groups: Optional[npt.ArrayLike] = None,
+        group_names: Sequence[str] = (),
+        name: str = "",
+        up_axis: str = "",
+        meters_per_unit: float = 0.0,
+        labels: Optional[Dict[str, str]] = None,
+        progress: Progress = None,
+    ) -> Mesh:
+        """Uploads arrays.
+
+        positions     (vertices, 3); float32 is sent as such, everything else as float64
+        faces         (faces, 3 or more) vertex numbers, or a list of sequences of any length
+        normals, uvs  (vertices, 3 or 2), or of every corner of every face: (corners, …), (faces, k, …)
+        face_groups   (faces,): numbers of group_names, materials for instance
+        The rest as in upload. ValueError for shapes that do not fit together.
+        """
+        layout, data = raw_mesh(positions, faces, normals, uvs, face_groups, group_names)
+        header = _header(name, mesh_pb2.MESH_FORMAT_RAW, up_axis, meters_per_unit, labels)
+        header.raw_layout.CopyFrom(layout)
+        show = progress_function(progress, f"upload {name or 'mesh'}")
+        return Mesh(self._connection, upload(self._connection, header, data, show))
+
+    def mesh(self, mesh_id: str) -> Mesh:
+        """One that is there."""
+        request = mesh_pb2.GetMeshRequest(mesh=mesh_id)
+        return Mesh(self._connection, self._connection.call(self._connection.meshes.GetMesh, request))
+
+    def meshes(self, filter: str = "") -> List[Mesh]:
+        """All, or those with the labels of a filter: "key=value" or "key", joined by commas."""
+        request = mesh_pb2.ListMeshesRequest(filter=filter)
+        pages = self._pages(self._connection.meshes.ListMeshes, request)
+        return [Mesh(self._connection, info) for page in pages for info in page.meshes]
+
+    def create_scene(
+        self,
+        mesh: Union[Mesh, str],
+        lattice: Optional[Lattice] = None,
+        *,
+        size: Optional[Tuple[int, int, int]] = None,
+        degree: Optional[Tuple[int, int, int]] = None,
+        padding: Optional[float] = None,
+        view: Optional[View] = None,
+        scene_id: str = "",
+        labels: Optional[Dict[str, str]] = None,
+        idle_ttl: Optional[float] = None,
+        delete_on_exit: bool = False,
+    ) -> Scene:
+        """Puts a mesh under a lattice.
+
+        lattice          or None: one around the mesh that leaves it as it is, of
+        size, degree     control points and degree of u, v, w: 4, 4, 4 and 2, 2, 2 unless given, and with
+        padding          a margin on every side, of the longest edge of the mesh's bounds: 0.05
+        view             what watchers see who do not say
+        scene_id         [a-z0-9-]{8,63}; empty: 128 random bits. The same request again is the same scene
+        idle_ttl         seconds that it lives unwatched and unedited; the server's own choice unless given
+        delete_on_exit   of the with block that the scene is used in
+        """
+        source = lattice_pb2.LatticeSource()
+        if lattice is not None:
+            if not (size is None and degree is None and padding is None):
+                raise ValueError("size, degree and padding are of a lattice that the server makes")
+            source.lattice.CopyFrom(lattice.to_proto())
+        else:
+            source.fit.SetInParent()
+            for axes, numbers in ((source.fit.size, size), (source.fit.degree, degree)):
+                if numbers is not None:
+                    axes.u, axes.v, axes.w = numbers
+            if padding is not None:
+                source.fit.padding = padding
+        request = scene_pb2.CreateSceneRequest(
+            scene_id=scene_id or uuid.uuid4().hex,
+            mesh=mesh.id if isinstance(mesh, Mesh) else mesh,
+            lattices=[source],
+            labels=labels or {},
+        )
+        if view is not None:
+            request.default_view.CopyFrom(view.to_proto())
+        if idle_ttl is not None:
+            request.idle_ttl.CopyFrom(_duration(idle_ttl))
+        info = self._connection.call(self._connection.scenes.CreateScene, request, request.scene_id)
+        return Scene(self._connection, info, delete_on_exit)
+
+    def scene(self, scene_id: str) -> Scene:
+        """One that is there."""
+        request = scene_pb2.GetSceneRequest(scene=scene_id)
+        return Scene(
+            self._connection, self._connection.call(self._connection.scenes.GetScene, request, scene_id)
+        )
+
+    def scenes(self, filter: str = "") -> List[Scene]:
+        """All, oldest first, or those with the labels of a filter."""
+        request = scene_pb2.ListScenesRequest(filter=filter)
+        pages = self._pages(self._connection.scenes.ListScenes, request)
+        return [Scene(self._connection, info) for page in pages for info in page.scenes]
+
+    def _pages(self, method: Any, request: Any) -> List[Any]:
+        pages = [self._connection.call(method, request)]
+        while pages[-1].next_page_token:
+            request.page_token = pages[-1].next_page_token
+            pages.append(self._connection.call(method, request))
+        return pages
+
+
+def connect(
+    address: Optional[str] = None,
+    *,
+    token: Optional[str] = None,
+    tls: bool = False,
+    tls_ca: Optional[Pem] = None,
+    tls_cert: Optional[Pem] = None,
+    tls_key: Optional[Pem] = None,
+) -> Client:
+    """Does not wait for the server: the first call tells whether it is there.
+
+    address  host:port or unix:path; unless given LATTICED_SERVER of the environment, or 127.0.0.1:50151
+    token    bearer token; unless given LATTICED_TOKEN
+    tls      with the system's roots; implied by tls_ca, roots to trust, and by tls_cert and tls_key, a
+             certificate of this client: PEM, as bytes or as the path of a file
+    """
+    address = address or os.environ.get("LATTICED_SERVER") or "127.0.0.1:50151"
+    token = os.environ.get("LATTICED_TOKEN") if token is None else token
+    return Client(Connection(address, token, tls, tls_ca, tls_cert, tls_key))
+
+
+def _header(
+    name: str, format: Any, up_axis: str, meters_per_unit: float, labels: Optional[Dict[str, str]]
+) -> mesh_pb2.MeshHeader:
+    if up_axis not in _UP_AXES:
+        raise ValueError(f"up_axis is x, y or z, not {up_axis!r}")
+    header = mesh_pb2.MeshHeader(name=name, format=format, labels=labels or {})
+    if up_axis or meters_per_unit:
+        header.units.up_axis, header.units.meters_per_unit = _UP_AXES[up_axis], meters_per_unit
+    return header
+
+
+def _duration(seconds: float) -> duration_pb2.Duration:
+    duration = duration_pb2.Duration()
+    duration.FromNanoseconds(round(seconds * 1e9))
+    return duration

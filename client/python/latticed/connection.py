@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""A channel to one server, with the metadata that every call carries."""
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Callable, List, Tuple, Union
+
+import grpc
+
+from latticed.retries import once, with_retries
+from latticed.v1 import mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc
+
+# PEM: the bytes themselves, or the path of a file.
+Pem = Union[bytes, str, "os.PathLike[str]"]
+
+_OPTIONS = [
+    # grpc waits a second before it connects anew, and up to two minutes later on: long for a drag.
+    ("grpc.initial_reconnect_backoff_ms", 100),
+    ("grpc.max_reconnect_backoff_ms", 5000),
+    # A connection that vanished without a word is noticed by pings, which the server allows every 10 s.
+    ("grpc.keepalive_time_ms", 30000),
+    ("grpc.keepalive_timeout_ms", 10000),
+]
+
+
+def _read(pem: Pem | None) -> bytes | None:
+    return pem if pem is None or isinstance(pem, bytes) else Path(pem).read_bytes()
+
+
+class Connection:
+    """Stubs and metadata. Any number of threads may use it."""
+
+    def __init__(
+        self,
+        address: str,
+        token: str | None,
+        tls: bool,
+        tls_ca: Pem | None,
+        tls_cert: Pem | None,
+        tls_key: Pem | None,
+    ) -> None:
+        self.address = address
+        self._token = token
+        if tls or tls_ca is not None or tls_cert is not None:
+            credentials = grpc.ssl_channel_credentials(_read(tls_ca), _read(tls_key), _read(tls_cert))
+            self._channel = grpc.secure_channel(address, credentials, options=_OPTIONS)
+        else:
+            self._channel = grpc.insecure_channel(address, options=_OPTIONS)
+        self.server: Any = server_pb2_grpc.ServerServiceStub(self._channel)  # type: ignore[no-untyped-call]
+        self.meshes: Any = mesh_pb2_grpc.MeshServiceStub(self._channel)  # type: ignore[no-untyped-call]
+        self.scenes: Any = scene_pb2_grpc.SceneServiceStub(self._channel)  # type: ignore[no-untyped-call]
+
+    def metadata(self, scene: str = "") -> List[Tuple[str, str]]:
+        """Of a call about `scene`, the routing key; empty: about none."""
+        pairs = [("latticed-scene", scene)] if scene else []
+        if self._token:
+            pairs.append(("authorization", f"Bearer {self._token}"))
+        return pairs
+
+    def call(self, method: Callable[..., Any], request: Any, scene: str = "") -> Any:
+        """A unary call that changes nothing when made twice."""
+        return with_retries(lambda: method(request, metadata=self.metadata(scene)))
+
+    def call_once(self, method: Callable[..., Any], request: Any, scene: str = "") -> Any:
+        """A unary call that is not made again: a second deletion would find nothing."""
+        return once(lambda: method(request, metadata=self.metadata(scene)))
+
+    def close(self) -> None:
+        """Ends all calls."""
+        self._channel.close()

@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""DracoPy, where it is installed: the decoder of the encodings "draco" and "draco_mesh"."""
+from __future__ import annotations
+
+import functools
+import sys
+import warnings
+from typing import Any, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+_NORMAL = 1  # DracoPy.AttributeType.NORMAL
+
+
+@functools.lru_cache(maxsize=None)
+def decoder() -> Any:
+    """The module, or None where there is none that tells normals of point clouds: DracoPy from 1.6 on does."""
+    try:
+        import DracoPy
+    except ImportError:
+        return None
+    return DracoPy if hasattr(DracoPy.DracoPointCloud, "get_attribute_by_type") else None
+
+
+@functools.lru_cache(maxsize=None)
+def say_that_it_is_missing() -> None:
+    """Warns, once a process, at the line that called this package."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals["__name__"].startswith("latticed"):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(
+        "no Draco decoder is installed (pip install DracoPy): updates are asked for QUANTISED, which is "
+        "the same integers uncompressed",
+        RuntimeWarning,
+        stacklevel=level,
+    )
+
+
+def decode(data: bytes) -> Tuple[npt.NDArray[np.float32], npt.NDArray[np.float32] | None]:
+    """Positions relative to the origin, and unit normals where it has any, both (points, 3).
+
+    ValueError for bytes that are no Draco chunk."""
+    try:
+        cloud = decoder().decode(data)
+    except Exception as error:  # FileTypeException, TypeError, ValueError, by what is wrong
+        raise ValueError(f"DracoPy: {error}") from error
+    normals = cloud.get_attribute_by_type(_NORMAL)
+    return (
+        np.asarray(cloud.points, dtype=np.float32).reshape(-1, 3),
+        None if normals is None else np.asarray(normals["data"], dtype=np.float32).reshape(-1, 3),
+    )

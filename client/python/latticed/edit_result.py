@@ -1,0 +1,31 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the server says of edits."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class EditResult:
+    """Edits were applied: all of them, as one revision."""
+
+    sequence: int  # of this editor, from 1
+    revision: int  # the scene's after them
+    structure_id: int  # the lattice's after them
+    boxes_touched: int  # knot boxes whose shape they changed
+    patches_touched: int  # patches in those boxes
+    largest_move: float  # farthest that a control point went, world units
+
+    @classmethod
+    def from_proto(cls, result: Any) -> EditResult:
+        """Of a latticed.v1.EditResult that is no refusal."""
+        return cls(
+            result.sequence,
+            result.revision,
+            result.structure_id,
+            result.boxes_touched,
+            result.patches_touched,
+            result.largest_move,
+        )

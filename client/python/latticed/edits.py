@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""Edits of control points, each as the latticed.v1.Edit that Scene.apply and DeformStream.apply take.
+
+Control points are named by their indices (Lattice.indices), or by a mask of the shape (nw, nv, nu).
+"""
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from latticed.lattice import vector
+from latticed.v1 import edit_pb2, lattice_pb2
+
+_AXES = {
+    "u": lattice_pb2.LATTICE_AXIS_U,
+    "v": lattice_pb2.LATTICE_AXIS_V,
+    "w": lattice_pb2.LATTICE_AXIS_W,
+}
+_RESETS = {"identity": edit_pb2.RESET_TARGET_IDENTITY, "initial": edit_pb2.RESET_TARGET_INITIAL}
+_SCOPES = {"mine": edit_pb2.UNDO_SCOPE_MINE, "scene": edit_pb2.UNDO_SCOPE_SCENE}
+
+
+def _indices(points: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    array = np.asarray(points)
+    if array.dtype == bool:
+        return np.flatnonzero(array)
+    if array.size == 0 or np.issubdtype(array.dtype, np.integer):
+        return array.astype(np.int64).reshape(-1)
+    raise ValueError(f"control points are named by integers or by a mask, not by {array.dtype}")
+
+
+def _choose(what: str, name: str, choices: Any) -> Any:
+    if name not in choices:
+        raise ValueError(f"{what} is one of {', '.join(choices)}, not {name!r}")
+    return choices[name]
+
+
+def set_points(points: npt.ArrayLike, positions: npt.ArrayLike) -> edit_pb2.Edit:
+    """Puts control points at positions, shape (points, 3), world units."""
+    indices, places = _indices(points), np.asarray(positions, dtype=float)
+    if places.shape[-1:] != (3,) or places.size != 3 * indices.size:
+        raise ValueError(
+            f"{indices.size} control points want as many positions, not the shape {places.shape}"
+        )
+    change = edit_pb2.SetControlPoints(indices=indices, positions=places.reshape(-1))
+    return edit_pb2.Edit(set_control_points=change)
+
+
+def move(points: npt.ArrayLike, offset: npt.ArrayLike) -> edit_pb2.Edit:
+    """Moves control points by one offset: x, y, z, world units."""
+    change = edit_pb2.MoveControlPoints(indices=_indices(points), offset=vector(offset))
+    return edit_pb2.Edit(move_control_points=change)
+
+
+def transform(points: npt.ArrayLike, matrix: npt.ArrayLike) -> edit_pb2.Edit:
+    """Transforms control points by an affine 4 x 4 matrix that acts on columns (x, y, z, 1), world units."""
+    array = np.asarray(matrix, dtype=float)
+    if array.shape != (4, 4):
+        raise ValueError(f"a matrix has the shape (4, 4), not {array.shape}")
+    change = edit_pb2.TransformControlPoints(indices=_indices(points), matrix=array.reshape(-1, order="F"))
+    return edit_pb2.Edit(transform_control_points=change)
+
+
+def replace(control_points: npt.ArrayLike) -> edit_pb2.Edit:
+    """Puts all control points at positions: shape (nw, nv, nu, 3), world units."""
+    flat = np.asarray(control_points, dtype=float).reshape(-1)
+    return edit_pb2.Edit(replace_control_points=edit_pb2.ReplaceControlPoints(control_points=flat))
+
+
+def insert_knot(axis: str, value: float) -> edit_pb2.Edit:
+    """Adds a knot to axis "u", "v" or "w": one control point more on it, and the same shape. Stands alone."""
+    change = edit_pb2.InsertKnot(axis=_choose("axis", axis, _AXES), value=value)
+    return edit_pb2.Edit(insert_knot=change)
+
+
+def reset(to: str = "identity") -> edit_pb2.Edit:
+    """Puts all control points back: "identity" to the mesh at rest, "initial" to those of the begin."""
+    return edit_pb2.Edit(reset=edit_pb2.Reset(target=_choose("to", to, _RESETS)))
+
+
+def undo(whose: str = "mine") -> edit_pb2.Edit:
+    """Reverts the last step: of this editor, "mine", or of anybody, "scene". Stands alone."""
+    return edit_pb2.Edit(undo=edit_pb2.Undo(scope=_choose("whose", whose, _SCOPES)))
+
+
+def redo() -> edit_pb2.Edit:
+    """Applies the step again that this editor undid last. Stands alone."""
+    return edit_pb2.Edit(redo=edit_pb2.Redo())

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""The one exception of this package for what a server answers."""
+from __future__ import annotations
+
+from typing import Any, Dict
+
+import grpc
+
+from latticed.google_rpc import BadRequest, ErrorInfo, QuotaFailure, RetryInfo, Status
+
+_DOMAIN = "latticed"
+_DETAILS = "grpc-status-details-bin"
+_REQUEST_ID = "latticed-request-id"
+_CODES = {code.value[0]: code for code in grpc.StatusCode}
+
+
+class LatticedError(Exception):
+    """Why a call failed, or an edit was refused.
+
+    code         the status: grpc.StatusCode.NOT_FOUND for instance
+    reason       a name of ErrorReason without its prefix, "STRUCTURE_CHANGED" for instance; may be empty
+    field        path of the field that is wrong in the request; may be empty
+    metadata     ids and numbers of the message
+    retry_after  seconds after which the server wants to be asked again; 0: it does not say
+    request_id   what the server's log calls the request; empty where no server answered
+    """
+
+    def __init__(
+        self,
+        code: grpc.StatusCode,
+        message: str,
+        reason: str = "",
+        field: str = "",
+        metadata: Dict[str, str] | None = None,
+        retry_after: float = 0.0,
+        request_id: str = "",
+    ) -> None:
+        self.code = code
+        self.message = message
+        self.reason = reason
+        self.field = field
+        self.metadata = dict(metadata or {})
+        self.retry_after = retry_after
+        self.request_id = request_id
+        text = f"{code.name}{f', {reason}' if reason else ''}: {message}"
+        if field:
+            text += f" (field {field})"
+        if request_id:
+            text += f" (request {request_id})"
+        super().__init__(text)
+
+    @classmethod
+    def from_status(cls, status: Any, request_id: str = "") -> LatticedError:
+        """Of a google.rpc.Status, EditResult.status for instance."""
+        details: Dict[str, Any] = {"metadata": {}}
+        for packed in status.details:
+            info, bad, retry, quota = ErrorInfo(), BadRequest(), RetryInfo(), QuotaFailure()
+            if packed.Unpack(info) and info.domain == _DOMAIN:
+                details["reason"] = info.reason
+                details["metadata"].update(info.metadata)
+            elif packed.Unpack(bad) and bad.field_violations:
+                details["field"] = bad.field_violations[0].field
+            elif packed.Unpack(retry):
+                details["retry_after"] = retry.retry_delay.seconds + 1e-9 * retry.retry_delay.nanos
+            elif packed.Unpack(quota):
+                details["metadata"]["quota"] = "; ".join(
+                    f"{v.subject}: {v.description}" for v in quota.violations
+                )
+        code = _CODES.get(status.code, grpc.StatusCode.UNKNOWN)
+        return cls(code, status.message, request_id=request_id, **details)
+
+    @classmethod
+    def from_rpc(cls, error: Any) -> LatticedError:
+        """Of the grpc.RpcError that a call raised."""
+        trailers = dict(error.trailing_metadata() or ())
+        status = Status()
+        if _DETAILS in trailers:
+            status.ParseFromString(trailers[_DETAILS])
+        status.code, status.message = error.code().value[0], error.details() or ""
+        return cls.from_status(status, str(trailers.get(_REQUEST_ID, "")))
+
+    @classmethod
+    def data_loss(cls, message: str) -> LatticedError:
+        """What the server sent contradicts itself: nothing of that stream can be trusted."""
+        return cls(grpc.StatusCode.DATA_LOSS, message)

@@ -1,0 +1,29 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""google.rpc, in which servers put the details of an error.
+
+protobuf refuses two copies of one message in a process: those of googleapis-common-protos come first
+where it is installed, and the copies inside this package serve where it is not, as on Debian.
+"""
+from pathlib import Path
+
+import google
+
+try:
+    from google.rpc import error_details_pb2, status_pb2
+except ImportError:
+    google.__path__.append(str(Path(__file__).with_name("googleapis") / "google"))
+    from google.rpc import error_details_pb2, status_pb2
+
+if hasattr(error_details_pb2, "ErrorInfo"):
+    ErrorInfo = error_details_pb2.ErrorInfo
+else:  # Debian's error_details.proto is older than the message
+    from google.rpc import error_info_pb2
+
+    ErrorInfo = error_info_pb2.ErrorInfo
+BadRequest = error_details_pb2.BadRequest
+QuotaFailure = error_details_pb2.QuotaFailure
+RetryInfo = error_details_pb2.RetryInfo
+Status = status_pb2.Status
+
+__all__ = ["BadRequest", "ErrorInfo", "QuotaFailure", "RetryInfo", "Status"]

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""A B-spline lattice as numpy arrays."""
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Tuple, Union
+
+import numpy as np
+import numpy.typing as npt
+from google.protobuf import json_format
+
+from latticed.v1 import common_pb2, lattice_pb2
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def vector(xyz: npt.ArrayLike) -> common_pb2.Vec3:
+    """Of three numbers."""
+    x, y, z = np.asarray(xyz, dtype=float)
+    return common_pb2.Vec3(x=x, y=y, z=z)
+
+
+def _axes(numbers: Any) -> Tuple[int, int, int]:
+    return (numbers.u, numbers.v, numbers.w)
+
+
+@dataclass
+class Lattice:
+    """R(u,v,w) = sum over i,j,k of control_points[k, j, i] N_i(u) N_j(v) N_k(w).
+
+    control_points  shape (nw, nv, nu, 3), world units: u is the fastest axis but for x, y, z, so that
+                    control_points[-1] is the top layer of an upright lattice, and
+                    control_points.reshape(-1, 3)[n] the control point whose index edits call n
+    degree          of u, v, w, each 1 to 3
+    knots           of u, v, w: as many as control points of the axis, and its degree, and 1 more
+    origin, edges   the frame: the knot domain is the box from origin, spanned by the rows of edges,
+                    shape (3, 3): u, v, w
+    structure_id, revision  of the scene that it was read from; 0 where it is of none
+    """
+
+    control_points: FloatArray
+    degree: Tuple[int, int, int]
+    knots: Tuple[FloatArray, FloatArray, FloatArray]
+    origin: FloatArray
+    edges: FloatArray
+    structure_id: int = 0
+    revision: int = 0
+
+    @property
+    def size(self) -> Tuple[int, int, int]:
+        """Control points of u, v, w."""
+        nw, nv, nu = self.control_points.shape[:3]
+        return (nu, nv, nw)
+
+    @property
+    def indices(self) -> npt.NDArray[np.int64]:
+        """What edits call each control point, shape (nw, nv, nu): indices[-1] are those of the top layer."""
+        return np.arange(self.control_points.size // 3).reshape(self.control_points.shape[:3])
+
+    def rest(self) -> FloatArray:
+        """Control points that leave the mesh as it is, shaped as control_points: the Greville abscissae
+        of each axis, (knot i+1 + … + knot i+degree) / degree, placed in the frame."""
+        places = []
+        for degree, knots in zip(self.degree, self.knots):
+            count = len(knots) - degree - 1
+            means = np.array([knots[i + 1 : i + 1 + degree].mean() for i in range(count)])
+            places.append((means - knots[degree]) / (knots[count] - knots[degree]))
+        w, v, u = np.meshgrid(places[2], places[1], places[0], indexing="ij")
+        return self.origin + np.stack([u, v, w], axis=-1) @ self.edges
+
+    def to_proto(self) -> lattice_pb2.Lattice:
+        u, v, w = self.edges
+        return lattice_pb2.Lattice(
+            frame=lattice_pb2.LatticeFrame(origin=vector(self.origin), u=vector(u), v=vector(v), w=vector(w)),
+            degree=lattice_pb2.LatticeAxes(u=self.degree[0], v=self.degree[1], w=self.degree[2]),
+            size=lattice_pb2.LatticeAxes(u=self.size[0], v=self.size[1], w=self.size[2]),
+            knots_u=self.knots[0],
+            knots_v=self.knots[1],
+            knots_w=self.knots[2],
+            control_points=self.control_points.reshape(-1),
+        )
+
+    @classmethod
+    def from_proto(cls, lattice: Any, structure_id: int = 0, revision: int = 0) -> Lattice:
+        """Of a latticed.v1.Lattice; control points, sizes and knots that it leaves open are filled in."""
+        nu, nv, nw = _axes(lattice.size) if lattice.HasField("size") else (4, 4, 4)
+        degree = _axes(lattice.degree) if lattice.HasField("degree") else (2, 2, 2)
+        frame = lattice.frame
+        given = (lattice.knots_u, lattice.knots_v, lattice.knots_w)
+        knots = [
+            np.array(known, dtype=float) if known else _clamped_uniform(count, p)
+            for known, count, p in zip(given, (nu, nv, nw), degree)
+        ]
+        made = cls(
+            control_points=np.zeros((nw, nv, nu, 3)),
+            degree=degree,
+            knots=(knots[0], knots[1], knots[2]),
+            origin=np.array([frame.origin.x, frame.origin.y, frame.origin.z]),
+            edges=np.array([[edge.x, edge.y, edge.z] for edge in (frame.u, frame.v, frame.w)]),
+            structure_id=structure_id,
+            revision=revision,
+        )
+        if lattice.control_points:
+            made.control_points = np.array(lattice.control_points, dtype=float).reshape(nw, nv, nu, 3)
+        else:
+            made.control_points = made.rest()
+        return made
+
+    def save(self, path: Union[str, os.PathLike[str]]) -> None:
+        """Writes the JSON that latticectl reads."""
+        Path(path).write_text(json_format.MessageToJson(self.to_proto()))
+
+    @classmethod
+    def load(cls, path: Union[str, os.PathLike[str]]) -> Lattice:
+        """Reads the JSON that latticectl writes; ValueError where it is none."""
+        try:
+            return cls.from_proto(json_format.Parse(Path(path).read_text(), lattice_pb2.Lattice()))
+        except json_format.ParseError as error:
+            raise ValueError(f"{path}: {error}") from error
+
+
+def _clamped_uniform(count: int, degree: int) -> FloatArray:
+    spans = count - degree
+    return np.concatenate([np.zeros(degree), np.arange(spans + 1.0), np.full(degree, float(spans))])

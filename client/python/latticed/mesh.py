@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""A mesh on the server."""
+from __future__ import annotations
+
+from typing import Any, Dict
+
+import numpy as np
+import numpy.typing as npt
+
+from latticed.connection import Connection
+from latticed.v1 import mesh_pb2
+
+
+class Mesh:
+    """A mesh on the server, named by the SHA-256 of its bytes; the same bytes twice are one mesh."""
+
+    def __init__(self, connection: Connection, info: Any) -> None:
+        self._connection = connection
+        self.info = info  # latticed.v1.Mesh: every field, commented in mesh.proto
+
+    def __repr__(self) -> str:
+        return f"<Mesh {self.name or self.id[:8]}: {self.vertices} vertices, {self.faces} faces>"
+
+    @property
+    def id(self) -> str:
+        return str(self.info.id)
+
+    @property
+    def name(self) -> str:
+        return str(self.info.name)
+
+    @property
+    def vertices(self) -> int:
+        return int(self.info.vertices)
+
+    @property
+    def faces(self) -> int:
+        return int(self.info.faces)
+
+    @property
+    def bounds(self) -> npt.NDArray[np.float64]:
+        """Smallest and largest x, y, z: shape (2, 3), world units."""
+        low, high = self.info.bounds.min, self.info.bounds.max
+        return np.array([[low.x, low.y, low.z], [high.x, high.y, high.z]])
+
+    @property
+    def labels(self) -> Dict[str, str]:
+        return dict(self.info.labels)
+
+    def delete(self, force: bool = False) -> None:
+        """Deletes it; with `force` together with the scenes that use it, else those are MESH_IN_USE."""
+        request = mesh_pb2.DeleteMeshRequest(mesh=self.id, force=force)
+        self._connection.call_once(self._connection.meshes.DeleteMesh, request)

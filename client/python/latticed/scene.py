@@ -1,0 +1,207 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""A scene: one mesh under one lattice, edited and watched."""
+from __future__ import annotations
+
+import io
+import os
+import threading
+import uuid
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Dict, Type, Union
+
+import numpy.typing as npt
+
+from latticed import evaluation, transfers
+from latticed.connection import Connection
+from latticed.deform_stream import DeformStream
+from latticed.edit_calls import EditCalls
+from latticed.edit_result import EditResult
+from latticed.errors import LatticedError
+from latticed.evaluation import Evaluation
+from latticed.export_formats import export_format
+from latticed.lattice import Lattice
+from latticed.progress_bar import Progress, ProgressFunction, progress_function
+from latticed.provenance import Provenance
+from latticed.update import Update
+from latticed.v1 import edit_pb2, scene_pb2, surface_pb2
+from latticed.view import View
+from latticed.watch_stream import WatchStream
+
+_DEFAULT_VIEW = View()
+
+
+class Scene(EditCalls[EditResult]):
+    """Made by Client.create_scene. Every edit waits for its result; deform() is the way that does not.
+
+    As a context manager it deletes the scene at the end of the block where create_scene was told to.
+    Any number of threads may use it: it is one editor, whose edits go one at a time.
+    """
+
+    def __init__(self, connection: Connection, info: Any, delete_on_exit: bool = False) -> None:
+        self._connection = connection
+        self._stub = connection.scenes
+        self.info = info  # latticed.v1.Scene, commented in scene.proto, as of create_scene or refresh
+        self.editor_id = str(uuid.uuid4())  # names this object's edits to other watchers
+        self._delete_on_exit = delete_on_exit
+        self._one_edit_at_a_time = threading.Lock()
+        self._sequence = 0
+        self._structure_id = int(info.structure_id)
+
+    def __repr__(self) -> str:
+        return f"<Scene {self.id}: {self.patches} patches, revision {self.info.revision}>"
+
+    @property
+    def id(self) -> str:
+        return str(self.info.id)
+
+    @property
+    def patches(self) -> int:
+        return int(self.info.patches)
+
+    @property
+    def labels(self) -> Dict[str, str]:
+        return dict(self.info.labels)
+
+    @property
+    def default_view(self) -> View:
+        """What watchers see who do not say, every field filled in."""
+        return View.from_proto(self.info.default_view)
+
+    @property
+    def encoding(self) -> str:
+        """In which updates come where no view says: "quantised" in place of Draco where no decoder is
+        installed."""
+        options = _DEFAULT_VIEW.for_watching(self.default_view)
+        return View.from_proto(options).encoding or self.default_view.encoding
+
+    def refresh(self) -> Any:
+        """Asks the server for info, its revision for instance."""
+        self.info = self._connection.call(
+            self._stub.GetScene, scene_pb2.GetSceneRequest(scene=self.id), self.id
+        )
+        return self.info
+
+    def lattice(self) -> Lattice:
+        """The lattice at the newest revision; edits are made for its structure from here on."""
+        request = scene_pb2.GetLatticeRequest(scene=self.id)
+        state = self._connection.call(self._stub.GetLattice, request, self.id)
+        with self._one_edit_at_a_time:
+            self._structure_id = state.structure_id
+        return Lattice.from_proto(state.lattice, state.structure_id, state.revision)
+
+    def get_update(self, view: View = _DEFAULT_VIEW, min_revision: int = 0) -> Update:
+        """The whole surface at the newest revision; waits until that is at least min_revision."""
+        options = view.for_watching(self.default_view)
+        request = scene_pb2.GetUpdateRequest(scene=self.id, min_revision=min_revision, view=options)
+        return transfers.get_update(self._connection, request)
+
+    def provenance(self, update: Update) -> Provenance:
+        """Where the patches of an update come from, to carry texture coordinates and the like over."""
+        return transfers.get_provenance(self._connection, self.id, update.topology)
+
+    def deform(self, view: View = _DEFAULT_VIEW, editor_id: str = "") -> DeformStream:
+        """Edits and updates in one stream, whose first update is here when this returns.
+
+        editor_id: of an earlier stream, to go on where it was; empty: a new one."""
+        watch = scene_pb2.WatchRequest(scene=self.id, editor_id=editor_id or str(uuid.uuid4()))
+        stream = DeformStream(self._connection, watch, view, self.default_view)
+        stream._start()
+        return stream
+
+    def watch(self, view: View = _DEFAULT_VIEW) -> WatchStream:
+        """Updates of what others do, whose first one is here when this returns."""
+        watch = scene_pb2.WatchRequest(scene=self.id)
+        stream = WatchStream(self._connection, watch, view, self.default_view)
+        stream._start()
+        return stream
+
+    def evaluate(self, points: npt.ArrayLike) -> Evaluation:
+        """The deformation, in double precision, at points of the rest world, (n, 3)."""
+        return evaluation.evaluate_world(self._connection, self.id, points)
+
+    def evaluate_surface(
+        self, faces: npt.ArrayLike, corners: npt.ArrayLike, barycentrics: npt.ArrayLike
+    ) -> Evaluation:
+        """The deformation, in double precision, at points of the surface, by their place in the source
+        mesh: face (n,), three corners of it, numbered as in Provenance, and barycentrics, (n, 3) each."""
+        return evaluation.evaluate_surface(self._connection, self.id, faces, corners, barycentrics)
+
+    def export(
+        self,
+        path: Union[str, "os.PathLike[str]"],
+        format: str = "",
+        view: View = _DEFAULT_VIEW,
+        revision: int = 0,
+        progress: Progress = None,
+    ) -> int:
+        """Writes the deformed surface to a file, which is there whole or not at all; returns its revision.
+
+        format    "ply", "obj", "stl", "glb", "drc" or "nets", Bézier control points; empty: the suffix
+        view      its segments and normals count, and the bits for drc
+        revision  the newest one, or REVISION_CHANGED; 0: the newest one, whichever it is
+        """
+        part = f"{os.fspath(path)}.part"
+        show = progress_function(progress, f"export {Path(path).name}")
+        try:
+            exported = self._export(
+                lambda: open(part, "wb"), export_format(format, path), view, revision, show
+            )
+            os.replace(part, path)
+        finally:
+            Path(part).unlink(missing_ok=True)
+        return exported
+
+    def export_bytes(self, format: str, view: View = _DEFAULT_VIEW, revision: int = 0) -> bytes:
+        """As export, but into memory."""
+
+        class Kept(io.BytesIO):
+            def __exit__(self, *error: Any) -> None:
+                """Its bytes are wanted after the block."""
+
+        files = []
+
+        def open_file() -> Kept:
+            files.append(Kept())
+            return files[-1]
+
+        self._export(open_file, export_format(format, ""), view, revision, lambda done, total: None)
+        return files[-1].getvalue()
+
+    def _export(
+        self, open_file: Any, format: Any, view: View, revision: int, progress: ProgressFunction
+    ) -> int:
+        request = surface_pb2.ExportRequest(
+            scene=self.id, revision=revision, format=format, view=view.to_proto()
+        )
+        return transfers.export(self._connection, request, open_file, progress)
+
+    def delete(self) -> None:
+        """Deletes it; its streams end with NOT_FOUND."""
+        request = scene_pb2.DeleteSceneRequest(scene=self.id)
+        self._connection.call_once(self._stub.DeleteScene, request, self.id)
+
+    def __enter__(self) -> Scene:
+        return self
+
+    def __exit__(
+        self, kind: Type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if not self._delete_on_exit:
+            return
+        try:
+            self.delete()
+        except LatticedError as failure:
+            if kind is None and failure.reason != "NOT_FOUND":  # what left the block says more
+                raise
+
+    def _apply(self, batch: edit_pb2.EditBatch) -> EditResult:
+        with self._one_edit_at_a_time:
+            self._sequence += 1
+            batch.scene, batch.editor_id, batch.sequence = self.id, self.editor_id, self._sequence
+            if batch.structure_id == 0:
+                batch.structure_id = self._structure_id
+            result = self._connection.call(self._stub.ApplyEdits, batch, self.id)
+            self._structure_id = result.structure_id
+        return EditResult.from_proto(result)

@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the events of a stream to complete updates."""
+from __future__ import annotations
+
+from typing import Any, Dict, List, Optional
+
+import numpy as np
+
+from latticed.chunk import Chunk
+from latticed.errors import LatticedError
+from latticed.lattice import Lattice
+from latticed.topology import Topology
+from latticed.update import Update
+from latticed.v1 import event_pb2
+from latticed.view import View
+
+
+class Surface:
+    """What a watcher has. An update that has not ended changes nothing. One thread at a time.
+
+    Errors: LatticedError DATA_LOSS where events contradict each other.
+    """
+
+    def __init__(self) -> None:
+        self.lattice: Optional[Lattice] = None  # of the newest edit heard of
+        self._announced: Dict[str, Topology] = {}
+        self._quantisation: Any = None
+        self._topology: Optional[Topology] = None
+        self._chunks: List[Optional[Chunk]] = []
+        self._begin: Any = None  # of the update in progress, and its chunks
+        self._begun_topology: Optional[Topology] = None
+        self._begun: Dict[int, Chunk] = {}
+
+    def apply(self, event: event_pb2.SceneEvent) -> Optional[Update]:
+        """Takes one event in; an update where it completes one."""
+        arm = event.WhichOneof("event")
+        if arm == "update_end":
+            return self._take_end(event.update_end)
+        if arm == "lattice_state":
+            state = event.lattice_state
+            self.lattice = Lattice.from_proto(state.lattice, state.structure_id, state.revision)
+        elif arm == "lattice_delta":
+            self._take_delta(event.lattice_delta)
+        elif arm == "topology":
+            self._announced[event.topology.topology_id] = Topology(event.topology)
+        elif arm == "quantisation":
+            self._quantisation = event.quantisation
+        elif arm == "update_begin":
+            self.drop_partial_update()
+            self._begin = event.update_begin
+        elif arm == "chunks":
+            self._take_chunks(event.chunks)
+        return None  # hello, results and heartbeats are the stream's; others are of later versions
+
+    def drop_partial_update(self) -> None:
+        """Forgets an update that has begun: its stream has broken."""
+        self._begin, self._begun_topology, self._begun = None, None, {}
+
+    def _take_delta(self, delta: Any) -> None:
+        if self.lattice is None or delta.structure_id != self.lattice.structure_id:
+            return  # a lattice_state follows
+        indices = np.array(delta.indices, dtype=np.int64)
+        if len(delta.positions) != 3 * len(indices):
+            raise LatticedError.data_loss("a lattice_delta has not three numbers per index")
+        shape = self.lattice.control_points.shape
+        points = self.lattice.control_points.reshape(-1, 3).copy()  # what was handed out stays as it was
+        if indices.size and indices.max() >= len(points):
+            raise LatticedError.data_loss("a lattice_delta names a control point that does not exist")
+        points[indices] = np.array(delta.positions, dtype=float).reshape(-1, 3)
+        old = self.lattice
+        self.lattice = Lattice(
+            points.reshape(shape),
+            old.degree,
+            old.knots,
+            old.origin,
+            old.edges,
+            old.structure_id,
+            delta.revision,
+        )
+
+    def _take_chunks(self, chunks: Any) -> None:
+        if self._begin is None or self._begin.update_id != chunks.update_id:
+            raise LatticedError.data_loss("chunks came outside of their update")
+        if self._quantisation is None or self._quantisation.quantisation_id != chunks.quantisation_id:
+            raise LatticedError.data_loss("chunks name a quantisation that was not sent")
+        held = self._topology is not None and self._topology.id == chunks.topology_id
+        topology = self._topology if held else self._announced.get(chunks.topology_id)
+        if topology is None:
+            raise LatticedError.data_loss("chunks name a topology that was not sent")
+        self._begun_topology = topology
+        for chunk in chunks.chunks:
+            if chunk.index >= topology.chunks:
+                raise LatticedError.data_loss(f"chunk {chunk.index} of {topology.chunks}")
+            patches = topology.patches_of(chunk.index)
+            points = (patches.stop - patches.start) * len(topology.weights)
+            self._begun[chunk.index] = Chunk(
+                chunk.data, chunk.revision, self._quantisation, self._begin.view, points
+            )
+
+    def _take_end(self, end: Any) -> Update:
+        begin = self._begin
+        if begin is None or begin.update_id != end.update_id:
+            raise LatticedError.data_loss("update_end came without its update_begin")
+        if len(self._begun) != begin.chunk_count:
+            raise LatticedError.data_loss(
+                f"an update of {begin.chunk_count} chunks ended after {len(self._begun)}"
+            )
+        if self._begun_topology is not None and self._begun_topology is not self._topology:
+            self._topology, self._announced = self._begun_topology, {}
+            self._chunks = [None] * self._topology.chunks
+        self._chunks = [self._begun.get(i, chunk) for i, chunk in enumerate(self._chunks)]
+        whole = [chunk for chunk in self._chunks if chunk is not None]
+        if self._topology is None or len(whole) != self._topology.chunks:
+            raise LatticedError.data_loss("an update ended before every chunk had come")
+        self.drop_partial_update()
+        return Update(end, View.from_proto(begin.view), self._topology, whole)

@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""Rpcs that stream one way, from a scene. All of them are made again after a broken connection."""
+from __future__ import annotations
+
+from typing import Any, BinaryIO, Callable, List
+
+from latticed.connection import Connection
+from latticed.errors import LatticedError
+from latticed.progress_bar import ProgressFunction
+from latticed.provenance import Provenance
+from latticed.retries import with_retries
+from latticed.surface import Surface
+from latticed.topology import Topology
+from latticed.update import Update
+from latticed.v1 import scene_pb2, surface_pb2
+
+
+def get_update(connection: Connection, request: scene_pb2.GetUpdateRequest) -> Update:
+    """One complete update."""
+
+    def attempt() -> Update:
+        surface = Surface()
+        call = connection.scenes.GetUpdate(request, metadata=connection.metadata(request.scene))
+        try:
+            updates = [update for update in map(surface.apply, call) if update is not None]
+        finally:
+            call.cancel()
+        if not updates:
+            raise LatticedError.data_loss("the server sent no complete update")
+        return updates[-1]
+
+    return with_retries(attempt)
+
+
+def get_provenance(connection: Connection, scene: str, topology: Topology) -> Provenance:
+    """All of GetTopology."""
+    request = surface_pb2.GetTopologyRequest(scene=scene, topology_id=topology.id)
+
+    def attempt() -> List[Any]:
+        return list(connection.scenes.GetTopology(request, metadata=connection.metadata(scene)))
+
+    return Provenance.from_parts(topology, with_retries(attempt))
+
+
+def export(
+    connection: Connection,
+    request: surface_pb2.ExportRequest,
+    open_file: Callable[[], BinaryIO],
+    progress: ProgressFunction,
+) -> int:
+    """Writes the bytes to a file, opened anew for each attempt; the revision that it shows."""
+
+    def attempt() -> int:
+        header, done = surface_pb2.ExportHeader(), 0
+        with open_file() as file:
+            for part in connection.scenes.Export(request, metadata=connection.metadata(request.scene)):
+                if part.HasField("header"):
+                    header = part.header
+                file.write(part.data)
+                done += len(part.data)
+                progress(done, header.bytes)
+        if done != header.bytes:
+            raise LatticedError.data_loss(f"an export of {header.bytes} bytes ended after {done}")
+        return int(header.revision)
+
+    return with_retries(attempt)

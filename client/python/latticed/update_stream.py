@@ -1,0 +1,234 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""What streams of updates have in common: a thread that reads, the newest update, and a new beginning
+after a break."""
+from __future__ import annotations
+
+import threading
+from abc import ABC, abstractmethod
+from types import TracebackType
+from typing import Any, Callable, Iterator, Optional, Type, TypeVar
+
+import grpc
+
+from latticed.connection import Connection
+from latticed.errors import LatticedError
+from latticed.lattice import Lattice
+from latticed.retries import may_retry, pause_after
+from latticed.surface import Surface
+from latticed.update import Update
+from latticed.v1 import event_pb2, scene_pb2
+from latticed.view import View
+
+_MOST_FAILURES_IN_A_ROW = 5
+
+Self = TypeVar("Self", bound="UpdateStream")
+
+
+class UpdateStream(ABC):
+    """Updates of a scene as they come, the newest first: those that nobody asked for in time are skipped.
+
+        with scene.watch() as stream:
+            for update in stream:
+                show(update.points)
+
+    It lives until it is closed, as a with block does. One that breaks, or that the server asks to move,
+    opens itself again where it was, five times in a row, with pauses that double from 100 ms. Any number of
+    threads may use it. Errors: those of the server as LatticedError, from whatever is called next.
+    """
+
+    def __init__(
+        self, connection: Connection, watch: scene_pb2.WatchRequest, view: View, scene_default: View
+    ) -> None:
+        self._connection = connection
+        self._scene_default = scene_default
+        self._watch = watch  # its resume_token is always the newest
+        self._watch.view.CopyFrom(view.for_watching(scene_default))
+        self._surface = Surface()
+        self._changed = threading.Condition()  # of all that follows
+        self._call: Any = None
+        self._latest: Optional[Update] = None
+        self._completed = 0  # updates so far, and how many of them next_update need not return
+        self._handed_out = 0
+        self._failures = 0
+        self._reconnections = 0
+        self._error: Optional[Exception] = None
+        self._paused = False
+        self._closing = False
+        self._ended = False
+        self._hello: Any = event_pb2.Hello()
+        self._reader = threading.Thread(target=self._run, name="latticed stream", daemon=True)
+
+    @property
+    def lattice(self) -> Lattice:
+        """The lattice after the newest edit heard of, whoever made it."""
+        assert self._surface.lattice is not None  # it comes before the first update, for which start waits
+        return self._surface.lattice
+
+    @property
+    def latest(self) -> Update:
+        """The newest complete update."""
+        with self._changed:
+            assert self._latest is not None
+            return self._latest
+
+    @property
+    def reconnections(self) -> int:
+        """How often it had to open itself again."""
+        return self._reconnections
+
+    def next_update(self, timeout: Optional[float] = None) -> Optional[Update]:
+        """Waits for an update newer than the last that was returned; None once the stream has ended.
+
+        TimeoutError after `timeout` seconds."""
+        with self._changed:
+            self._wait(lambda: self._completed > self._handed_out, timeout)
+            if self._completed == self._handed_out:
+                return None
+            return self._hand_out()
+
+    def __iter__(self) -> Iterator[Update]:
+        while True:
+            update = self.next_update()
+            if update is None:
+                return
+            yield update
+
+    def close(self) -> None:
+        """Ends the stream at once; those that wait return."""
+        with self._changed:
+            self._closing = True
+            if self._call is not None:
+                self._call.cancel()
+            self._changed.notify_all()
+        if self._reader.is_alive() and self._reader is not threading.current_thread():
+            self._reader.join()
+
+    def __enter__(self: Self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: Type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _start(self) -> None:
+        """Reads until the first update is here: what edits are relative to is known then."""
+        self._reader.start()
+        try:
+            with self._changed:
+                self._wait(lambda: self._latest is not None, None)
+                if self._latest is None:
+                    raise LatticedError.data_loss("the server ended the stream before its first update")
+        except BaseException:
+            self.close()
+            raise
+
+    # For subclasses; all but _wait and _hand_out are called by the reading thread.
+
+    @abstractmethod
+    def _open(self) -> Any:
+        """Makes the rpc; with _changed held."""
+
+    def _begin(self) -> None:
+        """The rpc is open."""
+
+    @abstractmethod
+    def _acknowledge(self, update_id: int) -> None:
+        """Tells the server that an update is here."""
+
+    @abstractmethod
+    def _answer_heartbeat(self) -> None:
+        """Tells the server that this watcher lives."""
+
+    def _take_result(self, result: Any) -> None:
+        """Takes an edit_result in."""
+
+    def _complete(self, update: Update, end: Any) -> None:
+        """Takes a complete update in; with _changed held."""
+        self._failures = 0
+        self._watch.resume_token = end.resume_token
+        self._latest = update
+        self._completed += 1
+
+    def _hand_out(self) -> Update:
+        """The newest update, which next_update need not return again; with _changed held."""
+        assert self._latest is not None
+        self._handed_out = self._completed
+        return self._latest
+
+    def _wait(self, done: Callable[[], bool], timeout: Optional[float]) -> None:
+        """Waits until `done`, or the end of the stream; raises its error. With _changed held."""
+        if not self._changed.wait_for(lambda: done() or self._ended, timeout):
+            raise TimeoutError(f"nothing came within {timeout} seconds")
+        if not done() and self._error is not None:
+            raise self._error
+
+    # The reading thread.
+
+    def _run(self) -> None:
+        error: Optional[Exception] = None
+        try:
+            pause = self._read_one_rpc()
+            while pause is not None and not self._pause(pause):
+                self._reconnections += 1
+                pause = self._read_one_rpc()
+        except (
+            Exception
+        ) as trouble:  # whatever it is, it is for those who wait: a closed channel's ValueError too
+            error = trouble
+        with self._changed:
+            self._error, self._ended = error, True
+            self._changed.notify_all()
+
+    def _pause(self, seconds: float) -> bool:
+        """Whether the stream is closing."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._closing, seconds)
+
+    def _read_one_rpc(self) -> Optional[float]:
+        """Seconds to wait before the next one; None: it was the last."""
+        pause: Optional[float] = None
+        with self._changed:
+            if self._closing:
+                return None
+            call = self._call = self._open()
+        try:
+            for event in call:
+                if event.WhichOneof("event") == "goaway":
+                    after = event.goaway.retry_after
+                    pause = after.seconds + 1e-9 * after.nanos
+                else:
+                    self._take(event)
+        except grpc.RpcError as rpc_error:
+            pause = self._pause_after(LatticedError.from_rpc(rpc_error))
+        finally:
+            call.cancel()
+            self._surface.drop_partial_update()
+        return pause
+
+    def _pause_after(self, error: LatticedError) -> Optional[float]:
+        with self._changed:
+            if self._closing:
+                return None
+            self._failures += 1
+            if not may_retry(error) or self._failures > _MOST_FAILURES_IN_A_ROW:
+                raise error
+            return pause_after(self._failures)
+
+    def _take(self, event: Any) -> None:
+        arm = event.WhichOneof("event")
+        if arm == "hello":
+            self._hello = event.hello
+            self._begin()
+        elif arm == "heartbeat":
+            self._answer_heartbeat()
+        elif arm == "edit_result":
+            self._take_result(event.edit_result)
+        else:
+            update = self._surface.apply(event)
+            if update is not None:
+                with self._changed:
+                    self._complete(update, event.update_end)
+                    self._changed.notify_all()
+                self._acknowledge(event.update_end.update_id)

@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a watcher sees of a scene."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Dict
+
+from latticed import draco
+from latticed.v1 import view_pb2
+
+_ENCODINGS: Dict[str, Any] = {
+    "draco": view_pb2.ENCODING_DRACO_POINTS,
+    "draco_mesh": view_pb2.ENCODING_DRACO_MESH,
+    "raw": view_pb2.ENCODING_RAW,
+    "quantised": view_pb2.ENCODING_QUANTISED,
+}
+_NORMALS: Dict[str, Any] = {
+    "none": view_pb2.NORMAL_MODE_NONE,
+    "facet": view_pb2.NORMAL_MODE_FACET,
+    "smooth": view_pb2.NORMAL_MODE_SMOOTH,
+}
+
+
+def _number(what: str, name: str, numbers: Dict[str, Any]) -> Any:
+    if name and name not in numbers:
+        raise ValueError(f"{what} is one of {', '.join(numbers)}, not {name!r}")
+    return numbers.get(name, 0)
+
+
+def _name(number: Any, numbers: Dict[str, Any]) -> str:
+    return next((name for name, known in numbers.items() if known == number), "")
+
+
+@dataclass(frozen=True)
+class View:
+    """What is left at 0 or empty is as in the scene's default view, whose own defaults stand here."""
+
+    segments: int = 0  # subdivisions of a patch's edge, 1 to 32; 10
+    normals: str = ""  # "none", "facet" or "smooth"; smooth where the mesh has vertex normals, else facet
+    encoding: str = ""  # "draco", "draco_mesh", "raw" or "quantised"; draco where a decoder is installed
+    position_bits: int = 0  # of a coordinate, 8 to 16; 12. Not of raw
+    normal_bits: int = 0  # of a coordinate of the octahedral map, 6 to 12; 8. Not of raw
+    max_points: int = 0  # fewer segments are taken where a view would have more points; 0: no limit
+    max_bytes_per_second: int = 0  # of chunks, sent to this watcher; 0: no limit
+
+    def to_proto(self) -> view_pb2.ViewOptions:
+        """ValueError for an encoding or normals of another name."""
+        return view_pb2.ViewOptions(
+            segments=self.segments,
+            normals=_number("normals", self.normals, _NORMALS),
+            encoding=_number("encoding", self.encoding, _ENCODINGS),
+            position_bits=self.position_bits,
+            normal_bits=self.normal_bits,
+            max_points=self.max_points,
+            max_bytes_per_second=self.max_bytes_per_second,
+        )
+
+    def for_watching(self, scene_default: View) -> view_pb2.ViewOptions:
+        """As to_proto, with an encoding that can be decoded here: where none is named and the scene's is
+        Draco without a decoder, QUANTISED, of which a warning tells."""
+        options = self.to_proto()
+        wanted = self.encoding or scene_default.encoding
+        if not wanted.startswith("draco") or draco.decoder() is not None:
+            return options
+        if self.encoding:
+            raise ValueError(f"encoding {self.encoding!r} wants a decoder: pip install DracoPy")
+        draco.say_that_it_is_missing()
+        options.encoding = view_pb2.ENCODING_QUANTISED
+        return options
+
+    @classmethod
+    def from_proto(cls, options: Any) -> View:
+        """Of a latticed.v1.ViewOptions."""
+        return cls(
+            options.segments,
+            _name(options.normals, _NORMALS),
+            _name(options.encoding, _ENCODINGS),
+            options.position_bits,
+            options.normal_bits,
+            options.max_points,
+            options.max_bytes_per_second,
+        )

@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""Watching without edits, for which a read token suffices."""
+from __future__ import annotations
+
+from typing import Any
+
+import grpc
+
+from latticed.errors import LatticedError
+from latticed.retries import once
+from latticed.update_stream import UpdateStream
+from latticed.v1 import scene_pb2
+from latticed.view import View
+
+_CONTROL_SECONDS = 10.0
+
+
+class WatchStream(UpdateStream):
+    """See UpdateStream; made by Scene.watch."""
+
+    def set_view(self, view: View) -> None:
+        """What updates show from the next one on."""
+        options = view.for_watching(self._scene_default)
+        self._control(scene_pb2.ControlWatchRequest(view=options))
+        with self._changed:
+            self._watch.view.CopyFrom(options)
+
+    def pause(self, paused: bool = True) -> None:
+        """Stops updates, or lets them go on."""
+        self._paused = paused
+        self._control(scene_pb2.ControlWatchRequest(pause=paused))
+
+    def _open(self) -> Any:
+        metadata = self._connection.metadata(self._watch.scene)
+        return self._connection.scenes.Watch(self._watch, metadata=metadata)
+
+    def _begin(self) -> None:
+        if self._paused:
+            self._control(scene_pb2.ControlWatchRequest(pause=True))
+
+    def _acknowledge(self, update_id: int) -> None:
+        self._control(scene_pb2.ControlWatchRequest(acked_update_id=update_id))
+
+    def _answer_heartbeat(self) -> None:
+        self._control(scene_pb2.ControlWatchRequest())
+
+    def _control(self, request: scene_pb2.ControlWatchRequest) -> None:
+        request.scene, request.watch_id = self._watch.scene, self._hello.watch_id
+        metadata = self._connection.metadata(self._watch.scene)
+        try:
+            once(
+                lambda: self._connection.scenes.ControlWatch(
+                    request, metadata=metadata, timeout=_CONTROL_SECONDS
+                )
+            )
+        except LatticedError as error:
+            # A stream that has broken opens itself again, as it was told last, and one that has not goes on.
+            if error.code in (grpc.StatusCode.INVALID_ARGUMENT, grpc.StatusCode.RESOURCE_EXHAUSTED):
+                raise

@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""The deformation by its definition, in double precision, and meshes small enough to know by heart."""
+import numpy as np
+
+# A box whose faces are quads, and a tetrahedron and a pentagon for faces of other sizes.
+BOX_POSITIONS = np.array(
+    [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [0, 0, 3], [2, 0, 3], [2, 1, 3], [0, 1, 3]], dtype=float
+)
+BOX_FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
+BOX_AREA = 2 * (2 * 1 + 2 * 3 + 1 * 3)
+
+
+def basis(knots, degree, parameter):
+    """All B-spline basis functions at one parameter of the domain, by Cox and de Boor."""
+    count = len(knots) - degree - 1
+    span = min(np.searchsorted(knots, parameter, side="right") - 1, count - 1)
+    values = np.zeros(len(knots) - 1)
+    values[span] = 1.0
+    for p in range(1, degree + 1):
+        for i in range(len(knots) - 1 - p):
+            left = right = 0.0
+            if knots[i + p] > knots[i]:
+                left = (parameter - knots[i]) / (knots[i + p] - knots[i]) * values[i]
+            if knots[i + p + 1] > knots[i + 1]:
+                right = (knots[i + p + 1] - parameter) / (knots[i + p + 1] - knots[i + 1]) * values[i + 1]
+            values[i] = left + right
+    return values[:count]
+
+
+def deform(lattice, points):
+    """R(u,v,w) of every point inside the frame."""
+    shares = (np.asarray(points) - lattice.origin) @ np.linalg.inv(lattice.edges)
+    deformed = []
+    for share in shares:
+        n = []
+        for axis in range(3):
+            knots, degree = lattice.knots[axis], lattice.degree[axis]
+            begin, end = knots[degree], knots[len(knots) - degree - 1]
+            n.append(basis(knots, degree, begin + share[axis] * (end - begin)))
+        deformed.append(np.einsum("kjix,i,j,k->x", lattice.control_points, *n))
+    return np.array(deformed)
+
+
+def area(update):
+    """Of all triangles."""
+    a, b, c = update.points.reshape(-1, 3)[update.triangles].transpose(1, 0, 2)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2

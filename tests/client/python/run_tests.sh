@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: run_tests.sh BUILD [PYTEST-ARGUMENT…]
+# The Python client against the programs in BUILD, by Debian's own interpreter: another python3 on PATH
+# has no Debian modules. Where they are missing it skips (77), or fails under LATTICED_REQUIRE_PYTHON.
+set -euo pipefail
+root=$(cd "$(dirname "$(readlink -f "$0")")/../../.." && pwd)
+build=$(readlink -f "$1")
+shift
+
+missing=$(/usr/bin/python3 - <<'MODULES' || echo "no /usr/bin/python3"
+import importlib.util
+names = {"grpc": "python3-grpcio", "google.protobuf": "python3-protobuf", "numpy": "python3-numpy",
+         "pytest": "python3-pytest", "setuptools": "python3-setuptools", "wheel": "python3-wheel", "pip": "python3-pip"}
+def has(name):
+    try:
+        return importlib.util.find_spec(name) is not None
+    except ModuleNotFoundError:
+        return False
+print(*[package for name, package in names.items() if not has(name)])
+MODULES
+)
+if [[ -n $missing ]]; then
+  echo "skipped, for want of: $missing"
+  [[ -n ${LATTICED_REQUIRE_PYTHON:-} ]] && exit 1
+  exit 77
+fi
+
+mkdir -p "$build/python"
+(cd "$root/client/python" && /usr/bin/python3 setup.py -q build_py --build-lib "$build/python/package" >"$build/python/build.txt" 2>&1) ||
+  { cat "$build/python/build.txt"; exit 1; }
+export PYTHONPATH=$build/python/package PYTHONDONTWRITEBYTECODE=1 LATTICED_BUILD=$build LATTICED_ROOT=$root
+/usr/bin/python3 -m pytest -q -p no:cacheprovider --durations=5 "$@" "$root/tests/client/python"

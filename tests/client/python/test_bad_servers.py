@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""A server that says less than it promised, or fails at first."""
+from concurrent.futures import ThreadPoolExecutor
+
+import grpc
+import latticed
+import pytest
+from latticed import retries
+from latticed.v1 import mesh_pb2, mesh_pb2_grpc, scene_pb2, scene_pb2_grpc, surface_pb2
+
+import definition
+
+
+class Scenes(scene_pb2_grpc.SceneServiceServicer):
+    def GetUpdate(self, request, context):
+        return iter(())
+
+    def Deform(self, requests, context):
+        next(requests)
+        return iter(())
+
+    def Export(self, request, context):
+        yield surface_pb2.ExportResponse(header=surface_pb2.ExportHeader(bytes=5))
+        yield surface_pb2.ExportResponse(data=b"1234")
+
+    def GetTopology(self, request, context):
+        yield surface_pb2.TopologyPart(patch_count=2, faces=[0])
+
+
+class Meshes(mesh_pb2_grpc.MeshServiceServicer):
+    def __init__(self):
+        self.uploads = []
+
+    def UploadMesh(self, requests, context):
+        first = next(requests)
+        self.uploads.append(sum(len(request.data) for request in requests))
+        if len(self.uploads) < 3:
+            context.abort(grpc.StatusCode.UNAVAILABLE, "not yet")
+        return mesh_pb2.Mesh(id=first.header.sha256)
+
+
+@pytest.fixture
+def meshes():
+    return Meshes()
+
+
+@pytest.fixture
+def bad_client(meshes):
+    server = grpc.server(ThreadPoolExecutor())
+    scene_pb2_grpc.add_SceneServiceServicer_to_server(Scenes(), server)
+    mesh_pb2_grpc.add_MeshServiceServicer_to_server(meshes, server)
+    port = server.add_insecure_port("127.0.0.1:0")
+    server.start()
+    with latticed.connect(f"127.0.0.1:{port}") as client:
+        yield client
+    server.stop(None)
+
+
+@pytest.mark.parametrize(
+    "ask, text",
+    [
+        (lambda bad, good: bad.get_update(), "no complete update"),
+        (lambda bad, good: bad.deform(), "before its first update"),
+        (lambda bad, good: bad.export_bytes("ply"), "5 bytes ended after 4"),
+        (lambda bad, good: bad.provenance(good.get_update()), "less than the whole topology"),
+    ],
+)
+def test_less_than_was_promised_is_data_loss(bad_client, scene, ask, text):
+    bad = latticed.Scene(bad_client._connection, scene_pb2.Scene(id=scene.id))
+
+    with pytest.raises(latticed.LatticedError, match=text) as caught:
+        ask(bad, scene)
+
+    assert caught.value.code == grpc.StatusCode.DATA_LOSS
+
+
+def test_an_upload_is_made_again_from_its_begin(bad_client, meshes, monkeypatch):
+    monkeypatch.setattr(retries, "_FIRST_PAUSE", 0.01)
+
+    bad_client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES, progress=False)
+
+    assert meshes.uploads == [8 * 24 + 24 * 4] * 3

@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+import hashlib
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+
+import grpc
+import latticed
+import pytest
+
+import definition
+from server_process import ServerProcess
+
+
+def test_the_server_says_what_it_is(client):
+    info = client.server_info()
+
+    assert info.version and info.limits.max_part_bytes == 768 * 1024
+
+
+def test_no_server_is_unavailable():
+    with latticed.connect("127.0.0.1:1") as client, pytest.raises(latticed.LatticedError) as caught:
+        client.server_info()
+
+    assert caught.value.code == grpc.StatusCode.UNAVAILABLE
+    assert (caught.value.reason, caught.value.request_id) == ("", "")
+
+
+def test_an_error_names_kind_and_id(client):
+    with pytest.raises(latticed.LatticedError) as caught:
+        client.scene("no-such-scene")
+
+    error = caught.value
+    assert (error.code, error.reason) == (grpc.StatusCode.NOT_FOUND, "NOT_FOUND")
+    assert error.metadata == {"kind": "scene", "id": "no-such-scene"}
+    assert str(error).startswith("NOT_FOUND, NOT_FOUND: ") and error.request_id in str(error)
+
+
+class Recorder(grpc.GenericRpcHandler):
+    """A server that implements nothing, and remembers what it was asked."""
+
+    def __init__(self):
+        self.calls = []
+
+    def service(self, call):
+        self.calls.append((call.method.rsplit("/", 1)[1], dict(call.invocation_metadata)))
+
+
+def test_every_call_about_a_scene_names_it_for_routing(scene):
+    recorder = Recorder()
+    server = grpc.server(ThreadPoolExecutor(), handlers=[recorder])
+    port = server.add_insecure_port("127.0.0.1:0")
+    server.start()
+
+    with latticed.connect(f"127.0.0.1:{port}", token="secret") as client:
+        elsewhere = latticed.Scene(client._connection, scene.info)
+        asks = [
+            lambda: client.create_scene(scene.info.mesh, scene_id=scene.id),
+            lambda: client.scene(scene.id),
+            elsewhere.refresh,
+            elsewhere.lattice,
+            elsewhere.get_update,
+            lambda: elsewhere.provenance(scene.get_update()),
+            elsewhere.deform,
+            elsewhere.watch,
+            lambda: elsewhere.evaluate([[0, 0, 0]]),
+            lambda: elsewhere.export_bytes("ply"),
+            lambda: elsewhere.move([0], (1, 0, 0)),
+            elsewhere.delete,
+        ]
+        for ask in asks:
+            with pytest.raises(latticed.LatticedError) as caught:
+                ask()
+            assert caught.value.code == grpc.StatusCode.UNIMPLEMENTED
+    server.stop(None)
+
+    assert len(recorder.calls) == len(asks)
+    for method, metadata in recorder.calls:
+        assert metadata.get("latticed-scene") == scene.id, method
+        assert metadata.get("authorization") == "Bearer secret", method
+
+
+def test_scenes_are_listed_and_the_same_request_is_the_same_scene(client, box):
+    first = client.create_scene(box, scene_id="scene-of-python", labels={"from": "python"}, idle_ttl=60)
+    again = client.create_scene(box, scene_id="scene-of-python", labels={"from": "python"}, idle_ttl=60)
+
+    assert (first.id, first.labels, first.info.idle_ttl.seconds) == (
+        "scene-of-python",
+        {"from": "python"},
+        60,
+    )
+    assert again.info.create_time == first.info.create_time
+    assert [scene.id for scene in client.scenes("from=python")] == ["scene-of-python"]
+    with pytest.raises(latticed.LatticedError) as caught:
+        client.create_scene(box, scene_id="scene-of-python")
+    assert caught.value.reason == "ALREADY_EXISTS"
+    first.delete()
+    assert client.scenes("from=python") == []
+
+
+def test_scene_ids_have_128_random_bits_and_scenes_stay_unless_told(client, box):
+    with client.create_scene(box) as first, client.create_scene(box) as second:
+        pass
+
+    assert len(first.id) == len(second.id) == 32 and first.id != second.id
+    assert client.scene(first.id).id == first.id
+    with client.create_scene(box, delete_on_exit=True) as third:
+        pass
+    with pytest.raises(latticed.LatticedError):
+        client.scene(third.id)
+
+
+def test_tokens_and_their_roles(tmp_path, monkeypatch):
+    roles = {"reader": "read", "editor": "edit"}
+    lines = [f"{hashlib.sha256(token.encode()).hexdigest()} {role} {token}" for token, role in roles.items()]
+    (tmp_path / "tokens").write_text("\n".join(lines) + "\n")
+
+    with ServerProcess("--token-file", str(tmp_path / "tokens")) as server:
+        for token, reason in (
+            ("", "UNAUTHENTICATED"),
+            ("wrong", "UNAUTHENTICATED"),
+            ("reader", "PERMISSION_DENIED"),
+        ):
+            with latticed.connect(server.address, token=token) as client:
+                with pytest.raises(latticed.LatticedError) as caught:
+                    client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES)
+            assert caught.value.reason == reason
+        monkeypatch.setenv("LATTICED_SERVER", server.address)
+        monkeypatch.setenv("LATTICED_TOKEN", "editor")
+        with latticed.connect() as client:
+            scene = client.create_scene(client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES))
+            assert scene.info.owner == "editor"
+        with latticed.connect(token="reader") as client, client.scene(scene.id).watch(
+            latticed.View(encoding="raw")
+        ) as stream:
+            assert stream.next_update(timeout=60).revision == 0
+
+
+def test_tls_with_a_root_of_ones_own(tmp_path):
+    certificate, key = tmp_path / "cert.pem", tmp_path / "key.pem"
+    subject = ["-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1"]
+    request = [
+        "openssl",
+        "req",
+        "-x509",
+        "-newkey",
+        "ec",
+        "-pkeyopt",
+        "ec_paramgen_curve:P-256",
+        "-nodes",
+        "-days",
+        "1",
+    ]
+    subprocess.run([*request, *subject, "-keyout", key, "-out", certificate], check=True, capture_output=True)
+
+    with ServerProcess("--tls-cert", certificate, "--tls-key", key) as server:
+        for root in (certificate, certificate.read_bytes()):
+            with latticed.connect(server.address, tls_ca=root) as client:
+                assert client.server_info().version
+        with latticed.connect(server.address) as client, pytest.raises(latticed.LatticedError):
+            client.server_info()

@@ -1,0 +1,173 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+import io
+import sys
+
+import grpc
+import latticed
+import numpy as np
+import pytest
+
+from definition import BOX_FACES, BOX_POSITIONS
+
+
+def test_arrays_become_a_mesh(client, box):
+    assert (box.name, box.vertices, box.faces) == ("box", 8, 6)
+    np.testing.assert_array_equal(box.bounds, [[0, 0, 0], [2, 1, 3]])
+    assert client.mesh(box.id).info == box.info
+
+
+def test_labels_and_units_are_kept_and_found(client):
+    positions = BOX_POSITIONS.astype(np.float32) + 7
+
+    mesh = client.upload_arrays(
+        positions, BOX_FACES, name="crate", up_axis="z", meters_per_unit=0.5, labels={"kind": "crate"}
+    )
+
+    assert (mesh.name, mesh.labels, mesh.info.up_axis, mesh.info.meters_per_unit) == (
+        "crate",
+        {"kind": "crate"},
+        3,
+        0.5,
+    )
+    assert [found.id for found in client.meshes("kind=crate")] == [mesh.id]
+    assert client.meshes("kind=barrel") == []
+    mesh.delete()
+    with pytest.raises(latticed.LatticedError) as caught:
+        client.mesh(mesh.id)
+    assert caught.value.reason == "NOT_FOUND"
+
+
+def test_faces_of_any_size_and_attributes_of_corners(client):
+    positions = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0], [2, 0.5, 0]]
+    faces = [[0, 1, 2, 3], [3, 2, 4], (1, 5, 2)]
+
+    mesh = client.upload_arrays(
+        positions,
+        faces,
+        normals=np.tile([0, 0, 1.0], (6, 1)),
+        uvs=np.arange(20.0).reshape(10, 2),
+        face_groups=[0, 1, 1],
+        group_names=["floor", "wall"],
+    )
+
+    assert (mesh.vertices, mesh.faces, mesh.info.corners) == (6, 3, 10)
+    assert mesh.info.has_normals and mesh.info.has_uvs
+    assert [(group.name, group.faces) for group in mesh.info.groups] == [("floor", 1), ("wall", 2)]
+
+
+@pytest.mark.parametrize(
+    "arguments, text",
+    [
+        ({"positions": np.zeros((4, 2))}, r"positions have the shape \(vertices, 3\), not \(4, 2\)"),
+        ({"faces": [[0.0, 1.0, 2.0]]}, "faces hold integers, not float64"),
+        ({"faces": np.zeros((2, 3))}, "faces hold integers, not float64"),
+        ({"faces": [[0, 1, -1]]}, "0 or more"),
+        ({"normals": np.zeros((5, 3))}, "5 normals for 8 vertices and 24 corners"),
+        ({"uvs": np.zeros((8, 3))}, r"uvs have the shape \(vertices, 2\)"),
+        ({"face_groups": [0] * 6}, "belong together"),
+        ({"face_groups": [-1] * 6, "group_names": ["a"]}, "face_groups hold numbers of 0 or more"),
+        ({"face_groups": [0] * 5, "group_names": ["a"]}, r"face_groups have the shape \(6,\), not \(5,\)"),
+        ({"up_axis": "up"}, "up_axis is x, y or z"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_value_errors(client, arguments, text):
+    with pytest.raises(ValueError, match=text):
+        client.upload_arrays(**{"positions": BOX_POSITIONS, "faces": BOX_FACES, **arguments})
+
+
+def test_no_faces_are_refused_by_the_server(client):
+    with pytest.raises(latticed.LatticedError) as caught:
+        client.upload_arrays(BOX_POSITIONS, [])
+
+    assert "face_count" in caught.value.field
+
+
+def test_a_vertex_that_is_not_there_is_refused_by_the_server(client):
+    with pytest.raises(latticed.LatticedError) as caught:
+        client.upload_arrays(BOX_POSITIONS, [[0, 1, 99]])
+
+    assert caught.value.code == grpc.StatusCode.INVALID_ARGUMENT
+    assert caught.value.reason == "MALFORMED_FILE"
+
+
+def write_obj(path, positions, faces):
+    lines = [f"v {x} {y} {z}" for x, y, z in positions] + [
+        "f " + " ".join(str(i + 1) for i in face) for face in faces
+    ]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def test_a_file_is_uploaded_once_and_its_progress_told(client, tmp_path):
+    n = 181  # above one part of 768 KiB
+    x, y = np.meshgrid(np.arange(float(n)), np.arange(float(n)))
+    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).reshape(-1, 1)
+    faces = corner + np.array([0, 1, n + 1, n])
+    write_obj(tmp_path / "sheet.obj", np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3), faces)
+    first, second = [], []
+
+    mesh = client.upload(tmp_path / "sheet.obj", progress=lambda done, total: first.append((done, total)))
+    again = client.upload(tmp_path / "sheet.obj", progress=lambda done, total: second.append((done, total)))
+
+    size = (tmp_path / "sheet.obj").stat().st_size
+    assert size > 768 * 1024
+    assert first == [(768 * 1024, size), (size, size)]
+    assert second == [(size, size)]
+    assert (mesh.name, mesh.faces, again.id) == ("sheet.obj", (n - 1) ** 2, mesh.id)
+
+
+def test_progress_is_drawn_as_a_bar(client, capfd):
+    client.upload_arrays(BOX_POSITIONS + 1, BOX_FACES, name="drawn", progress=True)
+
+    bar = capfd.readouterr().err
+    assert bar.startswith("\rupload drawn [")
+    assert "100%" in bar and bar.endswith("\n")
+
+
+def test_a_bar_is_drawn_on_a_terminal_unless_told_otherwise(client, monkeypatch):
+    terminal = io.StringIO()
+    terminal.isatty = lambda: True
+    monkeypatch.setattr(sys, "stderr", terminal)
+
+    client.upload_arrays(BOX_POSITIONS + 4, BOX_FACES, progress=False)
+    assert terminal.getvalue() == ""
+    client.upload_arrays(BOX_POSITIONS + 5, BOX_FACES)
+    assert "upload mesh [####" in terminal.getvalue()
+
+
+def test_no_bar_where_there_is_no_terminal(client, capfd):
+    client.upload_arrays(BOX_POSITIONS + 2, BOX_FACES)
+
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("name, content, text", [("a.xyz", "v", "known are .obj"), ("a.obj", "", "is empty")])
+def test_a_file_that_cannot_be_a_mesh_is_a_value_error(client, tmp_path, name, content, text):
+    (tmp_path / name).write_text(content)
+
+    with pytest.raises(ValueError, match=text):
+        client.upload(tmp_path / name)
+
+
+def test_a_malformed_file_is_refused_with_its_place(client, tmp_path):
+    (tmp_path / "bad.obj").write_text("v 0 0 0\nv 1 0\nf 1 2 3\n")
+
+    with pytest.raises(latticed.LatticedError) as caught:
+        client.upload(tmp_path / "bad.obj")
+
+    assert caught.value.reason == "MALFORMED_FILE"
+    assert caught.value.metadata["format"] == "OBJ"
+    assert "2" in caught.value.metadata["where"]
+
+
+def test_a_mesh_in_use_is_not_deleted_unless_forced(client):
+    mesh = client.upload_arrays(BOX_POSITIONS + 3, BOX_FACES)
+    scene = client.create_scene(mesh)
+
+    with pytest.raises(latticed.LatticedError) as caught:
+        mesh.delete()
+    mesh.delete(force=True)
+
+    assert caught.value.reason == "MESH_IN_USE"
+    with pytest.raises(latticed.LatticedError):
+        scene.refresh()

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+import latticed
+import numpy as np
+import pytest
+from latticed import connection
+
+import definition
+from cutting_proxy import CuttingProxy
+from server_process import ServerProcess
+
+RAW = latticed.View(encoding="raw", segments=2)
+
+
+@pytest.fixture
+def proxy(server):
+    made = CuttingProxy(server.port)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def remote(proxy, scene):
+    """The scene through the proxy."""
+    with latticed.connect(proxy.address) as client:
+        yield client.scene(scene.id)
+
+
+def test_a_stream_goes_on_after_every_cut(proxy, remote):
+    with remote.deform(RAW) as stream:
+        for cuts in range(1, 4):
+            proxy.cut()
+            update = stream.wait(stream.move(stream.lattice.indices, (1, 0, 0)), timeout=60)
+
+            assert update.revision == update.applied_sequence == cuts
+            assert update.points[..., 0].min() == pytest.approx(cuts, abs=1e-5)
+        assert stream.reconnections >= 3
+
+
+def test_edits_of_a_broken_stream_count_once(proxy, remote, scene):
+    with remote.deform(RAW) as stream:
+        for i in range(40):
+            last = stream.move([0], (1, 0, 0))
+            if i % 10 == 5:
+                proxy.cut()
+        update = stream.wait(last, timeout=60)
+
+    assert stream.reconnections >= 1
+    assert update.revision == 40
+    lattice = scene.lattice()
+    assert lattice.revision == 40
+    assert lattice.control_points[0, 0, 0, 0] - lattice.rest()[0, 0, 0, 0] == pytest.approx(40)
+
+
+def test_edits_whose_answers_are_lost_count_once_too(proxy, remote, scene):
+    with remote.deform(RAW) as stream:
+        proxy.lose_answers()
+        first, second = (stream.move(stream.lattice.indices, (1, 0, 0)) for _ in range(2))
+        scene.get_update(RAW, min_revision=2)
+        proxy.cut()
+
+        update = stream.wait(first, timeout=60)
+        assert (update.revision, update.applied_sequence) == (2, second)
+        assert stream.result(second, timeout=60).revision == 2
+        with pytest.raises(latticed.LatticedError, match="lost with its connection"):
+            stream.result(first, timeout=60)
+        assert stream.wait(stream.move([0], (1, 0, 0)), timeout=60).revision == 3
+
+
+def test_a_connection_that_vanishes_without_a_word_is_noticed(proxy, scene, monkeypatch):
+    hasty = {**dict(connection._OPTIONS), "grpc.keepalive_time_ms": 1000, "grpc.keepalive_timeout_ms": 500}
+    monkeypatch.setattr(connection, "_OPTIONS", list(hasty.items()))
+
+    with latticed.connect(proxy.address) as client, client.scene(scene.id).deform(RAW) as stream:
+        proxy.lose_answers()
+        update = stream.wait(stream.move([0], (1, 0, 0)), timeout=60)
+
+        assert update.revision == 1 and stream.reconnections >= 1
+
+
+def test_a_watcher_goes_on_with_what_it_has(proxy, remote, scene):
+    with remote.watch(RAW) as stream:
+        before = stream.next_update(timeout=60)
+        proxy.cut()
+        scene.move(scene.lattice().indices[-1], (1, 0, 0))
+        update = stream.next_update(timeout=60)
+        while update.revision < 1:
+            update = stream.next_update(timeout=60)
+
+    np.testing.assert_allclose(update.points, scene.get_update(RAW).points)
+    assert np.abs(update.points - before.points).max() > 0.1
+
+
+@pytest.mark.parametrize("kind", ["watch", "deform"])
+def test_view_and_pause_outlive_a_cut(proxy, remote, scene, kind):
+    with getattr(remote, kind)(RAW) as stream:
+        stream.set_view(latticed.View(encoding="raw", segments=1))
+        while stream.latest.view.segments != 1:
+            stream.next_update(timeout=60)
+        stream.pause()
+        proxy.cut()
+        with pytest.raises(TimeoutError):
+            for _ in range(4):  # an update may have begun before the new stream was told to pause
+                scene.move([0], (1, 0, 0))
+                stream.next_update(timeout=0.5)
+        stream.pause(False)
+        newest = scene.refresh().revision
+        while stream.latest.revision < newest:
+            stream.next_update(timeout=60)
+
+        assert stream.latest.view.segments == 1 and stream.reconnections >= 1
+
+
+def test_calls_survive_a_cut(proxy, remote):
+    proxy.cut()
+
+    assert remote.move([0], (1, 0, 0)).revision == 1
+
+
+def test_a_stream_whose_server_is_gone_ends_unavailable(monkeypatch):
+    monkeypatch.setattr(latticed.retries, "_FIRST_PAUSE", 0.01)
+
+    with ServerProcess() as server:
+        with latticed.connect(server.address) as client:
+            mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES)
+            stream = client.create_scene(mesh).watch(RAW)
+            stream.next_update(timeout=60)
+            server.stop()
+
+            with pytest.raises(latticed.LatticedError) as caught:
+                stream.next_update(timeout=120)
+            assert caught.value.code.name == "UNAVAILABLE"

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+import sys
+import types
+import warnings
+
+import latticed
+import numpy as np
+import pytest
+from latticed import draco
+
+import definition
+
+RAW = latticed.View(encoding="raw")
+# Vertices are evaluated in single precision, of coordinates up to 5.
+FLOAT32 = 5e-6
+
+
+def test_the_identity_is_the_mesh(scene):
+    update = scene.get_update(latticed.View(segments=3, encoding="raw"))
+
+    assert update.final and update.revision == 0
+    assert update.points.shape == (scene.patches, 10, 3)
+    assert update.triangles.shape == (9 * scene.patches, 3)
+    assert definition.area(update) == pytest.approx(definition.BOX_AREA, abs=1e-5)
+    at_face = np.isclose(update.points, 0, atol=1e-6) | np.isclose(update.points, [2, 1, 3], atol=1e-6)
+    assert at_face.any(axis=-1).all()
+    np.testing.assert_allclose(update.points.reshape(-1, 3).max(axis=0), [2, 1, 3], atol=1e-6)
+
+
+def test_triangles_are_counter_clockwise_from_outside_and_normals_point_there(scene):
+    update = scene.get_update(latticed.View(normals="facet"))
+
+    points, normals = update.points.reshape(-1, 3), update.normals.reshape(-1, 3)
+    a, b, c = points[update.triangles].transpose(1, 0, 2)
+    crosses = np.cross(b - a, c - a)
+    centre = np.array([1, 0.5, 1.5])
+    assert (np.einsum("ij,ij->i", crosses, a - centre) > 0).all()
+    assert (np.einsum("ij,ij->i", crosses, normals[update.triangles[:, 0]]) > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6)
+
+
+def test_moving_every_control_point_moves_every_point(scene):
+    before = scene.get_update(RAW)
+    result = scene.move(scene.lattice().indices, (10, -20, 30))
+
+    after = scene.get_update(RAW)
+
+    assert result.largest_move == pytest.approx(np.linalg.norm([10, 20, 30]))
+    np.testing.assert_allclose(
+        after.points - before.points, np.broadcast_to([10, -20, 30], before.points.shape), atol=1e-5
+    )
+
+
+def test_every_point_is_where_the_definition_puts_its_source(scene, random):
+    lattice = scene.lattice()
+    lattice.control_points += random.normal(scale=0.2, size=lattice.control_points.shape)
+    scene.replace(lattice.control_points)
+    update = scene.get_update(min_revision=1)
+    source = scene.provenance(update)
+
+    rest = source.interpolate(definition.BOX_POSITIONS[definition.BOX_FACES.reshape(-1)])
+
+    expected = definition.deform(lattice, np.clip(rest.reshape(-1, 3), 0, [2, 1, 3]))
+    assert 0 < update.step < 1e-3
+    np.testing.assert_allclose(update.points.reshape(-1, 3), expected, atol=update.step / 2 + FLOAT32)
+
+
+def test_surface_points_are_evaluated_in_double(scene, random):
+    lattice = scene.lattice()
+    lattice.control_points += random.normal(scale=0.2, size=lattice.control_points.shape)
+    scene.replace(lattice.control_points)
+    weights = random.dirichlet([1, 1, 1], size=50)
+    faces = random.integers(6, size=50)
+    corners = 4 * faces[:, None] + [0, 1, 2]
+
+    evaluation = scene.evaluate_surface(faces, corners, weights)
+
+    triangles = definition.BOX_POSITIONS[definition.BOX_FACES.reshape(-1)[corners]]
+    rest = np.einsum("pi,pix->px", weights, triangles)
+    np.testing.assert_allclose(evaluation.positions, definition.deform(lattice, rest), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(evaluation.normals, axis=1), 1, atol=1e-12)
+
+
+def test_encodings_agree(scene, random):
+    lattice = scene.lattice()
+    scene.replace(lattice.control_points + random.normal(scale=0.2, size=lattice.control_points.shape))
+
+    raw = scene.get_update(latticed.View(encoding="raw", normals="facet"))
+    fine = scene.get_update(latticed.View(encoding="quantised", normals="facet"))
+    coarse = scene.get_update(
+        latticed.View(encoding="quantised", normals="facet", position_bits=8, normal_bits=6)
+    )
+
+    assert raw.step == 0
+    for update, bits, normal_bits in ((fine, 16, 12), (coarse, 8, 6)):
+        assert (update.view.encoding, update.view.position_bits) == ("quantised", bits)
+        np.testing.assert_allclose(update.points, raw.points, atol=update.step / 2 + FLOAT32)
+        np.testing.assert_allclose(update.relative_points + update.origin, update.points, atol=1e-5)
+        # Half a cell in y and z, so at most a whole one in x, of a vector that is 1 / sqrt(3) or longer.
+        assert np.linalg.norm(update.normals - raw.normals, axis=-1).max() < 18**0.5 / (
+            2**normal_bits - 2
+        )
+    assert coarse.bytes < raw.bytes
+
+
+def test_a_view_without_normals_has_none(scene):
+    assert scene.get_update(latticed.View(normals="none")).normals is None
+
+
+@pytest.mark.parametrize(
+    "view, text", [(latticed.View(encoding="zip"), "'zip'"), (latticed.View(normals="flat"), "'flat'")]
+)
+def test_a_view_of_unknown_words_is_a_value_error(scene, view, text):
+    with pytest.raises(ValueError, match=text):
+        scene.get_update(view)
+
+
+@pytest.fixture
+def without_decoder(monkeypatch):
+    monkeypatch.setitem(sys.modules, "DracoPy", None)
+    draco.decoder.cache_clear()
+    draco.say_that_it_is_missing.cache_clear()
+    yield
+    draco.decoder.cache_clear()
+
+
+def test_without_a_decoder_updates_are_quantised_and_that_is_said_once(client, box, without_decoder):
+    with client.create_scene(box, delete_on_exit=True) as scene:
+        assert scene.default_view.encoding == "draco"
+        with pytest.warns(RuntimeWarning, match="no Draco decoder"):
+            assert scene.encoding == "quantised"
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert scene.get_update().view.encoding == "quantised"
+        with pytest.raises(ValueError, match="pip install DracoPy"):
+            scene.get_update(latticed.View(encoding="draco"))
+
+
+class StandIn:
+    """DracoPy, of which Debian has no package: answers with what a decoder makes of the same integers."""
+
+    def __init__(self, quantised):
+        chunks = [quantised.topology.patches_of(chunk) for chunk in range(quantised.topology.chunks)]
+        self._chunks = iter([(quantised.relative_points[c], quantised.normals[c]) for c in chunks])
+
+    def decode(self, data):
+        assert data[:5] == b"DRACO"
+        positions, normals = (array.reshape(-1, 3) for array in next(self._chunks))
+        return types.SimpleNamespace(points=positions, get_attribute_by_type={1: {"data": normals}}.get)
+
+    class DracoPointCloud:
+        get_attribute_by_type = None
+
+
+def test_with_a_decoder_updates_are_draco_and_the_same_integers(client, box, monkeypatch):
+    with client.create_scene(box, delete_on_exit=True) as scene:
+        quantised = scene.get_update(latticed.View(encoding="quantised"))
+        monkeypatch.setitem(sys.modules, "DracoPy", StandIn(quantised))
+        draco.decoder.cache_clear()
+
+        update = scene.get_update()
+
+        assert (scene.encoding, update.view.encoding) == ("draco", "draco")
+        np.testing.assert_array_equal(update.points, quantised.points)
+        np.testing.assert_array_equal(update.normals, quantised.normals)
+    draco.decoder.cache_clear()
