@@ -128,7 +128,7 @@ class SceneStream : public SceneListener,
   bool going_away_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Time last_heard_ ABSL_GUARDED_BY(mutex_);
   std::unique_ptr<grpc::Alarm> heartbeat_ ABSL_GUARDED_BY(mutex_);
-  std::unique_ptr<grpc::Alarm> pace_ ABSL_GUARDED_BY(mutex_);  // for max_bytes_per_second
+  std::unique_ptr<grpc::Alarm> pace_ ABSL_GUARDED_BY(mutex_);  // for Watcher::wake_at
 };
 
 }  // namespace latticed
