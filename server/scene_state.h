@@ -47,8 +47,7 @@ struct SceneState {
 [[nodiscard]] Bounds BoundsOf(const SceneState& state);
 
 // Until when edits are said to come after one at `edit_time`, where the one before was at `before`:
-// they pause when none came for
-// half as long again as between those two, within the bounds of what a hand does.
+// they pause when none came for half as long again as between those two, but 40 to 80 ms.
 [[nodiscard]] absl::Time BusyUntil(absl::Time before, absl::Time edit_time);
 
 // Of a scene's `bytes` on all devices those on one, by where its target's are.
