@@ -141,7 +141,12 @@ absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
   next.control_points =
       std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
   next.commit_time = absl::Now();
-  next.box = NextQuantisationBox(before, BoundsOf(next), history_.gesture_open()).value_or(before);
+  next.gesture_open = history_.gesture_open();
+  const bool ends_gesture = !batch.gesture_id.empty() &&
+                            batch.gesture_phase != GesturePhase::kUpdate && !next.gesture_open;
+  next.busy_until =
+      ends_gesture ? next.commit_time : BusyUntil(State()->commit_time, next.commit_time);
+  next.box = NextQuantisationBox(before, BoundsOf(next), next.gesture_open).value_or(before);
   // A RAW view's origin may move with the plan, and an id never names two origins.
   if (outcome->structure_changed) next.box.id = before.id + 1;
 
@@ -155,7 +160,7 @@ absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
   history_.SetTouched(batch.editor_id, dirty.boxes(), dirty.patches());
   EditSummary summary = outcome->summary;
   summary.boxes_touched = dirty.boxes();
-  summary.patches_touched = dirty.patches();
+  summary.patches_touched = next.patches_touched = dirty.patches();
   Commit(batch, *outcome, std::make_shared<const SceneState>(std::move(next)), dirty);
   return summary;
 }
@@ -270,8 +275,12 @@ void Scene::Delete() {
 void Scene::Tick(absl::Time now) {
   // An edit in the making is activity enough; the next tick will do.
   if (edit_mutex_.TryLock()) {
-    history_.CommitIdleGestures(std::chrono::steady_clock::now());
+    history_.CommitIdleGestures(std::chrono::steady_clock::now() +
+                                absl::ToChronoNanoseconds(now - absl::Now()));
+    const bool gestures_ended = State()->gesture_open && !history_.gesture_open();
+    if (gestures_ended) EndGestures();
     edit_mutex_.Unlock();
+    if (gestures_ended) WakeListeners();
   }
   const MutexLock lock(&mutex_);
   std::erase_if(listeners_, [](const auto& listener) { return listener.expired(); });
@@ -280,6 +289,13 @@ void Scene::Tick(absl::Time now) {
     const auto& view = entry.second;
     return view.use_count() == 1 && now - view->last_watched() > kIdleView;
   });
+}
+
+void Scene::EndGestures() {
+  const MutexLock lock(&mutex_);
+  auto state = std::make_shared<SceneState>(*state_);
+  state->gesture_open = false;
+  state_ = std::move(state);
 }
 
 void Scene::AddListener(std::weak_ptr<SceneListener> listener) {

@@ -175,6 +175,9 @@ class Scene : public std::enable_shared_from_this<Scene> {
   void Commit(const EditBatch& batch, const EditOutcome& outcome,
               std::shared_ptr<const SceneState> next, const DirtySet& dirty)
       ABSL_LOCKS_EXCLUDED(mutex_);
+  // The newest state without an open gesture, at the same revision: for views that send fewer bits
+  // meanwhile.
+  void EndGestures() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
   void WakeListeners() ABSL_LOCKS_EXCLUDED(mutex_);
   bool WatchedLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool InUseLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

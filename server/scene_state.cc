@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/scene_state.h"
 
+#include <algorithm>
 #include <array>
 
 namespace latticed {
@@ -30,6 +31,12 @@ Bounds BoundsOf(const SceneState& state) {
   }
   if (!state.plan->outside_bounds.empty()) bounds.Extend(state.plan->outside_bounds);
   return bounds;
+}
+
+absl::Time BusyUntil(absl::Time before, absl::Time edit_time) {
+  // Two frames of a display and more; and as long as leaves time to send full detail within 300 ms.
+  constexpr absl::Duration kShortest = absl::Milliseconds(40), kLongest = absl::Milliseconds(80);
+  return edit_time + std::clamp(1.5 * (edit_time - before), kShortest, kLongest);
 }
 
 uint64_t BytesOn(int device, const DeformTarget& target, uint64_t bytes) {

@@ -32,6 +32,11 @@ struct SceneState {
   // Which control points influence any patch: what the box must hold, with the outside pieces.
   std::shared_ptr<const std::vector<bool>> influential;
   absl::Time commit_time;
+  // Of the edit that made the revision.
+  uint64_t patches_touched = 0;
+  bool gesture_open = false;
+  // Edits come until then, unless another state says otherwise: see BusyUntil.
+  absl::Time busy_until;
   const LatticeStructure& structure() const { return plan->structure; }
 };
 
@@ -40,6 +45,10 @@ struct SceneState {
 
 // What the quantisation box must hold: a B-spline volume stays in the hull of its control points.
 [[nodiscard]] Bounds BoundsOf(const SceneState& state);
+
+// Until when edits are said to come after one at `edit_time`, where the one before was at `before`:
+// they pause when none came for half as long again as between those two, but 40 to 80 ms.
+[[nodiscard]] absl::Time BusyUntil(absl::Time before, absl::Time edit_time);
 
 // Of a scene's `bytes` on all devices those on one, by where its target's are.
 [[nodiscard]] uint64_t BytesOn(int device, const DeformTarget& target, uint64_t bytes);

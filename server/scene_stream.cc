@@ -111,7 +111,7 @@ bool SceneStream::AtEnd() const {
   const bool on_its_way = only_update_ && *finish_at_ <= scene_->State()->revision;
   if (going_away_ && !on_its_way) return true;
   return finish_at_.has_value() && watcher_->covered().has_value() &&
-         *watcher_->covered() >= *finish_at_;
+         *watcher_->covered() >= *finish_at_ && watcher_->has_full_detail();
 }
 
 absl::StatusOr<std::optional<grpc::ByteBuffer>> SceneStream::NextBuffer() {
@@ -125,7 +125,8 @@ absl::StatusOr<std::optional<grpc::ByteBuffer>> SceneStream::NextBuffer() {
   if (event->has_value()) return EncodeEvent(**event);
   if (watcher_->wake_at() != absl::InfiniteFuture()) {
     pace_ = std::make_unique<grpc::Alarm>();
-    pace_->Set(absl::ToChronoTime(watcher_->wake_at()), [weak = weak_from_this()](bool) {
+    pace_->Set(absl::ToChronoTime(watcher_->wake_at()), [weak = weak_from_this()](bool expired) {
+      if (!expired) return;  // another one took its place
       if (const auto stream = weak.lock(); stream != nullptr) stream->OnSceneChanged();
     });
   }
@@ -212,6 +213,7 @@ void SceneStream::HalfClose(uint64_t revision) {
   finish_at_ = revision;
   // Nothing can be acknowledged or resumed any more, so nothing waits for it.
   watcher_->StopAcks();
+  watcher_->WantFullDetail();
   watcher_->SetPaused(false);
   watcher_->SetSilent(false);
   Pump();

@@ -7,7 +7,7 @@
 //   small events (hello, edit_result, heartbeat, goaway) > lattice > the update's next event
 //
 // Nothing is queued but small events, and the reader stops reading when those pile up (backlog). A
-// stream ends OK at finish_at (half-close, GetUpdate) or after goaway; with a status when the scene
+// stream ends OK at finish_at in full detail (half-close, GetUpdate) or after goaway; with a status when the scene
 // is deleted or cannot be evaluated; CANCELLED when the client cancels or its deadline passes. Then
 // the watcher is let go at once, and with it its claim on evaluations and snapshots.
 //
@@ -128,7 +128,7 @@ class SceneStream : public SceneListener,
   bool going_away_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Time last_heard_ ABSL_GUARDED_BY(mutex_);
   std::unique_ptr<grpc::Alarm> heartbeat_ ABSL_GUARDED_BY(mutex_);
-  std::unique_ptr<grpc::Alarm> pace_ ABSL_GUARDED_BY(mutex_);  // for max_bytes_per_second
+  std::unique_ptr<grpc::Alarm> pace_ ABSL_GUARDED_BY(mutex_);  // for Watcher::wake_at
 };
 
 }  // namespace latticed

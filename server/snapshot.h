@@ -36,8 +36,12 @@ struct ViewKey {
 // A view as one watcher asks for it.
 struct WatchView {
   ViewKey key;
-  uint64_t max_points = 0;            // 0: no limit; else segments are lowered until points fit
-  uint64_t max_bytes_per_second = 0;  // 0: no limit
+  // What segments are lowered for while edits come: server/level_of_detail.h. 0: no limit.
+  uint64_t max_points = 0;
+  uint64_t max_bytes_per_second = 0;
+  // In force while a gesture is open. 0: the key's.
+  int drag_position_bits = 0;
+  int drag_normal_bits = 0;
 };
 
 // Names the bytes of a chunk: equal versions, equal bytes.

@@ -20,6 +20,17 @@ absl::Status TakeInRange(int32_t value, int lowest, int highest, std::string_vie
   return absl::OkStatus();
 }
 
+absl::Status TakeDragBits(const v1::ViewOptions& options, std::string_view field, WatchView& view) {
+  if (auto status = TakeInRange(options.drag_position_bits(), limits::kMinPositionBits,
+                                limits::kMaxPositionBits, field, "drag_position_bits",
+                                view.drag_position_bits);
+      !status.ok()) {
+    return status;
+  }
+  return TakeInRange(options.drag_normal_bits(), limits::kMinNormalBits, limits::kMaxNormalBits,
+                     field, "drag_normal_bits", view.drag_normal_bits);
+}
+
 absl::Status TakeBits(const v1::ViewOptions& options, std::string_view field, ViewSpec& spec) {
   if (auto status = TakeInRange(options.segments(), limits::kMinSegments, limits::kMaxSegments,
                                 field, "segments", spec.segments);
@@ -59,6 +70,7 @@ absl::StatusOr<WatchView> DefaultViewFromProto(const v1::ViewOptions& options,
       FromProto(options.encoding(), defaults.key.encoding, fmt::format("{}.encoding", field));
   if (!encoding.ok()) return encoding.status();
   if (auto status = TakeBits(options, field, view.key.spec); !status.ok()) return status;
+  if (auto status = TakeDragBits(options, field, view); !status.ok()) return status;
   view.key.spec.normals = *normals;
   view.key.encoding = *encoding;
   view.key.spec.format = FormatOf(*encoding);
@@ -75,8 +87,14 @@ absl::StatusOr<WatchView> WatchViewFromProto(const v1::ViewOptions& options,
   if (!view.ok()) return view;
   ViewSpec& spec = view->key.spec;
   const bool raw = spec.format == VertexFormat::kFloat32;
-  if (raw) spec.position_bits = defaults.key.spec.position_bits;
-  if (raw || spec.normals == NormalMode::kNone) spec.normal_bits = defaults.key.spec.normal_bits;
+  if (raw) {
+    spec.position_bits = defaults.key.spec.position_bits;
+    view->drag_position_bits = 0;
+  }
+  if (raw || spec.normals == NormalMode::kNone) {
+    spec.normal_bits = defaults.key.spec.normal_bits;
+    view->drag_normal_bits = 0;
+  }
   return view;
 }
 
@@ -89,6 +107,8 @@ v1::ViewOptions ToProto(const WatchView& view) {
   result.set_normal_bits(view.key.spec.normal_bits);
   result.set_max_points(view.max_points);
   result.set_max_bytes_per_second(view.max_bytes_per_second);
+  result.set_drag_position_bits(view.drag_position_bits);
+  result.set_drag_normal_bits(view.drag_normal_bits);
   return result;
 }
 

@@ -71,8 +71,10 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServer
   if (!view.ok()) return view.status();
   const uint64_t revision = std::max(request.min_revision(), (*scene)->State()->revision);
   OpenRequest open{.scene = *std::move(scene)};
-  open.options.watcher = {
-      .view = *std::move(view), .max_unacked_updates = 0, .min_revision = revision};
+  open.options.watcher = {.view = *std::move(view),
+                          .max_unacked_updates = 0,
+                          .min_revision = revision,
+                          .only_full_detail = true};
   open.options.only_update = revision;
   return open;
 }

@@ -21,21 +21,14 @@ constexpr size_t kFirstBatchBytes = size_t{32} << 10;
 // max_bytes_per_second may be exceeded for so long after a pause.
 constexpr absl::Duration kBurst = absl::Milliseconds(250);
 
-// The most segments at which the plan's points stay below the limit. kInvalidArgument where 1 is
-// too many.
-absl::StatusOr<ViewKey> EffectiveKey(const WatchView& view, const DeformPlan& plan) {
-  ViewKey key = view.key;
-  const auto points = [&plan](int segments) {
-    return uint64_t{plan.patches.size()} * static_cast<uint64_t>(PointsPerPatch(segments));
-  };
-  if (view.max_points == 0) return key;
-  while (key.spec.segments > limits::kMinSegments && points(key.spec.segments) > view.max_points) {
-    --key.spec.segments;
-  }
-  if (points(key.spec.segments) <= view.max_points) return key;
+// kInvalidArgument where even the least detail of the plan has more points than the view allows.
+absl::Status CheckMaxPoints(const WatchView& view, const DeformPlan& plan) {
+  const uint64_t least =
+      plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(limits::kMinSegments));
+  if (view.max_points == 0 || least <= view.max_points) return absl::OkStatus();
   return error::InvalidField(
       "view.max_points",
-      fmt::format("got {}, 1 segment makes {} points already", view.max_points, points(1)),
+      fmt::format("got {}, 1 segment makes {} points already", view.max_points, least),
       "OUT_OF_RANGE");
 }
 
@@ -71,18 +64,49 @@ Watcher::~Watcher() {
 }
 
 absl::Status Watcher::UseView(const WatchView& asked) {
-  const auto state = scene_->State();
-  const auto key = EffectiveKey(asked, *state->plan);
-  if (!key.ok()) return key.status();
-  auto view = scene_->AcquireView(*key);
+  if (auto s = CheckMaxPoints(asked, *scene_->State()->plan); !s.ok()) return s;
+  auto view = scene_->AcquireView(asked.key);
   if (!view.ok()) return view.status();
   if (active_) view_->RemoveActive();
   active_ = false;
-  view_ = *std::move(view);
-  view_structure_ = state->structure_id;
+  full_view_ = view_ = *std::move(view);
   asked_ = asked;
+  detail_ = LevelOfDetail(asked);
   UpdateActivity();
   return absl::OkStatus();
+}
+
+void Watcher::SwitchTo(const ViewKey& key) {
+  if (key == view_->key()) return;
+  auto view = key == full_view_->key() ? full_view_ : scene_->AcquireView(key).value_or(nullptr);
+  if (view == nullptr) return;
+  if (active_) {
+    view->AddActive();
+    view_->RemoveActive();
+  }
+  view_ = std::move(view);
+}
+
+void Watcher::ChooseDetail(absl::Time now) {
+  if (options_.only_full_detail) return SwitchTo(full_view_->key());
+  const auto state = scene_->State();
+  const bool same_grid = had_.has_value() && had_->structure_id == state->structure_id &&
+                         had_->quantisation_id == state->box.id;
+  SwitchTo(detail_.Choose(*state, same_grid ? &had_->view : nullptr, now));
+  const absl::Time change = LevelOfDetail::ChangesAt(*state);
+  if (view_ != full_view_ && change > now) wake_at_ = change;
+}
+
+bool Watcher::GivesWay(const Snapshot& snapshot, absl::Time now) {
+  const int segments = full_view_->key().spec.segments;
+  if (options_.only_full_detail || snapshot.view.spec.segments != segments) return false;
+  const auto state = scene_->State();
+  if (state->revision == snapshot.revision) return false;
+  uint64_t left = 0;
+  for (size_t i = current_->sent; i < current_->chunks.size(); ++i) {
+    left += snapshot.chunks[current_->chunks[i]].data.size;
+  }
+  return detail_.GivesWay(*state, left, now);
 }
 
 void Watcher::UpdateActivity() {
@@ -137,16 +161,19 @@ absl::StatusOr<std::optional<WatcherEvent>> Watcher::Next(absl::Time now) {
   if (scene_->deleted()) return error::NotFound("scene", scene_->id());
   if (auto event = NextLattice(); event.has_value()) return event;
   if (active_) {
-    if (auto s = view_->failure(); !s.ok()) return s;
+    if (auto s = view_->failure(); !s.ok()) {
+      if (view_ == full_view_) return s;
+      WantFullDetail();
+    }
   }
   std::shared_ptr<const Snapshot> snapshot;
   if (current_.has_value()) {
     snapshot = current_view_->Find(current_->number);
-    if (snapshot == nullptr) DropUpdate();
+    if (snapshot == nullptr || GivesWay(*snapshot, now)) DropUpdate();
   }
   if (!current_.has_value()) {
     if (!MayBegin()) return std::nullopt;
-    if (auto s = BeginUpdate(); !s.ok()) return s;
+    BeginUpdate(now);
     if (!current_.has_value()) return std::nullopt;
     snapshot = current_view_->Find(current_->number);
     // Retired between the two calls: the newer snapshot wakes this watcher again.
@@ -184,25 +211,27 @@ bool Watcher::HasNothingNew(const Snapshot& newest) const {
   return covered_ == newest.revision && !restart_ && Comparable(newest);
 }
 
-absl::Status Watcher::BeginUpdate() {
-  // max_points may mean other segments for another plan.
-  if (view_structure_ != scene_->State()->structure_id) {
-    if (auto s = UseView(asked_); !s.ok()) return s;
-  }
+void Watcher::BeginUpdate(absl::Time now) {
+  ChooseDetail(now);
   if (const auto newest = view_->newest(); newest != nullptr && HasNothingNew(*newest)) {
     if (view_->WaitForNewer(newest->number)) scene_->RequestWork();
-    return absl::OkStatus();
+    return;
   }
   uint64_t at_least = std::max(options_.min_revision, covered_.value_or(0));
   if (had_.has_value()) at_least = std::max(at_least, had_->revision);
+  // Nothing in other detail of what it has, where there is something newer.
+  if (covered_.has_value() && had_->view != view_->key()) {
+    at_least = std::max(at_least, std::min(*covered_ + 1, scene_->State()->revision));
+  }
   const auto snapshot = view_->PinNewest(at_least);
   scene_->RequestWork();
-  if (snapshot == nullptr) return absl::OkStatus();
+  if (snapshot == nullptr) return;
   if (ceiling_.has_value() && snapshot->revision > *ceiling_) {
     view_->Unpin(snapshot->number);
-    return absl::OkStatus();
+    return;
   }
 
+  detail_.Learn(*snapshot);
   current_view_ = view_;
   current_.emplace();
   current_->number = snapshot->number;
@@ -213,7 +242,6 @@ absl::Status Watcher::BeginUpdate() {
     if (comparable && snapshot->chunks[c].revision <= had_->revision) continue;
     current_->chunks.push_back(c);
   }
-  return absl::OkStatus();
 }
 
 std::optional<WatcherEvent> Watcher::NextOfUpdate(const std::shared_ptr<const Snapshot>& snapshot,
@@ -284,7 +312,7 @@ WatcherEvent Watcher::MakeEnd(const Snapshot& snapshot, absl::Time now) {
                  .revision = snapshot.revision,
                  .head_revision = scene_->State()->revision,
                  .applied_sequence = applied_sequence_,
-                 .full_detail = true,
+                 .full_detail = snapshot.view == full_view_->key(),
                  .resume_token = MakeToken(),
                  .queue_time = current_->begin_time - snapshot.edit_time,
                  .evaluate_time = snapshot.evaluate_time,

@@ -28,6 +28,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "server/level_of_detail.h"
 #include "server/scene.h"
 
 namespace latticed {
@@ -39,6 +40,7 @@ struct WatcherOptions {
   std::string resume_token;        // may be empty or of another run
   size_t max_unacked_updates = 2;  // 0: acknowledgements are off
   uint64_t min_revision = 0;       // updates below it are not begun
+  bool only_full_detail = false;   // whatever the limits of the view
 };
 
 struct LatticeWhole {
@@ -101,7 +103,8 @@ class Watcher {
   // The next event; nullopt when there is nothing to send before the scene changes, or before
   // wake_at(). kNotFound when the scene was deleted, or why its view cannot be evaluated.
   [[nodiscard]] absl::StatusOr<std::optional<WatcherEvent>> Next(absl::Time now);
-  // When max_bytes_per_second lets the next batch go; InfiniteFuture where time holds nothing up.
+  // When max_bytes_per_second lets the next batch go, or full detail may be due; InfiniteFuture
+  // where time changes nothing.
   absl::Time wake_at() const { return wake_at_; }
 
   // Acknowledges an update and those before it. kInvalidArgument for one that was not begun.
@@ -117,15 +120,19 @@ class Watcher {
   void SetCeiling(std::optional<uint64_t> revision) { ceiling_ = revision; }
   // The client can acknowledge no more (half-close): nothing waits for it.
   void StopAcks() { options_.max_unacked_updates = 0; }
+  // From the next update on.
+  void WantFullDetail() { options_.only_full_detail = true; }
 
   bool resumed() const { return resumed_; }
   // Revision of the last update_end; nullopt before the first.
   std::optional<uint64_t> covered() const { return covered_; }
+  // Whether the last update_end left all the detail that the view asks for.
+  bool has_full_detail() const { return had_.has_value() && had_->view == full_view_->key(); }
   bool update_in_progress() const { return current_.has_value(); }
   // Whether the lattice that was sent is the scene's newest.
   bool lattice_current() const;
   const WatchView& view() const { return asked_; }
-  // Of the updates to come, max_points applied.
+  // Of the updates to come, as the limits of the view have it.
   const ViewKey& key() const { return view_->key(); }
   const std::shared_ptr<Scene>& scene() const { return scene_; }
 
@@ -140,10 +147,14 @@ class Watcher {
 
   Watcher(std::shared_ptr<Scene> scene, WatcherOptions options);
   absl::Status UseView(const WatchView& asked);
+  // Stays with the view that there is where no other can be had.
+  void SwitchTo(const ViewKey& key);
+  void ChooseDetail(absl::Time now);
+  bool GivesWay(const Snapshot& snapshot, absl::Time now);
   void UpdateActivity();
   void DropUpdate();
   std::optional<WatcherEvent> NextLattice();
-  absl::Status BeginUpdate();
+  void BeginUpdate(absl::Time now);
   bool MayBegin() const;
   bool HasNothingNew(const Snapshot& newest) const;
   bool Comparable(const Snapshot& snapshot) const;
@@ -157,15 +168,16 @@ class Watcher {
 
   const std::shared_ptr<Scene> scene_;
   WatcherOptions options_;
-  WatchView asked_;                          // max_points not yet applied
-  std::shared_ptr<SceneView> view_;          // of the updates to come
+  WatchView asked_;
+  LevelOfDetail detail_{asked_};
+  std::shared_ptr<SceneView> full_view_;     // as asked
+  std::shared_ptr<SceneView> view_;          // of the updates to come, perhaps with fewer segments
   std::shared_ptr<SceneView> current_view_;  // of the update in progress
   bool active_ = false, paused_ = false, silent_ = false;
   bool resumed_ = false;
 
   std::optional<uint64_t> lattice_structure_, lattice_revision_;  // sent
   std::string topology_id_;                                       // sent
-  std::optional<uint64_t> view_structure_;                        // for which view_ was chosen
   std::optional<std::pair<uint64_t, ViewKey>> quantisation_;      // sent: id and view
   std::optional<Had> had_;
   std::optional<uint64_t> covered_;

@@ -35,6 +35,10 @@ const std::vector<BadView>& BadViews() {
        "got 5, allowed is 6 to 12"},
       {"normal bits 13", [](V& v) { v.set_normal_bits(13); }, "OUT_OF_RANGE", "normal_bits",
        "got 13, allowed is 6 to 12"},
+      {"drag position bits 17", [](V& v) { v.set_drag_position_bits(17); }, "OUT_OF_RANGE",
+       "drag_position_bits", "got 17, allowed is 8 to 16"},
+      {"drag normal bits 5", [](V& v) { v.set_drag_normal_bits(5); }, "OUT_OF_RANGE",
+       "drag_normal_bits", "got 5, allowed is 6 to 12"},
       {"normals of a later version", [](V& v) { v.set_normals(static_cast<v1::NormalMode>(9)); },
        "UNSUPPORTED", "normals", "value 9"},
       {"control nets", [](V& v) { v.set_encoding(v1::ENCODING_CONTROL_NETS); }, "UNSUPPORTED",
@@ -131,22 +135,8 @@ TEST_F(BadViewsTest, EveryRpcRefusesThemByField) {
   EXPECT_EQ(watcher.log.topologies.back().segments(), 4) << "the view that it had";
 }
 
-TEST_F(BadViewsTest, MaxPointsTakesTheMostSegmentsThatFit) {
+TEST_F(BadViewsTest, MaxPointsBelowOneSegmentAreRefused) {
   const uint64_t patches = Scene().patches();
-  struct Row {
-    uint64_t max_points;
-    int segments;
-  };
-  for (const Row& row : {Row{patches * 3, 1}, Row{patches * 6 - 1, 1}, Row{patches * 6, 2},
-                         Row{patches * 15 - 1, 3}, Row{patches * 15, 4}, Row{1u << 30, 4}}) {
-    SCOPED_TRACE(row.max_points);
-    v1::GetUpdateRequest request = UpdateRequest();
-    request.mutable_view()->set_max_points(row.max_points);
-    EventLog log;
-    ASSERT_TRUE(Update(request, log).ok());
-    EXPECT_EQ(log.topologies.at(0).segments(), row.segments);
-    EXPECT_LE(log.topologies.at(0).point_count(), row.max_points);
-  }
   const Refusal refusal{.reason = "OUT_OF_RANGE",
                         .field = "view.max_points",
                         .message = std::to_string(3 * patches) + " points already"};

@@ -101,8 +101,8 @@ void WatcherClient::Reconnect(const WatcherOptions& options) {
   if (!watcher_->resumed()) chunks_.clear();
 }
 
-bool WatcherClient::Step() {
-  auto event = watcher_->Next(absl::Now());
+bool WatcherClient::Step(absl::Time now) {
+  auto event = watcher_->Next(now);
   if (!event.ok()) {
     status_ = event.status();
     return false;
@@ -112,12 +112,12 @@ bool WatcherClient::Step() {
   return true;
 }
 
-void WatcherClient::RunToUpdate() {
+void WatcherClient::RunToUpdate(const std::function<absl::Time()>& clock) {
   const size_t before = updates_.size();
   const absl::Time deadline = absl::Now() + absl::Seconds(60);
   while (updates_.size() == before) {
     ASSERT_LT(absl::Now(), deadline) << "no update came";
-    if (!Step()) bell_->Wait(absl::Milliseconds(50));
+    if (!Step(clock())) bell_->Wait(absl::Milliseconds(50));
     ASSERT_OK(status_);
   }
 }

@@ -6,6 +6,7 @@
 #ifndef LATTICED_TESTS_SERVER_ENGINE_SUPPORT_H_
 #define LATTICED_TESTS_SERVER_ENGINE_SUPPORT_H_
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/time/clock.h"
 #include "server/mutex.h"
 #include "server/scene_registry.h"
 #include "server/watcher.h"
@@ -57,9 +59,9 @@ class WatcherClient {
   Watcher& watcher() { return *watcher_; }
   Bell& bell() { return *bell_; }
   // Takes one event; false when there is none now.
-  bool Step();
-  // Steps until an update has ended, waiting for the workers; fails the test after ten seconds.
-  void RunToUpdate();
+  bool Step(absl::Time now = absl::Now());
+  // Steps until an update has ended, waiting for the workers; fails the test after a minute.
+  void RunToUpdate(const std::function<absl::Time()>& clock = absl::Now);
   // Steps until the last update is at the scene's newest revision and nothing is left to send.
   void RunToHead();
   // Continues with the token of the last update, as a client that reconnects, keeping what it has.

@@ -64,6 +64,8 @@ TEST(ViewConverter, RoundTripsThroughTheMessage) {
   options.set_normal_bits(6);
   options.set_max_points(5);
   options.set_max_bytes_per_second(6);
+  options.set_drag_position_bits(11);
+  options.set_drag_normal_bits(7);
 
   const auto view = WatchViewFromProto(options, DefaultView(false), "view");
 
@@ -77,6 +79,8 @@ TEST(ViewConverter, BitsWithoutEffectMakeNoOtherView) {
   raw_with_bits.set_encoding(v1::ENCODING_RAW);
   raw_with_bits.set_position_bits(9);
   raw_with_bits.set_normal_bits(11);
+  raw_with_bits.set_drag_position_bits(8);
+  raw_with_bits.set_drag_normal_bits(8);
 
   const auto one = WatchViewFromProto(raw, DefaultView(false), "view");
   const auto other = WatchViewFromProto(raw_with_bits, DefaultView(false), "view");
@@ -85,6 +89,8 @@ TEST(ViewConverter, BitsWithoutEffectMakeNoOtherView) {
   ASSERT_OK(other);
   EXPECT_EQ(one->key, other->key);
   EXPECT_EQ(one->key.spec.format, VertexFormat::kFloat32);
+  EXPECT_EQ(other->drag_position_bits, 0) << "nor while a gesture is open";
+  EXPECT_EQ(other->drag_normal_bits, 0);
 }
 
 TEST(ViewConverter, NumbersOutOfRangeAreRefusedByName) {
@@ -102,11 +108,17 @@ TEST(ViewConverter, NumbersOutOfRangeAreRefusedByName) {
     v1::ViewOptions options;
     options.set_position_bits(bits);
     refuses(options, "view.position_bits: got");
+    options.set_position_bits(0);
+    options.set_drag_position_bits(bits);
+    refuses(options, "view.drag_position_bits: got");
   }
   for (int bits : {5, 13}) {
     v1::ViewOptions options;
     options.set_normal_bits(bits);
     refuses(options, "view.normal_bits: got");
+    options.set_normal_bits(0);
+    options.set_drag_normal_bits(bits);
+    refuses(options, "view.drag_normal_bits: got");
   }
 }
 

@@ -1,0 +1,381 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Less detail while edits come: what is chosen, what a watcher is sent, and a stream through a stub.
+#include "server/level_of_detail.h"
+
+#include <algorithm>
+#include <string>
+
+#include "absl/time/clock.h"
+#include "core/cpu/cpu_backend.h"
+#include "core/ffd/tessellation_pattern.h"
+#include "tests/server/engine_support.h"
+#include "tests/server/stream_support.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::testing {
+namespace {
+
+class LevelOfDetailTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto scene = registry_.Create(MakeSceneConfig("scene-one"));
+    ASSERT_OK(scene);
+    scene_ = *scene;
+    asked_ = scene_->config().default_view;  // 4 segments, 8 bytes a point
+    patches_ = scene_->State()->plan->patches.size();
+  }
+  // A state whose edit touched so many patches, seen while more edits come, or when they pause.
+  SceneState Edited(uint64_t patches) const {
+    SceneState state = *scene_->State();
+    state.patches_touched = patches;
+    state.busy_until = kDrag + absl::Milliseconds(50);
+    return state;
+  }
+  int Chosen(LevelOfDetail& detail, uint64_t patches, absl::Time now = kDrag, bool whole = false) {
+    return detail.Choose(Edited(patches), whole ? nullptr : &asked_.key, now).spec.segments;
+  }
+  // All chunks of a view with that many bytes a point.
+  Snapshot Sent(int segments, uint64_t bytes_per_point) const {
+    Snapshot snapshot;
+    snapshot.view = asked_.key;
+    snapshot.view.spec.segments = segments;
+    snapshot.plan = scene_->State()->plan;
+    snapshot.chunks.resize(1);
+    snapshot.chunks[0].data.size =
+        patches_ * static_cast<uint64_t>(PointsPerPatch(segments)) * bytes_per_point;
+    return snapshot;
+  }
+
+  static inline const absl::Time kDrag = absl::UnixEpoch() + absl::Hours(1);
+  static inline const absl::Time kPause = kDrag + absl::Milliseconds(50);
+
+  const std::unique_ptr<Backend> backend_ = MakeCpuBackend({.threads = 1});
+  SceneRegistry registry_{backend_.get(), 1};
+  std::shared_ptr<Scene> scene_;
+  WatchView asked_;
+  uint64_t patches_ = 0;
+};
+
+TEST_F(LevelOfDetailTest, TakesTheMostSegmentsWhosePointsFit) {
+  struct Row {
+    uint64_t points_per_patch;
+    int segments;
+  };
+  for (const Row& row : {Row{3, 1}, Row{5, 1}, Row{6, 2}, Row{14, 3}, Row{15, 4}, Row{999, 4}}) {
+    SCOPED_TRACE(row.points_per_patch);
+    asked_.max_points = patches_ * row.points_per_patch;
+    LevelOfDetail detail(asked_);
+    EXPECT_EQ(Chosen(detail, patches_), row.segments);
+    EXPECT_EQ(Chosen(detail, patches_, kPause), 4);
+  }
+}
+
+TEST_F(LevelOfDetailTest, TakesTheMostSegmentsWhoseBytesFitATwentyFifthOfASecond) {
+  asked_.max_bytes_per_second = 25 * patches_ * 8 * 10;
+  LevelOfDetail exactly(asked_);
+  EXPECT_EQ(Chosen(exactly, patches_), 3) << "10 points a patch";
+  asked_.max_bytes_per_second -= 25;
+  LevelOfDetail less(asked_);
+  EXPECT_EQ(Chosen(less, patches_), 2);
+  asked_.max_bytes_per_second = 1;
+  LevelOfDetail hardly_any(asked_);
+  EXPECT_EQ(Chosen(hardly_any, patches_), 1);
+}
+
+TEST_F(LevelOfDetailTest, KeepsFullDetailWhereTheUpdateFitsWhole) {
+  asked_.max_points = 15 * patches_ / 2;
+  LevelOfDetail detail(asked_);
+  EXPECT_EQ(Chosen(detail, patches_ / 2), 4);
+  EXPECT_EQ(Chosen(detail, patches_ / 2 + 1), 2) << "all patches must fit then";
+  EXPECT_EQ(Chosen(detail, 1), 2) << "until edits pause";
+  EXPECT_EQ(Chosen(detail, 1, kPause), 4);
+  EXPECT_EQ(Chosen(detail, 1, kDrag, /*whole=*/true), 2) << "every chunk would be sent";
+}
+
+TEST_F(LevelOfDetailTest, BitsFallWhileAGestureIsOpen) {
+  asked_.drag_position_bits = 11;
+  LevelOfDetail detail(asked_);
+  SceneState state = Edited(patches_);
+  EXPECT_EQ(detail.Choose(state, &asked_.key, kDrag), asked_.key);
+  state.gesture_open = true;
+  for (const absl::Time now : {kDrag, kPause}) {
+    const ViewKey key = detail.Choose(state, &asked_.key, now);
+    EXPECT_EQ(key.spec.position_bits, 11);
+    EXPECT_EQ(key.spec.normal_bits, asked_.key.spec.normal_bits);
+    EXPECT_EQ(key.spec.segments, 4);
+  }
+}
+
+TEST_F(LevelOfDetailTest, WithoutLimitsNothingIsLowered) {
+  LevelOfDetail detail(asked_);
+  EXPECT_EQ(Chosen(detail, patches_), 4);
+  EXPECT_FALSE(detail.GivesWay(Edited(patches_), uint64_t{1} << 40, kDrag));
+}
+
+TEST_F(LevelOfDetailTest, LearnsWhatStreamsTakeAndOnlyFallsDuringADrag) {
+  asked_.key.encoding = Encoding::kDracoPoints;
+  asked_.max_bytes_per_second = 25 * patches_ * 30;
+  LevelOfDetail detail(asked_);
+  detail.Learn(Sent(4, 2));
+  EXPECT_EQ(Chosen(detail, patches_), 4) << "15 points of 2 bytes";
+  detail.Learn(Sent(4, 3));
+  EXPECT_EQ(Chosen(detail, patches_), 2) << "10 points of more than 3 bytes do not fit";
+  detail.Learn(Sent(2, 6));
+  EXPECT_EQ(Chosen(detail, patches_), 1);
+  detail.Learn(Sent(2, 1));
+  EXPECT_EQ(Chosen(detail, patches_), 1) << "in the same drag";
+  EXPECT_EQ(Chosen(detail, patches_, kPause), 4);
+  EXPECT_EQ(Chosen(detail, patches_), 2) << "the next drag knows";
+}
+
+TEST_F(LevelOfDetailTest, ALargeUpdateGivesWayWhenEditsComeAgain) {
+  asked_.max_bytes_per_second = 25 * 1'000;
+  LevelOfDetail detail(asked_);
+  EXPECT_FALSE(detail.GivesWay(Edited(1), 1'000, kDrag));
+  EXPECT_FALSE(detail.GivesWay(Edited(1), 1'001, kPause));
+  EXPECT_EQ(Chosen(detail, 1), 4);
+  EXPECT_TRUE(detail.GivesWay(Edited(1), 1'001, kDrag));
+  EXPECT_LT(Chosen(detail, 1), 4);
+}
+
+TEST_F(LevelOfDetailTest, EditsPauseByTimeOrWithTheirGesture) {
+  EditBatch batch = MoveBatch(*scene_, "alice", 1, {62}, {0, 0, 0.1});
+  batch.gesture_id = "drag";
+  ASSERT_OK(scene_->ApplyEdits(batch));
+  const auto open = scene_->State();
+  EXPECT_EQ(open->patches_touched, patches_);
+  EXPECT_GE(open->busy_until - open->commit_time, absl::Milliseconds(40));
+  EXPECT_LE(open->busy_until - open->commit_time, absl::Milliseconds(80));
+
+  EditBatch other = MoveBatch(*scene_, "bob", 1, {61}, {0, 0, 0.1});
+  other.gesture_id = "other";
+  other.gesture_phase = GesturePhase::kCommit;
+  ASSERT_OK(scene_->ApplyEdits(other));
+  EXPECT_GT(scene_->State()->busy_until, scene_->State()->commit_time) << "alice still drags";
+
+  batch.sequence = 2;
+  batch.gesture_phase = GesturePhase::kCommit;
+  ASSERT_OK(scene_->ApplyEdits(batch));
+  EXPECT_EQ(scene_->State()->busy_until, scene_->State()->commit_time);
+}
+
+TEST_F(LevelOfDetailTest, AWatcherIsSentLessUntilThePauseAndThenEverything) {
+  asked_.max_points = 6 * patches_;
+  WatcherClient client(scene_, {.view = asked_, .max_unacked_updates = 0});
+  WatcherClient other(scene_, {.view = asked_, .max_unacked_updates = 0});
+  client.RunToUpdate();
+  other.RunToUpdate();
+  EXPECT_EQ(client.updates()[0].begin.view.key.spec.segments, 4);
+  EXPECT_TRUE(client.updates()[0].end.full_detail);
+
+  ASSERT_OK(scene_->ApplyEdits(MoveBatch(*scene_, "alice", 1, {62}, {0, 0, 0.1})));
+  const absl::Time pause = scene_->State()->busy_until;
+  for (WatcherClient* each : {&client, &other}) {
+    each->RunToUpdate([pause] { return pause - absl::Milliseconds(1); });
+    EXPECT_EQ(each->updates()[1].begin.view.key.spec.segments, 2);
+    EXPECT_EQ(each->updates()[1].begin.chunk_count, scene_->State()->plan->chunk_count());
+    EXPECT_EQ(each->updates()[1].end.revision, 1u);
+    EXPECT_FALSE(each->updates()[1].end.full_detail);
+    EXPECT_EQ(each->topologies(), 2u);
+    EXPECT_FALSE(each->Step(pause - absl::Milliseconds(1)));
+    EXPECT_EQ(each->watcher().wake_at(), pause) << "nothing else would tell";
+  }
+  EXPECT_EQ((*scene_->AcquireView(client.watcher().key()))->evaluations(), 1u) << "they share it";
+  EXPECT_EQ(client.chunks()[0].data, other.chunks()[0].data);
+
+  client.RunToUpdate([pause] { return pause; });
+  EXPECT_EQ(client.updates()[2].end.revision, client.updates()[2].end.head_revision);
+  EXPECT_TRUE(client.updates()[2].end.full_detail);
+  EXPECT_EQ(client.topologies(), 3u);
+  const auto fresh = EvaluateAfresh(*scene_->State(), asked_.key);
+  for (size_t c = 0; c < fresh.size(); ++c) {
+    EXPECT_TRUE(std::ranges::equal(client.chunks()[c].span(), fresh[c])) << "chunk " << c;
+  }
+}
+
+TEST_F(LevelOfDetailTest, AGestureHasItsOwnBitsAndTheUpdateAfterItTheViews) {
+  asked_.drag_position_bits = 9;
+  asked_.drag_normal_bits = 6;
+  WatcherClient client(scene_, {.view = asked_, .max_unacked_updates = 0});
+  client.RunToHead();
+  EditBatch batch = MoveBatch(*scene_, "alice", 0, {62}, {0, 0, 0.1});
+  for (const GesturePhase end : {GesturePhase::kCommit, GesturePhase::kCancel}) {
+    batch.gesture_id = std::string("drag") + std::to_string(static_cast<int>(end));
+    for (const bool ends : {false, false, true}) {
+      SCOPED_TRACE(++batch.sequence);
+      batch.gesture_phase = ends ? end : GesturePhase::kUpdate;
+      if (ends && end == GesturePhase::kCancel) batch.edits.clear();
+      ASSERT_OK(scene_->ApplyEdits(batch));
+      const size_t updates = client.updates().size();
+      const size_t quantisations = client.quantisations();
+      client.RunToHead();
+
+      ASSERT_EQ(client.updates().size(), updates + 1) << "within one update";
+      const WatcherClient::Update& update = client.updates().back();
+      EXPECT_EQ(update.begin.view.key.spec.position_bits, ends ? 12 : 9);
+      EXPECT_EQ(update.begin.view.key.spec.normal_bits, ends ? 8 : 6);
+      EXPECT_EQ(update.end.full_detail, ends);
+      EXPECT_EQ(client.quantisations() - quantisations, batch.sequence % 3 == 2 ? 0u : 1u);
+      const auto fresh = EvaluateAfresh(*scene_->State(), *client.view());
+      for (size_t c = 0; c < fresh.size(); ++c) {
+        EXPECT_TRUE(std::ranges::equal(client.chunks()[c].span(), fresh[c])) << "chunk " << c;
+      }
+    }
+  }
+}
+
+TEST_F(LevelOfDetailTest, AGestureThatFallsSilentGivesTheBitsBackWithoutAnEdit) {
+  asked_.drag_position_bits = 9;
+  WatcherClient client(scene_, {.view = asked_, .max_unacked_updates = 0});
+  EditBatch batch = MoveBatch(*scene_, "alice", 1, {62}, {0, 0, 0.1});
+  batch.gesture_id = "drag";
+  ASSERT_OK(scene_->ApplyEdits(batch));
+  client.RunToHead();
+  EXPECT_FALSE(client.updates().back().end.full_detail);
+
+  scene_->Tick(absl::Now() + absl::Seconds(59));
+  EXPECT_FALSE(client.Step());
+  scene_->Tick(absl::Now() + absl::Seconds(61));
+  client.RunToUpdate();
+
+  EXPECT_EQ(client.updates().back().begin.view.key, asked_.key);
+  EXPECT_EQ(client.updates().back().end.revision, 1u);
+  EXPECT_TRUE(client.updates().back().end.full_detail);
+}
+
+TEST_F(LevelOfDetailTest, FullDetailIsDroppedHalfWayWhenEditsComeAgain) {
+  asked_.max_bytes_per_second = 25 * patches_ * 8 * 6;
+  WatcherClient client(scene_, {.view = asked_, .max_unacked_updates = 0});
+  const absl::Time start = scene_->State()->commit_time;
+  while (!client.watcher().update_in_progress() || client.quantisations() == 0) {
+    if (!client.Step(start)) client.bell().Wait(absl::Milliseconds(10));
+  }
+  ASSERT_TRUE(client.Step(start)) << "update_begin";
+
+  ASSERT_OK(scene_->ApplyEdits(MoveBatch(*scene_, "alice", 1, {62}, {0, 0, 0.1})));
+  client.RunToUpdate([this] { return scene_->State()->busy_until - absl::Milliseconds(1); });
+
+  EXPECT_TRUE(client.updates()[0].begin.restart);
+  EXPECT_EQ(client.updates()[0].begin.view.key.spec.segments, 2);
+  EXPECT_EQ(client.updates()[0].end.revision, 1u);
+}
+
+TEST_F(LevelOfDetailTest, WhereNoOtherViewCanBeHadDetailStays) {
+  asked_.max_points = 6 * patches_;
+  WatcherClient client(scene_, {.view = asked_, .max_unacked_updates = 0});
+  client.RunToUpdate();
+  std::vector<std::shared_ptr<SceneView>> held;
+  ViewKey key = asked_.key;
+  for (key.spec.segments = 5; key.spec.segments < 12; ++key.spec.segments) {
+    held.push_back(*scene_->AcquireView(key));
+  }
+
+  ASSERT_OK(scene_->ApplyEdits(MoveBatch(*scene_, "alice", 1, {62}, {0, 0, 0.1})));
+  client.RunToUpdate([this] { return scene_->State()->busy_until - absl::Milliseconds(1); });
+
+  EXPECT_EQ(client.updates()[1].begin.view.key.spec.segments, 4);
+  EXPECT_TRUE(client.updates()[1].end.full_detail);
+}
+
+// Through the stub, in real time.
+class LevelOfDetailStreamTest : public StreamTest {
+ protected:
+  // Drags until an update came with less detail.
+  void DragUntilReduced(DeformClient& client) {
+    CreateScene();
+    EventLog first;
+    v1::GetUpdateRequest request;
+    request.set_scene(kScene);
+    ASSERT_TRUE(Update(request, first).ok());
+    patches_ = first.topologies.at(0).patch_count();
+    v1::WatchRequest watch = Watch();
+    watch.set_max_unacked_updates(0);
+    watch.mutable_view()->set_max_bytes_per_second(25 * patches_ * 8 * 6);
+    client.Open(watch);
+    client.ReadUntilRevision(0);
+    while (client.log.ends.back().full_detail()) {
+      ASSERT_LT(sequence_, 1'000u) << "detail never falls";
+      ++sequence_;
+      ASSERT_TRUE(client.Send(Move(sequence_, 62, sequence_ % 2 == 0 ? 0.01 : -0.01)));
+      client.ReadUntilRevision(sequence_);
+    }
+  }
+  uint64_t patches_ = 0;
+  uint64_t sequence_ = 0;
+};
+
+TEST_F(LevelOfDetailStreamTest, FullDetailComesByItselfWhenEditsPause) {
+  DeformClient client(*scenes_);
+  DragUntilReduced(client);
+  EXPECT_EQ(client.log.topologies.back().segments(), 2);
+  EXPECT_EQ(client.log.begins.back().view().segments(), 2);
+
+  client.ReadUntil([&] { return client.log.ends.back().full_detail(); });
+
+  EXPECT_EQ(client.log.ends.back().revision(), sequence_);
+  EXPECT_EQ(client.log.ends.back().head_revision(), sequence_);
+  EXPECT_EQ(client.log.topologies.back().segments(), 4);
+  EventLog fresh;
+  v1::GetUpdateRequest request;
+  request.set_scene(kScene);
+  ASSERT_TRUE(Update(request, fresh).ok());
+  EXPECT_EQ(client.log.chunks, fresh.chunks);
+}
+
+TEST_F(LevelOfDetailStreamTest, AHalfClosedStreamEndsInFullDetail) {
+  DeformClient client(*scenes_);
+  DragUntilReduced(client);
+  ++sequence_;
+  ASSERT_TRUE(client.Send(Move(sequence_, 62, 0.01)));
+
+  client.HalfClose();
+
+  EXPECT_TRUE(client.Finish().ok());
+  EXPECT_EQ(client.log.ends.back().revision(), sequence_);
+  EXPECT_TRUE(client.log.ends.back().full_detail());
+}
+
+TEST_F(LevelOfDetailStreamTest, BitsOfAGestureAreAnnounced) {
+  CreateScene();
+  v1::WatchRequest watch = Watch();
+  watch.mutable_view()->set_drag_position_bits(11);
+  DeformClient client(*scenes_);
+  client.Open(watch);
+  client.ReadUntilRevision(0);
+  v1::EditBatch batch = Move(1, 62, 0.1);
+  batch.set_gesture_id("drag");
+  ASSERT_TRUE(client.Send(batch));
+  client.ReadUntilRevision(1);
+  EXPECT_EQ(client.log.quantisations.back().bits(), 11);
+  EXPECT_EQ(client.log.begins.back().view().position_bits(), 11);
+  EXPECT_EQ(client.log.begins.back().view().drag_position_bits(), 11);
+  EXPECT_FALSE(client.log.ends.back().full_detail());
+
+  batch.set_sequence(2);
+  batch.set_gesture_phase(v1::GESTURE_PHASE_COMMIT);
+  ASSERT_TRUE(client.Send(batch));
+  client.ReadUntilRevision(2);
+
+  EXPECT_EQ(client.log.quantisations.back().bits(), 12);
+  EXPECT_TRUE(client.log.ends.back().full_detail());
+}
+
+TEST_F(LevelOfDetailStreamTest, GetUpdateIsAlwaysInFullDetail) {
+  DeformClient client(*scenes_);
+  DragUntilReduced(client);
+  v1::GetUpdateRequest request;
+  request.set_scene(kScene);
+  request.mutable_view()->set_max_points(3 * patches_);
+
+  EventLog log;
+  ASSERT_TRUE(Apply(Move(1, 62, 0.01, "bob")).ok());
+  ASSERT_TRUE(Update(request, log).ok());
+
+  EXPECT_EQ(log.topologies.at(0).segments(), 4);
+  EXPECT_TRUE(log.ends.at(0).full_detail());
+}
+
+}  // namespace
+}  // namespace latticed::testing
