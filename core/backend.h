@@ -27,6 +27,7 @@
 #include <string_view>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/ffd/deform_plan.h"
@@ -121,6 +122,17 @@ class DeformView {
                                               const QuantisationBox& box,
                                               std::span<const uint32_t> chunks) = 0;
 
+  // The same; where the host's own cores take long for it, `between` is called on the caller's
+  // thread between parts of some milliseconds, with the points that are new since its last call: it
+  // may use other views meanwhile.
+  using Between = absl::FunctionRef<void(uint64_t points)>;
+  [[nodiscard]] virtual absl::Status EvaluateInParts(std::span<const Vec3d> control_points,
+                                                     const QuantisationBox& box,
+                                                     std::span<const uint32_t> chunks,
+                                                     Between /*between*/) {
+    return Evaluate(control_points, box, chunks);
+  }
+
   // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes.
   [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;
 
@@ -152,6 +164,9 @@ class DeformTarget {
   // kInvalidArgument for a spec out of limits; kResourceExhausted with asked and free bytes.
   [[nodiscard]] virtual absl::StatusOr<std::unique_ptr<DeformView>> CreateView(
       const ViewSpec& spec) = 0;
+  // Working memory of the host that encoding such views as Draco streams takes in all threads
+  // together; the backend keeps it for the next. Of all its views the most counts.
+  [[nodiscard]] virtual uint64_t EncoderBytes(const ViewSpec& /*spec*/) const { return 0; }
   // Bézier control nets of patches [first, last): m x 3 doubles a patch, world coordinates, in the
   // order T_{n,0,0}, T_{n-1,1,0}, …, T_{0,0,n} of formula (3).
   [[nodiscard]] virtual absl::StatusOr<std::vector<double>> ControlNets(

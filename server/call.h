@@ -20,7 +20,9 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "google/protobuf/message.h"
 #include "server/auth.h"
+#include "server/memory_budget.h"
 
 namespace latticed {
 
@@ -54,10 +56,14 @@ void LogFinished(const CallInfo& call, const grpc::Status& status);
 // Whether the caller still waits, for long work to ask: kDeadlineExceeded, kCancelled.
 [[nodiscard]] absl::Status CheckCancelled(const grpc::CallbackServerContext& context);
 
-// A unary rpc: BeginCall, then `work` on env->workers, then Finish with its status. Request and
-// response live until then. A call that was cancelled before its turn does not run.
+// Room for a parsed request while it waits for a worker. kResourceExhausted OUT_OF_MEMORY.
+[[nodiscard]] absl::StatusOr<MemoryReservation> AdmitRequest(
+    const ServerEnv& env, const google::protobuf::Message& request);
+
+// A unary rpc: BeginCall, AdmitRequest, then `work` on env->workers, then Finish with its status.
+// Request and response live until then. A call that was cancelled before its turn does not run.
 grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* context,
-                                   std::string_view rpc,
+                                   std::string_view rpc, const google::protobuf::Message& request,
                                    std::function<absl::Status(const CallInfo&)> work);
 
 }  // namespace latticed

@@ -14,6 +14,12 @@ void ChunkSet::Add(std::span<const uint32_t> chunks) {
   }
 }
 
+size_t ChunkSet::Count(size_t count) const {
+  if (all_) return count;
+  const auto end = some_.begin() + static_cast<std::ptrdiff_t>(std::min(count, some_.size()));
+  return static_cast<size_t>(std::count(some_.begin(), end, true));
+}
+
 std::vector<uint32_t> ChunkSet::Take(size_t count) {
   std::vector<uint32_t> chunks;
   const size_t end = all_ ? count : std::min(count, some_.size());

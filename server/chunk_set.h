@@ -30,6 +30,8 @@ class ChunkSet {
   [[nodiscard]] std::vector<uint32_t> Take(size_t count);
 
   bool all() const { return all_; }
+  // How many Take would give.
+  [[nodiscard]] size_t Count(size_t count) const;
 
  private:
   bool all_ = false;

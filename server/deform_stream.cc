@@ -89,7 +89,8 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
   absl::Status Open(const v1::DeformRequest& request);
   absl::Status Handle(const v1::DeformRequest& request, SceneStream& stream);
   void HandOver(v1::DeformRequest request);
-  void HandleEdit(v1::EditBatch batch, absl::Time arrival);
+  // Applies it unless it was not admitted, and answers.
+  void HandleEdit(v1::EditBatch batch, absl::Time arrival, const absl::Status& admitted);
   absl::StatusOr<EditSummary> Apply(const v1::EditBatch& batch);
 
   std::shared_ptr<DeformStream> self_;
@@ -133,11 +134,19 @@ void DeformStream::OnReadDone(bool ok) {
 // To a worker, which asks for the next message. That may be here before Post returns: nothing of
 // this object may be touched after it.
 void DeformStream::HandOver(v1::DeformRequest request) {
-  env_->workers.Post(
-      [self = shared_from_this(), request = std::move(request), arrival = absl::Now()] {
-        self->HandleEdit(request.edit(), arrival);
-        self->FinishedReading();
-      });
+  auto room = AdmitRequest(*env_, request);
+  if (!room.ok()) {
+    HandleEdit(std::move(*request.mutable_edit()), absl::Now(), room.status());
+    return FinishedReading();
+  }
+  // A std::function is copied, a reservation is not.
+  auto shared_room = std::make_shared<MemoryReservation>(*std::move(room));
+  env_->workers.Post([self = shared_from_this(), request = std::move(request),
+                      room = std::move(shared_room), arrival = absl::Now()] {
+    self->HandleEdit(request.edit(), arrival, absl::OkStatus());
+    room->Release();
+    self->FinishedReading();
+  });
 }
 
 void DeformStream::FinishedReading() {
@@ -191,7 +200,7 @@ absl::Status DeformStream::Handle(const v1::DeformRequest& request, SceneStream&
   stream.Touch();
   switch (request.message_case()) {
     case v1::DeformRequest::kEdit:
-      HandleEdit(request.edit(), absl::Now());
+      HandleEdit(request.edit(), absl::Now(), absl::OkStatus());
       return absl::OkStatus();
     case v1::DeformRequest::kControl: {
       const auto command = FromProto(request.control(), stream.scene());
@@ -213,12 +222,16 @@ absl::Status DeformStream::Handle(const v1::DeformRequest& request, SceneStream&
   return error::InvalidField("message", "one of edit, control and heartbeat must be set");
 }
 
-void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival) {
+void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival,
+                              const absl::Status& admitted) {
   const auto stream = Stream();
   if (batch.editor_id().empty()) batch.set_editor_id(editor_id_);
   const absl::Time begin = absl::Now();
   stream->BeginEdit();
-  const auto summary = CatchBadAlloc("the edit", [&] { return Apply(batch); });
+  const auto summary = CatchBadAlloc("the edit", [&]() -> absl::StatusOr<EditSummary> {
+    if (!admitted.ok()) return admitted;
+    return Apply(batch);
+  });
 
   v1::SceneEvent event;
   v1::EditResult& result = *event.mutable_edit_result();

@@ -22,8 +22,6 @@
 namespace latticed {
 namespace {
 
-// What HTTP/2 may buffer for all connections together.
-constexpr size_t kTransportBufferBytes = size_t{1} << 30;
 // Clients may ping an idle connection this often; proxies and laptops make them want to.
 constexpr int kMinClientPingMs = 10'000;
 // We ping a silent client, to find those that vanished without a word.
@@ -68,10 +66,12 @@ void EnablePlugins() {
   });
 }
 
-void Configure(grpc::ServerBuilder& builder) {
+void Configure(const Options& options, grpc::ServerBuilder& builder) {
+  // Under pressure gRPC shrinks windows, then ends streams with RESOURCE_EXHAUSTED.
   grpc::ResourceQuota quota("latticed");
-  quota.Resize(kTransportBufferBytes);
+  quota.Resize(options.transport_memory_bytes);
   builder.SetResourceQuota(quota);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, limits::kMaxStreamsPerConnection);
   builder.SetMaxReceiveMessageSize(static_cast<int>(limits::kMaxMessageBytes));
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              kMinClientPingMs);
@@ -100,7 +100,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   result->services_.push_back(MakeSceneService(env));
 
   grpc::ServerBuilder builder;
-  Configure(builder);
+  Configure(options, builder);
   int port = 0;
   builder.AddListeningPort(options.listen, *credentials, &port);
   for (const auto& service : result->services_) builder.RegisterService(service.get());

@@ -43,6 +43,10 @@ absl::StatusOr<MemoryReservation> MemoryBudget::Reserve(std::string_view what, u
 
 absl::Status MemoryBudget::Exchange(std::string_view what, uint64_t before, uint64_t after) {
   const std::scoped_lock lock(mutex_);
+  return ExchangeLocked(what, before, after);
+}
+
+absl::Status MemoryBudget::ExchangeLocked(std::string_view what, uint64_t before, uint64_t after) {
   const uint64_t others = used_ - before;
   const uint64_t free = total_ - std::min(total_, others);
   if (after > before && after > free) return error::OutOfMemory(what, after, free);
@@ -54,6 +58,19 @@ absl::StatusOr<MemoryReservation> Reserve(const std::shared_ptr<MemoryBudget>& b
                                           std::string_view what, uint64_t bytes) {
   if (budget == nullptr) return MemoryReservation();
   return budget->Reserve(what, bytes);
+}
+
+absl::Status MemoryBudget::KeepAtLeast(std::string_view what, uint64_t bytes) {
+  const std::scoped_lock lock(mutex_);
+  if (bytes <= kept_) return absl::OkStatus();
+  if (auto s = ExchangeLocked(what, kept_, bytes); !s.ok()) return s;
+  kept_ = bytes;
+  return absl::OkStatus();
+}
+
+uint64_t MemoryBudget::kept_bytes() const {
+  const std::scoped_lock lock(mutex_);
+  return kept_;
 }
 
 uint64_t MemoryBudget::used_bytes() const {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The bytes of host memory that uploads, meshes, plans, views and exports may take together:
-// --memory. Whatever wants some asks before it allocates, and gives back when it is destroyed.
+// The bytes of host memory that uploads, meshes, plans, views, streams and exports may take
+// together: --memory. Whatever wants some asks before it allocates, and gives back when it is destroyed.
 //
 // Threads  safe; a reservation belongs to one thread at a time
 #ifndef LATTICED_SERVER_MEMORY_BUDGET_H_
@@ -49,17 +49,23 @@ class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
   // kResourceExhausted OUT_OF_MEMORY: `what` needs so many bytes, so many are free.
   [[nodiscard]] absl::StatusOr<MemoryReservation> Reserve(std::string_view what, uint64_t bytes);
 
+  // For working memory that is shared by all and kept: `bytes` in all, or what an earlier call asked
+  // for where that is more. Never given back. kResourceExhausted as Reserve.
+  [[nodiscard]] absl::Status KeepAtLeast(std::string_view what, uint64_t bytes);
+
   uint64_t total_bytes() const { return total_; }
   uint64_t used_bytes() const;
+  uint64_t kept_bytes() const;  // of the used ones
 
  private:
   friend class MemoryReservation;
   // Gives back `before` and takes `after` at once.
   [[nodiscard]] absl::Status Exchange(std::string_view what, uint64_t before, uint64_t after);
+  [[nodiscard]] absl::Status ExchangeLocked(std::string_view what, uint64_t before, uint64_t after);
 
   const uint64_t total_;
   mutable std::mutex mutex_;
-  uint64_t used_ = 0;  // guarded by mutex_
+  uint64_t used_ = 0, kept_ = 0;  // guarded by mutex_
 };
 
 // Of `budget`, or an empty reservation where there is none.

@@ -72,19 +72,20 @@ grpc::ServerReadReactor<v1::UploadMeshRequest>* MeshService::UploadMesh(
 grpc::ServerUnaryReactor* MeshService::BeginUpload(grpc::CallbackServerContext* context,
                                                    const v1::BeginUploadRequest* request,
                                                    v1::BeginUploadResponse* response) {
-  return RunUnary(env_, context, "MeshService/BeginUpload", [=, this](const CallInfo& call) {
-    auto upload = env_->uploads->Admit(request->header(), call.caller.name);
-    if (!upload.ok()) return upload.status();
-    response->set_upload_id(env_->uploads->Keep(*std::move(upload)));
-    SetTime(env_->uploads->ExpireTime(), *response->mutable_expire_time());
-    return absl::OkStatus();
-  });
+  return RunUnary(env_, context, "MeshService/BeginUpload", *request,
+                  [=, this](const CallInfo& call) {
+                    auto upload = env_->uploads->Admit(request->header(), call.caller.name);
+                    if (!upload.ok()) return upload.status();
+                    response->set_upload_id(env_->uploads->Keep(*std::move(upload)));
+                    SetTime(env_->uploads->ExpireTime(), *response->mutable_expire_time());
+                    return absl::OkStatus();
+                  });
 }
 
 grpc::ServerUnaryReactor* MeshService::AppendUpload(grpc::CallbackServerContext* context,
                                                     const v1::AppendUploadRequest* request,
                                                     v1::AppendUploadResponse* response) {
-  return RunUnary(env_, context, "MeshService/AppendUpload", [=, this](const CallInfo&) {
+  return RunUnary(env_, context, "MeshService/AppendUpload", *request, [=, this](const CallInfo&) {
     const auto upload = env_->uploads->Find(request->upload_id());
     if (!upload.ok()) return upload.status();
     const auto committed = (*upload)->AppendAt(request->offset(), request->data());
@@ -98,7 +99,7 @@ grpc::ServerUnaryReactor* MeshService::AppendUpload(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* MeshService::FinishUpload(grpc::CallbackServerContext* context,
                                                     const v1::FinishUploadRequest* request,
                                                     v1::Mesh* response) {
-  return RunUnary(env_, context, "MeshService/FinishUpload", [=, this](const CallInfo&) {
+  return RunUnary(env_, context, "MeshService/FinishUpload", *request, [=, this](const CallInfo&) {
     const auto upload = env_->uploads->Take(request->upload_id());
     if (!upload.ok()) return upload.status();
     const auto mesh = (*upload)->Finish(env_->meshes, [context] { return context->IsCancelled(); });
@@ -111,7 +112,7 @@ grpc::ServerUnaryReactor* MeshService::FinishUpload(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* MeshService::GetMesh(grpc::CallbackServerContext* context,
                                                const v1::GetMeshRequest* request,
                                                v1::Mesh* response) {
-  return RunUnary(env_, context, "MeshService/GetMesh", [=, this](const CallInfo&) {
+  return RunUnary(env_, context, "MeshService/GetMesh", *request, [=, this](const CallInfo&) {
     const auto mesh = env_->meshes.Find(request->mesh());
     if (!mesh.ok()) return mesh.status();
     *response = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
@@ -122,14 +123,14 @@ grpc::ServerUnaryReactor* MeshService::GetMesh(grpc::CallbackServerContext* cont
 grpc::ServerUnaryReactor* MeshService::ListMeshes(grpc::CallbackServerContext* context,
                                                   const v1::ListMeshesRequest* request,
                                                   v1::ListMeshesResponse* response) {
-  return RunUnary(env_, context, "MeshService/ListMeshes",
+  return RunUnary(env_, context, "MeshService/ListMeshes", *request,
                   [=, this](const CallInfo&) { return ListMeshesNow(*env_, *request, *response); });
 }
 
 grpc::ServerUnaryReactor* MeshService::DeleteMesh(grpc::CallbackServerContext* context,
                                                   const v1::DeleteMeshRequest* request,
                                                   v1::DeleteMeshResponse* /*response*/) {
-  return RunUnary(env_, context, "MeshService/DeleteMesh",
+  return RunUnary(env_, context, "MeshService/DeleteMesh", *request,
                   [=, this](const CallInfo& call) { return DeleteMeshNow(*env_, call, *request); });
 }
 

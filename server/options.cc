@@ -85,7 +85,10 @@ void Define(CLI::App& app, Options& o) {
   AddBytes(app, "--gpu-memory", o.gpu_memory_bytes,
            "Memory of each CUDA device for scenes, such as 16GiB; 0: nine tenths of what is free");
   AddBytes(app, "--memory", o.memory_bytes,
-           "Host memory for meshes, plans and views, such as 4GiB");
+           "Host memory for meshes, plans, views and streams, such as 4GiB; requests that wait may "
+           "take an eighth of it more");
+  AddBytes(app, "--transport-memory", o.transport_memory_bytes,
+           "Host memory for what gRPC buffers of all connections, beside --memory");
   AddBytes(app, "--max-mesh-bytes", o.max_mesh_bytes, "Largest single upload");
   app.add_option("--max-scenes", o.max_scenes, "Most scenes at a time")
       ->check(CLI::Range(1, 1'000'000));
@@ -211,6 +214,11 @@ absl::Status Validate(const Options& o) {
                                                   o.max_mesh_bytes, limits::kMaxMeshBytes));
   }
   if (o.memory_bytes == 0) return absl::InvalidArgumentError("--memory: must be above 0");
+  if (o.transport_memory_bytes < limits::kMinTransportBytes) {
+    return absl::InvalidArgumentError(
+        fmt::format("--transport-memory: got {}, allowed is {} or more", o.transport_memory_bytes,
+                    limits::kMinTransportBytes));
+  }
   return CheckDurations(o);
 }
 

@@ -29,8 +29,9 @@ struct Options {
   std::vector<int> devices{0};                  // CUDA devices; each scene goes to the freest
   uint64_t span_patches = kDefaultSpanPatches;  // but one of so many patches takes them all
   uint64_t gpu_memory_bytes = 0;  // budget of each device; 0: nine tenths of what is free
-  uint64_t memory_bytes = uint64_t{4} << 30;    // host budget: meshes, plans, chunks
-  uint64_t max_mesh_bytes = uint64_t{1} << 30;  // largest single upload
+  uint64_t memory_bytes = uint64_t{4} << 30;            // host budget: meshes, plans, chunks
+  uint64_t transport_memory_bytes = uint64_t{1} << 30;  // what gRPC may buffer for all connections
+  uint64_t max_mesh_bytes = uint64_t{1} << 30;          // largest single upload
   int max_scenes = limits::kDefaultMaxScenes;
   int max_watchers = limits::kDefaultMaxWatchersPerScene;  // of one scene
   std::string tls_cert, tls_key,

@@ -55,6 +55,11 @@ MemoryUse ResidentTarget::memory() const {
   return inner != nullptr ? inner->memory() : MemoryUse{{"plan", plan_->MemoryBytes()}};
 }
 
+uint64_t ResidentTarget::EncoderBytes(const ViewSpec& spec) const {
+  const auto inner = InnerNow();
+  return inner != nullptr ? inner->EncoderBytes(spec) : 0;
+}
+
 DeviceUse ResidentTarget::device_use() const {
   const auto inner = InnerNow();
   return inner != nullptr ? inner->device_use() : DeviceUse{};

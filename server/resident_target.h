@@ -33,6 +33,8 @@ class ResidentTarget : public DeformTarget, public std::enable_shared_from_this<
   bool evaluates_on_device() const override { return on_device_; }
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override
       ABSL_LOCKS_EXCLUDED(mutex_);
+  // 0 once what it has was given back.
+  uint64_t EncoderBytes(const ViewSpec& spec) const override ABSL_LOCKS_EXCLUDED(mutex_);
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
                                                   size_t first, size_t last) override
       ABSL_LOCKS_EXCLUDED(mutex_);

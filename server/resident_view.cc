@@ -6,8 +6,9 @@
 
 namespace latticed {
 
-absl::Status ResidentView::Evaluate(std::span<const Vec3d> control_points,
-                                    const QuantisationBox& box, std::span<const uint32_t> chunks) {
+absl::Status ResidentView::EvaluateInParts(std::span<const Vec3d> control_points,
+                                           const QuantisationBox& box,
+                                           std::span<const uint32_t> chunks, Between between) {
   target_->Touch();
   std::vector<uint32_t> all;  // a view that failed wants all: core/backend.h
   bool again = false;
@@ -17,7 +18,7 @@ absl::Status ResidentView::Evaluate(std::span<const Vec3d> control_points,
       std::iota(all.begin(), all.end(), 0u);
     }
     const auto named = std::exchange(again, true) ? std::span<const uint32_t>(all) : chunks;
-    return inner_->Evaluate(control_points, box, named);
+    return inner_->EvaluateInParts(control_points, box, named, between);
   });
 }
 

@@ -30,7 +30,11 @@ class ResidentView : public DeformView {
 
   const ViewSpec& spec() const override { return inner_->spec(); }
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                        std::span<const uint32_t> chunks) override;
+                        std::span<const uint32_t> chunks) override {
+    return EvaluateInParts(control_points, box, chunks, [](uint64_t) {});
+  }
+  absl::Status EvaluateInParts(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                               std::span<const uint32_t> chunks, Between between) override;
   absl::Status Read(uint32_t chunk, std::span<uint8_t> out) override {
     return target_->residency().Run([&] { return inner_->Read(chunk, out); });
   }

@@ -340,23 +340,29 @@ absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key
 
 void Scene::RequestWork() { pipeline_->Schedule(shared_from_this()); }
 
-std::optional<ViewWork> Scene::TakeWork() {
+std::optional<ViewWork> Scene::TakeWork(uint64_t most_points, bool* longer) {
+  *longer = false;
   if (deleted()) return std::nullopt;
   const MutexLock lock(&mutex_);
   for (size_t i = 0; i < views_.size(); ++i) {
-    const auto entry =
-        std::next(views_.begin(), static_cast<std::ptrdiff_t>(next_view_++ % views_.size()));
-    if (auto work = entry->second->Begin(entry->second, state_); work.has_value()) return work;
+    const auto& view =
+        std::next(views_.begin(), static_cast<std::ptrdiff_t>(next_view_++ % views_.size()))
+            ->second;
+    bool this_longer = false;
+    auto work = view->Begin(view, state_, most_points, &this_longer);
+    if (work.has_value()) return work;
+    *longer = *longer || this_longer;
   }
   return std::nullopt;
 }
 
-void Scene::RunWork(ViewWork work) {
+void Scene::RunWork(ViewWork work, std::function<void(uint64_t points)> part_done) {
   bool news = false;
   {
     // Gone before the listeners run, so that a view that is let go now is idle.
     const auto view = work.view;
-    news = view->Run(std::move(work), [this] { RequestWork(); });
+    news = view->Run(std::move(work),
+                     {.more_work = [this] { RequestWork(); }, .part_done = std::move(part_done)});
   }
   // First, so that what was evaluated meanwhile is encoded without waiting for them.
   RequestWork();

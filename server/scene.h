@@ -19,6 +19,7 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -136,12 +137,14 @@ class Scene : public std::enable_shared_from_this<Scene> {
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Tells the pipeline that a view may have work: it was attached, unpaused or left behind.
   void RequestWork() ABSL_LOCKS_EXCLUDED(mutex_);
-  // One stage of one view that is watched and behind, with what may follow it; nullopt when there
-  // is none.
-  [[nodiscard]] std::optional<ViewWork> TakeWork() ABSL_LOCKS_EXCLUDED(mutex_);
+  // One stage of one view that is watched and behind, with what may follow it, of `most_points` or
+  // less; nullopt when there is none: then *longer says whether there is a longer one.
+  [[nodiscard]] std::optional<ViewWork> TakeWork(uint64_t most_points, bool* longer)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   // Runs what TakeWork gave, without a lock, then requests work again, for what was edited or
-  // evaluated meanwhile, and wakes the listeners.
-  void RunWork(ViewWork work) ABSL_LOCKS_EXCLUDED(mutex_);
+  // evaluated meanwhile, and wakes the listeners. `part_done` as in WorkHooks.
+  void RunWork(ViewWork work, std::function<void(uint64_t points)> part_done)
+      ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Deltas after `revision`, oldest first, and `complete` = false when the log no longer reaches
   // back to it or the structure has changed since: then the watcher wants the whole lattice.

@@ -94,7 +94,7 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   UnaryReactor* CreateScene(Context* context, const v1::CreateSceneRequest* request,
                             v1::Scene* response) override {
-    return RunUnary(env_, context, "SceneService/CreateScene",
+    return RunUnary(env_, context, "SceneService/CreateScene", *request,
                     [=, this](const CallInfo& call) { return Create(call, *request, response); });
   }
 
@@ -108,7 +108,7 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   UnaryReactor* ListScenes(Context* context, const v1::ListScenesRequest* request,
                            v1::ListScenesResponse* response) override {
-    return RunUnary(env_, context, "SceneService/ListScenes",
+    return RunUnary(env_, context, "SceneService/ListScenes", *request,
                     [=, this](const CallInfo&) { return List(*request, response); });
   }
 
@@ -148,14 +148,14 @@ class SceneServiceImpl final : public SceneServiceBase {
     });
   }
 
-  UnaryReactor* Pick(Context* context, const v1::PickRequest*, v1::SurfacePoint*) override {
-    return RunUnary(env_, context, "SceneService/Pick",
+  UnaryReactor* Pick(Context* context, const v1::PickRequest* request, v1::SurfacePoint*) override {
+    return RunUnary(env_, context, "SceneService/Pick", *request,
                     [](const CallInfo&) { return error::Unimplemented("Pick"); });
   }
 
   UnaryReactor* ControlWatch(Context* context, const v1::ControlWatchRequest* request,
                              v1::ControlWatchResponse* response) override {
-    return RunUnary(env_, context, "SceneService/ControlWatch",
+    return RunUnary(env_, context, "SceneService/ControlWatch", *request,
                     [=, this](const CallInfo&) -> absl::Status {
                       if (auto s = CheckSceneMetadata(*context, request->scene());
                           !request->scene().empty() && !s.ok()) {
@@ -197,7 +197,7 @@ class SceneServiceImpl final : public SceneServiceBase {
   template <typename Request, typename Work>
   UnaryReactor* OnScene(std::string_view rpc, Context* context, const Request* request, Work work) {
     return RunUnary(
-        env_, context, rpc,
+        env_, context, rpc, *request,
         [this, context, request, work = std::move(work)](const CallInfo&) -> absl::Status {
           const auto scene = FindScene(*env_, *context, request->scene());
           return scene.ok() ? work(**scene) : scene.status();

@@ -8,11 +8,13 @@
 #include "absl/time/clock.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
+#include "core/base/limits.h"
 #include "server/grpc_status.h"
 #include "server/random_id.h"
 #include "server/scene_registry.h"
 #include "server/server_env.h"
 #include "server/time_converters.h"
+#include "server/view_room.h"
 #include "server/wire_buffers.h"
 
 namespace latticed {
@@ -23,6 +25,14 @@ constexpr int kSilentHeartbeats = 3;
 // By then another server, or this one's successor, may well listen. The drain delay is over when
 // goaway is sent.
 constexpr absl::Duration kGoawayRetry = absl::Seconds(1);
+
+// The largest message of such a watch: its chunks, the whole lattice, or something small.
+uint64_t MostMessageBytes(const SceneState& state, const ViewKey& key) {
+  constexpr uint64_t kSmall = 4'096;
+  const uint64_t large =
+      std::max(state.control_points->size() * sizeof(Vec3d), MostChunkBytes(*state.plan, key));
+  return std::min<uint64_t>(large + kSmall, limits::kMaxMessageBytes);
+}
 
 }  // namespace
 
@@ -57,10 +67,15 @@ absl::StatusOr<std::shared_ptr<SceneStream>> SceneStream::Open(ServerEnv* env,
     return error::LimitExceeded("watchers of a scene", most);
   }
   const std::shared_ptr<SceneStream> stream(new SceneStream(env, std::move(scene), options, sink));
+  const uint64_t bytes = MostMessageBytes(*stream->scene_->State(), options.watcher.view.key);
+  auto room = env->scenes->residency().Run(
+      [&] { return Reserve(env->memory, "the stream's messages", bytes); });
+  if (!room.ok()) return room.status();
   options.watcher.boot_id = env->boot_id;
   auto watcher = Watcher::Create(stream->scene_, options.watcher);
   if (!watcher.ok()) return watcher.status();
   const absl::MutexLock lock(&stream->mutex_);
+  stream->room_ = *std::move(room);
   stream->watcher_ = *std::move(watcher);
   return stream;
 }
@@ -183,6 +198,10 @@ absl::Status SceneStream::Control(const WatchCommand& command) {
   // What can be refused comes first, so that a refused command has changed nothing.
   if (command.view.has_value()) {
     if (auto s = watcher_->CheckAck(command.acked_update_id.value_or(0)); !s.ok()) return s;
+    const uint64_t bytes = MostMessageBytes(*scene_->State(), command.view->key);
+    if (bytes > room_.bytes()) {
+      if (auto s = room_.Resize("the stream's messages", bytes); !s.ok()) return s;
+    }
     if (auto s = watcher_->SetView(*command.view); !s.ok()) return s;
   }
   if (command.acked_update_id.has_value()) {

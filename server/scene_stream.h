@@ -11,6 +11,9 @@
 // is deleted or cannot be evaluated; CANCELLED when the client cancels or its deadline passes. Then
 // the watcher is let go at once, and with it its claim on evaluations and snapshots.
 //
+// A client that does not read costs the message that it does not take, whose chunks live on when
+// their snapshot is retired: the stream reserves that from --memory, a MiB at most.
+//
 // Locks    the stream's mutex before those of scene and view
 // Threads  safe
 #ifndef LATTICED_SERVER_SCENE_STREAM_H_
@@ -32,6 +35,7 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "latticed/v1/scene.pb.h"
+#include "server/memory_budget.h"
 #include "server/scene.h"
 #include "server/watch_control.h"
 #include "server/watcher.h"
@@ -66,7 +70,8 @@ class SceneStream : public SceneListener,
     std::optional<uint64_t> only_update;
   };
   // Opens the watch of `scene`; nothing is written before Start. The sink lives until its reactor
-  // is done, which is after Finish. Watcher::Create's errors.
+  // is done, which is after Finish. Watcher::Create's errors, and kResourceExhausted where there is
+  // no room for a message.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<SceneStream>> Open(
       ServerEnv* env, std::shared_ptr<Scene> scene, Options options, StreamSink* sink);
 
@@ -120,6 +125,7 @@ class SceneStream : public SceneListener,
   mutable absl::Mutex mutex_;
   StreamState state_ ABSL_GUARDED_BY(mutex_) = StreamState::kIdle;
   StreamSink* const sink_ ABSL_PT_GUARDED_BY(mutex_);
+  MemoryReservation room_ ABSL_GUARDED_BY(mutex_);            // for the message being written
   std::unique_ptr<Watcher> watcher_ ABSL_GUARDED_BY(mutex_);  // null once finished
   std::deque<grpc::ByteBuffer> small_ ABSL_GUARDED_BY(mutex_);
   grpc::ByteBuffer writing_ ABSL_GUARDED_BY(mutex_);

@@ -6,12 +6,22 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
+#include "core/base/limits.h"
+#include "core/ffd/tessellation_pattern.h"
 #include "server/scene.h"
 
 namespace latticed {
 namespace {
 
 absl::Status NobodyWatches() { return absl::CancelledError("the last watcher left"); }
+
+// Adds the time that `call` takes to `sum`.
+template <typename Call>
+void Timed(absl::Duration& sum, Call call) {
+  const absl::Time start = absl::Now();
+  call();
+  sum += absl::Now() - start;
+}
 
 }  // namespace
 
@@ -59,10 +69,13 @@ void SceneView::MarkAllDirty() {
 }
 
 std::optional<ViewWork> SceneView::Begin(std::shared_ptr<SceneView> self,
-                                         std::shared_ptr<const SceneState> state) {
+                                         std::shared_ptr<const SceneState> state,
+                                         uint64_t most_points, bool* longer) {
   const MutexLock lock(&mutex_);
   if (!watched() || !failure_.ok()) return std::nullopt;
   if (held_.has_value() && !encoding_) {
+    *longer = held_->points > most_points;
+    if (*longer) return std::nullopt;
     ViewWork work = *std::exchange(held_, std::nullopt);
     work.view = std::move(self);
     StartEncoding(work);
@@ -70,14 +83,19 @@ std::optional<ViewWork> SceneView::Begin(std::shared_ptr<SceneView> self,
   }
   const auto slot = ChooseSlot(*state);
   if (!slot.has_value()) return std::nullopt;
+  const size_t count = state->plan->chunk_count();
+  uint64_t points = PointsOf(dirty_.Count(count));
+  if (!state->target->evaluates_on_device()) points += PointsOf(stale_[*slot].Count(count));
+  *longer = points > most_points;
+  if (*longer) return std::nullopt;
 
-  ViewWork work{.view = std::move(self), .state = std::move(state), .slot = *slot};
+  ViewWork work{
+      .view = std::move(self), .state = std::move(state), .slot = *slot, .points = points};
   if (begun_structure_ != work.state->structure_id) {
     work.drop_other = std::exchange(two_slots_, false);
     one_slot_only_ = false;
   }
   if (encoding_) two_slots_ = true;
-  const size_t count = work.state->plan->chunk_count();
   work.chunks = dirty_.Take(count);
   work.stale = stale_[*slot].Take(count);
   evaluating_ = true;
@@ -102,17 +120,22 @@ std::optional<size_t> SceneView::ChooseSlot(const SceneState& state) {
   return begun_slot_;
 }
 
-bool SceneView::Run(ViewWork work, const std::function<void()>& more_work) {
+uint64_t SceneView::PointsOf(size_t chunks) const {
+  return uint64_t{chunks} * limits::kPatchesPerChunk *
+         static_cast<uint64_t>(PointsPerPatch(key_.spec.segments));
+}
+
+bool SceneView::Run(ViewWork work, const WorkHooks& hooks) {
   if (!work.evaluated) {
-    const Next next = EvaluateStage(work);
+    const Next next = EvaluateStage(work, hooks);
     if (next != Next::kEncode) return next == Next::kEnd;
   }
-  EncodeStage(work, more_work);
+  EncodeStage(work, hooks);
   return true;
 }
 
-SceneView::Next SceneView::EvaluateStage(ViewWork& work) {
-  const absl::Status status = CatchBadAlloc("the view", [&] { return Evaluate(work); });
+SceneView::Next SceneView::EvaluateStage(ViewWork& work, const WorkHooks& hooks) {
+  const absl::Status status = CatchBadAlloc("the view", [&] { return Evaluate(work, hooks); });
   const bool failed = !status.ok() && !absl::IsCancelled(status);
   if (failed) slots_[work.slot].Reset();
   MemoryUse memory = slots_[work.slot].memory();
@@ -138,7 +161,7 @@ SceneView::Next SceneView::EvaluateStage(ViewWork& work) {
   return Next::kEncode;
 }
 
-absl::Status SceneView::Evaluate(ViewWork& work) {
+absl::Status SceneView::Evaluate(ViewWork& work, const WorkHooks& hooks) {
   if (work.drop_other) {
     slots_[1 - work.slot].Reset();
     const MutexLock lock(&mutex_);
@@ -158,9 +181,14 @@ absl::Status SceneView::Evaluate(ViewWork& work) {
     ++evaluations_;
     if (encoding_) ++evaluations_beside_;
   }
-  const absl::Time start = absl::Now();
-  auto status = slot.Evaluate(state, work.stale);
-  work.evaluate_time = absl::Now() - start;
+  absl::Status status;
+  absl::Duration of_others;
+  Timed(work.evaluate_time, [&] {
+    status = slot.Evaluate(state, work.stale, [&](uint64_t points) {
+      Timed(of_others, [&] { hooks.part_done(points); });
+    });
+  });
+  work.evaluate_time -= of_others;
   return status;
 }
 
@@ -172,13 +200,21 @@ void SceneView::StartEncoding(ViewWork& work) {
   work.chunks = unpublished_.Take(work.state->plan->chunk_count());
 }
 
-void SceneView::EncodeStage(const ViewWork& work, const std::function<void()>& more_work) {
+void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks) {
   VertexSlot& slot = slots_[work.slot];
   const auto before = newest();
+  absl::Duration of_others;
+  size_t told = 0;
   auto snapshot = CatchBadAlloc("the view", [&] {
-    return EncodeSnapshot(
-        key_, *work.state, work.chunks, slot.view(), before.get(),
-        [&](const EncodeProgress& progress) { return BetweenBatches(work, progress, more_work); });
+    return EncodeSnapshot(key_, *work.state, work.chunks, slot.view(), before.get(),
+                          [&](const EncodeProgress& progress) {
+                            const size_t batch = progress.done - std::exchange(told, progress.done);
+                            if (auto s = BetweenBatches(work, progress, hooks);
+                                !s.ok() || batch == 0)
+                              return s;
+                            Timed(of_others, [&] { hooks.part_done(PointsOf(batch)); });
+                            return absl::OkStatus();
+                          });
   });
   if (!snapshot.ok() && !absl::IsCancelled(snapshot.status())) slot.Reset();
   MemoryUse memory = slot.memory();
@@ -192,13 +228,14 @@ void SceneView::EncodeStage(const ViewWork& work, const std::function<void()>& m
   }
   (*snapshot)->number = next_number_++;
   (*snapshot)->evaluate_time = work.evaluate_time;
-  ring_.Publish(*std::move(snapshot));
+  (*snapshot)->encode_time -= of_others;
+  residency_->CountRetired(ring_.Publish(*std::move(snapshot), absl::Now()));
   newest_taken_ = false;
   awaited_ = false;
 }
 
 absl::Status SceneView::BetweenBatches(const ViewWork& work, const EncodeProgress& progress,
-                                       const std::function<void()>& more_work) {
+                                       const WorkHooks& hooks) {
   if (!watched()) return NobodyWatches();
   if (!work.state->target->evaluates_on_device()) return absl::OkStatus();
   {
@@ -206,7 +243,7 @@ absl::Status SceneView::BetweenBatches(const ViewWork& work, const EncodeProgres
     if (encoding_ends_soon_ || !progress.EndsWithin(evaluate_time_)) return absl::OkStatus();
     encoding_ends_soon_ = true;
   }
-  more_work();
+  hooks.more_work();
   return absl::OkStatus();
 }
 
@@ -244,7 +281,7 @@ std::shared_ptr<const Snapshot> SceneView::PinNewest(uint64_t at_least) {
   const MutexLock lock(&mutex_);
   newest_taken_ = true;
   const auto newest = ring_.newest();
-  if (newest != nullptr && newest->revision >= at_least) return ring_.PinNewest();
+  if (newest != nullptr && newest->revision >= at_least) return ring_.PinNewest(absl::Now());
   awaited_ = true;
   return nullptr;
 }
@@ -267,9 +304,9 @@ void SceneView::Unpin(uint64_t number) {
   ring_.Unpin(number);
 }
 
-std::shared_ptr<const Snapshot> SceneView::Find(uint64_t number) const {
+std::shared_ptr<const Snapshot> SceneView::Find(uint64_t number) {
   const MutexLock lock(&mutex_);
-  return ring_.Find(number);
+  return ring_.Find(number, absl::Now());
 }
 
 absl::Status SceneView::failure() const {

@@ -26,6 +26,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -59,7 +60,16 @@ struct ViewWork {
   bool drop_other = false;      // the other slot is of another structure
   bool evaluated = false;
   absl::Duration evaluate_time;
+  uint64_t points = 0;  // to evaluate on the host's cores, and to encode
 };
+
+// What a stage calls on its way, on its own thread and with no lock held.
+struct WorkHooks {
+  std::function<void()> more_work;                 // the next evaluation may begin beside this
+  std::function<void(uint64_t points)> part_done;  // so many points since the call before
+};
+
+inline constexpr uint64_t kAnyPoints = std::numeric_limits<uint64_t>::max();
 
 class SceneView {
  public:
@@ -82,14 +92,15 @@ class SceneView {
   // What was evaluated ahead, once it can be encoded; or takes what is dirty for an evaluation of
   // `state`. nullopt while the stage is taken, when nobody watches, when the view is at the state,
   // while no watcher has taken the newest snapshot (evaluating ahead of slow readers would be
-  // waste), or after a failure.
+  // waste), or after a failure; and where it is more than `most_points`, which sets *longer.
   [[nodiscard]] std::optional<ViewWork> Begin(std::shared_ptr<SceneView> self,
-                                              std::shared_ptr<const SceneState> state)
+                                              std::shared_ptr<const SceneState> state,
+                                              uint64_t most_points, bool* longer)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Evaluates, encodes and publishes, holding no lock meanwhile; `more_work` is called when the
-  // next evaluation may begin beside this. Stops early when the last watcher leaves. Once for each
-  // Begin. Whether watchers should look: there is a new snapshot, or a failure.
-  bool Run(ViewWork work, const std::function<void()>& more_work) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Evaluates, encodes and publishes, holding no lock meanwhile. Stops early when the last watcher
+  // leaves. Once for each Begin. Whether watchers should look: there is a new snapshot, or a
+  // failure.
+  bool Run(ViewWork work, const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);
 
   // The newest snapshot, pinned; null while it is below `at_least` or there is none. The caller
   // tells the scene (RequestWork) afterwards: now a newer one is worth evaluating.
@@ -100,9 +111,8 @@ class SceneView {
   [[nodiscard]] bool WaitForNewer(uint64_t number) ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] std::shared_ptr<const Snapshot> newest() const ABSL_LOCKS_EXCLUDED(mutex_);
   void Unpin(uint64_t number) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Null when it was retired.
-  [[nodiscard]] std::shared_ptr<const Snapshot> Find(uint64_t number) const
-      ABSL_LOCKS_EXCLUDED(mutex_);
+  // For a watcher that takes more of it; null when it was retired.
+  [[nodiscard]] std::shared_ptr<const Snapshot> Find(uint64_t number) ABSL_LOCKS_EXCLUDED(mutex_);
   // Why the view cannot be evaluated any more; its watchers end with it.
   [[nodiscard]] absl::Status failure() const ABSL_LOCKS_EXCLUDED(mutex_);
 
@@ -116,14 +126,14 @@ class SceneView {
  private:
   // Begin's choice of a slot for an evaluation; nullopt where none may begin.
   std::optional<size_t> ChooseSlot(const SceneState& state) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  uint64_t PointsOf(size_t chunks) const;
   // The two halves of Run.
   enum class Next { kEncode, kHeld, kEnd };
-  Next EvaluateStage(ViewWork& work) ABSL_LOCKS_EXCLUDED(mutex_);
-  void EncodeStage(const ViewWork& work, const std::function<void()>& more_work)
-      ABSL_LOCKS_EXCLUDED(mutex_);
-  absl::Status Evaluate(ViewWork& work) ABSL_LOCKS_EXCLUDED(mutex_);
+  Next EvaluateStage(ViewWork& work, const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);
+  void EncodeStage(const ViewWork& work, const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);
+  absl::Status Evaluate(ViewWork& work, const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);
   absl::Status BetweenBatches(const ViewWork& work, const EncodeProgress& progress,
-                              const std::function<void()>& more_work) ABSL_LOCKS_EXCLUDED(mutex_);
+                              const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);
   void StartEncoding(ViewWork& work) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Leaves what the work was to do to the next. Unless it was stopped (ok or kCancelled) its slot
   // was reset: the view goes on with the other one, or has failed.

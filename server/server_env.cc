@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "core/base/limits.h"
 #include "server/auth.h"
 #include "server/random_id.h"
 #include "server/scene_registry.h"
@@ -37,6 +38,8 @@ ServerEnv::ServerEnv(Options options_in)
       start_time(absl::Now()),
       authenticator(std::make_shared<const Authenticator>()),
       memory(std::make_shared<MemoryBudget>(options.memory_bytes)),
+      requests(
+          std::make_shared<MemoryBudget>(options.memory_bytes / limits::kWaitingRequestsShare)),
       meshes(memory),
       uploads(std::make_shared<UploadStore>(&meshes, options.max_mesh_bytes)),
       workers(static_cast<int>(

@@ -45,6 +45,7 @@ struct ServerEnv {
   std::vector<std::unique_ptr<Backend>> backends;
   std::shared_ptr<const Authenticator> authenticator;
   const std::shared_ptr<MemoryBudget> memory;
+  const std::shared_ptr<MemoryBudget> requests;  // that wait for a worker
   MeshStore meshes;
   std::shared_ptr<UploadStore> uploads;
   std::shared_ptr<SceneRegistry> scenes;  // shared_ptr: its type need not be complete here

@@ -41,6 +41,7 @@ void FillHostMemory(ServerEnv& env, v1::ServerInfo& info) {
   for (const auto& mesh : env.meshes.List("", env.meshes.size(), all)) {
     bytes["mesh"] += mesh->MemoryBytes();
   }
+  bytes["encoder"] = env.memory->kept_bytes();
   info.set_reserved_host_bytes(env.memory->used_bytes());
 }
 
@@ -98,25 +99,27 @@ void FillLimits(const Options& options, v1::ServerLimits& out) {
 }  // namespace
 
 grpc::ServerUnaryReactor* ServerService::GetServerInfo(grpc::CallbackServerContext* context,
-                                                       const v1::GetServerInfoRequest* /*request*/,
+                                                       const v1::GetServerInfoRequest* request,
                                                        v1::ServerInfo* response) {
-  return RunUnary(env_, context, "ServerService/GetServerInfo", [=, this](const CallInfo&) {
-    response->set_version(std::string(Version()));
-    response->set_commit(std::string(Commit()));
-    response->set_boot_id(env_->boot_id);
-    response->set_node(env_->node);
-    FillBackends(*env_, *response);
-    FillAbilities(*response);
-    FillLimits(env_->options, *response->mutable_limits());
-    for (const DeviceState& device : env_->backend().devices()) {
-      v1::ServerLimits& limits = *response->mutable_limits();
-      limits.set_max_device_bytes(limits.max_device_bytes() + device.budget_bytes);
-    }
-    FillHostMemory(*env_, *response);
-    SetDuration(env_->options.heartbeat_interval, *response->mutable_heartbeat());
-    response->set_durable(false);
-    return absl::OkStatus();
-  });
+  return RunUnary(env_, context, "ServerService/GetServerInfo", *request,
+                  [=, this](const CallInfo&) {
+                    response->set_version(std::string(Version()));
+                    response->set_commit(std::string(Commit()));
+                    response->set_boot_id(env_->boot_id);
+                    response->set_node(env_->node);
+                    FillBackends(*env_, *response);
+                    FillAbilities(*response);
+                    FillLimits(env_->options, *response->mutable_limits());
+                    for (const DeviceState& device : env_->backend().devices()) {
+                      v1::ServerLimits& limits = *response->mutable_limits();
+                      limits.set_max_device_bytes(limits.max_device_bytes() + device.budget_bytes);
+                    }
+                    FillHostMemory(*env_, *response);
+                    response->set_retired_snapshots(env_->scenes->residency().retired_snapshots());
+                    SetDuration(env_->options.heartbeat_interval, *response->mutable_heartbeat());
+                    response->set_durable(false);
+                    return absl::OkStatus();
+                  });
 }
 
 }  // namespace latticed

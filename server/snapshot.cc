@@ -3,6 +3,7 @@
 #include "server/snapshot.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "absl/container/flat_hash_set.h"
@@ -10,35 +11,47 @@
 
 namespace latticed {
 
-void SnapshotRing::Publish(std::shared_ptr<const Snapshot> snapshot) {
+size_t SnapshotRing::Publish(std::shared_ptr<const Snapshot> snapshot, absl::Time now) {
   DropUnpinned();
-  entries_.push_back({std::move(snapshot), 0});
-  while (entries_.size() > static_cast<size_t>(limits::kMaxSnapshotsPerView)) entries_.pop_front();
+  entries_.push_back({std::move(snapshot), 0, now});
+  size_t retired = 0;
+  for (; entries_.size() > static_cast<size_t>(limits::kMaxSnapshotsPerView); ++retired) {
+    const bool stalled = now - entries_.front().last_taken >= kStalled;
+    entries_.erase(stalled ? entries_.begin() : std::next(entries_.begin()));
+  }
+  return retired;
 }
 
 std::shared_ptr<const Snapshot> SnapshotRing::newest() const {
   return entries_.empty() ? nullptr : entries_.back().snapshot;
 }
 
-std::shared_ptr<const Snapshot> SnapshotRing::PinNewest() {
+std::shared_ptr<const Snapshot> SnapshotRing::PinNewest(absl::Time now) {
   if (entries_.empty()) return nullptr;
-  ++entries_.back().pins;
-  return entries_.back().snapshot;
+  Entry& entry = entries_.back();
+  ++entry.pins;
+  entry.last_taken = now;
+  return entry.snapshot;
+}
+
+std::deque<SnapshotRing::Entry>::iterator SnapshotRing::At(uint64_t number) {
+  return std::ranges::find_if(
+      entries_, [number](const Entry& entry) { return entry.snapshot->number == number; });
 }
 
 void SnapshotRing::Unpin(uint64_t number) {
-  const auto entry = std::ranges::find_if(
-      entries_, [number](const Entry& e) { return e.snapshot->number == number; });
+  const auto entry = At(number);
   if (entry == entries_.end()) return;
   --entry->pins;
   // The newest stays: the next watcher begins with it.
   if (entry->pins == 0 && entry->snapshot != entries_.back().snapshot) entries_.erase(entry);
 }
 
-std::shared_ptr<const Snapshot> SnapshotRing::Find(uint64_t number) const {
-  const auto entry = std::ranges::find_if(
-      entries_, [number](const Entry& e) { return e.snapshot->number == number; });
-  return entry == entries_.end() ? nullptr : entry->snapshot;
+std::shared_ptr<const Snapshot> SnapshotRing::Find(uint64_t number, absl::Time now) {
+  const auto entry = At(number);
+  if (entry == entries_.end()) return nullptr;
+  entry->last_taken = now;
+  return entry->snapshot;
 }
 
 size_t SnapshotRing::bytes() const {

@@ -10,6 +10,9 @@
 // nothing under the number any more and begins again with the newest. Bytes that a socket still
 // holds live until it lets go.
 //
+// The oldest stays as long as somebody takes more of it, and the next one is retired in its stead:
+// otherwise many slow readers, each of a snapshot of its own, would all begin again and again.
+//
 // Threads  a Snapshot is immutable; a SnapshotRing is guarded by its owner
 #ifndef LATTICED_SERVER_SNAPSHOT_H_
 #define LATTICED_SERVER_SNAPSHOT_H_
@@ -79,17 +82,20 @@ struct Snapshot {
 
 class SnapshotRing {
  public:
-  // Makes `snapshot` the newest; drops what is not pinned, then retires the oldest above the limit.
-  void Publish(std::shared_ptr<const Snapshot> snapshot);
+  // An oldest one that nobody has looked at for so long is retired first.
+  static constexpr absl::Duration kStalled = absl::Seconds(5);
+
+  // Makes `snapshot` the newest; drops what is not pinned, then retires what is above the limit. How
+  // many were retired.
+  size_t Publish(std::shared_ptr<const Snapshot> snapshot, absl::Time now);
   // Null before the first Publish.
   std::shared_ptr<const Snapshot> newest() const;
   // The newest, pinned until Unpin(number); null before the first Publish.
-  std::shared_ptr<const Snapshot> PinNewest();
+  std::shared_ptr<const Snapshot> PinNewest(absl::Time now);
   // A no-op for a retired one.
   void Unpin(uint64_t number);
-  // Null when it was retired.
-  std::shared_ptr<const Snapshot> Find(uint64_t number) const;
-  void Clear() { entries_.clear(); }
+  // For a watcher that takes more of it; null when it was retired.
+  std::shared_ptr<const Snapshot> Find(uint64_t number, absl::Time now);
   size_t size() const { return entries_.size(); }
   // Of chunks; those that snapshots share count once.
   size_t bytes() const;
@@ -98,7 +104,9 @@ class SnapshotRing {
   struct Entry {
     std::shared_ptr<const Snapshot> snapshot;
     int pins = 0;
+    absl::Time last_taken;
   };
+  std::deque<Entry>::iterator At(uint64_t number);
   void DropUnpinned();
 
   std::deque<Entry> entries_;  // oldest first

@@ -29,6 +29,18 @@ void UpdatePipeline::Schedule(const std::shared_ptr<Scene>& scene) {
   if (!waits) waiting_.push_back(scene);
 }
 
+std::shared_ptr<Scene> UpdatePipeline::PopLocked() {
+  if (waiting_.empty()) return nullptr;
+  auto scene = waiting_.front().lock();
+  waiting_.pop_front();
+  return scene;
+}
+
+size_t UpdatePipeline::waiting() {
+  const MutexLock lock(&mutex_);
+  return stopping_ ? 0 : waiting_.size();
+}
+
 void UpdatePipeline::Run() {
   while (true) {
     std::shared_ptr<Scene> scene;
@@ -39,15 +51,43 @@ void UpdatePipeline::Run() {
       };
       mutex_.Await(ready);
       if (stopping_) return;
-      scene = waiting_.front().lock();
-      waiting_.pop_front();
+      scene = PopLocked();
     }
     if (scene == nullptr) continue;
-    std::optional<ViewWork> work = scene->TakeWork();
+    bool longer = false;
+    if (auto work = scene->TakeWork(kAnyPoints, &longer)) RunWork(scene, *std::move(work));
+  }
+}
+
+void UpdatePipeline::RunWork(const std::shared_ptr<Scene>& scene, ViewWork work) {
+  // Another view of the scene may be evaluated beside this one.
+  Schedule(scene);
+  Turn turn{.scene = scene.get(), .points = work.points};
+  scene->RunWork(std::move(work), [this, &turn](uint64_t points) {
+    turn.credit += points;
+    LetOthersAhead(turn);
+  });
+}
+
+void UpdatePipeline::LetOthersAhead(Turn& turn) {
+  // All that wait go around once, so that those who stay keep their order.
+  for (size_t left = waiting(); left > 0; --left) {
+    std::shared_ptr<Scene> scene;
+    {
+      const MutexLock lock(&mutex_);
+      scene = PopLocked();
+    }
+    if (scene == nullptr) continue;
+    // Its own scene's next evaluation is for a worker that has time. Half: those that are let ahead
+    // may do so too, and the stack must not grow with that.
+    bool longer = scene.get() == turn.scene;
+    const uint64_t most_points = std::min(turn.credit, turn.points / 2);
+    std::optional<ViewWork> work;
+    if (!longer) work = scene->TakeWork(most_points, &longer);
+    if (longer) Schedule(scene);
     if (!work.has_value()) continue;
-    // Another view of the scene may be evaluated beside this one.
-    Schedule(scene);
-    scene->RunWork(*std::move(work));
+    turn.credit -= work->points;
+    RunWork(scene, *std::move(work));
   }
 }
 

@@ -2,15 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The threads that evaluate and encode: round robin over the scenes that have work, one update of a
-// view at a time, so that a heavy scene delays the others by one update and no more. Two stages of
-// one view overlap where two threads take them up (scene_view.h). Nothing is queued but
-// the names of scenes: what to do is decided when a worker comes, so edits that arrive meanwhile
-// merge.
+// view at a time. Two stages of one view overlap where two threads take them up (scene_view.h).
+// Nothing is queued but the names of scenes: what to do is decided when a worker comes, so edits
+// that arrive meanwhile merge.
+//
+//   worker   | huge, a part | small | huge, a part | huge, a part | medium | huge, a part | huge …
+//
+// A long update lets shorter ones ahead: after each of its parts, some milliseconds, its worker runs
+// those of other scenes that are no longer than what it has done since it last let one ahead. So,
+// beside any number of larger ones, an update waits for no more than another of its own size, and
+// one part; and the long one has half of the worker's time or more.
 //
 // Threads  safe; work runs with no lock held. The destructor finishes what runs and drops the rest.
 #ifndef LATTICED_SERVER_UPDATE_PIPELINE_H_
 #define LATTICED_SERVER_UPDATE_PIPELINE_H_
 
+#include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <thread>
@@ -22,6 +30,7 @@
 namespace latticed {
 
 class Scene;
+struct ViewWork;
 
 class UpdatePipeline {
  public:
@@ -34,7 +43,20 @@ class UpdatePipeline {
   void Schedule(const std::shared_ptr<Scene>& scene) ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
+  // An update that runs.
+  struct Turn {
+    const Scene* scene = nullptr;
+    uint64_t points = 0;  // of all of it
+    uint64_t credit = 0;  // of what is done, those that others have not had yet
+  };
+
   void Run() ABSL_LOCKS_EXCLUDED(mutex_);
+  void RunWork(const std::shared_ptr<Scene>& scene, ViewWork work) ABSL_LOCKS_EXCLUDED(mutex_);
+  void LetOthersAhead(Turn& turn) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Null for one that is gone.
+  std::shared_ptr<Scene> PopLocked() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // How many wait; 0 when it is time to stop.
+  size_t waiting() ABSL_LOCKS_EXCLUDED(mutex_);
 
   Mutex mutex_;
   std::deque<std::weak_ptr<Scene>> waiting_ ABSL_GUARDED_BY(mutex_);

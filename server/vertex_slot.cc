@@ -18,9 +18,10 @@ absl::Status VertexSlot::Prepare(const SceneState& state, const ViewSpec& spec) 
   return absl::OkStatus();
 }
 
-absl::Status VertexSlot::Evaluate(const SceneState& state, std::span<const uint32_t> chunks) {
+absl::Status VertexSlot::Evaluate(const SceneState& state, std::span<const uint32_t> chunks,
+                                  DeformView::Between between) {
   if (chunks.empty()) return absl::OkStatus();
-  return view_->Evaluate(*state.control_points, state.box, chunks);
+  return view_->EvaluateInParts(*state.control_points, state.box, chunks, between);
 }
 
 }  // namespace latticed

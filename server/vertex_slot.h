@@ -28,8 +28,10 @@ class VertexSlot {
   // evaluated yet. Those of another structure go first, so that old and new do not need memory
   // together.
   [[nodiscard]] absl::Status Prepare(const SceneState& state, const ViewSpec& spec);
-  // Brings `chunks` to the state. After a failure the vertices are good for nothing: Reset.
-  [[nodiscard]] absl::Status Evaluate(const SceneState& state, std::span<const uint32_t> chunks);
+  // Brings `chunks` to the state; `between` as DeformView::EvaluateInParts calls it. After a failure
+  // the vertices are good for nothing: Reset.
+  [[nodiscard]] absl::Status Evaluate(const SceneState& state, std::span<const uint32_t> chunks,
+                                      DeformView::Between between);
   // Gives the memory back.
   void Reset() { view_.reset(); }
 

@@ -19,6 +19,9 @@
 
 namespace latticed {
 
+// Of all chunks of a view, encoded: at most.
+[[nodiscard]] uint64_t MostChunkBytes(const DeformPlan& plan, const ViewKey& key);
+
 class ViewRoom {
  public:
   // Null: no limit.

@@ -47,6 +47,16 @@ inline constexpr size_t kMaxMessageBytes = size_t{1} << 20;
 inline constexpr size_t kMinChunkBatchBytes = size_t{256} << 10;
 inline constexpr size_t kMaxChunkBatchBytes = size_t{960} << 10;
 
+// Transport. A proxy may carry many watchers on one connection; calls above wait at the client.
+inline constexpr int kMaxStreamsPerConnection = 4'096;
+// Below this a few connections of ordinary clients would be under pressure.
+inline constexpr uint64_t kMinTransportBytes = uint64_t{16} << 20;
+// Requests that wait for a worker, parsed, take up to this share of --memory more: beside it, so that
+// what frees memory has a turn.
+inline constexpr uint64_t kWaitingRequestsShare = 8;
+// What a waiting call takes besides its message.
+inline constexpr uint64_t kCallBytes = 16'384;
+
 // Scenes. The defaults of --max-scenes and --max-watchers: a scene costs a plan, a watcher a socket
 // buffer.
 inline constexpr int kDefaultMaxScenes = 10'000;

@@ -54,6 +54,13 @@ class ChunkEncoder {
   // As many chunks are encoded fastest in one call.
   virtual size_t batch() const = 0;
 
+  // Working memory that one call takes at most for chunks of so many points, and that is kept for the
+  // next: there are as many as calls at a time. 0: none is kept.
+  virtual uint64_t WorkingBytes(size_t /*points*/, int /*position_bits*/,
+                                int /*normal_bits*/) const {
+    return 0;
+  }
+
   // streams[i] from chunks[i], each of a point or more. With `connectivity`, which may be null,
   // meshes: all chunks then have its points.
   [[nodiscard]] virtual absl::Status Encode(std::span<const QuantisedVertices> chunks, double range,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "core/codec/chunk_connectivity.h"
 #include "core/codec/draco_container.h"
@@ -17,8 +18,14 @@ namespace {
 using draco_kernel::kLanes;
 using draco_kernel::ValueSpan;
 
+// Of 16 chunks: 160 bytes of symbols and up to 240 of coded ones a point; a finished stream and its
+// connectivity. Tables and histograms for every value that a coordinate may have. Padding.
+constexpr uint64_t kBytesPerPoint = 448, kBytesPerValue = 352, kPaddingBytes = 65'536;
+
+}  // namespace
+
 // Chunks of as many points and bits, 16 at most.
-class WriterGroup {
+class DracoWriter::Group {
  public:
   void Encode(std::span<const QuantisedVertices> chunks, float range,
               const ChunkConnectivity* connectivity, std::span<std::vector<uint8_t>> streams) {
@@ -37,6 +44,10 @@ class WriterGroup {
     for (size_t lane = 0; lane < chunks.size(); ++lane) {
       Write(chunks[lane], lane, range, connectivity, streams[lane]);
     }
+  }
+
+  size_t MemoryBytes() const {
+    return positions_.MemoryBytes() + normals_.MemoryBytes() + stream_.capacity();
   }
 
  private:
@@ -69,7 +80,10 @@ class WriterGroup {
     size_t most_bytes = kMostContainerBytes + positions_.MostBytes(lane);
     if (chunk.normal_bits > 0) most_bytes += normals_.MostBytes(lane);
     if (connectivity != nullptr) most_bytes += connectivity->bytes().size();
-    if (stream_.size() < most_bytes) stream_.resize(most_bytes);
+    if (stream_.size() < most_bytes) {
+      stream_.reserve(most_bytes);
+      stream_.resize(most_bytes);
+    }
     ByteWriter out(stream_.data());
     if (connectivity == nullptr) {
       WriteCloudHead(chunk.point_count, chunk.normal_bits, out);
@@ -96,27 +110,54 @@ class WriterGroup {
   std::vector<uint8_t> stream_;  // with room to spare
 };
 
-}  // namespace
+DracoWriter::DracoWriter() = default;
+DracoWriter::~DracoWriter() = default;
 
 size_t DracoWriter::batch() const { return kLanes; }
 
 absl::Status DracoWriter::Encode(std::span<const QuantisedVertices> chunks, double range,
                                  const ChunkConnectivity* connectivity,
                                  std::span<std::vector<uint8_t>> streams) const {
-  // Working memory of a thread, 400 bytes a point of a chunk: fresh pages for every call would take
-  // a third of the time.
-  static thread_local WriterGroup group;
+  // Kept: fresh pages for every call would take a third of the time.
+  std::unique_ptr<Group> group = TakeGroup();
   while (!chunks.empty()) {
     size_t count = 1;
     while (count < std::min(chunks.size(), kLanes) && chunks[count].SameShape(chunks.front())) {
       ++count;
     }
-    group.Encode(chunks.first(count), static_cast<float>(range), connectivity,
-                 streams.first(count));
+    group->Encode(chunks.first(count), static_cast<float>(range), connectivity,
+                  streams.first(count));
     chunks = chunks.subspan(count);
     streams = streams.subspan(count);
   }
+  const std::scoped_lock lock(mutex_);
+  idle_.push_back(std::move(group));
   return absl::OkStatus();
+}
+
+std::unique_ptr<DracoWriter::Group> DracoWriter::TakeGroup() const {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!idle_.empty()) {
+      auto group = std::move(idle_.back());
+      idle_.pop_back();
+      return group;
+    }
+  }
+  return std::make_unique<Group>();
+}
+
+uint64_t DracoWriter::WorkingBytes(size_t points, int position_bits, int normal_bits) const {
+  const uint64_t values =
+      (uint64_t{1} << position_bits) + (normal_bits > 0 ? uint64_t{1} << normal_bits : 0);
+  return points * kBytesPerPoint + values * kBytesPerValue + kPaddingBytes;
+}
+
+uint64_t DracoWriter::MemoryBytes() const {
+  const std::scoped_lock lock(mutex_);
+  uint64_t bytes = 0;
+  for (const auto& group : idle_) bytes += group->MemoryBytes();
+  return bytes;
 }
 
 }  // namespace latticed

@@ -6,6 +6,10 @@
 #ifndef LATTICED_CORE_CODEC_DRACO_WRITER_H_
 #define LATTICED_CORE_CODEC_DRACO_WRITER_H_
 
+#include <memory>
+#include <mutex>
+#include <vector>
+
 #include "core/codec/chunk_encoder.h"
 
 namespace latticed {
@@ -15,11 +19,26 @@ inline constexpr std::string_view kDracoWriterName = "latticed";
 
 class DracoWriter final : public ChunkEncoder {
  public:
+  DracoWriter();
+  ~DracoWriter() override;
   std::string_view name() const override { return kDracoWriterName; }
   size_t batch() const override;
+  uint64_t WorkingBytes(size_t points, int position_bits, int normal_bits) const override;
   absl::Status Encode(std::span<const QuantisedVertices> chunks, double range,
                       const ChunkConnectivity* connectivity,
                       std::span<std::vector<uint8_t>> streams) const override;
+
+  // Kept between calls. Not while one runs.
+  uint64_t MemoryBytes() const;
+
+ private:
+  class Group;
+
+  std::unique_ptr<Group> TakeGroup() const;
+
+  mutable std::mutex mutex_;
+  // Of calls that have ended, the last one's last: its memory may still be in a cache.
+  mutable std::vector<std::unique_ptr<Group>> idle_;  // guarded by mutex_
 };
 
 }  // namespace latticed

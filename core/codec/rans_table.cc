@@ -31,9 +31,10 @@ void WriteProbability(uint32_t probability, ByteWriter& out) {
 void RansTable::Reserve(size_t most_symbols) {
   const size_t room = most_symbols + draco_kernel::kPadding;
   if (symbols_.size() >= room) return;
-  symbols_.resize(room);
-  counts_.resize(room);
-  probabilities_.resize(room);
+  for (std::vector<uint32_t>* values : {&symbols_, &counts_, &probabilities_}) {
+    values->reserve(room);  // no more than asked for
+    values->resize(room);
+  }
 }
 
 void RansTable::Build(std::vector<uint32_t>& histograms, size_t count, size_t stride, size_t end) {

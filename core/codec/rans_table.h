@@ -46,6 +46,10 @@ class RansTable {
 
   void Write(ByteWriter& out) const;
   size_t MostBytes() const;
+  size_t MemoryBytes() const {
+    return (symbols_.capacity() + counts_.capacity() + probabilities_.capacity()) *
+           sizeof(uint32_t);
+  }
 
  private:
   void ShareOut();

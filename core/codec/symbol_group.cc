@@ -26,7 +26,14 @@ size_t RoundUp(size_t count, size_t step) { return (count + step - 1) / step * s
 
 template <class T>
 void GrowTo(std::vector<T>& values, size_t size) {
-  if (values.size() < size) values.resize(size);
+  if (values.size() >= size) return;
+  values.reserve(size);  // no more than asked for
+  values.resize(size);
+}
+
+template <class T>
+size_t BytesOf(const std::vector<T>& values) {
+  return values.capacity() * sizeof(T);
 }
 
 }  // namespace
@@ -182,6 +189,13 @@ void SymbolGroup::FinishLanes(const draco_kernel::LaneStreams& streams) {
 size_t SymbolGroup::MostBytes(size_t lane) const {
   return 3 + std::max(lane_[lane].table.MostBytes() + kMostVarintBytes + lane_[lane].coded_bytes,
                       components_ * points_ * sizeof(uint16_t));
+}
+
+size_t SymbolGroup::MemoryBytes() const {
+  size_t bytes = BytesOf(symbols_) + BytesOf(histograms_) + BytesOf(entries_) +
+                 BytesOf(lane_entries_) + BytesOf(coded_);
+  for (const Lane& lane : lane_) bytes += lane.table.MemoryBytes();
+  return bytes;
 }
 
 void SymbolGroup::Write(size_t lane, ByteWriter& out) const {

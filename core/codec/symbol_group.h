@@ -40,6 +40,8 @@ class SymbolGroup {
   void Write(size_t lane, ByteWriter& out) const;
   size_t MostBytes(size_t lane) const;
 
+  size_t MemoryBytes() const;
+
  private:
   struct Lane {
     RansTable table;

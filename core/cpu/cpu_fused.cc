@@ -22,6 +22,8 @@ namespace fused {
 namespace {
 
 constexpr size_t kGroupsPerTask = 4;
+// Of one thread: two milliseconds.
+constexpr size_t kPointsPerPart = size_t{1} << 20;
 constexpr size_t kMaxPoints = static_cast<size_t>(PointsPerPatch(limits::kMaxSegments));
 
 struct alignas(64) ThreadScratch {
@@ -55,7 +57,8 @@ class Kernel final : public FusedKernel {
 
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                         std::span<const uint32_t> chunks, const ViewSpec& spec,
-                        std::span<uint8_t> vertices, CpuArena& arena) const override {
+                        std::span<uint8_t> vertices, CpuArena& arena,
+                        DeformView::Between between) const override {
     Frame frame{.control_points = control_points,
                 .spec = spec,
                 .output = {*plan_, layout_, box, spec, vertices}};
@@ -65,10 +68,15 @@ class Kernel final : public FusedKernel {
       frame.polynomials[i] = polynomials_.Make(frame.boxes[i], control_points);
     });
     EvaluateFeatures(frame, arena);
-    arena.ForRanges(frame.groups.size(), kGroupsPerTask, [&](size_t begin, size_t end) {
-      const FlushDenormals flush;
-      for (size_t i = begin; i < end; ++i) EvaluateOneGroup(frame, frame.groups[i]);
-    });
+    const std::span<const uint32_t> groups = frame.groups;
+    const size_t points = kLanes * static_cast<size_t>(PointsPerPatch(spec.segments));
+    const size_t part = std::max<size_t>(kPointsPerPart * arena.threads() / points, 1);
+    for (size_t done = 0; done < groups.size();) {
+      const auto some = groups.subspan(done, std::min(part, groups.size() - done));
+      EvaluateGroups(frame, some, arena);
+      done += some.size();
+      if (done < groups.size()) between(some.size() * points);
+    }
     return absl::OkStatus();
   }
 
@@ -149,6 +157,13 @@ class Kernel final : public FusedKernel {
       const size_t g = frame.corner_groups[i];
       EvaluateCorners(degree, polynomial(layout_.corners.boxes[g]), layout_.corners.groups[g],
                       frame.corner_points[g * 3].value);
+    });
+  }
+
+  void EvaluateGroups(const Frame& frame, std::span<const uint32_t> groups, CpuArena& arena) const {
+    arena.ForRanges(groups.size(), kGroupsPerTask, [&](size_t begin, size_t end) {
+      const FlushDenormals flush;
+      for (size_t i = begin; i < end; ++i) EvaluateOneGroup(frame, groups[i]);
     });
   }
 

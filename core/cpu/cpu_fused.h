@@ -38,12 +38,14 @@ class FusedKernel {
 
   // Writes the vertices of `chunks` (and bit-identical ones of patches that share a lane group with
   // them). `vertices` holds the whole view in wire layout, chunk c from point
-  // ChunkPatches(c)[0] * PointsPerPatch on; with spec.lane_order, see LaneOrderBytes.
+  // ChunkPatches(c)[0] * PointsPerPatch on; with spec.lane_order, see LaneOrderBytes. `between`: see
+  // DeformView::EvaluateInParts.
   [[nodiscard]] virtual absl::Status Evaluate(std::span<const Vec3d> control_points,
                                               const QuantisationBox& box,
                                               std::span<const uint32_t> chunks,
                                               const ViewSpec& spec, std::span<uint8_t> vertices,
-                                              CpuArena& arena) const = 0;
+                                              CpuArena& arena,
+                                              DeformView::Between between) const = 0;
 
   // Lane order, kFloat32: per lane group [point][component][16 lanes] float. Bytes of the whole
   // view.

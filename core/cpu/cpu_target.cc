@@ -107,6 +107,14 @@ absl::StatusOr<std::vector<double>> CpuTarget::ControlNets(std::span<const Vec3d
   }
 }
 
+uint64_t CpuTarget::EncoderBytes(const ViewSpec& spec) const {
+  if (plan_->chunk_count() == 0) return 0;
+  const int normal_bits = spec.normals == NormalMode::kNone ? 0 : spec.normal_bits;
+  return context_->arena.most_threads() *
+         context_->encoder->WorkingBytes(ChunkPoints(*plan_, 0, spec.segments), spec.position_bits,
+                                         normal_bits);
+}
+
 MemoryUse CpuTarget::memory() const {
   MemoryUse use{{"plan", plan_->MemoryBytes()}};
   if (shared_ != nullptr) use["plan"] += shared_->MemoryBytes();

@@ -35,9 +35,15 @@ CpuView::CpuView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
 
 absl::Status CpuView::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                                std::span<const uint32_t> chunks) {
+  return EvaluateInParts(control_points, box, chunks, [](uint64_t) {});
+}
+
+absl::Status CpuView::EvaluateInParts(std::span<const Vec3d> control_points,
+                                      const QuantisationBox& box, std::span<const uint32_t> chunks,
+                                      Between between) {
   if (auto s = contract_.CheckEvaluate(control_points, box, chunks); !s.ok()) return s;
   try {
-    if (auto status = kernel_->Evaluate(control_points, box, chunks, vertices_.span());
+    if (auto status = kernel_->Evaluate(control_points, box, chunks, vertices_.span(), between);
         !status.ok()) {
       contract_.Lost();
       return status;

@@ -15,8 +15,8 @@ FusedViewKernel::FusedViewKernel(std::shared_ptr<const FusedKernel> kernel, cons
 
 absl::Status FusedViewKernel::Evaluate(std::span<const Vec3d> control_points,
                                        const QuantisationBox& box, std::span<const uint32_t> chunks,
-                                       std::span<uint8_t> vertices) {
-  return kernel_->Evaluate(control_points, box, chunks, spec_, vertices, context_->arena);
+                                       std::span<uint8_t> vertices, DeformView::Between between) {
+  return kernel_->Evaluate(control_points, box, chunks, spec_, vertices, context_->arena, between);
 }
 
 size_t FusedViewKernel::OwnOrderBytes() const {

@@ -19,7 +19,8 @@ class FusedViewKernel : public VertexKernel {
                   std::shared_ptr<CpuContext> context);
 
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                        std::span<const uint32_t> chunks, std::span<uint8_t> vertices) override;
+                        std::span<const uint32_t> chunks, std::span<uint8_t> vertices,
+                        DeformView::Between between) override;
   MemoryUse memory() const override { return {}; }
   size_t OwnOrderBytes() const override;
   void ReadChunk(std::span<const uint8_t> vertices, uint32_t chunk,

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/cpu/gemm_kernel.h"
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <utility>
@@ -10,6 +11,12 @@
 #include "core/view/view_layout.h"
 
 namespace latticed {
+namespace {
+
+// Of one thread: two milliseconds.
+constexpr size_t kChunksPerPart = 24;
+
+}  // namespace
 
 struct GemmKernel::Frame {
   PatchSampler sampler;
@@ -31,8 +38,8 @@ GemmKernel::GemmKernel(std::shared_ptr<const DeformPlan> plan,
       context_(std::move(context)) {}
 
 absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                                  std::span<const uint32_t> /*chunks: always all*/,
-                                  std::span<uint8_t> vertices) {
+                                  std::span<const uint32_t> /*named: always all*/,
+                                  std::span<uint8_t> vertices, DeformView::Between between) {
   if (auto status = stages_.Begin(); !status.ok()) return status;
   const Frame frame{{plan_, stage_, control_points},
                     {plan_, control_points},
@@ -40,13 +47,18 @@ absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const Q
                     vertices};
   std::mutex mutex;
   absl::Status first_error;
-  context_->arena.ForEach(plan_.chunk_count(), [&](size_t chunk) {
-    if (auto status = EvaluateChunk(frame, chunk, tiles_.local()); !status.ok()) {
-      const std::scoped_lock lock(mutex);
-      first_error.Update(status);
-    }
-  });
-  if (!first_error.ok()) return first_error;
+  const size_t chunks = plan_.chunk_count(), part = kChunksPerPart * context_->arena.threads();
+  for (size_t first = 0; first < chunks; first += part) {
+    const size_t count = std::min(part, chunks - first);
+    if (first > 0) between(part * ChunkPoints(plan_, 0, spec_.segments));
+    context_->arena.ForEach(count, [&](size_t i) {
+      if (auto status = EvaluateChunk(frame, first + i, tiles_.local()); !status.ok()) {
+        const std::scoped_lock lock(mutex);
+        first_error.Update(status);
+      }
+    });
+    if (!first_error.ok()) return first_error;
+  }
   CopySharedPoints(*shared_, plan_, control_points, layout_, frame.writer, spec_.segments, vertices,
                    context_->arena);
   return absl::OkStatus();

@@ -40,7 +40,8 @@ class GemmKernel : public VertexKernel {
              std::shared_ptr<CpuContext> context);
 
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                        std::span<const uint32_t> chunks, std::span<uint8_t> vertices) override;
+                        std::span<const uint32_t> chunks, std::span<uint8_t> vertices,
+                        DeformView::Between between) override;
   MemoryUse memory() const override;
 
  private:

@@ -16,12 +16,13 @@ namespace latticed {
 class VertexKernel {
  public:
   virtual ~VertexKernel() = default;
-  // As DeformView::Evaluate; `vertices` is the whole view in the layout of
+  // As DeformView::EvaluateInParts; `vertices` is the whole view in the layout of
   // core/view/vertex_layout.h.
   [[nodiscard]] virtual absl::Status Evaluate(std::span<const Vec3d> control_points,
                                               const QuantisationBox& box,
                                               std::span<const uint32_t> chunks,
-                                              std::span<uint8_t> vertices) = 0;
+                                              std::span<uint8_t> vertices,
+                                              DeformView::Between between) = 0;
   virtual MemoryUse memory() const = 0;
 
   // Bytes of `vertices` where they are not those of the wire layout, else 0. A kernel that keeps an

@@ -18,9 +18,13 @@ namespace latticed {
 
 class CpuArena {
  public:
-  explicit CpuArena(int threads) : arena_(threads) {}
+  explicit CpuArena(int threads)
+      : threads_(static_cast<size_t>(threads)), arena_(threads + kCallers - 1, kCallers) {}
 
-  size_t threads() const { return static_cast<size_t>(arena_.max_concurrency()); }
+  // That one loop runs on.
+  size_t threads() const { return threads_; }
+  // That run where several loops do.
+  size_t most_threads() const { return threads_ + kCallers - 1; }
 
   // body(begin, end) for parts of [0, count), of `grain` items or more where there are as many.
   template <class Body>
@@ -49,6 +53,11 @@ class CpuArena {
   }
 
  private:
+  // Threads that may begin a loop without waiting for a part of another's: those of the server's
+  // pipeline. The system shares the cores among them.
+  static constexpr int kCallers = 2;
+
+  const size_t threads_;
   tbb::task_arena arena_;
 };
 

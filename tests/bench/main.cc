@@ -64,6 +64,8 @@ int Benchmarks(const Options& options) {
   RegisterCodecBenches();
   RegisterDeliveryBenches();
   RegisterEngineBenches();
+  RegisterFairnessBenches();
+  RegisterWatchersBenches();
   RegisterPrecisionBenches();
   RegisterGpuBenches(options.large);
   SummaryReporter reporter;

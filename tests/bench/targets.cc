@@ -62,6 +62,16 @@ void AddCodec(Targets& targets) {
   targets.insert(targets.end(), rows.begin(), rows.end());
 }
 
+void AddStreaming(Targets& targets) {
+  for (const char* workers : {"1-worker", "2-workers"}) {
+    targets.push_back(
+        {fmt::format("p99 of 1,000 patches beside 1,000,000, {}, of its bound", workers),
+         fmt::format("fairness/cpu/{}:of_bound", workers), "", false, 1});
+  }
+  targets.push_back({"p99 of 160 watchers, with 20 stalled and 20 slow / without",
+                     "watchers/160-with-20-stalled-20-slow:ratio_p99", "", false, 1.3});
+}
+
 // Both with the copy of control points and without: the design's numbers come from kernels alone.
 void AddGpu(Targets& targets) {
   const std::string tree = "gpu/tree-113663/fused/2x2x2/", bird = "gpu/bird-17119/fused/2x2x2/";
@@ -149,6 +159,7 @@ Section TargetSection(const std::map<std::string, double>& values) {
   Targets targets;
   AddCpu(targets);
   AddCodec(targets);
+  AddStreaming(targets);
   AddGpu(targets);
   AddGpuShapes(targets);
   AddGpuEncode(targets);

@@ -37,6 +37,20 @@ TEST(MemoryBudget, GivesBackWhatIsReleasedAndNeverMoreThanItHas) {
   EXPECT_EQ(budget->used_bytes(), 0u);
 }
 
+TEST(MemoryBudget, KeepsTheMostThatWasAskedFor) {
+  const auto budget = std::make_shared<MemoryBudget>(100);
+  ASSERT_OK(budget->KeepAtLeast("the encoder", 60));
+  ASSERT_OK(budget->KeepAtLeast("the encoder", 40));
+  EXPECT_EQ(budget->used_bytes(), 60u);
+
+  EXPECT_THAT(budget->KeepAtLeast("the encoder", 101),
+              StatusIs(absl::StatusCode::kResourceExhausted));
+
+  EXPECT_EQ(budget->kept_bytes(), 60u);
+  ASSERT_OK(budget->KeepAtLeast("the encoder", 100));
+  EXPECT_EQ(budget->used_bytes(), 100u);
+}
+
 TEST(MemoryBudget, ManyThreadsNeverPassIt) {
   const auto budget = std::make_shared<MemoryBudget>(1'000);
   std::vector<std::thread> threads;
@@ -93,7 +107,7 @@ class MemoryBudgetTest : public SceneFixture {
 };
 
 TEST_F(MemoryBudgetTest, AViewIsRefusedAndASmallerOneIsServed) {
-  Restart(3);
+  Restart(6);
   ASSERT_OK(Create(SceneRequest()));
 
   ExpectOutOfMemory(Update(32), "the view");
@@ -105,6 +119,39 @@ TEST_F(MemoryBudgetTest, AViewIsRefusedAndASmallerOneIsServed) {
   grpc::ClientContext context;
   std::vector<v1::SceneEvent> events;
   ExpectOutOfMemory(ReadAll(*stub_->Watch(&context, watch), events), "the view");
+}
+
+TEST_F(MemoryBudgetTest, AWatchIsRefusedWithoutRoomForAMessageThatItMayNotRead) {
+  Restart(12);
+  ASSERT_OK(Create(SceneRequest()));
+  v1::WatchRequest request;
+  request.set_scene("scene-one");
+  struct Watch {
+    grpc::ClientContext context;
+    std::unique_ptr<grpc::ClientReader<v1::SceneEvent>> reader;
+    v1::SceneEvent event;
+  };
+  std::vector<std::unique_ptr<Watch>> watches;
+  absl::Status refusal;
+  while (refusal.ok() && watches.size() < 100) {
+    auto watch = std::make_unique<Watch>();
+    watch->reader = stub_->Watch(&watch->context, request);
+    // The first one's update: then the view has its room.
+    bool open = watch->reader->Read(&watch->event);
+    while (open && watches.empty() && !watch->event.has_update_end()) {
+      open = watch->reader->Read(&watch->event);
+    }
+    if (open) {
+      watches.push_back(std::move(watch));
+    } else {
+      refusal = client::FromGrpc(watch->reader->Finish());
+    }
+  }
+
+  ExpectOutOfMemory(refusal, "the stream's messages");
+  EXPECT_GT(watches.size(), 2u);
+  for (const auto& watch : watches) watch->context.TryCancel();
+  while (watches.back()->reader->Read(&watches.back()->event)) continue;
 }
 
 TEST_F(MemoryBudgetTest, AnInsertedKnotNeedsRoomBesideThePlanInUse) {

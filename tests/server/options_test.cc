@@ -49,12 +49,13 @@ TEST(OptionsTest, DefaultsAreLoopbackAndAuto) {
 }
 
 TEST(OptionsTest, FlagsReadUnits) {
-  const auto parsed = Parse({"--memory", "3GiB", "--max-mesh-bytes=5MB", "--drain-delay", "250ms",
-                             "--backend", "cpu", "--threads", "2"});
+  const auto parsed = Parse({"--memory", "3GiB", "--max-mesh-bytes=5MB", "--transport-memory=64MiB",
+                             "--drain-delay", "250ms", "--backend", "cpu", "--threads", "2"});
 
   ASSERT_OK(parsed);
   EXPECT_EQ(parsed->options.memory_bytes, 3'221'225'472u);
   EXPECT_EQ(parsed->options.max_mesh_bytes, 5'242'880u);
+  EXPECT_EQ(parsed->options.transport_memory_bytes, 67'108'864u);
   EXPECT_EQ(parsed->options.drain_delay, absl::Milliseconds(250));
   EXPECT_EQ(parsed->options.threads, 2);
 }
@@ -139,6 +140,8 @@ TEST(OptionsTest, BadValuesAreRefusedByName) {
   refused("--threads=-1", "--threads");
   refused("--memory=0", "--memory");
   refused("--memory=lots", "--memory");
+  refused("--transport-memory=15MiB",
+          "--transport-memory: got 15728640, allowed is 16777216 or more");
   refused("--max-mesh-bytes=5TB", "--max-mesh-bytes");
   refused("--heartbeat-interval=soon", "--heartbeat-interval");
   refused("--heartbeat-interval=1ms", "--heartbeat-interval");

@@ -83,6 +83,19 @@ TEST_F(ServerLimitsTest, PointsOfOneEvaluation) {
                 "surface_points.points");
 }
 
+TEST_F(ServerLimitsTest, ARequestThatIsLargerInMemoryThanAllThatMayWait) {
+  StartServer({.memory_bytes = uint64_t{64} << 20});
+  ASSERT_OK(Create(SceneRequest()));
+  v1::EditBatch batch = Move("alice", 1, 0, 0.5);
+  for (int i = 0; i < 250'000; ++i) batch.add_edits();  // two bytes each on the wire
+
+  const absl::Status status = Apply(batch);
+
+  ExpectRefused(status, absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
+  EXPECT_EQ(error::DetailsOf(status).free_bytes, uint64_t{8} << 20) << "an eighth of --memory";
+  EXPECT_OK(Apply(Move("alice", 1, 0, 0.5)));
+}
+
 TEST_F(ServerLimitsTest, ASceneSaysWhatItsHistoryHolds) {
   v1::Scene before, after;
   ASSERT_OK(Create(SceneRequest(), &before));

@@ -138,14 +138,16 @@ TEST_F(StageFailureTest, AnEvaluationThatNobodyWantsBeforeItBeginsIsMadeLater) {
   ASSERT_TRUE(gates().WaitForBegun(Stage::kEncode, begun + 2)) << "both workers are busy";
 
   client->watcher().SetPaused(false);
-  std::optional<ViewWork> work = scene_->TakeWork();
+  bool longer = false;
+  const auto alone = [](uint64_t) {};
+  std::optional<ViewWork> work = scene_->TakeWork(kAnyPoints, &longer);
   while (work.has_value() && work->view->key() != client->watcher().key()) {
-    scene_->RunWork(*std::move(work));  // beside what the workers encode
-    work = scene_->TakeWork();
+    scene_->RunWork(*std::move(work), alone);  // beside what the workers encode
+    work = scene_->TakeWork(kAnyPoints, &longer);
   }
   ASSERT_TRUE(work.has_value());
   client->watcher().SetPaused(true);
-  scene_->RunWork(*std::move(work));
+  scene_->RunWork(*std::move(work), alone);
   client->watcher().SetPaused(false);
   gates().Open(Stage::kEncode);
 

@@ -15,15 +15,19 @@ constexpr absl::Duration kLong = absl::Seconds(20);
 
 class StagedView : public DeformView {
  public:
-  StagedView(std::unique_ptr<DeformView> inner, std::shared_ptr<StageGates> gates)
-      : inner_(std::move(inner)), gates_(std::move(gates)) {}
+  StagedView(std::unique_ptr<DeformView> inner, std::shared_ptr<StageGates> gates, size_t chunks)
+      : inner_(std::move(inner)), gates_(std::move(gates)), chunks_(chunks) {}
 
   const ViewSpec& spec() const override { return inner_->spec(); }
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                         std::span<const uint32_t> chunks) override {
+    return EvaluateInParts(control_points, box, chunks, [](uint64_t) {});
+  }
+  absl::Status EvaluateInParts(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                               std::span<const uint32_t> chunks, Between between) override {
     absl::Status status = gates_->Begin(Stage::kEvaluate);
-    if (status.ok()) status = inner_->Evaluate(control_points, box, chunks);
-    gates_->End(Stage::kEvaluate);
+    if (status.ok()) status = inner_->EvaluateInParts(control_points, box, chunks, between);
+    gates_->End(Stage::kEvaluate, chunks_);
     return status;
   }
   absl::Status Read(uint32_t chunk, std::span<uint8_t> out) override {
@@ -36,7 +40,7 @@ class StagedView : public DeformView {
     auto encoded = status.ok() ? inner_->Encode(chunks, encoding, digests)
                                : absl::StatusOr<std::vector<SharedBytes>>(status);
     if (encoded.ok()) gates_->CountEncoded(*encoded);
-    gates_->End(Stage::kEncode);
+    gates_->End(Stage::kEncode, chunks_);
     return encoded;
   }
   MemoryUse memory() const override { return inner_->memory(); }
@@ -44,6 +48,7 @@ class StagedView : public DeformView {
  private:
   const std::unique_ptr<DeformView> inner_;
   const std::shared_ptr<StageGates> gates_;
+  const size_t chunks_;  // of the plan
 };
 
 class StagedTarget : public DeformTarget {
@@ -57,16 +62,17 @@ class StagedTarget : public DeformTarget {
   bool evaluates_on_device() const override { return on_device_; }
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     const absl::Status status = gates_->Begin(Stage::kCreateView);
-    gates_->End(Stage::kCreateView);
+    gates_->End(Stage::kCreateView, plan().chunk_count());
     if (!status.ok()) return status;
     auto view = inner_->CreateView(spec);
     if (!view.ok()) return view.status();
-    return std::make_unique<StagedView>(*std::move(view), gates_);
+    return std::make_unique<StagedView>(*std::move(view), gates_, plan().chunk_count());
   }
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
                                                   size_t first, size_t last) override {
     return inner_->ControlNets(control_points, first, last);
   }
+  uint64_t EncoderBytes(const ViewSpec& spec) const override { return inner_->EncoderBytes(spec); }
   MemoryUse memory() const override { return inner_->memory(); }
 
  private:
@@ -106,6 +112,11 @@ int StageGates::begun(Stage stage) {
 
 int StageGates::ended(Stage stage) {
   const MutexLock lock(&mutex_);
+  return static_cast<int>(gates_[static_cast<size_t>(stage)].ended.size());
+}
+
+std::vector<size_t> StageGates::order(Stage stage) {
+  const MutexLock lock(&mutex_);
   return gates_[static_cast<size_t>(stage)].ended;
 }
 
@@ -129,7 +140,8 @@ bool StageGates::WaitForBegun(Stage stage, int count) {
 bool StageGates::WaitForEnded(Stage stage, int count) {
   const MutexLock lock(&mutex_);
   const Gate& gate = gates_[static_cast<size_t>(stage)];
-  return mutex_.AwaitFor([&gate, count] { return gate.ended >= count; }, kLong);
+  return mutex_.AwaitFor([&gate, count] { return gate.ended.size() >= static_cast<size_t>(count); },
+                         kLong);
 }
 
 absl::Status StageGates::Begin(Stage stage) {
@@ -153,9 +165,9 @@ absl::Status StageGates::Begin(Stage stage) {
   return status;
 }
 
-void StageGates::End(Stage stage) {
+void StageGates::End(Stage stage, size_t chunks) {
   const MutexLock lock(&mutex_);
-  ++gates_[static_cast<size_t>(stage)].ended;
+  gates_[static_cast<size_t>(stage)].ended.push_back(chunks);
 }
 
 StagedBackend::StagedBackend(bool on_device)

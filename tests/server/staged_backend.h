@@ -34,6 +34,8 @@ class StageGates {
   int begun(Stage stage);
   int ended(Stage stage);
   // False when it takes longer than twenty seconds.
+  // By the chunks of their plans, those that have ended, in order.
+  std::vector<size_t> order(Stage stage);
   bool WaitForBegun(Stage stage, int count);
   bool WaitForEnded(Stage stage, int count);
 
@@ -43,7 +45,7 @@ class StageGates {
   // For the backend.
   void CountEncoded(const std::vector<SharedBytes>& results);
   absl::Status Begin(Stage stage);
-  void End(Stage stage);
+  void End(Stage stage, size_t chunks);
 
  private:
   struct Gate {
@@ -51,7 +53,7 @@ class StageGates {
     absl::Status failure;
     int failures = 0;  // to come
     int begun = 0;
-    int ended = 0;
+    std::vector<size_t> ended;
   };
   Mutex mutex_;
   std::array<Gate, 3> gates_ ABSL_GUARDED_BY(mutex_);

@@ -150,6 +150,27 @@ TEST(DracoWriter, TakesNoMoreBytesThanLibdracoAndTenPercentLessThanRowByRow) {
 }
 
 // Nothing to gain from: stored plainly, two bytes a value.
+TEST(DracoWriter, KeepsNoMoreMemoryThanItSays) {
+  for (const auto& [points, position_bits, normal_bits] :
+       {std::tuple{66u, 8, 6}, {2112u, 12, 8}, {2112u, 16, 12}, {17'952u, 14, 0}}) {
+    const DracoWriter writer;
+    EXPECT_EQ(writer.MemoryBytes(), 0u);
+    for (const Data data : kAllData) {
+      std::vector<Chunk> chunks;
+      for (unsigned i = 0; i < 16; ++i) {
+        chunks.push_back(MakeChunk(points, position_bits, normal_bits, data, kSeed + i));
+      }
+      std::vector<QuantisedVertices> vertices;
+      for (const Chunk& chunk : chunks) vertices.push_back(chunk.vertices());
+      std::vector<std::vector<uint8_t>> streams(chunks.size());
+      ASSERT_OK(writer.Encode(vertices, 8.0, nullptr, streams));
+    }
+
+    EXPECT_LE(writer.MemoryBytes(), writer.WorkingBytes(points, position_bits, normal_bits));
+    EXPECT_GT(2 * writer.MemoryBytes(), writer.WorkingBytes(points, position_bits, normal_bits));
+  }
+}
+
 TEST(DracoWriter, RandomDataTakesNoMoreThanPlainSymbols) {
   const Chunk chunk = MakeChunk(2112, 16, 12, Data::kRandom, kSeed);
   const auto stream = DracoWriter().EncodePoints(chunk.vertices(), 8.0);

@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/bench/watched_scene.h"
+
+#include <utility>
+#include <variant>
+
+#include "absl/time/clock.h"
+#include "fmt/format.h"
+#include "server/mutex.h"
+
+namespace latticed::bench {
+namespace {
+
+constexpr absl::Duration kEditEvery = absl::Milliseconds(1);
+
+}  // namespace
+
+SceneConfig ConfigOf(const Scenario& scenario, Encoding encoding) {
+  SceneConfig config;
+  config.id = scenario.name;
+  config.mesh_id = scenario.name;
+  config.mesh = scenario.plan->mesh;
+  config.lattice = {.structure = scenario.plan->structure,
+                    .control_points = scenario.control_points[0]};
+  config.default_view.key.encoding = encoding;
+  config.default_view.key.spec.format = FormatOf(encoding);
+  config.pipeline = Pipeline::kFused;
+  return config;
+}
+
+ToAndFro::ToAndFro(std::shared_ptr<Scene> scene) : scene_(std::move(scene)) {
+  // Sequences of an editor rise: each of these is another.
+  static std::atomic<int> editors = 0;
+  batch_.editor_id = fmt::format("editor-{}", ++editors);
+  batch_.structure_id = scene_->State()->structure_id;
+  for (size_t i = 0; i < scene_->State()->control_points->size(); ++i) {
+    move_.indices.push_back(static_cast<uint32_t>(i));
+  }
+  move_.offset = {0.01, 0, 0};
+}
+
+uint64_t ToAndFro::Move() {
+  ++batch_.sequence;
+  batch_.edits = {move_};
+  move_.offset.x = -move_.offset.x;
+  const auto summary = scene_->ApplyEdits(batch_);
+  CheckOk(summary.status());
+  return summary->revision;
+}
+
+void Editor::Run() {
+  while (!stopping_) {
+    moves_.Move();
+    absl::SleepFor(kEditEvery);
+  }
+}
+
+class Reader::Bell : public SceneListener {
+ public:
+  void OnSceneChanged() override {
+    const MutexLock lock(&mutex_);
+    rung_ = true;
+  }
+  void Wait() {
+    const MutexLock lock(&mutex_);
+    mutex_.AwaitFor([this] { return rung_; }, absl::Seconds(1));
+    rung_ = false;
+  }
+
+ private:
+  Mutex mutex_;
+  bool rung_ = false;
+};
+
+Reader::Reader(std::shared_ptr<Scene> scene) : bell_(std::make_shared<Bell>()) {
+  scene->AddListener(bell_);
+  const WatchView view = scene->config().default_view;
+  auto watcher = Watcher::Create(std::move(scene),
+                                 {.boot_id = "bench", .view = view, .max_unacked_updates = 0});
+  CheckOk(watcher.status());
+  watcher_ = *std::move(watcher);
+}
+
+UpdateEnds Reader::NextUpdate() {
+  while (true) {
+    auto event = watcher_->Next(absl::Now());
+    CheckOk(event.status());
+    if (!event->has_value()) {
+      bell_->Wait();
+    } else if (auto* end = std::get_if<UpdateEnds>(&**event)) {
+      return *end;
+    }
+  }
+}
+
+}  // namespace latticed::bench
