@@ -8,23 +8,21 @@
 set -euo pipefail
 cd "$1"
 
-# layer                       may include (prefixes; itself always)
-allowed() {
-  case $1 in
-    core/base) echo core/base/ ;;
-    core/mesh) echo core/base/ core/mesh/ ;;
-    core/ffd) echo core/base/ core/mesh/ core/ffd/ ;;
-    core/backend) echo core/base/ core/mesh/ core/ffd/ core/backend.h ;;
-    core/codec) echo core/base/ core/mesh/ core/ffd/ core/codec/ ;;
-    core/view) echo core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/ ;;
-    core/cpu) echo core/ ;;
-    cuda) echo core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/ cuda/ ;;
-    server) echo core/ cuda/cuda_backend.h latticed/v1/ server/ ;;
-    client/library) echo core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/ ;;
-    client) echo core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/ server/in_process.h server/options.h ;;
-    tests) echo core/ cuda/ server/ client/ latticed/v1/ tests/ ;;
-  esac
-}
+# layer    may include (prefixes; itself always)
+declare -A allowed=(
+  [core/base]="core/base/"
+  [core/mesh]="core/base/ core/mesh/"
+  [core/ffd]="core/base/ core/mesh/ core/ffd/"
+  [core/backend]="core/base/ core/mesh/ core/ffd/ core/backend.h"
+  [core/codec]="core/base/ core/mesh/ core/ffd/ core/codec/"
+  [core/view]="core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/"
+  [core/cpu]="core/"
+  [cuda]="core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/ cuda/"
+  [server]="core/ cuda/cuda_backend.h latticed/v1/ server/"
+  [client/library]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/"
+  [client]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/ server/in_process.h server/options.h"
+  [tests]="core/ cuda/ server/ client/ latticed/v1/ tests/"
+)
 
 # Third-party headers that only some layers may see: regular expression, then the files that may.
 readonly guarded=(
@@ -37,12 +35,14 @@ readonly guarded=(
   '^epoxy/' '^tests/bench/shaders/'
   '^(cuda_runtime|cuda\.h|cuda_fp16)' '^(cuda|tests/(bench|cuda))/')
 
-layer_of() {
+# Sets $layer: $(…), a process for each of thousands of includes, would take most of the time.
+set_layer() {  # FILE
   case $1 in
-    core/base/*) echo core/base ;; core/mesh/*) echo core/mesh ;; core/ffd/*) echo core/ffd ;;
-    core/codec/*) echo core/codec ;; core/view/*) echo core/view ;; core/cpu/*) echo core/cpu ;; core/*) echo core/backend ;;
-    cuda/*) echo cuda ;; server/*) echo server ;; tests/*) echo tests ;;
-    client/cpp/latticed_client*) echo client/library ;; client/*) echo client ;;
+    core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
+    core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
+    cuda/*) layer=cuda ;; server/*) layer=server ;; tests/*) layer=tests ;;
+    client/cpp/latticed_client*) layer=client/library ;; client/*) layer=client ;;
+    *) layer=none ;;
   esac
 }
 
@@ -53,7 +53,7 @@ check_include() {  # FILE LAYER HEADER QUOTED
   local file=$1 layer=$2 header=$3 quoted=$4 prefix i
   case $header in
     core/* | cuda/* | server/* | client/* | tests/* | latticed/v1/*)
-      for prefix in $(allowed "$layer"); do [[ $header == "$prefix"* ]] && return; done
+      for prefix in ${allowed[$layer]-}; do [[ $header == "$prefix"* ]] && return; done
       fail "$file: $layer may not include $header"
       return ;;
   esac
@@ -76,13 +76,15 @@ done < <(wc -l "${files[@]}" | grep -v ' total$')
 
 while read -r file; do fail "$file: no SPDX header in its first lines"; done < <(
   for file in "${files[@]}"; do
-    head -n 3 "$file" | tr '\n' ' ' | grep -q 'SPDX-FileCopyrightText: .*SPDX-License-Identifier: ' || echo "$file"
+    mapfile -n 3 head <"$file"
+    [[ ${head[*]} == *SPDX-FileCopyrightText:*SPDX-License-Identifier:* ]] || echo "$file"
   done)
 
 mapfile -t code < <(printf '%s\n' "${files[@]}" | grep -E '\.(cc|h|cu|cuh)$')
 while IFS=: read -r file text; do
   [[ $text =~ \#[[:space:]]*include[[:space:]]*([\"\<])([^\"\>]+) ]] || continue
-  check_include "$file" "$(layer_of "$file")" "${BASH_REMATCH[2]}" "${BASH_REMATCH[1]}"
+  set_layer "$file"
+  check_include "$file" "$layer" "${BASH_REMATCH[2]}" "${BASH_REMATCH[1]}"
 done < <(grep -HE '^[[:space:]]*#[[:space:]]*include[[:space:]]*["<]' "${code[@]}")
 
 # host_device.h is the one place that tells nvcc from a host compiler.
