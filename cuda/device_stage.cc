@@ -9,7 +9,7 @@
 namespace latticed {
 namespace {
 
-constexpr char kPurpose[] = "stage_matrices";
+constexpr char kMatricesPurpose[] = "stage_matrices";
 
 template <typename Triple>
 std::vector<uchar4> Pack(const std::vector<Triple>& triples) {
@@ -38,7 +38,7 @@ absl::Status DeviceStage::Upload(const std::shared_ptr<DeviceMemory>& memory,
   absl::Status status;
   const auto upload = [&]<typename T>(const std::vector<T>& from, DeviceBuffer<T>& to) {
     if (!status.ok()) return;
-    auto buffer = DeviceBuffer<T>::Upload(memory, kPurpose, from, stream.get());
+    auto buffer = DeviceBuffer<T>::Upload(memory, kMatricesPurpose, from, stream.get());
     status = buffer.status();
     if (buffer.ok()) to = *std::move(buffer);
   };

@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/ffd/shared_points.h"
 #include "cuda/kernels.h"
 
 namespace latticed {
@@ -16,7 +17,6 @@ using kernels::SeamUse;
 
 static_assert(limits::kMaxPatches < (uint64_t{1} << 29), "a seam use's key has 29 bits for it");
 static_assert(limits::kMaxControlPoints < kernels::kDeviceBoxes, "a lattice has fewer boxes");
-constexpr uint32_t kFirstEdgeSlot = 3;
 
 class Packer {
  public:

@@ -13,7 +13,7 @@
 namespace latticed {
 namespace {
 
-constexpr char kPurpose[] = "staging";
+constexpr char kStagingPurpose[] = "staging";
 constexpr size_t kLeastBytes = size_t{4} << 10;
 // Kept for later users at most; what comes back beyond it is unpinned.
 constexpr size_t kMostFreeBytes = size_t{256} << 20;
@@ -35,8 +35,8 @@ PinnedMemory::~PinnedMemory() {
 
 absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
   const size_t size = std::bit_ceil(std::max(bytes, kLeastBytes));
-  if (refuse_ && refuse_(kPurpose, size)) {
-    return error::OutOfMemory(kPurpose, size, FreeHostBytes());
+  if (refuse_ && refuse_(kStagingPurpose, size)) {
+    return error::OutOfMemory(kStagingPurpose, size, FreeHostBytes());
   }
   {
     const std::scoped_lock lock(mutex_);
@@ -51,9 +51,9 @@ absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
   const cudaError_t result = cudaHostAlloc(&data, size, cudaHostAllocPortable);
   if (result == cudaErrorMemoryAllocation) {
     static_cast<void>(cudaGetLastError());
-    return error::OutOfMemory(kPurpose, size, FreeHostBytes());
+    return error::OutOfMemory(kStagingPurpose, size, FreeHostBytes());
   }
-  if (auto s = CudaStatus(result, kPurpose); !s.ok()) return s;
+  if (auto s = CudaStatus(result, kStagingPurpose); !s.ok()) return s;
   return PinnedBuffer(shared_from_this(), static_cast<uint8_t*>(data), size);
 }
 

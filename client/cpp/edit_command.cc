@@ -27,7 +27,7 @@ struct EditFlags {
   bool json = false;
 };
 
-using MakeEdit = absl::Status (*)(const EditFlags&, const v1::LatticeState&, v1::Edit*);
+using EditMaker = absl::Status (*)(const EditFlags&, const v1::LatticeState&, v1::Edit*);
 
 // The same from call to call, so that redo finds what undo did: made of user and host.
 std::string StableEditorId() {
@@ -96,7 +96,7 @@ absl::Status MakeRedo(const EditFlags&, const v1::LatticeState&, v1::Edit* edit)
   return absl::OkStatus();
 }
 
-absl::Status Run(const EditFlags& flags, MakeEdit make, Console console) {
+absl::Status Run(const EditFlags& flags, EditMaker make, Console console) {
   auto session = Session::Open(flags.session);
   if (!session.ok()) return session.status();
   const auto lattice = session->client().GetLattice(flags.scene);
@@ -126,7 +126,7 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<EditFlags>();
   CLI::App* edit = app.add_subcommand("edit", "Edits the lattice of a scene");
   edit->require_subcommand(1);
-  const auto add = [&](const char* name, const char* what, MakeEdit make) {
+  const auto add = [&](const char* name, const char* what, EditMaker make) {
     CLI::App* command = edit->add_subcommand(name, what);
     command->add_option("scene", flags->scene, "Id of the scene")->required();
     command->add_option("--editor", flags->editor,

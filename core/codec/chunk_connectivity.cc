@@ -8,13 +8,14 @@
 #include "core/codec/draco_container.h"
 #include "core/codec/draco_kernel.h"
 #include "core/codec/rans_encoder.h"
+#include "core/codec/rans_model.h"
 #include "core/codec/rans_table.h"
 
 namespace latticed {
 namespace {
 
-// Numbers of the format.
-constexpr uint32_t kCompressedIndices = 0, kSchemeRaw = 1;
+// A number of the format.
+constexpr uint32_t kCompressedIndices = 0;
 
 // Each index less the one before it; the sign in the lowest bit.
 std::vector<uint32_t> IndexSymbols(std::span<const std::array<uint32_t, 3>> triangles) {

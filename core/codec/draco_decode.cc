@@ -17,7 +17,7 @@ namespace {
 
 using Kind = draco::GeometryAttribute;
 
-absl::Status Malformed(std::string_view problem) {
+absl::Status MalformedChunk(std::string_view problem) {
   return error::MalformedFile("DRACO", "the stream", problem);
 }
 
@@ -26,8 +26,8 @@ absl::StatusOr<std::unique_ptr<draco::PointCloud>> DecodeCloud(std::span<const u
   const auto announcement = ReadDracoAnnouncement(bytes);
   if (!announcement.ok()) return announcement.status();
   if (announcement->points > limits::kMaxChunkPoints) {
-    return Malformed(fmt::format("announces {} points, a chunk has {} at most",
-                                 announcement->points, limits::kMaxChunkPoints));
+    return MalformedChunk(fmt::format("announces {} points, a chunk has {} at most",
+                                      announcement->points, limits::kMaxChunkPoints));
   }
   if (auto size = CheckDracoSize(*announcement, bytes.size()); !size.ok()) return size;
   draco::Decoder decoder;
@@ -39,10 +39,10 @@ absl::StatusOr<std::unique_ptr<draco::PointCloud>> DecodeCloud(std::span<const u
   buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   try {
     auto cloud = decoder.DecodePointCloudFromBuffer(&buffer);
-    if (!cloud.ok()) return Malformed(cloud.status().error_msg_string());
+    if (!cloud.ok()) return MalformedChunk(cloud.status().error_msg_string());
     return std::move(cloud).value();
   } catch (const std::exception& e) {  // std::bad_alloc and std::length_error of corrupt tables
-    return Malformed(e.what());
+    return MalformedChunk(e.what());
   }
 }
 
@@ -52,13 +52,14 @@ absl::StatusOr<std::vector<T>> Values(const draco::PointCloud& cloud, Kind::Type
                                       int8_t components) {
   const draco::PointAttribute* attribute = cloud.GetNamedAttribute(kind);
   if (attribute == nullptr) return std::vector<T>{};
-  if (attribute->num_components() != components) return Malformed("has an unexpected attribute");
+  if (attribute->num_components() != components)
+    return MalformedChunk("has an unexpected attribute");
   const auto width = static_cast<size_t>(components);
   std::vector<T> values(width * cloud.num_points());
   for (uint32_t p = 0; p < cloud.num_points(); ++p) {
     const auto index = attribute->mapped_index(draco::PointIndex(p));
     if (!attribute->ConvertValue<T>(index, components, &values[width * p])) {
-      return Malformed("has an attribute value of another type");
+      return MalformedChunk("has an attribute value of another type");
     }
   }
   return values;
@@ -73,7 +74,7 @@ absl::StatusOr<DecodedChunk> DecodeDracoChunk(std::span<const uint8_t> bytes) {
   if (!positions.ok()) return positions.status();
   auto normals = Values<float>(**cloud, Kind::NORMAL, 3);
   if (!normals.ok()) return normals.status();
-  if (positions->empty() && (*cloud)->num_points() > 0) return Malformed("has no positions");
+  if (positions->empty() && (*cloud)->num_points() > 0) return MalformedChunk("has no positions");
   return DecodedChunk{*std::move(positions), *std::move(normals)};
 }
 
@@ -84,7 +85,7 @@ absl::StatusOr<DecodedIntegers> DecodeDracoChunkIntegers(std::span<const uint8_t
   if (!positions.ok()) return positions.status();
   auto normals = Values<uint32_t>(**cloud, Kind::NORMAL, 2);
   if (!normals.ok()) return normals.status();
-  if (positions->empty() && (*cloud)->num_points() > 0) return Malformed("has no positions");
+  if (positions->empty() && (*cloud)->num_points() > 0) return MalformedChunk("has no positions");
   return DecodedIntegers{*std::move(positions), *std::move(normals)};
 }
 

@@ -16,9 +16,9 @@ namespace {
 constexpr int kSpeed = 10;
 constexpr size_t kQuantisationBytes(size_t components) { return 4 * components + 4 + 1; }
 
-using Kind = draco::GeometryAttribute::Type;
+using Kind = draco::GeometryAttribute;
 
-int AddAttribute(draco::PointCloud& cloud, Kind kind, int8_t components,
+int AddAttribute(draco::PointCloud& cloud, Kind::Type kind, int8_t components,
                  const std::vector<float>& values) {
   draco::GeometryAttribute attribute;
   attribute.Init(kind, nullptr, static_cast<uint8_t>(components), draco::DT_FLOAT32, false,

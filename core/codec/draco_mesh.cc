@@ -19,7 +19,7 @@ namespace {
 
 using Kind = draco::GeometryAttribute;
 
-absl::Status Malformed(std::string_view problem) {
+absl::Status MalformedMesh(std::string_view problem) {
   return error::MalformedFile("DRACO", "the stream", problem);
 }
 
@@ -32,7 +32,7 @@ absl::Status CopyAttribute(const draco::Mesh& mesh, const draco::PointAttribute*
   for (uint32_t v = 0; v < values.size(); ++v) {
     Scalar value[N];
     if (!attribute->ConvertValue<Scalar>(draco::AttributeValueIndex(v), N, value)) {
-      return Malformed("has an attribute value that is no number");
+      return MalformedMesh("has an attribute value that is no number");
     }
     if constexpr (N == 3) values[v] = {value[0], value[1], value[2]};
     if constexpr (N == 2) values[v] = {value[0], value[1]};
@@ -40,9 +40,9 @@ absl::Status CopyAttribute(const draco::Mesh& mesh, const draco::PointAttribute*
   corners.reserve(3 * static_cast<size_t>(mesh.num_faces()));
   for (uint32_t f = 0; f < mesh.num_faces(); ++f) {
     for (const draco::PointIndex& point : mesh.face(draco::FaceIndex(f))) {
-      if (point.value() >= mesh.num_points()) return Malformed("has a face index out of range");
+      if (point.value() >= mesh.num_points()) return MalformedMesh("has a face index out of range");
       const uint32_t index = attribute->mapped_index(point).value();
-      if (index >= values.size()) return Malformed("maps a point to no attribute value");
+      if (index >= values.size()) return MalformedMesh("maps a point to no attribute value");
       corners.push_back(index);
     }
   }
@@ -53,7 +53,7 @@ absl::StatusOr<PolygonMesh> ToPolygonMesh(const draco::Mesh& mesh) {
   PolygonMesh result;
   const auto* positions = mesh.GetNamedAttribute(Kind::POSITION);
   if (positions == nullptr || positions->num_components() != 3) {
-    return Malformed("has no positions of three components");
+    return MalformedMesh("has no positions of three components");
   }
   if (auto status = CopyAttribute<Vec3d, 3, double>(mesh, positions, result.positions,
                                                     result.corner_vertices);
@@ -84,20 +84,20 @@ absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes) {
   const auto announcement =
       ReadDracoAnnouncement({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
   if (!announcement.ok()) return announcement.status();
-  if (!announcement->is_mesh) return Malformed("is a point cloud; a mesh is needed");
+  if (!announcement->is_mesh) return MalformedMesh("is a point cloud; a mesh is needed");
   if (auto size = CheckDracoSize(*announcement, bytes.size()); !size.ok()) return size;
   draco::DecoderBuffer buffer;
   buffer.Init(bytes.data(), bytes.size());
   try {
     auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
-    if (!decoded.ok()) return Malformed(decoded.status().error_msg_string());
+    if (!decoded.ok()) return MalformedMesh(decoded.status().error_msg_string());
     auto mesh = ToPolygonMesh(*decoded.value());
     if (!mesh.ok()) return mesh;
     if (auto status = Validate(*mesh); !status.ok())
-      return Malformed(std::string(status.message()));
+      return MalformedMesh(std::string(status.message()));
     return mesh;
   } catch (const std::exception& e) {  // std::bad_alloc and std::length_error of corrupt tables
-    return Malformed(e.what());
+    return MalformedMesh(e.what());
   }
 }
 

@@ -27,6 +27,8 @@
 
 namespace latticed {
 
+inline constexpr uint32_t kSchemeRaw = 1;  // the format's number of the scheme
+
 // Bit lengths up to 8 all mean 12 bits, those from 14 on all mean 20.
 inline constexpr int kLeastRansBitLength = 8, kMostRansBitLength = 14;
 inline constexpr int kLeastRansPrecision = 12, kMostRansPrecision = 20;

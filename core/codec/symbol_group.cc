@@ -14,7 +14,7 @@ using draco_kernel::kLanes;
 using draco_kernel::kPadding;
 
 // Numbers of the format.
-constexpr uint32_t kPlain = 0, kCoded = 1, kSchemeRaw = 1;
+constexpr uint32_t kPlain = 0, kCoded = 1;
 constexpr size_t kHistograms = 4;
 // States that are coded by turns without vectors: one waits while another multiplies.
 constexpr size_t kChains = 4;

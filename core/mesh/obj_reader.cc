@@ -15,7 +15,7 @@
 namespace latticed {
 namespace {
 
-constexpr std::string_view kFormat = "OBJ";
+constexpr std::string_view kObj = "OBJ";
 
 // The next word before a comment, which ends the line also where it is glued to a word.
 std::string_view TakeField(std::string_view* line) {
@@ -78,7 +78,7 @@ class ObjReader {
   };
 
   absl::Status Malformed(std::string_view problem) const {
-    return error::MalformedFile(kFormat, fmt::format("line {}", line_), problem);
+    return error::MalformedFile(kObj, fmt::format("line {}", line_), problem);
   }
 
   absl::Status ReadLine(std::string_view line) {
@@ -213,7 +213,7 @@ class ObjReader {
   absl::StatusOr<PolygonMesh> Finish() {
     for (const Kind* kind : {&vertices_, &uvs_, &normals_}) {
       if (kind->forward_count <= kind->count) continue;
-      return error::MalformedFile(kFormat, fmt::format("line {}", kind->forward_line),
+      return error::MalformedFile(kObj, fmt::format("line {}", kind->forward_line),
                                   OutOfRange(*kind, static_cast<int64_t>(kind->forward_count)));
     }
     if (!mesh_.corner_normals.empty()) {
@@ -223,7 +223,7 @@ class ObjReader {
       mesh_.corner_uvs.resize(mesh_.corner_count(), PolygonMesh::kNoAttribute);
     }
     NameGroups();
-    return FinishMesh(kFormat, std::move(mesh_));
+    return FinishMesh(kObj, std::move(mesh_));
   }
 
   // Groups in the order of their first mention; those without faces are left out, and so are all

@@ -15,7 +15,7 @@
 namespace latticed {
 namespace {
 
-constexpr std::string_view kFormat = "STL";
+constexpr std::string_view kStl = "STL";
 constexpr size_t kHeaderBytes = 80;
 constexpr size_t kPreambleBytes = kHeaderBytes + sizeof(uint32_t);
 constexpr size_t kFacetBytes = 50;
@@ -38,13 +38,13 @@ bool IsBinary(std::string_view bytes) {
 absl::StatusOr<PolygonMesh> ReadBinary(std::string_view bytes) {
   const uint32_t count = LoadLittleEndian<uint32_t>(&bytes[kHeaderBytes]);
   if (AnnouncedBytes(bytes) > bytes.size()) {
-    return error::MalformedFile(kFormat, fmt::format("byte {}", kHeaderBytes),
+    return error::MalformedFile(kStl, fmt::format("byte {}", kHeaderBytes),
                                 fmt::format("{} facets need {} bytes, the file has {}", count,
                                             AnnouncedBytes(bytes), bytes.size()));
   }
   if (count > limits::kMaxMeshFaces) {
     return error::MalformedFile(
-        kFormat, fmt::format("byte {}", kHeaderBytes),
+        kStl, fmt::format("byte {}", kHeaderBytes),
         fmt::format("{} facets; at most {} are allowed", count, limits::kMaxMeshFaces));
   }
   PolygonMesh mesh;
@@ -58,14 +58,14 @@ absl::StatusOr<PolygonMesh> ReadBinary(std::string_view bytes) {
       const Vec3d position{LoadLittleEndian<float>(vertex), LoadLittleEndian<float>(vertex + 4),
                            LoadLittleEndian<float>(vertex + 8)};
       if (!IsFinite(position)) {
-        return error::MalformedFile(kFormat, fmt::format("byte {}", offset),
+        return error::MalformedFile(kStl, fmt::format("byte {}", offset),
                                     fmt::format("facet {} is not finite", f));
       }
       mesh.corner_vertices.push_back(welder.Add(position));
     }
     mesh.face_offsets.push_back(static_cast<uint32_t>(mesh.corner_count()));
   }
-  return FinishMesh(kFormat, std::move(mesh));
+  return FinishMesh(kStl, std::move(mesh));
 }
 
 class AsciiReader {
@@ -91,12 +91,12 @@ class AsciiReader {
     }
     if (in_solid_) return Malformed("the file ends before endsolid");
     if (mesh_.group_names.size() < 2) mesh_.group_names = {}, mesh_.face_groups = {};
-    return FinishMesh(kFormat, std::move(mesh_));
+    return FinishMesh(kStl, std::move(mesh_));
   }
 
  private:
   absl::Status Malformed(std::string_view problem) const {
-    return error::MalformedFile(kFormat, LineAt(text_, text_.size() - rest_.size()), problem);
+    return error::MalformedFile(kStl, LineAt(text_, text_.size() - rest_.size()), problem);
   }
 
   std::string TakeName() {
@@ -181,7 +181,7 @@ absl::StatusOr<PolygonMesh> ReadStl(std::string_view bytes) {
   if (IsBinary(bytes)) return ReadBinary(bytes);
   if (StartsWithSolid(bytes)) return AsciiReader(bytes).Read();
   return error::MalformedFile(
-      kFormat, "byte 0",
+      kStl, "byte 0",
       fmt::format("{} bytes that do not start with 'solid' are less than a binary header",
                   bytes.size()));
 }
