@@ -11,11 +11,11 @@
 #include "client/cpp/json_output.h"
 #include "client/cpp/lattice_json.h"
 #include "client/cpp/load/load_run.h"
+#include "client/cpp/load/load_scenes.h"
 #include "client/cpp/load/report_output.h"
 #include "client/cpp/progress_bar.h"
 #include "client/cpp/sample_or_file.h"
 #include "client/cpp/session.h"
-#include "client/cpp/temporary_scene.h"
 #include "client/cpp/view_flags.h"
 #include "core/mesh/sample_meshes.h"
 #include "fmt/format.h"
@@ -24,6 +24,7 @@ namespace latticed::client {
 namespace {
 
 constexpr int kMostStreams = 10'000;
+constexpr int kMostProcesses = 1 << 22;  // of Linux
 
 struct BenchFlags {
   SessionFlags session;
@@ -57,42 +58,6 @@ LoadPlan ToPlan(const BenchFlags& flags) {
   return plan;
 }
 
-// The scenes of a run, deleted at its end. The last goes first: a mesh goes with the scene that
-// brought it, after all others that show it.
-class Scenes {
- public:
-  Scenes() = default;
-  Scenes(const Scenes&) = delete;  // deletes once
-  Scenes& operator=(const Scenes&) = delete;
-  ~Scenes() {
-    while (!made_.empty()) made_.pop_back();
-  }
-
-  absl::Status Make(Client& client, const BenchFlags& flags, Console console) {
-    for (int i = 0; i < flags.plan.scenes; ++i) {
-      const auto& mesh = flags.meshes[static_cast<size_t>(i) % flags.meshes.size()];
-      const auto file = SampleOrFile(mesh, flags.resolution);
-      if (!file.ok()) return file.status();
-      made_.push_back(std::make_unique<TemporaryScene>(client));
-      if (const auto uploaded = made_.back()->Upload(*file, {}, console); !uploaded.ok()) {
-        return uploaded.status();
-      }
-      v1::CreateSceneRequest request;
-      *request.add_lattices()->mutable_fit() = ToProto(flags.fit);
-      request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
-      const auto scene = made_.back()->Create(std::move(request));
-      if (!scene.ok()) return scene.status();
-      ids_.push_back(scene->id());
-    }
-    return absl::OkStatus();
-  }
-  const std::vector<std::string>& ids() const { return ids_; }
-
- private:
-  std::vector<std::unique_ptr<TemporaryScene>> made_;
-  std::vector<std::string> ids_;
-};
-
 std::string MeshNames(const BenchFlags& flags) {
   std::string names;
   for (const std::string& mesh : flags.meshes) names += (names.empty() ? "" : ", ") + mesh;
@@ -116,8 +81,16 @@ absl::Status Print(const BenchFlags& flags, const LoadPlan& plan, const LoadRepo
 
 absl::StatusOr<LoadReport> Measure(Session& session, const BenchFlags& flags, const LoadPlan& plan,
                                    const std::stop_token& stop, Console console) {
-  Scenes scenes;
-  if (auto status = scenes.Make(session.client(), flags, console); !status.ok()) return status;
+  v1::CreateSceneRequest request;
+  *request.add_lattices()->mutable_fit() = ToProto(flags.fit);
+  request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
+  LoadScenes scenes(session.client());
+  for (int i = 0; i < plan.scenes; ++i) {
+    const std::string& mesh = flags.meshes[static_cast<size_t>(i) % flags.meshes.size()];
+    const auto file = SampleOrFile(mesh, flags.resolution);
+    if (!file.ok()) return file.status();
+    if (auto status = scenes.Make(*file, request, console); !status.ok()) return status;
+  }
   LoadRun run(
       plan, scenes.ids(), [&session] { return session.NewClient(); },
       {.fused = flags.pipeline.empty() || flags.pipeline == "fused",
@@ -213,7 +186,7 @@ void AddBenchCommand(CLI::App& app, CommandLine& line) {
   command
       ->add_option("--server-pid", flags->server_process,
                    "The server's process on this machine, whose processor time is told then")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1, kMostProcesses))
       ->needs("--server");
   command->add_option("--markdown", flags->markdown, "Appends the result to this file");
   AddJsonFlag(*command, flags->json);

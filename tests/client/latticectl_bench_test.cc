@@ -67,6 +67,7 @@ TEST_F(LatticectlBench, OpenLoopSendsEveryEdit) {
   EXPECT_EQ(result["editsReplaced"], 0);
   EXPECT_EQ(result["server"]["apply"]["count"], 40);
   EXPECT_EQ(result["editors"]["updateEnd"]["count"], 2 * 40);
+  EXPECT_EQ(result["editors"]["decoded"]["count"], 40);  // the first editor's
   EXPECT_GE(result["seconds"], 0.095);  // the last one is due then
 }
 
@@ -114,9 +115,9 @@ TEST_F(LatticectlBench, PrintsATableAndAppendsItToADocument) {
 TEST_F(LatticectlBench, TellsTheServersProcessorTimeWhereItsProcessIsKnown) {
   const auto result = Bench({"--edits", "1", "--server-pid", std::to_string(getpid())});
   EXPECT_GT(result["cpu"]["server"]["secondsPerGigabyte"], 0.0);
-  const RunResult unknown = BenchFails({"--edits", "1", "--server-pid", "2147483647"});
+  const RunResult unknown = BenchFails({"--edits", "1", "--server-pid", "4194304"});
   EXPECT_EQ(unknown.code, 1);
-  EXPECT_THAT(unknown.err, HasSubstr("no process 2147483647"));
+  EXPECT_THAT(unknown.err, HasSubstr("no process 4194304"));
 }
 
 TEST_F(LatticectlBench, RefusesContradictingPaces) {

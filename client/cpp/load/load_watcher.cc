@@ -43,12 +43,12 @@ void LoadWatcher::Take(const v1::SceneEvent& event) {
 void LoadWatcher::Read() {
   for (;;) {
     const auto update = stream_->Next();
-    if (closing_.HasBeenNotified()) return;
     absl::Status status = update.status();
     if (status.ok() && !update->has_value()) {
       status = absl::UnavailableError("the server has ended a watch");
     }
     if (status.ok() && options_.decodes) status = log_.DecodeNewest(stream_->surface());
+    if (closing_.HasBeenNotified()) return;
     if (status.ok()) continue;
     control_->Fail(status);
     log_.Fail(status);
