@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <map>
@@ -60,7 +61,9 @@ LoadPlan ToPlan(const BenchFlags& flags) {
 
 std::string MeshNames(const BenchFlags& flags) {
   std::string names;
-  for (const std::string& mesh : flags.meshes) names += (names.empty() ? "" : ", ") + mesh;
+  for (const std::filesystem::path path : flags.meshes) {
+    names += (names.empty() ? "" : ", ") + path.filename().string();
+  }
   return names;
 }
 
