@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <map>
 #include <memory>
 #include <ostream>
 
@@ -33,7 +32,7 @@ struct BenchFlags {
   int resolution = kDefaultSampleResolution;
   FitFlags fit;
   ViewFlags view;
-  std::string pipeline, points = "all", markdown;
+  std::string pipeline, points = "all", decode = "first", markdown;
   double rate = 0, interval_ms = 0, seconds = 0;
   int server_process = 0;
   bool json = false;
@@ -43,6 +42,9 @@ struct BenchFlags {
 LoadPlan ToPlan(const BenchFlags& flags) {
   LoadPlan plan = flags.plan;
   plan.all_points = flags.points == "all";
+  plan.decoding = flags.decode == "first" ? Decoding::kFirst
+                  : flags.decode == "all" ? Decoding::kAll
+                                          : Decoding::kNone;
   plan.view = ToProto(flags.view);
   if (flags.rate > 0) {
     plan.mode = LoadMode::kOpen;
@@ -117,7 +119,8 @@ absl::Status Run(const BenchFlags& flags, CommandLine& line) {
   return stop.stop_requested() ? absl::CancelledError("interrupted") : absl::OkStatus();
 }
 
-void AddLoadFlags(CLI::App& command, LoadPlan& plan) {
+void AddLoadFlags(CLI::App& command, BenchFlags& flags) {
+  LoadPlan& plan = flags.plan;
   const auto count = [&command](const char* name, int& value, int least, const char* text) {
     command.add_option(name, value, text)
         ->check(CLI::Range(least, kMostStreams))
@@ -132,12 +135,11 @@ void AddLoadFlags(CLI::App& command, LoadPlan& plan) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command
-      .add_option("--decode", plan.decoding,
+      .add_option("--decode", flags.decode,
                   "Whose updates are decoded, where they are read: each scene's first editor's, "
                   "those of all but slow watchers, or none")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Decoding>{
-          {"first", Decoding::kFirst}, {"all", Decoding::kAll}, {"none", Decoding::kNone}}))
-      ->default_str("first");
+      ->check(CLI::IsMember({"first", "all", "none"}))
+      ->capture_default_str();
 }
 
 void AddPaceFlags(CLI::App& command, BenchFlags& flags) {
@@ -180,7 +182,7 @@ void AddBenchCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--resolution", flags->resolution, "Of sample meshes")
       ->check(CLI::Range(kMinSampleResolution, kMaxSampleResolution))
       ->capture_default_str();
-  AddLoadFlags(*command, flags->plan);
+  AddLoadFlags(*command, *flags);
   AddPaceFlags(*command, *flags);
   AddFitFlags(*command, flags->fit);
   AddViewFlags(*command, flags->view);

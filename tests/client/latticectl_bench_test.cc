@@ -68,7 +68,7 @@ TEST_F(LatticectlBench, OpenLoopSendsEveryEdit) {
   EXPECT_EQ(result["server"]["apply"]["count"], 40);
   EXPECT_EQ(result["editors"]["updateEnd"]["count"], 2 * 40);
   EXPECT_EQ(result["editors"]["decoded"]["count"], 40);  // the first editor's
-  EXPECT_GE(result["seconds"], 0.095);  // the last one is due then
+  EXPECT_GE(result["seconds"], 0.095);                   // the last one is due then
 }
 
 TEST_F(LatticectlBench, IntervalModeReplacesWhatItCouldNotSend) {

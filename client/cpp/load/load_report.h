@@ -16,8 +16,8 @@
 #include "client/cpp/load/edit_log.h"
 #include "client/cpp/load/latency_recorder.h"
 #include "client/cpp/load/load_plan.h"
-#include "client/cpp/load/surface_verifier.h"
 #include "client/cpp/load/update_log.h"
+#include "client/cpp/load/verified_points.h"
 
 namespace latticed::client {
 

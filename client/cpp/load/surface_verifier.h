@@ -18,7 +18,6 @@
 #ifndef LATTICED_CLIENT_CPP_LOAD_SURFACE_VERIFIER_H_
 #define LATTICED_CLIENT_CPP_LOAD_SURFACE_VERIFIER_H_
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -26,20 +25,9 @@
 
 #include "absl/status/status.h"
 #include "client/cpp/latticed_client.h"
+#include "client/cpp/load/verified_points.h"
 
 namespace latticed::client {
-
-struct VerifiedPoints {
-  uint64_t positions = 0, normals = 0;
-  double worst_position = 0, worst_normal = 0;  // of what is allowed
-
-  void Add(const VerifiedPoints& other) {
-    positions += other.positions;
-    normals += other.normals;
-    worst_position = std::max(worst_position, other.worst_position);
-    worst_normal = std::max(worst_normal, other.worst_normal);
-  }
-};
 
 class SurfaceVerifier {
  public:
