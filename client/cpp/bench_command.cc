@@ -1,122 +1,171 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
-#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "client/cpp/commands.h"
-#include "client/cpp/drag_run.h"
 #include "client/cpp/json_output.h"
 #include "client/cpp/lattice_json.h"
+#include "client/cpp/load/load_run.h"
+#include "client/cpp/load/load_scenes.h"
+#include "client/cpp/load/report_output.h"
 #include "client/cpp/progress_bar.h"
+#include "client/cpp/sample_or_file.h"
 #include "client/cpp/session.h"
-#include "client/cpp/temporary_scene.h"
-#include "client/cpp/text_table.h"
 #include "client/cpp/view_flags.h"
+#include "core/mesh/sample_meshes.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
 namespace {
 
-constexpr int kWarmUpEdits = 3;
+constexpr int kMostStreams = 10'000;
+constexpr int kMostProcesses = 1 << 22;  // of Linux
 
 struct BenchFlags {
   SessionFlags session;
-  std::string mesh = "knot", pipeline, points = "all";
+  std::vector<std::string> meshes{"knot"};
+  int resolution = kDefaultSampleResolution;
   FitFlags fit;
   ViewFlags view;
-  int edits = 100;
+  std::string pipeline, points = "all", decode = "first", markdown;
+  double rate = 0, interval_ms = 0, seconds = 0;
+  int server_process = 0;
   bool json = false;
+  LoadPlan plan;  // the rest of it follows from what stands above
 };
 
-absl::StatusOr<v1::Scene> MakeScene(TemporaryScene& made, const BenchFlags& flags,
-                                    Console console) {
-  const auto file = SampleOrFile(flags.mesh);
-  if (!file.ok()) return file.status();
-  const auto mesh = made.Upload(*file, {}, console);
-  if (!mesh.ok()) return mesh.status();
+LoadPlan ToPlan(const BenchFlags& flags) {
+  LoadPlan plan = flags.plan;
+  plan.all_points = flags.points == "all";
+  plan.decoding = flags.decode == "first" ? Decoding::kFirst
+                  : flags.decode == "all" ? Decoding::kAll
+                                          : Decoding::kNone;
+  plan.view = ToProto(flags.view);
+  if (flags.rate > 0) {
+    plan.mode = LoadMode::kOpen;
+    plan.period = absl::Seconds(1) / flags.rate;
+  }
+  if (flags.interval_ms > 0) {
+    plan.mode = LoadMode::kInterval;
+    plan.period = absl::Milliseconds(flags.interval_ms);
+  }
+  if (flags.seconds > 0) {
+    plan.duration = absl::Seconds(flags.seconds);
+    plan.edits = std::numeric_limits<uint64_t>::max();
+  }
+  return plan;
+}
+
+std::string MeshNames(const BenchFlags& flags) {
+  std::string names;
+  for (const std::filesystem::path path : flags.meshes) {
+    names += (names.empty() ? "" : ", ") + path.filename().string();
+  }
+  return names;
+}
+
+absl::Status Print(const BenchFlags& flags, const LoadPlan& plan, const LoadReport& report,
+                   Console console) {
+  if (flags.json) {
+    PrintLoadJson(plan, report, console.out);
+  } else {
+    PrintLoadText(plan, report, console.out);
+  }
+  if (flags.markdown.empty()) return absl::OkStatus();
+  std::ofstream file(flags.markdown, std::ios::app);
+  file << LoadMarkdown(plan, report);
+  file.close();
+  if (file) return absl::OkStatus();
+  return absl::UnknownError(fmt::format("{} cannot be written", flags.markdown));
+}
+
+absl::StatusOr<LoadReport> Measure(Session& session, const BenchFlags& flags, const LoadPlan& plan,
+                                   const std::stop_token& stop, Console console) {
   v1::CreateSceneRequest request;
   *request.add_lattices()->mutable_fit() = ToProto(flags.fit);
   request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
-  return made.Create(std::move(request));
-}
-
-// Shakes all control points, or one after the other, by a tenth of the lattice's first edge.
-v1::EditBatch MakeEdit(const v1::Lattice& lattice, bool all, int step) {
-  const auto points = static_cast<uint32_t>(lattice.control_points_size()) / 3;
-  const v1::Vec3& edge = lattice.frame().u();
-  const double reach =
-      0.1 * std::sqrt(edge.x() * edge.x() + edge.y() * edge.y() + edge.z() * edge.z());
-  v1::EditBatch batch;
-  auto* move = batch.add_edits()->mutable_move_control_points();
-  if (all) {
-    for (uint32_t i = 1; i < points; i += 2) move->add_indices(i);
-  } else {
-    move->add_indices(static_cast<uint32_t>(step) % points);
+  LoadScenes scenes(session.client());
+  for (int i = 0; i < plan.scenes; ++i) {
+    const std::string& mesh = flags.meshes[static_cast<size_t>(i) % flags.meshes.size()];
+    const auto file = SampleOrFile(mesh, flags.resolution);
+    if (!file.ok()) return file.status();
+    if (auto status = scenes.Make(*file, request, console); !status.ok()) return status;
   }
-  move->mutable_offset()->set_z(step % 2 == 0 ? reach : -reach);
-  return batch;
-}
-
-void Print(const BenchFlags& flags, const DragResult& drag, const Surface& surface,
-           std::ostream& out) {
-  double total_ms = 0;
-  for (const double latency : drag.latencies_ms) total_ms += latency;
-  const double rate = 1000 * static_cast<double>(drag.latencies_ms.size()) / total_ms;
-  const v1::Topology& topology = surface.topology();
-  if (flags.json) {
-    out << nlohmann::json{{"mesh", flags.mesh},
-                          {"patches", topology.patch_count()},
-                          {"points", topology.point_count()},
-                          {"encoding", EncodingName(surface.view().encoding())},
-                          {"edits", drag.latencies_ms.size()},
-                          {"p50Ms", drag.LatencyAt(0.5)},
-                          {"p90Ms", drag.LatencyAt(0.9)},
-                          {"p99Ms", drag.LatencyAt(0.99)},
-                          {"updatesPerSecond", rate},
-                          {"bytesPerUpdate", drag.bytes_per_update()}}
-               .dump(2)
-        << '\n';
-    return;
-  }
-  TextTable table({"MESH", "PATCHES", "POINTS", "ENCODING", "EDITS", "P50", "P90", "P99",
-                   "UPDATES/S", "BYTES/UPDATE"});
-  table.AddRow({flags.mesh, FormatCount(topology.patch_count()),
-                FormatCount(topology.point_count()), EncodingName(surface.view().encoding()),
-                FormatCount(drag.latencies_ms.size()), FormatMilliseconds(drag.LatencyAt(0.5)),
-                FormatMilliseconds(drag.LatencyAt(0.9)), FormatMilliseconds(drag.LatencyAt(0.99)),
-                fmt::format("{:.1f}", rate),
-                FormatBytes(static_cast<uint64_t>(drag.bytes_per_update()))});
-  table.Print(out);
-}
-
-absl::Status RunOn(Client& client, const BenchFlags& flags, const v1::Scene& scene,
-                   Console console) {
-  v1::WatchRequest watch;
-  watch.set_scene(scene.id());
-  *watch.mutable_view() = ToProto(flags.view);
-  const auto stream = client.Deform(std::move(watch));
-  if (!stream.ok()) return stream.status();
-  const v1::Lattice lattice = (*stream)->surface().lattice().lattice();
-  const auto make = [&](int step) { return MakeEdit(lattice, flags.points == "all", step); };
-  ProgressBar bar(console, "edits", ProgressBar::Unit::kCount);
-  const auto warm_up = RunDrag(**stream, kWarmUpEdits, make, [](uint64_t, uint64_t) {});
-  if (!warm_up.ok()) return warm_up.status();
-  const auto drag = RunDrag(**stream, flags.edits, make, bar.callback());
-  if (!drag.ok()) return drag.status();
-  Print(flags, *drag, (*stream)->surface(), console.out);
-  return absl::OkStatus();
+  LoadRun run(
+      plan, scenes.ids(), [&session] { return session.NewClient(); },
+      {.fused = flags.pipeline.empty() || flags.pipeline == "fused",
+       .server_inside = flags.session.server.empty(),
+       .server_process = flags.server_process},
+      stop);
+  const bool timed = flags.seconds > 0;
+  ProgressBar bar(console, timed ? "milliseconds" : "edits", ProgressBar::Unit::kCount);
+  return run.Run(bar.callback());
 }
 
 absl::Status Run(const BenchFlags& flags, CommandLine& line) {
-  auto session = Session::Open(flags.session, &line.interruption);
+  const std::stop_token stop = line.interruption.Catch();
+  auto session = Session::Open(flags.session, stop);
   if (!session.ok()) return session.status();
-  TemporaryScene made(session->client());
-  const auto scene = MakeScene(made, flags, line.console);
-  if (!scene.ok()) return session->Explain(scene.status());
-  return session->Explain(RunOn(session->client(), flags, *scene, line.console));
+  const LoadPlan plan = ToPlan(flags);
+  auto report = Measure(*session, flags, plan, stop, line.console);
+  if (!report.ok()) return session->Explain(report.status());
+  report->meshes = MeshNames(flags);
+  if (auto status = Print(flags, plan, *report, line.console); !status.ok()) return status;
+  return stop.stop_requested() ? absl::CancelledError("interrupted") : absl::OkStatus();
+}
+
+void AddLoadFlags(CLI::App& command, BenchFlags& flags) {
+  LoadPlan& plan = flags.plan;
+  const auto count = [&command](const char* name, int& value, int least, const char* text) {
+    command.add_option(name, value, text)
+        ->check(CLI::Range(least, kMostStreams))
+        ->capture_default_str();
+  };
+  count("--scenes", plan.scenes, 1, "How many scenes; the meshes take turns");
+  count("--editors", plan.editors, 1, "Editors of each scene, who watch it as well");
+  count("--watchers", plan.watchers, 0, "Further watchers of each scene that keep up");
+  count("--slow", plan.slow, 0, "Watchers of each scene that read slowly");
+  count("--stalled", plan.stalled, 0, "Watchers of each scene that stop reading");
+  command.add_option("--slow-bytes-per-second", plan.slow_rate, "What a slow watcher reads")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      .add_option("--decode", flags.decode,
+                  "Whose updates are decoded, where they are read: each scene's first editor's, "
+                  "those of all but slow watchers, or none")
+      ->check(CLI::IsMember({"first", "all", "none"}))
+      ->capture_default_str();
+}
+
+void AddPaceFlags(CLI::App& command, BenchFlags& flags) {
+  CLI::Option* edits =
+      command.add_option("--edits", flags.plan.edits, "How many edits each editor makes")
+          ->check(CLI::Range(1, 1'000'000))
+          ->capture_default_str();
+  command.add_option("--duration", flags.seconds, "Edits for so many seconds instead")
+      ->check(CLI::PositiveNumber)
+      ->excludes(edits);
+  CLI::Option* rate =
+      command
+          .add_option("--rate", flags.rate,
+                      "Open loop: so many edits a second of each editor, whatever the server does")
+          ->check(CLI::Range(0.01, 10'000.0));
+  command
+      .add_option("--interval", flags.interval_ms,
+                  "An edit every so many milliseconds, as a browser's drag: the newest replaces "
+                  "what could not be sent yet")
+      ->check(CLI::Range(0.1, 60'000.0))
+      ->excludes(rate);
+  command
+      .add_option("--points", flags.points,
+                  "What an edit moves: all control points' region, or one")
+      ->check(CLI::IsMember({"all", "one"}))
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -124,21 +173,27 @@ absl::Status Run(const BenchFlags& flags, CommandLine& line) {
 void AddBenchCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<BenchFlags>();
   CLI::App* command = app.add_subcommand(
-      "bench", "Measures the time from an edit to its complete update, one edit at a time");
-  command->add_option("mesh", flags->mesh, "A file, or a name of 'latticectl sample'")
+      "bench",
+      "Puts a server under load and measures the time from an edit to its update: each editor's "
+      "next edit when the update of its last one is here, or at times of their own (--rate, "
+      "--interval)");
+  command->add_option("meshes", flags->meshes, "Files, or names of 'latticectl sample'")
       ->capture_default_str();
-  command->add_option("--edits", flags->edits, "How many edits")
-      ->check(CLI::Range(1, 1'000'000))
+  command->add_option("--resolution", flags->resolution, "Of sample meshes")
+      ->check(CLI::Range(kMinSampleResolution, kMaxSampleResolution))
       ->capture_default_str();
-  command
-      ->add_option("--points", flags->points,
-                   "What an edit moves: all control points' region, or one")
-      ->check(CLI::IsMember({"all", "one"}))
-      ->capture_default_str();
+  AddLoadFlags(*command, *flags);
+  AddPaceFlags(*command, *flags);
   AddFitFlags(*command, flags->fit);
   AddViewFlags(*command, flags->view);
   AddPipelineFlag(*command, flags->pipeline);
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
+  command
+      ->add_option("--server-pid", flags->server_process,
+                   "The server's process on this machine, whose processor time is told then")
+      ->check(CLI::Range(1, kMostProcesses))
+      ->needs("--server");
+  command->add_option("--markdown", flags->markdown, "Appends the result to this file");
   AddJsonFlag(*command, flags->json);
   command->callback([flags, &line] { line.action = [flags, &line] { return Run(*flags, line); }; });
 }

@@ -10,32 +10,25 @@
 #define LATTICED_CLIENT_CPP_DRAG_RUN_H_
 
 #include <functional>
-#include <string>
-#include <vector>
 
 #include "absl/status/statusor.h"
-#include "client/cpp/files.h"
 #include "client/cpp/latticed_client.h"
+#include "client/cpp/load/latency_recorder.h"
 
 namespace latticed::client {
 
 struct DragResult {
-  std::vector<double> latencies_ms;
+  LatencyRecorder latencies;
   uint64_t bytes = 0;  // of chunk data in all updates
   uint64_t chunks = 0;
 
   double bytes_per_update() const;
-  // The share p (0 to 1) of edits took this long or less: nearest rank. 0 without edits.
-  double LatencyAt(double p) const;
 };
 
 // make_edit(step) for step = 0 … steps - 1.
 [[nodiscard]] absl::StatusOr<DragResult> RunDrag(DeformStream& stream, int steps,
                                                  const std::function<v1::EditBatch(int)>& make_edit,
                                                  const Progress& progress);
-
-// A sample mesh as the OBJ file that 'latticectl sample' writes, or the file of that name.
-[[nodiscard]] absl::StatusOr<MeshFile> SampleOrFile(const std::string& name);
 
 }  // namespace latticed::client
 

@@ -52,8 +52,11 @@ std::unique_ptr<Client> Client::Connect(const Connection& connection, std::stop_
     credentials = grpc::SslCredentials(
         {connection.tls_ca_pem, connection.tls_key_pem, connection.tls_cert_pem});
   }
-  return std::make_unique<Client>(grpc::CreateChannel(connection.address, credentials),
-                                  connection.token, std::move(stop));
+  grpc::ChannelArguments arguments;
+  if (connection.alone) arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  return std::make_unique<Client>(
+      grpc::CreateCustomChannel(connection.address, credentials, arguments), connection.token,
+      std::move(stop));
 }
 
 Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop)
@@ -157,12 +160,14 @@ absl::StatusOr<v1::EvaluatePointsResponse> Client::EvaluatePoints(
               request, stop_);
 }
 
-absl::StatusOr<std::unique_ptr<WatchStream>> Client::Watch(v1::WatchRequest watch) {
-  return WatchStream::Open(this, std::move(watch));
+absl::StatusOr<std::unique_ptr<WatchStream>> Client::Watch(v1::WatchRequest watch,
+                                                           EventObserver observer) {
+  return WatchStream::Open(this, std::move(watch), std::move(observer));
 }
 
-absl::StatusOr<std::unique_ptr<DeformStream>> Client::Deform(v1::WatchRequest watch) {
-  return DeformStream::Open(this, std::move(watch));
+absl::StatusOr<std::unique_ptr<DeformStream>> Client::Deform(v1::WatchRequest watch,
+                                                             EventObserver observer) {
+  return DeformStream::Open(this, std::move(watch), std::move(observer));
 }
 
 }  // namespace latticed::client

@@ -42,6 +42,7 @@ struct Connection {
   std::string tls_ca_pem;    // roots to trust; empty: the system's
   std::string tls_cert_pem;  // client certificate and key, where the server asks for one
   std::string tls_key_pem;
+  bool alone = false;  // not shared with other clients of this process
 };
 
 // Of `total` bytes or chunks, how many are done.
@@ -98,9 +99,11 @@ class Client {
                                                     const Progress& progress = {});
 
   // Watches: see WatchStream.
-  [[nodiscard]] absl::StatusOr<std::unique_ptr<WatchStream>> Watch(v1::WatchRequest watch);
+  [[nodiscard]] absl::StatusOr<std::unique_ptr<WatchStream>> Watch(v1::WatchRequest watch,
+                                                                   EventObserver observer = {});
   // Edits and watches: see DeformStream.
-  [[nodiscard]] absl::StatusOr<std::unique_ptr<DeformStream>> Deform(v1::WatchRequest watch);
+  [[nodiscard]] absl::StatusOr<std::unique_ptr<DeformStream>> Deform(v1::WatchRequest watch,
+                                                                     EventObserver observer = {});
 
  private:
   friend class DeformStream;

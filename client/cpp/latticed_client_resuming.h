@@ -32,6 +32,10 @@
 
 namespace latticed::client {
 
+// Called with every event as it comes, in the thread that reads, before the stream takes it. Nothing
+// is read while it runs, so one that takes its time is a slow reader.
+using EventObserver = std::function<void(const v1::SceneEvent&)>;
+
 // Of grpc::ClientReader and grpc::ClientReaderWriter, which have no public base in common.
 template <typename Stream>
 class ResumingStream {
@@ -43,11 +47,12 @@ class ResumingStream {
 
   // `surface` forgets its partial update where the rpc breaks; a request of `stop` cancels.
   ResumingStream(v1::WatchRequest watch, NewContext new_context, Open open, Surface* surface,
-                 const std::stop_token& stop)
+                 const std::stop_token& stop, EventObserver observer)
       : watch_(std::move(watch)),
         new_context_(std::move(new_context)),
         open_(std::move(open)),
         surface_(surface),
+        observer_(std::move(observer)),
         cancel_on_stop_(stop, [this] { Cancel(); }) {}
   ResumingStream(const ResumingStream&) = delete;
   ResumingStream& operator=(const ResumingStream&) = delete;
@@ -76,7 +81,10 @@ class ResumingStream {
       v1::SceneEvent event;
       if (!rpc_->Read(&event)) {
         if (const absl::Status status = Restart(); !status.ok()) return status;
-      } else if (event.has_goaway()) {
+        continue;
+      }
+      if (observer_) observer_(event);
+      if (event.has_goaway()) {
         goaway_ = true;
         const auto& after = event.goaway().retry_after();
         Pause(absl::Seconds(after.seconds()) + absl::Nanoseconds(after.nanos()));
@@ -142,6 +150,7 @@ class ResumingStream {
   const NewContext new_context_;
   const Open open_;
   Surface* const surface_;
+  const EventObserver observer_;
   bool goaway_ = false;
   int failures_in_a_row_ = 0;
   int reconnections_ = 0;

@@ -17,9 +17,11 @@ constexpr size_t kMostRefusals = 1024;
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<DeformStream>> DeformStream::Open(Client* client,
-                                                                 v1::WatchRequest watch) {
+                                                                 v1::WatchRequest watch,
+                                                                 EventObserver observer) {
   if (watch.editor_id().empty()) watch.set_editor_id(RandomEditorId());
-  std::unique_ptr<DeformStream> stream(new DeformStream(client, std::move(watch)));
+  std::unique_ptr<DeformStream> stream(
+      new DeformStream(client, std::move(watch), std::move(observer)));
   stream->stream_.Start();
   // The first complete update: what edits are relative to is then known, and errors are told here.
   auto first = stream->Next();
@@ -29,14 +31,14 @@ absl::StatusOr<std::unique_ptr<DeformStream>> DeformStream::Open(Client* client,
   return stream;
 }
 
-DeformStream::DeformStream(Client* client, v1::WatchRequest watch)
+DeformStream::DeformStream(Client* client, v1::WatchRequest watch, EventObserver observer)
     : client_(client),
       stream_(
           std::move(watch), [this] { return client_->NewContext(stream_.watch().scene()); },
           [this](grpc::ClientContext* context, const v1::WatchRequest& request) {
             return OpenRpc(context, request);
           },
-          &surface_, client->stop_) {}
+          &surface_, client->stop_, std::move(observer)) {}
 
 std::unique_ptr<DeformStream::Rpc> DeformStream::OpenRpc(grpc::ClientContext* context,
                                                          const v1::WatchRequest& watch) {

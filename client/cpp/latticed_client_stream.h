@@ -67,8 +67,9 @@ class DeformStream {
   friend class Client;
   using Rpc = grpc::ClientReaderWriter<v1::DeformRequest, v1::SceneEvent>;
 
-  static absl::StatusOr<std::unique_ptr<DeformStream>> Open(Client* client, v1::WatchRequest watch);
-  DeformStream(Client* client, v1::WatchRequest watch);
+  static absl::StatusOr<std::unique_ptr<DeformStream>> Open(Client* client, v1::WatchRequest watch,
+                                                            EventObserver observer);
+  DeformStream(Client* client, v1::WatchRequest watch, EventObserver observer);
 
   // Makes the rpc and sends the watch and what is unanswered.
   std::unique_ptr<Rpc> OpenRpc(grpc::ClientContext* context, const v1::WatchRequest& watch);

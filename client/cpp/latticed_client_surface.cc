@@ -137,25 +137,55 @@ absl::StatusOr<CompleteUpdate> Surface::TakeEnd(v1::UpdateEnd end) {
   return update;
 }
 
+const v1::Quantisation& Surface::quantisation() const {
+  return quantisation_ == nullptr ? v1::Quantisation::default_instance() : *quantisation_;
+}
+
+Surface::PatchRange Surface::PatchesOf(size_t chunk) const {
+  uint64_t first = 0;
+  for (const auto& run : topology_.chunk_runs()) {
+    if (chunk < run.chunk_count()) {
+      return {first + chunk * run.patches_per_chunk(), run.patches_per_chunk()};
+    }
+    chunk -= run.chunk_count();
+    first += uint64_t{run.chunk_count()} * run.patches_per_chunk();
+  }
+  return {first, 0};
+}
+
 absl::StatusOr<DecodedPoints> Surface::Decode() const {
   if (!complete_) return absl::FailedPreconditionError("no complete update has come yet");
   DecodedPoints points;
   points.positions.reserve(topology_.point_count());
   if (view_.normals() != v1::NORMAL_MODE_NONE) points.normals.reserve(topology_.point_count());
-  const size_t points_per_patch = static_cast<size_t>(topology_.pattern().points_size()) / 3;
   size_t index = 0;
   for (const auto& run : topology_.chunk_runs()) {
     for (uint32_t i = 0; i < run.chunk_count(); ++i, ++index) {
-      const HeldChunk& chunk = chunks_[index];
-      if (chunk.quantisation == nullptr) {
-        return absl::DataLossError(fmt::format("chunk {} never came", index));
-      }
-      const auto status = DecodeChunk(chunk.data, run.patches_per_chunk() * points_per_patch, view_,
-                                      *chunk.quantisation, &points);
+      const auto status = DecodeOnto(index, run.patches_per_chunk(), &points);
       if (!status.ok()) return status;
     }
   }
   return points;
+}
+
+absl::StatusOr<DecodedPoints> Surface::Decode(size_t chunk) const {
+  if (!complete_) return absl::FailedPreconditionError("no complete update has come yet");
+  if (chunk >= chunks_.size()) {
+    return absl::InvalidArgumentError(fmt::format("chunk {} of {}", chunk, chunks_.size()));
+  }
+  DecodedPoints points;
+  const auto status = DecodeOnto(chunk, PatchesOf(chunk).count, &points);
+  if (!status.ok()) return status;
+  return points;
+}
+
+absl::Status Surface::DecodeOnto(size_t chunk, uint64_t patches, DecodedPoints* points) const {
+  const HeldChunk& held = chunks_[chunk];
+  if (held.quantisation == nullptr) {
+    return absl::DataLossError(fmt::format("chunk {} never came", chunk));
+  }
+  const size_t points_per_patch = static_cast<size_t>(topology_.pattern().points_size()) / 3;
+  return DecodeChunk(held.data, patches * points_per_patch, view_, *held.quantisation, points);
 }
 
 }  // namespace latticed::client

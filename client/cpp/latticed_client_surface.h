@@ -49,8 +49,19 @@ class Surface {
   // Of the newest edit heard of, deltas applied.
   const v1::LatticeState& lattice() const { return lattice_; }
 
+  // The grid announced last: of all chunks, where no update is in progress.
+  const v1::Quantisation& quantisation() const;
+  size_t chunk_count() const { return chunks_.size(); }
+  struct PatchRange {
+    uint64_t first = 0, count = 0;
+  };
+  // Of a chunk below chunk_count().
+  PatchRange PatchesOf(size_t chunk) const;
+
   // All points of the newest complete update.
   [[nodiscard]] absl::StatusOr<DecodedPoints> Decode() const;
+  // Those of one of its chunks.
+  [[nodiscard]] absl::StatusOr<DecodedPoints> Decode(size_t chunk) const;
 
  private:
   struct HeldChunk {
@@ -63,6 +74,8 @@ class Surface {
   absl::Status TakeDelta(const v1::LatticeDelta& delta);
   absl::Status TakeChunks(v1::Chunks chunks);
   absl::StatusOr<CompleteUpdate> TakeEnd(v1::UpdateEnd end);
+  // Appends the points of a chunk.
+  absl::Status DecodeOnto(size_t chunk, uint64_t patches, DecodedPoints* points) const;
 
   v1::LatticeState lattice_;
   std::map<std::string, v1::Topology> announced_;  // topologies of updates to come

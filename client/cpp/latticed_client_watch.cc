@@ -18,8 +18,10 @@ constexpr auto kControlTimeout = std::chrono::seconds(10);
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<WatchStream>> WatchStream::Open(Client* client,
-                                                               v1::WatchRequest watch) {
-  std::unique_ptr<WatchStream> stream(new WatchStream(client, std::move(watch)));
+                                                               v1::WatchRequest watch,
+                                                               EventObserver observer) {
+  std::unique_ptr<WatchStream> stream(
+      new WatchStream(client, std::move(watch), std::move(observer)));
   stream->stream_.Start();
   auto first = stream->Next();
   if (!first.ok()) return first.status();
@@ -28,14 +30,14 @@ absl::StatusOr<std::unique_ptr<WatchStream>> WatchStream::Open(Client* client,
   return stream;
 }
 
-WatchStream::WatchStream(Client* client, v1::WatchRequest watch)
+WatchStream::WatchStream(Client* client, v1::WatchRequest watch, EventObserver observer)
     : client_(client),
       stream_(
           std::move(watch), [this] { return client_->NewContext(stream_.watch().scene()); },
           [this](grpc::ClientContext* context, const v1::WatchRequest& request) {
             return client_->scenes_->Watch(context, request);
           },
-          &surface_, client->stop_) {}
+          &surface_, client->stop_, std::move(observer)) {}
 
 absl::Status WatchStream::Control(v1::ControlWatchRequest request) {
   request.set_scene(stream_.watch().scene());

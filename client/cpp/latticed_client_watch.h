@@ -48,8 +48,9 @@ class WatchStream {
  private:
   friend class Client;
 
-  static absl::StatusOr<std::unique_ptr<WatchStream>> Open(Client* client, v1::WatchRequest watch);
-  WatchStream(Client* client, v1::WatchRequest watch);
+  static absl::StatusOr<std::unique_ptr<WatchStream>> Open(Client* client, v1::WatchRequest watch,
+                                                           EventObserver observer);
+  WatchStream(Client* client, v1::WatchRequest watch, EventObserver observer);
 
   absl::StatusOr<std::optional<CompleteUpdate>> Take(v1::SceneEvent event);
 

@@ -16,6 +16,7 @@
 #include "client/cpp/json_output.h"
 #include "client/cpp/lattice_json.h"
 #include "client/cpp/progress_bar.h"
+#include "client/cpp/sample_or_file.h"
 #include "client/cpp/session.h"
 #include "client/cpp/surface_mesh.h"
 #include "client/cpp/temporary_scene.h"
@@ -110,14 +111,15 @@ absl::StatusOr<DragResult> Drag(Client& client, const v1::Scene& scene, int step
 
 void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out) {
   const double per_update = report.drag.bytes_per_update();
+  const LatencySummary latency = report.drag.latencies.Summarise();
   const double ratio = kRawBytesPerPoint * static_cast<double>(report.points) / per_update;
   if (flags.json) {
     out << nlohmann::json{{"patches", report.patches},
                           {"points", report.points},
                           {"triangles", report.triangles},
-                          {"updates", report.drag.latencies_ms.size()},
-                          {"p50Ms", report.drag.LatencyAt(0.5)},
-                          {"p99Ms", report.drag.LatencyAt(0.99)},
+                          {"updates", report.drag.latencies.count()},
+                          {"p50Ms", latency.p50},
+                          {"p99Ms", latency.p99},
                           {"bytesPerUpdate", per_update},
                           {"ratioToRaw", ratio},
                           {"files", report.files}}
@@ -130,10 +132,9 @@ void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out
   table.AddRow({"patches", FormatCount(report.patches)});
   table.AddRow({"points", FormatCount(report.points)});
   table.AddRow({"triangles", FormatCount(report.triangles)});
-  table.AddRow({"updates", FormatCount(report.drag.latencies_ms.size())});
-  table.AddRow({"edit to update",
-                fmt::format("p50 {}, p99 {}", FormatMilliseconds(report.drag.LatencyAt(0.5)),
-                            FormatMilliseconds(report.drag.LatencyAt(0.99)))});
+  table.AddRow({"updates", FormatCount(report.drag.latencies.count())});
+  table.AddRow({"edit to update", fmt::format("p50 {}, p99 {}", FormatMilliseconds(latency.p50),
+                                              FormatMilliseconds(latency.p99))});
   table.AddRow({"bytes per update", FormatBytes(static_cast<uint64_t>(per_update))});
   table.AddRow(
       {"ratio to raw floats", fmt::format("{:.1f} times smaller (24 bytes a point)", ratio)});

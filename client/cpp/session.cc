@@ -60,24 +60,35 @@ Session::~Session() {
 }
 
 absl::StatusOr<Session> Session::Open(const SessionFlags& flags, Interruption* interruption) {
+  const bool catches = interruption != nullptr && !flags.server.empty();
+  return Open(flags, catches ? interruption->Catch() : std::stop_token());
+}
+
+absl::StatusOr<Session> Session::Open(const SessionFlags& flags, std::stop_token stop) {
   Session session;
   if (!flags.server.empty()) {
     auto connection = ToConnection(flags);
     if (!connection.ok()) return connection.status();
     session.address_ = flags.server;
-    session.client_ = Client::Connect(
-        *connection, interruption == nullptr ? std::stop_token() : interruption->Catch());
-    return session;
+    session.connection_ = *std::move(connection);
+  } else {
+    Options options;
+    options.backend = flags.backend;
+    options.log_level = "warn";  // its log is this program's error output
+    options.drain_delay = absl::ZeroDuration();
+    auto server = InProcessServer::Start(options);
+    if (!server.ok()) return server.status();
+    session.server_ = *std::move(server);
+    session.connection_.address = session.server_->address();
   }
-  Options options;
-  options.backend = flags.backend;
-  options.log_level = "warn";  // its log is this program's error output
-  options.drain_delay = absl::ZeroDuration();
-  auto server = InProcessServer::Start(options);
-  if (!server.ok()) return server.status();
-  session.server_ = *std::move(server);
-  session.client_ = std::make_unique<Client>(session.server_->channel(), "");
+  session.client_ = Client::Connect(session.connection_, std::move(stop));
   return session;
+}
+
+std::unique_ptr<Client> Session::NewClient() const {
+  Connection connection = connection_;
+  connection.alone = true;
+  return Client::Connect(connection);
 }
 
 absl::Status Session::Explain(const absl::Status& status) const {

@@ -7,6 +7,7 @@
 #define LATTICED_CLIENT_CPP_SESSION_H_
 
 #include <memory>
+#include <stop_token>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -43,16 +44,22 @@ class Session {
   // process ends with it, and so does what was made there.
   [[nodiscard]] static absl::StatusOr<Session> Open(const SessionFlags& flags,
                                                     Interruption* interruption = nullptr);
+  // The same with a token, which cancels the calls to either kind of server.
+  [[nodiscard]] static absl::StatusOr<Session> Open(const SessionFlags& flags,
+                                                    std::stop_token stop);
   Session(Session&&) noexcept;
   ~Session();
 
   Client& client() { return *client_; }
+  // Another client of the server, with a connection of its own, which no interruption cancels.
+  [[nodiscard]] std::unique_ptr<Client> NewClient() const;
   // Adds to an error what a person can do about it.
   absl::Status Explain(const absl::Status& status) const;
 
  private:
   Session();
-  std::string address_;  // empty: in this process
+  std::string address_;    // empty: in this process
+  Connection connection_;  // of further clients
   std::unique_ptr<InProcessServer> server_;
   std::unique_ptr<Client> client_;
 };

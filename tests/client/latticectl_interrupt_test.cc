@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <mutex>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -179,48 +180,57 @@ TEST_F(LatticectlInterrupt, ApplyLeavesAMeshThatWasThere) {
   EXPECT_EQ(things_.meshes, std::set<std::string>{id});
 }
 
-// An error output that is a terminal, and interrupts when the progress bar of `label` comes.
+// An error output that is a terminal, and interrupts when its progress bars match `text`.
 class InterruptingOutput final : public std::stringbuf {
  public:
-  InterruptingOutput(std::string label, int signal) : label_(std::move(label)), signal_(signal) {}
+  InterruptingOutput(const std::string& text, int signal) : text_(text), signal_(signal) {}
 
  protected:
   int sync() override {
-    if (signal_ != 0 && str().find(label_) != std::string::npos) {
+    if (signal_ != 0 && std::regex_search(str(), text_)) {
       kill(getpid(), std::exchange(signal_, 0));
     }
     return 0;
   }
 
  private:
-  const std::string label_;
+  const std::regex text_;
   int signal_;
 };
 
 class LatticectlInterruptDrag : public LatticectlServer {
  protected:
-  int RunUntil(const std::string& label, int signal, std::vector<std::string> arguments) const {
+  // Error output is left out: it holds progress bars.
+  RunResult RunUntil(const std::string& text, int signal,
+                     std::vector<std::string> arguments) const {
     TakeSignals();
     std::ostringstream out;
-    InterruptingOutput buffer(label, signal);
+    InterruptingOutput buffer(text, signal);
     std::ostream err(&buffer);
-    return RunAt({.out = out, .err = err, .err_is_terminal = true}, AtServer(std::move(arguments)));
+    const int code =
+        RunAt({.out = out, .err = err, .err_is_terminal = true}, AtServer(std::move(arguments)));
+    return {.code = code, .out = out.str(), .err = ""};
   }
 };
 
 // Of drags so long that they do not end by themselves.
-TEST_F(LatticectlInterruptDrag, BenchDeletesItsSceneAndItsMesh) {
-  EXPECT_EQ(RunUntil("edits [", SIGTERM, {"bench", Path("vase.obj"), "--edits", "1000000"}),
-            kInterrupted + SIGTERM);
+TEST_F(LatticectlInterruptDrag, BenchSaysWhatItHasMeasuredAndDeletesItsSceneAndItsMesh) {
+  // A percent is 50 edits: some are measured when the first one shows.
+  const RunResult result =
+      RunUntil("[1-9][0-9]* of 5,000", SIGTERM,
+               {"bench", Path("vase.obj"), "--segments", "1", "--rate", "100", "--edits", "5000"});
+  EXPECT_EQ(result.code, kInterrupted + SIGTERM);
+  EXPECT_THAT(result.out, HasSubstr("editors: edit to update end"));
+  EXPECT_THAT(result.out, HasSubstr("verified"));
   EXPECT_EQ(RunJson({"scene", "list"}).size(), 0u);
   EXPECT_EQ(RunJson({"meshes"}).size(), 0u);
 }
 
 TEST_F(LatticectlInterruptDrag, QuickstartDeletesItsSceneAndItsMesh) {
-  EXPECT_EQ(
-      RunUntil("drag [", SIGINT,
-               {"quickstart", "--sample", "vase", "--steps", "100000", "--output", Path("q")}),
-      kInterrupted + SIGINT);
+  EXPECT_EQ(RunUntil("drag", SIGINT,
+                     {"quickstart", "--sample", "vase", "--steps", "100000", "--output", Path("q")})
+                .code,
+            kInterrupted + SIGINT);
   EXPECT_EQ(RunJson({"scene", "list"}).size(), 0u);
   EXPECT_EQ(RunJson({"meshes"}).size(), 0u);
 }

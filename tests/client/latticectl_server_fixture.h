@@ -24,8 +24,9 @@ class LatticectlServer : public LatticectlTest {
     MustRun({"sample", "vase", "--resolution", "1", "-o", Path("vase.obj")});
   }
 
+  std::string address() const { return server_->address(); }
   std::vector<std::string> AtServer(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.end(), {"--server", server_->address()});
+    arguments.insert(arguments.end(), {"--server", address()});
     return arguments;
   }
   std::string Run(std::vector<std::string> arguments) const {

@@ -181,15 +181,5 @@ TEST_F(LatticectlServerTest, QuickstartWritesRestAndDeformed) {
   EXPECT_NE(*ReadFile(Path("q/rest.ply")), *ReadFile(Path("q/deformed.ply")));
 }
 
-TEST_F(LatticectlServerTest, BenchPrintsLatencies) {
-  const auto result = RunJson({"bench", Path("vase.obj"), "--edits", "5", "--segments", "2"});
-  EXPECT_EQ(result["edits"], 5);
-  EXPECT_GT(result["p50Ms"], 0.0);
-  EXPECT_LE(result["p50Ms"], result["p99Ms"]);
-  EXPECT_THAT(
-      Run({"bench", Path("vase.obj"), "--edits", "2", "--segments", "1", "--points", "one"}),
-      HasSubstr("P99"));
-}
-
 }  // namespace
 }  // namespace latticed::client

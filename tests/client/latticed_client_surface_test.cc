@@ -142,6 +142,20 @@ TEST(Surface, DecodesRaw) {
   EXPECT_EQ(surface.revision(), 7u);
 }
 
+TEST(Surface, DecodesOneChunk) {
+  Surface surface;
+  EXPECT_THAT(surface.Decode(0), StatusIs(absl::StatusCode::kFailedPrecondition));
+  ApplyUpdate(surface, v1::ENCODING_RAW, RawChunk(10), RawChunk(20));
+  EXPECT_EQ(surface.chunk_count(), 2u);
+  EXPECT_EQ(surface.PatchesOf(1).first, 1u);
+  EXPECT_EQ(surface.PatchesOf(1).count, 1u);
+  const auto points = surface.Decode(1);
+  ASSERT_OK(points);
+  ASSERT_EQ(points->positions.size(), 3u);
+  EXPECT_EQ(points->positions[0], (Vec3d{1020, 32, 60.5}));
+  EXPECT_THAT(surface.Decode(2), StatusIs(absl::StatusCode::kInvalidArgument));
+}
+
 TEST(Surface, DecodesQuantised) {
   Surface surface;
   ApplyUpdate(surface, v1::ENCODING_QUANTISED, QuantisedChunk(10), QuantisedChunk(20));

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The edits of a scene, whoever made them: when each was due, and the revision that holds it.
+//
+// Threads  safe; edits() when all editors are done
+#ifndef LATTICED_CLIENT_CPP_LOAD_EDIT_LOG_H_
+#define LATTICED_CLIENT_CPP_LOAD_EDIT_LOG_H_
+
+#include <cstdint>
+#include <mutex>
+#include <vector>
+
+#include "absl/time/time.h"
+#include "latticed/v1/edit.pb.h"
+
+namespace latticed::client {
+
+struct TimedEdit {
+  absl::Time due;
+  uint64_t revision = 0;
+};
+
+class EditLog {
+ public:
+  // An edit that was applied, and those due before it that it has replaced unsent.
+  void Add(const std::vector<absl::Time>& due, const v1::EditResult& result) {
+    const std::lock_guard lock(mutex_);
+    for (const absl::Time time : due) edits_.push_back({time, result.revision()});
+    replaced_ += due.size() - 1;
+    apply_times_.push_back(absl::Microseconds(result.timings().queue_us()) +
+                           absl::Microseconds(result.timings().apply_us()));
+  }
+  // Edits that were due and could not be sent before the run was stopped.
+  void AddUnsent(uint64_t edits) {
+    const std::lock_guard lock(mutex_);
+    unsent_ += edits;
+  }
+
+  const std::vector<TimedEdit>& edits() const { return edits_; }
+  uint64_t replaced() const { return replaced_; }
+  uint64_t unsent() const { return unsent_; }
+  // On the server, from a batch's arrival until it was applied.
+  const std::vector<absl::Duration>& apply_times() const { return apply_times_; }
+
+ private:
+  std::mutex mutex_;
+  std::vector<TimedEdit> edits_;
+  std::vector<absl::Duration> apply_times_;
+  uint64_t replaced_ = 0, unsent_ = 0;
+};
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LOAD_EDIT_LOG_H_

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the threads of a run share: when it ends, how far it is, and the first failure, which ends
+// it.
+//
+// Threads  safe
+#ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_CONTROL_H_
+#define LATTICED_CLIENT_CPP_LOAD_LOAD_CONTROL_H_
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+
+namespace latticed::client {
+
+class LoadControl {
+ public:
+  // A request of `stop` ends the run as its deadline does.
+  explicit LoadControl(const std::stop_token& stop);
+  LoadControl(const LoadControl&) = delete;
+  LoadControl& operator=(const LoadControl&) = delete;
+
+  void SetDeadline(absl::Time deadline);
+  // Sleeps where the time has not come yet. False at once when the run was stopped, or ends before:
+  // what was due before the deadline is done, however late it is.
+  bool SleepUntil(absl::Time time);
+  // By its deadline, or stopped.
+  bool Ended() const;
+  // By a request or a failure.
+  bool Stopped() const;
+
+  void Fail(const absl::Status& status);
+  // The first failure.
+  absl::Status status() const;
+
+  void CountEdits(uint64_t edits) { edits_ += edits; }
+  uint64_t edits() const { return edits_; }
+
+ private:
+  bool StoppedLocked() const { return stop_.stop_requested() || !status_.ok(); }
+
+  const std::stop_token stop_;
+  std::atomic<uint64_t> edits_ = 0;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  absl::Time deadline_ = absl::InfiniteFuture();
+  absl::Status status_;
+  const std::stop_callback<std::function<void()>> wake_on_stop_;  // last: uses all
+};
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LOAD_LOAD_CONTROL_H_

@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/load/load_report.h"
+
+namespace latticed::client {
+
+void StreamGroup::Add(const UpdateLog& log, std::span<const TimedEdit> edits,
+                      uint64_t first_revision) {
+  ++streams;
+  size_t next = 0;
+  for (const LoggedUpdate& update : log.updates()) {
+    if (update.revision <= first_revision) continue;
+    ++updates;
+    bytes += update.bytes;
+    const size_t first = next;
+    for (; next < edits.size() && edits[next].revision <= update.revision; ++next) {
+      first_chunk.Add(update.first_chunk - edits[next].due);
+      update_end.Add(update.end - edits[next].due);
+      if (update.decoded > update.end) decoded.Add(update.decoded - edits[next].due);
+    }
+    if (next > first) merged += next - first - 1;
+  }
+  unseen += edits.size() - next;
+  superseded += log.restarts();
+}
+
+void ServerStages::Add(const UpdateLog& log, uint64_t first_revision) {
+  for (const LoggedUpdate& update : log.updates()) {
+    if (update.revision <= first_revision) continue;
+    queue.Add(absl::Microseconds(update.timings.queue_us()));
+    evaluate.Add(absl::Microseconds(update.timings.evaluate_us()));
+    encode.Add(absl::Microseconds(update.timings.encode_us()));
+    send.Add(absl::Microseconds(update.timings.send_us()));
+  }
+}
+
+}  // namespace latticed::client

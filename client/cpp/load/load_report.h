@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a load has measured: the edits of all scenes against the updates of all their streams.
+//
+// Threads  one at a time
+#ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_REPORT_H_
+#define LATTICED_CLIENT_CPP_LOAD_LOAD_REPORT_H_
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "absl/time/time.h"
+#include "client/cpp/load/edit_log.h"
+#include "client/cpp/load/latency_recorder.h"
+#include "client/cpp/load/load_plan.h"
+#include "client/cpp/load/update_log.h"
+#include "client/cpp/load/verified_points.h"
+
+namespace latticed::client {
+
+// Streams of one kind. A latency is counted for every edit of a scene and every stream of it: from
+// when the edit was due to the first update that holds it.
+struct StreamGroup {
+  uint64_t streams = 0;
+  uint64_t updates = 0, bytes = 0;
+  uint64_t merged = 0;      // edits that share their update with a later one
+  uint64_t superseded = 0;  // updates that began anew since their snapshot was retired
+  uint64_t unseen = 0;      // edits whose update had not come at the end
+  LatencyRecorder first_chunk, update_end, decoded;
+
+  // One stream more. `edits` are its scene's, by revision; updates up to `first_revision` are the
+  // warm-up's.
+  void Add(const UpdateLog& log, std::span<const TimedEdit> edits, uint64_t first_revision);
+};
+
+// Times on the server, as update_end and edit_result tell them: of the batches, and of the updates
+// of each scene's first editor.
+struct ServerStages {
+  LatencyRecorder apply, queue, evaluate, encode, send;
+
+  void Add(const UpdateLog& log, uint64_t first_revision);
+};
+
+// Processor time of the measured run.
+struct CpuTimes {
+  absl::Duration own;
+  bool own_holds_server = false;         // which runs in this process
+  std::optional<absl::Duration> server;  // of a process of its own
+};
+
+struct LoadReport {
+  std::string meshes;
+  uint64_t patches = 0, points = 0;  // of all scenes
+  v1::Encoding encoding = v1::ENCODING_UNSPECIFIED;
+  uint64_t edits = 0;     // that were due and have taken effect
+  uint64_t replaced = 0;  // of these, unsent: a newer one took their place
+  uint64_t unsent = 0;    // due as well, when the run was stopped
+  absl::Duration duration;
+  StreamGroup editors, watchers, slow;
+  ServerStages stages;
+  CpuTimes cpu;
+  VerifiedPoints verified;
+
+  uint64_t updates() const { return editors.updates + watchers.updates + slow.updates; }
+  uint64_t bytes() const { return editors.bytes + watchers.bytes + slow.bytes; }
+};
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LOAD_LOAD_REPORT_H_

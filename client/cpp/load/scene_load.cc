@@ -1,0 +1,169 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/load/scene_load.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "client/cpp/load/surface_verifier.h"
+#include "core/base/error.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+constexpr uint64_t kWarmUpEdits = 4;  // an even number: all points are back where they were
+
+// With the details that it had.
+absl::Status About(const absl::Status& status, const std::string& scene) {
+  if (status.ok()) return status;
+  return error::WithDetails(absl::Status(status.code(), fmt::format("scene {}: {}", scene,
+                                                                    std::string(status.message()))),
+                            error::DetailsOf(status));
+}
+
+}  // namespace
+
+SceneLoad::SceneLoad(const LoadPlan* plan, std::string scene, NewClient new_client,
+                     LoadControl* control)
+    : plan_(*plan),
+      scene_(std::move(scene)),
+      new_client_(std::move(new_client)),
+      control_(control),
+      client_(new_client_()) {}
+
+v1::WatchRequest SceneLoad::Request() const {
+  v1::WatchRequest request;
+  request.set_scene(scene_);
+  *request.mutable_view() = plan_.view;
+  return request;
+}
+
+absl::Status SceneLoad::Open() {
+  auto lattice = client_->GetLattice(scene_);
+  if (!lattice.ok()) return lattice.status();
+  lattice_ = *std::move(lattice);
+  using Pace = LoadWatcher::Pace;
+  if (auto status = OpenEditors(); !status.ok()) return status;
+  const bool decode_all = plan_.decoding == Decoding::kAll;
+  if (auto status = OpenWatchers(plan_.watchers, {.decodes = decode_all}); !status.ok()) {
+    return status;
+  }
+  if (auto status =
+          OpenWatchers(plan_.slow, {.pace = Pace::kSlow, .bytes_per_second = plan_.slow_rate});
+      !status.ok()) {
+    return status;
+  }
+  return OpenWatchers(plan_.stalled, {.pace = Pace::kStalled});
+}
+
+absl::Status SceneLoad::OpenEditors() {
+  for (int i = 0; i < plan_.editors; ++i) {
+    const bool decodes =
+        plan_.decoding == Decoding::kAll || (plan_.decoding == Decoding::kFirst && i == 0);
+    auto editor = OpenLoadEditor(new_client_(), Request(),
+                                 {.plan = &plan_,
+                                  .lattice = &lattice_,
+                                  .edits = &edits_,
+                                  .control = control_,
+                                  .number = i,
+                                  .decodes = decodes});
+    if (!editor.ok()) return About(editor.status(), scene_);
+    editors_.push_back(*std::move(editor));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SceneLoad::OpenWatchers(int count, const LoadWatcher::Options& options) {
+  for (int i = 0; i < count && !control_->Ended(); ++i) {
+    auto watcher = LoadWatcher::Open(new_client_(), Request(), options, control_);
+    if (!watcher.ok()) return About(watcher.status(), scene_);
+    watchers_.push_back({options.pace, *std::move(watcher)});
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SceneLoad::WarmUp() {
+  v1::EditBatch batch;
+  const std::string editor = RandomEditorId();
+  for (uint64_t step = 0; step < kWarmUpEdits && !control_->Ended(); ++step) {
+    batch = MakeLoadEdit(lattice_, /*all_points=*/true, step);
+    batch.set_scene(scene_);
+    batch.set_editor_id(editor);
+    batch.set_sequence(step + 1);
+    const auto result = client_->ApplyEdits(batch);
+    if (!result.ok()) return About(result.status(), scene_);
+    first_revision_ = result->revision();
+    if (auto status = WaitForAll(first_revision_); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+void SceneLoad::Start(absl::Time begin) {
+  for (const auto& editor : editors_) editor->Start(begin);
+}
+
+void SceneLoad::WaitUntilDone() {
+  for (const auto& editor : editors_) editor->WaitUntilDone();
+}
+
+absl::Status SceneLoad::Settle() {
+  const auto scene = client_->GetScene(scene_);
+  if (!scene.ok()) return About(scene.status(), scene_);
+  return WaitForAll(scene->revision());
+}
+
+absl::Status SceneLoad::WaitForAll(uint64_t revision) const {
+  absl::Status status;
+  for (const auto& editor : editors_) status.Update(editor->WaitFor(revision));
+  for (const Watcher& watcher : watchers_) {
+    if (watcher.pace == LoadWatcher::Pace::kFull) {
+      status.Update(watcher.stream->log().WaitFor(revision));
+    }
+  }
+  return About(status, scene_);
+}
+
+void SceneLoad::Close() {
+  for (const auto& editor : editors_) editor->Close();
+  for (const Watcher& watcher : watchers_) watcher.stream->Close();
+}
+
+absl::Status SceneLoad::Verify(bool fused) {
+  SurfaceVerifier verifier(client_.get(), scene_, fused);
+  size_t stream = 0;
+  absl::Status status;
+  for (const auto& editor : editors_) {
+    status.Update(verifier.Check(editor->surface(), stream++));
+  }
+  for (const Watcher& watcher : watchers_) {
+    if (watcher.pace != LoadWatcher::Pace::kFull) continue;
+    status.Update(verifier.Check(watcher.stream->surface(), stream++));
+  }
+  verified_ = verifier.result();
+  return About(status, scene_);
+}
+
+void SceneLoad::AddTo(LoadReport* report) const {
+  report->edits += edits_.edits().size();
+  report->replaced += edits_.replaced();
+  report->unsent += edits_.unsent();
+  for (const absl::Duration time : edits_.apply_times()) report->stages.apply.Add(time);
+  std::vector<TimedEdit> edits = edits_.edits();
+  std::sort(edits.begin(), edits.end(),
+            [](const TimedEdit& a, const TimedEdit& b) { return a.revision < b.revision; });
+  for (const auto& editor : editors_) report->editors.Add(editor->log(), edits, first_revision_);
+  for (const Watcher& watcher : watchers_) {
+    const UpdateLog& log = watcher.stream->log();
+    if (watcher.pace == LoadWatcher::Pace::kFull) report->watchers.Add(log, edits, first_revision_);
+    if (watcher.pace == LoadWatcher::Pace::kSlow) report->slow.Add(log, edits, first_revision_);
+  }
+  report->stages.Add(editors_.front()->log(), first_revision_);
+  const v1::Topology& topology = editors_.front()->surface().topology();
+  report->patches += topology.patch_count();
+  report->points += topology.point_count();
+  report->encoding = editors_.front()->surface().view().encoding();
+  report->verified.Add(verified_);
+}
+
+}  // namespace latticed::client

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The load on one scene: its editors and watchers, what they did and what they saw.
+//
+//   Open -> WarmUp -> Start -> WaitUntilDone -> Settle -> Close -> Verify -> AddTo(report)
+//
+// Errors   the server's, and of streams that do not get on (UpdateLog::WaitFor)
+// Threads  one at a time
+#ifndef LATTICED_CLIENT_CPP_LOAD_SCENE_LOAD_H_
+#define LATTICED_CLIENT_CPP_LOAD_SCENE_LOAD_H_
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "client/cpp/load/load_editor.h"
+#include "client/cpp/load/load_report.h"
+#include "client/cpp/load/load_watcher.h"
+
+namespace latticed::client {
+
+class SceneLoad {
+ public:
+  // Each with a connection of its own.
+  using NewClient = std::function<std::unique_ptr<Client>()>;
+
+  SceneLoad(const LoadPlan* plan, std::string scene, NewClient new_client, LoadControl* control);
+  SceneLoad(const SceneLoad&) = delete;  // its editors use it
+  SceneLoad& operator=(const SceneLoad&) = delete;
+
+  [[nodiscard]] absl::Status Open();
+  // A few edits, each seen by all streams that keep up. They count nowhere.
+  [[nodiscard]] absl::Status WarmUp();
+  void Start(absl::Time begin);
+  void WaitUntilDone();
+  // Waits until all streams that keep up have the last revision.
+  [[nodiscard]] absl::Status Settle();
+  void Close();
+  // Of each stream that keeps up a few chunks of the last revision. `fused`: the scene's pipeline.
+  [[nodiscard]] absl::Status Verify(bool fused);
+  void AddTo(LoadReport* report) const;
+
+ private:
+  absl::Status OpenEditors();
+  absl::Status OpenWatchers(int count, const LoadWatcher::Options& options);
+  absl::Status WaitForAll(uint64_t revision) const;
+  v1::WatchRequest Request() const;
+
+  const LoadPlan& plan_;
+  const std::string scene_;
+  const NewClient new_client_;
+  LoadControl* const control_;
+  const std::unique_ptr<Client> client_;  // of what no stream does
+  v1::LatticeState lattice_;
+  uint64_t first_revision_ = 0;  // before the edits that count
+  EditLog edits_;
+  VerifiedPoints verified_;
+  struct Watcher {
+    LoadWatcher::Pace pace;
+    std::unique_ptr<LoadWatcher> stream;
+  };
+  std::vector<Watcher> watchers_;
+  std::vector<std::unique_ptr<LoadEditor>> editors_;  // last: they use all
+};
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LOAD_SCENE_LOAD_H_

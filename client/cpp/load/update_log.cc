@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/load/update_log.h"
+
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+constexpr auto kPatience = std::chrono::seconds(60);
+
+}  // namespace
+
+void UpdateLog::Take(const v1::SceneEvent& event) {
+  switch (event.event_case()) {
+    case v1::SceneEvent::kUpdateBegin:
+      if (event.update_begin().restart()) ++restarts_;
+      current_ = {.first_chunk = absl::InfiniteFuture()};
+      current_chunks_.clear();
+      break;
+    case v1::SceneEvent::kChunks:
+      if (current_chunks_.empty()) current_.first_chunk = absl::Now();
+      for (const v1::Chunk& chunk : event.chunks().chunks()) {
+        current_chunks_.push_back(chunk.index());
+        current_.bytes += chunk.data().size();
+      }
+      break;
+    case v1::SceneEvent::kUpdateEnd:
+      TakeEnd(event.update_end());
+      break;
+    default:
+      break;
+  }
+}
+
+void UpdateLog::TakeEnd(const v1::UpdateEnd& end) {
+  current_.end = absl::Now();
+  if (current_chunks_.empty()) current_.first_chunk = current_.end;
+  current_.revision = end.revision();
+  current_.timings = end.timings();
+  updates_.push_back(std::exchange(current_, {}));
+  newest_chunks_ = std::exchange(current_chunks_, {});
+  const std::lock_guard lock(mutex_);
+  revision_ = end.revision();
+  changed_.notify_all();
+}
+
+absl::Status UpdateLog::DecodeNewest(const Surface& surface) {
+  for (const uint32_t chunk : newest_chunks_) {
+    if (const auto points = surface.Decode(chunk); !points.ok()) return points.status();
+  }
+  updates_.back().decoded = absl::Now();
+  return absl::OkStatus();
+}
+
+uint64_t UpdateLog::revision() const {
+  const std::lock_guard lock(mutex_);
+  return revision_;
+}
+
+absl::Status UpdateLog::WaitFor(uint64_t revision) const {
+  std::unique_lock lock(mutex_);
+  const bool in_time =
+      changed_.wait_for(lock, kPatience, [&] { return revision_ >= revision || !status_.ok(); });
+  if (!status_.ok()) return status_;
+  if (in_time) return absl::OkStatus();
+  return absl::DeadlineExceededError(
+      fmt::format("a stream is still at revision {} of {} after a minute", revision_, revision));
+}
+
+void UpdateLog::Fail(const absl::Status& status) {
+  const std::lock_guard lock(mutex_);
+  status_ = status;
+  changed_.notify_all();
+}
+
+}  // namespace latticed::client

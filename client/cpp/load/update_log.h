@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The updates of one stream, as they come: when, and how large.
+//
+//   client.Watch(request, [&log](const v1::SceneEvent& event) { log.Take(event); });
+//   if (auto status = log.DecodeNewest(surface); …)         // where decoding is measured
+//   log.WaitFor(revision, control)                          // in any thread
+//
+// Threads  one takes and decodes; revision and WaitFor from any; the rest when that one is done
+#ifndef LATTICED_CLIENT_CPP_LOAD_UPDATE_LOG_H_
+#define LATTICED_CLIENT_CPP_LOAD_UPDATE_LOG_H_
+
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "client/cpp/latticed_client_surface.h"
+#include "latticed/v1/event.pb.h"
+
+namespace latticed::client {
+
+struct LoggedUpdate {
+  uint64_t revision = 0;
+  absl::Time first_chunk;  // that of the end where no chunk has changed
+  absl::Time end;
+  absl::Time decoded = absl::InfinitePast();  // not decoded
+  uint64_t bytes = 0;                         // of chunk data
+  v1::UpdateTimings timings;
+};
+
+class UpdateLog {
+ public:
+  void Take(const v1::SceneEvent& event);
+  // Decodes the chunks that the newest update has brought.
+  [[nodiscard]] absl::Status DecodeNewest(const Surface& surface);
+
+  // Of the newest complete update.
+  uint64_t revision() const;
+  // kDeadlineExceeded after a minute.
+  [[nodiscard]] absl::Status WaitFor(uint64_t revision) const;
+  // Wakes who waits: the stream has failed.
+  void Fail(const absl::Status& status);
+
+  const std::vector<LoggedUpdate>& updates() const { return updates_; }
+  // How often an update began anew since its snapshot was retired.
+  uint64_t restarts() const { return restarts_; }
+
+ private:
+  void TakeEnd(const v1::UpdateEnd& end);
+
+  LoggedUpdate current_;
+  std::vector<uint32_t> current_chunks_, newest_chunks_;
+  std::vector<LoggedUpdate> updates_;
+  uint64_t restarts_ = 0;
+  mutable std::mutex mutex_;  // of what follows
+  mutable std::condition_variable changed_;
+  uint64_t revision_ = 0;
+  absl::Status status_;
+};
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LOAD_UPDATE_LOG_H_

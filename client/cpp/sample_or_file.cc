@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/sample_or_file.h"
+
+#include <algorithm>
+
+#include "core/mesh/obj_io.h"
+
+namespace latticed::client {
+
+absl::StatusOr<MeshFile> SampleOrFile(const std::string& name, int resolution) {
+  const auto names = SampleMeshNames();
+  if (std::find(names.begin(), names.end(), name) == names.end()) return ReadMeshFile(name);
+  const auto mesh = MakeSampleMesh(name, resolution);
+  if (!mesh.ok()) return mesh.status();
+  return MeshFile{name + ".obj", MeshFormat::kObj, WriteObj(*mesh)};
+}
+
+}  // namespace latticed::client

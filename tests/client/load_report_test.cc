@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How edits and updates become latencies, by literal times.
+#include "client/cpp/load/load_report.h"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "client/cpp/load/load_plan.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::client {
+namespace {
+
+// An update of that revision, of one chunk of 100 bytes.
+void TakeUpdate(uint64_t revision, bool restart, UpdateLog* log) {
+  v1::SceneEvent event;
+  event.mutable_update_begin()->set_restart(restart);
+  log->Take(event);
+  event.mutable_chunks()->add_chunks()->set_data(std::string(100, 'x'));
+  log->Take(event);
+  event.mutable_update_end()->set_revision(revision);
+  event.mutable_update_end()->mutable_timings()->set_encode_us(1500);
+  log->Take(event);
+}
+
+TEST(LatencyRecorder, TakesTheNearestRank) {
+  LatencyRecorder recorder;
+  for (int ms = 200; ms >= 1; --ms) recorder.Add(absl::Milliseconds(ms));
+  const LatencySummary summary = recorder.Summarise();
+  EXPECT_EQ(summary.count, 200u);
+  EXPECT_EQ(summary.p50, 100);
+  EXPECT_EQ(summary.p90, 180);
+  EXPECT_EQ(summary.p99, 198);
+  EXPECT_EQ(summary.max, 200);
+  EXPECT_EQ(LatencyRecorder().Summarise().max, 0);
+}
+
+TEST(StreamGroup, AnUpdateAnswersAllEditsThatItHolds) {
+  UpdateLog log;
+  TakeUpdate(2, false, &log);  // the warm-up's
+  TakeUpdate(4, false, &log);
+  TakeUpdate(5, true, &log);
+  TakeUpdate(6, false, &log);  // nobody's that is counted
+  const absl::Time end = log.updates()[1].end;
+  const std::vector<TimedEdit> edits{{end - absl::Milliseconds(9), 3},
+                                     {end - absl::Milliseconds(5), 4},
+                                     {end - absl::Milliseconds(8), 4},
+                                     {end - absl::Milliseconds(1), 5},
+                                     {end, 7}};
+  StreamGroup group;
+  group.Add(log, edits, /*first_revision=*/2);
+
+  EXPECT_EQ(group.updates, 3u);
+  EXPECT_EQ(group.bytes, 300u);
+  EXPECT_EQ(group.merged, 2u);
+  EXPECT_EQ(group.superseded, 1u);
+  EXPECT_EQ(group.unseen, 1u);
+  EXPECT_EQ(group.update_end.count(), 4u);
+  EXPECT_EQ(group.first_chunk.count(), 4u);
+  EXPECT_EQ(group.decoded.count(), 0u);
+  EXPECT_NEAR(group.update_end.Summarise().p50, 5, 1e-6);  // of 9, 5, 8 and above 1
+  ServerStages stages;
+  stages.Add(log, 2);
+  EXPECT_EQ(stages.encode.count(), 3u);
+  EXPECT_EQ(stages.encode.Summarise().p50, 1.5);
+}
+
+TEST(MakeLoadEdit, ComesBackToWhereItBegan) {
+  v1::LatticeState lattice;
+  lattice.mutable_lattice()->mutable_frame()->mutable_u()->set_x(2);
+  for (int i = 0; i < 3 * 5; ++i) lattice.mutable_lattice()->add_control_points(0);
+  for (const bool all_points : {true, false}) {
+    std::vector<double> moved(5);
+    for (uint64_t step = 0; step < 10; ++step) {
+      const v1::EditBatch batch = MakeLoadEdit(lattice, all_points, step);
+      const auto& move = batch.edits(0).move_control_points();
+      EXPECT_NEAR(std::abs(move.offset().z()), 0.2, 1e-12);
+      for (const uint32_t i : move.indices()) moved[i] += move.offset().z();
+    }
+    for (const double z : moved) EXPECT_NEAR(z, 0, 1e-12) << all_points;
+  }
+}
+
+}  // namespace
+}  // namespace latticed::client
