@@ -9,7 +9,7 @@
 //
 //   DeformView::Evaluate  control points -> vertices of the named chunks, kept by the backend
 //   DeformView::Read      vertices of one chunk -> host memory, in wire layout
-//   DeformView::Encode    vertices of chunks -> encoded bytes in host memory, where they have changed
+//   DeformView::Encode    vertices of chunks that changed -> encoded bytes in host memory
 //
 // Positions are relative to plan->local_origin (float32) or to the quantisation box (integers).
 // Threads  a DeformTarget is immutable and may be shared; a DeformView is used by one thread at a
@@ -138,8 +138,8 @@ class DeformView {
 
   // Encodes the vertices of `chunks`, results in the same order. The encoding's format must be the
   // view's. `digests` is empty, or says of each chunk which vertices the caller has bytes of, under
-  // this encoding and box, and is told which there are: where these are the same, nothing is encoded
-  // and the result has no data. A view that keeps no digests encodes all and leaves zeros.
+  // this encoding and box, and is told which there are: where these are the same, nothing is
+  // encoded and the result has no data. A view that makes no digests encodes all and sets zeros.
   [[nodiscard]] virtual absl::StatusOr<std::vector<SharedBytes>> Encode(
       std::span<const uint32_t> chunks, Encoding encoding, std::span<VertexDigest> digests) = 0;
   [[nodiscard]] absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,

@@ -41,8 +41,8 @@ class LevelOfDetail {
   ViewKey Choose(const SceneState& state, const ViewKey* had, absl::Time now);
   // When Choose may say something else without a new state.
   static absl::Time ChangesAt(const SceneState& state) { return state.busy_until; }
-  // Whether an update with all segments and `bytes` left to send is to give way to one of less: then
-  // that is what Choose says next.
+  // Whether an update with all segments and `bytes` left to send is to give way to one of less:
+  // then that is what Choose says next.
   bool GivesWay(const SceneState& state, uint64_t bytes, absl::Time now);
   // Takes the bytes of a snapshot for those of the next ones under its key.
   void Learn(const Snapshot& snapshot);

@@ -7,9 +7,10 @@
 //   small events (hello, edit_result, heartbeat, goaway) > lattice > the update's next event
 //
 // Nothing is queued but small events, and the reader stops reading when those pile up (backlog). A
-// stream ends OK at finish_at in full detail (half-close, GetUpdate) or after goaway; with a status when the scene
-// is deleted or cannot be evaluated; CANCELLED when the client cancels or its deadline passes. Then
-// the watcher is let go at once, and with it its claim on evaluations and snapshots.
+// stream ends OK at finish_at, in full detail (half-close, GetUpdate), or after goaway; with a
+// status when the scene is deleted or cannot be evaluated; CANCELLED when the client cancels or its
+// deadline passes. Then the watcher is let go at once, and with it its claim on evaluations and
+// snapshots.
 //
 // A client that does not read costs the message that it does not take, whose chunks live on when
 // their snapshot is retired: the stream reserves that from --memory, a MiB at most.
