@@ -340,18 +340,14 @@ absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key
 
 void Scene::RequestWork() { pipeline_->Schedule(shared_from_this()); }
 
-std::optional<ViewWork> Scene::TakeWork(uint64_t most_points, bool* longer) {
-  *longer = false;
+std::optional<ViewWork> Scene::TakeWork(uint64_t most_points) {
   if (deleted()) return std::nullopt;
   const MutexLock lock(&mutex_);
   for (size_t i = 0; i < views_.size(); ++i) {
     const auto& view =
         std::next(views_.begin(), static_cast<std::ptrdiff_t>(next_view_++ % views_.size()))
             ->second;
-    bool this_longer = false;
-    auto work = view->Begin(view, state_, most_points, &this_longer);
-    if (work.has_value()) return work;
-    *longer = *longer || this_longer;
+    if (auto work = view->Begin(view, state_, most_points); work.has_value()) return work;
   }
   return std::nullopt;
 }

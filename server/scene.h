@@ -138,9 +138,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
   // Tells the pipeline that a view may have work: it was attached, unpaused or left behind.
   void RequestWork() ABSL_LOCKS_EXCLUDED(mutex_);
   // One stage of one view that is watched and behind, with what may follow it, of `most_points` or
-  // less; nullopt when there is none: then *longer says whether there is a longer one.
-  [[nodiscard]] std::optional<ViewWork> TakeWork(uint64_t most_points, bool* longer)
-      ABSL_LOCKS_EXCLUDED(mutex_);
+  // less; nullopt when there is none.
+  [[nodiscard]] std::optional<ViewWork> TakeWork(uint64_t most_points) ABSL_LOCKS_EXCLUDED(mutex_);
   // Runs what TakeWork gave, without a lock, then requests work again, for what was edited or
   // evaluated meanwhile, and wakes the listeners. `part_done` as in WorkHooks.
   void RunWork(ViewWork work, std::function<void(uint64_t points)> part_done)

@@ -70,12 +70,11 @@ void SceneView::MarkAllDirty() {
 
 std::optional<ViewWork> SceneView::Begin(std::shared_ptr<SceneView> self,
                                          std::shared_ptr<const SceneState> state,
-                                         uint64_t most_points, bool* longer) {
+                                         uint64_t most_points) {
   const MutexLock lock(&mutex_);
   if (!watched() || !failure_.ok()) return std::nullopt;
   if (held_.has_value() && !encoding_) {
-    *longer = held_->points > most_points;
-    if (*longer) return std::nullopt;
+    if (held_->points > most_points) return std::nullopt;
     ViewWork work = *std::exchange(held_, std::nullopt);
     work.view = std::move(self);
     StartEncoding(work);
@@ -86,8 +85,7 @@ std::optional<ViewWork> SceneView::Begin(std::shared_ptr<SceneView> self,
   const size_t count = state->plan->chunk_count();
   uint64_t points = PointsOf(dirty_.Count(count));
   if (!state->target->evaluates_on_device()) points += PointsOf(stale_[*slot].Count(count));
-  *longer = points > most_points;
-  if (*longer) return std::nullopt;
+  if (points > most_points) return std::nullopt;
 
   ViewWork work{
       .view = std::move(self), .state = std::move(state), .slot = *slot, .points = points};

@@ -92,11 +92,10 @@ class SceneView {
   // What was evaluated ahead, once it can be encoded; or takes what is dirty for an evaluation of
   // `state`. nullopt while the stage is taken, when nobody watches, when the view is at the state,
   // while no watcher has taken the newest snapshot (evaluating ahead of slow readers would be
-  // waste), or after a failure; and where it is more than `most_points`, which sets *longer.
+  // waste), or after a failure; and where it is more than `most_points`.
   [[nodiscard]] std::optional<ViewWork> Begin(std::shared_ptr<SceneView> self,
                                               std::shared_ptr<const SceneState> state,
-                                              uint64_t most_points, bool* longer)
-      ABSL_LOCKS_EXCLUDED(mutex_);
+                                              uint64_t most_points) ABSL_LOCKS_EXCLUDED(mutex_);
   // Evaluates, encodes and publishes, holding no lock meanwhile. Stops early when the last watcher
   // leaves. Once for each Begin. Whether watchers should look: there is a new snapshot, or a
   // failure.

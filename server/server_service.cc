@@ -41,7 +41,7 @@ void FillHostMemory(ServerEnv& env, v1::ServerInfo& info) {
   for (const auto& mesh : env.meshes.List("", env.meshes.size(), all)) {
     bytes["mesh"] += mesh->MemoryBytes();
   }
-  bytes["encoder"] = env.memory->kept_bytes();
+  if (const uint64_t kept = env.memory->kept_bytes(); kept > 0) bytes["encoder"] = kept;
   info.set_reserved_host_bytes(env.memory->used_bytes());
 }
 

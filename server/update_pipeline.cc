@@ -8,6 +8,13 @@
 #include "server/scene.h"
 
 namespace latticed {
+namespace {
+
+bool Is(const std::weak_ptr<Scene>& one, const std::shared_ptr<Scene>& other) {
+  return !one.owner_before(other) && !other.owner_before(one);
+}
+
+}  // namespace
 
 UpdatePipeline::UpdatePipeline(int workers) {
   for (int i = 0; i < std::max(workers, 1); ++i) threads_.emplace_back([this] { Run(); });
@@ -23,22 +30,20 @@ UpdatePipeline::~UpdatePipeline() {
 
 void UpdatePipeline::Schedule(const std::shared_ptr<Scene>& scene) {
   const MutexLock lock(&mutex_);
-  const bool waits = std::ranges::any_of(waiting_, [&scene](const std::weak_ptr<Scene>& other) {
-    return !other.owner_before(scene) && !scene.owner_before(other);
-  });
+  const bool waits = std::ranges::any_of(
+      waiting_, [&scene](const std::weak_ptr<Scene>& other) { return Is(other, scene); });
   if (!waits) waiting_.push_back(scene);
 }
 
-std::shared_ptr<Scene> UpdatePipeline::PopLocked() {
-  if (waiting_.empty()) return nullptr;
-  auto scene = waiting_.front().lock();
-  waiting_.pop_front();
-  return scene;
+std::vector<std::weak_ptr<Scene>> UpdatePipeline::Waiting() {
+  const MutexLock lock(&mutex_);
+  if (stopping_) return {};
+  return {waiting_.begin(), waiting_.end()};
 }
 
-size_t UpdatePipeline::waiting() {
+void UpdatePipeline::TakeOut(const std::shared_ptr<Scene>& scene) {
   const MutexLock lock(&mutex_);
-  return stopping_ ? 0 : waiting_.size();
+  std::erase_if(waiting_, [&scene](const std::weak_ptr<Scene>& other) { return Is(other, scene); });
 }
 
 void UpdatePipeline::Run() {
@@ -51,11 +56,11 @@ void UpdatePipeline::Run() {
       };
       mutex_.Await(ready);
       if (stopping_) return;
-      scene = PopLocked();
+      scene = waiting_.front().lock();
+      waiting_.pop_front();
     }
     if (scene == nullptr) continue;
-    bool longer = false;
-    if (auto work = scene->TakeWork(kAnyPoints, &longer)) RunWork(scene, *std::move(work));
+    if (auto work = scene->TakeWork(kAnyPoints)) RunWork(scene, *std::move(work));
   }
 }
 
@@ -70,23 +75,15 @@ void UpdatePipeline::RunWork(const std::shared_ptr<Scene>& scene, ViewWork work)
 }
 
 void UpdatePipeline::LetOthersAhead(Turn& turn) {
-  // All that wait go around once, so that those who stay keep their order.
-  for (size_t left = waiting(); left > 0; --left) {
-    std::shared_ptr<Scene> scene;
-    {
-      const MutexLock lock(&mutex_);
-      scene = PopLocked();
-    }
-    if (scene == nullptr) continue;
-    // Its own scene's next evaluation is for a worker that has time. Half: those that are let ahead
-    // may do so too, and the stack must not grow with that.
-    bool longer = scene.get() == turn.scene;
-    const uint64_t most_points = std::min(turn.credit, turn.points / 2);
-    std::optional<ViewWork> work;
-    if (!longer) work = scene->TakeWork(most_points, &longer);
-    if (longer) Schedule(scene);
+  for (const std::weak_ptr<Scene>& waiting : Waiting()) {
+    const std::shared_ptr<Scene> scene = waiting.lock();
+    // Its own scene's next evaluation is for a worker that has time.
+    if (scene == nullptr || scene.get() == turn.scene) continue;
+    // Half: those that are let ahead may do so too, and the stack must not grow with that.
+    auto work = scene->TakeWork(std::min(turn.credit, turn.points / 2));
     if (!work.has_value()) continue;
     turn.credit -= work->points;
+    TakeOut(scene);
     RunWork(scene, *std::move(work));
   }
 }

@@ -17,7 +17,6 @@
 #ifndef LATTICED_SERVER_UPDATE_PIPELINE_H_
 #define LATTICED_SERVER_UPDATE_PIPELINE_H_
 
-#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -53,10 +52,10 @@ class UpdatePipeline {
   void Run() ABSL_LOCKS_EXCLUDED(mutex_);
   void RunWork(const std::shared_ptr<Scene>& scene, ViewWork work) ABSL_LOCKS_EXCLUDED(mutex_);
   void LetOthersAhead(Turn& turn) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Null for one that is gone.
-  std::shared_ptr<Scene> PopLocked() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // How many wait; 0 when it is time to stop.
-  size_t waiting() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Those that wait, in order; none when it is time to stop.
+  std::vector<std::weak_ptr<Scene>> Waiting() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Does nothing where another worker was first.
+  void TakeOut(const std::shared_ptr<Scene>& scene) ABSL_LOCKS_EXCLUDED(mutex_);
 
   Mutex mutex_;
   std::deque<std::weak_ptr<Scene>> waiting_ ABSL_GUARDED_BY(mutex_);

@@ -231,9 +231,11 @@ TEST_F(GiveBackOnHostTest, AnIdleViewMakesRoomForAnother) {
   ASSERT_OK(Create(SceneRequest(), &scene));
   const uint64_t plans = 2 * scene.bytes().at("plan") + scene.bytes().at("mesh") + obj.size();
   const uint64_t vertices = scene.patches() * 66 * 8;
-  // One view: its vertices and the chunks of three snapshots, a quarter each.
+  // One view: its vertices and the chunks of three snapshots, a quarter each. Two streams with a
+  // message of as much. The Draco writer's memory, of one thread and one more caller.
+  constexpr uint64_t kEncoder = 5'087'232;
   Options options;
-  options.memory_bytes = plans + 2 * vertices;
+  options.memory_bytes = plans + 2 * vertices + 2 * (vertices / 4 + 4'096) + kEncoder;
   StartServer(options);
   mesh_ = Upload(obj);
   ASSERT_OK(Create(SceneRequest("scene-no-a")));

@@ -138,12 +138,11 @@ TEST_F(StageFailureTest, AnEvaluationThatNobodyWantsBeforeItBeginsIsMadeLater) {
   ASSERT_TRUE(gates().WaitForBegun(Stage::kEncode, begun + 2)) << "both workers are busy";
 
   client->watcher().SetPaused(false);
-  bool longer = false;
   const auto alone = [](uint64_t) {};
-  std::optional<ViewWork> work = scene_->TakeWork(kAnyPoints, &longer);
+  std::optional<ViewWork> work = scene_->TakeWork(kAnyPoints);
   while (work.has_value() && work->view->key() != client->watcher().key()) {
     scene_->RunWork(*std::move(work), alone);  // beside what the workers encode
-    work = scene_->TakeWork(kAnyPoints, &longer);
+    work = scene_->TakeWork(kAnyPoints);
   }
   ASSERT_TRUE(work.has_value());
   client->watcher().SetPaused(true);
