@@ -70,6 +70,10 @@ absl::StatusOr<std::vector<double>> CudaTarget::ControlNets(std::span<const Vec3
   }
 }
 
+uint64_t CudaTarget::EncoderBytes(const ViewSpec& spec) const {
+  return EncoderBytesOf(*plan_, spec, *context_->encoder(), context_->arena());
+}
+
 MemoryUse CudaTarget::memory() const {
   return {{"plan", plan_->MemoryBytes()}, {"device_plan", device_plan_->MemoryBytes()}};
 }

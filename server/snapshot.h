@@ -70,8 +70,8 @@ struct Snapshot {
   QuantisationBox box;
   std::shared_ptr<const DeformPlan> plan;
   std::vector<SnapshotChunk> chunks;
-  uint64_t block_bytes = 0;  // of the blocks that chunks were made in, at most; server/chunk_blocks.h
-  absl::Time edit_time;  // when the edit that made the revision was committed
+  uint64_t block_bytes = 0;  // of the chunks' blocks, at most; chunk_blocks.h
+  absl::Time edit_time;      // when the edit that made the revision was committed
   absl::Duration evaluate_time;
   absl::Duration encode_time;
 

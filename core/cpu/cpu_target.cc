@@ -16,6 +16,7 @@
 #include "core/cpu/patch_sampler.h"
 #include "core/ffd/stage_matrices.h"
 #include "core/view/view_contract.h"
+#include "core/view/view_encoder.h"
 
 namespace latticed {
 namespace {
@@ -108,11 +109,7 @@ absl::StatusOr<std::vector<double>> CpuTarget::ControlNets(std::span<const Vec3d
 }
 
 uint64_t CpuTarget::EncoderBytes(const ViewSpec& spec) const {
-  if (plan_->chunk_count() == 0) return 0;
-  const int normal_bits = spec.normals == NormalMode::kNone ? 0 : spec.normal_bits;
-  return context_->arena.most_threads() *
-         context_->encoder->WorkingBytes(ChunkPoints(*plan_, 0, spec.segments), spec.position_bits,
-                                         normal_bits);
+  return EncoderBytesOf(*plan_, spec, *context_->encoder, context_->arena);
 }
 
 MemoryUse CpuTarget::memory() const {

@@ -45,6 +45,12 @@ absl::StatusOr<std::vector<double>> SpannedTarget::ControlNets(
   }
 }
 
+uint64_t SpannedTarget::EncoderBytes(const ViewSpec& spec) const {
+  uint64_t bytes = 0;
+  for (const Part& part : parts_) bytes += part.target->EncoderBytes(spec);
+  return bytes;
+}
+
 MemoryUse SpannedTarget::memory() const {
   MemoryUse use{{"plan", plan_->MemoryBytes()}};
   for (const Part& part : parts_) {

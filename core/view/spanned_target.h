@@ -33,6 +33,7 @@ class SpannedTarget : public DeformTarget {
   Pipeline pipeline() const override { return parts_.front().target->pipeline(); }
   bool evaluates_on_device() const override { return parts_.front().target->evaluates_on_device(); }
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override;
+  uint64_t EncoderBytes(const ViewSpec& spec) const override;
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
                                                   size_t first, size_t last) override;
   MemoryUse memory() const override;

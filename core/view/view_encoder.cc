@@ -37,6 +37,14 @@ size_t BatchSize(size_t count, size_t most, size_t threads) {
 
 }  // namespace
 
+uint64_t EncoderBytesOf(const DeformPlan& plan, const ViewSpec& spec, const ChunkEncoder& encoder,
+                        const CpuArena& arena) {
+  if (plan.chunk_count() == 0) return 0;
+  const int normal_bits = spec.normals == NormalMode::kNone ? 0 : spec.normal_bits;
+  return arena.most_threads() *
+         encoder.WorkingBytes(ChunkPoints(plan, 0, spec.segments), spec.position_bits, normal_bits);
+}
+
 const ChunkConnectivity& ViewEncoder::Connectivity(uint32_t chunk) {
   const auto [first, last] = plan_.ChunkPatches(chunk);
   const auto known = connectivity_.find(last - first);

@@ -21,6 +21,10 @@
 
 namespace latticed {
 
+// DeformTarget::EncoderBytes of a backend that encodes by `encoder` on the threads of `arena`.
+[[nodiscard]] uint64_t EncoderBytesOf(const DeformPlan& plan, const ViewSpec& spec,
+                                      const ChunkEncoder& encoder, const CpuArena& arena);
+
 class ViewEncoder {
  public:
   // Vertices of the i-th of the named chunks in wire layout: where they lie, or, put into
