@@ -42,13 +42,15 @@ TEST(ChunkSet, ForgetsWhatASmallerPlanDoesNotHave) {
 }
 
 TEST(EncodeProgress, EndsWithinTheTimeThatTheRestTakesAtThePaceSoFar) {
-  const EncodeProgress quarter{.done = 1'000, .left = 3'000, .spent = absl::Milliseconds(10)};
+  const EncodeProgress quarter{
+      .done = 1'000, .left = 3'000, .batch = 256, .spent = absl::Milliseconds(10)};
   EXPECT_FALSE(quarter.EndsWithin(absl::Milliseconds(29)));
   EXPECT_TRUE(quarter.EndsWithin(absl::Milliseconds(30)));
 
-  EXPECT_FALSE((EncodeProgress{.done = 0, .left = 3'000}.EndsWithin(absl::Hours(1))))
+  EXPECT_FALSE((EncodeProgress{.done = 0, .left = 3'000, .batch = 256}.EndsWithin(absl::Hours(1))))
       << "no pace yet";
-  EXPECT_TRUE((EncodeProgress{.done = 0, .left = 256}.EndsWithin(absl::ZeroDuration())))
+  EXPECT_TRUE(
+      (EncodeProgress{.done = 0, .left = 256, .batch = 256}.EndsWithin(absl::ZeroDuration())))
       << "the last batch";
 }
 

@@ -18,6 +18,8 @@ constexpr uint64_t kMiB = uint64_t{1} << 20;
 // Of the default view, quantised to 12 bits with normals of 8, at two segments.
 constexpr int kSegments = 2;
 constexpr uint64_t kBytesPerPatch = 6 * 8;
+// A stream's largest message: all chunks of a view, and what is not chunks.
+constexpr uint64_t StreamBytes(uint64_t vertices) { return vertices / 4 + 4'096; }
 
 TEST(MemoryUseTest, TheNameSaysThePlace) {
   const MemoryUse use{{"plan", 1}, {"staging", 2}, {"device_plan", 4}, {"device_staging", 8}};
@@ -69,8 +71,9 @@ TEST_F(DeviceMemoryTest, TheHostsBudgetDoesNotBoundTheDevice) {
   const uint64_t needed = Info().reserved_host_bytes();
   const uint64_t vertices = Get().patches() * kBytesPerPatch;
   Options options;
-  // Room for the chunks, none for the vertices.
-  options.memory_bytes = needed + vertices;
+  // Room for the chunks of three snapshots, a quarter each, and a message as large; none for the
+  // vertices.
+  options.memory_bytes = needed + 3 * vertices / 4 + StreamBytes(vertices);
   Start(kMiB, options);
   ASSERT_OK(Create(SceneRequest()));
 
@@ -86,8 +89,9 @@ TEST_F(DeviceMemoryTest, EachBudgetRefusesWithItsOwnBytes) {
   ExpectRefused(on_device, absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
   EXPECT_EQ(error::DetailsOf(on_device).asked_bytes, Get().patches() * 561 * 8);
   EXPECT_EQ(error::DetailsOf(on_device).free_bytes, kMiB - plan);
+  const uint64_t vertices = Get().patches() * 561 * 8;
   Options options;
-  options.memory_bytes = Info().reserved_host_bytes() + 100;
+  options.memory_bytes = Info().reserved_host_bytes() + StreamBytes(vertices) + 100;
   Start(uint64_t{1} << 40, options);
   ASSERT_OK(Create(SceneRequest()));
   const absl::Status on_host = Update(32);
