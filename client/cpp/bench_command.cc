@@ -186,6 +186,7 @@ void AddBenchCommand(CLI::App& app, CommandLine& line) {
   AddPaceFlags(*command, *flags);
   AddFitFlags(*command, flags->fit);
   AddViewFlags(*command, flags->view);
+  AddDragFlags(*command, flags->view);
   AddPipelineFlag(*command, flags->pipeline);
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
   command

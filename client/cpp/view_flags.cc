@@ -50,6 +50,11 @@ std::string NameOf(const Names<Enum, N>& names, Enum wanted) {
   return "default";
 }
 
+CLI::Validator PositionBits() {
+  return CLI::Range(limits::kMinPositionBits, limits::kMaxPositionBits);
+}
+CLI::Validator NormalBits() { return CLI::Range(limits::kMinNormalBits, limits::kMaxNormalBits); }
+
 }  // namespace
 
 void AddViewFlags(CLI::App& command, ViewFlags& flags) {
@@ -59,9 +64,24 @@ void AddViewFlags(CLI::App& command, ViewFlags& flags) {
   command.add_option("--encoding", flags.encoding, "How the surface is streamed")
       ->check(OneOf(kEncodings));
   command.add_option("--position-bits", flags.position_bits, "Bits per quantised coordinate")
-      ->check(CLI::Range(limits::kMinPositionBits, limits::kMaxPositionBits));
+      ->check(PositionBits());
   command.add_option("--normal-bits", flags.normal_bits, "Bits per quantised normal coordinate")
-      ->check(CLI::Range(limits::kMinNormalBits, limits::kMaxNormalBits));
+      ->check(NormalBits());
+}
+
+void AddDragFlags(CLI::App& command, ViewFlags& flags) {
+  command.add_option("--max-points", flags.max_points,
+                     "Most points of an update while edits come: fewer segments then");
+  command.add_option("--max-bytes-per-second", flags.max_bytes_per_second,
+                     "Most bytes a second while edits come: fewer segments then");
+  command
+      .add_option("--drag-position-bits", flags.drag_position_bits,
+                  "--position-bits while a gesture is open")
+      ->check(PositionBits());
+  command
+      .add_option("--drag-normal-bits", flags.drag_normal_bits,
+                  "--normal-bits while a gesture is open")
+      ->check(NormalBits());
 }
 
 v1::ViewOptions ToProto(const ViewFlags& flags) {
@@ -71,6 +91,10 @@ v1::ViewOptions ToProto(const ViewFlags& flags) {
   view.set_encoding(Find(kEncodings, flags.encoding));
   view.set_position_bits(flags.position_bits);
   view.set_normal_bits(flags.normal_bits);
+  view.set_max_points(flags.max_points);
+  view.set_max_bytes_per_second(flags.max_bytes_per_second);
+  view.set_drag_position_bits(flags.drag_position_bits);
+  view.set_drag_normal_bits(flags.drag_normal_bits);
   return view;
 }
 

@@ -5,6 +5,7 @@
 #ifndef LATTICED_CLIENT_CPP_VIEW_FLAGS_H_
 #define LATTICED_CLIENT_CPP_VIEW_FLAGS_H_
 
+#include <cstdint>
 #include <string>
 
 #include "latticed/v1/scene.pb.h"
@@ -22,9 +23,16 @@ struct ViewFlags {
   std::string encoding;  // raw, draco, draco-mesh, quantised
   int position_bits = 0;
   int normal_bits = 0;
+  // While edits come, for who watches.
+  uint64_t max_points = 0;
+  uint64_t max_bytes_per_second = 0;
+  int drag_position_bits = 0;
+  int drag_normal_bits = 0;
 };
 
 void AddViewFlags(CLI::App& command, ViewFlags& flags);
+// Those that matter while edits come.
+void AddDragFlags(CLI::App& command, ViewFlags& flags);
 [[nodiscard]] v1::ViewOptions ToProto(const ViewFlags& flags);
 
 // --pipeline: fused, gemm, gemm12, control-net.

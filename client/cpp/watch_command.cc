@@ -75,6 +75,7 @@ void AddWatchCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--updates", flags->updates, "Ends after so many; by default never")
       ->check(CLI::PositiveNumber);
   AddViewFlags(*command, flags->view);
+  AddDragFlags(*command, flags->view);
   AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
   AddJsonFlag(*command, flags->json);
   command->callback(

@@ -22,6 +22,7 @@ void RegisterEvaluateBenches();   // control points to vertices
 void RegisterFloorBenches();      // streaming stores, the blocked product alone
 void RegisterPlanBenches();       // mesh and lattice to plan
 void RegisterCodecBenches();      // vertices to Draco bytes
+void RegisterCpuEncodeBenches();  // edits to Draco bytes
 void RegisterDeliveryBenches();   // chunks to a client's memory, through gRPC
 void RegisterEngineBenches();     // edits to whole updates, stages in turn and overlapped
 void RegisterFairnessBenches();   // a small scene's updates beside a huge one's

@@ -9,7 +9,6 @@
 #include <cstring>
 #include <utility>
 
-#include "core/ffd/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/gpu_scenario.h"
@@ -30,27 +29,14 @@ struct Edit {
 };
 
 Edit PickEdit(const Scenario& scenario, Pick pick) {
-  DirtySet dirty(scenario.plan);
-  std::vector<std::pair<uint64_t, uint32_t>> touched;
-  const auto count = static_cast<uint32_t>(scenario.plan->structure.control_point_count());
-  for (uint32_t point = 0; point < count; ++point) {
-    dirty.Clear();
-    dirty.MarkControlPoints({&point, 1});
-    if (dirty.patches() > 0) touched.emplace_back(dirty.patches(), point);
-  }
-  std::sort(touched.begin(), touched.end());
-  const size_t at = pick == Pick::kLeast    ? 0
-                    : pick == Pick::kMedian ? touched.size() / 2
-                                            : touched.size() - 1;
-  Edit edit{.point = touched[at].second, .patches = touched[at].first, .chunks = {}};
-  dirty.Clear();
-  dirty.MarkControlPoints({&edit.point, 1});
-  edit.chunks = dirty.Chunks();
+  const auto effects = ControlPointsByEffect(scenario);
+  const ControlPointEffect& effect = pick == Pick::kLeast    ? effects.front()
+                                     : pick == Pick::kMedian ? effects[effects.size() / 2]
+                                                             : effects.back();
   if (pick == Pick::kAll) {
-    edit.patches = scenario.plan->patches.size();
-    edit.chunks = scenario.all_chunks;
+    return {effect.point, scenario.plan->patches.size(), scenario.all_chunks};
   }
-  return edit;
+  return {effect.point, effect.patches, DirtyChunks(scenario, effect.point)};
 }
 
 // After edits the view must hold, bit for bit, what a full evaluation gives.

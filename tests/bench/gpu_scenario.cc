@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/gpu_scenario.h"
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
+#include "core/ffd/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/bench/exact_mesh.h"
 #include "tests/bench/verify.h"
@@ -87,6 +89,25 @@ absl::StatusOr<ShaderTimes> MeasureShaderAlgorithm(Gpu& gpu, const Scenario& sce
   auto times = MeasureShaders(scenario, made.nets, ShaderDevice::kCuda, runs);
   if (times.ok()) times->control = made.times;
   return times;
+}
+
+std::vector<ControlPointEffect> ControlPointsByEffect(const Scenario& scenario) {
+  DirtySet dirty(scenario.plan);
+  std::vector<ControlPointEffect> effects;
+  const auto count = static_cast<uint32_t>(scenario.plan->structure.control_point_count());
+  for (uint32_t point = 0; point < count; ++point) {
+    dirty.Clear();
+    dirty.MarkControlPoints({&point, 1});
+    if (dirty.patches() > 0) effects.push_back({dirty.patches(), point});
+  }
+  std::sort(effects.begin(), effects.end());
+  return effects;
+}
+
+std::vector<uint32_t> DirtyChunks(const Scenario& scenario, uint32_t control_point) {
+  DirtySet dirty(scenario.plan);
+  dirty.MarkControlPoints({&control_point, 1});
+  return dirty.Chunks();
 }
 
 GpuWork AllChunks(const Scenario& scenario, DeformView& view) {

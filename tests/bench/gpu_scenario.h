@@ -7,6 +7,7 @@
 #define LATTICED_TESTS_BENCH_GPU_SCENARIO_H_
 
 #include <array>
+#include <compare>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -52,6 +53,16 @@ struct PaperModel {
 // OpenGL on the same device. The errors are those of measure_shaders.h.
 [[nodiscard]] absl::StatusOr<ShaderTimes> MeasureShaderAlgorithm(Gpu& gpu, const Scenario& scenario,
                                                                  int runs);
+
+// Control points that touch patches, and how many; those that touch the fewest first.
+struct ControlPointEffect {
+  uint64_t patches;
+  uint32_t point;
+  friend auto operator<=>(const ControlPointEffect&, const ControlPointEffect&) = default;
+};
+[[nodiscard]] std::vector<ControlPointEffect> ControlPointsByEffect(const Scenario& scenario);
+// Those that one touches.
+[[nodiscard]] std::vector<uint32_t> DirtyChunks(const Scenario& scenario, uint32_t control_point);
 
 // All chunks, control points by turns.
 [[nodiscard]] GpuWork AllChunks(const Scenario& scenario, DeformView& view);

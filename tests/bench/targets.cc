@@ -56,6 +56,8 @@ void AddCodec(Targets& targets) {
        3.5},
       {"bytes of the Draco writer / libdraco's", best + bytes, theirs + bytes, false, 1},
       {"bytes row by row / serpentine", ours + "row-order" + bytes, best + bytes, true, 1 / 0.9},
+      {"17,119 patches, edit to bytes on two cores, ms", "encode/edit-to-bytes/bird-17119/2t", "",
+       false, 15},
       {"Draco streams of a view, one thread / two", "encode/torus-17k/draco-points/1t",
        "encode/torus-17k/draco-points/2t", true, 1.7},
   };

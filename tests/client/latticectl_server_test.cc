@@ -125,6 +125,15 @@ TEST_F(LatticectlServerTest, WatchPrintsALineForAnUpdate) {
   MakeScene();
   EXPECT_THAT(Run({"watch", "scene-one", "--updates", "1"}), HasSubstr("revision 0"));
   EXPECT_GT(RunJson({"watch", "scene-one", "--updates", "1"})["bytes"], 0);
+  // What it asks for while edits come reaches the server.
+  EXPECT_THAT(Run({"watch", "scene-one", "--updates", "1", "--max-points", "100000",
+                   "--max-bytes-per-second", "1000000", "--drag-position-bits", "8",
+                   "--drag-normal-bits", "6"}),
+              HasSubstr("revision 0"));
+  const RunResult few =
+      Latticectl(AtServer({"watch", "scene-one", "--updates", "1", "--max-points", "1"}));
+  EXPECT_NE(few.code, 0);
+  EXPECT_THAT(few.err, HasSubstr("max_points"));
 }
 
 TEST_F(LatticectlServerTest, ExportsEveryFormat) {

@@ -91,7 +91,7 @@ TEST_F(MeshRepliesTest, ManyGroupsAreCutToWhatAMessageHolds) {
   EXPECT_EQ(mesh.faces(), uint64_t{kGroups});
   EXPECT_GT(mesh.groups_size(), 5'000);
   EXPECT_LT(mesh.groups_size(), kGroups);
-  EXPECT_EQ(mesh.groups(5).name(), std::string(80, 'g') + "5");
+  EXPECT_EQ(mesh.groups(5).name(), std::string(80, 'g').append("5"));
 }
 
 TEST_F(MeshRepliesTest, PagesOfMeshesAreCutByBytes) {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/codec/draco_writer.h"
-#include "core/ffd/dirty_set.h"
+#include "core/cpu/cpu_backend.h"
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/gpu_scenario.h"
@@ -19,8 +19,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kRuns = 200, kWarmUps = 5;
+constexpr int kRuns = 100, kWarmUps = 5;
 constexpr size_t kComparedChunks = 64;
+
+// All chunks, or those that a control point of median or least effect touches.
+enum class Edited { kAll, kMedianPoint, kLeastPoint };
 
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -69,33 +72,20 @@ Compared CompareWithHost(const Scenario& scenario, DeformView& view,
   return compared;
 }
 
-enum class Edited { kAll, kMedianPoint, kLeastPoint };
-
-// All chunks, or those that a control point of median or least effect touches.
-std::vector<uint32_t> DirtyChunks(const Scenario& scenario, Edited edited) {
+std::vector<uint32_t> ChunksOf(const Scenario& scenario, Edited edited) {
   if (edited == Edited::kAll) return scenario.all_chunks;
-  DirtySet dirty(scenario.plan);
-  std::vector<std::pair<uint64_t, uint32_t>> touched;
-  const auto count = static_cast<uint32_t>(scenario.plan->structure.control_point_count());
-  for (uint32_t point = 0; point < count; ++point) {
-    dirty.Clear();
-    dirty.MarkControlPoints({&point, 1});
-    if (dirty.patches() > 0) touched.emplace_back(dirty.patches(), point);
-  }
-  std::sort(touched.begin(), touched.end());
-  dirty.Clear();
-  const size_t at = edited == Edited::kLeastPoint ? 0 : touched.size() / 2;
-  dirty.MarkControlPoints({&touched[at].second, 1});
-  return dirty.Chunks();
+  const auto effects = ControlPointsByEffect(scenario);
+  const size_t at = edited == Edited::kLeastPoint ? 0 : effects.size() / 2;
+  return DirtyChunks(scenario, effects[at].point);
 }
 
-void EditToBytes(benchmark::State& state, const PaperModel& model, Edited edited) {
-  Gpu& gpu = **TheGpu();
+void EditToBytes(benchmark::State& state, Backend& backend, const PaperModel& model,
+                 Edited edited) {
   const Scenario& scenario = ModelScenario(model, {2, 2, 2});
   const ViewSpec spec = GpuSpec(VertexFormat::kQuantised, NormalMode::kFacet, 10);
-  const auto view = MakeGpuView(gpu, scenario, Pipeline::kFused, spec);
+  const auto view = MakeGpuView(backend, scenario, Pipeline::kFused, spec);
   if (!view.ok()) return Skip(state, view.status());
-  const auto chunks = DirtyChunks(scenario, edited);
+  const auto chunks = ChunksOf(scenario, edited);
   const Compared compared = CompareWithHost(scenario, **view, chunks);
   if (!compared.status.ok()) return Skip(state, compared.status);
   std::vector<VertexDigest> digests(chunks.size());
@@ -137,10 +127,22 @@ void RegisterGpuEncodeBenches() {
     for (const auto& [name, edited] : {std::pair{"all", Edited::kAll},
                                        {"one-control-point", Edited::kMedianPoint},
                                        {"least-control-point", Edited::kLeastPoint}}) {
-      RegisterOnce(
-          fmt::format("gpu/edit-to-bytes/{}-{}/{}", model.name, model.patches, name),
-          [model, edited = edited](benchmark::State& state) { EditToBytes(state, model, edited); });
+      RegisterOnce(fmt::format("gpu/edit-to-bytes/{}-{}/{}", model.name, model.patches, name),
+                   [model, edited = edited](benchmark::State& state) {
+                     EditToBytes(state, (*TheGpu())->backend(), model, edited);
+                   });
     }
+  }
+}
+
+void RegisterCpuEncodeBenches() {
+  const PaperModel model = PaperModels().front();
+  for (const int threads : {1, 2}) {
+    RegisterOnce(fmt::format("encode/edit-to-bytes/{}-{}/{}t", model.name, model.patches, threads),
+                 [model, threads](benchmark::State& state) {
+                   const auto backend = MakeCpuBackend({.threads = threads});
+                   EditToBytes(state, *backend, model, Edited::kAll);
+                 });
   }
 }
 

@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Usage: draco3d_write_streams FOLDER. Streams of our writer, and beside each what it must hold, for
+// another decoder to compare (compare_streams.mjs):
+//
+//   N.drc    the stream; every third is a mesh
+//   N.bin    little-endian uint32: position values of all points, x y z each; then s t of normals
+#include <cstdio>
+#include <fstream>
+#include <string>
+
+#include "fmt/format.h"
+#include "tests/core/codec/chunk_fixtures.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr unsigned kSeed = 31;
+
+template <class T>
+bool WriteBytes(const std::string& path, const std::vector<T>& values) {
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(values.data()),
+             static_cast<std::streamsize>(values.size() * sizeof(T)));
+  return file.good();
+}
+
+bool WriteStream(const std::string& folder, unsigned number, const Chunk& chunk) {
+  const auto encoder = MakeChunkEncoder("latticed");
+  std::vector<std::array<uint32_t, 3>> fan;
+  for (uint32_t i = 2; i < chunk.points; ++i) fan.push_back({0, i - 1, i});
+  const auto stream = number % 3 == 2 && !fan.empty()
+                          ? encoder->EncodeMesh(chunk.vertices(), 8.0, fan)
+                          : encoder->EncodePoints(chunk.vertices(), 8.0);
+  if (!stream.ok()) return false;
+  std::vector<uint32_t> values = chunk.integers.positions;
+  values.insert(values.end(), chunk.integers.normals.begin(), chunk.integers.normals.end());
+  return WriteBytes(fmt::format("{}/{}.drc", folder, number), *stream) &&
+         WriteBytes(fmt::format("{}/{}.bin", folder, number), values);
+}
+
+// Every number of bits of either kind, every kind of data, chunks of a point and of the usual size.
+bool WriteStreams(const std::string& folder) {
+  unsigned number = 0;
+  for (const size_t points : {1u, 66u, 2112u}) {
+    for (int position_bits = 8; position_bits <= 16; ++position_bits) {
+      for (const Data data : kAllData) {
+        const int normal_bits = number % 8 == 7 ? 0 : 6 + static_cast<int>(number % 8);
+        const Chunk chunk = MakeChunk(points, position_bits, normal_bits, data, kSeed + number);
+        if (!WriteStream(folder, number++, chunk)) return false;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace
+}  // namespace latticed::testing
+
+int main(int argc, char** argv) {
+  if (argc == 2 && latticed::testing::WriteStreams(argv[1])) return 0;
+  std::fputs("usage: draco3d_write_streams FOLDER, one that can be written to\n", stderr);
+  return 1;
+}
