@@ -7,12 +7,14 @@
 
 #include "client/cpp/latticed_client.h"
 #include "client/cpp/latticed_client_status.h"
+#include "core/base/error.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
 namespace {
 
 constexpr size_t kMostRefusals = 1024;
+constexpr std::string_view kOutOfOrder = "OUT_OF_ORDER";
 
 }  // namespace
 
@@ -46,6 +48,7 @@ std::unique_ptr<DeformStream::Rpc> DeformStream::OpenRpc(grpc::ClientContext* co
   v1::DeformRequest request;
   *request.mutable_watch() = watch;
   bool open = rpc->Write(request);
+  if (!unanswered_.empty()) resent_ = unanswered_.back().sequence();
   for (const v1::EditBatch& batch : unanswered_) {
     *request.mutable_edit() = batch;
     open = open && rpc->Write(request);
@@ -97,6 +100,7 @@ absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
       return step;
     case v1::SceneEvent::kEditResult:
       step.result = event.edit_result();
+      if (IsLostAnswer(*step.result)) step.result->clear_status();
       Answer(*step.result);
       return step;
     case v1::SceneEvent::kHeartbeat: {
@@ -117,6 +121,13 @@ absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
     Acknowledge(step.update->end.update_id());
   }
   return step;
+}
+
+// Sent twice, and a later one was taken before the break: this one was too, with what is not known,
+// since the server keeps the last answer alone.
+bool DeformStream::IsLostAnswer(const v1::EditResult& result) const {
+  return result.sequence() <= resent_ && result.status().code() != 0 &&
+         error::DetailsOf(FromRpc(result.status())).reason == kOutOfOrder;
 }
 
 void DeformStream::Answer(const v1::EditResult& result) {

@@ -74,6 +74,7 @@ class DeformStream {
   // Makes the rpc and sends the watch and what is unanswered.
   std::unique_ptr<Rpc> OpenRpc(grpc::ClientContext* context, const v1::WatchRequest& watch);
   absl::StatusOr<Step> Take(v1::SceneEvent event);
+  bool IsLostAnswer(const v1::EditResult& result) const;
   void Answer(const v1::EditResult& result);
   void Remember(const CompleteUpdate& update);
   void Acknowledge(uint64_t update_id);
@@ -86,6 +87,7 @@ class DeformStream {
   std::map<uint64_t, absl::Status> refusals_;
   std::optional<CompleteUpdate> newest_update_;
   uint64_t last_sequence_ = 0;
+  uint64_t resent_ = 0;  // the last sequence that was sent again
   bool half_closed_ = false;
   ResumingStream<Rpc> stream_;
 };

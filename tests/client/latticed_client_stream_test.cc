@@ -4,12 +4,14 @@
 // The stream against a server that breaks: what it sends when it opens itself again.
 #include "client/cpp/latticed_client_stream.h"
 
+#include <algorithm>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "client/cpp/latticed_client.h"
+#include "google/rpc/error_info.pb.h"
 #include "tests/client/fake_server.h"
 #include "tests/support/status_matchers.h"
 
@@ -20,10 +22,12 @@ using ::latticed::testing::StatusIs;
 using Events = grpc::ServerReaderWriter<v1::SceneEvent, v1::DeformRequest>;
 
 // Answers every edit with a result and an empty update, but for the stream numbers in `failures`,
-// which end with that status when the first edit comes, unanswered.
+// which end with that status when so many edits came, unanswered. As the server does, it takes an
+// edit below the last one for one that is out of order.
 class FlakyScenes final : public v1::SceneService::Service {
  public:
   std::map<int, grpc::Status> failures;
+  int edits_until_failure = 1;
   std::vector<v1::WatchRequest> opened;
   std::vector<uint64_t> sequences;
 
@@ -34,18 +38,26 @@ class FlakyScenes final : public v1::SceneService::Service {
     opened.push_back(request.watch());
     const int number = static_cast<int>(opened.size());
     SendUpdate(0, stream);
+    int edits = 0;
     while (stream->Read(&request)) {
       if (!request.has_edit()) continue;
-      sequences.push_back(request.edit().sequence());
-      if (failures.contains(number)) return failures[number];
+      const uint64_t sequence = request.edit().sequence();
+      sequences.push_back(sequence);
+      const bool late = sequence < taken_;
+      taken_ = std::max(taken_, sequence);
+      if (failures.contains(number)) {
+        if (++edits < edits_until_failure) continue;
+        return failures[number];
+      }
       v1::SceneEvent result;
-      result.mutable_edit_result()->set_sequence(request.edit().sequence());
+      result.mutable_edit_result()->set_sequence(sequence);
+      if (late) SetOutOfOrder(*result.mutable_edit_result()->mutable_status());
       if (request.edit().edits_size() == 0) {
         result.mutable_edit_result()->mutable_status()->set_code(3);
         result.mutable_edit_result()->mutable_status()->set_message("edits: none");
       }
       stream->Write(result);
-      SendUpdate(request.edit().sequence(), stream);
+      SendUpdate(taken_, stream);
     }
     return grpc::Status::OK;
   }
@@ -61,8 +73,16 @@ class FlakyScenes final : public v1::SceneService::Service {
     stream->Write(end);
   }
 
+  static void SetOutOfOrder(google::rpc::Status& status) {
+    status.set_code(grpc::StatusCode::ABORTED);
+    google::rpc::ErrorInfo info;
+    info.set_domain("latticed");
+    info.set_reason("OUT_OF_ORDER");
+    status.add_details()->PackFrom(info);
+  }
+
   std::mutex mutex_;
-  uint64_t update_id_ = 0;
+  uint64_t update_id_ = 0, taken_ = 0;
 };
 
 class DeformStreamTest : public ::testing::Test {
@@ -179,6 +199,24 @@ TEST_F(DeformStreamTest, ResumesWithItsTokenAndItsUnansweredEdits) {
   EXPECT_EQ(service_.opened[1].resume_token(), "token 1");
   EXPECT_EQ(service_.opened[3].resume_token(), "token 3");
   EXPECT_EQ(service_.opened[3].editor_id(), service_.opened[0].editor_id());
+}
+
+TEST_F(DeformStreamTest, EditsWhoseAnswersWereLostAreNotRefused) {
+  service_.failures[1] = grpc::Status(grpc::StatusCode::UNAVAILABLE, "broken");
+  service_.edits_until_failure = 2;
+  const auto stream = Open();
+  ASSERT_OK(stream);
+  const auto first = (*stream)->Send(OneEdit()), second = (*stream)->Send(OneEdit());
+  ASSERT_OK(first);
+  ASSERT_OK(second);
+
+  const auto step = (*stream)->Next();
+
+  ASSERT_OK(step);
+  ASSERT_TRUE(step->update.has_value()) << "of the stream that was opened again";
+  EXPECT_OK((*stream)->WaitFor(*second));
+  EXPECT_OK((*stream)->WaitFor(*first));
+  EXPECT_EQ(service_.sequences, (std::vector<uint64_t>{1, 2, 1, 2}));
 }
 
 TEST_F(DeformStreamTest, OtherErrorsEndIt) {
