@@ -27,8 +27,8 @@ class Coder {
  public:
   static constexpr uint32_t kLanesAStream = kWarp / kStreams;
   static constexpr uint32_t kPart = kSymbolsAWord / kLanesAStream;  // symbols
-  // Bytes leave while the state is at least p << 10, two of them from p << 18 on; then
-  // x' = x + c' + (x R >> 32 >> shift) (M - p).                                        rans_entry.h
+  // What ShortStep takes of each symbol; bytes leave before it while the state is at least p << 10,
+  // two of them from p << 18 on.
   struct Shared {
     uint4 first[kSymbolsAWord][kStreams];   // R, p << 10, p << 18, c'
     uint2 second[kSymbolsAWord][kStreams];  // M - p, shift
@@ -106,7 +106,7 @@ class Coder {
       counts |= (both ? 2u : any ? 1u : 0u) << (2 * k);
       uint32_t kept = any ? x_ >> 8 : x_;
       kept = both ? x_ >> 16 : kept;
-      x_ = kept + first.w + (__umulhi(kept, first.x) >> second.y) * second.x;
+      x_ = ShortStep(kept, first.x, second.y, first.w, second.x);
     }
     auto* to = reinterpret_cast<uint4*>(leaving + round * kSymbolsAWord);
     constexpr uint32_t kLowHalves = 0x5410;

@@ -4,19 +4,16 @@
 from __future__ import annotations
 
 import uuid
-from abc import ABC, abstractmethod
-from typing import Generic, Sequence, TypeVar
-
-import numpy.typing as npt
+from abc import abstractmethod
+from typing import Sequence
 
 from latticed import edits
 from latticed.gesture import Gesture
+from latticed.point_edits import Applied, PointEdits
 from latticed.v1 import edit_pb2
 
-Applied = TypeVar("Applied")
 
-
-class EditCalls(ABC, Generic[Applied]):
+class EditCalls(PointEdits[Applied]):
     """A scene, which returns an EditResult, or a stream, which returns a sequence to wait for.
 
     Control points are named by their indices (Lattice.indices), or by a mask of the shape (nw, nv, nu).
@@ -35,22 +32,6 @@ class EditCalls(ABC, Generic[Applied]):
         if expected_revision is not None:
             batch.expected_revision = expected_revision
         return self._apply(batch)
-
-    def set_points(self, points: npt.ArrayLike, positions: npt.ArrayLike) -> Applied:
-        """Puts control points at positions, shape (points, 3), world units."""
-        return self.apply([edits.set_points(points, positions)])
-
-    def move(self, points: npt.ArrayLike, offset: npt.ArrayLike) -> Applied:
-        """Moves control points by one offset: x, y, z, world units."""
-        return self.apply([edits.move(points, offset)])
-
-    def transform(self, points: npt.ArrayLike, matrix: npt.ArrayLike) -> Applied:
-        """Transforms control points by an affine 4 x 4 matrix that acts on columns (x, y, z, 1)."""
-        return self.apply([edits.transform(points, matrix)])
-
-    def replace(self, control_points: npt.ArrayLike) -> Applied:
-        """Puts all control points at positions: shape (nw, nv, nu, 3), world units."""
-        return self.apply([edits.replace(control_points)])
 
     def insert_knot(self, axis: str, value: float) -> Applied:
         """Adds a knot to axis "u", "v" or "w": one control point more on it, and the same shape."""

@@ -4,25 +4,21 @@
 from __future__ import annotations
 
 from types import TracebackType
-from typing import Callable, Generic, Sequence, Type, TypeVar
+from typing import Callable, Sequence, Type
 
-import numpy.typing as npt
-
-from latticed import edits
+from latticed.point_edits import Applied, PointEdits
 from latticed.v1 import edit_pb2
 
-Applied = TypeVar("Applied")
 
-
-class Gesture(Generic[Applied]):
+class Gesture(PointEdits[Applied]):
     """Every update replaces the one before it and begins at the state at the gesture's begin.
 
         with stream.gesture() as drag:
             for share in np.linspace(0, 1, 60):
                 drag.move(lattice.indices[-1], (share, 0, 0))
 
-    Its edits are those of EditCalls. It is committed at the end of the block, and cancelled, which restores
-    its begin, where the block is left by an exception.
+    It is committed at the end of the block, and cancelled, which restores its begin, where the block is left
+    by an exception.
     """
 
     def __init__(self, apply: Callable[[edit_pb2.EditBatch], Applied], gesture_id: str) -> None:
@@ -35,18 +31,6 @@ class Gesture(Generic[Applied]):
     def apply(self, changes: Sequence[edit_pb2.Edit]) -> Applied:
         """Several of latticed.edits in place of the update before."""
         return self._batch(edit_pb2.GESTURE_PHASE_UPDATE, changes)
-
-    def set_points(self, points: npt.ArrayLike, positions: npt.ArrayLike) -> Applied:
-        return self.apply([edits.set_points(points, positions)])
-
-    def move(self, points: npt.ArrayLike, offset: npt.ArrayLike) -> Applied:
-        return self.apply([edits.move(points, offset)])
-
-    def transform(self, points: npt.ArrayLike, matrix: npt.ArrayLike) -> Applied:
-        return self.apply([edits.transform(points, matrix)])
-
-    def replace(self, control_points: npt.ArrayLike) -> Applied:
-        return self.apply([edits.replace(control_points)])
 
     def commit(self) -> Applied:
         """Ends it; the last update stays."""
