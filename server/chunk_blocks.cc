@@ -20,21 +20,39 @@ bool IsPart(const SnapshotChunk& chunk) { return chunk.data.block_bytes > 0; }
 
 Blocks BlocksOf(const std::vector<SnapshotChunk>& chunks) {
   Blocks blocks;
+  const void* last = nullptr;  // neighbours are mostly of one
+  Block* block = nullptr;
   for (const SnapshotChunk& chunk : chunks) {
     if (!IsPart(chunk)) continue;
-    Block& block = blocks[chunk.data.owner.get()];
-    block.bytes = chunk.data.block_bytes;
-    block.used += chunk.data.size;
+    if (const void* owner = chunk.data.owner.get(); owner != last) {
+      last = owner;
+      block = &blocks[owner];
+      block->bytes = chunk.data.block_bytes;
+    }
+    block->used += chunk.data.size;
   }
   return blocks;
 }
 
+Block SumOf(const Blocks& blocks) {
+  Block sum;
+  for (const auto& [owner, block] : blocks) {
+    sum.bytes += block.bytes;
+    sum.used += block.used;
+  }
+  return sum;
+}
+
+uint64_t BytesOfNoBlock(const std::vector<SnapshotChunk>& chunks) {
+  uint64_t bytes = 0;
+  for (const SnapshotChunk& chunk : chunks) bytes += IsPart(chunk) ? 0 : chunk.data.size;
+  return bytes;
+}
+
 }  // namespace
 
-uint64_t BlockBytes(const std::vector<SnapshotChunk>& chunks) {
-  uint64_t bytes = 0;
-  for (const auto& [owner, block] : BlocksOf(chunks)) bytes += block.bytes;
-  return bytes;
+uint64_t HeldBytes(const std::vector<SnapshotChunk>& chunks) {
+  return SumOf(BlocksOf(chunks)).bytes + BytesOfNoBlock(chunks);
 }
 
 void LeaveEmptyBlocks(std::vector<SnapshotChunk>& chunks) {
@@ -48,13 +66,10 @@ void LeaveEmptyBlocks(std::vector<SnapshotChunk>& chunks) {
   }
 }
 
-void KeepBlocksFew(uint64_t made, Snapshot& snapshot) {
-  snapshot.block_bytes += made;
-  uint64_t used = 0;
-  for (const SnapshotChunk& chunk : snapshot.chunks) used += chunk.data.size;
-  if (snapshot.block_bytes <= kMostBlocks * used) return;
-  LeaveEmptyBlocks(snapshot.chunks);
-  snapshot.block_bytes = BlockBytes(snapshot.chunks);
+void KeepBlocksFew(Snapshot& snapshot) {
+  const Block sum = SumOf(BlocksOf(snapshot.chunks));
+  if (sum.bytes > kMostBlocks * sum.used) LeaveEmptyBlocks(snapshot.chunks);
+  snapshot.held_bytes = HeldBytes(snapshot.chunks);
 }
 
 }  // namespace latticed

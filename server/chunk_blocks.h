@@ -17,17 +17,17 @@
 
 namespace latticed {
 
-// Bytes of the blocks that the chunks are parts of, each once.
-[[nodiscard]] uint64_t BlockBytes(const std::vector<SnapshotChunk>& chunks);
+// Bytes that the chunks keep: of the blocks that they are parts of, each once, and of those that are
+// parts of none.
+[[nodiscard]] uint64_t HeldBytes(const std::vector<SnapshotChunk>& chunks);
 
 // Copies out of every block the chunks that are less than half of it, so that the blocks left are at
 // most twice their chunks.
 void LeaveEmptyBlocks(std::vector<SnapshotChunk>& chunks);
 
-// To be called with each new snapshot: looks through it and does so where blocks may have grown to
-// four times the chunks, so seldom that it costs each byte that was encoded the same. `made`: the
-// bytes of blocks that were added since `snapshot.block_bytes` was right.
-void KeepBlocksFew(uint64_t made, Snapshot& snapshot);
+// To be called with each new snapshot: does so where blocks have grown to four times their chunks, so
+// seldom that it costs each byte that was encoded the same. Sets snapshot.held_bytes.
+void KeepBlocksFew(Snapshot& snapshot);
 
 }  // namespace latticed
 

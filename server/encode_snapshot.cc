@@ -12,16 +12,6 @@
 namespace latticed {
 namespace {
 
-// Of the blocks that these are parts of; neighbours are mostly of one.
-uint64_t BlockBytesOf(std::span<const SharedBytes> encoded) {
-  uint64_t bytes = 0;
-  const void* last = nullptr;
-  for (const SharedBytes& data : encoded) {
-    if (std::exchange(last, data.owner.get()) != data.owner.get()) bytes += data.block_bytes;
-  }
-  return bytes;
-}
-
 bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
   return a.size == b.size && std::equal(a.data, a.data + a.size, b.data);
 }
@@ -48,15 +38,11 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
   const bool same_plan = before != nullptr && before->structure_id == state.structure_id;
   // Under another box the same integers are other positions.
   const bool comparable = same_plan && before->box.id == state.box.id;
-  if (same_plan) {
-    snapshot->chunks = before->chunks;
-    snapshot->block_bytes = before->block_bytes;
-  }
+  if (same_plan) snapshot->chunks = before->chunks;
   snapshot->chunks.resize(state.plan->chunk_count());
 
   const absl::Time start = absl::Now();
   const size_t most = vertices.encode_batch();
-  uint64_t blocks_made = 0;
   for (size_t done = 0; done < chunks.size();) {
     if (auto s = between({done, chunks.size() - done, most, absl::Now() - start}); !s.ok())
       return s;
@@ -67,7 +53,6 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
     }
     auto encoded = vertices.Encode(batch, key.encoding, digests);
     if (!encoded.ok()) return encoded.status();
-    blocks_made += BlockBytesOf(*encoded);
     for (size_t i = 0; i < batch.size(); ++i) {
       SnapshotChunk& chunk = snapshot->chunks[batch[i]];
       SharedBytes& data = (*encoded)[i];
@@ -76,7 +61,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
     }
     done += batch.size();
   }
-  KeepBlocksFew(blocks_made, *snapshot);
+  KeepBlocksFew(*snapshot);
   snapshot->encode_time = absl::Now() - start;
   return snapshot;
 }

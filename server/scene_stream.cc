@@ -30,7 +30,7 @@ constexpr absl::Duration kGoawayRetry = absl::Seconds(1);
 uint64_t MostMessageBytes(const SceneState& state, const ViewKey& key) {
   constexpr uint64_t kSmall = 4'096;
   const uint64_t large =
-      std::max(state.control_points->size() * sizeof(Vec3d), MostChunkBytes(*state.plan, key));
+      std::max(state.control_points->size() * sizeof(Vec3d), VertexBytes(*state.plan, key));
   return std::min<uint64_t>(large + kSmall, limits::kMaxMessageBytes);
 }
 

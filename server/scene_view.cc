@@ -170,7 +170,7 @@ absl::Status SceneView::Evaluate(ViewWork& work, const WorkHooks& hooks) {
   VertexSlot& slot = slots_[work.slot];
   auto room = residency_->Run([&] {
     const MutexLock lock(&mutex_);
-    return room_.Make(*state.target, key_);
+    return room_.Make(*state.target, key_, ring_.held_bytes());
   });
   if (!room.ok()) return room;
   if (auto s = slot.Prepare(state, key_.spec); !s.ok()) return s;
@@ -214,6 +214,9 @@ void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks) {
                             return absl::OkStatus();
                           });
   });
+  if (snapshot.ok()) {
+    if (auto s = MakeRoomFor(**snapshot, *work.state); !s.ok()) snapshot = s;
+  }
   if (!snapshot.ok() && !absl::IsCancelled(snapshot.status())) slot.Reset();
   MemoryUse memory = slot.memory();
 
@@ -230,6 +233,13 @@ void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks) {
   residency_->CountRetired(ring_.Publish(*std::move(snapshot), absl::Now()));
   newest_taken_ = false;
   awaited_ = false;
+}
+
+absl::Status SceneView::MakeRoomFor(const Snapshot& next, const SceneState& state) {
+  return residency_->Run([&] {
+    const MutexLock lock(&mutex_);
+    return room_.Make(*state.target, key_, ring_.held_bytes() + next.held_bytes);
+  });
 }
 
 absl::Status SceneView::BetweenBatches(const ViewWork& work, const EncodeProgress& progress,

@@ -65,6 +65,12 @@ size_t SnapshotRing::bytes() const {
   return sum;
 }
 
+uint64_t SnapshotRing::held_bytes() const {
+  uint64_t sum = 0;
+  for (const Entry& entry : entries_) sum += entry.snapshot->held_bytes;
+  return sum;
+}
+
 void SnapshotRing::DropUnpinned() {
   std::erase_if(entries_, [](const Entry& entry) { return entry.pins == 0; });
 }

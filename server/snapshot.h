@@ -70,8 +70,8 @@ struct Snapshot {
   QuantisationBox box;
   std::shared_ptr<const DeformPlan> plan;
   std::vector<SnapshotChunk> chunks;
-  uint64_t block_bytes = 0;  // of the chunks' blocks, at most; chunk_blocks.h
-  absl::Time edit_time;      // when the edit that made the revision was committed
+  uint64_t held_bytes = 0;  // that the chunks keep; chunk_blocks.h
+  absl::Time edit_time;     // when the edit that made the revision was committed
   absl::Duration evaluate_time;
   absl::Duration encode_time;
 
@@ -99,6 +99,8 @@ class SnapshotRing {
   size_t size() const { return entries_.size(); }
   // Of chunks; those that snapshots share count once.
   size_t bytes() const;
+  // Of the snapshots' held_bytes: what is shared counts in each.
+  uint64_t held_bytes() const;
 
  private:
   struct Entry {

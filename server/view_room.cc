@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/view_room.h"
 
+#include <algorithm>
+
 #include "core/base/limits.h"
 #include "core/ffd/tessellation_pattern.h"
 
@@ -13,21 +15,22 @@ bool IsDraco(const ViewKey& key) {
   return key.encoding == Encoding::kDracoPoints || key.encoding == Encoding::kDracoMesh;
 }
 
+// Draco's chunks are about a quarter of its integers.
+uint64_t UsualChunkBytes(const DeformPlan& plan, const ViewKey& key) {
+  return VertexBytes(plan, key) / (IsDraco(key) ? 4 : 1);
+}
+
+}  // namespace
+
 uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key) {
   return plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(key.spec.segments)) *
          BytesPerPoint(key.spec);
 }
 
-}  // namespace
-
-uint64_t MostChunkBytes(const DeformPlan& plan, const ViewKey& key) {
-  // Draco's chunks are a quarter of its integers or less.
-  return VertexBytes(plan, key) / (IsDraco(key) ? 4 : 1);
-}
-
-absl::Status ViewRoom::Make(const DeformTarget& target, const ViewKey& key) {
-  const uint64_t bytes = (target.evaluates_on_device() ? 0 : VertexBytes(target.plan(), key)) +
-                         limits::kMaxSnapshotsPerView * MostChunkBytes(target.plan(), key);
+absl::Status ViewRoom::Make(const DeformTarget& target, const ViewKey& key, uint64_t held) {
+  const uint64_t usual = limits::kMaxSnapshotsPerView * UsualChunkBytes(target.plan(), key);
+  const uint64_t bytes =
+      (target.evaluates_on_device() ? 0 : VertexBytes(target.plan(), key)) + std::max(usual, held);
   if (budget_ != nullptr && IsDraco(key)) {
     if (auto s = budget_->KeepAtLeast("the view's encoder", target.EncoderBytes(key.spec));
         !s.ok()) {

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The host memory that a view may take: the chunks of as many snapshots as there may be, and the
-// vertices where no device keeps them; then it has one slot of them.
+// vertices where no device keeps them; then it has one slot of them. What chunks take is known once
+// they are encoded, and what is reserved grows where that is more than was expected.
 //
 // Errors   kResourceExhausted OUT_OF_MEMORY
 // Threads  guarded by its owner
@@ -19,16 +20,17 @@
 
 namespace latticed {
 
-// Of all chunks of a view, encoded: at most.
-[[nodiscard]] uint64_t MostChunkBytes(const DeformPlan& plan, const ViewKey& key);
+// Of all vertices of a view; its chunks are no larger, but for their headers.
+[[nodiscard]] uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key);
 
 class ViewRoom {
  public:
   // Null: no limit.
   explicit ViewRoom(std::shared_ptr<MemoryBudget> budget) : budget_(std::move(budget)) {}
 
-  // Changes what is reserved to what the view needs. Where that is refused nothing changes.
-  [[nodiscard]] absl::Status Make(const DeformTarget& target, const ViewKey& key);
+  // Changes what is reserved to what the view needs while its snapshots keep `held` bytes. Where that
+  // is refused nothing changes.
+  [[nodiscard]] absl::Status Make(const DeformTarget& target, const ViewKey& key, uint64_t held);
   uint64_t bytes() const { return reservation_.bytes(); }
   void Release() { reservation_.Release(); }
 

@@ -19,7 +19,7 @@ constexpr uint64_t kMiB = uint64_t{1} << 20;
 constexpr int kSegments = 2;
 constexpr uint64_t kBytesPerPatch = 6 * 8;
 // A stream's largest message: all chunks of a view, and what is not chunks.
-constexpr uint64_t StreamBytes(uint64_t vertices) { return vertices / 4 + 4'096; }
+constexpr uint64_t StreamBytes(uint64_t vertices) { return std::min(vertices + 4'096, 1 * kMiB); }
 
 TEST(MemoryUseTest, TheNameSaysThePlace) {
   const MemoryUse use{{"plan", 1}, {"staging", 2}, {"device_plan", 4}, {"device_staging", 8}};

@@ -5,9 +5,13 @@
 // and changes nothing.
 #include "server/memory_budget.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <memory>
+#include <random>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -152,6 +156,83 @@ TEST_F(MemoryBudgetTest, AWatchIsRefusedWithoutRoomForAMessageThatItMayNotRead) 
   EXPECT_GT(watches.size(), 2u);
   for (const auto& watch : watches) watch->context.TryCancel();
   while (watches.back()->reader->Read(&watches.back()->event)) continue;
+}
+
+// Triangles anywhere: what a stream of them needs per point is far more than a surface's.
+std::string SoupObj(int triangles) {
+  std::mt19937 random(20261122);
+  std::uniform_real_distribution<double> anywhere(0, 1);
+  std::string obj;
+  for (int v = 0; v < 3 * triangles; ++v) {
+    const double x = anywhere(random), y = anywhere(random), z = anywhere(random);
+    obj += fmt::format("v {} {} {}\n", x, y, z);
+  }
+  for (int t = 0; t < triangles; ++t) {
+    obj += fmt::format("f {} {} {}\n", 3 * t + 1, 3 * t + 2, 3 * t + 3);
+  }
+  return obj;
+}
+
+class LongStreamsTest : public SceneFixture {
+ protected:
+  void Start(uint64_t memory_bytes) {
+    watch_.reset();
+    context_ = std::make_unique<grpc::ClientContext>();
+    StartServer({.memory_bytes = memory_bytes});
+    mesh_ = Upload(SoupObj(300));
+    ASSERT_OK(Create(SceneRequest()));
+  }
+
+  // Opens a watch at one segment; returns with the end of its first update, or of the stream.
+  absl::Status Watch() {
+    v1::WatchRequest request;
+    request.set_scene("scene-one");
+    v1::ViewOptions& view = *request.mutable_view();
+    view.set_segments(1);
+    view.set_position_bits(16);
+    view.set_normal_bits(12);
+    watch_ = stub_->Watch(context_.get(), request);
+    v1::SceneEvent event;
+    while (watch_->Read(&event)) {
+      if (event.has_update_end()) return absl::OkStatus();
+    }
+    return client::FromGrpc(watch_->Finish());
+  }
+
+  uint64_t Reserved() {
+    grpc::ClientContext context;
+    v1::ServerInfo info;
+    EXPECT_OK(client::FromGrpc(v1::ServerService::NewStub(server_->channel())
+                                   ->GetServerInfo(&context, v1::GetServerInfoRequest(), &info)));
+    return info.reserved_host_bytes();
+  }
+
+  std::unique_ptr<grpc::ClientContext> context_;
+  std::unique_ptr<grpc::ClientReader<v1::SceneEvent>> watch_;
+};
+
+TEST_F(LongStreamsTest, ChunksLargerThanExpectedAreCountedOnceTheyAreKnown) {
+  Start(uint64_t{1} << 30);
+  ASSERT_OK(Watch());
+  const uint64_t reserved = Reserved();
+  v1::GetSceneRequest request;
+  request.set_scene("scene-one");
+  v1::Scene scene;
+  ASSERT_OK(Call(&v1::SceneService::Stub::GetScene, request, &scene));
+  const uint64_t chunks = scene.bytes().at("chunks"),
+                 expected = scene.bytes().at("vertices") * 3 / 4;
+  ASSERT_GT(chunks, expected);
+
+  Start(reserved - 1);
+  const absl::Status refusal = Watch();
+  Start(reserved);
+  const absl::Status fits = Watch();
+
+  ExpectRefused(refusal, absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
+  EXPECT_THAT(std::string(refusal.message()), ::testing::HasSubstr("the view"));
+  EXPECT_GE(error::DetailsOf(refusal).asked_bytes, chunks);
+  EXPECT_OK(fits);
+  context_->TryCancel();
 }
 
 TEST_F(MemoryBudgetTest, AnInsertedKnotNeedsRoomBesideThePlanInUse) {
