@@ -19,8 +19,8 @@ elseif(LATTICED_CUDA)  # AUTO or ON
   if(CMAKE_CUDA_COMPILER)
     set(latticed_with_cuda ON)
     # Machine code for A100 and H100/H200, PTX for what comes after; before the language, or nvcc's
-    # default takes their place.
-    if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES)
+    # default takes their place. CMake's own variable of the environment goes before both.
+    if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES AND NOT DEFINED ENV{CUDAARCHS})
       set(CMAKE_CUDA_ARCHITECTURES 80-real 90-real 90-virtual)
     endif()
     enable_language(CUDA)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What most tests include and takes long to parse: precompiled for sanitized tests, included by no file.
+// What most tests include and takes long to parse: precompiled for them, included by no file.
 #ifndef LATTICED_TESTS_SUPPORT_PRECOMPILED_H_
 #define LATTICED_TESTS_SUPPORT_PRECOMPILED_H_
 
