@@ -231,11 +231,12 @@ TEST_F(GiveBackOnHostTest, AnIdleViewMakesRoomForAnother) {
   ASSERT_OK(Create(SceneRequest(), &scene));
   const uint64_t plans = 2 * scene.bytes().at("plan") + scene.bytes().at("mesh") + obj.size();
   const uint64_t vertices = scene.patches() * 66 * 8;
-  // One view: its vertices and the chunks of three snapshots, a quarter each. Two streams with a
-  // message of as much. The Draco writer's memory, of one thread and one more caller.
+  // One view: its vertices and the chunks of three snapshots, a quarter each. Two streams with their
+  // largest messages. The Draco writer's memory, of one thread and one more caller.
   constexpr uint64_t kEncoder = 5'087'232;
+  ASSERT_LT(vertices + 4'096, uint64_t{1} << 20);
   Options options;
-  options.memory_bytes = plans + 2 * vertices + 2 * (vertices / 4 + 4'096) + kEncoder;
+  options.memory_bytes = plans + 2 * vertices + 2 * (vertices + 4'096) + kEncoder;
   StartServer(options);
   mesh_ = Upload(obj);
   ASSERT_OK(Create(SceneRequest("scene-no-a")));
