@@ -34,13 +34,14 @@ def read_mesh(source):
 
 
 def read_lattice(lattice, source, known=None):
-    """A lattice object's points, as its shape keys and edits leave them, seen from the mesh object; `known`:
+    """A lattice object's points, as edits, shape keys and hooks leave them, seen from the mesh object; `known`:
     the same lattice before, if it was read."""
     data = lattice.data
+    evaluated = lattice.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     shape = (data.points_w, data.points_v, data.points_u, 3)
     return BlenderLattice(
         rest=_rest(lattice, shape, known),
-        deformed=_array(data.points, "co_deform", 3, np.float32).astype(float).reshape(shape),
+        deformed=_array(evaluated.points, "co_deform", 3, np.float32).astype(float).reshape(shape),
         interpolation=(data.interpolation_type_u, data.interpolation_type_v, data.interpolation_type_w),
         to_mesh=np.array(source.matrix_world.inverted_safe() @ lattice.matrix_world),
     )

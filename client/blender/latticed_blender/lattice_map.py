@@ -47,6 +47,9 @@ class BlenderLattice:
         steps = self.rest[-1, -1, -1] - self.first
         return np.array([step / (n - 1) if n > 1 else 1.0 for step, n in zip(steps, self.counts)])
 
+    def same(self, other: BlenderLattice) -> bool:
+        return self.same_structure(other) and np.array_equal(self.deformed, other.deformed)
+
     def same_structure(self, other: BlenderLattice) -> bool:
         """Whether an edit of control points alone leads from one to the other."""
         return (

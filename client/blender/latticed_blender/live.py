@@ -163,6 +163,12 @@ def on_depsgraph_update(scene, depsgraph):
 
 
 @persistent
+def on_frame_change(*_):
+    """Which tells of no single objects."""
+    touch("lattice")
+
+
+@persistent
 def on_undo(*_):
     """Undo brings back an older result, and maybe an older lattice and mesh."""
     if _session is None:
@@ -180,6 +186,7 @@ def on_load(*_):
 
 _HANDLERS = {
     "depsgraph_update_post": on_depsgraph_update,
+    "frame_change_post": on_frame_change,
     "undo_post": on_undo,
     "redo_post": on_undo,
     "load_pre": on_load,

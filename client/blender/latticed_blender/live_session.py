@@ -74,7 +74,7 @@ class LiveSession:
         self._mesh = mesh
         self._grid: BlenderLattice = grid
         self._view = view
-        self._wanted = 0  # how often mesh, grid or view were changed
+        self._edits = 0  # how often the grid was changed
         self._closing = False
         self._surface: Optional[Surface] = None
         self.status = f"Connecting to {address}"
@@ -92,8 +92,9 @@ class LiveSession:
         with self._changed:
             if mesh is not None and not mesh.same(self._mesh):
                 self._mesh = mesh
-            self._grid, self._view = grid or self._grid, view or self._view
-            self._wanted += 1
+            if grid is not None and not grid.same(self._grid):
+                self._grid, self._edits = grid, self._edits + 1
+            self._view = view or self._view
             self._changed.notify_all()
 
     def take(self) -> Optional[Surface]:
@@ -123,7 +124,7 @@ class LiveSession:
     def _show_one_structure(self, client: latticed.Client) -> None:
         """Until it is closed, or the mesh or more than the lattice's points changes."""
         with self._changed:
-            mesh, grid, view, shown = self._mesh, self._grid, self._view, self._wanted
+            mesh, grid, view, shown = self._mesh, self._grid, self._view, self._edits
         mapping = LatticeMap(grid, mesh.positions)
         self._say("Uploading the mesh")
         uploaded = client.upload_arrays(mesh.positions, mesh.faces, name="Blender", progress=False)
@@ -133,16 +134,17 @@ class LiveSession:
             while True:
                 self._publish(self._newest(stream), scene)
                 with self._changed:
-                    self._changed.wait_for(lambda: self._closing or self._wanted != shown, _LOOK_SECONDS)
+                    self._changed.wait_for(lambda: self._closing or self._edits != shown, _LOOK_SECONDS)
                     if self._closing or self._mesh is not mesh or not self._grid.same_structure(grid):
                         return
-                    changed, shown = self._wanted != shown, self._wanted
-                    points, wanted_view = mapping.control_points(self._grid), self._view
+                    edited, shown = self._edits != shown, self._edits
+                    wanted_grid, wanted_view = self._grid, self._view
                 if wanted_view != view:
                     view = wanted_view
                     stream.set_view(view)
-                if changed:
-                    self._publish(stream.wait(stream.replace(points), timeout=_EDIT_SECONDS), scene)
+                if edited:
+                    edit = stream.replace(mapping.control_points(wanted_grid))
+                    self._publish(stream.wait(edit, timeout=_EDIT_SECONDS), scene)
 
     @staticmethod
     def _newest(stream: latticed.DeformStream) -> Optional[latticed.Update]:

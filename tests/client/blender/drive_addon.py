@@ -139,6 +139,22 @@ def follows_undo(rest, random):
     compare(rest, "its undo")
 
 
+def follows_a_shape_key(rest, random):
+    lattice = objects()[1]
+    lattice.shape_key_add(name="Basis")
+    key = lattice.shape_key_add(name="Bent")
+    for point in key.data:
+        point.co = np.array(point.co) + 0.3 * random.standard_normal(3)
+    key.value = 0.75
+    compare(rest, "a shape key")
+    for frame, value in ((1, 0.75), (10, 0.25)):
+        key.value = value
+        key.keyframe_insert("value", frame=frame)
+    bpy.context.scene.frame_set(10)
+    compare(rest, "another frame of its animation")
+    lattice.shape_key_clear()
+
+
 def follows_edit_mode(rest):
     bpy.context.view_layer.objects.active = objects()[1]
     bpy.ops.object.mode_set(mode="EDIT")
@@ -190,6 +206,7 @@ def main(addon):
     print("drive_addon:", live.status())
     follows_undo(rest, random)
     follows_edit_mode(rest)
+    follows_a_shape_key(rest, random)
     follows_the_view(rest)
     says_what_is_wrong(live)
     check(bpy.ops.latticed.disconnect() == {"FINISHED"}, "it did not disconnect")
