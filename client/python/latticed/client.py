@@ -24,6 +24,12 @@ from latticed.v1 import lattice_pb2, mesh_pb2, scene_pb2, server_pb2
 from latticed.view import View
 
 _UP_AXES: Dict[str, Any] = {"": 0, "x": mesh_pb2.UP_AXIS_X, "y": mesh_pb2.UP_AXIS_Y, "z": mesh_pb2.UP_AXIS_Z}
+_PIPELINES: Dict[str, Any] = {
+    "fused": scene_pb2.PIPELINE_FUSED,
+    "gemm": scene_pb2.PIPELINE_GEMM,
+    "gemm12": scene_pb2.PIPELINE_GEMM12,
+    "control_net": scene_pb2.PIPELINE_CONTROL_NET,
+}
 
 
 class Client:
@@ -131,6 +137,7 @@ class Client:
         scene_id: str = "",
         labels: Optional[Dict[str, str]] = None,
         idle_ttl: Optional[float] = None,
+        pipeline: str = "",
         delete_on_exit: bool = False,
     ) -> Scene:
         """Puts a mesh under a lattice.
@@ -141,8 +148,12 @@ class Client:
         view             what watchers see who do not say
         scene_id         [a-z0-9-]{8,63}; empty: 128 random bits. The same request again is the same scene
         idle_ttl         seconds that it lives unwatched and unedited; the server's own choice unless given
+        pipeline         how vertices are computed, for comparisons: "fused", "gemm", "gemm12" or
+                         "control_net"; empty: "fused"
         delete_on_exit   of the with block that the scene is used in
         """
+        if pipeline and pipeline not in _PIPELINES:
+            raise ValueError(f"pipeline is one of {', '.join(_PIPELINES)}, not {pipeline!r}")
         source = lattice_pb2.LatticeSource()
         if lattice is not None:
             if not (size is None and degree is None and padding is None):
@@ -163,6 +174,8 @@ class Client:
         )
         if view is not None:
             request.default_view.CopyFrom(view.to_proto())
+        if pipeline:
+            request.diagnostics.pipeline = _PIPELINES[pipeline]
         if idle_ttl is not None:
             request.idle_ttl.CopyFrom(_duration(idle_ttl))
         info = self._connection.call(self._connection.scenes.CreateScene, request, request.scene_id)

@@ -3,12 +3,17 @@
 """A mesh on the server."""
 from __future__ import annotations
 
-from typing import Any, Dict
+import io
+import os
+from pathlib import Path
+from typing import Any, Dict, Union
 
 import numpy as np
 import numpy.typing as npt
 
+from latticed import transfers
 from latticed.connection import Connection
+from latticed.progress_bar import Progress, progress_function
 from latticed.v1 import mesh_pb2
 
 
@@ -47,6 +52,19 @@ class Mesh:
     @property
     def labels(self) -> Dict[str, str]:
         return dict(self.info.labels)
+
+    def download(self, path: Union[str, "os.PathLike[str]"], progress: Progress = None) -> None:
+        """Writes the bytes that were uploaded to a file, which is there whole or not at all; those of arrays
+        are laid out as MESH_FORMAT_RAW says. progress: as in Client.upload."""
+        show = progress_function(progress, f"download {Path(path).name}")
+        with transfers.whole_file(path) as part, open(part, "wb") as file:
+            transfers.download(self._connection, self.id, file, show)
+
+    def download_bytes(self) -> bytes:
+        """As download, but into memory."""
+        file = io.BytesIO()
+        transfers.download(self._connection, self.id, file, lambda done, total: None)
+        return file.getvalue()
 
     def delete(self, force: bool = False) -> None:
         """Deletes it; with `force` together with the scenes that use it, else those are MESH_IN_USE."""

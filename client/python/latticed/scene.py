@@ -142,16 +142,9 @@ class Scene(EditCalls[EditResult]):
         view      its segments and normals count, and the bits for drc
         revision  the newest one, or REVISION_CHANGED; 0: the newest one, whichever it is
         """
-        part = f"{os.fspath(path)}.part"
         show = progress_function(progress, f"export {Path(path).name}")
-        try:
-            exported = self._export(
-                lambda: open(part, "wb"), export_format(format, path), view, revision, show
-            )
-            os.replace(part, path)
-        finally:
-            Path(part).unlink(missing_ok=True)
-        return exported
+        with transfers.whole_file(path) as part:
+            return self._export(lambda: open(part, "wb"), export_format(format, path), view, revision, show)
 
     def export_bytes(self, format: str, view: View = _DEFAULT_VIEW, revision: int = 0) -> bytes:
         """As export, but into memory."""

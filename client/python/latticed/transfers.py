@@ -1,9 +1,13 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rpcs that stream one way, from a scene. All of them are made again after a broken connection."""
+"""Rpcs that stream one way, to the client. All of them are made again after a broken connection."""
 from __future__ import annotations
 
-from typing import Any, BinaryIO, Callable, List
+import hashlib
+import os
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO, Callable, Iterator, List, Union
 
 from latticed.connection import Connection
 from latticed.errors import LatticedError
@@ -13,7 +17,7 @@ from latticed.retries import with_retries
 from latticed.surface import Surface
 from latticed.topology import Topology
 from latticed.update import Update
-from latticed.v1 import scene_pb2, surface_pb2
+from latticed.v1 import mesh_pb2, scene_pb2, surface_pb2
 
 
 def get_update(connection: Connection, request: scene_pb2.GetUpdateRequest) -> Update:
@@ -65,3 +69,36 @@ def export(
         return int(header.revision)
 
     return with_retries(attempt)
+
+
+def download(connection: Connection, mesh: str, file: BinaryIO, progress: ProgressFunction) -> None:
+    """Writes the bytes that were uploaded; after a break it goes on where it was. DATA_LOSS where they are not
+    those that name the mesh."""
+    total, done, digest = 0, 0, hashlib.sha256()
+
+    def attempt() -> None:
+        nonlocal total, done
+        request = mesh_pb2.DownloadMeshRequest(mesh=mesh, offset=done)
+        for part in connection.meshes.DownloadMesh(request, metadata=connection.metadata()):
+            if part.HasField("header"):
+                total = part.header.total_bytes
+            file.write(part.data)
+            digest.update(part.data)
+            done += len(part.data)
+            progress(done, total)
+
+    with_retries(attempt)
+    if done != total or digest.hexdigest() != mesh:
+        raise LatticedError.data_loss(f"a download of {total} bytes ended after {done}, or with others")
+
+
+@contextmanager
+def whole_file(path: Union[str, "os.PathLike[str]"]) -> Iterator[Path]:
+    """Another path to write to: what is there at the end of the block comes to `path`, unless it is left by an
+    exception."""
+    part = Path(f"{os.fspath(path)}.part")
+    try:
+        yield part
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)

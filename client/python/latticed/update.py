@@ -20,6 +20,7 @@ class Update:
     revision, head_revision  of this surface, and the scene's newest when it was sent
     applied_sequence         the last edit of this stream's editor that it holds; 0: none
     view                     what was asked for, every field filled in
+    timings                  where the server's time went: latticed.v1.UpdateTimings, microseconds
     topology                 points and triangles of a patch, and which patches are in which chunk
 
     Points are decoded when they are first asked for: one that is skipped costs nothing.
@@ -30,6 +31,7 @@ class Update:
         self.head_revision = int(end.head_revision)
         self.applied_sequence = int(end.applied_sequence)
         self.full_detail = bool(end.full_detail)
+        self.timings = end.timings
         self.view = view
         self.topology = topology
         self._chunks = chunks

@@ -43,6 +43,8 @@ class View:
     normal_bits: int = 0  # of a coordinate of the octahedral map, 6 to 12; 8. Not of raw
     max_points: int = 0  # fewer segments are taken where a view would have more points; 0: no limit
     max_bytes_per_second: int = 0  # of chunks, sent to this watcher; 0: no limit
+    drag_position_bits: int = 0  # in force while anybody's gesture is open, 8 to 16; 0: position_bits
+    drag_normal_bits: int = 0  # likewise, 6 to 12; 0: normal_bits
 
     def to_proto(self) -> view_pb2.ViewOptions:
         """ValueError for an encoding or normals of another name."""
@@ -54,6 +56,8 @@ class View:
             normal_bits=self.normal_bits,
             max_points=self.max_points,
             max_bytes_per_second=self.max_bytes_per_second,
+            drag_position_bits=self.drag_position_bits,
+            drag_normal_bits=self.drag_normal_bits,
         )
 
     def for_watching(self, scene_default: View) -> view_pb2.ViewOptions:
@@ -80,4 +84,6 @@ class View:
             options.normal_bits,
             options.max_points,
             options.max_bytes_per_second,
+            options.drag_position_bits,
+            options.drag_normal_bits,
         )

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 """A server that says less than it promised, or fails at first."""
+import hashlib
 from concurrent.futures import ThreadPoolExecutor
 
 import grpc
@@ -28,9 +29,19 @@ class Scenes(scene_pb2_grpc.SceneServiceServicer):
         yield surface_pb2.TopologyPart(patch_count=2, faces=[0])
 
 
+MESH = b"0123456789"
+
+
 class Meshes(mesh_pb2_grpc.MeshServiceServicer):
     def __init__(self):
-        self.uploads = []
+        self.uploads, self.offsets = [], []
+
+    def DownloadMesh(self, request, context):
+        self.offsets.append(request.offset)
+        yield mesh_pb2.DownloadMeshResponse(header=mesh_pb2.MeshHeader(total_bytes=len(MESH)))
+        yield mesh_pb2.DownloadMeshResponse(data=MESH[request.offset : request.offset + 4])
+        if request.offset + 4 < len(MESH):
+            context.abort(grpc.StatusCode.CANCELLED, "cut by a proxy")
 
     def UploadMesh(self, requests, context):
         first = next(requests)
@@ -73,6 +84,25 @@ def test_less_than_was_promised_is_data_loss(bad_client, scene, ask, text):
         ask(bad, scene)
 
     assert caught.value.code == grpc.StatusCode.DATA_LOSS
+
+
+def test_a_download_goes_on_where_it_was(bad_client, meshes, tmp_path, monkeypatch):
+    monkeypatch.setattr(retries, "_FIRST_PAUSE", 0.01)
+    mesh = latticed.Mesh(bad_client._connection, mesh_pb2.Mesh(id=hashlib.sha256(MESH).hexdigest()))
+
+    mesh.download(tmp_path / "mesh.obj")
+
+    assert (tmp_path / "mesh.obj").read_bytes() == MESH
+    assert meshes.offsets == [0, 4, 8]
+
+
+def test_a_download_of_other_bytes_is_data_loss(bad_client, tmp_path, monkeypatch):
+    monkeypatch.setattr(retries, "_FIRST_PAUSE", 0.01)
+    mesh = latticed.Mesh(bad_client._connection, mesh_pb2.Mesh(id=hashlib.sha256(b"others").hexdigest()))
+
+    with pytest.raises(latticed.LatticedError, match="or with others"):
+        mesh.download(tmp_path / "mesh.obj")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_upload_is_made_again_from_its_begin(bad_client, meshes, monkeypatch):

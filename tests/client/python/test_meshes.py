@@ -116,6 +116,24 @@ def test_a_file_is_uploaded_once_and_its_progress_told(client, tmp_path):
     assert (mesh.name, mesh.faces, again.id) == ("sheet.obj", (n - 1) ** 2, mesh.id)
 
 
+def test_what_was_uploaded_comes_back(client, box, tmp_path):
+    write_obj(tmp_path / "box.obj", BOX_POSITIONS, BOX_FACES)
+    uploaded = (tmp_path / "box.obj").read_bytes()
+    mesh = client.upload(tmp_path / "box.obj")
+    told = []
+
+    mesh.download(tmp_path / "again.obj", progress=lambda done, total: told.append((done, total)))
+
+    assert (tmp_path / "again.obj").read_bytes() == mesh.download_bytes() == uploaded
+    assert told[-1] == (len(uploaded), len(uploaded))
+    assert np.array_equal(np.frombuffer(box.download_bytes(), "<f8", 24), BOX_POSITIONS.reshape(-1))
+    mesh.delete()
+    with pytest.raises(latticed.LatticedError) as caught:
+        mesh.download(tmp_path / "gone.obj")
+    assert caught.value.reason == "NOT_FOUND"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["again.obj", "box.obj"]
+
+
 def test_progress_is_drawn_as_a_bar(client, capfd):
     client.upload_arrays(BOX_POSITIONS + 1, BOX_FACES, name="drawn", progress=True)
 

@@ -113,6 +113,28 @@ def test_a_gesture_in_a_stream_is_one_step(scene):
         np.testing.assert_array_equal(stream.lattice.control_points, rest.control_points)
 
 
+def test_a_drag_is_coarser_where_the_view_says_so(scene):
+    view = latticed.View(encoding="quantised", position_bits=16, drag_position_bits=9)
+    with scene.deform(view) as stream:
+        fine = stream.latest.step
+        with stream.gesture() as drag:
+            dragged = stream.wait(drag.move([0], (0.1, 0, 0)), timeout=60)
+            assert (
+                dragged.step == pytest.approx(fine * (2**16 - 1) / (2**9 - 1)) and not dragged.full_detail
+            )
+        while not stream.next_update(timeout=60).full_detail:
+            pass
+
+        assert stream.latest.step == fine and stream.latest.view.drag_position_bits == 9
+
+
+def test_the_servers_times_are_told(scene):
+    with scene.deform() as stream:
+        edit = stream.move([0], (0.1, 0, 0))
+        assert stream.result(edit, timeout=60).timings.apply_us > 0
+        assert stream.wait(edit, timeout=60).timings.evaluate_us > 0
+
+
 def test_the_view_can_be_changed_on_the_way(scene):
     with scene.deform(RAW) as stream:
         before = stream.latest

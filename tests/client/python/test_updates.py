@@ -104,6 +104,24 @@ def test_encodings_agree(scene, random):
     assert coarse.bytes < raw.bytes
 
 
+@pytest.mark.parametrize("pipeline", ["", "fused", "gemm", "gemm12", "control_net"])
+def test_every_pipeline_gives_the_same_surface(client, box, scene, pipeline):
+    view = latticed.View(encoding="raw", segments=2)
+    fused = scene.get_update(view)
+
+    with client.create_scene(
+        box, size=(4, 3, 5), degree=(3, 1, 2), pipeline=pipeline, delete_on_exit=True
+    ) as other:
+        names = {1: "fused", 2: "gemm", 3: "gemm12", 4: "control_net"}
+        assert names[other.info.pipeline] == (pipeline or "fused")
+        np.testing.assert_allclose(other.get_update(view).points, fused.points, atol=1e-5)
+
+
+def test_an_unknown_pipeline_is_a_value_error(client, box):
+    with pytest.raises(ValueError, match="pipeline is one of fused, gemm"):
+        client.create_scene(box, pipeline="fast")
+
+
 def test_a_view_without_normals_has_none(scene):
     assert scene.get_update(latticed.View(normals="none")).normals is None
 

@@ -1,0 +1,38 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""Add-on for Blender: the exact deformation of a mesh by a lattice object, from a latticed server, live.
+
+The Python client stands in the folder modules, where make_addon.py puts it; grpcio and protobuf are those of
+Blender's interpreter: Debian's python3-grpcio and python3-protobuf for Debian's Blender.
+"""
+import importlib.util
+import sys
+from pathlib import Path
+
+bl_info = {
+    "name": "latticed",
+    "description": "Exact free-form deformation by a lattice, live from a latticed server",
+    "author": "The latticed authors",
+    "version": (0, 1, 0),
+    "blender": (3, 4, 0),
+    "location": "3D View > Sidebar > latticed",
+    "category": "Object",
+}
+
+_MODULES = Path(__file__).with_name("modules")
+if importlib.util.find_spec("latticed") is None and _MODULES.is_dir():
+    sys.path.append(str(_MODULES))
+
+
+def register():
+    from . import live, panel  # which import bpy, so that the rest can be tested without
+
+    panel.register()
+    live.register()
+
+
+def unregister():
+    from . import live, panel
+
+    live.unregister()
+    panel.unregister()

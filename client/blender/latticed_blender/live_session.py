@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""The thread that talks to the server while Blender's own goes on. It knows nothing of Blender.
+
+Both ways the newest replaces what nobody has taken yet: states of the lattice on their way to the server,
+and surfaces on their way back.
+"""
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import grpc
+import latticed
+import numpy as np
+import numpy.typing as npt
+
+from .lattice_map import BlenderLattice, LatticeMap
+
+_LOOK_SECONDS = 0.02  # between two looks at the stream while there is nothing to send
+_EDIT_SECONDS = 30.0  # the most that an edit may take to be seen
+
+
+@dataclass(frozen=True)
+class SourceMesh:
+    """positions  (vertices, 3), the mesh object's space
+    faces      (faces, k), or a list of sequences of any length
+    """
+
+    positions: npt.NDArray[np.float32]
+    faces: Any
+
+    def same(self, other: SourceMesh) -> bool:
+        return (
+            np.array_equal(self.positions, other.positions)
+            and len(self.faces) == len(other.faces)
+            and all(np.array_equal(ours, theirs) for ours, theirs in zip(self.faces, other.faces))
+        )
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What the server sent: positions and normals (points, 3), normals None where the view has none, and
+    triangles (triangles, 3), the same object as long as only points move."""
+
+    positions: npt.NDArray[np.float32]
+    normals: Optional[npt.NDArray[np.float32]]
+    triangles: npt.NDArray[np.uint32]
+    revision: int
+
+
+def in_words(error: Exception, address: str) -> str:
+    """For the panel."""
+    if isinstance(error, latticed.LatticedError):
+        if error.code == grpc.StatusCode.UNAVAILABLE:
+            return f"No server answers at {address}"
+        return f"The server refused: {error.message}"
+    return f"{type(error).__name__}: {error}"
+
+
+class LiveSession:
+    """From its making until close; any thread may call it.
+
+    running  False once it has failed or was closed; status says why, in words
+    """
+
+    def __init__(
+        self, address: str, mesh: SourceMesh, grid: BlenderLattice, view: latticed.View, token: str = ""
+    ) -> None:
+        self.address = address
+        self._token = token or None
+        self._changed = threading.Condition()  # of all that follows
+        self._mesh = mesh
+        self._grid: BlenderLattice = grid
+        self._view = view
+        self._edits = 0  # how often the grid was changed
+        self._closing = False
+        self._surface: Optional[Surface] = None
+        self.status = f"Connecting to {address}"
+        self.running = True
+        self._thread = threading.Thread(target=self._run, name="latticed for Blender", daemon=True)
+        self._thread.start()
+
+    def change(
+        self,
+        mesh: Optional[SourceMesh] = None,
+        grid: Optional[BlenderLattice] = None,
+        view: Optional[latticed.View] = None,
+    ) -> None:
+        """What is to be shown from here on; None: as before."""
+        with self._changed:
+            if mesh is not None and not mesh.same(self._mesh):
+                self._mesh = mesh
+            if grid is not None and not grid.same(self._grid):
+                self._grid, self._edits = grid, self._edits + 1
+            self._view = view or self._view
+            self._changed.notify_all()
+
+    def take(self) -> Optional[Surface]:
+        """The newest surface, once."""
+        with self._changed:
+            surface, self._surface = self._surface, None
+            return surface
+
+    def close(self) -> None:
+        """Ends it, and deletes its scene on the server; waits for that a second at most."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        self._thread.join(timeout=1.0)
+
+    def _run(self) -> None:
+        status = "Disconnected"
+        try:
+            with latticed.connect(self.address, token=self._token) as client:
+                while not self._closing:
+                    self._show_one_structure(client)
+        except Exception as error:  # whatever it is, it is for the panel
+            status = in_words(error, self.address)
+        with self._changed:
+            self.status, self.running = status, False
+
+    def _show_one_structure(self, client: latticed.Client) -> None:
+        """Until it is closed, or the mesh or more than the lattice's points changes."""
+        with self._changed:
+            mesh, grid, view, shown = self._mesh, self._grid, self._view, self._edits
+        mapping = LatticeMap(grid, mesh.positions)
+        self._say("Uploading the mesh")
+        uploaded = client.upload_arrays(mesh.positions, mesh.faces, name="Blender", progress=False)
+        with client.create_scene(
+            uploaded, mapping.lattice(grid), labels={"client": "blender"}, delete_on_exit=True
+        ) as scene, scene.deform(view) as stream:
+            while True:
+                self._publish(self._newest(stream), scene)
+                with self._changed:
+                    self._changed.wait_for(lambda: self._closing or self._edits != shown, _LOOK_SECONDS)
+                    if self._closing or self._mesh is not mesh or not self._grid.same_structure(grid):
+                        return
+                    edited, shown = self._edits != shown, self._edits
+                    wanted_grid, wanted_view = self._grid, self._view
+                if wanted_view != view:
+                    view = wanted_view
+                    stream.set_view(view)
+                if edited:
+                    edit = stream.replace(mapping.control_points(wanted_grid))
+                    self._publish(stream.wait(edit, timeout=_EDIT_SECONDS), scene)
+
+    @staticmethod
+    def _newest(stream: latticed.DeformStream) -> Optional[latticed.Update]:
+        """None where nothing came. Raises what the stream failed with."""
+        try:
+            return stream.next_update(timeout=0)
+        except TimeoutError:
+            return None
+
+    def _say(self, status: str) -> None:
+        with self._changed:
+            self.status = status
+
+    def _publish(self, update: Optional[latticed.Update], scene: latticed.Scene) -> None:
+        """Decoded here, so that Blender's thread has only to copy."""
+        if update is None:
+            return
+        normals = update.normals
+        surface = Surface(
+            update.points.reshape(-1, 3).astype(np.float32),
+            None if normals is None else normals.reshape(-1, 3),
+            update.triangles,
+            update.revision,
+        )
+        with self._changed:
+            self._surface = surface
+            self.status = f"Connected: {scene.patches:,} patches, {len(surface.triangles):,} triangles"

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Gathers the protos in protos/, from where the program loads them, and makes their TypeScript types.
+import { execFileSync } from 'node:child_process';
+import { cpSync, existsSync, mkdirSync, rmSync } from 'node:fs';
+
+const here = new URL('.', import.meta.url).pathname;
+const googleapis = process.env.LATTICED_GOOGLEAPIS_DIR ??
+  '/usr/share/gocode/src/github.com/grpc-ecosystem/grpc-gateway/third_party/googleapis';
+const status = 'google/rpc/status.proto';
+if (!existsSync(`${googleapis}/${status}`)) {
+  console.error(`${status} is missing: install Debian's golang-github-grpc-ecosystem-grpc-gateway-dev, ` +
+    'or set LATTICED_GOOGLEAPIS_DIR to a copy of googleapis');
+  process.exit(1);
+}
+
+for (const folder of ['protos', 'src/generated', 'dist']) rmSync(here + folder, { recursive: true, force: true });
+mkdirSync(`${here}protos/google/rpc`, { recursive: true });
+cpSync(`${here}../../proto/latticed`, `${here}protos/latticed`, { recursive: true });
+cpSync(`${googleapis}/${status}`, `${here}protos/${status}`);
+
+// As loadSync's options in src/services.ts.
+execFileSync(`${here}node_modules/.bin/proto-loader-gen-types`, [
+  '--longs=Number', '--enums=String', '--defaults', '--oneofs',
+  '--grpcLib=@grpc/grpc-js', '--importFileExtension=.js', '-I', `${here}protos`, '-O', `${here}src/generated`,
+  'latticed/v1/mesh.proto', 'latticed/v1/scene.proto',
+], { stdio: 'inherit' });

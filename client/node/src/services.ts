@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The services of latticed.v1 as typed clients of grpc-js, from the protos.
+import * as grpc from '@grpc/grpc-js';
+import { loadSync } from '@grpc/proto-loader';
+import { fileURLToPath } from 'node:url';
+import type { ProtoGrpcType as MeshProtos } from './generated/mesh.js';
+import type { ProtoGrpcType as SceneProtos } from './generated/scene.js';
+
+const definition = loadSync(['latticed/v1/mesh.proto', 'latticed/v1/scene.proto'], {
+  includeDirs: [fileURLToPath(new URL('../protos', import.meta.url))],
+  longs: Number,  // ids and counts, all far below 2^53
+  enums: String,
+  defaults: true,
+  oneofs: true,
+});
+const { v1 } = (grpc.loadPackageDefinition(definition) as unknown as MeshProtos & SceneProtos).latticed;
+
+// What grpc waits before it connects anew, and how it notices a connection that vanished silently.
+const options: grpc.ChannelOptions = {
+  'grpc.initial_reconnect_backoff_ms': 100,
+  'grpc.max_reconnect_backoff_ms': 5_000,
+  'grpc.keepalive_time_ms': 30_000,
+  'grpc.keepalive_timeout_ms': 10_000,
+};
+
+export interface Services {
+  meshes: InstanceType<MeshProtos['latticed']['v1']['MeshService']>;
+  scenes: InstanceType<SceneProtos['latticed']['v1']['SceneService']>;
+}
+
+export function connect(address: string, credentials = grpc.credentials.createInsecure()): Services {
+  return {
+    meshes: new v1.MeshService(address, credentials, options),
+    scenes: new v1.SceneService(address, credentials, options),
+  };
+}
+
+/** The routing key, which every call about a scene carries. */
+export function about(scene: string): grpc.Metadata {
+  const metadata = new grpc.Metadata();
+  metadata.set('latticed-scene', scene);
+  return metadata;
+}
+
+/** A unary call as a promise. */
+export function call<Reply>(start: (done: (error: grpc.ServiceError | null, reply?: Reply) => void) => unknown):
+    Promise<Reply> {
+  return new Promise((resolve, reject) => {
+    start((error, reply) => (error ? reject(error) : resolve(reply as Reply)));
+  });
+}

@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a watcher has: SceneEvents in, complete updates out. Chunks that an update does not hold stay
+// as they are; an update that has not ended changes nothing.
+import type { SceneEvent__Output } from './generated/latticed/v1/SceneEvent.js';
+import type { Topology__Output } from './generated/latticed/v1/Topology.js';
+import type { UpdateEnd__Output } from './generated/latticed/v1/UpdateEnd.js';
+import type { DracoPoints, Points } from './draco_points.js';
+
+type Origin = readonly [number, number, number];
+interface HeldChunk extends Points {
+  origin: Origin;
+}
+
+export interface Update {
+  end: UpdateEnd__Output;
+  chunks: number;  // that came with it, of all
+  bytes: number;
+}
+
+export class Surface {
+  controlPoints: number[] = [];  // x y z of each, u fastest, at the newest revision heard of
+  size: Origin = [0, 0, 0];      // of the lattice: control points of u, v, w
+  structureId = 0;
+  topology: Topology__Output | undefined;
+  private announced = new Map<string, Topology__Output>();
+  private origin: Origin = [0, 0, 0];
+  private begun = new Map<number, HeldChunk>();
+  private begunTopology = '';
+  private begunBytes = 0;
+  private held: HeldChunk[] = [];
+
+  constructor(private readonly draco: DracoPoints) {}
+
+  /** Takes one event in; an update where it completes one. */
+  take(event: SceneEvent__Output): Update | undefined {
+    if (event.latticeState?.lattice) {
+      const { controlPoints, size } = event.latticeState.lattice;
+      this.controlPoints = [...controlPoints];
+      this.size = [size?.u ?? 0, size?.v ?? 0, size?.w ?? 0];
+      this.structureId = event.latticeState.structureId;
+    } else if (event.latticeDelta) {
+      const { indices, positions } = event.latticeDelta;
+      indices.forEach((index, i) => this.controlPoints.splice(3 * index, 3, ...positions.slice(3 * i, 3 * i + 3)));
+    } else if (event.topology) {
+      this.announced.set(event.topology.topologyId, event.topology);
+    } else if (event.quantisation) {
+      const { x, y, z } = event.quantisation.origin ?? { x: 0, y: 0, z: 0 };
+      this.origin = [x, y, z];
+    } else if (event.updateBegin) {
+      this.begun.clear();
+      this.begunTopology = '';
+      this.begunBytes = 0;
+    } else if (event.chunks) {
+      this.begunTopology = event.chunks.topologyId;
+      for (const { index, data } of event.chunks.chunks) {
+        this.begun.set(index, { ...this.draco.decode(data), origin: this.origin });
+        this.begunBytes += data.length;
+      }
+    } else if (event.updateEnd) {
+      return this.complete(event.updateEnd);
+    }
+    return undefined;
+  }
+
+  /** Of all points, the smallest and largest coordinates in the world. */
+  bounds(): { low: number[]; high: number[] } {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    for (const { positions, origin } of this.held) {
+      for (let i = 0; i < positions.length; ++i) {
+        const axis = i % 3;
+        const value = origin[axis as 0 | 1 | 2] + (positions[i] as number);
+        low[axis] = Math.min(low[axis] as number, value);
+        high[axis] = Math.max(high[axis] as number, value);
+      }
+    }
+    return { low, high };
+  }
+
+  get points(): number {
+    return this.held.reduce((sum, chunk) => sum + chunk.positions.length / 3, 0);
+  }
+
+  private complete(end: UpdateEnd__Output): Update {
+    const topology = this.announced.get(this.begunTopology);
+    if (topology && topology.topologyId !== this.topology?.topologyId) {
+      this.topology = topology;
+      this.held = [];
+    }
+    for (const [index, chunk] of this.begun) this.held[index] = chunk;
+    return { end, chunks: this.begun.size, bytes: this.begunBytes };
+  }
+}

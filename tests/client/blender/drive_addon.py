@@ -1,0 +1,216 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: blender --background --factory-startup --python-exit-code 1 --python drive_addon.py -- ADDON.zip
+# Installs the add-on as a person would, connects it to LATTICED_SERVER, edits the lattice, and compares
+# what the result object shows with Blender's own lattice modifier on the same points.
+import os
+import sys
+import time
+
+import bpy
+import numpy as np
+
+TOLERANCE = 6e-4  # two roundings to a grid of 16 bits over 8 to 16 units, one of them deformed
+SEED = 20261122
+
+
+def check(condition, text):
+    if not condition:
+        raise SystemExit(f"drive_addon: {text}")
+
+
+def coordinates(mesh):
+    values = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", values)
+    return values.reshape(-1, 3).astype(float)
+
+
+def wait_for(condition, what):
+    """Timers do not run in the background: their function is called here."""
+    from latticed_blender import live
+
+    deadline = time.monotonic() + 60
+    while not condition():
+        check(time.monotonic() < deadline, f"{what} did not happen: {live.status()}")
+        bpy.context.view_layer.update()
+        live.tick()
+        time.sleep(0.01)
+
+
+def objects():
+    """Undo makes new ones of the same names."""
+    return bpy.data.objects["Torus"], bpy.data.objects["Lattice"]
+
+
+def make_objects():
+    bpy.ops.mesh.primitive_torus_add(major_segments=12, minor_segments=8)
+    torus = bpy.context.active_object
+    torus.location, torus.rotation_euler = (0.3, -0.2, 0.1), (0.4, 0.1, 0.0)
+    make_lattice()
+
+
+def make_lattice():
+    data = bpy.data.lattices.new("Lattice")
+    data.points_u, data.points_v, data.points_w = 4, 3, 2
+    lattice = bpy.data.objects.new("Lattice", data)
+    bpy.context.collection.objects.link(lattice)
+    lattice.scale, lattice.rotation_euler = (0.6, 0.8, 0.5), (0.0, 0.2, 0.3)  # the torus reaches out of it
+    lattice.select_set(True)
+    bpy.context.view_layer.update()
+
+
+def result():
+    return bpy.context.scene.latticed.result
+
+
+def by_the_modifier(rest):
+    """Where Blender's own lattice modifier puts points that are at `rest`."""
+    torus, lattice = objects()
+    mesh = bpy.data.meshes.new("points")
+    mesh.vertices.add(len(rest))
+    mesh.vertices.foreach_set("co", rest.astype(np.float32).reshape(-1))
+    points = bpy.data.objects.new("points", mesh)
+    points.matrix_world = torus.matrix_world
+    bpy.context.collection.objects.link(points)
+    points.modifiers.new("Lattice", "LATTICE").object = lattice
+    moved = coordinates(points.evaluated_get(bpy.context.evaluated_depsgraph_get()).data)
+    bpy.data.objects.remove(points)
+    return moved
+
+
+def compare(rest, what):
+    """Waits until the result shows what Blender's modifier makes of its rest points."""
+    expected = by_the_modifier(rest)
+    check(np.abs(expected - rest).max() > 0.1, f"{what}: the lattice moves nothing")
+
+    def worst():
+        shown = coordinates(result().data)
+        return np.abs(shown - expected).max() if len(shown) == len(expected) else np.inf
+
+    wait_for(lambda: worst() < TOLERANCE, what)
+    print(f"drive_addon: {what}: {len(expected)} vertices, at most {worst():.1e} from Blender's modifier")
+
+
+def set_points(move):
+    """Puts every lattice point where `move` takes it from its place at rest."""
+    data = objects()[1].data
+    for point in data.points:
+        point.co_deform = move(np.array(point.co))
+    data.update_tag()
+    bpy.context.view_layer.update()
+
+
+def set_interpolation(interpolation):
+    data = objects()[1].data
+    for axis in "uvw":
+        setattr(data, f"interpolation_type_{axis}", interpolation)
+
+
+def connect(interpolation):
+    """To a lattice at rest; returns the result's points."""
+    set_interpolation(interpolation)
+    set_points(lambda place: place)
+    if result() is not None:
+        result().data.clear_geometry()
+    check(bpy.ops.latticed.connect() == {"FINISHED"}, "it did not connect")
+    wait_for(lambda: result().data.vertices, "connecting")
+    return coordinates(result().data)
+
+
+def follows_every_interpolation(random):
+    for interpolation in ("KEY_BSPLINE", "KEY_LINEAR", "KEY_CATMULL_ROM"):
+        rest = connect(interpolation)
+        set_points(lambda place: place + 0.3 * random.standard_normal(3))
+        compare(rest, interpolation)
+    set_interpolation("KEY_CARDINAL")  # another scene on the server, but on the same knots
+    compare(rest, "KEY_CARDINAL, while it was connected")
+    return rest
+
+
+def follows_undo(rest, random):
+    bpy.ops.ed.undo_push(message="before")
+    before = by_the_modifier(rest)
+    set_points(lambda place: place + 0.3 * random.standard_normal(3))
+    bpy.ops.ed.undo_push(message="edit")
+    compare(rest, "an edit")
+    check(bpy.ops.ed.undo() == {"FINISHED"}, "nothing was undone")
+    check(np.abs(by_the_modifier(rest) - before).max() < 1e-6, "the undo did not restore the lattice")
+    compare(rest, "its undo")
+
+
+def follows_a_shape_key(rest, random):
+    lattice = objects()[1]
+    lattice.shape_key_add(name="Basis")
+    key = lattice.shape_key_add(name="Bent")
+    for point in key.data:
+        point.co = np.array(point.co) + 0.3 * random.standard_normal(3)
+    key.value = 0.75
+    compare(rest, "a shape key")
+    for frame, value in ((1, 0.75), (10, 0.25)):
+        key.value = value
+        key.keyframe_insert("value", frame=frame)
+    bpy.context.scene.frame_set(10)
+    compare(rest, "another frame of its animation")
+    lattice.shape_key_clear()
+
+
+def follows_edit_mode(rest):
+    bpy.context.view_layer.objects.active = objects()[1]
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.lattice.select_all(action="SELECT")
+    bpy.ops.transform.translate(value=(0.25, 0.0, 0.5))
+    bpy.context.view_layer.update()
+    compare(rest, "edit mode")
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def follows_the_view(rest):
+    settings = bpy.context.scene.latticed
+    settings.segments = 2 * settings.segments
+    wait_for(lambda: len(result().data.vertices) > 2 * len(rest), "more segments")
+    check(result().data.has_custom_normals, "the result has not the normals that were sent")
+    settings.normals = "NONE"
+    wait_for(lambda: not result().data.use_auto_smooth, "no normals")
+
+
+def says_what_is_wrong(live):
+    settings = bpy.context.scene.latticed
+    bpy.data.objects.remove(objects()[1])
+    wait_for(
+        lambda: live.status() == "Disconnected: the lattice is gone", "noticing that the lattice is gone"
+    )
+    try:
+        bpy.ops.latticed.connect()
+        check(False, "it connected without a lattice")
+    except RuntimeError as error:
+        check("Select a mesh and a lattice" in str(error), f"without a lattice it says {error}")
+    make_lattice()
+    settings.address = "127.0.0.1:1"
+    bpy.ops.latticed.connect()
+    wait_for(lambda: not live.connected(), "noticing that there is no server")
+    check(live.status() == "No server answers at 127.0.0.1:1", f"without a server it says: {live.status()}")
+
+
+def main(addon):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.preferences.addon_install(filepath=addon)
+    bpy.ops.preferences.addon_enable(module="latticed_blender")
+    from latticed_blender import live
+
+    bpy.context.scene.latticed.address = os.environ["LATTICED_SERVER"]
+    print("drive_addon: seed", SEED)
+    random = np.random.default_rng(SEED)
+    make_objects()
+    rest = follows_every_interpolation(random)
+    print("drive_addon:", live.status())
+    follows_undo(rest, random)
+    follows_edit_mode(rest)
+    follows_a_shape_key(rest, random)
+    follows_the_view(rest)
+    says_what_is_wrong(live)
+    check(bpy.ops.latticed.disconnect() == {"FINISHED"}, "it did not disconnect")
+    bpy.ops.preferences.addon_disable(module="latticed_blender")
+
+
+main(sys.argv[sys.argv.index("--") + 1])

@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: run_test.sh BUILD
+# The add-on in a real Blender without a window, Debian's, against a real server. Skips (77) where there is
+# none, and fails there under LATTICED_REQUIRE_BLENDER.
+set -euo pipefail
+here=$(dirname "$(readlink -f "$0")")
+root=$(readlink -f "$here/../../..")
+build=$(readlink -f "$1")
+work=$build/blender
+if ! command -v blender >/dev/null || ! /usr/bin/python3 -c 'import google.protobuf, grpc, numpy, setuptools' 2>/dev/null; then
+  echo "skipped, for want of: blender, or python3-grpcio, python3-protobuf, python3-numpy, python3-setuptools"
+  [[ -n ${LATTICED_REQUIRE_BLENDER:-} ]] && exit 1
+  exit 77
+fi
+rm -rf "$work"
+mkdir -p "$work"
+/usr/bin/python3 "$root/client/blender/make_addon.py" "$work/latticed_blender.zip"
+BLENDER_USER_CONFIG=$work/config BLENDER_USER_SCRIPTS=$work/scripts "$here/../with_server.sh" "$build" \
+  blender --background --factory-startup --python-exit-code 1 --python "$here/drive_addon.py" -- "$work/latticed_blender.zip"
