@@ -15,6 +15,7 @@
 #include "server/auth.h"
 #include "server/backends.h"
 #include "server/grpc_server.h"
+#include "server/metrics.h"
 #include "server/scene_registry.h"
 #include "server/server_env.h"
 #include "server/telemetry.h"
@@ -98,6 +99,8 @@ std::string InProcessServer::backend_description() const {
   const Backend& backend = env_->backend();
   return fmt::format("{}: {}", backend.name(), backend.description());
 }
+
+std::string InProcessServer::metrics() const { return MetricsText(*env_); }
 
 void InProcessServer::Drain() {
   server_->SetServing(false);
