@@ -7,7 +7,7 @@
 # package sources: no registry of images is asked. ccache's and npm's caches are lent to it.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/.." && pwd)
-readonly root tag=$1 base=localhost/debian:bookworm-slim
+readonly root tag=$1 base=localhost/latticed-base:bookworm
 export CONTAINERS_CONF=$root/docker/containers.conf
 
 die() { printf 'build_image.sh: %s\n' "$*" >&2; exit 1; }
@@ -18,17 +18,15 @@ debian_sources() {
     sed -n 's/^Debian deb/deb/p' | sort -u
 }
 
-# With neither caches nor documents.
+# With neither caches nor documents, and a dpkg that does not wait for the disk, as Debian's published images.
 make_base() {
-  local folder sources
+  local folder=$scratch/root sources
   sources=$(debian_sources)
   grep -q ' bookworm main$' <<<"$sources" || die "this machine has no Debian 12 among its package sources"
-  folder=$(mktemp -d)
-  trap 'rm -rf "$folder"' RETURN
   debootstrap --variant=minbase bookworm "$folder" "$(sed -n 's/^deb \(.*\) bookworm main$/\1/p;T;q' <<<"$sources")" \
-    >"$folder.log" || { tail -n 20 "$folder.log" >&2; die "debootstrap failed"; }
-  rm -f "$folder.log"
+    >"$scratch/log.txt" || { tail -n 20 "$scratch/log.txt" >&2; die "debootstrap failed"; }
   printf '%s\n' "$sources" >"$folder/etc/apt/sources.list"
+  echo force-unsafe-io >"$folder/etc/dpkg/dpkg.cfg.d/unsafe-io"
   tar -C "$folder" --exclude='./var/cache/apt/*' --exclude='./var/lib/apt/lists/*' --exclude='./usr/share/doc/*' \
     --exclude='./usr/share/man/*' --exclude='./usr/share/locale/*' -c . | podman import --quiet - "$base"
 }
@@ -37,6 +35,8 @@ make_base() {
 why=$(unshare --mount --pid --fork --mount-proc true 2>&1) ||
   die "this machine allows no containers, neither mounts nor namespaces: $why"
 
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
 podman image exists "$base" || make_base
 options=()
 cache=$(ccache --get-config cache_dir 2>/dev/null) && [[ -d $cache ]] &&
