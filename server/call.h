@@ -47,8 +47,8 @@ struct CallInfo {
                                                  grpc::CallbackServerContext* context,
                                                  std::string_view rpc);
 
-// Counts and logs the end of a call: faults of the server as errors, refusals as info, the rest at debug.
-// Streams call it when they finish, RunUnary does by itself.
+// Counts the end of a call and logs it: faults of the server as errors, refusals as info, the rest
+// at debug. Streams call it when they finish, RunUnary does by itself.
 void LogFinished(const CallInfo& call, const grpc::Status& status);
 
 // The metadata `latticed-scene`, where set, must name the scene of the body. kInvalidArgument.

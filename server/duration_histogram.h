@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How often something took how long, in the buckets that gRPC's own metrics have (gRFC A66), so that
-// dashboards may add them up.
+// How often something took how long, in the buckets that gRPC's own metrics have (gRFC A66), so
+// that dashboards may add them up.
 //
 // Units    seconds; a bucket holds what took no longer than its bound
 // Threads  safe, without locks: a reading beside an observation may miss half of it

@@ -26,8 +26,8 @@ struct EngineCounts {
   // detail; begun with restart, since what they replace was not finished.
   std::atomic<uint64_t> updates_begun = 0, updates_finished = 0, updates_superseded = 0,
                         updates_restarted = 0;
-  // Snapshots that a view dropped, at the limit of limits::kMaxSnapshotsPerView, while a watcher was
-  // being sent them: so often readers were too slow.
+  // Snapshots that a view dropped, at the limit of limits::kMaxSnapshotsPerView, while a watcher
+  // was being sent them: so often readers were too slow.
   std::atomic<uint64_t> snapshots_retired = 0;
   std::atomic<uint64_t> chunk_bytes = 0;  // handed to gRPC
 

@@ -17,7 +17,7 @@
 namespace latticed {
 namespace {
 
-// Fields of /proc/self/stat, counted from the state, the first one after the program's name: proc(5).
+// Fields of /proc/self/stat, counted from the state, which follows the program's name: proc(5).
 constexpr size_t kThreads = 17, kStartTicks = 19, kVirtualBytes = 20, kResidentPages = 21;
 
 std::array<uint64_t, kResidentPages + 1> ReadStat() {

@@ -170,7 +170,7 @@ absl::StatusOr<std::optional<WatcherEvent>> Watcher::Next(absl::Time now) {
   if (current_.has_value()) {
     snapshot = current_view_->Find(current_->number);
     if (snapshot != nullptr && GivesWay(*snapshot, now)) {
-      ++scene_->counts().updates_superseded;
+      if (current_->begun) ++scene_->counts().updates_superseded;
       snapshot = nullptr;
     }
     if (snapshot == nullptr) DropUpdate();
