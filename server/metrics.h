@@ -22,9 +22,6 @@ namespace latticed {
 
 struct ServerEnv;
 
-// Media type of MetricsText.
-inline constexpr char kMetricsMediaType[] = "text/plain; version=0.0.4; charset=utf-8";
-
 // All metrics of the server in Prometheus' text format.
 [[nodiscard]] std::string MetricsText(ServerEnv& env);
 
