@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "fmt/format.h"
+#include "server/call_counts.h"
 #include "server/grpc_status.h"
 #include "server/server_env.h"
 #include "server/telemetry.h"
@@ -60,6 +61,8 @@ CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context,
   call.rpc = std::string(rpc);
   call.context = context;
   call.start_time = absl::Now();
+  call.counts = env.calls.get();
+  if (RpcCounts* rpc_counts = call.counts->Find(rpc)) ++rpc_counts->started;
   const std::string asked_id = Metadata(*context, kRequestId);
   call.request_id = IsSaneId(asked_id) ? asked_id : NewRequestId();
   const std::string traceparent = Metadata(*context, "traceparent");
@@ -110,6 +113,14 @@ spdlog::level::level_enum LevelOf(grpc::StatusCode code) {
   }
 }
 
+void Count(const CallInfo& call, const grpc::Status& status, absl::Duration taken) {
+  if (RpcCounts* rpc = call.counts->Find(call.rpc)) {
+    ++rpc->finished[static_cast<size_t>(status.error_code())];
+    rpc->duration.Observe(taken);
+  }
+  if (!status.ok()) call.counts->NoteRefusal(ReasonOf(status));
+}
+
 }  // namespace
 
 absl::StatusOr<CallInfo> BeginCall(const ServerEnv& env, grpc::CallbackServerContext* context,
@@ -123,11 +134,12 @@ absl::StatusOr<CallInfo> BeginCall(const ServerEnv& env, grpc::CallbackServerCon
 }
 
 void LogFinished(const CallInfo& call, const grpc::Status& status) {
-  const double milliseconds = absl::ToDoubleMilliseconds(absl::Now() - call.start_time);
+  const absl::Duration taken = absl::Now() - call.start_time;
+  Count(call, status, taken);
   LogEvent(LevelOf(status.error_code()), "call finished",
            {{"rpc", call.rpc},
             {"code", absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()))},
-            {"ms", fmt::format("{:.3f}", milliseconds)},
+            {"ms", fmt::format("{:.3f}", absl::ToDoubleMilliseconds(taken))},
             {kRequestId, call.request_id},
             {"caller", call.caller.name},
             {"peer", std::string(call.context->peer())},

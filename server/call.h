@@ -26,6 +26,7 @@
 
 namespace latticed {
 
+class CallCounts;  // server/call_counts.h
 struct ServerEnv;
 
 struct CallInfo {
@@ -36,6 +37,7 @@ struct CallInfo {
   std::string scene;        // that the call is about, as far as is known: metadata, or the request
   absl::Time start_time;
   grpc::CallbackServerContext* context = nullptr;  // alive until the rpc is finished
+  CallCounts* counts = nullptr;                    // of the server
 };
 
 // Reads metadata, puts latticed-request-id and latticed-node into the reply's metadata (initial,
@@ -45,8 +47,8 @@ struct CallInfo {
                                                  grpc::CallbackServerContext* context,
                                                  std::string_view rpc);
 
-// Logs the end of a call: faults of the server as errors, refusals as info, the rest at debug.
-// Streams call it when they finish, RunUnary does by itself.
+// Counts the end of a call and logs it: faults of the server as errors, refusals as info, the rest
+// at debug. Streams call it when they finish, RunUnary does by itself.
 void LogFinished(const CallInfo& call, const grpc::Status& status);
 
 // The metadata `latticed-scene`, where set, must name the scene of the body. kInvalidArgument.

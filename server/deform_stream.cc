@@ -13,6 +13,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "server/call.h"
+#include "server/call_counts.h"
 #include "server/converters.h"
 #include "server/edit_converters.h"
 #include "server/grpc_status.h"
@@ -239,6 +240,7 @@ void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival,
     result = ToProto(*summary);
     last_revision_ = std::max(last_revision_, summary->revision);
   } else {
+    env_->calls->NoteRefusal(error::DetailsOf(summary.status()).reason);
     const auto state = stream->scene().State();
     result.set_sequence(batch.sequence());
     *result.mutable_status() = ToRpcStatus(summary.status());

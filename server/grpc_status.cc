@@ -95,4 +95,13 @@ grpc::Status ToGrpcStatus(const absl::Status& status) {
                       rpc.SerializeAsString());
 }
 
+std::string ReasonOf(const grpc::Status& status) {
+  google::rpc::Status rpc;
+  if (!rpc.ParseFromString(status.error_details())) return "";
+  for (const auto& detail : rpc.details()) {
+    if (google::rpc::ErrorInfo info; detail.UnpackTo(&info)) return info.reason();
+  }
+  return "";
+}
+
 }  // namespace latticed

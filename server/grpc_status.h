@@ -17,6 +17,8 @@
 
 #include <grpcpp/support/status.h>
 
+#include <string>
+
 #include "absl/status/status.h"
 #include "google/rpc/status.pb.h"
 
@@ -26,6 +28,8 @@ namespace latticed {
 [[nodiscard]] grpc::Status ToGrpcStatus(const absl::Status& status);
 // For EditResult.status. OK is code 0 with nothing else.
 [[nodiscard]] google::rpc::Status ToRpcStatus(const absl::Status& status);
+// The reason that it carries; empty where it has none.
+[[nodiscard]] std::string ReasonOf(const grpc::Status& status);
 
 }  // namespace latticed
 

@@ -15,6 +15,7 @@
 #include "server/auth.h"
 #include "server/backends.h"
 #include "server/grpc_server.h"
+#include "server/metrics.h"
 #include "server/scene_registry.h"
 #include "server/server_env.h"
 #include "server/telemetry.h"
@@ -95,6 +96,7 @@ absl::Status InProcessServer::StartWeb() {
   web::AdminHooks hooks;
   hooks.health = [env = env_.get()] { return env->scenes->residency().health().status(); };
   hooks.ready = [server = server_.get()] { return server->serving(); };
+  hooks.metrics = [env = env_.get()] { return MetricsText(*env); };
   auto web = web::WebServer::Start(env_->options, server_->InProcessChannel(), std::move(hooks));
   if (!web.ok()) return web.status();
   web_ = *std::move(web);
@@ -119,6 +121,8 @@ std::string InProcessServer::backend_description() const {
   const Backend& backend = env_->backend();
   return fmt::format("{}: {}", backend.name(), backend.description());
 }
+
+std::string InProcessServer::metrics() const { return MetricsText(*env_); }
 
 void InProcessServer::Drain() {
   server_->SetServing(false);

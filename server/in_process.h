@@ -53,6 +53,9 @@ class InProcessServer {
   // "cpu: AVX-512, 2 threads, …": what evaluates.
   [[nodiscard]] std::string backend_description() const;
 
+  // What GET /metrics of the admin listener answers.
+  [[nodiscard]] std::string metrics() const;
+
   // As a balancer wants it: health says NOT_SERVING, options.drain_delay passes, streams are told
   // goaway and new calls are refused, running calls get options.drain_timeout. Then Stop.
   void Drain();

@@ -28,6 +28,7 @@
 #include "absl/status/statusor.h"
 #include "core/backend.h"
 #include "server/device_health.h"
+#include "server/engine_counts.h"
 
 namespace latticed {
 
@@ -73,10 +74,7 @@ class Residency {
   }
 
   DeviceHealth& health() { return health_; }
-  // Snapshots that a view dropped, at the limit of limits::kMaxSnapshotsPerView, while a watcher was
-  // being sent them: so often readers were too slow.
-  void CountRetired(size_t snapshots) { retired_ += snapshots; }
-  uint64_t retired_snapshots() const { return retired_.load(); }
+  EngineCounts& counts() { return counts_; }
   // Orders uses: each is above those before.
   uint64_t NextUse() { return ++last_use_; }
 
@@ -91,7 +89,8 @@ class Residency {
   Backend* const backend_;
   const MakeRoom make_room_;
   DeviceHealth health_;
-  std::atomic<uint64_t> last_use_ = 0, retired_ = 0;
+  EngineCounts counts_;
+  std::atomic<uint64_t> last_use_ = 0;
 };
 
 }  // namespace latticed

@@ -104,10 +104,16 @@ absl::StatusOr<EditSummary> Scene::ApplyEdits(const EditBatch& batch, StopCheck 
   while (true) {
     std::optional<LatticeStructure> wanted;
     auto summary = TryEdits(batch, candidate, wanted);
-    if (!wanted.has_value()) return summary;
+    if (!wanted.has_value()) {
+      if (!summary.ok()) ++counts().edits_refused;
+      return summary;
+    }
     candidate.reset();  // first, so that both plans do not need memory together
     auto state = Prepare(*wanted, stop);
-    if (IsStopped(state.status())) return state.status();
+    if (IsStopped(state.status())) {
+      ++counts().edits_refused;
+      return state.status();
+    }
     candidate.emplace(Candidate{*std::move(wanted), std::move(state)});
   }
 }
@@ -131,6 +137,7 @@ absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
   if (!outcome.ok()) return outcome.status();
   if (outcome->repeated) {
     if (!outcome->summary.status.ok()) return outcome->summary.status;
+    ++counts().edits_repeated;
     return outcome->summary;
   }
 
@@ -200,6 +207,7 @@ void Scene::Commit(const EditBatch& batch, const EditOutcome& outcome,
     }
     last_use_ = absl::Now();
   }
+  ++counts().edits_applied;
   WakeListeners();
   RequestWork();
 }

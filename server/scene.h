@@ -112,6 +112,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
   [[nodiscard]] absl::Time expire_time() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] bool deleted() const { return deleted_.load(); }
   [[nodiscard]] size_t watcher_count() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // Of all scenes together.
+  EngineCounts& counts() const { return residency_->counts(); }
 
   // What GiveBack would free, at most, on the host and on all devices, or on one of them; 0 while
   // somebody watches, holds, or has a view of it.

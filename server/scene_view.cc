@@ -97,6 +97,9 @@ std::optional<ViewWork> SceneView::Begin(std::shared_ptr<SceneView> self,
   work.chunks = dirty_.Take(count);
   work.stale = stale_[*slot].Take(count);
   evaluating_ = true;
+  if (ring_.newest() != nullptr && begun_revision_ < work.state->revision) {
+    residency_->counts().revisions_merged += work.state->revision - begun_revision_ - 1;
+  }
   begun_revision_ = work.state->revision;
   begun_structure_ = work.state->structure_id;
   begun_slot_ = *slot;
@@ -230,7 +233,10 @@ void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks) {
   (*snapshot)->number = next_number_++;
   (*snapshot)->evaluate_time = work.evaluate_time;
   (*snapshot)->encode_time -= of_others;
-  residency_->CountRetired(ring_.Publish(*std::move(snapshot), absl::Now()));
+  EngineCounts& counts = residency_->counts();
+  counts.evaluate.Observe((*snapshot)->evaluate_time);
+  counts.encode.Observe((*snapshot)->encode_time);
+  counts.snapshots_retired += ring_.Publish(*std::move(snapshot), absl::Now());
   newest_taken_ = false;
   awaited_ = false;
 }

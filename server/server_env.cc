@@ -12,6 +12,7 @@
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
 #include "server/auth.h"
+#include "server/call_counts.h"
 #include "server/random_id.h"
 #include "server/scene_registry.h"
 #include "server/uploads.h"
@@ -36,6 +37,7 @@ ServerEnv::ServerEnv(Options options_in)
       boot_id(NewRandomId()),
       node(options.node.empty() ? HostName() : options.node),
       start_time(absl::Now()),
+      calls(std::make_unique<CallCounts>()),
       authenticator(std::make_shared<const Authenticator>()),
       memory(std::make_shared<MemoryBudget>(options.memory_bytes)),
       requests(

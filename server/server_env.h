@@ -25,6 +25,7 @@
 namespace latticed {
 
 class Authenticator;  // server/auth.h
+class CallCounts;     // server/call_counts.h
 class SceneRegistry;  // server/scene_registry.h
 class UploadStore;    // server/uploads.h
 
@@ -42,6 +43,7 @@ struct ServerEnv {
   const std::string node;     // options.node or the host name
   const absl::Time start_time;
   DrainSignal drain;
+  const std::unique_ptr<CallCounts> calls;
   std::vector<std::unique_ptr<Backend>> backends;
   std::shared_ptr<const Authenticator> authenticator;
   const std::shared_ptr<MemoryBudget> memory;

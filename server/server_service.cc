@@ -98,26 +98,32 @@ void FillLimits(const Options& options, v1::ServerLimits& out) {
 
 }  // namespace
 
+v1::ServerInfo DescribeServer(ServerEnv& env) {
+  v1::ServerInfo info;
+  info.set_version(std::string(Version()));
+  info.set_commit(std::string(Commit()));
+  info.set_boot_id(env.boot_id);
+  info.set_node(env.node);
+  FillBackends(env, info);
+  FillAbilities(info);
+  FillLimits(env.options, *info.mutable_limits());
+  for (const DeviceState& device : env.backend().devices()) {
+    v1::ServerLimits& limits = *info.mutable_limits();
+    limits.set_max_device_bytes(limits.max_device_bytes() + device.budget_bytes);
+  }
+  FillHostMemory(env, info);
+  info.set_retired_snapshots(env.scenes->residency().counts().snapshots_retired.load());
+  SetDuration(env.options.heartbeat_interval, *info.mutable_heartbeat());
+  info.set_durable(false);
+  return info;
+}
+
 grpc::ServerUnaryReactor* ServerService::GetServerInfo(grpc::CallbackServerContext* context,
                                                        const v1::GetServerInfoRequest* request,
                                                        v1::ServerInfo* response) {
   return RunUnary(env_, context, "ServerService/GetServerInfo", *request,
                   [=, this](const CallInfo&) {
-                    response->set_version(std::string(Version()));
-                    response->set_commit(std::string(Commit()));
-                    response->set_boot_id(env_->boot_id);
-                    response->set_node(env_->node);
-                    FillBackends(*env_, *response);
-                    FillAbilities(*response);
-                    FillLimits(env_->options, *response->mutable_limits());
-                    for (const DeviceState& device : env_->backend().devices()) {
-                      v1::ServerLimits& limits = *response->mutable_limits();
-                      limits.set_max_device_bytes(limits.max_device_bytes() + device.budget_bytes);
-                    }
-                    FillHostMemory(*env_, *response);
-                    response->set_retired_snapshots(env_->scenes->residency().retired_snapshots());
-                    SetDuration(env_->options.heartbeat_interval, *response->mutable_heartbeat());
-                    response->set_durable(false);
+                    *response = DescribeServer(*env_);
                     return absl::OkStatus();
                   });
 }

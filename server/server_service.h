@@ -10,6 +10,9 @@
 
 namespace latticed {
 
+// All that it answers.
+[[nodiscard]] v1::ServerInfo DescribeServer(ServerEnv& env);
+
 class ServerService final : public v1::ServerService::CallbackService {
  public:
   explicit ServerService(ServerEnv* env) : env_(env) {}

@@ -112,6 +112,12 @@ absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Admit(const v1::MeshHeader&
   return upload;
 }
 
+size_t UploadStore::size() const {
+  absl::MutexLock lock(&mutex_);
+  return static_cast<size_t>(
+      std::ranges::count_if(live_, [](const auto& upload) { return !upload.expired(); }));
+}
+
 std::string UploadStore::Keep(std::shared_ptr<Upload> upload) {
   std::string id = NewRandomId();
   absl::MutexLock lock(&mutex_);

@@ -77,6 +77,8 @@ class UploadStore {
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Gives back the memory of uploads that have expired; the calls above do so too.
   void DropExpired() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Under way, those of streams as well.
+  [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
   // When an upload that was just used will expire.
   [[nodiscard]] absl::Time ExpireTime() const {
     return clock_() + absl::Seconds(limits::kUploadIdleSeconds);
@@ -92,7 +94,7 @@ class UploadStore {
   MeshStore* const meshes_;
   const uint64_t max_mesh_bytes_;
   const Clock clock_;
-  absl::Mutex mutex_;
+  mutable absl::Mutex mutex_;
   std::map<std::string, Kept, std::less<>> kept_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::weak_ptr<Upload>> live_ ABSL_GUARDED_BY(mutex_);  // streams' as well
 };

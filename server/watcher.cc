@@ -169,7 +169,11 @@ absl::StatusOr<std::optional<WatcherEvent>> Watcher::Next(absl::Time now) {
   std::shared_ptr<const Snapshot> snapshot;
   if (current_.has_value()) {
     snapshot = current_view_->Find(current_->number);
-    if (snapshot == nullptr || GivesWay(*snapshot, now)) DropUpdate();
+    if (snapshot != nullptr && GivesWay(*snapshot, now)) {
+      if (current_->begun) ++scene_->counts().updates_superseded;
+      snapshot = nullptr;
+    }
+    if (snapshot == nullptr) DropUpdate();
   }
   if (!current_.has_value()) {
     if (!MayBegin()) return std::nullopt;
@@ -268,6 +272,8 @@ WatcherEvent Watcher::MakeBegin(const Snapshot& snapshot, absl::Time now) {
   current_->id = ++last_update_id_;
   current_->begun = true;
   current_->begin_time = now;
+  ++scene_->counts().updates_begun;
+  if (restart_) ++scene_->counts().updates_restarted;
   if (options_.max_unacked_updates > 0) unacked_.push_back(current_->id);
   WatchView in_force = asked_;
   in_force.key = snapshot.view;
@@ -290,6 +296,7 @@ WatcherEvent Watcher::MakeBatch(const std::shared_ptr<const Snapshot>& snapshot,
     batch.bytes += bytes;
     ++current_->sent;
   }
+  scene_->counts().chunk_bytes += batch.bytes;
   if (asked_.max_bytes_per_second > 0) {
     const double seconds =
         static_cast<double>(batch.bytes) / static_cast<double>(asked_.max_bytes_per_second);
@@ -298,7 +305,15 @@ WatcherEvent Watcher::MakeBatch(const std::shared_ptr<const Snapshot>& snapshot,
   return batch;
 }
 
+void Watcher::CountEnd(const Snapshot& snapshot, absl::Time now) const {
+  EngineCounts& counts = scene_->counts();
+  ++counts.updates_finished;
+  if (covered_.has_value()) counts.queue.Observe(current_->begin_time - snapshot.edit_time);
+  counts.send.Observe(now - current_->begin_time);
+}
+
 WatcherEvent Watcher::MakeEnd(const Snapshot& snapshot, absl::Time now) {
+  CountEnd(snapshot, now);
   had_ = Had{.view = snapshot.view,
              .structure_id = snapshot.structure_id,
              .quantisation_id = snapshot.box.id,

@@ -162,6 +162,7 @@ class Watcher {
                                            absl::Time now);
   WatcherEvent MakeBegin(const Snapshot& snapshot, absl::Time now);
   WatcherEvent MakeBatch(const std::shared_ptr<const Snapshot>& snapshot, absl::Time now);
+  void CountEnd(const Snapshot& snapshot, absl::Time now) const;
   WatcherEvent MakeEnd(const Snapshot& snapshot, absl::Time now);
   std::string MakeToken() const;
   std::optional<Had> ParseToken(std::string_view token) const;

@@ -17,6 +17,7 @@ namespace {
 struct InfoFlags {
   SessionFlags session;
   bool json = false;
+  bool health = false;
 };
 
 void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
@@ -55,6 +56,11 @@ void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
 absl::Status Run(const InfoFlags& flags, Console console) {
   auto session = Session::Open(flags.session);
   if (!session.ok()) return session.status();
+  if (flags.health) {
+    if (auto s = session->client().CheckHealth(); !s.ok()) return session->Explain(s);
+    console.out << "serving\n";
+    return absl::OkStatus();
+  }
   const auto info = session->client().GetServerInfo();
   if (!info.ok()) return session->Explain(info.status());
   if (flags.json) {
@@ -72,6 +78,8 @@ void AddInfoCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("info", "Says what a server is and can do");
   AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
   AddJsonFlag(*command, flags->json);
+  command->add_flag("--health", flags->health,
+                    "Only ask whether it serves, without a token: for health checks");
   command->callback(
       [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
 }

@@ -9,6 +9,7 @@
 #include "client/cpp/latticed_client_status.h"
 #include "core/base/sha256.h"
 #include "fmt/format.h"
+#include "grpc/health/v1/health.grpc.pb.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
 
@@ -63,11 +64,12 @@ std::unique_ptr<Client> Client::Connect(const Connection& connection, std::stop_
 }
 
 Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop)
-    : token_(std::move(token)),
+    : channel_(std::move(channel)),
+      token_(std::move(token)),
       stop_(std::move(stop)),
-      server_(v1::ServerService::NewStub(channel)),
-      meshes_(v1::MeshService::NewStub(channel)),
-      scenes_(v1::SceneService::NewStub(channel)) {}
+      server_(v1::ServerService::NewStub(channel_)),
+      meshes_(v1::MeshService::NewStub(channel_)),
+      scenes_(v1::SceneService::NewStub(channel_)) {}
 
 std::unique_ptr<grpc::ClientContext> Client::NewContext(const std::string& scene) const {
   auto context = std::make_unique<grpc::ClientContext>();
@@ -79,6 +81,18 @@ std::unique_ptr<grpc::ClientContext> Client::NewContext(const std::string& scene
 absl::StatusOr<v1::ServerInfo> Client::GetServerInfo() {
   return Call(*server_, &v1::ServerService::Stub::GetServerInfo, NewContext(),
               v1::GetServerInfoRequest(), stop_);
+}
+
+absl::Status Client::CheckHealth() {
+  using grpc::health::v1::Health;
+  using grpc::health::v1::HealthCheckResponse;
+  const auto stub = Health::NewStub(channel_);
+  const auto response = Call(*stub, &Health::Stub::Check, NewContext(),
+                             grpc::health::v1::HealthCheckRequest(), stop_);
+  if (!response.ok()) return response.status();
+  if (response->status() == HealthCheckResponse::SERVING) return absl::OkStatus();
+  return absl::UnavailableError(fmt::format(
+      "the server says {}", HealthCheckResponse::ServingStatus_Name(response->status())));
 }
 
 absl::StatusOr<v1::Mesh> Client::GetMesh(const std::string& id) {

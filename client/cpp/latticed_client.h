@@ -64,6 +64,8 @@ class Client {
   Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop = {});
 
   [[nodiscard]] absl::StatusOr<v1::ServerInfo> GetServerInfo();
+  // By the standard health service, which asks for no token. kUnavailable unless it serves.
+  [[nodiscard]] absl::Status CheckHealth();
 
   // Fills total_bytes and sha256 of the header in. Where the server has the same bytes in the same
   // format already nothing is sent; but RAW always is, since the server alone compares layouts.
@@ -111,6 +113,7 @@ class Client {
   // A context with the token, and the routing key where `scene` is not empty.
   std::unique_ptr<grpc::ClientContext> NewContext(const std::string& scene = "") const;
 
+  const std::shared_ptr<grpc::Channel> channel_;
   std::string token_;
   std::stop_token stop_;
   Turns edit_turns_;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The commands that need a running server, against one in this process that they reach by address.
+#include <thread>
+
 #include "tests/client/latticectl_server_fixture.h"
 
 namespace latticed::client {
@@ -19,6 +21,28 @@ class LatticectlServerTest : public LatticectlServer {
 TEST_F(LatticectlServerTest, InfoSaysWhatTheServerIs) {
   EXPECT_THAT(Run({"info"}), HasSubstr("cpu"));
   EXPECT_EQ(RunJson({"info"})["limits"]["maxSegments"], 32);
+}
+
+TEST_F(LatticectlServerTest, HealthIsToldByTheExitCodeAndNeedsNoToken) {
+  Options options = QuietOptions();
+  options.token_file = Path("tokens");
+  options.drain_delay = absl::Seconds(1);
+  ASSERT_OK(WriteFile(options.token_file, std::string(64, 'a') + " admin somebody\n"));
+  const auto server = StartServer(options);
+  const auto health = [&] {
+    return Latticectl({"info", "--health", "--server", server->address()});
+  };
+
+  EXPECT_EQ(Run({"info", "--health"}), "serving\n");
+  EXPECT_EQ(health().code, 0);
+  std::thread drain([&] { server->Drain(); });
+  RunResult draining = health();
+  while (draining.code == 0) draining = health();
+  drain.join();
+
+  EXPECT_EQ(draining.code, 1);
+  EXPECT_THAT(draining.err, HasSubstr("the server says NOT_SERVING"));
+  EXPECT_EQ(health().code, 1) << "nobody listens there any more";
 }
 
 TEST_F(LatticectlServerTest, UploadsAndListsMeshes) {

@@ -32,6 +32,7 @@ readonly guarded=(
   '^(draco|tiny_gltf|stb)' '^(core/(codec|mesh)|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
   '^hwy/' '^(core/(cpu|codec)|tests)/'
+  '^prometheus/' '^server/metric'
   '^cblas' '^core/cpu/cpu_gemm|^tests/bench/'
   '^cublas' '^cuda/cuda_(gemm|status)'
   '^epoxy/' '^tests/bench/shaders/'

@@ -260,6 +260,10 @@ TEST_F(LevelOfDetailTest, FullDetailIsDroppedHalfWayWhenEditsComeAgain) {
   EXPECT_TRUE(client.updates()[0].begin.restart);
   EXPECT_EQ(client.updates()[0].begin.view.key.spec.segments, 2);
   EXPECT_EQ(client.updates()[0].end.revision, 1u);
+  EXPECT_EQ(scene_->counts().updates_superseded, 1u);
+  EXPECT_EQ(scene_->counts().updates_restarted, 1u);
+  EXPECT_EQ(scene_->counts().updates_begun, 2u);
+  EXPECT_EQ(scene_->counts().updates_finished, 1u);
 }
 
 TEST_F(LevelOfDetailTest, WhereNoOtherViewCanBeHadDetailStays) {

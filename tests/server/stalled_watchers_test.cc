@@ -4,8 +4,10 @@
 // Watchers that do not read, or slowly, beside prompt ones: what they cost the server and the
 // others. How long it takes is measured by tests/bench/watchers_bench.cc.
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "fmt/format.h"
 #include "latticed/v1/server.grpc.pb.h"
 #include "tests/server/stream_support.h"
 #include "tests/server/watch_crowd.h"
@@ -13,6 +15,8 @@
 
 namespace latticed::testing {
 namespace {
+
+using ::testing::HasSubstr;
 
 constexpr absl::Duration kPatience = absl::Seconds(60);
 constexpr int kPrompt = 40, kSlow = 10;
@@ -75,6 +79,10 @@ TEST_F(StalledWatchersTest, CostNoMoreThanARetiredSnapshotAndHoldNobodyUp) {
     restarts += one->restarts();
   }
   EXPECT_GE(restarts, 1u) << "whose snapshot was retired begins again with the newest";
+  const std::string metrics = server_->metrics();
+  EXPECT_THAT(metrics, HasSubstr("latticed_snapshots_retired_total 1\n"));
+  EXPECT_THAT(metrics, HasSubstr(fmt::format("latticed_updates_restarted_total {}\n",
+                                             restarts + slow->restarts())));
 }
 
 }  // namespace

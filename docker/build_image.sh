@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: build_image.sh TAG
+# The CPU image by podman, as root on Debian 12, from a base that debootstrap makes of this machine's own
+# package sources: no registry of images is asked. ccache's and npm's caches are lent to it.
+set -euo pipefail
+root=$(cd "$(dirname "$(readlink -f "$0")")/.." && pwd)
+readonly root tag=$1 base=localhost/latticed-base:bookworm
+export CONTAINERS_CONF=$root/docker/containers.conf
+
+die() { printf 'build_image.sh: %s\n' "$*" >&2; exit 1; }
+
+# Debian's own suites of this machine, as lines of sources.list; what others may be there is none of an image's.
+debian_sources() {
+  apt-get indextargets --format '$(ORIGIN) deb $(SITE) $(RELEASE) $(COMPONENT)' 'Created-By: Packages' |
+    sed -n 's/^Debian deb/deb/p' | sort -u
+}
+
+# With neither caches nor documents, and a dpkg that does not wait for the disk, as Debian's published images.
+make_base() {
+  local folder=$scratch/root sources
+  sources=$(debian_sources)
+  grep -q ' bookworm main$' <<<"$sources" || die "this machine has no Debian 12 among its package sources"
+  debootstrap --variant=minbase bookworm "$folder" "$(sed -n 's/^deb \(.*\) bookworm main$/\1/p;T;q' <<<"$sources")" \
+    >"$scratch/log.txt" || { tail -n 20 "$scratch/log.txt" >&2; die "debootstrap failed"; }
+  printf '%s\n' "$sources" >"$folder/etc/apt/sources.list"
+  echo force-unsafe-io >"$folder/etc/dpkg/dpkg.cfg.d/unsafe-io"
+  tar -C "$folder" --exclude='./var/cache/apt/*' --exclude='./var/lib/apt/lists/*' --exclude='./usr/share/doc/*' \
+    --exclude='./usr/share/man/*' --exclude='./usr/share/locale/*' -c . | podman import --quiet - "$base"
+}
+
+((EUID == 0)) || die "run it as root: debootstrap and containers need that here"
+why=$(unshare --mount --pid --fork --mount-proc true 2>&1) ||
+  die "this machine allows no containers, neither mounts nor namespaces: $why"
+
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+podman image exists "$base" || make_base
+options=()
+cache=$(ccache --get-config cache_dir 2>/dev/null) && [[ -d $cache ]] &&
+  options+=(--volume "$cache:/root/.cache/ccache" ${LANG:+--build-arg LANG="$LANG"})
+cache=$(npm config get cache 2>/dev/null) && [[ -d $cache ]] && options+=(--volume "$cache:/root/.npm")
+podman build --format docker --file "$root/docker/Dockerfile" --tag "$tag" \
+  --build-arg BUILD_BASE="$base" --build-arg RUNTIME_BASE="$base" \
+  --build-arg LATTICED_COMMIT="$(git -C "$root" rev-parse --short=12 HEAD 2>/dev/null)" \
+  ${options[@]+"${options[@]}"} "$root"

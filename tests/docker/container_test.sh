@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: container_test.sh FOLDER
+# Builds the CPU image, runs it as compose.yaml does, and README's Python example against its port. Images and
+# containers are kept apart from this machine's own, and are gone afterwards. FOLDER takes the example's files.
+set -euo pipefail
+root=$(cd "$(dirname "$(readlink -f "$0")")/../.." && pwd)
+mkdir -p "$1"
+work=$(readlink -f "$1")
+readonly root work tag=localhost/latticed:test name=latticed-test most_mb=300 patience_s=60
+storage=$(mktemp -d /var/tmp/latticed.XXXXXX)
+readonly storage
+export CONTAINERS_CONF=$root/docker/containers.conf CONTAINERS_STORAGE_CONF=$storage/storage.conf
+export BUILDAH_LAYERS=false  # no image is kept, so no steps towards it
+printf '[storage]\ndriver = "overlay"\ngraphroot = "%s/images"\nrunroot = "%s/run"\n' "$storage" "$storage" >"$storage/storage.conf"
+
+fail() {
+  printf 'container_test.sh: %s\n' "$*" >&2
+  podman logs "$name" >&2 2>/dev/null || true
+  exit 1
+}
+
+clean() {
+  podman rm --all --force --time 0 >/dev/null 2>&1 || true
+  podman rmi --all --force >/dev/null 2>&1 || true
+  umount "$storage/images/overlay" 2>/dev/null || true
+  rm -rf --one-file-system "$storage"
+}
+trap clean EXIT
+
+# The first port from 50200 on that nobody listens on.
+free_port() {
+  local port
+  for port in {50200..50299}; do
+    (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null || { echo "$port"; return; }
+  done
+  fail "ports 50200 to 50299 are all in use"
+}
+
+"$root/docker/build_image.sh" "$tag"
+mb=$(($(podman image inspect --format '{{.Size}}' "$tag") / 1000000))
+echo "the image has $mb MB"
+((mb <= most_mb)) || fail "the image has $mb MB, over $most_mb"
+
+port=$(free_port)
+podman run --detach --name "$name" --network bridge --publish "127.0.0.1:$port:50151" \
+  --read-only --read-only-tmpfs=false --cap-drop ALL --security-opt no-new-privileges "$tag" >/dev/null
+for ((i = 0; ; ++i)); do
+  podman healthcheck run "$name" >/dev/null 2>&1 && break
+  ((i < patience_s)) || fail "not healthy after $patience_s s"
+  sleep 1
+done
+[[ $(podman exec "$name" id -u) == 65532 ]] || fail "the server does not run as 65532"
+podman exec "$name" touch /tmp/file 2>/dev/null && fail "the root is not read-only"
+
+# The image's own program makes the mesh; the client is this machine's.
+cd "$work"
+podman run --rm --network none --read-only --cap-drop ALL --user "$EUID" --volume "$work:/work" --entrypoint latticectl "$tag" \
+  sample vase --resolution 1 -o /work/my.obj
+(cd "$root/client/python" && /usr/bin/python3 setup.py -q build_py --build-lib "$work/package" >"$work/package.txt" 2>&1) ||
+  { cat "$work/package.txt"; exit 1; }
+PYTHONPATH=$work/package LATTICED_SERVER=127.0.0.1:$port /usr/bin/python3 "$root/client/python/examples/quickstart.py"
+[[ $(head -c 4 deformed.glb) == glTF ]] || fail "the example left no deformed.glb"
+
+podman stop --time 30 "$name" >/dev/null
+[[ $(podman inspect --format '{{.State.ExitCode}}' "$name") == 0 ]] || fail "the server did not drain and end by itself"
+podman logs "$name" 2>&1 | grep -q '"message":"stopped"' || fail "the log does not end with 'stopped'"
+echo "container: built, ran read-only without capabilities, served README's Python example, drained"
