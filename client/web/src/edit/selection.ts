@@ -12,7 +12,12 @@ export class Selection {
   private listeners = new Set<() => void>();
 
   /** `count` control points, none of them selected. */
-  constructor(private count: number) {}
+  constructor(private points: number) {}
+
+  /** Control points in all. */
+  get count(): number {
+    return this.points;
+  }
 
   /** The selected points, ascending. */
   get indices(): Uint32Array {
@@ -42,7 +47,7 @@ export class Selection {
 
   /** Begins anew with another number of points, as after a change of the lattice's structure. */
   reset(count: number): void {
-    this.count = count;
+    this.points = count;
     this.selected.clear();
     this.hiddenPoints.clear();
     this.activePoint = undefined;
@@ -98,7 +103,7 @@ export class Selection {
   }
 
   private visible(): number[] {
-    return Array.from({ length: this.count }, (_, i) => i).filter((i) => !this.hiddenPoints.has(i));
+    return Array.from({ length: this.points }, (_, i) => i).filter((i) => !this.hiddenPoints.has(i));
   }
 
   private keepActive(): void {
