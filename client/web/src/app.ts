@@ -69,6 +69,7 @@ export class App {
     });
     this.theme = new ThemeSwitch((dark) => this.setDark(dark));
     this.layOut();
+    document.body.classList.add('no-scene');
     this.settings.subscribe((settings) => this.showSettings(settings));
     this.theme.set(this.settings.value.theme);
     this.showSettings(this.settings.value);
@@ -87,6 +88,7 @@ export class App {
     });
     this.scene.setDark(this.theme.dark);
     this.start.hidden = true;
+    document.body.classList.remove('no-scene');
     this.hud.element.hidden = false;
     session.on('update', (info) => this.hud.update(info));
     session.on('refused', (text) => this.toasts.fail(text));
