@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the page asks of the server besides the scene's stream.
+import type { Bounds, Fit } from '../lattice/identity';
+import type { Lattice } from '../lattice/lattice';
+import type { SessionOptions } from '../session/open_session';
+import type { SceneSession } from '../session/scene_session';
+import type { MeshFile } from './mesh_file';
+
+export interface UploadedMesh {
+  readonly id: string;
+  readonly name: string;
+  readonly vertices: number;
+  readonly faces: number;
+  readonly bounds: Bounds;
+  readonly hasNormals: boolean;
+}
+
+export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'stl', 'drc'] as const;
+export type ExportFormat = (typeof EXPORT_FORMATS)[number];
+
+export interface Services {
+  /** Rejects with an Error in words; `progress` goes from 0 to 1. */
+  upload(file: MeshFile, progress: (fraction: number) => void, signal: AbortSignal): Promise<UploadedMesh>;
+  /** Makes a scene and returns its id. */
+  createScene(mesh: UploadedMesh, lattice: Fit | Lattice): Promise<string>;
+  openSession(sceneId: string, options: SessionOptions): Promise<SceneSession>;
+  exportAddress(sceneId: string, format: ExportFormat): string;
+}
