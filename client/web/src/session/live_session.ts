@@ -32,6 +32,8 @@ import { UpdateReceiver, type ReceivedUpdate } from './update_receiver';
 /** What draws the surface and takes its data. */
 export interface SurfaceSink extends Surface {
   apply(update: SurfaceUpdate): void;
+  /** The knots have changed: patches are others. */
+  structureChanged(): void;
 }
 
 /** What a session works with. */
@@ -241,6 +243,7 @@ export class LiveSession implements SceneSession, ConnectionHost {
       const dropped = this.queue.dropOther(state.structureId);
       if (dropped) this.listeners.emit('refused', 'The lattice got other control points meanwhile, so unsent edits were dropped.');
       this.model.refresh();
+      if (!first) this.parts.surface.structureChanged();
       this.listeners.emit('lattice', this.model.shown);
     } else {
       this.pointsMoved(this.model.refresh());

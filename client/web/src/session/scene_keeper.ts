@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { create, fromBinary, toBinary } from '@bufbuild/protobuf';
 import { Code } from '@connectrpc/connect';
+import { LatticeSourceSchema, type LatticeSource } from 'latticed/v1/lattice_pb';
 import { MeshHeaderSchema } from 'latticed/v1/mesh_pb';
 import { CreateSceneRequestSchema, type CreateSceneRequest, type Scene } from 'latticed/v1/scene_pb';
 import type { Lattice } from '../lattice/lattice';
@@ -62,7 +63,7 @@ export class SceneKeeper {
       const { bootId } = await this.server.server.getServerInfo({});
       if (bootId === stored.bootId) return false;
       const request = fromBinary(CreateSceneRequestSchema, stored.request);
-      if (lattice) request.lattices = create(CreateSceneRequestSchema, latticeOf(lattice)).lattices;
+      if (lattice) request.lattices = [sourceOf(lattice)];
       await this.uploadAgain(request.mesh);
       await this.server.scenes.createScene(request);
       return true;
@@ -91,13 +92,13 @@ export class SceneKeeper {
 
   private async save(lattice: Lattice): Promise<void> {
     if (!this.request) return;
-    const request = create(CreateSceneRequestSchema, { ...this.request, ...latticeOf(lattice) });
+    const request = { ...this.request, lattices: [sourceOf(lattice)] };
     await this.store.saveScene({
       id: this.sceneId, mesh: request.mesh, bootId: this.bootId, savedAt: Date.now(),
       request: toBinary(CreateSceneRequestSchema, request) });
   }
 }
 
-function latticeOf(lattice: Lattice): { lattices: { source: { case: 'lattice'; value: ReturnType<typeof fromLattice> } }[] } {
-  return { lattices: [{ source: { case: 'lattice', value: fromLattice(lattice) } }] };
+function sourceOf(lattice: Lattice): LatticeSource {
+  return create(LatticeSourceSchema, { source: { case: 'lattice', value: fromLattice(lattice) } });
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type Object3D, type Texture } from 'three';
+import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type Texture } from 'three';
 import type { SurfaceSink } from '../session/live_session';
 import { PatchColours } from './patch_colours';
 import type { PatchSource } from './patch_source';
@@ -34,7 +34,7 @@ export class SurfaceMesh implements SurfaceSink {
   private hasNormals = false;
   private look: SurfaceLook = {};
 
-  constructor(source: PatchSource) {
+  constructor(private readonly source: PatchSource) {
     this.patches = new PatchColours(source, () => this.dress());
     this.ghostMaterial.uniforms.opacity = { value: 0.2 };
     this.ghost.visible = false;
@@ -81,6 +81,7 @@ export class SurfaceMesh implements SurfaceSink {
       this.dress();
     }
     this.measure();
+    this.scaleHeat();
   }
 
   /** The knots have changed: patches are others, and what is known of them is of no use. */
@@ -89,15 +90,9 @@ export class SurfaceMesh implements SurfaceSink {
     this.dress();
   }
 
-  /** The largest distance that any point can have from its place at rest: the heat map's end. World units. */
-  setLargestDisplacement(distance: number): void {
-    this.uniforms.displacementRange.value = this.look.displacementRange ?? distance;
-  }
-
   setLook(look: SurfaceLook): void {
     this.look = { ...this.look, ...look };
     if (look.colour !== undefined) this.uniforms.baseColour.value.setHex(look.colour);
-    if (look.displacementRange !== undefined) this.uniforms.displacementRange.value = look.displacementRange;
     this.uniforms.wireframe.value = this.look.wireframe ? 1 : 0;
     this.uniforms.patchEdges.value = this.look.patchEdges ? 1 : 0;
     this.dress();
@@ -137,6 +132,11 @@ export class SurfaceMesh implements SurfaceSink {
     this.placeRest();
   }
 
+  private scaleHeat(): void {
+    if (this.look.colouring !== 'displacement') return;
+    this.uniforms.displacementRange.value = this.look.displacementRange ?? this.source.largestDisplacement();
+  }
+
   private placeRest(): void {
     const rest = this.patches.restOrigin;
     if (!rest || !this.grid) return;
@@ -174,6 +174,7 @@ export class SurfaceMesh implements SurfaceSink {
     this.uniforms.boxColours.value = boxColours ?? null;
     this.uniforms.patchUvs.value = uvs ?? null;
     this.placeRest();
+    this.scaleHeat();
     const form = { ...(this.points.float && { FLOAT_POINTS: '' }), ...(this.hasNormals && { HAS_NORMALS: '' }) };
     redefine(this.material, {
       ...form,
