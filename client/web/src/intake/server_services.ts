@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The services of a latticed server.
+import { Encoding, NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
 import type { Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
 import type { Vec3 } from '../lattice/vec';
 import { openSession } from '../session/open_session';
+import type { ViewRequest } from '../session/scene_session';
+import { DEFAULT_SETTINGS } from '../state/settings';
 import type { LatticedServer } from '../wire/latticed_server';
 import type { Services } from './services';
 import { uploadMesh } from './upload';
@@ -13,11 +16,15 @@ import { uploadMesh } from './upload';
 export function serverServices(server: LatticedServer): Services {
   return {
     upload: (file, progress, signal) => uploadMesh(server, file, progress, signal),
-    async createScene(mesh, lattice) {
+    async createScene(mesh, lattice, view) {
       const sceneId = randomSceneId();
       const source = lattice instanceof Lattice ? latticeSource(lattice) : fitSource(lattice);
-      await server.scenes.createScene({ sceneId, mesh: mesh.id, lattices: [{ source }] });
+      await server.scenes.createScene({ sceneId, mesh, lattices: [{ source }], defaultView: viewOptions(view) });
       return sceneId;
+    },
+    async describeScene(sceneId) {
+      const { mesh, defaultView } = await server.scenes.getScene({ scene: sceneId });
+      return { mesh, view: viewRequest(defaultView) };
     },
     openSession: (sceneId, options) => openSession(server, sceneId, options),
     exportAddress: (sceneId, format) => `${server.origin}/export/${sceneId}.${format}`,
@@ -47,4 +54,32 @@ function latticeSource({ frame, size, degree, knots, points }: Lattice) {
     controlPoints: Array.from(points),
   };
   return { case: 'lattice', value } as const;
+}
+
+const NORMALS = { smooth: NormalMode.SMOOTH, facet: NormalMode.FACET, none: NormalMode.NONE } as const;
+const ENCODINGS = { draco: Encoding.DRACO_POINTS, quantised: Encoding.QUANTISED, raw: Encoding.RAW } as const;
+
+function viewOptions({ segments, normals, encoding, positionBits, normalBits }: ViewRequest) {
+  return {
+    segments,
+    normals: normals === undefined ? undefined : NORMALS[normals],
+    encoding: encoding === undefined ? undefined : ENCODINGS[encoding],
+    positionBits,
+    normalBits,
+  };
+}
+
+function viewRequest(view: ViewOptions | undefined): Required<ViewRequest> {
+  const { view: unset } = DEFAULT_SETTINGS;
+  return {
+    segments: view?.segments ?? unset.segments,
+    normals: keyOf(NORMALS, view?.normals) ?? unset.normals,
+    encoding: keyOf(ENCODINGS, view?.encoding) ?? unset.encoding,
+    positionBits: view?.positionBits ?? unset.positionBits,
+    normalBits: view?.normalBits ?? unset.normalBits,
+  };
+}
+
+function keyOf<K extends string, V>(record: Record<K, V>, value: V | undefined): K | undefined {
+  return (Object.keys(record) as K[]).find((key) => record[key] === value);
 }

@@ -41,10 +41,6 @@ export class Gizmo {
     return this.controls.object !== undefined && (this.controls.axis !== null || this.controls.dragging);
   }
 
-  get isDragging(): boolean {
-    return this.controls.dragging;
-  }
-
   /** Puts the handles at a place, along axes that are made orthogonal where they are not. */
   show(kind: MotionKind, place: Vec3, axes: Basis): void {
     if (this.controls.dragging) return;
@@ -64,7 +60,13 @@ export class Gizmo {
     if (!this.controls.dragging) this.controls.detach();
   }
 
-  /** Steps of 'snapped' handles; undefined is free. */
+  dispose(): void {
+    this.controls.detach();
+    this.controls.dispose();
+    this.viewport.scene.remove(this.standIn, this.controls.getHelper());
+  }
+
+  /** Moves snap to steps in world units, turns to 5 degrees, scalings to tenths; undefined is free. */
   setSnapping(step: number | undefined): void {
     this.controls.setTranslationSnap(step ?? null);
     this.controls.setRotationSnap(step === undefined ? null : Math.PI / 36);

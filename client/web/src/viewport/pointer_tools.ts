@@ -5,6 +5,7 @@
 // a tool it is the tool's; everything else is the camera's orbit. While a transform of the keys runs, it has the pointer.
 import type { Cage } from '../cage/cage';
 import type { Editor } from '../edit/editor';
+import { WORLD_BASIS } from '../lattice/vec';
 import type { SettingsStore } from '../state/settings';
 import { BoxDrag, PointDrag, PullDrag, selectMode, type Drag, type Place } from './drags';
 import type { Gizmo } from './gizmo';
@@ -99,7 +100,7 @@ export class PointerTools {
     if (!event.isPrimary) return;
     const place = viewport.place(event);
     this.place = place;
-    gizmo.setSnapping(event.ctrlKey ? 1 : undefined);
+    gizmo.setSnapping(event.ctrlKey && gizmo.busy ? viewport.transformView(editor.pivot(), WORLD_BASIS, WORLD_BASIS).snapStep : undefined);
     const modifiers = { shift: event.shiftKey, ctrl: event.ctrlKey || event.metaKey };
     if (this.press === undefined) {
       if (editor.transforming) editor.pointerMoved(...place, modifiers);

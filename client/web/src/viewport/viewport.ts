@@ -44,9 +44,10 @@ export class Viewport {
     this.pending ||= requestAnimationFrame(() => this.draw());
   }
 
-  /** Calls `listener` before each frame. */
-  onFrame(listener: () => void): void {
+  /** Calls `listener` before each frame; the function returned ends that. */
+  onFrame(listener: () => void): () => void {
     this.frameListeners.add(listener);
+    return () => this.frameListeners.delete(listener);
   }
 
   setBackground(colour: string): void {
