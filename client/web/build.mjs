@@ -19,7 +19,7 @@ async function buildWeb() {
     outdir: out,
     format: 'esm',
     minify: true,
-    external: ['fs', 'path'],  // draco3d asks for them in Node alone
+    external: ['fs', 'path', 'node:fs', 'node:path'],  // draco3d asks for them in Node alone
     legalComments: 'linked',
   });
   for (const name of ['index.html', 'style.css']) copyFileSync(name, join(out, name));
