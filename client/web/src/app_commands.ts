@@ -119,8 +119,8 @@ function transformCommands(app: App): Command[] {
     handles('move', 'Move handles'),
     handles('rotate', 'Rotate handles'),
     handles('scale', 'Scale handles'),
-    cycle(app, 'orientation', 'Next axes: world, lattice, view', ',', ['world', 'lattice', 'view']),
-    cycle(app, 'pivot', 'Next pivot: median, active, each', '.', ['median', 'active', 'each']),
+    cycle(app, 'orientation', 'Next axes', ',', ['world', 'lattice', 'view']),
+    cycle(app, 'pivot', 'Next pivot', '.', ['median', 'active', 'each']),
     {
       id: 'soft',
       label: 'Soft selection',

@@ -12,7 +12,7 @@ import { latticeFromJson, latticeToJson } from './lattice/lattice_json';
 import { sameStructure } from './lattice/same_structure';
 import type { ViewRequest } from './session/scene_session';
 import { FitDialog } from './ui/fit_dialog';
-import { inWords } from './ui/toasts';
+import { inWords } from './wire/words';
 
 const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
 
@@ -82,9 +82,10 @@ export class SceneOpener {
 
   private async open(id: string): Promise<void> {
     const { services, settings } = this.app;
-    const facts = await services.describeScene(id).catch(() => undefined); // a scene that is restored is not there yet
+    // A scene that is about to be restored is not there yet.
+    const facts = await services.describeScene(id).catch(() => undefined);
     this.sceneMesh = facts?.mesh ?? '';
-    if (facts !== undefined) settings.set({ view: facts.view });
+    if (facts !== undefined) settings.set({ view: { ...settings.value.view, ...facts.view } });
     const session = await services.openSession(id, { view: settings.value.view, onStatus: (status) => this.app.showStatus(status) });
     this.app.show(session);
   }

@@ -14,7 +14,6 @@ export interface UploadedMesh {
   readonly vertices: number;
   readonly faces: number;
   readonly bounds: Bounds;
-  readonly hasNormals: boolean;
 }
 
 export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'stl', 'drc'] as const;
@@ -25,7 +24,7 @@ export interface SceneFacts {
   /** Id of its mesh. */
   readonly mesh: string;
   /** What watchers see who do not say. */
-  readonly view: Required<ViewRequest>;
+  readonly view: ViewRequest;
 }
 
 export interface Services {

@@ -70,7 +70,7 @@ export function numberInput(bound: Bound<number>, range: Partial<Range> = {}): C
     },
   });
   const refresh = (): void => {
-    element.value = String(Number(bound.get().toPrecision(6)));
+    element.value = String(Number(bound.get().toPrecision(5)));
   };
   return { element, refresh };
 }

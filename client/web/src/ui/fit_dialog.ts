@@ -6,10 +6,9 @@ import type { MeshFile } from '../intake/mesh_file';
 import type { UploadedMesh } from '../intake/services';
 import { AXES, AXIS_NAMES, pointCount, refusalOfAxes, type Axes } from '../lattice/grid';
 import { DEFAULT_FIT, type Fit } from '../lattice/identity';
+import { bytes, inWords } from '../wire/words';
 import { button, choice, numberInput, type Control } from './controls';
 import { h, showDialog } from './dom';
-import { byteText } from './hud';
-import { inWords } from './toasts';
 
 const DEGREES = [
   ['1', '1, straight'],
@@ -36,7 +35,7 @@ export class FitDialog {
 
   constructor(private readonly parts: FitDialogParts) {
     const { file } = parts;
-    this.facts.textContent = `${file.name}, ${byteText(file.bytes.length)}`;
+    this.facts.textContent = `${file.name}, ${bytes(file.bytes.length)}`;
     this.dialog = showDialog(
       'Fit a lattice',
       'fit',

@@ -3,6 +3,7 @@
 //
 // The head-up line: how fast the surface follows, and what it costs.
 import type { UpdateInfo } from '../session/scene_session';
+import { bytes } from '../wire/words';
 import { h } from './dom';
 
 const WINDOW_MS = 1000; // updates/s are counted over this
@@ -30,7 +31,7 @@ export class Hud {
   update(info: UpdateInfo): void {
     this.arrivals.push(performance.now());
     if (info.msFromEdit !== undefined) this.latencies = [...this.latencies, info.msFromEdit].slice(-LATENCIES);
-    this.values['bytes'].textContent = byteText(info.bytes);
+    this.values['bytes'].textContent = bytes(info.bytes);
     this.values['patches'].textContent = `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
     this.values['latency'].textContent = this.latencies.length === 0 ? '–' : median(this.latencies).toFixed(0);
     this.showRate();
@@ -44,11 +45,6 @@ export class Hud {
     clearTimeout(this.timer);
     if (this.arrivals.length > 0) this.timer = window.setTimeout(() => this.showRate(), WINDOW_MS / 4);
   }
-}
-
-export function byteText(bytes: number): string {
-  if (bytes < 1000) return `${bytes} B`;
-  return bytes < 1e6 ? `${(bytes / 1e3).toFixed(0)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }
 
 function median(values: readonly number[]): number {

@@ -90,7 +90,7 @@ export class Panel {
       };
       return this.keep({ element: control.element, refresh });
     });
-    return field('Position', ...inputs);
+    return h('div', { class: 'position' }, h('span', { class: 'field-label' }, 'Position of the pivot'), ...inputs);
   }
 
   private transformControls(): HTMLElement[] {

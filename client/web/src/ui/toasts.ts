@@ -36,9 +36,3 @@ export class Toasts {
     return toast;
   }
 }
-
-/** An error as a sentence. */
-export function inWords(error: unknown): string {
-  const text = error instanceof Error ? error.message : String(error);
-  return text === '' ? 'Something failed without a word.' : text;
-}

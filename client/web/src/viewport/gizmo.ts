@@ -30,10 +30,19 @@ export class Gizmo {
     this.controls = new TransformControls(viewport.rig.camera, viewport.canvas);
     this.controls.setSpace('local');
     this.controls.size = 0.9;
+    this.controls.setColors(0xe5534b, 0x6fae3c, 0x4a8fe8, 0xffc24d);
     viewport.scene.add(this.standIn, this.controls.getHelper());
     this.controls.addEventListener('change', () => viewport.invalidate());
     this.controls.addEventListener('objectChange', () => this.events.update(this.motion()));
     this.controls.addEventListener('dragging-changed', ({ value }) => this.dragging(value === true));
+  }
+
+  /** Whether a press here would be on a handle: a finger comes without having hovered. */
+  isAt(place: readonly [number, number]): boolean {
+    if (this.controls.object === undefined) return false;
+    const { width, height } = this.viewport.size;
+    this.controls.pointerHover({ x: (place[0] / width) * 2 - 1, y: 1 - (place[1] / height) * 2, button: 0 } as PointerEvent);
+    return this.busy;
   }
 
   /** Whether the pointer is on a handle, or drags one. */

@@ -67,7 +67,7 @@ export class PointerTools {
     viewport.canvas.focus({ preventScroll: true });
     this.place = viewport.place(event);
     if (this.press === undefined && editor.transforming) return this.endTransform(event);
-    if (!event.isPrimary || event.button !== 0 || gizmo.busy) return;
+    if (!event.isPrimary || event.button !== 0 || gizmo.isAt(this.place)) return;
 
     const point = this.parts.picker.at(...this.place, event.pointerType);
     const drag = this.toolDrag(event, point);
