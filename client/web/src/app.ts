@@ -20,6 +20,7 @@ import { ThemeSwitch } from './ui/theme';
 import { Toasts } from './ui/toasts';
 import { Toolbar } from './ui/toolbar';
 import { Viewport } from './viewport/viewport';
+import { inWords } from './wire/words';
 
 const TOOLS = [
   ['tool-select', 'tool-box', 'tool-pull'],
@@ -70,9 +71,9 @@ export class App {
     this.theme = new ThemeSwitch((dark) => this.setDark(dark));
     this.layOut();
     document.body.classList.add('no-scene');
-    this.settings.subscribe((settings) => this.showSettings(settings));
+    this.settings.subscribe((settings, before) => this.showSettings(settings, before));
     this.theme.set(this.settings.value.theme);
-    this.showSettings(this.settings.value);
+    this.showSettings(this.settings.value, this.settings.value);
     window.addEventListener('keydown', (event) => this.key(event));
     window.addEventListener('popstate', () => void this.opener.openFromAddress());
   }
@@ -137,12 +138,20 @@ export class App {
     this.scene?.setDark(dark);
   }
 
-  private showSettings(settings: Settings): void {
+  private showSettings(settings: Settings, before: Settings): void {
     this.theme.set(settings.theme);
     document.body.classList.toggle('panel-closed', !settings.panel);
-    this.scene?.session.setView(settings.view);
+    if (settings.view !== before.view) this.scene?.session.setView(settings.view);
+    if (settings.colouring === 'texture' && before.colouring !== 'texture') this.loadTexture();
     this.showHint(undefined);
     for (const toolbar of this.toolbars) toolbar.refresh();
+  }
+
+  private loadTexture(): void {
+    this.opener.loadTexture().catch((error: unknown) => {
+      this.settings.set({ colouring: 'plain' });
+      this.toasts.fail(inWords(error));
+    });
   }
 
   private showHint(text: string | undefined): void {

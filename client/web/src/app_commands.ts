@@ -49,12 +49,14 @@ function fileCommands(app: App): Command[] {
   ];
 }
 
+/** Without the address's fragment, which may hold this person's token. */
 async function copyLink(app: App): Promise<void> {
+  const link = location.origin + location.pathname + location.search;
   try {
-    await navigator.clipboard.writeText(location.href);
+    await navigator.clipboard.writeText(link);
     app.toasts.tell('The link is copied. Who opens it edits the same scene.');
   } catch {
-    app.toasts.tell(`Copy this link: ${location.href}`); // no clipboard without https
+    app.toasts.tell(`Copy this link: ${link}`); // no clipboard without https
   }
 }
 

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 import { App } from './app';
 import { serverServices } from './intake/server_services';
+import { readAddress } from './wire/address';
 import { LatticedServer } from './wire/latticed_server';
 
-/** A bearer token may come in the address, behind #token=, which browsers send to no server. */
-const token = new URLSearchParams(location.hash.slice(1)).get('token') ?? undefined;
+const { origin, token } = readAddress(new URL(location.href));
 
-const app = new App(document.getElementById('app')!, serverServices(new LatticedServer(location.origin, token)));
+const app = new App(document.getElementById('app')!, serverServices(new LatticedServer(origin, token)));
 void app.opener.openFromAddress();

@@ -10,6 +10,7 @@ import type { Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
 import { openSession } from '../session/open_session';
 import type { ViewRequest } from '../session/scene_session';
+import { downloadMesh } from '../wire/download';
 import { randomId } from '../wire/ids';
 import { fromLattice, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
@@ -26,6 +27,8 @@ const FORMATS: Record<MeshFormatName, MeshFormat> = {
   drc: MeshFormat.DRACO,
 };
 
+const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
+
 export function serverServices(server: LatticedServer): Services {
   return {
     async upload(file, progress, signal) {
@@ -37,6 +40,12 @@ export function serverServices(server: LatticedServer): Services {
       const sceneId = randomId();
       await server.scenes.createScene({ sceneId, mesh, lattices: [latticeSource(lattice)], defaultView: fromView(view) });
       return sceneId;
+    },
+    async downloadMesh(mesh) {
+      const { header, bytes } = await downloadMesh(server, mesh);
+      const format = FORMAT_NAMES.find((name) => FORMATS[name] === header.format);
+      if (format === undefined) throw new Error('The mesh was not uploaded as a file that this page reads.');
+      return { name: header.name, format, bytes: bytes as Uint8Array<ArrayBuffer> };
     },
     async describeScene(sceneId) {
       const { mesh, defaultView } = await server.scenes.getScene({ scene: sceneId });

@@ -32,6 +32,8 @@ export interface Services {
   upload(file: MeshFile, progress: (fraction: number) => void, signal: AbortSignal): Promise<UploadedMesh>;
   /** Makes a scene and returns its id. */
   createScene(mesh: string, lattice: Fit | Lattice, view: ViewRequest): Promise<string>;
+  /** The file that a mesh was uploaded from. */
+  downloadMesh(mesh: string): Promise<MeshFile>;
   describeScene(sceneId: string): Promise<SceneFacts>;
   openSession(sceneId: string, options: SessionOptions): Promise<SceneSession>;
   exportAddress(sceneId: string, format: ExportFormat): string;
