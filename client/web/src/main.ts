@@ -9,3 +9,11 @@ const { origin, token } = readAddress(new URL(location.href));
 
 const app = new App(document.getElementById('app')!, serverServices(new LatticedServer(origin, token)));
 void app.opener.openFromAddress();
+
+/** For the browser's console, and for tests that look behind the page. */
+declare global {
+  interface Window {
+    latticed: App;
+  }
+}
+window.latticed = app;
