@@ -57,7 +57,17 @@ export class SurfaceMesh implements SurfaceSink {
     return this.points.made;
   }
 
-  /** World coordinates of a point as it was received, and its patch-wise number in the layout. */
+  /** Absent before the first update. */
+  get drawnLayout(): TopologyLayout | undefined {
+    return this.layout;
+  }
+
+  /** World units per integer; 1 for floats. */
+  get drawnStep(): number | undefined {
+    return this.grid?.step;
+  }
+
+  /** World coordinates of a point, by its number in the layout, as it was received. */
   positionOf(point: number): [number, number, number] {
     const [x = 0, y = 0, z = 0] = this.points.pointAt(point);
     const { origin, step } = this.grid!;

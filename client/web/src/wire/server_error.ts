@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { anyUnpack } from '@bufbuild/protobuf/wkt';
 import { Code, ConnectError } from '@connectrpc/connect';
-import { QuotaFailureSchema, RetryInfoSchema } from 'google/rpc/error_details_pb';
 import { ErrorInfoSchema } from 'google/rpc/error_info_pb';
 import type { Status } from 'google/rpc/status_pb';
 
@@ -49,6 +48,3 @@ export class ServerError extends Error {
       Code.DataLoss, Code.ResourceExhausted].includes(this.code);
   }
 }
-
-/** The details that a refused call may have, for who wants more than words. */
-export const errorDetails = { quota: QuotaFailureSchema, retry: RetryInfoSchema };
