@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 import { App } from './app';
 import { serverServices } from './intake/server_services';
-import { readAddress } from './wire/address';
 import { LatticedServer } from './wire/latticed_server';
 
-const { origin, token } = readAddress(new URL(location.href));
+/** A bearer token may come in the address behind #token=, a part that browsers send to no server. */
+const token = new URLSearchParams(location.hash.slice(1)).get('token') ?? undefined;
 
-const app = new App(document.getElementById('app')!, serverServices(new LatticedServer(origin, token)));
+const app = new App(document.getElementById('app')!, serverServices(new LatticedServer(location.origin, token)));
 void app.opener.openFromAddress();
 
 /** For the browser's console, and for tests that look behind the page. */

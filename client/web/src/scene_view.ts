@@ -55,6 +55,7 @@ export class SceneView {
     const { editor, picker, cage, gizmo } = this;
     this.pointer = new PointerTools({ viewport, editor, settings, picker, cage, gizmo, onPullMissed: () => events.pullMissed() });
     viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object);
+    session.surface.onChanged = () => viewport.invalidate();
     this.listen();
     this.applySettings(settings.value);
     this.refresh();

@@ -70,7 +70,8 @@ export function numberInput(bound: Bound<number>, range: Partial<Range> = {}): C
     },
   });
   const refresh = (): void => {
-    element.value = String(Number(bound.get().toPrecision(5)));
+    const value = bound.get();
+    element.value = String(Math.abs(value) < 1e-12 ? 0 : Number(value.toPrecision(4)));
   };
   return { element, refresh };
 }
