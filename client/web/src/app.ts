@@ -72,6 +72,8 @@ export class App {
     this.layOut();
     document.body.classList.add('no-scene');
     this.settings.subscribe((settings, before) => this.showSettings(settings, before));
+    // On narrow screens the panel lies above the view: it opens when it is asked for.
+    if (matchMedia('(max-width: 900px)').matches) this.settings.set({ panel: false });
     this.theme.set(this.settings.value.theme);
     this.showSettings(this.settings.value, this.settings.value);
     window.addEventListener('keydown', (event) => this.key(event));
@@ -85,7 +87,7 @@ export class App {
     this.scene = new SceneView(this.viewport, session, this.settings, {
       changed: refresh,
       headline: (text) => this.showHint(text),
-      pullMissed: () => this.toasts.tell('There is no surface at this place to pull.'),
+      pullMissed: (error) => (error === undefined ? this.toasts.tell('There is no surface here to pull.') : this.toasts.fail(inWords(error))),
     });
     this.scene.setDark(this.theme.dark);
     this.start.hidden = true;

@@ -22,7 +22,8 @@ export interface SceneViewEvents {
   /** The selection, the cage or the lattice is another: panels show it. */
   changed(): void;
   headline(text: string | undefined): void;
-  pullMissed(): void;
+  /** Nothing was there to pull, or it could not be found out. */
+  pullMissed(error?: unknown): void;
 }
 
 export class SceneView {
@@ -53,7 +54,7 @@ export class SceneView {
       end: () => this.endGizmo(),
     });
     const { editor, picker, cage, gizmo } = this;
-    this.pointer = new PointerTools({ viewport, editor, settings, picker, cage, gizmo, onPullMissed: () => events.pullMissed() });
+    this.pointer = new PointerTools({ viewport, editor, settings, picker, cage, gizmo, onPullMissed: (error) => events.pullMissed(error) });
     viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object);
     session.surface.onChanged = () => viewport.invalidate();
     this.listen();

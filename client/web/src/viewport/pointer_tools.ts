@@ -29,7 +29,7 @@ export interface PointerToolsParts {
   picker: PointPicker;
   cage: Cage;
   gizmo: Gizmo;
-  onPullMissed: () => void;
+  onPullMissed: (error?: unknown) => void;
 }
 
 export class PointerTools {
