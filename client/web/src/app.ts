@@ -14,6 +14,7 @@ import { Hud } from './ui/hud';
 import { MenuBar } from './ui/menu_bar';
 import { NavGizmo } from './ui/nav_gizmo';
 import { buildPage, type Page } from './ui/page';
+import { People } from './ui/people';
 import { Panel } from './ui/panel';
 import { startScreen } from './ui/start_screen';
 import { ThemeSwitch } from './ui/theme';
@@ -46,6 +47,7 @@ export class App {
   scene: SceneView | undefined;
   private readonly page: Page;
   private readonly hud = new Hud();
+  private readonly people = new People();
   private readonly panel = new Panel(this.settings);
   private readonly toolbars: Toolbar[];
   private readonly theme: ThemeSwitch;
@@ -94,6 +96,8 @@ export class App {
     document.body.classList.remove('no-scene');
     this.hud.element.hidden = false;
     session.on('update', (info) => this.hud.update(info));
+    session.on('presence', (others) => this.people.show(others.values()));
+    this.people.show([]);
     session.on('refused', (text) => this.toasts.fail(text));
     session.on('status', (status) => this.showStatus(status));
     this.showStatus(session.status);
@@ -124,7 +128,7 @@ export class App {
     const [left, right] = this.toolbars;
     const title = document.createElement('strong');
     title.textContent = 'latticed';
-    header.append(title, new MenuBar(this.commands).element, right.element);
+    header.append(title, new MenuBar(this.commands).element, this.people.element, right.element);
     tools.append(left.element);
     side.append(this.panel.element);
     this.hud.element.hidden = true;
@@ -166,8 +170,9 @@ export class App {
     const target = event.target as HTMLElement;
     if (target.closest('input:not([type=checkbox]):not([type=range]), select, textarea, dialog') !== null) return;
     const editor = this.scene?.editor;
-    if (editor?.transforming && !event.ctrlKey && !event.metaKey && !event.altKey) {
-      if (editor.keyPressed(event.key, event.shiftKey)) event.preventDefault();
+    if (editor?.transforming) {
+      // Ctrl snaps meanwhile; an undo in the middle of a gesture would tear it.
+      if (event.ctrlKey || event.metaKey || event.altKey || editor.keyPressed(event.key, event.shiftKey)) event.preventDefault();
       return;
     }
     if (this.commands.press(event)) event.preventDefault();

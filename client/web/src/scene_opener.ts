@@ -13,6 +13,7 @@ import { latticeFromJson, latticeToJson } from './lattice/lattice_json';
 import { sameStructure } from './lattice/same_structure';
 import type { ViewRequest } from './session/scene_session';
 import { FitDialog } from './ui/fit_dialog';
+import { randomPerson } from './ui/people';
 import { inWords } from './wire/words';
 
 const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
@@ -20,6 +21,8 @@ const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame 
 export class SceneOpener {
   /** Of the scene that is open: its mesh's id, the mesh's file where this page has it, and a picture dropped for it. */
   private mesh: { id: string; file?: MeshFile; picture?: File } = { id: '' };
+
+  private readonly person = randomPerson();
 
   constructor(private readonly app: App) {}
 
@@ -115,7 +118,7 @@ export class SceneOpener {
     if (this.mesh.id !== facts?.mesh) this.mesh = { id: facts?.mesh ?? '' };
     if (settings.value.colouring === 'texture') settings.set({ colouring: 'plain' }); // of the mesh before
     if (facts !== undefined) settings.set({ view: { ...settings.value.view, ...facts.view } });
-    const session = await services.openSession(id, { view: settings.value.view, onStatus: (status) => this.app.showStatus(status) });
+    const session = await services.openSession(id, { ...this.person, view: settings.value.view, onStatus: (status) => this.app.showStatus(status) });
     this.app.show(session);
   }
 }

@@ -12,6 +12,7 @@ import type { TransformGesture } from './edit/transform_gesture';
 import { pointAt } from './lattice/vec';
 import type { SceneSession } from './session/scene_session';
 import type { Settings, SettingsStore } from './state/settings';
+import { SoftCircle } from './ui/soft_circle';
 import { Gizmo } from './viewport/gizmo';
 import { Occlusion } from './viewport/occlusion';
 import { PointPicker } from './viewport/point_picker';
@@ -31,6 +32,7 @@ export class SceneView {
   readonly pointer: PointerTools;
   private readonly cage: Cage;
   private readonly knotBoxes = new KnotBoxes();
+  private readonly softCircle = new SoftCircle();
   private readonly gizmo: Gizmo;
   private readonly occlusion: Occlusion;
   private readonly picker: PointPicker;
@@ -55,6 +57,7 @@ export class SceneView {
     });
     const { editor, picker, cage, gizmo } = this;
     this.pointer = new PointerTools({ viewport, editor, settings, picker, cage, gizmo, onPullMissed: (error) => events.pullMissed(error) });
+    viewport.element.append(this.softCircle.element);
     viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object);
     session.surface.onChanged = () => viewport.invalidate();
     this.listen();
@@ -98,6 +101,7 @@ export class SceneView {
     cancelAnimationFrame(this.soon);
     this.pointer.dispose();
     this.gizmo.dispose();
+    this.softCircle.element.remove();
     this.viewport.scene.remove(this.session.surface.object, this.cage.object, this.knotBoxes.object);
     this.cage.dispose();
     this.knotBoxes.dispose();
@@ -128,7 +132,7 @@ export class SceneView {
         this.refreshSoon();
       }),
       this.settings.subscribe((settings) => this.applySettings(settings)),
-      this.viewport.onFrame(() => this.picker.invalidate()),
+      this.viewport.onFrame(() => this.frame()),
     );
   }
 
@@ -157,6 +161,15 @@ export class SceneView {
     this.placeGizmo();
     this.viewport.invalidate();
     this.events.changed();
+  }
+
+  /** What depends on the camera. */
+  private frame(): void {
+    this.picker.invalidate();
+    if (this.settings.value.orientation === 'view') this.placeGizmo();
+    const { soft } = this.settings.value;
+    const busy = this.editor.transforming || this.gizmoGesture !== undefined;
+    this.softCircle.show(soft.enabled && busy ? this.viewport.disc(this.editor.pivot(), soft.radius) : undefined);
   }
 
   private placeGizmo(): void {

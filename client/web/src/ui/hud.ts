@@ -10,7 +10,7 @@ const WINDOW_MS = 1000; // updates/s are counted over this
 const LATENCIES = 31; // the median of so many
 
 export class Hud {
-  readonly element = h('div', { class: 'hud', role: 'status', 'aria-label': 'How fast the surface follows' });
+  readonly element = h('div', { class: 'hud', role: 'group', 'aria-label': 'How fast the surface follows' });
   private readonly values: Record<string, HTMLElement> = {};
   private arrivals: number[] = [];
   private latencies: number[] = [];
@@ -34,6 +34,8 @@ export class Hud {
     this.values['bytes'].textContent = bytes(info.bytes);
     this.values['patches'].textContent = `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
     this.values['latency'].textContent = this.latencies.length === 0 ? '–' : median(this.latencies).toFixed(0);
+    const { server, transfer, decode, upload } = info.times;
+    this.values['latency'].title = `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;
     this.showRate();
   }
 
@@ -45,6 +47,10 @@ export class Hud {
     clearTimeout(this.timer);
     if (this.arrivals.length > 0) this.timer = window.setTimeout(() => this.showRate(), WINDOW_MS / 4);
   }
+}
+
+function ms(time: number): string {
+  return `${time.toFixed(1)} ms`;
 }
 
 function median(values: readonly number[]): number {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The world's axes as the camera sees them, in the view's corner; a press on an end looks from there.
-import { dot, scale, type Basis, type Vec3 } from '../lattice/vec';
+import { distance, dot, scale, type Basis, type Vec3 } from '../lattice/vec';
 import { svg } from './dom';
 
 const REACH = 30;
@@ -21,6 +21,7 @@ interface End {
 export class NavGizmo {
   readonly element = svg('svg', { viewBox: '-40 -40 80 80', class: 'nav-gizmo', role: 'group', 'aria-label': 'Look along an axis' });
   private readonly ends: End[] = [];
+  private view: Basis = [[0, 0, 0], [0, 0, 0], [0, 0, 0]];
 
   constructor(lookFrom: (direction: Vec3) => void) {
     for (const [name, axis] of AXES) {
@@ -43,6 +44,8 @@ export class NavGizmo {
 
   /** `view`: right, up and towards the viewer. */
   update(view: Basis): void {
+    if (view.every((axis, i) => distance(axis, this.view[i]) < 1e-6)) return; // keeps the focus of the keyboard
+    this.view = view;
     const seen = this.ends.map((end) => ({ end, x: dot(view[0], end.direction), y: -dot(view[1], end.direction), z: dot(view[2], end.direction) }));
     for (const { end, x, y } of seen) {
       end.group.setAttribute('transform', `translate(${(x * REACH).toFixed(2)} ${(y * REACH).toFixed(2)})`);
