@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Ties it together: the page, the settings, the view and the scene that is open.
-import { makeCommands } from './app_commands';
+import { makeCommands } from './commands/all_commands';
 import { SceneOpener } from './scene_opener';
 import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
@@ -89,7 +89,8 @@ export class App {
     this.scene = new SceneView(this.viewport, session, this.settings, {
       changed: refresh,
       headline: (text) => this.showHint(text),
-      pullMissed: (error) => (error === undefined ? this.toasts.tell('There is no surface here to pull.') : this.toasts.fail(inWords(error))),
+      pullMissed: (error) =>
+        error === undefined ? this.toasts.tell('There is no surface here to pull.') : this.toasts.fail(inWords(error)),
     });
     this.scene.setDark(this.theme.dark);
     this.start.hidden = true;
@@ -172,7 +173,8 @@ export class App {
     const editor = this.scene?.editor;
     if (editor?.transforming) {
       // Ctrl snaps meanwhile; an undo in the middle of a gesture would tear it.
-      if (event.ctrlKey || event.metaKey || event.altKey || editor.keyPressed(event.key, event.shiftKey)) event.preventDefault();
+      if (event.ctrlKey || event.metaKey || event.altKey || editor.keyPressed(event.key, event.shiftKey))
+        event.preventDefault();
       return;
     }
     if (this.commands.press(event)) event.preventDefault();

@@ -47,9 +47,11 @@ export class SceneOpener {
     const picture = files.find((file) => fileKind(file.name) === 'picture');
     const mesh = files.find((file) => file !== lattice && file !== picture);
     const taken =
-      mesh !== undefined ? readMeshFile(mesh).then((file) => this.takeMesh(file, picture))
-      : lattice !== undefined ? this.takeLattice(lattice)
-      : this.takePicture(picture);
+      mesh !== undefined
+        ? readMeshFile(mesh).then((file) => this.takeMesh(file, picture))
+        : lattice !== undefined
+          ? this.takeLattice(lattice)
+          : this.takePicture(picture);
     taken.catch((error: unknown) => this.app.toasts.fail(inWords(error)));
   }
 
@@ -118,7 +120,11 @@ export class SceneOpener {
     if (this.mesh.id !== facts?.mesh) this.mesh = { id: facts?.mesh ?? '' };
     if (settings.value.colouring === 'texture') settings.set({ colouring: 'plain' }); // of the mesh before
     if (facts !== undefined) settings.set({ view: { ...settings.value.view, ...facts.view } });
-    const session = await services.openSession(id, { ...this.person, view: settings.value.view, onStatus: (status) => this.app.showStatus(status) });
+    const session = await services.openSession(id, {
+      ...this.person,
+      view: settings.value.view,
+      onStatus: (status) => this.app.showStatus(status),
+    });
     this.app.show(session);
   }
 }

@@ -56,7 +56,15 @@ export class SceneView {
       end: () => this.endGizmo(),
     });
     const { editor, picker, cage, gizmo } = this;
-    this.pointer = new PointerTools({ viewport, editor, settings, picker, cage, gizmo, onPullMissed: (error) => events.pullMissed(error) });
+    this.pointer = new PointerTools({
+      viewport,
+      editor,
+      settings,
+      picker,
+      cage,
+      gizmo,
+      onPullMissed: (error) => events.pullMissed(error),
+    });
     viewport.element.append(this.softCircle.element);
     viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object);
     session.surface.onChanged = () => viewport.invalidate();
@@ -76,7 +84,12 @@ export class SceneView {
   /** Begins G, R or S at the pointer; false where nothing is selected. */
   beginTransform(kind: MotionKind): boolean {
     const { viewport } = this;
-    return this.editor.beginTransform(kind, viewport.transformView.bind(viewport), viewport.rig.basis(), this.pointer.place);
+    return this.editor.beginTransform(
+      kind,
+      viewport.transformView.bind(viewport),
+      viewport.rig.basis(),
+      this.pointer.place,
+    );
   }
 
   frameAll(): void {
@@ -85,7 +98,8 @@ export class SceneView {
 
   frameSelected(): void {
     const box = new Box3();
-    for (const index of this.editor.selection.indices) box.expandByPoint(new Vector3(...pointAt(this.session.lattice.points, index)));
+    for (const index of this.editor.selection.indices)
+      box.expandByPoint(new Vector3(...pointAt(this.session.lattice.points, index)));
     const size = this.bounds().getSize(new Vector3()).length();
     this.viewport.rig.frame(box.isEmpty() ? this.bounds() : box.expandByScalar(size / 12));
   }
@@ -174,7 +188,8 @@ export class SceneView {
 
   private placeGizmo(): void {
     const { gizmo, tool, cage } = this.settings.value;
-    const shown = gizmo !== 'none' && tool !== 'pull' && cage && this.editor.selection.size > 0 && !this.editor.transforming;
+    const shown =
+      gizmo !== 'none' && tool !== 'pull' && cage && this.editor.selection.size > 0 && !this.editor.transforming;
     if (!shown) return this.gizmo.hide();
     this.gizmo.show(gizmo, this.editor.pivot(), this.editor.axes(this.viewport.rig.basis()));
   }

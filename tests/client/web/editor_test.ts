@@ -17,7 +17,11 @@ function recordingSession() {
   const lattice = fitLattice({ min: [0, 0, 0], max: [2, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 });
   const session = {
     lattice,
-    gesture: () => ({ update: (e: LatticeEdit) => log.push(e), commit: () => log.push('commit'), cancel: () => log.push('cancel') }),
+    gesture: () => ({
+      update: (e: LatticeEdit) => log.push(e),
+      commit: () => log.push('commit'),
+      cancel: () => log.push('cancel'),
+    }),
     announce: (selected: Uint32Array) => announced.push([...selected]),
   } as unknown as SceneSession;
   return { session, log, announced };
@@ -29,7 +33,10 @@ function open() {
   const editor = new Editor(recorded.session, new Store(DEFAULT_SETTINGS), (text) => headlines.push(text));
   const viewAt = (_pivot: Vec3, axes: Basis, localAxes: Basis) => ({
     basis: WORLD_BASIS,
-    jacobian: [[100, 0, 0], [0, -100, 0]] as const,
+    jacobian: [
+      [100, 0, 0],
+      [0, -100, 0],
+    ] as const,
     pivot: [0, 0] as [number, number],
     axes,
     localAxes,
@@ -112,13 +119,21 @@ test('a knot is offered in the middle of the widest interval', () => {
 
 test('taste is remembered from visit to visit, what depends on the mesh is not, and broken storage is no error', () => {
   const kept = new Map<string, string>();
-  const storage = { getItem: (key: string) => kept.get(key) ?? null, setItem: (key: string, value: string) => void kept.set(key, value) };
+  const storage = {
+    getItem: (key: string) => kept.get(key) ?? null,
+    setItem: (key: string, value: string) => void kept.set(key, value),
+  };
   rememberedSettings(storage).set({ theme: 'light', orthographic: true });
 
   const { theme, orthographic } = rememberedSettings(storage).value;
 
   assert.deepEqual([theme, orthographic], ['light', false]);
-  const refusing = { getItem: () => '{', setItem: () => { throw new Error('quota'); } };
+  const refusing = {
+    getItem: () => '{',
+    setItem: () => {
+      throw new Error('quota');
+    },
+  };
   const store = rememberedSettings(refusing);
   store.set({ theme: 'dark' });
   assert.equal(store.value.theme, 'dark');

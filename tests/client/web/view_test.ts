@@ -7,7 +7,15 @@ import { PerspectiveCamera } from 'three';
 import { fileKind, readMeshFile } from '@src/intake/mesh_file';
 import { SAMPLES, sampleFile, type SampleName } from '@src/intake/samples';
 import { Commands, chordOf, tooltip, type Command } from '@src/ui/commands';
-import { jacobianAt, nearestPoint, pixelsPerUnit, pointsInBox, project, projectAll, rayAt } from '@src/viewport/projection';
+import {
+  jacobianAt,
+  nearestPoint,
+  pixelsPerUnit,
+  pointsInBox,
+  project,
+  projectAll,
+  rayAt,
+} from '@src/viewport/projection';
 
 const size = { width: 800, height: 600 };
 
@@ -46,7 +54,10 @@ test('the nearest point in reach is picked, of two that overlap the front one', 
   const all = (): boolean => true;
 
   assert.equal(nearestPoint(projected, 403, 300, 10, all), 0);
-  assert.equal(nearestPoint(projected, 403, 300, 10, (i) => i !== 0), 1);
+  assert.equal(
+    nearestPoint(projected, 403, 300, 10, (i) => i !== 0),
+    1,
+  );
   assert.equal(nearestPoint(projected, 428, 300, 10, all), 2);
   assert.equal(nearestPoint(projected, 415, 300, 10, all), undefined);
 });
@@ -54,7 +65,10 @@ test('the nearest point in reach is picked, of two that overlap the front one', 
 test('a box takes the points inside, whichever corner it was begun at', () => {
   const projected = projectAll(camera(), size, [0, 0, 0, 1, 1, 0, 3, 0, 0, 0, 0, 20]);
 
-  assert.deepEqual(pointsInBox(projected, [440, 310], [390, 260], () => true), [0, 1]);
+  assert.deepEqual(
+    pointsInBox(projected, [440, 310], [390, 260], () => true),
+    [0, 1],
+  );
 });
 
 test('chords name letters by their key, digits of both pads, and other signs by themselves', () => {
@@ -84,13 +98,23 @@ test('files are told apart by their names, and others are refused in words', asy
   assert.equal(fileKind('Teapot.v2.OBJ'), 'obj');
   assert.equal(fileKind('lattice.json'), 'lattice');
   assert.equal(fileKind('README'), undefined);
-  await assert.rejects(readMeshFile(new File(['x'], 'part.step') as unknown as globalThis.File), /part.step is no mesh that the server reads/);
+  await assert.rejects(
+    readMeshFile(new File(['x'], 'part.step') as unknown as globalThis.File),
+    /part.step is no mesh that the server reads/,
+  );
   await assert.rejects(readMeshFile(new File([], 'part.stl') as unknown as globalThis.File), /part.stl is empty/);
 });
 
-for (const [name, vertices, faces] of [['knot', 5760, 5760], ['vase', 4704, 4608], ['slab', 1681, 1600]] as const) {
+for (const [name, vertices, faces] of [
+  ['knot', 5760, 5760],
+  ['vase', 4704, 4608],
+  ['slab', 1681, 1600],
+] as const) {
   test(`the sample ${name} has the quads that the page says, with corners that exist`, () => {
-    const lines = new TextDecoder().decode(sampleFile(name as SampleName).bytes).trimEnd().split('\n');
+    const lines = new TextDecoder()
+      .decode(sampleFile(name as SampleName).bytes)
+      .trimEnd()
+      .split('\n');
     const count = (word: string): number => lines.filter((line) => line.startsWith(`${word} `)).length;
     const corners = lines.filter((line) => line.startsWith('f ')).flatMap((line) => line.slice(2).split(' '));
 

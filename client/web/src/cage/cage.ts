@@ -60,7 +60,8 @@ export class Cage {
     const position = this.geometry.getAttribute('position') as BufferAttribute;
     const { points, frame } = this.lattice;
     const copy = (index: number): void => {
-      for (let axis = 0; axis < 3; ++axis) position.array[3 * index + axis] = points[3 * index + axis] - frame.origin[axis];
+      for (let axis = 0; axis < 3; ++axis)
+        position.array[3 * index + axis] = points[3 * index + axis] - frame.origin[axis];
     };
     if (indices === undefined) for (let i = 0; i < this.lattice.count; ++i) copy(i);
     else indices.forEach(copy);
@@ -73,7 +74,12 @@ export class Cage {
     const { hiddenCount } = this.selection;
     if (hiddenCount === this.linesHidden) return;
     this.linesHidden = hiddenCount;
-    this.grid.setIndex(new BufferAttribute(gridLines(this.lattice.size, (i) => this.selection.isHidden(i)), 1));
+    this.grid.setIndex(
+      new BufferAttribute(
+        gridLines(this.lattice.size, (i) => this.selection.isHidden(i)),
+        1,
+      ),
+    );
   }
 
   /** The point under the pointer, which shows what a press would take. */

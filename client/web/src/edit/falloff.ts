@@ -53,7 +53,7 @@ export function softWeights(
 function nearest(points: ArrayLike<number>, index: number, among: Uint32Array): [number, number] {
   const [x, y, z] = pointAt(points, index);
   let best = index;
-  let least = Infinity;  // squared; plain numbers, for this runs for every pair of points
+  let least = Infinity; // squared; plain numbers, for this runs for every pair of points
   for (let i = 0; i < among.length; ++i) {
     const at = 3 * among[i];
     const dx = points[at] - x;

@@ -17,12 +17,15 @@ export interface MeshTexture {
 export async function meshTexture(file: MeshFile, picture?: Blob): Promise<MeshTexture> {
   if (file.format !== 'obj' && file.format !== 'glb') throw new Error('Textures are shown of OBJ and GLB files.');
   const found =
-    file.format === 'glb' ? await glbTexture(file.bytes) : { cornerUvs: objCornerUvs(new TextDecoder().decode(file.bytes)) };
+    file.format === 'glb'
+      ? await glbTexture(file.bytes)
+      : { cornerUvs: objCornerUvs(new TextDecoder().decode(file.bytes)) };
   if (found?.cornerUvs === undefined) throw new Error(`${file.name} has no texture coordinates.`);
   // glTF counts v downwards, OBJ upwards.
   const flipY = file.format === 'obj';
   const own = 'texture' in found ? found.texture : undefined;
-  const texture = picture === undefined ? (own ?? canvasTexture(checker(), flipY)) : canvasTexture(await drawn(picture), flipY);
+  const texture =
+    picture === undefined ? (own ?? canvasTexture(checker(), flipY)) : canvasTexture(await drawn(picture), flipY);
   return { texture, cornerUvs: found.cornerUvs };
 }
 

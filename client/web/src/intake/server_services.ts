@@ -38,7 +38,12 @@ export function serverServices(server: LatticedServer): Services {
     },
     async createScene(mesh, lattice, view) {
       const sceneId = randomId();
-      await server.scenes.createScene({ sceneId, mesh, lattices: [latticeSource(lattice)], defaultView: fromView(view) });
+      await server.scenes.createScene({
+        sceneId,
+        mesh,
+        lattices: [latticeSource(lattice)],
+        defaultView: fromView(view),
+      });
       return sceneId;
     },
     async downloadMesh(mesh) {
@@ -76,6 +81,7 @@ function latticeSource(lattice: Fit | Lattice): MessageInitShape<typeof LatticeS
 /** Of a scene, where every field that has a default is filled in. */
 function toView(view: ViewOptions): ViewRequest {
   const { segments, positionBits, normalBits } = view;
-  const normals = ({ [NormalMode.NONE]: 'none', [NormalMode.FACET]: 'facet' } as const)[view.normals as 1 | 2] ?? 'smooth';
+  const normals =
+    ({ [NormalMode.NONE]: 'none', [NormalMode.FACET]: 'facet' } as const)[view.normals as 1 | 2] ?? 'smooth';
   return { segments, normals, encoding: encodingOf(view), positionBits, normalBits };
 }

@@ -32,10 +32,12 @@ export class Hud {
     this.arrivals.push(performance.now());
     if (info.msFromEdit !== undefined) this.latencies = [...this.latencies, info.msFromEdit].slice(-LATENCIES);
     this.values['bytes'].textContent = bytes(info.bytes);
-    this.values['patches'].textContent = `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
+    this.values['patches'].textContent =
+      `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
     this.values['latency'].textContent = this.latencies.length === 0 ? '–' : median(this.latencies).toFixed(0);
     const { server, transfer, decode, upload } = info.times;
-    this.values['latency'].title = `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;
+    this.values['latency'].title =
+      `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;
     this.showRate();
   }
 

@@ -20,7 +20,11 @@ export class People {
 
   show(others: Iterable<Presence>): void {
     const dots = [...others].map(({ name, colour, selected }) => {
-      const dot = h('span', { class: 'person', title: `${name || 'Somebody'}: ${selected.length} control points selected` }, (name || '?').slice(0, 1));
+      const dot = h(
+        'span',
+        { class: 'person', title: `${name || 'Somebody'}: ${selected.length} control points selected` },
+        (name || '?').slice(0, 1),
+      );
       dot.style.background = `#${colour.toString(16).padStart(6, '0')}`;
       return dot;
     });

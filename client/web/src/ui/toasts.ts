@@ -28,7 +28,12 @@ export class Toasts {
   }
 
   private add(text: string, className: string): HTMLElement {
-    const close = h('button', { type: 'button', class: 'icon-button', 'aria-label': 'Close', onclick: () => toast.remove() });
+    const close = h('button', {
+      type: 'button',
+      class: 'icon-button',
+      'aria-label': 'Close',
+      onclick: () => toast.remove(),
+    });
     close.append(icon('close'));
     const toast = h('div', { class: className }, h('span', {}, text), close);
     this.list.append(toast);

@@ -89,7 +89,8 @@ export class CameraRig {
     const distance = this.camera.position.distanceTo(sphere.center);
     const reach = Math.max(sphere.radius, 1e-6) * 2;
     this.camera.far = distance + reach;
-    this.camera.near = this.camera === this.perspective ? Math.max(distance - reach, this.camera.far / 2000) : distance - 4 * reach;
+    this.camera.near =
+      this.camera === this.perspective ? Math.max(distance - reach, this.camera.far / 2000) : distance - 4 * reach;
     this.camera.updateProjectionMatrix();
   }
 

@@ -21,7 +21,11 @@ export class Gizmo {
   private readonly standIn = new Object3D();
   private readonly start = { position: new Vector3(), quaternion: new Quaternion() };
   private kind: MotionKind = 'move';
-  private basis: Basis = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  private basis: Basis = [
+    [1, 0, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+  ];
 
   constructor(
     private readonly viewport: Viewport,
@@ -41,7 +45,11 @@ export class Gizmo {
   isAt(place: readonly [number, number]): boolean {
     if (this.controls.object === undefined) return false;
     const { width, height } = this.viewport.size;
-    this.controls.pointerHover({ x: (place[0] / width) * 2 - 1, y: 1 - (place[1] / height) * 2, button: 0 } as PointerEvent);
+    this.controls.pointerHover({
+      x: (place[0] / width) * 2 - 1,
+      y: 1 - (place[1] / height) * 2,
+      button: 0,
+    } as PointerEvent);
     return this.busy;
   }
 

@@ -100,7 +100,11 @@ export class PointerTools {
     if (!event.isPrimary) return;
     const place = viewport.place(event);
     this.place = place;
-    gizmo.setSnapping(event.ctrlKey && gizmo.busy ? viewport.transformView(editor.pivot(), WORLD_BASIS, WORLD_BASIS).snapStep : undefined);
+    gizmo.setSnapping(
+      event.ctrlKey && gizmo.busy
+        ? viewport.transformView(editor.pivot(), WORLD_BASIS, WORLD_BASIS).snapStep
+        : undefined,
+    );
     const modifiers = { shift: event.shiftKey, ctrl: event.ctrlKey || event.metaKey };
     if (this.press === undefined) {
       if (editor.transforming) editor.pointerMoved(...place, modifiers);
@@ -109,7 +113,8 @@ export class PointerTools {
     }
     const { press } = this;
     press.moved ||= Math.hypot(place[0] - press.place[0], place[1] - press.place[1]) > SLACK;
-    if (press.moved && press.drag === undefined && press.point !== undefined) press.drag = this.grab(press.point, press.place);
+    if (press.moved && press.drag === undefined && press.point !== undefined)
+      press.drag = this.grab(press.point, press.place);
     press.drag?.move(...place, modifiers);
   }
 

@@ -7,7 +7,7 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import type {} from '@src/main';  // window.latticed
+import type {} from '@src/main'; // window.latticed
 import { evaluate } from '@src/lattice/bspline';
 import { domain, frameEdges } from '@src/lattice/grid';
 import { latticeFromJson } from '@src/lattice/lattice_json';
@@ -18,7 +18,7 @@ import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
 
 const OBJ = torusObj(12, 8);
-const CORNER = 63;  // the last of 4 x 4 x 4 control points, which nothing hides
+const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
 
 let server: ServerProcess;
 let browser: Browser;
@@ -30,15 +30,21 @@ async function shot(name: string, of = page): Promise<void> {
 }
 
 function dropFile(name: string, text: string): Promise<void> {
-  return page.evaluate(([fileName, content]) => {
-    const dataTransfer = new DataTransfer();
-    dataTransfer.items.add(new File([content], fileName));
-    window.dispatchEvent(new DragEvent('drop', { dataTransfer, cancelable: true }));
-  }, [name, text] as const);
+  return page.evaluate(
+    ([fileName, content]) => {
+      const dataTransfer = new DataTransfer();
+      dataTransfer.items.add(new File([content], fileName));
+      window.dispatchEvent(new DragEvent('drop', { dataTransfer, cancelable: true }));
+    },
+    [name, text] as const,
+  );
 }
 
 function controlPoint(of: Page, index: number): Promise<Vec3> {
-  return of.evaluate((i) => [...window.latticed.scene!.session.lattice.points.slice(3 * i, 3 * i + 3)] as unknown as Vec3, index);
+  return of.evaluate(
+    (i) => [...window.latticed.scene!.session.lattice.points.slice(3 * i, 3 * i + 3)] as unknown as Vec3,
+    index,
+  );
 }
 
 /** Where a control point is on the screen, in pixels of the page. */
@@ -64,7 +70,9 @@ async function settled(of = page): Promise<void> {
 /** Notes updates as they come, for settled(). */
 function watchUpdates(of: Page): Promise<void> {
   return of.evaluate(() => {
-    window.latticed.scene!.session.on('update', ({ revision, fullDetail }) => Object.assign(window, { seen: { revision, fullDetail, at: performance.now() } }));
+    window.latticed.scene!.session.on('update', ({ revision, fullDetail }) =>
+      Object.assign(window, { seen: { revision, fullDetail, at: performance.now() } }),
+    );
   });
 }
 
@@ -84,14 +92,25 @@ async function worstVertex(of: Page): Promise<number> {
   const { frame, degree, size, knots } = lattice;
   const vector = ([x, y, z]: Vec3) => ({ x, y, z });
   const axes = ([u, v, w]: Vec3) => ({ u, v, w });
-  const deformed = latticeFromJson(JSON.stringify({
-    frame: { origin: vector(frame.origin), u: vector(frame.u), v: vector(frame.v), w: vector(frame.w) },
-    degree: axes(degree), size: axes(size), knotsU: knots[0], knotsV: knots[1], knotsW: knots[2], controlPoints: lattice.points,
-  }));
-  const rest = OBJ.split('\n').filter((line) => line.startsWith('v ')).map((line) => line.slice(2).split(' ').map(Number) as unknown as Vec3);
+  const deformed = latticeFromJson(
+    JSON.stringify({
+      frame: { origin: vector(frame.origin), u: vector(frame.u), v: vector(frame.v), w: vector(frame.w) },
+      degree: axes(degree),
+      size: axes(size),
+      knotsU: knots[0],
+      knotsV: knots[1],
+      knotsW: knots[2],
+      controlPoints: lattice.points,
+    }),
+  );
+  const rest = OBJ.split('\n')
+    .filter((line) => line.startsWith('v '))
+    .map((line) => line.slice(2).split(' ').map(Number) as unknown as Vec3);
   const misses = rest.map((p) => {
     const x = coordinates(frameEdges(deformed.frame), sub(p, deformed.frame.origin));
-    const parameter = ([0, 1, 2] as const).map((a) => domain(deformed, a)[0] + x[a] * (domain(deformed, a)[1] - domain(deformed, a)[0]));
+    const parameter = ([0, 1, 2] as const).map(
+      (a) => domain(deformed, a)[0] + x[a] * (domain(deformed, a)[1] - domain(deformed, a)[0]),
+    );
     const target = evaluate(deformed, parameter as unknown as Vec3);
     return Math.min(...points.map((q) => distance(q, target)));
   });
@@ -112,12 +131,15 @@ after(async () => {
 test('a file that is no mesh is refused in words, on the page', async () => {
   await dropFile('broken.obj', 'f 1 2 3\n');
 
-  await page.locator('.fit .error').getByText(/vertex|vertices/i).waitFor();
+  await page
+    .locator('.fit .error')
+    .getByText(/vertex|vertices/i)
+    .waitFor();
   await page.getByRole('button', { name: 'Cancel' }).click();
   await dropFile('part.step', 'ISO-10303-21;');
   await page.locator('.toast-error').getByText('part.step is no mesh').waitFor();
   await page.locator('.toast-error').getByRole('button', { name: 'Close' }).click();
-  errors.length = 0;  // the refused call is in the console too
+  errors.length = 0; // the refused call is in the console too
 });
 
 test('a dropped file becomes a scene with the lattice that is asked for', async () => {
@@ -160,7 +182,10 @@ test('G X 1 Enter moves by one along X, Ctrl-Z takes one gesture back', async ()
   await page.keyboard.press('Enter');
   const moved = await controlPoint(page, CORNER);
   await page.keyboard.press('Control+z');
-  await page.waitForFunction(([i, x]) => window.latticed.scene!.session.lattice.points[3 * i] === x, [CORNER, before[0]] as const);
+  await page.waitForFunction(([i, x]) => window.latticed.scene!.session.lattice.points[3 * i] === x, [
+    CORNER,
+    before[0],
+  ] as const);
 
   assert.deepEqual(moved, [before[0] + 1, before[1], before[2]]);
 });
@@ -169,7 +194,10 @@ test('Escape and a right click take a running transform back', async () => {
   const before = await controlPoint(page, CORNER);
   const [x, y] = await onScreen(CORNER);
 
-  for (const cancel of [() => page.keyboard.press('Escape'), () => page.mouse.click(x - 90, y + 40, { button: 'right' })]) {
+  for (const cancel of [
+    () => page.keyboard.press('Escape'),
+    () => page.mouse.click(x - 90, y + 40, { button: 'right' }),
+  ]) {
     await page.mouse.move(x - 40, y + 40);
     await page.keyboard.press('g');
     await page.mouse.move(x - 90, y + 40);
@@ -183,7 +211,7 @@ test('points are selected by a click, a row, a plane, a box, all and none', asyn
   const selected = (): Promise<number> => page.evaluate(() => window.latticed.scene!.editor.selection.size);
   const box = (await page.locator('canvas').boundingBox())!;
 
-  await page.mouse.click(...await onScreen(CORNER));
+  await page.mouse.click(...(await onScreen(CORNER)));
   assert.equal(await selected(), 1);
   await page.keyboard.press('u');
   assert.equal(await selected(), 4);
@@ -209,18 +237,18 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   await watchUpdates(other);
 
   await page.keyboard.press('Alt+a');
-  await page.mouse.click(...await onScreen(0));
+  await page.mouse.click(...(await onScreen(0)));
   for (const key of ['g', 'z', '-', '1', 'Enter']) await page.keyboard.press(key);
   const moved = await controlPoint(page, 0);
   await other.waitForFunction(([z]) => window.latticed.scene!.session.lattice.points[2] === z, [moved[2]] as const);
   await settled(other);
-  assert.ok(await worstVertex(other) < 1);
+  assert.ok((await worstVertex(other)) < 1);
 
   await other.keyboard.press('k');
   await other.getByRole('button', { name: 'Insert' }).click();
   await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 80);
   await settled();
-  assert.ok(await worstVertex(page) < 1);
+  assert.ok((await worstVertex(page)) < 1);
   await shot('viewer_second_window', other);
   assert.deepEqual(otherErrors, []);
   await other.close();
@@ -230,9 +258,14 @@ test('the help lists the key of every command, and Escape closes it', async () =
   await page.keyboard.press('?');
 
   const listed = await page.locator('.help dl kbd').allInnerTexts();
-  const keys = await page.evaluate(() => window.latticed.commands.list.flatMap(({ keys: k }) => (k === undefined ? [] : [k[0]])));
+  const keys = await page.evaluate(() =>
+    window.latticed.commands.list.flatMap(({ keys: k }) => (k === undefined ? [] : [k[0]])),
+  );
   await shot('viewer_help');
-  assert.deepEqual(keys.filter((key) => !listed.includes(key)), []);
+  assert.deepEqual(
+    keys.filter((key) => !listed.includes(key)),
+    [],
+  );
   await page.keyboard.press('Escape');
   assert.equal(await page.locator('.help').count(), 0);
 });
@@ -258,5 +291,5 @@ test('a server that was killed and started again is said on the page, and gets t
 
   await settled();
   assert.deepEqual(await controlPoint(page, 0), before);
-  assert.ok(await worstVertex(page) < 1);
+  assert.ok((await worstVertex(page)) < 1);
 });
