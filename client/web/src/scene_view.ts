@@ -169,6 +169,7 @@ export class SceneView {
 
   private refresh(): void {
     this.soon = 0;
+    this.picker.invalidate();
     this.knotBoxes.update(this.session.lattice);
     this.viewport.content.copy(this.bounds());
     this.cage.setPixelRatio(this.viewport.renderer.getPixelRatio());
@@ -179,7 +180,6 @@ export class SceneView {
 
   /** What depends on the camera. */
   private frame(): void {
-    this.picker.invalidate();
     if (this.settings.value.orientation === 'view') this.placeGizmo();
     const { soft } = this.settings.value;
     const busy = this.editor.transforming || this.gizmoGesture !== undefined;

@@ -5,6 +5,7 @@ import { File } from 'node:buffer';
 import { test } from 'node:test';
 import { PerspectiveCamera } from 'three';
 import { fileKind, readMeshFile } from '@src/intake/mesh_file';
+import { objCornerUvs } from '@src/intake/obj_uvs';
 import { SAMPLES, sampleFile, type SampleName } from '@src/intake/samples';
 import { Commands, chordOf, tooltip, type Command } from '@src/ui/commands';
 import {
@@ -123,3 +124,10 @@ for (const [name, vertices, faces] of [
     assert.equal(SAMPLES[name].note, `${faces.toLocaleString('en')} quads`);
   });
 }
+
+test('texture coordinates of OBJ corners come in the order of faces, also counted from the end, 0 where there are none', () => {
+  const text = 'v 0 0 0\nvt 0 0.25\nvt 0.5 1\nf 1/2 2/1/7 3\nvt 1 1\nf 1/-1 2/-3 3/2 \r\n';
+
+  assert.deepEqual([...objCornerUvs(text)!], [0.5, 1, 0, 0.25, 0, 0, 1, 1, 0, 0.25, 0.5, 1]);
+  assert.equal(objCornerUvs('v 0 0 0\nf 1 1 1'), undefined);
+});

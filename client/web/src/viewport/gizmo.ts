@@ -8,6 +8,7 @@ import type { Motion, MotionKind } from '../edit/motion';
 import { cross, dot, normalized, scale, sub, type Basis, type Vec3 } from '../lattice/vec';
 import type { Viewport } from './viewport';
 
+const SIZE = 0.9; // of three's own
 const MODES = { move: 'translate', rotate: 'rotate', scale: 'scale' } as const;
 
 export interface GizmoEvents {
@@ -33,7 +34,6 @@ export class Gizmo {
   ) {
     this.controls = new TransformControls(viewport.rig.camera, viewport.canvas);
     this.controls.setSpace('local');
-    this.controls.size = 0.9;
     this.controls.setColors(0xe5534b, 0x6fae3c, 0x4a8fe8, 0xffc24d);
     viewport.scene.add(this.standIn, this.controls.getHelper());
     this.controls.addEventListener('change', () => viewport.invalidate());
@@ -69,6 +69,8 @@ export class Gizmo {
     this.standIn.scale.setScalar(1);
     this.standIn.updateMatrixWorld();
     this.controls.camera = this.viewport.rig.camera;
+    // three takes the height alone: on an upright tablet that would be half the screen.
+    this.controls.size = SIZE * Math.min(this.viewport.size.width / this.viewport.size.height, 1);
     this.controls.setMode(MODES[kind]);
     this.controls.attach(this.standIn);
   }
