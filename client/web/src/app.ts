@@ -1,0 +1,182 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Ties it together: the page, the settings, the view and the scene that is open.
+import { makeCommands } from './commands/all_commands';
+import { SceneOpener } from './scene_opener';
+import { SceneView } from './scene_view';
+import type { Services } from './intake/services';
+import type { SceneSession, SessionStatus } from './session/scene_session';
+import { rememberedSettings, type Settings } from './state/settings';
+import { Commands } from './ui/commands';
+import { acceptDrops } from './ui/drop_zone';
+import { Hud } from './ui/hud';
+import { MenuBar } from './ui/menu_bar';
+import { NavGizmo } from './ui/nav_gizmo';
+import { buildPage, type Page } from './ui/page';
+import { People } from './ui/people';
+import { Panel } from './ui/panel';
+import { startScreen } from './ui/start_screen';
+import { ThemeSwitch } from './ui/theme';
+import { Toasts } from './ui/toasts';
+import { Toolbar } from './ui/toolbar';
+import { Viewport } from './viewport/viewport';
+import { inWords } from './wire/words';
+
+const TOOLS = [
+  ['tool-select', 'tool-box', 'tool-pull'],
+  ['gizmo-move', 'gizmo-rotate', 'gizmo-scale'],
+  ['soft', 'through'],
+  ['undo', 'redo'],
+  ['frame-selected', 'view-front', 'view-side', 'view-top', 'orthographic'],
+];
+const HEADER_TOOLS = [['share', 'export', 'theme', 'panel', 'help']];
+
+const HINTS: Record<Settings['tool'], string> = {
+  select: 'Click or drag a control point; G R S move, turn and scale what is selected; ? shows all keys',
+  box: 'Draw a box around control points; Shift adds, Ctrl toggles',
+  pull: 'Press on the surface and pull it',
+};
+
+export class App {
+  readonly settings = rememberedSettings(localStorage);
+  readonly viewport: Viewport;
+  readonly toasts: Toasts;
+  readonly opener: SceneOpener;
+  readonly commands: Commands;
+  scene: SceneView | undefined;
+  private readonly page: Page;
+  private readonly hud = new Hud();
+  private readonly people = new People();
+  private readonly panel = new Panel(this.settings);
+  private readonly toolbars: Toolbar[];
+  private readonly theme: ThemeSwitch;
+  private readonly start: HTMLElement;
+
+  constructor(
+    root: HTMLElement,
+    readonly services: Services,
+  ) {
+    this.page = buildPage(root);
+    this.viewport = new Viewport(this.page.view);
+    this.toasts = new Toasts(this.page.view);
+    this.opener = new SceneOpener(this);
+    this.commands = new Commands(makeCommands(this));
+    this.toolbars = [
+      new Toolbar('Tools', 'toolbar tools-bar', this.commands, TOOLS),
+      new Toolbar('Page', 'toolbar page-bar', this.commands, HEADER_TOOLS),
+    ];
+    this.start = startScreen({
+      file: (file) => this.opener.takeFiles([file]),
+      sample: (name) => this.opener.takeSample(name),
+    });
+    this.theme = new ThemeSwitch((dark) => this.setDark(dark));
+    this.layOut();
+    document.body.classList.add('no-scene');
+    this.settings.subscribe((settings, before) => this.showSettings(settings, before));
+    // On narrow screens the panel lies above the view: it opens when it is asked for.
+    if (matchMedia('(max-width: 900px)').matches) this.settings.set({ panel: false });
+    this.theme.set(this.settings.value.theme);
+    this.showSettings(this.settings.value, this.settings.value);
+    window.addEventListener('keydown', (event) => this.key(event));
+    window.addEventListener('popstate', () => void this.opener.openFromAddress());
+  }
+
+  /** Shows a scene in place of the one before. */
+  show(session: SceneSession): void {
+    this.scene?.dispose();
+    const refresh = (): void => this.refresh();
+    this.scene = new SceneView(this.viewport, session, this.settings, {
+      changed: refresh,
+      headline: (text) => this.showHint(text),
+      pullMissed: (error) =>
+        error === undefined ? this.toasts.tell('There is no surface here to pull.') : this.toasts.fail(inWords(error)),
+    });
+    this.scene.setDark(this.theme.dark);
+    this.start.hidden = true;
+    document.body.classList.remove('no-scene');
+    this.hud.element.hidden = false;
+    session.on('update', (info) => this.hud.update(info));
+    session.on('presence', (others) => this.people.show(others.values()));
+    this.people.show([]);
+    session.on('refused', (text) => this.toasts.fail(text));
+    session.on('status', (status) => this.showStatus(status));
+    this.showStatus(session.status);
+    const size = Math.hypot(...this.scene.bounds().getSize(this.viewport.rig.target.clone()).toArray());
+    this.panel.show(this.scene.editor, size);
+    this.scene.frameAll();
+    this.refresh();
+  }
+
+  showStatus({ state, text }: SessionStatus): void {
+    this.page.connection.dataset['state'] = state;
+    this.page.connection.textContent = state === 'live' ? 'live' : text;
+    const trouble = state === 'retrying' || state === 'failed';
+    this.page.banner.hidden = !trouble;
+    this.page.banner.textContent = trouble ? text : '';
+    if (state === 'restored') this.toasts.tell(text);
+  }
+
+  private refresh(): void {
+    this.panel.refresh();
+    for (const toolbar of this.toolbars) toolbar.refresh();
+  }
+
+  private layOut(): void {
+    const { header, tools, side, view } = this.page;
+    const nav = new NavGizmo((direction) => this.viewport.rig.lookFrom(direction));
+    this.viewport.onFrame(() => nav.update(this.viewport.rig.basis()));
+    const [left, right] = this.toolbars;
+    const title = document.createElement('strong');
+    title.textContent = 'latticed';
+    header.append(title, new MenuBar(this.commands).element, this.people.element, right.element);
+    tools.append(left.element);
+    side.append(this.panel.element);
+    this.hud.element.hidden = true;
+    view.append(nav.element, this.hud.element, this.start);
+    acceptDrops(
+      (files) => this.opener.takeFiles(files),
+      (over) => view.classList.toggle('drop-target', over),
+    );
+  }
+
+  private setDark(dark: boolean): void {
+    this.viewport.setBackground(dark ? '#1b2028' : '#e9edf3');
+    this.scene?.setDark(dark);
+  }
+
+  private showSettings(settings: Settings, before: Settings): void {
+    this.theme.set(settings.theme);
+    document.body.classList.toggle('panel-closed', !settings.panel);
+    if (settings.view !== before.view) this.scene?.session.setView(settings.view);
+    if (settings.colouring === 'texture' && before.colouring !== 'texture') this.loadTexture();
+    this.showHint(undefined);
+    for (const toolbar of this.toolbars) toolbar.refresh();
+  }
+
+  private loadTexture(): void {
+    this.opener.loadTexture().catch((error: unknown) => {
+      this.settings.set({ colouring: 'plain' });
+      this.toasts.fail(inWords(error));
+    });
+  }
+
+  private showHint(text: string | undefined): void {
+    this.page.hint.textContent = text ?? (this.scene === undefined ? '' : HINTS[this.settings.value.tool]);
+    this.page.hint.classList.toggle('running', text !== undefined);
+  }
+
+  /** Keys go to a running transform first, then to commands; never away from a field or a dialog. */
+  private key(event: KeyboardEvent): void {
+    const target = event.target as HTMLElement;
+    if (target.closest('input:not([type=checkbox]):not([type=range]), select, textarea, dialog') !== null) return;
+    const editor = this.scene?.editor;
+    if (editor?.transforming) {
+      // Ctrl snaps meanwhile; an undo in the middle of a gesture would tear it.
+      if (event.ctrlKey || event.metaKey || event.altKey || editor.keyPressed(event.key, event.shiftKey))
+        event.preventDefault();
+      return;
+    }
+    if (this.commands.press(event)) event.preventDefault();
+  }
+}

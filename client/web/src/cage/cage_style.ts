@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How control points and the lines between them look in each of their states, on light and on dark.
+import { Color } from 'three';
+
+export type PointState = 'plain' | 'selected' | 'active' | 'hover';
+
+export interface CageStyle {
+  /** Colours per state, of discs and of the lines that end in them. */
+  readonly colours: Record<PointState, Color>;
+  /** The rim of discs, which sets them off from the surface. */
+  readonly rim: Color;
+  readonly knotBoxes: Color;
+}
+
+/** Diameters in CSS pixels. */
+export const DIAMETERS: Record<PointState, number> = { plain: 8, selected: 11, active: 13, hover: 12 };
+
+export const DARK_CAGE: CageStyle = {
+  colours: {
+    plain: new Color(0xc3d0e2),
+    selected: new Color(0xff9f2e),
+    active: new Color(0xffe2b0),
+    hover: new Color(0x7fd0ff),
+  },
+  rim: new Color(0x10141b),
+  knotBoxes: new Color(0x3fb8a8),
+};
+
+export const LIGHT_CAGE: CageStyle = {
+  colours: {
+    plain: new Color(0x4a5a72),
+    selected: new Color(0xe06c00),
+    active: new Color(0x8a3b00),
+    hover: new Color(0x0077c8),
+  },
+  rim: new Color(0xffffff),
+  knotBoxes: new Color(0x0b8474),
+};

@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The edges of the deformed knot boxes: where the surface's polynomial pieces meet.
+import { BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments, type Color } from 'three';
+import { knotBoxLines } from '../lattice/bspline';
+import type { Lattice } from '../lattice/lattice';
+
+const STEPS = 8; // lines per edge: a quadratic's or cubic's bend looks smooth
+const MOST_LINES = 40_000; // then edges get fewer: this is computed for every edit
+
+export class KnotBoxes {
+  readonly object = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.8 }));
+
+  constructor() {
+    this.object.visible = false;
+    this.object.frustumCulled = false;
+    this.object.renderOrder = 9;
+  }
+
+  setColour(colour: Color): void {
+    this.object.material.color.copy(colour);
+  }
+
+  /** Follows the lattice; nothing is computed while the lines are not shown. */
+  update(lattice: Lattice): void {
+    if (!this.object.visible) return;
+    const { origin } = lattice.frame;
+    const edges = 3 * lattice.count;
+    const lines = knotBoxLines(lattice, Math.min(Math.max(Math.floor(MOST_LINES / edges), 1), STEPS));
+    const array = Float32Array.from(lines, (x, i) => x - origin[(i % 3) as 0 | 1 | 2]);
+    const position = this.object.geometry.getAttribute('position') as BufferAttribute | undefined;
+    if (position?.array.length === array.length) {
+      position.array.set(array);
+      position.needsUpdate = true;
+    } else {
+      this.object.geometry.dispose();
+      this.object.geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(array, 3));
+    }
+    this.object.position.set(...origin);
+  }
+
+  dispose(): void {
+    this.object.geometry.dispose();
+    this.object.material.dispose();
+  }
+}

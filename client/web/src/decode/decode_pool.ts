@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import type { ChunkForm, DecodedChunk } from './chunk_form';
+import type { DecodeAnswer, DecodeRequest } from './decode_messages';
+
+/** What the pool needs of a Worker. */
+export interface DecodeWorker {
+  onmessage: ((event: { data: DecodeAnswer }) => void) | null;
+  onerror: ((event: { message?: string }) => void) | null;
+  postMessage(message: DecodeRequest, transfer: ArrayBuffer[]): void;
+  terminate(): void;
+}
+
+/** A chunk that is decoded or will be. */
+export interface PendingChunk {
+  readonly result: Promise<DecodedChunk & { readonly ms: number }>;
+  /** Takes it out of the queue; false where a worker has it or had it. `result` is then never settled. */
+  cancel(): boolean;
+}
+
+interface Job {
+  readonly id: number;
+  readonly data: Uint8Array<ArrayBuffer>;
+  readonly form: ChunkForm;
+  readonly resolve: (chunk: DecodedChunk & { ms: number }) => void;
+  readonly reject: (error: Error) => void;
+}
+
+/**
+ * Decodes chunks in workers, in the order asked. A worker has two jobs at most, the one it decodes and the next,
+ * so that the others can be cancelled. The queue is bounded by its user: a watch has two updates on their way.
+ */
+export class DecodePool {
+  private static readonly JOBS_PER_WORKER = 2;
+  private static readonly SPARE_BUFFERS = 256;
+
+  private readonly queue: Job[] = [];
+  private readonly running = new Map<number, Job>();
+  private readonly load: number[];
+  private readonly spare: ArrayBuffer[] = [];
+  private nextId = 1;
+  private failure: Error | undefined;
+
+  constructor(private readonly workers: readonly DecodeWorker[], wasm: ArrayBuffer) {
+    this.load = workers.map(() => 0);
+    workers.forEach((worker, number) => {
+      worker.onmessage = ({ data }) => this.answered(number, data);
+      worker.onerror = ({ message }) => this.fail(new Error(`a decoding worker failed: ${message ?? 'not loaded'}`));
+      worker.postMessage({ kind: 'start', wasm }, []);
+    });
+  }
+
+  /** Workers for this machine: one for each thread but one, six at most. */
+  static async inBrowser(folder: URL): Promise<DecodePool> {
+    const response = await fetch(new URL('draco_decoder.wasm', folder));
+    if (!response.ok) throw new Error(`draco_decoder.wasm: HTTP status ${response.status}`);
+    const count = Math.min(Math.max((navigator.hardwareConcurrency || 2) - 1, 1), 6);
+    const workers = Array.from({ length: count }, () => new Worker(new URL('decode_worker.js', folder), { type: 'module' }));
+    return new DecodePool(workers as DecodeWorker[], await response.arrayBuffer());
+  }
+
+  /** Decodes one chunk. `data` is the pool's from then on. */
+  decode(data: Uint8Array<ArrayBuffer>, form: ChunkForm): PendingChunk {
+    const id = this.nextId++;
+    const result = new Promise<DecodedChunk & { ms: number }>((resolve, reject) => {
+      if (this.failure) reject(this.failure);
+      else this.queue.push({ id, data, form, resolve, reject });
+    });
+    this.pump();
+    return { result, cancel: () => this.cancel(id) };
+  }
+
+  /** Takes back the memory of a decoded chunk that nobody reads any longer. */
+  giveBack(chunk: DecodedChunk): void {
+    if (this.spare.length < DecodePool.SPARE_BUFFERS) this.spare.push(chunk.points.buffer as ArrayBuffer);
+  }
+
+  /** Chunks that wait or are being decoded. */
+  get pending(): number {
+    return this.queue.length + this.running.size;
+  }
+
+  close(): void {
+    this.fail(new Error('the decoders are closed'));
+    for (const worker of this.workers) worker.terminate();
+  }
+
+  private cancel(id: number): boolean {
+    const at = this.queue.findIndex((job) => job.id === id);
+    if (at >= 0) this.queue.splice(at, 1);
+    return at >= 0;
+  }
+
+  private pump(): void {
+    while (this.queue.length) {
+      const number = this.load.indexOf(Math.min(...this.load));
+      if (this.load[number]! >= DecodePool.JOBS_PER_WORKER) return;
+      const job = this.queue.shift()!;
+      ++this.load[number]!;
+      this.running.set(job.id, job);
+      const reuse = this.spare.pop();
+      // A part of a message is copied out of it, where posting would clone the whole buffer once a chunk.
+      const data = job.data.byteLength === job.data.buffer.byteLength ? job.data : job.data.slice();
+      this.workers[number]!.postMessage(
+        { kind: 'job', id: job.id, data, form: job.form, ...(reuse && { reuse }) },
+        reuse ? [data.buffer, reuse] : [data.buffer]);
+    }
+  }
+
+  private answered(number: number, answer: DecodeAnswer): void {
+    --this.load[number]!;
+    const job = this.running.get(answer.id);
+    this.running.delete(answer.id);
+    if (answer.points && answer.extent) job?.resolve({ points: answer.points, extent: answer.extent, ms: answer.ms });
+    else job?.reject(new Error(answer.error ?? 'a worker answered nothing'));
+    this.pump();
+  }
+
+  private fail(error: Error): void {
+    this.failure = error;
+    for (const job of [...this.running.values(), ...this.queue]) job.reject(error);
+    this.running.clear();
+    this.queue.length = 0;
+  }
+}

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { ChunkDecoder } from './chunk_decoder';
+import type { DecodeAnswer, DecodeJob, DecodeRequest } from './decode_messages';
+
+/** A worker's end: decodes in the order of arrival. */
+const worker = globalThis as unknown as {
+  onmessage: (event: MessageEvent<DecodeRequest>) => void;
+  postMessage(answer: DecodeAnswer, transfer: ArrayBuffer[]): void;
+};
+let decoder: Promise<ChunkDecoder> | undefined;
+
+async function answer(job: DecodeJob): Promise<void> {
+  const start = performance.now();
+  try {
+    if (!decoder) throw new Error('a job before the start');
+    const chunk = (await decoder).decode(job.data, job.form, job.reuse);
+    const ms = performance.now() - start;
+    worker.postMessage({ id: job.id, ...chunk, ms }, [chunk.points.buffer as ArrayBuffer]);
+  } catch (error) {
+    worker.postMessage({ id: job.id, ms: 0, error: error instanceof Error ? error.message : String(error) }, []);
+  }
+}
+
+worker.onmessage = ({ data }) => {
+  if (data.kind === 'start') decoder = ChunkDecoder.create(data.wasm);
+  else void answer(data);
+};

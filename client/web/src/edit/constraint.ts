@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// To which axes a transform keeps: one, or the plane across one, of the chosen orientation or, asked twice, of the
+// lattice.
+
+import { AXES, type Axis } from '../lattice/grid';
+import { dot, type Basis, type Vec3 } from '../lattice/vec';
+
+export interface Constraint {
+  axis: Axis;
+  /** Keeps to the plane across the axis instead of to the axis. */
+  plane: boolean;
+  /** Of the second choice of axes: the lattice's, where the chosen ones are the world's or the view's. */
+  local: boolean;
+}
+
+/** The constraint after X, Y or Z is pressed: once, twice for the local axes, a third time for none. */
+export function nextConstraint(now: Constraint | undefined, axis: Axis, plane: boolean): Constraint | undefined {
+  if (now === undefined || now.axis !== axis || now.plane !== plane) return { axis, plane, local: false };
+  return now.local ? undefined : { ...now, local: true };
+}
+
+/** The axes along which things may go. */
+export function freeAxes(constraint: Constraint | undefined): readonly Axis[] {
+  if (constraint === undefined) return AXES;
+  return constraint.plane ? AXES.filter((a) => a !== constraint.axis) : [constraint.axis];
+}
+
+/** Two rows: pixels right and down for a step in the world, at the pivot. */
+export type ScreenJacobian = readonly [Vec3, Vec3];
+
+/** The amount along `axis` whose picture best follows the pointer's way of `dx`, `dy` pixels. */
+export function amountAlong(jacobian: ScreenJacobian, axis: Vec3, dx: number, dy: number): number {
+  const sx = dot(jacobian[0], axis);
+  const sy = dot(jacobian[1], axis);
+  // An axis that points at the viewer has no picture: what is left of it must not become a huge factor.
+  const least = 0.1 * Math.max(norm(jacobian[0]), norm(jacobian[1]));
+  return (sx * dx + sy * dy) / Math.max(sx * sx + sy * sy, least * least);
+}
+
+/** The amounts along two axes that follow the pointer; where their plane is seen from its edge, the better axis alone. */
+export function amountsInPlane(jacobian: ScreenJacobian, a: Vec3, b: Vec3, dx: number, dy: number): [number, number] {
+  const [ax, ay, bx, by] = [dot(jacobian[0], a), dot(jacobian[1], a), dot(jacobian[0], b), dot(jacobian[1], b)];
+  const determinant = ax * by - ay * bx;
+  const aPixels = Math.hypot(ax, ay);
+  const bPixels = Math.hypot(bx, by);
+  if (Math.abs(determinant) < 0.1 * norm(jacobian[0]) * norm(jacobian[1])) {
+    return aPixels > bPixels ? [amountAlong(jacobian, a, dx, dy), 0] : [0, amountAlong(jacobian, b, dx, dy)];
+  }
+  return [(dx * by - dy * bx) / determinant, (dy * ax - dx * ay) / determinant];
+}
+
+function norm(v: Vec3): number {
+  return Math.hypot(...v);
+}
+
+/** The basis in which a constraint's axes are meant. */
+export function constraintBasis(constraint: Constraint | undefined, chosen: Basis, local: Basis): Basis {
+  return constraint?.local ? local : chosen;
+}

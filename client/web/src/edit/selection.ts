@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which control points are selected, which one is active, which are hidden. Hidden points are never selected.
+
+export type SelectMode = 'replace' | 'extend' | 'toggle' | 'remove';
+
+export class Selection {
+  private selected = new Set<number>();
+  private hiddenPoints = new Set<number>();
+  private activePoint: number | undefined;
+  private sorted: Uint32Array | undefined;
+  private listeners = new Set<() => void>();
+
+  /** `count` control points, none of them selected. */
+  constructor(private points: number) {}
+
+  /** Control points in all. */
+  get count(): number {
+    return this.points;
+  }
+
+  /** The selected points, ascending. */
+  get indices(): Uint32Array {
+    return (this.sorted ??= Uint32Array.from(this.selected).sort());
+  }
+
+  get size(): number {
+    return this.selected.size;
+  }
+
+  /** The point that was selected last: the pivot 'active', and what rows and planes go through. */
+  get active(): number | undefined {
+    return this.activePoint;
+  }
+
+  get hiddenCount(): number {
+    return this.hiddenPoints.size;
+  }
+
+  has(index: number): boolean {
+    return this.selected.has(index);
+  }
+
+  isHidden(index: number): boolean {
+    return this.hiddenPoints.has(index);
+  }
+
+  /** Begins anew with another number of points, as after a change of the lattice's structure. */
+  reset(count: number): void {
+    this.points = count;
+    this.selected.clear();
+    this.hiddenPoints.clear();
+    this.activePoint = undefined;
+    this.changed();
+  }
+
+  /** Applies a click on one point, a box, a row; the last one named becomes active where it ends selected. */
+  select(indices: Iterable<number>, mode: SelectMode = 'replace'): void {
+    const named = [...indices].filter((i) => !this.hiddenPoints.has(i));
+    if (mode === 'replace') this.selected.clear();
+    for (const index of named) {
+      const remove = mode === 'remove' || (mode === 'toggle' && this.selected.has(index));
+      if (remove) this.selected.delete(index);
+      else this.selected.add(index);
+    }
+    const last = named[named.length - 1];
+    if (last !== undefined && this.selected.has(last)) this.activePoint = last;
+    this.keepActive();
+    this.changed();
+  }
+
+  all(): void {
+    this.select(this.visible(), 'extend');
+  }
+
+  none(): void {
+    this.select([]);
+  }
+
+  invert(): void {
+    this.select(this.visible(), 'toggle');
+  }
+
+  hide(indices: Iterable<number>): void {
+    for (const index of indices) {
+      this.hiddenPoints.add(index);
+      this.selected.delete(index);
+    }
+    this.keepActive();
+    this.changed();
+  }
+
+  /** Shows all points again. */
+  reveal(): void {
+    this.hiddenPoints.clear();
+    this.changed();
+  }
+
+  /** Calls `listener` after every change; the function returned ends that. */
+  onChange(listener: () => void): () => void {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
+  }
+
+  private visible(): number[] {
+    return Array.from({ length: this.points }, (_, i) => i).filter((i) => !this.hiddenPoints.has(i));
+  }
+
+  private keepActive(): void {
+    if (this.activePoint !== undefined && this.selected.has(this.activePoint)) return;
+    this.activePoint = [...this.selected].pop();
+  }
+
+  private changed(): void {
+    this.sorted = undefined;
+    for (const listener of this.listeners) listener();
+  }
+}

@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The services of a latticed server.
+import type { MessageInitShape } from '@bufbuild/protobuf';
+import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
+import { MeshFormat, type Mesh } from 'latticed/v1/mesh_pb';
+import { NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
+import type { Fit } from '../lattice/identity';
+import { Lattice } from '../lattice/lattice';
+import { openSession } from '../session/open_session';
+import type { ViewRequest } from '../session/scene_session';
+import { downloadMesh } from '../wire/download';
+import { randomId } from '../wire/ids';
+import { fromLattice, vector } from '../wire/lattice_message';
+import type { LatticedServer } from '../wire/latticed_server';
+import { uploadMesh } from '../wire/upload';
+import { encodingOf, fromView } from '../wire/view_message';
+import type { MeshFormatName } from './mesh_file';
+import type { Services, UploadedMesh } from './services';
+
+const FORMATS: Record<MeshFormatName, MeshFormat> = {
+  obj: MeshFormat.OBJ,
+  ply: MeshFormat.PLY,
+  stl: MeshFormat.STL,
+  glb: MeshFormat.GLB,
+  drc: MeshFormat.DRACO,
+};
+
+const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
+
+export function serverServices(server: LatticedServer): Services {
+  return {
+    async upload(file, progress, signal) {
+      const header = { name: file.name, format: FORMATS[file.format] };
+      const onProgress = (sent: number, all: number): void => progress(sent / all);
+      return describe(await uploadMesh(server, header, file.bytes, { onProgress, signal }));
+    },
+    async createScene(mesh, lattice, view) {
+      const sceneId = randomId();
+      await server.scenes.createScene({
+        sceneId,
+        mesh,
+        lattices: [latticeSource(lattice)],
+        defaultView: fromView(view),
+      });
+      return sceneId;
+    },
+    async downloadMesh(mesh) {
+      const { header, bytes } = await downloadMesh(server, mesh);
+      const format = FORMAT_NAMES.find((name) => FORMATS[name] === header.format);
+      if (format === undefined) throw new Error('The mesh was not uploaded as a file that this page reads.');
+      return { name: header.name, format, bytes: bytes as Uint8Array<ArrayBuffer> };
+    },
+    async describeScene(sceneId) {
+      const { mesh, defaultView } = await server.scenes.getScene({ scene: sceneId });
+      return { mesh, view: defaultView === undefined ? {} : toView(defaultView) };
+    },
+    openSession: (sceneId, options) => openSession(server, sceneId, options),
+    exportAddress: (sceneId, format) => `${server.origin}/export/${sceneId}.${format}`,
+  };
+}
+
+function describe(mesh: Mesh): UploadedMesh {
+  return {
+    id: mesh.id,
+    name: mesh.name,
+    vertices: Number(mesh.vertices),
+    faces: Number(mesh.faces),
+    bounds: { min: vector(mesh.bounds?.min), max: vector(mesh.bounds?.max) },
+  };
+}
+
+function latticeSource(lattice: Fit | Lattice): MessageInitShape<typeof LatticeSourceSchema> {
+  if (lattice instanceof Lattice) return { source: { case: 'lattice', value: fromLattice(lattice) } };
+  const axes = ([u, v, w]: Fit['size']) => ({ u, v, w });
+  const { size, degree, padding } = lattice;
+  return { source: { case: 'fit', value: { size: axes(size), degree: axes(degree), padding } } };
+}
+
+/** Of a scene, where every field that has a default is filled in. */
+function toView(view: ViewOptions): ViewRequest {
+  const { segments, positionBits, normalBits } = view;
+  const normals =
+    ({ [NormalMode.NONE]: 'none', [NormalMode.FACET]: 'facet' } as const)[view.normals as 1 | 2] ?? 'smooth';
+  return { segments, normals, encoding: encodingOf(view), positionBits, normalBits };
+}

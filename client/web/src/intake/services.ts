@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the page asks of the server besides the scene's stream.
+import type { Bounds, Fit } from '../lattice/identity';
+import type { Lattice } from '../lattice/lattice';
+import type { SessionOptions } from '../session/open_session';
+import type { SceneSession, ViewRequest } from '../session/scene_session';
+import type { MeshFile } from './mesh_file';
+
+export interface UploadedMesh {
+  readonly id: string;
+  readonly name: string;
+  readonly vertices: number;
+  readonly faces: number;
+  readonly bounds: Bounds;
+}
+
+export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'stl', 'drc'] as const;
+export type ExportFormat = (typeof EXPORT_FORMATS)[number];
+
+/** What a scene was made of. */
+export interface SceneFacts {
+  /** Id of its mesh. */
+  readonly mesh: string;
+  /** What watchers see who do not say. */
+  readonly view: ViewRequest;
+}
+
+export interface Services {
+  /** Rejects with an Error in words; `progress` goes from 0 to 1. */
+  upload(file: MeshFile, progress: (fraction: number) => void, signal: AbortSignal): Promise<UploadedMesh>;
+  /** Makes a scene and returns its id. */
+  createScene(mesh: string, lattice: Fit | Lattice, view: ViewRequest): Promise<string>;
+  /** The file that a mesh was uploaded from. */
+  downloadMesh(mesh: string): Promise<MeshFile>;
+  describeScene(sceneId: string): Promise<SceneFacts>;
+  openSession(sceneId: string, options: SessionOptions): Promise<SceneSession>;
+  exportAddress(sceneId: string, format: ExportFormat): string;
+}

@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The lattice at rest: control points at the Greville abscissae of the frame, which leave the mesh as it is.
+
+import { AXES, domain, frameEdges, pointCount, type Axes, type LatticeStructure } from './grid';
+import { Lattice, type LatticeFrame } from './lattice';
+import { add, scale, type Vec3 } from './vec';
+
+export interface Bounds {
+  min: Vec3;
+  max: Vec3;
+}
+
+export interface Fit {
+  size: Axes;
+  degree: Axes;
+  /** Margin on every side of every axis, as a fraction of the longest edge of the bounds. */
+  padding: number;
+}
+
+/** What the server takes where nothing is said. */
+export const DEFAULT_FIT: Fit = { size: [4, 4, 4], degree: [2, 2, 2], padding: 0.05 };
+
+/** 0 and size - degree repeated degree + 1 times at the ends, and the integers between. */
+export function clampedUniformKnots(degree: number, size: number): Float64Array {
+  const last = size - degree;
+  return Float64Array.from({ length: size + degree + 1 }, (_, i) => Math.min(Math.max(i - degree, 0), last));
+}
+
+/** Means of `degree` consecutive knots: where a control point is at rest along its axis. */
+export function grevilleAbscissae(knots: ArrayLike<number>, degree: number, size: number): number[] {
+  return Array.from({ length: size }, (_, i) => {
+    let sum = 0;
+    for (let k = 1; k <= degree; ++k) sum += knots[i + k];
+    return sum / degree;
+  });
+}
+
+/** Maps a point of the knot domain to the world by the rest lattice's frame. */
+export function restPosition(structure: LatticeStructure, parameter: Vec3): Vec3 {
+  let p = structure.frame.origin;
+  for (const axis of AXES) {
+    const [begin, end] = domain(structure, axis);
+    p = add(p, scale(frameEdges(structure.frame)[axis], (parameter[axis] - begin) / (end - begin)));
+  }
+  return p;
+}
+
+export function identityPoints(structure: LatticeStructure): Float64Array {
+  const { knots, degree, size } = structure;
+  const [us, vs, ws] = AXES.map((a) => grevilleAbscissae(knots[a], degree[a], size[a])) as [
+    number[],
+    number[],
+    number[],
+  ];
+  const points = new Float64Array(3 * pointCount(size));
+  let at = 0;
+  for (const w of ws) {
+    for (const v of vs) {
+      for (const u of us) {
+        points.set(restPosition(structure, [u, v, w]), at);
+        at += 3;
+      }
+    }
+  }
+  return points;
+}
+
+/** One knot vector per axis. */
+export function knotVectors(of: (axis: 0 | 1 | 2) => Float64Array): LatticeStructure['knots'] {
+  return [of(0), of(1), of(2)];
+}
+
+/** The frame that the server fits around a mesh with these bounds: along the world axes. */
+export function fittedFrame(bounds: Bounds, padding: number): LatticeFrame {
+  const extent = AXES.map((a) => bounds.max[a] - bounds.min[a]) as unknown as Vec3;
+  const longest = Math.max(...extent);
+  const margin = padding * (longest > 0 ? longest : 1);
+  const edge = (a: 0 | 1 | 2): number => extent[a] + 2 * margin;
+  return {
+    origin: AXES.map((a) => bounds.min[a] - margin) as unknown as Vec3,
+    u: [edge(0), 0, 0],
+    v: [0, edge(1), 0],
+    w: [0, 0, edge(2)],
+  };
+}
+
+/** The lattice that the server fits around a mesh with these bounds. */
+export function fitLattice(bounds: Bounds, fit: Fit): Lattice {
+  const structure: LatticeStructure = {
+    degree: fit.degree,
+    size: fit.size,
+    knots: knotVectors((a) => clampedUniformKnots(fit.degree[a], fit.size[a])),
+    frame: fittedFrame(bounds, fit.padding),
+  };
+  return new Lattice(structure.frame, structure.degree, structure.size, structure.knots, identityPoints(structure));
+}

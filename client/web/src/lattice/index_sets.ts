@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Sets of control points that the grid names: rows, planes, the inner points, mirror images, grid lines.
+
+import { AXES, indexOf, placeOf, pointCount, type Axes, type Axis } from './grid';
+
+/** The row through a control point along an axis. */
+export function rowOf(size: Axes, index: number, axis: Axis): number[] {
+  const place = placeOf(size, index);
+  return Array.from({ length: size[axis] }, (_, i) => {
+    place[axis] = i;
+    return indexOf(size, place);
+  });
+}
+
+/** The plane through a control point across an axis: all points with the same place along it. */
+export function planeOf(size: Axes, index: number, axis: Axis): number[] {
+  const at = placeOf(size, index)[axis];
+  const found: number[] = [];
+  for (let i = 0; i < pointCount(size); ++i) {
+    if (placeOf(size, i)[axis] === at) found.push(i);
+  }
+  return found;
+}
+
+/** Points that lie on none of the grid's six faces. */
+export function innerPoints(size: Axes): number[] {
+  const found: number[] = [];
+  for (let i = 0; i < pointCount(size); ++i) {
+    const place = placeOf(size, i);
+    if (AXES.every((a) => place[a] > 0 && place[a] < size[a] - 1)) found.push(i);
+  }
+  return found;
+}
+
+/** The control point on the other side of the grid's middle, along each of the axes named. */
+export function mirrorImage(size: Axes, index: number, axes: readonly Axis[]): number {
+  const place = placeOf(size, index);
+  for (const axis of axes) place[axis] = size[axis] - 1 - place[axis];
+  return indexOf(size, place);
+}
+
+/** Index pairs of the lines between neighbours, for one line list; lines at a hidden point are left out. */
+export function gridLines(size: Axes, hidden: (index: number) => boolean): Uint32Array {
+  const pairs: number[] = [];
+  const steps: Axes = [1, size[0], size[0] * size[1]];
+  for (let index = 0; index < pointCount(size); ++index) {
+    if (hidden(index)) continue;
+    const place = placeOf(size, index);
+    for (const axis of AXES) {
+      const next = index + steps[axis];
+      if (place[axis] + 1 < size[axis] && !hidden(next)) pairs.push(index, next);
+    }
+  }
+  return Uint32Array.from(pairs);
+}

@@ -1,0 +1,202 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One scene in the view: its surface, its cage, and what pointer and keys do to them, kept in step with the session.
+import { Box3, Vector3 } from 'three';
+import { Cage } from './cage/cage';
+import { DARK_CAGE, LIGHT_CAGE } from './cage/cage_style';
+import { KnotBoxes } from './cage/knot_boxes';
+import { Editor } from './edit/editor';
+import type { MotionKind } from './edit/motion';
+import type { TransformGesture } from './edit/transform_gesture';
+import { pointAt } from './lattice/vec';
+import type { SceneSession } from './session/scene_session';
+import type { Settings, SettingsStore } from './state/settings';
+import { SoftCircle } from './ui/soft_circle';
+import { Gizmo } from './viewport/gizmo';
+import { Occlusion } from './viewport/occlusion';
+import { PointPicker } from './viewport/point_picker';
+import { PointerTools } from './viewport/pointer_tools';
+import type { Viewport } from './viewport/viewport';
+
+export interface SceneViewEvents {
+  /** The selection, the cage or the lattice is another: panels show it. */
+  changed(): void;
+  headline(text: string | undefined): void;
+  /** Nothing was there to pull, or it could not be found out. */
+  pullMissed(error?: unknown): void;
+}
+
+export class SceneView {
+  readonly editor: Editor;
+  readonly pointer: PointerTools;
+  private readonly cage: Cage;
+  private readonly knotBoxes = new KnotBoxes();
+  private readonly softCircle = new SoftCircle();
+  private readonly gizmo: Gizmo;
+  private readonly occlusion: Occlusion;
+  private readonly picker: PointPicker;
+  private gizmoGesture: TransformGesture | undefined;
+  private readonly ends: (() => void)[] = [];
+  private soon = 0;
+
+  constructor(
+    private readonly viewport: Viewport,
+    readonly session: SceneSession,
+    private readonly settings: SettingsStore,
+    private readonly events: SceneViewEvents,
+  ) {
+    this.editor = new Editor(session, settings, (text) => events.headline(text));
+    this.cage = new Cage(session.lattice, this.editor.selection);
+    this.occlusion = new Occlusion(viewport);
+    this.picker = new PointPicker(viewport, this.editor, this.occlusion);
+    this.gizmo = new Gizmo(viewport, {
+      begin: () => (this.gizmoGesture = this.editor.beginGesture()),
+      update: (motion) => this.gizmoGesture?.update(motion),
+      end: () => this.endGizmo(),
+    });
+    const { editor, picker, cage, gizmo } = this;
+    this.pointer = new PointerTools({
+      viewport,
+      editor,
+      settings,
+      picker,
+      cage,
+      gizmo,
+      onPullMissed: (error) => events.pullMissed(error),
+    });
+    viewport.element.append(this.softCircle.element);
+    viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object);
+    session.surface.onChanged = () => viewport.invalidate();
+    this.listen();
+    this.applySettings(settings.value);
+    this.refresh();
+  }
+
+  setDark(dark: boolean): void {
+    const style = dark ? DARK_CAGE : LIGHT_CAGE;
+    this.cage.setStyle(style);
+    this.knotBoxes.setColour(style.knotBoxes);
+    this.session.surface.setLook({ colour: dark ? 0xb9c2cf : 0xc9d1dc });
+    this.viewport.invalidate();
+  }
+
+  /** Begins G, R or S at the pointer; false where nothing is selected. */
+  beginTransform(kind: MotionKind): boolean {
+    const { viewport } = this;
+    return this.editor.beginTransform(
+      kind,
+      viewport.transformView.bind(viewport),
+      viewport.rig.basis(),
+      this.pointer.place,
+    );
+  }
+
+  frameAll(): void {
+    this.viewport.rig.frame(this.bounds());
+  }
+
+  frameSelected(): void {
+    const box = new Box3();
+    for (const index of this.editor.selection.indices)
+      box.expandByPoint(new Vector3(...pointAt(this.session.lattice.points, index)));
+    const size = this.bounds().getSize(new Vector3()).length();
+    this.viewport.rig.frame(box.isEmpty() ? this.bounds() : box.expandByScalar(size / 12));
+  }
+
+  /** Of all that can be seen: the control points and the surface. */
+  bounds(): Box3 {
+    const box = new Box3().setFromArray(this.session.lattice.points as unknown as number[]);
+    return this.session.surface.bounds.isEmpty() ? box : box.union(this.session.surface.bounds);
+  }
+
+  dispose(): void {
+    for (const end of this.ends) end();
+    cancelAnimationFrame(this.soon);
+    this.pointer.dispose();
+    this.gizmo.dispose();
+    this.softCircle.element.remove();
+    this.viewport.scene.remove(this.session.surface.object, this.cage.object, this.knotBoxes.object);
+    this.cage.dispose();
+    this.knotBoxes.dispose();
+    this.occlusion.dispose();
+    this.session.close();
+    this.viewport.invalidate();
+  }
+
+  private listen(): void {
+    const { session, editor } = this;
+    this.ends.push(
+      session.on('points', (indices) => {
+        this.cage.updatePoints(indices);
+        this.refreshSoon();
+      }),
+      session.on('lattice', (lattice) => {
+        editor.latticeReplaced();
+        this.cage.setLattice(lattice);
+        this.refreshSoon();
+      }),
+      session.on('update', () => this.refreshSoon()),
+      session.on('presence', (others) => {
+        this.cage.setPresence(others);
+        this.viewport.invalidate();
+      }),
+      editor.selection.onChange(() => {
+        this.cage.updateStates();
+        this.refreshSoon();
+      }),
+      this.settings.subscribe((settings) => this.applySettings(settings)),
+      this.viewport.onFrame(() => this.frame()),
+    );
+  }
+
+  private applySettings(settings: Settings): void {
+    const { surface } = this.session;
+    const { colouring, wireframe, patchEdges, ghost } = settings;
+    surface.setLook({ colouring, wireframe, patchEdges, ghost });
+    surface.object.visible = settings.surface;
+    this.cage.object.visible = settings.cage;
+    this.cage.setThrough(settings.through);
+    this.knotBoxes.object.visible = settings.knotBoxes;
+    this.viewport.rig.setOrthographic(settings.orthographic);
+    this.refreshSoon();
+  }
+
+  /** Many changes between two frames are shown once. */
+  private refreshSoon(): void {
+    this.soon ||= requestAnimationFrame(() => this.refresh());
+  }
+
+  private refresh(): void {
+    this.soon = 0;
+    this.picker.invalidate();
+    this.knotBoxes.update(this.session.lattice);
+    this.viewport.content.copy(this.bounds());
+    this.cage.setPixelRatio(this.viewport.renderer.getPixelRatio());
+    this.placeGizmo();
+    this.viewport.invalidate();
+    this.events.changed();
+  }
+
+  /** What depends on the camera. */
+  private frame(): void {
+    if (this.settings.value.orientation === 'view') this.placeGizmo();
+    const { soft } = this.settings.value;
+    const busy = this.editor.transforming || this.gizmoGesture !== undefined;
+    this.softCircle.show(soft.enabled && busy ? this.viewport.disc(this.editor.pivot(), soft.radius) : undefined);
+  }
+
+  private placeGizmo(): void {
+    const { gizmo, tool, cage } = this.settings.value;
+    const shown =
+      gizmo !== 'none' && tool !== 'pull' && cage && this.editor.selection.size > 0 && !this.editor.transforming;
+    if (!shown) return this.gizmo.hide();
+    this.gizmo.show(gizmo, this.editor.pivot(), this.editor.axes(this.viewport.rig.basis()));
+  }
+
+  private endGizmo(): void {
+    this.gizmoGesture?.commit();
+    this.gizmoGesture = undefined;
+    this.refreshSoon();
+  }
+}

@@ -1,0 +1,141 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { create } from '@bufbuild/protobuf';
+import { EditBatchSchema, type Edit, type EditBatch, type EditResult, type GesturePhase } from 'latticed/v1/edit_pb';
+import type { Targets } from './edit_targets';
+import type { Overlay } from './lattice_model';
+
+/** What becomes one EditBatch. */
+export interface NewBatch {
+  readonly edits: readonly Edit[];
+  readonly targets?: Targets | undefined;
+  readonly gestureId?: string;
+  readonly phase?: GesturePhase;
+}
+
+interface Batch extends Overlay {
+  readonly message: EditBatch;
+  readonly targets: Targets | undefined;
+  /** performance.now() of the edit. */
+  readonly madeAt: number;
+  /** Revision that the answer names; absent while there is none. */
+  revision?: bigint;
+}
+
+/**
+ * Own edits on their way: at most one in flight, and of a gesture's updates only the newest waits. What is in
+ * flight when a connection is lost is sent again with its sequence, which the server applies once.
+ */
+export class EditQueue {
+  private readonly answered: Batch[] = [];  // applied, but the server's lattice here does not hold them yet
+  private inFlight: Batch | undefined;
+  private readonly waiting: Batch[] = [];
+  private readonly sent: { readonly sequence: bigint; readonly madeAt: number }[] = [];
+  private nextSequence = 1n;
+  private isOpen = false;
+  private sentGesture = '';  // of the batch sent last
+
+  /**
+   * @param send Sends one batch.
+   * @param now Milliseconds.
+   */
+  constructor(private readonly send: (batch: EditBatch) => void, private readonly now: () => number = () => performance.now()) {}
+
+  /** All of one structure that the server's lattice may lack, oldest first. */
+  overlays(structureId: bigint): readonly Overlay[] {
+    return [...this.answered, ...(this.inFlight ? [this.inFlight] : []), ...this.waiting]
+      .filter(({ message }) => message.structureId === structureId);
+  }
+
+  /** Batches without an answer. */
+  get unanswered(): number {
+    return this.waiting.length + (this.inFlight ? 1 : 0);
+  }
+
+  /** Adds a batch; with `replace` in place of the newest of that gesture, if it still waits. */
+  add(batch: NewBatch, structureId: bigint, replace = false): void {
+    const last = this.waiting.at(-1);
+    if (replace && last && last.message.gestureId === batch.gestureId) this.waiting.pop();
+    this.waiting.push({
+      targets: batch.targets,
+      madeAt: this.now(),
+      message: create(EditBatchSchema, {
+        sequence: this.nextSequence++, structureId, edits: [...batch.edits],
+        ...(batch.gestureId && { gestureId: batch.gestureId }), ...(batch.phase && { gesturePhase: batch.phase }),
+      }),
+    });
+    this.pump();
+  }
+
+  /** The newest batch of a gesture, taken out of the queue if it still waits there. */
+  takeBack(gestureId: string): NewBatch | undefined {
+    const last = this.waiting.at(-1);
+    if (last?.message.gestureId !== gestureId) return undefined;
+    this.waiting.pop();
+    return { edits: last.message.edits, targets: last.targets, gestureId };
+  }
+
+  /** Whether the server may know of this gesture, the newest. */
+  hasSent(gestureId: string): boolean {
+    return this.sentGesture === gestureId;
+  }
+
+  /** A stream is open: what was in flight goes again. */
+  opened(): void {
+    this.isOpen = true;
+    if (this.inFlight) this.send(this.inFlight.message);
+    this.pump();
+  }
+
+  lost(): void {
+    this.isOpen = false;
+  }
+
+  /** Takes an answer; returns the batch's targets where it was refused, to be shown no longer. */
+  answer(result: EditResult): { readonly refused: boolean; readonly targets: Targets | undefined } {
+    const batch = this.inFlight;
+    if (!batch || batch.message.sequence !== result.sequence) return { refused: false, targets: undefined };
+    this.inFlight = undefined;
+    const refused = Boolean(result.status && result.status.code !== 0);
+    if (!refused) {
+      batch.revision = result.revision;
+      this.answered.push(batch);
+    }
+    this.pump();
+    return { refused, targets: refused ? batch.targets : undefined };
+  }
+
+  /** The server's lattice here is at `revision`: answered edits up to it are in it. */
+  reached(revision: bigint): void {
+    while (this.answered[0] && this.answered[0].revision! <= revision) this.answered.shift();
+  }
+
+  /** Drops what waits for another structure; returns how many steps that were. */
+  dropOther(structureId: bigint): number {
+    const dropped = this.waiting.filter(({ message }) => message.structureId !== structureId);
+    const kept = this.waiting.filter(({ message }) => message.structureId === structureId);
+    this.waiting.splice(0, this.waiting.length, ...kept);
+    return dropped.length;
+  }
+
+  /** Forgets everything: a restored scene holds it already. */
+  clear(): void {
+    this.answered.length = this.waiting.length = this.sent.length = 0;
+    this.inFlight = undefined;
+  }
+
+  /** Milliseconds since the newest own edit up to `sequence` that was not asked for before. */
+  ageOf(sequence: bigint): number | undefined {
+    let newest: number | undefined;
+    while (this.sent[0] && this.sent[0].sequence <= sequence) newest = this.sent.shift()!.madeAt;
+    return newest === undefined ? undefined : this.now() - newest;
+  }
+
+  private pump(): void {
+    if (!this.isOpen || this.inFlight || !this.waiting.length) return;
+    this.inFlight = this.waiting.shift()!;
+    this.sentGesture = this.inFlight.message.gestureId;
+    this.sent.push({ sequence: this.inFlight.message.sequence, madeAt: this.inFlight.madeAt });
+    this.send(this.inFlight.message);
+  }
+}

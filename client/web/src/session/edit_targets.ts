@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import type { LatticeEdit } from './lattice_edit';
+
+/** Where control points go: x y z per index, world units. */
+export interface Targets {
+  readonly indices: Uint32Array;
+  readonly positions: Float64Array;
+}
+
+/** What an edit makes of points, as the server will; undefined for a drag, which only the server can solve. */
+export function targetsOf(edit: LatticeEdit, points: Float64Array): Targets | undefined {
+  switch (edit.kind) {
+    case 'set': return { indices: edit.indices, positions: edit.positions };
+    case 'move': return moved(edit.indices, points, ([x, y, z]) => {
+      const [dx, dy, dz] = edit.offset;
+      return [x + dx, y + dy, z + dz];
+    });
+    case 'transform': return moved(edit.indices, points, ([x, y, z]) => {
+      const m = edit.matrix;
+      return [0, 1, 2].map((row) => m[row]! * x + m[4 + row]! * y + m[8 + row]! * z + m[12 + row]!) as [number, number, number];
+    });
+    case 'drag': return undefined;
+  }
+}
+
+/** `targets`, and for points of `touched` that it lacks their places in `points`. */
+export function withRestored(targets: Targets, touched: Iterable<number>, points: Float64Array): Targets {
+  const present = new Set(targets.indices);
+  const restored = Array.from(touched).filter((index) => !present.has(index));
+  if (!restored.length) return targets;
+  const indices = new Uint32Array([...targets.indices, ...restored]);
+  const positions = new Float64Array(3 * indices.length);
+  positions.set(targets.positions);
+  restored.forEach((index, i) =>
+    positions.set(points.subarray(3 * index, 3 * index + 3), targets.positions.length + 3 * i));
+  return { indices, positions };
+}
+
+type Point = [number, number, number];
+
+function moved(indices: Uint32Array, points: Float64Array, map: (point: Point) => Point): Targets {
+  const positions = new Float64Array(3 * indices.length);
+  indices.forEach((index, i) =>
+    positions.set(map([points[3 * index]!, points[3 * index + 1]!, points[3 * index + 2]!]), 3 * i));
+  return { indices, positions };
+}

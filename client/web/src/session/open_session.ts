@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { DecodePool } from '../decode/decode_pool';
+import type { Lattice } from '../lattice/lattice';
+import { SurfaceMesh } from '../surface/surface_mesh';
+import { DeformSocket } from '../wire/deform_socket';
+import type { LatticedServer } from '../wire/latticed_server';
+import { WatchStream } from '../wire/watch_stream';
+import { inWords } from '../wire/words';
+import { IndexedSceneStore } from './indexed_scene_store';
+import { LiveSession } from './live_session';
+import { SceneKeeper } from './scene_keeper';
+import type { SceneSession, SessionStatus, ViewRequest } from './scene_session';
+import { ServerPatches } from './server_patches';
+
+export interface SessionOptions {
+  /** This editor's name for other windows. */
+  readonly name?: string;
+  /** This editor's colour, 0xRRGGBB. */
+  readonly colour?: number;
+  readonly view?: ViewRequest;
+  /** Told of attempts before the session exists, and of everything afterwards. */
+  readonly onStatus?: (status: SessionStatus) => void;
+}
+
+let pool: Promise<DecodePool> | undefined;  // one for the page: workers are dear
+
+/**
+ * Opens a scene that exists on the server, or that this browser can restore.
+ *
+ * Resolves when its lattice is here; rejects with an Error in words where there is no such scene.
+ */
+export async function openSession(server: LatticedServer, sceneId: string, options: SessionOptions = {}): Promise<SceneSession> {
+  options.onStatus?.({ state: 'connecting', text: 'Connecting …' });
+  pool ??= DecodePool.inBrowser(new URL('./', import.meta.url));
+  const keeper = new SceneKeeper(server, await IndexedSceneStore.open(), sceneId);
+  let lattice: () => Lattice = () => { throw new Error('no lattice yet'); };
+  const session = new LiveSession(sceneId, {
+    server,
+    info: await server.server.getServerInfo({}).catch((error: unknown) => { throw new Error(inWords(error)); }),
+    streams: [
+      (open, handlers) => new DeformSocket(server.origin, server.token, open, handlers),
+      (open, handlers) => new WatchStream(server, open, handlers),
+    ],
+    pool: await pool,
+    surface: new SurfaceMesh(new ServerPatches(server, sceneId, () => lattice())),
+    keeper,
+    ...(options.name && { name: options.name }),
+    ...(options.colour !== undefined && { colour: options.colour }),
+    ...(options.view && { view: options.view }),
+  });
+  if (options.onStatus) session.on('status', options.onStatus);
+  lattice = () => session.lattice;
+  try {
+    await session.ready;
+  } catch (error) {
+    session.close();
+    throw error;
+  }
+  return session;
+}

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { GesturePhase } from 'latticed/v1/edit_pb';
+import { fromEdit } from '../wire/edit_message';
+import { randomId } from '../wire/ids';
+import type { EditQueue, NewBatch } from './edit_queue';
+import { targetsOf, withRestored, type Targets } from './edit_targets';
+import type { LatticeEdit } from './lattice_edit';
+import type { Gesture } from './scene_session';
+
+/** What a gesture needs of its session. */
+export interface GestureHost {
+  readonly queue: EditQueue;
+  /** Of the lattice at the gesture's begin. */
+  readonly structureId: bigint;
+  isCurrent(structureId: bigint): boolean;
+  /** Control points as they are shown. */
+  points(): Float64Array;
+  show(targets: Targets): void;
+}
+
+/** Edits are made of the points at the gesture's begin, as the server does, so that nothing drifts. */
+export class OwnGesture implements Gesture {
+  private readonly id = randomId();
+  private start: Float64Array | undefined;
+  private readonly touched = new Set<number>();
+  private begun = false;  // a batch was queued
+  private ended = false;
+
+  constructor(private readonly host: GestureHost) {}
+
+  get isOpen(): boolean {
+    return !this.ended && this.host.isCurrent(this.host.structureId);
+  }
+
+  update(edit: LatticeEdit): void {
+    if (this.isOpen) this.add(edit, GesturePhase.UPDATE);
+  }
+
+  commit(edit?: LatticeEdit): void {
+    if (!this.isOpen) return;
+    if (edit) {
+      this.add(edit, GesturePhase.COMMIT);
+    } else if (this.begun) {
+      const last: NewBatch = this.host.queue.takeBack(this.id) ?? { edits: [] };
+      this.host.queue.add({ ...last, gestureId: this.id, phase: GesturePhase.COMMIT }, this.host.structureId);
+    }
+    this.ended = true;
+  }
+
+  cancel(): void {
+    if (!this.isOpen) return;
+    this.ended = true;
+    if (!this.begun) return;
+    this.host.queue.takeBack(this.id);
+    const start = this.start!;
+    const targets = withRestored({ indices: new Uint32Array(), positions: new Float64Array() }, this.touched, start);
+    if (this.host.queue.hasSent(this.id)) {
+      this.host.queue.add({ edits: [], targets, gestureId: this.id, phase: GesturePhase.CANCEL }, this.host.structureId);
+    }
+    this.host.show(targets);
+  }
+
+  private add(edit: LatticeEdit, phase: GesturePhase): void {
+    this.start ??= this.host.points().slice();
+    const moved = targetsOf(edit, this.start);
+    const targets = moved && withRestored(moved, this.touched, this.start);
+    for (const index of moved?.indices ?? []) this.touched.add(index);
+    this.begun = true;
+    this.host.queue.add({ edits: [fromEdit(edit)], targets, gestureId: this.id, phase }, this.host.structureId, true);
+    if (targets) this.host.show(targets);
+  }
+}

@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import type { Hello, SceneEvent } from 'latticed/v1/event_pb';
+import { Code } from '@connectrpc/connect';
+import type { DeformRequestInit, OpenStream, SceneStream, WatchRequestInit } from '../wire/scene_stream';
+import type { ServerError } from '../wire/server_error';
+
+/** Pauses between attempts: doubled from the first to the last, with jitter. */
+export interface BackOff {
+  readonly firstMs: number;
+  readonly lastMs: number;
+}
+
+export interface ConnectionHost {
+  /** What opens the next stream. */
+  request(): WatchRequestInit;
+  /** A stream is open. */
+  opened(hello: Hello): void;
+  event(event: SceneEvent): void;
+  /** A stream is lost and will be opened again. */
+  retrying(error: ServerError | undefined): void;
+  /** Ended by an error that time does not mend; true: open again at once. */
+  ended(error: ServerError): Promise<boolean>;
+  /** Whether the server answers other calls. */
+  probe(): Promise<boolean>;
+}
+
+/**
+ * Keeps a stream of one scene open: heartbeats both ways, silence noticed, goaway heeded, and after a loss another
+ * stream. Where WebSockets do not pass but other calls do, the next kind of stream is used from then on.
+ */
+export class SceneConnection {
+  private static readonly SILENT_HEARTBEATS = 3;
+  private static readonly FIRST_EVENT_MS = 15_000;
+
+  private stream: SceneStream | undefined;
+  private kind = 0;
+  private heard = false;  // anything on this stream
+  private attempts = 0;
+  private goawayMs = 0;
+  private timers: { heartbeat?: ReturnType<typeof setInterval>; silence?: ReturnType<typeof setTimeout>; retry?: ReturnType<typeof setTimeout> } = {};
+  private closed = false;
+  private silenceMs = SceneConnection.FIRST_EVENT_MS;
+
+  /** @param kinds Kinds of streams, the best first. */
+  constructor(
+    private readonly kinds: readonly OpenStream[],
+    private readonly host: ConnectionHost,
+    private readonly backOff: BackOff = { firstMs: 250, lastMs: 10_000 },
+  ) {}
+
+  open(): void {
+    if (this.closed) return;
+    clearTimeout(this.timers.retry);
+    this.heard = false;
+    this.silenceMs = SceneConnection.FIRST_EVENT_MS;
+    this.stream = this.kinds[this.kind]!(this.host.request(), {
+      event: (event) => this.received(event),
+      end: (error) => void this.lost(error),
+    });
+    this.listen();
+  }
+
+  send(message: DeformRequestInit): void {
+    this.stream?.send(message);
+  }
+
+  /** Ends this stream and opens another, after a pause. */
+  reopen(): void {
+    this.drop();
+    this.retry();
+  }
+
+  close(): void {
+    this.closed = true;
+    this.drop();
+  }
+
+  private received(event: SceneEvent): void {
+    this.heard = true;
+    this.listen();
+    const { case: kind, value } = event.event;
+    if (kind === 'hello') this.begin(value);
+    else if (kind === 'goaway') this.goawayMs = milliseconds(value.retryAfter);
+    this.host.event(event);
+  }
+
+  private begin(hello: Hello): void {
+    this.attempts = 0;
+    this.goawayMs = 0;
+    const heartbeatMs = milliseconds(hello.heartbeat);
+    if (heartbeatMs > 0) {
+      this.silenceMs = SceneConnection.SILENT_HEARTBEATS * heartbeatMs;
+      this.timers.heartbeat = setInterval(() => this.send({ message: { case: 'heartbeat', value: {} } }), heartbeatMs);
+      this.listen();
+    }
+    this.host.opened(hello);
+  }
+
+  /** Begins to wait for the next event. */
+  private listen(): void {
+    clearTimeout(this.timers.silence);
+    this.timers.silence = setTimeout(() => {
+      this.host.retrying(undefined);
+      this.reopen();
+    }, this.silenceMs);
+  }
+
+  private async lost(error: ServerError | undefined): Promise<void> {
+    const heard = this.heard;
+    this.drop();
+    if (error && !error.isPassing) {
+      if (!await this.host.ended(error) || this.closed) return;
+      this.open();
+      return;
+    }
+    this.host.retrying(error);
+    const other = this.kind + 1 < this.kinds.length;
+    if (!heard && other && error?.code === Code.Unavailable && !error.reason && await this.host.probe()) {
+      ++this.kind;
+      this.open();
+      return;
+    }
+    this.retry();
+  }
+
+  private retry(): void {
+    if (this.closed) return;
+    const { firstMs, lastMs } = this.backOff;
+    const pause = Math.min(firstMs * 2 ** this.attempts++, lastMs) * (0.5 + Math.random() / 2);
+    this.timers.retry = setTimeout(() => this.open(), Math.max(pause, this.goawayMs));
+  }
+
+  private drop(): void {
+    this.stream?.close();
+    this.stream = undefined;
+    clearInterval(this.timers.heartbeat);
+    clearTimeout(this.timers.silence);
+    clearTimeout(this.timers.retry);
+  }
+}
+
+function milliseconds(duration: { seconds: bigint; nanos: number } | undefined): number {
+  return duration ? 1000 * Number(duration.seconds) + duration.nanos / 1e6 : 0;
+}

@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a person has chosen: tools, how transforms behave, what is drawn, how the surface is sent.
+import type { SoftSelection } from '../edit/falloff';
+import type { Mirror } from '../edit/mirror';
+import type { MotionKind } from '../edit/motion';
+import type { Orientation, Pivot } from '../edit/pivot';
+import type { ViewRequest } from '../session/scene_session';
+import { Store } from './store';
+
+/** What a press on the view does: select and drag points, draw a box, or pull the surface. */
+export type Tool = 'select' | 'box' | 'pull';
+export type Colouring = 'plain' | 'boxes' | 'displacement' | 'texture';
+export type Theme = 'system' | 'light' | 'dark';
+
+export interface Settings {
+  tool: Tool;
+  /** The handles at the selected points; none hides them. */
+  gizmo: MotionKind | 'none';
+  orientation: Orientation;
+  pivot: Pivot;
+  soft: SoftSelection;
+  mirror: Mirror;
+  /** Selects, and shows, points through the surface too. */
+  through: boolean;
+  orthographic: boolean;
+  cage: boolean;
+  knotBoxes: boolean;
+  surface: boolean;
+  colouring: Colouring;
+  wireframe: boolean;
+  patchEdges: boolean;
+  ghost: boolean;
+  view: Required<ViewRequest>;
+  theme: Theme;
+  /** Whether the side panel is open. */
+  panel: boolean;
+}
+
+export const DEFAULT_SETTINGS: Settings = {
+  tool: 'select',
+  gizmo: 'move',
+  orientation: 'world',
+  pivot: 'median',
+  soft: { enabled: false, radius: 0.5, falloff: 'smooth' },
+  mirror: [false, false, false],
+  through: true,
+  orthographic: false,
+  cage: true,
+  knotBoxes: false,
+  surface: true,
+  colouring: 'plain',
+  wireframe: false,
+  patchEdges: false,
+  ghost: false,
+  view: { segments: 10, normals: 'smooth', encoding: 'draco', positionBits: 12, normalBits: 8 },
+  theme: 'system',
+  panel: true,
+};
+
+/** What a browser remembers from one visit to the next: taste, not what depends on the mesh. */
+const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme'] as const;
+const STORAGE_KEY = 'latticed.settings';
+
+export type SettingsStore = Store<Settings>;
+
+/** Settings that are kept in `storage`; where that refuses, they live as long as the page. */
+export function rememberedSettings(storage: Pick<Storage, 'getItem' | 'setItem'>): SettingsStore {
+  const store = new Store<Settings>({ ...DEFAULT_SETTINGS, ...read(storage) });
+  store.subscribe((settings) => {
+    const kept = Object.fromEntries(REMEMBERED.map((key) => [key, settings[key]]));
+    try {
+      storage.setItem(STORAGE_KEY, JSON.stringify(kept));
+    } catch {
+      // Private windows refuse storage: the choice is then this page's alone.
+    }
+  });
+  return store;
+}
+
+function read(storage: Pick<Storage, 'getItem'>): Partial<Settings> {
+  try {
+    const kept = JSON.parse(storage.getItem(STORAGE_KEY) ?? '{}') as Partial<Settings>;
+    return Object.fromEntries(REMEMBERED.filter((key) => key in kept).map((key) => [key, kept[key]]));
+  } catch {
+    return {};
+  }
+}

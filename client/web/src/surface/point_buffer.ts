@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { BufferAttribute, BufferGeometry, DynamicDrawUsage, InterleavedBuffer, InterleavedBufferAttribute } from 'three';
+import { NUMBERS_PER_POINT, type PointNumbers } from '../decode/chunk_form';
+import type { TopologyLayout } from './topology_layout';
+
+interface Drawn {
+  readonly layout: TopologyLayout;
+  readonly geometry: BufferGeometry;
+}
+
+/**
+ * One vertex buffer for all chunks, written in place; only what was written goes to the GPU.
+ *
+ *   integers   uint16 x y z 0 s t      12 bytes a point
+ *   floats     float32 x y z nx ny nz  24 bytes a point, of RAW
+ *
+ * It is made anew only for more points than it has room for, or for the other type. The triangles of a topology are
+ * made once; those of the last few are kept, since level of detail goes to and fro.
+ */
+export class PointBuffer {
+  private static readonly LAYOUTS_KEPT = 3;
+
+  private buffer: InterleavedBuffer | undefined;
+  private isFloat = false;
+  private readonly drawn: Drawn[] = [];  // the newest first
+  private readonly dirty = new Set<number>();  // first points of what was written since the last upload
+
+  /** Buffers and geometries made so far; tests count them. */
+  made = 0;
+
+  get float(): boolean {
+    return this.isFloat;
+  }
+
+  /** Makes room, and returns the geometry that draws this layout. */
+  prepare(layout: TopologyLayout, float: boolean): BufferGeometry {
+    const room = this.buffer ? this.buffer.count : 0;
+    if (!this.buffer || float !== this.isFloat || room < layout.pointCount) this.allocate(layout.pointCount, float);
+    const at = this.drawn.findIndex((one) => one.layout.id === layout.id);
+    const found = at >= 0 ? this.drawn.splice(at, 1)[0]! : { layout, geometry: this.geometryOf(layout) };
+    this.drawn.unshift(found);
+    // Its geometry goes, but not the shared vertex buffer, which dispose() would delete.
+    if (this.drawn.length > PointBuffer.LAYOUTS_KEPT) release(this.drawn.pop()!.geometry);
+    return found.geometry;
+  }
+
+  /** Writes points from `firstPoint` on; they reach the GPU with the next frame. */
+  write(firstPoint: number, points: PointNumbers): void {
+    const { buffer } = this;
+    if (!buffer) throw new Error('write before prepare');
+    const start = NUMBERS_PER_POINT * firstPoint;
+    (buffer.array as PointNumbers).set(points, start);
+    if (!this.dirty.has(firstPoint)) {  // a hidden page draws nothing: ranges must not pile up
+      this.dirty.add(firstPoint);
+      buffer.addUpdateRange(start, points.length);
+    }
+    buffer.needsUpdate = true;
+  }
+
+  /** The numbers of one point. */
+  pointAt(point: number): PointNumbers {
+    return (this.buffer!.array as PointNumbers).subarray(NUMBERS_PER_POINT * point, NUMBERS_PER_POINT * (point + 1));
+  }
+
+  dispose(): void {
+    for (const { geometry } of this.drawn.splice(0)) geometry.dispose();
+    this.buffer = undefined;
+  }
+
+  private allocate(points: number, float: boolean): void {
+    this.dispose();
+    const numbers = NUMBERS_PER_POINT * points;
+    this.buffer = new InterleavedBuffer(float ? new Float32Array(numbers) : new Uint16Array(numbers), NUMBERS_PER_POINT);
+    this.buffer.setUsage(DynamicDrawUsage);
+    this.buffer.onUpload(() => this.dirty.clear());
+    this.dirty.clear();
+    this.isFloat = float;
+    ++this.made;
+  }
+
+  private geometryOf(layout: TopologyLayout): BufferGeometry {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new InterleavedBufferAttribute(this.buffer!, 3, 0));
+    geometry.setAttribute(this.isFloat ? 'pointNormal' : 'octahedral',
+      new InterleavedBufferAttribute(this.buffer!, this.isFloat ? 3 : 2, this.isFloat ? 3 : 4));
+    geometry.setIndex(new BufferAttribute(trianglesOf(layout), 1));
+    ++this.made;
+    return geometry;
+  }
+}
+
+/** The pattern's triangles for every patch. */
+function trianglesOf(layout: TopologyLayout): Uint32Array {
+  const { patternTriangles: pattern, pointsPerPatch, patchCount } = layout;
+  const indices = new Uint32Array(pattern.length * patchCount);
+  for (let patch = 0, at = 0, first = 0; patch < patchCount; ++patch, first += pointsPerPatch) {
+    for (let i = 0; i < pattern.length; ++i) indices[at++] = first + pattern[i]!;
+  }
+  return indices;
+}
+
+/** Frees a geometry's triangles on the GPU and nothing else. */
+function release(geometry: BufferGeometry): void {
+  for (const name of Object.keys(geometry.attributes)) geometry.deleteAttribute(name);
+  geometry.dispose();
+}

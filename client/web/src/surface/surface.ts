@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import type { Box3, Object3D, Texture } from 'three';
+
+/** How the surface is drawn. */
+export interface SurfaceLook {
+  /** boxes: a colour per knot box; displacement: a heat map of the distance from the rest shape. */
+  readonly colouring?: 'plain' | 'boxes' | 'displacement' | 'texture';
+  readonly wireframe?: boolean;
+  readonly patchEdges?: boolean;
+  /** The rest shape as a ghost. */
+  readonly ghost?: boolean;
+  readonly colour?: number;
+  /** World units that the heat map's end stands for; absent: the largest seen. */
+  readonly displacementRange?: number;
+}
+
+/** The deformed surface as three draws it: one geometry for all chunks, written in place. */
+export interface Surface {
+  /** World coordinates less `origin`, which is its position. */
+  readonly object: Object3D;
+  /** World bounds of what was received last. */
+  readonly bounds: Box3;
+  readonly patchCount: number;
+  readonly triangleCount: number;
+  /** Called when it looks otherwise without an update: what a look asked for has come. */
+  onChanged?: () => void;
+  setLook(look: SurfaceLook): void;
+  /** Base colour texture with texture coordinates per corner of the mesh (u v each), or without both: none. */
+  setTexture(texture: Texture | undefined, cornerUvs?: Float32Array): Promise<void>;
+  dispose(): void;
+}

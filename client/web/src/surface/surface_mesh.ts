@@ -1,0 +1,215 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type Texture } from 'three';
+import type { SurfaceSink } from '../session/live_session';
+import { PatchColours } from './patch_colours';
+import type { PatchSource } from './patch_source';
+import { patternTexture } from './patch_texture';
+import { PointBuffer } from './point_buffer';
+import type { SurfaceLook } from './surface';
+import { FRAGMENT_SHADER, VERTEX_SHADER } from './surface_shader';
+import type { Grid, SurfaceUpdate } from './surface_update';
+import type { TopologyLayout } from './topology_layout';
+
+/** The streamed surface as three draws it. */
+export class SurfaceMesh implements SurfaceSink {
+  readonly object = new Group();
+  readonly bounds = new Box3();
+  private readonly points = new PointBuffer();
+  private readonly uniforms = {
+    pointsPerPatch: { value: 1 }, segments: { value: 1 }, octahedralMax: { value: 1 }, step: { value: 1 },
+    toRest: { value: new Vector3() }, pattern: { value: null as Texture | null }, restCorners: { value: null as Texture | null },
+    boxColours: { value: null as Texture | null }, patchUvs: { value: null as Texture | null }, map: { value: null as Texture | null },
+    baseColour: { value: new Color(0xb9bec6) }, lineColour: { value: new Color(0x11151c) }, wireframe: { value: 0 },
+    patchEdges: { value: 0 }, opacity: { value: 1 }, displacementRange: { value: 1 },
+  };
+  private readonly material = this.materialOf({ side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+  private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false });
+  private readonly mesh = new Mesh(undefined, this.material);
+  private readonly ghost = new Mesh(undefined, this.ghostMaterial);
+  private readonly patches: PatchColours;
+  onChanged?: () => void;
+  private extents = new Float32Array();
+  private layout: TopologyLayout | undefined;
+  private grid: Grid | undefined;
+  private hasNormals = false;
+  private look: SurfaceLook = {};
+
+  constructor(private readonly source: PatchSource) {
+    this.patches = new PatchColours(source, () => {
+      this.dress();
+      this.onChanged?.();
+    });
+    this.ghostMaterial.uniforms.opacity = { value: 0.2 };
+    this.ghost.visible = false;
+    this.ghost.renderOrder = 1;
+    this.ghost.frustumCulled = false;
+    this.mesh.visible = false;
+    this.object.add(this.mesh, this.ghost);
+  }
+
+  get patchCount(): number {
+    return this.layout?.patchCount ?? 0;
+  }
+
+  get triangleCount(): number {
+    return this.layout?.triangleCount ?? 0;
+  }
+
+  /** Buffers and geometries made so far: it stands still while updates come. */
+  get geometriesMade(): number {
+    return this.points.made;
+  }
+
+  /** Absent before the first update. */
+  get drawnLayout(): TopologyLayout | undefined {
+    return this.layout;
+  }
+
+  /** World units per integer; 1 for floats. */
+  get drawnStep(): number | undefined {
+    return this.grid?.step;
+  }
+
+  /** World coordinates of a point, by its number in the layout, as it was received. */
+  positionOf(point: number): [number, number, number] {
+    const [x = 0, y = 0, z = 0] = this.points.pointAt(point);
+    const { origin, step } = this.grid!;
+    return [origin[0] + x * step, origin[1] + y * step, origin[2] + z * step];
+  }
+
+  apply(update: SurfaceUpdate): void {
+    const { layout, grid, normals } = update;
+    const float = update.chunks[0]?.decoded.points instanceof Float32Array;
+    const geometry = this.points.prepare(layout, float);
+    if (layout.id !== this.layout?.id) this.takeLayout(layout);
+    this.takeGrid(grid);
+    for (const { index, decoded } of update.chunks) {
+      this.points.write(layout.firstPointOf(index), decoded.points);
+      this.extents.set(decoded.extent, 6 * index);
+    }
+    if (normals !== this.hasNormals || this.mesh.geometry !== geometry) {
+      this.hasNormals = normals;
+      this.mesh.geometry = this.ghost.geometry = geometry;
+      this.mesh.visible = true;
+      this.dress();
+    }
+    this.measure();
+    this.scaleHeat();
+  }
+
+  /** The knots have changed: patches are others, and what is known of them is of no use. */
+  structureChanged(): void {
+    this.patches.forget();
+    this.dress();
+  }
+
+  setLook(look: SurfaceLook): void {
+    this.look = { ...this.look, ...look };
+    if (look.colour !== undefined) this.uniforms.baseColour.value.setHex(look.colour);
+    this.uniforms.wireframe.value = this.look.wireframe ? 1 : 0;
+    this.uniforms.patchEdges.value = this.look.patchEdges ? 1 : 0;
+    this.dress();
+  }
+
+  async setTexture(texture: Texture | undefined, cornerUvs?: Float32Array): Promise<void> {
+    this.uniforms.map.value = texture ?? null;
+    this.patches.setUvs(texture ? cornerUvs : undefined);
+    this.dress();
+  }
+
+  dispose(): void {
+    this.points.dispose();
+    this.patches.forget();
+    this.uniforms.pattern.value?.dispose();
+    this.material.dispose();
+    this.ghostMaterial.dispose();
+    this.object.removeFromParent();
+  }
+
+  private takeLayout(layout: TopologyLayout): void {
+    this.layout = layout;
+    this.extents = new Float32Array(6 * layout.chunkCount).fill(NaN);
+    this.uniforms.pattern.value?.dispose();
+    this.uniforms.pattern.value = patternTexture(layout.patternPoints);
+    this.uniforms.pointsPerPatch.value = layout.pointsPerPatch;
+    this.uniforms.segments.value = layout.segments;
+    this.patches.setLayout(layout);
+  }
+
+  private takeGrid(grid: Grid): void {
+    this.grid = grid;
+    this.mesh.position.fromArray(grid.origin);
+    this.mesh.scale.setScalar(grid.step);
+    this.uniforms.step.value = grid.step;
+    this.uniforms.octahedralMax.value = 2 ** grid.normalBits - 2;
+    this.placeRest();
+  }
+
+  private scaleHeat(): void {
+    if (this.look.colouring !== 'displacement') return;
+    this.uniforms.displacementRange.value = this.look.displacementRange ?? this.source.largestDisplacement();
+  }
+
+  private placeRest(): void {
+    const rest = this.patches.restOrigin;
+    if (!rest || !this.grid) return;
+    this.ghost.position.fromArray(rest);
+    const { origin } = this.grid;
+    this.uniforms.toRest.value.set(origin[0] - rest[0], origin[1] - rest[1], origin[2] - rest[2]);
+  }
+
+  /** Bounds from the chunks' extents. */
+  private measure(): void {
+    const low = [Infinity, Infinity, Infinity];
+    const high = [-Infinity, -Infinity, -Infinity];
+    for (let i = 0; i < this.extents.length; i += 6) {
+      for (let axis = 0; axis < 3; ++axis) {
+        if (this.extents[i + axis]! < low[axis]!) low[axis] = this.extents[i + axis]!;
+        if (this.extents[i + 3 + axis]! > high[axis]!) high[axis] = this.extents[i + 3 + axis]!;
+      }
+    }
+    const local = new Box3(new Vector3().fromArray(low), new Vector3().fromArray(high));
+    this.mesh.geometry.boundingBox = local;
+    this.mesh.geometry.boundingSphere = local.getBoundingSphere(new Sphere());
+    this.mesh.updateMatrix();
+    this.bounds.copy(local).applyMatrix4(this.mesh.matrix);
+  }
+
+  /** Sets what the shaders draw from look and from what is known of the patches, and asks for what is not. */
+  private dress(): void {
+    const { look, patches } = this;
+    if (this.layout) {
+      if (look.ghost || look.colouring === 'displacement' || look.colouring === 'boxes') patches.wantRest();
+      if (look.colouring === 'texture') patches.wantUvs();
+    }
+    const { restCorners, boxColours, uvs } = patches;
+    this.uniforms.restCorners.value = restCorners ?? null;
+    this.uniforms.boxColours.value = boxColours ?? null;
+    this.uniforms.patchUvs.value = uvs ?? null;
+    this.placeRest();
+    this.scaleHeat();
+    const form = { ...(this.points.float && { FLOAT_POINTS: '' }), ...(this.hasNormals && { HAS_NORMALS: '' }) };
+    redefine(this.material, {
+      ...form,
+      ...(look.colouring === 'boxes' && boxColours && { BOXES: '' }),
+      ...(look.colouring === 'displacement' && restCorners && { DISPLACEMENT: '' }),
+      ...(look.colouring === 'texture' && uvs && this.uniforms.map.value && { TEXTURED: '' }),
+      ...((look.wireframe || look.patchEdges) && { LINES: '' }),
+    });
+    redefine(this.ghostMaterial, { ...(this.points.float && { FLOAT_POINTS: '' }), GHOST: '' });
+    this.ghost.visible = Boolean(look.ghost && restCorners && this.mesh.visible);
+  }
+
+  private materialOf(options: ConstructorParameters<typeof ShaderMaterial>[0]): ShaderMaterial {
+    return new ShaderMaterial({ ...options, uniforms: { ...this.uniforms }, vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER });
+  }
+}
+
+/** Compiles anew only where defines differ. */
+function redefine(material: ShaderMaterial, defines: Record<string, string>): void {
+  const { keys } = Object;
+  if (keys(defines).sort().join() === keys(material.defines ?? {}).sort().join()) return;
+  material.defines = defines;
+  material.needsUpdate = true;
+}

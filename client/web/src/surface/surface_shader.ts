@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { PATCH_TEXTURE_WIDTH } from './patch_texture';
+
+/**
+ * The surface's shaders. Quantisation of positions is undone by the object's own matrix (translation in double on
+ * the CPU, so relative to the camera), the octahedral map here (formula of view.proto, ENCODING_QUANTISED).
+ *
+ * Defines: FLOAT_POINTS (RAW), HAS_NORMALS, BOXES, DISPLACEMENT, TEXTURED (colour), LINES, GHOST (the rest shape).
+ * What lies on a patch is found by its number, gl_VertexID over the points of a patch; so there is no attribute but
+ * what is streamed. Lines lie where a barycentric times the segments is whole.
+ */
+export const VERTEX_SHADER = /* glsl */ `
+  precision highp float;
+  precision highp int;
+  uniform int pointsPerPatch;
+  uniform float segments;
+  uniform float octahedralMax;
+  uniform vec3 toRest;
+  uniform float step;
+  uniform highp sampler2D pattern;
+  uniform highp sampler2D restCorners;
+  uniform highp sampler2D boxColours;
+  uniform highp sampler2D patchUvs;
+  #ifdef FLOAT_POINTS
+    in vec3 pointNormal;
+  #else
+    in vec2 octahedral;
+  #endif
+  out vec3 viewPosition;
+  out vec3 viewNormal;
+  out vec3 gridPlace;
+  out vec3 boxColour;
+  out vec2 textureUv;
+  out float displacement;
+
+  vec4 patchTexel(highp sampler2D data, int texel) {
+    return texelFetch(data, ivec2(texel % ${PATCH_TEXTURE_WIDTH}, texel / ${PATCH_TEXTURE_WIDTH}), 0);
+  }
+
+  vec3 decodedNormal() {
+    #ifdef FLOAT_POINTS
+      return pointNormal;
+    #else
+      float y = 2.0 * octahedral.x / octahedralMax - 1.0;
+      float z = 2.0 * octahedral.y / octahedralMax - 1.0;
+      float x = 1.0 - abs(y) - abs(z);
+      if (x < 0.0) {
+        y += y < 0.0 ? -x : x;
+        z += z < 0.0 ? -x : x;
+      }
+      return normalize(vec3(x, y, z));
+    #endif
+  }
+
+  void main() {
+    int patchNumber = gl_VertexID / pointsPerPatch;
+    gridPlace = 255.0 * texelFetch(pattern, ivec2(gl_VertexID % pointsPerPatch, 0), 0).xyz;
+    vec3 place = position;
+    #if defined(GHOST) || defined(DISPLACEMENT) || defined(TEXTURED)
+      vec3 weights = gridPlace / segments;
+    #endif
+    #if defined(GHOST) || defined(DISPLACEMENT)
+      vec3 rest = weights.x * patchTexel(restCorners, 3 * patchNumber).xyz +
+                  weights.y * patchTexel(restCorners, 3 * patchNumber + 1).xyz +
+                  weights.z * patchTexel(restCorners, 3 * patchNumber + 2).xyz;
+    #endif
+    #ifdef GHOST
+      place = rest;
+    #endif
+    #ifdef DISPLACEMENT
+      displacement = length(position * step + toRest - rest);
+    #endif
+    #ifdef BOXES
+      boxColour = patchTexel(boxColours, patchNumber).rgb;
+    #endif
+    #ifdef TEXTURED
+      vec4 first = patchTexel(patchUvs, 2 * patchNumber);
+      textureUv = weights.x * first.xy + weights.y * first.zw + weights.z * patchTexel(patchUvs, 2 * patchNumber + 1).xy;
+    #endif
+    #ifdef HAS_NORMALS
+      viewNormal = normalMatrix * decodedNormal();
+    #endif
+    vec4 inView = modelViewMatrix * vec4(place, 1.0);
+    viewPosition = inView.xyz;
+    gl_Position = projectionMatrix * inView;
+  }
+`;
+
+export const FRAGMENT_SHADER = /* glsl */ `
+  precision highp float;
+  uniform vec3 baseColour;
+  uniform vec3 lineColour;
+  uniform float wireframe;
+  uniform float patchEdges;
+  uniform float opacity;
+  uniform float displacementRange;
+  uniform sampler2D map;
+  in vec3 viewPosition;
+  in vec3 viewNormal;
+  in vec3 gridPlace;
+  in vec3 boxColour;
+  in vec2 textureUv;
+  in float displacement;
+
+  // Dark blue, blue, green, yellow, red over 0 to 1.
+  vec3 heat(float value) {
+    float t = clamp(value, 0.0, 1.0) * 4.0;
+    vec3 low = mix(vec3(0.09, 0.11, 0.35), vec3(0.13, 0.44, 0.71), clamp(t, 0.0, 1.0));
+    vec3 mid = mix(low, vec3(0.35, 0.72, 0.48), clamp(t - 1.0, 0.0, 1.0));
+    vec3 high = mix(mid, vec3(0.95, 0.83, 0.30), clamp(t - 2.0, 0.0, 1.0));
+    return mix(high, vec3(0.80, 0.16, 0.13), clamp(t - 3.0, 0.0, 1.0));
+  }
+
+  vec3 surfaceColour() {
+    #if defined(BOXES)
+      return boxColour;
+    #elif defined(DISPLACEMENT)
+      return heat(displacement / max(displacementRange, 1e-30));
+    #elif defined(TEXTURED)
+      return texture(map, textureUv).rgb;
+    #else
+      return baseColour;
+    #endif
+  }
+
+  // A studio: key light from the upper left, fill from the right, sky and ground, a rim at the silhouette.
+  vec3 lit(vec3 colour, vec3 normal, vec3 toEye) {
+    vec3 key = normalize(vec3(-0.45, 0.65, 0.75));
+    float sky = 0.5 + 0.5 * normal.y;
+    float diffuse = 0.62 * max(dot(normal, key), 0.0) + 0.16 * max(dot(normal, normalize(vec3(0.8, 0.1, 0.5))), 0.0);
+    float shine = 0.22 * pow(max(dot(normal, normalize(key + toEye)), 0.0), 48.0);
+    float rim = 0.14 * pow(1.0 - max(dot(normal, toEye), 0.0), 3.0);
+    return colour * (mix(0.24, 0.42, sky) + diffuse) + shine + rim;
+  }
+
+  void main() {
+    // Towards the eye whichever way the triangle winds: both sides are lit, mirrored lattices too.
+    vec3 facet = normalize(cross(dFdx(viewPosition), dFdy(viewPosition)));
+    #ifdef HAS_NORMALS
+      vec3 normal = normalize(viewNormal);
+      if (dot(normal, facet) < 0.0) normal = -normal;
+    #else
+      vec3 normal = facet;
+    #endif
+    vec3 toEye = isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(-viewPosition);
+    vec3 colour = lit(surfaceColour(), normal, toEye);
+    #ifdef LINES
+      vec3 width = max(fwidth(gridPlace), 1e-6);
+      vec3 toLine = abs(fract(gridPlace + 0.5) - 0.5) / width;
+      vec3 toEdge = gridPlace / width;
+      float line = wireframe * clamp(1.2 - min(min(toLine.x, toLine.y), toLine.z), 0.0, 1.0);
+      float edge = patchEdges * clamp(1.7 - min(min(toEdge.x, toEdge.y), toEdge.z), 0.0, 1.0);
+      colour = mix(colour, lineColour, max(0.55 * line, 0.85 * edge));
+    #endif
+    gl_FragColor = vec4(colour, opacity);
+    #include <colorspace_fragment>
+  }
+`;

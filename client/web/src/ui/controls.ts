@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Controls that show a value and change it. Each returns its element and a function that shows the value again.
+import { h } from './dom';
+
+export interface Control {
+  readonly element: HTMLElement;
+  /** Shows the value as it is. */
+  refresh(): void;
+}
+
+interface Bound<T> {
+  readonly label: string;
+  get(): T;
+  set(value: T): void;
+}
+
+/** A label in front of anything. */
+export function field(label: string, ...content: HTMLElement[]): HTMLElement {
+  return h(
+    'div',
+    { class: 'field' },
+    h('span', { class: 'field-label' }, label),
+    h('div', { class: 'field-content' }, ...content),
+  );
+}
+
+export function toggle({ label, get, set }: Bound<boolean>, hint?: string): Control {
+  const input = h('input', { type: 'checkbox', role: 'switch', onchange: () => set(input.checked) });
+  const element = h('label', { class: 'toggle', title: hint }, input, h('span', {}, label));
+  return { element, refresh: () => (input.checked = get()) };
+}
+
+/** One of a few, side by side. */
+export function segmented<T extends string>(
+  { label, get, set }: Bound<T>,
+  options: readonly (readonly [T, string])[],
+): Control {
+  const buttons = options.map(([value, text]) =>
+    h('button', { type: 'button', role: 'radio', 'data-value': value, onclick: () => set(value) }, text),
+  );
+  const group = h('div', { class: 'segmented', role: 'radiogroup', 'aria-label': label }, ...buttons);
+  const refresh = (): void => {
+    for (const button of buttons) button.setAttribute('aria-checked', String(button.dataset['value'] === get()));
+  };
+  return { element: field(label, group), refresh };
+}
+
+export function choice<T extends string>(
+  { label, get, set }: Bound<T>,
+  options: readonly (readonly [T, string])[],
+): Control {
+  const select = h(
+    'select',
+    { 'aria-label': label, onchange: () => set(select.value as T) },
+    ...options.map(([value, text]) => h('option', { value }, text)),
+  );
+  return { element: field(label, select), refresh: () => (select.value = get()) };
+}
+
+interface Range {
+  readonly min: number;
+  readonly max: number;
+  readonly step: number | 'any';
+}
+
+/** A number to type. What is out of range is put back. */
+export function numberInput(bound: Bound<number>, range: Partial<Range> = {}): Control & { element: HTMLInputElement } {
+  const element = h('input', {
+    type: 'number',
+    'aria-label': bound.label,
+    min: range.min,
+    max: range.max,
+    step: range.step ?? 'any',
+    onchange: () => {
+      const value = element.valueAsNumber;
+      const inside = value >= (range.min ?? -Infinity) && value <= (range.max ?? Infinity);
+      if (inside && element.validity.valid) bound.set(value);
+      refresh();
+    },
+  });
+  const refresh = (): void => {
+    const value = bound.get();
+    element.value = String(Math.abs(value) < 1e-12 ? 0 : Number(value.toPrecision(4)));
+  };
+  return { element, refresh };
+}
+
+/** A slider with its number beside it; `commit` waits for the release where every step would be costly. */
+export function slider(bound: Bound<number>, range: Range, when: 'input' | 'change' = 'input'): Control {
+  const output = h('output', {});
+  const input = h('input', {
+    type: 'range',
+    'aria-label': bound.label,
+    ...range,
+    oninput: () => {
+      output.textContent = shown(input.valueAsNumber);
+      if (when === 'input') bound.set(input.valueAsNumber);
+    },
+    onchange: () => bound.set(input.valueAsNumber),
+  });
+  const refresh = (): void => {
+    input.value = String(bound.get());
+    output.textContent = shown(bound.get());
+  };
+  return { element: field(bound.label, input, output), refresh };
+}
+
+function shown(value: number): string {
+  return String(Number(value.toPrecision(3)));
+}
+
+export function button(
+  label: string,
+  onclick: () => void,
+  attributes: Record<string, unknown> = {},
+): HTMLButtonElement {
+  return h('button', { type: 'button', class: 'button', onclick, ...attributes }, label);
+}

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import type { Command, CommandGroup } from './commands';
+import { h, showDialog } from './dom';
+
+const GROUPS: readonly CommandGroup[] = ['Transform', 'Select', 'View', 'Edit', 'File'];
+
+/** What the pointer does, and the keys of a running transform, which are no commands. */
+const POINTER: readonly (readonly [string, string])[] = [
+  ['Drag empty space', 'Orbit; right or two fingers: pan; wheel or pinch: zoom'],
+  ['Click a point', 'Select; Shift adds, Ctrl toggles'],
+  ['Drag a point', 'Move what is selected, in the plane of the view'],
+  ['Shift + drag', 'Select by a box'],
+];
+
+const WHILE_TRANSFORMING: readonly (readonly [string, string])[] = [
+  ['X Y Z', 'Along one axis; again: of the lattice; again: free'],
+  ['Shift + X Y Z', 'In the plane across an axis'],
+  ['0–9 . - ⌫', 'Type the amount'],
+  ['Shift / Ctrl', 'Fine / snap'],
+  ['Enter, click', 'Confirm'],
+  ['Esc, right click', 'Cancel'],
+];
+
+export function showHelp(commands: readonly Command[]): void {
+  const sections = GROUPS.map((group) => {
+    const rows = commands.filter((c) => c.group === group && c.keys !== undefined);
+    return section(
+      group,
+      rows.map((c) => [c.keys![0], c.label] as const),
+    );
+  });
+  const close = h('button', { type: 'button', class: 'button', autofocus: true }, 'Close');
+  const dialog = showDialog(
+    'Keys',
+    'help',
+    h('header', {}, h('h2', {}, 'Keys'), close),
+    h(
+      'div',
+      { class: 'help-columns' },
+      section('Pointer', POINTER),
+      section('During G, R, S', WHILE_TRANSFORMING),
+      ...sections,
+    ),
+  );
+  close.addEventListener('click', () => dialog.close());
+}
+
+function section(title: string, rows: readonly (readonly [string, string])[]): HTMLElement {
+  const items = rows.flatMap(([keys, text]) => [h('dt', {}, h('kbd', {}, keys)), h('dd', {}, text)]);
+  return h('section', {}, h('h3', {}, title), h('dl', {}, ...items));
+}

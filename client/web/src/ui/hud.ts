@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The head-up line: how fast the surface follows, and what it costs.
+import type { UpdateInfo } from '../session/scene_session';
+import { bytes } from '../wire/words';
+import { h } from './dom';
+
+const WINDOW_MS = 1000; // updates/s are counted over this
+const LATENCIES = 31; // the median of so many
+
+export class Hud {
+  readonly element = h('div', { class: 'hud', role: 'group', 'aria-label': 'How fast the surface follows' });
+  private readonly values: Record<string, HTMLElement> = {};
+  private arrivals: number[] = [];
+  private latencies: number[] = [];
+  private timer = 0;
+
+  constructor() {
+    for (const [name, unit, hint] of [
+      ['updates', 'updates/s', 'Updates of the surface in the last second'],
+      ['latency', 'ms edit → pixel', 'Median time from an edit to the frame that shows it'],
+      ['bytes', 'per update', 'Bytes of the newest update'],
+      ['patches', 'patches', 'Patches that the newest update sent, of all'],
+    ] as const) {
+      this.values[name] = h('b', { 'data-hud': name }, '–');
+      this.element.append(h('span', { title: hint }, this.values[name], ` ${unit}`));
+    }
+  }
+
+  update(info: UpdateInfo): void {
+    this.arrivals.push(performance.now());
+    if (info.msFromEdit !== undefined) this.latencies = [...this.latencies, info.msFromEdit].slice(-LATENCIES);
+    this.values['bytes'].textContent = bytes(info.bytes);
+    this.values['patches'].textContent =
+      `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
+    this.values['latency'].textContent = this.latencies.length === 0 ? '–' : median(this.latencies).toFixed(0);
+    const { server, transfer, decode, upload } = info.times;
+    this.values['latency'].title =
+      `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;
+    this.showRate();
+  }
+
+  /** Counts down to 0 after the last update. */
+  private showRate(): void {
+    const now = performance.now();
+    this.arrivals = this.arrivals.filter((time) => now - time <= WINDOW_MS);
+    this.values['updates'].textContent = String(this.arrivals.length);
+    clearTimeout(this.timer);
+    if (this.arrivals.length > 0) this.timer = window.setTimeout(() => this.showRate(), WINDOW_MS / 4);
+  }
+}
+
+function ms(time: number): string {
+  return `${time.toFixed(1)} ms`;
+}
+
+function median(values: readonly number[]): number {
+  return [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
+}

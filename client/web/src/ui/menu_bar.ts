@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Menus of all commands by group: what has no button of its own is here, with its key beside it.
+import type { Command, CommandGroup, Commands } from './commands';
+import { h } from './dom';
+
+const GROUPS: readonly CommandGroup[] = ['File', 'Edit', 'Select', 'Transform', 'View'];
+
+export class MenuBar {
+  readonly element = h('nav', { class: 'menu-bar', 'aria-label': 'Menus' });
+  private open: { button: HTMLElement; list: HTMLElement } | undefined;
+
+  constructor(private readonly commands: Commands) {
+    for (const group of GROUPS) {
+      const button: HTMLButtonElement = h(
+        'button',
+        {
+          type: 'button',
+          class: 'menu-button',
+          'aria-haspopup': 'menu',
+          'aria-expanded': 'false',
+          onclick: () => (this.open?.button === button ? this.close() : this.show(button, group)),
+          onpointerenter: () => this.open !== undefined && this.open.button !== button && this.show(button, group),
+        },
+        group,
+      );
+      this.element.append(button);
+    }
+    this.element.addEventListener('keydown', (event) => this.key(event));
+    window.addEventListener('pointerdown', (event) => !this.element.contains(event.target as Node) && this.close());
+  }
+
+  private show(button: HTMLElement, group: CommandGroup): void {
+    this.close();
+    const items = this.commands.list.filter((command) => command.group === group).map((command) => this.item(command));
+    const list = h('div', { class: 'menu', role: 'menu', 'aria-label': group }, ...items);
+    list.style.left = `${button.offsetLeft}px`;
+    button.setAttribute('aria-expanded', 'true');
+    button.after(list);
+    this.open = { button, list };
+    list.querySelector<HTMLElement>('button:not(:disabled)')?.focus();
+  }
+
+  private item(command: Command): HTMLElement {
+    const run = (): void => {
+      this.close();
+      command.run();
+    };
+    const checked = command.checked?.();
+    return h(
+      'button',
+      {
+        type: 'button',
+        role: checked === undefined ? 'menuitem' : 'menuitemcheckbox',
+        'aria-checked': checked === undefined ? undefined : String(checked),
+        disabled: command.enabled?.() === false,
+        onclick: run,
+      },
+      h('span', {}, command.label),
+      command.keys !== undefined && h('kbd', {}, command.keys[0]),
+    );
+  }
+
+  private close(): void {
+    this.open?.button.setAttribute('aria-expanded', 'false');
+    this.open?.list.remove();
+    this.open = undefined;
+  }
+
+  private key(event: KeyboardEvent): void {
+    if (this.open === undefined) return;
+    const { button, list } = this.open;
+    const items = [...list.querySelectorAll<HTMLElement>('button:not(:disabled)')];
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    const aside = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    if (event.key === 'Escape') {
+      this.close();
+      button.focus();
+    } else if (step !== undefined) {
+      const at = items.indexOf(document.activeElement as HTMLElement);
+      items[(at + step + items.length) % items.length]?.focus();
+    } else if (aside !== undefined) {
+      const buttons = [...this.element.querySelectorAll<HTMLElement>('.menu-button')];
+      buttons[(buttons.indexOf(button) + aside + buttons.length) % buttons.length].click();
+    } else if (event.key !== 'Enter' && event.key !== ' ' && event.key !== 'Tab') {
+      return;
+    } else {
+      return event.stopPropagation();
+    }
+    event.preventDefault();
+    event.stopPropagation();
+  }
+}

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The page's parts and where they stand: menus above, tools left, the view, properties right, a line below.
+import { h } from './dom';
+
+export interface Page {
+  readonly header: HTMLElement;
+  readonly tools: HTMLElement;
+  readonly view: HTMLElement;
+  readonly side: HTMLElement;
+  /** What runs, or what one could do. */
+  readonly hint: HTMLElement;
+  readonly connection: HTMLElement;
+  /** Above the view, while something is wrong with the connection. */
+  readonly banner: HTMLElement;
+  readonly footer: HTMLElement;
+}
+
+export function buildPage(root: HTMLElement): Page {
+  const page: Page = {
+    header: h('header', { class: 'header' }),
+    tools: h('div', { class: 'tools' }),
+    view: h('main', { class: 'view', id: 'viewport' }),
+    side: h('div', { class: 'side' }),
+    hint: h('span', { class: 'hint', role: 'status' }),
+    connection: h('span', { class: 'connection', 'data-state': 'none' }),
+    banner: h('div', { class: 'banner', role: 'alert', hidden: true }),
+    footer: h('footer', { class: 'footer' }),
+  };
+  page.footer.append(page.hint, page.connection);
+  page.view.append(page.banner);
+  root.classList.add('app');
+  root.replaceChildren(page.header, page.tools, page.view, page.side, page.footer);
+  return page;
+}

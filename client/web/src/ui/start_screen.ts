@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the page shows while it has no scene: where to drop a mesh, and samples to choose.
+import { MESH_ENDINGS } from '../intake/mesh_file';
+import { SAMPLES, type SampleName } from '../intake/samples';
+import { h } from './dom';
+import { icon } from './icons';
+
+export interface StartChoices {
+  file(file: File): void;
+  sample(name: SampleName): void;
+}
+
+/** Asks for files by the browser's dialog. */
+export function chooseFiles(accept: string, chosen: (files: File[]) => void): void {
+  const input = h('input', { type: 'file', accept, onchange: () => chosen([...(input.files ?? [])]) });
+  input.click();
+}
+
+export function startScreen(choices: StartChoices): HTMLElement {
+  const browse = h('button', {
+    type: 'button',
+    class: 'button primary',
+    onclick: () => chooseFiles(MESH_ENDINGS, ([file]) => file && choices.file(file)),
+  });
+  browse.append(icon('open'), 'Open a mesh');
+  const samples = (Object.keys(SAMPLES) as SampleName[]).map((name) => {
+    const { label, note } = SAMPLES[name];
+    return h(
+      'button',
+      { type: 'button', class: 'sample', 'data-sample': name, onclick: () => choices.sample(name) },
+      h('b', {}, label),
+      h('small', {}, note),
+    );
+  });
+  return h(
+    'section',
+    { class: 'start', 'aria-label': 'Begin' },
+    h('h1', {}, 'latticed'),
+    h('p', {}, 'Bend a mesh by a lattice. The server evaluates the exact surface and streams it while you drag.'),
+    h('div', { class: 'start-drop' }, icon('load'), h('p', {}, 'Drop an OBJ, PLY, STL or GLB file here'), browse),
+    h('div', { class: 'samples', role: 'group', 'aria-label': 'Samples' }, h('span', {}, 'or a sample'), ...samples),
+  );
+}

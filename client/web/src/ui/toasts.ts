@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What happened, in words, at the edge of the view for a while; errors stay until they are closed.
+import { h } from './dom';
+import { icon } from './icons';
+
+const SHOWN_MS = 5000;
+
+export class Toasts {
+  private readonly list = h('div', { class: 'toasts', role: 'log', 'aria-live': 'polite' });
+
+  constructor(parent: HTMLElement) {
+    parent.append(this.list);
+  }
+
+  tell(text: string): void {
+    const toast = this.add(text, 'toast');
+    setTimeout(() => toast.remove(), SHOWN_MS);
+  }
+
+  /** The same error again does not stack up. */
+  fail(text: string): void {
+    for (const toast of this.list.querySelectorAll('.toast-error')) {
+      if (toast.firstChild?.textContent === text) toast.remove();
+    }
+    this.add(text, 'toast toast-error');
+  }
+
+  private add(text: string, className: string): HTMLElement {
+    const close = h('button', {
+      type: 'button',
+      class: 'icon-button',
+      'aria-label': 'Close',
+      onclick: () => toast.remove(),
+    });
+    close.append(icon('close'));
+    const toast = h('div', { class: className }, h('span', {}, text), close);
+    this.list.append(toast);
+    while (this.list.childElementCount > 4) this.list.firstElementChild?.remove();
+    return toast;
+  }
+}

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Buttons for commands, so that everything works by touch as well.
+import { tooltip, type Command, type Commands } from './commands';
+import { h } from './dom';
+import { icon } from './icons';
+
+export class Toolbar {
+  readonly element: HTMLElement;
+  private readonly buttons: [Command, HTMLButtonElement][] = [];
+
+  /** `groups` are ids of commands, with a gap between groups. */
+  constructor(label: string, className: string, commands: Commands, groups: readonly (readonly string[])[]) {
+    this.element = h('div', { class: className, role: 'toolbar', 'aria-label': label });
+    for (const group of groups) {
+      this.element.append(h('div', { class: 'tool-group' }, ...group.map((id) => this.button(commands.get(id)))));
+    }
+    this.element.addEventListener('keydown', (event) => this.moveFocus(event));
+    this.refresh();
+  }
+
+  refresh(): void {
+    for (const [command, button] of this.buttons) {
+      button.disabled = command.enabled?.() === false;
+      if (command.checked !== undefined) button.setAttribute('aria-pressed', String(command.checked()));
+    }
+  }
+
+  private button(command: Command): HTMLButtonElement {
+    const run = (): void => command.run();
+    const button = h('button', {
+      type: 'button',
+      class: 'icon-button',
+      title: tooltip(command),
+      'aria-label': command.label,
+      'data-command': command.id,
+      onclick: run,
+    });
+    button.append(command.icon === undefined ? command.label : icon(command.icon));
+    this.buttons.push([command, button]);
+    return button;
+  }
+
+  /** Arrow keys go from button to button, as in every toolbar. */
+  private moveFocus(event: KeyboardEvent): void {
+    const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+    const at = this.buttons.findIndex(([, button]) => button === document.activeElement);
+    if (step === undefined || at < 0) return;
+    event.preventDefault();
+    this.buttons[(at + step + this.buttons.length) % this.buttons.length][1].focus();
+  }
+}

@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The two cameras, perspective and orthographic, that show the same part of the world, and the orbit around it.
+import { Box3, MOUSE, OrthographicCamera, PerspectiveCamera, Sphere, TOUCH, Vector3 } from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+import { WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
+
+const FIELD_OF_VIEW = 40; // degrees, of the shorter side
+const MARGIN = 1.02; // how much more than the framed sphere is seen
+
+export type ViewCamera = PerspectiveCamera | OrthographicCamera;
+
+export class CameraRig {
+  private readonly perspective = new PerspectiveCamera(FIELD_OF_VIEW);
+  private readonly orthographic = new OrthographicCamera();
+  private aspect = 1;
+  camera: ViewCamera = this.perspective;
+  controls: OrbitControls;
+
+  constructor(
+    private readonly element: HTMLElement,
+    private readonly onChange: () => void,
+  ) {
+    for (const camera of [this.perspective, this.orthographic]) {
+      camera.up.set(0, 0, 1);
+      camera.position.set(3, -4, 2.4);
+    }
+    this.controls = this.makeControls(new Vector3());
+  }
+
+  get target(): Vector3 {
+    return this.controls.target;
+  }
+
+  resize(width: number, height: number): void {
+    this.aspect = width / Math.max(height, 1);
+    this.setLens();
+  }
+
+  setOrthographic(on: boolean): void {
+    const camera = on ? this.orthographic : this.perspective;
+    if (camera === this.camera) return;
+    camera.position.copy(this.camera.position);
+    camera.quaternion.copy(this.camera.quaternion);
+    // Zooming an orthographic camera changes its zoom, not its distance: carry over what is seen.
+    if (on) camera.zoom = 1;
+    else camera.position.sub(this.target).divideScalar(this.orthographic.zoom).add(this.target);
+    this.camera = camera;
+    this.controls = this.makeControls(this.target.clone());
+    this.setLens();
+    this.onChange();
+  }
+
+  /** Looks at all of a box, from where the camera looks. */
+  frame(box: Box3): void {
+    if (box.isEmpty()) return;
+    const sphere = box.getBoundingSphere(new Sphere());
+    const away = this.camera.position.clone().sub(this.target).normalize();
+    const distance = (MARGIN * Math.max(sphere.radius, 1e-9)) / Math.sin((FIELD_OF_VIEW * Math.PI) / 360);
+    this.target.copy(sphere.center);
+    this.camera.position.copy(sphere.center).addScaledVector(away, distance);
+    this.camera.zoom = 1;
+    this.setLens();
+    this.controls.update();
+    this.onChange();
+  }
+
+  /** Looks from the side that `from` points to, at the same distance. */
+  lookFrom(from: Vec3): void {
+    const distance = this.camera.position.distanceTo(this.target);
+    // Straight from above, orbiting needs a hint of which way is up on the screen.
+    const tilted = new Vector3(...from).add(new Vector3(0, from[2] === 0 ? 0 : -1e-4, 0)).normalize();
+    this.camera.position.copy(this.target).addScaledVector(tilted, distance);
+    this.controls.update();
+    this.onChange();
+  }
+
+  /** Right, up and towards the viewer. */
+  basis(): Basis {
+    this.camera.updateMatrixWorld();
+    const e = this.camera.matrixWorld.elements;
+    return WORLD_BASIS.map((_, i) => [e[4 * i], e[4 * i + 1], e[4 * i + 2]] as Vec3) as unknown as Basis;
+  }
+
+  /** Fits the depth range to `box` and what the camera is in. */
+  updateDepthRange(box: Box3): void {
+    const sphere = box.getBoundingSphere(new Sphere());
+    const distance = this.camera.position.distanceTo(sphere.center);
+    const reach = Math.max(sphere.radius, 1e-6) * 2;
+    this.camera.far = distance + reach;
+    this.camera.near =
+      this.camera === this.perspective ? Math.max(distance - reach, this.camera.far / 2000) : distance - 4 * reach;
+    this.camera.updateProjectionMatrix();
+  }
+
+  private setLens(): void {
+    const portrait = Math.min(this.aspect, 1);
+    this.perspective.aspect = this.aspect;
+    const half = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
+    this.perspective.fov = (2 * Math.atan(half / portrait) * 180) / Math.PI;
+    const height = (this.camera.position.distanceTo(this.target) * half) / portrait;
+    this.orthographic.top = height;
+    this.orthographic.bottom = -height;
+    this.orthographic.right = height * this.aspect;
+    this.orthographic.left = -height * this.aspect;
+    this.perspective.updateProjectionMatrix();
+    this.orthographic.updateProjectionMatrix();
+  }
+
+  private makeControls(target: Vector3): OrbitControls {
+    this.controls?.dispose();
+    const controls = new OrbitControls(this.camera, this.element);
+    controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.ROTATE, RIGHT: MOUSE.PAN };
+    controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
+    controls.zoomToCursor = true;
+    controls.target.copy(target);
+    controls.update();
+    controls.addEventListener('change', this.onChange);
+    return controls;
+  }
+}

@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a press on the view may become: a box, a control point that follows, the surface that is pulled.
+import type { Editor } from '../edit/editor';
+import type { SelectMode } from '../edit/selection';
+import { SurfacePull } from '../edit/surface_pull';
+import type { Modifiers } from '../edit/transform_session';
+import { amountsInPlane } from '../edit/constraint';
+import { WORLD_BASIS, add, combine, type Vec3 } from '../lattice/vec';
+import type { PointPicker } from './point_picker';
+import type { Viewport } from './viewport';
+
+/** A press that has begun something. Places are in CSS pixels of the canvas. */
+export interface Drag {
+  move(x: number, y: number, modifiers: Modifiers): void;
+  end(): void;
+  cancel(): void;
+}
+
+export type Place = [number, number];
+
+export function selectMode(event: { shiftKey: boolean; ctrlKey: boolean; metaKey: boolean }): SelectMode {
+  if (event.ctrlKey || event.metaKey) return 'toggle';
+  return event.shiftKey ? 'extend' : 'replace';
+}
+
+/** Selects the points of a rectangle, which is shown while it is drawn. */
+export class BoxDrag implements Drag {
+  private readonly frame = document.createElement('div');
+  private corner: Place;
+
+  constructor(
+    viewport: Viewport,
+    private readonly picker: PointPicker,
+    private readonly editor: Editor,
+    private readonly from: Place,
+    private readonly mode: SelectMode,
+  ) {
+    this.corner = from;
+    this.frame.className = 'selection-box';
+    viewport.element.append(this.frame);
+  }
+
+  move(x: number, y: number): void {
+    this.corner = [x, y];
+    const [left, top] = [Math.min(x, this.from[0]), Math.min(y, this.from[1])];
+    const [width, height] = [Math.abs(x - this.from[0]), Math.abs(y - this.from[1])];
+    this.frame.style.cssText = `left:${left}px;top:${top}px;width:${width}px;height:${height}px`;
+  }
+
+  end(): void {
+    this.frame.remove();
+    this.editor.selection.select(this.picker.inBox(this.from, this.corner), this.mode);
+  }
+
+  cancel(): void {
+    this.frame.remove();
+  }
+}
+
+/** Moves the selected points with the pointer, in the plane of the view; keys may constrain it on the way. */
+export class PointDrag implements Drag {
+  constructor(
+    viewport: Viewport,
+    private readonly editor: Editor,
+    from: Place,
+  ) {
+    editor.beginTransform('move', viewport.transformView.bind(viewport), viewport.rig.basis(), from);
+  }
+
+  move(x: number, y: number, modifiers: Modifiers): void {
+    this.editor.pointerMoved(x, y, modifiers);
+  }
+
+  end(): void {
+    this.editor.commitTransform();
+  }
+
+  cancel(): void {
+    this.editor.cancelTransform();
+  }
+}
+
+/** Pulls the surface at the point pressed, in the plane through it that faces the viewer; `onMiss` where there is none. */
+export class PullDrag implements Drag {
+  private pull: SurfacePull | undefined;
+  private at: Place;
+  private over = false;
+
+  constructor(
+    private readonly viewport: Viewport,
+    editor: Editor,
+    private readonly from: Place,
+    onMiss: (error?: unknown) => void,
+  ) {
+    this.at = from;
+    const ray = viewport.ray(...from);
+    void editor.session.pick(ray.origin, ray.direction).then((point) => {
+      if (this.over) return;
+      if (point === undefined) return onMiss();
+      this.pull = new SurfacePull(editor.session, point);
+      this.update();
+    }, onMiss);
+  }
+
+  move(x: number, y: number): void {
+    this.at = [x, y];
+    this.update();
+  }
+
+  end(): void {
+    this.over = true;
+    this.pull?.commit();
+  }
+
+  cancel(): void {
+    this.over = true;
+    this.pull?.cancel();
+  }
+
+  private update(): void {
+    if (this.pull === undefined || (this.at[0] === this.from[0] && this.at[1] === this.from[1])) return;
+    const held = this.pull.point.position as Vec3;
+    const { basis, jacobian } = this.viewport.transformView(held, WORLD_BASIS, WORLD_BASIS);
+    const way = [this.at[0] - this.from[0], this.at[1] - this.from[1]] as const;
+    const [right, up] = amountsInPlane(jacobian, basis[0], basis[1], ...way);
+    this.pull.update(add(held, combine(basis, [right, up, 0])));
+  }
+}

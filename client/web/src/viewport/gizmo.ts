@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Handles at the selected points, three's TransformControls on a stand-in: what is done to it comes out as a motion.
+import { Matrix4, Object3D, Quaternion, Vector3 } from 'three';
+import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
+import type { Motion, MotionKind } from '../edit/motion';
+import { cross, dot, normalized, scale, sub, type Basis, type Vec3 } from '../lattice/vec';
+import type { Viewport } from './viewport';
+
+const SIZE = 0.9; // of three's own
+const MODES = { move: 'translate', rotate: 'rotate', scale: 'scale' } as const;
+
+export interface GizmoEvents {
+  begin(): void;
+  update(motion: Motion): void;
+  end(): void;
+}
+
+export class Gizmo {
+  private readonly controls: TransformControls;
+  private readonly standIn = new Object3D();
+  private readonly start = { position: new Vector3(), quaternion: new Quaternion() };
+  private kind: MotionKind = 'move';
+  private basis: Basis = [
+    [1, 0, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+  ];
+
+  constructor(
+    private readonly viewport: Viewport,
+    private readonly events: GizmoEvents,
+  ) {
+    this.controls = new TransformControls(viewport.rig.camera, viewport.canvas);
+    this.controls.setSpace('local');
+    this.controls.setColors(0xe5534b, 0x6fae3c, 0x4a8fe8, 0xffc24d);
+    viewport.scene.add(this.standIn, this.controls.getHelper());
+    this.controls.addEventListener('change', () => viewport.invalidate());
+    this.controls.addEventListener('objectChange', () => this.events.update(this.motion()));
+    this.controls.addEventListener('dragging-changed', ({ value }) => this.dragging(value === true));
+  }
+
+  /** Whether a press here would be on a handle: a finger comes without having hovered. */
+  isAt(place: readonly [number, number]): boolean {
+    if (this.controls.object === undefined) return false;
+    const { width, height } = this.viewport.size;
+    this.controls.pointerHover({
+      x: (place[0] / width) * 2 - 1,
+      y: 1 - (place[1] / height) * 2,
+      button: 0,
+    } as PointerEvent);
+    return this.busy;
+  }
+
+  /** Whether the pointer is on a handle, or drags one. */
+  get busy(): boolean {
+    return this.controls.object !== undefined && (this.controls.axis !== null || this.controls.dragging);
+  }
+
+  /** Puts the handles at a place, along axes that are made orthogonal where they are not. */
+  show(kind: MotionKind, place: Vec3, axes: Basis): void {
+    if (this.controls.dragging) return;
+    this.kind = kind;
+    this.basis = orthonormal(axes);
+    const [x, y, z] = this.basis.map((axis) => new Vector3(...axis));
+    this.standIn.position.set(...place);
+    this.standIn.quaternion.setFromRotationMatrix(new Matrix4().makeBasis(x, y, z));
+    this.standIn.scale.setScalar(1);
+    this.standIn.updateMatrixWorld();
+    this.controls.camera = this.viewport.rig.camera;
+    // three takes the height alone: on an upright tablet that would be half the screen.
+    this.controls.size = SIZE * Math.min(this.viewport.size.width / this.viewport.size.height, 1);
+    this.controls.setMode(MODES[kind]);
+    this.controls.attach(this.standIn);
+  }
+
+  hide(): void {
+    if (!this.controls.dragging) this.controls.detach();
+  }
+
+  dispose(): void {
+    this.controls.detach();
+    this.controls.dispose();
+    this.viewport.scene.remove(this.standIn, this.controls.getHelper());
+  }
+
+  /** Moves snap to steps in world units, turns to 5 degrees, scalings to tenths; undefined is free. */
+  setSnapping(step: number | undefined): void {
+    this.controls.setTranslationSnap(step ?? null);
+    this.controls.setRotationSnap(step === undefined ? null : Math.PI / 36);
+    this.controls.setScaleSnap(step === undefined ? null : 0.1);
+  }
+
+  private dragging(on: boolean): void {
+    this.viewport.rig.controls.enabled = !on;
+    if (!on) return this.events.end();
+    this.start.position.copy(this.standIn.position);
+    this.start.quaternion.copy(this.standIn.quaternion);
+    this.events.begin();
+  }
+
+  private motion(): Motion {
+    switch (this.kind) {
+      case 'move':
+        return { kind: 'move', offset: this.standIn.position.clone().sub(this.start.position).toArray() as Vec3 };
+      case 'rotate':
+        return rotationBetween(this.start.quaternion, this.standIn.quaternion);
+      case 'scale':
+        return { kind: 'scale', basis: this.basis, factors: this.standIn.scale.toArray() as Vec3 };
+    }
+  }
+}
+
+function rotationBetween(from: Quaternion, to: Quaternion): Motion {
+  const turn = to.clone().multiply(from.clone().invert()).normalize();
+  const angle = 2 * Math.atan2(Math.hypot(turn.x, turn.y, turn.z), turn.w);
+  const axis = normalized([turn.x, turn.y, turn.z]);
+  return { kind: 'rotate', axis, angle: angle > Math.PI ? angle - 2 * Math.PI : angle };
+}
+
+/** A right-handed frame whose first axis is the first one given. */
+function orthonormal([a, b]: Basis): Basis {
+  const x = normalized(a);
+  const y = normalized(sub(b, scale(x, dot(b, x))));
+  return [x, y, cross(x, y)];
+}

@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Mouse, pen and touch on the view. A press on a control point selects or drags it, on a handle it is the gizmo's, with
+// a tool it is the tool's; everything else is the camera's orbit. While a transform of the keys runs, it has the pointer.
+import type { Cage } from '../cage/cage';
+import type { Editor } from '../edit/editor';
+import { WORLD_BASIS } from '../lattice/vec';
+import type { SettingsStore } from '../state/settings';
+import { BoxDrag, PointDrag, PullDrag, selectMode, type Drag, type Place } from './drags';
+import type { Gizmo } from './gizmo';
+import type { PointPicker } from './point_picker';
+import type { Viewport } from './viewport';
+
+const SLACK = 4; // pixels that a click may move
+
+interface Press {
+  id: number;
+  place: Place;
+  point: number | undefined;
+  drag: Drag | undefined;
+  moved: boolean;
+}
+
+export interface PointerToolsParts {
+  viewport: Viewport;
+  editor: Editor;
+  settings: SettingsStore;
+  picker: PointPicker;
+  cage: Cage;
+  gizmo: Gizmo;
+  onPullMissed: (error?: unknown) => void;
+}
+
+export class PointerTools {
+  /** Where the pointer was last, for transforms that keys begin. */
+  place: Place = [0, 0];
+  private press: Press | undefined;
+  private readonly abort = new AbortController();
+
+  constructor(private readonly parts: PointerToolsParts) {
+    const { canvas, element } = parts.viewport;
+    const options = { signal: this.abort.signal, capture: true };
+    // On the way down to the canvas, so that the orbit can be switched off before it hears of a press.
+    element.addEventListener('pointerdown', (event) => event.target === canvas && this.down(event), options);
+    window.addEventListener('pointermove', (event) => this.move(event), options);
+    window.addEventListener('pointerup', (event) => this.up(event), options);
+    window.addEventListener('pointercancel', () => this.cancel(), options);
+    canvas.addEventListener('contextmenu', (event) => event.preventDefault(), options);
+    canvas.addEventListener('pointerleave', () => this.hover(undefined), options);
+  }
+
+  dispose(): void {
+    this.cancel();
+    this.abort.abort();
+  }
+
+  /** Ends what a press has begun without an effect. */
+  cancel(): void {
+    this.press?.drag?.cancel();
+    this.press = undefined;
+    this.parts.viewport.rig.controls.enabled = true;
+  }
+
+  private down(event: PointerEvent): void {
+    const { editor, viewport, gizmo } = this.parts;
+    viewport.canvas.focus({ preventScroll: true });
+    this.place = viewport.place(event);
+    if (this.press === undefined && editor.transforming) return this.endTransform(event);
+    if (!event.isPrimary || event.button !== 0 || gizmo.isAt(this.place)) return;
+
+    const point = this.parts.picker.at(...this.place, event.pointerType);
+    const drag = this.toolDrag(event, point);
+    this.press = { id: event.pointerId, place: this.place, point, drag, moved: false };
+    if (drag !== undefined || point !== undefined) viewport.rig.controls.enabled = false;
+  }
+
+  /** A click confirms the transform that keys began, a right click cancels it. */
+  private endTransform(event: PointerEvent): void {
+    const { editor, viewport } = this.parts;
+    if (event.button === 2) editor.cancelTransform();
+    else editor.commitTransform();
+    viewport.rig.controls.enabled = false;
+    event.preventDefault();
+    this.press = { id: event.pointerId, place: this.place, point: undefined, drag: undefined, moved: true };
+  }
+
+  private toolDrag(event: PointerEvent, point: number | undefined): Drag | undefined {
+    const { viewport, editor, settings, picker, onPullMissed } = this.parts;
+    const { tool } = settings.value;
+    if (tool === 'pull') return new PullDrag(viewport, editor, this.place, onPullMissed);
+    if (tool === 'box' || (event.shiftKey && point === undefined)) {
+      return new BoxDrag(viewport, picker, editor, this.place, selectMode(event));
+    }
+    return undefined;
+  }
+
+  private move(event: PointerEvent): void {
+    const { editor, viewport, gizmo } = this.parts;
+    if (!event.isPrimary) return;
+    const place = viewport.place(event);
+    this.place = place;
+    gizmo.setSnapping(
+      event.ctrlKey && gizmo.busy
+        ? viewport.transformView(editor.pivot(), WORLD_BASIS, WORLD_BASIS).snapStep
+        : undefined,
+    );
+    const modifiers = { shift: event.shiftKey, ctrl: event.ctrlKey || event.metaKey };
+    if (this.press === undefined) {
+      if (editor.transforming) editor.pointerMoved(...place, modifiers);
+      else if (event.target === viewport.canvas && event.buttons === 0) this.hoverAt(event);
+      return;
+    }
+    const { press } = this;
+    press.moved ||= Math.hypot(place[0] - press.place[0], place[1] - press.place[1]) > SLACK;
+    if (press.moved && press.drag === undefined && press.point !== undefined)
+      press.drag = this.grab(press.point, press.place);
+    press.drag?.move(...place, modifiers);
+  }
+
+  /** A press on a point that moves takes the selection along, or that point alone where it is not selected. */
+  private grab(point: number, place: Place): Drag {
+    const { editor, viewport } = this.parts;
+    if (!editor.selection.has(point)) editor.selection.select([point]);
+    return new PointDrag(viewport, editor, place);
+  }
+
+  private up(event: PointerEvent): void {
+    const { press, parts } = this;
+    if (press === undefined || press.id !== event.pointerId) return;
+    this.press = undefined;
+    parts.viewport.rig.controls.enabled = true;
+    if (press.drag !== undefined && (press.moved || parts.settings.value.tool === 'pull')) return press.drag.end();
+    press.drag?.cancel();
+    if (press.moved) return;
+    if (press.point !== undefined) parts.editor.selection.select([press.point], selectMode(event));
+    else if (selectMode(event) === 'replace' && parts.settings.value.tool !== 'pull') parts.editor.selection.none();
+  }
+
+  private hoverAt(event: PointerEvent): void {
+    if (event.pointerType === 'touch') return;
+    const { gizmo, picker, settings } = this.parts;
+    const free = !gizmo.busy && settings.value.tool !== 'pull';
+    this.hover(free ? picker.at(...this.place, event.pointerType) : undefined);
+  }
+
+  private hover(point: number | undefined): void {
+    const { cage, viewport } = this.parts;
+    if (cage.hover(point)) viewport.invalidate();
+    viewport.canvas.style.cursor = point === undefined ? '' : 'pointer';
+  }
+}

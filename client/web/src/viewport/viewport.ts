@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The canvas: a renderer, the scene and its cameras. Frames are drawn when something has changed, and only then.
+import { Box3, Color, DirectionalLight, Group, HemisphereLight, Scene, Vector3, WebGLRenderer } from 'three';
+import type { TransformView } from '../edit/transform_session';
+import { snapStep } from '../edit/transform_session';
+import type { Basis, Vec3 } from '../lattice/vec';
+import { CameraRig } from './camera_rig';
+import { jacobianAt, pixelsPerUnit, project, projectAll, rayAt, type Ray, type ScreenSize } from './projection';
+
+const MAX_PIXEL_RATIO = 2; // beyond, a screen shows no more and a laptop's GPU has four times the work
+
+export class Viewport {
+  readonly scene = new Scene();
+  readonly renderer: WebGLRenderer;
+  readonly rig: CameraRig;
+  readonly size: ScreenSize = { width: 1, height: 1 };
+  /** What the depth range has to hold. */
+  readonly content = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
+  private readonly light = new Group();
+  private readonly frameListeners = new Set<() => void>();
+  private pending = 0;
+
+  constructor(readonly element: HTMLElement) {
+    this.renderer = new WebGLRenderer({ antialias: true, powerPreference: 'high-performance' });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO));
+    const canvas = this.renderer.domElement;
+    canvas.tabIndex = 0;
+    canvas.setAttribute('aria-label', 'The deformed surface and its lattice. Press ? for the keys.');
+    element.append(canvas);
+    this.rig = new CameraRig(canvas, () => this.invalidate());
+    this.addLights();
+    new ResizeObserver(() => this.resize()).observe(element);
+    this.resize();
+  }
+
+  get canvas(): HTMLCanvasElement {
+    return this.renderer.domElement;
+  }
+
+  /** Asks for a frame; however often, one is drawn. */
+  invalidate(): void {
+    this.pending ||= requestAnimationFrame(() => this.draw());
+  }
+
+  /** Calls `listener` before each frame; the function returned ends that. */
+  onFrame(listener: () => void): () => void {
+    this.frameListeners.add(listener);
+    return () => this.frameListeners.delete(listener);
+  }
+
+  setBackground(colour: string): void {
+    this.scene.background = new Color(colour);
+    this.invalidate();
+  }
+
+  project(p: Vec3): Vec3 | undefined {
+    this.updateCamera();
+    return project(this.rig.camera, this.size, p);
+  }
+
+  projectAll(points: ArrayLike<number>): Float64Array {
+    this.updateCamera();
+    return projectAll(this.rig.camera, this.size, points);
+  }
+
+  /** A ball in pixels; undefined behind the camera. */
+  disc(center: Vec3, radius: number): { x: number; y: number; radius: number } | undefined {
+    const at = this.project(center);
+    return at && { x: at[0], y: at[1], radius: radius * pixelsPerUnit(this.rig.camera, this.size, center) };
+  }
+
+  ray(x: number, y: number): Ray {
+    this.updateCamera();
+    return rayAt(this.rig.camera, this.size, x, y);
+  }
+
+  /** What a transform about `pivot` has to know of the view. */
+  transformView(pivot: Vec3, axes: Basis, localAxes: Basis): TransformView {
+    this.updateCamera();
+    const [x, y] = project(this.rig.camera, this.size, pivot) ?? [this.size.width / 2, this.size.height / 2];
+    return {
+      basis: this.rig.basis(),
+      jacobian: jacobianAt(this.rig.camera, this.size, pivot),
+      pivot: [x, y],
+      axes,
+      localAxes,
+      snapStep: snapStep(pixelsPerUnit(this.rig.camera, this.size, pivot)),
+    };
+  }
+
+  /** A pointer event's place in the canvas, in CSS pixels. */
+  place(event: { clientX: number; clientY: number }): [number, number] {
+    const box = this.canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  private resize(): void {
+    const { clientWidth, clientHeight } = this.element;
+    if (clientWidth === 0 || clientHeight === 0) return;
+    this.size.width = clientWidth;
+    this.size.height = clientHeight;
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO));
+    this.renderer.setSize(clientWidth, clientHeight);
+    this.rig.resize(clientWidth, clientHeight);
+    this.draw();
+  }
+
+  private updateCamera(): void {
+    this.rig.camera.updateMatrixWorld();
+  }
+
+  private draw(): void {
+    cancelAnimationFrame(this.pending);
+    this.pending = 0;
+    for (const listener of this.frameListeners) listener();
+    this.rig.updateDepthRange(this.content);
+    this.light.quaternion.copy(this.rig.camera.quaternion);
+    this.renderer.render(this.scene, this.rig.camera);
+  }
+
+  /** Light that turns with the camera, so that the side one looks at is never dark. */
+  private addLights(): void {
+    const key = new DirectionalLight(0xffffff, 1.9);
+    key.position.set(-0.5, 0.8, 1);
+    const rim = new DirectionalLight(0xbfd4ff, 0.5);
+    rim.position.set(1, -0.4, 0.3);
+    this.light.add(key, rim);
+    this.scene.add(this.light, new HemisphereLight(0xffffff, 0x8890a0, 1.1));
+  }
+}

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { create, fromBinary, toBinary } from '@bufbuild/protobuf';
+import { SceneEventSchema } from 'latticed/v1/event_pb';
+import { DeformRequestSchema } from 'latticed/v1/scene_pb';
+import type { DeformRequestInit, SceneStream, StreamHandlers, WatchRequestInit } from './scene_stream';
+import { ServerError } from './server_error';
+
+/**
+ * SceneService.Deform over a WebSocket, one message per binary frame: what browsers have for a stream in both
+ * directions. The token travels as an offered subprotocol, since browsers can set no header.
+ */
+export class DeformSocket implements SceneStream {
+  private static readonly CLOSE_OK = 1000;
+  private readonly socket: WebSocket;
+  private isOpen = false;
+  private readonly early: Uint8Array<ArrayBuffer>[] = [];  // sent before the socket was open
+
+  constructor(origin: string, token: string | undefined, open: WatchRequestInit, private readonly handlers: StreamHandlers) {
+    const url = new URL('/ws/latticed.v1.SceneService/Deform', origin);
+    url.protocol = url.protocol === 'https:' ? 'wss:' : 'ws:';
+    url.searchParams.set('latticed-scene', open.scene ?? '');
+    this.socket = new WebSocket(url, ['latticed.v1', ...(token ? [`bearer.${base64Url(token)}`] : [])]);
+    this.socket.binaryType = 'arraybuffer';
+    this.socket.onopen = () => this.opened();
+    this.socket.onmessage = ({ data }) => this.received(data as ArrayBuffer);
+    this.socket.onclose = ({ code, reason }) => this.closed(code, reason);
+    this.send({ message: { case: 'watch', value: open } });
+  }
+
+  send(message: DeformRequestInit): void {
+    const frame = toBinary(DeformRequestSchema, create(DeformRequestSchema, message));
+    if (this.isOpen) this.socket.send(frame);
+    else this.early.push(frame);
+  }
+
+  close(): void {
+    this.forget();
+    this.socket.close(DeformSocket.CLOSE_OK);
+  }
+
+  private opened(): void {
+    this.isOpen = true;
+    for (const frame of this.early.splice(0)) this.socket.send(frame);
+  }
+
+  private received(data: ArrayBuffer): void {
+    this.handlers.event(fromBinary(SceneEventSchema, new Uint8Array(data)));
+  }
+
+  private closed(code: number, reason: string): void {
+    this.forget();
+    this.handlers.end(code === DeformSocket.CLOSE_OK ? undefined : ServerError.fromClose(code, reason));
+  }
+
+  private forget(): void {
+    this.isOpen = false;
+    this.socket.onopen = this.socket.onmessage = this.socket.onclose = null;
+  }
+}
+
+/** A token as a subprotocol may hold it. */
+function base64Url(text: string): string {
+  const binary = String.fromCharCode(...new TextEncoder().encode(text));
+  return btoa(binary).replaceAll('+', '-').replaceAll('/', '_').replace(/=+$/, '');
+}

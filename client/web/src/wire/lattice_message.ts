@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { create } from '@bufbuild/protobuf';
+import { LatticeSchema, type Lattice as LatticeMessage, type LatticeAxes } from 'latticed/v1/lattice_pb';
+import type { Vec3 as Vec3Message } from 'latticed/v1/common_pb';
+import { Lattice, type Vec3 } from '../lattice/lattice';
+
+/** Of a LatticeState, where everything is written out. */
+export function toLattice(message: LatticeMessage): Lattice {
+  const { frame } = message;
+  return new Lattice(
+    { origin: vector(frame?.origin), u: vector(frame?.u), v: vector(frame?.v), w: vector(frame?.w) },
+    axes(message.degree), axes(message.size),
+    [Float64Array.from(message.knotsU), Float64Array.from(message.knotsV), Float64Array.from(message.knotsW)],
+    Float64Array.from(message.controlPoints));
+}
+
+export function fromLattice(lattice: Lattice): LatticeMessage {
+  const { origin, u, v, w } = lattice.frame;
+  return create(LatticeSchema, {
+    frame: { origin: fromVector(origin), u: fromVector(u), v: fromVector(v), w: fromVector(w) },
+    degree: fromAxes(lattice.degree),
+    size: fromAxes(lattice.size),
+    knotsU: Array.from(lattice.knots[0]),
+    knotsV: Array.from(lattice.knots[1]),
+    knotsW: Array.from(lattice.knots[2]),
+    controlPoints: Array.from(lattice.points),
+  });
+}
+
+export function vector(message: Vec3Message | undefined): [number, number, number] {
+  return message ? [message.x, message.y, message.z] : [0, 0, 0];
+}
+
+export function fromVector([x, y, z]: Vec3): { x: number; y: number; z: number } {
+  return { x, y, z };
+}
+
+function axes(message: LatticeAxes | undefined): [number, number, number] {
+  return message ? [message.u, message.v, message.w] : [0, 0, 0];
+}
+
+function fromAxes([u, v, w]: Vec3): { u: number; v: number; w: number } {
+  return { u, v, w };
+}

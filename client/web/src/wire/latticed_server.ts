@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { createClient, type Client, type Interceptor, type Transport } from '@connectrpc/connect';
+import { createGrpcWebTransport } from '@connectrpc/connect-web';
+import { MeshService } from 'latticed/v1/mesh_pb';
+import { SceneService } from 'latticed/v1/scene_pb';
+import { ServerService } from 'latticed/v1/server_pb';
+
+/** The server that the page comes from: clients of its services by gRPC-Web, and its address for WebSockets. */
+export class LatticedServer {
+  readonly scenes: Client<typeof SceneService>;
+  readonly meshes: Client<typeof MeshService>;
+  readonly server: Client<typeof ServerService>;
+
+  /**
+   * @param origin Scheme, host and port, "http://localhost:8080".
+   * @param token Sent as a bearer token where given.
+   */
+  constructor(
+    readonly origin: string,
+    readonly token?: string,
+    transport: Transport = createGrpcWebTransport({ baseUrl: origin, interceptors: [withMetadata(token)] }),
+  ) {
+    this.scenes = createClient(SceneService, transport);
+    this.meshes = createClient(MeshService, transport);
+    this.server = createClient(ServerService, transport);
+  }
+}
+
+/** Adds the token, and the scene that a request names as its routing key. */
+function withMetadata(token?: string): Interceptor {
+  return (next) => (request) => {
+    if (token) request.header.set('authorization', `Bearer ${token}`);
+    const scene = request.stream ? undefined : sceneOf(request.message);
+    if (scene) request.header.set('latticed-scene', scene);
+    return next(request);
+  };
+}
+
+function sceneOf(message: object): string | undefined {
+  const { scene, sceneId } = message as { scene?: unknown; sceneId?: unknown };
+  if (typeof scene === 'string' && scene) return scene;
+  return typeof sceneId === 'string' && sceneId ? sceneId : undefined;
+}

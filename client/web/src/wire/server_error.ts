@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { anyUnpack } from '@bufbuild/protobuf/wkt';
+import { Code, ConnectError } from '@connectrpc/connect';
+import { ErrorInfoSchema } from 'google/rpc/error_info_pb';
+import type { Status } from 'google/rpc/status_pb';
+
+/** Why a call, a stream or an edit failed: the server's status, with its reason (common.proto, ErrorReason). */
+export class ServerError extends Error {
+  override readonly name = 'ServerError';
+
+  constructor(
+    readonly code: Code,
+    /** "OUT_OF_RANGE" for instance; empty where the server, or what stands before it, gave none. */
+    readonly reason: string,
+    message: string,
+    readonly metadata: Readonly<Record<string, string>> = {},
+  ) {
+    super(message);
+  }
+
+  static fromConnect(error: unknown): ServerError {
+    if (error instanceof ServerError) return error;
+    const connect = ConnectError.from(error);
+    const info = connect.findDetails(ErrorInfoSchema)[0];
+    return new ServerError(connect.code, info?.reason ?? '', connect.rawMessage, info?.metadata);
+  }
+
+  /** Of an EditResult's status, whose code is not 0. */
+  static fromStatus(status: Status): ServerError {
+    const info = status.details.map((detail) => anyUnpack(detail, ErrorInfoSchema)).find((found) => found);
+    return new ServerError(status.code as Code, info?.reason ?? '', status.message, info?.metadata);
+  }
+
+  /**
+   * Of a WebSocket's close event: 4000 and the gRPC code, with "REASON: message" as text. Others, 1006 of a
+   * connection that is cut for instance, are UNAVAILABLE.
+   */
+  static fromClose(code: number, text: string): ServerError {
+    if (code <= 4000 || code > 4016) return new ServerError(Code.Unavailable, '', text || 'the connection is lost');
+    const match = /^([A-Z_]+): (.*)$/s.exec(text);
+    return new ServerError(code - 4000, match?.[1] ?? '', match?.[2] ?? text);
+  }
+
+  /** Whether the same may work later. */
+  get isPassing(): boolean {
+    return [Code.Unavailable, Code.Internal, Code.Unknown, Code.Canceled, Code.DeadlineExceeded, Code.Aborted,
+      Code.DataLoss, Code.ResourceExhausted].includes(this.code);
+  }
+}

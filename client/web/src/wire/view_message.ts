@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { create } from '@bufbuild/protobuf';
+import { Encoding, NormalMode, ViewOptionsSchema, type ViewOptions } from 'latticed/v1/view_pb';
+import type { ViewRequest } from '../session/scene_session';
+
+const NORMALS = { none: NormalMode.NONE, facet: NormalMode.FACET, smooth: NormalMode.SMOOTH } as const;
+const ENCODINGS = { draco: Encoding.DRACO_POINTS, quantised: Encoding.QUANTISED, raw: Encoding.RAW } as const;
+
+/** What is absent comes from the scene's default view, but the encoding, which is Draco then. */
+export function fromView(view: ViewRequest): ViewOptions {
+  return create(ViewOptionsSchema, {
+    segments: view.segments ?? 0,
+    normals: view.normals ? NORMALS[view.normals] : NormalMode.UNSPECIFIED,
+    encoding: ENCODINGS[view.encoding ?? 'draco'],
+    positionBits: view.positionBits ?? 0,
+    normalBits: view.normalBits ?? 0,
+  });
+}
+
+/** How chunks of a view in force are read. */
+export function encodingOf(view: ViewOptions): 'draco' | 'quantised' | 'raw' {
+  switch (view.encoding) {
+    case Encoding.RAW: return 'raw';
+    case Encoding.QUANTISED: return 'quantised';
+    case Encoding.DRACO_POINTS:
+    case Encoding.DRACO_MESH: return 'draco';
+    default: throw new Error(`chunks in an encoding that this viewer does not know: ${view.encoding}`);
+  }
+}

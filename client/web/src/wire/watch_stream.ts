@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { create } from '@bufbuild/protobuf';
+import { Code, ConnectError } from '@connectrpc/connect';
+import { StatusSchema } from 'google/rpc/status_pb';
+import { EditBatchSchema, type EditBatch, type EditResult, EditResultSchema } from 'latticed/v1/edit_pb';
+import { SceneEventSchema } from 'latticed/v1/event_pb';
+import { DeformRequestSchema, type ControlWatchRequest } from 'latticed/v1/scene_pb';
+import type { LatticedServer } from './latticed_server';
+import type { DeformRequestInit, SceneStream, StreamHandlers, WatchRequestInit } from './scene_stream';
+import { ServerError } from './server_error';
+
+/**
+ * Watch, ApplyEdits and ControlWatch over gRPC-Web in place of Deform: where something on the way lets no WebSocket
+ * pass. The same events; a refused edit is an edit_result here too. Presence is not sent.
+ */
+export class WatchStream implements SceneStream {
+  private readonly abort = new AbortController();
+  private watchId = '';
+  private ended = false;
+
+  constructor(
+    private readonly server: LatticedServer,
+    private readonly open: WatchRequestInit,
+    private readonly handlers: StreamHandlers,
+  ) {
+    void this.watch();
+  }
+
+  send(init: DeformRequestInit): void {
+    const { message } = create(DeformRequestSchema, init);
+    if (message.case === 'edit') void this.edit(message.value);
+    else if (message.case === 'control') void this.control(message.value);
+    else if (message.case === 'heartbeat') void this.control();
+  }
+
+  close(): void {
+    this.ended = true;
+    this.abort.abort();
+  }
+
+  private async watch(): Promise<void> {
+    const { signal } = this.abort;
+    try {
+      const headers = { 'latticed-scene': this.open.scene ?? '' };
+      for await (const event of this.server.scenes.watch(this.open, { signal, headers })) {
+        if (this.ended) return;
+        if (event.event.case === 'hello') this.watchId = event.event.value.watchId;
+        this.handlers.event(event);
+      }
+      this.end(undefined);
+    } catch (error) {
+      this.end(ServerError.fromConnect(error));
+    }
+  }
+
+  private async edit(batch: EditBatch): Promise<void> {
+    const request = create(EditBatchSchema, {
+      ...batch, scene: this.open.scene ?? '', editorId: batch.editorId || (this.open.editorId ?? '') });
+    try {
+      this.answer(await this.server.scenes.applyEdits(request, { signal: this.abort.signal }));
+    } catch (error) {
+      const refusal = ConnectError.from(error);
+      // An answer that was lost ends the stream, so that the same batch is sent again by the next one.
+      if ([Code.Unavailable, Code.Canceled, Code.Unknown, Code.Internal].includes(refusal.code)) {
+        this.end(ServerError.fromConnect(error));
+        return;
+      }
+      const failure = ServerError.fromConnect(error);
+      this.answer(create(EditResultSchema, {
+        sequence: batch.sequence,
+        status: create(StatusSchema, { code: failure.code, message: failure.message, details: detailsOf(refusal) }),
+      }));
+    }
+  }
+
+  private async control(request?: ControlWatchRequest): Promise<void> {
+    if (!this.watchId) return;
+    try {
+      const { ackedUpdateId, view, pause } = request ?? {};
+      await this.server.scenes.controlWatch({
+        watchId: this.watchId, scene: this.open.scene ?? '',
+        ...(ackedUpdateId !== undefined && { ackedUpdateId }), ...(view && { view }), ...(pause !== undefined && { pause }),
+      }, { signal: this.abort.signal });
+    } catch (error) {
+      this.end(ServerError.fromConnect(error));
+    }
+  }
+
+  private answer(result: EditResult): void {
+    if (!this.ended) this.handlers.event(create(SceneEventSchema, { event: { case: 'editResult', value: result } }));
+  }
+
+  private end(error: ServerError | undefined): void {
+    if (this.ended) return;
+    this.ended = true;
+    this.abort.abort();
+    this.handlers.end(error);
+  }
+}
+
+/** The details that came with a status, as google.rpc.Status holds them. */
+function detailsOf(error: ConnectError): { typeUrl: string; value: Uint8Array<ArrayBuffer> }[] {
+  return error.details.flatMap((detail) =>
+    'type' in detail ? [{ typeUrl: `type.googleapis.com/${detail.type}`, value: detail.value.slice() }] : []);
+}

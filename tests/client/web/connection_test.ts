@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Streams that are lost, servers that restart, and what the window is told.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Code } from '@connectrpc/connect';
+import { Feature } from 'latticed/v1/server_pb';
+import { ServerError } from '@src/wire/server_error';
+import { SessionFixture, until } from './support/session_fixture';
+
+const unavailable = (): ServerError => new ServerError(Code.Unavailable, '', 'the connection is lost');
+const move = { kind: 'move', indices: Uint32Array.of(1), offset: [0.25, 0, 0] } as const;
+
+test('a lost stream is opened again where it stopped, and what was in flight is sent again as the same batch', async () => {
+  const fixture = await SessionFixture.live();
+  fixture.stream.event({ case: 'updateBegin', value: { updateId: 1n, revision: 0n } });
+  fixture.stream.event({ case: 'updateEnd', value: { updateId: 1n, revision: 0n, resumeToken: Uint8Array.of(5) } });
+  await until(() => fixture.stream.controls.length === 1);
+  assert.equal(fixture.stream.controls[0].ackedUpdateId, 1n);
+  fixture.session.apply(move);
+  const { sequence } = fixture.stream.edits[0];
+
+  fixture.stream.end(unavailable());
+  await until(() => fixture.sockets.opened.length === 2);
+  fixture.stream.hello();
+
+  assert.deepEqual([...fixture.stream.request.resumeToken!], [5]);
+  assert.equal(fixture.stream.request.editorId, fixture.session.editorId);
+  assert.deepEqual(fixture.stream.edits.map((batch) => batch.sequence), [sequence]);
+  assert.equal(fixture.x(1), 0.75);
+  assert.deepEqual(fixture.states, ['live', 'retrying', 'live']);
+  fixture.session.close();
+});
+
+test('where no WebSocket opens but calls pass, gRPC-Web is used; where neither does, the socket is tried again', async () => {
+  const fixture = new SessionFixture();
+  fixture.server.reachable = false;
+  fixture.stream.end(unavailable());
+  await until(() => fixture.sockets.opened.length === 2);
+  assert.equal(fixture.watches.opened.length, 0);
+
+  fixture.server.reachable = true;
+  fixture.stream.end(unavailable());
+  await until(() => fixture.watches.opened.length === 1);
+
+  fixture.watches.newest.hello();
+  assert.equal(fixture.session.status.state, 'live');
+  fixture.session.close();
+});
+
+test('heartbeats go out, and three of silence end the stream', async () => {
+  const fixture = new SessionFixture();
+  fixture.stream.hello('boot-1', 20);
+  const first = fixture.stream;
+  await until(() => fixture.sockets.opened.length === 2);
+
+  assert.ok(first.sent.filter(({ message }) => message.case === 'heartbeat').length >= 2);
+  assert.ok(first.isClosed);
+  assert.deepEqual(fixture.states, ['live', 'retrying']);
+  fixture.session.close();
+});
+
+test('goaway says when to come back', async () => {
+  const fixture = await SessionFixture.live();
+  fixture.stream.event({ case: 'goaway', value: { retryAfter: { seconds: 0n, nanos: 60e6 } } });
+  const end = performance.now();
+  fixture.stream.end();
+  await until(() => fixture.sockets.opened.length === 2);
+
+  assert.ok(performance.now() - end >= 55);
+  fixture.session.close();
+});
+
+test('a server that has lost the scene gets mesh and lattice again from this browser, under the same id', async () => {
+  const fixture = await SessionFixture.live();
+  fixture.session.apply(move);
+  fixture.server.bootId = 'boot-2';
+  fixture.server.meshes.clear();
+
+  fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
+  await until(() => fixture.sockets.opened.length === 2);
+  fixture.stream.hello('boot-2');
+
+  const made = fixture.server.scenes.get('scene-0001')!;
+  const { source } = made.lattices[0];
+  assert.deepEqual([...fixture.server.meshes.get('mesh-1')!], [1, 2, 3]);
+  assert.equal(source.case === 'lattice' && source.value.controlPoints[3], 0.75);
+  assert.equal(fixture.session.status.state, 'restored');
+  assert.match(fixture.session.status.text, /restarted/);
+  assert.equal(fixture.stream.edits.length, 0);  // the lattice held what was in flight
+  assert.equal(fixture.stream.request.resumeToken!.length, 0);
+  fixture.session.close();
+});
+
+test('a scene that somebody deleted stays deleted, in words', async () => {
+  const fixture = await SessionFixture.live();
+  fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
+  await until(() => fixture.session.status.state === 'failed');
+
+  assert.equal(fixture.session.status.text, 'No scene scene-0001.');
+  assert.equal(fixture.server.scenes.size, 0);
+  assert.equal(fixture.sockets.opened.length, 1);
+  fixture.session.close();
+});
+
+test('a token that may only look loses presence and goes on; one that is unknown fails in words', async () => {
+  const fixture = await SessionFixture.live({ features: [Feature.PRESENCE], name: 'Ada' });
+  fixture.session.announce(Uint32Array.of(4, 5));
+  await until(() => fixture.stream.presences.length === 1);
+  assert.deepEqual(fixture.stream.presences[0].selectedIndices, [4, 5]);
+  assert.equal(fixture.stream.presences[0].name, 'Ada');
+
+  fixture.stream.end(new ServerError(Code.PermissionDenied, 'PERMISSION_DENIED', 'role edit'));
+  await until(() => fixture.sockets.opened.length === 2);
+  fixture.stream.hello();
+  fixture.session.announce(Uint32Array.of(4));
+  fixture.stream.end(new ServerError(Code.Unauthenticated, 'UNAUTHENTICATED', 'who are you'));
+  await until(() => fixture.session.status.state === 'failed');
+
+  assert.equal(fixture.stream.presences.length, 0);
+  assert.match(fixture.session.status.text, /#token=/);
+  fixture.session.close();
+});
+
+test('others appear with what they have selected, and vanish when their stream does', async () => {
+  const fixture = await SessionFixture.live();
+  const seen: string[] = [];
+  fixture.session.on('presence', (others) => seen.push([...others].map(([id, { selected }]) => `${id} ${selected}`).join()));
+
+  fixture.stream.event({ case: 'presence', value: { editorId: 'b', name: 'Bo', colour: 255, selectedIndices: [1, 2] } });
+  fixture.stream.event({ case: 'presence', value: { editorId: fixture.session.editorId, selectedIndices: [9] } });
+
+  assert.deepEqual(seen, ['b 1,2']);
+  fixture.session.close();
+});

@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+
+/** A page around one session, for tests in a browser to steer: no controls, a canvas and `window.harness`. */
+import { Color, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from 'three';
+import { openSession } from '@src/session/open_session';
+import type { SceneSession, UpdateInfo, ViewRequest } from '@src/session/scene_session';
+import type { SurfaceMesh } from '@src/surface/surface_mesh';
+import { randomId } from '@src/wire/ids';
+import { LatticedServer } from '@src/wire/latticed_server';
+import { uploadMesh } from '@src/wire/upload';
+import { MeshFormat } from 'latticed/v1/mesh_pb';
+
+class Harness {
+  readonly server = new LatticedServer(location.origin);
+  readonly updates: UpdateInfo[] = [];
+  readonly refused: string[] = [];
+  readonly statuses: string[] = [];
+  session!: SceneSession;
+  private readonly renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(40, 4 / 3);
+  private waiting: (() => void)[] = [];
+
+  constructor() {
+    this.renderer.setSize(480, 360);
+    this.scene.background = new Color(0x20242b);
+    document.body.append(this.renderer.domElement);
+  }
+
+  get surface(): SurfaceMesh {
+    return this.session.surface as SurfaceMesh;
+  }
+
+  /** Uploads an OBJ file and makes a scene of it; returns its id. */
+  async makeScene(obj: string, size: number): Promise<string> {
+    const mesh = await uploadMesh(this.server, { name: 'test.obj', format: MeshFormat.OBJ }, new TextEncoder().encode(obj));
+    const sceneId = randomId();
+    const axes = { u: size, v: size, w: size };
+    await this.server.scenes.createScene({ sceneId, mesh: mesh.id, lattices: [{ source: { case: 'fit', value: { size: axes } } }] });
+    return sceneId;
+  }
+
+  async open(sceneId: string, view?: ViewRequest): Promise<void> {
+    this.session = await openSession(this.server, sceneId, {
+      ...(view && { view }), onStatus: ({ state }) => this.statuses.push(state) });
+    this.session.on('update', (info) => {
+      this.updates.push(info);
+      for (const wake of this.waiting.splice(0)) wake();
+    });
+    this.session.on('refused', (text) => this.refused.push(text));
+    this.scene.add(this.session.surface.object);
+    await this.until(() => this.session.surface.patchCount > 0);
+    this.frame();
+  }
+
+  /** Waits for updates until something holds. */
+  async until(holds: () => boolean): Promise<void> {
+    while (!holds()) await new Promise<void>((resolve) => this.waiting.push(resolve));
+  }
+
+  /** Waits for the update that holds every edit so far. */
+  async settled(): Promise<void> {
+    const { revision } = await this.server.scenes.getScene({ scene: this.session.sceneId });
+    await this.until(() => (this.updates.at(-1)?.revision ?? -1) >= Number(revision) && this.updates.at(-1)!.fullDetail);
+  }
+
+  /** Looks at the surface from the front, upper left. */
+  frame(): void {
+    const { bounds } = this.session.surface;
+    const size = bounds.getSize(new Vector3()).length();
+    const middle = bounds.getCenter(new Vector3());
+    this.camera.position.copy(middle).add(new Vector3(-0.35, 0.4, 1).multiplyScalar(1.2 * size));
+    this.camera.near = 0.05 * size;
+    this.camera.far = 5 * size;
+    this.camera.lookAt(middle);
+    this.camera.updateProjectionMatrix();
+  }
+
+  /** Draws a frame and waits until the GPU has it. */
+  draw(): void {
+    this.renderer.render(this.scene, this.camera);
+    this.renderer.getContext().finish();
+  }
+
+  /** Fraction of pixels that show the surface, and the mean colour of those, 0 to 255. */
+  pixels(): { covered: number; mean: number[] } {
+    this.draw();
+    const gl = this.renderer.getContext();
+    const [width, height] = [gl.drawingBufferWidth, gl.drawingBufferHeight];
+    const data = new Uint8Array(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, data);
+    const sum = [0, 0, 0];
+    let covered = 0;
+    for (let i = 0; i < data.length; i += 4) {
+      if (data[i] === data[0] && data[i + 1] === data[1] && data[i + 2] === data[2]) continue;  // a corner is empty
+      ++covered;
+      for (let c = 0; c < 3; ++c) sum[c] += data[i + c];
+    }
+    return { covered: covered / (width * height), mean: sum.map((total) => total / Math.max(covered, 1)) };
+  }
+
+  get geometries(): number {
+    return this.renderer.info.memory.geometries;
+  }
+
+  /**
+   * Largest distance of received corners of patches from where EvaluatePoints says they are, in steps of the grid
+   * or, of floats, in millionths of the size. Every `stride`th patch.
+   */
+  async worstCorner(topologyId: string, stride: number): Promise<number> {
+    const { scenes } = this.server;
+    const scene = this.session.sceneId;
+    const points: { face: number; corners: number[]; barycentrics: number[] }[] = [];
+    const places: number[] = [];
+    const layout = this.surface.drawnLayout!;
+    for await (const part of scenes.getTopology({ scene, topologyId })) {
+      for (let patch = 0; patch < part.faces.length; patch += stride) {
+        const number = patch + Number(part.firstPatch);
+        // Row 0 of a pattern runs from corner 0 to corner 1; the last row is corner 2.
+        [0, layout.segments, layout.pointsPerPatch - 1].forEach((place, corner) => {
+          points.push({ face: part.faces[patch], corners: part.corners.slice(3 * patch, 3 * patch + 3),
+            barycentrics: part.barycentrics.slice(9 * patch + 3 * corner, 9 * patch + 3 * corner + 3) });
+          places.push(number * layout.pointsPerPatch + place);
+        });
+      }
+    }
+    const { positions } = await scenes.evaluatePoints({ scene, points: { case: 'surfacePoints', value: { points } } });
+    const unit = this.surface.drawnStep === 1 ? this.surface.bounds.getSize(new Vector3()).length() / 1e6 : this.surface.drawnStep!;
+    return Math.max(...places.map((place, i) =>
+      Math.hypot(...this.surface.positionOf(place).map((value, axis) => value - positions[3 * i + axis])) / unit));
+  }
+
+  /** Drags one control point in a circle: `steps` updates of a gesture, each after the update of the one before. */
+  async drag(index: number, steps: number, radius: number): Promise<void> {
+    const gesture = this.session.gesture();
+    for (let step = 0; step < steps; ++step) {
+      const angle = (2 * Math.PI * step) / 60;
+      this.updates.length = 0;
+      gesture.update({ kind: 'move', indices: Uint32Array.of(index),
+        offset: [radius * Math.cos(angle), radius * Math.sin(angle), radius * Math.sin(2 * angle)] });
+      await this.until(() => this.updates.some(({ msFromEdit }) => msFromEdit !== undefined));
+      if (step % 10 === 0) this.draw();
+    }
+    gesture.commit();
+  }
+}
+
+declare global {
+  interface Window {
+    harness: Harness;
+  }
+}
+
+window.harness = new Harness();

@@ -1,0 +1,167 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A session in Chromium against the real server.
+// Environment: LATTICED, CHROMIUM; LATTICED_PAGE, the folder of the page; LATTICED_SHOTS, a folder for screenshots.
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import { heapInUse, launch, openPage } from './browser';
+import { ServerProcess } from './server_process';
+import { torusObj } from './torus';
+import type {} from './page/harness';  // window.harness
+
+const OBJ = torusObj(12, 8);
+const SIZE = 4;
+
+let server: ServerProcess;
+let browser: Browser;
+let page: Page;
+let errors: string[];
+let sceneId: string;
+
+async function shot(name: string): Promise<void> {
+  if (!process.env.LATTICED_SHOTS) return;
+  await page.evaluate(() => window.harness.draw());
+  await page.locator('canvas').screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
+}
+
+/** Largest distance of received points from EvaluatePoints, in grid steps. */
+function worst(): Promise<number> {
+  return page.evaluate(async () => {
+    const { harness } = window;
+    await harness.settled();
+    return harness.worstCorner(harness.surface.drawnLayout!.id, 3);
+  });
+}
+
+before(async () => {
+  server = await ServerProcess.start(process.env.LATTICED_PAGE!);
+  browser = await launch();
+  ({ page, errors } = await openPage(browser, server.origin));
+  sceneId = await page.evaluate(([obj, size]) => window.harness.makeScene(obj as string, size as number), [OBJ, SIZE]);
+  await page.evaluate((id) => window.harness.open(id), sceneId);
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.kill();
+});
+
+test('the surface appears', async () => {
+  const { covered } = await page.evaluate(() => window.harness.pixels());
+
+  assert.ok(covered > 0.1, `${covered} of the canvas`);
+  assert.equal(await page.evaluate(() => window.harness.session.status.state), 'live');
+  assert.deepEqual(errors, []);
+  await shot('rest');
+});
+
+test('an edit moves the surface to where EvaluatePoints says, in every encoding', async () => {
+  await page.evaluate(() => window.harness.session.apply({ kind: 'move', indices: Uint32Array.of(21, 22, 41, 42), offset: [0.3, 0.9, 0.4] }));
+  // Half a step an axis for rounding, and what float32 evaluation adds.
+  assert.ok(await worst() < 0.9);
+  await shot('deformed');
+  for (const encoding of ['quantised', 'raw', 'draco'] as const) {
+    await page.evaluate((name) => {
+      window.harness.updates.length = 0;
+      window.harness.session.setView({ encoding: name, segments: 6 });
+    }, encoding);
+    await page.evaluate(() => window.harness.until(() => window.harness.updates.length > 0));
+    const off = await worst();
+    assert.ok(off < (encoding === 'raw' ? 2 : 0.9), `${encoding}: ${off}`);
+  }
+  assert.deepEqual(errors, []);
+});
+
+test('every look draws', async () => {
+  const plain = await page.evaluate(() => window.harness.pixels());
+  for (const look of [{ colouring: 'boxes' }, { colouring: 'displacement' }, { colouring: 'plain', wireframe: true },
+    { wireframe: false, patchEdges: true }, { patchEdges: false, ghost: true }] as const) {
+    const name = Object.entries(look).map(([key, value]) => `${key}-${value}`).join('_');
+    await page.evaluate((one) => window.harness.surface.setLook(one), look);
+    await page.waitForTimeout(400);
+    const drawn = await page.evaluate(() => window.harness.pixels());
+    await shot(name);
+    assert.notDeepEqual(drawn, plain, name);
+  }
+  await page.evaluate(() => window.harness.surface.setLook({ ghost: false }));
+  assert.deepEqual(errors, []);
+});
+
+test('a long drag makes no geometry and leaves the heap as it is', async () => {
+  const steps = Number(process.env.LATTICED_DRAG_STEPS ?? 300);
+  await page.evaluate(() => window.harness.drag(21, 50, 0.2));
+  const count = await page.evaluate(() => [window.harness.geometries, window.harness.surface.geometriesMade]);
+  const heap = await heapInUse(page);
+
+  await page.evaluate((n) => window.harness.drag(22, n, 0.2), steps);
+
+  assert.deepEqual(await page.evaluate(() => [window.harness.geometries, window.harness.surface.geometriesMade]), count);
+  const grown = await heapInUse(page) - heap;
+  assert.ok(grown < 1e6, `${grown} bytes more after ${steps} steps`);
+  assert.ok(await worst() < 0.9);
+});
+
+test('what one window does the other shows, undo takes it back, and a refusal is said', async () => {
+  const other = await openPage(browser, server.origin);
+  await other.page.evaluate((id) => window.harness.open(id), sceneId);
+  const z = (): Promise<number> => page.evaluate(() => window.harness.session.lattice.points[5]);
+  const before = await z();
+
+  await other.page.evaluate(() => window.harness.session.apply({ kind: 'move', indices: Uint32Array.of(1), offset: [0, 0, 2] }));
+  await page.waitForFunction((was) => window.harness.session.lattice.points[5] === was + 2, before);
+  await other.page.evaluate(() => window.harness.session.undo());
+  await page.waitForFunction((was) => window.harness.session.lattice.points[5] === was, before);
+  await other.page.evaluate(() => window.harness.session.apply({ kind: 'move', indices: Uint32Array.of(9999), offset: [0, 0, 2] }));
+  await other.page.waitForFunction(() => window.harness.refused.length === 1);
+
+  assert.match(await other.page.evaluate(() => window.harness.refused[0]), /9999/);
+  assert.deepEqual(other.errors, []);
+  await other.page.close();
+});
+
+test('a knot is inserted: the cage has more points, the surface stays', async () => {
+  await page.evaluate(() => window.harness.session.insertKnot(0, 0.5));
+  await page.waitForFunction(() => window.harness.session.lattice.count === 80);
+
+  assert.ok(await worst() < 0.9);
+  assert.deepEqual(errors, []);
+});
+
+test('where no WebSocket passes, gRPC-Web does the same', async () => {
+  const context = await browser.newContext();
+  await context.addInitScript(() => {
+    window.WebSocket = class {
+      onclose?: (event: { code: number; reason: string }) => void;
+      constructor() {
+        setTimeout(() => this.onclose?.({ code: 1006, reason: '' }));
+      }
+      close(): void {}
+      send(): void {}
+    } as unknown as typeof WebSocket;
+  });
+  const walled = await context.newPage();
+  await walled.goto(server.origin);
+  await walled.evaluate((id) => window.harness.open(id), sceneId);
+  await walled.evaluate(() => window.harness.drag(30, 5, 0.1));
+  await walled.evaluate(() => window.harness.session.apply({ kind: 'move', indices: Uint32Array.of(9999), offset: [0, 0, 2] }));
+  await walled.waitForFunction(() => window.harness.refused.length === 1);
+
+  assert.match(await walled.evaluate(() => window.harness.refused[0]), /9999/);
+  await context.close();
+});
+
+test('a server that is killed and started again has the scene again', async () => {
+  const points = await page.evaluate(() => Array.from(window.harness.session.lattice.points));
+  await server.kill();
+  await page.waitForFunction(() => window.harness.session.status.state === 'retrying');
+  await server.restart();
+  await page.waitForFunction(() => window.harness.session.status.state === 'restored', undefined, { timeout: 20_000 });
+
+  assert.deepEqual(await page.evaluate(() => Array.from(window.harness.session.lattice.points)), points);
+  await page.evaluate(() => window.harness.session.apply({ kind: 'move', indices: Uint32Array.of(21), offset: [0, 0.2, 0] }));
+  assert.ok(await worst() < 0.9);
+  await shot('restored');
+});

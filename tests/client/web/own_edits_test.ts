@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Own edits on top of the server's lattice: what the cage shows and what is sent, answer by answer.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { GesturePhase } from 'latticed/v1/edit_pb';
+import { refusal } from './support/fake_stream';
+import { cubeLattice, SessionFixture } from './support/session_fixture';
+
+const one = Uint32Array.of(1);
+const move = (x: number, indices = one) => ({ kind: 'move', indices, offset: [x, 0, 0] }) as const;
+
+test('an edit is shown at once and stays where it is until answer and delta are here, in either order', async () => {
+  for (const answerFirst of [true, false]) {
+    const fixture = await SessionFixture.live();
+    const moved: number[][] = [];
+    fixture.session.on('points', (indices) => moved.push([...indices]));
+
+    fixture.session.apply(move(0.25));
+    assert.equal(fixture.x(1), 0.75);
+    const [batch] = fixture.stream.edits;
+    assert.equal(batch.structureId, 1n);
+    if (answerFirst) fixture.accept(batch.sequence, 1n);
+    assert.equal(fixture.x(1), 0.75);
+    fixture.delta(1n, [1], [0.75, 0, 0]);
+    if (!answerFirst) fixture.accept(batch.sequence, 1n);
+
+    assert.equal(fixture.x(1), 0.75);
+    assert.deepEqual(moved, [[1]]);  // and not once more for the delta
+    fixture.delta(2n, [1], [0.1, 0, 0], 'somebody');
+    assert.equal(fixture.x(1), 0.1);
+    fixture.session.close();
+  }
+});
+
+test('one batch is in flight; of what waits only the newest update of a gesture goes, made of its begin', async () => {
+  const fixture = await SessionFixture.live();
+  const gesture = fixture.session.gesture();
+
+  for (const x of [0.1, 0.2, 0.3, 0.4]) gesture.update(move(x));
+  assert.equal(fixture.x(1), 0.9);
+  assert.equal(fixture.stream.edits.length, 1);
+  fixture.delta(1n, [1], [0.6, 0, 0]);
+  fixture.accept(fixture.stream.edits[0].sequence, 1n);
+
+  const [first, second] = fixture.stream.edits;
+  assert.equal(fixture.stream.edits.length, 2);
+  assert.equal(fixture.x(1), 0.9);  // the delta of the first update does not pull the cage back
+  assert.equal(second.gestureId, first.gestureId);
+  assert.ok(second.sequence > first.sequence);
+  assert.equal(second.edits[0].edit.case === 'moveControlPoints' && second.edits[0].edit.value.offset?.x, 0.4);
+  fixture.session.close();
+});
+
+test('a commit takes the update that waits with it, and goes bare where none does', async () => {
+  const fixture = await SessionFixture.live();
+  const gesture = fixture.session.gesture();
+  gesture.update(move(0.1));
+  gesture.update(move(0.2));
+  gesture.commit();
+  fixture.accept(fixture.stream.edits[0].sequence, 1n);
+  assert.equal(fixture.stream.edits[1].gesturePhase, GesturePhase.COMMIT);
+  assert.equal(fixture.stream.edits[1].edits.length, 1);
+  fixture.accept(fixture.stream.edits[1].sequence, 2n);
+
+  const bare = fixture.session.gesture();
+  bare.update(move(0.1));
+  fixture.accept(fixture.stream.edits[2].sequence, 3n);
+  bare.commit();
+
+  assert.equal(fixture.stream.edits[3].gesturePhase, GesturePhase.COMMIT);
+  assert.equal(fixture.stream.edits[3].edits.length, 0);
+  fixture.session.close();
+});
+
+test('a gesture puts back points that its next update leaves out, and all of them when it is cancelled', async () => {
+  const fixture = await SessionFixture.live();
+  const gesture = fixture.session.gesture();
+  gesture.update(move(0.1));
+  gesture.update(move(0.2, Uint32Array.of(2)));
+  assert.deepEqual([fixture.x(1), fixture.x(2)], [0.5, 1.2]);
+
+  gesture.cancel();
+
+  assert.deepEqual([fixture.x(1), fixture.x(2)], [0.5, 1]);
+  fixture.accept(fixture.stream.edits[0].sequence, 1n);
+  assert.deepEqual(fixture.stream.edits.map(({ gesturePhase }) => gesturePhase), [GesturePhase.UPDATE, GesturePhase.CANCEL]);
+  fixture.session.close();
+});
+
+test('a gesture that is cancelled before anything of it was sent sends nothing', async () => {
+  const fixture = await SessionFixture.live();
+  fixture.session.apply(move(0.1));
+  const gesture = fixture.session.gesture();
+  gesture.update(move(0.2));
+  gesture.cancel();
+  fixture.accept(fixture.stream.edits[0].sequence, 1n);
+
+  assert.equal(fixture.stream.edits.length, 1);
+  assert.equal(fixture.x(1), 0.6);
+  fixture.session.close();
+});
+
+test('a refused edit goes back to the server\'s place and is said in words; the next one goes', async () => {
+  const fixture = await SessionFixture.live();
+  fixture.session.apply(move(0.25));
+  fixture.session.undo();
+  const { sequence } = fixture.stream.edits[0];
+  const status = refusal(3, 'NOT_FINITE', 'edits[0].move_control_points.offset: not finite');
+  fixture.stream.event({ case: 'editResult', value: { sequence, status, revision: 0n } });
+
+  assert.equal(fixture.x(1), 0.5);
+  assert.deepEqual(fixture.said, ['Edits[0].move_control_points.offset: not finite.']);
+  assert.equal(fixture.stream.edits[1].edits[0].edit.case, 'undo');
+  fixture.stream.event({ case: 'editResult', value: {
+    sequence: fixture.stream.edits[1].sequence, status: refusal(9, 'NOTHING_TO_UNDO', 'nothing'), revision: 0n } });
+  assert.equal(fixture.said[1], 'There is nothing to undo.');
+  fixture.session.close();
+});
+
+test('another structure drops what waits for the old one, says so, and ends the open gesture', async () => {
+  const fixture = await SessionFixture.live();
+  let seen = 0;
+  fixture.session.on('lattice', (lattice) => (seen = lattice.count));
+  const gesture = fixture.session.gesture();
+  gesture.update(move(0.1));
+  gesture.update(move(0.2));
+  const wide = cubeLattice();
+
+  fixture.state(wide, 2n, 1n);
+  const { sequence } = fixture.stream.edits[0];
+  fixture.stream.event({ case: 'editResult', value: { sequence, status: refusal(10, 'STRUCTURE_CHANGED', 'changed'), revision: 1n } });
+  gesture.update(move(0.3));
+
+  assert.equal(seen, 27);
+  assert.equal(fixture.x(1), 0.5);
+  assert.equal(fixture.stream.edits.length, 1);
+  assert.equal(fixture.said.length, 2);
+  assert.match(fixture.said[0], /unsent edits were dropped/);
+  fixture.session.apply(move(0.1));
+  assert.equal(fixture.stream.edits[1].structureId, 2n);
+  fixture.session.close();
+});
+
+test('turning, setting and replacing points do what the server will', async () => {
+  const fixture = await SessionFixture.live();
+  const quarterTurn = Float64Array.of(0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1);
+  fixture.session.apply({ kind: 'transform', indices: one, matrix: quarterTurn });
+  assert.deepEqual([...fixture.session.lattice.points.slice(3, 6)], [0, 0.5, 0]);
+
+  fixture.session.apply({ kind: 'set', indices: one, positions: Float64Array.of(7, 8, 9) });
+  assert.deepEqual([...fixture.session.lattice.points.slice(3, 6)], [7, 8, 9]);
+
+  fixture.session.replace(cubeLattice().points);
+  assert.equal(fixture.x(1), 0.5);
+  fixture.session.close();
+});
+
+test('a drag of the surface is left to the server, whose delta the cage follows', async () => {
+  const fixture = await SessionFixture.live();
+  const point = { face: 0, corners: [0, 1, 2], barycentrics: [1, 0, 0], position: [0, 0, 0] } as const;
+  fixture.session.apply({ kind: 'drag', points: [point], targets: Float64Array.of(0, 0, 1) });
+  assert.equal(fixture.x(1), 0.5);
+  assert.equal(fixture.stream.edits[0].edits[0].edit.case, 'dragPoints');
+
+  fixture.delta(1n, [1], [0.5, 0, 0.3]);
+
+  assert.equal(fixture.session.lattice.points[5], 0.3);
+  fixture.session.close();
+});

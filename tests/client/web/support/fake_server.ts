@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { create, type MessageInitShape } from '@bufbuild/protobuf';
+import { Code, ConnectError, createRouterTransport } from '@connectrpc/connect';
+import { MeshSchema, MeshService, type DownloadMeshResponseSchema } from 'latticed/v1/mesh_pb';
+import { SceneSchema, SceneService, type CreateSceneRequest } from 'latticed/v1/scene_pb';
+import { ServerInfoSchema, ServerService, type Feature, type ServerInfo } from 'latticed/v1/server_pb';
+import { LatticedServer } from '@src/wire/latticed_server';
+
+/** The unary calls that a session makes, answered from memory. */
+export class FakeServer {
+  bootId = 'boot-1';
+  reachable = true;
+  features: Feature[] = [];
+  readonly meshes = new Map<string, Uint8Array>();
+  readonly scenes = new Map<string, CreateSceneRequest>();
+  private uploaded: number[] = [];
+
+  readonly client = new LatticedServer('http://test', undefined, createRouterTransport(({ service }) => {
+    service(ServerService, { getServerInfo: () => this.info() });
+    service(MeshService, {
+      getMesh: ({ mesh }) => create(MeshSchema, { id: mesh, totalBytes: BigInt(this.mesh(mesh).length) }),
+      beginUpload: () => ((this.uploaded = []), { uploadId: 'u' }),
+      appendUpload: ({ data }) => (this.uploaded.push(...data), { committed: BigInt(this.uploaded.length) }),
+      finishUpload: () => (this.meshes.set('mesh-1', Uint8Array.from(this.uploaded)), create(MeshSchema, { id: 'mesh-1' })),
+      downloadMesh: ({ mesh }) => this.download(mesh),
+    });
+    service(SceneService, {
+      getScene: ({ scene }) => create(SceneSchema, { id: scene, mesh: this.scenes.get(scene)?.mesh ?? 'mesh-1' }),
+      createScene: (request) => {
+        this.mesh(request.mesh);
+        this.scenes.set(request.sceneId, request);
+        return create(SceneSchema, { id: request.sceneId, mesh: request.mesh });
+      },
+    });
+  }));
+
+  info(): ServerInfo {
+    if (!this.reachable) throw new ConnectError('down', Code.Unavailable);
+    return create(ServerInfoSchema, { bootId: this.bootId, features: this.features });
+  }
+
+  async *download(mesh: string): AsyncGenerator<MessageInitShape<typeof DownloadMeshResponseSchema>> {
+    const bytes = this.mesh(mesh);
+    yield { message: { case: 'header', value: { name: 'cube', totalBytes: BigInt(bytes.length) } } };
+    yield { message: { case: 'data', value: bytes as Uint8Array<ArrayBuffer> } };
+  }
+
+  mesh(id: string): Uint8Array {
+    const bytes = this.meshes.get(id);
+    if (!bytes) throw new ConnectError('no such mesh', Code.NotFound);
+    return bytes;
+  }
+}

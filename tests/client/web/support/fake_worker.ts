@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { ChunkDecoder } from '@src/decode/chunk_decoder';
+import type { DecodeAnswer, DecodeJob, DecodeRequest } from '@src/decode/decode_messages';
+import type { DecodeWorker } from '@src/decode/decode_pool';
+
+/** A worker that decodes when told to. */
+export class FakeWorker implements DecodeWorker {
+  onmessage: ((event: { data: DecodeAnswer }) => void) | null = null;
+  onerror: ((event: { message?: string }) => void) | null = null;
+  readonly jobs: DecodeJob[] = [];
+
+  constructor(private readonly wasm: ArrayBuffer, private readonly atOnce = false) {}
+
+  postMessage(message: DecodeRequest): void {
+    if (message.kind !== 'job') return;
+    this.jobs.push(message);
+    if (this.atOnce) void this.work();
+  }
+
+  /** Does what lies here, in order. */
+  async work(): Promise<void> {
+    const decoder = await ChunkDecoder.create(this.wasm);
+    for (const job of this.jobs.splice(0)) {
+      let answer: DecodeAnswer;
+      try {
+        answer = { id: job.id, ...decoder.decode(job.data, job.form, job.reuse), ms: 1 };
+      } catch (error) {
+        answer = { id: job.id, ms: 0, error: (error as Error).message };
+      }
+      this.onmessage?.({ data: answer });
+    }
+  }
+
+  terminate(): void {}
+}
