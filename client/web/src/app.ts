@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Ties it together: the page, the settings, the view and the scene that is open.
-import { makeCommands } from './app_commands';
+import { makeCommands } from './commands/all_commands';
 import { SceneOpener } from './scene_opener';
 import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
@@ -14,12 +14,14 @@ import { Hud } from './ui/hud';
 import { MenuBar } from './ui/menu_bar';
 import { NavGizmo } from './ui/nav_gizmo';
 import { buildPage, type Page } from './ui/page';
+import { People } from './ui/people';
 import { Panel } from './ui/panel';
 import { startScreen } from './ui/start_screen';
 import { ThemeSwitch } from './ui/theme';
 import { Toasts } from './ui/toasts';
 import { Toolbar } from './ui/toolbar';
 import { Viewport } from './viewport/viewport';
+import { inWords } from './wire/words';
 
 const TOOLS = [
   ['tool-select', 'tool-box', 'tool-pull'],
@@ -45,6 +47,7 @@ export class App {
   scene: SceneView | undefined;
   private readonly page: Page;
   private readonly hud = new Hud();
+  private readonly people = new People();
   private readonly panel = new Panel(this.settings);
   private readonly toolbars: Toolbar[];
   private readonly theme: ThemeSwitch;
@@ -69,9 +72,12 @@ export class App {
     });
     this.theme = new ThemeSwitch((dark) => this.setDark(dark));
     this.layOut();
-    this.settings.subscribe((settings) => this.showSettings(settings));
+    document.body.classList.add('no-scene');
+    this.settings.subscribe((settings, before) => this.showSettings(settings, before));
+    // On narrow screens the panel lies above the view: it opens when it is asked for.
+    if (matchMedia('(max-width: 900px)').matches) this.settings.set({ panel: false });
     this.theme.set(this.settings.value.theme);
-    this.showSettings(this.settings.value);
+    this.showSettings(this.settings.value, this.settings.value);
     window.addEventListener('keydown', (event) => this.key(event));
     window.addEventListener('popstate', () => void this.opener.openFromAddress());
   }
@@ -83,12 +89,16 @@ export class App {
     this.scene = new SceneView(this.viewport, session, this.settings, {
       changed: refresh,
       headline: (text) => this.showHint(text),
-      pullMissed: () => this.toasts.tell('There is no surface at this place to pull.'),
+      pullMissed: (error) =>
+        error === undefined ? this.toasts.tell('There is no surface here to pull.') : this.toasts.fail(inWords(error)),
     });
     this.scene.setDark(this.theme.dark);
     this.start.hidden = true;
+    document.body.classList.remove('no-scene');
     this.hud.element.hidden = false;
     session.on('update', (info) => this.hud.update(info));
+    session.on('presence', (others) => this.people.show(others.values()));
+    this.people.show([]);
     session.on('refused', (text) => this.toasts.fail(text));
     session.on('status', (status) => this.showStatus(status));
     this.showStatus(session.status);
@@ -119,7 +129,7 @@ export class App {
     const [left, right] = this.toolbars;
     const title = document.createElement('strong');
     title.textContent = 'latticed';
-    header.append(title, new MenuBar(this.commands).element, right.element);
+    header.append(title, new MenuBar(this.commands).element, this.people.element, right.element);
     tools.append(left.element);
     side.append(this.panel.element);
     this.hud.element.hidden = true;
@@ -135,12 +145,20 @@ export class App {
     this.scene?.setDark(dark);
   }
 
-  private showSettings(settings: Settings): void {
+  private showSettings(settings: Settings, before: Settings): void {
     this.theme.set(settings.theme);
     document.body.classList.toggle('panel-closed', !settings.panel);
-    this.scene?.session.setView(settings.view);
+    if (settings.view !== before.view) this.scene?.session.setView(settings.view);
+    if (settings.colouring === 'texture' && before.colouring !== 'texture') this.loadTexture();
     this.showHint(undefined);
     for (const toolbar of this.toolbars) toolbar.refresh();
+  }
+
+  private loadTexture(): void {
+    this.opener.loadTexture().catch((error: unknown) => {
+      this.settings.set({ colouring: 'plain' });
+      this.toasts.fail(inWords(error));
+    });
   }
 
   private showHint(text: string | undefined): void {
@@ -153,8 +171,10 @@ export class App {
     const target = event.target as HTMLElement;
     if (target.closest('input:not([type=checkbox]):not([type=range]), select, textarea, dialog') !== null) return;
     const editor = this.scene?.editor;
-    if (editor?.transforming && !event.ctrlKey && !event.metaKey && !event.altKey) {
-      if (editor.keyPressed(event.key, event.shiftKey)) event.preventDefault();
+    if (editor?.transforming) {
+      // Ctrl snaps meanwhile; an undo in the middle of a gesture would tear it.
+      if (event.ctrlKey || event.metaKey || event.altKey || editor.keyPressed(event.key, event.shiftKey))
+        event.preventDefault();
       return;
     }
     if (this.commands.press(event)) event.preventDefault();

@@ -4,8 +4,16 @@ import { App } from './app';
 import { serverServices } from './intake/server_services';
 import { LatticedServer } from './wire/latticed_server';
 
-/** A bearer token may come in the address, behind #token=, which browsers send to no server. */
+/** A bearer token may come in the address behind #token=, a part that browsers send to no server. */
 const token = new URLSearchParams(location.hash.slice(1)).get('token') ?? undefined;
 
 const app = new App(document.getElementById('app')!, serverServices(new LatticedServer(location.origin, token)));
 void app.opener.openFromAddress();
+
+/** For the browser's console, and for tests that look behind the page. */
+declare global {
+  interface Window {
+    latticed: App;
+  }
+}
+window.latticed = app;

@@ -5,6 +5,7 @@
 import type { App } from './app';
 import { fileKind, readMeshFile, type MeshFile } from './intake/mesh_file';
 import { sampleFile, type SampleName } from './intake/samples';
+import { meshTexture } from './intake/mesh_texture';
 import type { UploadedMesh } from './intake/services';
 import type { Fit } from './lattice/identity';
 import type { Lattice } from './lattice/lattice';
@@ -12,12 +13,16 @@ import { latticeFromJson, latticeToJson } from './lattice/lattice_json';
 import { sameStructure } from './lattice/same_structure';
 import type { ViewRequest } from './session/scene_session';
 import { FitDialog } from './ui/fit_dialog';
-import { inWords } from './ui/toasts';
+import { randomPerson } from './ui/people';
+import { inWords } from './wire/words';
 
 const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
 
 export class SceneOpener {
-  private sceneMesh = '';
+  /** Of the scene that is open: its mesh's id, the mesh's file where this page has it, and a picture dropped for it. */
+  private mesh: { id: string; file?: MeshFile; picture?: File } = { id: '' };
+
+  private readonly person = randomPerson();
 
   constructor(private readonly app: App) {}
 
@@ -39,8 +44,14 @@ export class SceneOpener {
   /** Takes what was dropped or chosen: a mesh, or the JSON of a lattice for the scene that is open. */
   takeFiles(files: readonly File[]): void {
     const lattice = files.find((file) => fileKind(file.name) === 'lattice');
-    const mesh = files.find((file) => file !== lattice);
-    const taken = mesh !== undefined ? readMeshFile(mesh).then((file) => this.takeMesh(file)) : this.takeLattice(lattice);
+    const picture = files.find((file) => fileKind(file.name) === 'picture');
+    const mesh = files.find((file) => file !== lattice && file !== picture);
+    const taken =
+      mesh !== undefined
+        ? readMeshFile(mesh).then((file) => this.takeMesh(file, picture))
+        : lattice !== undefined
+          ? this.takeLattice(lattice)
+          : this.takePicture(picture);
     taken.catch((error: unknown) => this.app.toasts.fail(inWords(error)));
   }
 
@@ -55,23 +66,45 @@ export class SceneOpener {
     setTimeout(() => URL.revokeObjectURL(link.href));
   }
 
-  private takeMesh(file: MeshFile): void {
+  /** Loads the base colour of the mesh that is open: of the picture dropped for it, or of its file. */
+  async loadTexture(): Promise<void> {
+    const { scene, services, viewport } = this.app;
+    if (scene === undefined) return;
+    this.mesh.file ??= await services.downloadMesh(this.mesh.id);
+    const { texture, cornerUvs } = await meshTexture(this.mesh.file, this.mesh.picture);
+    await scene.session.surface.setTexture(texture, cornerUvs);
+    viewport.invalidate();
+  }
+
+  /** Shows the mesh with a picture as its base colour. */
+  private async takePicture(picture: File | undefined): Promise<void> {
+    const { scene, settings } = this.app;
+    if (scene === undefined) throw new Error('Open a mesh first, then its picture.');
+    this.mesh.picture = picture;
+    if (settings.value.colouring === 'texture') await this.loadTexture();
+    else settings.set({ colouring: 'texture' });
+  }
+
+  private takeMesh(file: MeshFile, picture?: File): void {
     const { services } = this.app;
     new FitDialog({
       file,
       upload: (progress, signal) => services.upload(file, progress, signal),
-      create: (mesh, fit) => this.create(mesh.id, fit, viewFor(mesh)),
+      create: async (mesh, fit) => {
+        await this.create(mesh.id, fit, viewFor(mesh));
+        this.mesh = { id: mesh.id, file, ...(picture && { picture }) };
+        if (picture !== undefined) await this.takePicture(picture);
+      },
     });
   }
 
   /** Another frame, size or degree is another scene of the same mesh. */
-  private async takeLattice(file: File | undefined): Promise<void> {
-    if (file === undefined) return;
+  private async takeLattice(file: File): Promise<void> {
     const lattice = latticeFromJson(await file.text());
     const { scene } = this.app;
     if (scene === undefined) throw new Error('Open a mesh first, then its lattice.');
     if (sameStructure(lattice, scene.session.lattice)) scene.session.replace(lattice.points);
-    else await this.create(this.sceneMesh, lattice, this.app.settings.value.view);
+    else await this.create(this.mesh.id, lattice, this.app.settings.value.view);
   }
 
   private async create(mesh: string, lattice: Fit | Lattice, view: ViewRequest): Promise<void> {
@@ -82,10 +115,16 @@ export class SceneOpener {
 
   private async open(id: string): Promise<void> {
     const { services, settings } = this.app;
-    const facts = await services.describeScene(id).catch(() => undefined); // a scene that is restored is not there yet
-    this.sceneMesh = facts?.mesh ?? '';
-    if (facts !== undefined) settings.set({ view: facts.view });
-    const session = await services.openSession(id, { view: settings.value.view, onStatus: (status) => this.app.showStatus(status) });
+    // A scene that is about to be restored is not there yet.
+    const facts = await services.describeScene(id).catch(() => undefined);
+    if (this.mesh.id !== facts?.mesh) this.mesh = { id: facts?.mesh ?? '' };
+    if (settings.value.colouring === 'texture') settings.set({ colouring: 'plain' }); // of the mesh before
+    if (facts !== undefined) settings.set({ view: { ...settings.value.view, ...facts.view } });
+    const session = await services.openSession(id, {
+      ...this.person,
+      view: settings.value.view,
+      onStatus: (status) => this.app.showStatus(status),
+    });
     this.app.show(session);
   }
 }

@@ -12,6 +12,7 @@ import type { TransformGesture } from './edit/transform_gesture';
 import { pointAt } from './lattice/vec';
 import type { SceneSession } from './session/scene_session';
 import type { Settings, SettingsStore } from './state/settings';
+import { SoftCircle } from './ui/soft_circle';
 import { Gizmo } from './viewport/gizmo';
 import { Occlusion } from './viewport/occlusion';
 import { PointPicker } from './viewport/point_picker';
@@ -22,7 +23,8 @@ export interface SceneViewEvents {
   /** The selection, the cage or the lattice is another: panels show it. */
   changed(): void;
   headline(text: string | undefined): void;
-  pullMissed(): void;
+  /** Nothing was there to pull, or it could not be found out. */
+  pullMissed(error?: unknown): void;
 }
 
 export class SceneView {
@@ -30,6 +32,7 @@ export class SceneView {
   readonly pointer: PointerTools;
   private readonly cage: Cage;
   private readonly knotBoxes = new KnotBoxes();
+  private readonly softCircle = new SoftCircle();
   private readonly gizmo: Gizmo;
   private readonly occlusion: Occlusion;
   private readonly picker: PointPicker;
@@ -53,8 +56,18 @@ export class SceneView {
       end: () => this.endGizmo(),
     });
     const { editor, picker, cage, gizmo } = this;
-    this.pointer = new PointerTools({ viewport, editor, settings, picker, cage, gizmo, onPullMissed: () => events.pullMissed() });
+    this.pointer = new PointerTools({
+      viewport,
+      editor,
+      settings,
+      picker,
+      cage,
+      gizmo,
+      onPullMissed: (error) => events.pullMissed(error),
+    });
+    viewport.element.append(this.softCircle.element);
     viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object);
+    session.surface.onChanged = () => viewport.invalidate();
     this.listen();
     this.applySettings(settings.value);
     this.refresh();
@@ -71,7 +84,12 @@ export class SceneView {
   /** Begins G, R or S at the pointer; false where nothing is selected. */
   beginTransform(kind: MotionKind): boolean {
     const { viewport } = this;
-    return this.editor.beginTransform(kind, viewport.transformView.bind(viewport), viewport.rig.basis(), this.pointer.place);
+    return this.editor.beginTransform(
+      kind,
+      viewport.transformView.bind(viewport),
+      viewport.rig.basis(),
+      this.pointer.place,
+    );
   }
 
   frameAll(): void {
@@ -80,7 +98,8 @@ export class SceneView {
 
   frameSelected(): void {
     const box = new Box3();
-    for (const index of this.editor.selection.indices) box.expandByPoint(new Vector3(...pointAt(this.session.lattice.points, index)));
+    for (const index of this.editor.selection.indices)
+      box.expandByPoint(new Vector3(...pointAt(this.session.lattice.points, index)));
     const size = this.bounds().getSize(new Vector3()).length();
     this.viewport.rig.frame(box.isEmpty() ? this.bounds() : box.expandByScalar(size / 12));
   }
@@ -96,6 +115,7 @@ export class SceneView {
     cancelAnimationFrame(this.soon);
     this.pointer.dispose();
     this.gizmo.dispose();
+    this.softCircle.element.remove();
     this.viewport.scene.remove(this.session.surface.object, this.cage.object, this.knotBoxes.object);
     this.cage.dispose();
     this.knotBoxes.dispose();
@@ -126,7 +146,7 @@ export class SceneView {
         this.refreshSoon();
       }),
       this.settings.subscribe((settings) => this.applySettings(settings)),
-      this.viewport.onFrame(() => this.picker.invalidate()),
+      this.viewport.onFrame(() => this.frame()),
     );
   }
 
@@ -149,6 +169,7 @@ export class SceneView {
 
   private refresh(): void {
     this.soon = 0;
+    this.picker.invalidate();
     this.knotBoxes.update(this.session.lattice);
     this.viewport.content.copy(this.bounds());
     this.cage.setPixelRatio(this.viewport.renderer.getPixelRatio());
@@ -157,9 +178,18 @@ export class SceneView {
     this.events.changed();
   }
 
+  /** What depends on the camera. */
+  private frame(): void {
+    if (this.settings.value.orientation === 'view') this.placeGizmo();
+    const { soft } = this.settings.value;
+    const busy = this.editor.transforming || this.gizmoGesture !== undefined;
+    this.softCircle.show(soft.enabled && busy ? this.viewport.disc(this.editor.pivot(), soft.radius) : undefined);
+  }
+
   private placeGizmo(): void {
     const { gizmo, tool, cage } = this.settings.value;
-    const shown = gizmo !== 'none' && tool !== 'pull' && cage && this.editor.selection.size > 0 && !this.editor.transforming;
+    const shown =
+      gizmo !== 'none' && tool !== 'pull' && cage && this.editor.selection.size > 0 && !this.editor.transforming;
     if (!shown) return this.gizmo.hide();
     this.gizmo.show(gizmo, this.editor.pivot(), this.editor.axes(this.viewport.rig.basis()));
   }

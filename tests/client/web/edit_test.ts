@@ -12,17 +12,31 @@ import { pointAt } from '@src/lattice/vec';
 
 // Points 0, 1, 2, 3 along u at x = 0, 0.5, 1.5, 2.
 const lattice = fitLattice({ min: [0, 0, 0], max: [2, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 });
-const off = { soft: { enabled: false, radius: 1, falloff: 'linear' }, mirror: [false, false, false], pivot: 'median' } as const;
+const off = {
+  soft: { enabled: false, radius: 1, falloff: 'linear' },
+  mirror: [false, false, false],
+  pivot: 'median',
+} as const;
 const shown = (): boolean => false;
 
 function close(got: ArrayLike<number>, wanted: ArrayLike<number>): void {
   assert.equal(got.length, wanted.length);
-  Array.from(got).forEach((x, i) => assert.ok(Math.abs(x - wanted[i]) < 1e-12, `${Array.from(got)} is not ${Array.from(wanted)}`));
+  Array.from(got).forEach((x, i) =>
+    assert.ok(Math.abs(x - wanted[i]) < 1e-12, `${Array.from(got)} is not ${Array.from(wanted)}`),
+  );
 }
 
 test('motions: a quarter turn, a scaling in a basis that is not orthogonal, and fractions of both', () => {
   const turn: Motion = { kind: 'rotate', axis: [0, 0, 1], angle: Math.PI / 2 };
-  const stretch: Motion = { kind: 'scale', basis: [[1, 1, 0], [0, 1, 0], [0, 0, 1]], factors: [3, 1, 1] };
+  const stretch: Motion = {
+    kind: 'scale',
+    basis: [
+      [1, 1, 0],
+      [0, 1, 0],
+      [0, 0, 1],
+    ],
+    factors: [3, 1, 1],
+  };
 
   close(moved(turn, [1, 0, 0], [2, 0, 5]), [1, 1, 5]);
   close(moved(turn, [1, 0, 0], [2, 0, 5], 0), [2, 0, 5]);

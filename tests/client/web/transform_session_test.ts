@@ -11,10 +11,17 @@ const NONE = { shift: false, ctrl: false };
 // Looks along -z, x right and y up, 100 pixels a unit, the pivot at (200, 100).
 const front: TransformView = {
   basis: WORLD_BASIS,
-  jacobian: [[100, 0, 0], [0, -100, 0]],
+  jacobian: [
+    [100, 0, 0],
+    [0, -100, 0],
+  ],
   pivot: [200, 100],
   axes: WORLD_BASIS,
-  localAxes: [[0, 1, 0], [-1, 0, 0], [0, 0, 1]],
+  localAxes: [
+    [0, 1, 0],
+    [-1, 0, 0],
+    [0, 0, 1],
+  ],
   snapStep: 0.5,
 };
 
@@ -53,7 +60,7 @@ test('G X 1 Enter moves by one along X', () => {
   assert.equal(session.key('Enter', false), 'confirmed');
 });
 
-test('X once is the chosen axis, twice the lattice\'s, three times none', () => {
+test("X once is the chosen axis, twice the lattice's, three times none", () => {
   const session = begin('move');
   session.pointer(350, 80, NONE);
 
@@ -122,7 +129,11 @@ test('R turns with the pointer about the line of sight, a typed number is in deg
 });
 
 test('about an axis that points away from the viewer the pointer turns the other way round', () => {
-  const axes: Basis = [[1, 0, 0], [0, -1, 0], [0, 0, -1]];
+  const axes: Basis = [
+    [1, 0, 0],
+    [0, -1, 0],
+    [0, 0, -1],
+  ];
   const session = begin('rotate', [300, 100], { ...front, axes });
 
   session.pointer(200, 0, NONE);
@@ -163,5 +174,8 @@ test('the headline says what is done, in words', () => {
   const session = begin('move');
   type(session, 'x2');
 
-  assert.equal(transformHeadline(session.motion(), session.constraint, 'world', session.typed.text), 'Move  2|   along X (world)');
+  assert.equal(
+    transformHeadline(session.motion(), session.constraint, 'world', session.typed.text),
+    'Move  2|   along X (world)',
+  );
 });

@@ -18,7 +18,8 @@ export class Cage {
   private readonly wires = [lineMaterial(false), lineMaterial(true)];
   private geometry = new BufferGeometry();
   private grid = new BufferGeometry();
-  private style: CageStyle = DARK_CAGE;
+  private colours = stateBytes(DARK_CAGE);
+  private linesHidden = -1; // how many points were hidden when the lines were made
   private hovered: number | undefined;
   private others: readonly Presence[] = [];
 
@@ -34,6 +35,7 @@ export class Cage {
   setLattice(lattice: Lattice): void {
     this.lattice = lattice;
     this.hovered = undefined;
+    this.linesHidden = -1;
     this.geometry.dispose();
     this.grid.dispose();
     this.object.clear();
@@ -58,7 +60,8 @@ export class Cage {
     const position = this.geometry.getAttribute('position') as BufferAttribute;
     const { points, frame } = this.lattice;
     const copy = (index: number): void => {
-      for (let axis = 0; axis < 3; ++axis) position.array[3 * index + axis] = points[3 * index + axis] - frame.origin[axis];
+      for (let axis = 0; axis < 3; ++axis)
+        position.array[3 * index + axis] = points[3 * index + axis] - frame.origin[axis];
     };
     if (indices === undefined) for (let i = 0; i < this.lattice.count; ++i) copy(i);
     else indices.forEach(copy);
@@ -67,24 +70,24 @@ export class Cage {
 
   /** Follows the selection, what is hidden and the point under the pointer. */
   updateStates(): void {
-    const disc = this.geometry.getAttribute('disc') as BufferAttribute;
-    const colour = this.grid.getAttribute('color') as BufferAttribute;
-    for (let i = 0; i < this.lattice.count; ++i) {
-      const state = this.stateOf(i);
-      const [r, g, b] = bytes(this.style.colours[state]);
-      (disc.array as Uint8Array).set([r, g, b, this.selection.isHidden(i) ? 0 : DIAMETERS[state]], 4 * i);
-      (colour.array as Uint8Array).set(state === 'hover' ? bytes(this.style.colours.plain) : [r, g, b], 3 * i);
-    }
-    this.grid.setIndex(new BufferAttribute(gridLines(this.lattice.size, (i) => this.selection.isHidden(i)), 1));
-    disc.needsUpdate = true;
-    colour.needsUpdate = true;
+    for (let i = 0; i < this.lattice.count; ++i) this.paint(i);
+    const { hiddenCount } = this.selection;
+    if (hiddenCount === this.linesHidden) return;
+    this.linesHidden = hiddenCount;
+    this.grid.setIndex(
+      new BufferAttribute(
+        gridLines(this.lattice.size, (i) => this.selection.isHidden(i)),
+        1,
+      ),
+    );
   }
 
   /** The point under the pointer, which shows what a press would take. */
   hover(index: number | undefined): boolean {
     if (index === this.hovered) return false;
+    const before = this.hovered;
     this.hovered = index;
-    this.updateStates();
+    for (const changed of [before, index]) if (changed !== undefined) this.paint(changed);
     return true;
   }
 
@@ -94,7 +97,7 @@ export class Cage {
   }
 
   setStyle(style: CageStyle): void {
-    this.style = style;
+    this.colours = stateBytes(style);
     for (const material of this.discs) material.uniforms['rim'].value = style.rim;
     if (this.geometry.hasAttribute('disc')) this.updateStates();
   }
@@ -127,6 +130,17 @@ export class Cage {
     this.object.add(...objects);
   }
 
+  private paint(index: number): void {
+    const disc = this.geometry.getAttribute('disc') as BufferAttribute;
+    const colour = this.grid.getAttribute('color') as BufferAttribute;
+    const state = this.stateOf(index);
+    const [r, g, b] = this.colours[state];
+    (disc.array as Uint8Array).set([r, g, b, this.selection.isHidden(index) ? 0 : DIAMETERS[state]], 4 * index);
+    (colour.array as Uint8Array).set(state === 'hover' ? this.colours.plain : [r, g, b], 3 * index);
+    disc.needsUpdate = true;
+    colour.needsUpdate = true;
+  }
+
   private stateOf(index: number): PointState {
     if (index === this.hovered) return 'hover';
     if (!this.selection.has(index)) return 'plain';
@@ -149,6 +163,11 @@ function dynamic(array: Float32Array | Uint8Array, size: number, normalized = fa
   const attribute = new BufferAttribute(array, size, normalized);
   attribute.setUsage(DynamicDrawUsage);
   return attribute;
+}
+
+function stateBytes({ colours }: CageStyle): Record<PointState, [number, number, number]> {
+  const { plain, selected, active, hover } = colours;
+  return { plain: bytes(plain), selected: bytes(selected), active: bytes(active), hover: bytes(hover) };
 }
 
 /** In the working colour space, as three wants vertex colours. */

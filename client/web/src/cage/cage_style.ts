@@ -19,7 +19,7 @@ export const DIAMETERS: Record<PointState, number> = { plain: 8, selected: 11, a
 
 export const DARK_CAGE: CageStyle = {
   colours: {
-    plain: new Color(0x8fa3bf),
+    plain: new Color(0xc3d0e2),
     selected: new Color(0xff9f2e),
     active: new Color(0xffe2b0),
     hover: new Color(0x7fd0ff),

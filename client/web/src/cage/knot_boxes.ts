@@ -7,6 +7,7 @@ import { knotBoxLines } from '../lattice/bspline';
 import type { Lattice } from '../lattice/lattice';
 
 const STEPS = 8; // lines per edge: a quadratic's or cubic's bend looks smooth
+const MOST_LINES = 40_000; // then edges get fewer: this is computed for every edit
 
 export class KnotBoxes {
   readonly object = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.8 }));
@@ -25,7 +26,8 @@ export class KnotBoxes {
   update(lattice: Lattice): void {
     if (!this.object.visible) return;
     const { origin } = lattice.frame;
-    const lines = knotBoxLines(lattice, STEPS);
+    const edges = 3 * lattice.count;
+    const lines = knotBoxLines(lattice, Math.min(Math.max(Math.floor(MOST_LINES / edges), 1), STEPS));
     const array = Float32Array.from(lines, (x, i) => x - origin[(i % 3) as 0 | 1 | 2]);
     const position = this.object.geometry.getAttribute('position') as BufferAttribute | undefined;
     if (position?.array.length === array.length) {

@@ -149,6 +149,8 @@ export class Editor {
     const { transform, gesture } = this.running;
     const motion = transform.motion();
     gesture.update(motion);
-    this.onHeadline(transformHeadline(motion, transform.constraint, this.settings.value.orientation, transform.typed.text));
+    this.onHeadline(
+      transformHeadline(motion, transform.constraint, this.settings.value.orientation, transform.typed.text),
+    );
   }
 }

@@ -3,7 +3,7 @@
 //
 // Soft selection: how much of a motion the points near the selected ones take.
 
-import { distance, pointAt } from '../lattice/vec';
+import { pointAt } from '../lattice/vec';
 
 /** Weight by distance over radius, from 1 at a selected point to 0 at the radius. */
 export const FALLOFFS = {
@@ -51,12 +51,19 @@ export function softWeights(
 }
 
 function nearest(points: ArrayLike<number>, index: number, among: Uint32Array): [number, number] {
-  const p = pointAt(points, index);
+  const [x, y, z] = pointAt(points, index);
   let best = index;
-  let least = Infinity;
-  for (const other of among) {
-    const away = distance(p, pointAt(points, other));
-    if (away < least) [best, least] = [other, away];
+  let least = Infinity; // squared; plain numbers, for this runs for every pair of points
+  for (let i = 0; i < among.length; ++i) {
+    const at = 3 * among[i];
+    const dx = points[at] - x;
+    const dy = points[at + 1] - y;
+    const dz = points[at + 2] - z;
+    const away = dx * dx + dy * dy + dz * dz;
+    if (away < least) {
+      least = away;
+      best = among[i];
+    }
   }
-  return [best, least];
+  return [best, Math.sqrt(least)];
 }

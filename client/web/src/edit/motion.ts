@@ -6,7 +6,18 @@
 //
 // Layout  matrices are 4 x 4, column-major, and act on column vectors, as on the wire
 
-import { add, combine, coordinates, cross, dot, scale, sub, type Basis, type MutableVec3, type Vec3 } from '../lattice/vec';
+import {
+  add,
+  combine,
+  coordinates,
+  cross,
+  dot,
+  scale,
+  sub,
+  type Basis,
+  type MutableVec3,
+  type Vec3,
+} from '../lattice/vec';
 
 export type Motion =
   | { kind: 'move'; offset: Vec3 }

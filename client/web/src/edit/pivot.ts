@@ -12,7 +12,12 @@ export type Pivot = 'median' | 'active' | 'each';
 export type Orientation = 'world' | 'lattice' | 'view';
 
 /** The pivot's place; for 'each', the median, where the gizmo stands. */
-export function pivotPoint(points: ArrayLike<number>, indices: Uint32Array, pivot: Pivot, active: number | undefined): Vec3 {
+export function pivotPoint(
+  points: ArrayLike<number>,
+  indices: Uint32Array,
+  pivot: Pivot,
+  active: number | undefined,
+): Vec3 {
   if (pivot === 'active' && active !== undefined) return pointAt(points, active);
   let sum: Vec3 = [0, 0, 0];
   for (const index of indices) sum = add(sum, pointAt(points, index));

@@ -9,6 +9,7 @@ export class Selection {
   private selected = new Set<number>();
   private hiddenPoints = new Set<number>();
   private activePoint: number | undefined;
+  private sorted: Uint32Array | undefined;
   private listeners = new Set<() => void>();
 
   /** `count` control points, none of them selected. */
@@ -21,7 +22,7 @@ export class Selection {
 
   /** The selected points, ascending. */
   get indices(): Uint32Array {
-    return Uint32Array.from(this.selected).sort();
+    return (this.sorted ??= Uint32Array.from(this.selected).sort());
   }
 
   get size(): number {
@@ -112,6 +113,7 @@ export class Selection {
   }
 
   private changed(): void {
+    this.sorted = undefined;
     for (const listener of this.listeners) listener();
   }
 }

@@ -181,4 +181,3 @@ export function snapStep(pixelsPerUnit: number, pixels = 24): number {
   const power = 10 ** Math.floor(Math.log10(wanted));
   return power * ([1, 2, 5, 10].find((m) => m * power >= wanted) ?? 10);
 }
-

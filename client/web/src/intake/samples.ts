@@ -18,9 +18,21 @@ interface Grid {
 }
 
 export const SAMPLES = {
-  knot: { label: 'Knot', note: '5,760 quads', grid: { rows: 240, columns: 24, at: knot, closedRows: true, closedColumns: true } },
-  vase: { label: 'Vase', note: '4,608 quads', grid: { rows: 48, columns: 96, at: vase, closedRows: false, closedColumns: true } },
-  slab: { label: 'Slab', note: '1,600 quads', grid: { rows: 40, columns: 40, at: slab, closedRows: false, closedColumns: false } },
+  knot: {
+    label: 'Knot',
+    note: '5,760 quads',
+    grid: { rows: 240, columns: 24, at: knot, closedRows: true, closedColumns: true },
+  },
+  vase: {
+    label: 'Vase',
+    note: '4,608 quads',
+    grid: { rows: 48, columns: 96, at: vase, closedRows: false, closedColumns: true },
+  },
+  slab: {
+    label: 'Slab',
+    note: '1,600 quads',
+    grid: { rows: 40, columns: 40, at: slab, closedRows: false, closedColumns: false },
+  },
 } as const satisfies Record<string, { label: string; note: string; grid: Grid }>;
 
 export type SampleName = keyof typeof SAMPLES;
@@ -34,7 +46,12 @@ function objText({ rows, columns, at, closedRows, closedColumns }: Grid): string
   const lines: string[] = [];
   const [pointRows, pointColumns] = [closedRows ? rows : rows + 1, closedColumns ? columns : columns + 1];
   for (let i = 0; i < pointRows; ++i) {
-    for (let j = 0; j < pointColumns; ++j) lines.push(`v ${at(i / rows, j / columns).map((x) => x.toFixed(7)).join(' ')}`);
+    for (let j = 0; j < pointColumns; ++j)
+      lines.push(
+        `v ${at(i / rows, j / columns)
+          .map((x) => x.toFixed(7))
+          .join(' ')}`,
+      );
   }
   for (let i = 0; i <= rows; ++i) {
     for (let j = 0; j <= columns; ++j) lines.push(`vt ${(i / rows).toFixed(6)} ${(j / columns).toFixed(6)}`);

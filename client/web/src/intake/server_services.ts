@@ -2,84 +2,86 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The services of a latticed server.
-import { Encoding, NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
+import type { MessageInitShape } from '@bufbuild/protobuf';
+import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
+import { MeshFormat, type Mesh } from 'latticed/v1/mesh_pb';
+import { NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
 import type { Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
-import type { Vec3 } from '../lattice/vec';
 import { openSession } from '../session/open_session';
 import type { ViewRequest } from '../session/scene_session';
-import { DEFAULT_SETTINGS } from '../state/settings';
+import { downloadMesh } from '../wire/download';
+import { randomId } from '../wire/ids';
+import { fromLattice, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
-import type { Services } from './services';
-import { uploadMesh } from './upload';
+import { uploadMesh } from '../wire/upload';
+import { encodingOf, fromView } from '../wire/view_message';
+import type { MeshFormatName } from './mesh_file';
+import type { Services, UploadedMesh } from './services';
+
+const FORMATS: Record<MeshFormatName, MeshFormat> = {
+  obj: MeshFormat.OBJ,
+  ply: MeshFormat.PLY,
+  stl: MeshFormat.STL,
+  glb: MeshFormat.GLB,
+  drc: MeshFormat.DRACO,
+};
+
+const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
 
 export function serverServices(server: LatticedServer): Services {
   return {
-    upload: (file, progress, signal) => uploadMesh(server, file, progress, signal),
+    async upload(file, progress, signal) {
+      const header = { name: file.name, format: FORMATS[file.format] };
+      const onProgress = (sent: number, all: number): void => progress(sent / all);
+      return describe(await uploadMesh(server, header, file.bytes, { onProgress, signal }));
+    },
     async createScene(mesh, lattice, view) {
-      const sceneId = randomSceneId();
-      const source = lattice instanceof Lattice ? latticeSource(lattice) : fitSource(lattice);
-      await server.scenes.createScene({ sceneId, mesh, lattices: [{ source }], defaultView: viewOptions(view) });
+      const sceneId = randomId();
+      await server.scenes.createScene({
+        sceneId,
+        mesh,
+        lattices: [latticeSource(lattice)],
+        defaultView: fromView(view),
+      });
       return sceneId;
+    },
+    async downloadMesh(mesh) {
+      const { header, bytes } = await downloadMesh(server, mesh);
+      const format = FORMAT_NAMES.find((name) => FORMATS[name] === header.format);
+      if (format === undefined) throw new Error('The mesh was not uploaded as a file that this page reads.');
+      return { name: header.name, format, bytes: bytes as Uint8Array<ArrayBuffer> };
     },
     async describeScene(sceneId) {
       const { mesh, defaultView } = await server.scenes.getScene({ scene: sceneId });
-      return { mesh, view: viewRequest(defaultView) };
+      return { mesh, view: defaultView === undefined ? {} : toView(defaultView) };
     },
     openSession: (sceneId, options) => openSession(server, sceneId, options),
     exportAddress: (sceneId, format) => `${server.origin}/export/${sceneId}.${format}`,
   };
 }
 
-/** 128 random bits. */
-function randomSceneId(): string {
-  return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, '0')).join('');
-}
-
-const vector = ([x, y, z]: Vec3) => ({ x, y, z });
-const axes = ([u, v, w]: Vec3) => ({ u, v, w });
-
-function fitSource({ size, degree, padding }: Fit) {
-  return { case: 'fit', value: { size: axes(size), degree: axes(degree), padding } } as const;
-}
-
-function latticeSource({ frame, size, degree, knots, points }: Lattice) {
-  const value = {
-    frame: { origin: vector(frame.origin), u: vector(frame.u), v: vector(frame.v), w: vector(frame.w) },
-    degree: axes(degree),
-    size: axes(size),
-    knotsU: [...knots[0]],
-    knotsV: [...knots[1]],
-    knotsW: [...knots[2]],
-    controlPoints: Array.from(points),
-  };
-  return { case: 'lattice', value } as const;
-}
-
-const NORMALS = { smooth: NormalMode.SMOOTH, facet: NormalMode.FACET, none: NormalMode.NONE } as const;
-const ENCODINGS = { draco: Encoding.DRACO_POINTS, quantised: Encoding.QUANTISED, raw: Encoding.RAW } as const;
-
-function viewOptions({ segments, normals, encoding, positionBits, normalBits }: ViewRequest) {
+function describe(mesh: Mesh): UploadedMesh {
   return {
-    segments,
-    normals: normals === undefined ? undefined : NORMALS[normals],
-    encoding: encoding === undefined ? undefined : ENCODINGS[encoding],
-    positionBits,
-    normalBits,
+    id: mesh.id,
+    name: mesh.name,
+    vertices: Number(mesh.vertices),
+    faces: Number(mesh.faces),
+    bounds: { min: vector(mesh.bounds?.min), max: vector(mesh.bounds?.max) },
   };
 }
 
-function viewRequest(view: ViewOptions | undefined): Required<ViewRequest> {
-  const { view: unset } = DEFAULT_SETTINGS;
-  return {
-    segments: view?.segments ?? unset.segments,
-    normals: keyOf(NORMALS, view?.normals) ?? unset.normals,
-    encoding: keyOf(ENCODINGS, view?.encoding) ?? unset.encoding,
-    positionBits: view?.positionBits ?? unset.positionBits,
-    normalBits: view?.normalBits ?? unset.normalBits,
-  };
+function latticeSource(lattice: Fit | Lattice): MessageInitShape<typeof LatticeSourceSchema> {
+  if (lattice instanceof Lattice) return { source: { case: 'lattice', value: fromLattice(lattice) } };
+  const axes = ([u, v, w]: Fit['size']) => ({ u, v, w });
+  const { size, degree, padding } = lattice;
+  return { source: { case: 'fit', value: { size: axes(size), degree: axes(degree), padding } } };
 }
 
-function keyOf<K extends string, V>(record: Record<K, V>, value: V | undefined): K | undefined {
-  return (Object.keys(record) as K[]).find((key) => record[key] === value);
+/** Of a scene, where every field that has a default is filled in. */
+function toView(view: ViewOptions): ViewRequest {
+  const { segments, positionBits, normalBits } = view;
+  const normals =
+    ({ [NormalMode.NONE]: 'none', [NormalMode.FACET]: 'facet' } as const)[view.normals as 1 | 2] ?? 'smooth';
+  return { segments, normals, encoding: encodingOf(view), positionBits, normalBits };
 }

@@ -14,7 +14,6 @@ export interface UploadedMesh {
   readonly vertices: number;
   readonly faces: number;
   readonly bounds: Bounds;
-  readonly hasNormals: boolean;
 }
 
 export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'stl', 'drc'] as const;
@@ -25,7 +24,7 @@ export interface SceneFacts {
   /** Id of its mesh. */
   readonly mesh: string;
   /** What watchers see who do not say. */
-  readonly view: Required<ViewRequest>;
+  readonly view: ViewRequest;
 }
 
 export interface Services {
@@ -33,6 +32,8 @@ export interface Services {
   upload(file: MeshFile, progress: (fraction: number) => void, signal: AbortSignal): Promise<UploadedMesh>;
   /** Makes a scene and returns its id. */
   createScene(mesh: string, lattice: Fit | Lattice, view: ViewRequest): Promise<string>;
+  /** The file that a mesh was uploaded from. */
+  downloadMesh(mesh: string): Promise<MeshFile>;
   describeScene(sceneId: string): Promise<SceneFacts>;
   openSession(sceneId: string, options: SessionOptions): Promise<SceneSession>;
   exportAddress(sceneId: string, format: ExportFormat): string;

@@ -48,7 +48,13 @@ export function latticeFromJson(text: string): Lattice {
   };
   const points = readNumbers(message, 'controlPoints', 3 * pointCount(size));
   const { frame, knots } = structure;
-  return new Lattice(frame, degree, size, knots, points === undefined ? identityPoints(structure) : Float64Array.from(points));
+  return new Lattice(
+    frame,
+    degree,
+    size,
+    knots,
+    points === undefined ? identityPoints(structure) : Float64Array.from(points),
+  );
 }
 
 function parseObject(text: string): Record<string, unknown> {

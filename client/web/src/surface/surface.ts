@@ -23,6 +23,8 @@ export interface Surface {
   readonly bounds: Box3;
   readonly patchCount: number;
   readonly triangleCount: number;
+  /** Called when it looks otherwise without an update: what a look asked for has come. */
+  onChanged?: () => void;
   setLook(look: SurfaceLook): void;
   /** Base colour texture with texture coordinates per corner of the mesh (u v each), or without both: none. */
   setTexture(texture: Texture | undefined, cornerUvs?: Float32Array): Promise<void>;

@@ -28,6 +28,7 @@ export class SurfaceMesh implements SurfaceSink {
   private readonly mesh = new Mesh(undefined, this.material);
   private readonly ghost = new Mesh(undefined, this.ghostMaterial);
   private readonly patches: PatchColours;
+  onChanged?: () => void;
   private extents = new Float32Array();
   private layout: TopologyLayout | undefined;
   private grid: Grid | undefined;
@@ -35,7 +36,10 @@ export class SurfaceMesh implements SurfaceSink {
   private look: SurfaceLook = {};
 
   constructor(private readonly source: PatchSource) {
-    this.patches = new PatchColours(source, () => this.dress());
+    this.patches = new PatchColours(source, () => {
+      this.dress();
+      this.onChanged?.();
+    });
     this.ghostMaterial.uniforms.opacity = { value: 0.2 };
     this.ghost.visible = false;
     this.ghost.renderOrder = 1;

@@ -18,7 +18,12 @@ interface Bound<T> {
 
 /** A label in front of anything. */
 export function field(label: string, ...content: HTMLElement[]): HTMLElement {
-  return h('div', { class: 'field' }, h('span', { class: 'field-label' }, label), h('div', { class: 'field-content' }, ...content));
+  return h(
+    'div',
+    { class: 'field' },
+    h('span', { class: 'field-label' }, label),
+    h('div', { class: 'field-content' }, ...content),
+  );
 }
 
 export function toggle({ label, get, set }: Bound<boolean>, hint?: string): Control {
@@ -28,7 +33,10 @@ export function toggle({ label, get, set }: Bound<boolean>, hint?: string): Cont
 }
 
 /** One of a few, side by side. */
-export function segmented<T extends string>({ label, get, set }: Bound<T>, options: readonly (readonly [T, string])[]): Control {
+export function segmented<T extends string>(
+  { label, get, set }: Bound<T>,
+  options: readonly (readonly [T, string])[],
+): Control {
   const buttons = options.map(([value, text]) =>
     h('button', { type: 'button', role: 'radio', 'data-value': value, onclick: () => set(value) }, text),
   );
@@ -39,7 +47,10 @@ export function segmented<T extends string>({ label, get, set }: Bound<T>, optio
   return { element: field(label, group), refresh };
 }
 
-export function choice<T extends string>({ label, get, set }: Bound<T>, options: readonly (readonly [T, string])[]): Control {
+export function choice<T extends string>(
+  { label, get, set }: Bound<T>,
+  options: readonly (readonly [T, string])[],
+): Control {
   const select = h(
     'select',
     { 'aria-label': label, onchange: () => set(select.value as T) },
@@ -70,7 +81,8 @@ export function numberInput(bound: Bound<number>, range: Partial<Range> = {}): C
     },
   });
   const refresh = (): void => {
-    element.value = String(Number(bound.get().toPrecision(6)));
+    const value = bound.get();
+    element.value = String(Math.abs(value) < 1e-12 ? 0 : Number(value.toPrecision(4)));
   };
   return { element, refresh };
 }
@@ -99,6 +111,10 @@ function shown(value: number): string {
   return String(Number(value.toPrecision(3)));
 }
 
-export function button(label: string, onclick: () => void, attributes: Record<string, unknown> = {}): HTMLButtonElement {
+export function button(
+  label: string,
+  onclick: () => void,
+  attributes: Record<string, unknown> = {},
+): HTMLButtonElement {
   return h('button', { type: 'button', class: 'button', onclick, ...attributes }, label);
 }

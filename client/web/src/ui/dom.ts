@@ -35,7 +35,11 @@ export function showDialog(label: string, className: string, ...content: Child[]
   dialog.addEventListener('pointerdown', (event) => {
     // A press on the backdrop is one on the dialog itself, outside its box.
     const box = dialog.getBoundingClientRect();
-    const inside = event.clientX >= box.left && event.clientX <= box.right && event.clientY >= box.top && event.clientY <= box.bottom;
+    const inside =
+      event.clientX >= box.left &&
+      event.clientX <= box.right &&
+      event.clientY >= box.top &&
+      event.clientY <= box.bottom;
     if (event.target === dialog && !inside) dialog.close();
   });
   document.body.append(dialog);

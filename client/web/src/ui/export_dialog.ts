@@ -27,6 +27,10 @@ export function showExportDialog(formats: readonly ExportFormat[], address: (for
     'export',
     h('h2', {}, 'Export the deformed surface'),
     ...links,
-    h('footer', {}, button('Cancel', () => dialog.close())),
+    h(
+      'footer',
+      {},
+      button('Cancel', () => dialog.close()),
+    ),
   );
 }

@@ -6,10 +6,9 @@ import type { MeshFile } from '../intake/mesh_file';
 import type { UploadedMesh } from '../intake/services';
 import { AXES, AXIS_NAMES, pointCount, refusalOfAxes, type Axes } from '../lattice/grid';
 import { DEFAULT_FIT, type Fit } from '../lattice/identity';
+import { bytes, inWords } from '../wire/words';
 import { button, choice, numberInput, type Control } from './controls';
 import { h, showDialog } from './dom';
-import { byteText } from './hud';
-import { inWords } from './toasts';
 
 const DEGREES = [
   ['1', '1, straight'],
@@ -30,13 +29,16 @@ export class FitDialog {
   private readonly facts = h('p', { class: 'facts' });
   private readonly note = h('p', { class: 'note', role: 'status' });
   private readonly error = h('p', { class: 'error', role: 'alert' });
-  private readonly create = button('Create scene', () => void this.submit(), { class: 'button primary', disabled: true });
+  private readonly create = button('Create scene', () => void this.submit(), {
+    class: 'button primary',
+    disabled: true,
+  });
   private readonly dialog: HTMLDialogElement;
   private mesh: UploadedMesh | undefined;
 
   constructor(private readonly parts: FitDialogParts) {
     const { file } = parts;
-    this.facts.textContent = `${file.name}, ${byteText(file.bytes.length)}`;
+    this.facts.textContent = `${file.name}, ${bytes(file.bytes.length)}`;
     this.dialog = showDialog(
       'Fit a lattice',
       'fit',
@@ -47,10 +49,18 @@ export class FitDialog {
       this.paddingField(),
       this.note,
       this.error,
-      h('footer', {}, button('Cancel', () => this.dialog.close()), this.create),
+      h(
+        'footer',
+        {},
+        button('Cancel', () => this.dialog.close()),
+        this.create,
+      ),
     );
     this.dialog.addEventListener('close', () => this.abort.abort());
-    this.dialog.addEventListener('keydown', (event) => event.key === 'Enter' && !this.create.disabled && void this.submit());
+    this.dialog.addEventListener(
+      'keydown',
+      (event) => event.key === 'Enter' && !this.create.disabled && void this.submit(),
+    );
     this.check();
     void this.upload();
   }
@@ -83,11 +93,21 @@ export class FitDialog {
   }
 
   private axesTable(): HTMLElement {
-    const table = h('div', { class: 'axes', role: 'group', 'aria-label': 'Lattice' }, h('span', {}), h('span', {}, 'Points'), h('span', {}, 'Degree'));
+    const table = h(
+      'div',
+      { class: 'axes', role: 'group', 'aria-label': 'Lattice' },
+      h('span', {}),
+      h('span', {}, 'Points'),
+      h('span', {}, 'Degree'),
+    );
     for (const axis of AXES) {
       const name = AXIS_NAMES[axis];
       const size = numberInput(
-        { label: `Points along ${name}`, get: () => this.fit.size[axis], set: (n) => this.change({ size: replaced(this.fit.size, axis, n) }) },
+        {
+          label: `Points along ${name}`,
+          get: () => this.fit.size[axis],
+          set: (n) => this.change({ size: replaced(this.fit.size, axis, n) }),
+        },
         { min: 2, max: 64, step: 1 },
       );
       const degree: Control = choice(
@@ -107,11 +127,20 @@ export class FitDialog {
 
   private paddingField(): HTMLElement {
     const padding = numberInput(
-      { label: 'Padding', get: () => this.fit.padding * 100, set: (percent) => this.change({ padding: percent / 100 }) },
+      {
+        label: 'Padding',
+        get: () => this.fit.padding * 100,
+        set: (percent) => this.change({ padding: percent / 100 }),
+      },
       { min: 0, max: 1000 },
     );
     padding.refresh();
-    return h('label', { class: 'field' }, h('span', { class: 'field-label' }, 'Padding'), h('span', { class: 'field-content' }, padding.element, '% of the longest edge'));
+    return h(
+      'label',
+      { class: 'field' },
+      h('span', { class: 'field-label' }, 'Padding'),
+      h('span', { class: 'field-content' }, padding.element, '% of the longest edge'),
+    );
   }
 
   private change(change: Partial<Fit>): void {

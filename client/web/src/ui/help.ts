@@ -25,14 +25,23 @@ const WHILE_TRANSFORMING: readonly (readonly [string, string])[] = [
 export function showHelp(commands: readonly Command[]): void {
   const sections = GROUPS.map((group) => {
     const rows = commands.filter((c) => c.group === group && c.keys !== undefined);
-    return section(group, rows.map((c) => [c.keys![0], c.label] as const));
+    return section(
+      group,
+      rows.map((c) => [c.keys![0], c.label] as const),
+    );
   });
   const close = h('button', { type: 'button', class: 'button', autofocus: true }, 'Close');
   const dialog = showDialog(
     'Keys',
     'help',
     h('header', {}, h('h2', {}, 'Keys'), close),
-    h('div', { class: 'help-columns' }, section('Pointer', POINTER), section('During G, R, S', WHILE_TRANSFORMING), ...sections),
+    h(
+      'div',
+      { class: 'help-columns' },
+      section('Pointer', POINTER),
+      section('During G, R, S', WHILE_TRANSFORMING),
+      ...sections,
+    ),
   );
   close.addEventListener('click', () => dialog.close());
 }

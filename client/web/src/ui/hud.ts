@@ -3,13 +3,14 @@
 //
 // The head-up line: how fast the surface follows, and what it costs.
 import type { UpdateInfo } from '../session/scene_session';
+import { bytes } from '../wire/words';
 import { h } from './dom';
 
 const WINDOW_MS = 1000; // updates/s are counted over this
 const LATENCIES = 31; // the median of so many
 
 export class Hud {
-  readonly element = h('div', { class: 'hud', role: 'status', 'aria-label': 'How fast the surface follows' });
+  readonly element = h('div', { class: 'hud', role: 'group', 'aria-label': 'How fast the surface follows' });
   private readonly values: Record<string, HTMLElement> = {};
   private arrivals: number[] = [];
   private latencies: number[] = [];
@@ -30,9 +31,13 @@ export class Hud {
   update(info: UpdateInfo): void {
     this.arrivals.push(performance.now());
     if (info.msFromEdit !== undefined) this.latencies = [...this.latencies, info.msFromEdit].slice(-LATENCIES);
-    this.values['bytes'].textContent = byteText(info.bytes);
-    this.values['patches'].textContent = `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
+    this.values['bytes'].textContent = bytes(info.bytes);
+    this.values['patches'].textContent =
+      `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
     this.values['latency'].textContent = this.latencies.length === 0 ? '–' : median(this.latencies).toFixed(0);
+    const { server, transfer, decode, upload } = info.times;
+    this.values['latency'].title =
+      `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;
     this.showRate();
   }
 
@@ -46,9 +51,8 @@ export class Hud {
   }
 }
 
-export function byteText(bytes: number): string {
-  if (bytes < 1000) return `${bytes} B`;
-  return bytes < 1e6 ? `${(bytes / 1e3).toFixed(0)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
+function ms(time: number): string {
+  return `${time.toFixed(1)} ms`;
 }
 
 function median(values: readonly number[]): number {

@@ -41,7 +41,12 @@ export function showKnotDialog(editor: Editor): void {
     axes.element,
     h('div', { class: 'field' }, h('span', { class: 'field-label' }, 'Knot'), knot.element),
     range,
-    h('footer', {}, button('Cancel', () => dialog.close()), button('Insert', insert, { class: 'button primary' })),
+    h(
+      'footer',
+      {},
+      button('Cancel', () => dialog.close()),
+      button('Insert', insert, { class: 'button primary' }),
+    ),
   );
   show();
 }

@@ -13,14 +13,18 @@ export class MenuBar {
 
   constructor(private readonly commands: Commands) {
     for (const group of GROUPS) {
-      const button: HTMLButtonElement = h('button', {
-        type: 'button',
-        class: 'menu-button',
-        'aria-haspopup': 'menu',
-        'aria-expanded': 'false',
-        onclick: () => (this.open?.button === button ? this.close() : this.show(button, group)),
-        onpointerenter: () => this.open !== undefined && this.open.button !== button && this.show(button, group),
-      }, group);
+      const button: HTMLButtonElement = h(
+        'button',
+        {
+          type: 'button',
+          class: 'menu-button',
+          'aria-haspopup': 'menu',
+          'aria-expanded': 'false',
+          onclick: () => (this.open?.button === button ? this.close() : this.show(button, group)),
+          onpointerenter: () => this.open !== undefined && this.open.button !== button && this.show(button, group),
+        },
+        group,
+      );
       this.element.append(button);
     }
     this.element.addEventListener('keydown', (event) => this.key(event));

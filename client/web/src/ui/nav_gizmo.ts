@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The world's axes as the camera sees them, in the view's corner; a press on an end looks from there.
-import { dot, scale, type Basis, type Vec3 } from '../lattice/vec';
+import { distance, dot, scale, type Basis, type Vec3 } from '../lattice/vec';
 import { svg } from './dom';
 
 const REACH = 30;
@@ -19,15 +19,30 @@ interface End {
 }
 
 export class NavGizmo {
-  readonly element = svg('svg', { viewBox: '-40 -40 80 80', class: 'nav-gizmo', role: 'group', 'aria-label': 'Look along an axis' });
+  readonly element = svg('svg', {
+    viewBox: '-40 -40 80 80',
+    class: 'nav-gizmo',
+    role: 'group',
+    'aria-label': 'Look along an axis',
+  });
   private readonly ends: End[] = [];
+  private view: Basis = [
+    [0, 0, 0],
+    [0, 0, 0],
+    [0, 0, 0],
+  ];
 
   constructor(lookFrom: (direction: Vec3) => void) {
     for (const [name, axis] of AXES) {
       for (const sign of [1, -1]) {
         const direction = scale(axis, sign);
         const label = `${sign > 0 ? '+' : '−'}${name}`;
-        const group = svg('g', { class: `nav-${name} ${sign > 0 ? '' : 'nav-back'}`, role: 'button', tabindex: 0, 'aria-label': `Look from ${label}` });
+        const group = svg('g', {
+          class: `nav-${name} ${sign > 0 ? '' : 'nav-back'}`,
+          role: 'button',
+          tabindex: 0,
+          'aria-label': `Look from ${label}`,
+        });
         group.append(svg('circle', { r: sign > 0 ? 8 : 6 }));
         if (sign > 0) {
           group.append(svg('text', { 'text-anchor': 'middle', dy: '0.35em' }));
@@ -43,13 +58,22 @@ export class NavGizmo {
 
   /** `view`: right, up and towards the viewer. */
   update(view: Basis): void {
-    const seen = this.ends.map((end) => ({ end, x: dot(view[0], end.direction), y: -dot(view[1], end.direction), z: dot(view[2], end.direction) }));
+    if (view.every((axis, i) => distance(axis, this.view[i]) < 1e-6)) return; // keeps the focus of the keyboard
+    this.view = view;
+    const seen = this.ends.map((end) => ({
+      end,
+      x: dot(view[0], end.direction),
+      y: -dot(view[1], end.direction),
+      z: dot(view[2], end.direction),
+    }));
     for (const { end, x, y } of seen) {
       end.group.setAttribute('transform', `translate(${(x * REACH).toFixed(2)} ${(y * REACH).toFixed(2)})`);
       end.line?.setAttribute('x2', (x * REACH).toFixed(2));
       end.line?.setAttribute('y2', (y * REACH).toFixed(2));
     }
     seen.sort((a, b) => a.z - b.z);
-    this.element.replaceChildren(...seen.flatMap(({ end }) => (end.line === undefined ? [end.group] : [end.line, end.group])));
+    this.element.replaceChildren(
+      ...seen.flatMap(({ end }) => (end.line === undefined ? [end.group] : [end.line, end.group])),
+    );
   }
 }

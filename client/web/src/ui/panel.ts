@@ -26,7 +26,12 @@ export class Panel {
   constructor(private readonly settings: SettingsStore) {
     this.radius = this.radiusSlider();
     this.element.append(
-      this.section('Selection', this.count, this.positionFields(), this.switch('through', 'Through the surface', 'Alt+Z')),
+      this.section(
+        'Selection',
+        this.count,
+        this.positionFields(),
+        this.switch('through', 'Through the surface', 'Alt+Z'),
+      ),
       this.section('Transform', ...this.transformControls()),
       this.section('Soft selection', ...this.softControls()),
       this.section('Surface', ...this.surfaceControls()),
@@ -65,12 +70,25 @@ export class Panel {
   }
 
   private switch(key: Key<boolean>, label: string, hint?: string): HTMLElement {
-    return this.keep(toggle({ label, get: () => this.settings.value[key], set: (on) => this.settings.set({ [key]: on }) }, hint));
+    return this.keep(
+      toggle({ label, get: () => this.settings.value[key], set: (on) => this.settings.set({ [key]: on }) }, hint),
+    );
   }
 
-  private select<K extends Key<string>>(key: K, label: string, options: readonly (readonly [Settings[K] & string, string])[]): HTMLElement {
+  private select<K extends Key<string>>(
+    key: K,
+    label: string,
+    options: readonly (readonly [Settings[K] & string, string])[],
+  ): HTMLElement {
     return this.keep(
-      segmented({ label, get: () => this.settings.value[key] as Settings[K] & string, set: (value) => this.settings.set({ [key]: value }) }, options),
+      segmented(
+        {
+          label,
+          get: () => this.settings.value[key] as Settings[K] & string,
+          set: (value) => this.settings.set({ [key]: value }),
+        },
+        options,
+      ),
     );
   }
 
@@ -90,15 +108,28 @@ export class Panel {
       };
       return this.keep({ element: control.element, refresh });
     });
-    return field('Position', ...inputs);
+    return h('div', { class: 'position' }, h('span', { class: 'field-label' }, 'Position of the pivot'), ...inputs);
   }
 
   private transformControls(): HTMLElement[] {
     const mirrors = AXIS_NAMES.map((name, axis) => this.mirrorSwitch(name, axis as Axis));
     return [
-      this.select('gizmo', 'Handles', [['none', 'None'], ['move', 'Move'], ['rotate', 'Rotate'], ['scale', 'Scale']]),
-      this.select('orientation', 'Axes', [['world', 'World'], ['lattice', 'Lattice'], ['view', 'View']]),
-      this.select('pivot', 'Pivot', [['median', 'Median'], ['active', 'Active'], ['each', 'Each']]),
+      this.select('gizmo', 'Handles', [
+        ['none', 'None'],
+        ['move', 'Move'],
+        ['rotate', 'Rotate'],
+        ['scale', 'Scale'],
+      ]),
+      this.select('orientation', 'Axes', [
+        ['world', 'World'],
+        ['lattice', 'Lattice'],
+        ['view', 'View'],
+      ]),
+      this.select('pivot', 'Pivot', [
+        ['median', 'Median'],
+        ['active', 'Active'],
+        ['each', 'Each'],
+      ]),
       field('Mirror', ...mirrors),
     ];
   }
@@ -114,8 +145,16 @@ export class Panel {
   }
 
   private softControls(): HTMLElement[] {
-    const change = (part: Partial<Settings['soft']>): void => this.settings.set({ soft: { ...this.settings.value.soft, ...part } });
-    const enabled = toggle({ label: 'Nearby points follow', get: () => this.settings.value.soft.enabled, set: (on) => change({ enabled: on }) }, 'O');
+    const change = (part: Partial<Settings['soft']>): void =>
+      this.settings.set({ soft: { ...this.settings.value.soft, ...part } });
+    const enabled = toggle(
+      {
+        label: 'Nearby points follow',
+        get: () => this.settings.value.soft.enabled,
+        set: (on) => change({ enabled: on }),
+      },
+      'O',
+    );
     const falloff = choice<Falloff>(
       { label: 'Falloff', get: () => this.settings.value.soft.falloff, set: (name) => change({ falloff: name }) },
       (Object.keys(FALLOFFS) as Falloff[]).map((name) => [name, name] as const),
@@ -131,8 +170,17 @@ export class Panel {
 
   private surfaceControls(): HTMLElement[] {
     const colouring = choice(
-      { label: 'Colour', get: () => this.settings.value.colouring, set: (name) => this.settings.set({ colouring: name }) },
-      [['plain', 'Shaded'], ['displacement', 'Displacement'], ['boxes', 'Knot boxes'], ['texture', 'Texture']],
+      {
+        label: 'Colour',
+        get: () => this.settings.value.colouring,
+        set: (name) => this.settings.set({ colouring: name }),
+      },
+      [
+        ['plain', 'Shaded'],
+        ['displacement', 'Displacement'],
+        ['boxes', 'Knot boxes'],
+        ['texture', 'Texture'],
+      ],
     );
     return [
       this.keep(colouring),
@@ -152,16 +200,24 @@ export class Panel {
   private streamControls(): HTMLElement[] {
     const view = (): Required<ViewRequest> => this.settings.value.view;
     const change = (part: ViewRequest): void => this.settings.set({ view: { ...view(), ...part } });
-    const bits = (key: 'segments' | 'positionBits' | 'normalBits', label: string, min: number, max: number): HTMLElement =>
-      this.keep(slider({ label, get: () => view()[key], set: (n) => change({ [key]: n }) }, { min, max, step: 1 }, 'change'));
+    const bits = (
+      key: 'segments' | 'positionBits' | 'normalBits',
+      label: string,
+      min: number,
+      max: number,
+    ): HTMLElement =>
+      this.keep(
+        slider({ label, get: () => view()[key], set: (n) => change({ [key]: n }) }, { min, max, step: 1 }, 'change'),
+      );
     const encoding = choice(
       { label: 'Encoding', get: () => view().encoding, set: (name) => change({ encoding: name }) },
       (['draco', 'quantised', 'raw'] as const).map((name) => [name, LONGER[name]!] as const),
     );
-    const normals = choice(
-      { label: 'Normals', get: () => view().normals, set: (name) => change({ normals: name }) },
-      [['smooth', 'Smooth'], ['facet', 'Facets'], ['none', 'None']],
-    );
+    const normals = choice({ label: 'Normals', get: () => view().normals, set: (name) => change({ normals: name }) }, [
+      ['smooth', 'Smooth'],
+      ['facet', 'Facets'],
+      ['none', 'None'],
+    ]);
     return [
       bits('segments', 'Segments', 1, 32),
       this.keep(normals),

@@ -19,7 +19,11 @@ export function chooseFiles(accept: string, chosen: (files: File[]) => void): vo
 }
 
 export function startScreen(choices: StartChoices): HTMLElement {
-  const browse = h('button', { type: 'button', class: 'button primary', onclick: () => chooseFiles(MESH_ENDINGS, ([file]) => file && choices.file(file)) });
+  const browse = h('button', {
+    type: 'button',
+    class: 'button primary',
+    onclick: () => chooseFiles(MESH_ENDINGS, ([file]) => file && choices.file(file)),
+  });
   browse.append(icon('open'), 'Open a mesh');
   const samples = (Object.keys(SAMPLES) as SampleName[]).map((name) => {
     const { label, note } = SAMPLES[name];

@@ -28,17 +28,16 @@ export class Toasts {
   }
 
   private add(text: string, className: string): HTMLElement {
-    const close = h('button', { type: 'button', class: 'icon-button', 'aria-label': 'Close', onclick: () => toast.remove() });
+    const close = h('button', {
+      type: 'button',
+      class: 'icon-button',
+      'aria-label': 'Close',
+      onclick: () => toast.remove(),
+    });
     close.append(icon('close'));
     const toast = h('div', { class: className }, h('span', {}, text), close);
     this.list.append(toast);
     while (this.list.childElementCount > 4) this.list.firstElementChild?.remove();
     return toast;
   }
-}
-
-/** An error as a sentence. */
-export function inWords(error: unknown): string {
-  const text = error instanceof Error ? error.message : String(error);
-  return text === '' ? 'Something failed without a word.' : text;
 }

@@ -29,7 +29,14 @@ export class Toolbar {
 
   private button(command: Command): HTMLButtonElement {
     const run = (): void => command.run();
-    const button = h('button', { type: 'button', class: 'icon-button', title: tooltip(command), 'aria-label': command.label, 'data-command': command.id, onclick: run });
+    const button = h('button', {
+      type: 'button',
+      class: 'icon-button',
+      title: tooltip(command),
+      'aria-label': command.label,
+      'data-command': command.id,
+      onclick: run,
+    });
     button.append(command.icon === undefined ? command.label : icon(command.icon));
     this.buttons.push([command, button]);
     return button;

@@ -7,7 +7,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
 
 const FIELD_OF_VIEW = 40; // degrees, of the shorter side
-const MARGIN = 1.15; // how much more than the framed sphere is seen
+const MARGIN = 1.02; // how much more than the framed sphere is seen
 
 export type ViewCamera = PerspectiveCamera | OrthographicCamera;
 
@@ -89,7 +89,8 @@ export class CameraRig {
     const distance = this.camera.position.distanceTo(sphere.center);
     const reach = Math.max(sphere.radius, 1e-6) * 2;
     this.camera.far = distance + reach;
-    this.camera.near = this.camera === this.perspective ? Math.max(distance - reach, this.camera.far / 2000) : distance - 4 * reach;
+    this.camera.near =
+      this.camera === this.perspective ? Math.max(distance - reach, this.camera.far / 2000) : distance - 4 * reach;
     this.camera.updateProjectionMatrix();
   }
 

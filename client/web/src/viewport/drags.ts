@@ -82,7 +82,7 @@ export class PointDrag implements Drag {
   }
 }
 
-/** Pulls the surface at the point pressed, in the plane through it that faces the viewer. */
+/** Pulls the surface at the point pressed, in the plane through it that faces the viewer; `onMiss` where there is none. */
 export class PullDrag implements Drag {
   private pull: SurfacePull | undefined;
   private at: Place;
@@ -92,7 +92,7 @@ export class PullDrag implements Drag {
     private readonly viewport: Viewport,
     editor: Editor,
     private readonly from: Place,
-    onMiss: () => void,
+    onMiss: (error?: unknown) => void,
   ) {
     this.at = from;
     const ray = viewport.ray(...from);

@@ -8,6 +8,7 @@ import type { Motion, MotionKind } from '../edit/motion';
 import { cross, dot, normalized, scale, sub, type Basis, type Vec3 } from '../lattice/vec';
 import type { Viewport } from './viewport';
 
+const SIZE = 0.9; // of three's own
 const MODES = { move: 'translate', rotate: 'rotate', scale: 'scale' } as const;
 
 export interface GizmoEvents {
@@ -21,7 +22,11 @@ export class Gizmo {
   private readonly standIn = new Object3D();
   private readonly start = { position: new Vector3(), quaternion: new Quaternion() };
   private kind: MotionKind = 'move';
-  private basis: Basis = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  private basis: Basis = [
+    [1, 0, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+  ];
 
   constructor(
     private readonly viewport: Viewport,
@@ -29,11 +34,23 @@ export class Gizmo {
   ) {
     this.controls = new TransformControls(viewport.rig.camera, viewport.canvas);
     this.controls.setSpace('local');
-    this.controls.size = 0.9;
+    this.controls.setColors(0xe5534b, 0x6fae3c, 0x4a8fe8, 0xffc24d);
     viewport.scene.add(this.standIn, this.controls.getHelper());
     this.controls.addEventListener('change', () => viewport.invalidate());
     this.controls.addEventListener('objectChange', () => this.events.update(this.motion()));
     this.controls.addEventListener('dragging-changed', ({ value }) => this.dragging(value === true));
+  }
+
+  /** Whether a press here would be on a handle: a finger comes without having hovered. */
+  isAt(place: readonly [number, number]): boolean {
+    if (this.controls.object === undefined) return false;
+    const { width, height } = this.viewport.size;
+    this.controls.pointerHover({
+      x: (place[0] / width) * 2 - 1,
+      y: 1 - (place[1] / height) * 2,
+      button: 0,
+    } as PointerEvent);
+    return this.busy;
   }
 
   /** Whether the pointer is on a handle, or drags one. */
@@ -52,6 +69,8 @@ export class Gizmo {
     this.standIn.scale.setScalar(1);
     this.standIn.updateMatrixWorld();
     this.controls.camera = this.viewport.rig.camera;
+    // three takes the height alone: on an upright tablet that would be half the screen.
+    this.controls.size = SIZE * Math.min(this.viewport.size.width / this.viewport.size.height, 1);
     this.controls.setMode(MODES[kind]);
     this.controls.attach(this.standIn);
   }

@@ -3,6 +3,7 @@
 //
 // Which control point is under the pointer or in a box, among those that may be selected: not hidden and, unless
 // selection goes through the surface, not behind it.
+import type { Object3D } from 'three';
 import type { Editor } from '../edit/editor';
 import type { Occlusion } from './occlusion';
 import { nearestPoint, pointsInBox } from './projection';
@@ -12,6 +13,7 @@ const REACH = { mouse: 11, pen: 14, touch: 24 } as Record<string, number>; // CS
 
 export class PointPicker {
   private visible: Uint8Array | undefined;
+  private seenFrom = '';
 
   constructor(
     private readonly viewport: Viewport,
@@ -19,7 +21,7 @@ export class PointPicker {
     private readonly occlusion: Occlusion,
   ) {}
 
-  /** Forgets what the surface hides: the camera, the surface or the points have moved. */
+  /** Forgets what the surface hides: the surface or the points have moved. */
   invalidate(): void {
     this.visible = undefined;
   }
@@ -37,8 +39,18 @@ export class PointPicker {
     const { selection, session, settings } = this.editor;
     if (!settings.value.cage) return () => false;
     if (settings.value.through || !settings.value.surface) return (index) => !selection.isHidden(index);
-    this.visible ??= this.occlusion.visiblePoints(this.editor.lattice.points, session.surface.object);
-    const visible = this.visible;
+    const visible = this.visiblePoints(session.surface.object);
     return (index) => !selection.isHidden(index) && visible[index] === 1;
+  }
+
+  /** Found out anew only from another place: the pointer asks at every move. */
+  private visiblePoints(surface: Object3D): Uint8Array {
+    const { camera } = this.viewport.rig;
+    const from = [...camera.matrixWorld.elements, ...camera.projectionMatrix.elements].join();
+    if (this.visible === undefined || from !== this.seenFrom) {
+      this.visible = this.occlusion.visiblePoints(this.editor.lattice.points, surface);
+      this.seenFrom = from;
+    }
+    return this.visible;
   }
 }

@@ -29,7 +29,7 @@ export interface PointerToolsParts {
   picker: PointPicker;
   cage: Cage;
   gizmo: Gizmo;
-  onPullMissed: () => void;
+  onPullMissed: (error?: unknown) => void;
 }
 
 export class PointerTools {
@@ -67,7 +67,7 @@ export class PointerTools {
     viewport.canvas.focus({ preventScroll: true });
     this.place = viewport.place(event);
     if (this.press === undefined && editor.transforming) return this.endTransform(event);
-    if (!event.isPrimary || event.button !== 0 || gizmo.busy) return;
+    if (!event.isPrimary || event.button !== 0 || gizmo.isAt(this.place)) return;
 
     const point = this.parts.picker.at(...this.place, event.pointerType);
     const drag = this.toolDrag(event, point);
@@ -100,7 +100,11 @@ export class PointerTools {
     if (!event.isPrimary) return;
     const place = viewport.place(event);
     this.place = place;
-    gizmo.setSnapping(event.ctrlKey && gizmo.busy ? viewport.transformView(editor.pivot(), WORLD_BASIS, WORLD_BASIS).snapStep : undefined);
+    gizmo.setSnapping(
+      event.ctrlKey && gizmo.busy
+        ? viewport.transformView(editor.pivot(), WORLD_BASIS, WORLD_BASIS).snapStep
+        : undefined,
+    );
     const modifiers = { shift: event.shiftKey, ctrl: event.ctrlKey || event.metaKey };
     if (this.press === undefined) {
       if (editor.transforming) editor.pointerMoved(...place, modifiers);
@@ -109,7 +113,8 @@ export class PointerTools {
     }
     const { press } = this;
     press.moved ||= Math.hypot(place[0] - press.place[0], place[1] - press.place[1]) > SLACK;
-    if (press.moved && press.drag === undefined && press.point !== undefined) press.drag = this.grab(press.point, press.place);
+    if (press.moved && press.drag === undefined && press.point !== undefined)
+      press.drag = this.grab(press.point, press.place);
     press.drag?.move(...place, modifiers);
   }
 

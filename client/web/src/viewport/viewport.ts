@@ -65,6 +65,12 @@ export class Viewport {
     return projectAll(this.rig.camera, this.size, points);
   }
 
+  /** A ball in pixels; undefined behind the camera. */
+  disc(center: Vec3, radius: number): { x: number; y: number; radius: number } | undefined {
+    const at = this.project(center);
+    return at && { x: at[0], y: at[1], radius: radius * pixelsPerUnit(this.rig.camera, this.size, center) };
+  }
+
   ray(x: number, y: number): Ray {
     this.updateCamera();
     return rayAt(this.rig.camera, this.size, x, y);

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import type { App } from '../app';
+import type { MotionKind } from '../edit/motion';
+import { AXIS_NAMES, type Axis } from '../lattice/grid';
+import type { Settings } from '../state/settings';
+import type { Command } from '../ui/commands';
+import { onScene, tool } from './command_makers';
+
+export function transformCommands(app: App): Command[] {
+  const { settings } = app;
+  const begin = (kind: MotionKind, label: string, key: string): Command =>
+    onScene(
+      app,
+      'Transform',
+      kind,
+      label,
+      (scene) => {
+        if (!scene.beginTransform(kind)) app.toasts.tell('Select control points first: click one, or A for all.');
+      },
+      { keys: [key] },
+    );
+  const handles = (kind: MotionKind, label: string): Command => ({
+    id: `gizmo-${kind}`,
+    label,
+    group: 'Transform',
+    icon: kind,
+    run: () => settings.set({ gizmo: settings.value.gizmo === kind ? 'none' : kind, tool: 'select' }),
+    checked: () => settings.value.gizmo === kind,
+  });
+  const resize = (factor: number) => (): void =>
+    settings.set({ soft: { ...settings.value.soft, radius: settings.value.soft.radius * factor } });
+  return [
+    begin('move', 'Move', 'G'),
+    begin('rotate', 'Rotate', 'R'),
+    begin('scale', 'Scale', 'S'),
+    tool(app, 'pull', 'Pull the surface', ['P'], 'pull'),
+    handles('move', 'Move handles'),
+    handles('rotate', 'Rotate handles'),
+    handles('scale', 'Scale handles'),
+    cycle(app, 'orientation', 'Next axes', ',', ['world', 'lattice', 'view']),
+    cycle(app, 'pivot', 'Next pivot', '.', ['median', 'active', 'each']),
+    {
+      id: 'soft',
+      label: 'Soft selection',
+      group: 'Transform',
+      keys: ['O'],
+      icon: 'soft',
+      run: () => settings.set({ soft: { ...settings.value.soft, enabled: !settings.value.soft.enabled } }),
+      checked: () => settings.value.soft.enabled,
+    },
+    { id: 'soft-smaller', label: 'Smaller soft radius', group: 'Transform', keys: ['['], run: resize(1 / 1.2) },
+    { id: 'soft-larger', label: 'Larger soft radius', group: 'Transform', keys: [']'], run: resize(1.2) },
+    ...AXIS_NAMES.map((name, axis) => mirror(app, name, axis as Axis)),
+  ];
+}
+
+function mirror({ settings }: App, name: string, axis: Axis): Command {
+  const run = (): void => {
+    const mirror = [...settings.value.mirror] as [boolean, boolean, boolean];
+    mirror[axis] = !mirror[axis];
+    settings.set({ mirror });
+  };
+  return {
+    id: `mirror-${name}`,
+    label: `Mirror over ${name}`,
+    group: 'Transform',
+    keys: [`Alt+${name.toUpperCase()}`],
+    run,
+    checked: () => settings.value.mirror[axis],
+  };
+}
+
+function cycle<K extends 'orientation' | 'pivot'>(
+  { settings }: App,
+  key: K,
+  label: string,
+  chord: string,
+  values: readonly Settings[K][],
+): Command {
+  const run = (): void => {
+    const next = (values.indexOf(settings.value[key]) + 1) % values.length;
+    settings.set({ [key]: values[next] });
+  };
+  return { id: `cycle-${key}`, label, group: 'Transform', keys: [chord], run };
+}

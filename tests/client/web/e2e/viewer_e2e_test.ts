@@ -1,0 +1,295 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The viewer in Chromium against the real server, by the mouse and the keys of a person.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import type {} from '@src/main'; // window.latticed
+import { evaluate } from '@src/lattice/bspline';
+import { domain, frameEdges } from '@src/lattice/grid';
+import { latticeFromJson } from '@src/lattice/lattice_json';
+import { coordinates, distance, sub, type Vec3 } from '@src/lattice/vec';
+import type { SurfaceMesh } from '@src/surface/surface_mesh';
+import { launch, openPage } from './browser';
+import { ServerProcess } from './server_process';
+import { torusObj } from './torus';
+
+const OBJ = torusObj(12, 8);
+const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
+
+let server: ServerProcess;
+let browser: Browser;
+let page: Page;
+let errors: string[];
+
+async function shot(name: string, of = page): Promise<void> {
+  if (process.env.LATTICED_SHOTS) await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
+}
+
+function dropFile(name: string, text: string): Promise<void> {
+  return page.evaluate(
+    ([fileName, content]) => {
+      const dataTransfer = new DataTransfer();
+      dataTransfer.items.add(new File([content], fileName));
+      window.dispatchEvent(new DragEvent('drop', { dataTransfer, cancelable: true }));
+    },
+    [name, text] as const,
+  );
+}
+
+function controlPoint(of: Page, index: number): Promise<Vec3> {
+  return of.evaluate(
+    (i) => [...window.latticed.scene!.session.lattice.points.slice(3 * i, 3 * i + 3)] as unknown as Vec3,
+    index,
+  );
+}
+
+/** Where a control point is on the screen, in pixels of the page. */
+function onScreen(index: number): Promise<[number, number]> {
+  return page.evaluate((i) => {
+    const { viewport, scene } = window.latticed;
+    const points = scene!.session.lattice.points;
+    const [x, y] = viewport.project([points[3 * i], points[3 * i + 1], points[3 * i + 2]])!;
+    const box = viewport.canvas.getBoundingClientRect();
+    return [box.left + x, box.top + y];
+  }, index);
+}
+
+/** Waits until all detail of the newest edit is there. */
+async function settled(of = page): Promise<void> {
+  await of.waitForFunction(() => {
+    const { scene } = window.latticed;
+    const seen = (window as { seen?: { revision: number; fullDetail: boolean; at: number } }).seen;
+    return scene !== undefined && seen !== undefined && seen.fullDetail && performance.now() - seen.at > 400;
+  });
+}
+
+/** Notes updates as they come, for settled(). */
+function watchUpdates(of: Page): Promise<void> {
+  return of.evaluate(() => {
+    window.latticed.scene!.session.on('update', ({ revision, fullDetail }) =>
+      Object.assign(window, { seen: { revision, fullDetail, at: performance.now() } }),
+    );
+  });
+}
+
+/** Largest distance of a mesh vertex, deformed by the definition, from the nearest point received, in grid steps. */
+async function worstVertex(of: Page): Promise<number> {
+  const { points, step, lattice } = await of.evaluate(() => {
+    const surface = window.latticed.scene!.session.surface as unknown as SurfaceMesh;
+    const layout = surface.drawnLayout!;
+    const count = layout.patchCount * layout.pointsPerPatch;
+    const { frame, degree, size, knots, points: controls } = window.latticed.scene!.session.lattice;
+    return {
+      points: Array.from({ length: count }, (_, i) => surface.positionOf(i)),
+      step: surface.drawnStep!,
+      lattice: { frame, degree, size, knots: knots.map((k) => [...k]), points: [...controls] },
+    };
+  });
+  const { frame, degree, size, knots } = lattice;
+  const vector = ([x, y, z]: Vec3) => ({ x, y, z });
+  const axes = ([u, v, w]: Vec3) => ({ u, v, w });
+  const deformed = latticeFromJson(
+    JSON.stringify({
+      frame: { origin: vector(frame.origin), u: vector(frame.u), v: vector(frame.v), w: vector(frame.w) },
+      degree: axes(degree),
+      size: axes(size),
+      knotsU: knots[0],
+      knotsV: knots[1],
+      knotsW: knots[2],
+      controlPoints: lattice.points,
+    }),
+  );
+  const rest = OBJ.split('\n')
+    .filter((line) => line.startsWith('v '))
+    .map((line) => line.slice(2).split(' ').map(Number) as unknown as Vec3);
+  const misses = rest.map((p) => {
+    const x = coordinates(frameEdges(deformed.frame), sub(p, deformed.frame.origin));
+    const parameter = ([0, 1, 2] as const).map(
+      (a) => domain(deformed, a)[0] + x[a] * (domain(deformed, a)[1] - domain(deformed, a)[0]),
+    );
+    const target = evaluate(deformed, parameter as unknown as Vec3);
+    return Math.min(...points.map((q) => distance(q, target)));
+  });
+  return Math.max(...misses) / step;
+}
+
+before(async () => {
+  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
+  browser = await launch();
+  ({ page, errors } = await openPage(browser, server.origin));
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.kill();
+});
+
+test('a file that is no mesh is refused in words, on the page', async () => {
+  await dropFile('broken.obj', 'f 1 2 3\n');
+
+  await page
+    .locator('.fit .error')
+    .getByText(/vertex|vertices/i)
+    .waitFor();
+  await page.getByRole('button', { name: 'Cancel' }).click();
+  await dropFile('part.step', 'ISO-10303-21;');
+  await page.locator('.toast-error').getByText('part.step is no mesh').waitFor();
+  await page.locator('.toast-error').getByRole('button', { name: 'Close' }).click();
+  errors.length = 0; // the refused call is in the console too
+});
+
+test('a dropped file becomes a scene with the lattice that is asked for', async () => {
+  await dropFile('torus.obj', OBJ);
+  await page.getByText('96 vertices, 192 faces').waitFor();
+  await page.getByLabel('Points along u').fill('5');
+  await page.getByLabel('Points along u').press('Tab');
+  await page.getByText('80 control points').waitFor();
+  await page.getByLabel('Points along u').fill('4');
+  await page.getByLabel('Points along u').press('Tab');
+  await shot('viewer_fit');
+  await page.getByRole('button', { name: 'Create scene' }).click();
+
+  await page.locator('.connection[data-state=live]').waitFor();
+  await watchUpdates(page);
+  assert.match(page.url(), /\?scene=[0-9a-f]{32}$/);
+  assert.equal(await page.evaluate(() => window.latticed.scene!.session.lattice.count), 64);
+});
+
+test('the mouse drags a control point: it stays below the pointer, and the surface goes where the definition says', async () => {
+  const [x, y] = await onScreen(CORNER);
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  for (let step = 1; step <= 10; ++step) await page.mouse.move(x + 6 * step, y - 5 * step);
+  await page.mouse.up();
+
+  const [nowX, nowY] = await onScreen(CORNER);
+  assert.ok(Math.hypot(nowX - (x + 60), nowY - (y - 50)) < 2, `${[nowX - x, nowY - y]} is not 60, -50`);
+  await settled();
+  const worst = await worstVertex(page);
+  assert.ok(worst < 1, `${worst} steps`);
+  await shot('viewer_dragged');
+});
+
+test('G X 1 Enter moves by one along X, Ctrl-Z takes one gesture back', async () => {
+  const before = await controlPoint(page, CORNER);
+
+  for (const key of ['g', 'x', '1']) await page.keyboard.press(key);
+  assert.match(await page.locator('.hint').innerText(), /^Move\s+1\|\s+along X \(world\)$/);
+  await page.keyboard.press('Enter');
+  const moved = await controlPoint(page, CORNER);
+  await page.keyboard.press('Control+z');
+  await page.waitForFunction(([i, x]) => window.latticed.scene!.session.lattice.points[3 * i] === x, [
+    CORNER,
+    before[0],
+  ] as const);
+
+  assert.deepEqual(moved, [before[0] + 1, before[1], before[2]]);
+});
+
+test('Escape and a right click take a running transform back', async () => {
+  const before = await controlPoint(page, CORNER);
+  const [x, y] = await onScreen(CORNER);
+
+  for (const cancel of [
+    () => page.keyboard.press('Escape'),
+    () => page.mouse.click(x - 90, y + 40, { button: 'right' }),
+  ]) {
+    await page.mouse.move(x - 40, y + 40);
+    await page.keyboard.press('g');
+    await page.mouse.move(x - 90, y + 40);
+    assert.notDeepEqual(await controlPoint(page, CORNER), before);
+    await cancel();
+    assert.deepEqual(await controlPoint(page, CORNER), before);
+  }
+});
+
+test('points are selected by a click, a row, a plane, a box, all and none', async () => {
+  const selected = (): Promise<number> => page.evaluate(() => window.latticed.scene!.editor.selection.size);
+  const box = (await page.locator('canvas').boundingBox())!;
+
+  await page.mouse.click(...(await onScreen(CORNER)));
+  assert.equal(await selected(), 1);
+  await page.keyboard.press('u');
+  assert.equal(await selected(), 4);
+  await page.keyboard.press('Shift+W');
+  assert.equal(await selected(), 16);
+  await page.keyboard.press('a');
+  assert.equal(await selected(), 64);
+  await page.keyboard.press('Alt+a');
+  assert.equal(await selected(), 0);
+  await page.keyboard.press('Home');
+  await page.keyboard.press('b');
+  await page.mouse.move(box.x + 2, box.y + 2);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width - 2, box.y + box.height - 2, { steps: 3 });
+  await page.mouse.up();
+  await page.keyboard.press('b');
+  assert.equal(await selected(), 64);
+});
+
+test('a second window shows the same scene, follows, and may insert a knot that the first one takes over', async () => {
+  const { page: other, errors: otherErrors } = await openPage(browser, page.url());
+  await other.locator('.connection[data-state=live]').waitFor();
+  await watchUpdates(other);
+
+  await page.keyboard.press('Alt+a');
+  await page.mouse.click(...(await onScreen(0)));
+  for (const key of ['g', 'z', '-', '1', 'Enter']) await page.keyboard.press(key);
+  const moved = await controlPoint(page, 0);
+  await other.waitForFunction(([z]) => window.latticed.scene!.session.lattice.points[2] === z, [moved[2]] as const);
+  await settled(other);
+  assert.ok((await worstVertex(other)) < 1);
+
+  await other.keyboard.press('k');
+  await other.getByRole('button', { name: 'Insert' }).click();
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 80);
+  await settled();
+  assert.ok((await worstVertex(page)) < 1);
+  await shot('viewer_second_window', other);
+  assert.deepEqual(otherErrors, []);
+  await other.close();
+});
+
+test('the help lists the key of every command, and Escape closes it', async () => {
+  await page.keyboard.press('?');
+
+  const listed = await page.locator('.help dl kbd').allInnerTexts();
+  const keys = await page.evaluate(() =>
+    window.latticed.commands.list.flatMap(({ keys: k }) => (k === undefined ? [] : [k[0]])),
+  );
+  await shot('viewer_help');
+  assert.deepEqual(
+    keys.filter((key) => !listed.includes(key)),
+    [],
+  );
+  await page.keyboard.press('Escape');
+  assert.equal(await page.locator('.help').count(), 0);
+});
+
+test('the export dialog links to a file of the deformed surface', async () => {
+  await page.keyboard.press('Control+e');
+  const [download] = await Promise.all([page.waitForEvent('download'), page.getByText('Binary STL').click()]);
+
+  const stream = await download.createReadStream();
+  let bytes = 0;
+  for await (const part of stream) bytes += (part as Buffer).length;
+  assert.ok(bytes > 84 && (bytes - 84) % 50 === 0, `${bytes} bytes are no binary STL`);
+});
+
+test('a server that was killed and started again is said on the page, and gets the scene back', async () => {
+  assert.deepEqual(errors, []);
+  const before = await controlPoint(page, 0);
+
+  await server.kill();
+  await page.locator('.banner').waitFor({ state: 'visible' });
+  await server.restart();
+  await page.locator('.banner').waitFor({ state: 'hidden', timeout: 20_000 });
+
+  await settled();
+  assert.deepEqual(await controlPoint(page, 0), before);
+  assert.ok((await worstVertex(page)) < 1);
+});

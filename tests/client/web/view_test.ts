@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import { File } from 'node:buffer';
+import { test } from 'node:test';
+import { PerspectiveCamera } from 'three';
+import { fileKind, readMeshFile } from '@src/intake/mesh_file';
+import { objCornerUvs } from '@src/intake/obj_uvs';
+import { SAMPLES, sampleFile, type SampleName } from '@src/intake/samples';
+import { Commands, chordOf, tooltip, type Command } from '@src/ui/commands';
+import {
+  jacobianAt,
+  nearestPoint,
+  pixelsPerUnit,
+  pointsInBox,
+  project,
+  projectAll,
+  rayAt,
+} from '@src/viewport/projection';
+
+const size = { width: 800, height: 600 };
+
+/** Looks from z = 10 at the origin, y up; 90 degrees high, so that the origin's plane is 20 units high. */
+function camera(): PerspectiveCamera {
+  const made = new PerspectiveCamera(90, size.width / size.height, 1, 100);
+  made.position.set(0, 0, 10);
+  made.updateMatrixWorld();
+  return made;
+}
+
+function near(got: readonly number[], wanted: readonly number[], tolerance = 1e-9): void {
+  got.forEach((x, i) => assert.ok(Math.abs(x - wanted[i]) <= tolerance, `${got} is not ${wanted}`));
+}
+
+test('a point in pixels, and the ray under that pixel through the point', () => {
+  const [x, y] = project(camera(), size, [2, 1, 0])!;
+  near([x, y], [400 + 60, 300 - 30]);
+
+  const ray = rayAt(camera(), size, x, y);
+
+  const t = 10 / -ray.direction[2];
+  near([ray.origin[0] + t * ray.direction[0], ray.origin[1] + t * ray.direction[1]], [2, 1], 1e-5);
+  assert.equal(project(camera(), size, [0, 0, 11]), undefined);
+});
+
+test('pixels for a step in the world', () => {
+  const [right, down] = jacobianAt(camera(), size, [0, 0, 0]);
+
+  near([...right, ...down], [30, 0, 0, 0, -30, 0], 1e-3);
+  near([pixelsPerUnit(camera(), size, [0, 0, 0])], [30], 1e-3);
+});
+
+test('the nearest point in reach is picked, of two that overlap the front one', () => {
+  const projected = projectAll(camera(), size, [0, 0, 0, 0, 0, -5, 1, 0, 0, 0, 0, 20]);
+  const all = (): boolean => true;
+
+  assert.equal(nearestPoint(projected, 403, 300, 10, all), 0);
+  assert.equal(
+    nearestPoint(projected, 403, 300, 10, (i) => i !== 0),
+    1,
+  );
+  assert.equal(nearestPoint(projected, 428, 300, 10, all), 2);
+  assert.equal(nearestPoint(projected, 415, 300, 10, all), undefined);
+});
+
+test('a box takes the points inside, whichever corner it was begun at', () => {
+  const projected = projectAll(camera(), size, [0, 0, 0, 1, 1, 0, 3, 0, 0, 0, 0, 20]);
+
+  assert.deepEqual(
+    pointsInBox(projected, [440, 310], [390, 260], () => true),
+    [0, 1],
+  );
+});
+
+test('chords name letters by their key, digits of both pads, and other signs by themselves', () => {
+  const press = (key: string, code: string, more: object = {}) =>
+    chordOf({ key, code, ctrlKey: false, metaKey: false, altKey: false, shiftKey: false, ...more });
+
+  assert.equal(press('z', 'KeyZ', { ctrlKey: true }), 'Ctrl+Z');
+  assert.equal(press('Z', 'KeyZ', { metaKey: true, shiftKey: true }), 'Ctrl+Shift+Z');
+  assert.equal(press('å', 'KeyA', { altKey: true }), 'Alt+A');
+  assert.equal(press('1', 'Numpad1'), '1');
+  assert.equal(press('?', 'Slash', { shiftKey: true }), '?');
+  assert.equal(press('Escape', 'Escape'), 'Escape');
+});
+
+test('a key runs its command, unless the command cannot run', () => {
+  let runs = 0;
+  const command: Command = { id: 'a', label: 'All', group: 'Select', keys: ['A'], run: () => ++runs };
+  const press = { key: 'a', code: 'KeyA', ctrlKey: false, metaKey: false, altKey: false, shiftKey: false };
+
+  assert.equal(new Commands([command]).press(press), true);
+  assert.equal(new Commands([{ ...command, enabled: () => false }]).press(press), false);
+  assert.equal(runs, 1);
+  assert.equal(tooltip(command), 'All (A)');
+});
+
+test('files are told apart by their names, and others are refused in words', async () => {
+  assert.equal(fileKind('Teapot.v2.OBJ'), 'obj');
+  assert.equal(fileKind('lattice.json'), 'lattice');
+  assert.equal(fileKind('README'), undefined);
+  await assert.rejects(
+    readMeshFile(new File(['x'], 'part.step') as unknown as globalThis.File),
+    /part.step is no mesh that the server reads/,
+  );
+  await assert.rejects(readMeshFile(new File([], 'part.stl') as unknown as globalThis.File), /part.stl is empty/);
+});
+
+for (const [name, vertices, faces] of [
+  ['knot', 5760, 5760],
+  ['vase', 4704, 4608],
+  ['slab', 1681, 1600],
+] as const) {
+  test(`the sample ${name} has the quads that the page says, with corners that exist`, () => {
+    const lines = new TextDecoder()
+      .decode(sampleFile(name as SampleName).bytes)
+      .trimEnd()
+      .split('\n');
+    const count = (word: string): number => lines.filter((line) => line.startsWith(`${word} `)).length;
+    const corners = lines.filter((line) => line.startsWith('f ')).flatMap((line) => line.slice(2).split(' '));
+
+    assert.deepEqual([count('v'), count('f')], [vertices, faces]);
+    assert.ok(corners.every((c) => Number(c.split('/')[0]) <= vertices && Number(c.split('/')[1]) <= count('vt')));
+    assert.equal(SAMPLES[name].note, `${faces.toLocaleString('en')} quads`);
+  });
+}
+
+test('texture coordinates of OBJ corners come in the order of faces, also counted from the end, 0 where there are none', () => {
+  const text = 'v 0 0 0\nvt 0 0.25\nvt 0.5 1\nf 1/2 2/1/7 3\nvt 1 1\nf 1/-1 2/-3 3/2 \r\n';
+
+  assert.deepEqual([...objCornerUvs(text)!], [0.5, 1, 0, 0.25, 0, 0, 1, 1, 0, 0.25, 0.5, 1]);
+  assert.equal(objCornerUvs('v 0 0 0\nf 1 1 1'), undefined);
+});
