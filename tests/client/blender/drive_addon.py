@@ -28,13 +28,13 @@ def coordinates(mesh):
 
 def wait_for(condition, what):
     """Timers do not run in the background: their function is called here."""
-    from latticed_blender import live
+    from latticed_blender.live import LIVE
 
     deadline = time.monotonic() + 60
     while not condition():
-        check(time.monotonic() < deadline, f"{what} did not happen: {live.status()}")
+        check(time.monotonic() < deadline, f"{what} did not happen: {LIVE.status}")
         bpy.context.view_layer.update()
-        live.tick()
+        LIVE.tick()
         time.sleep(0.01)
 
 
@@ -174,12 +174,12 @@ def follows_the_view(rest):
     wait_for(lambda: not result().data.use_auto_smooth, "no normals")
 
 
-def says_what_is_wrong(live):
+def says_what_is_wrong():
+    from latticed_blender.live import LIVE
+
     settings = bpy.context.scene.latticed
     bpy.data.objects.remove(objects()[1])
-    wait_for(
-        lambda: live.status() == "Disconnected: the lattice is gone", "noticing that the lattice is gone"
-    )
+    wait_for(lambda: LIVE.status == "Disconnected: the lattice is gone", "noticing that the lattice is gone")
     try:
         bpy.ops.latticed.connect()
         check(False, "it connected without a lattice")
@@ -188,27 +188,27 @@ def says_what_is_wrong(live):
     make_lattice()
     settings.address = "127.0.0.1:1"
     bpy.ops.latticed.connect()
-    wait_for(lambda: not live.connected(), "noticing that there is no server")
-    check(live.status() == "No server answers at 127.0.0.1:1", f"without a server it says: {live.status()}")
+    wait_for(lambda: not LIVE.connected, "noticing that there is no server")
+    check(LIVE.status == "No server answers at 127.0.0.1:1", f"without a server it says: {LIVE.status}")
 
 
 def main(addon):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.preferences.addon_install(filepath=addon)
     bpy.ops.preferences.addon_enable(module="latticed_blender")
-    from latticed_blender import live
+    from latticed_blender.live import LIVE
 
     bpy.context.scene.latticed.address = os.environ["LATTICED_SERVER"]
     print("drive_addon: seed", SEED)
     random = np.random.default_rng(SEED)
     make_objects()
     rest = follows_every_interpolation(random)
-    print("drive_addon:", live.status())
+    print("drive_addon:", LIVE.status)
     follows_undo(rest, random)
     follows_edit_mode(rest)
     follows_a_shape_key(rest, random)
     follows_the_view(rest)
-    says_what_is_wrong(live)
+    says_what_is_wrong()
     check(bpy.ops.latticed.disconnect() == {"FINISHED"}, "it did not disconnect")
     bpy.ops.preferences.addon_disable(module="latticed_blender")
 
