@@ -1,10 +1,13 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 """What a person sees: the tab "latticed" of the 3D view's sidebar."""
+import textwrap
+
 import bpy
 
 from .live import LIVE
 
+_STATUS_WIDTH = 28  # characters that a sidebar of the usual width has room for
 _NORMALS = (
     ("FACET", "Facet", "The exact normals of the deformed surface: the mesh's faces stay visible"),
     ("SMOOTH", "Smooth", "The mesh's vertex normals, carried along by the deformation"),
@@ -115,7 +118,8 @@ class LATTICED_PT_panel(bpy.types.Panel):
             layout.operator("latticed.connect", icon="LINKED")
         layout.prop(settings, "segments")
         layout.prop(settings, "normals")
-        layout.label(text=LIVE.status)
+        for line in textwrap.wrap(LIVE.status, _STATUS_WIDTH):
+            layout.label(text=line)
 
 
 _CLASSES = (LatticedSettings, LATTICED_OT_connect, LATTICED_OT_disconnect, LATTICED_PT_panel)
