@@ -66,6 +66,7 @@ def result():
 
 def by_the_modifier(rest):
     """Where Blender's own lattice modifier puts points that are at `rest`."""
+    bpy.context.view_layer.update()
     torus, lattice = objects()
     mesh = bpy.data.meshes.new("points")
     mesh.vertices.add(len(rest))
@@ -165,6 +166,36 @@ def follows_edit_mode(rest):
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
+def compare_vertices(what):
+    """As compare, of the mesh's vertices alone: each is a point of the result, whatever the patches are."""
+    rest = coordinates(objects()[0].data)
+    expected = by_the_modifier(rest)
+    check(np.abs(expected - rest).max() > 0.1, f"{what}: the lattice moves nothing")
+
+    def worst():
+        shown = coordinates(result().data)
+        return np.linalg.norm(expected[:, None] - shown, axis=-1).min(axis=1).max()
+
+    wait_for(lambda: worst() < 2 * TOLERANCE, what)  # 2: of all three coordinates
+    print(f"drive_addon: {what}: {len(expected)} vertices, at most {worst():.1e} from Blender's modifier")
+
+
+def follows_other_structures(random):
+    set_points(lambda place: place + 0.3 * random.standard_normal(3))
+    compare_vertices("an edit")
+    torus, lattice = objects()
+    lattice.location = (0.4, 0.3, 0.2)
+    compare_vertices("the lattice's own move")
+    torus.rotation_euler = (0.1, 0.5, 0.2)
+    compare_vertices("the mesh's own turn")
+    for vertex in torus.data.vertices[:10]:
+        vertex.co *= 1.3
+    torus.data.update()
+    compare_vertices("an edit of the mesh")
+    lattice.data.points_u = 5
+    compare_vertices("more lattice points")
+
+
 def follows_the_view(rest):
     settings = bpy.context.scene.latticed
     settings.segments = 2 * settings.segments
@@ -207,6 +238,7 @@ def main(addon):
     follows_undo(rest, random)
     follows_edit_mode(rest)
     follows_a_shape_key(rest, random)
+    follows_other_structures(random)
     follows_the_view(rest)
     says_what_is_wrong()
     check(bpy.ops.latticed.disconnect() == {"FINISHED"}, "it did not disconnect")
