@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/latticed_client.h"
 
+#include <functional>
 #include <random>
 #include <utility>
 
@@ -21,17 +22,35 @@ std::string RandomHexDigits() {
   return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
 }
 
+using ContextMaker = std::function<std::unique_ptr<grpc::ClientContext>()>;
+
+template <typename Stub, typename Request, typename Response>
+using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Response*);
+
 // A request of `stop` cancels it.
 template <typename Stub, typename Request, typename Response>
-absl::StatusOr<Response> Call(Stub& stub,
-                              grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
-                                                           Response*),
-                              const std::unique_ptr<grpc::ClientContext>& context,
-                              const Request& request, const std::stop_token& stop) {
+absl::StatusOr<Response> CallOnce(Stub& stub, Method<Stub, Request, Response> method,
+                                  const ContextMaker& new_context, const Request& request,
+                                  const std::stop_token& stop) {
+  const auto context = new_context();
   const std::stop_callback cancel(stop, [&context] { context->TryCancel(); });
   Response response;
   const grpc::Status status = (stub.*method)(context.get(), request, &response);
   if (!status.ok()) return FromGrpc(status, *context);
+  return response;
+}
+
+// Made again after a break: of a call that is no deletion twice is as once.
+template <typename Stub, typename Request, typename Response>
+absl::StatusOr<Response> Call(Stub& stub, Method<Stub, Request, Response> method,
+                              const ContextMaker& new_context, const Request& request,
+                              const std::stop_token& stop) {
+  absl::StatusOr<Response> response;
+  const absl::Status status = WithRetries(stop, [&] {
+    response = CallOnce(stub, method, new_context, request, stop);
+    return response.status();
+  });
+  if (!status.ok()) return status;
   return response;
 }
 
@@ -54,6 +73,9 @@ std::unique_ptr<Client> Client::Connect(const Connection& connection, std::stop_
         {connection.tls_ca_pem, connection.tls_key_pem, connection.tls_cert_pem});
   }
   grpc::ChannelArguments arguments;
+  // grpc waits a second before it connects anew, and up to two minutes later on: long for a drag.
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 5'000);
   // One that vanished without a word is noticed after these two together.
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
@@ -79,8 +101,9 @@ std::unique_ptr<grpc::ClientContext> Client::NewContext(const std::string& scene
 }
 
 absl::StatusOr<v1::ServerInfo> Client::GetServerInfo() {
-  return Call(*server_, &v1::ServerService::Stub::GetServerInfo, NewContext(),
-              v1::GetServerInfoRequest(), stop_);
+  return Call(
+      *server_, &v1::ServerService::Stub::GetServerInfo, [&] { return NewContext(); },
+      v1::GetServerInfoRequest(), stop_);
 }
 
 absl::Status Client::CheckHealth() {
@@ -98,7 +121,8 @@ absl::Status Client::CheckHealth() {
 absl::StatusOr<v1::Mesh> Client::GetMesh(const std::string& id) {
   v1::GetMeshRequest request;
   request.set_mesh(id);
-  return Call(*meshes_, &v1::MeshService::Stub::GetMesh, NewContext(), request, stop_);
+  return Call(
+      *meshes_, &v1::MeshService::Stub::GetMesh, [&] { return NewContext(); }, request, stop_);
 }
 
 absl::StatusOr<std::vector<v1::Mesh>> Client::ListMeshes(const std::string& filter) {
@@ -106,8 +130,8 @@ absl::StatusOr<std::vector<v1::Mesh>> Client::ListMeshes(const std::string& filt
   request.set_filter(filter);
   std::vector<v1::Mesh> meshes;
   do {
-    const auto page =
-        Call(*meshes_, &v1::MeshService::Stub::ListMeshes, NewContext(), request, stop_);
+    const auto page = Call(
+        *meshes_, &v1::MeshService::Stub::ListMeshes, [&] { return NewContext(); }, request, stop_);
     if (!page.ok()) return page.status();
     meshes.insert(meshes.end(), page->meshes().begin(), page->meshes().end());
     request.set_page_token(page->next_page_token());
@@ -119,21 +143,23 @@ absl::Status Client::DeleteMesh(const std::string& mesh, bool force) {
   v1::DeleteMeshRequest request;
   request.set_mesh(mesh);
   request.set_force(force);
-  return Call(*meshes_, &v1::MeshService::Stub::DeleteMesh, NewContext(), request, /*stop=*/{})
+  return CallOnce(*meshes_, &v1::MeshService::Stub::DeleteMesh, [&] { return NewContext(); },
+                  request, /*stop=*/{})
       .status();
 }
 
 absl::StatusOr<v1::Scene> Client::CreateScene(v1::CreateSceneRequest request) {
   if (stop_.stop_requested()) return Stopped();
   if (request.scene_id().empty()) request.set_scene_id(RandomSceneId());
-  return Call(*scenes_, &v1::SceneService::Stub::CreateScene, NewContext(request.scene_id()),
-              request, /*stop=*/{});
+  return Call(*scenes_, &v1::SceneService::Stub::CreateScene,
+              [&] { return NewContext(request.scene_id()); }, request, /*stop=*/{});
 }
 
 absl::StatusOr<v1::Scene> Client::GetScene(const std::string& id) {
   v1::GetSceneRequest request;
   request.set_scene(id);
-  return Call(*scenes_, &v1::SceneService::Stub::GetScene, NewContext(id), request, stop_);
+  return Call(
+      *scenes_, &v1::SceneService::Stub::GetScene, [&] { return NewContext(id); }, request, stop_);
 }
 
 absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& filter) {
@@ -141,8 +167,9 @@ absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& fil
   request.set_filter(filter);
   std::vector<v1::Scene> scenes;
   do {
-    const auto page =
-        Call(*scenes_, &v1::SceneService::Stub::ListScenes, NewContext(), request, stop_);
+    const auto page = Call(
+        *scenes_, &v1::SceneService::Stub::ListScenes, [&] { return NewContext(); }, request,
+        stop_);
     if (!page.ok()) return page.status();
     scenes.insert(scenes.end(), page->scenes().begin(), page->scenes().end());
     request.set_page_token(page->next_page_token());
@@ -153,28 +180,33 @@ absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& fil
 absl::Status Client::DeleteScene(const std::string& scene) {
   v1::DeleteSceneRequest request;
   request.set_scene(scene);
-  return Call(*scenes_, &v1::SceneService::Stub::DeleteScene, NewContext(scene), request,
-              /*stop=*/{})
+  return CallOnce(*scenes_, &v1::SceneService::Stub::DeleteScene, [&] { return NewContext(scene); },
+                  request,
+                  /*stop=*/{})
       .status();
 }
 
 absl::StatusOr<v1::LatticeState> Client::GetLattice(const std::string& scene) {
   v1::GetLatticeRequest request;
   request.set_scene(scene);
-  return Call(*scenes_, &v1::SceneService::Stub::GetLattice, NewContext(scene), request, stop_);
+  return Call(
+      *scenes_, &v1::SceneService::Stub::GetLattice, [&] { return NewContext(scene); }, request,
+      stop_);
 }
 
 absl::StatusOr<v1::EditResult> Client::ApplyEdits(const v1::EditBatch& batch) {
   const Turns::Turn turn =
       edit_turns_.Wait(fmt::format("{} {}", batch.scene(), batch.editor_id()), batch.sequence());
-  return Call(*scenes_, &v1::SceneService::Stub::ApplyEdits, NewContext(batch.scene()), batch,
-              stop_);
+  return Call(
+      *scenes_, &v1::SceneService::Stub::ApplyEdits, [&] { return NewContext(batch.scene()); },
+      batch, stop_);
 }
 
 absl::StatusOr<v1::EvaluatePointsResponse> Client::EvaluatePoints(
     const v1::EvaluatePointsRequest& request) {
-  return Call(*scenes_, &v1::SceneService::Stub::EvaluatePoints, NewContext(request.scene()),
-              request, stop_);
+  return Call(
+      *scenes_, &v1::SceneService::Stub::EvaluatePoints,
+      [&] { return NewContext(request.scene()); }, request, stop_);
 }
 
 absl::StatusOr<std::unique_ptr<WatchStream>> Client::Watch(v1::WatchRequest watch,

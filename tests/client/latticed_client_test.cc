@@ -11,6 +11,7 @@
 #include "absl/time/clock.h"
 #include "core/base/error.h"
 #include "core/mesh/mesh_io.h"
+#include "tests/client/cutting_proxy.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/quiet_server.h"
 #include "tests/support/status_matchers.h"
@@ -118,6 +119,49 @@ TEST_F(ClientTest, AStopCancelsAllButDeletions) {
   }
   EXPECT_OK(client.DeleteScene(scene->id()));
   EXPECT_OK(client.DeleteMesh(mesh->id(), /*force=*/false));
+}
+
+TEST_F(ClientTest, CallsAndStreamsOutliveCutConnectionsAndEveryEditCountsOnce) {
+  CuttingProxy proxy(server_->address());
+  const auto client = Client::Connect({.address = proxy.address()});
+  v1::MeshHeader header;
+  header.set_format(v1::MESH_FORMAT_OBJ);
+  const auto mesh = client->UploadMesh("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", header);
+  ASSERT_OK(mesh);
+  v1::CreateSceneRequest request;
+  request.set_mesh(mesh->id());
+  proxy.Cut();
+  const auto scene = client->CreateScene(request);
+  ASSERT_OK(scene);
+  v1::WatchRequest watch;
+  watch.set_scene(scene->id());
+  const auto stream = client->Deform(watch);
+  ASSERT_OK(stream);
+  v1::EditBatch batch;
+  batch.add_edits()->mutable_move_control_points()->add_indices(0);
+  batch.mutable_edits(0)->mutable_move_control_points()->mutable_offset()->set_x(1);
+  const double rest = (*stream)->surface().lattice().lattice().control_points(0);
+
+  uint64_t last = 0;
+  for (int i = 0; i < 20; ++i) {
+    const auto sequence = (*stream)->Send(batch);
+    ASSERT_OK(sequence);
+    last = *sequence;
+    if (i % 6 == 5) proxy.Cut();
+    if (i % 3 == 2) {
+      ASSERT_OK((*stream)->WaitFor(last));
+    }
+  }
+  const auto update = (*stream)->WaitFor(last);
+
+  ASSERT_OK(update);
+  EXPECT_EQ(update->end.revision(), 20u);
+  EXPECT_GE((*stream)->reconnections(), 3);
+  proxy.Cut();
+  const auto lattice = client->GetLattice(scene->id());
+  ASSERT_OK(lattice);
+  EXPECT_EQ(lattice->revision(), 20u);
+  EXPECT_NEAR(lattice->lattice().control_points(0) - rest, 20, 1e-9);
 }
 
 TEST_F(ClientTest, ExportsCarryUpAxisAndUnit) {

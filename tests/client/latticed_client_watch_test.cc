@@ -115,25 +115,28 @@ TEST_F(WatchStreamTest, AcknowledgesEveryUpdateAndAnswersHeartbeats) {
   }
 }
 
-TEST_F(WatchStreamTest, OpensItselfAgainWithItsTokenAfterABreakAndAGoaway) {
+TEST_F(WatchStreamTest, OpensItselfAgainWithItsTokenAfterBreaksAndAGoaway) {
   service_.failures[1] = grpc::Status(grpc::StatusCode::UNAVAILABLE, "broken");
   service_.goaways[2] = 0;
+  service_.failures[3] = grpc::Status(grpc::StatusCode::CANCELLED, "cut by a proxy");
+  service_.failures[4] = grpc::Status(grpc::StatusCode::INTERNAL, "cut by a proxy");
   {
     const auto watch = Open();
     ASSERT_OK(watch);
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < 4; ++i) {
       const auto update = (*watch)->Next();
       ASSERT_OK(update);
       EXPECT_TRUE(update->has_value());
     }
-    EXPECT_EQ((*watch)->reconnections(), 2);
-    EXPECT_EQ((*watch)->hello().watch_id(), "watch 3");
+    EXPECT_EQ((*watch)->reconnections(), 4);
+    EXPECT_EQ((*watch)->hello().watch_id(), "watch 5");
   }
   server_.Shutdown();
-  ASSERT_EQ(service_.opened.size(), 3u);
+  ASSERT_EQ(service_.opened.size(), 5u);
   EXPECT_EQ(service_.opened[0].resume_token(), "");
-  EXPECT_EQ(service_.opened[1].resume_token(), "token 1");
-  EXPECT_EQ(service_.opened[2].resume_token(), "token 2");
+  for (size_t i = 1; i < 5; ++i) {
+    EXPECT_EQ(service_.opened[i].resume_token(), "token " + std::to_string(i));
+  }
 }
 
 TEST_F(WatchStreamTest, OtherErrorsEndIt) {

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, List, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -55,12 +55,13 @@ def map_axis(interpolation: str, count: int, low: float, high: float) -> AxisMap
     ValueError for an interpolation that Blender does not have."""
     if interpolation not in INTERPOLATIONS:
         raise ValueError(f"no lattice interpolation is called {interpolation!r}")
-    # Past a whole spacing D is constant: one knot box reaches to the mesh's end, with room to spare.
-    begin = math.floor(min(low, -1.0)) - 1.0 if low < 0 else None
-    end = math.ceil(max(high, float(count))) + 1.0 if high > count - 1 else None
     if count == 1:  # the same displacement everywhere
         first, last = math.floor(low) - 1.0, math.ceil(high) + 1.0
         return AxisMap(1, np.array([first, first, last, last]), np.ones((2, 1)))
+    # Where the mesh reaches out of the lattice the domain does too. From one spacing on D is constant: there a
+    # single knot box goes on past the mesh's end.
+    begin = math.floor(min(low, -1.0)) - 1.0 if low < 0 else None
+    end = math.ceil(max(high, float(count))) + 1.0 if high > count - 1 else None
     if interpolation == "KEY_LINEAR":
         return _linear(count, begin, end)
     if interpolation == "KEY_BSPLINE":
@@ -80,43 +81,41 @@ def _map(degree: int, knots: List[float], rows: List[Row]) -> AxisMap:
     return AxisMap(degree, np.array(knots), np.array(rows))
 
 
-def _linear(count: int, begin: Any, end: Any) -> AxisMap:
-    inner = [float(k) for k in range(count)]
-    lower, upper = [0.0] if begin is None else [begin] * 2, [inner[-1]] if end is None else [end] * 2
-    first, last = 0 if begin is None else -1, count if end is None else count + 1
-    return _map(1, lower + inner + upper, [_of(i, count) for i in range(first, last)])
+def _linear(count: int, begin: Optional[float], end: Optional[float]) -> AxisMap:
+    last = count - 1.0
+    lower, upper = [0.0] if begin is None else [begin] * 2, [last] if end is None else [end] * 2
+    first = 0 if begin is None else -1
+    knots = lower + [float(k) for k in range(count)] + upper
+    return _map(1, knots, [_of(first + i, count) for i in range(len(knots) - 2)])
 
 
-def _b_spline(count: int, begin: Any, end: Any) -> AxisMap:
-    """Where a function has another displacement than the end's, its knots are integers, -1 or above."""
+def _b_spline(count: int, begin: Optional[float], end: Optional[float]) -> AxisMap:
+    """A function whose displacement is not the end's has knots from -1 to count alone: integers, in both cases."""
     last = count - 1.0
     lower = [-3.0, -2.0, -1.0] if begin is None else [begin] * 4 + [-1.0]
     upper = [last + 1, last + 2, last + 3] if end is None else [last + 1] + [end] * 4
-    knots = lower + [float(k) for k in range(count)] + upper
     first = -1 if begin is None else -3
+    knots = lower + [float(k) for k in range(count)] + upper
     return _map(3, knots, [_of(first + i, count) for i in range(len(knots) - 4)])
 
 
-def _hermite(count: int, tension: float, begin: Any, end: Any) -> AxisMap:
+def _hermite(count: int, tension: float, begin: Optional[float], end: Optional[float]) -> AxisMap:
     first, last = 0 if begin is None else -1, count - 1 if end is None else count
-    ends = (float(first) if begin is None else begin, float(last) if end is None else end)
 
     def beside(index: int, side: int) -> Row:
         """The control point before (-1) or after (1) the knot of a lattice point."""
         tangent = tension * (_of(index + 1, count) - _of(index - 1, count))
         return _of(index, count) + side / 3.0 * tangent
 
-    knots, rows = [ends[0]] * 4, [_of(first, count)]
-    if begin is not None:
-        rows.append(_of(first, count))
+    knots = [float(first) if begin is None else begin] * 4
+    rows = [_of(first, count)] * (1 if begin is None else 2)
     for index in range(first, last + 1):
-        inside = (begin is not None or index > first) and (end is not None or index < last)
-        if inside:
+        is_begin, is_end = begin is None and index == first, end is None and index == last
+        if not (is_begin or is_end):
             knots += [float(index)] * 2
-        if begin is not None or index > first:
+        if not is_begin:
             rows.append(beside(index, -1))
-        if end is not None or index < last:
+        if not is_end:
             rows.append(beside(index, 1))
-    if end is not None:
-        rows.append(_of(last, count))
-    return _map(3, knots + [ends[1]] * 4, rows + [_of(last, count)])
+    rows += [_of(last, count)] * (1 if end is None else 2)
+    return _map(3, knots + [float(last) if end is None else end] * 4, rows)

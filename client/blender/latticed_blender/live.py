@@ -16,31 +16,8 @@ from .live_session import LiveSession
 
 _TICK_SECONDS = 0.02
 
-_session = None
-_scene = ""  # name of the scene that it belongs to
-_failure = ""  # why the last one ended, for the panel
-_shown = ""  # the status that the panel shows
-_dirty = set()  # of "mesh", "lattice", "view": what is to be read again
-_grid = None  # the lattice as it was read last
-_newest = None  # the surface that the result shows
 
-
-def _settings():
-    """None where the scene is gone."""
-    scene = bpy.data.scenes.get(_scene)
-    return scene.latticed if scene is not None else None
-
-
-def status():
-    """In words."""
-    return _session.status if _session is not None else _failure or "Not connected"
-
-
-def connected():
-    return _session is not None
-
-
-def view(settings):
+def _view(settings):
     return latticed.View(
         segments=settings.segments,
         normals=settings.normals.lower(),
@@ -50,138 +27,159 @@ def view(settings):
     )
 
 
-def connect(scene, source, lattice):
-    """ValueError, in words, for objects that cannot be shown."""
-    global _session, _scene, _failure, _grid, _newest
-    disconnect()
-    settings = scene.latticed
-    mesh, _grid = blender_data.read_mesh(source), blender_data.read_lattice(lattice, source)
-    settings.source, settings.lattice = source, lattice
-    if settings.result is None or settings.result.parent != source:
-        settings.result = blender_data.make_result(source)
-    _session = LiveSession(settings.address, mesh, _grid, view(settings), settings.token)
-    _scene, _failure, _newest = scene.name, "", None
-    _dirty.clear()
-    if not bpy.app.timers.is_registered(tick):
-        bpy.app.timers.register(tick, persistent=True)
+class Live:
+    """connected   whether there is a session
+    status      of it, or why it ended, in words
+    """
+
+    def __init__(self):
+        self._session = None
+        self._scene = ""  # name of the scene that it belongs to
+        self._ended = "Not connected"
+        self._shown = ""  # the status that panels show
+        self._dirty = set()  # of "mesh", "lattice", "view": what is to be read again
+        self._grid = None  # the lattice as it was read last
+        self._newest = None  # the surface that the result shows
+
+    @property
+    def connected(self):
+        return self._session is not None
+
+    @property
+    def status(self):
+        return self._session.status if self.connected else self._ended
+
+    def connect(self, scene, source, lattice):
+        """ValueError, in words, for objects that cannot be shown."""
+        self.disconnect()
+        settings = scene.latticed
+        mesh, grid = blender_data.read_mesh(source), blender_data.read_lattice(lattice, source)
+        settings.source, settings.lattice = source, lattice
+        if settings.result is None or settings.result.parent != source:
+            settings.result = blender_data.make_result(source)
+        self._session = LiveSession(settings.address, mesh, grid, _view(settings), settings.token)
+        self._scene, self._grid, self._newest = scene.name, grid, None
+        self._dirty.clear()
+        if not bpy.app.timers.is_registered(tick):
+            bpy.app.timers.register(tick, persistent=True)
+
+    def disconnect(self, reason="Not connected"):
+        """The result stays as it is."""
+        if self.connected:
+            self._session.close()
+        self._session, self._ended = None, reason
+
+    def touch(self, what):
+        """Something is to be read again at the next tick."""
+        if self.connected:
+            self._dirty.add(what)
+
+    def tick(self):
+        """Runs every few milliseconds while there is a session; returns when to run again."""
+        if self.connected:
+            self._step(self._settings())
+        self._show_status()
+        return _TICK_SECONDS if self.connected else None
+
+    def notice(self, updates):
+        """Takes in what a depsgraph tells of."""
+        settings = self._settings()
+        if not self.connected or self._what_is_gone(settings):
+            return
+        for update in updates:
+            changed = update.id.original
+            if changed in (settings.lattice, settings.lattice.data):
+                self.touch("lattice")
+            elif changed == settings.source and update.is_updated_transform:
+                self.touch("lattice")  # seen from the mesh it has moved
+            elif changed == settings.source.data and update.is_updated_geometry:
+                self.touch("mesh")
+
+    def after_undo(self):
+        """Undo brings back an older result, and maybe an older lattice and mesh."""
+        for what in ("mesh", "lattice", "view"):
+            self.touch(what)
+        settings = self._settings()
+        if self.connected and self._newest is not None and not self._what_is_gone(settings):
+            blender_data.write_surface(settings.result, self._newest)
+
+    def _settings(self):
+        """None where the scene is gone."""
+        scene = bpy.data.scenes.get(self._scene)
+        return scene.latticed if scene is not None else None
+
+    @staticmethod
+    def _what_is_gone(settings):
+        """Objects that were deleted may still stand in the settings, but in no scene."""
+        if settings is None:
+            return "scene"
+        needed = (("mesh", settings.source), ("lattice", settings.lattice), ("result", settings.result))
+        return next((what for what, thing in needed if thing is None or not thing.users_scene), "")
+
+    def _step(self, settings):
+        gone = self._what_is_gone(settings)
+        if gone:
+            self.disconnect(f"Disconnected: the {gone} is gone")
+        elif not self._session.running:
+            self.disconnect(self._session.status)
+        else:
+            try:
+                self._send(settings)
+            except ValueError as error:
+                self.disconnect(str(error))
+        surface = self._session.take() if self.connected else None
+        if surface is not None:
+            self._newest = surface
+            blender_data.write_surface(settings.result, surface)
+
+    def _send(self, settings):
+        mesh = grid = view = None
+        if "mesh" in self._dirty:
+            mesh = blender_data.read_mesh(settings.source)
+        if "lattice" in self._dirty:
+            grid = self._grid = blender_data.read_lattice(settings.lattice, settings.source, self._grid)
+        if "view" in self._dirty:
+            view = _view(settings)
+        if self._dirty:
+            self._dirty.clear()
+            self._session.change(mesh, grid, view)
+
+    def _show_status(self):
+        if self._shown == self.status:
+            return
+        self._shown = self.status
+        for window in bpy.context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.type == "VIEW_3D":
+                    area.tag_redraw()
 
 
-def disconnect(reason=""):
-    """The result stays as it is."""
-    global _session, _failure
-    if _session is not None:
-        _session.close()
-    _session, _failure = None, reason
-
-
-def touch(what):
-    """Something is to be read again at the next tick."""
-    _dirty.add(what)
+LIVE = Live()
 
 
 def tick():
-    """Runs every few milliseconds while there is a session; returns when to run again."""
-    global _newest
-    if _session is None:
-        _show_status()
-        return None
-    settings = _settings()
-    gone = _what_is_gone(settings)
-    if gone:
-        disconnect(f"Disconnected: the {gone} is gone")
-    elif not _session.running:
-        disconnect(_session.status)
-    else:
-        try:
-            _send(settings)
-        except ValueError as error:
-            disconnect(str(error))
-    if _session is not None:
-        surface = _session.take()
-        if surface is not None:
-            _newest = surface
-            blender_data.write_surface(settings.result, surface)
-    _show_status()
-    return _TICK_SECONDS
-
-
-def _what_is_gone(settings):
-    """Objects that were deleted still stand in the settings, but in no scene."""
-    if settings is None:
-        return "scene"
-    for what, thing in (
-        ("mesh", settings.source),
-        ("lattice", settings.lattice),
-        ("result", settings.result),
-    ):
-        if thing is None or not thing.users_scene:
-            return what
-    return ""
-
-
-def _send(settings):
-    global _grid
-    if not _dirty:
-        return
-    change = {}
-    if "mesh" in _dirty:
-        change["mesh"] = blender_data.read_mesh(settings.source)
-    if "lattice" in _dirty:
-        _grid = change["grid"] = blender_data.read_lattice(settings.lattice, settings.source, _grid)
-    if "view" in _dirty:
-        change["view"] = view(settings)
-    _dirty.clear()
-    _session.change(**change)
-
-
-def _show_status():
-    global _shown
-    if _shown == status():
-        return
-    _shown = status()
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+    return LIVE.tick()
 
 
 @persistent
-def on_depsgraph_update(scene, depsgraph):
-    if _session is None:
-        return
-    settings = _settings()
-    if _what_is_gone(settings):
-        return
-    for update in depsgraph.updates:
-        changed = update.id.original
-        if changed in (settings.lattice, settings.lattice.data):
-            touch("lattice")
-        elif changed == settings.source and update.is_updated_transform:
-            touch("lattice")  # seen from the mesh it has moved
-        elif changed == settings.source.data and update.is_updated_geometry:
-            touch("mesh")
+def on_depsgraph_update(_, depsgraph):
+    LIVE.notice(depsgraph.updates)
 
 
 @persistent
 def on_frame_change(*_):
     """Which tells of no single objects."""
-    touch("lattice")
+    LIVE.touch("lattice")
 
 
 @persistent
 def on_undo(*_):
-    """Undo brings back an older result, and maybe an older lattice and mesh."""
-    if _session is None:
-        return
-    _dirty.update(("mesh", "lattice", "view"))
-    settings = _settings()
-    if _newest is not None and not _what_is_gone(settings):
-        blender_data.write_surface(settings.result, _newest)
+    LIVE.after_undo()
 
 
 @persistent
 def on_load(*_):
-    disconnect()
+    LIVE.disconnect()
 
 
 _HANDLERS = {
@@ -199,7 +197,7 @@ def register():
 
 
 def unregister():
-    disconnect()
+    LIVE.disconnect()
     for name, handler in _HANDLERS.items():
         getattr(bpy.app.handlers, name).remove(handler)
     if bpy.app.timers.is_registered(tick):

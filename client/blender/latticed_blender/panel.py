@@ -1,10 +1,13 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 """What a person sees: the tab "latticed" of the 3D view's sidebar."""
+import textwrap
+
 import bpy
 
-from . import live
+from .live import LIVE
 
+_STATUS_WIDTH = 28  # characters that a sidebar of the usual width has room for
 _NORMALS = (
     ("FACET", "Facet", "The exact normals of the deformed surface: the mesh's faces stay visible"),
     ("SMOOTH", "Smooth", "The mesh's vertex normals, carried along by the deformation"),
@@ -13,7 +16,7 @@ _NORMALS = (
 
 
 def _view_changed(settings, context):
-    live.touch("view")
+    LIVE.touch("view")
 
 
 def _is_mesh(settings, candidate):
@@ -77,7 +80,7 @@ class LATTICED_OT_connect(bpy.types.Operator):
             self.report({"ERROR"}, "Select a mesh and a lattice")
             return {"CANCELLED"}
         try:
-            live.connect(context.scene, source, lattice)
+            LIVE.connect(context.scene, source, lattice)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -91,7 +94,7 @@ class LATTICED_OT_disconnect(bpy.types.Operator):
     bl_label = "Disconnect"
 
     def execute(self, context):
-        live.disconnect()
+        LIVE.disconnect()
         return {"FINISHED"}
 
 
@@ -106,16 +109,17 @@ class LATTICED_PT_panel(bpy.types.Panel):
         settings, layout = context.scene.latticed, self.layout
         layout.use_property_split = True
         where = layout.column()
-        where.enabled = not live.connected()
+        where.enabled = not LIVE.connected
         where.prop(settings, "address")
         where.prop(settings, "token")
-        if live.connected():
+        if LIVE.connected:
             layout.operator("latticed.disconnect", icon="UNLINKED")
         else:
             layout.operator("latticed.connect", icon="LINKED")
         layout.prop(settings, "segments")
         layout.prop(settings, "normals")
-        layout.label(text=live.status())
+        for line in textwrap.wrap(LIVE.status, _STATUS_WIDTH):
+            layout.label(text=line)
 
 
 _CLASSES = (LatticedSettings, LATTICED_OT_connect, LATTICED_OT_disconnect, LATTICED_PT_panel)

@@ -8,9 +8,9 @@ import type { Topology__Output } from './generated/latticed/v1/Topology.js';
 import type { UpdateEnd__Output } from './generated/latticed/v1/UpdateEnd.js';
 import type { DracoPoints, Points } from './draco_points.js';
 
-type Origin = readonly [number, number, number];
+type Triple = readonly [number, number, number];
 interface HeldChunk extends Points {
-  origin: Origin;
+  origin: Triple;
 }
 
 export interface Update {
@@ -21,11 +21,11 @@ export interface Update {
 
 export class Surface {
   controlPoints: number[] = [];  // x y z of each, u fastest, at the newest revision heard of
-  size: Origin = [0, 0, 0];      // of the lattice: control points of u, v, w
+  size: Triple = [0, 0, 0];      // of the lattice: control points of u, v, w
   structureId = 0;
   topology: Topology__Output | undefined;
   private announced = new Map<string, Topology__Output>();
-  private origin: Origin = [0, 0, 0];
+  private origin: Triple = [0, 0, 0];
   private begun = new Map<number, HeldChunk>();
   private begunTopology = '';
   private begunBytes = 0;
@@ -40,7 +40,7 @@ export class Surface {
       this.controlPoints = [...controlPoints];
       this.size = [size?.u ?? 0, size?.v ?? 0, size?.w ?? 0];
       this.structureId = event.latticeState.structureId;
-    } else if (event.latticeDelta) {
+    } else if (event.latticeDelta?.structureId === this.structureId) {  // else a latticeState follows
       const { indices, positions } = event.latticeDelta;
       indices.forEach((index, i) => this.controlPoints.splice(3 * index, 3, ...positions.slice(3 * i, 3 * i + 3)));
     } else if (event.topology) {

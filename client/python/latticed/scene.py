@@ -9,7 +9,7 @@ import threading
 import uuid
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Dict, Type, Union
+from typing import Any, Dict, Optional, Type, Union
 
 import numpy.typing as npt
 
@@ -101,18 +101,28 @@ class Scene(EditCalls[EditResult]):
         """Where the patches of an update come from, to carry texture coordinates and the like over."""
         return transfers.get_provenance(self._connection, self.id, update.topology)
 
-    def deform(self, view: View = _DEFAULT_VIEW, editor_id: str = "") -> DeformStream:
+    def deform(
+        self, view: View = _DEFAULT_VIEW, editor_id: str = "", max_unacked_updates: Optional[int] = None
+    ) -> DeformStream:
         """Edits and updates in one stream, whose first update is here when this returns.
 
-        editor_id: of an earlier stream, to go on where it was; empty: a new one."""
-        watch = scene_pb2.WatchRequest(scene=self.id, editor_id=editor_id or str(uuid.uuid4()))
+        editor_id            of an earlier stream, to go on where it was; empty: a new one
+        max_unacked_updates  that the server begins before this stream has taken them in, to 100: more for long
+                             ways; 0: as many as it likes; None: 2
+        """
+        watch = scene_pb2.WatchRequest(
+            scene=self.id,
+            editor_id=editor_id or str(uuid.uuid4()),
+            max_unacked_updates=max_unacked_updates,
+        )
         stream = DeformStream(self._connection, watch, view, self.default_view)
         stream._start()
         return stream
 
-    def watch(self, view: View = _DEFAULT_VIEW) -> WatchStream:
-        """Updates of what others do, whose first one is here when this returns."""
-        watch = scene_pb2.WatchRequest(scene=self.id)
+    def watch(self, view: View = _DEFAULT_VIEW, max_unacked_updates: Optional[int] = None) -> WatchStream:
+        """Updates of what others do, whose first one is here when this returns; max_unacked_updates as in
+        deform."""
+        watch = scene_pb2.WatchRequest(scene=self.id, max_unacked_updates=max_unacked_updates)
         stream = WatchStream(self._connection, watch, view, self.default_view)
         stream._start()
         return stream

@@ -28,13 +28,13 @@ def coordinates(mesh):
 
 def wait_for(condition, what):
     """Timers do not run in the background: their function is called here."""
-    from latticed_blender import live
+    from latticed_blender.live import LIVE
 
     deadline = time.monotonic() + 60
     while not condition():
-        check(time.monotonic() < deadline, f"{what} did not happen: {live.status()}")
+        check(time.monotonic() < deadline, f"{what} did not happen: {LIVE.status}")
         bpy.context.view_layer.update()
-        live.tick()
+        LIVE.tick()
         time.sleep(0.01)
 
 
@@ -66,6 +66,7 @@ def result():
 
 def by_the_modifier(rest):
     """Where Blender's own lattice modifier puts points that are at `rest`."""
+    bpy.context.view_layer.update()
     torus, lattice = objects()
     mesh = bpy.data.meshes.new("points")
     mesh.vertices.add(len(rest))
@@ -165,6 +166,36 @@ def follows_edit_mode(rest):
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
+def compare_vertices(what):
+    """As compare, of the mesh's vertices alone: each is a point of the result, whatever the patches are."""
+    rest = coordinates(objects()[0].data)
+    expected = by_the_modifier(rest)
+    check(np.abs(expected - rest).max() > 0.1, f"{what}: the lattice moves nothing")
+
+    def worst():
+        shown = coordinates(result().data)
+        return np.linalg.norm(expected[:, None] - shown, axis=-1).min(axis=1).max()
+
+    wait_for(lambda: worst() < 2 * TOLERANCE, what)  # 2: of all three coordinates
+    print(f"drive_addon: {what}: {len(expected)} vertices, at most {worst():.1e} from Blender's modifier")
+
+
+def follows_other_structures(random):
+    set_points(lambda place: place + 0.3 * random.standard_normal(3))
+    compare_vertices("an edit")
+    torus, lattice = objects()
+    lattice.location = (0.4, 0.3, 0.2)
+    compare_vertices("the lattice's own move")
+    torus.rotation_euler = (0.1, 0.5, 0.2)
+    compare_vertices("the mesh's own turn")
+    for vertex in torus.data.vertices[:10]:
+        vertex.co *= 1.3
+    torus.data.update()
+    compare_vertices("an edit of the mesh")
+    lattice.data.points_u = 5
+    compare_vertices("more lattice points")
+
+
 def follows_the_view(rest):
     settings = bpy.context.scene.latticed
     settings.segments = 2 * settings.segments
@@ -174,12 +205,12 @@ def follows_the_view(rest):
     wait_for(lambda: not result().data.use_auto_smooth, "no normals")
 
 
-def says_what_is_wrong(live):
+def says_what_is_wrong():
+    from latticed_blender.live import LIVE
+
     settings = bpy.context.scene.latticed
     bpy.data.objects.remove(objects()[1])
-    wait_for(
-        lambda: live.status() == "Disconnected: the lattice is gone", "noticing that the lattice is gone"
-    )
+    wait_for(lambda: LIVE.status == "Disconnected: the lattice is gone", "noticing that the lattice is gone")
     try:
         bpy.ops.latticed.connect()
         check(False, "it connected without a lattice")
@@ -188,27 +219,28 @@ def says_what_is_wrong(live):
     make_lattice()
     settings.address = "127.0.0.1:1"
     bpy.ops.latticed.connect()
-    wait_for(lambda: not live.connected(), "noticing that there is no server")
-    check(live.status() == "No server answers at 127.0.0.1:1", f"without a server it says: {live.status()}")
+    wait_for(lambda: not LIVE.connected, "noticing that there is no server")
+    check(LIVE.status == "No server answers at 127.0.0.1:1", f"without a server it says: {LIVE.status}")
 
 
 def main(addon):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.preferences.addon_install(filepath=addon)
     bpy.ops.preferences.addon_enable(module="latticed_blender")
-    from latticed_blender import live
+    from latticed_blender.live import LIVE
 
     bpy.context.scene.latticed.address = os.environ["LATTICED_SERVER"]
     print("drive_addon: seed", SEED)
     random = np.random.default_rng(SEED)
     make_objects()
     rest = follows_every_interpolation(random)
-    print("drive_addon:", live.status())
+    print("drive_addon:", LIVE.status)
     follows_undo(rest, random)
     follows_edit_mode(rest)
     follows_a_shape_key(rest, random)
+    follows_other_structures(random)
     follows_the_view(rest)
-    says_what_is_wrong(live)
+    says_what_is_wrong()
     check(bpy.ops.latticed.disconnect() == {"FINISHED"}, "it did not disconnect")
     bpy.ops.preferences.addon_disable(module="latticed_blender")
 

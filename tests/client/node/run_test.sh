@@ -24,7 +24,7 @@ ln -sfn "$root/proto" "$build/node/proto"
 cp -r "$root/client/node/." "$work"
 cd "$work"
 if ! cmp -s package-lock.json node_modules/.lock; then
-  npm ci --silent --no-fund --no-audit --ignore-scripts >npm.txt 2>&1 || { cat npm.txt; missing "packages"; }
+  npm ci --silent --no-fund --no-audit >npm.txt 2>&1 || { cat npm.txt; missing "packages"; }
   cp package-lock.json node_modules/.lock
 fi
 npm run --silent build

@@ -128,6 +128,16 @@ def test_a_drag_is_coarser_where_the_view_says_so(scene):
         assert stream.latest.step == fine and stream.latest.view.drag_position_bits == 9
 
 
+@pytest.mark.parametrize("kind", ["watch", "deform"])
+def test_updates_may_be_begun_before_those_before_are_taken_in(scene, kind):
+    for limit in (0, 100):
+        with getattr(scene, kind)(max_unacked_updates=limit) as stream:
+            assert stream.latest.revision == 0
+    with pytest.raises(latticed.LatticedError) as caught:
+        getattr(scene, kind)(max_unacked_updates=101)
+    assert caught.value.field == "max_unacked_updates"
+
+
 def test_the_servers_times_are_told(scene):
     with scene.deform() as stream:
         edit = stream.move([0], (0.1, 0, 0))
