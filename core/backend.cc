@@ -44,6 +44,10 @@ VertexFormat FormatOf(Encoding encoding) {
   return encoding == Encoding::kRaw ? VertexFormat::kFloat32 : VertexFormat::kQuantised;
 }
 
+bool IsDraco(Encoding encoding) {
+  return encoding == Encoding::kDracoPoints || encoding == Encoding::kDracoMesh;
+}
+
 size_t BytesPerPoint(const ViewSpec& spec) {
   const bool normals = spec.normals != NormalMode::kNone;
   if (spec.format == VertexFormat::kFloat32) return (normals ? 6 : 3) * sizeof(float);

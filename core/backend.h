@@ -55,6 +55,7 @@ enum class VertexFormat {
 
 enum class Encoding { kRaw, kQuantised, kDracoPoints, kDracoMesh };
 [[nodiscard]] VertexFormat FormatOf(Encoding encoding);
+[[nodiscard]] bool IsDraco(Encoding encoding);  // points or mesh
 
 struct ViewSpec {
   int segments = 10;

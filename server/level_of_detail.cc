@@ -8,15 +8,9 @@
 
 #include "core/base/limits.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "server/view_room.h"
 
 namespace latticed {
-namespace {
-
-bool IsDraco(Encoding encoding) {
-  return encoding == Encoding::kDracoPoints || encoding == Encoding::kDracoMesh;
-}
-
-}  // namespace
 
 ViewKey LevelOfDetail::Choose(const SceneState& state, const ViewKey* had, absl::Time now) {
   ViewKey key = asked_.key;
@@ -67,9 +61,8 @@ double LevelOfDetail::BytesPerPointOf(const ViewSpec& spec) const {
   const auto integers = static_cast<double>(BytesPerPoint(spec));
   if (!IsDraco(asked_.key.encoding)) return integers;
   const auto measured = bytes_per_point_.lower_bound(spec.segments);
-  // Before anything is known: Draco's streams are a quarter of their integers or less.
   const bool known = measured != bytes_per_point_.end();
-  const double bytes = known ? measured->second : integers / 4;
+  const double bytes = known ? measured->second : integers / double{kIntegersPerDraco};
   const int from = known ? measured->first : asked_.key.spec.segments;
   const int components = spec.normals == NormalMode::kNone ? 3 : 5;
   return bytes + components / 8.0 * std::log2(static_cast<double>(from) / spec.segments);

@@ -11,13 +11,8 @@ namespace latticed {
 
 namespace {
 
-bool IsDraco(const ViewKey& key) {
-  return key.encoding == Encoding::kDracoPoints || key.encoding == Encoding::kDracoMesh;
-}
-
-// Draco's chunks are about a quarter of its integers.
 uint64_t UsualChunkBytes(const DeformPlan& plan, const ViewKey& key) {
-  return VertexBytes(plan, key) / (IsDraco(key) ? 4 : 1);
+  return VertexBytes(plan, key) / (IsDraco(key.encoding) ? kIntegersPerDraco : 1);
 }
 
 }  // namespace
@@ -31,7 +26,7 @@ absl::Status ViewRoom::Make(const DeformTarget& target, const ViewKey& key, uint
   const uint64_t usual = limits::kMaxSnapshotsPerView * UsualChunkBytes(target.plan(), key);
   const uint64_t bytes =
       (target.evaluates_on_device() ? 0 : VertexBytes(target.plan(), key)) + std::max(usual, held);
-  if (budget_ != nullptr && IsDraco(key)) {
+  if (budget_ != nullptr && IsDraco(key.encoding)) {
     if (auto s = budget_->KeepAtLeast("the view's encoder", target.EncoderBytes(key.spec));
         !s.ok()) {
       return s;

@@ -20,6 +20,9 @@
 
 namespace latticed {
 
+// Draco's streams usually take a quarter of the bytes of their integers, or less.
+inline constexpr uint64_t kIntegersPerDraco = 4;
+
 // Of all vertices of a view; its chunks are no larger, but for their headers.
 [[nodiscard]] uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key);
 

@@ -2,17 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/ffd/dirty_set.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/base/limits.h"
 
 namespace latticed {
+namespace {
+
+constexpr auto kPatchesPerChunk = static_cast<uint32_t>(limits::kPatchesPerChunk);
+
+}  // namespace
 
 DirtySet::DirtySet(std::shared_ptr<const DeformPlan> plan)
     : plan_(std::move(plan)),
       box_dirty_(plan_->boxes.size()),
-      patch_dirty_(plan_->patches.size()),
-      chunk_dirty_(plan_->chunk_count()) {}
+      chunk_dirty_(plan_->chunk_count()),
+      patch_dirty_(plan_->patches.size()) {}
 
 void DirtySet::MarkControlPoints(std::span<const uint32_t> indices) {
   const LatticeStructure& s = plan_->structure;
@@ -36,15 +42,26 @@ void DirtySet::MarkControlPoints(std::span<const uint32_t> indices) {
 void DirtySet::MarkBox(uint32_t box) {
   box_dirty_[box] = true;
   ++box_count_;
-  for (uint32_t p = plan_->box_patches[box]; p < plan_->box_patches[box + 1]; ++p) MarkPatch(p);
-  for (const uint32_t p : plan_->box_borrowers[box]) MarkPatch(p);
+  MarkOwnPatches(plan_->box_patches[box], plan_->box_patches[box + 1]);
+  for (const uint32_t patch : plan_->box_borrowers[box]) {
+    if (patch_dirty_[patch] != 0) continue;
+    patch_dirty_[patch] = 1;
+    ++patch_count_;
+    MarkChunk(patch / kPatchesPerChunk);
+  }
 }
 
-void DirtySet::MarkPatch(uint32_t patch) {
-  if (patch_dirty_[patch]) return;
-  patch_dirty_[patch] = true;
-  ++patch_count_;
-  const size_t chunk = patch / static_cast<uint32_t>(limits::kPatchesPerChunk);
+void DirtySet::MarkOwnPatches(uint32_t first, uint32_t last) {
+  if (first == last) return;
+  const std::span patches = std::span(patch_dirty_).subspan(first, last - first);
+  patch_count_ += static_cast<uint64_t>(std::ranges::count(patches, 0));
+  std::ranges::fill(patches, uint8_t{1});
+  for (uint32_t chunk = first / kPatchesPerChunk; chunk * kPatchesPerChunk < last; ++chunk) {
+    MarkChunk(chunk);
+  }
+}
+
+void DirtySet::MarkChunk(uint32_t chunk) {
   if (chunk_dirty_[chunk]) return;
   chunk_dirty_[chunk] = true;
   ++chunk_count_;

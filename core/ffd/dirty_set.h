@@ -41,10 +41,13 @@ class DirtySet {
 
  private:
   void MarkBox(uint32_t box);
-  void MarkPatch(uint32_t patch);
+  // The run [first, last) of a box's own patches: there are many.
+  void MarkOwnPatches(uint32_t first, uint32_t last);
+  void MarkChunk(uint32_t chunk);
 
   std::shared_ptr<const DeformPlan> plan_;
-  std::vector<bool> box_dirty_, patch_dirty_, chunk_dirty_;
+  std::vector<bool> box_dirty_, chunk_dirty_;
+  std::vector<uint8_t> patch_dirty_;  // bytes: a run of them is counted and set at once
   uint64_t box_count_ = 0, patch_count_ = 0, chunk_count_ = 0;
 };
 

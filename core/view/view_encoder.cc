@@ -116,7 +116,7 @@ absl::Status ViewEncoder::Encode(std::span<const uint32_t> chunks, Encoding enco
   if (encoding == Encoding::kDracoMesh) {
     for (const uint32_t chunk : chunks) Connectivity(chunk);
   }
-  if (encoding != Encoding::kDracoPoints && encoding != Encoding::kDracoMesh) {
+  if (!IsDraco(encoding)) {
     arena_.ForEach(places.size(), [&](size_t p) {
       std::vector<uint8_t> scratch;
       const std::span<const uint8_t> bytes = bytes_of(places[p], scratch);

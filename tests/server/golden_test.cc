@@ -14,7 +14,9 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
+#include "core/codec/draco_decode.h"
 #include "tests/server/test_env.h"
 #include "tests/support/status_matchers.h"
 
@@ -34,6 +36,8 @@ constexpr size_t kMostBytes = 2048;
 
 class GoldenTest : public ::testing::Test {
  protected:
+  explicit GoldenTest(Options options = testing::TestOptions()) : env_(std::move(options)) {}
+
   void SetUp() override {
     v1::Mesh mesh;
     ASSERT_TRUE(env_.Upload(ObjHeader(kMesh), kMesh, &mesh).ok());
@@ -95,6 +99,10 @@ class GoldenTest : public ::testing::Test {
     if (std::getenv("LATTICED_REWRITE_GOLDEN") != nullptr) {
       std::ofstream(path, std::ios::binary) << bytes;
     }
+    return Golden(name);
+  }
+  static std::string Golden(const std::string& name) {
+    const auto path = std::filesystem::path(LATTICED_GOLDEN_FOLDER) / name;
     std::ifstream file(path, std::ios::binary);
     EXPECT_TRUE(file.good()) << path;
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -133,6 +141,37 @@ TEST_F(GoldenTest, Exports) {
   ExpectSame("export.stl", Export(v1::EXPORT_FORMAT_STL));
   ExpectSame("export.glb", Export(v1::EXPORT_FORMAT_GLB));
   ExpectSame("export.drc", Export(v1::EXPORT_FORMAT_DRC));
+}
+
+Options ReferenceOptions() {
+  Options options = testing::TestOptions();
+  options.encoder = "reference";
+  return options;
+}
+
+// --encoder reference: libdraco's streams of the same integers.
+class ReferenceEncoderTest : public GoldenTest {
+ protected:
+  ReferenceEncoderTest() : GoldenTest(ReferenceOptions()) {}
+
+  static DecodedIntegers Integers(const std::string& stream) {
+    auto integers =
+        DecodeDracoChunkIntegers({reinterpret_cast<const uint8_t*>(stream.data()), stream.size()});
+    EXPECT_OK(integers);
+    return integers.ok() ? *std::move(integers) : DecodedIntegers{};
+  }
+};
+
+TEST_F(ReferenceEncoderTest, HoldsTheSameIntegers) {
+  for (const auto& [name, encoding] : {std::pair{"chunks.draco_points", v1::ENCODING_DRACO_POINTS},
+                                       {"chunks.draco_mesh", v1::ENCODING_DRACO_MESH}}) {
+    const std::string theirs = Chunks(encoding), ours = Golden(name);
+
+    EXPECT_FALSE(theirs == ours) << name << " is not libdraco's";
+    EXPECT_EQ(Integers(theirs).positions, Integers(ours).positions) << name;
+    EXPECT_EQ(Integers(theirs).normals, Integers(ours).normals) << name;
+    EXPECT_EQ(Integers(theirs).positions.size(), 27u) << "three patches of three points";
+  }
 }
 
 }  // namespace

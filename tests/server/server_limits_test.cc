@@ -7,6 +7,7 @@
 #include "core/base/limits.h"
 #include "latticed/v1/server.grpc.pb.h"
 #include "tests/server/scene_fixture.h"
+#include "tests/server/unfinished_calls.h"
 
 namespace latticed::testing {
 namespace {
@@ -94,6 +95,41 @@ TEST_F(ServerLimitsTest, ARequestThatIsLargerInMemoryThanAllThatMayWait) {
   ExpectRefused(status, absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
   EXPECT_EQ(error::DetailsOf(status).free_bytes, uint64_t{8} << 20) << "an eighth of --memory";
   EXPECT_OK(Apply(Move("alice", 1, 0, 0.5)));
+}
+
+class TransportMemoryTest : public ServerLimitsTest {
+ protected:
+  static constexpr int kCalls = 64;
+  static constexpr size_t kBytes = 1'000'000;
+
+  std::unique_ptr<UnfinishedCalls> Calls(uint64_t transport_memory_bytes) {
+    StartServer({.transport_memory_bytes = transport_memory_bytes});
+    return std::make_unique<UnfinishedCalls>(
+        server_->address(), "/latticed.v1.SceneService/ApplyEdits", kCalls, kBytes);
+  }
+};
+
+TEST_F(TransportMemoryTest, HoldsMessagesThatHaveNotEndedWhereThereIsRoom) {
+  const auto calls = Calls(uint64_t{256} << 20);
+
+  EXPECT_TRUE(calls->Run([&] { return calls->sent() == kCalls; })) << calls->sent();
+
+  EXPECT_EQ(calls->held_bytes(), kCalls * (kBytes - 1));
+  EXPECT_EQ(calls->ended(), 0u);
+}
+
+TEST_F(TransportMemoryTest, EndsCallsWhoseMessagesTakeMore) {
+  const auto calls = Calls(limits::kMinTransportBytes);
+
+  EXPECT_TRUE(calls->Run([&] {
+    return calls->sent() + calls->ended() == kCalls &&
+           calls->held_bytes() <= limits::kMinTransportBytes;
+  })) << calls->held_bytes()
+      << " bytes are held, " << calls->ended() << " calls ended";
+
+  EXPECT_GT(calls->ended(), 0u);
+  EXPECT_GT(calls->sent(), 0u) << "the others go on";
+  EXPECT_EQ(Limits().max_scenes(), 10'000) << "and new ones are answered";
 }
 
 TEST_F(ServerLimitsTest, ASceneSaysWhatItsHistoryHolds) {

@@ -31,6 +31,21 @@ TEST_F(WatchTest, EditsByApplyEditsAreSeen) {
   EXPECT_TRUE(watcher.log.results.empty()) << "the answer went to ApplyEdits";
 }
 
+TEST_F(WatchTest, AnEditThatChangesNoIntegerIsAnUpdateWithoutChunks) {
+  CreateScene();
+  WatchClient watcher(*scenes_, Watch());
+  watcher.ReadUpdates(1);
+
+  v1::EditResult result;
+  ASSERT_TRUE(Apply(Move(1, 62, 1e-15), &result).ok());
+  watcher.ReadUpdates(2);
+
+  EXPECT_GT(result.patches_touched(), 0u);
+  EXPECT_EQ(watcher.log.begins.back().chunk_count(), 0u);
+  EXPECT_EQ(watcher.log.ends.back().revision(), 1u);
+  EXPECT_TRUE(watcher.log.ends.back().full_detail());
+}
+
 TEST_F(WatchTest, ControlWatchAcknowledgesPausesAndChangesTheView) {
   CreateScene();
   v1::WatchRequest request = Watch();

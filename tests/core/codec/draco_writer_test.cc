@@ -149,7 +149,6 @@ TEST(DracoWriter, TakesNoMoreBytesThanLibdracoAndTenPercentLessThanRowByRow) {
   EXPECT_LE(static_cast<double>(ours), 0.9 * static_cast<double>(ours_by_row));
 }
 
-// Nothing to gain from: stored plainly, two bytes a value.
 TEST(DracoWriter, KeepsNoMoreMemoryThanItSays) {
   for (const auto& [points, position_bits, normal_bits] :
        {std::tuple{66u, 8, 6}, {2112u, 12, 8}, {2112u, 16, 12}, {17'952u, 14, 0}}) {
@@ -171,6 +170,7 @@ TEST(DracoWriter, KeepsNoMoreMemoryThanItSays) {
   }
 }
 
+// Nothing to gain from: stored plainly, two bytes a value.
 TEST(DracoWriter, RandomDataTakesNoMoreThanPlainSymbols) {
   const Chunk chunk = MakeChunk(2112, 16, 12, Data::kRandom, kSeed);
   const auto stream = DracoWriter().EncodePoints(chunk.vertices(), 8.0);

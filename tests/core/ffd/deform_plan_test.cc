@@ -219,14 +219,22 @@ TEST(DirtySet, MarksTheBoxesOfAControlPointAndTheirBorrowers) {
   EXPECT_LT(dirty.Chunks().size(), (*plan)->chunk_count());
   const std::vector<uint32_t> chunks = dirty.Chunks();
   const std::set<uint32_t> in(chunks.begin(), chunks.end());
+  std::set<uint32_t> dirty_patches;
   for (uint32_t p = 0; p < (*plan)->patches.size(); ++p) {
     const auto& span = (*plan)->boxes[(*plan)->patches[p].box].span;
     const bool touched = span[0] >= 3 && span[0] <= 5 && span[1] >= 3 && span[1] <= 5;
     if (touched) {
       EXPECT_TRUE(in.contains(p / 32)) << p;
+      dirty_patches.insert(p);
+      const auto& borrowers = (*plan)->box_borrowers[(*plan)->patches[p].box];
+      dirty_patches.insert(borrowers.begin(), borrowers.end());
     }
   }
+  EXPECT_EQ(dirty.patches(), dirty_patches.size()) << "each once";
+  dirty.MarkControlPoints(std::array{index});
+  EXPECT_EQ(dirty.patches(), dirty_patches.size()) << "again";
   dirty.MarkAll();
+  EXPECT_EQ(dirty.patches(), (*plan)->patches.size());
   EXPECT_EQ(dirty.Chunks().size(), (*plan)->chunk_count());
   dirty.Clear();
   EXPECT_TRUE(dirty.empty());

@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A connection that begins unary calls and never sends the last byte of their messages: HTTP/2 by
+// hand, since no gRPC client does that. It keeps to the server's windows.
+//
+// Threads  one
+#ifndef LATTICED_TESTS_SERVER_UNFINISHED_CALLS_H_
+#define LATTICED_TESTS_SERVER_UNFINISHED_CALLS_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace latticed::testing {
+
+class UnfinishedCalls {
+ public:
+  // `count` calls of `method` ("/package.Service/Method"), each with a message of `bytes`. Fails the
+  // test where `address` (IPv4:port) does not answer.
+  UnfinishedCalls(const std::string& address, std::string_view method, int count, size_t bytes);
+  ~UnfinishedCalls();
+  UnfinishedCalls(const UnfinishedCalls&) = delete;
+  UnfinishedCalls& operator=(const UnfinishedCalls&) = delete;
+
+  // Sends what the server's windows allow and hears what it says until `done`. False when that
+  // takes twenty seconds, or the server closes the connection.
+  bool Run(const std::function<bool()>& done);
+
+  // Of messages, of calls that the server has not ended.
+  size_t held_bytes() const;
+  // Calls that the server has ended, and those of which all but the last byte is sent.
+  size_t ended() const;
+  size_t sent() const;
+
+ private:
+  struct Call {
+    int64_t window = 0;
+    size_t sent = 0;  // of `bytes_`
+    bool ended = false;
+  };
+  void SendFrame(uint8_t type, uint8_t flags, uint32_t stream, std::string_view payload);
+  void SendBytes(std::string_view bytes);
+  // Whatever the windows allow.
+  void SendData();
+  // Waits for some milliseconds where nothing is there.
+  void Hear();
+  void Take(uint8_t type, uint8_t flags, uint32_t stream, std::string_view payload);
+  void TakeSettings(std::string_view payload);
+
+  const size_t bytes_;
+  int socket_ = -1;
+  bool closed_ = false;
+  std::string heard_;  // not taken yet
+  int64_t window_ = 0, stream_window_ = 0;
+  std::map<uint32_t, Call> calls_;
+};
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_UNFINISHED_CALLS_H_
