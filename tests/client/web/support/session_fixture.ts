@@ -14,7 +14,7 @@ import { FakeServer } from './fake_server';
 import { FakeStreams, type FakeStream } from './fake_stream';
 import { FakeWorker } from './fake_worker';
 
-const wasm = new Uint8Array(readFileSync('node_modules/draco3d/draco_decoder.wasm')).buffer;
+export const decoderWasm = new Uint8Array(readFileSync('node_modules/draco3d/draco_decoder.wasm')).buffer;
 
 /** Patches that nobody asks for. */
 export const noPatches: PatchSource = {
@@ -45,7 +45,7 @@ export class SessionFixture {
     this.server.meshes.set('mesh-1', new Uint8Array([1, 2, 3]));
     this.session = new LiveSession('scene-0001', {
       server: this.server.client, info: this.server.info(), streams: [this.sockets.open, this.watches.open],
-      pool: new DecodePool([new FakeWorker(wasm, true)], wasm), surface: this.surface,
+      pool: new DecodePool([new FakeWorker(decoderWasm, true)], decoderWasm), surface: this.surface,
       keeper: new SceneKeeper(this.server.client, this.store, 'scene-0001'),
       backOff: { firstMs: 1, lastMs: 2 }, ...(options.name && { name: options.name }),
     });

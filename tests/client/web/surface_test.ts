@@ -1,0 +1,156 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From events to the vertex buffer, without a GPU.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { create } from '@bufbuild/protobuf';
+import type { InterleavedBufferAttribute } from 'three';
+import { ChunksSchema, QuantisationSchema, TopologySchema, UpdateBeginSchema, UpdateEndSchema } from 'latticed/v1/event_pb';
+import { Encoding, NormalMode } from 'latticed/v1/view_pb';
+import { DecodePool } from '@src/decode/decode_pool';
+import { UpdateReceiver, type ReceivedUpdate } from '@src/session/update_receiver';
+import { PointBuffer } from '@src/surface/point_buffer';
+import { SurfaceMesh } from '@src/surface/surface_mesh';
+import { TopologyLayout } from '@src/surface/topology_layout';
+import { FakeWorker } from './support/fake_worker';
+import { decoderWasm, noPatches, until } from './support/session_fixture';
+
+// Three patches of one triangle in two chunks: patches 0 and 1, patch 2.
+const topology = create(TopologySchema, {
+  topologyId: 't', patchCount: 3n, pointCount: 9n, triangleCount: 3n, segments: 1,
+  chunkRuns: [{ chunkCount: 1, patchesPerChunk: 2 }, { chunkCount: 1, patchesPerChunk: 1 }],
+  pattern: { points: [1, 0, 0, 0, 1, 0, 0, 0, 1], triangles: [0, 1, 2] },
+});
+const grid = create(QuantisationSchema, { quantisationId: 1n, origin: { x: 1e6, y: 0, z: -2 }, step: 0.5, bits: 12 });
+const view = { encoding: Encoding.QUANTISED, normals: NormalMode.NONE };
+
+/** A chunk whose points all lie at (value, value, value). */
+function chunk(index: number, points: number, value: number): { index: number; data: Uint8Array<ArrayBuffer> } {
+  return { index, data: new Uint8Array(Uint16Array.from({ length: 3 * points }, () => value).buffer) };
+}
+
+class Receiving {
+  readonly worker: FakeWorker;
+  readonly got: ReceivedUpdate[] = [];
+  readonly failures: string[] = [];
+  readonly receiver: UpdateReceiver;
+
+  constructor(atOnce: boolean) {
+    this.worker = new FakeWorker(decoderWasm, atOnce);
+    this.receiver = new UpdateReceiver(
+      new DecodePool([this.worker], decoderWasm), (update) => this.got.push(update), (error) => this.failures.push(error.message));
+    this.receiver.topology(topology);
+    this.receiver.quantisation(grid);
+  }
+
+  begin(updateId: bigint): void {
+    this.receiver.begin(create(UpdateBeginSchema, { updateId, revision: updateId, view }));
+  }
+
+  chunks(updateId: bigint, ...chunks: ReturnType<typeof chunk>[]): void {
+    this.receiver.chunks(create(ChunksSchema, { updateId, topologyId: 't', quantisationId: 1n, chunks }));
+  }
+
+  end(updateId: bigint): void {
+    this.receiver.end(create(UpdateEndSchema, { updateId, revision: updateId }));
+  }
+}
+
+test('an update is shown whole, in world units about an origin far away', async () => {
+  const receiving = new Receiving(true);
+  const surface = new SurfaceMesh(noPatches);
+  receiving.begin(1n);
+  receiving.chunks(1n, chunk(0, 6, 4));
+  receiving.chunks(1n, chunk(1, 3, 10));
+  receiving.end(1n);
+  await until(() => receiving.got.length === 1);
+
+  surface.apply(receiving.got[0].surface!);
+
+  assert.deepEqual([receiving.got[0].bytes, receiving.got[0].patches], [54, 3]);
+  assert.deepEqual(surface.positionOf(5), [1e6 + 2, 2, 0]);
+  assert.deepEqual(surface.positionOf(6), [1e6 + 5, 5, 3]);
+  assert.deepEqual([surface.bounds.min.toArray(), surface.bounds.max.toArray()], [[1e6 + 2, 2, 0], [1e6 + 5, 5, 3]]);
+  assert.deepEqual([surface.patchCount, surface.triangleCount], [3, 3]);
+});
+
+test('where the next update has ended before one is decoded, both are one, and nothing is decoded twice', async () => {
+  const receiving = new Receiving(false);
+  receiving.begin(1n);
+  receiving.chunks(1n, chunk(0, 6, 1), chunk(1, 3, 1), chunk(0, 6, 1));
+  receiving.end(1n);
+  receiving.begin(2n);
+  receiving.chunks(2n, chunk(0, 6, 2));
+  receiving.end(2n);
+  await until(async () => (await receiving.worker.work(), receiving.got.length === 1));
+
+  const { end, surface } = receiving.got[0];
+  assert.equal(end.updateId, 2n);
+  assert.deepEqual(surface!.chunks.map(({ index, decoded }) => [index, decoded.points[0]]).sort(), [[0, 2], [1, 1]]);
+});
+
+test('an update that begins anew, or whose stream is lost, is not shown', async () => {
+  const receiving = new Receiving(true);
+  receiving.begin(1n);
+  receiving.chunks(1n, chunk(0, 6, 1));
+  receiving.begin(2n);
+  receiving.chunks(2n, chunk(1, 3, 2));
+  receiving.receiver.reset();
+  receiving.end(2n);
+  receiving.begin(3n);
+  receiving.end(3n);
+  await until(() => receiving.got.length === 1);
+
+  assert.equal(receiving.got[0].end.updateId, 3n);
+  assert.equal(receiving.got[0].surface, undefined);
+});
+
+test('a chunk that cannot be decoded fails the update; one of an unknown layout or number is refused', async () => {
+  const receiving = new Receiving(true);
+  receiving.begin(1n);
+  receiving.chunks(1n, chunk(0, 5, 1));
+  receiving.end(1n);
+  await until(() => receiving.failures.length === 1);
+
+  assert.match(receiving.failures[0], /30 bytes, not 36/);
+  receiving.begin(2n);
+  assert.throws(() => receiving.chunks(2n, chunk(2, 3, 1)), /chunk 2 of 2/);
+  assert.throws(() => receiving.receiver.chunks(create(ChunksSchema, { topologyId: 'other', quantisationId: 1n })), /not sent/);
+});
+
+test('10,000 updates write into the same buffer, and ranges do not pile up while nothing is drawn', () => {
+  const buffer = new PointBuffer();
+  const layout = new TopologyLayout(topology);
+  const geometry = buffer.prepare(layout, false);
+  const { made } = buffer;
+  const points = new Uint16Array(6 * 3);
+  for (let update = 0; update < 10_000; ++update) {
+    assert.equal(buffer.prepare(layout, false), geometry);
+    buffer.write(layout.firstPointOf(1), points.fill(update));
+  }
+
+  const { data } = geometry.getAttribute('position') as InterleavedBufferAttribute;
+  assert.equal(buffer.made, made);
+  assert.deepEqual(data.updateRanges, [{ start: 36, count: 18 }]);
+  assert.equal(data.array[36], 9999);
+  data.onUploadCallback();
+  buffer.write(0, points);
+  assert.equal(data.updateRanges.length, 2);
+});
+
+test('triangles are the pattern for every patch; coarser layouts share the buffer, finer ones get a larger', () => {
+  const buffer = new PointBuffer();
+  const layout = new TopologyLayout(topology);
+  const fine = new TopologyLayout(create(TopologySchema, { ...topology, topologyId: 'f', pointCount: 18n }));
+  const geometry = buffer.prepare(layout, false);
+  assert.deepEqual([...geometry.index!.array], [0, 1, 2, 3, 4, 5, 6, 7, 8]);
+
+  const finer = buffer.prepare(fine, false);
+  const coarse = buffer.prepare(layout, false);
+
+  const arrayOf = (one: typeof geometry): unknown => (one.getAttribute('position') as InterleavedBufferAttribute).data;
+  assert.equal(arrayOf(coarse), arrayOf(finer));
+  assert.notEqual(arrayOf(coarse), arrayOf(geometry));
+  assert.equal(buffer.pointAt(17).length, 6);
+});

@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { create } from '@bufbuild/protobuf';
+import { Code, ConnectError, createRouterTransport } from '@connectrpc/connect';
+import { ErrorInfoSchema } from 'google/rpc/error_info_pb';
+import { EditResultSchema, type EditBatch } from 'latticed/v1/edit_pb';
+import { SceneEventSchema, type SceneEvent } from 'latticed/v1/event_pb';
+import { ControlWatchResponseSchema, SceneService, type ControlWatchRequest } from 'latticed/v1/scene_pb';
+import { randomUuid } from '@src/wire/ids';
+import { LatticedServer } from '@src/wire/latticed_server';
+import { ServerError } from '@src/wire/server_error';
+import { WatchStream } from '@src/wire/watch_stream';
+import { bytes, inWords } from '@src/wire/words';
+import { until } from './support/session_fixture';
+
+test('what a socket closes with is the status of the stream', () => {
+  const gone = ServerError.fromClose(4005, 'NOT_FOUND: no scene abc: it was deleted');
+  assert.deepEqual([gone.code, gone.reason, gone.message, gone.isPassing],
+    [Code.NotFound, 'NOT_FOUND', 'no scene abc: it was deleted', false]);
+
+  const cut = ServerError.fromClose(1006, '');
+  assert.deepEqual([cut.code, cut.reason, cut.isPassing], [Code.Unavailable, '', true]);
+  assert.equal(inWords(cut), 'The server cannot be reached.');
+});
+
+test('errors are sentences: too large says how much is free, a role which one it takes', () => {
+  const tooLarge = new ServerError(Code.ResourceExhausted, 'OUT_OF_MEMORY', 'x', { asked_bytes: '5000000000', free_bytes: '1234567' });
+  assert.equal(inWords(tooLarge), 'Too large for the server: it takes 5.00 GB of memory, of which 1.23 MB are free.');
+  assert.match(inWords(new ServerError(Code.PermissionDenied, 'PERMISSION_DENIED', 'x', { role: 'edit' })), /role "edit"/);
+  assert.equal(inWords(new ServerError(Code.InvalidArgument, 'OUT_OF_RANGE', 'degree is 1 to 3')), 'Degree is 1 to 3.');
+  assert.equal(bytes(999), '999 bytes');
+});
+
+test('editor ids are version 4 UUIDs', () => {
+  const ids = new Set(Array.from({ length: 100 }, randomUuid));
+  assert.equal(ids.size, 100);
+  for (const id of ids) assert.match(id, /^[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}$/);
+});
+
+test('over gRPC-Web edits, controls and heartbeats are calls, a refusal is an event, and a lost answer ends the stream', async () => {
+  const batches: EditBatch[] = [];
+  const controls: ControlWatchRequest[] = [];
+  const scenes: string[] = [];
+  let refuse: ConnectError | undefined;
+  const transport = createRouterTransport(({ service }) => {
+    service(SceneService, {
+      watch: async function* ({ scene }, context) {
+        scenes.push(context.requestHeader.get('latticed-scene') ?? '', scene);
+        yield create(SceneEventSchema, { event: { case: 'hello', value: { watchId: 'w-1' } } });
+        await new Promise((resolve) => context.signal.addEventListener('abort', resolve));
+      },
+      applyEdits: (batch) => {
+        batches.push(batch);
+        if (refuse) throw refuse;
+        return create(EditResultSchema, { sequence: batch.sequence, revision: 7n });
+      },
+      controlWatch: (request) => (controls.push(request), create(ControlWatchResponseSchema)),
+    });
+  });
+  const events: SceneEvent['event'][] = [];
+  const ends: (ServerError | undefined)[] = [];
+  const stream = new WatchStream(new LatticedServer('http://test', undefined, transport), { scene: 'scene-0001', editorId: 'e' },
+    { event: ({ event }) => events.push(event), end: (error) => ends.push(error) });
+  await until(() => events.length === 1);
+
+  stream.send({ message: { case: 'edit', value: { sequence: 1n, structureId: 2n } } });
+  stream.send({ message: { case: 'control', value: { ackedUpdateId: 3n } } });
+  stream.send({ message: { case: 'heartbeat', value: {} } });
+  await until(() => events.length === 2 && controls.length === 2);
+  refuse = new ConnectError('not finite', Code.InvalidArgument, undefined,
+    [{ desc: ErrorInfoSchema, value: { domain: 'latticed', reason: 'NOT_FINITE' } }]);
+  stream.send({ message: { case: 'edit', value: { sequence: 2n } } });
+  await until(() => events.length === 3);
+
+  const [, accepted, refused] = events;
+  assert.deepEqual(scenes, ['scene-0001', 'scene-0001']);
+  assert.deepEqual([batches[0].scene, batches[0].editorId, batches[0].structureId], ['scene-0001', 'e', 2n]);
+  assert.deepEqual(controls.map(({ watchId, ackedUpdateId }) => [watchId, ackedUpdateId]), [['w-1', 3n], ['w-1', undefined]]);
+  assert.equal(accepted.case === 'editResult' && accepted.value.revision, 7n);
+  const failure = refused.case === 'editResult' ? ServerError.fromStatus(refused.value.status!) : undefined;
+  assert.deepEqual([failure?.code, failure?.reason, failure?.message], [Code.InvalidArgument, 'NOT_FINITE', 'not finite']);
+
+  refuse = new ConnectError('connection reset', Code.Unavailable);
+  stream.send({ message: { case: 'edit', value: { sequence: 3n } } });
+  await until(() => ends.length === 1);
+  assert.equal(ends[0]?.code, Code.Unavailable);
+  assert.equal(events.length, 3);
+});
