@@ -156,9 +156,10 @@ void AddPaceFlags(CLI::App& command, BenchFlags& flags) {
                       "Open loop: so many edits a second of each editor, whatever the server does")
           ->check(CLI::Range(0.01, 10'000.0));
   command
-      .add_option("--interval", flags.interval_ms,
-                  "An edit every so many milliseconds, as a browser's drag: the newest replaces "
-                  "what could not be sent yet")
+      .add_option(
+          "--interval", flags.interval_ms,
+          "An edit every so many milliseconds, as a browser's drag: all are one gesture, and "
+          "the newest replaces what could not be sent yet")
       ->check(CLI::Range(0.1, 60'000.0))
       ->excludes(rate);
   command

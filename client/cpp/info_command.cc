@@ -46,6 +46,8 @@ void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
   table.AddRow(
       {"host memory", fmt::format("{} reserved of {}", FormatBytes(info.reserved_host_bytes()),
                                   FormatBytes(limits.max_host_bytes()))});
+  table.AddRow({"retired snapshots", fmt::format("{}, that slow readers were being sent",
+                                                 FormatCount(info.retired_snapshots()))});
   table.AddRow({"segments", fmt::format("{} to {}", limits.min_segments(), limits.max_segments())});
   table.AddRow(
       {"control points",

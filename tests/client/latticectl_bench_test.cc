@@ -13,6 +13,7 @@ namespace {
 
 using ::latticed::testing::StatusIs;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class LatticectlBench : public LatticectlServer {
  protected:
@@ -69,6 +70,19 @@ TEST_F(LatticectlBench, OpenLoopSendsEveryEdit) {
   EXPECT_EQ(result["editors"]["updateEnd"]["count"], 2 * 40);
   EXPECT_EQ(result["editors"]["decoded"]["count"], 40);  // the first editor's
   EXPECT_GE(result["seconds"], 0.095);                   // the last one is due then
+  EXPECT_EQ(result["pace"], "open loop, 200 edits/s an editor");
+  EXPECT_EQ(result["moved"], "one point");
+}
+
+TEST_F(LatticectlBench, AnEditThatNoChunkShowsHasAnUpdateWithoutBytes) {
+  const std::vector<std::string> flags{"--size", "8,8,8", "--points", "one", "--edits", "1"};
+  const auto result = Bench(flags);
+  EXPECT_EQ(result["editors"]["updates"], 1);
+  EXPECT_EQ(result["editors"]["bytes"], 0);
+  EXPECT_FALSE(result["cpu"]["client"].contains("secondsPerGigabyte"));
+  std::vector<std::string> bench{"bench", Path("vase.obj"), "--segments", "2"};
+  bench.insert(bench.end(), flags.begin(), flags.end());
+  EXPECT_THAT(Run(bench), Not(HasSubstr("s/GB")));
 }
 
 TEST_F(LatticectlBench, IntervalModeReplacesWhatItCouldNotSend) {

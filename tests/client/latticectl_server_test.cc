@@ -20,6 +20,7 @@ class LatticectlServerTest : public LatticectlServer {
 
 TEST_F(LatticectlServerTest, InfoSaysWhatTheServerIs) {
   EXPECT_THAT(Run({"info"}), HasSubstr("cpu"));
+  EXPECT_THAT(Run({"info"}), HasSubstr("0, that slow readers"));
   EXPECT_EQ(RunJson({"info"})["limits"]["maxSegments"], 32);
 }
 

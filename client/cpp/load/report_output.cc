@@ -3,6 +3,7 @@
 #include "client/cpp/load/report_output.h"
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 #include <utility>
 #include <vector>
@@ -22,9 +23,13 @@ double PerSecond(uint64_t count, const LoadReport& report) {
   return static_cast<double>(count) / absl::ToDoubleSeconds(report.duration);
 }
 
-double PerGigabyte(absl::Duration cpu, const LoadReport& report) {
+// None where no chunk has changed.
+std::optional<double> PerGigabyte(absl::Duration cpu, const LoadReport& report) {
+  if (report.bytes() == 0) return std::nullopt;
   return absl::ToDoubleSeconds(cpu) * kGigabyte / static_cast<double>(report.bytes());
 }
+
+const char* MovedText(const LoadPlan& plan) { return plan.all_points ? "all points" : "one point"; }
 
 std::string CountedIfAny(uint64_t count, const char* what) {
   return count == 0 ? "" : fmt::format(", {} {}", FormatCount(count), what);
@@ -84,8 +89,9 @@ std::vector<Row> LatencyRows(const LoadReport& report) {
 std::string CpuText(const LoadReport& report) {
   const CpuTimes& cpu = report.cpu;
   const auto text = [&report](const char* whose, absl::Duration time) {
-    return fmt::format("{} {:.2f} s, {:.2f} s/GB", whose, absl::ToDoubleSeconds(time),
-                       PerGigabyte(time, report));
+    const auto per_gigabyte = PerGigabyte(time, report);
+    return fmt::format("{} {:.2f} s{}", whose, absl::ToDoubleSeconds(time),
+                       per_gigabyte ? fmt::format(", {:.2f} s/GB", *per_gigabyte) : "");
   };
   if (cpu.own_holds_server) return text("client and server in one process", cpu.own);
   std::string result = text("client", cpu.own);
@@ -142,8 +148,10 @@ nlohmann::json ToJson(const StreamGroup& group, const LoadReport& report) {
 
 nlohmann::json CpuJson(const LoadReport& report) {
   const auto time = [&report](absl::Duration cpu) {
-    return nlohmann::json{{"seconds", absl::ToDoubleSeconds(cpu)},
-                          {"secondsPerGigabyte", PerGigabyte(cpu, report)}};
+    nlohmann::json json{{"seconds", absl::ToDoubleSeconds(cpu)}};
+    const auto per_gigabyte = PerGigabyte(cpu, report);
+    if (per_gigabyte.has_value()) json["secondsPerGigabyte"] = *per_gigabyte;
+    return json;
   };
   nlohmann::json json{
       {report.cpu.own_holds_server ? "clientAndServer" : "client", time(report.cpu.own)}};
@@ -173,8 +181,7 @@ std::string LoadTitle(const LoadPlan& plan, const LoadReport& report) {
   }
   if (plan.stalled > 0) title += fmt::format(", {} stalled", plan.stalled);
   return title + fmt::format("{}; {}; {}, {}", plan.scenes > 1 ? " each" : "", LoadModeText(plan),
-                             plan.all_points ? "all points" : "one point",
-                             EncodingName(report.encoding));
+                             MovedText(plan), EncodingName(report.encoding));
 }
 
 void PrintLoadText(const LoadPlan& plan, const LoadReport& report, std::ostream& out) {
@@ -204,6 +211,8 @@ void PrintLoadJson(const LoadPlan& plan, const LoadReport& report, std::ostream&
                       {"patches", report.patches},
                       {"points", report.points},
                       {"encoding", EncodingName(report.encoding)},
+                      {"pace", LoadModeText(plan)},
+                      {"moved", MovedText(plan)},
                       {"edits", report.edits},
                       {"editsReplaced", report.replaced},
                       {"editsUnsent", report.unsent},
