@@ -3,8 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: container_test.sh FOLDER
-# Builds the CPU image, runs it as compose.yaml does, and README's Python example against its port. Images and
-# containers are kept apart from this machine's own, and are gone afterwards. FOLDER takes the example's files.
+# Builds the CPU image, runs it as compose.yaml does, and asks its ports: README's Python example, and by HTTP.
+# Images and containers are kept apart from this machine's own, and are gone afterwards. FOLDER takes the
+# example's files.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/../.." && pwd)
 mkdir -p "$1"
@@ -14,7 +15,12 @@ storage=$(mktemp -d /var/tmp/latticed.XXXXXX)
 readonly storage
 export CONTAINERS_CONF=$root/docker/containers.conf CONTAINERS_STORAGE_CONF=$storage/storage.conf
 export BUILDAH_LAYERS=false  # no image is kept, so no steps towards it
-printf '[storage]\ndriver = "overlay"\ngraphroot = "%s/images"\nrunroot = "%s/run"\n' "$storage" "$storage" >"$storage/storage.conf"
+cat >"$CONTAINERS_STORAGE_CONF" <<CONF
+[storage]
+driver = "overlay"
+graphroot = "$storage/images"
+runroot = "$storage/run"
+CONF
 
 fail() {
   printf 'container_test.sh: %s\n' "$*" >&2
@@ -30,13 +36,27 @@ clean() {
 }
 trap clean EXIT
 
-# The first port from 50200 on that nobody listens on.
-free_port() {
-  local port
+# The first ports from 50200 on that nobody listens on.
+free_ports() {  # COUNT
+  local port ports=()
   for port in {50200..50299}; do
-    (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null || { echo "$port"; return; }
+    (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null || ports+=("$port")
+    ((${#ports[@]} < $1)) || { echo "${ports[@]}"; return; }
   done
   fail "ports 50200 to 50299 are all in use"
+}
+
+# ask URL TEXT [grpc-web]: fails unless the answer, to an empty message where it is an rpc, holds the text.
+ask() {
+  /usr/bin/python3 - "$@" <<'PYTHON' || fail "$1 does not answer as it should"
+import sys, urllib.request
+url, text, *rpc = sys.argv[1:]
+request = urllib.request.Request(url)
+if rpc:
+    request = urllib.request.Request(url, bytes(5), {"content-type": "application/grpc-web+proto"})
+answer = urllib.request.urlopen(request, timeout=10).read().decode(errors="replace")
+sys.exit(0 if text in answer else f"no {text!r} in {answer[:2000]!r}")
+PYTHON
 }
 
 "$root/docker/build_image.sh" "$tag"
@@ -44,8 +64,9 @@ mb=$(($(podman image inspect --format '{{.Size}}' "$tag") / 1000000))
 echo "the image has $mb MB"
 ((mb <= most_mb)) || fail "the image has $mb MB, over $most_mb"
 
-port=$(free_port)
+read -r port http admin < <(free_ports 3)
 podman run --detach --name "$name" --network bridge --publish "127.0.0.1:$port:50151" \
+  --publish "127.0.0.1:$http:8080" --publish "127.0.0.1:$admin:9090" \
   --read-only --read-only-tmpfs=false --cap-drop ALL --security-opt no-new-privileges "$tag" >/dev/null
 for ((i = 0; ; ++i)); do
   podman healthcheck run "$name" >/dev/null 2>&1 && break
@@ -57,14 +78,18 @@ podman exec "$name" touch /tmp/file 2>/dev/null && fail "the root is not read-on
 
 # The image's own program makes the mesh; the client is this machine's.
 cd "$work"
-podman run --rm --network none --read-only --cap-drop ALL --user "$EUID" --volume "$work:/work" --entrypoint latticectl "$tag" \
-  sample vase --resolution 1 -o /work/my.obj
-(cd "$root/client/python" && /usr/bin/python3 setup.py -q build_py --build-lib "$work/package" >"$work/package.txt" 2>&1) ||
-  { cat "$work/package.txt"; exit 1; }
-PYTHONPATH=$work/package LATTICED_SERVER=127.0.0.1:$port /usr/bin/python3 "$root/client/python/examples/quickstart.py"
+podman run --rm --network none --read-only --cap-drop ALL --user "$EUID" --volume "$work:/work" \
+  --entrypoint latticectl "$tag" sample vase --resolution 1 -o /work/my.obj
+(cd "$root/client/python" && /usr/bin/python3 setup.py -q build_py --build-lib "$work/package") >package.txt 2>&1 ||
+  { cat package.txt; exit 1; }
+PYTHONPATH=$work/package LATTICED_SERVER=127.0.0.1:$port \
+  /usr/bin/python3 "$root/client/python/examples/quickstart.py"
 [[ $(head -c 4 deformed.glb) == glTF ]] || fail "the example left no deformed.glb"
+ask "http://127.0.0.1:$http/latticed.v1.ServerService/GetServerInfo" "grpc-status: 0" grpc-web
+ask "http://127.0.0.1:$admin/readyz" ready
+ask "http://127.0.0.1:$admin/metrics" 'latticed_rpc_finished_total{method="SceneService/Export",code="OK"} 1'
 
 podman stop --time 30 "$name" >/dev/null
 [[ $(podman inspect --format '{{.State.ExitCode}}' "$name") == 0 ]] || fail "the server did not drain and end by itself"
 podman logs "$name" 2>&1 | grep -q '"message":"stopped"' || fail "the log does not end with 'stopped'"
-echo "container: built, ran read-only without capabilities, served README's Python example, drained"
+echo "container: built, ran read-only without capabilities, served gRPC, gRPC-Web and metrics, drained"
