@@ -93,6 +93,38 @@ test('a server that has lost the scene gets mesh and lattice again from this bro
   fixture.session.close();
 });
 
+test('a page that is opened after the restart restores the scene from what an earlier one saved', async () => {
+  const earlier = await SessionFixture.live();
+  earlier.session.close();
+  const fixture = new SessionFixture({ store: earlier.store });
+  fixture.server.bootId = 'boot-2';
+  fixture.server.meshes.clear();
+
+  fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
+  await until(() => fixture.sockets.opened.length === 2);
+  fixture.stream.hello('boot-2');
+  fixture.state();
+  await fixture.session.ready;
+  fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
+  await until(() => fixture.session.status.state === 'failed');  // and what is deleted on this run stays deleted
+
+  assert.deepEqual([...fixture.server.meshes.get('mesh-1')!], [1, 2, 3]);
+  assert.deepEqual(fixture.states, ['restored', 'failed']);
+  fixture.session.close();
+});
+
+test('without the mesh\'s bytes nothing is restored, in words', async () => {
+  const fixture = await SessionFixture.live();
+  fixture.server.bootId = 'boot-2';
+  fixture.server.meshes.clear();
+  fixture.store.mesh = async () => undefined;
+  fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
+  await until(() => fixture.session.status.state === 'failed');
+
+  assert.match(fixture.session.status.text, /no copy of the mesh/);
+  fixture.session.close();
+});
+
 test('a scene that somebody deleted stays deleted, in words', async () => {
   const fixture = await SessionFixture.live();
   fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));

@@ -63,7 +63,6 @@ export class LiveSession implements SceneSession, ConnectionHost {
   private model: LatticeModel | undefined;
   private openGesture: OwnGesture | undefined;
   private view: ViewRequest;
-  private bootId = '';
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
   private restored = false;
   private presenceAllowed: boolean;
@@ -169,7 +168,7 @@ export class LiveSession implements SceneSession, ConnectionHost {
   }
 
   opened(hello: Hello): void {
-    this.bootId = hello.bootId;
+    this.parts.keeper.runsOn(hello.bootId);
     this.queue.opened();
     this.presences.opened();
     if (this.restored) this.tell('restored', 'The server was restarted; this browser restored mesh and lattice. What was done before cannot be undone.');
@@ -320,7 +319,7 @@ export class LiveSession implements SceneSession, ConnectionHost {
   private async keep(): Promise<void> {
     try {
       const scene = await this.parts.server.scenes.getScene({ scene: this.sceneId });
-      await this.parts.keeper.keep(scene, this.bootId, this.model!.shown);
+      await this.parts.keeper.keep(scene, this.model!.shown);
     } catch (error) {
       console.warn('latticed: the scene is not kept for a restart of the server:', error);
     }

@@ -11,6 +11,8 @@ export interface BackOff {
   readonly lastMs: number;
 }
 
+type Timer = ReturnType<typeof setTimeout>;
+
 export interface ConnectionHost {
   /** What opens the next stream. */
   request(): WatchRequestInit;
@@ -36,9 +38,10 @@ export class SceneConnection {
   private stream: SceneStream | undefined;
   private kind = 0;
   private heard = false;  // anything on this stream
-  private attempts = 0;
+  private attempts = 0;  // since a stream was of use
+  private openedAt = Infinity;
   private goawayMs = 0;
-  private timers: { heartbeat?: ReturnType<typeof setInterval>; silence?: ReturnType<typeof setTimeout>; retry?: ReturnType<typeof setTimeout> } = {};
+  private readonly timers: { heartbeat?: Timer; silence?: Timer; retry?: Timer } = {};
   private closed = false;
   private silenceMs = SceneConnection.FIRST_EVENT_MS;
 
@@ -81,12 +84,13 @@ export class SceneConnection {
     this.listen();
     const { case: kind, value } = event.event;
     if (kind === 'hello') this.begin(value);
+    else if (kind === 'updateEnd') this.attempts = 0;
     else if (kind === 'goaway') this.goawayMs = milliseconds(value.retryAfter);
     this.host.event(event);
   }
 
   private begin(hello: Hello): void {
-    this.attempts = 0;
+    this.openedAt = performance.now();
     this.goawayMs = 0;
     const heartbeatMs = milliseconds(hello.heartbeat);
     if (heartbeatMs > 0) {
@@ -127,6 +131,8 @@ export class SceneConnection {
   private retry(): void {
     if (this.closed) return;
     const { firstMs, lastMs } = this.backOff;
+    if (performance.now() - this.openedAt > lastMs) this.attempts = 0;
+    this.openedAt = Infinity;
     const pause = Math.min(firstMs * 2 ** this.attempts++, lastMs) * (0.5 + Math.random() / 2);
     this.timers.retry = setTimeout(() => this.open(), Math.max(pause, this.goawayMs));
   }

@@ -31,9 +31,13 @@ export class SceneKeeper {
     private readonly sceneId: string,
   ) {}
 
-  /** Remembers a scene as it is on this run of the server, and fetches its mesh if the store lacks it. */
-  async keep(scene: Scene, bootId: string, lattice: Lattice): Promise<void> {
+  /** The run of the server that has the scene. */
+  runsOn(bootId: string): void {
     this.bootId = bootId;
+  }
+
+  /** Remembers a scene, and fetches its mesh if the store lacks it. */
+  async keep(scene: Scene, lattice: Lattice): Promise<void> {
     this.request = create(CreateSceneRequestSchema, {
       sceneId: scene.id, mesh: scene.mesh, labels: scene.labels,
       ...(scene.defaultView && { defaultView: scene.defaultView }), ...(scene.idleTtl && { idleTtl: scene.idleTtl }),
@@ -65,17 +69,24 @@ export class SceneKeeper {
       const request = fromBinary(CreateSceneRequestSchema, stored.request);
       if (lattice) request.lattices = [sourceOf(lattice)];
       await this.uploadAgain(request.mesh);
-      await this.server.scenes.createScene(request);
+      await this.createUnlessThere(request);
+      await this.store.saveScene({ ...stored, bootId, request: toBinary(CreateSceneRequestSchema, request) });
       return true;
     } catch (error) {
-      const failure = ServerError.fromConnect(error);
-      if (failure.code === Code.AlreadyExists) return true;  // another window was quicker
-      throw failure;
+      throw ServerError.fromConnect(error);
     }
   }
 
   close(): void {
     clearTimeout(this.timer);
+  }
+
+  private async createUnlessThere(request: CreateSceneRequest): Promise<void> {
+    try {
+      await this.server.scenes.createScene(request);
+    } catch (error) {  // another window may have been quicker
+      if (ServerError.fromConnect(error).code !== Code.AlreadyExists) throw error;
+    }
   }
 
   private async uploadAgain(id: string): Promise<void> {

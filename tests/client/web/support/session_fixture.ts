@@ -27,6 +27,7 @@ export const noPatches: PatchSource = {
 export interface Options {
   readonly features?: FakeServer['features'];
   readonly name?: string;
+  readonly store?: MemorySceneStore;
 }
 
 /** A session whose server is the test; its lattice has 3 x 3 x 3 points over the unit cube. */
@@ -34,13 +35,14 @@ export class SessionFixture {
   readonly server = new FakeServer();
   readonly sockets = new FakeStreams();
   readonly watches = new FakeStreams();
-  readonly store = new MemorySceneStore();
+  readonly store: MemorySceneStore;
   readonly surface = new SurfaceMesh(noPatches);
   readonly said: string[] = [];
   readonly states: string[] = [];
   readonly session: LiveSession;
 
   constructor(options: Options = {}) {
+    this.store = options.store ?? new MemorySceneStore();
     this.server.features = options.features ?? [];
     this.server.meshes.set('mesh-1', new Uint8Array([1, 2, 3]));
     this.session = new LiveSession('scene-0001', {
