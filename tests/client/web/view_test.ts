@@ -4,10 +4,14 @@ import assert from 'node:assert/strict';
 import { File } from 'node:buffer';
 import { test } from 'node:test';
 import { PerspectiveCamera } from 'three';
+import type { Editor } from '@src/edit/editor';
 import { fileKind, readMeshFile } from '@src/intake/mesh_file';
 import { objCornerUvs } from '@src/intake/obj_uvs';
 import { SAMPLES, sampleFile, type SampleName } from '@src/intake/samples';
+import { WORLD_BASIS } from '@src/lattice/vec';
+import type { LatticeEdit } from '@src/session/lattice_edit';
 import { Commands, chordOf, tooltip, type Command } from '@src/ui/commands';
+import { PullDrag } from '@src/viewport/drags';
 import {
   jacobianAt,
   nearestPoint,
@@ -17,6 +21,7 @@ import {
   projectAll,
   rayAt,
 } from '@src/viewport/projection';
+import type { Viewport } from '@src/viewport/viewport';
 
 const size = { width: 800, height: 600 };
 
@@ -130,4 +135,52 @@ test('texture coordinates of OBJ corners come in the order of faces, also counte
 
   assert.deepEqual([...objCornerUvs(text)!], [0.5, 1, 0, 0.25, 0, 0, 1, 1, 0, 0.25, 0.5, 1]);
   assert.equal(objCornerUvs('v 0 0 0\nf 1 1 1'), undefined);
+});
+
+/** A pull from (400, 300) of a front view, 30 pixels a unit, whose pick answers as it is told. */
+function pullOf(picked: () => Promise<unknown>) {
+  const log: (LatticeEdit | string)[] = [];
+  const misses: unknown[] = [];
+  const viewport = {
+    ray: () => ({ origin: [0, 0, 10], direction: [0, 0, -1] }),
+    transformView: () => ({
+      basis: WORLD_BASIS,
+      jacobian: [
+        [30, 0, 0],
+        [0, -30, 0],
+      ],
+    }),
+  } as unknown as Viewport;
+  const gesture = () => ({
+    update: (e: LatticeEdit) => log.push(e),
+    commit: () => log.push('commit'),
+    cancel: () => log.push('cancel'),
+  });
+  const editor = { session: { pick: picked, gesture } } as unknown as Editor;
+  return { log, misses, drag: new PullDrag(viewport, editor, [400, 300], (error) => misses.push(error)) };
+}
+
+const HELD = { face: 7, corners: [21, 22, 23], barycentrics: [0.2, 0.3, 0.5], position: [1, 2, 3] } as const;
+
+test('the surface is pulled in the plane of the view, also where the pointer was quicker than the pick', async () => {
+  const { log, drag } = pullOf(() => Promise.resolve(HELD));
+
+  drag.move(430, 285);
+  await new Promise((resolve) => setTimeout(resolve));
+  drag.end();
+
+  assert.deepEqual(log, [{ kind: 'drag', points: [HELD], targets: Float64Array.of(2, 2.5, 3) }, 'commit']);
+});
+
+test('a press without a move pulls nothing, one beside the surface or unanswered is told', async () => {
+  const still = pullOf(() => Promise.resolve(HELD));
+  const beside = pullOf(() => Promise.resolve(undefined));
+  const refused = pullOf(() => Promise.reject(new Error('gone')));
+
+  await new Promise((resolve) => setTimeout(resolve));
+  for (const { drag } of [still, beside, refused]) drag.end();
+
+  assert.deepEqual([still.log, still.misses], [[], []]);
+  assert.deepEqual(beside.misses, [undefined]);
+  assert.match(String(refused.misses[0]), /gone/);
 });

@@ -21,7 +21,6 @@ export class Panel {
   private readonly count = h('p', { class: 'facts' });
   private readonly radius: Control;
   private editor: Editor | undefined;
-  private scale = 1;
 
   constructor(private readonly settings: SettingsStore) {
     this.radius = this.radiusSlider();
@@ -44,7 +43,6 @@ export class Panel {
   /** Shows another scene; `size` is its mesh's, for the slider of the soft radius. */
   show(editor: Editor, size: number): void {
     this.editor = editor;
-    this.scale = size;
     const range = this.radius.element.querySelector('input')!;
     range.max = String(size);
     range.step = String(size / 200);
@@ -165,7 +163,7 @@ export class Panel {
   private radiusSlider(): Control {
     const get = (): number => this.settings.value.soft.radius;
     const set = (radius: number): void => this.settings.set({ soft: { ...this.settings.value.soft, radius } });
-    return slider({ label: 'Radius', get, set }, { min: 0, max: this.scale, step: this.scale / 200 });
+    return slider({ label: 'Radius', get, set }, { min: 0, max: 1, step: 0.005 });
   }
 
   private surfaceControls(): HTMLElement[] {

@@ -9,8 +9,13 @@ export class FakeWorker implements DecodeWorker {
   onmessage: ((event: { data: DecodeAnswer }) => void) | null = null;
   onerror: ((event: { message?: string }) => void) | null = null;
   readonly jobs: DecodeJob[] = [];
+  private readonly decoder: Promise<ChunkDecoder>;
 
-  constructor(private readonly wasm: ArrayBuffer, private readonly atOnce = false) {}
+  constructor(wasm: ArrayBuffer, private readonly atOnce = false) {
+    this.decoder = FakeWorker.shared ??= ChunkDecoder.create(wasm);
+  }
+
+  private static shared: Promise<ChunkDecoder> | undefined;  // compiling it takes long
 
   postMessage(message: DecodeRequest): void {
     if (message.kind !== 'job') return;
@@ -20,7 +25,7 @@ export class FakeWorker implements DecodeWorker {
 
   /** Does what lies here, in order. */
   async work(): Promise<void> {
-    const decoder = await ChunkDecoder.create(this.wasm);
+    const decoder = await this.decoder;
     for (const job of this.jobs.splice(0)) {
       let answer: DecodeAnswer;
       try {

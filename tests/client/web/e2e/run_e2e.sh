@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: run_e2e.sh LATTICED WEB VIEWER: the program, the viewer's build folder, the viewer
+# The viewer in Chromium against the server. Skips (77) where there is no Chromium, and fails there under
+# LATTICED_REQUIRE_CHROMIUM. Screenshots are left in WEB/shots.
+set -euo pipefail
+export LATTICED=$1 LATTICED_PAGE=$2/tests/page LATTICED_VIEWER=$3 LATTICED_SHOTS=$2/shots
+export CHROMIUM=${CHROMIUM:-$(command -v chromium || true)}
+
+if [[ -z $CHROMIUM ]]; then
+  echo "no chromium: the viewer is not tested"
+  [[ -n ${LATTICED_REQUIRE_CHROMIUM:-} ]] && exit 1
+  exit 77
+fi
+mkdir -p "$LATTICED_SHOTS"
+cd "$2"
+node --test tests/e2e
