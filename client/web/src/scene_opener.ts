@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // From a file, a sample or a link to an open scene.
+import type { Texture } from 'three';
 import type { App } from './app';
 import { fileKind, readMeshFile, type MeshFile } from './intake/mesh_file';
 import { sampleFile, type SampleName } from './intake/samples';
@@ -22,6 +23,7 @@ export class SceneOpener {
   /** Of the scene that is open: its mesh's id, the mesh's file where this page has it, and a picture dropped for it. */
   private mesh: { id: string; file?: MeshFile; picture?: File } = { id: '' };
 
+  private texture: Texture | undefined;
   private readonly person = randomPerson();
 
   constructor(private readonly app: App) {}
@@ -41,18 +43,9 @@ export class SceneOpener {
     this.takeMesh(sampleFile(name));
   }
 
-  /** Takes what was dropped or chosen: a mesh, or the JSON of a lattice for the scene that is open. */
+  /** Takes what was dropped or chosen: a mesh, with a picture or not, or a lattice or picture for the scene. */
   takeFiles(files: readonly File[]): void {
-    const lattice = files.find((file) => fileKind(file.name) === 'lattice');
-    const picture = files.find((file) => fileKind(file.name) === 'picture');
-    const mesh = files.find((file) => file !== lattice && file !== picture);
-    const taken =
-      mesh !== undefined
-        ? readMeshFile(mesh).then((file) => this.takeMesh(file, picture))
-        : lattice !== undefined
-          ? this.takeLattice(lattice)
-          : this.takePicture(picture);
-    taken.catch((error: unknown) => this.app.toasts.fail(inWords(error)));
+    this.take(files).catch((error: unknown) => this.app.toasts.fail(inWords(error)));
   }
 
   saveLattice(): void {
@@ -73,11 +66,22 @@ export class SceneOpener {
     this.mesh.file ??= await services.downloadMesh(this.mesh.id);
     const { texture, cornerUvs } = await meshTexture(this.mesh.file, this.mesh.picture);
     await scene.session.surface.setTexture(texture, cornerUvs);
+    this.texture?.dispose();
+    this.texture = texture;
     viewport.invalidate();
   }
 
+  private async take(files: readonly File[]): Promise<void> {
+    const lattice = files.find((file) => fileKind(file.name) === 'lattice');
+    const picture = files.find((file) => fileKind(file.name) === 'picture');
+    const mesh = files.find((file) => file !== lattice && file !== picture);
+    if (mesh !== undefined) this.takeMesh(await readMeshFile(mesh), picture);
+    else if (lattice !== undefined) await this.takeLattice(lattice);
+    else if (picture !== undefined) await this.takePicture(picture);
+  }
+
   /** Shows the mesh with a picture as its base colour. */
-  private async takePicture(picture: File | undefined): Promise<void> {
+  private async takePicture(picture: File): Promise<void> {
     const { scene, settings } = this.app;
     if (scene === undefined) throw new Error('Open a mesh first, then its picture.');
     this.mesh.picture = picture;

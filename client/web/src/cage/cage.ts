@@ -11,6 +11,9 @@ import type { Presence } from '../session/scene_session';
 import { discMaterial, lineMaterial } from './cage_materials';
 import { DARK_CAGE, DIAMETERS, type CageStyle, type PointState } from './cage_style';
 
+const CROWD = 4096; // control points from which discs would hide one another
+const CROWDED = 0.6;
+
 export class Cage {
   /** In the world: positions inside are relative to the lattice's frame, since the GPU has floats only. */
   readonly object = new Group();
@@ -135,7 +138,8 @@ export class Cage {
     const colour = this.grid.getAttribute('color') as BufferAttribute;
     const state = this.stateOf(index);
     const [r, g, b] = this.colours[state];
-    (disc.array as Uint8Array).set([r, g, b, this.selection.isHidden(index) ? 0 : DIAMETERS[state]], 4 * index);
+    const diameter = DIAMETERS[state] * (this.lattice.count > CROWD ? CROWDED : 1);
+    (disc.array as Uint8Array).set([r, g, b, this.selection.isHidden(index) ? 0 : diameter], 4 * index);
     (colour.array as Uint8Array).set(state === 'hover' ? this.colours.plain : [r, g, b], 3 * index);
     disc.needsUpdate = true;
     colour.needsUpdate = true;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { App } from '../app';
+import type { Editor } from '../edit/editor';
 import { AXIS_NAMES, type Axis } from '../lattice/grid';
 import type { SceneView } from '../scene_view';
 import type { Command } from '../ui/commands';
@@ -23,7 +24,7 @@ export function selectCommands(app: App): Command[] {
   ]);
   return [
     selection('select-all', 'All', ({ editor }) => editor.selection.all(), { keys: ['A'], icon: 'all' }),
-    selection('select-none', 'None', ({ editor }) => editor.selection.none(), {
+    selection('select-none', 'None', ({ editor }) => leave(app, editor), {
       keys: ['Alt+A', 'Escape'],
       icon: 'none',
     }),
@@ -42,4 +43,10 @@ export function selectCommands(app: App): Command[] {
     tool(app, 'select', 'Select', ['Q'], 'select'),
     tool(app, 'box', 'Select by a box', ['B'], 'box'),
   ];
+}
+
+/** Out of a tool first, then of the selection. */
+function leave({ settings }: App, { selection }: Editor): void {
+  if (settings.value.tool === 'select') selection.none();
+  else settings.set({ tool: 'select' });
 }

@@ -44,6 +44,7 @@ const AXIS_KEYS = 'xyz';
 const KIND_KEYS: Record<string, MotionKind> = { g: 'move', r: 'rotate', s: 'scale' };
 const SNAP_ANGLE = Math.PI / 36; // 5 degrees
 const SNAP_FACTOR = 0.1;
+const LEAST_RADIUS = 20; // pixels: a scaling that begins on the pivot would leap
 
 export class TransformSession {
   constraint: Constraint | undefined;
@@ -52,6 +53,7 @@ export class TransformSession {
   private way: [number, number] = [0, 0]; // in pixels, with the fine parts made smaller
   private turn = 0;
   private factor = 1;
+  private readonly startRadius: number;
   private snapping = false;
   private fine = false;
 
@@ -61,6 +63,7 @@ export class TransformSession {
     pointer: [number, number],
   ) {
     this.at = pointer;
+    this.startRadius = Math.max(Math.hypot(pointer[0] - view.pivot[0], pointer[1] - view.pivot[1]), LEAST_RADIUS);
   }
 
   /** Follows the pointer to a place in pixels. */
@@ -72,17 +75,10 @@ export class TransformSession {
     this.way[0] += (after[0] - before[0]) * speed;
     this.way[1] += (after[1] - before[1]) * speed;
     this.turn += signedAngle(before, after) * speed;
-    const radius = Math.max(Math.hypot(...before), 1);
-    this.factor += ((Math.hypot(...after) - Math.hypot(...before)) / Math.max(this.startRadius(radius), 1)) * speed;
+    this.factor += ((Math.hypot(...after) - Math.hypot(...before)) / this.startRadius) * speed;
     this.at = [x, y];
     this.snapping = modifiers.ctrl;
     this.fine = modifiers.shift;
-  }
-
-  private firstRadius: number | undefined;
-
-  private startRadius(now: number): number {
-    return (this.firstRadius ??= now);
   }
 
   /** Takes a key by the name that KeyboardEvent.key gives it; undefined where it means nothing here. */

@@ -54,7 +54,3 @@ export function coordinates(basis: Basis, v: Vec3): Vec3 {
 export function pointAt(points: ArrayLike<number>, index: number): Vec3 {
   return [points[3 * index], points[3 * index + 1], points[3 * index + 2]];
 }
-
-export function setPoint(points: Float64Array, index: number, p: Vec3): void {
-  points.set(p, 3 * index);
-}

@@ -72,8 +72,9 @@ export class FitDialog {
       if (!this.abort.signal.aborted) this.error.textContent = inWords(error);
       return;
     }
-    const { name, vertices, faces } = this.mesh;
-    this.facts.textContent = `${name}: ${vertices.toLocaleString('en')} vertices, ${faces.toLocaleString('en')} faces`;
+    const { name, vertices, faces, bounds } = this.mesh;
+    const extent = AXES.map((axis) => Number((bounds.max[axis] - bounds.min[axis]).toPrecision(3))).join(' × ');
+    this.facts.textContent = `${name}: ${vertices.toLocaleString('en')} vertices, ${faces.toLocaleString('en')} faces, ${extent}`;
     this.bar.hidden = true;
     this.check();
     this.create.focus();

@@ -22,7 +22,6 @@ const PATHS = {
   all: 'M4 4h16v16H4zM8 12l3 3 5-6',
   none: 'M4 4h16v16H4z',
   invert: 'M4 4h16v16H4zM4 20L20 4M20 8v12H8z',
-  row: 'M4 12h16M5 12a1 1 0 1 0 .1 0M12 12a1 1 0 1 0 .1 0M19 12a1 1 0 1 0 .1 0M4 5h16M4 19h16',
   eye: 'M2 12s4-7 10-7 10 7 10 7-4 7-10 7S2 12 2 12zM12 9a3 3 0 1 0 .1 0',
   eyeOff:
     'M4 4l16 16M10 5.300A9 9 0 0 1 12 5c6 0 10 7 10 7a17 17 0 0 1-3 3.700M6 7.500A17 17 0 0 0 2 12s4 7 10 7a9 9 0 0 0 4-1',
@@ -32,9 +31,7 @@ const PATHS = {
   side: 'M4 8h12v12H4zM16 8l4-4v12l-4 4z',
   top: 'M4 8h12v12H4zM4 8l4-4h12l-4 4z',
   ortho: 'M5 5h14v14H5zM9 9h6v6H9z',
-  perspective: 'M4 5l16 3v8L4 19zM10 6.200v11.6',
   soft: 'M12 12m-2 0a2 2 0 1 0 4 0a2 2 0 1 0-4 0M12 12m-8 0a8 8 0 1 0 16 0a8 8 0 1 0-16 0',
-  mirror: 'M12 3v18M9 7v10l-6 0zM15 7v10h6z',
   knot: 'M4 4h16v16H4zM12 4v16M9 12h6M12 9v6',
   share: 'M10 14a4 4 0 0 0 6 0l3-3a4 4 0 0 0-6-6l-1 1M14 10a4 4 0 0 0-6 0l-3 3a4 4 0 0 0 6 6l1-1',
   export: 'M14 3H6v18h12V7zM14 3v4h4M12 11v7M9 15l3 3 3-3',
