@@ -56,6 +56,11 @@ export class SurfaceMesh implements SurfaceSink {
     return this.layout?.triangleCount ?? 0;
   }
 
+  /** Whether the look's texture is drawn: its coordinates come from the server first. */
+  get isTextured(): boolean {
+    return 'TEXTURED' in (this.material.defines ?? {});
+  }
+
   /** Buffers and geometries made so far: it stands still while updates come. */
   get geometriesMade(): number {
     return this.points.made;
