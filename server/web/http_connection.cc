@@ -13,6 +13,7 @@
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <deque>
+#include <limits>
 #include <sstream>
 
 #include "fmt/format.h"
@@ -164,7 +165,8 @@ void HttpConnection::ReadHead() {
   body_read_ = false;
   parser_.emplace();
   parser_->header_limit(kMaxHeadBytes);
-  parser_->body_limit(boost::none);  // bodies are read in pieces, as fast as they are used
+  // Bodies are read in pieces, as fast as they are used.
+  parser_->body_limit(std::numeric_limits<uint64_t>::max());
   Expire(kHeadTimeout);
   http::async_read_header(
       transport_, buffer_, *parser_,
