@@ -110,8 +110,10 @@ absl::Status Client::CheckHealth() {
   using grpc::health::v1::Health;
   using grpc::health::v1::HealthCheckResponse;
   const auto stub = Health::NewStub(channel_);
-  const auto response = Call(*stub, &Health::Stub::Check, NewContext(),
-                             grpc::health::v1::HealthCheckRequest(), stop_);
+  // How it is at this moment: not made again.
+  const auto response = CallOnce(
+      *stub, &Health::Stub::Check, [&] { return NewContext(); },
+      grpc::health::v1::HealthCheckRequest(), stop_);
   if (!response.ok()) return response.status();
   if (response->status() == HealthCheckResponse::SERVING) return absl::OkStatus();
   return absl::UnavailableError(fmt::format(

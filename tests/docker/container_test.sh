@@ -86,6 +86,7 @@ PYTHONPATH=$work/package LATTICED_SERVER=127.0.0.1:$port \
   /usr/bin/python3 "$root/client/python/examples/quickstart.py"
 [[ $(head -c 4 deformed.glb) == glTF ]] || fail "the example left no deformed.glb"
 ask "http://127.0.0.1:$http/latticed.v1.ServerService/GetServerInfo" "grpc-status: 0" grpc-web
+ask "http://127.0.0.1:$http/" '<script'
 ask "http://127.0.0.1:$admin/readyz" ready
 ask "http://127.0.0.1:$admin/metrics" 'latticed_rpc_finished_total{method="SceneService/Export",code="OK"} 1'
 
