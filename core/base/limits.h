@@ -49,6 +49,10 @@ inline constexpr size_t kMaxChunkBatchBytes = size_t{960} << 10;
 
 // Transport. A proxy may carry many watchers on one connection; calls above wait at the client.
 inline constexpr int kMaxStreamsPerConnection = 4'096;
+// What a connection of --http takes at most: a message in, one out, a piece of a body, TLS. There are
+// as many as --transport-memory has room for, and not more than a process has file descriptors for.
+inline constexpr uint64_t kHttpConnectionBytes = uint64_t{2'560} << 10;
+inline constexpr size_t kMaxHttpConnections = 4'096;
 // Below this a few connections of ordinary clients would be under pressure.
 inline constexpr uint64_t kMinTransportBytes = uint64_t{16} << 20;
 // Requests that wait for a worker, parsed, take up to this share of --memory more: beside it, so that
