@@ -67,6 +67,13 @@ inline constexpr int kDefaultMaxScenes = 10'000;
 inline constexpr int kDefaultMaxWatchersPerScene = 1'000;
 // 4,096 points are answered in a millisecond, and their answer fits a message.
 inline constexpr int kMaxEvaluatePoints = 4'096;
+// A drag of so many points that all are independent takes 0.1 s.
+inline constexpr size_t kMaxDragPoints = 1'024;
+// What others are told of an editor, 10 times a second: with these it stays below 4 KiB.
+inline constexpr size_t kMaxPresenceName = 64;  // characters
+inline constexpr size_t kMaxPresenceIndices = 1'024;
+inline constexpr uint32_t kMaxPresenceColour = 0xFFFFFF;
+inline constexpr int kMaxPresencesPerSecond = 10;
 inline constexpr int kMaxEditorsRemembered = 1'024;
 inline constexpr int kMaxUndoSteps = 256;
 inline constexpr size_t kMaxUndoBytes = size_t{64} << 20;
