@@ -17,6 +17,7 @@ class EditResult:
     boxes_touched: int  # knot boxes whose shape they changed
     patches_touched: int  # patches in those boxes
     largest_move: float  # farthest that a control point went, world units
+    drag_residual: float = 0.0  # largest distance that a drag left to a target, world units
 
     @classmethod
     def from_proto(cls, result: Any) -> EditResult:
@@ -28,4 +29,5 @@ class EditResult:
             result.boxes_touched,
             result.patches_touched,
             result.largest_move,
+            result.drag_residual,
         )
