@@ -27,10 +27,15 @@ namespace {
 // Answers that may wait for a slow reader before its requests are read no more.
 constexpr size_t kMaxBacklog = 64;
 
-// Whether an edit may change the structure, and so make a plan: too long for a thread of gRPC's.
-bool MayMakePlan(const v1::DeformRequest& request) {
+// A drag of so many points takes well below a millisecond.
+constexpr int kQuickDragPoints = 64;
+
+// Whether an edit is too long for a thread of gRPC's: it may change the structure, and so make a
+// plan, or it drags many points.
+bool MayTakeLong(const v1::DeformRequest& request) {
   return std::ranges::any_of(request.edit().edits(), [](const v1::Edit& edit) {
-    return edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo();
+    return edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo() ||
+           edit.drag_points().points_size() > kQuickDragPoints;
   });
 }
 
@@ -89,6 +94,7 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
   void End(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
   absl::Status Open(const v1::DeformRequest& request);
   absl::Status Handle(const v1::DeformRequest& request, SceneStream& stream);
+  absl::Status Control(const v1::ControlWatchRequest& request, SceneStream& stream);
   void HandOver(v1::DeformRequest request);
   // Applies it unless it was not admitted, and answers.
   void HandleEdit(v1::EditBatch batch, absl::Time arrival, const absl::Status& admitted);
@@ -123,7 +129,7 @@ void DeformStream::OnReadDone(bool ok) {
   }
   v1::DeformRequest request;
   absl::Status status = ParseMessage(bytes_, &request);
-  if (status.ok() && stream != nullptr && MayMakePlan(request)) {
+  if (status.ok() && stream != nullptr && MayTakeLong(request)) {
     stream->Touch();
     return HandOver(std::move(request));
   }
@@ -203,24 +209,33 @@ absl::Status DeformStream::Handle(const v1::DeformRequest& request, SceneStream&
     case v1::DeformRequest::kEdit:
       HandleEdit(request.edit(), absl::Now(), absl::OkStatus());
       return absl::OkStatus();
-    case v1::DeformRequest::kControl: {
-      const auto command = FromProto(request.control(), stream.scene());
-      if (!command.ok()) return command.status();
-      const absl::Status status = stream.Control(*command);
-      // A stream that has ended meanwhile has its status already.
-      return absl::IsNotFound(status) ? absl::OkStatus() : status;
-    }
+    case v1::DeformRequest::kControl:
+      return Control(request.control(), stream);
     case v1::DeformRequest::kHeartbeat:
       return absl::OkStatus();
-    case v1::DeformRequest::kPresence:
-      return error::Unimplemented("presence");
+    case v1::DeformRequest::kPresence: {
+      v1::ControlWatchRequest control;
+      *control.mutable_presence() = request.presence();
+      return Control(control, stream);
+    }
     case v1::DeformRequest::kWatch:
       return error::InvalidField("watch", "the stream is open already");
     case v1::DeformRequest::MESSAGE_NOT_SET:
       break;
   }
   if (HoldsUnknown(request)) return error::Unsupported("message", "this kind of message");
-  return error::InvalidField("message", "one of edit, control and heartbeat must be set");
+  return error::InvalidField("message", "one of edit, control, heartbeat and presence must be set");
+}
+
+absl::Status DeformStream::Control(const v1::ControlWatchRequest& request, SceneStream& stream) {
+  if (request.has_presence()) {
+    if (auto s = CheckRole(call_.caller, "SceneService/ApplyEdits"); !s.ok()) return s;
+  }
+  const auto command = FromProto(request, stream.scene());
+  if (!command.ok()) return command.status();
+  const absl::Status status = stream.Control(*command);
+  // A stream that has ended meanwhile has its status already.
+  return absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
 
 void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival,
@@ -263,7 +278,8 @@ absl::StatusOr<EditSummary> DeformStream::Apply(const v1::EditBatch& batch) {
   if (!batch.scene().empty() && batch.scene() != stream->scene().id()) {
     return error::InvalidField("scene", "is not the scene of the stream", "SCENE_MISMATCH");
   }
-  return stream->mutable_scene().ApplyEdits(BatchFromProto(batch), [this] {
+  Scene& scene = stream->mutable_scene();
+  return scene.ApplyEdits(BatchFromProto(batch, *scene.config().mesh), [this] {
     return cancelled_ ? absl::CancelledError("the stream was cancelled") : absl::OkStatus();
   });
 }

@@ -13,6 +13,7 @@
 #include "fmt/format.h"
 #include "server/converters.h"
 #include "server/grpc_status.h"
+#include "server/surface_points.h"
 
 namespace latticed {
 namespace {
@@ -72,6 +73,30 @@ absl::StatusOr<Edit> Read(const v1::ReplaceControlPoints& edit, std::string_view
   return ReplaceControlPoints{*std::move(points)};
 }
 
+absl::StatusOr<Edit> Read(const v1::DragPoints& edit, const PolygonMesh& mesh,
+                          std::string_view field) {
+  const int count = edit.points_size();
+  if (count < 1 || static_cast<size_t>(count) > limits::kMaxDragPoints) {
+    return error::OutOfRange(fmt::format("{}.points", field), count, 1,
+                             static_cast<double>(limits::kMaxDragPoints));
+  }
+  const std::string targets_field = fmt::format("{}.targets", field);
+  auto targets = PointsFromProto(edit.targets(), limits::kMaxDragPoints, targets_field);
+  if (!targets.ok()) return targets.status();
+  if (targets->size() != static_cast<size_t>(count)) {
+    return error::InvalidField(targets_field,
+                               fmt::format("got {} targets for {} points", targets->size(), count));
+  }
+  DragPoints drag{.targets = *std::move(targets)};
+  for (int i = 0; i < count; ++i) {
+    const auto rest =
+        RestPointFromProto(mesh, edit.points(i), fmt::format("{}.points[{}]", field, i));
+    if (!rest.ok()) return rest.status();
+    drag.points.push_back(rest->position);
+  }
+  return drag;
+}
+
 absl::StatusOr<Edit> Read(const v1::InsertKnot& edit, std::string_view field) {
   switch (edit.axis()) {
     case v1::LATTICE_AXIS_UNSPECIFIED:
@@ -113,7 +138,8 @@ absl::StatusOr<Edit> Read(const v1::Undo& edit, std::string_view field) {
   }
 }
 
-absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const std::string& field) {
+absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
+                              const std::string& field) {
   switch (edit.edit_case()) {
     case v1::Edit::kSetControlPoints:
       return Read(edit.set_control_points(), field + ".set_control_points");
@@ -124,7 +150,7 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const std::string& field) {
     case v1::Edit::kReplaceControlPoints:
       return Read(edit.replace_control_points(), field + ".replace_control_points");
     case v1::Edit::kDragPoints:
-      return error::Unimplemented(field + ".drag_points");
+      return Read(edit.drag_points(), mesh, field + ".drag_points");
     case v1::Edit::kInsertKnot:
       return Read(edit.insert_knot(), field + ".insert_knot");
     case v1::Edit::kReset:
@@ -156,7 +182,7 @@ absl::StatusOr<GesturePhase> ReadPhase(v1::GesturePhase phase) {
 
 }  // namespace
 
-absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch) {
+absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
   EditBatch result;
   result.editor_id = batch.editor_id();
   result.sequence = batch.sequence();
@@ -168,15 +194,15 @@ absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch) {
   result.gesture_phase = *phase;
   result.edits.reserve(static_cast<size_t>(batch.edits_size()));
   for (int i = 0; i < batch.edits_size(); ++i) {
-    auto edit = ReadEdit(batch.edits(i), fmt::format("edits[{}]", i));
+    auto edit = ReadEdit(batch.edits(i), mesh, fmt::format("edits[{}]", i));
     if (!edit.ok()) return edit.status();
     result.edits.push_back(*std::move(edit));
   }
   return result;
 }
 
-EditBatch BatchFromProto(const v1::EditBatch& batch) {
-  auto readable = FromProto(batch);
+EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
+  auto readable = FromProto(batch, mesh);
   if (readable.ok()) return *std::move(readable);
   return {.editor_id = batch.editor_id(),
           .sequence = batch.sequence(),
@@ -196,6 +222,7 @@ v1::EditResult ToProto(const EditSummary& summary) {
   result.set_boxes_touched(summary.boxes_touched);
   result.set_patches_touched(summary.patches_touched);
   result.set_largest_move(summary.largest_move);
+  result.set_drag_residual(summary.drag_residual);
   return result;
 }
 

@@ -4,8 +4,7 @@
 // Edit batches and their results <-> core/ffd.
 //
 // Errors   kInvalidArgument with the path of the field, such as
-// "edits[2].move_control_points.offset";
-//          kUnimplemented for drag_points
+// "edits[2].move_control_points.offset"
 // Threads  pure functions
 #ifndef LATTICED_SERVER_EDIT_CONVERTERS_H_
 #define LATTICED_SERVER_EDIT_CONVERTERS_H_
@@ -13,16 +12,18 @@
 #include "absl/status/statusor.h"
 #include "core/ffd/editor_ledger.h"
 #include "core/ffd/lattice_edit.h"
+#include "core/mesh/polygon_mesh.h"
 #include "latticed/v1/edit.pb.h"
 
 namespace latticed {
 
-// Checks what the message alone can tell: counts that must agree, known enum values, finite
-// numbers. Indices, sequence and structure are the scene's to judge.
-[[nodiscard]] absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch);
+// Checks what the message and the scene's mesh can tell: counts that must agree, known enum values,
+// finite numbers, points of the surface. Indices, sequence and structure are the scene's to judge.
+[[nodiscard]] absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch,
+                                                  const PolygonMesh& mesh);
 
 // The same, for a scene to judge in its editor's sequence: what cannot be read is in `refusal`.
-[[nodiscard]] EditBatch BatchFromProto(const v1::EditBatch& batch);
+[[nodiscard]] EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh);
 
 // All but the timings.
 [[nodiscard]] v1::EditResult ToProto(const EditSummary& summary);

@@ -89,7 +89,8 @@ absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& struc
   auto target = residency_->Prepare(*plan, config_.pipeline);
   if (!target.ok()) return target.status();
   if (auto s = stop(); !s.ok()) return s;
-  const uint64_t bytes = HostBytes((*target)->memory());
+  state.patch_tree = std::make_shared<const PatchTree>(**plan);
+  const uint64_t bytes = HostBytes((*target)->memory()) + state.patch_tree->MemoryBytes();
   auto room = residency_->Run([&] { return memory->Resize("the scene's plan", bytes); });
   if (!room.ok()) return room;
   state.memory = std::make_shared<const MemoryReservation>(*std::move(memory));
@@ -222,6 +223,7 @@ MemoryUse Scene::memory() const {
   MemoryUse use = state->target->memory();
   use["mesh"] += config_.mesh->MemoryBytes();
   if (!use.contains("plan")) use["plan"] = state->plan->MemoryBytes();
+  use["patch_tree"] += state->patch_tree->MemoryBytes();
   use["history"] += history_bytes_.load();
   const MutexLock lock(&mutex_);
   for (const auto& [key, view] : views_) {

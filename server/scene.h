@@ -36,6 +36,7 @@
 #include "core/ffd/edit_history.h"
 #include "core/ffd/lattice.h"
 #include "server/mutex.h"
+#include "server/presence.h"
 #include "server/scene_state.h"
 #include "server/scene_view.h"
 
@@ -137,6 +138,9 @@ class Scene : public std::enable_shared_from_this<Scene> {
   // limits::kMaxViewsPerScene are watched.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<SceneView>> AcquireView(const ViewKey& key)
       ABSL_LOCKS_EXCLUDED(mutex_);
+  // Who is here. Who shows or takes back a presence wakes the listeners.
+  PresenceBoard& presence() { return presence_; }
+  void WakeListeners() ABSL_LOCKS_EXCLUDED(mutex_);
   // Tells the pipeline that a view may have work: it was attached, unpaused or left behind.
   void RequestWork() ABSL_LOCKS_EXCLUDED(mutex_);
   // One stage of one view that is watched and behind, with what may follow it, of `most_points` or
@@ -182,7 +186,6 @@ class Scene : public std::enable_shared_from_this<Scene> {
   // The newest state without an open gesture, at the same revision: for views that send fewer bits
   // meanwhile.
   void EndGestures() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
-  void WakeListeners() ABSL_LOCKS_EXCLUDED(mutex_);
   bool WatchedLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool InUseLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
@@ -197,6 +200,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   Mutex edit_mutex_;
   EditHistory history_ ABSL_GUARDED_BY(edit_mutex_);
   std::atomic<uint64_t> history_bytes_ = 0;  // of history_, for those who do not lock
+  PresenceBoard presence_;
 
   mutable Mutex mutex_;
   std::shared_ptr<const SceneState> state_ ABSL_GUARDED_BY(mutex_);

@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "core/base/stop_check.h"
 #include "latticed/v1/scene.pb.h"
 #include "server/mesh_store.h"
 #include "server/scene.h"
@@ -38,6 +39,11 @@ namespace latticed {
 [[nodiscard]] absl::Status EvaluatePoints(const SceneState& state,
                                           const v1::EvaluatePointsRequest& request,
                                           v1::EvaluatePointsResponse* response);
+
+// The first point of the surface at the state on the request's ray; its normal is unset where it is
+// ill-conditioned. kNotFound NOTHING_HIT, and what `stop` says.
+[[nodiscard]] absl::Status Pick(const SceneState& state, const v1::PickRequest& request,
+                                StopCheck stop, v1::SurfacePoint* response);
 
 }  // namespace latticed
 

@@ -131,7 +131,7 @@ class SceneServiceImpl final : public SceneServiceBase {
     const auto arrived = Clock::now();
     return OnScene("SceneService/ApplyEdits", context, request, [=](Scene& scene) -> absl::Status {
       const auto begun = Clock::now();
-      const auto summary = scene.ApplyEdits(BatchFromProto(*request),
+      const auto summary = scene.ApplyEdits(BatchFromProto(*request, *scene.config().mesh),
                                             [context] { return CheckCancelled(*context); });
       if (!summary.ok()) return summary.status();
       *response = ToProto(*summary);
@@ -148,17 +148,24 @@ class SceneServiceImpl final : public SceneServiceBase {
     });
   }
 
-  UnaryReactor* Pick(Context* context, const v1::PickRequest* request, v1::SurfacePoint*) override {
-    return RunUnary(env_, context, "SceneService/Pick", *request,
-                    [](const CallInfo&) { return error::Unimplemented("Pick"); });
+  UnaryReactor* Pick(Context* context, const v1::PickRequest* request,
+                     v1::SurfacePoint* response) override {
+    return OnScene("SceneService/Pick", context, request, [=](Scene& scene) {
+      return latticed::Pick(
+          *scene.State(), *request, [context] { return CheckCancelled(*context); }, response);
+    });
   }
 
   UnaryReactor* ControlWatch(Context* context, const v1::ControlWatchRequest* request,
                              v1::ControlWatchResponse* response) override {
     return RunUnary(env_, context, "SceneService/ControlWatch", *request,
-                    [=, this](const CallInfo&) -> absl::Status {
+                    [=, this](const CallInfo& call) -> absl::Status {
                       if (auto s = CheckSceneMetadata(*context, request->scene());
                           !request->scene().empty() && !s.ok()) {
+                        return s;
+                      }
+                      if (auto s = CheckRole(call.caller, "SceneService/ApplyEdits");
+                          request->has_presence() && !s.ok()) {
                         return s;
                       }
                       return latticed::ControlWatch(env_, *request, response);

@@ -15,6 +15,7 @@
 #include "core/base/bounds.h"
 #include "core/ffd/deform_plan.h"
 #include "core/ffd/lattice.h"
+#include "core/ffd/patch_tree.h"
 #include "core/ffd/quantisation_box.h"
 #include "server/memory_budget.h"
 #include "server/resident_target.h"
@@ -25,8 +26,9 @@ struct SceneState {
   uint64_t revision = 0;
   uint64_t structure_id = 1;  // names knots and frame; a new plan has a new one
   std::shared_ptr<const DeformPlan> plan;
+  std::shared_ptr<const PatchTree> patch_tree;  // of the plan
   std::shared_ptr<ResidentTarget> target;
-  std::shared_ptr<const MemoryReservation> memory;  // of plan and target
+  std::shared_ptr<const MemoryReservation> memory;  // of plan, tree and target
   std::shared_ptr<const std::vector<Vec3d>> control_points;
   QuantisationBox box;
   // Which control points influence any patch: what the box must hold, with the outside pieces.

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "server/grpc_status.h"
+#include "server/presence_converters.h"
 #include "server/random_id.h"
 #include "server/scene_registry.h"
 #include "server/server_env.h"
@@ -34,6 +35,9 @@ uint64_t MostMessageBytes(const SceneState& state, const ViewKey& key) {
   return std::min<uint64_t>(large + kSmall, limits::kMaxMessageBytes);
 }
 
+// The largest presence, beside which the scene holds another while it is being replaced.
+constexpr uint64_t kPresenceBytes = 2 * 8'192;
+
 }  // namespace
 
 std::string_view StreamStateName(StreamState state) {
@@ -54,7 +58,9 @@ SceneStream::SceneStream(ServerEnv* env, std::shared_ptr<Scene> scene, const Opt
       scene_(std::move(scene)),
       only_update_(options.only_update.has_value()),
       watch_id_(NewRandomId()),
+      editor_id_(options.watcher.editor_id),
       sink_(sink),
+      presence_(&scene_->presence(), editor_id_),
       finish_at_(options.only_update),
       half_closed_(only_update_),
       last_heard_(absl::Now()) {}
@@ -135,17 +141,30 @@ absl::StatusOr<std::optional<grpc::ByteBuffer>> SceneStream::NextBuffer() {
     small_.pop_front();
     return buffer;
   }
+  if (auto presence = NextPresence(); presence.has_value()) return presence;
   const auto event = watcher_->Next(absl::Now());
   if (!event.ok()) return event.status();
   if (event->has_value()) return EncodeEvent(**event);
-  if (watcher_->wake_at() != absl::InfiniteFuture()) {
-    pace_ = std::make_unique<grpc::Alarm>();
-    pace_->Set(absl::ToChronoTime(watcher_->wake_at()), [weak = weak_from_this()](bool expired) {
-      if (!expired) return;  // another one took its place
-      if (const auto stream = weak.lock(); stream != nullptr) stream->OnSceneChanged();
-    });
-  }
+  WakeAt(std::min(watcher_->wake_at(), presence_.wake_at()));
   return std::nullopt;
+}
+
+std::optional<grpc::ByteBuffer> SceneStream::NextPresence() {
+  if (only_update_ || !watcher_->has_lattice()) return std::nullopt;
+  const auto presence = presence_.Next(absl::Now());
+  if (presence == nullptr) return std::nullopt;
+  v1::SceneEvent event;
+  *event.mutable_presence() = ToProto(*presence);
+  return EncodeEvent(event);
+}
+
+void SceneStream::WakeAt(absl::Time time) {
+  if (time == absl::InfiniteFuture()) return;
+  pace_ = std::make_unique<grpc::Alarm>();
+  pace_->Set(absl::ToChronoTime(time), [weak = weak_from_this()](bool expired) {
+    if (!expired) return;  // another one took its place
+    if (const auto stream = weak.lock(); stream != nullptr) stream->OnSceneChanged();
+  });
 }
 
 void SceneStream::FinishLocked(const grpc::Status& status) {
@@ -192,10 +211,33 @@ void SceneStream::Touch() {
 }
 
 absl::Status SceneStream::Control(const WatchCommand& command) {
+  auto status = Steer(command);
+  // Others' locks are not taken with this stream's held.
+  if (status.ok() && command.presence.has_value()) scene_->WakeListeners();
+  return status;
+}
+
+absl::Status SceneStream::CheckPresence(const Presence& presence) const {
+  if (editor_id_.empty()) {
+    return error::InvalidField("presence", "the watch has no editor_id, which says whose it is");
+  }
+  if (presence.editor_id.empty() || presence.editor_id == editor_id_) return absl::OkStatus();
+  return error::InvalidField("presence.editor_id", "is not the editor of the watch");
+}
+
+absl::Status SceneStream::Steer(const WatchCommand& command) {
   const absl::MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return error::NotFound("watch", watch_id_);
   Hear();
   // What can be refused comes first, so that a refused command has changed nothing.
+  if (command.presence.has_value()) {
+    if (auto s = CheckPresence(*command.presence); !s.ok()) return s;
+    if (presence_room_.bytes() == 0) {
+      auto room = Reserve(env_->memory, "the stream's presence", kPresenceBytes);
+      if (!room.ok()) return room.status();
+      presence_room_ = *std::move(room);
+    }
+  }
   if (command.view.has_value()) {
     if (auto s = watcher_->CheckAck(command.acked_update_id.value_or(0)); !s.ok()) return s;
     const uint64_t bytes = MostMessageBytes(*scene_->State(), command.view->key);
@@ -208,6 +250,11 @@ absl::Status SceneStream::Control(const WatchCommand& command) {
     if (auto s = watcher_->Ack(*command.acked_update_id); !s.ok()) return s;
   }
   if (command.pause.has_value()) watcher_->SetPaused(*command.pause);
+  if (command.presence.has_value()) {
+    Presence presence = *command.presence;
+    presence.editor_id = editor_id_;
+    scene_->presence().Show(this, std::move(presence));
+  }
   Pump();
   return absl::OkStatus();
 }
@@ -246,6 +293,8 @@ void SceneStream::Fail(const absl::Status& status) {
 void SceneStream::Close() {
   // Not in the destructor: an observer that holds the last reference must not wait for itself.
   if (drain_subscription_.has_value()) env_->drain.Unsubscribe(*drain_subscription_);
+  // The stream has finished: nothing can be shown through it any more.
+  if (scene_->presence().Leave(this)) scene_->WakeListeners();
 }
 
 size_t SceneStream::backlog() const {

@@ -4,7 +4,8 @@
 // What Deform, Watch and GetUpdate have in common: one watcher, one outstanding write, an orderly
 // end. The reactor reads and owns the call; this decides what is written next:
 //
-//   small events (hello, edit_result, heartbeat, goaway) > lattice > the update's next event
+//   small events (hello, edit_result, heartbeat, goaway) > first lattice > presence > lattice >
+//   the update's next event
 //
 // Nothing is queued but small events, and the reader stops reading when those pile up (backlog). A
 // stream ends OK at finish_at, in full detail (half-close, GetUpdate), or after goaway; with a
@@ -37,6 +38,7 @@
 #include "absl/time/time.h"
 #include "latticed/v1/scene.pb.h"
 #include "server/memory_budget.h"
+#include "server/presence.h"
 #include "server/scene.h"
 #include "server/watch_control.h"
 #include "server/watcher.h"
@@ -99,7 +101,8 @@ class SceneStream : public SceneListener,
   // Ends the stream now.
   void Fail(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
   // The call is done: nobody calls the sink any more. Before the reactor lets go of the stream.
-  void Close();
+  // Takes back the presence that it has shown.
+  void Close() ABSL_LOCKS_EXCLUDED(mutex_);
   // Small events that wait to be written.
   size_t backlog() const ABSL_LOCKS_EXCLUDED(mutex_);
 
@@ -110,6 +113,10 @@ class SceneStream : public SceneListener,
   void Pump() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<std::optional<grpc::ByteBuffer>> NextBuffer()
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  std::optional<grpc::ByteBuffer> NextPresence() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void WakeAt(absl::Time time) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status Steer(const WatchCommand& command) ABSL_LOCKS_EXCLUDED(mutex_);
+  absl::Status CheckPresence(const Presence& presence) const;
   bool AtEnd() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void FinishLocked(const grpc::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Hear() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -121,6 +128,7 @@ class SceneStream : public SceneListener,
   const std::shared_ptr<Scene> scene_;
   const bool only_update_;
   const std::string watch_id_;
+  const std::string editor_id_;                 // may be empty
   std::optional<uint64_t> drain_subscription_;  // written by Start alone
 
   mutable absl::Mutex mutex_;
@@ -129,13 +137,16 @@ class SceneStream : public SceneListener,
   MemoryReservation room_ ABSL_GUARDED_BY(mutex_);            // for the message being written
   std::unique_ptr<Watcher> watcher_ ABSL_GUARDED_BY(mutex_);  // null once finished
   std::deque<grpc::ByteBuffer> small_ ABSL_GUARDED_BY(mutex_);
+  PresenceFeed presence_ ABSL_GUARDED_BY(mutex_);
+  MemoryReservation presence_room_ ABSL_GUARDED_BY(mutex_);  // for what is shown; empty before
   grpc::ByteBuffer writing_ ABSL_GUARDED_BY(mutex_);
   std::optional<uint64_t> finish_at_ ABSL_GUARDED_BY(mutex_);
   bool half_closed_ ABSL_GUARDED_BY(mutex_) = false;
   bool going_away_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Time last_heard_ ABSL_GUARDED_BY(mutex_);
   std::unique_ptr<grpc::Alarm> heartbeat_ ABSL_GUARDED_BY(mutex_);
-  std::unique_ptr<grpc::Alarm> pace_ ABSL_GUARDED_BY(mutex_);  // for Watcher::wake_at
+  std::unique_ptr<grpc::Alarm> pace_
+      ABSL_GUARDED_BY(mutex_);  // for wake_at of watcher and presence
 };
 
 }  // namespace latticed

@@ -63,6 +63,9 @@ void FillAbilities(v1::ServerInfo& info) {
        {v1::PIPELINE_FUSED, v1::PIPELINE_GEMM, v1::PIPELINE_GEMM12, v1::PIPELINE_CONTROL_NET}) {
     info.add_pipelines(pipeline);
   }
+  for (const auto feature : {v1::FEATURE_DRAG_POINTS, v1::FEATURE_PICK, v1::FEATURE_PRESENCE}) {
+    info.add_features(feature);
+  }
 }
 
 void FillLimits(const Options& options, v1::ServerLimits& out) {
@@ -85,6 +88,9 @@ void FillLimits(const Options& options, v1::ServerLimits& out) {
   out.set_max_watchers_per_scene(options.max_watchers);
   out.set_max_scenes(options.max_scenes);
   out.set_max_evaluate_points(limits::kMaxEvaluatePoints);
+  out.set_max_drag_points(limits::kMaxDragPoints);
+  out.set_max_presence_name(limits::kMaxPresenceName);
+  out.set_max_presence_indices(limits::kMaxPresenceIndices);
   out.set_max_uploads(limits::kMaxUploads);
   out.set_max_chunk_points(limits::kMaxChunkPoints);
   out.set_max_undo_steps(limits::kMaxUndoSteps);

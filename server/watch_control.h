@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "absl/status/status.h"
+#include "server/presence.h"
 #include "server/snapshot.h"
 
 namespace latticed {
@@ -22,6 +23,7 @@ struct WatchCommand {
   std::optional<uint64_t> acked_update_id;
   std::optional<WatchView> view;
   std::optional<bool> pause;
+  std::optional<Presence> presence;  // an empty editor_id is the watch's own
 };
 
 class WatchControl {

@@ -11,6 +11,7 @@
 #include "fmt/format.h"
 #include "server/call.h"
 #include "server/converters.h"
+#include "server/presence_converters.h"
 #include "server/scene_registry.h"
 #include "server/server_env.h"
 #include "server/view_converters.h"
@@ -90,6 +91,11 @@ absl::StatusOr<WatchCommand> FromProto(const v1::ControlWatchRequest& request, c
     auto view = WatchViewFromProto(request.view(), scene.config().default_view, "view");
     if (!view.ok()) return view.status();
     command.view = *std::move(view);
+  }
+  if (request.has_presence()) {
+    auto presence = FromProto(request.presence());
+    if (!presence.ok()) return presence.status();
+    command.presence = *std::move(presence);
   }
   return command;
 }

@@ -129,7 +129,8 @@ class Watcher {
   // Whether the last update_end left all the detail that the view asks for.
   bool has_full_detail() const { return had_.has_value() && had_->view == full_view_->key(); }
   bool update_in_progress() const { return current_.has_value(); }
-  // Whether the lattice that was sent is the scene's newest.
+  // Whether a lattice was sent, and whether it is the scene's newest.
+  bool has_lattice() const { return lattice_revision_.has_value(); }
   bool lattice_current() const;
   const WatchView& view() const { return asked_; }
   // Of the updates to come, as the limits of the view have it.

@@ -31,7 +31,8 @@ void AddLatticeCommand(CLI::App& app, CommandLine& line);
 void AddApplyCommand(CLI::App& app, CommandLine& line);
 void AddSceneCommands(CLI::App& app, CommandLine& line);  // scene create|list|show|delete
 void AddEditCommands(CLI::App& app,
-                     CommandLine& line);  // edit move|set|insert-knot|reset|undo|redo
+                     CommandLine& line);  // edit move|set|drag|insert-knot|reset|undo|redo
+void AddPickCommand(CLI::App& app, CommandLine& line);
 void AddWatchCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);
 void AddBenchCommand(CLI::App& app, CommandLine& line);

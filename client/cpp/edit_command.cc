@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <ostream>
 
@@ -11,6 +13,7 @@
 #include "client/cpp/commands.h"
 #include "client/cpp/json_output.h"
 #include "client/cpp/lattice_json.h"
+#include "client/cpp/ray_flags.h"
 #include "client/cpp/session.h"
 #include "core/base/sha256.h"
 #include "fmt/format.h"
@@ -23,11 +26,13 @@ struct EditFlags {
   std::string scene, editor, axis = "u", target = "identity", scope = "scene";
   std::vector<std::string> points;  // "i,j,k"
   std::vector<double> vector;       // of --by or --to
+  std::vector<double> by;           // of drag, in place of --to
+  std::vector<double> ray, at;      // what drag takes hold of
   double knot = 0;
   bool json = false;
 };
 
-using EditMaker = absl::Status (*)(const EditFlags&, const v1::LatticeState&, v1::Edit*);
+using EditMaker = absl::Status (*)(const EditFlags&, const v1::LatticeState&, Session&, v1::Edit*);
 
 // The same from call to call, so that redo finds what undo did: made of user and host.
 std::string StableEditorId() {
@@ -55,7 +60,8 @@ absl::Status AppendIndices(const EditFlags& flags, const v1::LatticeState& state
   return absl::OkStatus();
 }
 
-absl::Status MakeMove(const EditFlags& flags, const v1::LatticeState& state, v1::Edit* edit) {
+absl::Status MakeMove(const EditFlags& flags, const v1::LatticeState& state, Session&,
+                      v1::Edit* edit) {
   auto* move = edit->mutable_move_control_points();
   move->mutable_offset()->set_x(flags.vector[0]);
   move->mutable_offset()->set_y(flags.vector[1]);
@@ -63,7 +69,8 @@ absl::Status MakeMove(const EditFlags& flags, const v1::LatticeState& state, v1:
   return AppendIndices(flags, state, move->mutable_indices());
 }
 
-absl::Status MakeSet(const EditFlags& flags, const v1::LatticeState& state, v1::Edit* edit) {
+absl::Status MakeSet(const EditFlags& flags, const v1::LatticeState& state, Session&,
+                     v1::Edit* edit) {
   auto* set = edit->mutable_set_control_points();
   for (size_t i = 0; i < flags.points.size(); ++i) {
     for (const double value : flags.vector) set->add_positions(value);
@@ -71,7 +78,61 @@ absl::Status MakeSet(const EditFlags& flags, const v1::LatticeState& state, v1::
   return AppendIndices(flags, state, set->mutable_indices());
 }
 
-absl::Status MakeInsertKnot(const EditFlags& flags, const v1::LatticeState&, v1::Edit* edit) {
+// What was picked, or named: FACE, three corners, three barycentrics.
+absl::StatusOr<v1::SurfacePoint> HoldOf(const EditFlags& flags, Session& session) {
+  if (!flags.ray.empty()) {
+    const auto point = session.client().Pick(PickRequestOf(flags.scene, flags.ray));
+    if (!point.ok()) return session.Explain(point.status());
+    return point;
+  }
+  v1::SurfacePoint point;
+  for (size_t i = 0; i < 4; ++i) {
+    const double number = flags.at[i];
+    if (!(number >= 0 && number <= std::numeric_limits<uint32_t>::max()) ||
+        number != std::floor(number)) {
+      return absl::InvalidArgumentError(
+          fmt::format("--at: {} is no face or corner, which are counted from 0", number));
+    }
+    const auto index = static_cast<uint32_t>(number);
+    i == 0 ? point.set_face(index) : point.add_corners(index);
+  }
+  for (size_t i = 4; i < 7; ++i) point.add_barycentrics(flags.at[i]);
+  return point;
+}
+
+absl::StatusOr<v1::Vec3> DeformedPosition(const EditFlags& flags, const v1::SurfacePoint& point,
+                                          Session& session) {
+  if (point.has_position()) return point.position();
+  v1::EvaluatePointsRequest request;
+  request.set_scene(flags.scene);
+  *request.mutable_surface_points()->add_points() = point;
+  const auto evaluated = session.client().EvaluatePoints(request);
+  if (!evaluated.ok()) return session.Explain(evaluated.status());
+  v1::Vec3 position;
+  position.set_x(evaluated->positions(0));
+  position.set_y(evaluated->positions(1));
+  position.set_z(evaluated->positions(2));
+  return position;
+}
+
+absl::Status MakeDrag(const EditFlags& flags, const v1::LatticeState&, Session& session,
+                      v1::Edit* edit) {
+  const auto point = HoldOf(flags, session);
+  if (!point.ok()) return point.status();
+  v1::DragPoints& drag = *edit->mutable_drag_points();
+  *drag.add_points() = *point;
+  drag.mutable_targets()->Add(flags.vector.begin(), flags.vector.end());
+  if (flags.by.empty()) return absl::OkStatus();
+  const auto position = DeformedPosition(flags, *point, session);
+  if (!position.ok()) return position.status();
+  drag.add_targets(position->x() + flags.by[0]);
+  drag.add_targets(position->y() + flags.by[1]);
+  drag.add_targets(position->z() + flags.by[2]);
+  return absl::OkStatus();
+}
+
+absl::Status MakeInsertKnot(const EditFlags& flags, const v1::LatticeState&, Session&,
+                            v1::Edit* edit) {
   edit->mutable_insert_knot()->set_axis(flags.axis == "u"   ? v1::LATTICE_AXIS_U
                                         : flags.axis == "v" ? v1::LATTICE_AXIS_V
                                                             : v1::LATTICE_AXIS_W);
@@ -79,19 +140,19 @@ absl::Status MakeInsertKnot(const EditFlags& flags, const v1::LatticeState&, v1:
   return absl::OkStatus();
 }
 
-absl::Status MakeReset(const EditFlags& flags, const v1::LatticeState&, v1::Edit* edit) {
+absl::Status MakeReset(const EditFlags& flags, const v1::LatticeState&, Session&, v1::Edit* edit) {
   edit->mutable_reset()->set_target(flags.target == "initial" ? v1::RESET_TARGET_INITIAL
                                                               : v1::RESET_TARGET_IDENTITY);
   return absl::OkStatus();
 }
 
-absl::Status MakeUndo(const EditFlags& flags, const v1::LatticeState&, v1::Edit* edit) {
+absl::Status MakeUndo(const EditFlags& flags, const v1::LatticeState&, Session&, v1::Edit* edit) {
   edit->mutable_undo()->set_scope(flags.scope == "mine" ? v1::UNDO_SCOPE_MINE
                                                         : v1::UNDO_SCOPE_SCENE);
   return absl::OkStatus();
 }
 
-absl::Status MakeRedo(const EditFlags&, const v1::LatticeState&, v1::Edit* edit) {
+absl::Status MakeRedo(const EditFlags&, const v1::LatticeState&, Session&, v1::Edit* edit) {
   edit->mutable_redo();
   return absl::OkStatus();
 }
@@ -107,7 +168,7 @@ absl::Status Run(const EditFlags& flags, EditMaker make, Console console) {
   // Rises from call to call, also for an editor that is used again.
   batch.set_sequence(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
   batch.set_structure_id(lattice->structure_id());
-  if (auto status = make(flags, *lattice, batch.add_edits()); !status.ok()) return status;
+  if (auto s = make(flags, *lattice, *session, batch.add_edits()); !s.ok()) return s;
   const auto result = session->client().ApplyEdits(batch);
   if (!result.ok()) return session->Explain(result.status());
   if (flags.json) {
@@ -116,8 +177,28 @@ absl::Status Run(const EditFlags& flags, EditMaker make, Console console) {
     console.out << fmt::format(
         "revision {}: {} patches in {} knot boxes changed, largest move {}\n", result->revision(),
         result->patches_touched(), result->boxes_touched(), result->largest_move());
+    if (batch.edits(0).has_drag_points()) {
+      console.out << fmt::format("left to the target: {}\n", result->drag_residual());
+    }
   }
   return absl::OkStatus();
+}
+
+void AddDragOptions(CLI::App& command, EditFlags& flags) {
+  auto* hold = command.add_option_group("what", "The point: one of these");
+  AddRayFlag(*hold, flags.ray);
+  hold->add_option(
+          "--at", flags.at,
+          "Point FACE,CORNER,CORNER,CORNER,B,B,B of the mesh, as 'latticectl pick' says it")
+      ->delimiter(',')
+      ->expected(7);
+  hold->require_option(1);
+  auto* target = command.add_option_group("where", "Where it goes: one of these");
+  target->add_option("--to", flags.vector, "Position X,Y,Z in the world")
+      ->delimiter(',')
+      ->expected(3);
+  target->add_option("--by", flags.by, "Offset X,Y,Z in world units")->delimiter(',')->expected(3);
+  target->require_option(1);
 }
 
 }  // namespace
@@ -147,6 +228,9 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
   };
   add_points(add("move", "Moves control points", MakeMove), "--by", "Offset X,Y,Z in world units");
   add_points(add("set", "Puts control points somewhere", MakeSet), "--to", "Position X,Y,Z");
+  AddDragOptions(
+      *add("drag", "Moves control points so that a point of the surface goes somewhere", MakeDrag),
+      *flags);
   CLI::App* insert =
       add("insert-knot", "Refines the lattice without a change of shape", MakeInsertKnot);
   insert->add_option("axis", flags->axis, "Axis")

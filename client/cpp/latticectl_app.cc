@@ -66,6 +66,7 @@ int RunLatticectl(int argc, const char* const* argv, Console console) {
   AddApplyCommand(app, line);
   AddSceneCommands(app, line);
   AddEditCommands(app, line);
+  AddPickCommand(app, line);
   AddWatchCommand(app, line);
   AddExportCommand(app, line);
   AddBenchCommand(app, line);

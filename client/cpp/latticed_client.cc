@@ -211,6 +211,10 @@ absl::StatusOr<v1::EvaluatePointsResponse> Client::EvaluatePoints(
       [&] { return NewContext(request.scene()); }, request, stop_);
 }
 
+absl::StatusOr<v1::SurfacePoint> Client::Pick(const v1::PickRequest& request) {
+  return Call(*scenes_, &v1::SceneService::Stub::Pick, NewContext(request.scene()), request, stop_);
+}
+
 absl::StatusOr<std::unique_ptr<WatchStream>> Client::Watch(v1::WatchRequest watch,
                                                            EventObserver observer) {
   return WatchStream::Open(this, std::move(watch), std::move(observer));

@@ -89,6 +89,9 @@ class Client {
   [[nodiscard]] absl::StatusOr<v1::EvaluatePointsResponse> EvaluatePoints(
       const v1::EvaluatePointsRequest& request);
 
+  // The first point of the surface on a ray; kNotFound, reason NOTHING_HIT, where it meets none.
+  [[nodiscard]] absl::StatusOr<v1::SurfacePoint> Pick(const v1::PickRequest& request);
+
   // One complete update.
   [[nodiscard]] absl::StatusOr<Surface> GetUpdate(const v1::GetUpdateRequest& request,
                                                   const Progress& progress = {});

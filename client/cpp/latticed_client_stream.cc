@@ -48,6 +48,11 @@ std::unique_ptr<DeformStream::Rpc> DeformStream::OpenRpc(grpc::ClientContext* co
   v1::DeformRequest request;
   *request.mutable_watch() = watch;
   bool open = rpc->Write(request);
+  presence_.Begin();
+  if (presence_.shown().has_value()) {
+    *request.mutable_presence() = *presence_.shown();
+    open = open && rpc->Write(request);
+  }
   if (!unanswered_.empty()) resent_ = unanswered_.back().sequence();
   for (const v1::EditBatch& batch : unanswered_) {
     *request.mutable_edit() = batch;
@@ -77,6 +82,18 @@ absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
   return last_sequence_;
 }
 
+absl::Status DeformStream::Show(v1::Presence presence) {
+  if (half_closed_ || stream_.rpc() == nullptr) {
+    return absl::FailedPreconditionError("the stream takes nothing any more");
+  }
+  presence.set_editor_id(editor_id());
+  v1::DeformRequest request;
+  *request.mutable_presence() = presence;
+  presence_.Show(std::move(presence));
+  (void)stream_.rpc()->Write(request);
+  return absl::OkStatus();
+}
+
 void DeformStream::HalfClose() {
   if (!std::exchange(half_closed_, true) && stream_.rpc() != nullptr) stream_.rpc()->WritesDone();
 }
@@ -97,6 +114,9 @@ absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
   switch (event.event_case()) {
     case v1::SceneEvent::kHello:
       hello_ = event.hello();
+      return step;
+    case v1::SceneEvent::kPresence:
+      presence_.Take(event.presence());
       return step;
     case v1::SceneEvent::kEditResult:
       step.result = event.edit_result();

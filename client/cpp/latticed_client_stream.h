@@ -21,6 +21,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "client/cpp/latticed_client_presence.h"
 #include "client/cpp/latticed_client_resuming.h"
 #include "client/cpp/latticed_client_surface.h"
 #include "grpcpp/support/sync_stream.h"
@@ -51,6 +52,11 @@ class DeformStream {
   // already the newest is returned. The edit's refusal is the error, also when it came earlier, for
   // the last 1,024 refusals. kInvalidArgument for a sequence that was never sent.
   [[nodiscard]] absl::StatusOr<CompleteUpdate> WaitFor(uint64_t sequence);
+  // Shows others who this editor is and what it has selected, until the stream ends; editor_id is
+  // filled in. What the server refuses ends the stream. kFailedPrecondition once it has ended.
+  [[nodiscard]] absl::Status Show(v1::Presence presence);
+  // Who else is there, as far as Next and WaitFor have read.
+  const Others& others() const { return presence_.others(); }
   // No more edits: the stream ends after the update that holds the last one.
   void HalfClose();
   void Cancel() { stream_.Cancel(); }
@@ -71,7 +77,7 @@ class DeformStream {
                                                             EventObserver observer);
   DeformStream(Client* client, v1::WatchRequest watch, EventObserver observer);
 
-  // Makes the rpc and sends the watch and what is unanswered.
+  // Makes the rpc and sends the watch, the presence and what is unanswered.
   std::unique_ptr<Rpc> OpenRpc(grpc::ClientContext* context, const v1::WatchRequest& watch);
   absl::StatusOr<Step> Take(v1::SceneEvent event);
   bool IsLostAnswer(const v1::EditResult& result) const;
@@ -86,6 +92,7 @@ class DeformStream {
   std::deque<v1::EditBatch> unanswered_;
   std::map<uint64_t, absl::Status> refusals_;
   std::optional<CompleteUpdate> newest_update_;
+  PresenceState presence_;
   uint64_t last_sequence_ = 0;
   uint64_t resent_ = 0;  // the last sequence that was sent again
   bool half_closed_ = false;

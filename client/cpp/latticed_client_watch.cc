@@ -49,6 +49,17 @@ absl::Status WatchStream::Control(v1::ControlWatchRequest request) {
   return FromGrpc(status, *context);
 }
 
+absl::Status WatchStream::Show(v1::Presence presence) {
+  presence_.Show(std::move(presence));
+  return ControlPresence(*presence_.shown());
+}
+
+absl::Status WatchStream::ControlPresence(const v1::Presence& presence) {
+  v1::ControlWatchRequest request;
+  *request.mutable_presence() = presence;
+  return Control(std::move(request));
+}
+
 absl::StatusOr<std::optional<CompleteUpdate>> WatchStream::Next() {
   for (;;) {
     auto event = stream_.Read();
@@ -66,6 +77,11 @@ absl::StatusOr<std::optional<CompleteUpdate>> WatchStream::Take(v1::SceneEvent e
   switch (event.event_case()) {
     case v1::SceneEvent::kHello:
       hello_ = event.hello();
+      presence_.Begin();
+      if (presence_.shown().has_value()) (void)ControlPresence(*presence_.shown());
+      return std::nullopt;
+    case v1::SceneEvent::kPresence:
+      presence_.Take(event.presence());
       return std::nullopt;
     case v1::SceneEvent::kHeartbeat:
       (void)Control({});

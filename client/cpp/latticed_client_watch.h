@@ -18,6 +18,7 @@
 #include <optional>
 
 #include "absl/status/statusor.h"
+#include "client/cpp/latticed_client_presence.h"
 #include "client/cpp/latticed_client_resuming.h"
 #include "client/cpp/latticed_client_surface.h"
 #include "grpcpp/support/sync_stream.h"
@@ -36,6 +37,10 @@ class WatchStream {
   [[nodiscard]] absl::StatusOr<std::optional<CompleteUpdate>> Next();
   // Changes the view, pauses or resumes; scene and watch_id are filled in.
   [[nodiscard]] absl::Status Control(v1::ControlWatchRequest request);
+  // Shows others who this watch's editor is, which it must name, until the watch ends; role edit.
+  [[nodiscard]] absl::Status Show(v1::Presence presence);
+  // Who else is there, as far as Next has read.
+  const Others& others() const { return presence_.others(); }
   void Cancel() { stream_.Cancel(); }
 
   // What the watch opened with.
@@ -53,11 +58,13 @@ class WatchStream {
   WatchStream(Client* client, v1::WatchRequest watch, EventObserver observer);
 
   absl::StatusOr<std::optional<CompleteUpdate>> Take(v1::SceneEvent event);
+  absl::Status ControlPresence(const v1::Presence& presence);
 
   Client* const client_;
   Surface surface_;
   std::optional<CompleteUpdate> first_update_;
   v1::Hello hello_;
+  PresenceState presence_;
   ResumingStream<grpc::ClientReader<v1::SceneEvent>> stream_;
 };
 

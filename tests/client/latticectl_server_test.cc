@@ -129,6 +129,34 @@ TEST_F(LatticectlServerTest, ScenesAreMadeShownListedAndDeleted) {
   EXPECT_THAT(gone.err, HasSubstr("NOT_FOUND"));
 }
 
+TEST_F(LatticectlServerTest, PicksAndDragsPointsOfTheSurface) {
+  MakeScene();
+  const std::string ray = "5,0.1,0.1,-1,0,0";
+  const auto x_of = [](const nlohmann::json& point) {
+    return point["position"]["x"].get<double>();
+  };
+  const auto point = RunJson({"pick", "scene-one", "--ray", ray});
+  const std::string text = Run({"pick", "scene-one", "--ray", ray});
+  const size_t begin = text.find("edit drag --at ") + 15;
+  const std::string at = text.substr(begin, text.find('\n', begin) - begin);
+
+  EXPECT_THAT(Run({"edit", "drag", "scene-one", "--at", at, "--by", "0.25,0,0"}),
+              HasSubstr("left to the target: "));
+  const auto dragged = RunJson({"pick", "scene-one", "--ray", ray});
+  EXPECT_NEAR(x_of(dragged), x_of(point) + 0.25, 1e-9);
+  EXPECT_NEAR(dragged["position"]["y"].get<double>(), 0.1, 1e-9);
+  Run({"edit", "drag", "scene-one", "--ray", ray, "--to", "3,0.1,0.1"});
+  EXPECT_NEAR(x_of(RunJson({"pick", "scene-one", "--ray", ray})), 3, 1e-9);
+
+  const RunResult missed = Latticectl(AtServer({"pick", "scene-one", "--ray", "9,9,9,1,0,0"}));
+  EXPECT_EQ(missed.code, 1);
+  EXPECT_THAT(missed.err, HasSubstr("NOTHING_HIT"));
+  const RunResult half = Latticectl(
+      AtServer({"edit", "drag", "scene-one", "--at", "0.5,0,1,2,1,0,0", "--by", "1,0,0"}));
+  EXPECT_EQ(half.code, 1);
+  EXPECT_THAT(half.err, HasSubstr("--at: 0.5 is no face"));
+}
+
 TEST_F(LatticectlServerTest, EditsRaiseTheRevision) {
   MakeScene();
   EXPECT_THAT(

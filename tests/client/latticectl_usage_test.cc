@@ -46,6 +46,9 @@ TEST_F(LatticectlUsage, WrongUsageIsTwoAndSaysWhat) {
       {{"sample", "knot", "-o", "x.ply"}, ".obj"},
       {{"scene"}, "subcommand"},
       {{"edit", "move", "scene-id", "--point", "1,1,1"}, "--by"},
+      {{"edit", "drag", "scene-id", "--ray", "0,0,0,1,0,0"}, "where"},
+      {{"edit", "drag", "scene-id", "--by", "1,0,0"}, "what"},
+      {{"pick", "scene-id", "--ray", "0,0,0"}, "--ray"},
       {{"export", "scene-id", "-o", "x.txt"}, ".nets"},
   };
   for (const auto& [arguments, text] : cases) {

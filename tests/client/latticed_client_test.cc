@@ -113,7 +113,7 @@ TEST_F(ClientTest, AStopCancelsAllButDeletions) {
       client.ApplyEdits({}).status(),       client.EvaluatePoints({}).status(),
       client.GetUpdate(update).status(),    client.GetTopology(scene->id(), "").status(),
       client.Export(file).status(),         client.Watch(watch).status(),
-      client.Deform(watch).status()};
+      client.Deform(watch).status(),        client.Pick({}).status()};
   for (size_t i = 0; i < cancelled.size(); ++i) {
     EXPECT_THAT(cancelled[i], StatusIs(absl::StatusCode::kCancelled)) << i;
   }
@@ -162,6 +162,46 @@ TEST_F(ClientTest, CallsAndStreamsOutliveCutConnectionsAndEveryEditCountsOnce) {
   ASSERT_OK(lattice);
   EXPECT_EQ(lattice->revision(), 20u);
   EXPECT_NEAR(lattice->lattice().control_points(0) - rest, 20, 1e-9);
+}
+
+TEST_F(ClientTest, StreamsSeeEachOthersPresence) {
+  v1::MeshHeader header;
+  header.set_format(v1::MESH_FORMAT_OBJ);
+  const auto mesh = client_->UploadMesh("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", header);
+  ASSERT_OK(mesh);
+  v1::CreateSceneRequest request;
+  request.set_mesh(mesh->id());
+  const auto scene = client_->CreateScene(request);
+  ASSERT_OK(scene);
+  v1::WatchRequest watch;
+  watch.set_scene(scene->id());
+  watch.set_editor_id("alice");
+  const auto alice = client_->Deform(watch);
+  ASSERT_OK(alice);
+  watch.set_editor_id("bob");
+  const auto bob = client_->Watch(watch);
+  ASSERT_OK(bob);
+  v1::Presence presence;
+  presence.set_name("Bob");
+  ASSERT_OK((*bob)->Show(presence));
+  presence.set_name("Alice");
+  ASSERT_OK((*alice)->Show(presence));
+  v1::EditBatch batch;
+  batch.add_edits()->mutable_move_control_points()->add_indices(0);
+  batch.mutable_edits(0)->mutable_move_control_points()->mutable_offset()->set_z(1);
+
+  const auto edit = (*alice)->Send(batch);
+  ASSERT_OK(edit);
+  ASSERT_OK((*alice)->WaitFor(*edit));
+  ASSERT_OK((*bob)->Next());
+
+  ASSERT_EQ((*alice)->others().size(), 1u);
+  EXPECT_EQ((*alice)->others().at("bob").name(), "Bob");
+  ASSERT_EQ((*bob)->others().size(), 1u);
+  EXPECT_EQ((*bob)->others().at("alice").name(), "Alice");
+  (*alice)->HalfClose();
+  while (!(*alice)->Next().value_or(DeformStream::Step{}).ended()) continue;
+  EXPECT_THAT((*alice)->Show(presence), StatusIs(absl::StatusCode::kFailedPrecondition));
 }
 
 TEST_F(ClientTest, ExportsCarryUpAxisAndUnit) {

@@ -24,6 +24,14 @@ class Silence : public google::protobuf::io::ErrorCollector {
   void AddError(int, google::protobuf::io::ColumnNumber, const std::string&) override {}
 };
 
+const latticed::PolygonMesh& Triangle() {
+  static const auto* const kMesh =
+      new latticed::PolygonMesh{.positions = {{0, 0, 0}, {1, 2, 0}, {0, 1, 3}},
+                                .face_offsets = {0, 3},
+                                .corner_vertices = {0, 1, 2}};
+  return *kMesh;
+}
+
 latticed::Lattice StartLattice() {
   latticed::Bounds bounds;
   bounds.Extend(latticed::Vec3d{0, 0, 0});
@@ -48,7 +56,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const bool parsed = parser.ParseFromString(std::string(rest.substr(0, end)), &message);
     rest.remove_prefix(std::min(rest.size(), end + 3));
     if (!parsed) continue;
-    const auto batch = latticed::FromProto(message);
+    const auto batch = latticed::FromProto(message, Triangle());
     if (!batch.ok()) continue;
     const uint64_t revision = history.revision();
     const latticed::Lattice before = history.lattice();

@@ -226,6 +226,18 @@ TEST_F(TokenServerTest, ReaderWatchesThroughDeformAndItsEditsAreRefused) {
   get_request.set_scene(scene.id());
   ASSERT_TRUE(env_.scenes().GetScene(&get, get_request, &scene).ok());
   EXPECT_EQ(scene.revision(), 0u);
+
+  grpc::ClientContext shown;
+  SetToken(shown, "token-r");
+  shown.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
+  const auto presence = env_.scenes().Deform(&shown);
+  request.mutable_watch()->set_scene(scene.id());
+  request.mutable_watch()->set_editor_id("rita");
+  ASSERT_TRUE(presence->Write(request));
+  request.mutable_presence()->set_name("Rita");
+  ASSERT_TRUE(presence->Write(request));
+  while (presence->Read(&event)) continue;
+  EXPECT_EQ(presence->Finish().error_code(), grpc::StatusCode::PERMISSION_DENIED);
 }
 
 TEST_F(TokenServerTest, ForcedDeleteNeedsAdmin) {

@@ -63,7 +63,8 @@ TEST_F(DeviceMemoryTest, APlanOnTheDeviceIsNotCountedOnTheHost) {
 
   ASSERT_OK(Create(SceneRequest()));
 
-  EXPECT_EQ(Info().reserved_host_bytes() - before, Get().bytes().at("plan"));
+  const auto bytes = Get().bytes();
+  EXPECT_EQ(Info().reserved_host_bytes() - before, bytes.at("plan") + bytes.at("patch_tree"));
 }
 
 TEST_F(DeviceMemoryTest, TheHostsBudgetDoesNotBoundTheDevice) {
@@ -111,7 +112,7 @@ TEST_F(DeviceMemoryTest, SceneMeshAndServerTellEachByPurpose) {
   const uint64_t vertices = scene.patches() * kBytesPerPatch;
   EXPECT_EQ(scene.bytes().at("device_plan"), plan);
   EXPECT_EQ(scene.bytes().at("device_vertices"), vertices);
-  for (const char* purpose : {"mesh", "plan", "chunks"}) {
+  for (const char* purpose : {"mesh", "plan", "patch_tree", "chunks"}) {
     EXPECT_GT(scene.bytes().at(purpose), 0u) << purpose;
   }
   EXPECT_EQ(GetMesh().device_bytes(), plan);

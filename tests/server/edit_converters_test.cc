@@ -28,6 +28,14 @@ v1::EditBatch BatchOf(const v1::Edit& edit) {
   return batch;
 }
 
+// A triangle with the legs 4 along x and y.
+const PolygonMesh& Mesh() {
+  static const auto* const kMesh = new PolygonMesh{.positions = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}},
+                                                   .face_offsets = {0, 3},
+                                                   .corner_vertices = {0, 1, 2}};
+  return *kMesh;
+}
+
 TEST(EditConverter, KeepsEveryFieldOfABatch) {
   v1::EditBatch batch;
   batch.set_editor_id("editor");
@@ -37,7 +45,7 @@ TEST(EditConverter, KeepsEveryFieldOfABatch) {
   batch.set_gesture_id("drag");
   batch.set_gesture_phase(v1::GESTURE_PHASE_COMMIT);
 
-  const auto result = FromProto(batch);
+  const auto result = FromProto(batch, Mesh());
 
   ASSERT_OK(result);
   EXPECT_EQ(result->editor_id, "editor");
@@ -48,8 +56,8 @@ TEST(EditConverter, KeepsEveryFieldOfABatch) {
   EXPECT_EQ(result->gesture_phase, GesturePhase::kCommit);
   batch.clear_expected_revision();
   batch.set_gesture_phase(v1::GESTURE_PHASE_UNSPECIFIED);
-  EXPECT_FALSE(FromProto(batch)->expected_revision.has_value());
-  EXPECT_EQ(FromProto(batch)->gesture_phase, GesturePhase::kUpdate);
+  EXPECT_FALSE(FromProto(batch, Mesh())->expected_revision.has_value());
+  EXPECT_EQ(FromProto(batch, Mesh())->gesture_phase, GesturePhase::kUpdate);
 }
 
 TEST(EditConverter, ReadsEveryArmInOrder) {
@@ -74,7 +82,7 @@ TEST(EditConverter, ReadsEveryArmInOrder) {
   batch.add_edits()->mutable_undo()->set_scope(v1::UNDO_SCOPE_SCENE);
   batch.add_edits()->mutable_redo();
 
-  const auto result = FromProto(batch);
+  const auto result = FromProto(batch, Mesh());
 
   ASSERT_OK(result);
   ASSERT_EQ(result->edits.size(), 8U);
@@ -93,24 +101,25 @@ TEST(EditConverter, ReadsEveryArmInOrder) {
 
 TEST(EditConverter, CountsMustAgree) {
   v1::Edit set;
-  EXPECT_THAT(FromProto(BatchOf(v1::Edit())), StatusIs(kInvalid, StartsWith("edits[0]")));
+  EXPECT_THAT(FromProto(BatchOf(v1::Edit()), Mesh()), StatusIs(kInvalid, StartsWith("edits[0]")));
   set.mutable_set_control_points();
-  EXPECT_THAT(FromProto(BatchOf(set)),
+  EXPECT_THAT(FromProto(BatchOf(set), Mesh()),
               StatusIs(kInvalid, StartsWith("edits[0].set_control_points.indices")));
   set.mutable_set_control_points()->add_indices(0);
-  EXPECT_THAT(FromProto(BatchOf(set)), StatusIs(kInvalid, HasSubstr("got 0 points for 1 indices")));
+  EXPECT_THAT(FromProto(BatchOf(set), Mesh()),
+              StatusIs(kInvalid, HasSubstr("got 0 points for 1 indices")));
   v1::Edit transform;
   transform.mutable_transform_control_points()->add_indices(0);
   for (int i = 0; i < 12; ++i) transform.mutable_transform_control_points()->add_matrix(i);
-  EXPECT_THAT(FromProto(BatchOf(transform)),
+  EXPECT_THAT(FromProto(BatchOf(transform), Mesh()),
               StatusIs(kInvalid, StartsWith("edits[0].transform_control_points.matrix")));
   v1::Edit move;
   move.mutable_move_control_points()->add_indices(0);
-  EXPECT_THAT(FromProto(BatchOf(move)),
+  EXPECT_THAT(FromProto(BatchOf(move), Mesh()),
               StatusIs(kInvalid, StartsWith("edits[0].move_control_points.offset")));
   v1::Edit many;
   for (int i = 0; i < 32'769; ++i) many.mutable_move_control_points()->add_indices(0);
-  EXPECT_EQ(error::DetailsOf(FromProto(BatchOf(many)).status()).reason, "OUT_OF_RANGE");
+  EXPECT_EQ(error::DetailsOf(FromProto(BatchOf(many), Mesh()).status()).reason, "OUT_OF_RANGE");
 }
 
 TEST(EditConverter, NumbersMustBeFinite) {
@@ -119,7 +128,7 @@ TEST(EditConverter, NumbersMustBeFinite) {
     replace.mutable_replace_control_points()->add_control_points(
         std::numeric_limits<double>::infinity());
   }
-  const auto status = FromProto(BatchOf(replace)).status();
+  const auto status = FromProto(BatchOf(replace), Mesh()).status();
   EXPECT_EQ(error::DetailsOf(status).reason, "NOT_FINITE");
   EXPECT_EQ(error::DetailsOf(status).field, "edits[0].replace_control_points.control_points");
 }
@@ -132,7 +141,7 @@ TEST(EditConverter, UnknownEnumValuesAreUnsupported) {
   v1::EditBatch phase;
   phase.set_gesture_phase(static_cast<v1::GesturePhase>(9));
   for (const auto& batch : {BatchOf(knot), BatchOf(reset), BatchOf(undo), phase}) {
-    const auto status = FromProto(batch).status();
+    const auto status = FromProto(batch, Mesh()).status();
     EXPECT_THAT(status, StatusIs(kInvalid));
     EXPECT_EQ(error::DetailsOf(status).reason, "UNSUPPORTED");
   }
@@ -141,15 +150,24 @@ TEST(EditConverter, UnknownEnumValuesAreUnsupported) {
 TEST(EditConverter, EditsOfLaterVersionsAreUnsupported) {
   v1::Edit later;
   later.GetReflection()->MutableUnknownFields(&later)->AddVarint(/*number=*/500, 1);
-  const auto status = FromProto(BatchOf(later)).status();
+  const auto status = FromProto(BatchOf(later), Mesh()).status();
   EXPECT_THAT(status, StatusIs(kInvalid, StartsWith("edits[0]")));
   EXPECT_EQ(error::DetailsOf(status).reason, "UNSUPPORTED");
 }
 
-TEST(EditConverter, DraggingIsUnimplementedInThisVersion) {
+TEST(EditConverter, DraggedPointsAreReadAtRest) {
   v1::Edit drag;
-  drag.mutable_drag_points();
-  EXPECT_THAT(FromProto(BatchOf(drag)), StatusIs(absl::StatusCode::kUnimplemented));
+  v1::SurfacePoint* point = drag.mutable_drag_points()->add_points();
+  for (const uint32_t corner : {2u, 0u, 1u}) point->add_corners(corner);
+  for (const double b : {0.5, 0.25, 0.25}) point->add_barycentrics(b);
+  for (const double x : {7.0, 8.0, 9.0}) drag.mutable_drag_points()->add_targets(x);
+
+  const auto result = FromProto(BatchOf(drag), Mesh());
+
+  ASSERT_OK(result);
+  const auto& read = std::get<DragPoints>(result->edits[0]);
+  EXPECT_THAT(read.points, ElementsAre(Vec3d{1, 2, 0}));
+  EXPECT_THAT(read.targets, ElementsAre(Vec3d{7, 8, 9}));
 }
 
 TEST(EditConverter, ResultsCarryTheStatusOnlyWhenRefused) {

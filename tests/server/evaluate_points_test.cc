@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// EvaluatePoints and Pick through the stub.
+// EvaluatePoints through the stub.
 #include <cmath>
 #include <set>
 
@@ -101,12 +101,6 @@ TEST_F(EvaluatePointsTest, RefusesBadPoints) {
 
   for (int i = 0; i < 4096; ++i) request.mutable_surface_points()->add_points();
   expect("OUT_OF_RANGE", "surface_points.points");
-}
-
-TEST_F(EvaluatePointsTest, PickIsForLater) {
-  v1::PickRequest request;
-  v1::SurfacePoint response;
-  ExpectRefused(Call(&Stub::Pick, request, &response), Code::kUnimplemented, "UNSUPPORTED");
 }
 
 }  // namespace

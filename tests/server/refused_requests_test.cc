@@ -22,9 +22,10 @@ class RefusedRequestsTest : public StreamTest {
         std::numeric_limits<double>::quiet_NaN());
     return batch;
   }
-  v1::EditBatch Dragging(uint64_t sequence) const {
+  v1::EditBatch OfLater(uint64_t sequence) const {
     v1::EditBatch batch = Move(sequence, 0, 0);
-    batch.mutable_edits(0)->mutable_drag_points();
+    batch.mutable_edits(0)->clear_edit();
+    AddLaterArm(*batch.mutable_edits(0));
     return batch;
   }
   uint64_t Revision() {
@@ -63,8 +64,8 @@ TEST_F(RefusedRequestsTest, UnreadableEditsKeepTheirPlaceInTheSequence) {
   ASSERT_TRUE(Apply(NotFinite(3), &again).ok()) << "the stored result";
   EXPECT_EQ(again.sequence(), 3u);
   EXPECT_EQ(again.revision(), first.revision());
-  ExpectRefused(Apply(Dragging(4)), grpc::StatusCode::UNIMPLEMENTED, "UNSUPPORTED", "");
-  ExpectRefused(Apply(Move(4, 0, 0.1)), grpc::StatusCode::UNIMPLEMENTED, "UNSUPPORTED", "");
+  ExpectRefused(Apply(OfLater(4)), kInvalid, "UNSUPPORTED", "edits[0]");
+  ExpectRefused(Apply(Move(4, 0, 0.1)), kInvalid, "UNSUPPORTED", "edits[0]");
   EXPECT_EQ(Revision(), 1u);
 }
 

@@ -305,7 +305,7 @@ TEST_F(SceneServiceTest, RefusedEditsNameTheFieldAndChangeNothing) {
   ExpectRefused(Apply(undo), Code::kFailedPrecondition, "NOTHING_TO_REDO");
   v1::EditBatch drag = Move("bob", 3, 0, 0);
   drag.mutable_edits(0)->mutable_drag_points();
-  EXPECT_THAT(Apply(drag), StatusIs(Code::kUnimplemented));
+  ExpectRefused(Apply(drag), Code::kInvalidArgument, "OUT_OF_RANGE", "edits[0].drag_points.points");
   ExpectRefused(Apply(Move("", 1, 0, 0.1)), Code::kInvalidArgument, "INVALID_FIELD", "editor_id");
 
   v1::GetSceneRequest get;

@@ -91,6 +91,10 @@ void EventLog::Take(const v1::SceneEvent& event) {
     case v1::SceneEvent::kEditResult:
       results.push_back(event.edit_result());
       break;
+    case v1::SceneEvent::kPresence:
+      EXPECT_TRUE(lattice.has_lattice()) << "presence comes after lattice_state";
+      presences.push_back(event.presence());
+      break;
     case v1::SceneEvent::kHeartbeat:
       ++heartbeats;
       break;

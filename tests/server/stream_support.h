@@ -36,6 +36,7 @@ class EventLog {
   std::vector<v1::UpdateBegin> begins;
   std::vector<v1::UpdateEnd> ends;
   std::vector<v1::EditResult> results;
+  std::vector<v1::Presence> presences;
   std::vector<v1::Goaway> goaways;
   size_t heartbeats = 0;
   size_t deltas = 0;

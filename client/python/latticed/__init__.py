@@ -26,9 +26,11 @@ from latticed.evaluation import Evaluation
 from latticed.gesture import Gesture
 from latticed.lattice import Lattice
 from latticed.mesh import Mesh
+from latticed.presence import Presence
 from latticed.progress_bar import ProgressBar
 from latticed.provenance import Provenance
 from latticed.scene import Scene
+from latticed.surface_point import SurfacePoint
 from latticed.topology import Topology
 from latticed.update import Update
 from latticed.view import View
@@ -43,9 +45,11 @@ __all__ = [
     "Lattice",
     "LatticedError",
     "Mesh",
+    "Presence",
     "ProgressBar",
     "Provenance",
     "Scene",
+    "SurfacePoint",
     "Topology",
     "Update",
     "View",

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections import OrderedDict, deque
 from types import TracebackType
-from typing import Any, Deque, Dict, Optional, Type, Union
+from typing import Any, Deque, Dict, Optional, Sequence, Type, Union
 
 import grpc
 
@@ -13,6 +13,7 @@ from latticed.connection import Connection
 from latticed.edit_calls import EditCalls
 from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
+from latticed.presence import Presence
 from latticed.requests import Requests
 from latticed.update import Update
 from latticed.update_stream import UpdateStream
@@ -100,6 +101,12 @@ class DeformStream(UpdateStream, EditCalls[int]):
             self._paused = paused
             self._requests.control(scene_pb2.ControlWatchRequest(pause=paused))
 
+    def show(self, name: str = "", colour: int = 0, selected: Sequence[int] = ()) -> None:
+        """Shows others who this editor is and what it has selected, until the stream ends: see Presence."""
+        with self._changed:
+            self._shown = Presence(name, colour, tuple(selected))
+            self._requests.presence(self._shown.to_proto())
+
     def finish(self) -> None:
         """No more edits: the stream ends after the update that holds the last one."""
         with self._changed:
@@ -154,6 +161,8 @@ class DeformStream(UpdateStream, EditCalls[int]):
     def _open(self) -> Any:
         self._requests.finish()  # those of the rpc before
         self._requests = Requests(self._watch)
+        if self._shown is not None:
+            self._requests.presence(self._shown.to_proto())
         for batch in self._unanswered:
             self._requests.edit(batch)
             self._resent = batch.sequence

@@ -18,6 +18,7 @@ class EditResult:
     patches_touched: int  # patches in those boxes
     largest_move: float  # farthest that a control point went, world units
     timings: Any  # where the server's time went: latticed.v1.EditTimings, microseconds
+    drag_residual: float = 0.0  # largest distance that a drag left to a target, world units
 
     @classmethod
     def from_proto(cls, result: Any) -> EditResult:
@@ -30,4 +31,5 @@ class EditResult:
             result.patches_touched,
             result.largest_move,
             result.timings,
+            result.drag_residual,
         )

@@ -6,12 +6,13 @@ Control points are named by their indices (Lattice.indices), or by a mask of the
 """
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from latticed.lattice import vector
+from latticed.surface_point import SurfacePoint
 from latticed.v1 import edit_pb2, lattice_pb2
 
 _AXES = {
@@ -68,6 +69,19 @@ def replace(control_points: npt.ArrayLike) -> edit_pb2.Edit:
     """Puts all control points at positions: shape (nw, nv, nu, 3), world units."""
     flat = np.asarray(control_points, dtype=float).reshape(-1)
     return edit_pb2.Edit(replace_control_points=edit_pb2.ReplaceControlPoints(control_points=flat))
+
+
+def drag(points: Union[SurfacePoint, Sequence[SurfacePoint]], targets: npt.ArrayLike) -> edit_pb2.Edit:
+    """Moves control points as little as takes points of the surface to targets, shape (points, 3), world units.
+
+    Where not all can be reached, what is left is least in the least-squares sense: EditResult.drag_residual.
+    """
+    held = [points] if isinstance(points, SurfacePoint) else list(points)
+    places = np.asarray(targets, dtype=float).reshape(-1)
+    if places.size != 3 * len(held):
+        raise ValueError(f"{len(held)} points want as many targets, not {places.size} numbers")
+    change = edit_pb2.DragPoints(points=[point.to_proto() for point in held], targets=places)
+    return edit_pb2.Edit(drag_points=change)
 
 
 def insert_knot(axis: str, value: float) -> edit_pb2.Edit:

@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Generic, Sequence, TypeVar
+from typing import Generic, Sequence, TypeVar, Union
 
 import numpy.typing as npt
 
 from latticed import edits
+from latticed.surface_point import SurfacePoint
 from latticed.v1 import edit_pb2
 
 Applied = TypeVar("Applied")
@@ -36,3 +37,8 @@ class PointEdits(ABC, Generic[Applied]):
     def replace(self, control_points: npt.ArrayLike) -> Applied:
         """Puts all control points at positions: shape (nw, nv, nu, 3), world units."""
         return self.apply([edits.replace(control_points)])
+
+    def drag(self, points: Union[SurfacePoint, Sequence[SurfacePoint]], targets: npt.ArrayLike) -> Applied:
+        """Moves control points as little as takes points of the surface, those of Scene.pick for instance, to
+        targets, shape (points, 3), world units."""
+        return self.apply([edits.drag(points, targets)])

@@ -22,6 +22,9 @@ class Requests:
     def control(self, control: scene_pb2.ControlWatchRequest) -> None:
         self._queue.put(scene_pb2.DeformRequest(control=control))
 
+    def presence(self, presence: event_pb2.Presence) -> None:
+        self._queue.put(scene_pb2.DeformRequest(presence=presence))
+
     def heartbeat(self) -> None:
         self._queue.put(scene_pb2.DeformRequest(heartbeat=event_pb2.Heartbeat()))
 

@@ -21,9 +21,10 @@ from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
 from latticed.evaluation import Evaluation
 from latticed.export_formats import export_format
-from latticed.lattice import Lattice
+from latticed.lattice import Lattice, vector
 from latticed.progress_bar import Progress, ProgressFunction, progress_function
 from latticed.provenance import Provenance
+from latticed.surface_point import SurfacePoint
 from latticed.update import Update
 from latticed.v1 import edit_pb2, scene_pb2, surface_pb2
 from latticed.view import View
@@ -119,10 +120,15 @@ class Scene(EditCalls[EditResult]):
         stream._start()
         return stream
 
-    def watch(self, view: View = _DEFAULT_VIEW, max_unacked_updates: Optional[int] = None) -> WatchStream:
-        """Updates of what others do, whose first one is here when this returns; max_unacked_updates as in
-        deform."""
-        watch = scene_pb2.WatchRequest(scene=self.id, max_unacked_updates=max_unacked_updates)
+    def watch(
+        self, view: View = _DEFAULT_VIEW, editor_id: str = "", max_unacked_updates: Optional[int] = None
+    ) -> WatchStream:
+        """Updates of what others do, whose first one is here when this returns.
+
+        editor_id: whose presence the stream shows; empty: it can show none. max_unacked_updates as in deform."""
+        watch = scene_pb2.WatchRequest(
+            scene=self.id, editor_id=editor_id, max_unacked_updates=max_unacked_updates
+        )
         stream = WatchStream(self._connection, watch, view, self.default_view)
         stream._start()
         return stream
@@ -137,6 +143,17 @@ class Scene(EditCalls[EditResult]):
         """The deformation, in double precision, at points of the surface, by their place in the source
         mesh: face (n,), three corners of it, numbered as in Provenance, and barycentrics, (n, 3) each."""
         return evaluation.evaluate_surface(self._connection, self.id, faces, corners, barycentrics)
+
+    def pick(self, origin: npt.ArrayLike, direction: npt.ArrayLike) -> Optional[SurfacePoint]:
+        """The first point of the deformed surface on a ray of the world, which drag takes; None: it meets none."""
+        ray = surface_pb2.Ray(origin=vector(origin), direction=vector(direction))
+        request = surface_pb2.PickRequest(scene=self.id, ray=ray)
+        try:
+            return SurfacePoint.from_proto(self._connection.call(self._stub.Pick, request, self.id))
+        except LatticedError as error:
+            if error.reason == "NOTHING_HIT":
+                return None
+            raise
 
     def export(
         self,

@@ -7,13 +7,14 @@ from __future__ import annotations
 import threading
 from abc import ABC, abstractmethod
 from types import TracebackType
-from typing import Any, Callable, Iterator, Optional, Type, TypeVar
+from typing import Any, Callable, Dict, Iterator, Optional, Type, TypeVar
 
 import grpc
 
 from latticed.connection import Connection
 from latticed.errors import LatticedError
 from latticed.lattice import Lattice
+from latticed.presence import Presence
 from latticed.retries import may_retry, pause_after
 from latticed.surface import Surface
 from latticed.update import Update
@@ -54,6 +55,8 @@ class UpdateStream(ABC):
         self._reconnections = 0
         self._error: Optional[Exception] = None
         self._paused = False
+        self._shown: Optional[Presence] = None
+        self._others: Dict[str, Presence] = {}
         self._closing = False
         self._ended = False
         self._hello: Any = event_pb2.Hello()
@@ -71,6 +74,12 @@ class UpdateStream(ABC):
         with self._changed:
             assert self._latest is not None
             return self._latest
+
+    @property
+    def others(self) -> Dict[str, Presence]:
+        """Who else is there and shows it, by editor_id."""
+        with self._changed:
+            return dict(self._others)
 
     @property
     def reconnections(self) -> int:
@@ -216,11 +225,23 @@ class UpdateStream(ABC):
                 raise error
             return pause_after(self._failures)
 
+    def _take_presence(self, presence: Any) -> None:
+        with self._changed:
+            if presence.left:
+                self._others.pop(presence.editor_id, None)
+            else:
+                self._others[presence.editor_id] = Presence.from_proto(presence)
+            self._changed.notify_all()
+
     def _take(self, event: Any) -> None:
         arm = event.WhichOneof("event")
         if arm == "hello":
             self._hello = event.hello
+            with self._changed:
+                self._others.clear()  # the server tells of all who are there
             self._begin()
+        elif arm == "presence":
+            self._take_presence(event.presence)
         elif arm == "heartbeat":
             self._answer_heartbeat()
         elif arm == "edit_result":

@@ -3,11 +3,12 @@
 """Watching without edits, for which a read token suffices."""
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Sequence
 
 import grpc
 
 from latticed.errors import LatticedError
+from latticed.presence import Presence
 from latticed.retries import once
 from latticed.update_stream import UpdateStream
 from latticed.v1 import scene_pb2
@@ -31,6 +32,11 @@ class WatchStream(UpdateStream):
         self._paused = paused
         self._control(scene_pb2.ControlWatchRequest(pause=paused))
 
+    def show(self, name: str = "", colour: int = 0, selected: Sequence[int] = ()) -> None:
+        """Shows others who this watch's editor is, until the stream ends: see Presence. Role edit."""
+        self._shown = Presence(name, colour, tuple(selected))
+        self._control(scene_pb2.ControlWatchRequest(presence=self._shown.to_proto()))
+
     def _open(self) -> Any:
         metadata = self._connection.metadata(self._watch.scene)
         return self._connection.scenes.Watch(self._watch, metadata=metadata)
@@ -38,6 +44,8 @@ class WatchStream(UpdateStream):
     def _begin(self) -> None:
         if self._paused:
             self._control(scene_pb2.ControlWatchRequest(pause=True))
+        if self._shown is not None:
+            self._control(scene_pb2.ControlWatchRequest(presence=self._shown.to_proto()))
 
     def _acknowledge(self, update_id: int) -> None:
         self._control(scene_pb2.ControlWatchRequest(acked_update_id=update_id))

@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""Picks of the surface, and drags of what was picked. The box is 2 x 1 x 3 with a corner at the origin."""
+import grpc
+import latticed
+import numpy as np
+import pytest
+
+
+def test_a_pick_is_a_point_of_the_surface(scene):
+    scene.move(scene.lattice().indices[-1], (0.1, 0.2, 0.5))
+
+    point = scene.pick((0.7, 0.4, 9), (0, 0, -1))
+
+    assert point is not None
+    there = scene.evaluate_surface([point.face], [point.corners], [point.barycentrics])
+    np.testing.assert_allclose(point.position, there.positions[0], atol=1e-12)
+    np.testing.assert_allclose(point.normal, there.normals[0], atol=1e-9)
+    np.testing.assert_allclose(point.position[:2], [0.7, 0.4], atol=1e-9)
+    assert scene.pick((0.7, 0.4, 9), (0, 0, 1)) is None
+
+
+def test_bad_rays_are_refused(scene):
+    with pytest.raises(latticed.LatticedError) as caught:
+        scene.pick((0, 0, 9), (0, 0, 0))
+    assert (caught.value.code, caught.value.field) == (grpc.StatusCode.INVALID_ARGUMENT, "ray.direction")
+
+
+def test_drags_take_picked_points_to_their_targets(scene):
+    top = scene.pick((0.7, 0.4, 9), (0, 0, -1))
+    side = scene.pick((9, 0.5, 1.5), (-1, 0, 0))
+    targets = [top.position + [0, 0, 1], side.position + [0.5, 0.25, 0]]
+
+    result = scene.drag([top, side], targets)
+
+    there = scene.evaluate_surface(
+        [top.face, side.face], [top.corners, side.corners], [top.barycentrics, side.barycentrics]
+    )
+    np.testing.assert_allclose(there.positions, targets, atol=1e-12)
+    assert result.drag_residual < 1e-12
+    assert scene.drag([top, top], [[0, 0, 0], [0, 0, 2]]).drag_residual == pytest.approx(1)
+    with pytest.raises(ValueError, match="2 points want as many targets"):
+        scene.drag([top, side], targets[:1])
+
+
+def test_a_gesture_drags_from_its_begin(scene):
+    top = scene.pick((0.7, 0.4, 9), (0, 0, -1))
+    rest = scene.lattice().control_points
+    with scene.deform() as stream:
+        with stream.gesture() as drag:
+            for height in (4, 5, 3.5):
+                edit = drag.drag(top, (0.7, 0.4, height))
+        stream.wait(edit)
+        there = scene.evaluate_surface([top.face], [top.corners], [top.barycentrics])
+        np.testing.assert_allclose(there.positions[0], [0.7, 0.4, 3.5], atol=1e-12)
+        stream.wait(stream.undo())
+    np.testing.assert_array_equal(scene.lattice().control_points, rest)

@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""Presence between a stream that edits and one that watches."""
+import time
+
+import latticed
+
+
+def wait_for(condition):
+    end = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < end, "not in time"
+        time.sleep(0.01)
+
+
+def test_streams_see_each_other_until_they_end(scene):
+    with scene.watch(editor_id="bob") as bob:
+        with scene.deform(editor_id="alice") as alice:
+            alice.show("Alice", 0x3366FF, selected=[4, 5])
+            wait_for(lambda: bob.others)
+            assert bob.others == {"alice": latticed.Presence("Alice", 0x3366FF, (4, 5))}
+            bob.show("Bob")
+            wait_for(lambda: alice.others)
+            assert alice.others == {"bob": latticed.Presence("Bob")}
+            with scene.watch() as late:
+                wait_for(lambda: len(late.others) == 2)
+        wait_for(lambda: not bob.others)
+
+
+def test_a_stream_that_opens_again_shows_itself_again(scene):
+    with scene.watch() as bob, scene.deform(editor_id="alice") as alice:
+        alice.show("Alice")
+        wait_for(lambda: bob.others)
+        alice._call.cancel()  # as a connection that breaks
+        wait_for(lambda: alice.reconnections == 1)
+        alice.wait(alice.move([0], (1, 0, 0)))
+        wait_for(lambda: bob.others == {"alice": latticed.Presence("Alice")})

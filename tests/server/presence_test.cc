@@ -1,0 +1,223 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Presence between two editors through the stub, and its pace by a clock of the test's own.
+#include "server/presence.h"
+
+#include <functional>
+
+#include "tests/server/refusal.h"
+#include "tests/server/watch_client.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::ElementsAre;
+
+constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+
+class PresenceTest : public StreamTest {
+ protected:
+  void SetUp() override {
+    StreamTest::SetUp();
+    CreateScene();
+  }
+  static v1::DeformRequest Presence(const std::string& name, uint32_t colour = 0x3366FF) {
+    v1::DeformRequest request;
+    request.mutable_presence()->set_name(name);
+    request.mutable_presence()->set_colour(colour);
+    return request;
+  }
+  static v1::DeformRequest Spoilt(const std::function<void(v1::Presence&)>& spoil) {
+    v1::DeformRequest request = Presence("Alice");
+    spoil(*request.mutable_presence());
+    return request;
+  }
+  grpc::Status Control(const WatchClient& watcher, const v1::Presence& presence) {
+    v1::ControlWatchRequest request;
+    request.set_watch_id(watcher.log.hello.watch_id());
+    *request.mutable_presence() = presence;
+    grpc::ClientContext context;
+    v1::ControlWatchResponse response;
+    return scenes_->ControlWatch(&context, request, &response);
+  }
+  // Of a stream that sends this and nothing else.
+  grpc::Status StatusAfter(const v1::DeformRequest& request, const std::string& editor = "alice") {
+    DeformClient client(*scenes_);
+    client.Open(Watch(editor));
+    EXPECT_TRUE(client.Send(request));
+    return client.Finish();
+  }
+};
+
+TEST_F(PresenceTest, OthersSeeItThoseWhoComeLateToo) {
+  DeformClient alice(*scenes_), bob(*scenes_);
+  alice.Open(Watch("alice"));
+  bob.Open(Watch("bob"));
+  bob.ReadUntilRevision(0);
+  v1::DeformRequest shown = Presence("Alice");
+  for (const uint32_t index : {7u, 9u}) shown.mutable_presence()->add_selected_indices(index);
+  ASSERT_TRUE(alice.Send(shown));
+  bob.ReadUntil([&] { return !bob.log.presences.empty(); });
+  WatchClient carol(*scenes_, Watch("carol"));
+  carol.ReadUntil([&] { return !carol.log.presences.empty(); });
+
+  for (const EventLog* log : {&bob.log, &carol.log}) {
+    const v1::Presence& seen = log->presences[0];
+    EXPECT_EQ(seen.editor_id(), "alice");
+    EXPECT_EQ(seen.name(), "Alice");
+    EXPECT_EQ(seen.colour(), 0x3366FFu);
+    EXPECT_THAT(seen.selected_indices(), ElementsAre(7u, 9u));
+    EXPECT_FALSE(seen.left());
+  }
+  // What comes back to alice after carol's own presence would have come by then.
+  ASSERT_TRUE(Control(carol, Presence("Carol").presence()).ok());
+  alice.ReadUntil([&] { return !alice.log.presences.empty(); });
+  EXPECT_EQ(alice.log.presences[0].editor_id(), "carol") << "not its own";
+  EXPECT_LE(alice.log.ends.size(), 1u) << "no revision, no update";
+}
+
+TEST_F(PresenceTest, OthersAreToldWhenAnEditorsLastStreamEnds) {
+  WatchClient bob(*scenes_, Watch("bob"));
+  bob.ReadUpdates(1);
+  const auto last = [&] { return bob.log.presences.back(); };
+  {
+    DeformClient again(*scenes_);
+    {
+      DeformClient alice(*scenes_);
+      alice.Open(Watch("alice"));
+      ASSERT_TRUE(alice.Send(Presence("Alice")));
+      bob.ReadUntil([&] { return !bob.log.presences.empty(); });
+      again.Open(Watch("alice"));
+      ASSERT_TRUE(again.Send(Presence("Alice, again")));
+      bob.ReadUntil([&] { return last().name() == "Alice, again"; });
+    }
+    ASSERT_TRUE(again.Send(Presence("Alice, still")));
+    bob.ReadUntil([&] { return last().name() == "Alice, still"; });
+    for (const auto& presence : bob.log.presences) EXPECT_FALSE(presence.left());
+    again.HalfClose();
+    EXPECT_TRUE(again.Finish().ok());
+  }
+  bob.ReadUntil([&] { return last().left(); });
+  EXPECT_EQ(last().editor_id(), "alice");
+  EXPECT_EQ(last().name(), "");
+  WatchClient carol(*scenes_, Watch("carol"));
+  carol.ReadUpdates(1);
+  EXPECT_TRUE(carol.log.presences.empty()) << "nothing is stored";
+}
+
+TEST_F(PresenceTest, AFloodArrivesAsItsNewest) {
+  DeformClient alice(*scenes_);
+  alice.Open(Watch("alice"));
+  WatchClient bob(*scenes_, Watch("bob"));
+  bob.ReadUpdates(1);
+  constexpr uint32_t kSent = 500;
+  for (uint32_t i = 1; i <= kSent; ++i) ASSERT_TRUE(alice.Send(Presence("Alice", i)));
+
+  bob.ReadUntil(
+      [&] { return !bob.log.presences.empty() && bob.log.presences.back().colour() == kSent; });
+
+  EXPECT_LT(bob.log.presences.size(), kSent / 4);
+}
+
+TEST_F(PresenceTest, ScriptsAreNotBothered) {
+  DeformClient alice(*scenes_);
+  alice.Open(Watch("alice"));
+  ASSERT_TRUE(alice.Send(Presence("Alice")));
+  WatchClient bob(*scenes_, Watch("bob"));
+  bob.ReadUntil([&] { return !bob.log.presences.empty(); });
+  v1::GetUpdateRequest request;
+  request.set_scene(kScene);
+  EventLog log;
+  EXPECT_TRUE(Update(request, log).ok());
+  EXPECT_TRUE(log.presences.empty());
+}
+
+TEST_F(PresenceTest, RefusesWhatIsTooLargeOrSomebodyElses) {
+  const auto expect = [&](const v1::DeformRequest& request, const std::string& reason,
+                          const std::string& field, const std::string& message) {
+    ExpectRefusal(StatusAfter(request), {kInvalid, reason, field, message});
+  };
+  expect(Presence(std::string(65, 'a')), "OUT_OF_RANGE", "presence.name", "has 65 characters");
+  expect(Presence("Alice", 0x1000000), "OUT_OF_RANGE", "presence.colour", "16777215");
+  expect(Spoilt([](auto& p) {
+           for (int i = 0; i < 1025; ++i) p.add_selected_indices(0);
+         }),
+         "OUT_OF_RANGE", "presence.selected_indices", "1024");
+  expect(Spoilt([](auto& p) { p.add_selected_indices(32768); }), "OUT_OF_RANGE",
+         "presence.selected_indices[0]", "32767");
+  expect(Spoilt([](auto& p) { p.set_left(true); }), "INVALID_FIELD", "presence.left", "server");
+  expect(Spoilt([](auto& p) { p.set_editor_id("bob"); }), "INVALID_FIELD", "presence.editor_id",
+         "not the editor");
+  ExpectRefusal(StatusAfter(Presence("Nobody"), ""),
+                {kInvalid, "INVALID_FIELD", "presence", "no editor_id"});
+
+  WatchClient bob(*scenes_, Watch("bob"));
+  bob.ReadUpdates(1);
+  ExpectRefusal(Control(bob, Presence("Bob", 0x1000000).presence()),
+                {kInvalid, "OUT_OF_RANGE", "presence.colour", "16777215"});
+  // 64 characters of 3 bytes each are no more than 64.
+  std::string name;
+  for (int i = 0; i < 64; ++i) name += "\u2713";
+  EXPECT_TRUE(Control(bob, Presence(name).presence()).ok());
+}
+
+latticed::Presence Of(const std::string& editor, const std::string& name) {
+  return {.editor_id = editor, .name = name};
+}
+
+TEST(PresenceFeed, TellsTheNewestAtMostTenTimesASecond) {
+  PresenceBoard board;
+  const int alice = 0;
+  PresenceFeed feed(&board, "bob");
+  const absl::Time start = absl::UnixEpoch();
+  board.Show(&alice, Of("alice", "0"));
+  EXPECT_EQ(feed.Next(start)->name, "0");
+  EXPECT_EQ(feed.Next(start), nullptr);
+  EXPECT_EQ(feed.wake_at(), absl::InfiniteFuture());
+
+  int told = 0;
+  std::string newest;
+  for (int ms = 1; ms <= 1000; ++ms) {
+    const absl::Time now = start + absl::Milliseconds(ms);
+    board.Show(&alice, Of("alice", std::to_string(ms)));
+    const auto presence = feed.Next(now);
+    if (presence == nullptr) {
+      EXPECT_EQ(feed.wake_at(), start + absl::Milliseconds(100 * (told + 1)));
+      continue;
+    }
+    ++told;
+    EXPECT_EQ(presence->name, std::to_string(ms)) << "the newest, not the first that waited";
+  }
+  EXPECT_EQ(told, 10);
+}
+
+TEST(PresenceFeed, EachEditorHasAPaceOfItsOwnAndLeavesAtOnce) {
+  PresenceBoard board;
+  const int alice = 0, bob = 0, carol = 0;
+  PresenceFeed feed(&board, "bob");
+  const absl::Time start = absl::UnixEpoch();
+  board.Show(&alice, Of("alice", "A"));
+  board.Show(&bob, Of("bob", "B"));
+  board.Show(&carol, Of("carol", "C"));
+  EXPECT_EQ(feed.Next(start)->editor_id, "alice");
+  EXPECT_EQ(feed.Next(start)->editor_id, "carol");
+  EXPECT_EQ(feed.Next(start), nullptr);
+
+  board.Show(&alice, Of("alice", "A2"));
+  EXPECT_TRUE(board.Leave(&carol));
+  EXPECT_FALSE(board.Leave(&carol));
+
+  const auto left = feed.Next(start);
+  ASSERT_NE(left, nullptr);
+  EXPECT_EQ(left->editor_id, "carol");
+  EXPECT_TRUE(left->left);
+  EXPECT_EQ(feed.Next(start), nullptr) << "alice waits";
+  EXPECT_EQ(feed.Next(feed.wake_at())->name, "A2");
+  EXPECT_TRUE(board.Leave(&alice));
+  board.Show(&alice, Of("alice", "A3"));
+  EXPECT_EQ(feed.Next(start + absl::Seconds(2))->name, "A3") << "came back before it was told";
+}
+
+}  // namespace
+}  // namespace latticed::testing
