@@ -70,7 +70,7 @@ class InProcessServer {
   absl::Status StartWeb();
 
   std::unique_ptr<ServerEnv> env_;
-  std::unique_ptr<GrpcServer> server_;  // uses env_
+  std::unique_ptr<GrpcServer> server_;   // uses env_
   std::unique_ptr<web::WebServer> web_;  // last: calls server_; null without --http and --admin
 };
 

@@ -173,8 +173,40 @@ bool IsHostAndPort(const std::string& address) {
 
 // As browsers write it: no path, not even a slash.
 bool IsOrigin(const std::string& origin) {
-  const size_t host = origin.rfind("https://", 0) == 0 ? 8 : origin.rfind("http://", 0) == 0 ? 7 : 0;
-  return host > 0 && origin.size() > host && origin.find_first_of("/*? ", host) == std::string::npos;
+  const size_t host = origin.rfind("https://", 0) == 0  ? 8
+                      : origin.rfind("http://", 0) == 0 ? 7
+                                                        : 0;
+  return host > 0 && origin.size() > host &&
+         origin.find_first_of("/*? ", host) == std::string::npos;
+}
+
+absl::Status CheckWeb(const Options& o) {
+  for (const auto& [flag, address] : {std::pair("--http", o.http), std::pair("--admin", o.admin)}) {
+    if (!address.empty() && !IsHostAndPort(address)) {
+      return absl::InvalidArgumentError(
+          fmt::format("{}: got '{}', expected host:port, such as 127.0.0.1:8080", flag, address));
+    }
+  }
+  for (const std::string& origin : o.cors_origins) {
+    if (!IsOrigin(origin)) {
+      return absl::InvalidArgumentError(fmt::format(
+          "--cors-origin: got '{}', expected a site such as https://app.example", origin));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckOpenPorts(const Options& o) {
+  if (!o.tls_cert.empty() || !o.token_file.empty() || o.insecure) return absl::OkStatus();
+  for (const auto& [flag, address] :
+       {std::pair("--listen", o.listen), std::pair("--http", o.http)}) {
+    if (address.empty() || IsLoopback(address)) continue;
+    return absl::InvalidArgumentError(
+        fmt::format("{}: '{}' is open to others, so give --tls-cert and --tls-key, or "
+                    "--token-file; or --insecure if that is what you want",
+                    flag, address));
+  }
+  return absl::OkStatus();
 }
 
 absl::Status CheckDuration(std::string_view flag, absl::Duration value, absl::Duration lowest,
@@ -244,27 +276,8 @@ absl::Status Validate(const Options& o) {
   if (!o.tls_client_ca.empty() && o.tls_cert.empty()) {
     return absl::InvalidArgumentError("--tls-client-ca needs --tls-cert and --tls-key");
   }
-  for (const auto& [flag, address] : {std::pair("--http", o.http), std::pair("--admin", o.admin)}) {
-    if (!address.empty() && !IsHostAndPort(address)) {
-      return absl::InvalidArgumentError(
-          fmt::format("{}: got '{}', expected host:port, such as 127.0.0.1:8080", flag, address));
-    }
-  }
-  for (const std::string& origin : o.cors_origins) {
-    if (!IsOrigin(origin)) {
-      return absl::InvalidArgumentError(fmt::format(
-          "--cors-origin: got '{}', expected a site such as https://app.example", origin));
-    }
-  }
-  for (const auto& [flag, address] : {std::pair("--listen", o.listen), std::pair("--http", o.http)}) {
-    if (address.empty() || IsLoopback(address)) continue;
-    if (o.tls_cert.empty() && o.token_file.empty() && !o.insecure) {
-      return absl::InvalidArgumentError(
-          fmt::format("{}: '{}' is open to others, so give --tls-cert and --tls-key, or "
-                      "--token-file; or --insecure if that is what you want",
-                      flag, address));
-    }
-  }
+  if (absl::Status status = CheckWeb(o); !status.ok()) return status;
+  if (absl::Status status = CheckOpenPorts(o); !status.ok()) return status;
   if (o.max_mesh_bytes == 0 || o.max_mesh_bytes > limits::kMaxMeshBytes) {
     return absl::InvalidArgumentError(fmt::format("--max-mesh-bytes: got {}, allowed is 1 to {}",
                                                   o.max_mesh_bytes, limits::kMaxMeshBytes));

@@ -19,12 +19,30 @@ namespace latticed::web {
 namespace {
 
 // Of the connection, the browser or the body; the rest is the application's.
-constexpr std::array<std::string_view, 24> kNotMetadata = {
-    "host",          "connection",      "keep-alive",      "transfer-encoding", "te",
-    "trailer",       "upgrade",         "content-type",    "content-length",    "content-encoding",
-    "accept",        "accept-encoding", "accept-language", "accept-charset",    "expect",
-    "user-agent",    "origin",          "referer",         "cookie",            "cache-control",
-    "pragma",        "priority",        "dnt",             "x-grpc-web"};
+constexpr std::array<std::string_view, 24> kNotMetadata = {"host",
+                                                           "connection",
+                                                           "keep-alive",
+                                                           "transfer-encoding",
+                                                           "te",
+                                                           "trailer",
+                                                           "upgrade",
+                                                           "content-type",
+                                                           "content-length",
+                                                           "content-encoding",
+                                                           "accept",
+                                                           "accept-encoding",
+                                                           "accept-language",
+                                                           "accept-charset",
+                                                           "expect",
+                                                           "user-agent",
+                                                           "origin",
+                                                           "referer",
+                                                           "cookie",
+                                                           "cache-control",
+                                                           "pragma",
+                                                           "priority",
+                                                           "dnt",
+                                                           "x-grpc-web"};
 
 bool IsMetadata(std::string_view name) {
   if (name.starts_with("grpc-") || name.starts_with("sec-") || name.starts_with("proxy-") ||
@@ -95,13 +113,12 @@ HttpFields StatusFields(const grpc::Status& status) {
 
 absl::StatusOr<absl::Time> Deadline(std::string_view timeout, absl::Time now) {
   constexpr size_t kMaxDigits = 8;
-  constexpr std::array<std::pair<char, absl::Duration>, 6> kUnits = {
-      {{'H', absl::Hours(1)},
-       {'M', absl::Minutes(1)},
-       {'S', absl::Seconds(1)},
-       {'m', absl::Milliseconds(1)},
-       {'u', absl::Microseconds(1)},
-       {'n', absl::Nanoseconds(1)}}};
+  constexpr std::array<std::pair<char, absl::Duration>, 6> kUnits = {{{'H', absl::Hours(1)},
+                                                                      {'M', absl::Minutes(1)},
+                                                                      {'S', absl::Seconds(1)},
+                                                                      {'m', absl::Milliseconds(1)},
+                                                                      {'u', absl::Microseconds(1)},
+                                                                      {'n', absl::Nanoseconds(1)}}};
   if (timeout.empty()) return absl::InfiniteFuture();
   const std::string digits(timeout.substr(0, timeout.size() - 1));
   const auto* const unit = std::ranges::find_if(

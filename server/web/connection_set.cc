@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/web/connection_set.h"
 
+#include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "absl/time/clock.h"

@@ -55,8 +55,7 @@ class ConnectionSet {
 
  private:
   void Leave(uint64_t id) ABSL_LOCKS_EXCLUDED(mutex_);
-  void Hold(uint64_t id, const std::shared_ptr<Connection>& connection)
-      ABSL_LOCKS_EXCLUDED(mutex_);
+  void Hold(uint64_t id, const std::shared_ptr<Connection>& connection) ABSL_LOCKS_EXCLUDED(mutex_);
   void TellAll(void (Connection::*what)()) ABSL_LOCKS_EXCLUDED(mutex_);
 
   const size_t most_;

@@ -21,7 +21,7 @@
 namespace latticed::web {
 namespace {
 
-constexpr char kMethod[] = "/latticed.v1.SceneService/Deform";
+constexpr char kDeformMethod[] = "/latticed.v1.SceneService/Deform";
 constexpr char kProtocol[] = "latticed.v1";
 constexpr std::string_view kBearer = "bearer.";
 constexpr std::array<std::string_view, 3> kQueryMetadata = {"latticed-scene", "latticed-request-id",
@@ -56,13 +56,14 @@ class DeformSocket final : public CallObserver, public std::enable_shared_from_t
 
   const std::shared_ptr<WebSocket> socket_;
   std::shared_ptr<GenericCall> call_;
-  absl::Status failure_;         // found here; the rpc is then cancelled
+  absl::Status failure_;        // found here; the rpc is then cancelled
   bool client_closed_ = false;  // nothing more can be sent
+  bool sending_ = false;
 };
 
 void DeformSocket::Start(const std::shared_ptr<grpc::Channel>& channel, CallMetadata metadata) {
   call_ = GenericCall::Start(
-      channel, {kMethod, std::move(metadata)},
+      channel, {kDeformMethod, std::move(metadata)},
       [socket = socket_](std::function<void()> work) { socket->Post(std::move(work)); },
       shared_from_this());
   socket_->OnGone([call = call_] { call->Cancel(); });
@@ -87,6 +88,7 @@ void DeformSocket::OnSocket(WebSocket::Event event, const std::string& message) 
       return call_->Cancel();
     case WebSocket::Event::kClosed:
       client_closed_ = true;
+      if (sending_) call_->Read();  // what was being sent has come to nothing
       return call_->WritesDone();
     case WebSocket::Event::kGone:
       return call_->Cancel();
@@ -95,7 +97,11 @@ void DeformSocket::OnSocket(WebSocket::Event event, const std::string& message) 
 
 void DeformSocket::OnMessage(grpc::ByteBuffer message) {
   if (client_closed_) return call_->Read();
-  socket_->Write(ToOutBytes("", message), [call = call_] { call->Read(); });
+  sending_ = true;
+  socket_->Write(ToOutBytes("", message), [self = shared_from_this()] {
+    self->sending_ = false;
+    self->call_->Read();
+  });
 }
 
 void DeformSocket::OnEnd(grpc::Status status, CallMetadata /*trailers*/) {

@@ -15,7 +15,7 @@
 namespace latticed::web {
 namespace {
 
-constexpr char kMethod[] = "/latticed.v1.SceneService/Export";
+constexpr char kExportMethod[] = "/latticed.v1.SceneService/Export";
 
 constexpr std::array<std::pair<std::string_view, v1::ExportFormat>, 6> kFormats = {
     {{"ply", v1::EXPORT_FORMAT_PLY},
@@ -74,7 +74,7 @@ class ExportDownload final : public CallObserver,
 void ExportDownload::Start(const std::shared_ptr<grpc::Channel>& channel,
                            const v1::ExportRequest& request, CallMetadata metadata) {
   call_ = GenericCall::Start(
-      channel, {kMethod, std::move(metadata)},
+      channel, {kExportMethod, std::move(metadata)},
       [exchange = exchange_](std::function<void()> work) { exchange->Post(std::move(work)); },
       shared_from_this());
   exchange_->OnGone([call = call_] { call->Cancel(); });
@@ -107,7 +107,10 @@ void ExportDownload::OnMessage(grpc::ByteBuffer message) {
 void ExportDownload::OnEnd(grpc::Status status, CallMetadata trailers) {
   if (answering_) return status.ok() ? exchange_->End() : exchange_->Abort();
   HttpResponse answer = FailureAnswer(status);
-  for (HttpField& field : ToFields(trailers)) answer.fields.push_back(std::move(field));
+  const HttpFields fields = ToFields(trailers);
+  const HttpFields cors = guard_.CorsFields(exchange_->request(), fields);
+  answer.fields.insert(answer.fields.end(), fields.begin(), fields.end());
+  answer.fields.insert(answer.fields.end(), cors.begin(), cors.end());
   exchange_->Reply(std::move(answer));
 }
 

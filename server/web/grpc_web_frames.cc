@@ -35,7 +35,7 @@ absl::StatusOr<std::optional<std::string>> FrameReader::Next() {
   if (buffer_.size() < kPrefixBytes) return std::nullopt;
   const auto flags = static_cast<unsigned char>(buffer_[0]);
   if (flags == kCompressedFlag) {
-    return error::Unsupported("grpc-encoding", "a compressed request");
+    return error::Unimplemented("compression of requests");
   }
   if (flags != 0) {
     return error::InvalidField(

@@ -51,9 +51,7 @@ class HttpConnection final : public HttpExchange,
   void Begin();
 
   const HttpRequest& request() const override { return request_; }
-  void Post(std::function<void()> work) override {
-    net::post(executor_, std::move(work));
-  }
+  void Post(std::function<void()> work) override { net::post(executor_, std::move(work)); }
   void Read(std::function<void(std::string_view)> done) override;
   void Reply(HttpResponse response) override;
   void Start(int status, HttpFields fields, std::optional<uint64_t> length) override;
@@ -104,7 +102,7 @@ class HttpConnection final : public HttpExchange,
   std::optional<Parser> parser_;
   HttpRequest request_;
   State state_ = State::kIdle;
-  bool watching_ = false;   // a read is under way that nobody asked for: it tells when the client goes
+  bool watching_ = false;   // Watch's read is under way
   bool body_read_ = false;  // all of it
   bool keep_alive_ = false;
   bool draining_ = false;
@@ -150,14 +148,14 @@ void HttpConnection::AwaitRequest() {
 void HttpConnection::Watch() {
   if (watching_ || buffer_.size() > 0) return;
   watching_ = true;
-  transport_.async_read_some(
-      buffer_.prepare(kMaxHeadBytes), [self = shared_from_this()](error_code failure, size_t bytes) {
-        self->watching_ = false;
-        if (self->state_ == State::kClosed) return;
-        if (failure) return self->Leave();
-        self->buffer_.commit(bytes);
-        if (self->state_ == State::kIdle) self->ReadHead();
-      });
+  transport_.async_read_some(buffer_.prepare(kMaxHeadBytes),
+                             [self = shared_from_this()](error_code failure, size_t bytes) {
+                               self->watching_ = false;
+                               if (self->state_ == State::kClosed) return;
+                               if (failure) return self->Leave();
+                               self->buffer_.commit(bytes);
+                               if (self->state_ == State::kIdle) self->ReadHead();
+                             });
 }
 
 void HttpConnection::ReadHead() {
@@ -239,11 +237,11 @@ void HttpConnection::Read(std::function<void(std::string_view)> done) {
 
 void HttpConnection::ReadBody(std::function<void(std::string_view)> done) {
   parser_->get().body() = {body_.data(), body_.size(), true};
-  http::async_read_some(transport_, buffer_, *parser_,
-                        [self = shared_from_this(), done = std::move(done)](
-                            error_code failure, size_t) mutable {
-                          self->OnBodyRead(failure, std::move(done));
-                        });
+  http::async_read_some(
+      transport_, buffer_, *parser_,
+      [self = shared_from_this(), done = std::move(done)](error_code failure, size_t) mutable {
+        self->OnBodyRead(failure, std::move(done));
+      });
 }
 
 void HttpConnection::OnBodyRead(error_code failure, std::function<void(std::string_view)> done) {

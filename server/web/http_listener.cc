@@ -71,8 +71,8 @@ absl::StatusOr<std::shared_ptr<HttpListener>> HttpListener::Open(
   std::shared_ptr<HttpListener> listener(
       new HttpListener(context, tls, connections, std::move(handler)));
   if (const absl::Status bound = listener->Bind(host, listen.substr(colon + 1)); !bound.ok()) {
-    return absl::UnavailableError(fmt::format("{}: cannot serve on '{}': {}", flag, listen,
-                                              std::string(bound.message())));
+    return absl::UnavailableError(
+        fmt::format("{}: cannot serve on '{}': {}", flag, listen, std::string(bound.message())));
   }
   listener->address_ =
       fmt::format("{}:{}", listen.substr(0, colon), listener->acceptor_.local_endpoint().port());

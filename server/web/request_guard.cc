@@ -17,16 +17,14 @@ namespace {
 
 constexpr std::string_view kPreflightSeconds = "7200";
 
-std::string Lower(std::string_view text) {
-  return absl::AsciiStrToLower(std::string(text));
-}
+std::string Lower(std::string_view text) { return absl::AsciiStrToLower(std::string(text)); }
 
 // "localhost:8080" -> "localhost", "[::1]:8080" -> "[::1]".
 std::string HostOf(std::string_view authority) {
   const size_t bracket = authority.rfind(']');
   const size_t colon = authority.rfind(':');
-  const bool has_port = colon != std::string_view::npos &&
-                        (bracket == std::string_view::npos || bracket < colon);
+  const bool has_port =
+      colon != std::string_view::npos && (bracket == std::string_view::npos || bracket < colon);
   return Lower(has_port ? authority.substr(0, colon) : authority);
 }
 
@@ -43,7 +41,8 @@ bool SameOrigin(std::string_view origin, std::string_view host, bool secure) {
   constexpr std::string_view kPlain = "http://";
   constexpr std::string_view kSecure = "https://";
   if (origin.starts_with(kSecure)) return Lower(origin.substr(kSecure.size())) == Lower(host);
-  return !secure && origin.starts_with(kPlain) && Lower(origin.substr(kPlain.size())) == Lower(host);
+  return !secure && origin.starts_with(kPlain) &&
+         Lower(origin.substr(kPlain.size())) == Lower(host);
 }
 
 // Browsers say where a request comes from also where they send no Origin: for images, scripts and

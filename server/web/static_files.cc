@@ -138,8 +138,8 @@ void StaticFiles::Answer(const std::shared_ptr<HttpExchange>& exchange) const {
     return exchange->Reply(TextAnswer(404, "there is no such file"));
   }
   HttpFields fields = PageFields();
-  const std::string etag = fmt::format("\"{:x}-{:x}-{:x}\"", facts.st_size, facts.st_mtim.tv_sec,
-                                       facts.st_mtim.tv_nsec);
+  const std::string etag =
+      fmt::format("\"{:x}-{:x}-{:x}\"", facts.st_size, facts.st_mtim.tv_sec, facts.st_mtim.tv_nsec);
   fields.push_back({"etag", etag});
   if (Matches(request.Field("if-none-match"), etag)) {
     return exchange->Reply({.status = 304, .fields = std::move(fields)});

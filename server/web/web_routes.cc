@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/web/web_routes.h"
 
+#include <string>
 #include <utility>
 
+#include "fmt/format.h"
+#include "server/telemetry.h"
 #include "server/web/deform_socket.h"
 #include "server/web/export_download.h"
 #include "server/web/grpc_web_call.h"
@@ -18,6 +21,11 @@ WebRoutes::WebRoutes(const Options& options, std::shared_ptr<grpc::Channel> chan
 void WebRoutes::Route(const std::shared_ptr<HttpExchange>& exchange) const {
   const HttpRequest& request = exchange->request();
   if (auto stopped = guard_.Stop(request); stopped.has_value()) {
+    LogEvent(spdlog::level::info, "HTTP request stopped",
+             {{"status", fmt::to_string(stopped->status)},
+              {"peer", request.peer},
+              {"host", std::string(request.Field("host"))},
+              {"origin", std::string(request.Field("origin"))}});
     return exchange->Reply(*std::move(stopped));
   }
   if (request.path == kDeformSocketPath) return OpenDeformSocket(channel_, exchange);

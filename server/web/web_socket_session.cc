@@ -58,7 +58,7 @@ class WebSocketSession final : public WebSocket,
   const std::shared_ptr<ConnectionSet::Place> place_;
   beast::flat_buffer buffer_;
   OutBytes writing_;
-  bool write_pending_ = false;
+  bool read_pending_ = false, write_pending_ = false;
   std::optional<websocket::close_reason> closing_;
   std::function<void()> on_gone_;
 };
@@ -86,12 +86,14 @@ void WebSocketSession::Accept(UpgradeRequest request, std::string subprotocol,
 }
 
 void WebSocketSession::Read(std::function<void(Event, std::string)> done) {
+  read_pending_ = true;
   stream_.async_read(buffer_, [self = shared_from_this(), done = std::move(done)](
                                   error_code failure, size_t) { self->OnRead(failure, done); });
 }
 
 void WebSocketSession::OnRead(error_code failure,
                               const std::function<void(Event, std::string)>& done) {
+  read_pending_ = false;
   if (failure == websocket::error::closed) return done(Event::kClosed, "");
   if (failure) {
     done(Event::kGone, "");
@@ -113,14 +115,15 @@ void WebSocketSession::Write(OutBytes message, std::function<void()> done) {
   for (const std::string_view piece : writing_.pieces) {
     buffers.emplace_back(piece.data(), piece.size());
   }
-  stream_.async_write(buffers, [self = shared_from_this(), done = std::move(done)](
-                                   error_code failure, size_t) {
-    self->write_pending_ = false;
-    self->writing_ = {};
-    if (failure) return self->Gone();
-    if (self->closing_.has_value()) return self->SendClose();
-    done();
-  });
+  stream_.async_write(
+      buffers, [self = shared_from_this(), done = std::move(done)](error_code failure, size_t) {
+        self->write_pending_ = false;
+        self->writing_ = {};
+        // A read that is under way tells more: whether it was closed, or broke.
+        if (failure) return self->read_pending_ ? void() : self->Gone();
+        if (self->closing_.has_value()) return self->SendClose();
+        done();
+      });
 }
 
 void WebSocketSession::Close(uint16_t code, const std::string& reason) {

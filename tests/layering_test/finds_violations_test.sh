@@ -36,6 +36,10 @@ expect_violation client/cpp/latticed_client_bad.cc "$licence
 #include \"server/in_process.h\""
 expect_violation server/bad.cc "$licence
 #ifdef LATTICED_CUDA"
+expect_violation server/web_bad.cc "$licence
+#include <boost/asio.hpp>"
+expect_violation server/web/bad.cc "$licence
+#include \"core/ffd/lattice.h\""
 expect_violation server/unlicensed.h '#pragma once'
 expect_violation core/mesh/long.cc "$licence
 $(seq -f '// %g' 400)"

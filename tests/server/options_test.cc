@@ -12,6 +12,7 @@ namespace latticed {
 namespace {
 
 using ::latticed::testing::StatusIs;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 absl::StatusOr<CommandLine> Parse(std::vector<const char*> arguments) {
@@ -130,6 +131,46 @@ TEST(OptionsTest, OpenPortNeedsTlsTokensOrInsecure) {
   EXPECT_OK(Parse({"--listen=0.0.0.0:50151", "--token-file=tokens"}));
   EXPECT_OK(Parse({"--listen=0.0.0.0:50151", "--tls-cert=c", "--tls-key=k"}));
   EXPECT_OK(Parse({"--listen=[::1]:50151"}));
+}
+
+TEST(OptionsTest, ListsMayRepeatAndReplaceTheEnvironments) {
+  const Variable variable("LATTICED_CORS_ORIGIN", "https://environment.example");
+
+  const auto from_environment = Parse({});
+  const auto from_flags = Parse({"--cors-origin", "https://a.example",
+                                 "--cors-origin=https://b.example", "--allowed-hosts", "one,two"});
+  const auto from_file =
+      Parse({"--config", WriteConfig("allowed-hosts = [\"three\", \"four\"]\n").c_str()});
+
+  ASSERT_OK(from_environment);
+  ASSERT_OK(from_flags);
+  ASSERT_OK(from_file);
+  EXPECT_THAT(from_environment->options.cors_origins, ElementsAre("https://environment.example"));
+  EXPECT_THAT(from_flags->options.cors_origins,
+              ElementsAre("https://a.example", "https://b.example"));
+  EXPECT_THAT(from_flags->options.allowed_hosts, ElementsAre("one", "two"));
+  EXPECT_THAT(from_file->options.allowed_hosts, ElementsAre("three", "four"));
+}
+
+TEST(OptionsTest, HttpIsOffUnlessGivenAndChecked) {
+  EXPECT_EQ(Parse({})->options.http, "");
+  EXPECT_EQ(Parse({})->options.admin, "");
+  EXPECT_OK(Parse({"--http", "[::1]:8080", "--admin", "0.0.0.0:9090"}));
+  EXPECT_OK(Parse({"--http", "0.0.0.0:8080", "--insecure"}));
+  EXPECT_OK(Parse({"--http", "0.0.0.0:8080", "--token-file", "tokens"}));
+  EXPECT_THAT(
+      Parse({"--http", "0.0.0.0:8080"}),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--http: '0.0.0.0:8080' is open")));
+  for (const char* bad : {"8080", ":8080", "localhost:http", "unix:/tmp/x", "localhost:70000"}) {
+    EXPECT_THAT(Parse({"--http", bad}),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--http")))
+        << bad;
+  }
+  for (const char* bad : {"*", "app.example", "https://app.example/", "https://"}) {
+    EXPECT_THAT(Parse({"--cors-origin", bad}),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--cors-origin")))
+        << bad;
+  }
 }
 
 TEST(OptionsTest, BadValuesAreRefusedByName) {

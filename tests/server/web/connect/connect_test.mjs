@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// usage: node connect_test.mjs LATTICED PROTOSET
+// Starts the daemon and calls it through connect-web: unary, server streaming, metadata, error
+// details, deadline, abort. Services and messages come from the descriptor set.
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { readFileSync } from 'node:fs';
+import { createFileRegistry, fromBinary } from '@bufbuild/protobuf';
+import { FileDescriptorSetSchema } from '@bufbuild/protobuf/wkt';
+import { Code, ConnectError, createClient } from '@connectrpc/connect';
+import { createGrpcWebTransport } from '@connectrpc/connect-web';
+
+const [latticed, protoset] = process.argv.slice(2);
+const registry = createFileRegistry(fromBinary(FileDescriptorSetSchema, readFileSync(protoset)));
+
+async function start() {
+  const flags = ['--listen', '127.0.0.1:0', '--http', '127.0.0.1:0', '--node', 'test-node', '--max-watchers', '1'];
+  const server = spawn(latticed, [...flags, '--backend', 'cpu', '--threads', '1', '--drain-delay', '0s'], {
+    stdio: ['ignore', 'ignore', 'pipe'],
+  });
+  let log = '';
+  for await (const bytes of server.stderr.setEncoding('utf8')) {
+    log += bytes;
+    const found = log.match(/ http=(\S+)/);
+    if (found) {
+      server.stderr.resume();
+      return { server, url: `http://${found[1]}` };
+    }
+  }
+  throw new Error(`latticed did not start:\n${log}`);
+}
+
+const failure = (promise) => promise.then(() => assert.fail('was not refused'), ConnectError.from);
+
+async function collect(stream) {
+  const events = [];
+  for await (const { event } of stream) events.push(event);
+  return events;
+}
+
+async function upload(meshes) {
+  const data = new TextEncoder().encode('v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n');
+  const header = { name: 'quad', format: 1, totalBytes: BigInt(data.length) };
+  const { uploadId } = await meshes.beginUpload({ header });
+  await meshes.appendUpload({ uploadId, offset: 0n, data });
+  return meshes.finishUpload({ uploadId });
+}
+
+async function test(url) {
+  const transport = createGrpcWebTransport({ baseUrl: url });
+  const client = (name) => createClient(registry.getService(`latticed.v1.${name}`), transport);
+  const scenes = client('SceneService');
+
+  let head, trailer;
+  const info = await client('ServerService').getServerInfo({}, {
+    headers: { 'latticed-request-id': 'from-connect' },
+    onHeader: (headers) => (head = headers),
+    onTrailer: (trailers) => (trailer = trailers),
+  });
+  assert.equal(info.node, 'test-node');
+  assert.equal(head.get('latticed-request-id'), 'from-connect');
+  assert.equal(trailer.get('latticed-node'), 'test-node');
+
+  const mesh = await upload(client('MeshService'));
+  assert.equal(mesh.faces, 1n);
+  const scene = 'connect-scene';
+  await scenes.createScene({ sceneId: scene, mesh: mesh.id });
+  const update = await collect(scenes.getUpdate({ scene }));
+  assert.equal(update.at(-1).case, 'updateEnd');
+  assert.ok(update.some((event) => event.case === 'chunks' && event.value.chunks[0].data.length > 0));
+
+  const refused = await failure(scenes.getScene({ scene: 'no-such-scene' }));
+  assert.equal(refused.code, Code.NotFound);
+  const why = refused.details.find((detail) => detail.type === 'google.rpc.ErrorInfo');
+  assert.match(Buffer.from(why.value).toString('latin1'), /NOT_FOUND.*latticed/s);
+
+  const late = await failure(collect(scenes.watch({ scene, editorId: 'late' }, { timeoutMs: 200 })));
+  assert.equal(late.code, Code.DeadlineExceeded);
+
+  const abort = new AbortController();
+  const watching = scenes.watch({ scene, editorId: 'first' }, { signal: abort.signal })[Symbol.asyncIterator]();
+  assert.equal((await watching.next()).value.event.case, 'hello');
+  const second = () => failure(collect(scenes.watch({ scene, editorId: 'second' }, { timeoutMs: 200 })));
+  assert.equal((await second()).code, Code.ResourceExhausted, 'the one watcher is there');
+  abort.abort();
+  assert.equal((await failure(watching.next())).code, Code.Canceled);
+  let code = Code.ResourceExhausted;
+  for (let i = 0; i < 50 && code === Code.ResourceExhausted; ++i) code = (await second()).code;
+  assert.equal(code, Code.DeadlineExceeded, 'its place was given back');
+}
+
+const { server, url } = await start();
+try {
+  await test(url);
+  console.log(`connect-web in Node ${process.version}: all well`);
+} finally {
+  server.kill();
+}

@@ -1,0 +1,289 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Deform over a WebSocket: edits and updates as through the stub, the end of a stream as a page sees
+// it, and many windows on one server.
+#include <gmock/gmock.h>
+
+#include <thread>
+
+#include "absl/strings/escaping.h"
+#include "tests/server/web/web_fixture.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+std::string Target(const std::string& scene) {
+  return "/ws/latticed.v1.SceneService/Deform?latticed-scene=" + scene;
+}
+
+// A page that watches and edits.
+class Window {
+ public:
+  explicit Window(const std::string& address, const std::string& scene,
+                  const std::string& protocols = "latticed.v1")
+      : socket(address, Target(scene), protocols) {}
+
+  bool Open(const v1::WatchRequest& watch) {
+    v1::DeformRequest message;
+    *message.mutable_watch() = watch;
+    return socket.Send(message.SerializeAsString());
+  }
+  bool Send(const v1::EditBatch& batch) {
+    v1::DeformRequest message;
+    *message.mutable_edit() = batch;
+    return socket.Send(message.SerializeAsString());
+  }
+  bool Read() {
+    const auto bytes = socket.Read();
+    if (!bytes.has_value()) return false;
+    v1::SceneEvent event;
+    EXPECT_TRUE(event.ParseFromString(*bytes));
+    log.Take(event);
+    return true;
+  }
+  void ReadUntilRevision(uint64_t revision) {
+    while (log.ends.empty() || log.ends.back().revision() < revision) {
+      ASSERT_TRUE(Read()) << socket.close_code() << " " << socket.close_reason();
+    }
+  }
+  void ReadToEnd() {
+    while (Read()) continue;
+  }
+
+  WebSocketClient socket;
+  EventLog log;
+};
+
+TEST_F(WebTest, EditsOverAWebSocketAsThroughTheStub) {
+  ServeScene();
+  Window window(http(), kScene);
+  ASSERT_EQ(window.socket.status(), 101);
+  EXPECT_EQ(window.socket.protocol(), "latticed.v1");
+  ASSERT_TRUE(window.Open(Watch("page")));
+  window.ReadUntilRevision(0);
+  const auto rest = window.log.chunks;
+
+  ASSERT_TRUE(window.Send(Move(1, 62, 0.25, "page")));
+  window.ReadUntilRevision(1);
+
+  ASSERT_EQ(window.log.results.size(), 1);
+  EXPECT_EQ(window.log.results[0].status().code(), 0);
+  EXPECT_EQ(window.log.ends.back().applied_sequence(), 1);
+  EXPECT_NE(window.log.chunks, rest);
+  EventLog native;
+  v1::GetUpdateRequest request;
+  request.set_scene(kScene);
+  ASSERT_TRUE(Update(request, native).ok());
+  EXPECT_EQ(window.log.chunks, native.chunks);
+}
+
+TEST_F(WebTest, ARefusedEditDoesNotEndTheSocket) {
+  ServeScene();
+  Window window(http(), kScene);
+  window.Open(Watch("page"));
+
+  window.Send(Move(1, 99'999, 1, "page"));
+  window.Send(Move(2, 62, 0.5, "page"));
+  window.ReadUntilRevision(1);
+
+  ASSERT_EQ(window.log.results.size(), 2);
+  EXPECT_EQ(window.log.results[0].status().code(), 3);
+  EXPECT_EQ(window.log.results[1].status().code(), 0);
+}
+
+TEST_F(WebTest, TheEndOfASocketIsTheStatusOfTheCall) {
+  AskForTokens();
+  Serve();
+  const std::string good = "bearer." + absl::WebSafeBase64Escape("secret-edit");
+  v1::WatchRequest watch;
+  watch.set_scene("no-such-scene");
+
+  Window nameless(http(), "no-such-scene");
+  nameless.Open(watch);
+  nameless.ReadToEnd();
+  Window wrong(http(), "no-such-scene", "latticed.v1, bearer.d3Jvbmc");
+  wrong.Open(watch);
+  wrong.ReadToEnd();
+  Window known(http(), "no-such-scene", "latticed.v1, " + good);
+  known.Open(watch);
+  known.ReadToEnd();
+  Window mismatch(http(), "another-scene", "latticed.v1," + good);
+  mismatch.Open(watch);
+  mismatch.ReadToEnd();
+
+  EXPECT_EQ(nameless.socket.close_code(), 4016);
+  EXPECT_THAT(nameless.socket.close_reason(), StartsWith("UNAUTHENTICATED: "));
+  EXPECT_EQ(wrong.socket.close_code(), 4016);
+  EXPECT_EQ(known.socket.close_code(), 4005);
+  EXPECT_THAT(known.socket.close_reason(), StartsWith("NOT_FOUND: "));
+  EXPECT_LE(known.socket.close_reason().size(), 123);
+  EXPECT_EQ(mismatch.socket.close_code(), 4003);
+  EXPECT_THAT(mismatch.socket.close_reason(), StartsWith("SCENE_MISMATCH: "));
+}
+
+TEST_F(WebTest, ANativeClientMaySendItsTokenAsAField) {
+  AskForTokens();
+  Serve();
+  WebSocketClient socket(http(), Target("no-such-scene"), "",
+                         {{"authorization", "Bearer secret-edit"}});
+  v1::DeformRequest message;
+  message.mutable_watch()->set_scene("no-such-scene");
+
+  socket.Send(message.SerializeAsString());
+
+  EXPECT_EQ(socket.protocol(), "");
+  EXPECT_FALSE(socket.Read().has_value());
+  EXPECT_EQ(socket.close_code(), 4005);
+}
+
+TEST_F(WebTest, WhatIsNoMessageEndsTheSocket) {
+  ServeScene();
+
+  Window text(http(), kScene);
+  text.socket.Send("{}", true);
+  text.ReadToEnd();
+  Window garbage(http(), kScene);
+  garbage.socket.Send("\xff\xff\xff");
+  garbage.ReadToEnd();
+  Window huge(http(), kScene);
+  huge.socket.Send(std::string((size_t{1} << 20) + 1, '\0'));
+  huge.ReadToEnd();
+
+  EXPECT_EQ(text.socket.close_code(), 4003);
+  EXPECT_THAT(text.socket.close_reason(), HasSubstr("binary"));
+  EXPECT_EQ(garbage.socket.close_code(), 4003) << garbage.socket.close_reason();
+  EXPECT_EQ(huge.socket.close_code(), 1009);
+}
+
+TEST_F(WebTest, HandshakesThatAreNoneAreRefused) {
+  Serve();
+
+  EXPECT_EQ(Get("/ws/latticed.v1.SceneService/Deform").status, 426);
+  WebFields upgrade = {{"connection", "Upgrade"},
+                       {"upgrade", "websocket"},
+                       {"sec-websocket-version", "13"},
+                       {"sec-websocket-key", "dGhlIHNhbXBsZSBub25jZQ=="}};
+  EXPECT_EQ(Get("/ws/latticed.v1.SceneService/Deform?x=1", upgrade).status, 400);
+  EXPECT_EQ(Get("/ws/latticed.v1.SceneService/Watch", upgrade).status, 404);
+  upgrade["origin"] = "https://evil.example";
+  EXPECT_EQ(Get(Target("a-scene"), upgrade).status, 403);
+  upgrade.erase("origin");
+  upgrade["sec-websocket-protocol"] = "graphql-ws";
+  EXPECT_EQ(Get(Target("a-scene"), upgrade).status, 400);
+}
+
+TEST_F(WebTest, EditsThatAPageSendsAsItClosesStillCount) {
+  ServeScene();
+  {
+    Window window(http(), kScene);
+    window.Open(Watch("page"));
+    window.ReadUntilRevision(0);
+    window.Send(Move(1, 62, 0.25, "page"));
+    window.socket.Close();
+  }
+
+  v1::GetUpdateRequest request;
+  request.set_scene(kScene);
+  request.set_min_revision(1);
+  EventLog log;
+  const grpc::Status status = Update(request, log);
+
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(log.ends.back().revision(), 1);
+}
+
+TEST_F(WebTest, ASocketThatBreaksEndsItsCall) {
+  options_.max_watchers = 1;
+  ServeScene();
+  Window leaving(http(), kScene);
+  leaving.Open(Watch("page"));
+  leaving.ReadUntilRevision(0);
+
+  leaving.socket.Break();
+
+  bool open = false;
+  for (int i = 0; i < 200 && !open; ++i) {
+    Window next(http(), kScene);
+    next.Open(Watch("other"));
+    open = next.Read();
+    if (!open) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_TRUE(open) << "the place was given back";
+}
+
+TEST_F(WebTest, DrainingSaysGoawayAndClosesInOrder) {
+  ServeScene();
+  Window window(http(), kScene);
+  window.Open(Watch("page"));
+  window.ReadUntilRevision(0);
+
+  std::thread drain([this] { server_->Drain(); });
+  window.ReadToEnd();
+  drain.join();
+
+  EXPECT_EQ(window.log.goaways.size(), 1);
+  EXPECT_EQ(window.socket.close_code(), 1000) << window.socket.close_reason();
+}
+
+// A page that stops reading stops its stream, and no more: its window catches up at once.
+TEST_F(WebTest, ASocketThatIsNotReadIsSentNoQueue) {
+  constexpr int kEdits = 30;
+  ServeScene(24);
+  v1::WatchRequest watch = Watch("slow");
+  watch.mutable_view()->set_encoding(v1::ENCODING_RAW);
+  watch.mutable_view()->set_segments(8);
+  Window slow(http(), kScene), quick(http(), kScene);
+  slow.Open(watch);
+  watch.set_editor_id("quick");
+  quick.Open(watch);
+
+  for (uint64_t i = 1; i <= kEdits; ++i) {
+    quick.Send(Move(i, 62, 0.01, "quick"));
+    ASSERT_NO_FATAL_FAILURE(quick.ReadUntilRevision(i));
+  }
+  slow.ReadUntilRevision(kEdits);
+
+  EXPECT_LT(slow.log.ends.size(), kEdits / 2);
+  EXPECT_EQ(slow.log.chunks, quick.log.chunks);
+}
+
+TEST_F(WebTest, TwelveWindowsOnOneServerStillEdit) {
+  constexpr uint64_t kWindows = 12;
+  ServeScene();
+  std::vector<std::unique_ptr<Window>> windows;
+  for (uint64_t i = 0; i < kWindows; ++i) {
+    windows.push_back(std::make_unique<Window>(http(), kScene));
+    ASSERT_TRUE(windows.back()->Open(Watch(fmt::format("window-{}", i))));
+    windows.back()->ReadUntilRevision(0);
+  }
+
+  for (uint64_t i = 0; i < kWindows; ++i) {
+    windows[i]->Send(Move(1, static_cast<uint32_t>(i), 0.1, fmt::format("window-{}", i)));
+  }
+  std::vector<std::unique_ptr<WebClient>> calls;  // beside the sockets, all at once
+  v1::GetUpdateRequest request;
+  request.set_scene(kScene);
+  request.set_min_revision(kWindows);
+  for (uint64_t i = 0; i < kWindows; ++i) {
+    calls.push_back(std::make_unique<WebClient>(http()));
+    calls.back()->Send("POST", "/latticed.v1.SceneService/GetUpdate",
+                       {{"content-type", "application/grpc-web+proto"}},
+                       Frame(request.SerializeAsString()));
+  }
+
+  for (const auto& window : windows) {
+    ASSERT_NO_FATAL_FAILURE(window->ReadUntilRevision(kWindows));
+    ASSERT_EQ(window->log.results.size(), 1);
+    EXPECT_EQ(window->log.results[0].status().code(), 0);
+    EXPECT_EQ(window->log.deltas, kWindows) << "each sees what all have done";
+    EXPECT_EQ(window->log.chunks, windows[0]->log.chunks);
+  }
+  for (const auto& call : calls) EXPECT_EQ(ReadFrames(call->Receive()).code, 0);
+}
+
+}  // namespace
+}  // namespace latticed::testing

@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Blocking clients of --http over real sockets: requests, gRPC-Web calls, a WebSocket.
+#ifndef LATTICED_TESTS_SERVER_WEB_WEB_CLIENT_H_
+#define LATTICED_TESTS_SERVER_WEB_WEB_CLIENT_H_
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace latticed::testing {
+
+using WebFields = std::map<std::string, std::string>;  // names in lower case
+
+struct WebAnswer {
+  int status = 0;  // 0: the connection broke instead
+  WebFields fields;
+  std::string body;
+};
+
+class WebClient {
+ public:
+  // Host is "localhost" unless the fields of a request say otherwise. `ca`: PEM file of who signed
+  // the server's certificate, for TLS; `certificate`: the client's own, with its key in one file.
+  explicit WebClient(const std::string& address, const std::string& ca = "",
+                     const std::string& certificate = "");
+  ~WebClient();
+
+  WebAnswer Ask(const std::string& method, const std::string& target, const WebFields& fields = {},
+                const std::string& body = "");
+  WebAnswer Get(const std::string& target, const WebFields& fields = {}) {
+    return Ask("GET", target, fields);
+  }
+  // The two halves of Ask.
+  void Send(const std::string& method, const std::string& target, const WebFields& fields,
+            const std::string& body);
+  WebAnswer Receive(bool head = false);
+  // Without HTTP: false and "" once the other side has closed.
+  bool SendBytes(const std::string& bytes);
+  std::string ReceiveBytes(size_t most);
+  void Close();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// A message as a frame of gRPC-Web.
+[[nodiscard]] std::string Frame(const std::string& message);
+
+struct GrpcWebAnswer {
+  WebAnswer http;
+  std::vector<std::string> messages;
+  WebFields trailers;
+  int code = -1;  // grpc-status
+};
+[[nodiscard]] GrpcWebAnswer ReadFrames(WebAnswer http);
+// `rpc` as "latticed.v1.ServerService/GetServerInfo".
+[[nodiscard]] GrpcWebAnswer CallGrpcWeb(WebClient& client, const std::string& rpc,
+                                        const std::string& body, WebFields fields = {});
+
+class WebSocketClient {
+ public:
+  // `protocols` as in Sec-WebSocket-Protocol.
+  WebSocketClient(const std::string& address, const std::string& target,
+                  const std::string& protocols = "latticed.v1", const WebFields& fields = {});
+  ~WebSocketClient();
+
+  int status() const;  // 101 where it is open
+  std::string protocol() const;
+  bool Send(const std::string& message, bool text = false);
+  std::optional<std::string> Read();  // nothing at the end
+  // Of the end: 0 where the connection broke.
+  int close_code() const;
+  std::string close_reason() const;
+  // In order, as a page does; and by the death of it.
+  void Close();
+  void Break();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_WEB_WEB_CLIENT_H_

@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Connections: TLS, limits, what is no HTTP, and how they end.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <thread>
+
+#include "tests/server/web/web_fixture.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr char kInfo[] = "latticed.v1.ServerService/GetServerInfo";
+
+class WebTlsTest : public WebTest {
+ protected:
+  void SetUp() override {
+    WebTest::SetUp();
+    ASSERT_TRUE(MakeCertificate("server"));
+    options_.tls_cert = Path("server.pem");
+    options_.tls_key = Path("server.pem");
+  }
+
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+  // NAME.pem: a key, and a certificate signed by itself.
+  bool MakeCertificate(const std::string& name) const {
+    const std::string command = fmt::format(
+        "cd '{0}' && openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost "
+        "-keyout {1}.pem -out {1}.crt >/dev/null 2>&1 && cat {1}.crt >>{1}.pem",
+        folder_.string(), name);
+    return std::system(command.c_str()) == 0;
+  }
+};
+
+TEST_F(WebTlsTest, ServesOverTls) {
+  Serve();
+  WebClient client(http(), Path("server.crt"));
+
+  EXPECT_EQ(client.Get("/").status, 200);
+  EXPECT_EQ(CallGrpcWeb(client, kInfo, Frame("")).code, 0);
+  EXPECT_EQ(CallGrpcWeb(client, kInfo, Frame(""), {{"origin", "https://localhost"}}).code, 0);
+  EXPECT_EQ(CallGrpcWeb(client, kInfo, Frame(""), {{"origin", "http://localhost"}}).http.status,
+            403)
+      << "a page without TLS is another site";
+  EXPECT_EQ(Get("/").status, 0) << "and nothing without TLS";
+  EXPECT_EQ(Admin("/healthz").status, 200) << "the operator's port has none";
+}
+
+TEST_F(WebTlsTest, AsksForAClientCertificate) {
+  ASSERT_TRUE(MakeCertificate("client"));
+  options_.tls_client_ca = Path("client.crt");
+  Serve();
+
+  EXPECT_EQ(WebClient(http(), Path("server.crt")).Get("/").status, 0);
+  EXPECT_EQ(WebClient(http(), Path("server.crt"), Path("client.pem")).Get("/").status, 200);
+}
+
+TEST_F(WebTest, TakenPortsAreRefusedByName) {
+  Serve();
+  Options options = options_;
+  options.http = http();
+
+  EXPECT_THAT(InProcessServer::Start(options),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("--http: cannot serve")));
+  options.http = "";
+  options.admin = server_->admin_address();
+  EXPECT_THAT(InProcessServer::Start(options),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("--admin: cannot serve")));
+}
+
+TEST_F(WebTest, NothingListensUnlessAsked) {
+  options_.http = "";
+  options_.admin = "";
+  Serve();
+
+  EXPECT_EQ(server_->http_address(), "");
+  EXPECT_EQ(server_->admin_address(), "");
+}
+
+TEST_F(WebTest, ConnectionsAboveTheLimitAreToldSo) {
+  options_.transport_memory_bytes = uint64_t{16} << 20;  // six connections of 2.5 MiB
+  Serve();
+  std::vector<std::unique_ptr<WebClient>> clients;
+  for (int i = 0; i < 6; ++i) {
+    clients.push_back(std::make_unique<WebClient>(http()));
+    ASSERT_EQ(clients.back()->Get("/").status, 200) << i;
+  }
+
+  WebClient refused(http());
+  const WebAnswer answer = refused.Receive();
+  clients.pop_back();
+  int status = 0;
+  for (int i = 0; i < 200 && status != 200; ++i) {
+    status = Get("/").status;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+
+  EXPECT_EQ(answer.status, 503);
+  EXPECT_EQ(answer.fields.at("retry-after"), "1");
+  EXPECT_EQ(status, 200) << "one has left";
+  EXPECT_EQ(clients[0]->Get("/").status, 200);
+}
+
+TEST_F(WebTest, WhatIsNoHttpIsRefused) {
+  Serve();
+
+  WebClient garbage(http());
+  garbage.SendBytes("\x16\x03\x01 hello\r\n\r\n");
+  WebClient large(http());
+  large.SendBytes("GET / HTTP/1.1\r\nhost: localhost\r\nx: " + std::string(20'000, 'x') +
+                  "\r\n\r\n");
+  WebClient hostless(http());
+  hostless.SendBytes("GET / HTTP/1.1\r\n\r\n");
+
+  EXPECT_EQ(garbage.Receive().status, 400);
+  EXPECT_EQ(large.Receive().status, 431);
+  EXPECT_EQ(hostless.Receive().status, 403);
+}
+
+TEST_F(WebTest, RequestsMayBeSentBeforeTheirTurn) {
+  Serve();
+  WebClient client(http());
+
+  client.SendBytes(
+      "GET / HTTP/1.1\r\nhost: localhost\r\n\r\nGET /no HTTP/1.1\r\nhost: localhost\r\n\r\n"
+      "GET / HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n");
+
+  EXPECT_EQ(client.Receive().status, 200);
+  EXPECT_EQ(client.Receive().status, 404);
+  const WebAnswer last = client.Receive();
+  EXPECT_EQ(last.status, 200);
+  EXPECT_EQ(last.fields.at("connection"), "close");
+  EXPECT_EQ(client.ReceiveBytes(1), "") << "closed as asked";
+}
+
+TEST_F(WebTest, ABodyMayComeInPiecesAndAfterAWord) {
+  Serve();
+  WebClient client(http());
+
+  client.SendBytes(
+      fmt::format("POST /{} HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/grpc-web\r\n"
+                  "transfer-encoding: chunked\r\nexpect: 100-continue\r\n\r\n",
+                  kInfo));
+  EXPECT_THAT(client.ReceiveBytes(25), StartsWith("HTTP/1.1 100 Continue"));
+  client.SendBytes(std::string("2\r\n\0\0\r\n", 7));
+  client.SendBytes(std::string("3\r\n\0\0\0\r\n0\r\n\r\n", 13));
+
+  EXPECT_EQ(ReadFrames(client.Receive()).code, 0);
+}
+
+// The answer reaches a client that still sends.
+TEST_F(WebTest, ARefusalInTheMiddleOfABodyIsRead) {
+  Serve();
+  WebClient client(http());
+
+  client.Send("POST", fmt::format("/{}", kInfo), {{"content-type", "text/plain"}},
+              std::string(size_t{4} << 20, 'x'));
+
+  const WebAnswer answer = client.Receive();
+  EXPECT_EQ(answer.status, 415);
+  EXPECT_EQ(answer.fields.at("connection"), "close");
+}
+
+TEST_F(WebTest, OldHttpIsAnsweredToTheEndOfTheConnection) {
+  Serve();
+  WebClient client(http());
+
+  client.SendBytes(fmt::format("POST /{} HTTP/1.0\r\nhost: localhost\r\ncontent-type: "
+                               "application/grpc-web\r\ncontent-length: 5\r\n\r\n",
+                               kInfo) +
+                   Frame(""));
+
+  const GrpcWebAnswer answer = ReadFrames(client.Receive());
+  EXPECT_EQ(answer.http.fields.count("transfer-encoding"), 0);
+  EXPECT_EQ(answer.code, 0);
+}
+
+TEST_F(WebTest, StoppingEndsWhatRuns) {
+  ServeScene();
+  WebClient watching(http());
+  watching.Send("POST", "/latticed.v1.SceneService/Watch",
+                {{"content-type", "application/grpc-web+proto"}},
+                Frame(Watch().SerializeAsString()));
+  ASSERT_THAT(watching.ReceiveBytes(100), HasSubstr("200"));
+  WebClient idle(http());
+  ASSERT_EQ(idle.Get("/").status, 200);
+
+  server_->Stop();
+  server_->Stop();
+
+  EXPECT_EQ(idle.ReceiveBytes(1), "");
+}
+
+}  // namespace
+}  // namespace latticed::testing

@@ -1,0 +1,271 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The viewer's files, what is said to foreign pages, downloads, and the operator's port.
+#include <gmock/gmock.h>
+
+#include <thread>
+
+#include "server/web/admin_pages.h"
+#include "tests/server/web/web_fixture.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+TEST_F(WebTest, ServesTheViewerAsAPageThatTrustsNobody) {
+  Serve();
+
+  const WebAnswer page = Get("/");
+
+  EXPECT_EQ(page.status, 200);
+  EXPECT_EQ(page.body, "<!doctype html>viewer");
+  EXPECT_EQ(page.fields.at("content-type"), "text/html; charset=utf-8");
+  EXPECT_EQ(page.fields.at("x-content-type-options"), "nosniff");
+  EXPECT_THAT(page.fields.at("content-security-policy"),
+              HasSubstr("script-src 'self' 'wasm-unsafe-eval'"));
+}
+
+TEST_F(WebTest, FilesHaveTheirMediaTypes) {
+  Write("web/app.js", "let a");
+  Write("web/draco/decoder.wasm", "asm");
+  Write("web/style.css", "body{}");
+  Write("web/a b.svg", "<svg/>");
+  Write("web/unknown.bin", "?");
+  Serve();
+
+  EXPECT_EQ(Get("/app.js").fields.at("content-type"), "text/javascript; charset=utf-8");
+  EXPECT_EQ(Get("/draco/decoder.wasm?v=1").fields.at("content-type"), "application/wasm");
+  EXPECT_EQ(Get("/style.css").fields.at("content-type"), "text/css; charset=utf-8");
+  EXPECT_EQ(Get("/a%20b.svg").fields.at("content-type"), "image/svg+xml");
+  EXPECT_EQ(Get("/unknown.bin").fields.at("content-type"), "application/octet-stream");
+}
+
+TEST_F(WebTest, AFileThatTheBrowserHasIsNotSentAgain) {
+  Write("web/app.js", "one");
+  Serve();
+  WebClient client(http());
+
+  const WebAnswer first = client.Get("/app.js");
+  const std::string etag = first.fields.at("etag");
+  const WebAnswer second = client.Get("/app.js", {{"if-none-match", "\"other\", " + etag}});
+  Write("web/app.js", "another");
+  const WebAnswer third = client.Get("/app.js", {{"if-none-match", etag}});
+
+  EXPECT_EQ(first.fields.at("cache-control"), "no-cache");
+  EXPECT_EQ(second.status, 304);
+  EXPECT_EQ(second.body, "");
+  EXPECT_EQ(third.status, 200);
+  EXPECT_EQ(third.body, "another");
+}
+
+TEST_F(WebTest, HeadTellsTheSizeWithoutTheFile) {
+  Serve();
+  WebClient client(http());
+
+  const WebAnswer head = client.Ask("HEAD", "/");
+
+  EXPECT_EQ(head.status, 200);
+  EXPECT_EQ(head.fields.at("content-length"), "21");
+  EXPECT_EQ(client.Get("/").body.size(), 21) << "the connection goes on";
+}
+
+TEST_F(WebTest, ALargeFileComesWhole) {
+  std::string bytes(3'000'001, 'x');
+  bytes[2'999'999] = 'y';
+  Write("web/large.bin", bytes);
+  Serve();
+
+  EXPECT_TRUE(Get("/large.bin").body == bytes);
+}
+
+TEST_F(WebTest, NothingOutsideOfTheFolderIsServed) {
+  Write("secret", "secret");
+  Write("web/.hidden", "secret");
+  std::filesystem::create_symlink(folder_ / "secret", folder_ / "web/link");
+  Serve();
+
+  for (const std::string target :
+       {"/../secret", "/%2e%2e/secret", "/..%2fsecret", "/a/../../secret", "/.hidden", "/link",
+        "/%2e%2e%5csecret", "/index.html%00", "/%zz", "//etc/passwd", "/nothing", "/link/"}) {
+    const WebAnswer answer = Get(target);
+    EXPECT_EQ(answer.status, 404) << target;
+    EXPECT_THAT(answer.body, ::testing::Not(HasSubstr("secret"))) << target;
+  }
+}
+
+TEST_F(WebTest, WithoutAViewerThePageSaysSo) {
+  std::filesystem::remove(folder_ / "web/index.html");
+  Serve();
+
+  const WebAnswer page = Get("/");
+
+  EXPECT_EQ(page.status, 404);
+  EXPECT_THAT(page.body, HasSubstr("--web-root"));
+}
+
+TEST_F(WebTest, OtherMethodsAreRefusedWithWhatIsAllowed) {
+  Serve();
+
+  const WebAnswer answer = WebClient(http()).Ask("DELETE", "/index.html");
+
+  EXPECT_EQ(answer.status, 405);
+  EXPECT_EQ(answer.fields.at("allow"), "GET, HEAD");
+}
+
+// DNS rebinding: the name is the attacker's, the address ours.
+TEST_F(WebTest, RefusesAHostThatIsNotItsOwn) {
+  options_.allowed_hosts = {"viewer.example"};
+  Serve();
+
+  const WebAnswer refused = Get("/", {{"host", "evil.example:8080"}});
+
+  EXPECT_EQ(refused.status, 403);
+  EXPECT_THAT(refused.body, HasSubstr("--allowed-hosts"));
+  EXPECT_EQ(Call("latticed.v1.ServerService/GetServerInfo", Frame(""), {{"host", "evil.example"}})
+                .http.status,
+            403);
+  for (const std::string host : {"localhost", "127.0.0.1:1", "[::1]:8080", "Viewer.Example:443"}) {
+    EXPECT_EQ(Get("/", {{"host", host}}).status, 200) << host;
+  }
+  EXPECT_EQ(Get("/", {{"host", "192.0.2.1"}}).status, 403);
+}
+
+TEST_F(WebTest, RefusesAPageOfAnotherSite) {
+  Serve();
+  const std::string info = "latticed.v1.ServerService/GetServerInfo";
+
+  const GrpcWebAnswer refused = Call(info, Frame(""), {{"origin", "https://evil.example"}});
+
+  EXPECT_EQ(refused.http.status, 403);
+  EXPECT_THAT(refused.http.body, HasSubstr("--cors-origin"));
+  EXPECT_EQ(refused.http.fields.count("access-control-allow-origin"), 0);
+  EXPECT_EQ(Call(info, Frame(""), {{"origin", "null"}}).http.status, 403);
+  EXPECT_EQ(Call(info, Frame(""), {{"origin", "http://localhost:1"}}).http.status, 403);
+  EXPECT_EQ(Call(info, Frame(""), {{"origin", "http://localhost"}}).code, 0);
+  EXPECT_EQ(Get("/", {{"sec-fetch-site", "cross-site"}, {"sec-fetch-mode", "no-cors"}}).status,
+            403);
+  EXPECT_EQ(Get("/", {{"sec-fetch-site", "cross-site"}, {"sec-fetch-mode", "navigate"}}).status,
+            200);
+  EXPECT_EQ(Get("/", {{"sec-fetch-site", "same-origin"}, {"sec-fetch-mode", "cors"}}).status, 200);
+}
+
+TEST_F(WebTest, APageOfAConfiguredSiteMayCallAndRead) {
+  options_.cors_origins = {"https://app.example"};
+  Serve();
+  const WebFields page = {{"origin", "https://app.example"}};
+
+  WebFields asking = page;
+  asking["access-control-request-method"] = "POST";
+  asking["access-control-request-headers"] = "authorization,content-type,grpc-timeout";
+  const WebAnswer preflight =
+      WebClient(http()).Ask("OPTIONS", "/latticed.v1.ServerService/GetServerInfo", asking);
+  const GrpcWebAnswer call = Call("latticed.v1.ServerService/GetServerInfo", Frame(""), page);
+  asking["origin"] = "https://evil.example";
+
+  EXPECT_EQ(preflight.status, 204);
+  EXPECT_EQ(preflight.fields.at("access-control-allow-origin"), "https://app.example");
+  EXPECT_EQ(preflight.fields.at("access-control-allow-headers"),
+            "authorization,content-type,grpc-timeout");
+  EXPECT_EQ(call.code, 0);
+  EXPECT_EQ(call.http.fields.at("access-control-allow-origin"), "https://app.example");
+  EXPECT_EQ(call.http.fields.at("vary"), "origin");
+  EXPECT_THAT(call.http.fields.at("access-control-expose-headers"),
+              HasSubstr("latticed-request-id"));
+  EXPECT_EQ(WebClient(http()).Ask("OPTIONS", "/x", asking).status, 403);
+}
+
+TEST_F(WebTest, DownloadsAnExport) {
+  ServeScene();
+
+  const WebAnswer file =
+      Get(fmt::format("/export/{}.ply", kScene), {{"latticed-request-id", "download-1"}});
+
+  EXPECT_EQ(file.status, 200);
+  EXPECT_THAT(file.body, StartsWith("ply\n"));
+  EXPECT_EQ(file.fields.at("content-length"), fmt::to_string(file.body.size()));
+  EXPECT_THAT(file.fields.at("content-disposition"), StartsWith("attachment; filename=\""));
+  EXPECT_EQ(file.fields.at("latticed-request-id"), "download-1");
+  EXPECT_EQ(file.fields.at("latticed-node"), "test-node");
+  for (const std::string format : {"obj", "stl", "glb", "drc", "nets"}) {
+    const WebAnswer other = Get(fmt::format("/export/{}.{}", kScene, format));
+    EXPECT_EQ(other.status, 200) << format;
+    EXPECT_GT(other.body.size(), 100) << format;
+  }
+}
+
+TEST_F(WebTest, ADownloadThatCannotBeSaysWhy) {
+  AskForTokens();
+  Serve();
+  const WebFields token = {{"authorization", "Bearer secret-edit"}};
+
+  const WebAnswer no_token = Get("/export/no-such-scene.ply");
+  const WebAnswer no_scene = Get("/export/no-such-scene.ply", token);
+  const WebAnswer no_format = Get("/export/no-such-scene.exe", token);
+
+  EXPECT_EQ(no_token.status, 401);
+  EXPECT_EQ(no_token.fields.at("www-authenticate"), "Bearer");
+  EXPECT_EQ(no_scene.status, 404);
+  EXPECT_THAT(no_scene.body, HasSubstr("no-such-scene"));
+  EXPECT_EQ(no_scene.fields.at("latticed-node"), "test-node");
+  EXPECT_EQ(no_format.status, 404);
+  EXPECT_THAT(no_format.body, HasSubstr("glb"));
+}
+
+TEST_F(WebTest, TheOperatorsPortHasHealthAndNotTheApi) {
+  Serve();
+
+  EXPECT_EQ(Admin("/healthz").status, 200);
+  EXPECT_EQ(Admin("/readyz").status, 200);
+  EXPECT_EQ(Admin("/metrics").status, 404) << "nobody has said what it shows";
+  EXPECT_EQ(Admin("/").status, 404);
+  EXPECT_EQ(Admin("/latticed.v1.ServerService/GetServerInfo", "POST").status, 405);
+  EXPECT_EQ(WebClient(server_->admin_address()).Get("/healthz", {{"host", "evil.example"}}).status,
+            403);
+  EXPECT_EQ(Get("/healthz").status, 404) << "and --http has no such page";
+}
+
+TEST_F(WebTest, ReadinessEndsWithServing) {
+  options_.drain_delay = absl::Seconds(1);
+  Serve();
+  WebClient admin(server_->admin_address());
+  ASSERT_EQ(admin.Get("/readyz").status, 200);
+
+  std::thread drain([this] { server_->Drain(); });
+  int status = 200;
+  for (int i = 0; i < 90 && status == 200; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    status = admin.Get("/readyz").status;
+  }
+  const int page = Get("/").status;
+  const int health = admin.Get("/healthz").status;
+  drain.join();
+
+  EXPECT_EQ(status, 503);
+  EXPECT_EQ(page, 200) << "served during the delay";
+  EXPECT_EQ(health, 200) << "a restart would not help";
+  EXPECT_EQ(Get("/").status, 0) << "no connection any more";
+  EXPECT_EQ(Admin("/readyz").status, 503) << "said until the end of the process";
+}
+
+TEST(AdminPagesTest, SayWhatTheirHooksSay) {
+  web::AdminHooks hooks;
+  hooks.health = [] { return absl::UnavailableError("the device is lost"); };
+  hooks.ready = [] { return false; };
+  hooks.metrics = [] { return std::string("latticed_scenes 1\n"); };
+
+  const auto health = web::AdminAnswer(hooks, {.method = "GET", .path = "/healthz"});
+  const auto metrics = web::AdminAnswer(hooks, {.method = "GET", .path = "/metrics"});
+
+  EXPECT_EQ(health.status, 503);
+  EXPECT_EQ(health.body, "the device is lost\n");
+  EXPECT_EQ(web::AdminAnswer(hooks, {.method = "GET", .path = "/readyz"}).status, 503);
+  EXPECT_EQ(metrics.status, 200);
+  EXPECT_EQ(metrics.body, "latticed_scenes 1\n");
+  EXPECT_EQ(metrics.fields[0].value, "text/plain; version=0.0.4; charset=utf-8");
+}
+
+}  // namespace
+}  // namespace latticed::testing
