@@ -9,6 +9,7 @@
 #ifndef LATTICED_SERVER_GRPC_SERVER_H_
 #define LATTICED_SERVER_GRPC_SERVER_H_
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -29,7 +30,11 @@ class GrpcServer {
   ~GrpcServer();
 
   const std::string& address() const { return address_; }  // with the port that was taken
+  // Calls from this process, without a socket.
+  [[nodiscard]] std::shared_ptr<grpc::Channel> InProcessChannel();
   void SetServing(bool serving);
+  // What health says.
+  bool serving() const { return serving_; }
   // Takes no more calls, waits for those running, and cancels what is left at `deadline`. Returns
   // when all are done. Idempotent.
   void Shutdown(absl::Time deadline);
@@ -40,6 +45,7 @@ class GrpcServer {
 
   ServerEnv* const env_;
   std::string address_;
+  std::atomic<bool> serving_ = false;
   std::vector<std::unique_ptr<grpc::Service>> services_;
   std::unique_ptr<grpc::Server> server_;  // last: uses the services
 };

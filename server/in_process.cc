@@ -19,6 +19,7 @@
 #include "server/server_env.h"
 #include "server/telemetry.h"
 #include "server/uploads.h"
+#include "server/web/web_server.h"
 
 namespace latticed {
 namespace {
@@ -85,7 +86,19 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
   absl::StatusOr<std::unique_ptr<GrpcServer>> server = GrpcServer::Start(&env);
   if (!server.ok()) return server.status();
   result->server_ = *std::move(server);
+  if (absl::Status status = result->StartWeb(); !status.ok()) return status;
   return result;
+}
+
+absl::Status InProcessServer::StartWeb() {
+  if (env_->options.http.empty() && env_->options.admin.empty()) return absl::OkStatus();
+  web::AdminHooks hooks;
+  hooks.health = [env = env_.get()] { return env->scenes->residency().health().status(); };
+  hooks.ready = [server = server_.get()] { return server->serving(); };
+  auto web = web::WebServer::Start(env_->options, server_->InProcessChannel(), std::move(hooks));
+  if (!web.ok()) return web.status();
+  web_ = *std::move(web);
+  return absl::OkStatus();
 }
 
 std::shared_ptr<grpc::Channel> InProcessServer::channel() const {
@@ -93,6 +106,14 @@ std::shared_ptr<grpc::Channel> InProcessServer::channel() const {
 }
 
 std::string InProcessServer::address() const { return server_->address(); }
+
+std::string InProcessServer::http_address() const {
+  return web_ == nullptr ? "" : web_->http_address();
+}
+
+std::string InProcessServer::admin_address() const {
+  return web_ == nullptr ? "" : web_->admin_address();
+}
 
 std::string InProcessServer::backend_description() const {
   const Backend& backend = env_->backend();
@@ -103,12 +124,15 @@ void InProcessServer::Drain() {
   server_->SetServing(false);
   absl::SleepFor(env_->options.drain_delay);
   env_->drain.Begin();
-  server_->Shutdown(absl::Now() + env_->options.drain_timeout);
+  const absl::Time deadline = absl::Now() + env_->options.drain_timeout;
+  if (web_ != nullptr) web_->Drain(deadline);
+  server_->Shutdown(deadline);
 }
 
 void InProcessServer::Stop() {
   if (server_ == nullptr) return;
   env_->drain.Begin();
+  if (web_ != nullptr) web_->Stop();
   server_->Shutdown(absl::Now());
 }
 

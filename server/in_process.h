@@ -27,6 +27,9 @@ namespace latticed {
 class Backend;
 class GrpcServer;
 struct ServerEnv;
+namespace web {
+class WebServer;
+}
 
 class InProcessServer {
  public:
@@ -44,6 +47,9 @@ class InProcessServer {
   // A new channel without TLS.
   [[nodiscard]] std::shared_ptr<grpc::Channel> channel() const;
   [[nodiscard]] std::string address() const;
+  // Of --http and --admin, host:port; empty where there is none.
+  [[nodiscard]] std::string http_address() const;
+  [[nodiscard]] std::string admin_address() const;
   // "cpu: AVX-512, 2 threads, …": what evaluates.
   [[nodiscard]] std::string backend_description() const;
 
@@ -58,9 +64,11 @@ class InProcessServer {
   // No backends: those of options.backend.
   static absl::StatusOr<std::unique_ptr<InProcessServer>> ServeOn(
       Options options, std::vector<std::unique_ptr<Backend>> backends);
+  absl::Status StartWeb();
 
   std::unique_ptr<ServerEnv> env_;
-  std::unique_ptr<GrpcServer> server_;  // last: uses env_
+  std::unique_ptr<GrpcServer> server_;  // uses env_
+  std::unique_ptr<web::WebServer> web_;  // last: calls server_; null without --http and --admin
 };
 
 }  // namespace latticed

@@ -70,6 +70,8 @@ int main(int argc, char** argv) {
   latticed::LogEvent(spdlog::level::info, "serving",
                      {{"address", (*server)->address()},
                       {"backend", (*server)->backend_description()},
+                      {"http", (*server)->http_address()},
+                      {"admin", (*server)->admin_address()},
                       {"version", std::string(latticed::Version())}});
   const int signal = WaitForStopSignal();
   latticed::LogEvent(spdlog::level::info, "draining", {{"signal", std::to_string(signal)}});

@@ -70,6 +70,16 @@ void AddDevices(CLI::App& app, std::vector<int>& devices) {
       ->default_str(absl::StrJoin(devices, ","));
 }
 
+// May stand several times, and each time name several.
+void AddList(CLI::App& app, const std::string& name, std::vector<std::string>& values,
+             const std::string& help) {
+  app.add_option(name, values, help)
+      ->delimiter(',')
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->type_name("LIST");
+}
+
 // The one table of options.
 void Define(CLI::App& app, Options& o) {
   app.add_option("--listen", o.listen, "Address to serve on, host:port; port 0 takes a free one");
@@ -94,6 +104,15 @@ void Define(CLI::App& app, Options& o) {
       ->check(CLI::Range(1, 1'000'000));
   app.add_option("--max-watchers", o.max_watchers, "Most watchers of a scene at a time")
       ->check(CLI::Range(1, 1'000'000));
+  app.add_option("--http", o.http,
+                 "Address for browsers, host:port: the viewer, gRPC-Web, WebSocket, downloads");
+  app.add_option("--admin", o.admin, "Address of /healthz, /readyz and /metrics, host:port");
+  AddList(app, "--allowed-hosts", o.allowed_hosts,
+          "Names that --http goes by, besides those of loopback and its own");
+  AddList(app, "--cors-origin", o.cors_origins,
+          "Sites whose pages may use --http, such as https://app.example");
+  app.add_option("--web-root", o.web_root,
+                 "Folder of the viewer; default: web/ or ../share/latticed/web beside the program");
   app.add_option("--tls-cert", o.tls_cert, "Certificate chain, PEM");
   app.add_option("--tls-key", o.tls_key, "Private key, PEM");
   app.add_option("--tls-client-ca", o.tls_client_ca,
@@ -115,12 +134,20 @@ void Define(CLI::App& app, Options& o) {
 }
 
 // LATTICED_… variables as flags, to stand before the real ones: the last one wins.
-std::vector<std::string> EnvironmentFlags(const CLI::App& app) {
+// A list that a flag gives is the whole list.
+std::vector<std::string> EnvironmentFlags(const CLI::App& app,
+                                          const std::vector<std::string>& given) {
   std::vector<std::string> flags;
   for (const CLI::Option* option : app.get_options()) {
     if (option->get_lnames().empty()) continue;
     const std::string& name = option->get_lnames().front();
     if (name == "help" || name == "version" || name == "print-config") continue;
+    if (option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll &&
+        std::ranges::any_of(given, [&](const std::string& argument) {
+          return argument == "--" + name || argument.rfind("--" + name + "=", 0) == 0;
+        })) {
+      continue;
+    }
     const std::string variable =
         "LATTICED_" + absl::AsciiStrToUpper(absl::StrReplaceAll(name, {{"-", "_"}}));
     const char* value = std::getenv(variable.c_str());
@@ -135,6 +162,19 @@ bool IsLoopback(const std::string& listen) {
   const std::string host = listen.substr(0, listen.rfind(':'));
   if (host == "localhost" || host == "[::1]") return true;
   return host.rfind("127.", 0) == 0 && host.find_first_not_of("0123456789.") == std::string::npos;
+}
+
+bool IsHostAndPort(const std::string& address) {
+  const size_t colon = address.rfind(':');
+  uint32_t port = 0;
+  return colon != std::string::npos && colon > 0 && address.rfind("unix:", 0) != 0 &&
+         absl::SimpleAtoi(address.substr(colon + 1), &port) && port <= 65'535;
+}
+
+// As browsers write it: no path, not even a slash.
+bool IsOrigin(const std::string& origin) {
+  const size_t host = origin.rfind("https://", 0) == 0 ? 8 : origin.rfind("http://", 0) == 0 ? 7 : 0;
+  return host > 0 && origin.size() > host && origin.find_first_of("/*? ", host) == std::string::npos;
 }
 
 absl::Status CheckDuration(std::string_view flag, absl::Duration value, absl::Duration lowest,
@@ -174,8 +214,9 @@ absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) 
   app.allow_config_extras(CLI::config_extras_mode::error);
   app.footer(kFooter);
 
-  std::vector<std::string> arguments = EnvironmentFlags(app);
-  for (int i = 1; i < argc; ++i) arguments.emplace_back(argv[i]);
+  const std::vector<std::string> given(argv + std::min(argc, 1), argv + argc);
+  std::vector<std::string> arguments = EnvironmentFlags(app, given);
+  arguments.insert(arguments.end(), given.begin(), given.end());
   std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them from the back
   try {
     app.parse(arguments);
@@ -203,11 +244,26 @@ absl::Status Validate(const Options& o) {
   if (!o.tls_client_ca.empty() && o.tls_cert.empty()) {
     return absl::InvalidArgumentError("--tls-client-ca needs --tls-cert and --tls-key");
   }
-  if (!IsLoopback(o.listen) && o.tls_cert.empty() && o.token_file.empty() && !o.insecure) {
-    return absl::InvalidArgumentError(
-        fmt::format("--listen: '{}' is open to others, so give --tls-cert and --tls-key, or "
-                    "--token-file; or --insecure if that is what you want",
-                    o.listen));
+  for (const auto& [flag, address] : {std::pair("--http", o.http), std::pair("--admin", o.admin)}) {
+    if (!address.empty() && !IsHostAndPort(address)) {
+      return absl::InvalidArgumentError(
+          fmt::format("{}: got '{}', expected host:port, such as 127.0.0.1:8080", flag, address));
+    }
+  }
+  for (const std::string& origin : o.cors_origins) {
+    if (!IsOrigin(origin)) {
+      return absl::InvalidArgumentError(fmt::format(
+          "--cors-origin: got '{}', expected a site such as https://app.example", origin));
+    }
+  }
+  for (const auto& [flag, address] : {std::pair("--listen", o.listen), std::pair("--http", o.http)}) {
+    if (address.empty() || IsLoopback(address)) continue;
+    if (o.tls_cert.empty() && o.token_file.empty() && !o.insecure) {
+      return absl::InvalidArgumentError(
+          fmt::format("{}: '{}' is open to others, so give --tls-cert and --tls-key, or "
+                      "--token-file; or --insecure if that is what you want",
+                      flag, address));
+    }
   }
   if (o.max_mesh_bytes == 0 || o.max_mesh_bytes > limits::kMaxMeshBytes) {
     return absl::InvalidArgumentError(fmt::format("--max-mesh-bytes: got {}, allowed is 1 to {}",

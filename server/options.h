@@ -34,6 +34,11 @@ struct Options {
   uint64_t max_mesh_bytes = uint64_t{1} << 30;          // largest single upload
   int max_scenes = limits::kDefaultMaxScenes;
   int max_watchers = limits::kDefaultMaxWatchersPerScene;  // of one scene
+  std::string http;                        // host:port of the viewer and gRPC-Web; empty: none
+  std::string admin;                       // host:port of /healthz, /readyz, /metrics; empty: none
+  std::vector<std::string> allowed_hosts;  // names of --http besides loopback's and its own
+  std::vector<std::string> cors_origins;   // sites whose pages may use --http
+  std::string web_root;                    // folder of the viewer; empty: beside the executable
   std::string tls_cert, tls_key,
       tls_client_ca;                // PEM files; client_ca asks for client certificates
   std::string token_file;           // lines "sha256hex role name"

@@ -42,6 +42,8 @@ async function buildTests() {
     format: 'esm',
     platform: 'node',
     packages: 'external',
+    // Node 18 has no global crypto, which browsers have.
+    banner: { js: "import { webcrypto } from 'node:crypto'; globalThis.crypto ??= webcrypto;" },
   });
   await buildPage('test/e2e/page', { harness: 'test/e2e/page/harness.ts' }, join(out, 'page'));
 }

@@ -132,6 +132,11 @@ absl::Status NotFound(std::string_view kind, std::string_view id) {
       {.reason = "NOT_FOUND", .metadata = {{"kind", std::string(kind)}, {"id", std::string(id)}}});
 }
 
+absl::Status NothingHit() {
+  return Make(absl::StatusCode::kNotFound, "ray: meets no point of the surface",
+              {.reason = "NOTHING_HIT"});
+}
+
 absl::Status OutOfMemory(std::string_view what, uint64_t asked_bytes, uint64_t free_bytes) {
   return Make(absl::StatusCode::kResourceExhausted,
               fmt::format("{} needs {} bytes, {} are free", what, asked_bytes, free_bytes),

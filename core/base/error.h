@@ -41,6 +41,8 @@ struct Details {
                                          std::string_view problem);
 // NOT_FOUND; `kind` is "mesh", "scene", "upload", "watch".
 [[nodiscard]] absl::Status NotFound(std::string_view kind, std::string_view id);
+// NOT_FOUND, reason NOTHING_HIT: the ray of a pick meets no point of the surface.
+[[nodiscard]] absl::Status NothingHit();
 // RESOURCE_EXHAUSTED with asked and free bytes.
 [[nodiscard]] absl::Status OutOfMemory(std::string_view what, uint64_t asked_bytes,
                                        uint64_t free_bytes);

@@ -49,6 +49,10 @@ inline constexpr size_t kMaxChunkBatchBytes = size_t{960} << 10;
 
 // Transport. A proxy may carry many watchers on one connection; calls above wait at the client.
 inline constexpr int kMaxStreamsPerConnection = 4'096;
+// What a connection of --http takes at most: a message in, one out, a piece of a body, TLS. There are
+// as many as --transport-memory has room for, and not more than a process has file descriptors for.
+inline constexpr uint64_t kHttpConnectionBytes = uint64_t{2'560} << 10;
+inline constexpr size_t kMaxHttpConnections = 4'096;
 // Below this a few connections of ordinary clients would be under pressure.
 inline constexpr uint64_t kMinTransportBytes = uint64_t{16} << 20;
 // Requests that wait for a worker, parsed, take up to this share of --memory more: beside it, so that
@@ -63,6 +67,13 @@ inline constexpr int kDefaultMaxScenes = 10'000;
 inline constexpr int kDefaultMaxWatchersPerScene = 1'000;
 // 4,096 points are answered in a millisecond, and their answer fits a message.
 inline constexpr int kMaxEvaluatePoints = 4'096;
+// A drag of so many points that all are independent takes 0.1 s.
+inline constexpr size_t kMaxDragPoints = 1'024;
+// What others are told of an editor, 10 times a second: with these it stays below 4 KiB.
+inline constexpr size_t kMaxPresenceName = 64;  // characters
+inline constexpr size_t kMaxPresenceIndices = 1'024;
+inline constexpr uint32_t kMaxPresenceColour = 0xFFFFFF;
+inline constexpr int kMaxPresencesPerSecond = 10;
 inline constexpr int kMaxEditorsRemembered = 1'024;
 inline constexpr int kMaxUndoSteps = 256;
 inline constexpr size_t kMaxUndoBytes = size_t{64} << 20;

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/ffd/direct_ffd.h"
 
+#include <algorithm>
+
 #include "core/ffd/bspline_basis.h"
+#include "core/ffd/knot_split.h"
 
 namespace latticed {
 namespace {
@@ -32,18 +35,25 @@ VolumePoint EvaluateVolume(const LatticeStructure& s, std::span<const Vec3d> con
   return EvaluateVolume<true>(volume, span.data(), parameter);
 }
 
-DeformedPoint EvaluateWorld(const LatticeStructure& s, std::span<const Vec3d> control_points,
-                            Vec3d world) {
-  const Vec3d parameter = FrameMap(s).ToParameter(world);
-  std::array<int, 3> span{};
+std::optional<VolumePlace> FindVolumePlace(const LatticeStructure& s, Vec3d world) {
+  VolumePlace place{.parameter = FrameMap(s).ToParameter(world)};
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<size_t>(axis);
-    if (!(parameter[axis] >= s.domain_begin(axis) && parameter[axis] <= s.domain_end(axis))) {
-      return {.position = world};
-    }
-    span[a] = FindLowerSpan(s.knots[a].data(), s.degree[a], s.size[a], parameter[axis]);
+    const double begin = s.domain_begin(axis), end = s.domain_end(axis);
+    const double snap = kPlaneSnap * (end - begin);
+    double& p = place.parameter[axis];
+    if (!(p >= begin - snap && p <= end + snap)) return std::nullopt;
+    p = std::clamp(p, begin, end);
+    place.span[a] = FindLowerSpan(s.knots[a].data(), s.degree[a], s.size[a], p);
   }
-  const VolumePoint point = EvaluateVolume(s, control_points, span, parameter);
+  return place;
+}
+
+DeformedPoint EvaluateWorld(const LatticeStructure& s, std::span<const Vec3d> control_points,
+                            Vec3d world) {
+  const auto place = FindVolumePlace(s, world);
+  if (!place.has_value()) return {.position = world};
+  const VolumePoint point = EvaluateVolume(s, control_points, place->span, place->parameter);
   DeformedPoint result{.position = point.position, .inside = true};
   WorldJacobian(point.derivatives, ParameterByWorld(s).data(), result.jacobian.data());
   return result;

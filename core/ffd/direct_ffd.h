@@ -24,6 +24,7 @@
 #define LATTICED_CORE_FFD_DIRECT_FFD_H_
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include "core/base/vec.h"
@@ -38,6 +39,16 @@ namespace latticed {
 [[nodiscard]] VolumePoint EvaluateVolume(const LatticeStructure& structure,
                                          std::span<const Vec3d> control_points,
                                          const std::array<int, 3>& span, Vec3d parameter);
+
+// Where in the volume a point of the rest world is.
+struct VolumePlace {
+  Vec3d parameter;
+  std::array<int, 3> span{};  // of the lower box on a knot plane
+};
+// nullopt outside the domain. As a vertex of the mesh is, a point within kPlaneSnap of a face of
+// the domain is on it.
+[[nodiscard]] std::optional<VolumePlace> FindVolumePlace(const LatticeStructure& structure,
+                                                         Vec3d world);
 
 struct DeformedPoint {
   Vec3d position;

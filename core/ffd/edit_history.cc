@@ -106,7 +106,7 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
   const std::vector<Vec3d> before = lattice().control_points;
   const uint64_t structure_before = structure_id_;
   EditOutcome outcome;
-  outcome.summary.status = ApplyNew(batch, now, admit);
+  outcome.summary.status = ApplyNew(batch, now, admit, outcome.summary);
   if (IsPutOff(outcome.summary.status)) return outcome.summary.status;
   if (outcome.summary.status.ok()) ++revision_;
   outcome.summary.sequence = batch.sequence;
@@ -128,7 +128,7 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
 }
 
 absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
-                                   const AdmitStructure& admit) {
+                                   const AdmitStructure& admit, EditSummary& summary) {
   CommitIdleGestures(now);
   if (!batch.refusal.ok()) return batch.refusal;
   if (auto status = CheckPreconditions(batch); !status.ok()) return status;
@@ -143,7 +143,7 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
   } else if (Cancels(batch)) {
     status = Cancel(batch);
   } else {
-    status = Write(batch, now);
+    status = Write(batch, now, summary);
   }
   if (status.ok()) {
     CommitGestures(batch.editor_id, batch.gesture_id);
@@ -169,7 +169,7 @@ absl::Status EditHistory::CheckPreconditions(const EditBatch& batch) const {
   return absl::OkStatus();
 }
 
-absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now) {
+absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, EditSummary& summary) {
   const size_t gesture = FindGesture(batch);
   EditTarget target(lattice());
   if (gesture != kNoStep) {
@@ -186,6 +186,7 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now) {
     if (gesture != kNoStep) Close(layers_.step(gesture), false);
     return absl::OkStatus();
   }
+  summary.drag_residual = target.drag_residual;
   ForgetUndone(batch.editor_id);
   EditStep step;
   if (gesture != kNoStep) {

@@ -91,9 +91,10 @@ class EditHistory {
     uint64_t undone_at = 0;
   };
 
-  absl::Status ApplyNew(const EditBatch& batch, TimePoint now, const AdmitStructure& admit);
+  absl::Status ApplyNew(const EditBatch& batch, TimePoint now, const AdmitStructure& admit,
+                        EditSummary& summary);
   absl::Status CheckPreconditions(const EditBatch& batch) const;
-  absl::Status Write(const EditBatch& batch, TimePoint now);
+  absl::Status Write(const EditBatch& batch, TimePoint now, EditSummary& summary);
   void WritePoints(const EditTarget& target, EditStep& step);
   absl::Status Insert(EditStep step, const InsertKnot& edit, std::string_view field,
                       const AdmitStructure& admit);

@@ -27,7 +27,8 @@ struct EditSummary {
   uint64_t structure_id = 0;  // of the scene after the batch
   uint64_t boxes_touched = 0;
   uint64_t patches_touched = 0;
-  double largest_move = 0;  // of a control point, world units; 0 where the structure changed
+  double largest_move = 0;   // of a control point, world units; 0 where the structure changed
+  double drag_residual = 0;  // EditTarget's
 };
 
 class EditorLedger {

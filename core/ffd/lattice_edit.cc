@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/limits.h"
 #include "core/ffd/control_point_range.h"
+#include "core/ffd/direct_manipulation.h"
 #include "core/ffd/knot_insertion.h"
 #include "fmt/format.h"
 
@@ -52,15 +54,19 @@ absl::Status Write(EditTarget& target, uint32_t index, Vec3d position, const std
 }
 
 // Positions travel as a flat list x, y, z, x, …: errors name the component in it.
-absl::Status WriteListed(EditTarget& target, uint32_t index, const std::vector<Vec3d>& positions,
-                         size_t n, const std::string& field) {
-  const Vec3d p = positions[n];
+absl::Status CheckListed(const std::vector<Vec3d>& positions, size_t n, const std::string& field) {
   for (int c = 0; c < 3; ++c) {
-    auto status =
-        CheckControlCoordinate(p[c], fmt::format("{}[{}]", field, 3 * n + static_cast<size_t>(c)));
+    auto status = CheckControlCoordinate(
+        positions[n][c], fmt::format("{}[{}]", field, 3 * n + static_cast<size_t>(c)));
     if (!status.ok()) return status;
   }
-  return Write(target, index, p, field);
+  return absl::OkStatus();
+}
+
+absl::Status WriteListed(EditTarget& target, uint32_t index, const std::vector<Vec3d>& positions,
+                         size_t n, const std::string& field) {
+  if (auto status = CheckListed(positions, n, field); !status.ok()) return status;
+  return Write(target, index, positions[n], field);
 }
 
 absl::Status Apply(const SetControlPoints& edit, std::string_view field, EditTarget& target) {
@@ -130,6 +136,32 @@ absl::Status Apply(const ReplaceControlPoints& edit, std::string_view field, Edi
   const std::string path = fmt::format("{}.replace_control_points.control_points", field);
   auto status = CheckCount(edit.control_points.size(), target.lattice.control_points.size(), path);
   return status.ok() ? WriteAll(edit.control_points, path, target) : status;
+}
+
+absl::Status Apply(const DragPoints& edit, std::string_view field, EditTarget& target) {
+  const std::string path = fmt::format("{}.drag_points", field);
+  const size_t count = edit.points.size();
+  if (count < 1 || count > limits::kMaxDragPoints) {
+    return error::OutOfRange(path + ".points", static_cast<double>(count), 1,
+                             static_cast<double>(limits::kMaxDragPoints));
+  }
+  if (edit.targets.size() != count) {
+    return error::InvalidField(
+        path + ".targets", fmt::format("got {} targets for {} points", edit.targets.size(), count));
+  }
+  absl::Status status;
+  for (size_t n = 0; status.ok() && n < count; ++n) {
+    status = CheckListed(edit.targets, n, path + ".targets");
+  }
+  if (!status.ok()) return status;
+  const ControlPointMoves moves = DragToTargets(target.lattice, edit.points, edit.targets);
+  for (size_t n = 0; status.ok() && n < moves.indices.size(); ++n) {
+    const uint32_t index = moves.indices[n];
+    status = Write(target, index, target.lattice.control_points[index] + moves.offsets[n],
+                   path + ".targets");
+  }
+  target.drag_residual = std::max(target.drag_residual, moves.residual);
+  return status;
 }
 
 absl::Status Apply(const Reset& edit, const Lattice& initial, std::string_view field,

@@ -40,6 +40,10 @@ struct TransformControlPoints {
 struct ReplaceControlPoints {
   std::vector<Vec3d> control_points;
 };
+struct DragPoints {
+  std::vector<Vec3d> points;   // of the rest world
+  std::vector<Vec3d> targets;  // one each
+};
 struct InsertKnot {
   int axis = 0;  // 0 = u, 1 = v, 2 = w
   double value = 0;
@@ -61,7 +65,7 @@ struct Undo {
 struct Redo {};
 
 using Edit = std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints,
-                          ReplaceControlPoints, InsertKnot, Reset, Undo, Redo>;
+                          ReplaceControlPoints, DragPoints, InsertKnot, Reset, Undo, Redo>;
 
 enum class GesturePhase {
   kUpdate,  // replaces the gesture's previous update; the meaning of an unspecified phase
@@ -86,6 +90,7 @@ struct EditBatch {
 struct EditTarget {
   Lattice lattice;
   std::vector<bool> written;  // per control point
+  double drag_residual = 0;   // the largest of the drags, world units
 
   explicit EditTarget(Lattice start);
 };

@@ -4,7 +4,7 @@
 // Streams that are lost, servers that restart, and what the window is told.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Code } from '@connectrpc/connect';
+import { Code, ConnectError } from '@connectrpc/connect';
 import { Feature } from 'latticed/v1/server_pb';
 import { ServerError } from '@src/wire/server_error';
 import { SessionFixture, until } from './support/session_fixture';
@@ -35,17 +35,29 @@ test('a lost stream is opened again where it stopped, and what was in flight is 
 
 test('where no WebSocket opens but calls pass, gRPC-Web is used; where neither does, the socket is tried again', async () => {
   const fixture = new SessionFixture();
-  fixture.server.reachable = false;
+  fixture.server.refusal = new ConnectError('down', Code.Unavailable);
   fixture.stream.end(unavailable());
   await until(() => fixture.sockets.opened.length === 2);
   assert.equal(fixture.watches.opened.length, 0);
 
-  fixture.server.reachable = true;
+  fixture.server.refusal = undefined;
   fixture.stream.end(unavailable());
   await until(() => fixture.watches.opened.length === 1);
 
   fixture.watches.newest.hello();
   assert.equal(fixture.session.status.state, 'live');
+  fixture.session.close();
+});
+
+test('a socket that is refused for its token fails with what the server says of it', async () => {
+  const fixture = new SessionFixture();
+  fixture.server.refusal = new ConnectError('unknown token', Code.Unauthenticated);
+  fixture.stream.end(unavailable());
+  await until(() => fixture.session.status.state === 'failed');
+
+  assert.equal(fixture.session.status.text, 'Unknown token.');
+  await assert.rejects(fixture.session.ready, /Unknown token/);
+  assert.equal(fixture.sockets.opened.length, 1);
   fixture.session.close();
 });
 

@@ -8,7 +8,7 @@ import { Feature, type ServerInfo } from 'latticed/v1/server_pb';
 import type { DecodePool } from '../decode/decode_pool';
 import type { Lattice, Vec3 } from '../lattice/lattice';
 import type { Surface } from '../surface/surface';
-import type { SurfaceUpdate } from '../surface/surface_update';
+import type { SurfaceSink } from '../surface/surface_sink';
 import { edits, fromEdit, toSurfacePoint } from '../wire/edit_message';
 import { randomUuid } from '../wire/ids';
 import { fromVector, toLattice } from '../wire/lattice_message';
@@ -28,13 +28,6 @@ import { SceneConnection, type BackOff, type ConnectionHost } from './scene_conn
 import type { SceneKeeper } from './scene_keeper';
 import type { Gesture, SceneSession, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
 import { UpdateReceiver, type ReceivedUpdate } from './update_receiver';
-
-/** What draws the surface and takes its data. */
-export interface SurfaceSink extends Surface {
-  apply(update: SurfaceUpdate): void;
-  /** The knots have changed: patches are others. */
-  structureChanged(): void;
-}
 
 /** What a session works with. */
 export interface SessionParts {
@@ -209,12 +202,12 @@ export class LiveSession implements SceneSession, ConnectionHost {
     return false;
   }
 
-  async probe(): Promise<boolean> {
+  async probe(): Promise<ServerError | undefined> {
     try {
       await this.parts.server.server.getServerInfo({});
-      return true;
-    } catch {
-      return false;
+      return undefined;
+    } catch (error) {
+      return ServerError.fromConnect(error);
     }
   }
 

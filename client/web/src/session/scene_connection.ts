@@ -23,8 +23,8 @@ export interface ConnectionHost {
   retrying(error: ServerError | undefined): void;
   /** Ended by an error that time does not mend; true: open again at once. */
   ended(error: ServerError): Promise<boolean>;
-  /** Whether the server answers other calls. */
-  probe(): Promise<boolean>;
+  /** What another call to the server fails with; undefined where it is answered. */
+  probe(): Promise<ServerError | undefined>;
 }
 
 /**
@@ -111,21 +111,21 @@ export class SceneConnection {
   }
 
   private async lost(error: ServerError | undefined): Promise<void> {
-    const heard = this.heard;
+    const refused = !this.heard && error?.code === Code.Unavailable && !error.reason;
     this.drop();
-    if (error && !error.isPassing) {
-      if (!await this.host.ended(error) || this.closed) return;
-      this.open();
-      return;
-    }
+    if (error && !error.isPassing) return this.endedBy(error);
     this.host.retrying(error);
-    const other = this.kind + 1 < this.kinds.length;
-    if (!heard && other && error?.code === Code.Unavailable && !error.reason && await this.host.probe()) {
-      ++this.kind;
-      this.open();
-      return;
-    }
-    this.retry();
+    if (!refused) return this.retry();
+    // A browser does not tell why a WebSocket did not open: another call does.
+    const failure = await this.host.probe();
+    if (failure && !failure.isPassing) return this.endedBy(failure);
+    if (failure || this.kind + 1 === this.kinds.length) return this.retry();
+    ++this.kind;
+    this.open();
+  }
+
+  private async endedBy(error: ServerError): Promise<void> {
+    if (await this.host.ended(error)) this.open();
   }
 
   private retry(): void {

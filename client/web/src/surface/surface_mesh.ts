@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type Texture } from 'three';
-import type { SurfaceSink } from '../session/live_session';
 import { PatchColours } from './patch_colours';
 import type { PatchSource } from './patch_source';
 import { patternTexture } from './patch_texture';
 import { PointBuffer } from './point_buffer';
 import type { SurfaceLook } from './surface';
 import { FRAGMENT_SHADER, VERTEX_SHADER } from './surface_shader';
+import type { SurfaceSink } from './surface_sink';
 import type { Grid, SurfaceUpdate } from './surface_update';
 import type { TopologyLayout } from './topology_layout';
 
@@ -54,6 +54,11 @@ export class SurfaceMesh implements SurfaceSink {
 
   get triangleCount(): number {
     return this.layout?.triangleCount ?? 0;
+  }
+
+  /** Whether the look's texture is drawn: its coordinates come from the server first. */
+  get isTextured(): boolean {
+    return 'TEXTURED' in (this.material.defines ?? {});
   }
 
   /** Buffers and geometries made so far: it stands still while updates come. */

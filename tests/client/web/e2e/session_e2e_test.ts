@@ -13,6 +13,7 @@ import { torusObj } from './torus';
 import type {} from './page/harness';  // window.harness
 
 const OBJ = torusObj(12, 8);
+const FACES = 192;
 const SIZE = 4;
 
 let server: ServerProcess;
@@ -63,6 +64,7 @@ test('an edit moves the surface to where EvaluatePoints says, in every encoding'
   // Half a step an axis for rounding, and what float32 evaluation adds.
   assert.ok(await worst() < 0.9);
   await shot('deformed');
+  const shown: { covered: number; mean: number[] }[] = [];
   for (const encoding of ['quantised', 'raw', 'draco'] as const) {
     await page.evaluate((name) => {
       window.harness.updates.length = 0;
@@ -71,6 +73,12 @@ test('an edit moves the surface to where EvaluatePoints says, in every encoding'
     await page.evaluate(() => window.harness.until(() => window.harness.updates.length > 0));
     const off = await worst();
     assert.ok(off < (encoding === 'raw' ? 2 : 0.9), `${encoding}: ${off}`);
+    shown.push(await page.evaluate(() => window.harness.pixels()));
+  }
+  // Light on float normals and on decoded ones is the same, to a level of 255.
+  for (const { covered, mean } of shown) {
+    assert.ok(Math.abs(covered - shown[0].covered) < 0.001);
+    mean.forEach((level, i) => assert.ok(Math.abs(level - shown[0].mean[i]) < 1, `${mean}, not ${shown[0].mean}`));
   }
   assert.deepEqual(errors, []);
 });
@@ -88,6 +96,23 @@ test('every look draws', async () => {
   }
   await page.evaluate(() => window.harness.surface.setLook({ ghost: false }));
   assert.deepEqual(errors, []);
+});
+
+test('a texture lies on the faces whose corners say so', async () => {
+  const colour = async (red: number): Promise<number[]> => {
+    await page.evaluate(([faces, middle]) => window.harness.paint(faces, middle), [FACES, red] as const);
+    await page.waitForFunction(() => window.harness.surface.isTextured);
+    return (await page.evaluate(() => window.harness.pixels())).mean;
+  };
+  const [red, , blue] = await colour(FACES);
+  const [, green] = await colour(0);
+  const [halfRed, halfGreen] = await colour(FACES / 2);
+  await shot('texture');
+
+  assert.ok(red > 2 * blue, `${red} ${blue}`);
+  assert.ok(green > 2 * blue, `${green} ${blue}`);
+  assert.ok(halfRed < red && halfGreen < green && halfRed > 1.3 * blue && halfGreen > 1.3 * blue, `${halfRed} ${halfGreen}`);
+  await page.evaluate(() => window.harness.surface.setLook({ colouring: 'plain' }));
 });
 
 test('a long drag makes no geometry and leaves the heap as it is', async () => {

@@ -10,7 +10,8 @@ import { LatticedServer } from '@src/wire/latticed_server';
 /** The unary calls that a session makes, answered from memory. */
 export class FakeServer {
   bootId = 'boot-1';
-  reachable = true;
+  /** What calls fail with. */
+  refusal: ConnectError | undefined;
   features: Feature[] = [];
   readonly meshes = new Map<string, Uint8Array>();
   readonly scenes = new Map<string, CreateSceneRequest>();
@@ -36,7 +37,7 @@ export class FakeServer {
   }));
 
   info(): ServerInfo {
-    if (!this.reachable) throw new ConnectError('down', Code.Unavailable);
+    if (this.refusal) throw this.refusal;
     return create(ServerInfoSchema, { bootId: this.bootId, features: this.features });
   }
 

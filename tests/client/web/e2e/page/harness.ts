@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /** A page around one session, for tests in a browser to steer: no controls, a canvas and `window.harness`. */
-import { Color, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from 'three';
+import { Color, DataTexture, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from 'three';
 import { openSession } from '@src/session/open_session';
 import type { SceneSession, UpdateInfo, ViewRequest } from '@src/session/scene_session';
 import type { SurfaceMesh } from '@src/surface/surface_mesh';
@@ -77,10 +77,11 @@ class Harness {
     this.camera.updateProjectionMatrix();
   }
 
-  /** Draws a frame and waits until the GPU has it. */
+  /** Draws a frame and waits until it is there: only reading it back waits, finish() returns at once. */
   draw(): void {
     this.renderer.render(this.scene, this.camera);
-    this.renderer.getContext().finish();
+    const gl = this.renderer.getContext();
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
   }
 
   /** Fraction of pixels that show the surface, and the mean colour of those, 0 to 255. */
@@ -98,6 +99,15 @@ class Harness {
       for (let c = 0; c < 3; ++c) sum[c] += data[i + c];
     }
     return { covered: covered / (width * height), mean: sum.map((total) => total / Math.max(covered, 1)) };
+  }
+
+  /** Draws with a texture of a red and a green half: faces up to `middle`, three corners each, are red. */
+  async paint(faces: number, middle: number): Promise<void> {
+    const texture = new DataTexture(Uint8Array.of(255, 0, 0, 255, 0, 255, 0, 255), 2, 1);
+    texture.needsUpdate = true;
+    const uvs = Float32Array.from({ length: 6 * faces }, (_, i) => (i % 2 ? 0.5 : i < 6 * middle ? 0.25 : 0.75));
+    this.surface.setLook({ colouring: 'texture' });
+    await this.surface.setTexture(texture, uvs);
   }
 
   get geometries(): number {

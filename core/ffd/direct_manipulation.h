@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Direct manipulation: the control-point move that takes points of the volume to their targets.
+// Hu, Zhang, Tai & Sun, Direct manipulation of FFD, The Visual Computer 17 (2001)
+//
+//   N dC = dS      N: k x control points, the basis values at the k points; dS = targets - R
+//   dC = N^+ dS    one point: dC = N' dS / sum N^2; else minimum_norm.h
+//
+// A point outside the domain has an empty row: nothing moves it, and its distance is residual.
+//
+// Units    world units
+// Errors   none: callers check what clients send
+// Threads  pure function
+#ifndef LATTICED_CORE_FFD_DIRECT_MANIPULATION_H_
+#define LATTICED_CORE_FFD_DIRECT_MANIPULATION_H_
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/vec.h"
+#include "core/ffd/lattice.h"
+
+namespace latticed {
+
+struct ControlPointMoves {
+  std::vector<uint32_t> indices;  // with a basis value other than 0 at a point; ascending
+  std::vector<Vec3d> offsets;
+  double residual = 0;  // largest distance that is left between a point and its target
+};
+
+// Of `points` of the rest world, one target each, from where the lattice has them.
+[[nodiscard]] ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> points,
+                                              std::span<const Vec3d> targets);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_FFD_DIRECT_MANIPULATION_H_

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What operators and their tools ask, on a port of its own; never the API.
+//
+//   /healthz   200 while the process does its work; 503 once a restart alone will help
+//   /readyz    200 while gRPC health says SERVING: not while draining
+//   /metrics   text for Prometheus, 404 without
+// Threads  safe; hooks are called on any thread
+#ifndef LATTICED_SERVER_WEB_ADMIN_PAGES_H_
+#define LATTICED_SERVER_WEB_ADMIN_PAGES_H_
+
+#include <functional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "server/web/http_exchange.h"
+
+namespace latticed::web {
+
+struct AdminHooks {
+  std::function<absl::Status()> health;
+  std::function<bool()> ready;
+  std::function<std::string()> metrics;  // none: no such page
+};
+
+[[nodiscard]] HttpResponse AdminAnswer(const AdminHooks& hooks, const HttpRequest& request);
+
+}  // namespace latticed::web
+
+#endif  // LATTICED_SERVER_WEB_ADMIN_PAGES_H_

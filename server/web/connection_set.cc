@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/web/connection_set.h"
+
+#include <vector>
+
+#include "absl/time/clock.h"
+
+namespace latticed::web {
+
+std::shared_ptr<ConnectionSet::Place> ConnectionSet::Enter() {
+  const MutexLock lock(&mutex_);
+  if (connections_.size() >= most_) return nullptr;
+  const uint64_t id = next_id_++;
+  connections_.emplace(id, std::weak_ptr<Connection>());
+  return std::make_shared<Place>(this, id);
+}
+
+void ConnectionSet::Leave(uint64_t id) {
+  const MutexLock lock(&mutex_);
+  connections_.erase(id);
+}
+
+void ConnectionSet::Hold(uint64_t id, const std::shared_ptr<Connection>& connection) {
+  bool draining = false, aborting = false;
+  {
+    const MutexLock lock(&mutex_);
+    connections_[id] = connection;
+    draining = draining_;
+    aborting = aborting_;
+  }
+  if (draining) connection->Drain();
+  if (aborting) connection->Abort();
+}
+
+void ConnectionSet::Drain() {
+  {
+    const MutexLock lock(&mutex_);
+    draining_ = true;
+  }
+  TellAll(&Connection::Drain);
+}
+
+void ConnectionSet::Abort() {
+  {
+    const MutexLock lock(&mutex_);
+    aborting_ = true;
+  }
+  TellAll(&Connection::Abort);
+}
+
+// Outside of the lock: the last owner of a connection may be here, and it leaves.
+void ConnectionSet::TellAll(void (Connection::*what)()) {
+  std::vector<std::shared_ptr<Connection>> all;
+  {
+    const MutexLock lock(&mutex_);
+    for (const auto& [id, connection] : connections_) {
+      if (auto held = connection.lock(); held != nullptr) all.push_back(std::move(held));
+    }
+  }
+  for (const auto& connection : all) ((*connection).*what)();
+}
+
+bool ConnectionSet::AwaitEmpty(absl::Time deadline) {
+  const MutexLock lock(&mutex_);
+  return mutex_.AwaitFor([this]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return connections_.empty(); },
+                         std::max(deadline - absl::Now(), absl::ZeroDuration()));
+}
+
+}  // namespace latticed::web

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The connections that are open: how many may be, and how all of them are told to end.
+//
+// Threads  safe
+#ifndef LATTICED_SERVER_WEB_CONNECTION_SET_H_
+#define LATTICED_SERVER_WEB_CONNECTION_SET_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/time/time.h"
+#include "server/mutex.h"
+
+namespace latticed::web {
+
+class Connection {
+ public:
+  virtual ~Connection() = default;
+  // No request after the one that is being answered.
+  virtual void Drain() = 0;
+  // Ends it now; what runs for it is cancelled.
+  virtual void Abort() = 0;
+};
+
+class ConnectionSet {
+ public:
+  explicit ConnectionSet(size_t most) : most_(most) {}
+
+  // A place in the set, given back with its last owner.
+  class Place {
+   public:
+    Place(ConnectionSet* set, uint64_t id) : set_(set), id_(id) {}
+    ~Place() { set_->Leave(id_); }
+    Place(const Place&) = delete;  // one place, one connection
+    Place& operator=(const Place&) = delete;
+    // Whom to tell; a connection that changes its protocol has another object then.
+    void Hold(const std::shared_ptr<Connection>& connection) { set_->Hold(id_, connection); }
+
+   private:
+    ConnectionSet* const set_;
+    const uint64_t id_;
+  };
+
+  // Null when full.
+  [[nodiscard]] std::shared_ptr<Place> Enter() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Also those that enter later.
+  void Drain() ABSL_LOCKS_EXCLUDED(mutex_);
+  void Abort() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Whether all have left by then.
+  bool AwaitEmpty(absl::Time deadline) ABSL_LOCKS_EXCLUDED(mutex_);
+
+ private:
+  void Leave(uint64_t id) ABSL_LOCKS_EXCLUDED(mutex_);
+  void Hold(uint64_t id, const std::shared_ptr<Connection>& connection)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  void TellAll(void (Connection::*what)()) ABSL_LOCKS_EXCLUDED(mutex_);
+
+  const size_t most_;
+  Mutex mutex_;
+  uint64_t next_id_ ABSL_GUARDED_BY(mutex_) = 1;
+  std::map<uint64_t, std::weak_ptr<Connection>> connections_ ABSL_GUARDED_BY(mutex_);
+  bool draining_ ABSL_GUARDED_BY(mutex_) = false;
+  bool aborting_ ABSL_GUARDED_BY(mutex_) = false;
+};
+
+}  // namespace latticed::web
+
+#endif  // LATTICED_SERVER_WEB_CONNECTION_SET_H_

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// SceneService.Deform over a WebSocket, for browsers, which cannot stream up.     WIRE.md "HTTP"
+//
+//   GET /ws/latticed.v1.SceneService/Deform?latticed-scene=<id>
+//   binary frames: a DeformRequest each, there; a SceneEvent each, back
+//
+// Subprotocols offered: `latticed.v1`, which the server answers, and `bearer.<base64url of the token>`
+// since pages can set no field. latticed-request-id and traceparent may stand in the query as well.
+// The end: code 1000 for OK, otherwise 4000 + the code of the status, with its reason and message.
+// The client's own close is a half-close: edits that it has sent still count.
+// Threads  on the connection's strand
+#ifndef LATTICED_SERVER_WEB_DEFORM_SOCKET_H_
+#define LATTICED_SERVER_WEB_DEFORM_SOCKET_H_
+
+#include <memory>
+
+#include "server/web/generic_call.h"
+#include "server/web/http_exchange.h"
+
+namespace latticed::web {
+
+inline constexpr std::string_view kDeformSocketPath = "/ws/latticed.v1.SceneService/Deform";
+
+// Answers a request to kDeformSocketPath.
+void OpenDeformSocket(const std::shared_ptr<grpc::Channel>& channel,
+                      const std::shared_ptr<HttpExchange>& exchange);
+
+}  // namespace latticed::web
+
+#endif  // LATTICED_SERVER_WEB_DEFORM_SOCKET_H_

@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/web/export_download.h"
+
+#include <array>
+#include <utility>
+
+#include "core/base/error.h"
+#include "fmt/format.h"
+#include "latticed/v1/surface.pb.h"
+#include "server/grpc_status.h"
+#include "server/web/call_metadata.h"
+#include "server/web/http_answers.h"
+
+namespace latticed::web {
+namespace {
+
+constexpr char kMethod[] = "/latticed.v1.SceneService/Export";
+
+constexpr std::array<std::pair<std::string_view, v1::ExportFormat>, 6> kFormats = {
+    {{"ply", v1::EXPORT_FORMAT_PLY},
+     {"obj", v1::EXPORT_FORMAT_OBJ},
+     {"stl", v1::EXPORT_FORMAT_STL},
+     {"glb", v1::EXPORT_FORMAT_GLB},
+     {"drc", v1::EXPORT_FORMAT_DRC},
+     {"nets", v1::EXPORT_FORMAT_CONTROL_NETS}}};
+
+std::string Bytes(const grpc::ByteBuffer& buffer) {
+  std::vector<grpc::Slice> slices;
+  (void)buffer.Dump(&slices);
+  std::string bytes;
+  for (const grpc::Slice& slice : slices) {
+    bytes.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
+  }
+  return bytes;
+}
+
+// RFC 6266: names are ASCII between quotes, and the true one escaped.
+std::string Disposition(const std::string& file_name) {
+  std::string ascii, escaped;
+  for (const char c : file_name) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '.' || c == '-' || c == '_';
+    ascii += plain ? c : '_';
+    escaped += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return fmt::format("attachment; filename=\"{}\"; filename*=UTF-8''{}", ascii, escaped);
+}
+
+class ExportDownload final : public CallObserver,
+                             public std::enable_shared_from_this<ExportDownload> {
+ public:
+  ExportDownload(const RequestGuard& guard, std::shared_ptr<HttpExchange> exchange)
+      : guard_(guard), exchange_(std::move(exchange)) {}
+
+  void Start(const std::shared_ptr<grpc::Channel>& channel, const v1::ExportRequest& request,
+             CallMetadata metadata);
+
+  void OnHead(CallMetadata metadata) override { fields_ = ToFields(metadata); }
+  void OnMessage(grpc::ByteBuffer message) override;
+  void OnWritten() override { call_->WritesDone(); }
+  void OnEnd(grpc::Status status, CallMetadata trailers) override;
+
+ private:
+  void StartAnswer(const v1::ExportHeader& header);
+
+  const RequestGuard& guard_;
+  const std::shared_ptr<HttpExchange> exchange_;
+  std::shared_ptr<GenericCall> call_;
+  HttpFields fields_;
+  bool answering_ = false;
+};
+
+void ExportDownload::Start(const std::shared_ptr<grpc::Channel>& channel,
+                           const v1::ExportRequest& request, CallMetadata metadata) {
+  call_ = GenericCall::Start(
+      channel, {kMethod, std::move(metadata)},
+      [exchange = exchange_](std::function<void()> work) { exchange->Post(std::move(work)); },
+      shared_from_this());
+  exchange_->OnGone([call = call_] { call->Cancel(); });
+  const grpc::Slice slice(request.SerializeAsString());
+  call_->Write(grpc::ByteBuffer(&slice, 1));
+  call_->Read();
+}
+
+void ExportDownload::StartAnswer(const v1::ExportHeader& header) {
+  answering_ = true;
+  const HttpFields cors = guard_.CorsFields(exchange_->request(), fields_);
+  fields_.insert(fields_.end(), cors.begin(), cors.end());
+  fields_.push_back({"content-type", header.media_type()});
+  fields_.push_back({"content-disposition", Disposition(header.file_name())});
+  fields_.push_back({"x-content-type-options", "nosniff"});
+  fields_.push_back({"cache-control", "no-store"});
+  exchange_->Start(200, std::move(fields_), header.bytes());
+}
+
+void ExportDownload::OnMessage(grpc::ByteBuffer message) {
+  v1::ExportResponse part;
+  if (!part.ParseFromString(Bytes(message))) return call_->Cancel();
+  if (part.has_header()) {
+    StartAnswer(part.header());
+    return call_->Read();
+  }
+  exchange_->Write(ToOutBytes(std::move(*part.mutable_data())), [call = call_] { call->Read(); });
+}
+
+void ExportDownload::OnEnd(grpc::Status status, CallMetadata trailers) {
+  if (answering_) return status.ok() ? exchange_->End() : exchange_->Abort();
+  HttpResponse answer = FailureAnswer(status);
+  for (HttpField& field : ToFields(trailers)) answer.fields.push_back(std::move(field));
+  exchange_->Reply(std::move(answer));
+}
+
+}  // namespace
+
+void RunExportDownload(const std::shared_ptr<grpc::Channel>& channel, const RequestGuard& guard,
+                       const std::shared_ptr<HttpExchange>& exchange) {
+  const HttpRequest& request = exchange->request();
+  if (request.method != "GET") return exchange->Reply(MethodNotAllowed("GET"));
+  const std::string name = request.path.substr(kExportPrefix.size());
+  const size_t dot = name.rfind('.');
+  v1::ExportRequest wanted;
+  for (const auto& [extension, format] : kFormats) {
+    if (dot != std::string::npos && name.substr(dot + 1) == extension) wanted.set_format(format);
+  }
+  if (wanted.format() == v1::EXPORT_FORMAT_UNSPECIFIED) {
+    return exchange->Reply(TextAnswer(
+        404, "exports are /export/<scene>.<format>; formats: ply, obj, stl, glb, drc, nets"));
+  }
+  wanted.set_scene(name.substr(0, dot));
+  auto metadata = ToMetadata(request.fields);
+  if (!metadata.ok()) return exchange->Reply(FailureAnswer(ToGrpcStatus(metadata.status())));
+  std::make_shared<ExportDownload>(guard, exchange)->Start(channel, wanted, *std::move(metadata));
+}
+
+}  // namespace latticed::web

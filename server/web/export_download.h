@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// GET /export/<scene>.<format>: SceneService.Export as a download, under the file name that the server
+// gives it. Formats: ply, obj, stl, glb, drc, nets.
+//
+// Errors   an HTTP status with the words of the rpc's; a failure after the first byte breaks the
+//          connection, so that no browser keeps half a file
+// Threads  on the connection's strand
+#ifndef LATTICED_SERVER_WEB_EXPORT_DOWNLOAD_H_
+#define LATTICED_SERVER_WEB_EXPORT_DOWNLOAD_H_
+
+#include <memory>
+#include <string_view>
+
+#include "server/web/generic_call.h"
+#include "server/web/http_exchange.h"
+#include "server/web/request_guard.h"
+
+namespace latticed::web {
+
+inline constexpr std::string_view kExportPrefix = "/export/";
+
+// Answers a request to a path that begins with kExportPrefix. `guard` outlives the connections.
+void RunExportDownload(const std::shared_ptr<grpc::Channel>& channel, const RequestGuard& guard,
+                       const std::shared_ptr<HttpExchange>& exchange);
+
+}  // namespace latticed::web
+
+#endif  // LATTICED_SERVER_WEB_EXPORT_DOWNLOAD_H_

@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/web/grpc_web_call.h"
+
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/error.h"
+#include "server/grpc_status.h"
+#include "server/web/call_metadata.h"
+#include "server/web/grpc_web_frames.h"
+#include "server/web/http_answers.h"
+
+namespace latticed::web {
+namespace {
+
+constexpr std::string_view kMediaType = "application/grpc-web+proto";
+
+bool IsGrpcWeb(std::string_view content_type) {
+  const std::string_view type = content_type.substr(0, content_type.find(';'));
+  return type == kMediaType || type == "application/grpc-web";
+}
+
+class GrpcWebCall final : public CallObserver, public std::enable_shared_from_this<GrpcWebCall> {
+ public:
+  GrpcWebCall(const RequestGuard& guard, std::shared_ptr<HttpExchange> exchange)
+      : guard_(guard), exchange_(std::move(exchange)) {}
+
+  void Start(const std::shared_ptr<grpc::Channel>& channel);
+
+  void OnHead(CallMetadata metadata) override { StartAnswer(metadata); }
+  void OnMessage(grpc::ByteBuffer message) override;
+  void OnWritten() override {
+    writing_ = false;
+    SendNext();
+  }
+  void OnEnd(grpc::Status status, CallMetadata trailers) override;
+
+ private:
+  void ReadBody();
+  // The next message of the body, as soon as the one before is with the server.
+  void SendNext();
+  void Fail(const absl::Status& status);
+  void StartAnswer(const CallMetadata& metadata);
+
+  const RequestGuard& guard_;
+  const std::shared_ptr<HttpExchange> exchange_;
+  std::shared_ptr<GenericCall> call_;
+  FrameReader frames_;
+  absl::Status failure_;  // found here; the rpc is then cancelled, and ends with this
+  bool body_ended_ = false;
+  bool writing_ = false;
+  bool answering_ = false;
+};
+
+void GrpcWebCall::Start(const std::shared_ptr<grpc::Channel>& channel) {
+  const HttpRequest& request = exchange_->request();
+  const auto metadata = ToMetadata(request.fields);
+  const auto deadline = Deadline(request.Field("grpc-timeout"), absl::Now());
+  if (!metadata.ok()) return OnEnd(ToGrpcStatus(metadata.status()), {});
+  if (!deadline.ok()) return OnEnd(ToGrpcStatus(deadline.status()), {});
+  call_ = GenericCall::Start(
+      channel, {request.path, *metadata, *deadline},
+      [exchange = exchange_](std::function<void()> work) { exchange->Post(std::move(work)); },
+      shared_from_this());
+  exchange_->OnGone([call = call_] { call->Cancel(); });
+  call_->Read();
+  ReadBody();
+}
+
+void GrpcWebCall::ReadBody() {
+  exchange_->Read([self = shared_from_this()](std::string_view bytes) {
+    self->body_ended_ = bytes.empty();
+    self->frames_.Append(bytes);
+    self->SendNext();
+  });
+}
+
+void GrpcWebCall::SendNext() {
+  if (writing_ || !failure_.ok()) return;
+  auto message = frames_.Next();
+  if (!message.ok()) return Fail(message.status());
+  if (message->has_value()) {
+    writing_ = true;
+    const grpc::Slice slice(**message);
+    return call_->Write(grpc::ByteBuffer(&slice, 1));
+  }
+  if (!body_ended_) return ReadBody();
+  if (!frames_.empty()) return Fail(error::InvalidField("body", "ends inside of a frame"));
+  call_->WritesDone();
+}
+
+void GrpcWebCall::Fail(const absl::Status& status) {
+  failure_ = status;
+  call_->Cancel();
+}
+
+void GrpcWebCall::StartAnswer(const CallMetadata& metadata) {
+  if (std::exchange(answering_, true)) return;
+  HttpFields fields = ToFields(metadata);
+  const HttpFields cors = guard_.CorsFields(exchange_->request(), fields);
+  fields.push_back({"content-type", std::string(kMediaType)});
+  fields.push_back({"x-content-type-options", "nosniff"});
+  fields.push_back({"cache-control", "no-store"});
+  fields.insert(fields.end(), cors.begin(), cors.end());
+  exchange_->Start(200, std::move(fields), std::nullopt);
+}
+
+void GrpcWebCall::OnMessage(grpc::ByteBuffer message) {
+  StartAnswer({});
+  exchange_->Write(ToOutBytes(MessagePrefix(message.Length()), message),
+                   [call = call_] { call->Read(); });
+}
+
+void GrpcWebCall::OnEnd(grpc::Status status, CallMetadata trailers) {
+  StartAnswer(trailers);
+  if (!failure_.ok()) status = ToGrpcStatus(failure_);
+  exchange_->Write(ToOutBytes(TrailersFrame(status, trailers)), [] {});
+  exchange_->End();
+}
+
+}  // namespace
+
+void RunGrpcWebCall(const std::shared_ptr<grpc::Channel>& channel, const RequestGuard& guard,
+                    std::shared_ptr<HttpExchange> exchange) {
+  const HttpRequest& request = exchange->request();
+  if (request.method != "POST") return exchange->Reply(MethodNotAllowed("POST"));
+  if (!IsGrpcWeb(request.Field("content-type"))) {
+    return exchange->Reply(TextAnswer(
+        415, "rpcs are taken as gRPC-Web, binary: content-type application/grpc-web+proto"));
+  }
+  std::make_shared<GrpcWebCall>(guard, std::move(exchange))->Start(channel);
+}
+
+}  // namespace latticed::web

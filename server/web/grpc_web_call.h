@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One rpc of gRPC-Web (binary), of any method: frames in, frames out, no method known here.
+//
+// A request may hold several messages, where the rpc takes several. grpc-timeout is the deadline.
+// When the client goes away the rpc is cancelled. An error found here ends the answer as the server's
+// own do: in the trailers, with details.
+// Threads  on the connection's strand
+#ifndef LATTICED_SERVER_WEB_GRPC_WEB_CALL_H_
+#define LATTICED_SERVER_WEB_GRPC_WEB_CALL_H_
+
+#include <memory>
+
+#include "server/web/generic_call.h"
+#include "server/web/http_exchange.h"
+#include "server/web/request_guard.h"
+
+namespace latticed::web {
+
+// Answers a request to "/<service>/<method>". `guard` outlives the server's connections.
+void RunGrpcWebCall(const std::shared_ptr<grpc::Channel>& channel, const RequestGuard& guard,
+                    std::shared_ptr<HttpExchange> exchange);
+
+}  // namespace latticed::web
+
+#endif  // LATTICED_SERVER_WEB_GRPC_WEB_CALL_H_

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Answers that several handlers give.
+//
+// Threads  pure functions
+#ifndef LATTICED_SERVER_WEB_HTTP_ANSWERS_H_
+#define LATTICED_SERVER_WEB_HTTP_ANSWERS_H_
+
+#include <grpcpp/support/status.h>
+
+#include <string>
+#include <string_view>
+
+#include "server/web/http_exchange.h"
+
+namespace latticed::web {
+
+// One sentence for people.
+[[nodiscard]] HttpResponse TextAnswer(int status, std::string_view text);
+// 405 with what is allowed, such as "GET, HEAD".
+[[nodiscard]] HttpResponse MethodNotAllowed(std::string_view allowed);
+// The HTTP status that says about the same as the status of an rpc, with its message.
+[[nodiscard]] HttpResponse FailureAnswer(const grpc::Status& status);
+
+// %41 -> A; false where an escape is none, or stands for NUL.
+[[nodiscard]] bool PercentDecode(std::string_view text, std::string* decoded);
+
+}  // namespace latticed::web
+
+#endif  // LATTICED_SERVER_WEB_HTTP_ANSWERS_H_

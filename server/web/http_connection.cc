@@ -1,0 +1,392 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/web/http_connection.h"
+
+#include <array>
+#include <boost/asio/dispatch.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/buffer_body.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/rfc7230.hpp>
+#include <boost/beast/http/write.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <deque>
+#include <sstream>
+
+#include "fmt/format.h"
+#include "server/web/http_answers.h"
+#include "server/web/web_socket_session.h"
+
+namespace latticed::web {
+namespace {
+
+namespace http = beast::http;
+
+constexpr size_t kMaxHeadBytes = size_t{16} << 10;
+constexpr size_t kReadBytes = size_t{64} << 10;
+constexpr auto kHeadTimeout = std::chrono::seconds(10);
+constexpr auto kIdleTimeout = std::chrono::seconds(75);
+constexpr auto kBodyTimeout = std::chrono::seconds(60);
+constexpr auto kWriteTimeout = std::chrono::minutes(5);
+// For a client that still sends when its answer is ready: a reset would lose it the answer.
+constexpr auto kLingerTimeout = std::chrono::seconds(5);
+
+std::string Text(beast::string_view text) { return {text.data(), text.size()}; }
+
+class HttpConnection final : public HttpExchange,
+                             public Connection,
+                             public std::enable_shared_from_this<HttpConnection> {
+ public:
+  HttpConnection(Transport transport, std::shared_ptr<ConnectionSet::Place> place,
+                 const HttpHandler& handler)
+      : transport_(std::move(transport)),
+        executor_(transport_.get_executor()),
+        place_(std::move(place)),
+        handler_(handler),
+        timer_(executor_) {}
+
+  void Begin();
+
+  const HttpRequest& request() const override { return request_; }
+  void Post(std::function<void()> work) override {
+    net::post(executor_, std::move(work));
+  }
+  void Read(std::function<void(std::string_view)> done) override;
+  void Reply(HttpResponse response) override;
+  void Start(int status, HttpFields fields, std::optional<uint64_t> length) override;
+  void Write(OutBytes bytes, std::function<void()> done) override;
+  void End() override;
+  void Abort() override {  // both of the exchange and of the set
+    Post([self = shared_from_this()] { self->Leave(); });
+  }
+  void Upgrade(std::string subprotocol,
+               std::function<void(std::shared_ptr<WebSocket>)> opened) override;
+  void OnGone(std::function<void()> gone) override { on_gone_ = std::move(gone); }
+  void Drain() override;
+
+ private:
+  enum class State {
+    kIdle,       // between requests
+    kHead,       // reading one
+    kAnswering,  // until the last byte of the answer is written
+    kClosed
+  };
+  struct Outgoing {
+    OutBytes bytes;
+    std::function<void()> done;
+  };
+  using Parser = http::request_parser<http::buffer_body>;
+
+  void AwaitRequest();
+  void Watch();
+  void ReadHead();
+  void OnHead(error_code failure);
+  void Describe();
+  void Refuse(int status, std::string_view text);
+  void ReadBody(std::function<void(std::string_view)> done);
+  void OnBodyRead(error_code failure, std::function<void(std::string_view)> done);
+  void Pump();
+  void Answered();
+  void Linger();
+  void Discard();
+  void Leave();
+  void Expire(std::chrono::steady_clock::duration after);
+
+  Transport transport_;  // moved from after an upgrade
+  const Transport::executor_type executor_;
+  std::shared_ptr<ConnectionSet::Place> place_;
+  const HttpHandler& handler_;
+  net::steady_timer timer_;
+  beast::flat_buffer buffer_;  // read and not parsed
+  std::optional<Parser> parser_;
+  HttpRequest request_;
+  State state_ = State::kIdle;
+  bool watching_ = false;   // a read is under way that nobody asked for: it tells when the client goes
+  bool body_read_ = false;  // all of it
+  bool keep_alive_ = false;
+  bool draining_ = false;
+  bool chunked_ = false;
+  bool writing_ = false;
+  std::array<char, kReadBytes> body_;
+  std::deque<Outgoing> outgoing_;
+  std::function<void()> on_gone_;
+};
+
+void HttpConnection::Begin() {
+  place_->Hold(shared_from_this());
+  Post([self = shared_from_this()] {
+    if (!self->transport_.secure()) return self->AwaitRequest();
+    self->Expire(kHeadTimeout);
+    self->transport_.Handshake([self](error_code failure) {
+      if (failure) return self->Leave();
+      self->AwaitRequest();
+    });
+  });
+}
+
+void HttpConnection::Expire(std::chrono::steady_clock::duration after) {
+  timer_.expires_after(after);
+  timer_.async_wait([self = weak_from_this()](error_code failure) {
+    const auto connection = self.lock();
+    if (connection == nullptr || failure == net::error::operation_aborted) return;
+    if (connection->timer_.expiry() <= std::chrono::steady_clock::now()) connection->Leave();
+  });
+}
+
+void HttpConnection::AwaitRequest() {
+  if (state_ == State::kClosed) return;
+  state_ = State::kIdle;
+  if (draining_) return Leave();
+  if (buffer_.size() > 0) return ReadHead();
+  Expire(kIdleTimeout);
+  Watch();
+}
+
+// The first bytes of the next request, or the end of the connection: also while a request is being
+// answered, when only the latter is of interest.
+void HttpConnection::Watch() {
+  if (watching_ || buffer_.size() > 0) return;
+  watching_ = true;
+  transport_.async_read_some(
+      buffer_.prepare(kMaxHeadBytes), [self = shared_from_this()](error_code failure, size_t bytes) {
+        self->watching_ = false;
+        if (self->state_ == State::kClosed) return;
+        if (failure) return self->Leave();
+        self->buffer_.commit(bytes);
+        if (self->state_ == State::kIdle) self->ReadHead();
+      });
+}
+
+void HttpConnection::ReadHead() {
+  state_ = State::kHead;
+  body_read_ = false;
+  parser_.emplace();
+  parser_->header_limit(kMaxHeadBytes);
+  parser_->body_limit(boost::none);  // bodies are read in pieces, as fast as they are used
+  Expire(kHeadTimeout);
+  http::async_read_header(
+      transport_, buffer_, *parser_,
+      [self = shared_from_this()](error_code failure, size_t) { self->OnHead(failure); });
+}
+
+void HttpConnection::OnHead(error_code failure) {
+  if (state_ == State::kClosed) return;
+  state_ = State::kAnswering;
+  timer_.cancel();
+  keep_alive_ = false;
+  request_ = {};
+  if (failure == http::error::header_limit) {
+    return Refuse(431, fmt::format("the head of a request has {} bytes at most", kMaxHeadBytes));
+  }
+  if (failure.category() == http::make_error_code(http::error::end_of_stream).category() &&
+      failure != http::error::end_of_stream && failure != http::error::partial_message) {
+    return Refuse(400, "this is no request of HTTP/1.1: " + failure.message());
+  }
+  if (failure) return Leave();
+  Describe();
+  body_read_ = parser_->is_done();
+  // An upgrade takes the connection, so no read may be under way.
+  if (body_read_ && !request_.wants_upgrade) Watch();
+  if (beast::iequals(parser_->get()[http::field::expect], "100-continue") && !body_read_) {
+    writing_ = true;
+    static constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
+    return net::async_write(transport_, net::buffer(kContinue.data(), kContinue.size()),
+                            [self = shared_from_this()](error_code broken, size_t) {
+                              self->writing_ = false;
+                              if (broken) return self->Leave();
+                              self->handler_(self);
+                            });
+  }
+  handler_(shared_from_this());
+}
+
+void HttpConnection::Describe() {
+  const auto& head = parser_->get();
+  request_.method = Text(head.method_string());
+  const std::string target = Text(head.target());
+  const size_t question = target.find('?');
+  request_.path = target.substr(0, question);
+  if (question != std::string::npos) request_.query = target.substr(question + 1);
+  for (const auto& field : head) {
+    std::string name = Text(field.name_string());
+    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    request_.fields.push_back({std::move(name), Text(field.value())});
+  }
+  error_code gone;
+  const auto peer = transport_.socket().remote_endpoint(gone);
+  request_.peer = fmt::format("{}:{}", peer.address().to_string(), peer.port());
+  request_.secure = transport_.secure();
+  request_.wants_upgrade = beast::websocket::is_upgrade(head);
+  keep_alive_ = head.keep_alive();
+}
+
+void HttpConnection::Refuse(int status, std::string_view text) { Reply(TextAnswer(status, text)); }
+
+void HttpConnection::Read(std::function<void(std::string_view)> done) {
+  if (state_ == State::kClosed) return;
+  if (body_read_) {
+    return Post([self = shared_from_this(), done = std::move(done)] {
+      if (self->state_ == State::kAnswering) done({});
+    });
+  }
+  Expire(kBodyTimeout);
+  ReadBody(std::move(done));
+}
+
+void HttpConnection::ReadBody(std::function<void(std::string_view)> done) {
+  parser_->get().body() = {body_.data(), body_.size(), true};
+  http::async_read_some(transport_, buffer_, *parser_,
+                        [self = shared_from_this(), done = std::move(done)](
+                            error_code failure, size_t) mutable {
+                          self->OnBodyRead(failure, std::move(done));
+                        });
+}
+
+void HttpConnection::OnBodyRead(error_code failure, std::function<void(std::string_view)> done) {
+  if (state_ != State::kAnswering) return;
+  if (failure && failure != http::error::need_buffer) return Leave();
+  const size_t bytes = body_.size() - parser_->get().body().size;
+  body_read_ = parser_->is_done();
+  if (bytes == 0 && !body_read_) return ReadBody(std::move(done));
+  timer_.cancel();
+  if (body_read_) Watch();
+  done({body_.data(), bytes});
+}
+
+void HttpConnection::Reply(HttpResponse response) {
+  const uint64_t length = response.body.size();
+  Start(response.status, std::move(response.fields), length);
+  if (length > 0) Write(ToOutBytes(std::move(response.body)), [] {});
+  End();
+}
+
+void HttpConnection::Start(int status, HttpFields fields, std::optional<uint64_t> length) {
+  http::response_header<> head;
+  head.version(11);
+  head.result(static_cast<unsigned>(status));
+  head.set(http::field::server, "latticed");
+  for (const HttpField& field : fields) head.insert(field.name, field.value);
+  // The end of the connection is the end of a body for clients that know no chunks.
+  const bool old = parser_->get().version() < 11;
+  chunked_ = !length.has_value() && !old;
+  if (chunked_) head.set(http::field::transfer_encoding, "chunked");
+  if (length.has_value() && status != 204 && status != 304) {
+    head.set(http::field::content_length, fmt::to_string(*length));
+  }
+  if (old || !body_read_ || draining_) keep_alive_ = false;
+  if (!keep_alive_) head.set(http::field::connection, "close");
+  std::ostringstream text;
+  text << head;
+  outgoing_.push_back({ToOutBytes(text.str()), [] {}});
+  Pump();
+}
+
+void HttpConnection::Write(OutBytes bytes, std::function<void()> done) {
+  if (state_ != State::kAnswering) return;
+  if (request_.method == "HEAD") return Post(std::move(done));
+  if (chunked_) {
+    auto kept = std::make_shared<std::pair<std::string, std::shared_ptr<const void>>>(
+        fmt::format("{:x}\r\n", bytes.size()), std::move(bytes.owner));
+    bytes.pieces.insert(bytes.pieces.begin(), kept->first);
+    bytes.pieces.emplace_back("\r\n");
+    bytes.owner = std::move(kept);
+  }
+  outgoing_.push_back({std::move(bytes), std::move(done)});
+  Pump();
+}
+
+void HttpConnection::End() {
+  if (state_ != State::kAnswering) return;
+  on_gone_ = nullptr;
+  OutBytes end;
+  if (chunked_ && request_.method != "HEAD") end.pieces = {"0\r\n\r\n"};
+  outgoing_.push_back({std::move(end), [this] { Answered(); }});
+  Pump();
+}
+
+// What waits, in order: a head, then what Write and End have added, each of them one write.
+void HttpConnection::Pump() {
+  if (writing_ || outgoing_.empty()) return;
+  writing_ = true;
+  std::vector<net::const_buffer> buffers;
+  for (const std::string_view piece : outgoing_.front().bytes.pieces) {
+    buffers.emplace_back(piece.data(), piece.size());
+  }
+  Expire(kWriteTimeout);
+  net::async_write(transport_, buffers, [self = shared_from_this()](error_code failure, size_t) {
+    self->writing_ = false;
+    if (self->state_ != State::kAnswering) return;
+    if (failure) return self->Leave();
+    self->timer_.cancel();
+    const auto done = std::move(self->outgoing_.front().done);
+    self->outgoing_.pop_front();
+    done();
+    self->Pump();
+  });
+}
+
+void HttpConnection::Answered() {
+  if (!keep_alive_) return Linger();
+  if (watching_) {  // it goes on for the next request
+    state_ = State::kIdle;
+    if (draining_) return Leave();
+    return Expire(kIdleTimeout);
+  }
+  AwaitRequest();
+}
+
+// Says that there is no more, and reads what is still sent.
+void HttpConnection::Linger() {
+  Expire(kLingerTimeout);
+  transport_.Shutdown([self = shared_from_this()](error_code) {
+    if (self->body_read_) return self->Leave();
+    self->Discard();
+  });
+}
+
+void HttpConnection::Discard() {
+  if (state_ == State::kClosed) return;
+  transport_.async_read_some(net::buffer(body_),
+                             [self = shared_from_this()](error_code failure, size_t) {
+                               if (failure) return self->Leave();
+                               self->Discard();
+                             });
+}
+
+void HttpConnection::Upgrade(std::string subprotocol,
+                             std::function<void(std::shared_ptr<WebSocket>)> opened) {
+  UpgradeRequest upgrade;
+  upgrade.base() = parser_->release().base();
+  timer_.cancel();
+  on_gone_ = nullptr;
+  state_ = State::kClosed;
+  AcceptWebSocket(std::move(transport_), std::move(place_), std::move(upgrade),
+                  std::move(subprotocol), std::move(opened));
+}
+
+void HttpConnection::Drain() {
+  Post([self = shared_from_this()] {
+    self->draining_ = true;
+    if (self->state_ == State::kIdle) self->Leave();
+  });
+}
+
+void HttpConnection::Leave() {
+  if (state_ == State::kClosed) return;
+  state_ = State::kClosed;
+  timer_.cancel();
+  transport_.Close();
+  outgoing_.clear();
+  if (const auto gone = std::exchange(on_gone_, nullptr)) gone();
+}
+
+}  // namespace
+
+void ServeConnection(Transport transport, std::shared_ptr<ConnectionSet::Place> place,
+                     const HttpHandler& handler) {
+  std::make_shared<HttpConnection>(std::move(transport), std::move(place), handler)->Begin();
+}
+
+}  // namespace latticed::web

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One HTTP request and its answer, as handlers see them: no socket, no HTTP library.
+//
+//   whole answer    exchange->Reply({.status = 200, .fields = {…}, .body = "…"})
+//   streamed        Start(head), Write(bytes, done)…, End()     the next Write after `done` only, so
+//                   that a client that does not read holds one message and stops its writer
+//
+// Threads  Post from anywhere; everything else, and every callback, on the connection's strand, which
+//          Post reaches. Once the client has gone nothing is called back but OnGone's function.
+#ifndef LATTICED_SERVER_WEB_HTTP_EXCHANGE_H_
+#define LATTICED_SERVER_WEB_HTTP_EXCHANGE_H_
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/web/out_bytes.h"
+
+namespace latticed::web {
+
+struct HttpField {
+  std::string name;  // in lower case
+  std::string value;
+};
+using HttpFields = std::vector<HttpField>;
+
+struct HttpRequest {
+  std::string method;  // "GET"
+  std::string path;    // as sent, escapes included, without the query
+  std::string query;   // without the '?'
+  HttpFields fields;
+  std::string peer;            // address and port of the client
+  bool secure = false;         // over TLS
+  bool wants_upgrade = false;  // to a WebSocket
+
+  // The first field of that name, empty where there is none.
+  [[nodiscard]] std::string_view Field(std::string_view name) const;
+};
+
+struct HttpResponse {
+  int status = 200;
+  HttpFields fields;
+  std::string body = {};
+};
+
+class WebSocket;
+
+class HttpExchange {
+ public:
+  virtual ~HttpExchange() = default;
+  [[nodiscard]] virtual const HttpRequest& request() const = 0;
+  virtual void Post(std::function<void()> work) = 0;
+
+  // Calls `done` with the next bytes of the body, none at its end; they are valid during the call.
+  virtual void Read(std::function<void(std::string_view bytes)> done) = 0;
+
+  virtual void Reply(HttpResponse response) = 0;
+  // The head of an answer whose body follows, of `length` bytes or until End.
+  virtual void Start(int status, HttpFields fields, std::optional<uint64_t> length) = 0;
+  virtual void Write(OutBytes bytes, std::function<void()> done) = 0;
+  virtual void End() = 0;
+  // Ends an answer that cannot be completed, so that the client does not take it for whole.
+  virtual void Abort() = 0;
+
+  // Instead of an answer: the request becomes a WebSocket, which speaks `subprotocol` where that is
+  // not empty. Not called back where the handshake fails.
+  virtual void Upgrade(std::string subprotocol,
+                       std::function<void(std::shared_ptr<WebSocket>)> opened) = 0;
+
+  // At most once, and not after End.
+  virtual void OnGone(std::function<void()> gone) = 0;
+};
+
+using HttpHandler = std::function<void(std::shared_ptr<HttpExchange>)>;
+
+}  // namespace latticed::web
+
+#endif  // LATTICED_SERVER_WEB_HTTP_EXCHANGE_H_

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/web/web_routes.h"
+
+#include <utility>
+
+#include "server/web/deform_socket.h"
+#include "server/web/export_download.h"
+#include "server/web/grpc_web_call.h"
+
+namespace latticed::web {
+
+WebRoutes::WebRoutes(const Options& options, std::shared_ptr<grpc::Channel> channel)
+    : channel_(std::move(channel)),
+      guard_(options.http, options.allowed_hosts, options.cors_origins),
+      files_(StaticFiles::FindRoot(options.web_root)) {}
+
+void WebRoutes::Route(const std::shared_ptr<HttpExchange>& exchange) const {
+  const HttpRequest& request = exchange->request();
+  if (auto stopped = guard_.Stop(request); stopped.has_value()) {
+    return exchange->Reply(*std::move(stopped));
+  }
+  if (request.path == kDeformSocketPath) return OpenDeformSocket(channel_, exchange);
+  if (request.path.starts_with(kExportPrefix)) {
+    return RunExportDownload(channel_, guard_, exchange);
+  }
+  if (request.method == "POST") return RunGrpcWebCall(channel_, guard_, exchange);
+  files_.Answer(exchange);
+}
+
+}  // namespace latticed::web

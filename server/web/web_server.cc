@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/web/web_server.h"
+
+#include <algorithm>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <exception>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/time/clock.h"
+#include "core/base/limits.h"
+#include "server/telemetry.h"
+#include "server/web/connection_set.h"
+#include "server/web/http_listener.h"
+#include "server/web/request_guard.h"
+#include "server/web/web_routes.h"
+
+namespace latticed::web {
+namespace {
+
+// They move bytes; evaluating and encoding has threads of its own.
+constexpr int kThreads = 2;
+constexpr size_t kMaxAdminConnections = 64;
+
+size_t MostConnections(const Options& options) {
+  return std::clamp<size_t>(options.transport_memory_bytes / limits::kHttpConnectionBytes, 1,
+                            limits::kMaxHttpConnections);
+}
+
+// Nothing that a client sends may end the process: what a handler throws ends its connection.
+void RunUntilStopped(boost::asio::io_context& context) {
+  for (;;) {
+    try {
+      context.run();
+      return;
+    } catch (const std::exception& failure) {
+      LogEvent(spdlog::level::err, "an HTTP connection failed", {{"error", failure.what()}});
+    }
+  }
+}
+
+}  // namespace
+
+struct WebServer::Impl {
+  Impl(const Options& options, std::shared_ptr<grpc::Channel> channel, AdminHooks admin)
+      : connections(MostConnections(options)),
+        admin_connections(kMaxAdminConnections),
+        routes(options, std::move(channel)),
+        admin_guard(options.admin, options.allowed_hosts, {}),
+        admin_hooks(std::move(admin)),
+        work(boost::asio::make_work_guard(context)) {}
+
+  ConnectionSet connections, admin_connections;  // before the context, whose handlers hold places
+  const WebRoutes routes;
+  const RequestGuard admin_guard;
+  const AdminHooks admin_hooks;
+  std::unique_ptr<boost::asio::ssl::context> tls;
+  boost::asio::io_context context;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work;
+  std::shared_ptr<HttpListener> http, admin;
+  std::vector<std::thread> threads;
+};
+
+WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+WebServer::~WebServer() { Stop(); }
+
+absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& options,
+                                                            std::shared_ptr<grpc::Channel> channel,
+                                                            AdminHooks admin) {
+  std::unique_ptr<WebServer> server(
+      new WebServer(std::make_unique<Impl>(options, std::move(channel), std::move(admin))));
+  Impl& impl = *server->impl_;
+  auto tls = MakeTlsContext(options);
+  if (!tls.ok()) return tls.status();
+  impl.tls = *std::move(tls);
+  if (!options.http.empty()) {
+    auto listener = HttpListener::Open(impl.context, "--http", options.http, impl.tls.get(),
+                                       &impl.connections, impl.routes.handler());
+    if (!listener.ok()) return listener.status();
+    impl.http = *std::move(listener);
+  }
+  if (!options.admin.empty()) {
+    const HttpHandler answer = [&impl](const std::shared_ptr<HttpExchange>& exchange) {
+      auto stopped = impl.admin_guard.Stop(exchange->request());
+      exchange->Reply(stopped.has_value() ? *std::move(stopped)
+                                          : AdminAnswer(impl.admin_hooks, exchange->request()));
+    };
+    auto listener = HttpListener::Open(impl.context, "--admin", options.admin, nullptr,
+                                       &impl.admin_connections, answer);
+    if (!listener.ok()) return listener.status();
+    impl.admin = *std::move(listener);
+  }
+  for (int i = 0; i < kThreads; ++i) {
+    impl.threads.emplace_back([&impl] { RunUntilStopped(impl.context); });
+  }
+  return server;
+}
+
+std::string WebServer::http_address() const {
+  return impl_->http == nullptr ? "" : impl_->http->address();
+}
+
+std::string WebServer::admin_address() const {
+  return impl_->admin == nullptr ? "" : impl_->admin->address();
+}
+
+void WebServer::Drain(absl::Time deadline) {
+  if (impl_->http == nullptr || impl_->threads.empty()) return;
+  impl_->http->Close();
+  impl_->connections.Drain();
+  if (!impl_->connections.AwaitEmpty(deadline)) impl_->connections.Abort();
+}
+
+void WebServer::Stop() {
+  if (impl_->threads.empty()) return;
+  for (const auto& listener : {impl_->http, impl_->admin}) {
+    if (listener != nullptr) listener->Close();
+  }
+  for (ConnectionSet* set : {&impl_->connections, &impl_->admin_connections}) {
+    set->Abort();
+    // Their calls are cancelled, and hold them until that is done.
+    while (!set->AwaitEmpty(absl::Now() + absl::Seconds(10))) {
+      LogEvent(spdlog::level::warn, "HTTP connections are slow to end", {});
+    }
+  }
+  impl_->work.reset();
+  impl_->context.stop();
+  for (std::thread& thread : impl_->threads) thread.join();
+  impl_->threads.clear();
+}
+
+}  // namespace latticed::web

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// HTTP of the server, on two ports.                                                  WIRE.md "HTTP"
+//
+//   --http    the viewer's files; POST /<service>/<method>: gRPC-Web; GET /ws/…: the WebSocket of
+//             Deform; GET /export/<scene>.<format>. TLS and tokens as for gRPC; Host and Origin are
+//             checked: server/web/request_guard.h
+//   --admin   /healthz, /readyz, /metrics, without TLS or tokens, and nothing else
+//
+// Every rpc goes by its bytes to the server's own channel; nothing here knows the methods but for
+// the two that HTTP has a form of its own for.
+//
+// Memory   each connection holds a message in and one out at most, and there are as many as
+//          --transport-memory has room for
+// Threads  safe
+#ifndef LATTICED_SERVER_WEB_WEB_SERVER_H_
+#define LATTICED_SERVER_WEB_WEB_SERVER_H_
+
+#include <grpcpp/channel.h>
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "server/options.h"
+#include "server/web/admin_pages.h"
+
+namespace latticed::web {
+
+class WebServer {
+ public:
+  // Serves options.http and options.admin, those that are not empty, when it returns.
+  // kInvalidArgument for unreadable credentials, kUnavailable for a port that cannot be had.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<WebServer>> Start(
+      const Options& options, std::shared_ptr<grpc::Channel> channel, AdminHooks admin);
+  ~WebServer();
+
+  // host:port with the port that was taken; empty where there is none.
+  [[nodiscard]] std::string http_address() const;
+  [[nodiscard]] std::string admin_address() const;
+
+  // --http takes no more connections nor requests, waits for those running, and cancels what is left
+  // at `deadline`. Before the end of gRPC's server, which would cancel them at once.
+  void Drain(absl::Time deadline);
+  // Cancels what runs, and ends both ports. Idempotent.
+  void Stop();
+
+ private:
+  struct Impl;
+  explicit WebServer(std::unique_ptr<Impl> impl);
+  const std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace latticed::web
+
+#endif  // LATTICED_SERVER_WEB_WEB_SERVER_H_

@@ -1,0 +1,324 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Picks against the definition: what is hit is a point of the exact surface on the ray, and no
+// triangle of a fine tessellation comes before it.
+#include "core/ffd/surface_pick.h"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "core/ffd/direct_ffd.h"
+#include "core/ffd/tessellation_pattern.h"
+#include "tests/support/status_matchers.h"
+#include "tests/support/test_meshes.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr double kOnRay = 1e-9;  // of the diagonal; what SceneService.Pick promises
+
+class Picker {
+ public:
+  Picker(PolygonMesh mesh, const LatticeStructure& structure, std::vector<Vec3d> control_points)
+      : plan_(*MakePlan(std::make_shared<const PolygonMesh>(std::move(mesh)), structure)),
+        tree_(*plan_),
+        control_points_(std::move(control_points)),
+        ffd_(*plan_, control_points_) {
+    for (size_t p = 0; p < plan_->patches.size(); ++p) {
+      for (const auto& b : {std::array{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}) {
+        bounds_.Extend(At(p, b));
+      }
+    }
+  }
+
+  Vec3d At(size_t patch, std::array<double, 3> b) const {
+    return ffd_.EvaluatePosition(patch, b).position;
+  }
+  // Where along the ray it is hit; infinity where not.
+  double Pick(const Ray& ray) {
+    const auto hit = PickSurface(*plan_, tree_, control_points_, ray);
+    EXPECT_OK(hit);
+    if (!hit.ok() || !hit->has_value()) return std::numeric_limits<double>::infinity();
+    last_ = **hit;
+    double sum = 0;
+    for (const double b : last_.barycentrics) {
+      EXPECT_GE(b, 0);
+      EXPECT_LE(b, 1);
+      sum += b;
+    }
+    EXPECT_NEAR(sum, 1, 1e-15);
+    const Vec3d d = At(last_.patch, last_.barycentrics) - ray.origin;
+    const double along = Dot(d, ray.direction) / Dot(ray.direction, ray.direction);
+    EXPECT_LE(Norm(d - along * ray.direction), kOnRay * bounds_.diagonal());
+    EXPECT_GE(along * Norm(ray.direction), -kOnRay * bounds_.diagonal());
+    return along;
+  }
+
+  const DeformPlan& plan() const { return *plan_; }
+  const DirectFfd& ffd() const { return ffd_; }
+  const Bounds& bounds() const { return bounds_; }  // of the corners of patches
+  const SurfaceHit& last() const { return last_; }
+
+ private:
+  std::shared_ptr<const DeformPlan> plan_;
+  PatchTree tree_;
+  std::vector<Vec3d> control_points_;
+  DirectFfd ffd_;
+  Bounds bounds_;
+  SurfaceHit last_;
+};
+
+constexpr int kSegments = 6;
+
+// All points of all patches, once.
+std::vector<Vec3d> Tessellate(const Picker& picker) {
+  const auto& pattern = TessellationPattern::Get(kSegments);
+  std::vector<Vec3d> points;
+  for (size_t p = 0; p < picker.plan().patches.size(); ++p) {
+    for (const auto& i : pattern.points) {
+      points.push_back(
+          picker.At(p, {1.0 * i[0] / kSegments, 1.0 * i[1] / kSegments, 1.0 * i[2] / kSegments}));
+    }
+  }
+  return points;
+}
+
+// Along the ray, from a point of the patch on, where the patch itself meets the ray's line well
+// inside; infinity where it does not, or not transversally.
+double Refine(const Picker& picker, size_t patch, double s, double t, const Ray& ray) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const auto& v = picker.plan().patches[patch].vertex;
+  const auto world = [&](size_t c) { return picker.plan().vertices[v[c]].world; };
+  const std::array<Vec3d, 2> edges{world(1) - world(0), world(2) - world(0)};
+  double along = 0;
+  for (int i = 0; i < 30; ++i) {
+    const DeformedPoint p = picker.ffd().EvaluatePosition(patch, {1 - s - t, s, t});
+    std::array<Vec3d, 2> slope;
+    for (size_t e = 0; e < 2; ++e) {
+      for (int axis = 0; axis < 3; ++axis) {
+        slope[e] += edges[e][axis] * p.jacobian[static_cast<size_t>(axis)];
+      }
+    }
+    const Vec3d normal = Cross(slope[0], slope[1]);
+    const double facing = Dot(normal, ray.direction);
+    if (std::abs(facing) < 1e-4 * Norm(normal) * Norm(ray.direction)) return kNone;
+    // p + ds slope0 + dt slope1 = origin + along direction, by Cramer's rule.
+    const Vec3d d = ray.origin - p.position;
+    const double ds = Dot(Cross(d, slope[1]), ray.direction) / facing;
+    const double dt = Dot(Cross(slope[0], d), ray.direction) / facing;
+    along = -Dot(normal, d) / facing;
+    s += ds;
+    t += dt;
+    if (!(std::abs(s) + std::abs(t) < 3)) return kNone;
+    if (i == 29 && std::abs(ds) + std::abs(dt) > 1e-12) return kNone;
+  }
+  constexpr double kInside = 1e-6;
+  const bool inside = s > kInside && t > kInside && 1 - s - t > kInside;
+  return inside && along > 0 ? along : kNone;
+}
+
+// The first of the roots that Newton's iteration finds from each triangle that the ray meets, or
+// passes near.
+double FirstRoot(const Picker& picker, const std::vector<Vec3d>& points, const Ray& ray) {
+  constexpr double kNear = 0.2;  // in barycentrics
+  const auto& pattern = TessellationPattern::Get(kSegments);
+  const size_t per_patch = pattern.points.size();
+  double first = std::numeric_limits<double>::infinity();
+  for (size_t p = 0; p < picker.plan().patches.size(); ++p) {
+    for (const auto& triangle : pattern.triangles) {
+      const Vec3d a = points[p * per_patch + triangle[0]];
+      const Vec3d e = points[p * per_patch + triangle[1]] - a;
+      const Vec3d f = points[p * per_patch + triangle[2]] - a;
+      const Vec3d h = Cross(ray.direction, f), d = ray.origin - a;
+      const double det = Dot(e, h), b1 = Dot(d, h) / det;
+      const double b2 = Dot(ray.direction, Cross(d, e)) / det;
+      if (!(b1 > -kNear && b2 > -kNear && b1 + b2 < 1 + kNear)) continue;
+      double s = 0, t = 0;
+      const double b[3] = {1 - b1 - b2, b1, b2};
+      for (size_t c = 0; c < 3; ++c) {
+        s += b[c] * pattern.points[triangle[c]][1] / kSegments;
+        t += b[c] * pattern.points[triangle[c]][2] / kSegments;
+      }
+      first = std::min(first, Refine(picker, p, s, t, ray));
+    }
+  }
+  return first;
+}
+
+class Rays {
+ public:
+  explicit Rays(uint32_t seed) : random_(seed) {}
+  double Unit() { return std::uniform_real_distribution<double>(0, 1)(random_); }
+  size_t Below(size_t n) { return std::min(n - 1, static_cast<size_t>(Unit() * double(n))); }
+  Vec3d Direction() {
+    while (true) {
+      const Vec3d d{2 * Unit() - 1, 2 * Unit() - 1, 2 * Unit() - 1};
+      if (const double length = Norm(d); length > 0.1 && length < 1) return d / length;
+    }
+  }
+  Vec3d In(const Bounds& bounds) {
+    const Vec3d e = bounds.extent();
+    return bounds.min + Vec3d{Unit() * e.x, Unit() * e.y, Unit() * e.z};
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+Picker Draw(uint32_t seed) {
+  const RandomCase drawn = DrawCase(seed);
+  const LatticeStructure structure = MakeStructure(drawn.mesh.ComputeBounds(), drawn.options);
+  return Picker(drawn.mesh, structure, Jitter(structure, 0.15, seed));
+}
+
+TEST(SurfacePick, FindsTheFirstRootOfRandomRays) {
+  size_t hits = 0, misses = 0;
+  for (uint32_t seed = 1; seed <= 24; ++seed) {
+    SCOPED_TRACE(seed);
+    Picker picker = Draw(seed);
+    const std::vector<Vec3d> points = Tessellate(picker);
+    Rays rays(seed);
+    for (int i = 0; i < 40; ++i) {
+      const Vec3d direction = (0.1 + 3 * rays.Unit()) * rays.Direction();
+      const Ray ray{rays.In(picker.bounds()) - (i % 4 == 0 ? 0 : 2) * direction, direction};
+
+      const double picked = picker.Pick(ray), first = FirstRoot(picker, points, ray);
+
+      EXPECT_LE(picked, first + 1e-9 * picker.bounds().diagonal() / Norm(direction)) << i;
+      ++(std::isfinite(picked) ? hits : misses);
+    }
+  }
+  EXPECT_GT(hits, 200u);
+  EXPECT_GT(misses, 100u);
+}
+
+// A ray from outside through a point of the surface, which it must not pass.
+void ExpectNotPassed(Picker& picker, size_t patch, std::array<double, 3> b, Vec3d direction,
+                     double slack) {
+  const double away = 1.5 * picker.bounds().diagonal();
+  const double picked = picker.Pick({picker.At(patch, b) - away * direction, direction});
+  EXPECT_LE(picked, away + slack * picker.bounds().diagonal());
+}
+
+TEST(SurfacePick, NoRaySlipsThroughAnEdgeOrACorner) {
+  for (uint32_t seed = 31; seed <= 42; ++seed) {
+    SCOPED_TRACE(seed);
+    Picker picker = Draw(seed);
+    Rays rays(seed);
+    for (int i = 0; i < 60; ++i) {
+      const size_t patch = rays.Below(picker.plan().patches.size());
+      std::array<double, 3> b{0, 0, 0};
+      const double share = i % 3 == 0 ? 1 : rays.Unit();
+      b[rays.Below(3)] = share;
+      b[b[0] == share ? 1 : 0] += 1 - share;
+      ExpectNotPassed(picker, patch, b, rays.Direction(), 1e-8);
+    }
+  }
+}
+
+TEST(SurfacePick, RaysThatOnlyTouchOrCutAtASmallAngle) {
+  for (uint32_t seed = 51; seed <= 62; ++seed) {
+    SCOPED_TRACE(seed);
+    Picker picker = Draw(seed);
+    Rays rays(seed);
+    for (int i = 0; i < 40; ++i) {
+      const size_t patch = rays.Below(picker.plan().patches.size());
+      const std::array<double, 3> b{0.5, 0.25, 0.25};
+      const Vec3d normal = picker.ffd().Evaluate(patch, b, DirectFfd::Normal::kFacet).normal;
+      const Vec3d tangent = Unit(Cross(normal, rays.Direction()));
+      const double angle = i % 2 == 0 ? 0 : std::pow(10, -1 - 6 * rays.Unit());
+      // Where a curve of radius r leaves its tangent by kTouch: sqrt(2 r kTouch) from the point.
+      ExpectNotPassed(picker, patch, b, Unit(tangent + angle * normal), 1e-4);
+    }
+  }
+}
+
+TEST(SurfacePick, RaysAlongEdgesAndInThePlaneOfAFace) {
+  const PolygonMesh cube = CubeMesh(3);
+  const LatticeStructure structure = MakeStructure(cube.ComputeBounds(), {.scale = 1.2});
+  Picker picker(cube, structure, IdentityControlPoints(structure));
+  const double third = 1.0 / 3;
+  for (const Vec3d origin : {Vec3d{-1, 0, 0}, {-1, third, 1}, {-1, 0.5, 1}, {-1, 1, third}}) {
+    EXPECT_NEAR(picker.Pick({origin, {1, 0, 0}}), 1, 1e-8);
+    EXPECT_NEAR(picker.Pick({{2, origin.y, origin.z}, {-2, 0, 0}}), 0.5, 1e-8);
+  }
+  EXPECT_NEAR(picker.Pick({{-1, -1, 0}, {1, 1, 0}}), 1, 1e-8) << "the diagonal of a face";
+  EXPECT_FALSE(std::isfinite(picker.Pick({{-1, 0, 1 + 1e-6}, {1, 0, 0}})));
+}
+
+TEST(SurfacePick, TheHalfLineBeginsAtItsOrigin) {
+  const PolygonMesh cube = CubeMesh(2);
+  const LatticeStructure structure = MakeStructure(cube.ComputeBounds(), {.scale = 1.2});
+  Picker picker(cube, structure, IdentityControlPoints(structure));
+  EXPECT_NEAR(picker.Pick({{0.5, 0.4, 0.3}, {0, 0, 0.001}}), 700, 1e-9) << "from inside";
+  EXPECT_NEAR(picker.Pick({{0.5, 0.4, 1}, {0, 0, 1}}), 0, 1e-12) << "on the surface";
+  EXPECT_FALSE(std::isfinite(picker.Pick({{0.5, 0.4, 1.1}, {0, 0, 1}}))) << "away from it";
+  EXPECT_NEAR(picker.Pick({{0.5, 0.4, 1e9}, {0, 0, -1}}), 1e9 - 1, 1e-6) << "from afar";
+  EXPECT_NEAR(picker.Pick({{0.5, 0.4, -1}, {0, 0, 1e-100}}), 1e100, 1e88);
+}
+
+TEST(SurfacePick, CollapsedSurfaces) {
+  const PolygonMesh torus = TorusMesh(24, 12);
+  const LatticeStructure structure = MakeStructure(torus.ComputeBounds(), {.scale = 1.1});
+  const auto picker_of = [&](Vec3d keep) {
+    std::vector<Vec3d> points = IdentityControlPoints(structure);
+    for (Vec3d& p : points) p = {keep.x * p.x, keep.y * p.y, keep.z * p.z};
+    return Picker(torus, structure, points);
+  };
+  Picker flat = picker_of({1, 1, 0}), line = picker_of({1, 0, 0}), point = picker_of({0, 0, 0});
+
+  EXPECT_NEAR(flat.Pick({{1, 0, 2}, {0, 0, -1}}), 2, 1e-9);
+  EXPECT_NEAR(flat.Pick({{-3, 0, 0}, {1, 0, 0}}), 3 - 1.4, 1e-4) << "in its plane";
+  EXPECT_NEAR(line.Pick({{0.3, 0, 2}, {0, 0, -1}}), 2, 1e-9);
+  EXPECT_NEAR(line.Pick({{-3, 0, 0}, {1, 0, 0}}), 3 - 1.4, 1e-8);
+  EXPECT_NEAR(point.Pick({{0, 0, 2}, {0, 0, -1}}), 2, 1e-9);
+  EXPECT_FALSE(std::isfinite(point.Pick({{0.1, 0, 2}, {0, 0, -1}})));
+}
+
+TEST(SurfacePick, StopsWhenNobodyWaits) {
+  const PolygonMesh cube = CubeMesh(2);
+  const LatticeStructure structure = MakeStructure(cube.ComputeBounds(), {});
+  const auto plan = *MakePlan(std::make_shared<const PolygonMesh>(cube), structure);
+  const auto points = IdentityControlPoints(structure);
+
+  const auto hit = PickSurface(*plan, PatchTree(*plan), points, {{0.5, 0.5, 3}, {0, 0, -1}},
+                               [] { return absl::CancelledError("nobody waits"); });
+
+  EXPECT_THAT(hit, StatusIs(absl::StatusCode::kCancelled));
+}
+
+TEST(PatchTree, HoldsEveryPatchOnceAndInsideItsBounds) {
+  const Picker picker = Draw(7);
+  const DeformPlan& plan = picker.plan();
+  const PatchTree tree(plan);
+  std::vector<int> seen(plan.patches.size());
+  const std::function<void(uint32_t)> visit = [&](uint32_t index) {
+    const PatchTree::Node& node = tree.node(index);
+    for (uint32_t i = node.first; i < node.first + node.count; ++i) {
+      if (!node.leaf) {
+        EXPECT_EQ(Min(node.lower, tree.node(i).lower), node.lower);
+        EXPECT_EQ(Max(node.upper, tree.node(i).upper), node.upper);
+        visit(i);
+        continue;
+      }
+      ++seen[i];
+      EXPECT_EQ(plan.patches[i].box, node.box);
+      for (const uint32_t v : plan.patches[i].vertex) {
+        const Vec3d place =
+            node.box == plan.outside_box() ? plan.vertices[v].world : plan.vertices[v].parameter;
+        EXPECT_EQ(Min(place, node.lower), node.lower);
+        EXPECT_EQ(Max(place, node.upper), node.upper);
+      }
+    }
+  };
+  for (const uint32_t root : tree.roots()) visit(root);
+  EXPECT_EQ(seen, std::vector<int>(plan.patches.size(), 1));
+}
+
+}  // namespace
+}  // namespace latticed::testing
