@@ -254,6 +254,54 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   await other.close();
 });
 
+test('a lattice that was saved brings its shape back when it is dropped on the page', async () => {
+  const before = await controlPoint(page, 0);
+  const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Control+s')]);
+  const parts: Buffer[] = [];
+  for await (const part of await download.createReadStream()) parts.push(part as Buffer);
+  const json = Buffer.concat(parts).toString();
+
+  await page.evaluate(() => window.latticed.commands.get('reset').run());
+  await page.waitForFunction(([x]) => window.latticed.scene!.session.lattice.points[2] !== x, [before[2]] as const);
+  await dropFile('lattice.json', json);
+  await page.waitForFunction(([x]) => window.latticed.scene!.session.lattice.points[2] === x, [before[2]] as const);
+
+  assert.equal(latticeFromJson(json).count, 80);
+  await settled();
+  assert.ok((await worstVertex(page)) < 1);
+});
+
+test('a sample becomes a scene, whose upper plane R Z 4 5 turns about its middle', async () => {
+  const { page: fresh, errors: freshErrors } = await openPage(browser, server.origin);
+  await fresh.emulateMedia({ colorScheme: 'dark' });
+  await fresh.setViewportSize({ width: 1200, height: 760 }); // the README's picture
+  await fresh.keyboard.press('n');
+  await fresh.locator('[data-sample=knot]').click();
+  await fresh.getByText('5,760 faces').waitFor();
+  await fresh.getByRole('button', { name: 'Create scene' }).click();
+  await fresh.locator('.connection[data-state=live]').waitFor();
+  await watchUpdates(fresh);
+  const before = await controlPoint(fresh, CORNER);
+  const opposite = await controlPoint(fresh, 48); // of the same plane
+
+  await fresh.evaluate((corner) => window.latticed.scene!.editor.selection.select([corner]), CORNER);
+  for (const key of ['Shift+W', 'r', 'z', '4', '5', 'Enter']) await fresh.keyboard.press(key);
+  await fresh.keyboard.press('Home');
+
+  const after = await controlPoint(fresh, CORNER);
+  const [x, y] = [(before[0] - opposite[0]) / 2, (before[1] - opposite[1]) / 2]; // from the middle
+  const turned: Vec3 = [
+    (before[0] + opposite[0]) / 2 + Math.SQRT1_2 * (x - y),
+    (before[1] + opposite[1]) / 2 + Math.SQRT1_2 * (x + y),
+    before[2],
+  ];
+  assert.ok(distance(after, turned) < 1e-9, `${after} is not ${turned}`);
+  await settled(fresh);
+  await shot('viewer', fresh);
+  assert.deepEqual(freshErrors, []);
+  await fresh.close();
+});
+
 test('the help lists the key of every command, and Escape closes it', async () => {
   await page.keyboard.press('?');
 
@@ -267,7 +315,7 @@ test('the help lists the key of every command, and Escape closes it', async () =
     [],
   );
   await page.keyboard.press('Escape');
-  assert.equal(await page.locator('.help').count(), 0);
+  await page.locator('.help').waitFor({ state: 'detached' });
 });
 
 test('the export dialog links to a file of the deformed surface', async () => {
