@@ -44,8 +44,7 @@ class BytesCall final : public GenericCall,
   }
   void Read() override ABSL_LOCKS_EXCLUDED(mutex_) {
     const MutexLock lock(&mutex_);
-    asked_ = true;
-    if (!released_ && head_read_) StartRead(&reading_);
+    if (!released_) StartRead(&reading_);
   }
   void Cancel() override {
     context_.TryCancel();
@@ -67,8 +66,6 @@ class BytesCall final : public GenericCall,
   grpc::ByteBuffer reading_, writing_;
   Mutex mutex_;
   bool released_ ABSL_GUARDED_BY(mutex_) = false;
-  bool head_read_ ABSL_GUARDED_BY(mutex_) = false;  // the first message comes after it
-  bool asked_ ABSL_GUARDED_BY(mutex_) = false;      // for a message
 };
 
 void BytesCall::Begin(const std::shared_ptr<grpc::Channel>& channel, const Request& request) {
@@ -93,14 +90,10 @@ void BytesCall::Release() {
 }
 
 void BytesCall::OnReadInitialMetadataDone(bool ok) {
-  if (ok) {
-    post_([observer = observer_, metadata = Copied(context_.GetServerInitialMetadata())]() mutable {
-      observer->OnHead(std::move(metadata));
-    });
-  }
-  const MutexLock lock(&mutex_);
-  head_read_ = true;
-  if (!released_ && asked_) StartRead(&reading_);
+  if (!ok) return;
+  post_([observer = observer_, metadata = Copied(context_.GetServerInitialMetadata())]() mutable {
+    observer->OnHead(std::move(metadata));
+  });
 }
 
 void BytesCall::OnReadDone(bool ok) {
