@@ -8,6 +8,7 @@
 #include <grpcpp/support/client_callback.h>
 
 #include <map>
+#include <optional>
 
 #include "server/mutex.h"
 
@@ -44,8 +45,7 @@ class BytesCall final : public GenericCall,
   }
   void Read() override ABSL_LOCKS_EXCLUDED(mutex_) {
     const MutexLock lock(&mutex_);
-    asked_ = true;
-    if (!released_ && head_read_) StartRead(&reading_);
+    if (!released_) StartRead(&reading_);
   }
   void Cancel() override {
     context_.TryCancel();
@@ -57,6 +57,9 @@ class BytesCall final : public GenericCall,
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
   void OnDone(const grpc::Status& status) override;
+  void Hand(const grpc::ByteBuffer& message) {
+    post_([observer = observer_, message] { observer->OnMessage(message); });
+  }
   // No more operations will be started: lets OnDone come.
   void Release() ABSL_LOCKS_EXCLUDED(mutex_);
 
@@ -67,8 +70,8 @@ class BytesCall final : public GenericCall,
   grpc::ByteBuffer reading_, writing_;
   Mutex mutex_;
   bool released_ ABSL_GUARDED_BY(mutex_) = false;
-  bool head_read_ ABSL_GUARDED_BY(mutex_) = false;  // the first message comes after it
-  bool asked_ ABSL_GUARDED_BY(mutex_) = false;      // for a message
+  bool head_read_ ABSL_GUARDED_BY(mutex_) = false;
+  std::optional<grpc::ByteBuffer> early_ ABSL_GUARDED_BY(mutex_);  // read before the head
 };
 
 void BytesCall::Begin(const std::shared_ptr<grpc::Channel>& channel, const Request& request) {
@@ -100,14 +103,17 @@ void BytesCall::OnReadInitialMetadataDone(bool ok) {
   }
   const MutexLock lock(&mutex_);
   head_read_ = true;
-  if (!released_ && asked_) StartRead(&reading_);
+  if (early_.has_value()) Hand(*early_);
+  early_.reset();
 }
 
 void BytesCall::OnReadDone(bool ok) {
   if (!ok) return Release();
   grpc::ByteBuffer message;
   message.Swap(&reading_);
-  post_([observer = observer_, message]() { observer->OnMessage(message); });
+  const MutexLock lock(&mutex_);
+  if (head_read_) return Hand(message);
+  early_ = message;
 }
 
 void BytesCall::OnWriteDone(bool ok) {
