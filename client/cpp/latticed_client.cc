@@ -212,7 +212,9 @@ absl::StatusOr<v1::EvaluatePointsResponse> Client::EvaluatePoints(
 }
 
 absl::StatusOr<v1::SurfacePoint> Client::Pick(const v1::PickRequest& request) {
-  return Call(*scenes_, &v1::SceneService::Stub::Pick, NewContext(request.scene()), request, stop_);
+  return Call(
+      *scenes_, &v1::SceneService::Stub::Pick, [&] { return NewContext(request.scene()); }, request,
+      stop_);
 }
 
 absl::StatusOr<std::unique_ptr<WatchStream>> Client::Watch(v1::WatchRequest watch,
