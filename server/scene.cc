@@ -105,10 +105,8 @@ absl::StatusOr<EditSummary> Scene::ApplyEdits(const EditBatch& batch, StopCheck 
   while (true) {
     std::optional<LatticeStructure> wanted;
     auto summary = TryEdits(batch, candidate, wanted);
-    if (!wanted.has_value()) {
-      if (!summary.ok()) ++counts().edits_refused;
-      return summary;
-    }
+    if (!wanted.has_value() && !summary.ok()) ++counts().edits_refused;
+    if (!wanted.has_value()) return summary;
     candidate.reset();  // first, so that both plans do not need memory together
     auto state = Prepare(*wanted, stop);
     if (IsStopped(state.status())) {

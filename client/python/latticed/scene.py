@@ -125,7 +125,8 @@ class Scene(EditCalls[EditResult]):
     ) -> WatchStream:
         """Updates of what others do, whose first one is here when this returns.
 
-        editor_id: whose presence the stream shows; empty: it can show none. max_unacked_updates as in deform."""
+        editor_id: whose presence the stream shows; empty: it can show none. max_unacked_updates as in deform.
+        """
         watch = scene_pb2.WatchRequest(
             scene=self.id, editor_id=editor_id, max_unacked_updates=max_unacked_updates
         )

@@ -30,8 +30,9 @@ class SurfacePoint:
             v = getattr(point, name)
             return np.array([v.x, v.y, v.z]) if point.HasField(name) else None
 
-        corners, weights = tuple(point.corners), tuple(point.barycentrics)
-        return cls(point.face, corners, weights, array("position"), array("normal"))
+        a, b, c = point.corners
+        x, y, z = point.barycentrics
+        return cls(point.face, (a, b, c), (x, y, z), array("position"), array("normal"))
 
     def to_proto(self) -> surface_pb2.SurfacePoint:
         return surface_pb2.SurfacePoint(face=self.face, corners=self.corners, barycentrics=self.barycentrics)

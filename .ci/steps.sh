@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# The steps of ./dev ci, which reads this file and has what they call.
+readonly ci_build=build/ci/tree/build
+readonly tsan_targets=(scene_engine_test stage_overlap_test stage_failure_test model_based_test)
+readonly tsan_tests='(SceneEngineTest|StageOverlapTest|HostStagesTest|StageFailureTest|RefusedSlotTest|ModelBasedTest)'
+
+ci_names=() ci_seconds=()
+step() {  # NAME COMMAND…: runs it, keeps its time; a failure ends the run
+  local name=$1 log start=$SECONDS
+  shift
+  log=build/ci/${name//[^A-Za-z0-9]/-}.txt
+  printf '%-44s' "$name"
+  ("$@") >"$log" 2>&1 || { echo "FAILED"; tail -n 150 "$log"; die "$name failed; all of it: $log"; }
+  ci_names+=("$name") ci_seconds+=($((SECONDS - start)))
+  echo "$((SECONDS - start)) s"
+}
+
+# A copy of the working tree without anything built: what a new user has.
+ci_fresh_run() {
+  mkdir -p build/ci/tree
+  [[ -d ../shared ]] && ln -sfn "$(readlink -f ../shared)" build/ci/shared
+  sources | tar -cf - -T - | tar -xf - -C build/ci/tree
+  build/ci/tree/dev run --once
+}
+ci_tests() {
+  LATTICED_REQUIRE_OPENGL=1 LATTICED_REQUIRE_PYTHON=1 LATTICED_REQUIRE_NODE=1 LATTICED_REQUIRE_GO=1 \
+    LATTICED_REQUIRE_BLENDER=1 LATTICED_REQUIRE_CHROMIUM=1 \
+    ctest --test-dir "$ci_build" --output-on-failure -j "$jobs"
+}
+# Real meshes and long edits are for accuracy, which the release build has shown; here they take minutes.
+# Libraries are unity builds here and for the fuzzers, as for clang-tidy.
+ci_sanitized() {  # KIND CTEST-NAMES TARGETS…
+  local kind=$1 names=$2
+  shift 2
+  configure "build/ci/$kind" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O1 -fno-omit-frame-pointer" \
+    -DLATTICED_SANITIZE="$kind" -DLATTICED_CUDA=OFF -DCMAKE_UNITY_BUILD=ON
+  build "build/ci/$kind" "$@"
+  ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 \
+    TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp" \
+    ctest --test-dir "build/ci/$kind" --output-on-failure -j "$jobs" -R "$names" -E 'RealMesh|ThousandEdits|layering'
+}
+ci_fuzz() {
+  CC=clang-14 CXX=clang++-14 configure build/ci/fuzz -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 \
+    -DLATTICED_FUZZ=ON -DLATTICED_SANITIZE=address -DLATTICED_CUDA=OFF -DBUILD_TESTING=OFF -DCMAKE_UNITY_BUILD=ON
+  build build/ci/fuzz latticed_fuzz
+  # Each target has a core to itself.
+  export -f fuzz_one
+  printf '%s\n' build/ci/fuzz/tests/fuzz/*_fuzz | xargs -P "$jobs" -n 1 bash -c 'fuzz_one "$1"' fuzz_one
+}
+fuzz_one() {  # TARGET
+  local name corpus log status=0
+  name=$(basename "$1" _fuzz) corpus=$(mktemp -d) log=$(mktemp)
+  "$1" -max_total_time=10 -timeout=10 -rss_limit_mb=4096 "$corpus" "tests/fuzz/corpus/$name" >"$log" 2>&1 || status=1
+  echo "== $name"
+  cat "$log"
+  rm -rf "$corpus" "$log"
+  return $status
+}
+# Some sandboxes forbid what containers are made of; LATTICED_REQUIRE_CONTAINER makes that a failure.
+ci_container() {
+  local why
+  if ! why=$(unshare --mount --pid --fork --mount-proc true 2>&1) && [[ -z ${LATTICED_REQUIRE_CONTAINER:-} ]]; then
+    echo "skipped, this machine allows no containers: $why" | tee build/ci/skipped.txt
+    return
+  fi
+  tests/docker/container_test.sh build/ci/container
+}
+verb_ci() {
+  need "compilers, libraries, linters, containers" "${build_packages[@]}" "${check_packages[@]}" "${image_packages[@]}"
+  export CUDAARCHS=90-real  # one of the three that ./dev build compiles for, each a minute of 2 cores
+  rm -rf build/ci
+  mkdir -p build/ci
+  step "formatting" check_format
+  step "layers" check_layers
+  step "Python" check_python
+  step "protos" check_protos
+  step "fresh tree, ./dev run --once" ci_fresh_run
+  step "the rest of the Release build" build "$ci_build"
+  step "tests" ci_tests
+  step "container" ci_container
+  step "clang-tidy" check_tidy build/ci/tidy
+  step "tests under ASan and UBSan" ci_sanitized address . latticed_tests
+  step "scene engine under TSan" ci_sanitized thread "$tsan_tests" "${tsan_targets[@]}"
+  step "fuzzing" ci_fuzz
+  printf '\n%7s  %s\n' seconds step
+  local i
+  for i in "${!ci_names[@]}"; do printf '%7d  %s\n' "${ci_seconds[i]}" "${ci_names[i]}"; done
+  printf '%7d  in all\n\n' "$SECONDS"
+  grep 'tests passed' build/ci/tests.txt
+  [[ ! -f build/ci/skipped.txt ]] || cat build/ci/skipped.txt
+}
