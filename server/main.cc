@@ -39,6 +39,8 @@ void CatchStopSignals() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGINT, &action, nullptr);
+  // A log that nobody reads any more is no reason to end.
+  signal(SIGPIPE, SIG_IGN);
 }
 
 int WaitForStopSignal() {

@@ -77,6 +77,7 @@ void AddList(CLI::App& app, const std::string& name, std::vector<std::string>& v
       ->delimiter(',')
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->default_str("")  // as --print-config writes an empty one
       ->type_name("LIST");
 }
 
@@ -260,6 +261,8 @@ absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) 
     return absl::InvalidArgumentError(failure.what());
   }
   if (result.text.has_value()) return result;
+  std::erase(result.options.allowed_hosts, "");
+  std::erase(result.options.cors_origins, "");
   if (const absl::Status status = Validate(result.options); !status.ok()) return status;
   if (print_config) result.text = app.config_to_str(true, true);
   return result;

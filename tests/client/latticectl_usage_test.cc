@@ -46,8 +46,8 @@ TEST_F(LatticectlUsage, WrongUsageIsTwoAndSaysWhat) {
       {{"sample", "knot", "-o", "x.ply"}, ".obj"},
       {{"scene"}, "subcommand"},
       {{"edit", "move", "scene-id", "--point", "1,1,1"}, "--by"},
-      {{"edit", "drag", "scene-id", "--ray", "0,0,0,1,0,0"}, "where"},
-      {{"edit", "drag", "scene-id", "--by", "1,0,0"}, "what"},
+      {{"edit", "drag", "scene-id", "--ray", "0,0,0,1,0,0"}, "[--to,--by]"},
+      {{"edit", "drag", "scene-id", "--by", "1,0,0"}, "[--ray,--at]"},
       {{"pick", "scene-id", "--ray", "0,0,0"}, "--ray"},
       {{"export", "scene-id", "-o", "x.txt"}, ".nets"},
   };

@@ -116,6 +116,7 @@ TEST(OptionsTest, PrintedConfigReadsBack) {
   ASSERT_OK(parsed);
   EXPECT_EQ(parsed->options.memory_bytes, 1'073'741'824u);
   EXPECT_EQ(parsed->options.heartbeat_interval, absl::Seconds(3));
+  EXPECT_THAT(parsed->options.allowed_hosts, ::testing::IsEmpty());
 }
 
 TEST(OptionsTest, HelpAndVersionArePrinted) {
