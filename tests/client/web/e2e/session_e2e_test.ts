@@ -147,6 +147,37 @@ test('what one window does the other shows, undo takes it back, and a refusal is
   await other.page.close();
 });
 
+test('a surface point is picked on a ray and dragged to its target', async () => {
+  const off = await page.evaluate(async () => {
+    const { harness } = window;
+    const [x, y, z] = harness.surface.positionOf(100);
+    const point = (await harness.session.pick([x, y, z + 10], [0, 0, -1]))!;
+    const targets = Float64Array.of(point.position[0] + 0.1, point.position[1], point.position[2] + 0.2);
+    harness.session.apply({ kind: 'drag', points: [point], targets });
+    await harness.settled();
+    const at = await harness.evaluate([point]);
+    return [Math.abs(point.position[0] - x), Math.abs(point.position[1] - y), ...targets.map((value, axis) => Math.abs(value - at[axis]))];
+  });
+
+  off.forEach((distance) => assert.ok(distance < 1e-9, `${off}`));
+  assert.equal(await page.evaluate(() => window.harness.session.pick([0, 0, 100], [0, 0, 1])), undefined);
+  assert.ok(await worst() < 0.9);
+  assert.deepEqual(errors, []);
+});
+
+test('a window sees what another has selected, until that one closes', async () => {
+  const selected = (): Promise<number[][]> =>
+    page.evaluate(() => [...window.harness.others.values()].map((other) => [...other.selected]));
+  const other = await openPage(browser, server.origin);
+  await other.page.evaluate((id) => window.harness.open(id), sceneId);
+  await other.page.evaluate(() => window.harness.session.announce(Uint32Array.of(3, 1, 2)));
+  await page.waitForFunction(() => window.harness.others.size === 1);
+
+  assert.deepEqual(await selected(), [[3, 1, 2]]);
+  await other.page.close();
+  await page.waitForFunction(() => window.harness.others.size === 0);
+});
+
 test('a knot is inserted: the cage has more points, the surface stays', async () => {
   await page.evaluate(() => window.harness.session.insertKnot(0, 0.5));
   await page.waitForFunction(() => window.harness.session.lattice.count === 80);

@@ -254,6 +254,52 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   await other.close();
 });
 
+test('the surface itself is pulled: what was pressed comes along to where the pointer goes', async () => {
+  const [x, y] = await page.evaluate(() => {
+    const { viewport, scene } = window.latticed;
+    const { bounds } = scene!.session.surface;
+    // The near side of the ring, seen from the camera.
+    const away = viewport.rig.basis()[2];
+    const [px, py] = viewport.project([away[0] * 1.1, away[1] * 1.1, bounds.max.z * 0.5])!;
+    const box = viewport.canvas.getBoundingClientRect();
+    return [box.left + px, box.top + py];
+  });
+  /** The surface under a place of the page. */
+  const picked = (px: number, py: number): Promise<Vec3 | undefined> =>
+    page.evaluate(
+      async ([u, v]) => {
+        const { viewport, scene } = window.latticed;
+        const { origin, direction } = viewport.ray(...viewport.place({ clientX: u, clientY: v }));
+        return (await scene!.session.pick(origin, direction))?.position;
+      },
+      [px, py] as const,
+    );
+  const held = (await picked(x, y))!;
+
+  await page.keyboard.press('p');
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  for (let step = 1; step <= 8; ++step) await page.mouse.move(x - 5 * step, y + 4 * step);
+  await page.waitForTimeout(300); // the pick is on its way while the pointer moves
+  await page.mouse.move(x - 41, y + 32);
+  await page.mouse.up();
+  await page.keyboard.press('p');
+  await settled();
+
+  const there = (await picked(x - 41, y + 32))!;
+  const target = await page.evaluate(
+    ([p, dx, dy]) => {
+      const { viewport } = window.latticed;
+      const [right, up] = viewport.rig.basis();
+      const { jacobian } = viewport.transformView(p, viewport.rig.basis(), viewport.rig.basis());
+      const pixels = Math.hypot(...jacobian.map((row) => row[0] * right[0] + row[1] * right[1] + row[2] * right[2]));
+      return [0, 1, 2].map((a) => p[a] + (right[a] * dx - up[a] * dy) / pixels) as unknown as Vec3;
+    },
+    [held, -41, 32] as const,
+  );
+  assert.ok(distance(there, target) < 0.02, `${there} is not ${target}`);
+});
+
 test('a lattice that was saved brings its shape back when it is dropped on the page', async () => {
   const before = await controlPoint(page, 0);
   const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Control+s')]);

@@ -3,19 +3,21 @@
 
 /** A page around one session, for tests in a browser to steer: no controls, a canvas and `window.harness`. */
 import { Color, DataTexture, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from 'three';
+import { MeshFormat } from 'latticed/v1/mesh_pb';
+import type { SurfacePoint } from '@src/session/lattice_edit';
 import { openSession } from '@src/session/open_session';
-import type { SceneSession, UpdateInfo, ViewRequest } from '@src/session/scene_session';
+import type { Presence, SceneSession, UpdateInfo, ViewRequest } from '@src/session/scene_session';
 import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { randomId } from '@src/wire/ids';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { uploadMesh } from '@src/wire/upload';
-import { MeshFormat } from 'latticed/v1/mesh_pb';
 
 class Harness {
   readonly server = new LatticedServer(location.origin);
   readonly updates: UpdateInfo[] = [];
   readonly refused: string[] = [];
   readonly statuses: string[] = [];
+  others: ReadonlyMap<string, Presence> = new Map();
   session!: SceneSession;
   private readonly renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
   private readonly scene = new Scene();
@@ -49,6 +51,7 @@ class Harness {
       for (const wake of this.waiting.splice(0)) wake();
     });
     this.session.on('refused', (text) => this.refused.push(text));
+    this.session.on('presence', (others) => (this.others = others));
     this.scene.add(this.session.surface.object);
     await this.until(() => this.session.surface.patchCount > 0);
     this.frame();
@@ -139,6 +142,15 @@ class Harness {
     const unit = this.surface.drawnStep === 1 ? this.surface.bounds.getSize(new Vector3()).length() / 1e6 : this.surface.drawnStep!;
     return Math.max(...places.map((place, i) =>
       Math.hypot(...this.surface.positionOf(place).map((value, axis) => value - positions[3 * i + axis])) / unit));
+  }
+
+  /** Where surface points are, by the definition in double. */
+  async evaluate(points: readonly SurfacePoint[]): Promise<number[]> {
+    const surfacePoints = points.map(({ face, corners, barycentrics }) =>
+      ({ face, corners: [...corners], barycentrics: [...barycentrics] }));
+    const { positions } = await this.server.scenes.evaluatePoints({
+      scene: this.session.sceneId, points: { case: 'surfacePoints', value: { points: surfacePoints } } });
+    return positions;
   }
 
   /** Drags one control point in a circle: `steps` updates of a gesture, each after the update of the one before. */
