@@ -12,7 +12,7 @@ import { ServerError } from './server_error';
 
 /**
  * Watch, ApplyEdits and ControlWatch over gRPC-Web in place of Deform: where something on the way lets no WebSocket
- * pass. The same events; a refused edit is an edit_result here too. Presence is not sent.
+ * pass. The same events; a refused edit is an edit_result here too.
  */
 export class WatchStream implements SceneStream {
   private readonly abort = new AbortController();
@@ -31,6 +31,7 @@ export class WatchStream implements SceneStream {
     const { message } = create(DeformRequestSchema, init);
     if (message.case === 'edit') void this.edit(message.value);
     else if (message.case === 'control') void this.control(message.value);
+    else if (message.case === 'presence') void this.control({ presence: message.value });
     else if (message.case === 'heartbeat') void this.control();
   }
 
@@ -74,13 +75,14 @@ export class WatchStream implements SceneStream {
     }
   }
 
-  private async control(request?: ControlWatchRequest): Promise<void> {
+  private async control(request: Partial<ControlWatchRequest> = {}): Promise<void> {
     if (!this.watchId) return;
     try {
-      const { ackedUpdateId, view, pause } = request ?? {};
+      const { ackedUpdateId, view, pause, presence } = request;
       await this.server.scenes.controlWatch({
         watchId: this.watchId, scene: this.open.scene ?? '',
         ...(ackedUpdateId !== undefined && { ackedUpdateId }), ...(view && { view }), ...(pause !== undefined && { pause }),
+        ...(presence && { presence }),
       }, { signal: this.abort.signal });
     } catch (error) {
       this.end(ServerError.fromConnect(error));

@@ -204,6 +204,8 @@ test('where no WebSocket passes, gRPC-Web does the same', async () => {
   await walled.evaluate(() => window.harness.drag(30, 5, 0.1));
   await walled.evaluate(() => window.harness.session.apply({ kind: 'move', indices: Uint32Array.of(9999), offset: [0, 0, 2] }));
   await walled.waitForFunction(() => window.harness.refused.length === 1);
+  await walled.evaluate(() => window.harness.session.announce(Uint32Array.of(7)));
+  await page.waitForFunction(() => [...window.harness.others.values()].some((other) => other.selected[0] === 7));
 
   assert.match(await walled.evaluate(() => window.harness.refused[0]), /9999/);
   await context.close();
