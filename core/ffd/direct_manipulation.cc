@@ -55,7 +55,7 @@ ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> p
                      EvaluateWorld(lattice.structure, lattice.control_points, points[i]).position);
   }
   std::ranges::sort(moves.indices);
-  moves.indices.erase(std::ranges::unique(moves.indices).begin(), moves.indices.end());
+  moves.indices.erase(std::unique(moves.indices.begin(), moves.indices.end()), moves.indices.end());
   for (SparseRow& row : rows) {  // columns of the control points that take part alone
     for (uint32_t& column : row.columns) {
       column = static_cast<uint32_t>(std::ranges::lower_bound(moves.indices, column) -

@@ -22,7 +22,7 @@ Vec3d AreaVector(const PolygonMesh& mesh, size_t face) {
   return sum;
 }
 
-Vec3f Unit(Vec3d n) { return ToFloat(n / Norm(n)); }
+Vec3f UnitFloat(Vec3d n) { return ToFloat(n / Norm(n)); }
 
 }  // namespace
 
@@ -51,11 +51,11 @@ absl::StatusOr<std::vector<Vec3f>> UnitCornerNormals(const PolygonMesh& mesh, St
         given = ToDouble(mesh.normals[mesh.corner_normals[c]]);
       }
       if (Norm(given) > 0) {
-        normals[c] = Unit(given);
+        normals[c] = UnitFloat(given);
       } else if (const Vec3d sum = sum_at(c); Norm(sum) > 0) {
-        normals[c] = Unit(sum);
+        normals[c] = UnitFloat(sum);
       } else if (Norm(area[f]) > 0) {
-        normals[c] = Unit(area[f]);
+        normals[c] = UnitFloat(area[f]);
       } else {
         normals[c] = {0, 0, 1};
       }
