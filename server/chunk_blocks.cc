@@ -68,7 +68,9 @@ void LeaveEmptyBlocks(std::vector<SnapshotChunk>& chunks) {
 
 void KeepBlocksFew(Snapshot& snapshot) {
   const Block sum = SumOf(BlocksOf(snapshot.chunks));
-  if (sum.bytes > kMostBlocks * sum.used) LeaveEmptyBlocks(snapshot.chunks);
+  snapshot.held_bytes = sum.bytes + BytesOfNoBlock(snapshot.chunks);
+  if (sum.bytes <= kMostBlocks * sum.used) return;
+  LeaveEmptyBlocks(snapshot.chunks);
   snapshot.held_bytes = HeldBytes(snapshot.chunks);
 }
 

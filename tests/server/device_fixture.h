@@ -59,22 +59,6 @@ class DeviceFixture : public SceneFixture {
     return ReadAll(*stub_->Export(&context, request), parts);
   }
 
-  v1::Scene Get(const std::string& scene = "scene-one") {
-    v1::GetSceneRequest get;
-    get.set_scene(scene);
-    v1::Scene result;
-    EXPECT_OK(Call(&v1::SceneService::Stub::GetScene, get, &result));
-    return result;
-  }
-
-  v1::ServerInfo Info() {
-    grpc::ClientContext context;
-    v1::ServerInfo info;
-    EXPECT_OK(client::FromGrpc(
-        v1::ServerService::NewStub(server_->channel())->GetServerInfo(&context, {}, &info)));
-    return info;
-  }
-
   FakeDeviceBackend* backend_ = nullptr;  // the server's
 };
 

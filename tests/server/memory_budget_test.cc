@@ -199,14 +199,6 @@ class LongStreamsTest : public SceneFixture {
     return client::FromGrpc(watch_->Finish());
   }
 
-  uint64_t Reserved() {
-    grpc::ClientContext context;
-    v1::ServerInfo info;
-    EXPECT_OK(client::FromGrpc(v1::ServerService::NewStub(server_->channel())
-                                   ->GetServerInfo(&context, v1::GetServerInfoRequest(), &info)));
-    return info.reserved_host_bytes();
-  }
-
   std::unique_ptr<grpc::ClientContext> context_;
   std::unique_ptr<grpc::ClientReader<v1::SceneEvent>> watch_;
 };
@@ -214,11 +206,8 @@ class LongStreamsTest : public SceneFixture {
 TEST_F(LongStreamsTest, ChunksLargerThanExpectedAreCountedOnceTheyAreKnown) {
   Start(uint64_t{1} << 30);
   ASSERT_OK(Watch());
-  const uint64_t reserved = Reserved();
-  v1::GetSceneRequest request;
-  request.set_scene("scene-one");
-  v1::Scene scene;
-  ASSERT_OK(Call(&v1::SceneService::Stub::GetScene, request, &scene));
+  const uint64_t reserved = Info().reserved_host_bytes();
+  const v1::Scene scene = Get();
   const uint64_t chunks = scene.bytes().at("chunks"),
                  expected = scene.bytes().at("vertices") * 3 / 4;
   ASSERT_GT(chunks, expected);

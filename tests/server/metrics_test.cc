@@ -56,16 +56,7 @@ class Scrape {
   std::map<std::string, double> values;
 };
 
-class MetricsTest : public StreamTest {
- protected:
-  v1::ServerInfo Info() {
-    grpc::ClientContext context;
-    v1::ServerInfo info;
-    EXPECT_TRUE(
-        v1::ServerService::NewStub(server_->channel())->GetServerInfo(&context, {}, &info).ok());
-    return info;
-  }
-};
+class MetricsTest : public StreamTest {};
 
 TEST_F(MetricsTest, TypesAndNamesFollowTheConventions) {
   CreateScene();

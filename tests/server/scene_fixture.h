@@ -18,6 +18,7 @@
 #include "fmt/format.h"
 #include "latticed/v1/mesh.grpc.pb.h"
 #include "latticed/v1/scene.grpc.pb.h"
+#include "latticed/v1/server.grpc.pb.h"
 #include "server/in_process.h"
 #include "tests/support/status_matchers.h"
 
@@ -99,6 +100,22 @@ class SceneFixture : public ::testing::Test {
     context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
     if (!scene_metadata.empty()) context.AddMetadata("latticed-scene", scene_metadata);
     return client::FromGrpc(((*stub_).*method)(&context, request, response));
+  }
+
+  v1::Scene Get(const std::string& scene = "scene-one") {
+    v1::GetSceneRequest get;
+    get.set_scene(scene);
+    v1::Scene result;
+    EXPECT_OK(Call(&v1::SceneService::Stub::GetScene, get, &result));
+    return result;
+  }
+
+  v1::ServerInfo Info() {
+    grpc::ClientContext context;
+    v1::ServerInfo info;
+    EXPECT_OK(client::FromGrpc(
+        v1::ServerService::NewStub(server_->channel())->GetServerInfo(&context, {}, &info)));
+    return info;
   }
 
   // A server stream: all its messages, and its status.

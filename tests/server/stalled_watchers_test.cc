@@ -35,13 +35,6 @@ class StalledWatchersTest : public StreamTest {
     EXPECT_TRUE(Apply(batch, &result).ok());
     return result.revision();
   }
-  v1::ServerInfo Info() {
-    grpc::ClientContext context;
-    v1::ServerInfo info;
-    EXPECT_TRUE(
-        v1::ServerService::NewStub(server_->channel())->GetServerInfo(&context, {}, &info).ok());
-    return info;
-  }
   std::unique_ptr<WatchCrowd> Crowd(const WatchCrowd::Options& options) {
     return std::make_unique<WatchCrowd>(server_->address(), Watch(), options);
   }

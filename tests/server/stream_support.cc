@@ -194,6 +194,14 @@ grpc::Status StreamTest::Update(const v1::GetUpdateRequest& request, EventLog& l
   return reader->Finish();
 }
 
+v1::ServerInfo StreamTest::Info() {
+  grpc::ClientContext context;
+  v1::ServerInfo info;
+  EXPECT_TRUE(
+      v1::ServerService::NewStub(server_->channel())->GetServerInfo(&context, {}, &info).ok());
+  return info;
+}
+
 DeformClient::DeformClient(v1::SceneService::Stub& stub) {
   context_.set_deadline(std::chrono::system_clock::now() + kDeadline);
   stream_ = stub.Deform(&context_);

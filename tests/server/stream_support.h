@@ -19,6 +19,7 @@
 #include "absl/time/time.h"
 #include "latticed/v1/mesh.grpc.pb.h"
 #include "latticed/v1/scene.grpc.pb.h"
+#include "latticed/v1/server.grpc.pb.h"
 #include "server/in_process.h"
 
 namespace latticed::testing {
@@ -61,6 +62,7 @@ class StreamTest : public ::testing::Test {
   // Through the unary rpc.
   grpc::Status Apply(const v1::EditBatch& batch, v1::EditResult* result = nullptr);
   grpc::Status Update(const v1::GetUpdateRequest& request, EventLog& log);
+  v1::ServerInfo Info();
   uint64_t structure_id_ = 1;
   std::string mesh_id_;
 
