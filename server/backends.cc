@@ -9,7 +9,7 @@
 #include "core/cpu/cpu_backend.h"
 #include "cuda/cuda_backend.h"
 #include "fmt/format.h"
-#include "server/telemetry.h"
+#include "server/base/telemetry.h"
 
 namespace latticed {
 

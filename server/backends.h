@@ -10,7 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/backend.h"
-#include "server/options.h"
+#include "server/base/options.h"
 
 namespace latticed {
 

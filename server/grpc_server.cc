@@ -13,11 +13,11 @@
 
 #include "core/base/limits.h"
 #include "fmt/format.h"
-#include "server/mesh_service.h"
-#include "server/scene_registry.h"
-#include "server/scene_service.h"
-#include "server/server_service.h"
-#include "server/telemetry.h"
+#include "server/base/telemetry.h"
+#include "server/engine/scene_registry.h"
+#include "server/rpc/mesh_service.h"
+#include "server/rpc/scene_service.h"
+#include "server/rpc/server_service.h"
 
 namespace latticed {
 namespace {

@@ -18,7 +18,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
-#include "server/server_env.h"
+#include "server/rpc/server_env.h"
 
 namespace latticed {
 

@@ -12,14 +12,14 @@
 
 #include "absl/time/clock.h"
 #include "fmt/format.h"
-#include "server/auth.h"
 #include "server/backends.h"
+#include "server/base/auth.h"
+#include "server/base/telemetry.h"
+#include "server/engine/scene_registry.h"
 #include "server/grpc_server.h"
 #include "server/metrics.h"
-#include "server/scene_registry.h"
-#include "server/server_env.h"
-#include "server/telemetry.h"
-#include "server/uploads.h"
+#include "server/rpc/server_env.h"
+#include "server/rpc/uploads.h"
 #include "server/web/web_server.h"
 
 namespace latticed {

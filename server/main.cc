@@ -10,10 +10,10 @@
 #include <string>
 
 #include "core/base/blas_environment.h"
+#include "server/base/options.h"
+#include "server/base/telemetry.h"
+#include "server/base/version.h"
 #include "server/in_process.h"
-#include "server/options.h"
-#include "server/telemetry.h"
-#include "server/version.h"
 
 namespace {
 

@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/duration_histogram.h"
+#include "server/base/duration_histogram.h"
 
 namespace latticed {
 

@@ -8,14 +8,14 @@
 
 #include "fmt/format.h"
 #include "google/protobuf/descriptor.h"
-#include "server/call_counts.h"
-#include "server/engine_counts.h"
+#include "server/engine/engine_counts.h"
+#include "server/engine/scene_registry.h"
 #include "server/metric_families.h"
 #include "server/process_stats.h"
-#include "server/scene_registry.h"
-#include "server/server_env.h"
-#include "server/server_service.h"
-#include "server/uploads.h"
+#include "server/rpc/call_counts.h"
+#include "server/rpc/server_env.h"
+#include "server/rpc/server_service.h"
+#include "server/rpc/uploads.h"
 
 namespace latticed {
 namespace {

@@ -7,8 +7,8 @@
 #include "client/cpp/files.h"
 #include "core/base/error.h"
 #include "fmt/format.h"
+#include "server/base/options.h"
 #include "server/in_process.h"
-#include "server/options.h"
 
 namespace latticed::client {
 namespace {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Errors that a client sees. Every one is an absl::Status whose code and message stand alone, with
-// a machine-readable reason and details attached as a payload; server/grpc_status.cc turns them
+// a machine-readable reason and details attached as a payload; server/wire/grpc_status.cc turns them
 // into google.rpc details. Messages say what was got, what is allowed, and what to do.
 #ifndef LATTICED_CORE_BASE_ERROR_H_
 #define LATTICED_CORE_BASE_ERROR_H_

@@ -13,7 +13,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/time/time.h"
-#include "server/mutex.h"
+#include "server/base/mutex.h"
 
 namespace latticed::web {
 

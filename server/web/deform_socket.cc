@@ -13,10 +13,10 @@
 #include "fmt/format.h"
 #include "google/rpc/error_info.pb.h"
 #include "google/rpc/status.pb.h"
-#include "server/grpc_status.h"
 #include "server/web/call_metadata.h"
 #include "server/web/http_answers.h"
 #include "server/web/web_socket.h"
+#include "server/wire/grpc_status.h"
 
 namespace latticed::web {
 namespace {

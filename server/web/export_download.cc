@@ -8,9 +8,9 @@
 #include "core/base/error.h"
 #include "fmt/format.h"
 #include "latticed/v1/surface.pb.h"
-#include "server/grpc_status.h"
 #include "server/web/call_metadata.h"
 #include "server/web/http_answers.h"
+#include "server/wire/grpc_status.h"
 
 namespace latticed::web {
 namespace {

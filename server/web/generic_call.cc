@@ -10,7 +10,7 @@
 #include <map>
 #include <optional>
 
-#include "server/mutex.h"
+#include "server/base/mutex.h"
 
 namespace latticed::web {
 namespace {

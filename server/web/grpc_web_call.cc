@@ -6,10 +6,10 @@
 
 #include "absl/time/clock.h"
 #include "core/base/error.h"
-#include "server/grpc_status.h"
 #include "server/web/call_metadata.h"
 #include "server/web/grpc_web_frames.h"
 #include "server/web/http_answers.h"
+#include "server/wire/grpc_status.h"
 
 namespace latticed::web {
 namespace {

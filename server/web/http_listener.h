@@ -16,7 +16,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "server/options.h"
+#include "server/base/options.h"
 #include "server/web/connection_set.h"
 #include "server/web/http_exchange.h"
 

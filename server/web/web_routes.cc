@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "fmt/format.h"
-#include "server/telemetry.h"
+#include "server/base/telemetry.h"
 #include "server/web/deform_socket.h"
 #include "server/web/export_download.h"
 #include "server/web/grpc_web_call.h"

@@ -11,7 +11,7 @@
 
 #include <grpcpp/channel.h>
 
-#include "server/options.h"
+#include "server/base/options.h"
 #include "server/web/http_exchange.h"
 #include "server/web/request_guard.h"
 #include "server/web/static_files.h"

@@ -12,7 +12,7 @@
 
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
-#include "server/telemetry.h"
+#include "server/base/telemetry.h"
 #include "server/web/connection_set.h"
 #include "server/web/http_listener.h"
 #include "server/web/request_guard.h"

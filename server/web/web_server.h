@@ -24,7 +24,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
-#include "server/options.h"
+#include "server/base/options.h"
 #include "server/web/admin_pages.h"
 
 namespace latticed::web {

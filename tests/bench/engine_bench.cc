@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "server/backends.h"
-#include "server/scene_registry.h"
+#include "server/engine/scene_registry.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/watched_scene.h"
 

@@ -18,7 +18,7 @@
 #include "absl/time/clock.h"
 #include "core/cpu/cpu_backend.h"
 #include "fmt/format.h"
-#include "server/scene_registry.h"
+#include "server/engine/scene_registry.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/watched_scene.h"
 
@@ -27,7 +27,7 @@ namespace {
 
 constexpr int kRounds = 8;
 constexpr int kAlonePerRound = 40, kBesidePerRound = 100;
-constexpr double kChunksPerBatch = 256;  // of server/encode_snapshot.cc
+constexpr double kChunksPerBatch = 256;  // of server/engine/encode_snapshot.cc
 
 // To within 3 % as many patches as they are called.
 const Scenario& Small() {

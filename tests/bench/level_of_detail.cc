@@ -27,7 +27,7 @@
 #include "core/mesh/obj_io.h"
 #include "fmt/format.h"
 #include "latticed/v1/scene.grpc.pb.h"
-#include "server/converters.h"
+#include "server/wire/converters.h"
 #include "tests/bench/exact_mesh.h"
 
 namespace latticed::bench {

@@ -10,7 +10,7 @@
 
 #include "fmt/chrono.h"
 #include "fmt/format.h"
-#include "server/version.h"
+#include "server/base/version.h"
 #include "tests/bench/gpu.h"
 
 namespace latticed::bench {

@@ -7,7 +7,7 @@
 
 #include "absl/time/clock.h"
 #include "fmt/format.h"
-#include "server/mutex.h"
+#include "server/base/mutex.h"
 
 namespace latticed::bench {
 namespace {

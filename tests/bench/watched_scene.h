@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "absl/time/time.h"
-#include "server/scene_registry.h"
-#include "server/watcher.h"
+#include "server/engine/scene_registry.h"
+#include "server/engine/watcher.h"
 #include "tests/bench/scenario.h"
 
 namespace latticed::bench {

@@ -15,7 +15,7 @@
 #include <string_view>
 
 #include "core/ffd/edit_history.h"
-#include "server/edit_converters.h"
+#include "server/wire/edit_converters.h"
 
 namespace {
 

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "core/ffd/deform_plan.h"
-#include "server/converters.h"
+#include "server/wire/converters.h"
 
 namespace {
 

@@ -18,16 +18,21 @@ declare -A allowed=(
   [core/view]="core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/"
   [core/cpu]="core/"
   [cuda]="core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/ cuda/"
+  [server/base]="core/ server/base/"
+  [server/engine]="core/ server/base/ server/engine/"
+  [server/wire]="core/ latticed/v1/ server/base/ server/engine/ server/wire/"
+  [server/rpc]="core/ latticed/v1/ server/base/ server/engine/ server/wire/ server/rpc/"
+  [server/web]="core/base/ latticed/v1/ server/base/ server/wire/ server/web/"
   [server]="core/ cuda/cuda_backend.h latticed/v1/ server/"
-  [server/web]="core/base/ latticed/v1/ server/"
   [client/library]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/"
-  [client]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/ server/in_process.h server/options.h"
+  [client]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/ server/in_process.h server/base/options.h"
   [tests]="core/ cuda/ server/ client/ latticed/v1/ tests/"
 )
 
 # Third-party headers that only some layers may see: regular expression, then the files that may.
 readonly guarded=(
-  '^(grpcpp|grpc|google/protobuf|google/rpc|spdlog|CLI)/' '^(server|client|tests)/'
+  '^(grpcpp|grpc|google/protobuf|google/rpc)/' '^(server/(wire|rpc|web|[a-z_]+\.)|client/|tests/)'
+  '^(spdlog|CLI)/' '^(server|client|tests)/'
   '^boost/' '^(server|tests/server)/web/'
   '^(draco|tiny_gltf|stb)' '^(core/(codec|mesh)|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
@@ -43,7 +48,7 @@ set_layer() {  # FILE
   case $1 in
     core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
     core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
-    cuda/*) layer=cuda ;; server/web/*) layer=server/web ;; server/*) layer=server ;; tests/*) layer=tests ;;
+    cuda/*) layer=cuda ;; server/base/* | server/engine/* | server/wire/* | server/rpc/* | server/web/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
     client/cpp/latticed_client*) layer=client/library ;; client/*) layer=client ;;
     *) layer=none ;;
   esac

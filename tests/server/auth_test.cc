@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/auth.h"
+#include "server/base/auth.h"
 
 #include <fstream>
 

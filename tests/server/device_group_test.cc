@@ -12,7 +12,7 @@
 #include "core/cpu/cpu_backend.h"
 #include "core/view/device_group.h"
 #include "tests/server/device_fixture.h"
-#include "tests/server/engine_support.h"
+#include "tests/server/engine/engine_support.h"
 #include "tests/server/health_probe.h"
 #include "tests/server/stream_support.h"
 

@@ -10,7 +10,7 @@
 #include "core/cpu/cpu_backend.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/tessellation_pattern.h"
-#include "server/surface_export.h"
+#include "server/engine/surface_export.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/cpu/cpu_backend.h"
-#include "server/mutex.h"
+#include "server/base/mutex.h"
 
 namespace latticed::testing {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tests/server/device_fixture.h"
-#include "tests/server/engine_support.h"
+#include "tests/server/engine/engine_support.h"
 #include "tests/server/stream_support.h"
 
 namespace latticed::testing {

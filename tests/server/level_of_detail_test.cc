@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Less detail while edits come: what is chosen, what a watcher is sent, and a stream through a stub.
-#include "server/level_of_detail.h"
+#include "server/engine/level_of_detail.h"
 
 #include <algorithm>
 #include <string>
@@ -10,7 +10,7 @@
 #include "absl/time/clock.h"
 #include "core/cpu/cpu_backend.h"
 #include "core/ffd/tessellation_pattern.h"
-#include "tests/server/engine_support.h"
+#include "tests/server/engine/engine_support.h"
 #include "tests/server/stream_support.h"
 #include "tests/support/status_matchers.h"
 

@@ -13,8 +13,8 @@
 #include <thread>
 
 #include "fmt/format.h"
-#include "server/drain_signal.h"
-#include "server/telemetry.h"
+#include "server/base/drain_signal.h"
+#include "server/base/telemetry.h"
 #include "tests/server/health_probe.h"
 #include "tests/server/test_env.h"
 #include "tests/support/status_matchers.h"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/options.h"
+#include "server/base/options.h"
 
 #include <cstdlib>
 #include <fstream>

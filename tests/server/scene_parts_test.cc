@@ -5,8 +5,8 @@
 #include "core/base/limits.h"
 #include "core/codec/draco_decode.h"
 #include "core/mesh/mesh_io.h"
-#include "server/converters.h"
-#include "server/topology_id.h"
+#include "server/engine/topology_id.h"
+#include "server/wire/converters.h"
 #include "tests/server/scene_fixture.h"
 
 namespace latticed {

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Topology parts: they cover every patch once, fit a message, and place each patch in its source.
-#include "server/topology.h"
+#include "server/rpc/topology.h"
 
 #include "core/base/limits.h"
-#include "server/topology_id.h"
+#include "server/engine/topology_id.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
 

@@ -12,7 +12,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include "absl/time/clock.h"
-#include "server/mutex.h"
+#include "server/base/mutex.h"
 
 namespace latticed::testing {
 namespace {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Chunks as gRPC gets them: protobuf's bytes, and the payload is the snapshot's own memory.
-#include "server/wire_buffers.h"
+#include "server/wire/wire_buffers.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/base/auth.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_split.h"
+#include "core/base/error.h"
+#include "core/base/sha256.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+constexpr size_t kSha256HexDigits = 64;
+
+// Every rpc and the role that it needs. A reader may watch through Deform: each edit in it is
+// checked as one of ApplyEdits.
+constexpr std::array<std::pair<std::string_view, Role>, 23> kRoles = {{
+    {"ServerService/GetServerInfo", Role::kRead}, {"MeshService/UploadMesh", Role::kEdit},
+    {"MeshService/BeginUpload", Role::kEdit},     {"MeshService/AppendUpload", Role::kEdit},
+    {"MeshService/FinishUpload", Role::kEdit},    {"MeshService/GetMesh", Role::kRead},
+    {"MeshService/ListMeshes", Role::kRead},      {"MeshService/DeleteMesh", Role::kEdit},
+    {"MeshService/DownloadMesh", Role::kRead},    {"SceneService/CreateScene", Role::kEdit},
+    {"SceneService/GetScene", Role::kRead},       {"SceneService/ListScenes", Role::kRead},
+    {"SceneService/DeleteScene", Role::kEdit},    {"SceneService/GetLattice", Role::kRead},
+    {"SceneService/ApplyEdits", Role::kEdit},     {"SceneService/Deform", Role::kRead},
+    {"SceneService/Watch", Role::kRead},          {"SceneService/ControlWatch", Role::kRead},
+    {"SceneService/GetUpdate", Role::kRead},      {"SceneService/GetTopology", Role::kRead},
+    {"SceneService/Export", Role::kRead},         {"SceneService/Pick", Role::kRead},
+    {"SceneService/EvaluatePoints", Role::kRead},
+}};
+
+absl::StatusOr<Role> RoleFromName(std::string_view name) {
+  for (const Role role : {Role::kRead, Role::kEdit, Role::kAdmin}) {
+    if (RoleName(role) == name) return role;
+  }
+  return absl::InvalidArgumentError(fmt::format("role '{}' is not one of read, edit, admin", name));
+}
+
+bool IsSha256Hex(std::string_view text) {
+  return text.size() == kSha256HexDigits && std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+         });
+}
+
+// Looks at every digit whatever the first difference, so that timing tells nothing.
+bool EqualInConstantTime(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  unsigned difference = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    difference |= static_cast<unsigned>(a[i] ^ b[i]);
+  }
+  return difference == 0;
+}
+
+}  // namespace
+
+std::string_view RoleName(Role role) {
+  switch (role) {
+    case Role::kRead:
+      return "read";
+    case Role::kEdit:
+      return "edit";
+    case Role::kAdmin:
+      return "admin";
+  }
+  return "unknown";
+}
+
+Role RoleNeeded(std::string_view rpc) {
+  for (const auto& [name, role] : kRoles) {
+    if (name == rpc) return role;
+  }
+  return Role::kAdmin;
+}
+
+absl::StatusOr<Authenticator> Authenticator::FromText(std::string_view text) {
+  Authenticator result;
+  result.tokens_.emplace();
+  int line_number = 0;
+  const std::string content(text);
+  for (const auto piece : absl::StrSplit(content, '\n')) {
+    ++line_number;
+    const std::string line(absl::StripAsciiWhitespace(piece));
+    if (line.empty() || line.front() == '#') continue;
+    const std::vector<std::string> words =
+        absl::StrSplit(line, absl::ByAnyChar(" \t"), absl::SkipEmpty());
+    if (words.size() != 3 || !IsSha256Hex(absl::AsciiStrToLower(words[0]))) {
+      return absl::InvalidArgumentError(fmt::format(
+          "token file, line {}: expected '<sha256 of the token, 64 hex digits> <role> <name>'",
+          line_number));
+    }
+    const absl::StatusOr<Role> role = RoleFromName(words[1]);
+    if (!role.ok()) {
+      return absl::InvalidArgumentError(fmt::format("token file, line {}: {}", line_number,
+                                                    std::string(role.status().message())));
+    }
+    result.tokens_->push_back({absl::AsciiStrToLower(words[0]), {words[2], *role}});
+  }
+  if (result.tokens_->empty()) {
+    return absl::InvalidArgumentError("token file: holds no token, so nobody could call");
+  }
+  return result;
+}
+
+absl::StatusOr<Caller> Authenticator::Authenticate(std::string_view authorization) const {
+  if (open()) return Caller{};
+  constexpr std::string_view kScheme = "bearer ";
+  if (authorization.empty()) {
+    return error::Unauthenticated(
+        "this server needs a token: send the metadata 'authorization: Bearer <token>'");
+  }
+  const std::string scheme =
+      absl::AsciiStrToLower(std::string(authorization.substr(0, kScheme.size())));
+  if (scheme != kScheme) {
+    return error::Unauthenticated("authorization must read 'Bearer <token>'");
+  }
+  const std::string presented = Sha256Hex(authorization.substr(kScheme.size()));
+  const Token* match = nullptr;
+  for (const Token& token : *tokens_) {  // all of them, for constant time
+    if (EqualInConstantTime(token.sha256_hex, presented)) match = &token;
+  }
+  if (match == nullptr) return error::Unauthenticated("the token is not known to this server");
+  return match->caller;
+}
+
+absl::Status CheckRole(const Caller& caller, std::string_view rpc) {
+  const Role needed = RoleNeeded(rpc);
+  if (caller.role >= needed) return absl::OkStatus();
+  return error::PermissionDenied(
+      fmt::format("{} needs the role '{}'; the token of '{}' has '{}'", rpc, RoleName(needed),
+                  caller.name, RoleName(caller.role)),
+      RoleName(needed));
+}
+
+}  // namespace latticed

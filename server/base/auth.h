@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Bearer tokens and roles. The token file has lines `sha256hex role name` (blank lines and #
+// comments allowed): hashes, so that a leaked file is no leaked token.        make one: printf %s
+// "$T" | sha256sum
+//
+// Roles    read < edit < admin; which rpc needs which is one table in auth.cc
+// Threads  immutable after loading
+#ifndef LATTICED_SERVER_BASE_AUTH_H_
+#define LATTICED_SERVER_BASE_AUTH_H_
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace latticed {
+
+enum class Role { kRead, kEdit, kAdmin };
+[[nodiscard]] std::string_view RoleName(Role role);  // "read", "edit", "admin"
+
+// Who calls. Without a token file everybody is the nameless admin.
+struct Caller {
+  std::string name;
+  Role role = Role::kAdmin;
+};
+
+// The role that an rpc ("SceneService/ApplyEdits") needs; admin for one that the table lacks.
+[[nodiscard]] Role RoleNeeded(std::string_view rpc);
+
+class Authenticator {
+ public:
+  // Without tokens: everyone is admitted as admin.
+  Authenticator() = default;
+  // kInvalidArgument naming the line; `text` is the content of a token file.
+  [[nodiscard]] static absl::StatusOr<Authenticator> FromText(std::string_view text);
+
+  // `authorization` is the metadata value, "Bearer …", empty if absent. kUnauthenticated.
+  [[nodiscard]] absl::StatusOr<Caller> Authenticate(std::string_view authorization) const;
+  bool open() const { return !tokens_.has_value(); }
+
+ private:
+  struct Token {
+    std::string sha256_hex;
+    Caller caller;
+  };
+  std::optional<std::vector<Token>> tokens_;
+};
+
+// kPermissionDenied, reason PERMISSION_DENIED, naming the role that the rpc needs.
+[[nodiscard]] absl::Status CheckRole(const Caller& caller, std::string_view rpc);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_BASE_AUTH_H_

@@ -1,0 +1,297 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/base/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <string_view>
+#include <vector>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
+#include "fmt/format.h"
+#include "server/base/version.h"
+
+namespace latticed {
+namespace {
+
+constexpr char kFooter[] =
+    "Every option may also stand in the environment (LATTICED_LISTEN, LATTICED_MAX_MESH_BYTES, …) "
+    "or in a\n"
+    "TOML file given by --config (listen = \"…\", max-mesh-bytes = \"1GiB\"). Flags win over the\n"
+    "environment, the environment over the file. --print-config writes such a file.";
+
+CLI::Option* AddDuration(CLI::App& app, const std::string& name, absl::Duration& value,
+                         const std::string& help) {
+  const auto parse = [&value, name](const std::string& text) {
+    if (!absl::ParseDuration(text, &value)) {
+      throw CLI::ValidationError(
+          name, fmt::format("'{}' is no duration; write 500ms, 10s, 5m or 24h", text));
+    }
+  };
+  return app.add_option_function<std::string>(name, parse, help)
+      ->type_name("DURATION")
+      ->default_str(absl::FormatDuration(value));
+}
+
+CLI::Option* AddBytes(CLI::App& app, const std::string& name, uint64_t& value,
+                      const std::string& help) {
+  return app.add_option(name, value, help)
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("BYTES")
+      ->capture_default_str();
+}
+
+// One value and not CLI11's list: a flag takes the place of the environment's, and does not join
+// it.
+void AddDevices(CLI::App& app, std::vector<int>& devices) {
+  const auto parse = [&devices](const std::string& text) {
+    devices.clear();
+    for (const absl::string_view part : absl::StrSplit(text, ',')) {
+      int device = -1;
+      const bool known = absl::SimpleAtoi(part, &device) && device >= 0 &&
+                         std::find(devices.begin(), devices.end(), device) == devices.end();
+      if (!known) {
+        throw CLI::ValidationError("--devices",
+                                   fmt::format("'{}' is no list of devices; write 0 or 0,1", text));
+      }
+      devices.push_back(device);
+    }
+  };
+  app.add_option_function<std::string>("--devices", parse,
+                                       "CUDA devices, such as 0,1; each scene goes to the freest")
+      ->type_name("LIST")
+      ->default_str(absl::StrJoin(devices, ","));
+}
+
+// May stand several times, and each time name several.
+void AddList(CLI::App& app, const std::string& name, std::vector<std::string>& values,
+             const std::string& help) {
+  app.add_option(name, values, help)
+      ->delimiter(',')
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->default_str("")  // as --print-config writes an empty one
+      ->type_name("LIST");
+}
+
+// The one table of options.
+void Define(CLI::App& app, Options& o) {
+  app.add_option("--listen", o.listen, "Address to serve on, host:port; port 0 takes a free one");
+  app.add_option("--backend", o.backend, "Where surfaces are evaluated")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda"}));
+  app.add_option("--threads", o.threads, "Threads of the CPU backend; 0: all that are allowed")
+      ->check(CLI::Range(0, 1024));
+  AddDevices(app, o.devices);
+  app.add_option("--span-patches", o.span_patches,
+                 "A scene of so many patches, or beyond the memory of each of --devices, takes "
+                 "them all")
+      ->check(CLI::PositiveNumber);
+  AddBytes(app, "--gpu-memory", o.gpu_memory_bytes,
+           "Memory of each CUDA device for scenes, such as 16GiB; 0: nine tenths of what is free");
+  AddBytes(app, "--memory", o.memory_bytes,
+           "Host memory for meshes, plans, views and streams, such as 4GiB; requests that wait may "
+           "take an eighth of it more");
+  AddBytes(app, "--transport-memory", o.transport_memory_bytes,
+           "Host memory for what gRPC buffers of all connections, beside --memory");
+  AddBytes(app, "--max-mesh-bytes", o.max_mesh_bytes, "Largest single upload");
+  app.add_option("--max-scenes", o.max_scenes, "Most scenes at a time")
+      ->check(CLI::Range(1, 1'000'000));
+  app.add_option("--max-watchers", o.max_watchers, "Most watchers of a scene at a time")
+      ->check(CLI::Range(1, 1'000'000));
+  app.add_option("--http", o.http,
+                 "Address for browsers, host:port: the viewer, gRPC-Web, WebSocket, downloads");
+  app.add_option("--admin", o.admin, "Address of /healthz, /readyz and /metrics, host:port");
+  AddList(app, "--allowed-hosts", o.allowed_hosts,
+          "Names that --http goes by, besides those of loopback and its own");
+  AddList(app, "--cors-origin", o.cors_origins,
+          "Sites whose pages may use --http, such as https://app.example");
+  app.add_option("--web-root", o.web_root,
+                 "Folder of the viewer; default: web/ or ../share/latticed/web beside the program");
+  app.add_option("--tls-cert", o.tls_cert, "Certificate chain, PEM");
+  app.add_option("--tls-key", o.tls_key, "Private key, PEM");
+  app.add_option("--tls-client-ca", o.tls_client_ca,
+                 "Ask for client certificates of these CAs, PEM");
+  app.add_option("--token-file", o.token_file, "Bearer tokens: lines 'sha256hex role name'");
+  app.add_flag("--insecure", o.insecure, "Allow an open port without TLS or tokens");
+  app.add_option("--log-level", o.log_level, "Least level to log")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
+  app.add_option("--log-format", o.log_format, "Lines for people, or JSON for machines")
+      ->check(CLI::IsMember({"text", "json"}));
+  AddDuration(app, "--heartbeat-interval", o.heartbeat_interval, "Between heartbeats of a stream");
+  AddDuration(app, "--drain-delay", o.drain_delay, "From NOT_SERVING to the end of serving");
+  AddDuration(app, "--drain-timeout", o.drain_timeout,
+              "For running calls, then they are cancelled");
+  AddDuration(app, "--scene-idle-ttl", o.scene_idle_ttl, "Default idle_ttl of a scene");
+  app.add_option("--encoder", o.encoder, "Writer of Draco streams: our own, or libdraco")
+      ->check(CLI::IsMember({"latticed", "reference"}));
+  app.add_option("--node", o.node, "This server's name in logs and metadata; default: host name");
+}
+
+// LATTICED_… variables as flags, to stand before the real ones: the last one wins.
+// A list that a flag gives is the whole list.
+std::vector<std::string> EnvironmentFlags(const CLI::App& app,
+                                          const std::vector<std::string>& given) {
+  std::vector<std::string> flags;
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_lnames().empty()) continue;
+    const std::string& name = option->get_lnames().front();
+    if (name == "help" || name == "version" || name == "print-config") continue;
+    if (option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll &&
+        std::ranges::any_of(given, [&](const std::string& argument) {
+          return argument == "--" + name || argument.rfind("--" + name + "=", 0) == 0;
+        })) {
+      continue;
+    }
+    const std::string variable =
+        "LATTICED_" + absl::AsciiStrToUpper(absl::StrReplaceAll(name, {{"-", "_"}}));
+    const char* value = std::getenv(variable.c_str());
+    if (value != nullptr && *value != '\0') flags.push_back(fmt::format("--{}={}", name, value));
+  }
+  return flags;
+}
+
+// 127.x.y.z, not 127.example.com.
+bool IsLoopback(const std::string& listen) {
+  if (listen.rfind("unix:", 0) == 0) return true;
+  const std::string host = listen.substr(0, listen.rfind(':'));
+  if (host == "localhost" || host == "[::1]") return true;
+  return host.rfind("127.", 0) == 0 && host.find_first_not_of("0123456789.") == std::string::npos;
+}
+
+bool IsHostAndPort(const std::string& address) {
+  const size_t colon = address.rfind(':');
+  uint32_t port = 0;
+  return colon != std::string::npos && colon > 0 && address.rfind("unix:", 0) != 0 &&
+         absl::SimpleAtoi(address.substr(colon + 1), &port) && port <= 65'535;
+}
+
+// As browsers write it: no path, not even a slash.
+bool IsOrigin(const std::string& origin) {
+  const size_t host = origin.rfind("https://", 0) == 0  ? 8
+                      : origin.rfind("http://", 0) == 0 ? 7
+                                                        : 0;
+  return host > 0 && origin.size() > host &&
+         origin.find_first_of("/*? ", host) == std::string::npos;
+}
+
+absl::Status CheckWeb(const Options& o) {
+  for (const auto& [flag, address] : {std::pair("--http", o.http), std::pair("--admin", o.admin)}) {
+    if (!address.empty() && !IsHostAndPort(address)) {
+      return absl::InvalidArgumentError(
+          fmt::format("{}: got '{}', expected host:port, such as 127.0.0.1:8080", flag, address));
+    }
+  }
+  for (const std::string& origin : o.cors_origins) {
+    if (!IsOrigin(origin)) {
+      return absl::InvalidArgumentError(fmt::format(
+          "--cors-origin: got '{}', expected a site such as https://app.example", origin));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckOpenPorts(const Options& o) {
+  if (!o.tls_cert.empty() || !o.token_file.empty() || o.insecure) return absl::OkStatus();
+  for (const auto& [flag, address] :
+       {std::pair("--listen", o.listen), std::pair("--http", o.http)}) {
+    if (address.empty() || IsLoopback(address)) continue;
+    return absl::InvalidArgumentError(
+        fmt::format("{}: '{}' is open to others, so give --tls-cert and --tls-key, or "
+                    "--token-file; or --insecure if that is what you want",
+                    flag, address));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckDuration(std::string_view flag, absl::Duration value, absl::Duration lowest,
+                           absl::Duration highest) {
+  if (value >= lowest && value <= highest) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      fmt::format("{}: got {}, allowed is {} to {}", flag, absl::FormatDuration(value),
+                  absl::FormatDuration(lowest), absl::FormatDuration(highest)));
+}
+
+absl::Status CheckDurations(const Options& o) {
+  const std::array<absl::Status, 4> checks = {
+      CheckDuration("--heartbeat-interval", o.heartbeat_interval, absl::Milliseconds(100),
+                    absl::Minutes(10)),
+      CheckDuration("--drain-delay", o.drain_delay, absl::ZeroDuration(), absl::Minutes(10)),
+      CheckDuration("--drain-timeout", o.drain_timeout, absl::ZeroDuration(), absl::Hours(1)),
+      CheckDuration("--scene-idle-ttl", o.scene_idle_ttl, absl::Seconds(1), absl::Hours(24 * 365))};
+  for (const absl::Status& status : checks) {
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) {
+  CommandLine result;
+  CLI::App app("latticed: a server for accurate free-form deformation", "latticed");
+  app.option_defaults()->always_capture_default()->multi_option_policy(
+      CLI::MultiOptionPolicy::TakeLast);
+  Define(app, result.options);
+  bool print_config = false;
+  app.add_flag("--print-config", print_config, "Print the resulting config file and exit")
+      ->configurable(false);
+  app.set_version_flag("--version", fmt::format("latticed {} ({})", Version(), Commit()));
+  app.set_config("--config", "", "TOML file of options")->configurable(false);
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  app.footer(kFooter);
+
+  const std::vector<std::string> given(argv + std::min(argc, 1), argv + argc);
+  std::vector<std::string> arguments = EnvironmentFlags(app, given);
+  arguments.insert(arguments.end(), given.begin(), given.end());
+  std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them from the back
+  try {
+    app.parse(arguments);
+  } catch (const CLI::CallForHelp&) {
+    result.text = app.help();
+  } catch (const CLI::CallForVersion& version) {
+    result.text = std::string(version.what()) + "\n";
+  } catch (const CLI::ParseError& failure) {
+    return absl::InvalidArgumentError(failure.what());
+  }
+  if (result.text.has_value()) return result;
+  std::erase(result.options.allowed_hosts, "");
+  std::erase(result.options.cors_origins, "");
+  if (const absl::Status status = Validate(result.options); !status.ok()) return status;
+  if (print_config) result.text = app.config_to_str(true, true);
+  return result;
+}
+
+absl::Status Validate(const Options& o) {
+  if (o.listen.rfind("unix:", 0) != 0 && o.listen.rfind(':') == std::string::npos) {
+    return absl::InvalidArgumentError(
+        fmt::format("--listen: got '{}', expected host:port, such as 127.0.0.1:50151", o.listen));
+  }
+  if (o.tls_cert.empty() != o.tls_key.empty()) {
+    return absl::InvalidArgumentError("--tls-cert and --tls-key go together");
+  }
+  if (!o.tls_client_ca.empty() && o.tls_cert.empty()) {
+    return absl::InvalidArgumentError("--tls-client-ca needs --tls-cert and --tls-key");
+  }
+  if (absl::Status status = CheckWeb(o); !status.ok()) return status;
+  if (absl::Status status = CheckOpenPorts(o); !status.ok()) return status;
+  if (o.max_mesh_bytes == 0 || o.max_mesh_bytes > limits::kMaxMeshBytes) {
+    return absl::InvalidArgumentError(fmt::format("--max-mesh-bytes: got {}, allowed is 1 to {}",
+                                                  o.max_mesh_bytes, limits::kMaxMeshBytes));
+  }
+  if (o.memory_bytes == 0) return absl::InvalidArgumentError("--memory: must be above 0");
+  if (o.transport_memory_bytes < limits::kMinTransportBytes) {
+    return absl::InvalidArgumentError(
+        fmt::format("--transport-memory: got {}, allowed is {} or more", o.transport_memory_bytes,
+                    limits::kMinTransportBytes));
+  }
+  return CheckDurations(o);
+}
+
+}  // namespace latticed

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Options of the daemon: flags, environment (LATTICED_*) and config file, from one table
+// (options.cc). Flags win over the environment, the environment over the file.
+//
+// Units    bytes; durations as absl::Duration ("500ms", "10s", "24h" on the command line)
+// Threads  plain data; immutable once the server starts
+#ifndef LATTICED_SERVER_BASE_OPTIONS_H_
+#define LATTICED_SERVER_BASE_OPTIONS_H_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/base/limits.h"
+#include "core/view/device_group.h"
+
+namespace latticed {
+
+struct Options {
+  std::string listen = "127.0.0.1:50151";  // host:port; port 0 takes a free one
+  std::string backend = "auto";            // auto, cpu or cuda: server/backends.h
+  int threads = 0;  // of the CPU backend, and those that encode; 0: all that the machine allows
+  std::vector<int> devices{0};                  // CUDA devices; each scene goes to the freest
+  uint64_t span_patches = kDefaultSpanPatches;  // but one of so many patches takes them all
+  uint64_t gpu_memory_bytes = 0;  // budget of each device; 0: nine tenths of what is free
+  uint64_t memory_bytes = uint64_t{4} << 30;            // host budget: meshes, plans, chunks
+  uint64_t transport_memory_bytes = uint64_t{1} << 30;  // what gRPC may buffer for all connections
+  uint64_t max_mesh_bytes = uint64_t{1} << 30;          // largest single upload
+  int max_scenes = limits::kDefaultMaxScenes;
+  int max_watchers = limits::kDefaultMaxWatchersPerScene;  // of one scene
+  std::string http;                        // host:port of the viewer and gRPC-Web; empty: none
+  std::string admin;                       // host:port of /healthz, /readyz, /metrics; empty: none
+  std::vector<std::string> allowed_hosts;  // names of --http besides loopback's and its own
+  std::vector<std::string> cors_origins;   // sites whose pages may use --http
+  std::string web_root;                    // folder of the viewer; empty: beside the executable
+  std::string tls_cert, tls_key,
+      tls_client_ca;                // PEM files; client_ca asks for client certificates
+  std::string token_file;           // lines "sha256hex role name"
+  bool insecure = false;            // allow an open port without TLS or tokens
+  std::string log_level = "info";   // trace, debug, info, warn, error, off
+  std::string log_format = "text";  // text or json
+  absl::Duration heartbeat_interval = absl::Seconds(10);
+  absl::Duration drain_delay = absl::Seconds(2);  // NOT_SERVING to Shutdown: lets balancers notice
+  absl::Duration drain_timeout = absl::Seconds(10);  // then running rpcs are cancelled
+  absl::Duration scene_idle_ttl = absl::Hours(24);   // default of CreateScene.idle_ttl
+  std::string encoder = "latticed";                  // writer of Draco streams
+  std::string node;                                  // in logs and metadata; empty: the host name
+};
+
+// What the command line asks for: run with `options`, or print `text` and exit.
+struct CommandLine {
+  Options options;
+  std::optional<std::string> text;  // of --help, --version, --print-config
+};
+
+// Reads flags, environment and file. kInvalidArgument with one sentence that names the option.
+[[nodiscard]] absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv);
+// Checks ranges, and combinations such as an open port without TLS or tokens.
+[[nodiscard]] absl::Status Validate(const Options& options);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_BASE_OPTIONS_H_

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/encode_snapshot.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "server/engine/chunk_blocks.h"
+#include "server/engine/scene.h"
+
+namespace latticed {
+namespace {
+
+bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
+  return a.size == b.size && std::equal(a.data, a.data + a.size, b.data);
+}
+
+}  // namespace
+
+bool EncodeProgress::EndsWithin(absl::Duration time) const {
+  if (left <= batch) return true;
+  if (done == 0) return false;
+  return spent / static_cast<double>(done) * static_cast<double>(left) <= time;
+}
+
+absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
+    const ViewKey& key, const SceneState& state, std::span<const uint32_t> chunks,
+    DeformView& vertices, const Snapshot* before,
+    const std::function<absl::Status(const EncodeProgress&)>& between) {
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->view = key;
+  snapshot->revision = state.revision;
+  snapshot->structure_id = state.structure_id;
+  snapshot->box = state.box;
+  snapshot->plan = state.plan;
+  snapshot->edit_time = state.commit_time;
+  const bool same_plan = before != nullptr && before->structure_id == state.structure_id;
+  // Under another box the same integers are other positions.
+  const bool comparable = same_plan && before->box.id == state.box.id;
+  if (same_plan) snapshot->chunks = before->chunks;
+  snapshot->chunks.resize(state.plan->chunk_count());
+
+  const absl::Time start = absl::Now();
+  const size_t most = vertices.encode_batch();
+  for (size_t done = 0; done < chunks.size();) {
+    if (auto s = between({done, chunks.size() - done, most, absl::Now() - start}); !s.ok())
+      return s;
+    const auto batch = chunks.subspan(done, std::min(most, chunks.size() - done));
+    std::vector<VertexDigest> digests(batch.size());
+    for (size_t i = 0; comparable && i < batch.size(); ++i) {
+      digests[i] = snapshot->chunks[batch[i]].digest;
+    }
+    auto encoded = vertices.Encode(batch, key.encoding, digests);
+    if (!encoded.ok()) return encoded.status();
+    for (size_t i = 0; i < batch.size(); ++i) {
+      SnapshotChunk& chunk = snapshot->chunks[batch[i]];
+      SharedBytes& data = (*encoded)[i];
+      const bool same = comparable && (data.data == nullptr || SameBytes(chunk.data, data));
+      if (!same) chunk = {snapshot->revision, std::move(data), digests[i]};
+    }
+    done += batch.size();
+  }
+  KeepBlocksFew(*snapshot);
+  snapshot->encode_time = absl::Now() - start;
+  return snapshot;
+}
+
+}  // namespace latticed

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/residency.h"
+
+#include <algorithm>
+
+#include "absl/strings/numbers.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "core/base/error.h"
+#include "server/engine/resident_target.h"
+
+namespace latticed {
+namespace {
+
+// A stream that has just ended has its scene for a moment longer; its client may be back by then.
+constexpr absl::Duration kLettingGo = absl::Milliseconds(50);
+constexpr absl::Duration kPoll = absl::Milliseconds(5);
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<ResidentTarget>> Residency::Prepare(
+    std::shared_ptr<const DeformPlan> plan, Pipeline pipeline) {
+  auto made = PrepareInner(plan, pipeline);
+  if (!made.ok()) return made.status();
+  return std::make_shared<ResidentTarget>(this, std::move(plan), *std::move(made));
+}
+
+bool Residency::RoomWasMadeFor(const absl::Status& refusal) {
+  if (!absl::IsResourceExhausted(refusal) || make_room_ == nullptr) return false;
+  const error::Details details = error::DetailsOf(refusal);
+  if (details.reason != "OUT_OF_MEMORY") return false;
+  Lack lack{.bytes = details.asked_bytes - std::min(details.asked_bytes, details.free_bytes),
+            .device = std::nullopt};
+  const auto device = details.metadata.find(error::kDeviceKey);
+  int number = 0;
+  if (device != details.metadata.end() && absl::SimpleAtoi(device->second, &number)) {
+    lack.device = number;
+  }
+  const absl::Time give_up = absl::Now() + kLettingGo;
+  while (!make_room_(lack)) {
+    if (absl::Now() > give_up) return false;
+    absl::SleepFor(kPoll);
+  }
+  return true;
+}
+
+}  // namespace latticed

@@ -1,0 +1,400 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/scene.h"
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/ffd/dirty_set.h"
+#include "server/engine/update_pipeline.h"
+
+namespace latticed {
+namespace {
+
+// How far the log of deltas reaches back: a watcher further behind is sent the whole lattice.
+constexpr size_t kMaxDeltas = 256;
+constexpr size_t kMaxDeltaPoints = 262'144;
+// A view that nobody has watched for so long gives its memory back.
+constexpr absl::Duration kIdleView = absl::Seconds(60);
+
+// Every corner beyond a face's second makes a triangle, and every triangle at least one patch.
+uint64_t LeastPlanBytes(const PolygonMesh& mesh) {
+  constexpr uint64_t kPatchBytes =
+      sizeof(Patch) + sizeof(PatchSource) + sizeof(PlanEdge) + sizeof(PlanVertex) / 2;
+  return (mesh.corner_count() - 2 * mesh.face_count()) * kPatchBytes;
+}
+
+// Throws std::bad_alloc where that has no room: Abseil's tables, which MakePlan uses, do not
+// survive an allocation that fails half-way.
+void ProbeMemory(uint64_t bytes) { ::operator delete(::operator new(bytes)); }
+
+uint64_t NextIncarnation() {
+  static std::atomic<uint64_t> last = 0;
+  return ++last;
+}
+
+}  // namespace
+
+Scene::Scene(SceneConfig config, Residency* residency, UpdatePipeline* pipeline)
+    : config_(std::move(config)),
+      residency_(residency),
+      pipeline_(pipeline),
+      incarnation_(NextIncarnation()),
+      history_(config_.lattice),
+      last_use_(absl::Now()) {}
+
+Scene::~Scene() = default;
+
+absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config, Residency* residency,
+                                                     UpdatePipeline* pipeline, StopCheck stop) {
+  if (auto s = Validate(config.lattice); !s.ok()) return s;
+  if (auto s = Validate(config.default_view.key.spec); !s.ok()) return s;
+  const std::shared_ptr<Scene> scene(new Scene(std::move(config), residency, pipeline));
+  auto state = scene->Prepare(scene->config_.lattice.structure, stop);
+  if (!state.ok()) return state.status();
+
+  const MutexLock edit_lock(&scene->edit_mutex_);
+  state->revision = scene->history_.revision();
+  state->structure_id = scene->history_.structure_id();
+  state->control_points =
+      std::make_shared<const std::vector<Vec3d>>(scene->config_.lattice.control_points);
+  state->box = FitQuantisationBox(BoundsOf(*state), 1);
+  state->commit_time = absl::Now();
+  const MutexLock lock(&scene->mutex_);
+  scene->state_ = std::make_shared<const SceneState>(*std::move(state));
+  return scene;
+}
+
+absl::StatusOr<SceneState> Scene::Prepare(const LatticeStructure& structure, StopCheck stop) const {
+  return CatchBadAlloc("the scene's plan", [&] { return PrepareUnguarded(structure, stop); });
+}
+
+absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& structure,
+                                                   StopCheck stop) const {
+  // Before the plan, which may take seconds.
+  if (auto s = residency_->health().status(); !s.ok()) return s;
+  SceneState state;
+  const uint64_t least = LeastPlanBytes(*config_.mesh);
+  auto memory = residency_->Run([&] { return Reserve(config_.memory, "the scene's plan", least); });
+  if (!memory.ok()) return memory.status();
+  ProbeMemory(least);
+  auto plan = MakePlan(config_.mesh, structure, stop);
+  if (!plan.ok()) return plan.status();
+  auto target = residency_->Prepare(*plan, config_.pipeline);
+  if (!target.ok()) return target.status();
+  if (auto s = stop(); !s.ok()) return s;
+  state.patch_tree = std::make_shared<const PatchTree>(**plan);
+  const uint64_t bytes = HostBytes((*target)->memory()) + state.patch_tree->MemoryBytes();
+  auto room = residency_->Run([&] { return memory->Resize("the scene's plan", bytes); });
+  if (!room.ok()) return room;
+  state.memory = std::make_shared<const MemoryReservation>(*std::move(memory));
+  state.plan = *std::move(plan);
+  state.target = *std::move(target);
+  state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*state.plan));
+  return state;
+}
+
+absl::StatusOr<EditSummary> Scene::ApplyEdits(const EditBatch& batch, StopCheck stop) {
+  std::optional<Candidate> candidate;
+  while (true) {
+    std::optional<LatticeStructure> wanted;
+    auto summary = TryEdits(batch, candidate, wanted);
+    if (!wanted.has_value() && !summary.ok()) ++counts().edits_refused;
+    if (!wanted.has_value()) return summary;
+    candidate.reset();  // first, so that both plans do not need memory together
+    auto state = Prepare(*wanted, stop);
+    if (IsStopped(state.status())) {
+      ++counts().edits_refused;
+      return state.status();
+    }
+    candidate.emplace(Candidate{*std::move(wanted), std::move(state)});
+  }
+}
+
+absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
+                                            std::optional<Candidate>& candidate,
+                                            std::optional<LatticeStructure>& wanted) {
+  // Large plans take long to destroy: after the locks.
+  const auto retired = State();
+  const MutexLock edit_lock(&edit_mutex_);
+  if (deleted()) return error::NotFound("scene", id());
+
+  const auto outcome = history_.Apply(batch, std::chrono::steady_clock::now(),
+                                      [&](const LatticeStructure& structure) -> absl::Status {
+                                        if (candidate && candidate->structure == structure) {
+                                          return candidate->state.status();
+                                        }
+                                        wanted = structure;
+                                        return EditHistory::PutOff();
+                                      });
+  if (!outcome.ok()) return outcome.status();
+  if (outcome->repeated) {
+    if (!outcome->summary.status.ok()) return outcome->summary.status;
+    ++counts().edits_repeated;
+    return outcome->summary;
+  }
+
+  SceneState next = outcome->structure_changed ? *std::move(candidate->state) : *State();
+  const QuantisationBox before = State()->box;
+  next.revision = history_.revision();
+  next.structure_id = history_.structure_id();
+  next.control_points =
+      std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
+  next.commit_time = absl::Now();
+  next.gesture_open = history_.gesture_open();
+  const bool ends_gesture = !batch.gesture_id.empty() &&
+                            batch.gesture_phase != GesturePhase::kUpdate && !next.gesture_open;
+  next.busy_until =
+      ends_gesture ? next.commit_time : BusyUntil(State()->commit_time, next.commit_time);
+  next.box = NextQuantisationBox(before, BoundsOf(next), next.gesture_open).value_or(before);
+  // A RAW view's origin may move with the plan, and an id never names two origins.
+  if (outcome->structure_changed) next.box.id = before.id + 1;
+
+  DirtySet dirty(next.plan);
+  if (outcome->structure_changed) {
+    dirty.MarkAll();
+  } else {
+    dirty.MarkControlPoints(outcome->changed);
+  }
+  history_bytes_ = history_.MemoryBytes();
+  history_.SetTouched(batch.editor_id, dirty.boxes(), dirty.patches());
+  EditSummary summary = outcome->summary;
+  summary.boxes_touched = dirty.boxes();
+  summary.patches_touched = next.patches_touched = dirty.patches();
+  Commit(batch, *outcome, std::make_shared<const SceneState>(std::move(next)), dirty);
+  return summary;
+}
+
+void Scene::Commit(const EditBatch& batch, const EditOutcome& outcome,
+                   std::shared_ptr<const SceneState> next, const DirtySet& dirty) {
+  auto delta = std::make_shared<LatticeDelta>();
+  delta->revision = next->revision;
+  delta->structure_id = next->structure_id;
+  delta->editor_id = batch.editor_id;
+  delta->sequence = batch.sequence;
+  delta->indices = outcome.changed;
+  for (const uint32_t index : outcome.changed) {
+    delta->positions.push_back((*next->control_points)[index]);
+  }
+  const std::vector<uint32_t> chunks = dirty.Chunks();
+  {
+    const MutexLock lock(&mutex_);
+    const bool all = outcome.structure_changed || next->box.id != state_->box.id;
+    state_ = std::move(next);
+    for (const auto& [key, view] : views_) all ? view->MarkAllDirty() : view->MarkDirty(chunks);
+    if (outcome.structure_changed) {
+      deltas_.clear();
+      delta_points_ = 0;
+    } else {
+      delta_points_ += delta->indices.size();
+      deltas_.push_back(delta);
+    }
+    while (deltas_.size() > kMaxDeltas || delta_points_ > kMaxDeltaPoints) {
+      delta_points_ -= deltas_.front()->indices.size();
+      deltas_.pop_front();
+    }
+    last_edits_[batch.editor_id] = {batch.sequence, delta->revision};
+    if (last_edits_.size() > static_cast<size_t>(limits::kMaxEditorsRemembered)) {
+      last_edits_.erase(std::ranges::min_element(
+          last_edits_, {}, [](const auto& entry) { return entry.second.revision; }));
+    }
+    last_use_ = absl::Now();
+  }
+  ++counts().edits_applied;
+  WakeListeners();
+  RequestWork();
+}
+
+std::shared_ptr<const SceneState> Scene::State() const {
+  const MutexLock lock(&mutex_);
+  return state_;
+}
+
+MemoryUse Scene::memory() const {
+  const auto state = State();
+  MemoryUse use = state->target->memory();
+  use["mesh"] += config_.mesh->MemoryBytes();
+  if (!use.contains("plan")) use["plan"] = state->plan->MemoryBytes();
+  use["patch_tree"] += state->patch_tree->MemoryBytes();
+  use["history"] += history_bytes_.load();
+  const MutexLock lock(&mutex_);
+  for (const auto& [key, view] : views_) {
+    for (const auto& [purpose, bytes] : view->memory()) use[purpose] += bytes;
+  }
+  return use;
+}
+
+bool Scene::WatchedLocked() const {
+  return std::ranges::any_of(listeners_, [](const auto& l) { return !l.expired(); });
+}
+
+bool Scene::InUseLocked() const {
+  const bool viewed =
+      std::ranges::any_of(views_, [](const auto& v) { return v.second.use_count() > 1; });
+  return viewed || WatchedLocked() || hold_.use_count() > 1;
+}
+
+uint64_t Scene::GivableBytes(std::optional<int> device) const {
+  const MutexLock lock(&mutex_);
+  if (InUseLocked()) return 0;
+  const ResidentTarget& target = *state_->target;
+  uint64_t bytes = DeviceBytes(target.memory());
+  for (const auto& [key, view] : views_) {
+    bytes += device.has_value() ? DeviceBytes(view->memory()) : view->GivableBytes();
+  }
+  return device.has_value() ? BytesOn(*device, target, bytes) : bytes;
+}
+
+bool Scene::GiveBack() {
+  std::map<ViewKey, std::shared_ptr<SceneView>> given;  // destroyed without the lock
+  std::shared_ptr<const SceneState> state;
+  {
+    const MutexLock lock(&mutex_);
+    if (InUseLocked()) return false;
+    given.swap(views_);
+    state = state_;
+  }
+  state->target->GiveBack();
+  return true;
+}
+
+absl::Time Scene::expire_time() const {
+  const MutexLock lock(&mutex_);
+  return WatchedLocked() ? absl::InfiniteFuture() : last_use_ + config_.idle_ttl;
+}
+
+size_t Scene::watcher_count() const {
+  const MutexLock lock(&mutex_);
+  return static_cast<size_t>(
+      std::ranges::count_if(listeners_, [](const auto& l) { return !l.expired(); }));
+}
+
+void Scene::Delete() {
+  deleted_ = true;
+  WakeListeners();
+}
+
+void Scene::Tick(absl::Time now) {
+  // An edit in the making is activity enough; the next tick will do.
+  if (edit_mutex_.TryLock()) {
+    history_.CommitIdleGestures(std::chrono::steady_clock::now() +
+                                absl::ToChronoNanoseconds(now - absl::Now()));
+    const bool gestures_ended = State()->gesture_open && !history_.gesture_open();
+    if (gestures_ended) EndGestures();
+    edit_mutex_.Unlock();
+    if (gestures_ended) WakeListeners();
+  }
+  const MutexLock lock(&mutex_);
+  std::erase_if(listeners_, [](const auto& listener) { return listener.expired(); });
+  if (!listeners_.empty()) last_use_ = now;
+  std::erase_if(views_, [now](const auto& entry) {
+    const auto& view = entry.second;
+    return view.use_count() == 1 && now - view->last_watched() > kIdleView;
+  });
+}
+
+void Scene::EndGestures() {
+  const MutexLock lock(&mutex_);
+  auto state = std::make_shared<SceneState>(*state_);
+  state->gesture_open = false;
+  state_ = std::move(state);
+}
+
+void Scene::AddListener(std::weak_ptr<SceneListener> listener) {
+  const MutexLock lock(&mutex_);
+  std::erase_if(listeners_, [](const auto& other) { return other.expired(); });
+  listeners_.push_back(std::move(listener));
+  last_use_ = absl::Now();
+}
+
+void Scene::WakeListeners() {
+  std::vector<std::shared_ptr<SceneListener>> awake;
+  {
+    const MutexLock lock(&mutex_);
+    for (const auto& listener : listeners_) {
+      if (auto alive = listener.lock(); alive != nullptr) awake.push_back(std::move(alive));
+    }
+  }
+  for (const auto& listener : awake) listener->OnSceneChanged();
+}
+
+absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key) {
+  if (auto s = Validate(key.spec); !s.ok()) return s;
+  const MutexLock lock(&mutex_);
+  state_->target->Touch();
+  if (const auto found = views_.find(key); found != views_.end()) return found->second;
+  if (views_.size() >= static_cast<size_t>(limits::kMaxViewsPerScene)) {
+    // Only the map holds an idle one; the one idle longest makes room.
+    auto oldest = views_.end();
+    for (auto v = views_.begin(); v != views_.end(); ++v) {
+      if (v->second.use_count() > 1) continue;
+      if (oldest == views_.end() || v->second->last_watched() < oldest->second->last_watched()) {
+        oldest = v;
+      }
+    }
+    if (oldest == views_.end()) {
+      return error::LimitExceeded("distinct views of a scene", limits::kMaxViewsPerScene);
+    }
+    views_.erase(oldest);
+  }
+  return views_[key] = std::make_shared<SceneView>(key, residency_, config_.memory);
+}
+
+void Scene::RequestWork() { pipeline_->Schedule(shared_from_this()); }
+
+std::optional<ViewWork> Scene::TakeWork(uint64_t most_points) {
+  if (deleted()) return std::nullopt;
+  const MutexLock lock(&mutex_);
+  for (size_t i = 0; i < views_.size(); ++i) {
+    const auto& view =
+        std::next(views_.begin(), static_cast<std::ptrdiff_t>(next_view_++ % views_.size()))
+            ->second;
+    if (auto work = view->Begin(view, state_, most_points); work.has_value()) return work;
+  }
+  return std::nullopt;
+}
+
+void Scene::RunWork(ViewWork work, std::function<void(uint64_t points)> part_done) {
+  bool news = false;
+  {
+    // Gone before the listeners run, so that a view that is let go now is idle.
+    const auto view = work.view;
+    news = view->Run(std::move(work),
+                     {.more_work = [this] { RequestWork(); }, .part_done = std::move(part_done)});
+  }
+  // First, so that what was evaluated meanwhile is encoded without waiting for them.
+  RequestWork();
+  if (news) WakeListeners();
+}
+
+Scene::Deltas Scene::DeltasAfter(uint64_t revision) const {
+  const MutexLock lock(&mutex_);
+  if (revision >= state_->revision) return {};
+  if (deltas_.empty() || deltas_.front()->revision > revision + 1) return {.complete = false};
+  Deltas result;
+  const auto first =
+      deltas_.begin() + static_cast<std::ptrdiff_t>(revision + 1 - deltas_.front()->revision);
+  result.deltas.assign(first, deltas_.end());
+  return result;
+}
+
+uint64_t Scene::AppliedSequence(const std::string& editor_id, uint64_t revision) const {
+  const MutexLock lock(&mutex_);
+  const auto last = last_edits_.find(editor_id);
+  if (last == last_edits_.end()) return 0;
+  if (last->second.revision <= revision) return last->second.sequence;
+  for (auto delta = deltas_.rbegin(); delta != deltas_.rend(); ++delta) {
+    if ((*delta)->revision <= revision && (*delta)->editor_id == editor_id) {
+      return (*delta)->sequence;
+    }
+  }
+  return 0;
+}
+
+}  // namespace latticed

@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/snapshot.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "absl/container/flat_hash_set.h"
+#include "core/base/limits.h"
+
+namespace latticed {
+
+size_t SnapshotRing::Publish(std::shared_ptr<const Snapshot> snapshot, absl::Time now) {
+  DropUnpinned();
+  entries_.push_back({std::move(snapshot), 0, now});
+  size_t retired = 0;
+  for (; entries_.size() > static_cast<size_t>(limits::kMaxSnapshotsPerView); ++retired) {
+    const bool stalled = now - entries_.front().last_taken >= kStalled;
+    entries_.erase(stalled ? entries_.begin() : std::next(entries_.begin()));
+  }
+  return retired;
+}
+
+std::shared_ptr<const Snapshot> SnapshotRing::newest() const {
+  return entries_.empty() ? nullptr : entries_.back().snapshot;
+}
+
+std::shared_ptr<const Snapshot> SnapshotRing::PinNewest(absl::Time now) {
+  if (entries_.empty()) return nullptr;
+  Entry& entry = entries_.back();
+  ++entry.pins;
+  entry.last_taken = now;
+  return entry.snapshot;
+}
+
+std::deque<SnapshotRing::Entry>::iterator SnapshotRing::At(uint64_t number) {
+  return std::ranges::find_if(
+      entries_, [number](const Entry& entry) { return entry.snapshot->number == number; });
+}
+
+void SnapshotRing::Unpin(uint64_t number) {
+  const auto entry = At(number);
+  if (entry == entries_.end()) return;
+  --entry->pins;
+  // The newest stays: the next watcher begins with it.
+  if (entry->pins == 0 && entry->snapshot != entries_.back().snapshot) entries_.erase(entry);
+}
+
+std::shared_ptr<const Snapshot> SnapshotRing::Find(uint64_t number, absl::Time now) {
+  const auto entry = At(number);
+  if (entry == entries_.end()) return nullptr;
+  entry->last_taken = now;
+  return entry->snapshot;
+}
+
+size_t SnapshotRing::bytes() const {
+  absl::flat_hash_set<const uint8_t*> seen;
+  size_t sum = 0;
+  for (const Entry& entry : entries_) {
+    for (const SnapshotChunk& chunk : entry.snapshot->chunks) {
+      if (seen.insert(chunk.data.data).second) sum += chunk.data.size;
+    }
+  }
+  return sum;
+}
+
+uint64_t SnapshotRing::held_bytes() const {
+  uint64_t sum = 0;
+  for (const Entry& entry : entries_) sum += entry.snapshot->held_bytes;
+  return sum;
+}
+
+void SnapshotRing::DropUnpinned() {
+  std::erase_if(entries_, [](const Entry& entry) { return entry.pins == 0; });
+}
+
+}  // namespace latticed

@@ -1,0 +1,197 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/surface_export.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "core/backend.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/codec/draco_decode.h"
+#include "core/ffd/tessellation_pattern.h"
+
+namespace latticed {
+namespace {
+
+// Patches whose control nets are computed at a time: enough to keep the backend busy, and a place
+// to look for cancellation.
+constexpr size_t kNetBlock = 4096;
+
+absl::Status CancelledError() { return absl::CancelledError("the export was cancelled"); }
+
+// The UVs of the corners of a patch, as weights of its source's.
+std::array<Vec2f, 3> CornerUvs(const PolygonMesh& mesh, const PatchSource& source) {
+  std::array<Vec2f, 3> result;
+  for (size_t c = 0; c < 3; ++c) {
+    double u = 0, v = 0;
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t index = mesh.corner_uvs[source.corners[k]];
+      if (index == PolygonMesh::kNoAttribute) continue;
+      u += source.barycentrics[c][k] * double{mesh.uvs[index].x};
+      v += source.barycentrics[c][k] * double{mesh.uvs[index].y};
+    }
+    result[c] = {static_cast<float>(u), static_cast<float>(v)};
+  }
+  return result;
+}
+
+void AppendUvs(const DeformPlan& plan, const TessellationPattern& pattern, TriangleMesh& mesh) {
+  const auto s = static_cast<double>(pattern.segments);
+  mesh.uvs.reserve(plan.patches.size() * pattern.points.size());
+  for (const PatchSource& source : plan.sources) {
+    const std::array<Vec2f, 3> corners = CornerUvs(*plan.mesh, source);
+    for (const auto& point : pattern.points) {
+      double u = 0, v = 0;
+      for (size_t c = 0; c < 3; ++c) {
+        u += point[c] / s * double{corners[c].x};
+        v += point[c] / s * double{corners[c].y};
+      }
+      mesh.uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
+    }
+  }
+}
+
+void AppendTriangles(const DeformPlan& plan, const TessellationPattern& pattern,
+                     TriangleMesh& mesh) {
+  const PolygonMesh& source = *plan.mesh;
+  const auto points = static_cast<uint32_t>(pattern.points.size());
+  mesh.triangles.reserve(plan.patches.size() * pattern.triangles.size());
+  for (uint32_t patch = 0; patch < plan.patches.size(); ++patch) {
+    const uint32_t first = patch * points;
+    for (const auto& t : pattern.triangles) {
+      mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+  }
+  if (source.face_groups.empty()) return;
+  mesh.group_names = source.group_names;
+  mesh.triangle_groups.reserve(mesh.triangles.size());
+  for (const PatchSource& patch : plan.sources) {
+    mesh.triangle_groups.insert(mesh.triangle_groups.end(), pattern.triangles.size(),
+                                source.face_groups[patch.face]);
+  }
+}
+
+// Interleaved float32 x y z [nx ny nz], relative to `origin`.
+void AppendVertices(const std::vector<uint8_t>& bytes, size_t bytes_per_point, Vec3d origin,
+                    TriangleMesh& mesh) {
+  const bool normals = bytes_per_point > sizeof(Vec3f);
+  for (size_t at = 0; at + bytes_per_point <= bytes.size(); at += bytes_per_point) {
+    Vec3f position, normal;
+    std::memcpy(&position, &bytes[at], sizeof(Vec3f));
+    mesh.positions.push_back(origin + ToDouble(position));
+    if (!normals) continue;
+    std::memcpy(&normal, &bytes[at + sizeof(Vec3f)], sizeof(Vec3f));
+    mesh.normals.push_back(normal);
+  }
+}
+
+template <typename T>
+void AppendBytes(const T& value, std::string& out) {
+  out.append(reinterpret_cast<const char*>(&value), sizeof(T));
+}
+
+}  // namespace
+
+uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec) {
+  const uint64_t patches = plan.patches.size();
+  if (!spec.format.has_value()) {
+    const auto n = static_cast<uint64_t>(plan.structure.patch_degree());
+    return patches * (n + 1) * (n + 2) / 2 * sizeof(Vec3d);
+  }
+  // The view, the mesh and the file; a line of OBJ text is about three times its binary.
+  constexpr uint64_t kPointBytes = sizeof(Vec3d) + 2 * sizeof(Vec3f) + sizeof(Vec2f) + 60;
+  constexpr uint64_t kTriangleBytes = 4 * sizeof(uint32_t) + 30;
+  return patches * (static_cast<uint64_t>(PointsPerPatch(spec.segments)) * kPointBytes +
+                    static_cast<uint64_t>(TrianglesPerPatch(spec.segments)) * kTriangleBytes);
+}
+
+absl::StatusOr<TriangleMesh> AssembleSurface(const SceneState& state, int segments,
+                                             NormalMode normals, const Cancelled& cancelled) {
+  const DeformPlan& plan = *state.plan;
+  const ViewSpec spec{.segments = segments, .normals = normals, .format = VertexFormat::kFloat32};
+  const uint64_t points =
+      uint64_t{plan.patches.size()} * static_cast<uint64_t>(PointsPerPatch(segments));
+  if (points > PolygonMesh::kNoAttribute) {
+    return error::LimitExceeded("points of an export", PolygonMesh::kNoAttribute);
+  }
+  auto view = state.target->CreateView(spec);
+  if (!view.ok()) return view.status();
+  std::vector<uint32_t> chunks(plan.chunk_count());
+  std::iota(chunks.begin(), chunks.end(), 0u);
+  if (cancelled()) return CancelledError();
+  if (auto s = (*view)->Evaluate(*state.control_points, state.box, chunks); !s.ok()) return s;
+
+  TriangleMesh mesh;
+  mesh.positions.reserve(points);
+  if (normals != NormalMode::kNone) mesh.normals.reserve(points);
+  std::vector<uint8_t> bytes;
+  for (const uint32_t chunk : chunks) {
+    if (cancelled()) return CancelledError();
+    bytes.resize(ChunkPoints(plan, chunk, segments) * BytesPerPoint(spec));
+    if (auto s = (*view)->Read(chunk, bytes); !s.ok()) return s;
+    AppendVertices(bytes, BytesPerPoint(spec), plan.local_origin, mesh);
+  }
+  const TessellationPattern& pattern = TessellationPattern::Get(segments);
+  if (plan.mesh->has_uvs()) AppendUvs(plan, pattern, mesh);
+  AppendTriangles(plan, pattern, mesh);
+  return mesh;
+}
+
+absl::StatusOr<std::string> WriteControlNets(const SceneState& state, const Cancelled& cancelled) {
+  const DeformPlan& plan = *state.plan;
+  const auto n = static_cast<uint32_t>(plan.structure.patch_degree());
+  const uint32_t m = (n + 1) * (n + 2) / 2;
+  std::string out("LATTNETS");
+  AppendBytes(uint32_t{1}, out);
+  AppendBytes(n, out);
+  AppendBytes(m, out);
+  AppendBytes(uint32_t{0}, out);
+  AppendBytes(uint64_t{plan.patches.size()}, out);
+  out.reserve(out.size() + plan.patches.size() * m * sizeof(Vec3d));
+  for (size_t first = 0; first < plan.patches.size(); first += kNetBlock) {
+    if (cancelled()) return CancelledError();
+    const size_t last = std::min(first + kNetBlock, plan.patches.size());
+    const auto nets = state.target->ControlNets(*state.control_points, first, last);
+    if (!nets.ok()) return nets.status();
+    out.append(reinterpret_cast<const char*>(nets->data()), nets->size() * sizeof(double));
+  }
+  return out;
+}
+
+absl::StatusOr<std::string> ExportSurface(const SceneState& state, const ExportSpec& spec,
+                                          const Cancelled& cancelled) {
+  if (!spec.format.has_value()) return WriteControlNets(state, cancelled);
+  auto mesh = AssembleSurface(state, spec.segments, spec.normals, cancelled);
+  if (!mesh.ok()) return mesh.status();
+  mesh->units = spec.units;
+  if (*spec.format == MeshFormat::kDraco) {
+    return WriteDracoMesh(*mesh, spec.position_bits, spec.normal_bits);
+  }
+  return WriteMesh(*spec.format, *mesh);
+}
+
+std::string_view ExportMediaType(std::optional<MeshFormat> format) {
+  if (!format.has_value()) return "application/octet-stream";
+  switch (*format) {
+    case MeshFormat::kObj:
+      return "model/obj";
+    case MeshFormat::kStl:
+      return "model/stl";
+    case MeshFormat::kGlb:
+      return "model/gltf-binary";
+    case MeshFormat::kPly:
+    case MeshFormat::kDraco:
+      break;
+  }
+  return "application/octet-stream";  // neither has a registered type
+}
+
+std::string_view ExportExtension(std::optional<MeshFormat> format) {
+  return format.has_value() ? MeshFormatExtension(*format) : "nets";
+}
+
+}  // namespace latticed

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/view_room.h"
+
+#include <algorithm>
+
+#include "core/base/limits.h"
+#include "core/ffd/tessellation_pattern.h"
+
+namespace latticed {
+
+namespace {
+
+uint64_t UsualChunkBytes(const DeformPlan& plan, const ViewKey& key) {
+  return VertexBytes(plan, key) / (IsDraco(key.encoding) ? kIntegersPerDraco : 1);
+}
+
+}  // namespace
+
+uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key) {
+  return plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(key.spec.segments)) *
+         BytesPerPoint(key.spec);
+}
+
+absl::Status ViewRoom::Make(const DeformTarget& target, const ViewKey& key, uint64_t held) {
+  const uint64_t usual = limits::kMaxSnapshotsPerView * UsualChunkBytes(target.plan(), key);
+  const uint64_t bytes =
+      (target.evaluates_on_device() ? 0 : VertexBytes(target.plan(), key)) + std::max(usual, held);
+  if (budget_ != nullptr && IsDraco(key.encoding)) {
+    if (auto s = budget_->KeepAtLeast("the view's encoder", target.EncoderBytes(key.spec));
+        !s.ok()) {
+      return s;
+    }
+  }
+  if (reservation_.bytes() > 0) return reservation_.Resize("the view", bytes);
+  auto reservation = Reserve(budget_, "the view", bytes);
+  if (!reservation.ok()) return reservation.status();
+  reservation_ = *std::move(reservation);
+  return absl::OkStatus();
+}
+
+}  // namespace latticed

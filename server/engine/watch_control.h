@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How a running watch is steered, whoever carries it: a Deform stream's own messages, or
+// ControlWatch.
+//
+// Threads  safe
+#ifndef LATTICED_SERVER_ENGINE_WATCH_CONTROL_H_
+#define LATTICED_SERVER_ENGINE_WATCH_CONTROL_H_
+
+#include <cstdint>
+#include <optional>
+
+#include "absl/status/status.h"
+#include "server/engine/presence.h"
+#include "server/engine/snapshot.h"
+
+namespace latticed {
+
+class Scene;
+
+struct WatchCommand {
+  std::optional<uint64_t> acked_update_id;
+  std::optional<WatchView> view;
+  std::optional<bool> pause;
+  std::optional<Presence> presence;  // an empty editor_id is the watch's own
+};
+
+class WatchControl {
+ public:
+  virtual ~WatchControl() = default;
+  virtual const Scene& scene() const = 0;
+  // All or nothing. An empty command says that the client lives. kInvalidArgument,
+  // kResourceExhausted, kNotFound when the watch has ended.
+  [[nodiscard]] virtual absl::Status Control(const WatchCommand& command) = 0;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_WATCH_CONTROL_H_

@@ -1,0 +1,207 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/call.h"
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <random>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "fmt/format.h"
+#include "server/base/telemetry.h"
+#include "server/rpc/call_counts.h"
+#include "server/rpc/server_env.h"
+#include "server/wire/grpc_status.h"
+
+namespace latticed {
+namespace {
+
+constexpr char kRequestId[] = "latticed-request-id";
+constexpr size_t kMaxRequestIdBytes = 64;
+constexpr size_t kTraceparentBytes = 55;  // 00-<32 hex>-<16 hex>-<2 hex>
+constexpr uint32_t kDrainRetryMs = 1'000;
+
+std::string Metadata(const grpc::CallbackServerContext& context, const char* key) {
+  const auto& metadata = context.client_metadata();
+  const auto found = metadata.find(key);
+  if (found == metadata.end()) return "";
+  return std::string(found->second.data(), found->second.size());
+}
+
+bool IsSaneId(const std::string& id) {
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+           c == '_' || c == '.';
+  };
+  return !id.empty() && id.size() <= kMaxRequestIdBytes &&
+         std::all_of(id.begin(), id.end(), allowed);
+}
+
+std::string NewRequestId() {
+  thread_local std::mt19937_64 generator{std::random_device{}()};
+  return fmt::format("{:016x}", generator());
+}
+
+// A client certificate names its holder; without tokens that is all we know.
+std::string PeerName(const grpc::CallbackServerContext& context) {
+  const auto auth = context.auth_context();
+  if (auth == nullptr || !auth->IsPeerAuthenticated()) return "";
+  const auto names = auth->GetPeerIdentity();
+  return names.empty() ? "" : std::string(names.front().data(), names.front().size());
+}
+
+CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context,
+                  std::string_view rpc) {
+  CallInfo call;
+  call.rpc = std::string(rpc);
+  call.context = context;
+  call.start_time = absl::Now();
+  call.counts = env.calls.get();
+  if (RpcCounts* rpc_counts = call.counts->Find(rpc)) ++rpc_counts->started;
+  const std::string asked_id = Metadata(*context, kRequestId);
+  call.request_id = IsSaneId(asked_id) ? asked_id : NewRequestId();
+  const std::string traceparent = Metadata(*context, "traceparent");
+  if (traceparent.size() == kTraceparentBytes && IsSaneId(traceparent)) {
+    call.traceparent = traceparent;
+  }
+  const std::string scene = Metadata(*context, "latticed-scene");
+  if (IsSaneId(scene)) call.scene = scene;
+  context->AddInitialMetadata(kRequestId, call.request_id);
+  context->AddInitialMetadata("latticed-node", env.node);
+  context->AddTrailingMetadata(kRequestId, call.request_id);
+  context->AddTrailingMetadata("latticed-node", env.node);
+  return call;
+}
+
+absl::Status Admit(const ServerEnv& env, CallInfo& call) {
+  absl::StatusOr<Caller> caller =
+      env.authenticator->Authenticate(Metadata(*call.context, "authorization"));
+  if (!caller.ok()) return caller.status();
+  call.caller = *std::move(caller);
+  if (call.caller.name.empty()) call.caller.name = PeerName(*call.context);
+  if (absl::Status status = CheckRole(call.caller, call.rpc); !status.ok()) return status;
+  if (env.drain.begun()) {
+    return error::Unavailable("DRAINING", "this server is shutting down; call another or come back",
+                              kDrainRetryMs);
+  }
+  return absl::OkStatus();
+}
+
+// The 32 hex digits that name the trace; empty without a traceparent.
+std::string TraceId(const std::string& traceparent) {
+  constexpr size_t kBegin = 3, kDigits = 32;
+  return traceparent.empty() ? "" : traceparent.substr(kBegin, kDigits);
+}
+
+spdlog::level::level_enum LevelOf(grpc::StatusCode code) {
+  switch (code) {
+    case grpc::StatusCode::OK:
+    case grpc::StatusCode::CANCELLED:
+    case grpc::StatusCode::DEADLINE_EXCEEDED:
+      return spdlog::level::debug;
+    case grpc::StatusCode::UNKNOWN:
+    case grpc::StatusCode::INTERNAL:
+    case grpc::StatusCode::DATA_LOSS:
+      return spdlog::level::err;
+    default:
+      return spdlog::level::info;
+  }
+}
+
+void Count(const CallInfo& call, const grpc::Status& status, absl::Duration taken) {
+  if (RpcCounts* rpc = call.counts->Find(call.rpc)) {
+    ++rpc->finished[static_cast<size_t>(status.error_code())];
+    rpc->duration.Observe(taken);
+  }
+  if (!status.ok()) call.counts->NoteRefusal(ReasonOf(status));
+}
+
+}  // namespace
+
+absl::StatusOr<CallInfo> BeginCall(const ServerEnv& env, grpc::CallbackServerContext* context,
+                                   std::string_view rpc) {
+  CallInfo call = Describe(env, context, rpc);
+  if (absl::Status status = Admit(env, call); !status.ok()) {
+    LogFinished(call, ToGrpcStatus(status));
+    return status;
+  }
+  return call;
+}
+
+void LogFinished(const CallInfo& call, const grpc::Status& status) {
+  const absl::Duration taken = absl::Now() - call.start_time;
+  Count(call, status, taken);
+  LogEvent(LevelOf(status.error_code()), "call finished",
+           {{"rpc", call.rpc},
+            {"code", absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()))},
+            {"ms", fmt::format("{:.3f}", absl::ToDoubleMilliseconds(taken))},
+            {kRequestId, call.request_id},
+            {"caller", call.caller.name},
+            {"peer", std::string(call.context->peer())},
+            {"scene", call.scene},
+            {"traceparent", call.traceparent},
+            {"trace_id", TraceId(call.traceparent)},
+            {"error", status.error_message()}});
+}
+
+absl::Status CheckSceneMetadata(const grpc::CallbackServerContext& context,
+                                std::string_view scene_id) {
+  const std::string routed = Metadata(context, "latticed-scene");
+  if (routed.empty() || routed == scene_id) return absl::OkStatus();
+  return error::InvalidField(
+      "scene",
+      fmt::format("metadata latticed-scene is '{}', the request names '{}'", routed, scene_id),
+      "SCENE_MISMATCH");
+}
+
+absl::Status CheckCancelled(const grpc::CallbackServerContext& context) {
+  // gRPC cancels a call some time after its deadline.
+  if (std::chrono::system_clock::now() >= context.deadline()) {
+    return absl::DeadlineExceededError("the caller's deadline has passed");
+  }
+  return context.IsCancelled() ? absl::CancelledError("the caller cancelled") : absl::OkStatus();
+}
+
+absl::StatusOr<MemoryReservation> AdmitRequest(const ServerEnv& env,
+                                               const google::protobuf::Message& request) {
+  return env.requests->Reserve("the request", limits::kCallBytes + request.SpaceUsedLong());
+}
+
+grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* context,
+                                   std::string_view rpc, const google::protobuf::Message& request,
+                                   std::function<absl::Status(const CallInfo&)> work) {
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  absl::StatusOr<CallInfo> call = BeginCall(*env, context, rpc);
+  if (!call.ok()) {
+    reactor->Finish(ToGrpcStatus(call.status()));
+    return reactor;
+  }
+  auto room = AdmitRequest(*env, request);
+  if (!room.ok()) {
+    const grpc::Status status = ToGrpcStatus(room.status());
+    LogFinished(*call, status);
+    reactor->Finish(status);
+    return reactor;
+  }
+  // A std::function is copied, a reservation is not.
+  auto shared_room = std::make_shared<MemoryReservation>(*std::move(room));
+  env->workers.Post(
+      [reactor, call = *std::move(call), room = std::move(shared_room), work = std::move(work)] {
+        absl::Status result = CheckCancelled(*call.context);
+        if (result.ok()) {
+          result = CatchBadAlloc("the request", [&]() -> absl::Status { return work(call); });
+        }
+        const grpc::Status status = ToGrpcStatus(result);
+        LogFinished(call, status);
+        room->Release();
+        reactor->Finish(status);
+      });
+  return reactor;
+}
+
+}  // namespace latticed

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What every rpc does first and last: who calls, may they, under which request id; and the answer's
+// status. A handler is
+//
+//   return RunUnary(env_, context, "SceneService/GetScene",
+//                   [=](const CallInfo& call) -> absl::Status { …fill *response… });
+//
+// Streams call BeginCall in their constructor, and LogFinished before they finish.
+#ifndef LATTICED_SERVER_RPC_CALL_H_
+#define LATTICED_SERVER_RPC_CALL_H_
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include <grpcpp/grpcpp.h>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "google/protobuf/message.h"
+#include "server/base/auth.h"
+#include "server/base/memory_budget.h"
+
+namespace latticed {
+
+class CallCounts;  // server/rpc/call_counts.h
+struct ServerEnv;
+
+struct CallInfo {
+  std::string rpc;          // "MeshService/UploadMesh"
+  Caller caller;            // who, and with which role
+  std::string request_id;   // the client's where it is sane, else 16 random hex digits
+  std::string traceparent;  // W3C, empty if absent or malformed
+  std::string scene;        // that the call is about, as far as is known: metadata, or the request
+  absl::Time start_time;
+  grpc::CallbackServerContext* context = nullptr;  // alive until the rpc is finished
+  CallCounts* counts = nullptr;                    // of the server
+};
+
+// Reads metadata, puts latticed-request-id and latticed-node into the reply's metadata (initial,
+// and trailing, since a refusal has only that in some clients), checks token and role by the table
+// in auth.cc. kUnauthenticated, kPermissionDenied; kUnavailable, reason DRAINING.
+[[nodiscard]] absl::StatusOr<CallInfo> BeginCall(const ServerEnv& env,
+                                                 grpc::CallbackServerContext* context,
+                                                 std::string_view rpc);
+
+// Counts the end of a call and logs it: faults of the server as errors, refusals as info, the rest
+// at debug. Streams call it when they finish, RunUnary does by itself.
+void LogFinished(const CallInfo& call, const grpc::Status& status);
+
+// The metadata `latticed-scene`, where set, must name the scene of the body. kInvalidArgument.
+[[nodiscard]] absl::Status CheckSceneMetadata(const grpc::CallbackServerContext& context,
+                                              std::string_view scene_id);
+
+// Whether the caller still waits, for long work to ask: kDeadlineExceeded, kCancelled.
+[[nodiscard]] absl::Status CheckCancelled(const grpc::CallbackServerContext& context);
+
+// Room for a parsed request while it waits for a worker. kResourceExhausted OUT_OF_MEMORY.
+[[nodiscard]] absl::StatusOr<MemoryReservation> AdmitRequest(
+    const ServerEnv& env, const google::protobuf::Message& request);
+
+// A unary rpc: BeginCall, AdmitRequest, then `work` on env->workers, then Finish with its status.
+// Request and response live until then. A call that was cancelled before its turn does not run.
+grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* context,
+                                   std::string_view rpc, const google::protobuf::Message& request,
+                                   std::function<absl::Status(const CallInfo&)> work);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_RPC_CALL_H_

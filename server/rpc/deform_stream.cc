@@ -1,0 +1,296 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/deform_stream.h"
+
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "server/rpc/call.h"
+#include "server/rpc/call_counts.h"
+#include "server/rpc/scene_stream.h"
+#include "server/rpc/server_env.h"
+#include "server/rpc/watch_request.h"
+#include "server/wire/converters.h"
+#include "server/wire/edit_converters.h"
+#include "server/wire/grpc_status.h"
+
+namespace latticed {
+namespace {
+
+// Answers that may wait for a slow reader before its requests are read no more.
+constexpr size_t kMaxBacklog = 64;
+
+// A drag of so many points takes well below a millisecond.
+constexpr int kQuickDragPoints = 64;
+
+// Whether an edit is too long for a thread of gRPC's: it may change the structure, and so make a
+// plan, or it drags many points.
+bool MayTakeLong(const v1::DeformRequest& request) {
+  return std::ranges::any_of(request.edit().edits(), [](const v1::Edit& edit) {
+    return edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo() ||
+           edit.drag_points().points_size() > kQuickDragPoints;
+  });
+}
+
+// Reading runs beside writing: one message is read, answered, then the next is asked for.
+class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
+                           public StreamSink,
+                           public std::enable_shared_from_this<DeformStream> {
+ public:
+  DeformStream(ServerEnv* env, grpc::CallbackServerContext* context)
+      : env_(env), context_(context) {
+    auto call = BeginCall(*env, context, "SceneService/Deform");
+    if (!call.ok()) {
+      ServerBidiReactor::Finish(ToGrpcStatus(call.status()));
+      return;
+    }
+    call_ = *std::move(call);
+    reading_ = true;
+    StartRead(&bytes_);
+  }
+
+  // gRPC's reference: until OnDone.
+  void HoldUntilDone() { self_ = shared_from_this(); }
+
+  void Write(const grpc::ByteBuffer* buffer) override { StartWrite(buffer); }
+  void Finish(const grpc::Status& status) override {
+    StopReading();
+    LogFinished(call_, status);
+    ServerBidiReactor::Finish(status);
+  }
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override {
+    const auto stream = Stream();
+    stream->OnWriteDone(ok);
+    MaybeRead();
+  }
+  void OnCancel() override;
+  void OnDone() override {
+    if (const auto stream = Stream(); stream != nullptr) stream->Close();
+    self_ = nullptr;  // deletes it, unless a worker is still at an edit
+  }
+
+ private:
+  std::shared_ptr<SceneStream> Stream() const ABSL_LOCKS_EXCLUDED(mutex_) {
+    const absl::MutexLock lock(&mutex_);
+    return stream_;
+  }
+  void MaybeRead() ABSL_LOCKS_EXCLUDED(mutex_);
+  // A read that starts after Finish would outlive the call.
+  void StopReading() ABSL_LOCKS_EXCLUDED(mutex_) {
+    const absl::MutexLock lock(&mutex_);
+    ended_ = true;
+  }
+  void FinishedReading() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Ends the call, also before there is a stream.
+  void End(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
+  absl::Status Open(const v1::DeformRequest& request);
+  absl::Status Handle(const v1::DeformRequest& request, SceneStream& stream);
+  absl::Status Control(const v1::ControlWatchRequest& request, SceneStream& stream);
+  void HandOver(v1::DeformRequest request);
+  // Applies it unless it was not admitted, and answers.
+  void HandleEdit(v1::EditBatch batch, absl::Time arrival, const absl::Status& admitted);
+  absl::StatusOr<EditSummary> Apply(const v1::EditBatch& batch);
+
+  std::shared_ptr<DeformStream> self_;
+  ServerEnv* const env_;
+  grpc::CallbackServerContext* const context_;
+  CallInfo call_;
+  std::atomic<bool> cancelled_ = false;  // the context's own word ends with the call
+  // Used by the one message that is being handled.
+  grpc::ByteBuffer bytes_;
+  std::string editor_id_;
+  uint64_t last_revision_ = 0;  // that an edit of this stream has made
+  bool edited_ = false;
+
+  mutable absl::Mutex mutex_;
+  std::shared_ptr<SceneStream> stream_ ABSL_GUARDED_BY(mutex_);  // null before the first message
+  bool reading_ ABSL_GUARDED_BY(mutex_) = false;                 // or handling what was read
+  bool ended_ ABSL_GUARDED_BY(mutex_) = false;                   // nothing more will be read
+};
+
+void DeformStream::OnReadDone(bool ok) {
+  const auto stream = Stream();
+  if (!ok) {
+    StopReading();
+    if (stream == nullptr) {
+      return End(error::FailedPrecondition("STREAM_NOT_OPENED",
+                                           "the first message must be watch; none came"));
+    }
+    return stream->HalfClose(edited_ ? last_revision_ : stream->scene().State()->revision);
+  }
+  v1::DeformRequest request;
+  absl::Status status = ParseMessage(bytes_, &request);
+  if (status.ok() && stream != nullptr && MayTakeLong(request)) {
+    stream->Touch();
+    return HandOver(std::move(request));
+  }
+  if (status.ok()) status = stream == nullptr ? Open(request) : Handle(request, *stream);
+  if (!status.ok()) return End(status);
+  FinishedReading();
+}
+
+// To a worker, which asks for the next message. That may be here before Post returns: nothing of
+// this object may be touched after it.
+void DeformStream::HandOver(v1::DeformRequest request) {
+  auto room = AdmitRequest(*env_, request);
+  if (!room.ok()) {
+    HandleEdit(std::move(*request.mutable_edit()), absl::Now(), room.status());
+    return FinishedReading();
+  }
+  // A std::function is copied, a reservation is not.
+  auto shared_room = std::make_shared<MemoryReservation>(*std::move(room));
+  env_->workers.Post([self = shared_from_this(), request = std::move(request),
+                      room = std::move(shared_room), arrival = absl::Now()] {
+    self->HandleEdit(request.edit(), arrival, absl::OkStatus());
+    room->Release();
+    self->FinishedReading();
+  });
+}
+
+void DeformStream::FinishedReading() {
+  {
+    const absl::MutexLock lock(&mutex_);
+    reading_ = false;
+  }
+  MaybeRead();
+}
+
+void DeformStream::MaybeRead() {
+  // Before the lock: the stream's mutex comes first.
+  if (Stream()->backlog() >= kMaxBacklog) return;
+  const absl::MutexLock lock(&mutex_);
+  if (reading_ || ended_) return;
+  reading_ = true;
+  StartRead(&bytes_);
+}
+
+void DeformStream::OnCancel() {
+  cancelled_ = true;
+  StopReading();
+  // Without a stream the pending read fails, and ends the call.
+  if (const auto stream = Stream(); stream != nullptr) stream->OnCancel();
+}
+
+void DeformStream::End(const absl::Status& status) {
+  if (const auto stream = Stream(); stream != nullptr) return stream->Fail(status);
+  Finish(ToGrpcStatus(status));
+}
+
+absl::Status DeformStream::Open(const v1::DeformRequest& request) {
+  if (!request.has_watch()) {
+    return error::FailedPrecondition("STREAM_NOT_OPENED", "the first message must be watch");
+  }
+  call_.scene = request.watch().scene();
+  auto open = FromProto(env_, *context_, request.watch());
+  if (!open.ok()) return open.status();
+  editor_id_ = request.watch().editor_id();
+  auto stream = SceneStream::Open(env_, open->scene, open->options, this);
+  if (!stream.ok()) return stream.status();
+  {
+    const absl::MutexLock lock(&mutex_);
+    stream_ = *stream;
+  }
+  (*stream)->Start();
+  return absl::OkStatus();
+}
+
+absl::Status DeformStream::Handle(const v1::DeformRequest& request, SceneStream& stream) {
+  stream.Touch();
+  switch (request.message_case()) {
+    case v1::DeformRequest::kEdit:
+      HandleEdit(request.edit(), absl::Now(), absl::OkStatus());
+      return absl::OkStatus();
+    case v1::DeformRequest::kControl:
+      return Control(request.control(), stream);
+    case v1::DeformRequest::kHeartbeat:
+      return absl::OkStatus();
+    case v1::DeformRequest::kPresence: {
+      v1::ControlWatchRequest control;
+      *control.mutable_presence() = request.presence();
+      return Control(control, stream);
+    }
+    case v1::DeformRequest::kWatch:
+      return error::InvalidField("watch", "the stream is open already");
+    case v1::DeformRequest::MESSAGE_NOT_SET:
+      break;
+  }
+  if (HoldsUnknown(request)) return error::Unsupported("message", "this kind of message");
+  return error::InvalidField("message", "one of edit, control, heartbeat and presence must be set");
+}
+
+absl::Status DeformStream::Control(const v1::ControlWatchRequest& request, SceneStream& stream) {
+  if (request.has_presence()) {
+    if (auto s = CheckRole(call_.caller, "SceneService/ApplyEdits"); !s.ok()) return s;
+  }
+  const auto command = FromProto(request, stream.scene());
+  if (!command.ok()) return command.status();
+  const absl::Status status = stream.Control(*command);
+  // A stream that has ended meanwhile has its status already.
+  return absl::IsNotFound(status) ? absl::OkStatus() : status;
+}
+
+void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival,
+                              const absl::Status& admitted) {
+  const auto stream = Stream();
+  if (batch.editor_id().empty()) batch.set_editor_id(editor_id_);
+  const absl::Time begin = absl::Now();
+  stream->BeginEdit();
+  const auto summary = CatchBadAlloc("the edit", [&]() -> absl::StatusOr<EditSummary> {
+    if (!admitted.ok()) return admitted;
+    return Apply(batch);
+  });
+
+  v1::SceneEvent event;
+  v1::EditResult& result = *event.mutable_edit_result();
+  if (summary.ok()) {
+    result = ToProto(*summary);
+    last_revision_ = std::max(last_revision_, summary->revision);
+  } else {
+    env_->calls->NoteRefusal(error::DetailsOf(summary.status()).reason);
+    const auto state = stream->scene().State();
+    result.set_sequence(batch.sequence());
+    *result.mutable_status() = ToRpcStatus(summary.status());
+    result.set_revision(state->revision);
+    result.set_structure_id(state->structure_id);
+    last_revision_ = std::max(last_revision_, state->revision);
+  }
+  edited_ = true;
+  const auto microseconds = [](absl::Duration duration) {
+    return static_cast<uint32_t>(std::max<int64_t>(absl::ToInt64Microseconds(duration), 0));
+  };
+  result.mutable_timings()->set_queue_us(microseconds(begin - arrival));
+  result.mutable_timings()->set_apply_us(microseconds(absl::Now() - begin));
+  stream->Answer(event);
+}
+
+absl::StatusOr<EditSummary> DeformStream::Apply(const v1::EditBatch& batch) {
+  if (auto s = CheckRole(call_.caller, "SceneService/ApplyEdits"); !s.ok()) return s;
+  const auto stream = Stream();
+  if (!batch.scene().empty() && batch.scene() != stream->scene().id()) {
+    return error::InvalidField("scene", "is not the scene of the stream", "SCENE_MISMATCH");
+  }
+  Scene& scene = stream->mutable_scene();
+  return scene.ApplyEdits(BatchFromProto(batch, *scene.config().mesh), [this] {
+    return cancelled_ ? absl::CancelledError("the stream was cancelled") : absl::OkStatus();
+  });
+}
+
+}  // namespace
+
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* NewDeformStream(
+    ServerEnv* env, grpc::CallbackServerContext* context) {
+  const auto stream = std::make_shared<DeformStream>(env, context);
+  stream->HoldUntilDone();
+  return stream.get();
+}
+
+}  // namespace latticed

@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// SceneService.Deform: edits, view control and watching in one bidirectional stream.
+//
+//   new DeformStream -> first message opens the watch (scene_stream.h) -> reads go on side by side
+//   with writes -> half-close, cancel, goaway or a fatal status end it
+#ifndef LATTICED_SERVER_RPC_DEFORM_STREAM_H_
+#define LATTICED_SERVER_RPC_DEFORM_STREAM_H_
+
+#include <grpcpp/grpcpp.h>
+
+namespace latticed {
+
+struct ServerEnv;
+
+// The reactor of one call; it deletes itself when the call is done. `env` outlives the server.
+[[nodiscard]] grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* NewDeformStream(
+    ServerEnv* env, grpc::CallbackServerContext* context);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_RPC_DEFORM_STREAM_H_

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A server stream whose messages are pulled one by one: GetTopology, Export.
+//
+//   new PartStream -> open() on a worker -> next(), write, next(), write, … -> Finish
+//
+// One message is out at a time, so that a slow client holds one part and no more.
+//
+// Threads  open and next run one after the other; `cancelled` may be asked from any thread
+#ifndef LATTICED_SERVER_RPC_PART_STREAM_H_
+#define LATTICED_SERVER_RPC_PART_STREAM_H_
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include <grpcpp/grpcpp.h>
+
+#include "absl/status/statusor.h"
+#include "core/base/catch_bad_alloc.h"
+#include "server/rpc/call.h"
+#include "server/rpc/server_env.h"
+#include "server/wire/grpc_status.h"
+
+namespace latticed {
+
+template <typename Message>
+class PartStream final : public grpc::ServerWriteReactor<Message> {
+ public:
+  // The next message, nullopt after the last.
+  using Next = std::function<absl::StatusOr<std::optional<Message>>()>;
+  using Cancelled = std::function<bool()>;
+  // The long work before the first message; it looks at `cancelled` now and then.
+  using Open = std::function<absl::StatusOr<Next>(const Cancelled&)>;
+
+  PartStream(ServerEnv* env, grpc::CallbackServerContext* context, std::string_view rpc,
+             const std::string& scene, Open open) {
+    auto call = BeginCall(*env, context, rpc);
+    if (!call.ok()) {
+      this->Finish(ToGrpcStatus(call.status()));
+      return;
+    }
+    call_ = *std::move(call);
+    call_.scene = scene;
+    env->workers.Post([this, open = std::move(open)] {
+      if (cancelled_) return End(grpc::Status::CANCELLED);
+      auto next = CatchBadAlloc("the request", [&]() -> absl::StatusOr<Next> {
+        return open([this] { return cancelled_.load(); });
+      });
+      if (!next.ok()) return End(ToGrpcStatus(next.status()));
+      next_ = *std::move(next);
+      WriteNext();
+    });
+  }
+
+  void OnWriteDone(bool ok) override {
+    if (!ok || cancelled_) return End(grpc::Status::CANCELLED);
+    WriteNext();
+  }
+  void OnCancel() override { cancelled_ = true; }
+  void OnDone() override { delete this; }
+
+ private:
+  void End(const grpc::Status& status) {
+    LogFinished(call_, status);
+    this->Finish(status);
+  }
+  void WriteNext() {
+    auto message = CatchBadAlloc("the next part", next_);
+    if (!message.ok()) return End(ToGrpcStatus(message.status()));
+    if (!message->has_value()) return End(grpc::Status::OK);
+    message_ = **std::move(message);
+    this->StartWrite(&message_);
+  }
+
+  CallInfo call_;
+  std::atomic<bool> cancelled_ = false;
+  Next next_;
+  Message message_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_RPC_PART_STREAM_H_

@@ -1,0 +1,325 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/scene_service.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "fmt/format.h"
+#include "server/base/labels.h"
+#include "server/engine/scene_registry.h"
+#include "server/engine/surface_export.h"
+#include "server/rpc/call.h"
+#include "server/rpc/deform_stream.h"
+#include "server/rpc/get_update.h"
+#include "server/rpc/part_stream.h"
+#include "server/rpc/scene_service_base.h"
+#include "server/rpc/server_env.h"
+#include "server/rpc/topology.h"
+#include "server/rpc/watch_request.h"
+#include "server/rpc/watch_stream.h"
+#include "server/wire/converters.h"
+#include "server/wire/edit_converters.h"
+#include "server/wire/scene_converters.h"
+
+namespace latticed {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Context = grpc::CallbackServerContext;
+using UnaryReactor = grpc::ServerUnaryReactor;
+
+uint32_t Microseconds(Clock::duration time) {
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(time).count();
+  return static_cast<uint32_t>(std::clamp<int64_t>(us, 0, std::numeric_limits<uint32_t>::max()));
+}
+
+// Where a page of scenes, oldest first, begins: after the scene that this names.
+struct PageKey {
+  int64_t created = std::numeric_limits<int64_t>::min();  // Unix time, nanoseconds
+  std::string id;
+  friend auto operator<=>(const PageKey&, const PageKey&) = default;
+};
+PageKey KeyOf(const Scene& scene) { return {absl::ToUnixNanos(scene.create_time()), scene.id()}; }
+
+std::string ToToken(const PageKey& key) { return fmt::format("{}.{}", key.created, key.id); }
+absl::StatusOr<PageKey> FromToken(const std::string& token) {
+  if (token.empty()) return PageKey{};
+  const size_t dot = token.find('.');
+  int64_t nanos = 0;
+  if (dot == std::string::npos || !absl::SimpleAtoi(token.substr(0, dot), &nanos)) {
+    return error::InvalidField("page_token", "is none that this server gave out");
+  }
+  return PageKey{nanos, token.substr(dot + 1)};
+}
+
+// A file in parts: the header, then its bytes.
+class ExportParts {
+ public:
+  ExportParts(v1::ExportHeader header, std::string bytes, MemoryReservation room)
+      : header_(std::move(header)), bytes_(std::move(bytes)), room_(std::move(room)) {}
+
+  std::optional<v1::ExportResponse> Next() {
+    v1::ExportResponse part;
+    if (header_.has_value()) {
+      *part.mutable_header() = *std::exchange(header_, std::nullopt);
+      return part;
+    }
+    if (sent_ == bytes_.size()) return std::nullopt;
+    const size_t size = std::min(limits::kMaxPartBytes, bytes_.size() - sent_);
+    part.set_data(bytes_.data() + sent_, size);
+    sent_ += size;
+    return part;
+  }
+
+ private:
+  std::optional<v1::ExportHeader> header_;
+  const std::string bytes_;
+  const MemoryReservation room_;
+  size_t sent_ = 0;
+};
+
+class SceneServiceImpl final : public SceneServiceBase {
+ public:
+  explicit SceneServiceImpl(ServerEnv* env) : env_(env) {}
+
+  UnaryReactor* CreateScene(Context* context, const v1::CreateSceneRequest* request,
+                            v1::Scene* response) override {
+    return RunUnary(env_, context, "SceneService/CreateScene", *request,
+                    [=, this](const CallInfo& call) { return Create(call, *request, response); });
+  }
+
+  UnaryReactor* GetScene(Context* context, const v1::GetSceneRequest* request,
+                         v1::Scene* response) override {
+    return OnScene("SceneService/GetScene", context, request, [=](Scene& scene) {
+      *response = ToProto(scene);
+      return absl::OkStatus();
+    });
+  }
+
+  UnaryReactor* ListScenes(Context* context, const v1::ListScenesRequest* request,
+                           v1::ListScenesResponse* response) override {
+    return RunUnary(env_, context, "SceneService/ListScenes", *request,
+                    [=, this](const CallInfo&) { return List(*request, response); });
+  }
+
+  UnaryReactor* DeleteScene(Context* context, const v1::DeleteSceneRequest* request,
+                            v1::DeleteSceneResponse*) override {
+    return OnScene("SceneService/DeleteScene", context, request,
+                   [=, this](Scene& scene) { return env_->scenes->Delete(scene.id()); });
+  }
+
+  UnaryReactor* GetLattice(Context* context, const v1::GetLatticeRequest* request,
+                           v1::LatticeState* response) override {
+    return OnScene("SceneService/GetLattice", context, request, [=](Scene& scene) {
+      *response = LatticeStateToProto(*scene.State());
+      return absl::OkStatus();
+    });
+  }
+
+  UnaryReactor* ApplyEdits(Context* context, const v1::EditBatch* request,
+                           v1::EditResult* response) override {
+    const auto arrived = Clock::now();
+    return OnScene("SceneService/ApplyEdits", context, request, [=](Scene& scene) -> absl::Status {
+      const auto begun = Clock::now();
+      const auto summary = scene.ApplyEdits(BatchFromProto(*request, *scene.config().mesh),
+                                            [context] { return CheckCancelled(*context); });
+      if (!summary.ok()) return summary.status();
+      *response = ToProto(*summary);
+      response->mutable_timings()->set_queue_us(Microseconds(begun - arrived));
+      response->mutable_timings()->set_apply_us(Microseconds(Clock::now() - begun));
+      return absl::OkStatus();
+    });
+  }
+
+  UnaryReactor* EvaluatePoints(Context* context, const v1::EvaluatePointsRequest* request,
+                               v1::EvaluatePointsResponse* response) override {
+    return OnScene("SceneService/EvaluatePoints", context, request, [=](Scene& scene) {
+      return latticed::EvaluatePoints(*scene.State(), *request, response);
+    });
+  }
+
+  UnaryReactor* Pick(Context* context, const v1::PickRequest* request,
+                     v1::SurfacePoint* response) override {
+    return OnScene("SceneService/Pick", context, request, [=](Scene& scene) {
+      return latticed::Pick(
+          *scene.State(), *request, [context] { return CheckCancelled(*context); }, response);
+    });
+  }
+
+  UnaryReactor* ControlWatch(Context* context, const v1::ControlWatchRequest* request,
+                             v1::ControlWatchResponse* response) override {
+    return RunUnary(env_, context, "SceneService/ControlWatch", *request,
+                    [=, this](const CallInfo& call) -> absl::Status {
+                      if (auto s = CheckSceneMetadata(*context, request->scene());
+                          !request->scene().empty() && !s.ok()) {
+                        return s;
+                      }
+                      if (auto s = CheckRole(call.caller, "SceneService/ApplyEdits");
+                          request->has_presence() && !s.ok()) {
+                        return s;
+                      }
+                      return latticed::ControlWatch(env_, *request, response);
+                    });
+  }
+
+  grpc::ServerWriteReactor<v1::TopologyPart>* GetTopology(
+      Context* context, const v1::GetTopologyRequest* request) override {
+    return new PartStream<v1::TopologyPart>(
+        env_, context, "SceneService/GetTopology", request->scene(),
+        [=, this](const auto&) { return OpenTopology(*context, *request); });
+  }
+
+  grpc::ServerWriteReactor<v1::ExportResponse>* Export(Context* context,
+                                                       const v1::ExportRequest* request) override {
+    return new PartStream<v1::ExportResponse>(env_, context, "SceneService/Export",
+                                              request->scene(),
+                                              [=, this](const Cancelled& cancelled) {
+                                                return OpenExport(*context, *request, cancelled);
+                                              });
+  }
+
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Deform(Context* context) override {
+    return NewDeformStream(env_, context);
+  }
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* Watch(Context* context,
+                                                    const grpc::ByteBuffer* request) override {
+    return NewWatchStream(env_, context, request);
+  }
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* GetUpdate(Context* context,
+                                                        const grpc::ByteBuffer* request) override {
+    return NewGetUpdateStream(env_, context, request);
+  }
+
+ private:
+  template <typename Request, typename Work>
+  UnaryReactor* OnScene(std::string_view rpc, Context* context, const Request* request, Work work) {
+    return RunUnary(
+        env_, context, rpc, *request,
+        [this, context, request, work = std::move(work)](const CallInfo&) -> absl::Status {
+          const auto scene = FindScene(*env_, *context, request->scene());
+          return scene.ok() ? work(**scene) : scene.status();
+        });
+  }
+
+  absl::Status Create(const CallInfo& call, const v1::CreateSceneRequest& request,
+                      v1::Scene* response) {
+    if (auto s = CheckCreateScene(request); !s.ok()) return s;
+    if (auto s = CheckSceneMetadata(*call.context, request.scene_id()); !s.ok()) return s;
+    const auto mesh = env_->meshes.Find(request.mesh());
+    if (!mesh.ok()) return mesh.status();
+    auto config =
+        SceneConfigFromProto(request, **mesh, call.caller.name, env_->options.scene_idle_ttl);
+    if (!config.ok()) return config.status();
+    config->memory = env_->memory;
+    // The mesh may have been deleted since it was found.
+    const auto scene = env_->scenes->Create(
+        *std::move(config), [&] { return env_->meshes.Find(request.mesh()).status(); },
+        [&] { return CheckCancelled(*call.context); });
+    if (!scene.ok()) return scene.status();
+    *response = ToProto(**scene);
+    return absl::OkStatus();
+  }
+
+  std::vector<std::shared_ptr<Scene>> AllScenes(
+      const std::function<bool(const Scene&)>& accept) const {
+    return env_->scenes->List("", std::numeric_limits<size_t>::max(), accept);
+  }
+
+  absl::Status List(const v1::ListScenesRequest& request, v1::ListScenesResponse* response) const {
+    const auto size = PageSize(request.page_size());
+    if (!size.ok()) return size.status();
+    const auto filter = LabelFilter::Parse(request.filter());
+    if (!filter.ok()) return filter.status();
+    const auto after = FromToken(request.page_token());
+    if (!after.ok()) return after.status();
+    auto scenes = AllScenes([&](const Scene& scene) {
+      return filter->Matches(scene.config().labels) && KeyOf(scene) > *after;
+    });
+    std::ranges::sort(scenes, {}, [](const auto& scene) { return KeyOf(*scene); });
+    PageRoom room(*size);
+    PageKey last;
+    for (const auto& scene : scenes) {
+      v1::Scene item = ToProto(*scene);
+      if (!room.Take(item.ByteSizeLong())) {
+        response->set_next_page_token(ToToken(last));
+        break;
+      }
+      *response->add_scenes() = std::move(item);
+      last = KeyOf(*scene);
+    }
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<PartStream<v1::TopologyPart>::Next> OpenTopology(
+      const Context& context, const v1::GetTopologyRequest& request) const {
+    const auto scene = FindScene(*env_, context, request.scene());
+    if (!scene.ok()) return scene.status();
+    const auto plan = (*scene)->State()->plan;
+    if (!IsTopologyOf(request.topology_id(), (*scene)->config().mesh_id, plan->structure)) {
+      return error::NotFound("topology", request.topology_id());
+    }
+    return [plan, id = request.topology_id(),
+            first = size_t{0}]() mutable -> absl::StatusOr<std::optional<v1::TopologyPart>> {
+      if (first >= plan->patches.size()) return std::nullopt;
+      auto part = MakeTopologyPart(*plan, id, first);
+      first += kPatchesPerTopologyPart;
+      return part;
+    };
+  }
+
+  absl::StatusOr<PartStream<v1::ExportResponse>::Next> OpenExport(
+      const Context& context, const v1::ExportRequest& request, const Cancelled& cancelled) const {
+    const auto scene = FindScene(*env_, context, request.scene());
+    if (!scene.ok()) return scene.status();
+    const auto state = (*scene)->State();
+    if (request.revision() != 0 && request.revision() != state->revision) {
+      return error::WithDetails(
+          absl::AbortedError(fmt::format("revision: got {}, the scene is at {}", request.revision(),
+                                         state->revision)),
+          {.reason = "REVISION_CHANGED",
+           .metadata = {{"revision", fmt::to_string(state->revision)}}});
+    }
+    auto spec = ExportSpecFromProto(request, (*scene)->config().default_view);
+    if (!spec.ok()) return spec.status();
+    // A mesh that is gone takes its scene along: then the export is the last of it, without units.
+    if (const auto mesh = env_->meshes.Find((*scene)->config().mesh_id); mesh.ok()) {
+      spec->units = {(*mesh)->up_axis, (*mesh)->meters_per_unit};
+    }
+    const auto hold = (*scene)->Hold();
+    const uint64_t most = ExportMemoryBytes(*state->plan, *spec);
+    auto room =
+        env_->scenes->residency().Run([&] { return env_->memory->Reserve("the export", most); });
+    if (!room.ok()) return room.status();
+    auto bytes = ExportSurface(*state, *spec, cancelled);
+    if (!bytes.ok()) return bytes.status();
+
+    v1::ExportHeader header;
+    header.set_revision(state->revision);
+    header.set_media_type(std::string(ExportMediaType(spec->format)));
+    header.set_file_name(fmt::format("{}.{}", (*scene)->id(), ExportExtension(spec->format)));
+    header.set_bytes(bytes->size());
+    const auto parts =
+        std::make_shared<ExportParts>(std::move(header), *std::move(bytes), *std::move(room));
+    return [parts]() -> absl::StatusOr<std::optional<v1::ExportResponse>> { return parts->Next(); };
+  }
+
+  ServerEnv* const env_;
+};
+
+}  // namespace
+
+std::unique_ptr<grpc::Service> MakeSceneService(ServerEnv* env) {
+  return std::make_unique<SceneServiceImpl>(env);
+}
+
+}  // namespace latticed

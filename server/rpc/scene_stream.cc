@@ -1,0 +1,342 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/scene_stream.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "server/base/random_id.h"
+#include "server/engine/scene_registry.h"
+#include "server/engine/view_room.h"
+#include "server/rpc/server_env.h"
+#include "server/wire/grpc_status.h"
+#include "server/wire/presence_converters.h"
+#include "server/wire/time_converters.h"
+#include "server/wire/wire_buffers.h"
+
+namespace latticed {
+namespace {
+
+// A watcher from which nothing came for so many heartbeats is paused.
+constexpr int kSilentHeartbeats = 3;
+// By then another server, or this one's successor, may well listen. The drain delay is over when
+// goaway is sent.
+constexpr absl::Duration kGoawayRetry = absl::Seconds(1);
+
+// The largest message of such a watch: its chunks, the whole lattice, or something small.
+uint64_t MostMessageBytes(const SceneState& state, const ViewKey& key) {
+  constexpr uint64_t kSmall = 4'096;
+  const uint64_t large =
+      std::max(state.control_points->size() * sizeof(Vec3d), VertexBytes(*state.plan, key));
+  return std::min<uint64_t>(large + kSmall, limits::kMaxMessageBytes);
+}
+
+// The largest presence, beside which the scene holds another while it is being replaced.
+constexpr uint64_t kPresenceBytes = 2 * 8'192;
+
+}  // namespace
+
+std::string_view StreamStateName(StreamState state) {
+  switch (state) {
+    case StreamState::kIdle:
+      return "IDLE";
+    case StreamState::kWriting:
+      return "WRITING";
+    case StreamState::kFinished:
+      return "FINISHED";
+  }
+  return "UNKNOWN";
+}
+
+SceneStream::SceneStream(ServerEnv* env, std::shared_ptr<Scene> scene, const Options& options,
+                         StreamSink* sink)
+    : env_(env),
+      scene_(std::move(scene)),
+      only_update_(options.only_update.has_value()),
+      watch_id_(NewRandomId()),
+      editor_id_(options.watcher.editor_id),
+      sink_(sink),
+      presence_(&scene_->presence(), editor_id_),
+      finish_at_(options.only_update),
+      half_closed_(only_update_),
+      last_heard_(absl::Now()) {}
+
+absl::StatusOr<std::shared_ptr<SceneStream>> SceneStream::Open(ServerEnv* env,
+                                                               std::shared_ptr<Scene> scene,
+                                                               Options options, StreamSink* sink) {
+  const auto most = static_cast<size_t>(env->options.max_watchers);
+  if (scene->watcher_count() >= most) {
+    return error::LimitExceeded("watchers of a scene", most);
+  }
+  const std::shared_ptr<SceneStream> stream(new SceneStream(env, std::move(scene), options, sink));
+  const uint64_t bytes = MostMessageBytes(*stream->scene_->State(), options.watcher.view.key);
+  auto room = env->scenes->residency().Run(
+      [&] { return Reserve(env->memory, "the stream's messages", bytes); });
+  if (!room.ok()) return room.status();
+  options.watcher.boot_id = env->boot_id;
+  auto watcher = Watcher::Create(stream->scene_, options.watcher);
+  if (!watcher.ok()) return watcher.status();
+  const absl::MutexLock lock(&stream->mutex_);
+  stream->room_ = *std::move(room);
+  stream->watcher_ = *std::move(watcher);
+  return stream;
+}
+
+void SceneStream::Start() {
+  const std::weak_ptr<SceneStream> weak = weak_from_this();
+  if (!only_update_) Greet();
+  scene_->AddListener(weak);
+  if (!only_update_) {
+    env_->scenes->AddWatch(watch_id_, weak);
+  }
+  drain_subscription_ = env_->drain.Subscribe([weak] {
+    if (const auto stream = weak.lock(); stream != nullptr) stream->GoAway();
+  });
+  OnSceneChanged();
+}
+
+void SceneStream::Greet() {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  v1::SceneEvent event;
+  v1::Hello& hello = *event.mutable_hello();
+  hello.set_watch_id(watch_id_);
+  hello.set_boot_id(env_->boot_id);
+  hello.set_head_revision(scene_->State()->revision);
+  hello.set_resumed(watcher_->resumed());
+  SetDuration(env_->options.heartbeat_interval, *hello.mutable_heartbeat());
+  small_.push_back(EncodeEvent(event));
+  ScheduleHeartbeat();
+}
+
+void SceneStream::Pump() {
+  if (state_ != StreamState::kIdle) return;
+  if (AtEnd()) return FinishLocked(grpc::Status::OK);
+  auto buffer = CatchBadAlloc(
+      "the stream", [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return NextBuffer(); });
+  if (!buffer.ok()) return FinishLocked(ToGrpcStatus(buffer.status()));
+  if (!buffer->has_value()) return;
+  state_ = StreamState::kWriting;
+  writing_ = **std::move(buffer);
+  sink_->Write(&writing_);
+}
+
+bool SceneStream::AtEnd() const {
+  if (!small_.empty() || watcher_->update_in_progress()) return false;
+  // GetUpdate's client gets the update that is on its way, but does not wait for a revision to
+  // come.
+  const bool on_its_way = only_update_ && *finish_at_ <= scene_->State()->revision;
+  if (going_away_ && !on_its_way) return true;
+  return finish_at_.has_value() && watcher_->covered().has_value() &&
+         *watcher_->covered() >= *finish_at_ && watcher_->has_full_detail();
+}
+
+absl::StatusOr<std::optional<grpc::ByteBuffer>> SceneStream::NextBuffer() {
+  if (!small_.empty()) {
+    grpc::ByteBuffer buffer = small_.front();  // shares the slices
+    small_.pop_front();
+    return buffer;
+  }
+  if (auto presence = NextPresence(); presence.has_value()) return presence;
+  const auto event = watcher_->Next(absl::Now());
+  if (!event.ok()) return event.status();
+  if (event->has_value()) return EncodeEvent(**event);
+  WakeAt(std::min(watcher_->wake_at(), presence_.wake_at()));
+  return std::nullopt;
+}
+
+std::optional<grpc::ByteBuffer> SceneStream::NextPresence() {
+  if (only_update_ || !watcher_->has_lattice()) return std::nullopt;
+  const auto presence = presence_.Next(absl::Now());
+  if (presence == nullptr) return std::nullopt;
+  v1::SceneEvent event;
+  *event.mutable_presence() = ToProto(*presence);
+  return EncodeEvent(event);
+}
+
+void SceneStream::WakeAt(absl::Time time) {
+  if (time == absl::InfiniteFuture()) return;
+  pace_ = std::make_unique<grpc::Alarm>();
+  pace_->Set(absl::ToChronoTime(time), [weak = weak_from_this()](bool expired) {
+    if (!expired) return;  // another one took its place
+    if (const auto stream = weak.lock(); stream != nullptr) stream->OnSceneChanged();
+  });
+}
+
+void SceneStream::FinishLocked(const grpc::Status& status) {
+  if (state_ == StreamState::kFinished) return;
+  state_ = StreamState::kFinished;
+  watcher_.reset();
+  small_.clear();
+  heartbeat_.reset();
+  pace_.reset();
+  sink_->Finish(status);
+}
+
+void SceneStream::OnSceneChanged() {
+  const absl::MutexLock lock(&mutex_);
+  Pump();
+}
+
+void SceneStream::OnWriteDone(bool ok) {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ != StreamState::kWriting) return;
+  if (!ok) {
+    return FinishLocked(grpc::Status(grpc::StatusCode::CANCELLED, "the client has gone"));
+  }
+  state_ = StreamState::kIdle;
+  writing_.Clear();
+  Pump();
+}
+
+void SceneStream::OnCancel() {
+  const absl::MutexLock lock(&mutex_);
+  FinishLocked(grpc::Status(grpc::StatusCode::CANCELLED, "the client cancelled"));
+}
+
+void SceneStream::Hear() {
+  last_heard_ = absl::Now();
+  watcher_->SetSilent(false);
+}
+
+void SceneStream::Touch() {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  Hear();
+  Pump();
+}
+
+absl::Status SceneStream::Control(const WatchCommand& command) {
+  auto status = Steer(command);
+  // Others' locks are not taken with this stream's held.
+  if (status.ok() && command.presence.has_value()) scene_->WakeListeners();
+  return status;
+}
+
+absl::Status SceneStream::CheckPresence(const Presence& presence) const {
+  if (editor_id_.empty()) {
+    return error::InvalidField("presence", "the watch has no editor_id, which says whose it is");
+  }
+  if (presence.editor_id.empty() || presence.editor_id == editor_id_) return absl::OkStatus();
+  return error::InvalidField("presence.editor_id", "is not the editor of the watch");
+}
+
+absl::Status SceneStream::Steer(const WatchCommand& command) {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return error::NotFound("watch", watch_id_);
+  Hear();
+  // What can be refused comes first, so that a refused command has changed nothing.
+  if (command.presence.has_value()) {
+    if (auto s = CheckPresence(*command.presence); !s.ok()) return s;
+    if (presence_room_.bytes() == 0) {
+      auto room = Reserve(env_->memory, "the stream's presence", kPresenceBytes);
+      if (!room.ok()) return room.status();
+      presence_room_ = *std::move(room);
+    }
+  }
+  if (command.view.has_value()) {
+    if (auto s = watcher_->CheckAck(command.acked_update_id.value_or(0)); !s.ok()) return s;
+    const uint64_t bytes = MostMessageBytes(*scene_->State(), command.view->key);
+    if (bytes > room_.bytes()) {
+      if (auto s = room_.Resize("the stream's messages", bytes); !s.ok()) return s;
+    }
+    if (auto s = watcher_->SetView(*command.view); !s.ok()) return s;
+  }
+  if (command.acked_update_id.has_value()) {
+    if (auto s = watcher_->Ack(*command.acked_update_id); !s.ok()) return s;
+  }
+  if (command.pause.has_value()) watcher_->SetPaused(*command.pause);
+  if (command.presence.has_value()) {
+    Presence presence = *command.presence;
+    presence.editor_id = editor_id_;
+    scene_->presence().Show(this, std::move(presence));
+  }
+  Pump();
+  return absl::OkStatus();
+}
+
+void SceneStream::BeginEdit() {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ != StreamState::kFinished) watcher_->SetCeiling(scene_->State()->revision);
+}
+
+void SceneStream::Answer(const v1::SceneEvent& result) {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  watcher_->SetCeiling(std::nullopt);
+  small_.push_back(EncodeEvent(result));
+  Pump();
+}
+
+void SceneStream::HalfClose(uint64_t revision) {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  half_closed_ = true;
+  finish_at_ = revision;
+  // Nothing can be acknowledged or resumed any more, so nothing waits for it.
+  watcher_->StopAcks();
+  watcher_->WantFullDetail();
+  watcher_->SetPaused(false);
+  watcher_->SetSilent(false);
+  Pump();
+}
+
+void SceneStream::Fail(const absl::Status& status) {
+  const absl::MutexLock lock(&mutex_);
+  FinishLocked(ToGrpcStatus(status));
+}
+
+void SceneStream::Close() {
+  // Not in the destructor: an observer that holds the last reference must not wait for itself.
+  if (drain_subscription_.has_value()) env_->drain.Unsubscribe(*drain_subscription_);
+  // The stream has finished: nothing can be shown through it any more.
+  if (scene_->presence().Leave(this)) scene_->WakeListeners();
+}
+
+size_t SceneStream::backlog() const {
+  const absl::MutexLock lock(&mutex_);
+  return small_.size();
+}
+
+void SceneStream::ScheduleHeartbeat() {
+  // An Alarm runs once, and must not be set again from its own callback.
+  heartbeat_ = std::make_unique<grpc::Alarm>();
+  heartbeat_->Set(absl::ToChronoTime(absl::Now() + env_->options.heartbeat_interval),
+                  [weak = weak_from_this()](bool expired) {
+                    if (!expired) return;
+                    if (const auto stream = weak.lock(); stream != nullptr) stream->OnHeartbeat();
+                  });
+}
+
+void SceneStream::OnHeartbeat() {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  ScheduleHeartbeat();
+  const absl::Duration silence = absl::Now() - last_heard_;
+  if (!half_closed_ && silence > kSilentHeartbeats * env_->options.heartbeat_interval) {
+    watcher_->SetSilent(true);
+  }
+  // While a write is outstanding the reader is busy with it, and heartbeats must not pile up.
+  if (state_ != StreamState::kIdle) return;
+  v1::SceneEvent event;
+  event.mutable_heartbeat()->set_head_revision(scene_->State()->revision);
+  small_.push_back(EncodeEvent(event));
+  Pump();
+}
+
+void SceneStream::GoAway() {
+  const absl::MutexLock lock(&mutex_);
+  if (state_ == StreamState::kFinished) return;
+  v1::SceneEvent event;
+  event.mutable_goaway()->set_reason(v1::GOAWAY_REASON_DRAINING);
+  SetDuration(kGoawayRetry, *event.mutable_goaway()->mutable_retry_after());
+  small_.push_back(EncodeEvent(event));
+  going_away_ = true;
+  Pump();
+}
+
+}  // namespace latticed

@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What Deform, Watch and GetUpdate have in common: one watcher, one outstanding write, an orderly
+// end. The reactor reads and owns the call; this decides what is written next:
+//
+//   small events (hello, edit_result, heartbeat, goaway) > first lattice > presence > lattice >
+//   the update's next event
+//
+// Nothing is queued but small events, and the reader stops reading when those pile up (backlog). A
+// stream ends OK at finish_at, in full detail (half-close, GetUpdate), or after goaway; with a
+// status when the scene is deleted or cannot be evaluated; CANCELLED when the client cancels or its
+// deadline passes. Then the watcher is let go at once, and with it its claim on evaluations and
+// snapshots.
+//
+// A client that does not read costs the message that it does not take, whose chunks live on when
+// their snapshot is retired: the stream reserves that from --memory, a MiB at most.
+//
+// Locks    the stream's mutex before those of scene and view
+// Threads  safe
+#ifndef LATTICED_SERVER_RPC_SCENE_STREAM_H_
+#define LATTICED_SERVER_RPC_SCENE_STREAM_H_
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <grpcpp/alarm.h>
+#include <grpcpp/grpcpp.h>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "latticed/v1/scene.pb.h"
+#include "server/base/memory_budget.h"
+#include "server/engine/presence.h"
+#include "server/engine/scene.h"
+#include "server/engine/watch_control.h"
+#include "server/engine/watcher.h"
+
+namespace latticed {
+
+struct ServerEnv;
+
+enum class StreamState {
+  kIdle,      // open, and nothing is being written
+  kWriting,   // one write is outstanding
+  kFinished,  // Finish was called: nothing is written or counted any more
+};
+[[nodiscard]] std::string_view StreamStateName(StreamState state);  // "IDLE", …
+
+// The writing half of a reactor. Neither call blocks; each is made at most once per OnWriteDone.
+class StreamSink {
+ public:
+  virtual ~StreamSink() = default;
+  virtual void Write(const grpc::ByteBuffer* buffer) = 0;  // the buffer lives until OnWriteDone
+  virtual void Finish(const grpc::Status& status) = 0;
+};
+
+class SceneStream : public SceneListener,
+                    public WatchControl,
+                    public std::enable_shared_from_this<SceneStream> {
+ public:
+  struct Options {
+    WatcherOptions watcher;
+    // GetUpdate: no hello, no heartbeats, and the end after the first update at or above this
+    // revision.
+    std::optional<uint64_t> only_update;
+  };
+  // Opens the watch of `scene`; nothing is written before Start. The sink lives until its reactor
+  // is done, which is after Finish. Watcher::Create's errors, and kResourceExhausted where there is
+  // no room for a message.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<SceneStream>> Open(
+      ServerEnv* env, std::shared_ptr<Scene> scene, Options options, StreamSink* sink);
+
+  // Writes the first event. Once the reactor can find the stream: the write may be done at once.
+  void Start() ABSL_LOCKS_EXCLUDED(mutex_);
+
+  void OnSceneChanged() override ABSL_LOCKS_EXCLUDED(mutex_);
+  const Scene& scene() const override { return *scene_; }
+  Scene& mutable_scene() const { return *scene_; }
+  [[nodiscard]] absl::Status Control(const WatchCommand& command) override
+      ABSL_LOCKS_EXCLUDED(mutex_);
+
+  // From the reactor. `ok` is false when the call is over.
+  void OnWriteDone(bool ok) ABSL_LOCKS_EXCLUDED(mutex_);
+  void OnCancel() ABSL_LOCKS_EXCLUDED(mutex_);
+  // The client lives.
+  void Touch() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Around the application of an edit: its answer goes before the next chunks, and before any
+  // update that holds it.
+  void BeginEdit() ABSL_LOCKS_EXCLUDED(mutex_);
+  void Answer(const v1::SceneEvent& result) ABSL_LOCKS_EXCLUDED(mutex_);
+  // No more messages will come: the end is OK after an update at or above `revision`.
+  void HalfClose(uint64_t revision) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Ends the stream now.
+  void Fail(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
+  // The call is done: nobody calls the sink any more. Before the reactor lets go of the stream.
+  // Takes back the presence that it has shown.
+  void Close() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Small events that wait to be written.
+  size_t backlog() const ABSL_LOCKS_EXCLUDED(mutex_);
+
+ private:
+  SceneStream(ServerEnv* env, std::shared_ptr<Scene> scene, const Options& options,
+              StreamSink* sink);
+  void Greet() ABSL_LOCKS_EXCLUDED(mutex_);
+  void Pump() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::StatusOr<std::optional<grpc::ByteBuffer>> NextBuffer()
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  std::optional<grpc::ByteBuffer> NextPresence() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void WakeAt(absl::Time time) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status Steer(const WatchCommand& command) ABSL_LOCKS_EXCLUDED(mutex_);
+  absl::Status CheckPresence(const Presence& presence) const;
+  bool AtEnd() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void FinishLocked(const grpc::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Hear() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void ScheduleHeartbeat() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void OnHeartbeat() ABSL_LOCKS_EXCLUDED(mutex_);
+  void GoAway() ABSL_LOCKS_EXCLUDED(mutex_);
+
+  ServerEnv* const env_;
+  const std::shared_ptr<Scene> scene_;
+  const bool only_update_;
+  const std::string watch_id_;
+  const std::string editor_id_;                 // may be empty
+  std::optional<uint64_t> drain_subscription_;  // written by Start alone
+
+  mutable absl::Mutex mutex_;
+  StreamState state_ ABSL_GUARDED_BY(mutex_) = StreamState::kIdle;
+  StreamSink* const sink_ ABSL_PT_GUARDED_BY(mutex_);
+  MemoryReservation room_ ABSL_GUARDED_BY(mutex_);            // for the message being written
+  std::unique_ptr<Watcher> watcher_ ABSL_GUARDED_BY(mutex_);  // null once finished
+  std::deque<grpc::ByteBuffer> small_ ABSL_GUARDED_BY(mutex_);
+  PresenceFeed presence_ ABSL_GUARDED_BY(mutex_);
+  MemoryReservation presence_room_ ABSL_GUARDED_BY(mutex_);  // for what is shown; empty before
+  grpc::ByteBuffer writing_ ABSL_GUARDED_BY(mutex_);
+  std::optional<uint64_t> finish_at_ ABSL_GUARDED_BY(mutex_);
+  bool half_closed_ ABSL_GUARDED_BY(mutex_) = false;
+  bool going_away_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Time last_heard_ ABSL_GUARDED_BY(mutex_);
+  std::unique_ptr<grpc::Alarm> heartbeat_ ABSL_GUARDED_BY(mutex_);
+  std::unique_ptr<grpc::Alarm> pace_
+      ABSL_GUARDED_BY(mutex_);  // for wake_at of watcher and presence
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_RPC_SCENE_STREAM_H_

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/server_env.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <thread>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/limits.h"
+#include "server/base/auth.h"
+#include "server/base/random_id.h"
+#include "server/engine/scene_registry.h"
+#include "server/rpc/call_counts.h"
+#include "server/rpc/uploads.h"
+
+namespace latticed {
+namespace {
+
+// Parsing and planning use one thread each; more than these would only fight the backend's.
+constexpr unsigned kMinWorkers = 2;
+constexpr unsigned kMaxWorkers = 8;
+
+std::string HostName() {
+  std::array<char, 256> name{};
+  if (gethostname(name.data(), name.size() - 1) != 0) return "unknown";
+  return name.data();
+}
+
+}  // namespace
+
+ServerEnv::ServerEnv(Options options_in)
+    : options(std::move(options_in)),
+      boot_id(NewRandomId()),
+      node(options.node.empty() ? HostName() : options.node),
+      start_time(absl::Now()),
+      calls(std::make_unique<CallCounts>()),
+      authenticator(std::make_shared<const Authenticator>()),
+      memory(std::make_shared<MemoryBudget>(options.memory_bytes)),
+      requests(
+          std::make_shared<MemoryBudget>(options.memory_bytes / limits::kWaitingRequestsShare)),
+      meshes(memory),
+      uploads(std::make_shared<UploadStore>(&meshes, options.max_mesh_bytes)),
+      workers(static_cast<int>(
+          std::clamp(std::thread::hardware_concurrency(), kMinWorkers, kMaxWorkers))) {}
+
+ServerEnv::~ServerEnv() = default;
+
+}  // namespace latticed

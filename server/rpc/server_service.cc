@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/server_service.h"
+
+#include "core/base/limits.h"
+#include "server/base/version.h"
+#include "server/engine/scene_registry.h"
+#include "server/rpc/call.h"
+#include "server/wire/time_converters.h"
+
+namespace latticed {
+namespace {
+
+void FillDevice(const DeviceState& state, v1::DeviceInfo& out) {
+  out.set_number(static_cast<uint32_t>(state.number));
+  out.set_name(state.name);
+  out.set_memory_bytes(state.memory_bytes);
+  out.set_free_bytes(state.free_bytes);
+  out.set_budget_bytes(state.budget_bytes);
+  out.mutable_bytes()->insert(state.use.begin(), state.use.end());
+}
+
+void FillBackends(ServerEnv& env, v1::ServerInfo& info) {
+  for (const auto& backend : env.backends) {
+    v1::BackendInfo& out = *info.add_backends();
+    out.set_name(std::string(backend->name()));
+    out.set_description(backend->description());
+    for (const DeviceState& state : backend->devices()) FillDevice(state, *out.add_devices());
+  }
+  const absl::Status health = env.scenes->residency().health().status();
+  info.mutable_backends(0)->set_give_backs(env.scenes->give_backs());
+  if (!health.ok()) info.mutable_backends(0)->set_lost(std::string(health.message()));
+}
+
+void FillHostMemory(ServerEnv& env, v1::ServerInfo& info) {
+  auto& bytes = *info.mutable_host_bytes();
+  for (const auto& [purpose, size] : env.scenes->memory()) {
+    if (!purpose.starts_with(kDevicePurpose)) bytes[purpose] = size;
+  }
+  const auto all = [](const StoredMesh&) { return true; };
+  for (const auto& mesh : env.meshes.List("", env.meshes.size(), all)) {
+    bytes["mesh"] += mesh->MemoryBytes();
+  }
+  if (const uint64_t kept = env.memory->kept_bytes(); kept > 0) bytes["encoder"] = kept;
+  info.set_reserved_host_bytes(env.memory->used_bytes());
+}
+
+void FillAbilities(v1::ServerInfo& info) {
+  for (const auto encoding : {v1::ENCODING_DRACO_POINTS, v1::ENCODING_DRACO_MESH, v1::ENCODING_RAW,
+                              v1::ENCODING_QUANTISED}) {
+    info.add_encodings(encoding);
+  }
+  for (const auto format : {v1::MESH_FORMAT_OBJ, v1::MESH_FORMAT_PLY, v1::MESH_FORMAT_STL,
+                            v1::MESH_FORMAT_GLB, v1::MESH_FORMAT_DRACO, v1::MESH_FORMAT_RAW}) {
+    info.add_mesh_formats(format);
+  }
+  for (const auto format :
+       {v1::EXPORT_FORMAT_PLY, v1::EXPORT_FORMAT_OBJ, v1::EXPORT_FORMAT_STL, v1::EXPORT_FORMAT_GLB,
+        v1::EXPORT_FORMAT_DRC, v1::EXPORT_FORMAT_CONTROL_NETS}) {
+    info.add_export_formats(format);
+  }
+  for (const auto pipeline :
+       {v1::PIPELINE_FUSED, v1::PIPELINE_GEMM, v1::PIPELINE_GEMM12, v1::PIPELINE_CONTROL_NET}) {
+    info.add_pipelines(pipeline);
+  }
+  for (const auto feature : {v1::FEATURE_DRAG_POINTS, v1::FEATURE_PICK, v1::FEATURE_PRESENCE}) {
+    info.add_features(feature);
+  }
+}
+
+void FillLimits(const Options& options, v1::ServerLimits& out) {
+  out.set_max_part_bytes(limits::kMaxPartBytes);
+  out.set_max_message_bytes(limits::kMaxMessageBytes);
+  out.set_max_mesh_bytes(options.max_mesh_bytes);
+  out.set_max_mesh_vertices(limits::kMaxMeshVertices);
+  out.set_max_mesh_faces(limits::kMaxMeshFaces);
+  out.set_max_patches(limits::kMaxPatches);
+  out.set_min_degree(limits::kMinDegree);
+  out.set_max_degree(limits::kMaxDegree);
+  out.set_max_control_points(limits::kMaxControlPoints);
+  out.set_min_segments(limits::kMinSegments);
+  out.set_max_segments(limits::kMaxSegments);
+  out.set_min_position_bits(limits::kMinPositionBits);
+  out.set_max_position_bits(limits::kMaxPositionBits);
+  out.set_min_normal_bits(limits::kMinNormalBits);
+  out.set_max_normal_bits(limits::kMaxNormalBits);
+  out.set_max_views_per_scene(limits::kMaxViewsPerScene);
+  out.set_max_watchers_per_scene(options.max_watchers);
+  out.set_max_scenes(options.max_scenes);
+  out.set_max_evaluate_points(limits::kMaxEvaluatePoints);
+  out.set_max_drag_points(limits::kMaxDragPoints);
+  out.set_max_presence_name(limits::kMaxPresenceName);
+  out.set_max_presence_indices(limits::kMaxPresenceIndices);
+  out.set_max_uploads(limits::kMaxUploads);
+  out.set_max_chunk_points(limits::kMaxChunkPoints);
+  out.set_max_undo_steps(limits::kMaxUndoSteps);
+  out.set_max_undo_bytes(limits::kMaxUndoBytes);
+  out.set_max_editors_remembered(limits::kMaxEditorsRemembered);
+  out.set_max_page_size(limits::kMaxPageSize);
+  out.set_max_host_bytes(options.memory_bytes);
+  SetDuration(absl::Seconds(limits::kGestureTimeoutSeconds), *out.mutable_gesture_timeout());
+  SetDuration(absl::Seconds(limits::kUploadIdleSeconds), *out.mutable_upload_idle_timeout());
+}
+
+}  // namespace
+
+v1::ServerInfo DescribeServer(ServerEnv& env) {
+  v1::ServerInfo info;
+  info.set_version(std::string(Version()));
+  info.set_commit(std::string(Commit()));
+  info.set_boot_id(env.boot_id);
+  info.set_node(env.node);
+  FillBackends(env, info);
+  FillAbilities(info);
+  FillLimits(env.options, *info.mutable_limits());
+  for (const DeviceState& device : env.backend().devices()) {
+    v1::ServerLimits& limits = *info.mutable_limits();
+    limits.set_max_device_bytes(limits.max_device_bytes() + device.budget_bytes);
+  }
+  FillHostMemory(env, info);
+  info.set_retired_snapshots(env.scenes->residency().counts().snapshots_retired.load());
+  SetDuration(env.options.heartbeat_interval, *info.mutable_heartbeat());
+  info.set_durable(false);
+  return info;
+}
+
+grpc::ServerUnaryReactor* ServerService::GetServerInfo(grpc::CallbackServerContext* context,
+                                                       const v1::GetServerInfoRequest* request,
+                                                       v1::ServerInfo* response) {
+  return RunUnary(env_, context, "ServerService/GetServerInfo", *request,
+                  [=, this](const CallInfo&) {
+                    *response = DescribeServer(*env_);
+                    return absl::OkStatus();
+                  });
+}
+
+}  // namespace latticed

@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where each patch comes from, in parts that fit a message: the answer of GetTopology.
+//
+// Errors   none: the caller checks the range
+// Threads  pure functions
+#ifndef LATTICED_SERVER_RPC_TOPOLOGY_H_
+#define LATTICED_SERVER_RPC_TOPOLOGY_H_
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "core/ffd/deform_plan.h"
+#include "latticed/v1/scene.pb.h"
+
+namespace latticed {
+
+// A patch takes at most 93 bytes (5 + 15 + 72 + 1), so a part stays below limits::kMaxPartBytes.
+inline constexpr size_t kPatchesPerTopologyPart = 8192;
+
+// Patches from `first` on, at most kPatchesPerTopologyPart of them.
+[[nodiscard]] v1::TopologyPart MakeTopologyPart(const DeformPlan& plan, std::string topology_id,
+                                                size_t first);
+
+// Whether `topology_id` names this mesh and structure, with any segments.
+[[nodiscard]] bool IsTopologyOf(std::string_view topology_id, std::string_view mesh_id,
+                                const LatticeStructure& structure);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_RPC_TOPOLOGY_H_

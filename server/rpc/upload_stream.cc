@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/upload_stream.h"
+
+#include <memory>
+
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "server/engine/scene_registry.h"
+#include "server/rpc/call.h"
+#include "server/rpc/server_env.h"
+#include "server/rpc/uploads.h"
+#include "server/wire/grpc_status.h"
+#include "server/wire/mesh_header.h"
+
+namespace latticed {
+namespace {
+
+class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest> {
+ public:
+  UploadStream(ServerEnv* env, grpc::CallbackServerContext* context, v1::Mesh* response)
+      : env_(env), context_(context), response_(response) {
+    absl::StatusOr<CallInfo> call = BeginCall(*env, context, "MeshService/UploadMesh");
+    if (!call.ok()) {
+      Finish(ToGrpcStatus(call.status()));
+      return;
+    }
+    call_ = *std::move(call);
+    StartRead(&request_);
+  }
+
+  void OnReadDone(bool ok) override {
+    if (!ok) return OnAllRead();
+    const absl::Status status = CatchBadAlloc("the upload", [this] { return Take(); });
+    if (!status.ok()) return End(status);
+    StartRead(&request_);
+  }
+
+  void OnDone() override { delete this; }
+
+ private:
+  absl::Status Take() {
+    if (upload_ == nullptr) return TakeHeader();
+    if (request_.has_data()) return upload_->Append(request_.data());
+    return error::InvalidField("header", "comes first, and once");
+  }
+
+  absl::Status TakeHeader() {
+    if (!request_.has_header()) return NotOpened();
+    auto upload = env_->uploads->Admit(request_.header(), call_.caller.name);
+    if (!upload.ok()) return upload.status();
+    upload_ = *std::move(upload);
+    StartSendInitialMetadata();  // tells a client that waits for it that its bytes are welcome
+    return absl::OkStatus();
+  }
+
+  // The client has half-closed, or is gone.
+  void OnAllRead() {
+    if (context_->IsCancelled()) return End(absl::CancelledError("the caller cancelled"));
+    if (upload_ == nullptr) return End(NotOpened());
+    env_->workers.Post([this] { End(CatchBadAlloc("the upload", [this] { return Store(); })); });
+  }
+
+  absl::Status Store() {
+    const auto mesh = upload_->Finish(env_->meshes, [this] { return context_->IsCancelled(); });
+    if (!mesh.ok()) return mesh.status();
+    *response_ = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
+    return absl::OkStatus();
+  }
+
+  void End(const absl::Status& result) {
+    upload_.reset();  // gives back its bytes before the client hears
+    const grpc::Status status = ToGrpcStatus(result);
+    LogFinished(call_, status);
+    Finish(status);
+  }
+
+  static absl::Status NotOpened() {
+    return error::FailedPrecondition("STREAM_NOT_OPENED", "the first message must be the header");
+  }
+
+  ServerEnv* const env_;
+  grpc::CallbackServerContext* const context_;
+  v1::Mesh* const response_;
+  CallInfo call_;
+  v1::UploadMeshRequest request_;
+  std::shared_ptr<Upload> upload_;  // null until the header is admitted
+};
+
+}  // namespace
+
+grpc::ServerReadReactor<v1::UploadMeshRequest>* NewUploadStream(
+    ServerEnv* env, grpc::CallbackServerContext* context, v1::Mesh* response) {
+  return new UploadStream(env, context, response);
+}
+
+}  // namespace latticed

@@ -1,0 +1,158 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/uploads.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/sha256.h"
+#include "fmt/format.h"
+#include "server/base/random_id.h"
+#include "server/wire/mesh_header.h"
+
+namespace latticed {
+namespace {
+
+constexpr size_t kHashBlockBytes = size_t{16} << 20;  // between looks at `cancelled`
+
+absl::Status SizeMismatch(uint64_t got, uint64_t announced) {
+  return error::InvalidField(
+      "data", fmt::format("{} bytes came, header.total_bytes announced {}", got, announced),
+      "SIZE_MISMATCH");
+}
+
+absl::StatusOr<std::string> Hash(std::string_view bytes, const std::function<bool()>& cancelled) {
+  Sha256 sha256;
+  for (size_t at = 0; at < bytes.size(); at += kHashBlockBytes) {
+    if (cancelled()) return absl::CancelledError("the caller cancelled the upload");
+    sha256.Update(bytes.substr(at, kHashBlockBytes));
+  }
+  return sha256.FinishHex();
+}
+
+}  // namespace
+
+Upload::Upload(v1::MeshHeader header, std::string owner, MemoryReservation reservation)
+    : header_(std::move(header)), owner_(std::move(owner)), reservation_(std::move(reservation)) {}
+
+absl::Status Upload::AppendLocked(std::string_view data) {
+  if (data.empty() || data.size() > limits::kMaxPartBytes) {
+    return error::OutOfRange("data", static_cast<double>(data.size()), 1, limits::kMaxPartBytes);
+  }
+  const uint64_t committed = bytes_.size() + data.size();
+  if (committed > header_.total_bytes()) return SizeMismatch(committed, header_.total_bytes());
+  bytes_.append(data);
+  return absl::OkStatus();
+}
+
+absl::Status Upload::Append(std::string_view data) {
+  absl::MutexLock lock(&mutex_);
+  return AppendLocked(data);
+}
+
+absl::StatusOr<uint64_t> Upload::AppendAt(uint64_t offset, std::string_view data) {
+  absl::MutexLock lock(&mutex_);
+  const uint64_t committed = bytes_.size();
+  if (data.empty()) return committed;
+  const bool came_before = offset < committed && data.size() <= committed - offset;
+  if (came_before) return committed;
+  if (offset != committed) {
+    return error::WithDetails(
+        absl::FailedPreconditionError(fmt::format(
+            "offset: got {}, {} bytes are committed; go on from there", offset, committed)),
+        {.reason = "OFFSET_MISMATCH",
+         .field = "offset",
+         .metadata = {{"committed", fmt::format("{}", committed)}}});
+  }
+  if (absl::Status status = AppendLocked(data); !status.ok()) return status;
+  return bytes_.size();
+}
+
+absl::Status Upload::CheckComplete() const {
+  absl::MutexLock lock(&mutex_);
+  if (bytes_.size() == header_.total_bytes()) return absl::OkStatus();
+  return SizeMismatch(bytes_.size(), header_.total_bytes());
+}
+
+absl::StatusOr<std::shared_ptr<const StoredMesh>> Upload::Finish(
+    MeshStore& store, const std::function<bool()>& cancelled) {
+  if (absl::Status status = CheckComplete(); !status.ok()) return status;
+  absl::MutexLock lock(&mutex_);
+  auto bytes = std::make_shared<const std::string>(std::exchange(bytes_, {}));
+  absl::StatusOr<std::string> id = Hash(*bytes, cancelled);
+  if (!id.ok()) return id.status();
+  if (absl::Status status = CheckSha256(header_, *id); !status.ok()) return status;
+  absl::StatusOr<PolygonMesh> mesh = ReadUpload(header_, *bytes);
+  if (!mesh.ok()) return mesh.status();
+  if (cancelled()) return absl::CancelledError("the caller cancelled the upload");
+  StoredMesh stored = Describe(header_);
+  stored.id = *std::move(id);
+  stored.owner = owner_;
+  stored.bytes = std::move(bytes);
+  stored.bounds = mesh->ComputeBounds();
+  stored.mesh = std::make_shared<const PolygonMesh>(*std::move(mesh));
+  return store.Add(std::move(stored), std::move(reservation_));
+}
+
+absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Admit(const v1::MeshHeader& header,
+                                                           const std::string& owner) {
+  if (absl::Status status = CheckHeader(header, max_mesh_bytes_); !status.ok()) return status;
+  absl::MutexLock lock(&mutex_);
+  DropExpiredLocked();
+  std::erase_if(live_, [](const std::weak_ptr<Upload>& upload) { return upload.expired(); });
+  if (live_.size() >= limits::kMaxUploads) {
+    return error::LimitExceeded("uploads at a time", limits::kMaxUploads);
+  }
+  absl::StatusOr<MemoryReservation> reservation =
+      meshes_->memory().Reserve("the upload", header.total_bytes());
+  if (!reservation.ok()) return reservation.status();
+  auto upload = std::make_shared<Upload>(header, owner, *std::move(reservation));
+  live_.push_back(upload);
+  return upload;
+}
+
+size_t UploadStore::size() const {
+  absl::MutexLock lock(&mutex_);
+  return static_cast<size_t>(
+      std::ranges::count_if(live_, [](const auto& upload) { return !upload.expired(); }));
+}
+
+std::string UploadStore::Keep(std::shared_ptr<Upload> upload) {
+  std::string id = NewRandomId();
+  absl::MutexLock lock(&mutex_);
+  kept_[id] = {std::move(upload), ExpireTime()};
+  return id;
+}
+
+absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Find(std::string_view id) {
+  absl::MutexLock lock(&mutex_);
+  DropExpiredLocked();
+  const auto found = kept_.find(id);
+  if (found == kept_.end()) return error::NotFound("upload", id);
+  found->second.expire_time = ExpireTime();
+  return found->second.upload;
+}
+
+absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Take(std::string_view id) {
+  absl::MutexLock lock(&mutex_);
+  DropExpiredLocked();
+  const auto found = kept_.find(id);
+  if (found == kept_.end()) return error::NotFound("upload", id);
+  if (absl::Status status = found->second.upload->CheckComplete(); !status.ok()) return status;
+  std::shared_ptr<Upload> upload = std::move(found->second.upload);
+  kept_.erase(found);
+  return upload;
+}
+
+void UploadStore::DropExpired() {
+  absl::MutexLock lock(&mutex_);
+  DropExpiredLocked();
+}
+
+void UploadStore::DropExpiredLocked() {
+  const absl::Time now = clock_();
+  std::erase_if(kept_, [now](const auto& entry) { return entry.second.expire_time <= now; });
+}
+
+}  // namespace latticed

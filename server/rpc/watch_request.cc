@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/watch_request.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <grpcpp/support/proto_buffer_reader.h>
+
+#include "core/base/error.h"
+#include "fmt/format.h"
+#include "server/engine/scene_registry.h"
+#include "server/rpc/call.h"
+#include "server/rpc/server_env.h"
+#include "server/wire/converters.h"
+#include "server/wire/presence_converters.h"
+#include "server/wire/view_converters.h"
+
+namespace latticed {
+namespace {
+
+constexpr int kDefaultUnackedUpdates = 2;
+constexpr int kMaxUnackedUpdates = 100;
+// A UUID in its 36-character form, with room for other names.
+constexpr size_t kMaxEditorIdBytes = 64;
+
+}  // namespace
+
+absl::Status ParseMessage(const grpc::ByteBuffer& bytes, google::protobuf::Message* message) {
+  // The reader only reads; its parameter is not const for historical reasons.
+  grpc::ByteBuffer copy(bytes);
+  grpc::ProtoBufferReader reader(&copy);
+  if (reader.status().ok() && message->ParseFromZeroCopyStream(&reader)) return absl::OkStatus();
+  return error::InvalidField("message", fmt::format("the bytes are no {}", message->GetTypeName()));
+}
+
+absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env,
+                                                 const grpc::CallbackServerContext& context,
+                                                 const std::string& id) {
+  if (id.empty()) return error::InvalidField("scene", "is required");
+  if (auto s = CheckSceneMetadata(context, id); !s.ok()) return s;
+  return env.scenes->Find(id);
+}
+
+absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServerContext& context,
+                                      const v1::WatchRequest& request) {
+  auto scene = FindScene(*env, context, request.scene());
+  if (!scene.ok()) return scene.status();
+  auto view = WatchViewFromProto(request.view(), (*scene)->config().default_view, "view");
+  if (!view.ok()) return view.status();
+  if (request.editor_id().size() > kMaxEditorIdBytes) {
+    return error::InvalidField("editor_id", fmt::format("at most {} bytes", kMaxEditorIdBytes));
+  }
+  const int unacked =
+      request.has_max_unacked_updates() ? request.max_unacked_updates() : kDefaultUnackedUpdates;
+  if (unacked < 0 || unacked > kMaxUnackedUpdates) {
+    return error::OutOfRange("max_unacked_updates", unacked, 0, kMaxUnackedUpdates);
+  }
+  OpenRequest open{.scene = *std::move(scene)};
+  open.options.watcher = {.editor_id = request.editor_id(),
+                          .view = *std::move(view),
+                          .resume_token = request.resume_token(),
+                          .max_unacked_updates = static_cast<size_t>(unacked)};
+  return open;
+}
+
+absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServerContext& context,
+                                      const v1::GetUpdateRequest& request) {
+  auto scene = FindScene(*env, context, request.scene());
+  if (!scene.ok()) return scene.status();
+  auto view = WatchViewFromProto(request.view(), (*scene)->config().default_view, "view");
+  if (!view.ok()) return view.status();
+  const uint64_t revision = std::max(request.min_revision(), (*scene)->State()->revision);
+  OpenRequest open{.scene = *std::move(scene)};
+  open.options.watcher = {.view = *std::move(view),
+                          .max_unacked_updates = 0,
+                          .min_revision = revision,
+                          .only_full_detail = true};
+  open.options.only_update = revision;
+  return open;
+}
+
+absl::StatusOr<WatchCommand> FromProto(const v1::ControlWatchRequest& request, const Scene& scene) {
+  if (!request.scene().empty() && request.scene() != scene.id()) {
+    return error::InvalidField("scene", "is not the scene of the watch", "SCENE_MISMATCH");
+  }
+  WatchCommand command;
+  if (request.has_acked_update_id()) command.acked_update_id = request.acked_update_id();
+  if (request.has_pause()) command.pause = request.pause();
+  if (request.has_view()) {
+    auto view = WatchViewFromProto(request.view(), scene.config().default_view, "view");
+    if (!view.ok()) return view.status();
+    command.view = *std::move(view);
+  }
+  if (request.has_presence()) {
+    auto presence = FromProto(request.presence());
+    if (!presence.ok()) return presence.status();
+    command.presence = *std::move(presence);
+  }
+  return command;
+}
+
+}  // namespace latticed

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The scene of a request, and the messages that open and steer a watch, checked and converted.
+//
+// Errors   kNotFound for the scene or the watch; kInvalidArgument with the path of the field
+// Threads  pure functions
+#ifndef LATTICED_SERVER_RPC_WATCH_REQUEST_H_
+#define LATTICED_SERVER_RPC_WATCH_REQUEST_H_
+
+#include <memory>
+#include <string>
+
+#include <grpcpp/grpcpp.h>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "latticed/v1/scene.pb.h"
+#include "server/rpc/scene_stream.h"
+
+namespace latticed {
+
+struct ServerEnv;
+
+// kInvalidArgument for bytes that are no such message.
+[[nodiscard]] absl::Status ParseMessage(const grpc::ByteBuffer& bytes,
+                                        google::protobuf::Message* message);
+
+// The scene that a request names. kInvalidArgument where it names none, or another than the
+// metadata; kNotFound.
+[[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> FindScene(
+    const ServerEnv& env, const grpc::CallbackServerContext& context, const std::string& id);
+
+struct OpenRequest {
+  std::shared_ptr<Scene> scene;
+  SceneStream::Options options;
+};
+[[nodiscard]] absl::StatusOr<OpenRequest> FromProto(ServerEnv* env,
+                                                    const grpc::CallbackServerContext& context,
+                                                    const v1::WatchRequest& request);
+[[nodiscard]] absl::StatusOr<OpenRequest> FromProto(ServerEnv* env,
+                                                    const grpc::CallbackServerContext& context,
+                                                    const v1::GetUpdateRequest& request);
+// `scene` is that of the watch.
+[[nodiscard]] absl::StatusOr<WatchCommand> FromProto(const v1::ControlWatchRequest& request,
+                                                     const Scene& scene);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_RPC_WATCH_REQUEST_H_

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/watch_stream.h"
+
+#include "core/base/error.h"
+#include "server/engine/scene_registry.h"
+#include "server/rpc/call.h"
+#include "server/rpc/server_env.h"
+#include "server/rpc/update_stream.h"
+
+namespace latticed {
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* NewWatchStream(ServerEnv* env,
+                                                           grpc::CallbackServerContext* context,
+                                                           const grpc::ByteBuffer* request) {
+  return new UpdateStream(env, context, "SceneService/Watch", [env, request](CallInfo& call) {
+    return ReadOpenRequest<v1::WatchRequest>(env, call, *request);
+  });
+}
+
+absl::Status ControlWatch(ServerEnv* env, const v1::ControlWatchRequest& request,
+                          v1::ControlWatchResponse* response) {
+  if (request.watch_id().empty()) return error::InvalidField("watch_id", "is required");
+  auto watch = env->scenes->FindWatch(request.watch_id());
+  if (!watch.ok()) return watch.status();
+  const Scene& scene = (*watch)->scene();
+  const auto command = FromProto(request, scene);
+  if (!command.ok()) return command.status();
+  if (auto s = (*watch)->Control(*command); !s.ok()) return s;
+  response->set_head_revision(scene.State()->revision);
+  return absl::OkStatus();
+}
+
+}  // namespace latticed

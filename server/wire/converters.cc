@@ -1,0 +1,202 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/wire/converters.h"
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "fmt/format.h"
+#include "google/protobuf/unknown_field_set.h"
+
+namespace latticed {
+namespace {
+
+constexpr double kDefaultPadding = 0.05;
+constexpr std::array<int, 3> kDefaultDegree{2, 2, 2};
+constexpr std::array<int, 3> kDefaultSize{4, 4, 4};
+
+std::array<int, 3> AxesOr(bool set, const v1::LatticeAxes& axes, std::array<int, 3> unset) {
+  return set ? std::array<int, 3>{axes.u(), axes.v(), axes.w()} : unset;
+}
+
+void SetAxes(const std::array<int, 3>& from, v1::LatticeAxes& axes) {
+  axes.set_u(from[0]);
+  axes.set_v(from[1]);
+  axes.set_w(from[2]);
+}
+
+// core names fields from "lattice" or "fit" on; clients see where that is in their request.
+absl::Status Reroot(const absl::Status& status, std::string_view from, std::string_view to) {
+  error::Details details = error::DetailsOf(status);
+  std::string message(status.message().data(), status.message().size());
+  if (from == to || !details.field.starts_with(from) || !message.starts_with(from)) return status;
+  details.field.replace(0, from.size(), to);
+  message.replace(0, from.size(), to);
+  return error::WithDetails(absl::Status(status.code(), message), details);
+}
+
+// Clamped uniform where none are given. Only a legal degree and size allocate anything: others are
+// left for Validate to name.
+std::vector<double> KnotsOrDefault(const google::protobuf::RepeatedField<double>& given, int degree,
+                                   int size) {
+  if (!given.empty()) return {given.begin(), given.end()};
+  const bool legal = degree >= limits::kMinDegree && degree <= limits::kMaxDegree &&
+                     size > degree && size <= limits::kMaxControlPoints;
+  return legal ? ClampedUniformKnots(degree, size) : std::vector<double>{};
+}
+
+}  // namespace
+
+bool HoldsUnknown(const google::protobuf::Message& message) {
+  return !message.GetReflection()->GetUnknownFields(message).empty();
+}
+
+absl::StatusOr<Vec3d> FromProto(const v1::Vec3& v, std::string_view field) {
+  const Vec3d result{v.x(), v.y(), v.z()};
+  if (!IsFinite(result)) return error::NotFinite(field);
+  return result;
+}
+
+v1::Vec3 ToProto(Vec3d v) {
+  v1::Vec3 result;
+  result.set_x(v.x);
+  result.set_y(v.y);
+  result.set_z(v.z);
+  return result;
+}
+
+v1::Bounds ToProto(const Bounds& bounds) {
+  v1::Bounds result;
+  if (bounds.empty()) return result;
+  *result.mutable_min() = ToProto(bounds.min);
+  *result.mutable_max() = ToProto(bounds.max);
+  return result;
+}
+
+absl::StatusOr<Bounds> FromProto(const v1::Bounds& bounds, std::string_view field) {
+  Bounds result;
+  if (!bounds.has_min() && !bounds.has_max()) return result;
+  const auto min = FromProto(bounds.min(), fmt::format("{}.min", field));
+  if (!min.ok()) return min.status();
+  const auto max = FromProto(bounds.max(), fmt::format("{}.max", field));
+  if (!max.ok()) return max.status();
+  if (min->x > max->x || min->y > max->y || min->z > max->z) {
+    return error::InvalidField(field, "min must not be above max on any axis");
+  }
+  result.min = *min;
+  result.max = *max;
+  return result;
+}
+
+absl::StatusOr<std::vector<Vec3d>> PointsFromProto(
+    const google::protobuf::RepeatedField<double>& flat, size_t most, std::string_view field) {
+  const auto numbers = static_cast<size_t>(flat.size());
+  if (numbers % 3 != 0) {
+    return error::InvalidField(field,
+                               fmt::format("got {} numbers, x y z per point are needed", numbers));
+  }
+  const size_t count = numbers / 3;
+  if (count > most) {
+    return error::OutOfRange(field, static_cast<double>(count), 0, static_cast<double>(most));
+  }
+  std::vector<Vec3d> points;
+  points.reserve(count);
+  for (int i = 0; i < flat.size(); i += 3) {
+    points.push_back({flat[i], flat[i + 1], flat[i + 2]});
+    if (!IsFinite(points.back())) return error::NotFinite(field);
+  }
+  return points;
+}
+
+void AppendPoints(std::span<const Vec3d> points, google::protobuf::RepeatedField<double>& flat) {
+  flat.Reserve(flat.size() + static_cast<int>(3 * points.size()));
+  for (const Vec3d& p : points) {
+    flat.Add(p.x);
+    flat.Add(p.y);
+    flat.Add(p.z);
+  }
+}
+
+absl::StatusOr<LatticeStructure> StructureFromProto(const v1::Lattice& lattice,
+                                                    std::string_view field) {
+  if (!lattice.has_frame()) {
+    return error::InvalidField(fmt::format("{}.frame", field), "is required");
+  }
+  LatticeStructure s;
+  s.degree = AxesOr(lattice.has_degree(), lattice.degree(), kDefaultDegree);
+  s.size = AxesOr(lattice.has_size(), lattice.size(), kDefaultSize);
+  s.knots = {KnotsOrDefault(lattice.knots_u(), s.degree[0], s.size[0]),
+             KnotsOrDefault(lattice.knots_v(), s.degree[1], s.size[1]),
+             KnotsOrDefault(lattice.knots_w(), s.degree[2], s.size[2])};
+  const v1::LatticeFrame& frame = lattice.frame();
+  s.frame.origin = {frame.origin().x(), frame.origin().y(), frame.origin().z()};
+  s.frame.edges = {Vec3d{frame.u().x(), frame.u().y(), frame.u().z()},
+                   Vec3d{frame.v().x(), frame.v().y(), frame.v().z()},
+                   Vec3d{frame.w().x(), frame.w().y(), frame.w().z()}};
+  if (auto status = Validate(s); !status.ok()) return Reroot(status, "lattice", field);
+  return s;
+}
+
+absl::StatusOr<Lattice> FromProto(const v1::Lattice& lattice, std::string_view field) {
+  auto structure = StructureFromProto(lattice, field);
+  if (!structure.ok()) return structure.status();
+  Lattice result{.structure = *std::move(structure), .control_points = {}};
+  if (lattice.control_points().empty()) {
+    result.control_points = IdentityControlPoints(result.structure);
+  } else {
+    auto points = PointsFromProto(lattice.control_points(), limits::kMaxControlPoints,
+                                  fmt::format("{}.control_points", field));
+    if (!points.ok()) return points.status();
+    result.control_points = *std::move(points);
+  }
+  if (auto status = Validate(result); !status.ok()) return Reroot(status, "lattice", field);
+  return result;
+}
+
+absl::StatusOr<Lattice> FromProto(const v1::LatticeSource& source, const Bounds& mesh_bounds,
+                                  std::string_view field) {
+  if (source.has_lattice()) return FromProto(source.lattice(), fmt::format("{}.lattice", field));
+  if (!source.has_fit() && HoldsUnknown(source)) {
+    return error::Unsupported(field, "this kind of source");
+  }
+  const v1::LatticeFit& fit = source.fit();
+  auto lattice = FitLattice(mesh_bounds, AxesOr(fit.has_size(), fit.size(), kDefaultSize),
+                            AxesOr(fit.has_degree(), fit.degree(), kDefaultDegree),
+                            fit.has_padding() ? fit.padding() : kDefaultPadding);
+  if (!lattice.ok()) return Reroot(lattice.status(), "fit", fmt::format("{}.fit", field));
+  return lattice;
+}
+
+v1::Lattice ToProto(const LatticeStructure& s, std::span<const Vec3d> control_points) {
+  v1::Lattice result;
+  const v1::LatticeSummary summary = SummaryToProto(s);
+  *result.mutable_frame() = summary.frame();
+  *result.mutable_degree() = summary.degree();
+  *result.mutable_size() = summary.size();
+  result.mutable_knots_u()->Add(s.knots[0].begin(), s.knots[0].end());
+  result.mutable_knots_v()->Add(s.knots[1].begin(), s.knots[1].end());
+  result.mutable_knots_w()->Add(s.knots[2].begin(), s.knots[2].end());
+  AppendPoints(control_points, *result.mutable_control_points());
+  return result;
+}
+
+v1::Lattice ToProto(const Lattice& lattice) {
+  return ToProto(lattice.structure, lattice.control_points);
+}
+
+v1::LatticeSummary SummaryToProto(const LatticeStructure& s) {
+  v1::LatticeSummary result;
+  *result.mutable_frame()->mutable_origin() = ToProto(s.frame.origin);
+  *result.mutable_frame()->mutable_u() = ToProto(s.frame.edges[0]);
+  *result.mutable_frame()->mutable_v() = ToProto(s.frame.edges[1]);
+  *result.mutable_frame()->mutable_w() = ToProto(s.frame.edges[2]);
+  SetAxes(s.degree, *result.mutable_degree());
+  SetAxes(s.size, *result.mutable_size());
+  return result;
+}
+
+}  // namespace latticed

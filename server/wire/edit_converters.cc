@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/wire/edit_converters.h"
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "fmt/format.h"
+#include "server/wire/converters.h"
+#include "server/wire/grpc_status.h"
+#include "server/wire/surface_points.h"
+
+namespace latticed {
+namespace {
+
+using Indices = google::protobuf::RepeatedField<uint32_t>;
+
+absl::StatusOr<std::vector<uint32_t>> ReadIndices(const Indices& indices, std::string_view field) {
+  if (indices.empty()) {
+    return error::InvalidField(fmt::format("{}.indices", field), "at least one is needed");
+  }
+  if (indices.size() > limits::kMaxControlPoints) {
+    return error::OutOfRange(fmt::format("{}.indices", field), indices.size(), 1,
+                             limits::kMaxControlPoints);
+  }
+  return std::vector<uint32_t>(indices.begin(), indices.end());
+}
+
+absl::StatusOr<Edit> Read(const v1::SetControlPoints& edit, std::string_view field) {
+  auto indices = ReadIndices(edit.indices(), field);
+  if (!indices.ok()) return indices.status();
+  const std::string positions_field = fmt::format("{}.positions", field);
+  auto positions = PointsFromProto(edit.positions(), limits::kMaxControlPoints, positions_field);
+  if (!positions.ok()) return positions.status();
+  if (positions->size() != indices->size()) {
+    return error::InvalidField(positions_field, fmt::format("got {} points for {} indices",
+                                                            positions->size(), indices->size()));
+  }
+  return SetControlPoints{*std::move(indices), *std::move(positions)};
+}
+
+absl::StatusOr<Edit> Read(const v1::MoveControlPoints& edit, std::string_view field) {
+  auto indices = ReadIndices(edit.indices(), field);
+  if (!indices.ok()) return indices.status();
+  const std::string offset_field = fmt::format("{}.offset", field);
+  if (!edit.has_offset()) return error::InvalidField(offset_field, "is required");
+  const auto offset = FromProto(edit.offset(), offset_field);
+  if (!offset.ok()) return offset.status();
+  return MoveControlPoints{*std::move(indices), *offset};
+}
+
+absl::StatusOr<Edit> Read(const v1::TransformControlPoints& edit, std::string_view field) {
+  auto indices = ReadIndices(edit.indices(), field);
+  if (!indices.ok()) return indices.status();
+  TransformControlPoints result{*std::move(indices), {}};
+  if (static_cast<size_t>(edit.matrix_size()) != result.matrix.size()) {
+    return error::InvalidField(fmt::format("{}.matrix", field),
+                               fmt::format("got {} numbers, 16 are needed", edit.matrix_size()));
+  }
+  std::copy(edit.matrix().begin(), edit.matrix().end(), result.matrix.begin());
+  return result;
+}
+
+absl::StatusOr<Edit> Read(const v1::ReplaceControlPoints& edit, std::string_view field) {
+  auto points = PointsFromProto(edit.control_points(), limits::kMaxControlPoints,
+                                fmt::format("{}.control_points", field));
+  if (!points.ok()) return points.status();
+  return ReplaceControlPoints{*std::move(points)};
+}
+
+absl::StatusOr<Edit> Read(const v1::DragPoints& edit, const PolygonMesh& mesh,
+                          std::string_view field) {
+  const int count = edit.points_size();
+  if (count < 1 || static_cast<size_t>(count) > limits::kMaxDragPoints) {
+    return error::OutOfRange(fmt::format("{}.points", field), count, 1,
+                             static_cast<double>(limits::kMaxDragPoints));
+  }
+  const std::string targets_field = fmt::format("{}.targets", field);
+  auto targets = PointsFromProto(edit.targets(), limits::kMaxDragPoints, targets_field);
+  if (!targets.ok()) return targets.status();
+  if (targets->size() != static_cast<size_t>(count)) {
+    return error::InvalidField(targets_field,
+                               fmt::format("got {} targets for {} points", targets->size(), count));
+  }
+  DragPoints drag{.targets = *std::move(targets)};
+  for (int i = 0; i < count; ++i) {
+    const auto rest =
+        RestPointFromProto(mesh, edit.points(i), fmt::format("{}.points[{}]", field, i));
+    if (!rest.ok()) return rest.status();
+    drag.points.push_back(rest->position);
+  }
+  return drag;
+}
+
+absl::StatusOr<Edit> Read(const v1::InsertKnot& edit, std::string_view field) {
+  switch (edit.axis()) {
+    case v1::LATTICE_AXIS_UNSPECIFIED:
+    case v1::LATTICE_AXIS_U:
+      return InsertKnot{0, edit.value()};
+    case v1::LATTICE_AXIS_V:
+      return InsertKnot{1, edit.value()};
+    case v1::LATTICE_AXIS_W:
+      return InsertKnot{2, edit.value()};
+    default:
+      return error::Unsupported(fmt::format("{}.axis", field),
+                                fmt::format("value {}", edit.axis()));
+  }
+}
+
+absl::StatusOr<Edit> Read(const v1::Reset& edit, std::string_view field) {
+  switch (edit.target()) {
+    case v1::RESET_TARGET_UNSPECIFIED:
+    case v1::RESET_TARGET_IDENTITY:
+      return Reset{ResetTo::kIdentity};
+    case v1::RESET_TARGET_INITIAL:
+      return Reset{ResetTo::kInitial};
+    default:
+      return error::Unsupported(fmt::format("{}.target", field),
+                                fmt::format("value {}", edit.target()));
+  }
+}
+
+absl::StatusOr<Edit> Read(const v1::Undo& edit, std::string_view field) {
+  switch (edit.scope()) {
+    case v1::UNDO_SCOPE_UNSPECIFIED:
+    case v1::UNDO_SCOPE_MINE:
+      return Undo{UndoScope::kMine};
+    case v1::UNDO_SCOPE_SCENE:
+      return Undo{UndoScope::kScene};
+    default:
+      return error::Unsupported(fmt::format("{}.scope", field),
+                                fmt::format("value {}", edit.scope()));
+  }
+}
+
+absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
+                              const std::string& field) {
+  switch (edit.edit_case()) {
+    case v1::Edit::kSetControlPoints:
+      return Read(edit.set_control_points(), field + ".set_control_points");
+    case v1::Edit::kMoveControlPoints:
+      return Read(edit.move_control_points(), field + ".move_control_points");
+    case v1::Edit::kTransformControlPoints:
+      return Read(edit.transform_control_points(), field + ".transform_control_points");
+    case v1::Edit::kReplaceControlPoints:
+      return Read(edit.replace_control_points(), field + ".replace_control_points");
+    case v1::Edit::kDragPoints:
+      return Read(edit.drag_points(), mesh, field + ".drag_points");
+    case v1::Edit::kInsertKnot:
+      return Read(edit.insert_knot(), field + ".insert_knot");
+    case v1::Edit::kReset:
+      return Read(edit.reset(), field + ".reset");
+    case v1::Edit::kUndo:
+      return Read(edit.undo(), field + ".undo");
+    case v1::Edit::kRedo:
+      return Redo{};
+    case v1::Edit::EDIT_NOT_SET:
+      break;
+  }
+  if (HoldsUnknown(edit)) return error::Unsupported(field, "this kind of edit");
+  return error::InvalidField(field, "one kind of edit must be set");
+}
+
+absl::StatusOr<GesturePhase> ReadPhase(v1::GesturePhase phase) {
+  switch (phase) {
+    case v1::GESTURE_PHASE_UNSPECIFIED:
+    case v1::GESTURE_PHASE_UPDATE:
+      return GesturePhase::kUpdate;
+    case v1::GESTURE_PHASE_COMMIT:
+      return GesturePhase::kCommit;
+    case v1::GESTURE_PHASE_CANCEL:
+      return GesturePhase::kCancel;
+    default:
+      return error::Unsupported("gesture_phase", fmt::format("value {}", phase));
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
+  EditBatch result;
+  result.editor_id = batch.editor_id();
+  result.sequence = batch.sequence();
+  result.structure_id = batch.structure_id();
+  if (batch.has_expected_revision()) result.expected_revision = batch.expected_revision();
+  result.gesture_id = batch.gesture_id();
+  const auto phase = ReadPhase(batch.gesture_phase());
+  if (!phase.ok()) return phase.status();
+  result.gesture_phase = *phase;
+  result.edits.reserve(static_cast<size_t>(batch.edits_size()));
+  for (int i = 0; i < batch.edits_size(); ++i) {
+    auto edit = ReadEdit(batch.edits(i), mesh, fmt::format("edits[{}]", i));
+    if (!edit.ok()) return edit.status();
+    result.edits.push_back(*std::move(edit));
+  }
+  return result;
+}
+
+EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
+  auto readable = FromProto(batch, mesh);
+  if (readable.ok()) return *std::move(readable);
+  return {.editor_id = batch.editor_id(),
+          .sequence = batch.sequence(),
+          .structure_id = batch.structure_id(),
+          .expected_revision = {},
+          .gesture_id = {},
+          .edits = {},
+          .refusal = readable.status()};
+}
+
+v1::EditResult ToProto(const EditSummary& summary) {
+  v1::EditResult result;
+  result.set_sequence(summary.sequence);
+  if (!summary.status.ok()) *result.mutable_status() = ToRpcStatus(summary.status);
+  result.set_revision(summary.revision);
+  result.set_structure_id(summary.structure_id);
+  result.set_boxes_touched(summary.boxes_touched);
+  result.set_patches_touched(summary.patches_touched);
+  result.set_largest_move(summary.largest_move);
+  result.set_drag_residual(summary.drag_residual);
+  return result;
+}
+
+}  // namespace latticed

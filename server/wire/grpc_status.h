@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The one conversion of statuses into what clients see.                         WIRE.md "Errors"
+//
+//   absl::Status + error::Details  ->  google.rpc.Status  ->  grpc::Status
+//
+// Details travel as ErrorInfo{domain "latticed", reason, metadata}, always; BadRequest (field
+// path), QuotaFailure (bytes asked and free, also in the metadata as "asked_bytes" and
+// "free_bytes") and RetryInfo where they apply. Messages are cut at 1 KiB, metadata and field paths
+// before that: all of it rides in HTTP/2 trailers, of which clients take 8 KiB. The way back is in
+// the client library.
+//
+// Threads  pure functions
+#ifndef LATTICED_SERVER_WIRE_GRPC_STATUS_H_
+#define LATTICED_SERVER_WIRE_GRPC_STATUS_H_
+
+#include <grpcpp/support/status.h>
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "google/rpc/status.pb.h"
+
+namespace latticed {
+
+// For the end of an rpc.
+[[nodiscard]] grpc::Status ToGrpcStatus(const absl::Status& status);
+// For EditResult.status. OK is code 0 with nothing else.
+[[nodiscard]] google::rpc::Status ToRpcStatus(const absl::Status& status);
+// The reason that it carries; empty where it has none.
+[[nodiscard]] std::string ReasonOf(const grpc::Status& status);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_WIRE_GRPC_STATUS_H_

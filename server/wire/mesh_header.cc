@@ -1,0 +1,196 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/wire/mesh_header.h"
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "absl/strings/ascii.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/base/utf8.h"
+#include "core/codec/draco_decode.h"
+#include "core/mesh/mesh_io.h"
+#include "fmt/format.h"
+#include "server/base/labels.h"
+#include "server/wire/converters.h"
+#include "server/wire/raw_mesh.h"
+#include "server/wire/time_converters.h"
+#include "server/wire/view_converters.h"
+
+namespace latticed {
+namespace {
+
+constexpr size_t kSha256HexDigits = 64;
+// What a reply shows of groups; the names of files have no bound of their own.
+constexpr size_t kMaxShownGroupNameBytes = 255;
+constexpr size_t kMaxShownGroupBytes = size_t{768} << 10;
+// Tag and length of a group in its Mesh.
+constexpr size_t kGroupOverheadBytes = 4;
+
+Labels LabelsOf(const v1::MeshHeader& header) {
+  return Labels(header.labels().begin(), header.labels().end());
+}
+
+std::string UpAxisName(v1::UpAxis axis) {
+  switch (axis) {
+    case v1::UP_AXIS_X:
+      return "x";
+    case v1::UP_AXIS_Y:
+      return "y";
+    case v1::UP_AXIS_Z:
+      return "z";
+    default:
+      return "";
+  }
+}
+
+v1::UpAxis UpAxisFromName(std::string_view name) {
+  if (name == "x") return v1::UP_AXIS_X;
+  if (name == "y") return v1::UP_AXIS_Y;
+  if (name == "z") return v1::UP_AXIS_Z;
+  return v1::UP_AXIS_UNSPECIFIED;
+}
+
+absl::Status CheckUnits(const v1::MeshUnits& units) {
+  if (!v1::UpAxis_IsValid(units.up_axis())) {
+    return error::Unsupported("header.units.up_axis",
+                              fmt::format("up axis {}", static_cast<int>(units.up_axis())));
+  }
+  if (!std::isfinite(units.meters_per_unit())) {
+    return error::NotFinite("header.units.meters_per_unit");
+  }
+  if (units.meters_per_unit() < 0) {
+    return error::OutOfRange("header.units.meters_per_unit", units.meters_per_unit(), 0,
+                             std::numeric_limits<double>::max());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckWords(const v1::MeshHeader& header) {
+  if (header.name().size() > limits::kMaxNameBytes) {
+    return error::OutOfRange("header.name", static_cast<double>(header.name().size()), 0,
+                             static_cast<double>(limits::kMaxNameBytes));
+  }
+  const std::string& digest = header.sha256();
+  const bool hex = digest.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
+  if (header.has_sha256() && (digest.size() != kSha256HexDigits || !hex)) {
+    return error::InvalidField("header.sha256", "expected 64 hexadecimal digits");
+  }
+  return CheckLabels(LabelsOf(header), "header.labels");
+}
+
+void FillGroups(const PolygonMesh& mesh, v1::Mesh& out) {
+  std::vector<uint64_t> faces(mesh.group_names.size(), 0);
+  for (const uint32_t group : mesh.face_groups) ++faces[group];
+  size_t bytes = 0;
+  for (size_t i = 0; i < faces.size(); ++i) {
+    v1::MeshGroup group;
+    // Cut before it is mended, too: a file may have one name of any length.
+    const std::string name =
+        ValidUtf8(std::string_view(mesh.group_names[i]).substr(0, kMaxShownGroupNameBytes + 4));
+    group.set_name(std::string(CutUtf8(name, kMaxShownGroupNameBytes)));
+    group.set_faces(faces[i]);
+    bytes += group.ByteSizeLong() + kGroupOverheadBytes;
+    if (bytes > kMaxShownGroupBytes) return;
+    *out.add_groups() = std::move(group);
+  }
+}
+
+}  // namespace
+
+absl::Status CheckHeader(const v1::MeshHeader& header, uint64_t max_mesh_bytes) {
+  const absl::StatusOr<UploadFormat> format = FromProto(header.format(), "header.format");
+  if (!format.ok()) return format.status();
+  if (header.total_bytes() == 0 || header.total_bytes() > max_mesh_bytes) {
+    return error::OutOfRange("header.total_bytes", static_cast<double>(header.total_bytes()), 1,
+                             static_cast<double>(max_mesh_bytes));
+  }
+  if (absl::Status status = CheckUnits(header.units()); !status.ok()) return status;
+  if (absl::Status status = CheckWords(header); !status.ok()) return status;
+  if (header.has_raw_layout() != (*format == UploadFormat::kRaw)) {
+    return error::InvalidField("header.raw_layout",
+                               "goes with MESH_FORMAT_RAW, and only with that");
+  }
+  if (!header.has_raw_layout()) return absl::OkStatus();
+  return CheckRawLayout(header.raw_layout(), header.total_bytes());
+}
+
+absl::Status CheckSha256(const v1::MeshHeader& header, std::string_view sha256_hex) {
+  if (!header.has_sha256() || absl::AsciiStrToLower(header.sha256()) == sha256_hex) {
+    return absl::OkStatus();
+  }
+  return error::InvalidField(
+      "header.sha256", fmt::format("announced {}, the bytes have {}", header.sha256(), sha256_hex),
+      "HASH_MISMATCH");
+}
+
+absl::StatusOr<PolygonMesh> ReadUpload(const v1::MeshHeader& header, std::string_view bytes) {
+  switch (header.format()) {
+    case v1::MESH_FORMAT_OBJ:
+      return ReadMesh(MeshFormat::kObj, bytes);
+    case v1::MESH_FORMAT_PLY:
+      return ReadMesh(MeshFormat::kPly, bytes);
+    case v1::MESH_FORMAT_STL:
+      return ReadMesh(MeshFormat::kStl, bytes);
+    case v1::MESH_FORMAT_GLB:
+      return ReadMesh(MeshFormat::kGlb, bytes);
+    case v1::MESH_FORMAT_DRACO:
+      return ReadDracoMesh(bytes);
+    case v1::MESH_FORMAT_RAW:
+      return ReadRawMesh(header.raw_layout(), bytes);
+    default:
+      return error::InvalidField("header.format", "is not set");
+  }
+}
+
+StoredMesh Describe(const v1::MeshHeader& header) {
+  StoredMesh mesh;
+  mesh.name = header.name();
+  mesh.format = FromProto(header.format(), "header.format").value_or(UploadFormat::kObj);
+  mesh.labels = LabelsOf(header);
+  mesh.up_axis = UpAxisName(header.units().up_axis());
+  mesh.meters_per_unit = header.units().meters_per_unit();
+  mesh.layout = header.raw_layout().SerializeAsString();
+  return mesh;
+}
+
+v1::MeshHeader HeaderOf(const StoredMesh& mesh) {
+  v1::MeshHeader header;
+  header.set_name(mesh.name);
+  header.set_format(ToProto(mesh.format));
+  header.set_total_bytes(mesh.bytes->size());
+  header.set_sha256(mesh.id);
+  header.mutable_units()->set_up_axis(UpAxisFromName(mesh.up_axis));
+  header.mutable_units()->set_meters_per_unit(mesh.meters_per_unit);
+  header.mutable_labels()->insert(mesh.labels.begin(), mesh.labels.end());
+  if (mesh.format == UploadFormat::kRaw) header.mutable_raw_layout()->ParseFromString(mesh.layout);
+  return header;
+}
+
+v1::Mesh ToProto(const StoredMesh& mesh, const MeshUse& use, bool with_groups) {
+  v1::Mesh out;
+  out.set_id(mesh.id);
+  out.set_name(mesh.name);
+  out.set_format(ToProto(mesh.format));
+  out.set_total_bytes(mesh.bytes->size());
+  out.set_vertices(mesh.mesh->positions.size());
+  out.set_faces(mesh.mesh->face_count());
+  out.set_corners(mesh.mesh->corner_count());
+  *out.mutable_bounds() = ToProto(mesh.bounds);
+  out.set_has_normals(mesh.mesh->has_normals());
+  out.set_has_uvs(mesh.mesh->has_uvs());
+  if (with_groups) FillGroups(*mesh.mesh, out);
+  out.set_host_bytes(mesh.MemoryBytes());
+  out.set_device_bytes(use.device_bytes);
+  out.mutable_labels()->insert(mesh.labels.begin(), mesh.labels.end());
+  out.set_owner(mesh.owner);
+  out.set_up_axis(UpAxisFromName(mesh.up_axis));
+  out.set_meters_per_unit(mesh.meters_per_unit);
+  SetTime(mesh.create_time, *out.mutable_create_time());
+  out.set_scenes(use.scenes);
+  return out;
+}
+
+}  // namespace latticed

@@ -1,0 +1,198 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/wire/raw_mesh.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "RAW is read by copying");
+
+constexpr uint64_t kMinFaceSize = 3;
+
+// Elements of every array; 64 bits hold any sum of them, as each is below 2^32.
+struct RawSizes {
+  uint64_t vertices = 0, faces = 0, corners = 0;
+  uint64_t position_bytes = 0;  // of one number
+  uint64_t sizes = 0, normals = 0, uvs = 0, groups = 0;
+
+  uint64_t TotalBytes() const {
+    return vertices * 3 * position_bytes + 4 * (sizes + corners + groups) + 12 * normals + 8 * uvs;
+  }
+};
+
+uint64_t Elements(v1::AttributeDomain domain, const RawSizes& sizes) {
+  switch (domain) {
+    case v1::ATTRIBUTE_DOMAIN_VERTEX:
+      return sizes.vertices;
+    case v1::ATTRIBUTE_DOMAIN_CORNER:
+      return sizes.corners;
+    default:
+      return 0;
+  }
+}
+
+RawSizes SizesOf(const v1::RawLayout& layout) {
+  RawSizes sizes;
+  sizes.vertices = layout.vertex_count();
+  sizes.faces = layout.face_count();
+  const bool implied = layout.corner_count() == 0 && layout.face_size() != 0;
+  sizes.corners = implied ? layout.face_count() * layout.face_size() : layout.corner_count();
+  sizes.position_bytes = layout.position_type() == v1::SCALAR_TYPE_FLOAT64 ? 8 : 4;
+  sizes.sizes = layout.face_size() == 0 ? layout.face_count() : 0;
+  sizes.normals = Elements(layout.normals(), sizes);
+  sizes.uvs = Elements(layout.uvs(), sizes);
+  sizes.groups = layout.group_names().empty() ? 0 : layout.face_count();
+  return sizes;
+}
+
+// Takes arrays from the front of the bytes, which CheckRawLayout has counted.
+class RawReader {
+ public:
+  explicit RawReader(std::string_view bytes) : rest_(bytes) {}
+
+  template <typename T>
+  std::vector<T> Take(uint64_t count) {
+    std::vector<T> values(count);
+    const auto bytes = std::as_writable_bytes(std::span(values));
+    std::copy_n(std::as_bytes(std::span(rest_)).begin(), bytes.size(), bytes.begin());
+    rest_.remove_prefix(bytes.size());
+    return values;
+  }
+
+ private:
+  std::string_view rest_;
+};
+
+std::vector<Vec3d> TakePositions(RawReader& reader, const RawSizes& sizes) {
+  std::vector<Vec3d> positions;
+  positions.reserve(sizes.vertices);
+  const auto append = [&positions](const auto& numbers) {
+    for (size_t i = 0; i + 2 < numbers.size(); i += 3) {
+      positions.push_back({numbers[i], numbers[i + 1], numbers[i + 2]});
+    }
+  };
+  if (sizes.position_bytes == 8) {
+    append(reader.Take<double>(sizes.vertices * 3));
+  } else {
+    append(reader.Take<float>(sizes.vertices * 3));
+  }
+  return positions;
+}
+
+// Ends of faces; kInvalidArgument where they do not fill the corners.
+absl::StatusOr<std::vector<uint32_t>> TakeFaceOffsets(RawReader& reader, const RawSizes& sizes,
+                                                      uint32_t face_size) {
+  const std::vector<uint32_t> face_sizes = face_size == 0
+                                               ? reader.Take<uint32_t>(sizes.faces)
+                                               : std::vector<uint32_t>(sizes.faces, face_size);
+  std::vector<uint32_t> offsets{0};
+  offsets.reserve(sizes.faces + 1);
+  uint64_t end = 0;
+  for (size_t face = 0; face < face_sizes.size(); ++face) {
+    end += face_sizes[face];
+    if (face_sizes[face] < kMinFaceSize || end > sizes.corners) {
+      return error::MalformedFile("RAW", fmt::format("face {}", face),
+                                  fmt::format("has {} corners; at least 3, and {} in all",
+                                              face_sizes[face], sizes.corners));
+    }
+    offsets.push_back(static_cast<uint32_t>(end));
+  }
+  if (end != sizes.corners) {
+    return error::MalformedFile("RAW", "face sizes",
+                                fmt::format("sum up to {} corners, not {}", end, sizes.corners));
+  }
+  return offsets;
+}
+
+std::vector<uint32_t> CornerIndices(v1::AttributeDomain domain, const PolygonMesh& mesh) {
+  if (domain == v1::ATTRIBUTE_DOMAIN_VERTEX) return mesh.corner_vertices;
+  std::vector<uint32_t> indices(mesh.corner_vertices.size());
+  std::iota(indices.begin(), indices.end(), 0u);
+  return indices;
+}
+
+absl::Status CheckCount(const char* field, uint64_t got, uint64_t highest) {
+  if (got >= 1 && got <= highest) return absl::OkStatus();
+  return error::OutOfRange(field, static_cast<double>(got), 1, static_cast<double>(highest));
+}
+
+absl::Status CheckEnums(const v1::RawLayout& layout) {
+  if (!v1::ScalarType_IsValid(layout.position_type())) {
+    return error::Unsupported("header.raw_layout.position_type",
+                              fmt::format("type {}", static_cast<int>(layout.position_type())));
+  }
+  if (!v1::AttributeDomain_IsValid(layout.normals())) {
+    return error::Unsupported("header.raw_layout.normals",
+                              fmt::format("domain {}", static_cast<int>(layout.normals())));
+  }
+  if (!v1::AttributeDomain_IsValid(layout.uvs())) {
+    return error::Unsupported("header.raw_layout.uvs",
+                              fmt::format("domain {}", static_cast<int>(layout.uvs())));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status CheckRawLayout(const v1::RawLayout& layout, uint64_t total_bytes) {
+  constexpr uint64_t kMaxCorners = PolygonMesh::kNoAttribute - 1;
+  if (absl::Status status = CheckEnums(layout); !status.ok()) return status;
+  absl::Status count =
+      CheckCount("header.raw_layout.vertex_count", layout.vertex_count(), limits::kMaxMeshVertices);
+  if (!count.ok()) return count;
+  count = CheckCount("header.raw_layout.face_count", layout.face_count(), limits::kMaxMeshFaces);
+  if (!count.ok()) return count;
+  const uint32_t face_size = layout.face_size();
+  if (face_size != 0 && (face_size < kMinFaceSize || face_size > limits::kMaxFaceCorners)) {
+    return error::OutOfRange("header.raw_layout.face_size", face_size, kMinFaceSize,
+                             limits::kMaxFaceCorners);
+  }
+  const RawSizes sizes = SizesOf(layout);
+  count = CheckCount("header.raw_layout.corner_count", sizes.corners, kMaxCorners);
+  if (!count.ok()) return count;
+  if (sizes.TotalBytes() != total_bytes) {
+    return error::InvalidField(
+        "header.raw_layout",
+        fmt::format("describes {} bytes, total_bytes is {}", sizes.TotalBytes(), total_bytes));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<PolygonMesh> ReadRawMesh(const v1::RawLayout& layout, std::string_view bytes) {
+  const RawSizes sizes = SizesOf(layout);
+  RawReader reader(bytes);
+  PolygonMesh mesh;
+  mesh.positions = TakePositions(reader, sizes);
+  absl::StatusOr<std::vector<uint32_t>> offsets =
+      TakeFaceOffsets(reader, sizes, layout.face_size());
+  if (!offsets.ok()) return offsets.status();
+  mesh.face_offsets = *std::move(offsets);
+  mesh.corner_vertices = reader.Take<uint32_t>(sizes.corners);
+  if (sizes.normals > 0) {
+    mesh.normals = reader.Take<Vec3f>(sizes.normals);
+    mesh.corner_normals = CornerIndices(layout.normals(), mesh);
+  }
+  if (sizes.uvs > 0) {
+    mesh.uvs = reader.Take<Vec2f>(sizes.uvs);
+    mesh.corner_uvs = CornerIndices(layout.uvs(), mesh);
+  }
+  mesh.group_names.assign(layout.group_names().begin(), layout.group_names().end());
+  mesh.face_groups = reader.Take<uint32_t>(sizes.groups);
+  if (absl::Status status = Validate(mesh); !status.ok()) {
+    return error::MalformedFile("RAW", "the arrays", std::string(status.message()));
+  }
+  return mesh;
+}
+
+}  // namespace latticed

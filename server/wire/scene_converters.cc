@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/wire/scene_converters.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "fmt/format.h"
+#include "google/protobuf/io/coded_stream.h"
+#include "google/protobuf/io/zero_copy_stream_impl_lite.h"
+#include "server/base/labels.h"
+#include "server/wire/converters.h"
+#include "server/wire/time_converters.h"
+#include "server/wire/view_converters.h"
+
+namespace latticed {
+namespace {
+
+constexpr size_t kMinSceneIdBytes = 8;
+constexpr size_t kMaxSceneIdBytes = 63;
+
+Labels LabelsOf(const v1::CreateSceneRequest& request) {
+  return {request.labels().begin(), request.labels().end()};
+}
+
+absl::Status CheckSceneId(const std::string& id) {
+  const bool known = std::ranges::all_of(
+      id, [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-'; });
+  if (known && id.size() >= kMinSceneIdBytes && id.size() <= kMaxSceneIdBytes) {
+    return absl::OkStatus();
+  }
+  return error::InvalidField(
+      "scene_id", fmt::format("must be {} to {} of a-z 0-9 -, such as 128 random bits in hex",
+                              kMinSceneIdBytes, kMaxSceneIdBytes));
+}
+
+absl::StatusOr<absl::Duration> IdleTtl(const v1::CreateSceneRequest& request,
+                                       absl::Duration unset) {
+  if (!request.has_idle_ttl()) return unset;
+  // The range of google.protobuf.Duration: 10,000 years.
+  constexpr int64_t kMostSeconds = 315'576'000'000;
+  constexpr int32_t kMostNanos = 999'999'999;
+  const auto& ttl = request.idle_ttl();
+  const bool positive =
+      (ttl.seconds() > 0 && ttl.nanos() >= 0) || (ttl.seconds() == 0 && ttl.nanos() > 0);
+  if (!positive || ttl.seconds() > kMostSeconds || ttl.nanos() > kMostNanos) {
+    return error::InvalidField(
+        "idle_ttl",
+        fmt::format("got {} s and {} ns, allowed is 0 to {} s with 0 to {} ns, not both 0",
+                    ttl.seconds(), ttl.nanos(), kMostSeconds, kMostNanos),
+        "OUT_OF_RANGE");
+  }
+  return absl::Seconds(ttl.seconds()) + absl::Nanoseconds(ttl.nanos());
+}
+
+// Maps in a fixed order: equal requests have equal bytes.
+std::string Fingerprint(const v1::CreateSceneRequest& request, const std::string& owner) {
+  std::string bytes;
+  {
+    google::protobuf::io::StringOutputStream stream(&bytes);
+    google::protobuf::io::CodedOutputStream coded(&stream);
+    coded.SetSerializationDeterministic(true);
+    request.SerializeToCodedStream(&coded);
+  }
+  return owner + '\0' + bytes;
+}
+
+}  // namespace
+
+absl::Status CheckCreateScene(const v1::CreateSceneRequest& request) {
+  if (auto s = CheckSceneId(request.scene_id()); !s.ok()) return s;
+  if (request.mesh().empty()) return error::InvalidField("mesh", "is required");
+  if (request.lattices_size() > 1) {
+    return error::Unsupported("lattices", "more than one lattice a scene");
+  }
+  if (auto ttl = IdleTtl(request, absl::ZeroDuration()); !ttl.ok()) return ttl.status();
+  return CheckLabels(LabelsOf(request), "labels");
+}
+
+absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& request,
+                                                 const StoredMesh& mesh, const std::string& owner,
+                                                 absl::Duration default_idle_ttl) {
+  const v1::LatticeSource fit_with_defaults;
+  auto lattice = FromProto(request.lattices_size() == 1 ? request.lattices(0) : fit_with_defaults,
+                           mesh.bounds, "lattices[0]");
+  if (!lattice.ok()) return lattice.status();
+  auto view = DefaultViewFromProto(request.default_view(), DefaultView(mesh.mesh->has_normals()),
+                                   "default_view");
+  if (!view.ok()) return view.status();
+  const auto pipeline = FromProto(request.diagnostics().pipeline(), "diagnostics.pipeline");
+  if (!pipeline.ok()) return pipeline.status();
+  const auto idle_ttl = IdleTtl(request, default_idle_ttl);
+  if (!idle_ttl.ok()) return idle_ttl.status();
+
+  SceneConfig config;
+  config.id = request.scene_id();
+  config.mesh_id = mesh.id;
+  config.mesh = mesh.mesh;
+  config.lattice = *std::move(lattice);
+  config.default_view = *view;
+  config.pipeline = *pipeline;
+  config.idle_ttl = *idle_ttl;
+  config.labels = LabelsOf(request);
+  config.owner = owner;
+  config.fingerprint = Fingerprint(request, owner);
+  return config;
+}
+
+v1::Scene ToProto(const Scene& scene) {
+  const SceneConfig& config = scene.config();
+  const auto state = scene.State();
+  v1::Scene result;
+  result.set_id(config.id);
+  result.set_mesh(config.mesh_id);
+  *result.add_lattices() = SummaryToProto(state->structure());
+  *result.mutable_default_view() = ToProto(config.default_view);
+  SetDuration(config.idle_ttl, *result.mutable_idle_ttl());
+  result.mutable_labels()->insert(config.labels.begin(), config.labels.end());
+  result.set_pipeline(ToProto(config.pipeline));
+  result.set_revision(state->revision);
+  result.set_structure_id(state->structure_id);
+  result.set_patches(state->plan->patches.size());
+  result.set_patches_outside(state->plan->outside_patches);
+  result.set_patches_on_faces(state->plan->seam_patches);
+  result.set_chunks(state->plan->chunk_count());
+  for (const auto& [purpose, bytes] : scene.memory()) (*result.mutable_bytes())[purpose] = bytes;
+  SetTime(scene.create_time(), *result.mutable_create_time());
+  if (const absl::Time expires = scene.expire_time(); expires != absl::InfiniteFuture()) {
+    SetTime(expires, *result.mutable_expire_time());
+  }
+  result.set_owner(config.owner);
+  return result;
+}
+
+v1::LatticeState LatticeStateToProto(const SceneState& state) {
+  v1::LatticeState result;
+  *result.mutable_lattice() = ToProto(state.structure(), *state.control_points);
+  result.set_structure_id(state.structure_id);
+  result.set_revision(state.revision);
+  return result;
+}
+
+absl::StatusOr<ExportSpec> ExportSpecFromProto(const v1::ExportRequest& request,
+                                               const WatchView& defaults) {
+  const auto format = FromProto(request.format(), "format");
+  if (!format.ok()) return format.status();
+  const auto view = WatchViewFromProto(request.view(), defaults, "view");
+  if (!view.ok()) return view.status();
+  ExportSpec spec;
+  spec.format = *format;
+  spec.segments = view->key.spec.segments;
+  spec.normals = view->key.spec.normals;
+  if (request.view().position_bits() != 0) spec.position_bits = request.view().position_bits();
+  if (request.view().normal_bits() != 0) spec.normal_bits = request.view().normal_bits();
+  return spec;
+}
+
+}  // namespace latticed

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Scenes, requests for them, and points of their surface <-> engine types.
+//
+// Errors   kInvalidArgument with the path of the field
+// Threads  pure functions
+#ifndef LATTICED_SERVER_WIRE_SCENE_CONVERTERS_H_
+#define LATTICED_SERVER_WIRE_SCENE_CONVERTERS_H_
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/base/stop_check.h"
+#include "latticed/v1/scene.pb.h"
+#include "server/base/mesh_store.h"
+#include "server/engine/scene.h"
+#include "server/engine/surface_export.h"
+
+namespace latticed {
+
+// What the message alone can tell: the id, labels, idle_ttl, count of lattices.
+[[nodiscard]] absl::Status CheckCreateScene(const v1::CreateSceneRequest& request);
+// The rest: lattice, view and pipeline for this mesh. `owner` takes part in the fingerprint, so
+// that nobody is handed another's scene.
+[[nodiscard]] absl::StatusOr<SceneConfig> SceneConfigFromProto(
+    const v1::CreateSceneRequest& request, const StoredMesh& mesh, const std::string& owner,
+    absl::Duration default_idle_ttl);
+
+[[nodiscard]] v1::Scene ToProto(const Scene& scene);
+[[nodiscard]] v1::LatticeState LatticeStateToProto(const SceneState& state);
+
+[[nodiscard]] absl::StatusOr<ExportSpec> ExportSpecFromProto(const v1::ExportRequest& request,
+                                                             const WatchView& defaults);
+
+// Evaluates the points of the request at the state, in double.
+[[nodiscard]] absl::Status EvaluatePoints(const SceneState& state,
+                                          const v1::EvaluatePointsRequest& request,
+                                          v1::EvaluatePointsResponse* response);
+
+// The first point of the surface at the state on the request's ray; its normal is unset where it is
+// ill-conditioned. kNotFound NOTHING_HIT, and what `stop` says.
+[[nodiscard]] absl::Status Pick(const SceneState& state, const v1::PickRequest& request,
+                                StopCheck stop, v1::SurfacePoint* response);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_WIRE_SCENE_CONVERTERS_H_

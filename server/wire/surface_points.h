@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Points of the surface, as clients name them, -> points of the rest world.
+//
+// Errors   kInvalidArgument with the path of the field
+// Threads  pure function
+#ifndef LATTICED_SERVER_WIRE_SURFACE_POINTS_H_
+#define LATTICED_SERVER_WIRE_SURFACE_POINTS_H_
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/base/vec.h"
+#include "core/mesh/polygon_mesh.h"
+#include "latticed/v1/surface.pb.h"
+
+namespace latticed {
+
+// A point of the rest surface, and the normal of the source triangle there (not normalised).
+struct RestPoint {
+  Vec3d position;
+  Vec3d normal;
+};
+
+[[nodiscard]] absl::StatusOr<RestPoint> RestPointFromProto(const PolygonMesh& mesh,
+                                                           const v1::SurfacePoint& point,
+                                                           const std::string& field);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_WIRE_SURFACE_POINTS_H_

@@ -1,0 +1,211 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/wire/wire_buffers.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <grpcpp/support/proto_buffer_writer.h>
+#include <grpcpp/support/slice.h>
+
+#include "core/ffd/tessellation_pattern.h"
+#include "google/protobuf/io/coded_stream.h"
+#include "server/wire/converters.h"
+#include "server/wire/view_converters.h"
+
+namespace latticed {
+namespace {
+
+using google::protobuf::io::CodedOutputStream;
+
+// Protobuf wire types.
+constexpr uint32_t kVarint = 0;
+constexpr uint32_t kBytes = 2;
+
+void AppendVarint(uint64_t value, std::string& out) {
+  uint8_t bytes[10];
+  const uint8_t* end = CodedOutputStream::WriteVarint64ToArray(value, bytes);
+  out.append(reinterpret_cast<const char*>(bytes), static_cast<size_t>(end - bytes));
+}
+
+void AppendField(int field, uint32_t wire_type, uint64_t value, std::string& out) {
+  AppendVarint((static_cast<uint32_t>(field) << 3) | wire_type, out);
+  AppendVarint(value, out);
+}
+
+// All of a Chunk before its data, its own tag and length included.
+std::string ChunkHead(uint32_t index, const SnapshotChunk& chunk) {
+  std::string body;
+  if (index != 0) AppendField(v1::Chunk::kIndexFieldNumber, kVarint, index, body);
+  if (chunk.revision != 0) {
+    AppendField(v1::Chunk::kRevisionFieldNumber, kVarint, chunk.revision, body);
+  }
+  AppendField(v1::Chunk::kDataFieldNumber, kBytes, chunk.data.size, body);
+  std::string head;
+  AppendField(v1::Chunks::kChunksFieldNumber, kBytes, body.size() + chunk.data.size, head);
+  return head + body;
+}
+
+void LetGo(void* owner) { delete static_cast<std::shared_ptr<const void>*>(owner); }
+
+grpc::Slice SliceOf(const SharedBytes& bytes) {
+  // gRPC's signature is not const; it never writes to a slice that it sends.
+  return {const_cast<uint8_t*>(bytes.data), bytes.size, LetGo,
+          new std::shared_ptr<const void>(bytes.owner)};
+}
+
+uint32_t Microseconds(absl::Duration duration) {
+  return static_cast<uint32_t>(
+      std::clamp<int64_t>(absl::ToInt64Microseconds(duration), 0, UINT32_MAX));
+}
+
+v1::SceneEvent ToProto(const LatticeWhole& event) {
+  v1::SceneEvent message;
+  v1::LatticeState& out = *message.mutable_lattice_state();
+  *out.mutable_lattice() = ToProto(event.state->structure(), *event.state->control_points);
+  out.set_structure_id(event.state->structure_id);
+  out.set_revision(event.state->revision);
+  return message;
+}
+
+v1::SceneEvent ToProto(const std::shared_ptr<const LatticeDelta>& delta) {
+  v1::SceneEvent message;
+  v1::LatticeDelta& out = *message.mutable_lattice_delta();
+  out.set_structure_id(delta->structure_id);
+  out.set_revision(delta->revision);
+  out.mutable_indices()->Add(delta->indices.begin(), delta->indices.end());
+  AppendPoints(delta->positions, *out.mutable_positions());
+  out.set_editor_id(delta->editor_id);
+  return message;
+}
+
+void AppendRun(const DeformPlan& plan, size_t chunk, v1::Topology& out) {
+  const auto [first, last] = plan.ChunkPatches(chunk);
+  const auto patches = static_cast<uint32_t>(last - first);
+  if (out.chunk_runs_size() > 0) {
+    v1::ChunkRun& run = *out.mutable_chunk_runs(out.chunk_runs_size() - 1);
+    if (run.patches_per_chunk() == patches) {
+      run.set_chunk_count(run.chunk_count() + 1);
+      return;
+    }
+  }
+  v1::ChunkRun& run = *out.add_chunk_runs();
+  run.set_chunk_count(1);
+  run.set_patches_per_chunk(patches);
+}
+
+v1::SceneEvent ToProto(const TopologyNews& event) {
+  const DeformPlan& plan = *event.snapshot->plan;
+  const int segments = event.snapshot->view.spec.segments;
+  const TessellationPattern& pattern = TessellationPattern::Get(segments);
+  v1::SceneEvent message;
+  v1::Topology& out = *message.mutable_topology();
+  out.set_topology_id(event.topology_id);
+  out.set_patch_count(plan.patches.size());
+  out.set_point_count(plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(segments)));
+  out.set_triangle_count(plan.patches.size() * static_cast<uint64_t>(TrianglesPerPatch(segments)));
+  out.set_segments(segments);
+  for (size_t c = 0; c < plan.chunk_count(); ++c) AppendRun(plan, c, out);
+  for (const auto& point : pattern.points) {
+    for (const uint8_t i : point) out.mutable_pattern()->add_points(i);
+  }
+  for (const auto& triangle : pattern.triangles) {
+    for (const uint16_t i : triangle) out.mutable_pattern()->add_triangles(i);
+  }
+  return message;
+}
+
+v1::SceneEvent ToProto(const QuantisationNews& event) {
+  const Snapshot& snapshot = *event.snapshot;
+  const ViewSpec& spec = snapshot.view.spec;
+  v1::SceneEvent message;
+  v1::Quantisation& out = *message.mutable_quantisation();
+  out.set_quantisation_id(snapshot.box.id);
+  if (spec.format == VertexFormat::kFloat32) {
+    *out.mutable_origin() = ToProto(snapshot.plan->local_origin);
+    return message;
+  }
+  *out.mutable_origin() = ToProto(snapshot.box.origin);
+  out.set_step(snapshot.box.step(spec.position_bits));
+  out.set_bits(spec.position_bits);
+  if (spec.normals != NormalMode::kNone) out.set_normal_bits(spec.normal_bits);
+  return message;
+}
+
+v1::SceneEvent ToProto(const UpdateBegins& event) {
+  v1::SceneEvent message;
+  v1::UpdateBegin& out = *message.mutable_update_begin();
+  out.set_update_id(event.update_id);
+  out.set_revision(event.revision);
+  out.set_chunk_count(static_cast<uint32_t>(event.chunk_count));
+  out.set_restart(event.restart);
+  *out.mutable_view() = ToProto(event.view);
+  return message;
+}
+
+v1::SceneEvent ToProto(const UpdateEnds& event) {
+  v1::SceneEvent message;
+  v1::UpdateEnd& out = *message.mutable_update_end();
+  out.set_update_id(event.update_id);
+  out.set_revision(event.revision);
+  out.set_head_revision(event.head_revision);
+  out.set_applied_sequence(event.applied_sequence);
+  out.set_full_detail(event.full_detail);
+  out.set_resume_token(event.resume_token);
+  out.mutable_timings()->set_queue_us(Microseconds(event.queue_time));
+  out.mutable_timings()->set_evaluate_us(Microseconds(event.evaluate_time));
+  out.mutable_timings()->set_encode_us(Microseconds(event.encode_time));
+  out.mutable_timings()->set_send_us(Microseconds(event.send_time));
+  return message;
+}
+
+}  // namespace
+
+grpc::ByteBuffer EncodeEvent(const v1::SceneEvent& event) {
+  const grpc::Slice slice(event.SerializeAsString());
+  return {&slice, 1};
+}
+
+grpc::ByteBuffer EncodeEvent(const WatcherEvent& event) {
+  return std::visit(
+      [](const auto& e) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(e)>, ChunkBatch>) {
+          return EncodeChunks(e);
+        } else {
+          return EncodeEvent(ToProto(e));
+        }
+      },
+      event);
+}
+
+grpc::ByteBuffer EncodeChunks(const ChunkBatch& batch) {
+  std::string head;
+  AppendField(v1::Chunks::kUpdateIdFieldNumber, kVarint, batch.update_id, head);
+  AppendField(v1::Chunks::kTopologyIdFieldNumber, kBytes, batch.topology_id.size(), head);
+  head += batch.topology_id;
+  AppendField(v1::Chunks::kQuantisationIdFieldNumber, kVarint, batch.snapshot->box.id, head);
+
+  std::vector<std::string> heads;
+  size_t length = head.size();
+  for (const uint32_t index : batch.chunks) {
+    heads.push_back(ChunkHead(index, batch.snapshot->chunks[index]));
+    length += heads.back().size() + batch.snapshot->chunks[index].data.size;
+  }
+  std::string frame;
+  AppendField(v1::SceneEvent::kChunksFieldNumber, kBytes, length, frame);
+
+  std::vector<grpc::Slice> slices;
+  slices.reserve(2 * heads.size() + 1);
+  slices.emplace_back(frame + head);
+  for (size_t i = 0; i < heads.size(); ++i) {
+    slices.emplace_back(heads[i]);
+    const SharedBytes& data = batch.snapshot->chunks[batch.chunks[i]].data;
+    if (data.size > 0) slices.push_back(SliceOf(data));
+  }
+  return {slices.data(), slices.size()};
+}
+
+}  // namespace latticed

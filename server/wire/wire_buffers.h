@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// SceneEvents as ByteBuffers. Chunk bytes are not copied: each chunk is a slice that keeps the
+// snapshot's buffer alive until the transport has sent it, between slices of hand-written framing.
+// What is on the wire is what protobuf would have written (field numbers come from the generated
+// code).
+//
+//   | SceneEvent.chunks, Chunks head, Chunk head | data | Chunk head | data | …
+//
+// Threads  pure functions
+#ifndef LATTICED_SERVER_WIRE_WIRE_BUFFERS_H_
+#define LATTICED_SERVER_WIRE_WIRE_BUFFERS_H_
+
+#include <grpcpp/support/byte_buffer.h>
+
+#include "latticed/v1/event.pb.h"
+#include "server/engine/watcher.h"
+
+namespace latticed {
+
+[[nodiscard]] grpc::ByteBuffer EncodeEvent(const v1::SceneEvent& event);
+[[nodiscard]] grpc::ByteBuffer EncodeEvent(const WatcherEvent& event);
+
+// The zero-copy form of one batch.
+[[nodiscard]] grpc::ByteBuffer EncodeChunks(const ChunkBatch& batch);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_WIRE_WIRE_BUFFERS_H_

@@ -1,0 +1,158 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Scenes by id: made once, listed, counted, evicted.
+#include <atomic>
+#include <future>
+
+#include <gtest/gtest.h>
+
+#include "absl/time/clock.h"
+#include "core/base/error.h"
+#include "core/cpu/cpu_backend.h"
+#include "tests/server/engine/engine_support.h"
+#include "tests/server/gated_backend.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::testing {
+namespace {
+
+class SceneRegistryTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<Backend> backend_ = MakeCpuBackend({.threads = 2});
+  SceneRegistry registry_{backend_.get(), 2};
+};
+
+TEST_F(SceneRegistryTest, TheSameRequestReturnsTheSameScene) {
+  SceneConfig config = MakeSceneConfig("scene-one");
+  config.fingerprint = std::string("first request");
+  const auto first = registry_.Create(config);
+  const auto again = registry_.Create(config);
+  config.fingerprint = std::string("another request");
+  const auto other = registry_.Create(config);
+
+  ASSERT_OK(first);
+  ASSERT_OK(again);
+  EXPECT_EQ(*first, *again);
+  EXPECT_THAT(other, StatusIs(absl::StatusCode::kAlreadyExists));
+}
+
+TEST_F(SceneRegistryTest, ScenesAreListedByIdAndCountedByMesh) {
+  for (const char* id : {"scene-b", "scene-a", "scene-c"})
+    ASSERT_OK(registry_.Create(MakeSceneConfig(id)));
+  const auto all = [](const Scene&) { return true; };
+
+  const auto page = registry_.List("", 2, all);
+  ASSERT_EQ(page.size(), 2u);
+  EXPECT_EQ(page[0]->id(), "scene-a");
+  EXPECT_EQ(registry_.List("scene-b", 9, all).size(), 1u);
+  EXPECT_EQ(registry_.CountOfMesh("grid"), 3u);
+  EXPECT_OK(registry_.DeleteMesh("grid", true, [] { return absl::OkStatus(); }));
+  EXPECT_EQ(registry_.size(), 0u);
+}
+
+TEST_F(SceneRegistryTest, AnIdleSceneIsEvictedAndAWatchedOneStays) {
+  SceneConfig config = MakeSceneConfig("scene-idle");
+  config.idle_ttl = absl::Hours(1);
+  ASSERT_OK(registry_.Create(config));
+  config.id = std::string("scene-watched");
+  const auto watched = registry_.Create(config);
+  ASSERT_OK(watched);
+  WatcherClient client(*watched, {.view = config.default_view});
+
+  registry_.Tick(absl::Now() + absl::Hours(2));
+
+  EXPECT_THAT(registry_.Find("scene-idle"), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_OK(registry_.Find("scene-watched"));
+}
+
+TEST(DeleteMeshTest, ASceneInTheMakingHoldsItsMesh) {
+  GatedBackend backend;
+  SceneRegistry registry(&backend, 1);
+  backend.Close();
+  auto scene =
+      std::async(std::launch::async, [&] { return registry.Create(MakeSceneConfig("scene-one")); });
+  ASSERT_TRUE(backend.WaitForEntries(1));
+  bool removed = false;
+  const auto remove = [&removed] {
+    removed = true;
+    return absl::OkStatus();
+  };
+
+  EXPECT_EQ(registry.CountOfMesh("grid"), 1u);
+  const absl::Status status = registry.DeleteMesh("grid", false, remove);
+  EXPECT_THAT(status, StatusIs(absl::StatusCode::kFailedPrecondition));
+  EXPECT_EQ(error::DetailsOf(status).reason, "MESH_IN_USE");
+  EXPECT_FALSE(removed);
+
+  EXPECT_OK(registry.DeleteMesh("grid", true, remove));
+  EXPECT_TRUE(removed);
+  backend.Open();
+  EXPECT_THAT(scene.get(), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_EQ(registry.size(), 0u);
+}
+
+TEST_F(SceneRegistryTest, WhatAdmitRefusesIsNotMade) {
+  const auto refuse = [] { return error::NotFound("mesh", "grid"); };
+
+  EXPECT_THAT(registry_.Create(MakeSceneConfig("scene-one"), refuse),
+              StatusIs(absl::StatusCode::kNotFound));
+
+  EXPECT_EQ(registry_.size(), 0u);
+  EXPECT_OK(registry_.Create(MakeSceneConfig("scene-one")));
+}
+
+TEST(StopTest, AStoppedCreationLeavesNoSceneAndNoMemory) {
+  GatedBackend backend;
+  SceneRegistry registry(&backend, 1);
+  SceneConfig config = MakeSceneConfig("scene-one");
+  config.memory = std::make_shared<MemoryBudget>(uint64_t{1} << 30);
+  std::atomic<bool> late = false;
+  const auto stop = [&late] {
+    return late ? absl::DeadlineExceededError("late") : absl::OkStatus();
+  };
+  backend.Close();
+  auto scene =
+      std::async(std::launch::async, [&] { return registry.Create(config, nullptr, stop); });
+  ASSERT_TRUE(backend.WaitForEntries(1));
+  EXPECT_GT(config.memory->used_bytes(), 0u);
+
+  late = true;
+  backend.Open();
+
+  EXPECT_THAT(scene.get(), StatusIs(absl::StatusCode::kDeadlineExceeded));
+  EXPECT_EQ(registry.size(), 0u);
+  EXPECT_EQ(registry.CountOfMesh("grid"), 0u);
+  EXPECT_EQ(config.memory->used_bytes(), 0u);
+  EXPECT_OK(registry.Create(config)) << "the id is free";
+}
+
+TEST(StopTest, WhoWaitsForTheSameSceneStopsToo) {
+  GatedBackend backend;
+  SceneRegistry registry(&backend, 1);
+  const SceneConfig config = MakeSceneConfig("scene-one");
+  const auto gone = [] { return absl::CancelledError("gone"); };
+  backend.Close();
+  auto scene = std::async(std::launch::async, [&] { return registry.Create(config); });
+  ASSERT_TRUE(backend.WaitForEntries(1));
+
+  auto again =
+      std::async(std::launch::async, [&] { return registry.Create(config, nullptr, gone); });
+  EXPECT_EQ(again.wait_for(kLong), std::future_status::ready);
+  backend.Open();
+
+  EXPECT_THAT(again.get(), StatusIs(absl::StatusCode::kCancelled));
+  EXPECT_OK(scene.get());
+}
+
+TEST_F(SceneRegistryTest, ATickIsPassedOn) {
+  int ticks = 0;
+  {
+    SceneRegistry registry(backend_.get(), 1, {.on_tick = [&ticks] { ++ticks; }});
+    registry.Tick(absl::Now());
+  }
+  EXPECT_GE(ticks, 1);
+}
+
+}  // namespace
+}  // namespace latticed::testing

@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What of two overlapping stages is refused, fails, or is wanted no more.
+#include "tests/server/engine/staged_scene.h"
+
+namespace latticed::testing {
+namespace {
+
+using StageFailureTest = StagedScene;
+
+class RefusedSlotTest : public StageFailureTest, public ::testing::WithParamInterface<Stage> {};
+
+TEST_P(RefusedSlotTest, OneSlotDoesWhereTheBackendRefusesTwo) {
+  const auto client = Watch();
+  MoveAndHoldEncoding(kCorner);
+  const int begun = gates().begun(GetParam());
+  gates().FailNext(GetParam(), absl::ResourceExhaustedError("the device is full"));
+
+  Move(kOtherCorner);
+  ASSERT_TRUE(gates().WaitForEnded(GetParam(), begun + 1));
+  gates().Open(Stage::kEncode);
+
+  ExpectRightAtHead(*client);
+  EXPECT_OK(view_->failure());
+  MoveAndHoldEncoding(kCorner);
+  const uint64_t evaluations = view_->evaluations();
+  Move(kOtherCorner);
+  absl::SleepFor(kAWhile);
+  EXPECT_EQ(view_->evaluations(), evaluations) << "it is not tried again";
+  gates().Open(Stage::kEncode);
+  ExpectRightAtHead(*client);
+  const auto another = Watch();
+  MoveAndHoldEncoding(kCorner);
+  MoveAndWaitForEvaluation(kOtherCorner);
+  EXPECT_GT(view_->evaluations_beside(), 0u) << "a new watcher is a new try";
+}
+
+INSTANTIATE_TEST_SUITE_P(Stages, RefusedSlotTest,
+                         ::testing::Values(Stage::kCreateView, Stage::kEvaluate),
+                         [](const auto& stage) {
+                           return std::string(stage.param == Stage::kEvaluate ? "Evaluate"
+                                                                              : "CreateView");
+                         });
+
+TEST_F(StageFailureTest, TheNextUpdateHoldsWhatCouldNotBeEncodedForWantOfMemory) {
+  const auto client = Watch();
+  MoveAndHoldEncoding(kCorner);
+  MoveAndWaitForEvaluation(kOtherCorner);
+  gates().FailNext(Stage::kEncode, absl::ResourceExhaustedError("no memory"));
+
+  gates().Open(Stage::kEncode);
+  client->RunToUpdate();
+
+  EXPECT_OK(view_->failure());
+  EXPECT_EQ(client->updates().back().end.revision, 2u) << "the first of them was given up";
+  ExpectRight(*client);
+  Move(kCorner);
+  ExpectRightAtHead(*client);
+}
+
+TEST_F(StageFailureTest, AFailedEncodingEndsTheWatchersAndTheNextOneBeginsAfresh) {
+  const auto client = Watch();
+  MoveAndHoldEncoding(kCorner);
+  MoveAndWaitForEvaluation(kOtherCorner);
+  gates().FailNext(Stage::kEncode, absl::InternalError("no such luck"), 2);
+
+  gates().Open(Stage::kEncode);
+  while (client->status().ok()) {
+    if (!client->Step()) client->bell().Wait(absl::Milliseconds(10));
+  }
+
+  EXPECT_THAT(client->status(), StatusIs(absl::StatusCode::kInternal));
+  EXPECT_EQ(client->updates().back().end.revision, 0u);
+  const auto another = Watch();
+  ExpectRight(*another);
+}
+
+TEST_F(StageFailureTest, AFailedEvaluationEndsTheWatchersAndTheNextOneBeginsAfresh) {
+  const auto client = Watch();
+  MoveAndHoldEncoding(kCorner);
+  gates().FailNext(Stage::kEvaluate, absl::InternalError("no such luck"), 2);
+  MoveAndWaitForEvaluation(kOtherCorner);
+
+  gates().Open(Stage::kEncode);
+  while (client->status().ok()) {
+    if (!client->Step()) client->bell().Wait(absl::Milliseconds(10));
+  }
+
+  EXPECT_THAT(client->status(), StatusIs(absl::StatusCode::kInternal));
+  const auto another = Watch();
+  ExpectRightAtHead(*another);
+}
+
+TEST_F(StageFailureTest, WhatWasEvaluatedAheadForNobodyIsEncodedLater) {
+  const auto client = Watch();
+  MoveAndHoldEncoding(kCorner);
+  MoveAndWaitForEvaluation(kOtherCorner);
+
+  client->watcher().SetPaused(true);
+  gates().Open(Stage::kEncode);
+  absl::SleepFor(kAWhile);
+  EXPECT_EQ(view_->newest()->revision, 1u);
+  client->watcher().SetPaused(false);
+
+  ExpectRightAtHead(*client);
+}
+
+TEST_F(StageFailureTest, AnEvaluationThatNobodyWaitsForAnyMoreIsKept) {
+  const auto client = Watch();
+  MoveAndHoldEncoding(kCorner);
+  gates().Close(Stage::kEvaluate);
+  const int begun = gates().begun(Stage::kEvaluate);
+  Move(kOtherCorner);
+  ASSERT_TRUE(gates().WaitForBegun(Stage::kEvaluate, begun + 1));
+
+  client->watcher().SetPaused(true);
+  gates().Open(Stage::kEvaluate);
+  ASSERT_TRUE(gates().WaitForEnded(Stage::kEvaluate, begun + 1));
+  absl::SleepFor(kAWhile);
+  client->watcher().SetPaused(false);
+  Move(kCorner);
+  gates().Open(Stage::kEncode);
+
+  ExpectRightAtHead(*client);
+}
+
+TEST_F(StageFailureTest, AnEvaluationThatNobodyWantsBeforeItBeginsIsMadeLater) {
+  const auto client = Watch();
+  options_.view.key.spec.segments = 2;
+  const auto second = Watch();
+  options_.view.key.spec.segments = 3;
+  const auto third = Watch();
+  client->watcher().SetPaused(true);
+  const int begun = gates().begun(Stage::kEncode);
+  gates().Close(Stage::kEncode);
+  Move(kCorner);
+  ASSERT_TRUE(gates().WaitForBegun(Stage::kEncode, begun + 2)) << "both workers are busy";
+
+  client->watcher().SetPaused(false);
+  const auto alone = [](uint64_t) {};
+  std::optional<ViewWork> work = scene_->TakeWork(kAnyPoints);
+  while (work.has_value() && work->view->key() != client->watcher().key()) {
+    scene_->RunWork(*std::move(work), alone);  // beside what the workers encode
+    work = scene_->TakeWork(kAnyPoints);
+  }
+  ASSERT_TRUE(work.has_value());
+  client->watcher().SetPaused(true);
+  scene_->RunWork(*std::move(work), alone);
+  client->watcher().SetPaused(false);
+  gates().Open(Stage::kEncode);
+
+  ExpectRightAtHead(*client);
+}
+
+TEST_F(StageFailureTest, AnEncodingThatIsStoppedLeavesItsChunksToTheNext) {
+  MakeScene(96, 1);
+  const auto client = Watch();
+  const int begun = gates().begun(Stage::kEncode);
+  gates().Close(Stage::kEncode);
+  Move(kCorner, {40, 0, 0});  // out of the box: all chunks, several batches
+  ASSERT_TRUE(gates().WaitForBegun(Stage::kEncode, begun + 1));
+
+  client->watcher().SetPaused(true);
+  gates().Open(Stage::kEncode);
+  absl::SleepFor(kAWhile);
+  EXPECT_EQ(view_->newest()->revision, 0u) << "stopped";
+  Move(kOtherCorner);
+  client->watcher().SetPaused(false);
+
+  ExpectRightAtHead(*client);
+}
+
+TEST_F(StageFailureTest, ADeletedSceneEndsWithBothStagesUnderWay) {
+  auto client = Watch();
+  MoveAndHoldEncoding(kCorner);
+  gates().Close(Stage::kEvaluate);
+  const int begun = gates().begun(Stage::kEvaluate);
+  Move(kOtherCorner);
+  ASSERT_TRUE(gates().WaitForBegun(Stage::kEvaluate, begun + 1));
+
+  ASSERT_OK(registry_.Delete(scene_->id()));
+  EXPECT_FALSE(client->Step());
+  EXPECT_THAT(client->status(), StatusIs(absl::StatusCode::kNotFound));
+  client.reset();
+  view_.reset();
+  states_.clear();
+  const std::weak_ptr<Scene> scene = std::exchange(scene_, nullptr);
+  gates().Open(Stage::kEvaluate);
+  gates().Open(Stage::kEncode);
+
+  const absl::Time deadline = absl::Now() + absl::Seconds(20);
+  // The worker that let go of it last may still be destroying it.
+  while (budget_->used_bytes() > 0 && absl::Now() < deadline) absl::SleepFor(absl::Milliseconds(1));
+  EXPECT_TRUE(scene.expired());
+  EXPECT_EQ(budget_->used_bytes(), 0u);
+}
+
+}  // namespace
+}  // namespace latticed::testing

@@ -1,0 +1,183 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/server/engine/staged_backend.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/cpu/cpu_backend.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr absl::Duration kLong = absl::Seconds(20);
+
+class StagedView : public DeformView {
+ public:
+  StagedView(std::unique_ptr<DeformView> inner, std::shared_ptr<StageGates> gates, size_t chunks)
+      : inner_(std::move(inner)), gates_(std::move(gates)), chunks_(chunks) {}
+
+  const ViewSpec& spec() const override { return inner_->spec(); }
+  absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                        std::span<const uint32_t> chunks) override {
+    return EvaluateInParts(control_points, box, chunks, [](uint64_t) {});
+  }
+  absl::Status EvaluateInParts(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                               std::span<const uint32_t> chunks, Between between) override {
+    absl::Status status = gates_->Begin(Stage::kEvaluate);
+    if (status.ok()) status = inner_->EvaluateInParts(control_points, box, chunks, between);
+    gates_->End(Stage::kEvaluate, chunks_);
+    return status;
+  }
+  absl::Status Read(uint32_t chunk, std::span<uint8_t> out) override {
+    return inner_->Read(chunk, out);
+  }
+  absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
+                                                  Encoding encoding,
+                                                  std::span<VertexDigest> digests) override {
+    const absl::Status status = gates_->Begin(Stage::kEncode);
+    auto encoded = status.ok() ? inner_->Encode(chunks, encoding, digests)
+                               : absl::StatusOr<std::vector<SharedBytes>>(status);
+    if (encoded.ok()) gates_->CountEncoded(*encoded);
+    gates_->End(Stage::kEncode, chunks_);
+    return encoded;
+  }
+  MemoryUse memory() const override { return inner_->memory(); }
+
+ private:
+  const std::unique_ptr<DeformView> inner_;
+  const std::shared_ptr<StageGates> gates_;
+  const size_t chunks_;  // of the plan
+};
+
+class StagedTarget : public DeformTarget {
+ public:
+  StagedTarget(std::shared_ptr<DeformTarget> inner, std::shared_ptr<StageGates> gates,
+               bool on_device)
+      : inner_(std::move(inner)), gates_(std::move(gates)), on_device_(on_device) {}
+
+  const DeformPlan& plan() const override { return inner_->plan(); }
+  Pipeline pipeline() const override { return inner_->pipeline(); }
+  bool evaluates_on_device() const override { return on_device_; }
+  absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
+    const absl::Status status = gates_->Begin(Stage::kCreateView);
+    gates_->End(Stage::kCreateView, plan().chunk_count());
+    if (!status.ok()) return status;
+    auto view = inner_->CreateView(spec);
+    if (!view.ok()) return view.status();
+    return std::make_unique<StagedView>(*std::move(view), gates_, plan().chunk_count());
+  }
+  absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
+                                                  size_t first, size_t last) override {
+    return inner_->ControlNets(control_points, first, last);
+  }
+  uint64_t EncoderBytes(const ViewSpec& spec) const override { return inner_->EncoderBytes(spec); }
+  MemoryUse memory() const override { return inner_->memory(); }
+
+ private:
+  const std::shared_ptr<DeformTarget> inner_;
+  const std::shared_ptr<StageGates> gates_;
+  const bool on_device_;
+};
+
+}  // namespace
+
+void StageGates::Close(Stage stage) {
+  const MutexLock lock(&mutex_);
+  gates_[static_cast<size_t>(stage)].open = false;
+}
+
+void StageGates::Open(Stage stage) {
+  const MutexLock lock(&mutex_);
+  gates_[static_cast<size_t>(stage)].open = true;
+}
+
+void StageGates::FailNext(Stage stage, absl::Status status, int calls) {
+  const MutexLock lock(&mutex_);
+  Gate& gate = gates_[static_cast<size_t>(stage)];
+  gate.failure = std::move(status);
+  gate.failures = calls;
+}
+
+void StageGates::SlowEncodings(absl::Duration delay) {
+  const MutexLock lock(&mutex_);
+  delay_ = delay;
+}
+
+int StageGates::begun(Stage stage) {
+  const MutexLock lock(&mutex_);
+  return gates_[static_cast<size_t>(stage)].begun;
+}
+
+int StageGates::ended(Stage stage) {
+  const MutexLock lock(&mutex_);
+  return static_cast<int>(gates_[static_cast<size_t>(stage)].ended.size());
+}
+
+std::vector<size_t> StageGates::order(Stage stage) {
+  const MutexLock lock(&mutex_);
+  return gates_[static_cast<size_t>(stage)].ended;
+}
+
+int StageGates::encoded_chunks() {
+  const MutexLock lock(&mutex_);
+  return encoded_chunks_;
+}
+
+void StageGates::CountEncoded(const std::vector<SharedBytes>& results) {
+  const MutexLock lock(&mutex_);
+  encoded_chunks_ += static_cast<int>(
+      std::ranges::count_if(results, [](const SharedBytes& r) { return r.data != nullptr; }));
+}
+
+bool StageGates::WaitForBegun(Stage stage, int count) {
+  const MutexLock lock(&mutex_);
+  const Gate& gate = gates_[static_cast<size_t>(stage)];
+  return mutex_.AwaitFor([&gate, count] { return gate.begun >= count; }, kLong);
+}
+
+bool StageGates::WaitForEnded(Stage stage, int count) {
+  const MutexLock lock(&mutex_);
+  const Gate& gate = gates_[static_cast<size_t>(stage)];
+  return mutex_.AwaitFor([&gate, count] { return gate.ended.size() >= static_cast<size_t>(count); },
+                         kLong);
+}
+
+absl::Status StageGates::Begin(Stage stage) {
+  absl::Duration delay;
+  absl::Status status;
+  {
+    const MutexLock lock(&mutex_);
+    ++gates_[static_cast<size_t>(stage)].begun;
+    if (stage == Stage::kEncode) delay = delay_;
+  }
+  {
+    const MutexLock lock(&mutex_);
+    Gate& gate = gates_[static_cast<size_t>(stage)];
+    mutex_.Await([&gate] { return gate.open; });
+    if (gate.failures > 0) {
+      --gate.failures;
+      status = gate.failure;
+    }
+  }
+  absl::SleepFor(delay);
+  return status;
+}
+
+void StageGates::End(Stage stage, size_t chunks) {
+  const MutexLock lock(&mutex_);
+  gates_[static_cast<size_t>(stage)].ended.push_back(chunks);
+}
+
+StagedBackend::StagedBackend(bool on_device)
+    : on_device_(on_device), inner_(MakeCpuBackend({.threads = 1})) {}
+
+absl::StatusOr<std::shared_ptr<DeformTarget>> StagedBackend::Prepare(
+    std::shared_ptr<const DeformPlan> plan, Pipeline pipeline) {
+  auto target = inner_->Prepare(std::move(plan), pipeline);
+  if (!target.ok()) return target.status();
+  return std::make_shared<StagedTarget>(*std::move(target), gates_, on_device_);
+}
+
+}  // namespace latticed::testing

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The CPU backend behind gates: a test can hold up or fail what its views do, count it, and say
+// that it is a device of its own.
+#ifndef LATTICED_TESTS_SERVER_ENGINE_STAGED_BACKEND_H_
+#define LATTICED_TESTS_SERVER_ENGINE_STAGED_BACKEND_H_
+
+#include <array>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "core/backend.h"
+#include "server/base/mutex.h"
+
+namespace latticed::testing {
+
+enum class Stage { kCreateView, kEvaluate, kEncode };
+
+// Where every call of a stage passes. Threads: safe.
+class StageGates {
+ public:
+  void Close(Stage stage);
+  void Open(Stage stage);
+  // The next calls that pass fail with `status` instead.
+  void FailNext(Stage stage, absl::Status status, int calls = 1);
+  // Every encoding takes so much longer.
+  void SlowEncodings(absl::Duration delay);
+  // Since the backend was made. A call begins before the gate and ends behind it.
+  int begun(Stage stage);
+  int ended(Stage stage);
+  // False when it takes longer than twenty seconds.
+  // By the chunks of their plans, those that have ended, in order.
+  std::vector<size_t> order(Stage stage);
+  bool WaitForBegun(Stage stage, int count);
+  bool WaitForEnded(Stage stage, int count);
+
+  // Chunks that were encoded, of those that encodings were asked for.
+  int encoded_chunks();
+
+  // For the backend.
+  void CountEncoded(const std::vector<SharedBytes>& results);
+  absl::Status Begin(Stage stage);
+  void End(Stage stage, size_t chunks);
+
+ private:
+  struct Gate {
+    bool open = true;
+    absl::Status failure;
+    int failures = 0;  // to come
+    int begun = 0;
+    std::vector<size_t> ended;
+  };
+  Mutex mutex_;
+  std::array<Gate, 3> gates_ ABSL_GUARDED_BY(mutex_);
+  absl::Duration delay_ ABSL_GUARDED_BY(mutex_);
+  int encoded_chunks_ ABSL_GUARDED_BY(mutex_) = 0;
+};
+
+class StagedBackend : public Backend {
+ public:
+  explicit StagedBackend(bool on_device);
+  std::string_view name() const override { return inner_->name(); }
+  std::string description() const override { return inner_->description(); }
+  absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
+                                                        Pipeline pipeline) override;
+  StageGates& gates() { return *gates_; }
+
+ private:
+  const bool on_device_;
+  const std::unique_ptr<Backend> inner_;
+  const std::shared_ptr<StageGates> gates_ = std::make_shared<StageGates>();
+};
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_ENGINE_STAGED_BACKEND_H_

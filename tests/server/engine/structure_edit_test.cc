@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Edits that change the structure of a scene: their plan is made while other edits go on, and they
+// are refused whole.
+#include <array>
+#include <future>
+#include <memory>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "tests/server/engine/engine_support.h"
+#include "tests/server/gated_backend.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::testing {
+namespace {
+
+class StructureEditTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto scene = registry_.Create(MakeSceneConfig("scene-one"));
+    ASSERT_OK(scene);
+    scene_ = *scene;
+  }
+  void TearDown() override { backend_.Open(); }
+
+  using Result = std::future<absl::StatusOr<EditSummary>>;
+  Result ApplyBeside(EditBatch batch) {
+    return std::async(std::launch::async, [scene = scene_, batch = std::move(batch)] {
+      return scene->ApplyEdits(batch);
+    });
+  }
+
+  GatedBackend backend_;
+  SceneRegistry registry_{&backend_, 1};
+  std::shared_ptr<Scene> scene_;
+};
+
+TEST_F(StructureEditTest, OtherEditsGoOnWhileThePlanIsMade) {
+  backend_.Close();
+  Result knot = ApplyBeside(KnotBatch(*scene_, "alice", 1, 0, 0.3));
+  ASSERT_TRUE(backend_.WaitForEntries(1));
+
+  Result move = ApplyBeside(MoveBatch(*scene_, "bob", 1, {0}, {-0.5, 0, 0}));
+  ASSERT_EQ(move.wait_for(kLong), std::future_status::ready) << "held up by the plan";
+  const auto moved = move.get();
+  ASSERT_OK(moved);
+  EXPECT_EQ(moved->revision, 1u);
+  const Vec3d corner = (*scene_->State()->control_points)[0];
+
+  backend_.Open();
+  const auto inserted = knot.get();
+  ASSERT_OK(inserted);
+  EXPECT_EQ(inserted->revision, 2u);
+  EXPECT_EQ(inserted->structure_id, 2u);
+  EXPECT_EQ(scene_->State()->structure().size, (std::array<int, 3>{6, 5, 5}));
+  EXPECT_EQ((*scene_->State()->control_points)[0], corner) << "bob's edit is in the new lattice";
+}
+
+TEST_F(StructureEditTest, AStructureThatChangedMeanwhileIsRefusedAndChangesNothing) {
+  backend_.Close();
+  Result first = ApplyBeside(KnotBatch(*scene_, "alice", 1, 0, 0.3));
+  Result second = ApplyBeside(KnotBatch(*scene_, "bob", 1, 1, 0.3));
+  ASSERT_TRUE(backend_.WaitForEntries(2));
+  backend_.Open();
+
+  const auto alice = first.get();
+  const auto bob = second.get();
+
+  ASSERT_NE(alice.ok(), bob.ok());
+  const absl::Status refused = alice.ok() ? bob.status() : alice.status();
+  EXPECT_THAT(refused, StatusIs(absl::StatusCode::kAborted));
+  EXPECT_EQ(error::DetailsOf(refused).reason, "STRUCTURE_CHANGED");
+  EXPECT_EQ(scene_->State()->revision, 1u);
+  EXPECT_EQ(scene_->State()->structure_id, 2u);
+}
+
+TEST_F(StructureEditTest, APlanThatCannotBeMadeRefusesTheEditOnceAndForReplay) {
+  const EditBatch batch = KnotBatch(*scene_, "alice", 1, 0, 0.3);
+  backend_.Open(error::OutOfMemory("the plan", 3, 2));
+
+  EXPECT_THAT(scene_->ApplyEdits(batch), StatusIs(absl::StatusCode::kResourceExhausted));
+  backend_.Open();
+  EXPECT_THAT(scene_->ApplyEdits(batch), StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_EQ(scene_->State()->revision, 0u);
+  EXPECT_EQ(scene_->State()->structure_id, 1u);
+
+  EXPECT_OK(scene_->ApplyEdits(KnotBatch(*scene_, "alice", 2, 0, 0.3)));
+  EXPECT_EQ(scene_->State()->structure_id, 2u);
+}
+
+TEST_F(StructureEditTest, AStoppedPlanChangesNothingAndIsNotKeptForReplay) {
+  const EditBatch batch = KnotBatch(*scene_, "alice", 1, 0, 0.3);
+  for (const absl::Status& why :
+       {absl::CancelledError("gone"), absl::DeadlineExceededError("late")}) {
+    EXPECT_EQ(scene_->ApplyEdits(batch, [&why] { return why; }).status(), why);
+    EXPECT_EQ(scene_->State()->revision, 0u);
+    EXPECT_EQ(scene_->State()->structure_id, 1u);
+  }
+
+  const auto inserted = scene_->ApplyEdits(batch);
+
+  ASSERT_OK(inserted);
+  EXPECT_EQ(inserted->revision, 1u);
+  EXPECT_EQ(inserted->structure_id, 2u);
+}
+
+TEST_F(StructureEditTest, ASceneThatIsDeletedMeanwhileRefusesTheEdit) {
+  backend_.Close();
+  Result knot = ApplyBeside(KnotBatch(*scene_, "alice", 1, 0, 0.3));
+  ASSERT_TRUE(backend_.WaitForEntries(1));
+
+  ASSERT_OK(registry_.Delete("scene-one"));
+  backend_.Open();
+
+  EXPECT_THAT(knot.get(), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_EQ(scene_->State()->revision, 0u);
+}
+
+TEST_F(StructureEditTest, UndoOfAKnotAlsoLetsOthersEdit) {
+  ASSERT_OK(scene_->ApplyEdits(KnotBatch(*scene_, "alice", 1, 0, 0.3)));
+  EditBatch undo = KnotBatch(*scene_, "alice", 2, 0, 0.3);
+  undo.edits = {Undo{UndoScope::kMine}};
+  backend_.Close();
+  Result undone = ApplyBeside(undo);
+  ASSERT_TRUE(backend_.WaitForEntries(1));
+
+  Result move = ApplyBeside(MoveBatch(*scene_, "bob", 1, {0}, {-0.5, 0, 0}));
+  ASSERT_EQ(move.wait_for(kLong), std::future_status::ready) << "held up by the plan";
+  ASSERT_OK(move.get());
+  backend_.Open();
+
+  // Bob has since changed the lattice that alice's knot made.
+  const auto result = undone.get();
+  EXPECT_THAT(result, StatusIs(absl::StatusCode::kAborted));
+  EXPECT_EQ(error::DetailsOf(result.status()).reason, "UNDO_CONFLICT");
+  EXPECT_EQ(scene_->State()->structure_id, 2u);
+  EXPECT_EQ(scene_->State()->revision, 2u);
+}
+
+}  // namespace
+}  // namespace latticed::testing

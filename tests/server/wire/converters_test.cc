@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/wire/converters.h"
+
+#include <limits>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <google/protobuf/util/json_util.h>
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed {
+namespace {
+
+using ::latticed::testing::StatusIs;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
+
+void SetAxes(int u, int v, int w, v1::LatticeAxes& axes) {
+  axes.set_u(u);
+  axes.set_v(v);
+  axes.set_w(w);
+}
+
+// A unit cube; all else at its default.
+v1::Lattice UnitLattice() {
+  v1::Lattice lattice;
+  lattice.mutable_frame()->mutable_origin();
+  lattice.mutable_frame()->mutable_u()->set_x(1);
+  lattice.mutable_frame()->mutable_v()->set_y(1);
+  lattice.mutable_frame()->mutable_w()->set_z(1);
+  return lattice;
+}
+
+Lattice SkewLattice() {
+  Lattice lattice;
+  lattice.structure.degree = {1, 2, 3};
+  lattice.structure.size = {2, 4, 5};
+  lattice.structure.knots = {
+      {{-1, 0, 2, 2.5}, {0, 0, 0, 0.25, 1, 1, 1}, {0, 1, 2, 3, 4, 5, 6, 7, 8}}};
+  lattice.structure.frame = {{1, 2, 3}, {{{2, 0.5, 0}, {0, -3, 0}, {0.25, 0, 1e3}}}};
+  lattice.control_points = IdentityControlPoints(lattice.structure);
+  lattice.control_points[7] = {1e9, -1e-9, 0.1};
+  return lattice;
+}
+
+error::Details DetailsOf(const absl::Status& status) { return error::DetailsOf(status); }
+
+TEST(LatticeConverter, RoundTripKeepsEveryBit) {
+  const Lattice lattice = SkewLattice();
+
+  const auto back = FromProto(ToProto(lattice), "lattice");
+
+  ASSERT_OK(back);
+  EXPECT_EQ(back->structure, lattice.structure);
+  EXPECT_EQ(back->control_points, lattice.control_points);
+}
+
+TEST(LatticeConverter, JsonHasTheFormThatOtherProgramsWrite) {
+  const std::string json = R"({"frame":{"origin":{"x":0,"y":0,"z":0},"u":{"x":1,"y":0,"z":0},
+    "v":{"x":0,"y":2,"z":0},"w":{"x":0,"y":0,"z":3}},"degree":{"u":1,"v":1,"w":1},
+    "size":{"u":2,"v":2,"w":3},"knotsU":[0,0,1,1],"knotsW":[0,0,0.5,1,1],
+    "controlPoints":[0,0,0, 1,0,0, 0,2,0, 1,2,0,  0,0,1, 1,0,1, 0,2,1, 1,2,1,
+                     0,0,3, 1,0,3, 0,2,3, 1,2,4]})";
+  v1::Lattice message;
+  ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(json, &message).ok());
+
+  const auto lattice = FromProto(message, "lattice");
+
+  ASSERT_OK(lattice);
+  EXPECT_EQ(lattice->structure.size, (std::array<int, 3>{2, 2, 3}));
+  EXPECT_THAT(lattice->structure.knots[1], ElementsAre(0, 0, 1, 1));
+  EXPECT_THAT(lattice->structure.knots[2], ElementsAre(0, 0, 0.5, 1, 1));
+  EXPECT_EQ(lattice->structure.frame.edges[2], (Vec3d{0, 0, 3}));
+  // u runs fastest: point (1, 1, 2) is the last.
+  EXPECT_EQ(lattice->control_points[static_cast<size_t>(lattice->structure.Index(1, 0, 0))],
+            (Vec3d{1, 0, 0}));
+  EXPECT_EQ(lattice->control_points.back(), (Vec3d{1, 2, 4}));
+  std::string written;
+  ASSERT_TRUE(google::protobuf::util::MessageToJsonString(message, &written).ok());
+  for (const char* name : {"\"frame\":{\"origin\":", "\"degree\":{\"u\":1", "\"size\":{\"u\":2",
+                           "\"knotsU\":[", "\"knotsW\":[", "\"controlPoints\":["}) {
+    EXPECT_THAT(written, HasSubstr(name));
+  }
+}
+
+TEST(LatticeConverter, UnsetPartsHaveTheDocumentedDefaults) {
+  const auto lattice = FromProto(UnitLattice(), "lattice");
+
+  ASSERT_OK(lattice);
+  EXPECT_EQ(lattice->structure.degree, (std::array<int, 3>{2, 2, 2}));
+  EXPECT_EQ(lattice->structure.size, (std::array<int, 3>{4, 4, 4}));
+  EXPECT_THAT(lattice->structure.knots[0], ElementsAre(0, 0, 0, 1, 2, 2, 2));
+  ASSERT_EQ(lattice->control_points.size(), 64U);
+  // Greville abscissae of the clamped knots on [0, 2]: 0, 1/2, 3/2, 2.
+  EXPECT_DOUBLE_EQ(lattice->control_points[1].x, 0.25);
+  EXPECT_DOUBLE_EQ(lattice->control_points[63].z, 1.0);
+}
+
+TEST(LatticeConverter, ErrorsNameTheFieldWhereItIsInTheRequest) {
+  v1::Lattice bad = UnitLattice();
+  SetAxes(4, 2, 2, *bad.mutable_degree());
+  const auto status = FromProto(bad, "lattices[0].lattice").status();
+  EXPECT_THAT(status, StatusIs(kInvalid, StartsWith("lattices[0].lattice.degree.u: got 4")));
+  EXPECT_EQ(DetailsOf(status).field, "lattices[0].lattice.degree.u");
+  EXPECT_EQ(DetailsOf(status).reason, "OUT_OF_RANGE");
+
+  SetAxes(0, 2, 2, *bad.mutable_degree());
+  EXPECT_THAT(FromProto(bad, "lattice"), StatusIs(kInvalid, StartsWith("lattice.degree.u")));
+  bad.clear_degree();
+  SetAxes(4, 2, 4, *bad.mutable_size());
+  EXPECT_THAT(FromProto(bad, "lattice"), StatusIs(kInvalid, StartsWith("lattice.size.v")));
+  EXPECT_THAT(FromProto(v1::Lattice(), "lattice"), StatusIs(kInvalid, StartsWith("lattice.frame")));
+}
+
+TEST(LatticeConverter, HugeSizesAreRefusedBeforeAnythingIsAllocated) {
+  v1::Lattice bad = UnitLattice();
+  constexpr int kMost = std::numeric_limits<int>::max();
+  for (const auto& [u, v, w] : {std::array{kMost, 4, 4}, std::array{kMost, kMost, kMost},
+                                std::array{32'768, 4, 4}, std::array{-5, 4, 4}}) {
+    SetAxes(u, v, w, *bad.mutable_size());
+    const auto status = FromProto(bad, "lattice").status();
+    EXPECT_THAT(status, StatusIs(kInvalid, StartsWith("lattice.size"))) << u;
+    EXPECT_EQ(DetailsOf(status).reason, "OUT_OF_RANGE");
+  }
+}
+
+TEST(LatticeConverter, CountsOfKnotsAndPointsMustAgree) {
+  v1::Lattice bad = UnitLattice();
+  bad.add_knots_v(0);
+  EXPECT_THAT(FromProto(bad, "lattice"), StatusIs(kInvalid, StartsWith("lattice.knots_v")));
+  bad = UnitLattice();
+  for (int i = 0; i < 3 * 63; ++i) bad.add_control_points(i);
+  EXPECT_THAT(FromProto(bad, "lattice"), StatusIs(kInvalid, HasSubstr("got 63 points")));
+  bad.add_control_points(0);
+  EXPECT_THAT(FromProto(bad, "lattice"), StatusIs(kInvalid, HasSubstr("x y z per point")));
+  while (bad.control_points_size() <= 3 * 32'768) bad.add_control_points(0);
+  bad.add_control_points(0);
+  bad.add_control_points(0);
+  EXPECT_EQ(DetailsOf(FromProto(bad, "lattice").status()).reason, "OUT_OF_RANGE");
+}
+
+TEST(LatticeConverter, NanAndInfinityAreRefusedEverywhere) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  v1::Lattice frame = UnitLattice();
+  frame.mutable_frame()->mutable_origin()->set_y(nan);
+  EXPECT_EQ(DetailsOf(FromProto(frame, "lattice").status()).reason, "NOT_FINITE");
+  v1::Lattice points = UnitLattice();
+  for (int i = 0; i < 3 * 64; ++i) points.add_control_points(i == 100 ? infinity : 0);
+  EXPECT_EQ(DetailsOf(FromProto(points, "lattice").status()).field, "lattice.control_points");
+  EXPECT_EQ(DetailsOf(FromProto(ToProto(Vec3d{0, 0, nan}), "ray.origin").status()).field,
+            "ray.origin");
+}
+
+TEST(LatticeConverter, FitSurroundsTheMeshWithTheDefaultMargin) {
+  Bounds bounds;
+  bounds.Extend(Vec3d{0, 0, 0});
+  bounds.Extend(Vec3d{10, 4, 0});
+
+  const auto lattice = FromProto(v1::LatticeSource(), bounds, "lattices[0]");
+
+  ASSERT_OK(lattice);
+  EXPECT_EQ(lattice->structure.size, (std::array<int, 3>{4, 4, 4}));
+  EXPECT_DOUBLE_EQ(lattice->structure.frame.origin.z, -0.5);
+  EXPECT_DOUBLE_EQ(lattice->structure.frame.edges[0].x, 11.0);
+  EXPECT_DOUBLE_EQ(lattice->structure.frame.edges[2].z, 1.0);
+  v1::LatticeSource bad;
+  bad.mutable_fit()->set_padding(-1);
+  EXPECT_THAT(FromProto(bad, bounds, "lattices[0]"),
+              StatusIs(kInvalid, StartsWith("lattices[0].fit.padding")));
+}
+
+TEST(BoundsConverter, RoundTripsAndRefusesWhatIsNoBox) {
+  Bounds bounds;
+  EXPECT_FALSE(ToProto(bounds).has_min());
+  bounds.Extend(Vec3d{1, 2, 3});
+  bounds.Extend(Vec3d{4, -5, 6});
+  v1::Bounds message = ToProto(bounds);
+
+  const auto back = FromProto(message, "bounds");
+
+  ASSERT_OK(back);
+  EXPECT_EQ(back->min, (Vec3d{1, -5, 3}));
+  EXPECT_EQ(back->max, (Vec3d{4, 2, 6}));
+  message.mutable_max()->set_y(-6);
+  EXPECT_THAT(FromProto(message, "bounds"), StatusIs(kInvalid, StartsWith("bounds")));
+  const auto empty = FromProto(v1::Bounds(), "bounds");
+  ASSERT_OK(empty);
+  EXPECT_TRUE(empty->empty());
+}
+
+}  // namespace
+}  // namespace latticed

@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/wire/view_converters.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed {
+namespace {
+
+using ::latticed::testing::StatusIs;
+using ::testing::StartsWith;
+
+constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
+
+TEST(ViewConverter, DefaultsAreTheDocumentedOnes) {
+  const auto view =
+      DefaultViewFromProto(v1::ViewOptions(), DefaultView(/*mesh_has_normals=*/false), "view");
+
+  ASSERT_OK(view);
+  EXPECT_EQ(view->key.spec.segments, 10);
+  EXPECT_EQ(view->key.spec.normals, NormalMode::kFacet);
+  EXPECT_EQ(view->key.spec.position_bits, 12);
+  EXPECT_EQ(view->key.spec.normal_bits, 8);
+  EXPECT_EQ(view->key.encoding, Encoding::kDracoPoints);
+  EXPECT_EQ(view->key.spec.format, VertexFormat::kQuantised);
+  EXPECT_EQ(view->max_points, 0U);
+  EXPECT_EQ(DefaultView(/*mesh_has_normals=*/true).key.spec.normals, NormalMode::kSmooth);
+}
+
+TEST(ViewConverter, WhatIsEmptyComesFromTheSceneAndTheRestDoesNot) {
+  v1::ViewOptions scene_options;
+  scene_options.set_segments(5);
+  scene_options.set_position_bits(14);
+  scene_options.set_encoding(v1::ENCODING_QUANTISED);
+  scene_options.set_max_points(1'000);
+  const auto scene = DefaultViewFromProto(scene_options, DefaultView(true), "default_view");
+  ASSERT_OK(scene);
+  v1::ViewOptions options;
+  options.set_normals(v1::NORMAL_MODE_NONE);
+  options.set_position_bits(9);
+  options.set_max_bytes_per_second(77);
+
+  const auto view = WatchViewFromProto(options, *scene, "view");
+
+  ASSERT_OK(view);
+  EXPECT_EQ(view->key.spec.segments, 5);
+  EXPECT_EQ(view->key.spec.position_bits, 9);
+  EXPECT_EQ(view->key.spec.normals, NormalMode::kNone);
+  EXPECT_EQ(view->key.encoding, Encoding::kQuantised);
+  EXPECT_EQ(view->max_points, 1'000U);
+  EXPECT_EQ(view->max_bytes_per_second, 77U);
+}
+
+TEST(ViewConverter, RoundTripsThroughTheMessage) {
+  v1::ViewOptions options;
+  options.set_segments(32);
+  options.set_normals(v1::NORMAL_MODE_SMOOTH);
+  options.set_encoding(v1::ENCODING_DRACO_MESH);
+  options.set_position_bits(16);
+  options.set_normal_bits(6);
+  options.set_max_points(5);
+  options.set_max_bytes_per_second(6);
+  options.set_drag_position_bits(11);
+  options.set_drag_normal_bits(7);
+
+  const auto view = WatchViewFromProto(options, DefaultView(false), "view");
+
+  ASSERT_OK(view);
+  EXPECT_EQ(ToProto(*view).SerializeAsString(), options.SerializeAsString());
+}
+
+TEST(ViewConverter, BitsWithoutEffectMakeNoOtherView) {
+  v1::ViewOptions raw, raw_with_bits;
+  raw.set_encoding(v1::ENCODING_RAW);
+  raw_with_bits.set_encoding(v1::ENCODING_RAW);
+  raw_with_bits.set_position_bits(9);
+  raw_with_bits.set_normal_bits(11);
+  raw_with_bits.set_drag_position_bits(8);
+  raw_with_bits.set_drag_normal_bits(8);
+
+  const auto one = WatchViewFromProto(raw, DefaultView(false), "view");
+  const auto other = WatchViewFromProto(raw_with_bits, DefaultView(false), "view");
+
+  ASSERT_OK(one);
+  ASSERT_OK(other);
+  EXPECT_EQ(one->key, other->key);
+  EXPECT_EQ(one->key.spec.format, VertexFormat::kFloat32);
+  EXPECT_EQ(other->drag_position_bits, 0) << "nor while a gesture is open";
+  EXPECT_EQ(other->drag_normal_bits, 0);
+}
+
+TEST(ViewConverter, NumbersOutOfRangeAreRefusedByName) {
+  const auto refuses = [](const v1::ViewOptions& options, const char* field) {
+    const auto view = WatchViewFromProto(options, DefaultView(false), "view");
+    EXPECT_THAT(view, StatusIs(kInvalid, StartsWith(field)));
+    EXPECT_EQ(error::DetailsOf(view.status()).reason, "OUT_OF_RANGE");
+  };
+  for (int segments : {-1, 33}) {
+    v1::ViewOptions options;
+    options.set_segments(segments);
+    refuses(options, "view.segments: got");
+  }
+  for (int bits : {7, 17}) {
+    v1::ViewOptions options;
+    options.set_position_bits(bits);
+    refuses(options, "view.position_bits: got");
+    options.set_position_bits(0);
+    options.set_drag_position_bits(bits);
+    refuses(options, "view.drag_position_bits: got");
+  }
+  for (int bits : {5, 13}) {
+    v1::ViewOptions options;
+    options.set_normal_bits(bits);
+    refuses(options, "view.normal_bits: got");
+    options.set_normal_bits(0);
+    options.set_drag_normal_bits(bits);
+    refuses(options, "view.drag_normal_bits: got");
+  }
+}
+
+TEST(ViewConverter, UnknownAndReservedEnumValuesAreUnsupported) {
+  v1::ViewOptions reserved, unknown;
+  reserved.set_encoding(v1::ENCODING_CONTROL_NETS);
+  unknown.set_normals(static_cast<v1::NormalMode>(99));
+
+  const auto a = WatchViewFromProto(reserved, DefaultView(false), "view");
+  const auto b = WatchViewFromProto(unknown, DefaultView(false), "view");
+
+  EXPECT_THAT(a, StatusIs(kInvalid, StartsWith("view.encoding")));
+  EXPECT_EQ(error::DetailsOf(a.status()).reason, "UNSUPPORTED");
+  EXPECT_THAT(b, StatusIs(kInvalid, StartsWith("view.normals")));
+  EXPECT_EQ(error::DetailsOf(b.status()).reason, "UNSUPPORTED");
+  EXPECT_EQ(error::DetailsOf(FromProto(static_cast<v1::Pipeline>(9), "p").status()).reason,
+            "UNSUPPORTED");
+  EXPECT_EQ(error::DetailsOf(FromProto(static_cast<v1::ExportFormat>(9), "f").status()).reason,
+            "UNSUPPORTED");
+  EXPECT_EQ(error::DetailsOf(FromProto(static_cast<v1::MeshFormat>(9), "f").status()).reason,
+            "UNSUPPORTED");
+}
+
+TEST(ViewConverter, EveryPublishedEnumValueRoundTrips) {
+  for (int i = v1::PIPELINE_FUSED; i <= v1::Pipeline_MAX; ++i) {
+    const auto pipeline = FromProto(static_cast<v1::Pipeline>(i), "pipeline");
+    ASSERT_OK(pipeline);
+    EXPECT_EQ(ToProto(*pipeline), i);
+  }
+  for (int i = v1::MESH_FORMAT_OBJ; i <= v1::MeshFormat_MAX; ++i) {
+    const auto format = FromProto(static_cast<v1::MeshFormat>(i), "format");
+    ASSERT_OK(format);
+    EXPECT_EQ(ToProto(*format), i);
+  }
+  for (int i = v1::EXPORT_FORMAT_PLY; i <= v1::ExportFormat_MAX; ++i) {
+    const auto format = FromProto(static_cast<v1::ExportFormat>(i), "format");
+    ASSERT_OK(format);
+    EXPECT_EQ(ExportFormatToProto(*format), i);
+  }
+  EXPECT_EQ(*FromProto(v1::PIPELINE_UNSPECIFIED, "pipeline"), Pipeline::kFused);
+  EXPECT_EQ(*FromProto(v1::EXPORT_FORMAT_UNSPECIFIED, "format"), MeshFormat::kPly);
+  EXPECT_THAT(FromProto(v1::MESH_FORMAT_UNSPECIFIED, "header.format"),
+              StatusIs(kInvalid, StartsWith("header.format")));
+}
+
+}  // namespace
+}  // namespace latticed
