@@ -76,6 +76,14 @@ absl::Status CheckDevice(int device) {
   return absl::OkStatus();
 }
 
+absl::StatusOr<int> CountMultiprocessors(int device) {
+  int count = 0;
+  const cudaError_t failure =
+      cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, device);
+  if (auto s = CudaStatus(failure, "the device"); !s.ok()) return s;
+  return count;
+}
+
 std::string DescribeDevice(int device) {
   cudaDeviceProp properties{};
   if (cudaGetDeviceProperties(&properties, device) != cudaSuccess) return "unknown device";

@@ -73,6 +73,7 @@ class CudaEvent {
 
 // kUnavailable where this machine has no such device, or no driver for it.
 [[nodiscard]] absl::Status CheckDevice(int device);
+[[nodiscard]] absl::StatusOr<int> CountMultiprocessors(int device);
 // "NVIDIA H200, 132 multiprocessors, 140 GiB".
 [[nodiscard]] std::string DescribeDevice(int device);
 

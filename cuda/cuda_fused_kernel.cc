@@ -8,6 +8,7 @@
 
 #include "core/base/limits.h"
 #include "core/view/view_layout.h"
+#include "cuda/cuda_device.h"
 #include "cuda/cuda_status.h"
 
 namespace latticed {
@@ -38,21 +39,24 @@ absl::StatusOr<std::unique_ptr<CudaFusedKernel>> CudaFusedKernel::Create(
   if (!coefficients.ok()) return coefficients.status();
   auto bounds = Floats(context, *lane, plan->boxes.size());
   if (!bounds.ok()) return bounds.status();
-  return std::unique_ptr<CudaFusedKernel>(
-      new CudaFusedKernel(std::move(plan), std::move(device_plan), spec, std::move(lane), *tables,
-                          {*std::move(wire_chunks), *std::move(coefficients), *std::move(bounds)}));
+  const auto multiprocessors = CountMultiprocessors(context.device());
+  if (!multiprocessors.ok()) return multiprocessors.status();
+  return std::unique_ptr<CudaFusedKernel>(new CudaFusedKernel(
+      std::move(plan), std::move(device_plan), spec, std::move(lane), *tables,
+      {*std::move(wire_chunks), *std::move(coefficients), *std::move(bounds)}, *multiprocessors));
 }
 
 CudaFusedKernel::CudaFusedKernel(std::shared_ptr<const DeformPlan> plan,
                                  std::shared_ptr<DevicePlan> device_plan, const ViewSpec& spec,
                                  std::shared_ptr<CudaLane> lane, kernels::PlanTables tables,
-                                 Buffers buffers)
+                                 Buffers buffers, int multiprocessors)
     : plan_(std::move(plan)),
       device_plan_(std::move(device_plan)),
       spec_(spec),
       lane_(std::move(lane)),
       tables_(tables),
-      buffers_(std::move(buffers)) {}
+      buffers_(std::move(buffers)),
+      multiprocessors_(multiprocessors) {}
 
 LaneFormat CudaFusedKernel::Format() const {
   if (spec_.format == VertexFormat::kFloat32) return LaneFormat::kFloat32;
@@ -97,17 +101,19 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
                                        std::span<const uint32_t> chunks,
                                        DeviceSpan<uint8_t> vertices) {
   if (chunks.empty()) return absl::OkStatus();
-  const kernels::FusedLaunch launch{.plan = tables_,
-                                    .tables = device_plan_->fused_tables(),
-                                    .polynomials = Polynomials(box),
-                                    .control_points = frame.control_points().data,
-                                    .attached = frame.attached().data,
-                                    .chunks = frame.chunks(),
-                                    .chunk_count = static_cast<uint32_t>(chunks.size()),
-                                    .patch_count = static_cast<uint32_t>(plan_->patches.size()),
-                                    .segments = spec_.segments,
-                                    .normals = NormalsOf(spec_.normals),
-                                    .output = Output(vertices.data)};
+  const kernels::FusedLaunch launch{
+      .plan = tables_,
+      .tables = device_plan_->fused_tables(),
+      .polynomials = Polynomials(box),
+      .control_points = frame.control_points().data,
+      .attached = frame.attached().data,
+      .chunks = frame.chunks(),
+      .chunk_count = static_cast<uint32_t>(chunks.size()),
+      .blocks_per_chunk = kernels::BlocksPerChunk(chunks.size(), spec_.segments, multiprocessors_),
+      .patch_count = static_cast<uint32_t>(plan_->patches.size()),
+      .segments = spec_.segments,
+      .normals = NormalsOf(spec_.normals),
+      .output = Output(vertices.data)};
   std::array calls{frame.SendCall(),
                    kernels::BoxPolynomialsCall(tables_, launch.tables, launch.control_points,
                                                launch.polynomials),

@@ -40,7 +40,7 @@ class CudaFusedKernel : public CudaVertexKernel {
   };
   CudaFusedKernel(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
                   const ViewSpec& spec, std::shared_ptr<CudaLane> lane, kernels::PlanTables tables,
-                  Buffers buffers);
+                  Buffers buffers, int multiprocessors);
   // One by one, each stage marked: between kernels of a graph nothing can be.
   absl::Status LaunchByStages(std::span<kernels::KernelCall> calls);
   kernels::LaneFormat Format() const;
@@ -55,6 +55,7 @@ class CudaFusedKernel : public CudaVertexKernel {
   std::shared_ptr<CudaLane> lane_;
   kernels::PlanTables tables_;
   Buffers buffers_;
+  int multiprocessors_;
   LaunchGraph graph_;
 };
 

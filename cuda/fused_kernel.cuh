@@ -4,7 +4,7 @@
 // The fused kernel: from box polynomials to vertices, nothing in memory between.   DESIGN §2 "fused"
 //
 // Comes after box_polynomials_kernel.cu, by a dependent launch. A block is a chunk, 32 patches, a
-// lane each; its three warps
+// lane each (or a chunk is several blocks, which do 1 and 2 alike); its three warps
 //   1  evaluate the chunk's edges and corners, and make the patches' frames
 //   2  compose a component each, and leave its Taylor coefficients in shared memory
 //   3  take rows by turns, and write vertices straight from registers
@@ -19,23 +19,27 @@
 
 namespace latticed::kernels {
 
-constexpr int kFusedWarps = 3, kFusedThreads = kFusedWarps * kLanes;
+constexpr int kFusedThreads = kFusedWarps * kLanes;
 
-// The warp that runs rows `row` and segments - row.
-__device__ __forceinline__ int WarpOfRow(int row, int segments) {
-  return min(row, segments - row) % kFusedWarps;
-}
+// Which pairs of rows, `row` and segments - row, are a warp's: one in `of`, from `first` on.
+struct RowTurns {
+  int first, of;
+
+  __device__ bool Have(int row, int segments) const {
+    return min(row, segments - row) % of == first;
+  }
+};
 
 // The normals of a warp's weak rows by the definition, a lane a point, whichever lane it is of.
 // `weak`: per row the lanes concerned. After the warp has written all vertices of these rows. Not
 // inlined, so that its registers are no business of the kernel's.
 template <bool kFloat>
 __device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, const unsigned* weak,
-                                                uint32_t chunk, int warp, bool smooth) {
+                                                uint32_t chunk, RowTurns turns, bool smooth) {
   const int thread = static_cast<int>(threadIdx.x) % kLanes;
   int first = 0;  // points of the rows before
   for (int row = 0; row <= launch.segments; ++row) {
-    if (WarpOfRow(row, launch.segments) != warp) continue;
+    if (!turns.Have(row, launch.segments)) continue;
     const int columns = launch.segments - row + 1, points = __popc(weak[row]) * columns;
     // Item i of the warp goes to lane i mod 32.
     for (int item = (thread - first) & (kLanes - 1); item < points; item += kLanes) {
@@ -92,13 +96,18 @@ class FusedBlock {
     Compose(patch.Box());
     __syncthreads();
     RowKernel<N, kSmooth, kFloat> rows(launch_, uses, chunk_, lane_);
-    for (int low = warp_; 2 * low <= launch_.segments; low += kFusedWarps) rows.Run(low);
+    const RowTurns turns = Turns();
+    for (int low = turns.first; 2 * low <= launch_.segments; low += turns.of) rows.Run(low);
     if (!rows.any_weak() || launch_.normals == Normals::kNone) return;
     __syncwarp();
-    ReplaceWeakNormals<kFloat>(launch_, &Shared::Weak(0), chunk_, warp_, kSmooth);
+    ReplaceWeakNormals<kFloat>(launch_, &Shared::Weak(0), chunk_, turns, kSmooth);
   }
 
  private:
+  __device__ __forceinline__ RowTurns Turns() const {
+    const uint32_t blocks = launch_.blocks_per_chunk, block = blockIdx.x % blocks;
+    return {static_cast<int>(block * kFusedWarps) + warp_, static_cast<int>(blocks * kFusedWarps)};
+  }
   __device__ __forceinline__ void FillSteps() {
     const float unit = 0.5f / static_cast<float>(launch_.segments);
     for (int m = static_cast<int>(threadIdx.x); m <= launch_.segments; m += kFusedThreads) {
@@ -173,9 +182,10 @@ class FusedBlock {
 };
 
 template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
-__global__ void __launch_bounds__(kFusedThreads, 5)
+__global__ void __launch_bounds__(kFusedThreads, kFusedBlocks)
     FusedKernel(const __grid_constant__ FusedLaunch launch) {
-  const uint32_t chunk = launch.chunks != nullptr ? launch.chunks[blockIdx.x] : blockIdx.x;
+  const uint32_t index = blockIdx.x / launch.blocks_per_chunk;
+  const uint32_t chunk = launch.chunks != nullptr ? launch.chunks[index] : index;
   FusedBlock<D0, D1, D2, kSmooth, kFloat>(launch, chunk).Run();
 }
 

@@ -71,6 +71,9 @@ struct FusedOutput {
   uint8_t* second_plane;  // kQuantised16
 };
 
+// Warps of a block, and blocks that a multiprocessor holds at once.
+inline constexpr int kFusedWarps = 3, kFusedBlocks = 5;
+
 struct FusedLaunch {
   PlanTables plan;
   FusedTables tables;
@@ -79,13 +82,17 @@ struct FusedLaunch {
   const uint8_t* attached;  // per seam
   const uint32_t* chunks;   // null: 0 … chunk_count - 1
   uint32_t chunk_count;
-  uint32_t patch_count;  // of the plan
+  uint32_t blocks_per_chunk;  // which take its rows by turns
+  uint32_t patch_count;       // of the plan
   int segments;
   Normals normals;
   FusedOutput output;
 };
-// After the polynomials of all boxes that own points of the chunks. One block a chunk, and at least
-// one. Of no kernel where the degrees are none that a plan has.
+// More than one where `chunk_count` chunks leave multiprocessors idle: each block then does again
+// what comes before the rows, and less of these, which is where a chunk spends half of its time.
+uint32_t BlocksPerChunk(size_t chunk_count, int segments, int multiprocessors);
+// After the polynomials of all boxes that own points of the chunks. At least one chunk. Of no kernel
+// where the degrees are none that a plan has.
 KernelCall FusedCall(const FusedLaunch& launch);
 
 // Chunks of a view from lane order to the bytes of core/view/vertex_layout.h.
