@@ -5,7 +5,8 @@
 // order of fused_kernels.h. Twin of core/cpu/fused_view_kernel.h.
 //
 // Errors   those of device_buffer.h and staged_upload.h
-// Threads  one at a time; enqueues on the lane, and waits only for its own last copies of lists
+// Threads  one at a time; enqueues on the lane, and waits only where ToWireOrder's list is still on
+//          its way from the last call
 #ifndef LATTICED_CUDA_CUDA_FUSED_KERNEL_H_
 #define LATTICED_CUDA_CUDA_FUSED_KERNEL_H_
 

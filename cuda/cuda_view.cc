@@ -113,8 +113,7 @@ absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32
 }
 
 bool CudaView::WritesOnDevice(Encoding encoding) const {
-  const bool draco = encoding == Encoding::kDracoPoints || encoding == Encoding::kDracoMesh;
-  return draco && context_->encoder()->name() == kDracoWriterName;
+  return IsDraco(encoding) && context_->encoder()->name() == kDracoWriterName;
 }
 
 size_t CudaView::encode_batch() const {

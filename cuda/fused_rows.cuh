@@ -8,7 +8,7 @@
 //   normal      P_along x P_across; with vertex normals as WriteSmoothRows says. Made also for views
 //               without normals, which do not store it: a branch a point would cost all others
 //
-// Points on the patch's edges take their positions from shared memory: fused_edge.cuh.
+// Points on the patch's edges take their positions from shared memory: fused_features.cuh.
 #ifndef LATTICED_CUDA_FUSED_ROWS_CUH_
 #define LATTICED_CUDA_FUSED_ROWS_CUH_
 
