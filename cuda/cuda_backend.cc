@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "core/view/device_group.h"
-#include "cuda/cuda_context.h"
 #include "cuda/cuda_target.h"
+#include "cuda/device/cuda_context.h"
 #include "fmt/format.h"
 
 namespace latticed {

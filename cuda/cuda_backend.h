@@ -7,31 +7,13 @@
 #ifndef LATTICED_CUDA_CUDA_BACKEND_H_
 #define LATTICED_CUDA_CUDA_BACKEND_H_
 
-#include <cstdint>
-#include <functional>
 #include <memory>
-#include <string_view>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/backend.h"
-#include "core/codec/chunk_encoder.h"
-#include "core/view/device_group.h"
+#include "cuda/device/cuda_options.h"
 
 namespace latticed {
-
-struct CudaOptions {
-  // Ordinals of the CUDA runtime. One that is named twice counts as two devices, for tests.
-  std::vector<int> devices{0};
-  uint64_t span_patches = kDefaultSpanPatches;  // a plan of so many takes all the devices
-  uint64_t memory_bytes = 0;  // budget of each device; 0: nine tenths of what is free at the start
-  int threads = 0;            // that encode on the host; 0: all that the machine or cgroup allows
-  std::shared_ptr<const ChunkEncoder> encoder;  // null: the one of core/codec/draco_writer.h
-  // For tests: says yes to refuse an allocation of device or pinned memory.
-  std::function<bool(std::string_view purpose, uint64_t bytes)> refuse_allocation;
-  // For tests: new device memory is all ones, NaN as floats.
-  bool poison_memory = false;
-};
 
 // kUnimplemented in a build without CUDA; kUnavailable without a usable device or driver.
 [[nodiscard]] absl::StatusOr<std::unique_ptr<Backend>> MakeCudaBackend(const CudaOptions& options);

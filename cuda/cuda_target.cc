@@ -7,10 +7,10 @@
 
 #include "core/base/error.h"
 #include "core/view/view_contract.h"
-#include "cuda/cuda_control_nets.h"
-#include "cuda/cuda_fused_kernel.h"
-#include "cuda/cuda_gemm_kernel.h"
-#include "cuda/cuda_view.h"
+#include "cuda/fused/cuda_fused_kernel.h"
+#include "cuda/gemm/cuda_control_nets.h"
+#include "cuda/gemm/cuda_gemm_kernel.h"
+#include "cuda/view/cuda_view.h"
 
 namespace latticed {
 

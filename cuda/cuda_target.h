@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "core/backend.h"
-#include "cuda/cuda_context.h"
-#include "cuda/cuda_vertex_kernel.h"
-#include "cuda/device_plan.h"
+#include "cuda/device/cuda_context.h"
+#include "cuda/plan/device_plan.h"
+#include "cuda/view/cuda_vertex_kernel.h"
 
 namespace latticed {
 

@@ -14,7 +14,7 @@
 
 namespace latticed {
 
-// A backend whose vertices lie on a device may write the same bytes there (cuda/draco_kernels.h).
+// A backend whose vertices lie on a device may write the same bytes there (cuda/draco/draco_kernels.h).
 inline constexpr std::string_view kDracoWriterName = "latticed";
 
 class DracoWriter final : public ChunkEncoder {

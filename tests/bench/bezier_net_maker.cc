@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "cuda/cuda_status.h"
+#include "cuda/device/cuda_status.h"
 #include "tests/bench/bezier_net_launch.h"
 #include "tests/bench/tensor_tables.h"
 

@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "cuda/cuda_context.h"
-#include "cuda/cuda_frame.h"
+#include "cuda/device/cuda_context.h"
+#include "cuda/view/cuda_frame.h"
 #include "tests/bench/bezier_net.h"
 
 namespace latticed::bench {

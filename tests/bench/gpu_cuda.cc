@@ -8,7 +8,7 @@
 
 #include "core/view/spanned_view.h"
 #include "cuda/cuda_backend.h"
-#include "cuda/cuda_view.h"
+#include "cuda/view/cuda_view.h"
 #include "tests/bench/bezier_net_maker.h"
 #include "tests/bench/gpu.h"
 #include "tests/bench/gpu_floors.h"

@@ -4,7 +4,7 @@
 
 #include <atomic>
 
-#include "cuda/cuda_status.h"
+#include "cuda/device/cuda_status.h"
 #include "tests/bench/gpu_kernels.h"
 #include "tests/bench/scenario.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/view/view_layout.h"
-#include "cuda/cuda_status.h"
+#include "cuda/device/cuda_status.h"
 #include "tests/bench/tensor_product_launch.h"
 #include "tests/bench/tensor_tables.h"
 

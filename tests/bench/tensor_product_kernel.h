@@ -12,8 +12,8 @@
 
 #include <memory>
 
-#include "cuda/cuda_vertex_kernel.h"
-#include "cuda/cuda_view.h"
+#include "cuda/view/cuda_vertex_kernel.h"
+#include "cuda/view/cuda_view.h"
 #include "tests/bench/tensor_product.h"
 
 namespace latticed::bench {

@@ -11,8 +11,8 @@
 
 #include "core/base/error.h"
 #include "cuda/cuda_backend.h"
-#include "cuda/cuda_device.h"
-#include "cuda/device_buffer.h"
+#include "cuda/device/cuda_device.h"
+#include "cuda/device/device_buffer.h"
 #include "fmt/format.h"
 #include "tests/cuda/cuda_test.h"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Errors of the runtime and of cuBLAS as statuses. Needs no device.
-#include "cuda/cuda_status.h"
+#include "cuda/device/cuda_status.h"
 
 #include <gtest/gtest.h>
 

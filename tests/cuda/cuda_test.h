@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "cuda/cuda_device.h"
+#include "cuda/device/cuda_device.h"
 #include "tests/backend/conformance.h"
 #include "tests/support/backends.h"
 #include "tests/support/test_meshes.h"

@@ -3,7 +3,7 @@
 //
 // The device's writer against the host's, byte for byte: what the host's streams hold is proven with
 // stock decoders (tests/core/codec/).
-#include "cuda/device_draco_writer.h"
+#include "cuda/draco/device_draco_writer.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What the fused kernel knows of a plan in 24 bytes a patch, against the plan. Needs no device.
-#include "cuda/pack_patches.h"
+#include "cuda/plan/pack_patches.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "cuda/feature_uses.h"
+#include "cuda/plan/feature_uses.h"
 #include "tests/backend/conformance.h"
 #include "tests/support/test_meshes.h"
 

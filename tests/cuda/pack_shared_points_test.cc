@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The packed table of shared points against core/ffd/shared_points.h. Needs no device.
-#include "cuda/pack_shared_points.h"
+#include "cuda/plan/pack_shared_points.h"
 
 #include <gtest/gtest.h>
 

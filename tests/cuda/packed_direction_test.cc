@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Needs no device.
-#include "cuda/packed_direction.h"
+#include "cuda/plan/packed_direction.h"
 
 #include <gtest/gtest.h>
 

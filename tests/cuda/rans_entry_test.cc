@@ -3,7 +3,7 @@
 //
 // Steps of the device's states against division, for every probability: all states at which the
 // quotient changes, and their neighbours.
-#include "cuda/rans_entry.h"
+#include "cuda/draco/rans_entry.h"
 
 #include <gtest/gtest.h>
 

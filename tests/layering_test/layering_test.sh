@@ -8,6 +8,7 @@
 set -euo pipefail
 cd "$1"
 
+readonly below_backends="core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/"
 # layer    may include (prefixes; itself always)
 declare -A allowed=(
   [core/base]="core/base/"
@@ -17,7 +18,13 @@ declare -A allowed=(
   [core/codec]="core/base/ core/mesh/ core/ffd/ core/codec/"
   [core/view]="core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/"
   [core/cpu]="core/"
-  [cuda]="core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/ cuda/"
+  [cuda/device]="$below_backends cuda/device/"
+  [cuda/plan]="$below_backends cuda/device/ cuda/plan/"
+  [cuda/draco]="$below_backends cuda/device/ cuda/draco/"
+  [cuda/view]="$below_backends cuda/device/ cuda/plan/ cuda/draco/ cuda/view/"
+  [cuda/gemm]="$below_backends cuda/device/ cuda/plan/ cuda/view/ cuda/gemm/"
+  [cuda/fused]="$below_backends cuda/device/ cuda/plan/ cuda/view/ cuda/fused/"
+  [cuda]="$below_backends cuda/"
   [server/base]="core/ server/base/"
   [server/engine]="core/ server/base/ server/engine/"
   [server/wire]="core/ latticed/v1/ server/base/ server/engine/ server/wire/"
@@ -39,7 +46,7 @@ readonly guarded=(
   '^hwy/' '^(core/(cpu|codec)|tests)/'
   '^prometheus/' '^server/metric'
   '^cblas' '^core/cpu/cpu_gemm|^tests/bench/'
-  '^cublas' '^cuda/cuda_(gemm|status)'
+  '^cublas' '^cuda/device/cuda_(gemm|status)'
   '^epoxy/' '^tests/bench/shaders/'
   '^(cuda_runtime|cuda\.h|cuda_fp16)' '^(cuda|tests/(bench|cuda))/')
 
@@ -48,7 +55,8 @@ set_layer() {  # FILE
   case $1 in
     core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
     core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
-    cuda/*) layer=cuda ;; server/base/* | server/engine/* | server/wire/* | server/rpc/* | server/web/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
+    cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
+    server/base/* | server/engine/* | server/wire/* | server/rpc/* | server/web/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
     client/cpp/latticed_client*) layer=client/library ;; client/*) layer=client ;;
     *) layer=none ;;
   esac

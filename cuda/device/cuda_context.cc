@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/device/cuda_context.h"
+
+#include "core/view/allowed_threads.h"
+
+namespace latticed {
+
+CudaContext::CudaContext(int device, const CudaOptions& options,
+                         std::shared_ptr<DeviceMemory> memory, CudaStream stream)
+    : device_(device),
+      memory_(std::move(memory)),
+      pinned_(std::make_shared<PinnedMemory>(options.refuse_allocation)),
+      lanes_(std::make_shared<CudaLanes>(memory_)),
+      encoder_(options.encoder),
+      arena_(AllowedThreads(options.threads)),
+      stream_(std::move(stream)) {
+  if (encoder_ == nullptr) encoder_ = MakeChunkEncoder("latticed");
+}
+
+absl::StatusOr<std::shared_ptr<CudaContext>> CudaContext::Create(int device,
+                                                                 const CudaOptions& options) {
+  if (auto status = CheckDevice(device); !status.ok()) return status;
+  const DeviceGuard guard(device);
+  auto memory = DeviceMemory::Create(device, options.memory_bytes, options.refuse_allocation,
+                                     options.poison_memory);
+  if (!memory.ok()) return memory.status();
+  auto stream = CudaStream::Create();
+  if (!stream.ok()) return stream.status();
+  return std::shared_ptr<CudaContext>(
+      new CudaContext(device, options, *std::move(memory), *std::move(stream)));
+}
+
+absl::StatusOr<std::shared_ptr<const DeviceStage>> CudaContext::Stage(int degree, int segments) {
+  const std::scoped_lock lock(mutex_);
+  std::weak_ptr<const DeviceStage>& known = stages_[{degree, segments}];
+  if (auto stage = known.lock(); stage != nullptr) return stage;
+  auto made = DeviceStage::Create(degree, segments, memory_, stream_);
+  if (!made.ok()) return made.status();
+  known = *made;
+  return *std::move(made);
+}
+
+}  // namespace latticed

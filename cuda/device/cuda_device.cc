@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/device/cuda_device.h"
+
+#include "core/base/error.h"
+#include "cuda/device/cuda_status.h"
+#include "fmt/format.h"
+
+namespace latticed {
+
+DeviceGuard::DeviceGuard(int device) : device_(device) {
+  static_cast<void>(cudaGetDevice(&previous_));
+  if (previous_ != device_) static_cast<void>(cudaSetDevice(device_));
+}
+
+DeviceGuard::~DeviceGuard() {
+  if (previous_ >= 0 && previous_ != device_) static_cast<void>(cudaSetDevice(previous_));
+}
+
+absl::StatusOr<CudaStream> CudaStream::Create() {
+  cudaStream_t stream = nullptr;
+  if (auto s = CudaStatus(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), "a stream");
+      !s.ok()) {
+    return s;
+  }
+  return CudaStream(stream);
+}
+
+CudaStream::~CudaStream() {
+  if (stream_ != nullptr) static_cast<void>(cudaStreamDestroy(stream_));
+}
+
+absl::Status CudaStream::Synchronize(std::string_view what) const {
+  return CudaStatus(cudaStreamSynchronize(stream_), what);
+}
+
+absl::StatusOr<CudaEvent> CudaEvent::Create() {
+  cudaEvent_t event = nullptr;
+  if (auto s = CudaStatus(cudaEventCreateWithFlags(&event, cudaEventDisableTiming), "an event");
+      !s.ok()) {
+    return s;
+  }
+  return CudaEvent(event);
+}
+
+CudaEvent::~CudaEvent() {
+  if (event_ != nullptr) static_cast<void>(cudaEventDestroy(event_));
+}
+
+absl::Status CudaEvent::Record(cudaStream_t stream) const {
+  return CudaStatus(cudaEventRecord(event_, stream), "an event");
+}
+
+absl::Status CudaEvent::Synchronize() const {
+  return CudaStatus(cudaEventSynchronize(event_), "an event");
+}
+
+absl::Status CheckDevice(int device) {
+  int count = 0;
+  if (auto s = CudaStatus(cudaGetDeviceCount(&count), "no CUDA device"); !s.ok()) return s;
+  if (device < 0 || device >= count) {
+    return error::Unavailable(
+        "NO_DEVICE",
+        fmt::format("no CUDA device {}: this machine has {}, counted from 0", device, count), 0);
+  }
+  int pools = 0;
+  if (auto s = CudaStatus(cudaDeviceGetAttribute(&pools, cudaDevAttrMemoryPoolsSupported, device),
+                          "the device");
+      !s.ok()) {
+    return s;
+  }
+  if (pools == 0) {
+    return error::Unavailable("NO_DEVICE",
+                              fmt::format("CUDA device {} has no memory pools", device), 0);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<int> CountMultiprocessors(int device) {
+  int count = 0;
+  const cudaError_t failure =
+      cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, device);
+  if (auto s = CudaStatus(failure, "the device"); !s.ok()) return s;
+  return count;
+}
+
+std::string DescribeDevice(int device) {
+  cudaDeviceProp properties{};
+  if (cudaGetDeviceProperties(&properties, device) != cudaSuccess) return "unknown device";
+  return fmt::format("{}, {} multiprocessors, {:.0f} GiB", properties.name,
+                     properties.multiProcessorCount,
+                     static_cast<double>(properties.totalGlobalMem) / (uint64_t{1} << 30));
+}
+
+}  // namespace latticed

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The calling thread's current device, and the stream and event that belong to one.
+//
+// Errors   those of cuda_status.h; destructors say nothing, also when the runtime is unloading
+// Threads  a DeviceGuard belongs to its thread; streams and events may be used by one at a time
+#ifndef LATTICED_CUDA_DEVICE_CUDA_DEVICE_H_
+#define LATTICED_CUDA_DEVICE_CUDA_DEVICE_H_
+
+#include <cuda_runtime_api.h>
+
+#include <string>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace latticed {
+
+// Makes a device current until it goes out of scope, then the one that was.
+class DeviceGuard {
+ public:
+  explicit DeviceGuard(int device);
+  ~DeviceGuard();
+  DeviceGuard(const DeviceGuard&) = delete;  // restores once
+  DeviceGuard& operator=(const DeviceGuard&) = delete;
+
+ private:
+  int device_;
+  int previous_ = -1;
+};
+
+// A stream that does not wait for the legacy default stream.
+class CudaStream {
+ public:
+  // On the current device.
+  [[nodiscard]] static absl::StatusOr<CudaStream> Create();
+  ~CudaStream();
+  CudaStream(const CudaStream&) = delete;  // one owner
+  CudaStream& operator=(const CudaStream&) = delete;
+  CudaStream(CudaStream&& other) noexcept : stream_(std::exchange(other.stream_, nullptr)) {}
+  CudaStream& operator=(CudaStream&&) = delete;
+
+  cudaStream_t get() const { return stream_; }
+  // Waits for this stream alone.
+  [[nodiscard]] absl::Status Synchronize(std::string_view what) const;
+
+ private:
+  explicit CudaStream(cudaStream_t stream) : stream_(stream) {}
+  cudaStream_t stream_;
+};
+
+// Without timing: for order only.
+class CudaEvent {
+ public:
+  [[nodiscard]] static absl::StatusOr<CudaEvent> Create();
+  ~CudaEvent();
+  CudaEvent(const CudaEvent&) = delete;  // one owner
+  CudaEvent& operator=(const CudaEvent&) = delete;
+  CudaEvent(CudaEvent&& other) noexcept : event_(std::exchange(other.event_, nullptr)) {}
+  CudaEvent& operator=(CudaEvent&&) = delete;
+
+  // Marks the end of what the stream holds now; does not wait.
+  [[nodiscard]] absl::Status Record(cudaStream_t stream) const;
+  // Waits until the last mark is reached; at once where there is none.
+  [[nodiscard]] absl::Status Synchronize() const;
+
+ private:
+  explicit CudaEvent(cudaEvent_t event) : event_(event) {}
+  cudaEvent_t event_;
+};
+
+// kUnavailable where this machine has no such device, or no driver for it.
+[[nodiscard]] absl::Status CheckDevice(int device);
+[[nodiscard]] absl::StatusOr<int> CountMultiprocessors(int device);
+// "NVIDIA H200, 132 multiprocessors, 140 GiB".
+[[nodiscard]] std::string DescribeDevice(int device);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DEVICE_CUDA_DEVICE_H_

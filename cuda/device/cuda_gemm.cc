@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/device/cuda_gemm.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "cuda/device/cuda_status.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+// The products are tall and thin, hardly split along m: less than the 32 MiB that cuBLAS would
+// take.
+constexpr size_t kWorkspaceBytes = size_t{4} << 20;
+
+bool FitsInt(size_t n) { return n <= static_cast<size_t>(std::numeric_limits<int>::max()); }
+
+template <typename T>
+absl::Status CheckShapes(DeviceMatrix<const T> a, DeviceMatrix<const T> b, DeviceMatrix<T> c) {
+  if (a.columns == b.rows && a.rows == c.rows && b.columns == c.columns && a.stride >= a.rows &&
+      b.stride >= b.rows && c.stride >= c.rows && FitsInt(c.rows) && FitsInt(c.columns) &&
+      FitsInt(std::max({a.stride, b.stride, c.stride}))) {
+    return absl::OkStatus();
+  }
+  return absl::InternalError(fmt::format(
+      "shapes of a product must fit: ({} x {}, stride {}) * ({} x {}, stride {}) -> "
+      "({} x {}, stride {})",
+      a.rows, a.columns, a.stride, b.rows, b.columns, b.stride, c.rows, c.columns, c.stride));
+}
+
+int Int(size_t n) { return static_cast<int>(n); }
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<CudaGemm>> CudaGemm::Create(std::shared_ptr<DeviceMemory> memory,
+                                                           cudaStream_t stream) {
+  const auto library = CublasLibrary::Get();
+  if (!library.ok()) return library.status();
+  auto workspace =
+      DeviceBuffer<uint8_t>::Create(std::move(memory), "staging", kWorkspaceBytes, stream);
+  if (!workspace.ok()) return workspace.status();
+  cublasHandle_t handle = nullptr;
+  if (auto s = CublasStatus((*library)->create(&handle), "cuBLAS"); !s.ok()) return s;
+  std::unique_ptr<CudaGemm> gemm(new CudaGemm(**library, handle, *std::move(workspace)));
+  if (auto s = gemm->Configure(stream); !s.ok()) return s;
+  return gemm;
+}
+
+absl::Status CudaGemm::Configure(cudaStream_t stream) {
+  // The stream first: setting it puts the default workspace back.
+  if (auto s = CublasStatus(library_.set_stream(handle_, stream), "cuBLAS"); !s.ok()) return s;
+  if (auto s = CublasStatus(library_.set_workspace(handle_, workspace_.data(), kWorkspaceBytes),
+                            "cuBLAS");
+      !s.ok()) {
+    return s;
+  }
+  return CublasStatus(library_.set_atomics_mode(handle_, CUBLAS_ATOMICS_NOT_ALLOWED), "cuBLAS");
+}
+
+CudaGemm::~CudaGemm() { static_cast<void>(library_.destroy(handle_)); }
+
+absl::Status CudaGemm::Multiply(DeviceMatrix<const float> a, DeviceMatrix<const float> b,
+                                DeviceMatrix<float> c) {
+  if (auto s = CheckShapes(a, b, c); !s.ok()) return s;
+  const float one = 1, zero = 0;
+  return CublasStatus(library_.sgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns),
+                                     Int(a.columns), &one, a.data, Int(a.stride), b.data,
+                                     Int(b.stride), &zero, c.data, Int(c.stride)),
+                      "cublasSgemm");
+}
+
+absl::Status CudaGemm::Multiply(DeviceMatrix<const double> a, DeviceMatrix<const double> b,
+                                DeviceMatrix<double> c) {
+  if (auto s = CheckShapes(a, b, c); !s.ok()) return s;
+  const double one = 1, zero = 0;
+  return CublasStatus(library_.dgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns),
+                                     Int(a.columns), &one, a.data, Int(a.stride), b.data,
+                                     Int(b.stride), &zero, c.data, Int(c.stride)),
+                      "cublasDgemm");
+}
+
+}  // namespace latticed

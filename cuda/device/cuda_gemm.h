@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The matrix product on one stream: the only place that calls cuBLAS. Twin of core/cpu/cpu_gemm.h.
+//
+//   c = a * b      a: c.rows x k    b: k x c.columns    column-major
+//
+// In float32 without TF32, and the same bits for the same shape on the same device: one handle a
+// stream, with a workspace of its own and no atomics.
+//
+// Errors   kInternal with the shapes where they do not fit; those of cuda_gemm_library.h and
+//          cuda_status.h
+// Threads  one at a time; Multiply enqueues and does not wait
+#ifndef LATTICED_CUDA_DEVICE_CUDA_GEMM_H_
+#define LATTICED_CUDA_DEVICE_CUDA_GEMM_H_
+
+#include <memory>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "cuda/device/cuda_gemm_library.h"
+#include "cuda/device/device_buffer.h"
+#include "cuda/device/device_span.h"
+
+namespace latticed {
+
+class CudaGemm {
+ public:
+  // On the current device.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaGemm>> Create(
+      std::shared_ptr<DeviceMemory> memory, cudaStream_t stream);
+  ~CudaGemm();
+  CudaGemm(const CudaGemm&) = delete;  // owns the handle
+  CudaGemm& operator=(const CudaGemm&) = delete;
+
+  [[nodiscard]] absl::Status Multiply(DeviceMatrix<const float> a, DeviceMatrix<const float> b,
+                                      DeviceMatrix<float> c);
+  [[nodiscard]] absl::Status Multiply(DeviceMatrix<const double> a, DeviceMatrix<const double> b,
+                                      DeviceMatrix<double> c);
+
+ private:
+  absl::Status Configure(cudaStream_t stream);
+  CudaGemm(const CublasLibrary& library, cublasHandle_t handle, DeviceBuffer<uint8_t> workspace)
+      : library_(library), handle_(handle), workspace_(std::move(workspace)) {}
+
+  const CublasLibrary& library_;
+  cublasHandle_t handle_;
+  DeviceBuffer<uint8_t> workspace_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DEVICE_CUDA_GEMM_H_

@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/device/cuda_lanes.h"
+
+namespace latticed {
+
+absl::StatusOr<CudaGemm*> CudaLane::gemm() {
+  if (gemm_ == nullptr) {
+    auto made = CudaGemm::Create(memory_, stream_.get());
+    if (!made.ok()) return made.status();
+    gemm_ = *std::move(made);
+  }
+  return gemm_.get();
+}
+
+absl::StatusOr<std::shared_ptr<CudaLane>> CudaLanes::Borrow() {
+  std::unique_ptr<CudaLane> lane;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!free_.empty()) {
+      lane = std::move(free_.back());
+      free_.pop_back();
+    }
+  }
+  if (lane == nullptr) {
+    auto stream = CudaStream::Create();
+    if (!stream.ok()) return stream.status();
+    lane = std::make_unique<CudaLane>(*std::move(stream), memory_);
+  }
+  // Back into the list at the end; the list lives as long as any lane.
+  return std::shared_ptr<CudaLane>(lane.release(), [lanes = shared_from_this()](CudaLane* used) {
+    const std::scoped_lock lock(lanes->mutex_);
+    lanes->free_.emplace_back(used);
+  });
+}
+
+}  // namespace latticed

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Streams with their cuBLAS handles, lent one a view and kept for the next: a handle costs more
+// than a frame.
+//
+// Errors   those of cuda_status.h; kResourceExhausted for the handle's workspace
+// Threads  CudaLanes is safe; a CudaLane is used by one thread at a time
+#ifndef LATTICED_CUDA_DEVICE_CUDA_LANES_H_
+#define LATTICED_CUDA_DEVICE_CUDA_LANES_H_
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "cuda/device/cuda_device.h"
+#include "cuda/device/cuda_gemm.h"
+
+namespace latticed {
+
+class CudaLane {
+ public:
+  CudaLane(CudaStream stream, std::shared_ptr<DeviceMemory> memory)
+      : stream_(std::move(stream)), memory_(std::move(memory)) {}
+
+  const CudaStream& stream() const { return stream_; }
+  // Made on first use: the fused pipeline multiplies no matrices.
+  [[nodiscard]] absl::StatusOr<CudaGemm*> gemm();
+
+  // For measurements: told the name of each stage of an evaluation, on the host, once the stage's
+  // work is on the stream. Empty: nobody is.
+  using StageMark = std::function<void(std::string_view stage)>;
+  void set_stage_mark(StageMark mark) { stage_mark_ = std::move(mark); }
+  void Enqueued(std::string_view stage) const {
+    if (stage_mark_) stage_mark_(stage);
+  }
+  bool marks_stages() const { return static_cast<bool>(stage_mark_); }
+
+ private:
+  CudaStream stream_;  // first: the workspace goes back on it
+  std::shared_ptr<DeviceMemory> memory_;
+  std::unique_ptr<CudaGemm> gemm_;
+  StageMark stage_mark_;
+};
+
+class CudaLanes : public std::enable_shared_from_this<CudaLanes> {
+ public:
+  explicit CudaLanes(std::shared_ptr<DeviceMemory> memory) : memory_(std::move(memory)) {}
+
+  // Work that the last user left on the stream comes first. On the current device.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<CudaLane>> Borrow();
+
+ private:
+  std::shared_ptr<DeviceMemory> memory_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<CudaLane>> free_;  // guarded by mutex_
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DEVICE_CUDA_LANES_H_

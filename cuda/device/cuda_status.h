@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// cudaError_t and cublasStatus_t -> absl::Status: the only place.
+//
+//   memory (device or pinned)           kResourceExhausted
+//   no device, no driver, too old       kUnavailable, reason NO_DEVICE
+//   the context is lost until restart   kUnavailable, reason DEVICE_LOST: illegal address, failed
+//                                       launch, uncorrectable memory error, …
+//   anything else                       kInternal
+//
+// Each also takes the runtime's "last error" away, so that the next call starts clean; a lost
+// context reports again by itself.
+// Threads  pure, but for that last error, which is the thread's own
+#ifndef LATTICED_CUDA_DEVICE_CUDA_STATUS_H_
+#define LATTICED_CUDA_DEVICE_CUDA_STATUS_H_
+
+#include <cublas_v2.h>
+#include <cuda_runtime_api.h>
+
+#include <string_view>
+
+#include "absl/status/status.h"
+
+namespace latticed {
+
+// `what` was being done: "the samples", "the copy of control points".
+[[nodiscard]] absl::Status CudaStatus(cudaError_t error, std::string_view what);
+[[nodiscard]] absl::Status CublasStatus(cublasStatus_t status, std::string_view what);
+
+// The thread's last error, a failed launch for example.
+[[nodiscard]] absl::Status LastCudaStatus(std::string_view what);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DEVICE_CUDA_STATUS_H_

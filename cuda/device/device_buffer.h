@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Owner of elements in device memory, allocated and freed in the order of one stream.
+//
+// Allocation, Upload and destruction enqueue on that stream and do not wait. Work of other streams
+// on the buffer must be done before the buffer goes.
+//
+// Errors   kResourceExhausted with asked and free bytes
+// Threads  one at a time
+#ifndef LATTICED_CUDA_DEVICE_DEVICE_BUFFER_H_
+#define LATTICED_CUDA_DEVICE_DEVICE_BUFFER_H_
+
+#include <memory>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "cuda/device/cuda_status.h"
+#include "cuda/device/device_memory.h"
+#include "cuda/device/device_span.h"
+
+namespace latticed {
+
+template <typename T>
+class DeviceBuffer {
+  static_assert(std::is_trivially_copyable_v<T>, "copied byte by byte");
+
+ public:
+  DeviceBuffer() = default;
+  // `purpose`: a literal, as in MemoryUse. The elements are not initialised.
+  [[nodiscard]] static absl::StatusOr<DeviceBuffer> Create(std::shared_ptr<DeviceMemory> memory,
+                                                           std::string_view purpose, size_t count,
+                                                           cudaStream_t stream) {
+    const auto data = memory->Allocate(purpose, count * sizeof(T), stream);
+    if (!data.ok()) return data.status();
+    return DeviceBuffer(std::move(memory), purpose, static_cast<T*>(*data), count, stream);
+  }
+  // Of the host's elements, which must stay until the stream has reached the copy; pageable memory
+  // is staged by the runtime and may go at once.
+  [[nodiscard]] static absl::StatusOr<DeviceBuffer> Upload(std::shared_ptr<DeviceMemory> memory,
+                                                           std::string_view purpose,
+                                                           std::span<const T> from,
+                                                           cudaStream_t stream) {
+    auto buffer = Create(std::move(memory), purpose, from.size(), stream);
+    if (!buffer.ok() || from.empty()) return buffer;
+    if (auto s = CudaStatus(cudaMemcpyAsync(buffer->data_, from.data(), from.size_bytes(),
+                                            cudaMemcpyHostToDevice, stream),
+                            purpose);
+        !s.ok()) {
+      return s;
+    }
+    return buffer;
+  }
+  ~DeviceBuffer() { Reset(); }
+  DeviceBuffer(const DeviceBuffer&) = delete;  // one owner
+  DeviceBuffer& operator=(const DeviceBuffer&) = delete;
+  DeviceBuffer(DeviceBuffer&& other) noexcept
+      : memory_(std::move(other.memory_)),
+        purpose_(other.purpose_),
+        data_(std::exchange(other.data_, nullptr)),
+        size_(std::exchange(other.size_, 0)),
+        stream_(other.stream_) {}
+  DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
+    if (this == &other) return *this;
+    Reset();
+    memory_ = std::move(other.memory_);
+    purpose_ = other.purpose_;
+    data_ = std::exchange(other.data_, nullptr);
+    size_ = std::exchange(other.size_, 0);
+    stream_ = other.stream_;
+    return *this;
+  }
+
+  T* data() const { return data_; }
+  size_t size() const { return size_; }
+  size_t size_bytes() const { return size_ * sizeof(T); }
+  DeviceSpan<T> span() const { return {data_, size_}; }
+
+ private:
+  DeviceBuffer(std::shared_ptr<DeviceMemory> memory, std::string_view purpose, T* data, size_t size,
+               cudaStream_t stream)
+      : memory_(std::move(memory)), purpose_(purpose), data_(data), size_(size), stream_(stream) {}
+  void Reset() {
+    if (memory_ != nullptr) memory_->Free(data_, purpose_, size_bytes(), stream_);
+    data_ = nullptr;
+    size_ = 0;
+  }
+
+  std::shared_ptr<DeviceMemory> memory_;
+  std::string_view purpose_;
+  T* data_ = nullptr;
+  size_t size_ = 0;
+  cudaStream_t stream_ = nullptr;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DEVICE_DEVICE_BUFFER_H_

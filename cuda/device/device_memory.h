@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The memory of one device: a stream-ordered pool with a budget, its bytes counted by purpose.
+//
+// A block is usable on `stream` from Allocate on, and elsewhere once that stream has reached it.
+// Free returns it when the stream gets there. Neither waits. Blocks stay with the pool.
+//
+// Errors   kResourceExhausted with asked and free bytes, before anything is allocated where the
+//          budget would not hold it; the CUDA error state is clean afterwards
+// Threads  safe
+#ifndef LATTICED_CUDA_DEVICE_DEVICE_MEMORY_H_
+#define LATTICED_CUDA_DEVICE_DEVICE_MEMORY_H_
+
+#include <cuda_runtime_api.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "core/backend.h"
+
+namespace latticed {
+
+// Says yes to refuse an allocation: tests of what happens then.
+using RefuseAllocation = std::function<bool(std::string_view purpose, uint64_t bytes)>;
+
+class DeviceMemory {
+ public:
+  // budget_bytes 0: nine tenths of what the device has free.
+  // `poison`: for tests, new blocks are all ones.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<DeviceMemory>> Create(int device,
+                                                                            uint64_t budget_bytes,
+                                                                            RefuseAllocation refuse,
+                                                                            bool poison = false);
+  ~DeviceMemory();
+  DeviceMemory(const DeviceMemory&) = delete;  // owns the pool
+  DeviceMemory& operator=(const DeviceMemory&) = delete;
+
+  // `purpose` as in MemoryUse.
+  [[nodiscard]] absl::StatusOr<void*> Allocate(std::string_view purpose, size_t bytes,
+                                               cudaStream_t stream);
+  // Of a pointer, purpose and size that Allocate gave; null is nothing.
+  void Free(void* data, std::string_view purpose, size_t bytes, cudaStream_t stream);
+
+  int device() const { return device_; }
+  uint64_t device_bytes() const { return device_bytes_; }  // of the device in all
+  uint64_t budget_bytes() const { return budget_bytes_; }
+  uint64_t free_bytes() const;
+  MemoryUse use() const;
+
+ private:
+  DeviceMemory(int device, uint64_t device_bytes, uint64_t budget_bytes, RefuseAllocation refuse,
+               bool poison, cudaMemPool_t pool);
+
+  int device_;
+  uint64_t device_bytes_;
+  uint64_t budget_bytes_;
+  RefuseAllocation refuse_;
+  bool poison_;
+  cudaMemPool_t pool_;
+  mutable std::mutex mutex_;
+  uint64_t used_bytes_ = 0;  // these two guarded by mutex_
+  MemoryUse use_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DEVICE_DEVICE_MEMORY_H_

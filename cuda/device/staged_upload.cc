@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/device/staged_upload.h"
+
+#include <utility>
+
+#include "cuda/device/cuda_status.h"
+#include "cuda/device/upload_kernel.h"
+
+namespace latticed {
+
+absl::StatusOr<StagedUpload> StagedUpload::Create(CudaContext& context,
+                                                  std::shared_ptr<CudaLane> lane, size_t bytes) {
+  bytes = (bytes + kernels::kUploadUnit - 1) / kernels::kUploadUnit * kernels::kUploadUnit;
+  auto device =
+      DeviceBuffer<uint8_t>::Create(context.memory(), "staging", bytes, lane->stream().get());
+  if (!device.ok()) return device.status();
+  auto pinned = context.pinned().Borrow(bytes);
+  if (!pinned.ok()) return pinned.status();
+  auto copied = CudaEvent::Create();
+  if (!copied.ok()) return copied.status();
+  return StagedUpload(std::move(lane), *std::move(device), *std::move(pinned), *std::move(copied));
+}
+
+StagedUpload::~StagedUpload() {
+  // The pinned bytes go back to others: not before they are read.
+  if (lane_ != nullptr) static_cast<void>(copied_.Synchronize());
+}
+
+absl::StatusOr<uint8_t*> StagedUpload::Begin() {
+  if (auto s = copied_.Synchronize(); !s.ok()) return s;
+  return pinned_.data();
+}
+
+kernels::KernelCall StagedUpload::SendCall(size_t bytes) const {
+  return kernels::UploadCall(pinned_.data(), bytes, device_.data());
+}
+
+absl::Status StagedUpload::Send(size_t bytes) const {
+  return CudaStatus(SendCall(bytes).Launch(lane_->stream().get()), "the copy of an edit");
+}
+
+absl::Status StagedUpload::Sent() const { return copied_.Record(lane_->stream().get()); }
+
+}  // namespace latticed

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A chunk's digest: two sums over its bytes, eight at a time, of 64 bits that depend on them and on
+// where they are by two mixing functions (splitmix64's, Stafford's variants 13 and 4 of Murmur3's
+// finaliser). Sums need no order, so all threads add to them. The host's digest is another
+// (core/view/vertex_digest.h): a chunk that was encoded there is encoded here once more.
+#include "cuda/draco/draco_table.cuh"
+
+namespace latticed::kernels {
+namespace {
+
+constexpr unsigned kThreads = 128;
+constexpr uint64_t kStep = 0x9e3779b97f4a7c15;  // of splitmix64
+
+__device__ uint64_t Mix13(uint64_t x) {
+  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
+  x = (x ^ x >> 27) * 0x94d049bb133111eb;
+  return x ^ x >> 31;
+}
+__device__ uint64_t Mix4(uint64_t x) {
+  x = (x ^ x >> 33) * 0x62a9d9ed799705f5;
+  x = (x ^ x >> 28) * 0xcb24d0a5c88c35b3;
+  return x ^ x >> 32;
+}
+
+__device__ uint64_t WarpSum(uint64_t value) {
+  for (unsigned step = kWarp / 2; step > 0; step /= 2) {
+    value += __shfl_xor_sync(kAllLanes, value, static_cast<int>(step));
+  }
+  return value;
+}
+
+// Of `count` bytes at a multiple of 8.
+__device__ DracoDigest DigestOf(const uint8_t* bytes, uint32_t count) {
+  __shared__ DracoDigest sum;
+  if (threadIdx.x == 0) sum = {count, count};
+  __syncthreads();
+  const auto* words = reinterpret_cast<const uint64_t*>(bytes);
+  uint64_t low = 0, high = 0;
+  const auto add = [&](uint32_t i, uint64_t word) {
+    const uint64_t key = word + (i + uint64_t{1}) * kStep;
+    low += Mix13(key);
+    high += Mix4(key);
+  };
+#pragma unroll 4
+  for (uint32_t i = threadIdx.x; i < count / 8; i += kThreads) add(i, __ldg(words + i));
+  if (threadIdx.x == 0 && count % 8 != 0) {
+    uint64_t rest = 0;
+    for (uint32_t b = 0; b < count % 8; ++b) {
+      rest |= uint64_t{bytes[count / 8 * 8 + b]} << (8 * b);
+    }
+    add(count / 8, rest);
+  }
+  low = WarpSum(low);
+  high = WarpSum(high);
+  if (Lane() == 0) {
+    atomicAdd(&sum.low, low);
+    atomicAdd(&sum.high, high);
+  }
+  __syncthreads();
+  return sum;
+}
+
+__global__ void __launch_bounds__(kThreads) DigestKernel(const __grid_constant__ DracoWork work) {
+  const uint32_t chunk = blockIdx.x;
+  const DracoDigest found =
+      DigestOf(work.Vertices(chunk), work.Points(chunk) * work.BytesPerPoint());
+  if (threadIdx.x != 0) return;
+  const DracoDigest known = work.digests[chunk];
+  work.digests[work.count + chunk] = found;
+  const bool same = known.low == found.low && known.high == found.high;
+  const auto fate = static_cast<uint8_t>(same ? DracoFate::kUnchanged : DracoFate::kCoded);
+  work.streams[2 * chunk].fate = fate;
+  work.streams[2 * chunk + 1].fate = fate;
+}
+
+}  // namespace
+
+cudaError_t LaunchDracoDigests(const DracoWork& work, cudaStream_t stream) {
+  if (work.count == 0 || work.digests == nullptr) return cudaSuccess;
+  DigestKernel<<<work.count, kThreads, 0, stream>>>(work);
+  return cudaPeekAtLastError();
+}
+
+}  // namespace latticed::kernels

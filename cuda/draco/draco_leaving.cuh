@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Counting the bytes that leave a state, for the kernels that write them down and put them together.
+#ifndef LATTICED_CUDA_DRACO_DRACO_LEAVING_CUH_
+#define LATTICED_CUDA_DRACO_DRACO_LEAVING_CUH_
+
+#include <cstdint>
+
+namespace latticed::kernels {
+
+// Of sixteen symbols: the sum of sixteen numbers of two bits.
+__device__ __forceinline__ uint32_t SumOfBytes(uint32_t leaving_bytes) {
+  return static_cast<uint32_t>(__popc(leaving_bytes & 0x55555555) +
+                               2 * __popc(leaving_bytes & 0xaaaaaaaa));
+}
+
+// Of DracoStream::last_word, the highest of which says so itself.
+__device__ __forceinline__ uint32_t LastBytes(uint32_t last_word) {
+  return last_word < 1u << 8 ? 1 : last_word < 1u << 16 ? 2 : last_word < 1u << 24 ? 3 : 4;
+}
+
+}  // namespace latticed::kernels
+
+#endif  // LATTICED_CUDA_DRACO_DRACO_LEAVING_CUH_

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The device memory that encoding some chunks takes, in one block that goes back when they are
+// encoded: about 25 bytes a point, and the tables.
+//
+// Errors   those of device_buffer.h
+// Threads  one at a time
+#ifndef LATTICED_CUDA_DRACO_DRACO_SCRATCH_H_
+#define LATTICED_CUDA_DRACO_DRACO_SCRATCH_H_
+
+#include "absl/status/statusor.h"
+#include "cuda/device/cuda_context.h"
+#include "cuda/device/device_buffer.h"
+#include "cuda/draco/draco_kernels.h"
+
+namespace latticed {
+
+class DracoScratch {
+ public:
+  // For the chunks of `work`, whose pointers to working memory are set, that to digests where they
+  // are asked for. `entry_room`: 0, what most chunks need; never less than one chunk may need.
+  [[nodiscard]] static absl::StatusOr<DracoScratch> Create(CudaContext& context,
+                                                           cudaStream_t stream, uint32_t entry_room,
+                                                           bool digests, kernels::DracoWork& work);
+
+  kernels::DracoPlace* places() const { return places_; }
+
+ private:
+  DracoScratch(DeviceBuffer<uint8_t> block, kernels::DracoPlace* places)
+      : block_(std::move(block)), places_(places) {}
+
+  DeviceBuffer<uint8_t> block_;
+  kernels::DracoPlace* places_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DRACO_DRACO_SCRATCH_H_

@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/fused/cuda_fused_kernel.h"
+
+#include <array>
+#include <cstring>
+#include <utility>
+
+#include "core/base/limits.h"
+#include "core/view/view_layout.h"
+#include "cuda/device/cuda_device.h"
+#include "cuda/device/cuda_status.h"
+
+namespace latticed {
+namespace {
+
+using kernels::LaneFormat;
+using kernels::WireChunk;
+
+absl::StatusOr<DeviceBuffer<float>> Floats(CudaContext& context, const CudaLane& lane,
+                                           size_t count) {
+  return DeviceBuffer<float>::Create(context.memory(), "box_polynomials", count,
+                                     lane.stream().get());
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<CudaFusedKernel>> CudaFusedKernel::Create(
+    std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
+    const ViewSpec& spec, CudaContext& context, std::shared_ptr<CudaLane> lane) {
+  const auto tables = device_plan->Tables(spec.normals == NormalMode::kSmooth);
+  if (!tables.ok()) return tables.status();
+  auto wire_chunks = StagedUpload::Create(context, lane, plan->chunk_count() * sizeof(WireChunk));
+  if (!wire_chunks.ok()) return wire_chunks.status();
+  const int* degree = device_plan->fused_tables().degree;
+  const auto stride =
+      static_cast<size_t>(kernels::CoefficientStride(degree[0], degree[1], degree[2]));
+  auto coefficients = Floats(context, *lane, plan->boxes.size() * 3 * stride);
+  if (!coefficients.ok()) return coefficients.status();
+  auto bounds = Floats(context, *lane, plan->boxes.size());
+  if (!bounds.ok()) return bounds.status();
+  const auto multiprocessors = CountMultiprocessors(context.device());
+  if (!multiprocessors.ok()) return multiprocessors.status();
+  return std::unique_ptr<CudaFusedKernel>(new CudaFusedKernel(
+      std::move(plan), std::move(device_plan), spec, std::move(lane), *tables,
+      {*std::move(wire_chunks), *std::move(coefficients), *std::move(bounds)}, *multiprocessors));
+}
+
+CudaFusedKernel::CudaFusedKernel(std::shared_ptr<const DeformPlan> plan,
+                                 std::shared_ptr<DevicePlan> device_plan, const ViewSpec& spec,
+                                 std::shared_ptr<CudaLane> lane, kernels::PlanTables tables,
+                                 Buffers buffers, int multiprocessors)
+    : plan_(std::move(plan)),
+      device_plan_(std::move(device_plan)),
+      spec_(spec),
+      lane_(std::move(lane)),
+      tables_(tables),
+      buffers_(std::move(buffers)),
+      multiprocessors_(multiprocessors) {}
+
+LaneFormat CudaFusedKernel::Format() const {
+  if (spec_.format == VertexFormat::kFloat32) return LaneFormat::kFloat32;
+  const bool wide = spec_.normals != NormalMode::kNone && spec_.normal_bits > 8;
+  return wide ? LaneFormat::kQuantised16 : LaneFormat::kQuantised8;
+}
+
+size_t CudaFusedKernel::PaddedPoints() const {
+  return plan_->chunk_count() * limits::kPatchesPerChunk *
+         static_cast<size_t>(PointsPerPatch(spec_.segments));
+}
+
+size_t CudaFusedKernel::OwnOrderBytes() const {
+  switch (Format()) {
+    case LaneFormat::kFloat32:
+      return PaddedPoints() * BytesPerPoint(spec_);
+    case LaneFormat::kQuantised8:
+      return PaddedPoints() * 2 * sizeof(uint32_t);
+    case LaneFormat::kQuantised16:
+      return PaddedPoints() * 3 * sizeof(uint32_t);
+  }
+  return 0;
+}
+
+kernels::BoxPolynomials CudaFusedKernel::Polynomials(const QuantisationBox& box) const {
+  const bool floats = Format() == LaneFormat::kFloat32;
+  return {.scale = floats ? 1 : 1 / box.range,
+          .offset = floats ? Vec3d{} : (plan_->local_origin - box.origin) / box.range,
+          .coefficients = buffers_.coefficients.data(),
+          .cofactor_bounds = buffers_.cofactor_bounds.data()};
+}
+
+kernels::FusedOutput CudaFusedKernel::Output(uint8_t* vertices) const {
+  return {.format = Format(),
+          .top = static_cast<float>((uint32_t{1} << spec_.position_bits) - 1),
+          .normal_bits = spec_.normal_bits,
+          .vertices = vertices,
+          .second_plane = vertices + PaddedPoints() * 2 * sizeof(uint32_t)};
+}
+
+absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const QuantisationBox& box,
+                                       std::span<const uint32_t> chunks,
+                                       DeviceSpan<uint8_t> vertices) {
+  if (chunks.empty()) return absl::OkStatus();
+  const kernels::FusedLaunch launch{
+      .plan = tables_,
+      .tables = device_plan_->fused_tables(),
+      .polynomials = Polynomials(box),
+      .control_points = frame.control_points().data,
+      .attached = frame.attached().data,
+      .chunks = frame.chunks(),
+      .chunk_count = static_cast<uint32_t>(chunks.size()),
+      .blocks_per_chunk = kernels::BlocksPerChunk(chunks.size(), spec_.segments, multiprocessors_),
+      .patch_count = static_cast<uint32_t>(plan_->patches.size()),
+      .segments = spec_.segments,
+      .normals = NormalsOf(spec_.normals),
+      .output = Output(vertices.data)};
+  std::array calls{frame.SendCall(),
+                   kernels::BoxPolynomialsCall(tables_, launch.tables, launch.control_points,
+                                               launch.polynomials),
+                   kernels::FusedCall(launch)};
+  return lane_->marks_stages() ? LaunchByStages(calls)
+                               : graph_.Launch(calls, lane_->stream().get());
+}
+
+absl::Status CudaFusedKernel::LaunchByStages(std::span<kernels::KernelCall> calls) {
+  for (kernels::KernelCall& call : calls) {
+    if (auto s = CudaStatus(call.Launch(lane_->stream().get()), "an evaluation"); !s.ok()) return s;
+    if (&call == &calls.front()) lane_->Enqueued("copy");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CudaFusedKernel::ToWireOrder(DeviceSpan<const uint8_t> vertices,
+                                          std::span<const uint32_t> chunks,
+                                          DeviceSpan<uint8_t> out) {
+  const VertexLayout layout = MakeVertexLayout(*plan_, spec_);
+  const auto to = buffers_.wire_chunks.Begin();
+  if (!to.ok()) return to.status();
+  uint64_t offset = 0;
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    const WireChunk chunk{offset, chunks[i]};
+    std::memcpy(*to + i * sizeof(chunk), &chunk, sizeof(chunk));
+    offset += layout.ChunkBytes(chunks[i]);
+  }
+  absl::Status sent = buffers_.wire_chunks.Send(chunks.size() * sizeof(WireChunk));
+  sent.Update(buffers_.wire_chunks.Sent());
+  if (!sent.ok()) return sent;
+  const kernels::WireOrder order{
+      .format = Format(),
+      .vertices = vertices.data,
+      .second_plane = vertices.data + PaddedPoints() * 2 * sizeof(uint32_t),
+      .chunks = reinterpret_cast<const WireChunk*>(buffers_.wire_chunks.device_data()),
+      .chunk_count = static_cast<uint32_t>(chunks.size()),
+      .patch_count = static_cast<uint32_t>(plan_->patches.size()),
+      .points_per_patch = PointsPerPatch(spec_.segments),
+      .normals = spec_.normals != NormalMode::kNone,
+      .out = out.data};
+  return CudaStatus(kernels::LaunchWireOrder(order, lane_->stream().get()), "the wire order");
+}
+
+MemoryUse CudaFusedKernel::memory() const {
+  return {{"device_box_polynomials",
+           buffers_.coefficients.size_bytes() + buffers_.cofactor_bounds.size_bytes()},
+          {"device_staging", buffers_.wire_chunks.DeviceBytes()},
+          {"staging", buffers_.wire_chunks.PinnedBytes()}};
+}
+
+}  // namespace latticed

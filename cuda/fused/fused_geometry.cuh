@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the fused kernel makes of the plan's tables, in double, before it goes on in float: which box
+// owns a point, box-local coordinates, and the sliver-proof frame of a patch.       DESIGN §2
+//
+//   point(x, t) = centre + (x + shear t) along + t across,   x = b1 + b2/2 - 1/2,  t = b2 - 1/2
+//
+// `along` runs from corner 0 to corner 1, the longest edge; `across` is its perpendicular up to
+// corner 2, in the plane of the *source* triangle, which is known well however thin the patch is.
+// Rows of constant t are symmetric about x = 0, so that x and -x share their even and odd parts.
+#ifndef LATTICED_CUDA_FUSED_FUSED_GEOMETRY_CUH_
+#define LATTICED_CUDA_FUSED_FUSED_GEOMETRY_CUH_
+
+#include "core/ffd/carried_normal.h"
+#include "cuda/fused/fused_kernels.h"
+
+namespace latticed::kernels {
+
+// Height of a patch below this part of its longest edge is rounding: the perpendicular keeps its
+// direction and gets this length.
+constexpr double kSmallestHeight = 0x1p-40;
+// Normals shorter than this part of the box's bound are taken from the definition, which then
+// decides exactly. So are those whose squares would underflow.
+constexpr double kWeakNormal = 1 / kMaxNormalCondition;
+constexpr double kTinyNormal = 1e-18;
+
+__device__ inline uint32_t SeamOf(const FusedTables& tables, uint32_t key) {
+  uint32_t low = 0, high = tables.seam_use_count;
+  while (high - low > 1) {
+    const uint32_t middle = (low + high) / 2;
+    (tables.seam_uses[middle].key <= key ? low : high) = middle;
+  }
+  return tables.seam_uses[low].seam;
+}
+
+// The box whose polynomial gives the points of a slot (corners 0..2, edges 3..5).
+struct Slot {
+  uint32_t patch;
+  uint32_t box;
+  uint32_t number;
+  uint32_t steps;
+  bool on_seam;
+};
+__device__ inline uint32_t OwnerOf(const FusedLaunch& launch, const Slot& slot) {
+  if (slot.on_seam && launch.attached[SeamOf(launch.tables, slot.patch * 8 + slot.number)] != 0) {
+    return launch.plan.outside_box;
+  }
+  uint32_t box = slot.box;
+#pragma unroll
+  for (int axis = 0; axis < 3; ++axis) {
+    if ((slot.steps >> axis & 1) != 0) box -= launch.tables.box_stride[axis];
+  }
+  return box;
+}
+
+// Box-local coordinate i (permuted axis) of a vertex: rounded here, since an edge's direction is a
+// difference of two that must be exact in either order, which a fused multiply-add is not.
+__device__ inline double LocalCoordinate(const FusedLaunch& launch, const DeviceVertex& vertex,
+                                         uint32_t box, int i) {
+  const int axis = launch.tables.axis[i];
+  const FusedBox& b = launch.tables.boxes[box];
+  const double* v = box == launch.plan.outside_box ? &vertex.world.x : &vertex.parameter.x;
+  return __dmul_rn(v[axis] - (&b.centre.x)[axis], (&b.inverse_width.x)[axis]);
+}
+
+// Rows of PatchFrame in shared memory, one float a lane each.
+enum FrameRow {
+  kCentre = 0,
+  kAlong = 3,
+  kAcross = 6,
+  kShear = 9,
+  kWeakBelow,    // |n|_1 of normals that the definition must answer
+  kNormalScale,  // 1 / |across|: keeps squares of thin patches' normals off zero
+  kFacetRows,
+  kFacet = kFacetRows,         // direction of the facet normal; smooth only, as what follows
+  kVertexNormal = kFacet + 3,  // [3 corners][3]: by facet normal, along and across; see CarryNormal
+  kSmoothRows = kVertexNormal + 9,
+};
+
+// Vertex normals N in the frame, so that cof(J) N |along| |across| =
+//   n0 P_along x P_across + n1 P_across x P_facet + n2 P_facet x P_along.
+__device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch, uint32_t box,
+                                       Vec3d facet, Vec3d along, Vec3d across, float* rows,
+                                       int lanes) {
+  for (int i = 0; i < 3; ++i) {
+    rows[(kFacet + i) * lanes] =
+        static_cast<float>(Dot(launch.tables.boxes[box].gradient[i], facet));
+  }
+  for (int c = 0; c < 3; ++c) {
+    const Vec3d n = ToDouble(launch.plan.corner_normals[patch].corner[c]);
+    float* row = rows + (kVertexNormal + 3 * c) * lanes;
+    row[0] = static_cast<float>(Dot(n, facet));
+    row[lanes] = static_cast<float>(Dot(n, along));
+    row[2 * lanes] = static_cast<float>(Dot(n, across));
+  }
+}
+
+// `corner`: the vertices of the patch.
+template <bool kSmooth>
+__device__ inline void WriteFrame(const FusedLaunch& launch, uint32_t patch, uint32_t box,
+                                  const DeviceVertex* const (&corner)[3], float* rows, int lanes) {
+  const Vec3d origin = corner[0]->world;
+  const Vec3d facet = UnpackDirection(launch.plan.facet_normals[patch]);
+  const Vec3d side = corner[2]->world - origin;
+  Vec3d along = corner[1]->world - origin;
+  const double length2 = Dot(along, along), inverse = length2 > 0 ? rsqrt(length2) : 0.0;
+  const double length = length2 * inverse;
+  // The ends of a very short edge are rounded out of the plane; its direction must not be.
+  along -= Dot(along, facet) * facet;
+  const Vec3d unit = inverse * Cross(facet, along);
+  const double height = fmax(Dot(side, unit), kSmallestHeight * length);
+  const Vec3d across = height * unit;
+  const double shear = Dot(side, along) * inverse * inverse - 0.5;
+#pragma unroll
+  for (int i = 0; i < 3; ++i) {
+    const Vec3d gradient = launch.tables.boxes[box].gradient[i];
+    const double a = Dot(gradient, along), c = Dot(gradient, across);
+    // Corner 0 is at x = -1/2, t = -1/2.
+    const double centre =
+        LocalCoordinate(launch, *corner[0], box, i) + (0.5 + 0.5 * shear) * a + 0.5 * c;
+    rows[(kCentre + i) * lanes] = static_cast<float>(centre);
+    rows[(kAlong + i) * lanes] = static_cast<float>(a);
+    rows[(kAcross + i) * lanes] = static_cast<float>(c);
+  }
+  rows[kShear * lanes] = static_cast<float>(shear);
+  // sqrt(3): the L1 norm is compared, which is not below the length by which weakness is defined.
+  const double bound = 1.7320508075688773 * kWeakNormal *
+                       static_cast<double>(launch.polynomials.cofactor_bounds[box]);
+  rows[kWeakBelow * lanes] = static_cast<float>(fmax(bound * length, kTinyNormal) * height);
+  rows[kNormalScale * lanes] = height > 0 ? static_cast<float>(1 / height) : 0.0f;
+  if constexpr (kSmooth) {
+    WriteSmoothRows(launch, patch, box, facet, along, across, rows, lanes);
+  }
+}
+
+}  // namespace latticed::kernels
+
+#endif  // LATTICED_CUDA_FUSED_FUSED_GEOMETRY_CUH_

@@ -1,0 +1,194 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The fused kernel: from box polynomials to vertices, nothing in memory between.   DESIGN §2 "fused"
+//
+// Comes after box_polynomials_kernel.cu, by a dependent launch. A block is a chunk, 32 patches, a
+// lane each (or a chunk is several blocks, which do 1 and 2 alike); its three warps
+//   1  evaluate the chunk's edges and corners, and make the patches' frames
+//   2  compose a component each, and leave its Taylor coefficients in shared memory
+//   3  take rows by turns, and write vertices straight from registers
+//   4  replace normals that cancelled by those of the definition, where there are any
+#ifndef LATTICED_CUDA_FUSED_FUSED_KERNEL_CUH_
+#define LATTICED_CUDA_FUSED_FUSED_KERNEL_CUH_
+
+#include "cuda/device/dependent_launch.cuh"
+#include "cuda/fused/fused_features.cuh"
+#include "cuda/fused/fused_rows.cuh"
+#include "cuda/plan/definition_normal.cuh"
+
+namespace latticed::kernels {
+
+constexpr int kFusedThreads = kFusedWarps * kLanes;
+
+// Which pairs of rows, `row` and segments - row, are a warp's: one in `of`, from `first` on.
+struct RowTurns {
+  int first, of;
+
+  __device__ bool Have(int row, int segments) const {
+    return min(row, segments - row) % of == first;
+  }
+};
+
+// The normals of a warp's weak rows by the definition, a lane a point, whichever lane it is of.
+// `weak`: per row the lanes concerned. After the warp has written all vertices of these rows. Not
+// inlined, so that its registers are no business of the kernel's.
+template <bool kFloat>
+__device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, const unsigned* weak,
+                                                uint32_t chunk, RowTurns turns, bool smooth) {
+  const int thread = static_cast<int>(threadIdx.x) % kLanes;
+  int first = 0;  // points of the rows before
+  for (int row = 0; row <= launch.segments; ++row) {
+    if (!turns.Have(row, launch.segments)) continue;
+    const int columns = launch.segments - row + 1, points = __popc(weak[row]) * columns;
+    // Item i of the warp goes to lane i mod 32.
+    for (int item = (thread - first) & (kLanes - 1); item < points; item += kLanes) {
+      const int column = item % columns;
+      const auto lane = static_cast<unsigned>(__fns(weak[row], 0, item / columns + 1));
+      const uint32_t patch = chunk * kLanes + lane;
+      if (patch >= launch.patch_count) continue;
+      const double over = 1.0 / launch.segments;
+      const Vec3d b{(launch.segments - row - column) * over, column * over, row * over};
+      const Vec3d n = DefinitionNormal(launch.plan, launch.control_points, patch, b, smooth);
+      const VertexSink<kFloat> sink(launch, chunk, lane);
+      sink.StoreNormal(sink.Place(PointIndex(launch.segments, row, column)), ToFloat(n));
+    }
+    first += points;
+  }
+}
+
+template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
+class FusedBlock {
+  static constexpr int N = D0 + D1 + D2, kStride = CoefficientStride(D0, D1, D2);
+  using Shared = FusedShared<N, kSmooth, kFloat>;
+
+ public:
+  __device__ FusedBlock(const FusedLaunch& launch, uint32_t chunk)
+      : launch_(launch),
+        chunk_(chunk),
+        warp_(static_cast<int>(threadIdx.x / kLanes)),
+        lane_(threadIdx.x % kLanes) {
+    const uint32_t patch = chunk * kLanes + lane_;
+    // Lanes after the last patch repeat it.
+    patch_index_ = patch < launch.patch_count ? patch : launch.patch_count - 1;
+  }
+
+  __device__ __forceinline__ void Run() {
+    const FeatureUses uses = launch_.tables.feature_uses[patch_index_];
+    const DevicePatch patch = launch_.plan.patches[patch_index_];
+    FeatureKernel<D0, D1, D2, kSmooth, kFloat> features(launch_, chunk_);
+    features.Begin(uses, patch, warp_, lane_);
+    FillSteps();
+    __syncthreads();
+    features.Vertices();
+    // Up to here only of the plan was read.
+    WaitForKernelBefore();
+    __syncthreads();
+    if (warp_ == kFrameWarp) {
+      const DeviceVertex* const corner[3] = {&Shared::Vertex(uses.Corner(0)),
+                                             &Shared::Vertex(uses.Corner(1)),
+                                             &Shared::Vertex(uses.Corner(2))};
+      WriteFrame<kSmooth>(launch_, patch_index_, patch.Box(), corner, &Shared::Frame(0, lane_),
+                          kLanes);
+    }
+    features.Evaluate(warp_, lane_);
+    __syncthreads();
+    Compose(patch.Box());
+    __syncthreads();
+    RowKernel<N, kSmooth, kFloat> rows(launch_, uses, chunk_, lane_);
+    const RowTurns turns = Turns();
+    for (int low = turns.first; 2 * low <= launch_.segments; low += turns.of) rows.Run(low);
+    if (!rows.any_weak() || launch_.normals == Normals::kNone) return;
+    __syncwarp();
+    ReplaceWeakNormals<kFloat>(launch_, &Shared::Weak(0), chunk_, turns, kSmooth);
+  }
+
+ private:
+  __device__ __forceinline__ RowTurns Turns() const {
+    const uint32_t blocks = launch_.blocks_per_chunk, block = blockIdx.x % blocks;
+    return {static_cast<int>(block * kFusedWarps) + warp_, static_cast<int>(blocks * kFusedWarps)};
+  }
+  __device__ __forceinline__ void FillSteps() {
+    const float unit = 0.5f / static_cast<float>(launch_.segments);
+    for (int m = static_cast<int>(threadIdx.x); m <= launch_.segments; m += kFusedThreads) {
+      const float x = static_cast<float>(m) * unit;
+#pragma unroll
+      for (int k = 0; k < Shared::kStepVectors; ++k) {
+        Shared::Step(m, k) = {k == 0 ? x : StepAt(4 * k, x), StepAt(4 * k + 1, x),
+                              StepAt(4 * k + 2, x), StepAt(4 * k + 3, x)};
+      }
+    }
+  }
+  __device__ __forceinline__ static float StepAt(int i, float x) {
+    return x * x * (1.0f / static_cast<float>(i * (i + 1)));
+  }
+
+  // Component warp_.
+  __device__ __forceinline__ void Compose(uint32_t box) {
+    AffineMap<D2> map;
+#pragma unroll
+    for (int i = 0; i < 3; ++i) {
+      map.l[i][0] = Shared::Frame(kCentre + i, lane_);
+      map.l[i][1] = Shared::Frame(kAlong + i, lane_);
+      map.l[i][2] = Shared::Frame(kAcross + i, lane_);
+      if constexpr (kSmooth) map.normal[i] = Shared::Frame(kFacet + i, lane_);
+    }
+    map.FormPowers();
+    float c[kStride], p[Terms(N)], out[4 * Shared::kVectors];
+    LoadCoefficients<kStride>(launch_, box, warp_, c);
+    Composition<D0, D1, D2, kSmooth>::Compose(c, map, p, out + Shared::kFacetAt);
+    ToRowForm(p, Shared::Frame(kShear, lane_), out);
+#pragma unroll
+    for (int k = 0; k < Shared::kVectors; ++k) {
+      Shared::Coefficients(warp_, k, lane_) = {out[4 * k], out[4 * k + 1], out[4 * k + 2],
+                                               out[4 * k + 3]};
+    }
+  }
+
+  // From powers in the frame to Taylor coefficients in sheared rows. P_across is taken before the
+  // shear: afterwards it would be a small difference of large numbers in a thin patch.
+  __device__ __forceinline__ void ToRowForm(float* p, float shear, float* out) const {
+    ToTaylor<N>(p);
+    float* across = out + Shared::kAcrossAt;
+#pragma unroll
+    for (int i = 0; i < N; ++i) {
+#pragma unroll
+      for (int j = 0; j < N - i; ++j) across[At(i, j)] = p[At(i, j + 1)];
+    }
+    Shear<N - 1>(across, shear);
+    // d/dt = d/d across + shear d/dx.
+#pragma unroll
+    for (int i = 0; i <= N; ++i) out[At(i, 0)] = p[At(i, 0)];
+#pragma unroll
+    for (int j = 1; j <= N; ++j) {
+#pragma unroll
+      for (int i = 0; i <= N - j; ++i) {
+        out[At(i, j)] = fmaf(shear, out[At(i + 1, j - 1)], across[At(i, j - 1)]);
+      }
+    }
+    if constexpr (kSmooth) {
+      ToTaylor<N - 1>(out + Shared::kFacetAt);
+      Shear<N - 1>(out + Shared::kFacetAt, shear);
+    }
+#pragma unroll
+    for (int k = Shared::kNumbers; k < 4 * Shared::kVectors; ++k) out[k] = 0;
+  }
+
+  const FusedLaunch& launch_;
+  const uint32_t chunk_;
+  const int warp_;
+  const unsigned lane_;
+  uint32_t patch_index_;
+};
+
+template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
+__global__ void __launch_bounds__(kFusedThreads, kFusedBlocks)
+    FusedKernel(const __grid_constant__ FusedLaunch launch) {
+  const uint32_t index = blockIdx.x / launch.blocks_per_chunk;
+  const uint32_t chunk = launch.chunks != nullptr ? launch.chunks[index] : index;
+  FusedBlock<D0, D1, D2, kSmooth, kFloat>(launch, chunk).Run();
+}
+
+}  // namespace latticed::kernels
+
+#endif  // LATTICED_CUDA_FUSED_FUSED_KERNEL_CUH_

@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The kernels of the fused pipeline, as the .cc files see them. Order of work: box polynomials, then
+// vertices of chunks in lane order, then chunks in wire order where somebody reads them.
+//
+// Layout   lane order, q points a patch, lane = patch in its chunk of 32; the last chunk is padded
+//   kFloat32          float [chunk][point][x y z nx ny nz, or x y z][lane]
+//   kQuantised8       8 bytes [chunk][point][lane]: x | y << 16, z | s << 16 | t << 24; s and
+//                     t mean nothing in a view without normals
+//   kQuantised16      8 bytes [chunk][point][lane]: x | y << 16, z and 16 bits of no meaning;
+//                     then, 4 bytes [chunk][point][lane], s | t << 16
+//   so that every store of a warp is whole lines.
+// Units    world units relative to plan.local_origin
+// Errors   cudaError_t of the launch; those of kernel_call.h
+// Threads  none wait; all pointers must stay until the stream has passed
+#ifndef LATTICED_CUDA_FUSED_FUSED_KERNELS_H_
+#define LATTICED_CUDA_FUSED_FUSED_KERNELS_H_
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cuda/device/kernel_call.h"
+#include "cuda/plan/fused_tables.h"
+#include "cuda/plan/plan_tables.h"
+
+namespace latticed::kernels {
+
+// The polynomial of each box, in the units that the format wants, float: [box][component][coefficient],
+// rows of CoefficientStride; coefficient (a (d1 + 1) + b)(d2 + 1) + c belongs to l0^a l1^b l2^c.
+struct BoxPolynomials {
+  double scale;  // of scale R + offset
+  Vec3d offset;
+  float* coefficients;
+  float* cofactor_bounds;  // not below ||cof J|| in the box, scaled
+};
+// Rows begin at multiples of 16 bytes.
+LATTICED_HD constexpr int CoefficientStride(int d0, int d1, int d2) {
+  return ((d0 + 1) * (d1 + 1) * (d2 + 1) + 3) / 4 * 4;
+}
+// After the copy of the control points.
+KernelCall BoxPolynomialsCall(const PlanTables& plan, const FusedTables& tables,
+                              const Vec3d* control_points, const BoxPolynomials& polynomials);
+
+enum class LaneFormat { kFloat32, kQuantised8, kQuantised16 };
+
+// Quantised, integer = round(top * saturate(p)), p running from 0 to 1 over the quantisation box.
+struct FusedOutput {
+  LaneFormat format;
+  float top;        // 2^position_bits - 1
+  int normal_bits;  // of the quantised formats
+  uint8_t* vertices;
+  uint8_t* second_plane;  // kQuantised16
+};
+
+// Warps of a block, and blocks that a multiprocessor holds at once.
+inline constexpr int kFusedWarps = 3, kFusedBlocks = 5;
+
+struct FusedLaunch {
+  PlanTables plan;
+  FusedTables tables;
+  BoxPolynomials polynomials;
+  const Vec3d* control_points;
+  const uint8_t* attached;  // per seam
+  const uint32_t* chunks;   // null: 0 … chunk_count - 1
+  uint32_t chunk_count;
+  uint32_t blocks_per_chunk;  // which take its rows by turns
+  uint32_t patch_count;       // of the plan
+  int segments;
+  Normals normals;
+  FusedOutput output;
+};
+// More than one where `chunk_count` chunks leave multiprocessors idle: each block then does again
+// what comes before the rows, and less of these, which is where a chunk spends half of its time.
+uint32_t BlocksPerChunk(size_t chunk_count, int segments, int multiprocessors);
+// After the polynomials of all boxes that own points of the chunks. At least one chunk. Of no kernel
+// where the degrees are none that a plan has.
+KernelCall FusedCall(const FusedLaunch& launch);
+
+// Chunks of a view from lane order to the bytes of core/view/vertex_layout.h.
+struct WireChunk {
+  uint64_t offset;  // in `out`
+  uint32_t chunk;
+};
+struct WireOrder {
+  LaneFormat format;
+  const uint8_t* vertices;
+  const uint8_t* second_plane;
+  const WireChunk* chunks;
+  uint32_t chunk_count;
+  uint32_t patch_count;  // of the plan
+  int points_per_patch;
+  bool normals;
+  uint8_t* out;
+};
+cudaError_t LaunchWireOrder(const WireOrder& order, cudaStream_t stream);
+
+}  // namespace latticed::kernels
+
+#endif  // LATTICED_CUDA_FUSED_FUSED_KERNELS_H_

@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the four files of fused kernels define between them.
+#ifndef LATTICED_CUDA_FUSED_FUSED_LAUNCH_H_
+#define LATTICED_CUDA_FUSED_FUSED_LAUNCH_H_
+
+#include "cuda/fused/fused_kernels.h"
+
+namespace latticed::kernels {
+
+// As FusedCall, for one kind of normals and format; without normals the facet kernel serves.
+template <bool kSmooth, bool kFloat>
+KernelCall FusedCallByDegree(const FusedLaunch& launch);
+extern template KernelCall FusedCallByDegree<false, false>(const FusedLaunch&);
+extern template KernelCall FusedCallByDegree<false, true>(const FusedLaunch&);
+extern template KernelCall FusedCallByDegree<true, false>(const FusedLaunch&);
+extern template KernelCall FusedCallByDegree<true, true>(const FusedLaunch&);
+
+}  // namespace latticed::kernels
+
+#endif  // LATTICED_CUDA_FUSED_FUSED_LAUNCH_H_

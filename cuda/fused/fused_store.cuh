@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How a lane makes its vertices and writes them, in the lane order of fused_kernels.h.
+#ifndef LATTICED_CUDA_FUSED_FUSED_STORE_CUH_
+#define LATTICED_CUDA_FUSED_FUSED_STORE_CUH_
+
+#include <type_traits>
+
+#include "core/codec/octahedral.h"
+#include "cuda/fused/fused_kernels.h"
+
+namespace latticed::kernels {
+
+// Added to a float of magnitude below 2^22, rounds it to an integer, which stands in the low bits.
+constexpr float kRound = 12582912.0f;  // 1.5 * 2^23
+
+// Without the care for denormal numbers that division takes.
+__device__ __forceinline__ float ApproximateReciprocal(float x) {
+  float result;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
+  return result;
+}
+
+// Octahedral coordinates of a direction in the low 16 bits of each, `centre` = 2^(bits - 1) - 1.
+//
+//   s = centre + sign(y) (|y| + max(-x, 0)) centre / |n|_1,   t likewise by z
+//
+// the map of core/codec/octahedral.h without a branch, rounded to the nearest on each axis. The rim
+// of the square names directions twice, by the signs of a y or z that is nothing; a direction moved
+// by kBias, a fraction of the finest step, has no sign of chance there, so that the numbers of a flat
+// or ruled surface stay smooth and compress.
+constexpr float kBias = 0x1p-16f;
+__device__ __forceinline__ uint2 QuantiseDirection(float3 n, float norm1, float centre) {
+  const float scale = centre * ApproximateReciprocal(norm1), back = fmaxf(-n.x, 0.0f);
+  const float y = fmaf(norm1, kBias, n.y), z = fmaf(norm1, kBias, n.z);
+  return {__float_as_uint(fmaf(copysignf(fabsf(y) + back, y), scale, centre + kRound)),
+          __float_as_uint(fmaf(copysignf(fabsf(z) + back, z), scale, centre + kRound))};
+}
+
+// The vertices of one lane. Places are bytes from the chunk's first vertex.
+template <bool kFloat>
+class VertexSink {
+ public:
+  // What is stored of a position; quantised x | y << 16 and z.
+  using Position = std::conditional_t<kFloat, float3, uint2>;
+  static constexpr int kPositionWords = sizeof(Position) / sizeof(float);
+
+  __device__ VertexSink(const FusedLaunch& launch, uint32_t chunk, unsigned lane)
+      : normals_(launch.normals != Normals::kNone),
+        normal_bits_(launch.output.normal_bits),
+        wide_(launch.output.format == LaneFormat::kQuantised16),
+        stride_(kRowBytes * (kFloat && launch.normals != Normals::kNone ? 6
+                             : kFloat                                   ? 3
+                                                                        : 2)),
+        lane_(lane * (kFloat ? sizeof(float) : sizeof(uint2))),
+        top_(launch.output.top),
+        centre_(static_cast<float>((1 << (normal_bits_ - 1)) - 1)) {
+    const int points = (launch.segments + 1) * (launch.segments + 2) / 2;
+    const size_t first = size_t{chunk} * static_cast<unsigned>(points);
+    base_ = launch.output.vertices + first * stride_;
+    second_ = launch.output.second_plane + first * kRowBytes;
+  }
+
+  // Bytes from a point to the next.
+  __device__ unsigned stride() const { return stride_; }
+  __device__ unsigned Place(int point) const {
+    return lane_ + static_cast<unsigned>(point) * stride_;
+  }
+
+  // Quantised, `p` runs from 0 to 1 over the quantisation box; NaN is 0.
+  __device__ __forceinline__ Position MakePosition(float3 p) const {
+    if constexpr (kFloat) {
+      return p;
+    } else {
+      const auto quantise = [this](float x) {
+        return __float_as_uint(fmaf(__saturatef(x), top_, kRound));
+      };
+      return {__byte_perm(quantise(p.x), quantise(p.y), 0x5410), quantise(p.z)};
+    }
+  }
+
+  // `n` has the normal's direction, `norm1` = |n|_1; `scale` keeps its square from underflow. Views
+  // without normals do without: s and t of their quantised words mean nothing.
+  __device__ __forceinline__ void Store(unsigned place, Position p, float3 n, float norm1,
+                                        float scale) const {
+    if constexpr (kFloat) {
+      StoreFloats(place, p);
+      if (!normals_) return;
+      n = {n.x * scale, n.y * scale, n.z * scale};
+      const float inverse = rsqrtf(fmaf(n.x, n.x, fmaf(n.y, n.y, n.z * n.z)));
+      StoreFloats(place + 3 * kRowBytes, {n.x * inverse, n.y * inverse, n.z * inverse});
+    } else {
+      const uint2 st = QuantiseDirection(n, norm1, centre_);
+      if (wide_) SecondWord(place) = __byte_perm(st.x, st.y, 0x5410);
+      // With wide normals s and t stand here too, and nobody reads them.
+      const uint32_t zs = __byte_perm(p.y, st.x, 0x0410);
+      StoreWords(place, p.x, __byte_perm(zs, st.y, 0x4210));
+    }
+  }
+
+  // Replaces the normal of a stored vertex.
+  __device__ void StoreNormal(unsigned place, Vec3f n) const {
+    if constexpr (kFloat) {
+      StoreFloats(place + 3 * kRowBytes, {n.x, n.y, n.z});
+    } else {
+      const OctahedralNormal o = QuantiseNormal(n, normal_bits_);
+      if (wide_) {
+        SecondWord(place) = static_cast<uint32_t>(o.s) | static_cast<uint32_t>(o.t) << 16;
+      } else {
+        base_[place + 6] = static_cast<uint8_t>(o.s);
+        base_[place + 7] = static_cast<uint8_t>(o.t);
+      }
+    }
+  }
+
+ private:
+  static constexpr unsigned kRowBytes = 32 * sizeof(float);
+
+  __device__ __forceinline__ void StoreFloats(unsigned place, float3 v) const {
+    auto* row = reinterpret_cast<float*>(base_ + place);
+    row[0] = v.x;
+    row[32] = v.y;
+    row[64] = v.z;
+  }
+  __device__ __forceinline__ void StoreWords(unsigned place, uint32_t first,
+                                             uint32_t second) const {
+    *reinterpret_cast<uint2*>(base_ + place) = {first, second};
+  }
+  // Half as wide as the words, so at half the place.
+  __device__ __forceinline__ uint32_t& SecondWord(unsigned place) const {
+    return *reinterpret_cast<uint32_t*>(second_ + place / 2);
+  }
+
+  const bool normals_;
+  const int normal_bits_;
+  const bool wide_;
+  const unsigned stride_, lane_;
+  const float top_, centre_;
+  uint8_t* base_;  // of the chunk
+  uint8_t* second_;
+};
+
+}  // namespace latticed::kernels
+
+#endif  // LATTICED_CUDA_FUSED_FUSED_STORE_CUH_

@@ -1,9 +1,0 @@
-// SPDX-FileCopyrightText: The latticed authors
-// SPDX-License-Identifier: Apache-2.0
-#include "cuda/fused_launch.cuh"
-
-namespace latticed::kernels {
-
-template KernelCall FusedCallByDegree<true, true>(const FusedLaunch&);
-
-}  // namespace latticed::kernels

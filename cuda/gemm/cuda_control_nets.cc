@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/gemm/cuda_control_nets.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "cuda/view/cuda_frame.h"
+
+namespace latticed {
+namespace {
+
+constexpr size_t kTilePatches = 16'384;  // 22 MB of nets at n = 9
+
+// The device's side of one tile.
+struct Nets {
+  DeviceBuffer<double> samples, control;  // m x 3t
+  DeviceBuffer<Vec3d> centres;
+};
+
+absl::StatusOr<Nets> Allocate(CudaContext& context, const CudaLane& lane, size_t m,
+                              size_t patches) {
+  const cudaStream_t stream = lane.stream().get();
+  auto samples = DeviceBuffer<double>::Create(context.memory(), "samples", 3 * m * patches, stream);
+  if (!samples.ok()) return samples.status();
+  auto control = DeviceBuffer<double>::Create(context.memory(), "samples", 3 * m * patches, stream);
+  if (!control.ok()) return control.status();
+  auto centres = DeviceBuffer<Vec3d>::Create(context.memory(), "samples", patches, stream);
+  if (!centres.ok()) return centres.status();
+  return Nets{*std::move(samples), *std::move(control), *std::move(centres)};
+}
+
+absl::Status Compute(const kernels::Tile& tile, const DeviceStage& stage, CudaLane& lane,
+                     const Nets& nets) {
+  const size_t m = stage.m(), columns = 3 * tile.count;
+  const kernels::Samples<double> samples{.points = stage.samples(),
+                                         .degree = stage.degree(),
+                                         .m = static_cast<int>(m),
+                                         .positions = nets.samples.data(),
+                                         .by_normal = nullptr,
+                                         .centres = nets.centres.data()};
+  if (auto s =
+          CudaStatus(kernels::LaunchSamples(tile, samples, lane.stream().get()), "the samples");
+      !s.ok()) {
+    return s;
+  }
+  const auto gemm = lane.gemm();
+  if (!gemm.ok()) return gemm.status();
+  return (*gemm)->Multiply(stage.inverse(),
+                           DeviceMatrix<const double>{nets.samples.data(), m, columns, m},
+                           DeviceMatrix<double>{nets.control.data(), m, columns, m});
+}
+
+template <typename T>
+absl::Status Download(const DeviceBuffer<T>& from, std::span<T> to, cudaStream_t stream) {
+  return CudaStatus(
+      cudaMemcpyAsync(to.data(), from.data(), to.size_bytes(), cudaMemcpyDeviceToHost, stream),
+      "the control nets");
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const DeformPlan>& plan,
+                                                    DevicePlan& device_plan, CudaContext& context,
+                                                    std::span<const Vec3d> control_points,
+                                                    size_t first, size_t last) {
+  // The net does not depend on the segments: any of the stages has inv(B).
+  const auto stage = context.Stage(plan->structure.patch_degree(), 1);
+  if (!stage.ok()) return stage.status();
+  const auto tables = device_plan.Tables(false);
+  if (!tables.ok()) return tables.status();
+  const auto lane = context.lanes().Borrow();
+  if (!lane.ok()) return lane.status();
+  auto frame = CudaFrame::Create(plan, context, *lane);
+  if (!frame.ok()) return frame.status();
+  const size_t m = (*stage)->m(), tile_patches = std::min(kTilePatches, last - first);
+  const auto buffers = Allocate(context, **lane, m, tile_patches);
+  if (!buffers.ok()) return buffers.status();
+
+  std::vector<double> nets(3 * m * (last - first)), control(3 * m * tile_patches);
+  std::vector<Vec3d> centres(tile_patches);
+  const cudaStream_t stream = (*lane)->stream().get();
+  absl::Status sent = frame->Stage(control_points, {});
+  if (sent.ok()) sent = frame->Send();
+  sent.Update(frame->Sent());
+  if (!sent.ok()) return sent;
+  for (size_t begin = first; begin < last; begin += tile_patches) {
+    const size_t count = std::min(tile_patches, last - begin);
+    absl::Status status =
+        Compute({*tables, frame->control_points().data, begin, count}, **stage, **lane, *buffers);
+    if (status.ok()) {
+      status = Download(buffers->control, std::span(control).first(3 * m * count), stream);
+    }
+    if (status.ok()) status = Download(buffers->centres, std::span(centres).first(count), stream);
+    status.Update((*lane)->stream().Synchronize("the control nets"));
+    if (!status.ok()) return status;
+    double* out = nets.data() + 3 * m * (begin - first);
+    for (size_t t = 0; t < count; ++t) {
+      const Vec3d origin = centres[t] + plan->local_origin;
+      for (size_t i = 0; i < m; ++i) {
+        for (size_t axis = 0; axis < 3; ++axis) {
+          *out++ = control[i + m * (t + axis * count)] + origin[static_cast<int>(axis)];
+        }
+      }
+    }
+  }
+  return nets;
+}
+
+}  // namespace latticed

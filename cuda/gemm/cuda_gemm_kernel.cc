@@ -1,0 +1,201 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/gemm/cuda_gemm_kernel.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/view/view_layout.h"
+#include "cuda/device/cuda_status.h"
+
+namespace latticed {
+namespace {
+
+// Large enough that the products fill the device, small beside its memory: 190,000 patches of
+// degree 2 x 2 x 2 at 10 segments.
+constexpr size_t kTileBytes = size_t{512} << 20;
+// And never more than this part of a small budget.
+constexpr size_t kTileShare = 4;
+
+template <typename T>
+DeviceMatrix<T> Matrix(const DeviceBuffer<T>& buffer, size_t rows, size_t patches) {
+  return {buffer.data(), rows, 3 * patches, rows};
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<CudaGemmKernel>> CudaGemmKernel::Create(
+    std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
+    Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,
+    std::shared_ptr<CudaLane> lane) {
+  auto stage = context->Stage(plan->structure.patch_degree(), spec.segments);
+  if (!stage.ok()) return stage.status();
+  auto stages = CudaGemmStages::Create(pipeline, *std::move(stage),
+                                       spec.normals != NormalMode::kNone, *context, *lane);
+  if (!stages.ok()) return stages.status();
+  const auto tables = device_plan->Tables(spec.normals == NormalMode::kSmooth);
+  if (!tables.ok()) return tables.status();
+  return std::unique_ptr<CudaGemmKernel>(
+      new CudaGemmKernel(std::move(plan), std::move(device_plan), spec, std::move(context),
+                         std::move(lane), *std::move(stages), *tables));
+}
+
+CudaGemmKernel::CudaGemmKernel(std::shared_ptr<const DeformPlan> plan,
+                               std::shared_ptr<DevicePlan> device_plan, const ViewSpec& spec,
+                               std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
+                               CudaGemmStages stages, kernels::PlanTables tables)
+    : plan_(std::move(plan)),
+      device_plan_(std::move(device_plan)),
+      spec_(spec),
+      context_(std::move(context)),
+      lane_(std::move(lane)),
+      stages_(std::move(stages)),
+      tables_(tables),
+      tile_patches_(TilePatches()) {}
+
+size_t CudaGemmKernel::TilePatches() const {
+  const size_t m = stages_.stage().m(), q = stages_.stage().q(), times = smooth() ? 2 : 1;
+  size_t bytes = 3 * (m * times + stages_.rows() + (smooth() ? q : 0)) * sizeof(float);
+  if (stages_.in_double()) bytes += 3 * m * (times + 1) * sizeof(double);
+  const size_t room =
+      std::min<uint64_t>(kTileBytes, context_->memory()->budget_bytes() / kTileShare);
+  return std::clamp<size_t>(room / bytes, 1, std::max<size_t>(plan_->patches.size(), 1));
+}
+
+absl::Status CudaGemmKernel::Allocate() {
+  if (buffers_.centres.size() > 0) return absl::OkStatus();
+  const size_t columns = 3 * tile_patches_, m = stages_.stage().m(), q = stages_.stage().q();
+  const bool in_double = stages_.in_double();
+  Buffers made;
+  absl::Status status;
+  const auto allocate = [&]<typename T>(DeviceBuffer<T>& buffer, size_t count, bool wanted) {
+    if (!status.ok() || !wanted) return;
+    auto result =
+        DeviceBuffer<T>::Create(context_->memory(), "samples", count, lane_->stream().get());
+    status = result.status();
+    if (result.ok()) buffer = *std::move(result);
+  };
+  allocate(made.samples, m * columns, true);
+  allocate(made.by_normal, m * columns, smooth());
+  allocate(made.samples_d, m * columns, in_double);
+  allocate(made.by_normal_d, m * columns, in_double && smooth());
+  allocate(made.control_d, m * columns, in_double);
+  allocate(made.surface, stages_.rows() * columns, true);
+  allocate(made.across, q * columns, smooth());
+  allocate(made.ill, kernels::IllWords(q * tile_patches_), spec_.normals != NormalMode::kNone);
+  allocate(made.centres, tile_patches_, true);
+  if (status.ok()) buffers_ = std::move(made);
+  return status;
+}
+
+absl::Status CudaGemmKernel::Evaluate(const CudaFrame& frame, const QuantisationBox& box,
+                                      std::span<const uint32_t> /*chunks: always all*/,
+                                      DeviceSpan<uint8_t> vertices) {
+  if (auto s = frame.Send(); !s.ok()) return s;
+  lane_->Enqueued("copy");
+  if (auto s = Allocate(); !s.ok()) return s;
+  if (auto s = stages_.Begin(); !s.ok()) return s;
+  lane_->Enqueued("stack");
+  const VertexWriter writer = MakeVertexWriter(*plan_, spec_, box);
+  for (size_t first = 0; first < plan_->patches.size(); first += tile_patches_) {
+    const size_t count = std::min(tile_patches_, plan_->patches.size() - first);
+    if (auto s =
+            EvaluateTile({tables_, frame.control_points().data, first, count}, writer, vertices);
+        !s.ok()) {
+      return s;
+    }
+  }
+  const kernels::SharedPositions shared{.tables = device_plan_->shared_points(),
+                                        .attached = frame.attached().data,
+                                        .segments = spec_.segments,
+                                        .layout = MakeVertexLayout(*plan_, spec_),
+                                        .writer = writer,
+                                        .vertices = vertices.data};
+  return CudaStatus(kernels::LaunchSharedPoints(tables_, frame.control_points().data, shared,
+                                                lane_->stream().get()),
+                    "the shared points");
+}
+
+absl::Status CudaGemmKernel::EvaluateTile(const kernels::Tile& tile, const VertexWriter& writer,
+                                          DeviceSpan<uint8_t> vertices) {
+  if (auto s = stages_.in_double() ? ControlNetProducts(tile) : Products(tile); !s.ok()) return s;
+  lane_->Enqueued("products");
+  const DeviceStage& stage = stages_.stage();
+  const kernels::Surface surface{.products = buffers_.surface.data(),
+                                 .across = buffers_.across.data(),
+                                 .rows = stages_.rows(),
+                                 .centres = buffers_.centres.data(),
+                                 .pattern = stage.pattern(),
+                                 .segments = stage.segments(),
+                                 .q = static_cast<int>(stage.q()),
+                                 .normals = NormalsOf(spec_.normals),
+                                 .ill = buffers_.ill.data(),
+                                 .layout = MakeVertexLayout(*plan_, spec_),
+                                 .writer = writer,
+                                 .vertices = vertices.data};
+  const cudaError_t launched = kernels::LaunchSurface(tile, surface, lane_->stream().get());
+  lane_->Enqueued("rearrange");
+  return CudaStatus(launched, "the vertices");
+}
+
+absl::Status CudaGemmKernel::Products(const kernels::Tile& tile) {
+  const DeviceStage& stage = stages_.stage();
+  const kernels::Samples<float> samples{.points = stage.samples(),
+                                        .degree = stage.degree(),
+                                        .m = static_cast<int>(stage.m()),
+                                        .positions = buffers_.samples.data(),
+                                        .by_normal = buffers_.by_normal.data(),
+                                        .centres = buffers_.centres.data()};
+  if (auto s =
+          CudaStatus(kernels::LaunchSamples(tile, samples, lane_->stream().get()), "the samples");
+      !s.ok()) {
+    return s;
+  }
+  lane_->Enqueued("samples");
+  if (auto s = stages_.Apply(Matrix(buffers_.samples, stage.m(), tile.count),
+                             Matrix(buffers_.surface, stages_.rows(), tile.count));
+      !s.ok() || !smooth()) {
+    return s;
+  }
+  return stages_.Apply(Matrix(buffers_.by_normal, stage.m(), tile.count),
+                       Matrix(buffers_.across, stage.q(), tile.count));
+}
+
+absl::Status CudaGemmKernel::ControlNetProducts(const kernels::Tile& tile) {
+  const DeviceStage& stage = stages_.stage();
+  const size_t m = stage.m();
+  const kernels::Samples<double> samples{.points = stage.samples(),
+                                         .degree = stage.degree(),
+                                         .m = static_cast<int>(m),
+                                         .positions = buffers_.samples_d.data(),
+                                         .by_normal = buffers_.by_normal_d.data(),
+                                         .centres = buffers_.centres.data()};
+  if (auto s =
+          CudaStatus(kernels::LaunchSamples(tile, samples, lane_->stream().get()), "the samples");
+      !s.ok()) {
+    return s;
+  }
+  lane_->Enqueued("samples");
+  const DeviceMatrix<double> control = Matrix(buffers_.control_d, m, tile.count);
+  if (auto s = stages_.Apply(Matrix(buffers_.samples_d, m, tile.count), control,
+                             Matrix(buffers_.samples, m, tile.count),
+                             Matrix(buffers_.surface, stages_.rows(), tile.count));
+      !s.ok() || !smooth()) {
+    return s;
+  }
+  return stages_.Apply(Matrix(buffers_.by_normal_d, m, tile.count), control,
+                       Matrix(buffers_.by_normal, m, tile.count),
+                       Matrix(buffers_.across, stage.q(), tile.count));
+}
+
+size_t CudaGemmKernel::Buffers::bytes() const {
+  return samples.size_bytes() + by_normal.size_bytes() + samples_d.size_bytes() +
+         by_normal_d.size_bytes() + control_d.size_bytes() + surface.size_bytes() +
+         across.size_bytes() + ill.size_bytes() + centres.size_bytes();
+}
+
+MemoryUse CudaGemmKernel::memory() const {
+  return {{"device_samples", buffers_.bytes()}, {"device_stage_matrices", stages_.MemoryBytes()}};
+}
+
+}  // namespace latticed

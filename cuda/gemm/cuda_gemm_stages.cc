@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/gemm/cuda_gemm_stages.h"
+
+#include <utility>
+
+#include "cuda/device/cuda_status.h"
+#include "cuda/gemm/gemm_kernels.h"
+
+namespace latticed {
+
+CudaGemmStages::CudaGemmStages(Pipeline pipeline, std::shared_ptr<const DeviceStage> stage,
+                               bool derivatives, CudaGemm* gemm, cudaStream_t stream)
+    : pipeline_(pipeline),
+      stage_(std::move(stage)),
+      rows_(derivatives ? 3 * stage_->q() : stage_->q()),
+      gemm_(gemm),
+      stream_(stream) {}
+
+absl::StatusOr<CudaGemmStages> CudaGemmStages::Create(Pipeline pipeline,
+                                                      std::shared_ptr<const DeviceStage> stage,
+                                                      bool derivatives, CudaContext& context,
+                                                      CudaLane& lane) {
+  const auto gemm = lane.gemm();
+  if (!gemm.ok()) return gemm.status();
+  CudaGemmStages stages(pipeline, std::move(stage), derivatives, *gemm, lane.stream().get());
+  if (pipeline != Pipeline::kGemm12) return stages;
+  const size_t elements = 3 * stages.stage_->q() * stages.stage_->m();
+  auto product =
+      DeviceBuffer<double>::Create(context.memory(), "stage_matrices", elements, stages.stream_);
+  if (!product.ok()) return product.status();
+  auto own_stack =
+      DeviceBuffer<float>::Create(context.memory(), "stage_matrices", elements, stages.stream_);
+  if (!own_stack.ok()) return own_stack.status();
+  stages.product_ = *std::move(product);
+  stages.own_stack_ = *std::move(own_stack);
+  return stages;
+}
+
+size_t CudaGemmStages::MemoryBytes() const {
+  return stage_->MemoryBytes() + product_.size_bytes() + own_stack_.size_bytes();
+}
+
+DeviceMatrix<float> CudaGemmStages::OwnStack() const {
+  return {own_stack_.data(), 3 * stage_->q(), stage_->m(), 3 * stage_->q()};
+}
+
+absl::Status CudaGemmStages::Begin() {
+  if (pipeline_ != Pipeline::kGemm12) return absl::OkStatus();
+  const size_t m = stage_->m(), q = stage_->q();
+  const DeviceMatrix<double> product{product_.data(), 3 * q, m, 3 * q};
+  for (size_t first = 0; first < 3 * q; first += q) {
+    if (auto s = gemm_->Multiply(stage_->bernstein().Rows(first, q), stage_->inverse(),
+                                 product.Rows(first, q));
+        !s.ok()) {
+      return s;
+    }
+  }
+  return CudaStatus(
+      kernels::LaunchRound(product_.data(), product_.size(), own_stack_.data(), stream_),
+      "formula (18)");
+}
+
+absl::Status CudaGemmStages::Apply(DeviceMatrix<const float> samples, DeviceMatrix<float> out) {
+  if (pipeline_ == Pipeline::kGemm) {
+    return gemm_->Multiply(stage_->stack().Rows(0, out.rows), samples, out);
+  }
+  const size_t q = stage_->q(), patches = samples.columns / 3;
+  for (size_t first = 0; first < out.rows; first += q) {
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const size_t column = axis * patches;
+      if (auto s = gemm_->Multiply(OwnStack().Rows(first, q), samples.Columns(column, patches),
+                                   out.Rows(first, q).Columns(column, patches));
+          !s.ok()) {
+        return s;
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CudaGemmStages::Apply(DeviceMatrix<const double> samples, DeviceMatrix<double> control,
+                                   DeviceMatrix<float> rounded, DeviceMatrix<float> out) {
+  if (auto s = gemm_->Multiply(stage_->inverse(), samples, control); !s.ok()) return s;
+  if (auto s = CudaStatus(
+          kernels::LaunchRound(control.data, control.rows * control.columns, rounded.data, stream_),
+          "the control nets");
+      !s.ok()) {
+    return s;
+  }
+  return gemm_->Multiply(stage_->bernstein_f().Rows(0, out.rows), rounded, out);
+}
+
+}  // namespace latticed

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The normal of the definition at one point, in double: the twin of DirectFfd::Evaluate on the
+// device's tables, by the same formulas (core/ffd/carried_normal.h). For points where products in
+// float32 cancel.
+#ifndef LATTICED_CUDA_PLAN_DEFINITION_NORMAL_CUH_
+#define LATTICED_CUDA_PLAN_DEFINITION_NORMAL_CUH_
+
+#include "core/ffd/carried_normal.h"
+#include "cuda/plan/volume.cuh"
+
+namespace latticed::kernels {
+
+__device__ inline Vec3d Blend(const Vec3d* corner, Vec3d b) {
+  return b.x * corner[0] + b.y * corner[1] + b.z * corner[2];
+}
+
+// The interpolated vertex normal, not normalised.
+__device__ inline Vec3d RestSmoothNormal(const PlanTables& plan, size_t patch, Vec3d b) {
+  Vec3d corner[3];
+  for (int c = 0; c < 3; ++c) corner[c] = ToDouble(plan.corner_normals[patch].corner[c]);
+  return Blend(corner, b);
+}
+
+__device__ inline Vec3d RestNormal(const PlanTables& plan, size_t patch, Vec3d b, bool smooth) {
+  return smooth ? RestSmoothNormal(plan, patch, b) : UnpackDirection(plan.facet_normals[patch]);
+}
+
+__device__ inline CarriedNormal CarryAt(const PlanTables& plan, const Vec3d* control_points,
+                                        size_t patch, Vec3d b, bool smooth) {
+  const DevicePatch p = plan.patches[patch];
+  Vec3d jacobian[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  if (p.Box() != plan.outside_box) {
+    Vec3d parameter[3];
+    for (int c = 0; c < 3; ++c) parameter[c] = plan.vertices[p.Vertex(c)].parameter;
+    const VolumePoint point = EvaluateVolume<true>(Volume(plan, control_points),
+                                                   plan.boxes[p.Box()].span, Blend(parameter, b));
+    WorldJacobian(point.derivatives, plan.parameter_by_world, jacobian);
+  }
+  return CarryNormal(jacobian, RestNormal(plan, patch, b, smooth));
+}
+
+__device__ inline Vec3d DefinitionNormal(const PlanTables& plan, const Vec3d* control_points,
+                                         size_t patch, Vec3d b, bool smooth) {
+  const Vec3d centroid{1.0 / 3, 1.0 / 3, 1.0 / 3};
+  const CarriedNormal here = CarryAt(plan, control_points, patch, b, smooth);
+  if (here.kappa <= kMaxNormalCondition) return here.direction;
+  const CarriedNormal middle = CarryAt(plan, control_points, patch, centroid, smooth);
+  if (middle.kappa <= kMaxNormalCondition) return middle.direction;
+  const Vec3d rest = Unit(RestNormal(plan, patch, centroid, smooth));
+  return rest != Vec3d{} ? rest : UnpackDirection(plan.facet_normals[patch]);
+}
+
+}  // namespace latticed::kernels
+
+#endif  // LATTICED_CUDA_PLAN_DEFINITION_NORMAL_CUH_

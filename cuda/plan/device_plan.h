@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A plan on the device, as the kernels of one pipeline read it.
+//
+//   a patch   16 bytes of indices, 8 of facet normal, 36 more where a smooth view asked
+//   a vertex  48 bytes, about half a vertex a patch
+//   fused     knot boxes: device_boxes.h
+//   others    shared points: device_shared_points.h
+//
+// Errors   those of device_buffer.h
+// Threads  safe; usable on every stream once it is made
+#ifndef LATTICED_CUDA_PLAN_DEVICE_PLAN_H_
+#define LATTICED_CUDA_PLAN_DEVICE_PLAN_H_
+
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "core/backend.h"
+#include "core/ffd/deform_plan.h"
+#include "cuda/device/cuda_context.h"
+#include "cuda/device/device_buffer.h"
+#include "cuda/plan/device_boxes.h"
+#include "cuda/plan/device_shared_points.h"
+#include "cuda/plan/plan_tables.h"
+
+namespace latticed {
+
+class DevicePlan {
+ public:
+  // Waits for the context's stream.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<DevicePlan>> Create(
+      std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
+      std::shared_ptr<CudaContext> context);
+
+  // The first `smooth` call uploads the corner normals, and waits for that.
+  [[nodiscard]] absl::StatusOr<kernels::PlanTables> Tables(bool smooth);
+  // Not for kFused.
+  const kernels::SharedPointTables& shared_points() const { return shared_points_->tables(); }
+  // For kFused alone.
+  const kernels::FusedTables& fused_tables() const { return fused_->tables(); }
+  size_t MemoryBytes() const;
+
+ private:
+  DevicePlan(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaContext> context)
+      : plan_(std::move(plan)), context_(std::move(context)) {}
+  absl::Status UploadGeometry(Pipeline pipeline);
+  void FillTables();
+
+  std::shared_ptr<const DeformPlan> plan_;
+  std::shared_ptr<CudaContext> context_;
+  DeviceBuffer<double> knots_;  // of u, then v, then w
+  DeviceBuffer<kernels::DevicePatch> patches_;
+  DeviceBuffer<kernels::DeviceVertex> vertices_;
+  DeviceBuffer<kernels::DeviceBox> boxes_;
+  DeviceBuffer<kernels::PackedDirection> facet_normals_;
+  std::optional<DeviceBoxes> fused_;
+  std::optional<DeviceSharedPoints> shared_points_;
+  kernels::PlanTables tables_{};
+  mutable std::mutex mutex_;
+  DeviceBuffer<kernels::CornerNormals> corner_normals_;  // guarded by mutex_
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_PLAN_DEVICE_PLAN_H_

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How a CUDA view computes its vertices: one implementation per kind of pipeline. Twin of
+// core/cpu/vertex_kernel.h.
+//
+// Threads  one at a time; all work is enqueued on the view's lane, which the kernel was made with,
+//          and nothing waits
+#ifndef LATTICED_CUDA_VIEW_CUDA_VERTEX_KERNEL_H_
+#define LATTICED_CUDA_VIEW_CUDA_VERTEX_KERNEL_H_
+
+#include <cstdint>
+#include <span>
+
+#include "absl/status/status.h"
+#include "core/backend.h"
+#include "cuda/device/device_span.h"
+#include "cuda/plan/plan_tables.h"
+#include "cuda/view/cuda_frame.h"
+
+namespace latticed {
+
+// How the kernels name a view's normals.
+[[nodiscard]] kernels::Normals NormalsOf(NormalMode mode);
+
+class CudaVertexKernel {
+ public:
+  virtual ~CudaVertexKernel() = default;
+  // As DeformView::Evaluate; `frame` is staged and this sends it; `vertices` is the whole view
+  // in the layout of core/view/vertex_layout.h or in the kernel's own order.
+  [[nodiscard]] virtual absl::Status Evaluate(const CudaFrame& frame, const QuantisationBox& box,
+                                              std::span<const uint32_t> chunks,
+                                              DeviceSpan<uint8_t> vertices) = 0;
+  virtual MemoryUse memory() const = 0;
+
+  // Bytes of `vertices` where they are not those of the wire layout, else 0. A kernel that keeps an
+  // order of its own writes chunks in wire order, one after the other, by ToWireOrder.
+  virtual size_t OwnOrderBytes() const { return 0; }
+  [[nodiscard]] virtual absl::Status ToWireOrder(DeviceSpan<const uint8_t> /*vertices*/,
+                                                 std::span<const uint32_t> /*chunks*/,
+                                                 DeviceSpan<uint8_t> /*out*/) {
+    return absl::InternalError("the vertices are in wire order already");
+  }
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_VIEW_CUDA_VERTEX_KERNEL_H_

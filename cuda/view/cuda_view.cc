@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/view/cuda_view.h"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/codec/draco_writer.h"
+#include "core/view/view_layout.h"
+
+namespace latticed {
+namespace {
+
+// Of the host's writer: batches for all of its threads.
+constexpr size_t kHostChunks = 256;
+// On the device the last state of a chunk is reached after a fifth of a millisecond, however few
+// there are. A thread of the host takes less for one.
+constexpr size_t kHostChunksAThread = 1;
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<CudaView>> CudaView::Create(
+    std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
+    std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
+    std::unique_ptr<CudaVertexKernel> kernel) {
+  auto frame = CudaFrame::Create(plan, *context, lane);
+  if (!frame.ok()) return frame.status();
+  const size_t own_bytes = kernel->OwnOrderBytes();
+  auto vertices = DeviceBuffer<uint8_t>::Create(
+      context->memory(), "vertices",
+      own_bytes > 0 ? own_bytes : MakeVertexLayout(*plan, spec).total_bytes(),
+      lane->stream().get());
+  if (!vertices.ok()) return vertices.status();
+  return std::unique_ptr<CudaView>(new CudaView(std::move(plan), spec, std::move(context),
+                                                std::move(lane), std::move(kernel),
+                                                *std::move(frame), *std::move(vertices)));
+}
+
+CudaView::CudaView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
+                   std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
+                   std::unique_ptr<CudaVertexKernel> kernel, CudaFrame frame,
+                   DeviceBuffer<uint8_t> vertices)
+    : plan_(std::move(plan)),
+      context_(std::move(context)),
+      lane_(std::move(lane)),
+      layout_(MakeVertexLayout(*plan_, spec)),
+      contract_(*plan_, spec),
+      encoder_(*plan_, spec, context_->encoder(), context_->arena()),
+      kernel_(std::move(kernel)),
+      frame_(std::move(frame)),
+      vertices_(std::move(vertices)),
+      staging_(layout_, context_, lane_),
+      device_encoder_(*plan_, spec, layout_, context_, lane_, encoder_) {}
+
+CudaView::~CudaView() {
+  // The target's tables may go with this view: not while kernels read them.
+  const DeviceGuard guard(context_->device());
+  static_cast<void>(lane_->stream().Synchronize("the view's end"));
+}
+
+absl::Status CudaView::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                                std::span<const uint32_t> chunks) {
+  if (auto s = contract_.CheckEvaluate(control_points, box, chunks); !s.ok()) return s;
+  const DeviceGuard guard(context_->device());
+  try {
+    absl::Status status = frame_.Stage(control_points, chunks);
+    if (status.ok()) status = kernel_->Evaluate(frame_, box, chunks, vertices_.span());
+    status.Update(frame_.Sent());
+    if (!status.ok()) {
+      contract_.Lost();
+      return status;
+    }
+  } catch (const std::bad_alloc&) {
+    contract_.Lost();
+    static_cast<void>(frame_.Sent());
+    return error::AllocationFailed("the evaluation");
+  }
+  contract_.Evaluated(box);
+  return absl::OkStatus();
+}
+
+absl::Status CudaView::Read(uint32_t chunk, std::span<uint8_t> out) {
+  if (auto status = contract_.CheckRead(chunk, out.size()); !status.ok()) return status;
+  const DeviceGuard guard(context_->device());
+  return staging_.Fetch(*kernel_, vertices_.span(), {&chunk, 1},
+                        [&](size_t, std::span<const std::span<const uint8_t>> bytes) {
+                          std::copy(bytes[0].begin(), bytes[0].end(), out.begin());
+                          return absl::OkStatus();
+                        });
+}
+
+absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32_t> chunks,
+                                                          Encoding encoding,
+                                                          std::span<VertexDigest> digests) {
+  if (auto status = contract_.CheckEncode(chunks, encoding); !status.ok()) return status;
+  const DeviceGuard guard(context_->device());
+  try {
+    std::vector<SharedBytes> results(chunks.size());
+    const bool few = chunks.size() <= kHostChunksAThread * context_->arena().threads();
+    const absl::Status status =
+        WritesOnDevice(encoding) && !few
+            ? device_encoder_.Encode(*kernel_, vertices_.span(), chunks, encoding,
+                                     contract_.box().range, digests, results)
+            : EncodeOnHost(chunks, encoding, digests, results);
+    if (!status.ok()) return status;
+    return results;
+  } catch (const std::bad_alloc&) {
+    static_cast<void>(lane_->stream().Synchronize("the encoding"));
+    return error::AllocationFailed("the encoding");
+  }
+}
+
+bool CudaView::WritesOnDevice(Encoding encoding) const {
+  return IsDraco(encoding) && context_->encoder()->name() == kDracoWriterName;
+}
+
+size_t CudaView::encode_batch() const {
+  return WritesOnDevice(Encoding::kDracoPoints) ? DeviceViewEncoder::kMostChunks : kHostChunks;
+}
+
+absl::Status CudaView::EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
+                                    std::span<VertexDigest> digests,
+                                    std::span<SharedBytes> results) {
+  const auto encode = [&](size_t first, std::span<const std::span<const uint8_t>> bytes) {
+    const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return bytes[i]; };
+    const auto known = digests.empty() ? digests : digests.subspan(first, bytes.size());
+    return encoder_.Encode(chunks.subspan(first, bytes.size()), encoding, contract_.box().range,
+                           bytes_of, known, results.subspan(first, bytes.size()));
+  };
+  return staging_.Fetch(*kernel_, vertices_.span(), chunks, encode);
+}
+
+MemoryUse CudaView::memory() const {
+  MemoryUse use = kernel_->memory();
+  use["device_vertices"] += vertices_.size_bytes();
+  use["device_staging"] +=
+      staging_.DeviceBytes() + frame_.DeviceBytes() + device_encoder_.DeviceBytes();
+  use["staging"] += staging_.PinnedBytes() + frame_.PinnedBytes() + encoder_.MemoryBytes() +
+                    device_encoder_.PinnedBytes();
+  return use;
+}
+
+}  // namespace latticed

@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A view on the device: vertices that stay there, a kernel that fills them, a lane of its own to do
+// it on. Twin of core/cpu/cpu_view.h.
+//
+// Evaluate enqueues and returns; what fails on the device shows at the next Read or Encode, which
+// wait for this view's lane alone. Draco streams are written on the device where the context's
+// encoder is our writer, whose bytes these are.
+//
+// Errors   those of core/view/view_contract.h; kResourceExhausted for memory of the device or
+//          pinned; kUnavailable when the device is lost
+// Threads  one thread at a time; Encode uses the context's arena and returns when done
+#ifndef LATTICED_CUDA_VIEW_CUDA_VIEW_H_
+#define LATTICED_CUDA_VIEW_CUDA_VIEW_H_
+
+#include <memory>
+#include <vector>
+
+#include "core/view/vertex_layout.h"
+#include "core/view/view_contract.h"
+#include "core/view/view_encoder.h"
+#include "cuda/view/cuda_frame.h"
+#include "cuda/view/cuda_vertex_kernel.h"
+#include "cuda/view/device_staging.h"
+#include "cuda/view/device_view_encoder.h"
+
+namespace latticed {
+
+class CudaView : public DeformView {
+ public:
+  // The kernel works on `lane`.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaView>> Create(
+      std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
+      std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
+      std::unique_ptr<CudaVertexKernel> kernel);
+  ~CudaView() override;
+
+  const ViewSpec& spec() const override { return contract_.spec(); }
+  absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                        std::span<const uint32_t> chunks) override;
+  absl::Status Read(uint32_t chunk, std::span<uint8_t> out) override;
+  absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
+                                                  Encoding encoding,
+                                                  std::span<VertexDigest> digests) override;
+  size_t encode_batch() const override;
+  MemoryUse memory() const override;
+
+  // For measurements: the stream that Evaluate enqueues on, and its stages.
+  CudaLane& lane() const { return *lane_; }
+
+ private:
+  CudaView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
+           std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
+           std::unique_ptr<CudaVertexKernel> kernel, CudaFrame frame,
+           DeviceBuffer<uint8_t> vertices);
+  bool WritesOnDevice(Encoding encoding) const;
+  absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
+                            std::span<VertexDigest> digests, std::span<SharedBytes> results);
+
+  // What is declared first goes last: the plan and the context outlive all that uses them.
+  std::shared_ptr<const DeformPlan> plan_;
+  std::shared_ptr<CudaContext> context_;
+  std::shared_ptr<CudaLane> lane_;
+  VertexLayout layout_;
+  ViewContract contract_;
+  ViewEncoder encoder_;
+  std::unique_ptr<CudaVertexKernel> kernel_;
+  CudaFrame frame_;
+  DeviceBuffer<uint8_t> vertices_;
+  DeviceStaging staging_;
+  DeviceViewEncoder device_encoder_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_VIEW_CUDA_VIEW_H_

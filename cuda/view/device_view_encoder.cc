@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/view/device_view_encoder.h"
+
+#include <algorithm>
+#include <numeric>
+#include <type_traits>
+#include <vector>
+
+namespace latticed {
+
+absl::Status DeviceViewEncoder::MakeWriter(Encoding encoding) {
+  const auto last = static_cast<uint32_t>(plan_.chunk_count()) - 1;
+  DracoShape shape{.points = ChunkPoints(plan_, 0, spec_.segments),
+                   .last_points = ChunkPoints(plan_, last, spec_.segments),
+                   .position_bits = spec_.position_bits,
+                   .normal_bits = spec_.normals == NormalMode::kNone ? 0 : spec_.normal_bits};
+  if (encoding == Encoding::kDracoMesh) {
+    shape.connectivity = {&host_.Connectivity(0), &host_.Connectivity(last)};
+  }
+  auto writer = DeviceDracoWriter::Create(shape, context_, lane_);
+  if (!writer.ok()) return writer.status();
+  writer_ = *std::move(writer);
+  writer_encoding_ = encoding;
+  return absl::OkStatus();
+}
+
+absl::Status DeviceViewEncoder::EncodeBatch(const Source& source, std::span<const uint32_t> chunks,
+                                            std::span<VertexDigest> digests,
+                                            std::span<SharedBytes> results) {
+  const auto last = static_cast<uint32_t>(plan_.chunk_count()) - 1;
+  if (source.kernel.OwnOrderBytes() == 0) {
+    return writer_->Encode({source.vertices, last}, chunks, source.range, digests, results);
+  }
+  size_t bytes = 0;
+  for (const uint32_t chunk : chunks) bytes += layout_.ChunkBytes(chunk);
+  const auto wire =
+      DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", bytes, lane_->stream().get());
+  if (!wire.ok()) return wire.status();
+  if (auto s = source.kernel.ToWireOrder(source.vertices, chunks, wire->span()); !s.ok()) return s;
+  std::vector<uint32_t> numbers(chunks.size());
+  std::iota(numbers.begin(), numbers.end(), 0u);
+  const auto count = static_cast<uint32_t>(chunks.size());
+  return writer_->Encode({wire->span(), chunks.back() == last ? count - 1 : count}, numbers,
+                         source.range, digests, results);
+}
+
+absl::Status DeviceViewEncoder::EncodeBatches(const Source& source,
+                                              std::span<const uint32_t> chunks,
+                                              std::span<VertexDigest> digests,
+                                              std::span<SharedBytes> results) {
+  size_t most = kMostChunks;
+  for (size_t done = 0; done < chunks.size();) {
+    const size_t count = std::min(most, chunks.size() - done);
+    const absl::Status status = EncodeBatch(
+        source, chunks.subspan(done, count),
+        digests.empty() ? digests : digests.subspan(done, count), results.subspan(done, count));
+    if (absl::IsResourceExhausted(status) && count > kFewestChunks) {
+      most = count / 2;
+      continue;
+    }
+    if (!status.ok()) return status;
+    done += count;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status DeviceViewEncoder::Encode(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,
+                                       std::span<const uint32_t> chunks, Encoding encoding,
+                                       double range, std::span<VertexDigest> digests,
+                                       std::span<SharedBytes> results) {
+  if (!writer_.has_value() || writer_encoding_ != encoding) {
+    if (auto s = MakeWriter(encoding); !s.ok()) return s;
+  }
+  const Source source{kernel, vertices, range};
+  if (std::ranges::is_sorted(chunks)) return EncodeBatches(source, chunks, digests, results);
+  std::vector<size_t> order(chunks.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::sort(order, {}, [&](size_t i) { return chunks[i]; });
+  const auto sorted = [&order](auto from) {
+    std::vector<std::remove_cv_t<typename decltype(from)::element_type>> to;
+    if (from.empty()) return to;
+    for (const size_t i : order) to.push_back(from[i]);
+    return to;
+  };
+  const auto sorted_chunks = sorted(chunks);
+  auto sorted_digests = sorted(digests);
+  std::vector<SharedBytes> sorted_results(chunks.size());
+  if (auto s = EncodeBatches(source, sorted_chunks, sorted_digests, sorted_results); !s.ok()) {
+    return s;
+  }
+  for (size_t k = 0; k < order.size(); ++k) {
+    results[order[k]] = std::move(sorted_results[k]);
+    if (!digests.empty()) digests[order[k]] = sorted_digests[k];
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace latticed

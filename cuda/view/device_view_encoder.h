@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Draco streams of a view's chunks, written on its device: brings the vertices to wire order where
+// the kernel keeps an order of its own, and takes batches for which there is memory. Twin of
+// core/view/view_encoder.h.
+//
+// Errors   those of device_draco_writer.h
+// Threads  one at a time; works on the lane, and has waited for it when it returns
+#ifndef LATTICED_CUDA_VIEW_DEVICE_VIEW_ENCODER_H_
+#define LATTICED_CUDA_VIEW_DEVICE_VIEW_ENCODER_H_
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "core/view/vertex_layout.h"
+#include "core/view/view_encoder.h"
+#include "cuda/draco/device_draco_writer.h"
+#include "cuda/view/cuda_vertex_kernel.h"
+
+namespace latticed {
+
+class DeviceViewEncoder {
+ public:
+  // In one batch: enough for every stream to have a scheduler's attention, and 0.3 GB of working
+  // memory at 10 segments; fewer, down to a few, where that is not to be had.
+  static constexpr size_t kMostChunks = 4096, kFewestChunks = 64;
+
+  // Keeps references to the plan and to `host`, which has the triangles of meshes.
+  DeviceViewEncoder(const DeformPlan& plan, const ViewSpec& spec, const VertexLayout& layout,
+                    std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
+                    ViewEncoder& host)
+      : plan_(plan),
+        spec_(spec),
+        layout_(layout),
+        context_(std::move(context)),
+        lane_(std::move(lane)),
+        host_(host) {}
+
+  // As DeformView::Encode, of the vertices that `kernel` made. `range`: of the quantisation box.
+  [[nodiscard]] absl::Status Encode(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,
+                                    std::span<const uint32_t> chunks, Encoding encoding,
+                                    double range, std::span<VertexDigest> digests,
+                                    std::span<SharedBytes> results);
+
+  size_t DeviceBytes() const { return writer_.has_value() ? writer_->DeviceBytes() : 0; }
+  size_t PinnedBytes() const { return writer_.has_value() ? writer_->PinnedBytes() : 0; }
+
+ private:
+  // Of one call.
+  struct Source {
+    CudaVertexKernel& kernel;
+    DeviceSpan<const uint8_t> vertices;
+    double range;
+  };
+  [[nodiscard]] absl::Status MakeWriter(Encoding encoding);
+  // These two take chunks in ascending order.
+  [[nodiscard]] absl::Status EncodeBatches(const Source& source, std::span<const uint32_t> chunks,
+                                           std::span<VertexDigest> digests,
+                                           std::span<SharedBytes> results);
+  [[nodiscard]] absl::Status EncodeBatch(const Source& source, std::span<const uint32_t> chunks,
+                                         std::span<VertexDigest> digests,
+                                         std::span<SharedBytes> results);
+
+  const DeformPlan& plan_;
+  const ViewSpec spec_;
+  const VertexLayout layout_;
+  std::shared_ptr<CudaContext> context_;
+  std::shared_ptr<CudaLane> lane_;
+  ViewEncoder& host_;
+  std::optional<DeviceDracoWriter> writer_;  // made when it is first asked for
+  Encoding writer_encoding_ = Encoding::kDracoPoints;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_VIEW_DEVICE_VIEW_ENCODER_H_
