@@ -8,6 +8,7 @@
 // kernel is over when two loads in a row are, and it stands before every evaluation. By a dependent
 // launch after the copy of the control points: what it reads of the plan is loaded meanwhile. The
 // fused kernel may begin once that copy is over, for it reads the list of chunks before it waits.
+#include "core/base/limits.h"
 #include "cuda/device/dependent_launch.cuh"
 #include "cuda/device/launch.cuh"
 #include "cuda/fused/fused_kernels.h"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "cuda/gemm/gemm_kernels.h"
 #include "cuda/view/cuda_frame.h"
 
 namespace latticed {

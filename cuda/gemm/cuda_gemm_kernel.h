@@ -16,6 +16,7 @@
 #include <memory>
 
 #include "cuda/gemm/cuda_gemm_stages.h"
+#include "cuda/gemm/gemm_kernels.h"
 #include "cuda/plan/device_plan.h"
 #include "cuda/view/cuda_vertex_kernel.h"
 

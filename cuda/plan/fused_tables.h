@@ -8,8 +8,8 @@
 #include <cstdint>
 
 #include "core/base/vec.h"
+#include "cuda/plan/device_patch.h"
 #include "cuda/plan/feature_uses.h"
-#include "cuda/plan/shared_point_tables.h"
 
 namespace latticed::kernels {
 
