@@ -113,7 +113,7 @@ void Define(CLI::App& app, Options& o) {
   AddList(app, "--cors-origin", o.cors_origins,
           "Sites whose pages may use --http, such as https://app.example");
   app.add_option("--web-root", o.web_root,
-                 "Folder of the viewer; default: web/ or ../share/latticed/web beside the program");
+                 "Folder of the viewer; default: viewer/ or ../share/latticed/viewer beside the program");
   app.add_option("--tls-cert", o.tls_cert, "Certificate chain, PEM");
   app.add_option("--tls-key", o.tls_key, "Private key, PEM");
   app.add_option("--tls-client-ca", o.tls_client_ca,

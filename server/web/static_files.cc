@@ -114,9 +114,9 @@ fs::path StaticFiles::FindRoot(const std::string& web_root) {
   std::error_code failure;
   if (!web_root.empty()) return fs::weakly_canonical(web_root, failure);
   const fs::path folder = fs::read_symlink("/proc/self/exe", failure).parent_path();
-  const fs::path beside = folder / "web";
+  const fs::path beside = folder / "viewer";
   if (fs::exists(beside / "index.html", failure)) return fs::weakly_canonical(beside, failure);
-  return fs::weakly_canonical(folder / "../share/latticed/web", failure);
+  return fs::weakly_canonical(folder / "../share/latticed/viewer", failure);
 }
 
 void StaticFiles::Answer(const std::shared_ptr<HttpExchange>& exchange) const {

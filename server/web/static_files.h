@@ -21,7 +21,7 @@ namespace latticed::web {
 class StaticFiles {
  public:
   explicit StaticFiles(std::filesystem::path root);
-  // `web_root`, or where that is empty beside the executable: web/, ../share/latticed/web/.
+  // `web_root`, or where that is empty beside the executable: viewer/, ../share/latticed/viewer/.
   [[nodiscard]] static std::filesystem::path FindRoot(const std::string& web_root);
 
   void Answer(const std::shared_ptr<HttpExchange>& exchange) const;
