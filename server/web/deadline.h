@@ -8,7 +8,6 @@
 #define LATTICED_SERVER_WEB_DEADLINE_H_
 
 #include <boost/asio/steady_timer.hpp>
-#include <functional>
 #include <memory>
 #include <utility>
 
@@ -18,24 +17,24 @@ namespace latticed::web {
 
 class Deadline {
  public:
-  explicit Deadline(const Transport::executor_type& executor)
-      : timer_(std::make_shared<net::steady_timer>(executor)) {}
-  ~Deadline() { Clear(); }
-  Deadline(const Deadline&) = delete;  // one owner clears it
-  Deadline& operator=(const Deadline&) = delete;
+  explicit Deadline(const Transport::executor_type& executor) : timer_(executor) {}
 
-  // In place of the time before. `missed` is not called once that has been moved or cleared.
-  void Set(net::steady_timer::duration after, std::function<void()> missed) {
-    timer_->expires_after(after);
-    timer_->async_wait([timer = timer_, missed = std::move(missed)](error_code failure) {
+  // In place of the time before. `missed` of `owner`, which this is a member of, is not called once the
+  // time has been moved or cleared.
+  template <typename Owner>
+  void Set(net::steady_timer::duration after, std::weak_ptr<Owner> owner, void (Owner::*missed)()) {
+    timer_.expires_after(after);
+    timer_.async_wait([this, owner = std::move(owner), missed](error_code failure) {
+      const auto alive = owner.lock();  // and with it this
+      if (alive == nullptr || failure) return;
       // A wait that had ended before the time was moved has no failure.
-      if (!failure && timer->expiry() <= net::steady_timer::clock_type::now()) missed();
+      if (timer_.expiry() <= net::steady_timer::clock_type::now()) ((*alive).*missed)();
     });
   }
-  void Clear() { timer_->expires_at(net::steady_timer::time_point::max()); }
+  void Clear() { timer_.expires_at(net::steady_timer::time_point::max()); }
 
  private:
-  const std::shared_ptr<net::steady_timer> timer_;
+  net::steady_timer timer_;
 };
 
 }  // namespace latticed::web

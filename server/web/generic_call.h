@@ -30,11 +30,11 @@ class Channel;
 
 namespace latticed::web {
 
-// Where calls go.
+// Where calls go, and the metadata key under which they say for whom they are made: a secret of this
+// process.
 struct ServerChannel {
   std::shared_ptr<grpc::Channel> channel;
-  std::string
-      peer_key;  // of the metadata that says for whom they are made; a secret of this process
+  std::string peer_key;
 };
 
 using CallMetadata = std::vector<std::pair<std::string, std::string>>;  // -bin values not encoded

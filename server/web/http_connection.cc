@@ -124,9 +124,7 @@ void HttpConnection::Begin() {
 }
 
 void HttpConnection::Expect(Deadline& deadline, HttpTimeouts::Duration after) {
-  deadline.Set(after, [self = weak_from_this()] {
-    if (const auto connection = self.lock(); connection != nullptr) connection->Leave();
-  });
+  deadline.Set(after, weak_from_this(), &HttpConnection::Leave);
 }
 
 void HttpConnection::AwaitRequest() {
