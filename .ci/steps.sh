@@ -25,7 +25,7 @@ ci_fresh_run() {
 }
 ci_tests() {
   LATTICED_REQUIRE_OPENGL=1 LATTICED_REQUIRE_PYTHON=1 LATTICED_REQUIRE_NODE=1 LATTICED_REQUIRE_GO=1 \
-    LATTICED_REQUIRE_BLENDER=1 LATTICED_REQUIRE_CHROMIUM=1 \
+    LATTICED_REQUIRE_BLENDER=1 LATTICED_REQUIRE_CHROMIUM=1 LATTICED_REQUIRE_CURL=1 LATTICED_REQUIRE_HAPROXY=1 \
     ctest --test-dir "$ci_build" --output-on-failure -j "$jobs"
 }
 # Real meshes and long edits are for accuracy, which the release build has shown; here they take minutes.

@@ -97,7 +97,8 @@ absl::Status InProcessServer::StartWeb() {
   hooks.health = [env = env_.get()] { return env->scenes->residency().health().status(); };
   hooks.ready = [server = server_.get()] { return server->serving(); };
   hooks.metrics = [env = env_.get()] { return MetricsText(*env); };
-  auto web = web::WebServer::Start(env_->options, server_->InProcessChannel(), std::move(hooks));
+  auto web = web::WebServer::Start(env_->options, {server_->InProcessChannel(), env_->peer_key},
+                                   std::move(hooks));
   if (!web.ok()) return web.status();
   web_ = *std::move(web);
   return absl::OkStatus();

@@ -4,8 +4,8 @@
 // The C++ client of latticed: one object per server, one function per rpc, with the conveniences
 // that the protocol asks of clients: uploads in parts, all pages of lists, scene ids and routing
 // metadata, whole updates, streams that resume (latticed_client_stream.h), and calls that are made
-// again, four times in all, after CANCELLED, INTERNAL or UNAVAILABLE: all but deletions, which would
-// not find again what they have deleted.
+// again, four times in all, after what MayRetry names: all but deletions, which would not find again
+// what they have deleted.
 //
 //   auto client = Client::Connect({.address = "127.0.0.1:50151"});
 //   auto mesh = (*client)->UploadMesh(bytes, header);

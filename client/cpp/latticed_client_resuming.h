@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A stream of scene events that opens itself again with its resume token after a goaway, or after
-// CANCELLED, INTERNAL or UNAVAILABLE: five times in a row, with pauses that double from 100 ms.
+// what MayRetry names: five times in a row, with pauses that double from 100 ms.
 //
 //   stream.Start();
 //   auto event = stream.Read();                   // … until nullopt

@@ -103,7 +103,8 @@ absl::Status FromGrpc(const grpc::Status& status, const grpc::ClientContext& con
 absl::Status Stopped() { return absl::CancelledError("the client was told to stop"); }
 
 bool MayRetry(const absl::Status& status) {
-  return absl::IsCancelled(status) || absl::IsInternal(status) || absl::IsUnavailable(status);
+  return absl::IsCancelled(status) || absl::IsInternal(status) || absl::IsUnavailable(status) ||
+         absl::IsUnknown(status);
 }
 
 absl::Status WithRetries(const std::stop_token& stop, const std::function<absl::Status()>& call) {

@@ -24,7 +24,7 @@ namespace latticed::client {
 [[nodiscard]] absl::Status Stopped();
 
 // Whether the same call may succeed if made again: CANCELLED (by a proxy), INTERNAL (a broken
-// transport) and UNAVAILABLE.
+// transport), UNKNOWN (a proxy ended the stream, and no server said why) and UNAVAILABLE.
 [[nodiscard]] bool MayRetry(const absl::Status& status);
 
 // Calls an idempotent function again after such an error, four times in all, waiting 100, 200, 400

@@ -19,6 +19,7 @@
 #include "absl/time/time.h"
 #include "core/base/limits.h"
 #include "core/view/device_group.h"
+#include "server/base/http_timeouts.h"
 
 namespace latticed {
 
@@ -38,6 +39,7 @@ struct Options {
   std::string admin;                       // host:port of /healthz, /readyz, /metrics; empty: none
   std::vector<std::string> allowed_hosts;  // names of --http besides loopback's and its own
   std::vector<std::string> cors_origins;   // sites whose pages may use --http
+  HttpTimeouts http_timeouts;              // without flags
   std::string web_root;                    // folder of the viewer; empty: beside the executable
   std::string tls_cert, tls_key,
       tls_client_ca;                // PEM files; client_ca asks for client certificates

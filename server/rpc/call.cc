@@ -55,6 +55,12 @@ std::string PeerName(const grpc::CallbackServerContext& context) {
   return names.empty() ? "" : std::string(names.front().data(), names.front().size());
 }
 
+// Calls of server/web come through this process's own channel, which has no peer.
+std::string PeerAddress(const ServerEnv& env, const grpc::CallbackServerContext& context) {
+  const std::string named = Metadata(context, env.peer_key.c_str());
+  return named.empty() ? context.peer() : named;
+}
+
 CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context,
                   std::string_view rpc) {
   CallInfo call;
@@ -63,6 +69,7 @@ CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context,
   call.start_time = absl::Now();
   call.counts = env.calls.get();
   if (RpcCounts* rpc_counts = call.counts->Find(rpc)) ++rpc_counts->started;
+  call.peer = PeerAddress(env, *context);
   const std::string asked_id = Metadata(*context, kRequestId);
   call.request_id = IsSaneId(asked_id) ? asked_id : NewRequestId();
   const std::string traceparent = Metadata(*context, "traceparent");
@@ -142,7 +149,7 @@ void LogFinished(const CallInfo& call, const grpc::Status& status) {
             {"ms", fmt::format("{:.3f}", absl::ToDoubleMilliseconds(taken))},
             {kRequestId, call.request_id},
             {"caller", call.caller.name},
-            {"peer", std::string(call.context->peer())},
+            {"peer", call.peer},
             {"scene", call.scene},
             {"traceparent", call.traceparent},
             {"trace_id", TraceId(call.traceparent)},

@@ -34,6 +34,7 @@ struct CallInfo {
   Caller caller;            // who, and with which role
   std::string request_id;   // the client's where it is sane, else 16 random hex digits
   std::string traceparent;  // W3C, empty if absent or malformed
+  std::string peer;         // "ipv4:127.0.0.1:5000": who is at the other end of the socket
   std::string scene;        // that the call is about, as far as is known: metadata, or the request
   absl::Time start_time;
   grpc::CallbackServerContext* context = nullptr;  // alive until the rpc is finished

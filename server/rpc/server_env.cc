@@ -36,6 +36,7 @@ ServerEnv::ServerEnv(Options options_in)
     : options(std::move(options_in)),
       boot_id(NewRandomId()),
       node(options.node.empty() ? HostName() : options.node),
+      peer_key("latticed-peer-" + NewRandomId()),
       start_time(absl::Now()),
       calls(std::make_unique<CallCounts>()),
       authenticator(std::make_shared<const Authenticator>()),

@@ -4,7 +4,7 @@
 // All shared state of the server, built once (in_process.cc) and passed by pointer. Services hold a
 // ServerEnv* that outlives them.
 //
-// Threads  options, backends, boot_id and node are immutable after Start; the stores lock
+// Threads  options, backends, boot_id, node and peer_key are immutable after Start; the stores lock
 // themselves
 #ifndef LATTICED_SERVER_RPC_SERVER_ENV_H_
 #define LATTICED_SERVER_RPC_SERVER_ENV_H_
@@ -41,6 +41,8 @@ struct ServerEnv {
   const Options options;
   const std::string boot_id;  // 32 random hex digits, new at every start
   const std::string node;     // options.node or the host name
+  // Under this metadata key server/web says for whom it calls. Nobody else knows it.
+  const std::string peer_key;
   const absl::Time start_time;
   DrainSignal drain;
   const std::unique_ptr<CallCounts> calls;

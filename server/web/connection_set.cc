@@ -9,17 +9,25 @@
 #include "absl/time/clock.h"
 
 namespace latticed::web {
+namespace {
+
+constexpr size_t kMostRefused = 64;  // at once; they cost little, and not for long
+
+}  // namespace
 
 std::shared_ptr<ConnectionSet::Place> ConnectionSet::Enter() {
   const MutexLock lock(&mutex_);
-  if (connections_.size() >= most_) return nullptr;
+  const bool served = served_ < most_;
+  if (!served && connections_.size() - served_ >= kMostRefused) return nullptr;
+  if (served) ++served_;
   const uint64_t id = next_id_++;
   connections_.emplace(id, std::weak_ptr<Connection>());
-  return std::make_shared<Place>(this, id);
+  return std::make_shared<Place>(this, id, served);
 }
 
-void ConnectionSet::Leave(uint64_t id) {
+void ConnectionSet::Leave(uint64_t id, bool served) {
   const MutexLock lock(&mutex_);
+  if (served) --served_;
   connections_.erase(id);
 }
 

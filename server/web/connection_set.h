@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The connections that are open: how many may be, and how all of them are told to end.
+// The connections that are open: how many may be, and how all of them are told to end. Some above the
+// limit are taken to be told why they are not served.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_WEB_CONNECTION_SET_H_
@@ -33,19 +34,22 @@ class ConnectionSet {
   // A place in the set, given back with its last owner.
   class Place {
    public:
-    Place(ConnectionSet* set, uint64_t id) : set_(set), id_(id) {}
-    ~Place() { set_->Leave(id_); }
+    Place(ConnectionSet* set, uint64_t id, bool served) : set_(set), id_(id), served_(served) {}
+    ~Place() { set_->Leave(id_, served_); }
     Place(const Place&) = delete;  // one place, one connection
     Place& operator=(const Place&) = delete;
+    // Not where the set was full.
+    bool served() const { return served_; }
     // Whom to tell; a connection that changes its protocol has another object then.
     void Hold(const std::shared_ptr<Connection>& connection) { set_->Hold(id_, connection); }
 
    private:
     ConnectionSet* const set_;
     const uint64_t id_;
+    const bool served_;
   };
 
-  // Null when full.
+  // Null when there is no room even for words.
   [[nodiscard]] std::shared_ptr<Place> Enter() ABSL_LOCKS_EXCLUDED(mutex_);
   // Also those that enter later.
   void Drain() ABSL_LOCKS_EXCLUDED(mutex_);
@@ -54,12 +58,13 @@ class ConnectionSet {
   bool AwaitEmpty(absl::Time deadline) ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
-  void Leave(uint64_t id) ABSL_LOCKS_EXCLUDED(mutex_);
+  void Leave(uint64_t id, bool served) ABSL_LOCKS_EXCLUDED(mutex_);
   void Hold(uint64_t id, const std::shared_ptr<Connection>& connection) ABSL_LOCKS_EXCLUDED(mutex_);
   void TellAll(void (Connection::*what)()) ABSL_LOCKS_EXCLUDED(mutex_);
 
   const size_t most_;
   Mutex mutex_;
+  size_t served_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t next_id_ ABSL_GUARDED_BY(mutex_) = 1;
   std::map<uint64_t, std::weak_ptr<Connection>> connections_ ABSL_GUARDED_BY(mutex_);
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;

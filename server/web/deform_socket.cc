@@ -43,7 +43,7 @@ class DeformSocket final : public CallObserver, public std::enable_shared_from_t
  public:
   explicit DeformSocket(std::shared_ptr<WebSocket> socket) : socket_(std::move(socket)) {}
 
-  void Start(const std::shared_ptr<grpc::Channel>& channel, CallMetadata metadata);
+  void Start(const ServerChannel& server, CallMetadata metadata, std::string peer);
 
   void OnHead(CallMetadata /*metadata*/) override {}
   void OnMessage(grpc::ByteBuffer message) override;
@@ -61,9 +61,9 @@ class DeformSocket final : public CallObserver, public std::enable_shared_from_t
   bool sending_ = false;
 };
 
-void DeformSocket::Start(const std::shared_ptr<grpc::Channel>& channel, CallMetadata metadata) {
+void DeformSocket::Start(const ServerChannel& server, CallMetadata metadata, std::string peer) {
   call_ = GenericCall::Start(
-      channel, {kDeformMethod, std::move(metadata)},
+      server, {kDeformMethod, std::move(metadata), std::move(peer)},
       [socket = socket_](std::function<void()> work) { socket->Post(std::move(work)); },
       shared_from_this());
   socket_->OnGone([call = call_] { call->Cancel(); });
@@ -151,8 +151,7 @@ Offer ReadOffer(const std::string& protocols) {
 
 }  // namespace
 
-void OpenDeformSocket(const std::shared_ptr<grpc::Channel>& channel,
-                      const std::shared_ptr<HttpExchange>& exchange) {
+void OpenDeformSocket(const ServerChannel& server, const std::shared_ptr<HttpExchange>& exchange) {
   const HttpRequest& request = exchange->request();
   if (!request.wants_upgrade) {
     HttpResponse answer = TextAnswer(426, "this address is a WebSocket");
@@ -166,10 +165,11 @@ void OpenDeformSocket(const std::shared_ptr<grpc::Channel>& channel,
   auto metadata = MetadataOf(request);
   if (!metadata.ok()) return exchange->Reply(FailureAnswer(ToGrpcStatus(metadata.status())));
   if (!offer.token.empty()) metadata->emplace_back("authorization", "Bearer " + offer.token);
-  exchange->Upgrade(offer.ours ? kProtocol : "",
-                    [channel, metadata = *std::move(metadata)](std::shared_ptr<WebSocket> socket) {
-                      std::make_shared<DeformSocket>(std::move(socket))->Start(channel, metadata);
-                    });
+  exchange->Upgrade(
+      offer.ours ? kProtocol : "", [server, metadata = *std::move(metadata),
+                                    peer = request.peer](std::shared_ptr<WebSocket> socket) {
+        std::make_shared<DeformSocket>(std::move(socket))->Start(server, metadata, peer);
+      });
 }
 
 }  // namespace latticed::web

@@ -24,8 +24,7 @@ namespace latticed::web {
 inline constexpr std::string_view kDeformSocketPath = "/ws/latticed.v1.SceneService/Deform";
 
 // Answers a request to kDeformSocketPath.
-void OpenDeformSocket(const std::shared_ptr<grpc::Channel>& channel,
-                      const std::shared_ptr<HttpExchange>& exchange);
+void OpenDeformSocket(const ServerChannel& server, const std::shared_ptr<HttpExchange>& exchange);
 
 }  // namespace latticed::web
 

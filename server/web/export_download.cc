@@ -53,8 +53,7 @@ class ExportDownload final : public CallObserver,
   ExportDownload(const RequestGuard& guard, std::shared_ptr<HttpExchange> exchange)
       : guard_(guard), exchange_(std::move(exchange)) {}
 
-  void Start(const std::shared_ptr<grpc::Channel>& channel, const v1::ExportRequest& request,
-             CallMetadata metadata);
+  void Start(const ServerChannel& server, const v1::ExportRequest& request, CallMetadata metadata);
 
   void OnHead(CallMetadata metadata) override { fields_ = ToFields(metadata); }
   void OnMessage(grpc::ByteBuffer message) override;
@@ -71,10 +70,10 @@ class ExportDownload final : public CallObserver,
   bool answering_ = false;
 };
 
-void ExportDownload::Start(const std::shared_ptr<grpc::Channel>& channel,
-                           const v1::ExportRequest& request, CallMetadata metadata) {
+void ExportDownload::Start(const ServerChannel& server, const v1::ExportRequest& request,
+                           CallMetadata metadata) {
   call_ = GenericCall::Start(
-      channel, {kExportMethod, std::move(metadata)},
+      server, {kExportMethod, std::move(metadata), exchange_->request().peer},
       [exchange = exchange_](std::function<void()> work) { exchange->Post(std::move(work)); },
       shared_from_this());
   exchange_->OnGone([call = call_] { call->Cancel(); });
@@ -116,7 +115,7 @@ void ExportDownload::OnEnd(grpc::Status status, CallMetadata trailers) {
 
 }  // namespace
 
-void RunExportDownload(const std::shared_ptr<grpc::Channel>& channel, const RequestGuard& guard,
+void RunExportDownload(const ServerChannel& server, const RequestGuard& guard,
                        const std::shared_ptr<HttpExchange>& exchange) {
   const HttpRequest& request = exchange->request();
   if (request.method != "GET") return exchange->Reply(MethodNotAllowed("GET"));
@@ -133,7 +132,7 @@ void RunExportDownload(const std::shared_ptr<grpc::Channel>& channel, const Requ
   wanted.set_scene(name.substr(0, dot));
   auto metadata = ToMetadata(request.fields);
   if (!metadata.ok()) return exchange->Reply(FailureAnswer(ToGrpcStatus(metadata.status())));
-  std::make_shared<ExportDownload>(guard, exchange)->Start(channel, wanted, *std::move(metadata));
+  std::make_shared<ExportDownload>(guard, exchange)->Start(server, wanted, *std::move(metadata));
 }
 
 }  // namespace latticed::web

@@ -22,7 +22,7 @@ namespace latticed::web {
 inline constexpr std::string_view kExportPrefix = "/export/";
 
 // Answers a request to a path that begins with kExportPrefix. `guard` outlives the connections.
-void RunExportDownload(const std::shared_ptr<grpc::Channel>& channel, const RequestGuard& guard,
+void RunExportDownload(const ServerChannel& server, const RequestGuard& guard,
                        const std::shared_ptr<HttpExchange>& exchange);
 
 }  // namespace latticed::web

@@ -31,7 +31,7 @@ class BytesCall final : public GenericCall,
   BytesCall(Post post, std::shared_ptr<CallObserver> observer)
       : post_(std::move(post)), observer_(std::move(observer)) {}
 
-  void Begin(const std::shared_ptr<grpc::Channel>& channel, const Request& request);
+  void Begin(const ServerChannel& server, const Request& request);
 
   void Write(const grpc::ByteBuffer& message) override ABSL_LOCKS_EXCLUDED(mutex_) {
     const MutexLock lock(&mutex_);
@@ -74,13 +74,14 @@ class BytesCall final : public GenericCall,
   std::optional<grpc::ByteBuffer> early_ ABSL_GUARDED_BY(mutex_);  // read before the head
 };
 
-void BytesCall::Begin(const std::shared_ptr<grpc::Channel>& channel, const Request& request) {
+void BytesCall::Begin(const ServerChannel& server, const Request& request) {
   self_ = shared_from_this();
   for (const auto& [key, value] : request.metadata) context_.AddMetadata(key, value);
+  context_.AddMetadata(server.peer_key, request.peer);
   if (request.deadline != absl::InfiniteFuture()) {
     context_.set_deadline(absl::ToChronoTime(request.deadline));
   }
-  grpc::GenericStub stub(channel);
+  grpc::GenericStub stub(server.channel);
   stub.PrepareBidiStreamingCall(&context_, request.method, {}, this);
   AddHold();  // operations are started from outside of the reactions
   StartCall();
@@ -132,11 +133,10 @@ void BytesCall::OnDone(const grpc::Status& status) {
 
 }  // namespace
 
-std::shared_ptr<GenericCall> GenericCall::Start(const std::shared_ptr<grpc::Channel>& channel,
-                                                const Request& request, Post post,
-                                                std::shared_ptr<CallObserver> observer) {
+std::shared_ptr<GenericCall> GenericCall::Start(const ServerChannel& server, const Request& request,
+                                                Post post, std::shared_ptr<CallObserver> observer) {
   const auto call = std::make_shared<BytesCall>(std::move(post), std::move(observer));
-  call->Begin(channel, request);
+  call->Begin(server, request);
   return call;
 }
 

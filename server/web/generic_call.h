@@ -30,6 +30,13 @@ class Channel;
 
 namespace latticed::web {
 
+// Where calls go, and the metadata key under which they say for whom they are made: a secret of this
+// process.
+struct ServerChannel {
+  std::shared_ptr<grpc::Channel> channel;
+  std::string peer_key;
+};
+
 using CallMetadata = std::vector<std::pair<std::string, std::string>>;  // -bin values not encoded
 
 // What a call says; the last word is OnEnd.
@@ -48,13 +55,14 @@ class GenericCall {
   struct Request {
     std::string method;  // "/latticed.v1.SceneService/Deform"
     CallMetadata metadata;
+    std::string peer;  // the client's address: HttpRequest::peer
     absl::Time deadline = absl::InfiniteFuture();
   };
   using Post = std::function<void(std::function<void()>)>;
 
-  [[nodiscard]] static std::shared_ptr<GenericCall> Start(
-      const std::shared_ptr<grpc::Channel>& channel, const Request& request, Post post,
-      std::shared_ptr<CallObserver> observer);
+  [[nodiscard]] static std::shared_ptr<GenericCall> Start(const ServerChannel& server,
+                                                          const Request& request, Post post,
+                                                          std::shared_ptr<CallObserver> observer);
   virtual ~GenericCall() = default;
 
   // Not before OnWritten of the one before.

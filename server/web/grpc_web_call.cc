@@ -26,7 +26,7 @@ class GrpcWebCall final : public CallObserver, public std::enable_shared_from_th
   GrpcWebCall(const RequestGuard& guard, std::shared_ptr<HttpExchange> exchange)
       : guard_(guard), exchange_(std::move(exchange)) {}
 
-  void Start(const std::shared_ptr<grpc::Channel>& channel);
+  void Start(const ServerChannel& server);
 
   void OnHead(CallMetadata metadata) override { StartAnswer(metadata); }
   void OnMessage(grpc::ByteBuffer message) override;
@@ -53,14 +53,14 @@ class GrpcWebCall final : public CallObserver, public std::enable_shared_from_th
   bool answering_ = false;
 };
 
-void GrpcWebCall::Start(const std::shared_ptr<grpc::Channel>& channel) {
+void GrpcWebCall::Start(const ServerChannel& server) {
   const HttpRequest& request = exchange_->request();
   const auto metadata = ToMetadata(request.fields);
   const auto deadline = Deadline(request.Field("grpc-timeout"), absl::Now());
   if (!metadata.ok()) return OnEnd(ToGrpcStatus(metadata.status()), {});
   if (!deadline.ok()) return OnEnd(ToGrpcStatus(deadline.status()), {});
   call_ = GenericCall::Start(
-      channel, {request.path, *metadata, *deadline},
+      server, {request.path, *metadata, request.peer, *deadline},
       [exchange = exchange_](std::function<void()> work) { exchange->Post(std::move(work)); },
       shared_from_this());
   exchange_->OnGone([call = call_] { call->Cancel(); });
@@ -121,7 +121,7 @@ void GrpcWebCall::OnEnd(grpc::Status status, CallMetadata trailers) {
 
 }  // namespace
 
-void RunGrpcWebCall(const std::shared_ptr<grpc::Channel>& channel, const RequestGuard& guard,
+void RunGrpcWebCall(const ServerChannel& server, const RequestGuard& guard,
                     std::shared_ptr<HttpExchange> exchange) {
   const HttpRequest& request = exchange->request();
   if (request.method != "POST") return exchange->Reply(MethodNotAllowed("POST"));
@@ -129,7 +129,7 @@ void RunGrpcWebCall(const std::shared_ptr<grpc::Channel>& channel, const Request
     return exchange->Reply(TextAnswer(
         415, "rpcs are taken as gRPC-Web, binary: content-type application/grpc-web+proto"));
   }
-  std::make_shared<GrpcWebCall>(guard, std::move(exchange))->Start(channel);
+  std::make_shared<GrpcWebCall>(guard, std::move(exchange))->Start(server);
 }
 
 }  // namespace latticed::web

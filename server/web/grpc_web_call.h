@@ -19,7 +19,7 @@
 namespace latticed::web {
 
 // Answers a request to "/<service>/<method>". `guard` outlives the server's connections.
-void RunGrpcWebCall(const std::shared_ptr<grpc::Channel>& channel, const RequestGuard& guard,
+void RunGrpcWebCall(const ServerChannel& server, const RequestGuard& guard,
                     std::shared_ptr<HttpExchange> exchange);
 
 }  // namespace latticed::web

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <boost/asio/dispatch.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/buffer_body.hpp>
@@ -17,6 +16,7 @@
 #include <sstream>
 
 #include "fmt/format.h"
+#include "server/web/deadline.h"
 #include "server/web/http_answers.h"
 #include "server/web/web_socket_session.h"
 
@@ -27,12 +27,6 @@ namespace http = beast::http;
 
 constexpr size_t kMaxHeadBytes = size_t{16} << 10;
 constexpr size_t kReadBytes = size_t{64} << 10;
-constexpr auto kHeadTimeout = std::chrono::seconds(10);
-constexpr auto kIdleTimeout = std::chrono::seconds(75);
-constexpr auto kBodyTimeout = std::chrono::seconds(60);
-constexpr auto kWriteTimeout = std::chrono::minutes(5);
-// For a client that still sends when its answer is ready: a reset would lose it the answer.
-constexpr auto kLingerTimeout = std::chrono::seconds(5);
 
 std::string Text(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -41,12 +35,14 @@ class HttpConnection final : public HttpExchange,
                              public std::enable_shared_from_this<HttpConnection> {
  public:
   HttpConnection(Transport transport, std::shared_ptr<ConnectionSet::Place> place,
-                 const HttpHandler& handler)
+                 const HttpTimeouts& timeouts, const HttpHandler& handler)
       : transport_(std::move(transport)),
         executor_(transport_.get_executor()),
         place_(std::move(place)),
+        timeouts_(timeouts),
         handler_(handler),
-        timer_(executor_) {}
+        read_(executor_),
+        written_(executor_) {}
 
   void Begin();
 
@@ -70,6 +66,7 @@ class HttpConnection final : public HttpExchange,
     kIdle,       // between requests
     kHead,       // reading one
     kAnswering,  // until the last byte of the answer is written
+    kLingering,  // until the client has ended too: a reset would lose it the answer
     kClosed
   };
   struct Outgoing {
@@ -91,18 +88,19 @@ class HttpConnection final : public HttpExchange,
   void Linger();
   void Discard();
   void Leave();
-  void Expire(std::chrono::steady_clock::duration after);
+  void Expect(Deadline& deadline, HttpTimeouts::Duration after);
 
   Transport transport_;  // moved from after an upgrade
   const Transport::executor_type executor_;
   std::shared_ptr<ConnectionSet::Place> place_;
+  const HttpTimeouts timeouts_;
   const HttpHandler& handler_;
-  net::steady_timer timer_;
+  Deadline read_, written_;    // of the client: what is awaited, and what is sent
   beast::flat_buffer buffer_;  // read and not parsed
   std::optional<Parser> parser_;
   HttpRequest request_;
   State state_ = State::kIdle;
-  bool watching_ = false;   // Watch's read is under way
+  bool reading_ = false;    // a read is under way
   bool body_read_ = false;  // all of it
   bool keep_alive_ = false;
   bool draining_ = false;
@@ -117,7 +115,7 @@ void HttpConnection::Begin() {
   place_->Hold(shared_from_this());
   Post([self = shared_from_this()] {
     if (!self->transport_.secure()) return self->AwaitRequest();
-    self->Expire(kHeadTimeout);
+    self->Expect(self->read_, self->timeouts_.head);
     self->transport_.Handshake([self](error_code failure) {
       if (failure) return self->Leave();
       self->AwaitRequest();
@@ -125,13 +123,8 @@ void HttpConnection::Begin() {
   });
 }
 
-void HttpConnection::Expire(std::chrono::steady_clock::duration after) {
-  timer_.expires_after(after);
-  timer_.async_wait([self = weak_from_this()](error_code failure) {
-    const auto connection = self.lock();
-    if (connection == nullptr || failure == net::error::operation_aborted) return;
-    if (connection->timer_.expiry() <= std::chrono::steady_clock::now()) connection->Leave();
-  });
+void HttpConnection::Expect(Deadline& deadline, HttpTimeouts::Duration after) {
+  deadline.Set(after, weak_from_this(), &HttpConnection::Leave);
 }
 
 void HttpConnection::AwaitRequest() {
@@ -139,19 +132,20 @@ void HttpConnection::AwaitRequest() {
   state_ = State::kIdle;
   if (draining_) return Leave();
   if (buffer_.size() > 0) return ReadHead();
-  Expire(kIdleTimeout);
+  Expect(read_, timeouts_.idle);
   Watch();
 }
 
 // The first bytes of the next request, or the end of the connection: also while a request is being
 // answered, when only the latter is of interest.
 void HttpConnection::Watch() {
-  if (watching_ || buffer_.size() > 0) return;
-  watching_ = true;
+  if (reading_ || buffer_.size() > 0) return;
+  reading_ = true;
   transport_.async_read_some(buffer_.prepare(kMaxHeadBytes),
                              [self = shared_from_this()](error_code failure, size_t bytes) {
-                               self->watching_ = false;
+                               self->reading_ = false;
                                if (self->state_ == State::kClosed) return;
+                               if (self->state_ == State::kLingering) return self->Discard();
                                if (failure) return self->Leave();
                                self->buffer_.commit(bytes);
                                if (self->state_ == State::kIdle) self->ReadHead();
@@ -165,7 +159,7 @@ void HttpConnection::ReadHead() {
   parser_->header_limit(kMaxHeadBytes);
   // Bodies are read in pieces, as fast as they are used.
   parser_->body_limit(std::numeric_limits<uint64_t>::max());
-  Expire(kHeadTimeout);
+  Expect(read_, timeouts_.head);
   http::async_read_header(
       transport_, buffer_, *parser_,
       [self = shared_from_this()](error_code failure, size_t) { self->OnHead(failure); });
@@ -174,7 +168,7 @@ void HttpConnection::ReadHead() {
 void HttpConnection::OnHead(error_code failure) {
   if (state_ == State::kClosed) return;
   state_ = State::kAnswering;
-  timer_.cancel();
+  read_.Clear();
   keep_alive_ = false;
   request_ = {};
   if (failure == http::error::header_limit) {
@@ -214,9 +208,7 @@ void HttpConnection::Describe() {
     for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     request_.fields.push_back({std::move(name), Text(field.value())});
   }
-  error_code gone;
-  const auto peer = transport_.socket().remote_endpoint(gone);
-  request_.peer = fmt::format("{}:{}", peer.address().to_string(), peer.port());
+  request_.peer = transport_.peer();
   request_.secure = transport_.secure();
   request_.wants_upgrade = beast::websocket::is_upgrade(head);
   keep_alive_ = head.keep_alive();
@@ -231,12 +223,13 @@ void HttpConnection::Read(std::function<void(std::string_view)> done) {
       if (self->state_ == State::kAnswering) done({});
     });
   }
-  Expire(kBodyTimeout);
+  Expect(read_, timeouts_.body);
   ReadBody(std::move(done));
 }
 
 void HttpConnection::ReadBody(std::function<void(std::string_view)> done) {
   parser_->get().body() = {body_.data(), body_.size(), true};
+  reading_ = true;
   http::async_read_some(
       transport_, buffer_, *parser_,
       [self = shared_from_this(), done = std::move(done)](error_code failure, size_t) mutable {
@@ -245,12 +238,14 @@ void HttpConnection::ReadBody(std::function<void(std::string_view)> done) {
 }
 
 void HttpConnection::OnBodyRead(error_code failure, std::function<void(std::string_view)> done) {
+  reading_ = false;
+  if (state_ == State::kLingering) return Discard();
   if (state_ != State::kAnswering) return;
   if (failure && failure != http::error::need_buffer) return Leave();
   const size_t bytes = body_.size() - parser_->get().body().size;
   body_read_ = parser_->is_done();
   if (bytes == 0 && !body_read_) return ReadBody(std::move(done));
-  timer_.cancel();
+  read_.Clear();
   if (body_read_) Watch();
   done({body_.data(), bytes});
 }
@@ -267,7 +262,10 @@ void HttpConnection::Start(int status, HttpFields fields, std::optional<uint64_t
   head.version(11);
   head.result(static_cast<unsigned>(status));
   head.set(http::field::server, "latticed");
-  for (const HttpField& field : fields) head.insert(field.name, field.value);
+  for (const HttpField& field : fields) {
+    if (field.name == "connection") keep_alive_ = false;  // what it says is close
+    head.insert(field.name, field.value);
+  }
   // The end of the connection is the end of a body for clients that know no chunks.
   const bool old = parser_->get().version() < 11;
   chunked_ = !length.has_value() && !old;
@@ -314,12 +312,12 @@ void HttpConnection::Pump() {
   for (const std::string_view piece : outgoing_.front().bytes.pieces) {
     buffers.emplace_back(piece.data(), piece.size());
   }
-  Expire(kWriteTimeout);
+  Expect(written_, timeouts_.write);
   net::async_write(transport_, buffers, [self = shared_from_this()](error_code failure, size_t) {
     self->writing_ = false;
     if (self->state_ != State::kAnswering) return;
     if (failure) return self->Leave();
-    self->timer_.cancel();
+    self->written_.Clear();
     const auto done = std::move(self->outgoing_.front().done);
     self->outgoing_.pop_front();
     done();
@@ -329,40 +327,41 @@ void HttpConnection::Pump() {
 
 void HttpConnection::Answered() {
   if (!keep_alive_) return Linger();
-  if (watching_) {  // it goes on for the next request
+  if (reading_) {  // it goes on for the next request
     state_ = State::kIdle;
     if (draining_) return Leave();
-    return Expire(kIdleTimeout);
+    return Expect(read_, timeouts_.idle);
   }
   AwaitRequest();
 }
 
 // Says that there is no more, and reads what is still sent.
 void HttpConnection::Linger() {
-  Expire(kLingerTimeout);
+  state_ = State::kLingering;
+  Expect(read_, timeouts_.linger);
   transport_.Shutdown([self = shared_from_this()](error_code) {
-    if (self->body_read_) return self->Leave();
-    self->Discard();
+    if (!self->reading_) self->Discard();
   });
 }
 
 void HttpConnection::Discard() {
   if (state_ == State::kClosed) return;
-  transport_.async_read_some(net::buffer(body_),
-                             [self = shared_from_this()](error_code failure, size_t) {
-                               if (failure) return self->Leave();
-                               self->Discard();
-                             });
+  reading_ = true;
+  transport_.socket().async_read_some(  // below TLS, which has said its last
+      net::buffer(body_), [self = shared_from_this()](error_code failure, size_t) {
+        if (failure) return self->Leave();
+        self->Discard();
+      });
 }
 
 void HttpConnection::Upgrade(std::string subprotocol,
                              std::function<void(std::shared_ptr<WebSocket>)> opened) {
   UpgradeRequest upgrade;
   upgrade.base() = parser_->release().base();
-  timer_.cancel();
+  read_.Clear();
   on_gone_ = nullptr;
   state_ = State::kClosed;
-  AcceptWebSocket(std::move(transport_), std::move(place_), std::move(upgrade),
+  AcceptWebSocket(std::move(transport_), std::move(place_), timeouts_, std::move(upgrade),
                   std::move(subprotocol), std::move(opened));
 }
 
@@ -376,7 +375,8 @@ void HttpConnection::Drain() {
 void HttpConnection::Leave() {
   if (state_ == State::kClosed) return;
   state_ = State::kClosed;
-  timer_.cancel();
+  read_.Clear();
+  written_.Clear();
   transport_.Close();
   outgoing_.clear();
   if (const auto gone = std::exchange(on_gone_, nullptr)) gone();
@@ -385,8 +385,9 @@ void HttpConnection::Leave() {
 }  // namespace
 
 void ServeConnection(Transport transport, std::shared_ptr<ConnectionSet::Place> place,
-                     const HttpHandler& handler) {
-  std::make_shared<HttpConnection>(std::move(transport), std::move(place), handler)->Begin();
+                     const HttpTimeouts& timeouts, const HttpHandler& handler) {
+  std::make_shared<HttpConnection>(std::move(transport), std::move(place), timeouts, handler)
+      ->Begin();
 }
 
 }  // namespace latticed::web

@@ -3,24 +3,24 @@
 //
 // One connection of HTTP/1.1: its requests one after the other, each an HttpExchange.
 //
-// A client holds at most a head of 16 KiB, a piece of a body and what one Write sends. It has 10 s for
-// a head or a handshake, 60 s between pieces of a body, 5 min to take what one Write sends, and may be
-// idle for 75 s.
+// A client holds at most a head of 16 KiB, a piece of a body and what one Write sends, for as long as
+// the timeouts let it.
 // Threads  on its strand; Drain and Abort from anywhere
 #ifndef LATTICED_SERVER_WEB_HTTP_CONNECTION_H_
 #define LATTICED_SERVER_WEB_HTTP_CONNECTION_H_
 
 #include <memory>
 
+#include "server/base/http_timeouts.h"
 #include "server/web/connection_set.h"
 #include "server/web/http_exchange.h"
 #include "server/web/transport.h"
 
 namespace latticed::web {
 
-// Serves until the client or the set ends it.
+// Serves until the client, the set or a timeout ends it. `handler` outlives it.
 void ServeConnection(Transport transport, std::shared_ptr<ConnectionSet::Place> place,
-                     const HttpHandler& handler);
+                     const HttpTimeouts& timeouts, const HttpHandler& handler);
 
 }  // namespace latticed::web
 

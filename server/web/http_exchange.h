@@ -35,7 +35,7 @@ struct HttpRequest {
   std::string path;    // as sent, escapes included, without the query
   std::string query;   // without the '?'
   HttpFields fields;
-  std::string peer;            // address and port of the client
+  std::string peer;            // address and port of the client: "ipv4:127.0.0.1:5000"
   bool secure = false;         // over TLS
   bool wants_upgrade = false;  // to a WebSocket
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "fmt/format.h"
+#include "server/web/http_answers.h"
 #include "server/web/http_connection.h"
 #include "server/web/transport.h"
 
@@ -20,9 +21,12 @@ using net::ip::tcp;
 // While the process has no file descriptor left.
 constexpr auto kAcceptRetry = std::chrono::milliseconds(100);
 
-constexpr std::string_view kFull =
-    "HTTP/1.1 503 Service Unavailable\r\ncontent-type: text/plain\r\nretry-after: 1\r\n"
-    "content-length: 43\r\nconnection: close\r\n\r\nthis server has as many connections as fits";
+const HttpHandler kRefuse = [](const std::shared_ptr<HttpExchange>& exchange) {
+  HttpResponse answer = TextAnswer(503, "this server has as many connections as fit");
+  answer.fields.push_back({"retry-after", "1"});
+  answer.fields.push_back({"connection", "close"});
+  exchange->Reply(std::move(answer));
+};
 
 absl::Status Unreadable(std::string_view flag, const std::string& path, const error_code& failure) {
   return absl::InvalidArgumentError(
@@ -51,17 +55,19 @@ absl::StatusOr<std::unique_ptr<net::ssl::context>> MakeTlsContext(const Options&
 }
 
 HttpListener::HttpListener(net::io_context& context, net::ssl::context* tls,
-                           ConnectionSet* connections, HttpHandler handler)
+                           ConnectionSet* connections, HttpTimeouts timeouts, HttpHandler handler)
     : context_(context),
       acceptor_(net::make_strand(context)),
       retry_(acceptor_.get_executor()),
       tls_(tls),
       connections_(connections),
+      timeouts_(timeouts),
       handler_(std::move(handler)) {}
 
 absl::StatusOr<std::shared_ptr<HttpListener>> HttpListener::Open(
     net::io_context& context, const std::string& flag, const std::string& listen,
-    net::ssl::context* tls, ConnectionSet* connections, HttpHandler handler) {
+    net::ssl::context* tls, ConnectionSet* connections, HttpTimeouts timeouts,
+    HttpHandler handler) {
   const size_t colon = listen.rfind(':');
   if (colon == std::string::npos) {
     return absl::InvalidArgumentError(fmt::format("{}: '{}' is no host:port", flag, listen));
@@ -69,7 +75,7 @@ absl::StatusOr<std::shared_ptr<HttpListener>> HttpListener::Open(
   std::string host = listen.substr(0, colon);
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
   std::shared_ptr<HttpListener> listener(
-      new HttpListener(context, tls, connections, std::move(handler)));
+      new HttpListener(context, tls, connections, timeouts, std::move(handler)));
   if (const absl::Status bound = listener->Bind(host, listen.substr(colon + 1)); !bound.ok()) {
     return absl::UnavailableError(
         fmt::format("{}: cannot serve on '{}': {}", flag, listen, std::string(bound.message())));
@@ -113,11 +119,12 @@ void HttpListener::OnAccept(tcp::socket socket) {
   socket.set_option(tcp::no_delay(true), ignored);
   socket.set_option(net::socket_base::keep_alive(true), ignored);  // finds those that vanished
   auto place = connections_->Enter();
-  if (place != nullptr) {
-    return ServeConnection(Transport(std::move(socket), tls_), std::move(place), handler_);
-  }
-  socket.non_blocking(true, ignored);
-  if (tls_ == nullptr) socket.write_some(net::buffer(kFull.data(), kFull.size()), ignored);
+  if (place == nullptr) return;
+  const bool served = place->served();
+  HttpTimeouts timeouts = timeouts_;
+  if (!served) timeouts.idle = timeouts.head;
+  ServeConnection(Transport(std::move(socket), tls_), std::move(place), timeouts,
+                  served ? handler_ : kRefuse);
 }
 
 void HttpListener::Close() {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A listening port whose connections go to one handler. Connections above the set's limit are told so
-// and closed.
+// A listening port whose connections go to one handler. Requests of those above the set's limit are
+// answered 503 and closed, those far above it are closed without a word.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_WEB_HTTP_LISTENER_H_
@@ -32,14 +32,15 @@ class HttpListener : public std::enable_shared_from_this<HttpListener> {
   // connections. kUnavailable for a port that cannot be had, kInvalidArgument for what is none.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<HttpListener>> Open(
       boost::asio::io_context& context, const std::string& flag, const std::string& listen,
-      boost::asio::ssl::context* tls, ConnectionSet* connections, HttpHandler handler);
+      boost::asio::ssl::context* tls, ConnectionSet* connections, HttpTimeouts timeouts,
+      HttpHandler handler);
 
   const std::string& address() const { return address_; }  // with the port that was taken
   void Close();
 
  private:
   HttpListener(boost::asio::io_context& context, boost::asio::ssl::context* tls,
-               ConnectionSet* connections, HttpHandler handler);
+               ConnectionSet* connections, HttpTimeouts timeouts, HttpHandler handler);
   absl::Status Bind(const std::string& host, const std::string& port);
   void Accept();
   void OnAccept(boost::asio::ip::tcp::socket socket);
@@ -49,6 +50,7 @@ class HttpListener : public std::enable_shared_from_this<HttpListener> {
   boost::asio::steady_timer retry_;
   boost::asio::ssl::context* const tls_;
   ConnectionSet* const connections_;
+  const HttpTimeouts timeouts_;
   const HttpHandler handler_;
   std::string address_;
 };

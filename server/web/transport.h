@@ -16,7 +16,10 @@
 #include <boost/beast/core/role.hpp>
 #include <boost/beast/websocket/teardown.hpp>
 #include <memory>
+#include <string>
 #include <utility>
+
+#include "fmt/format.h"
 
 namespace latticed::web {
 
@@ -41,6 +44,19 @@ class Transport {
   bool secure() const { return tls_ != nullptr; }
   Socket& socket() { return tls_ != nullptr ? tls_->next_layer() : *plain_; }
   executor_type get_executor() { return socket().get_executor(); }
+  // The client's address as gRPC writes it, "ipv4:127.0.0.1:5000", "ipv6:%5B::1%5D:5000"; empty once
+  // it has gone.
+  std::string peer() {
+    error_code gone;
+    const net::ip::tcp::endpoint end = socket().remote_endpoint(gone);
+    if (gone) return "";
+    net::ip::address address = end.address();
+    if (address.is_v6() && address.to_v6().is_v4_mapped()) {
+      address = net::ip::make_address_v4(net::ip::v4_mapped, address.to_v6());
+    }
+    if (address.is_v4()) return fmt::format("ipv4:{}:{}", address.to_string(), end.port());
+    return fmt::format("ipv6:%5B{}%5D:{}", address.to_string(), end.port());
+  }
 
   template <typename Buffers, typename Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {

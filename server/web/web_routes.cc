@@ -13,8 +13,8 @@
 
 namespace latticed::web {
 
-WebRoutes::WebRoutes(const Options& options, std::shared_ptr<grpc::Channel> channel)
-    : channel_(std::move(channel)),
+WebRoutes::WebRoutes(const Options& options, ServerChannel server)
+    : server_(std::move(server)),
       guard_(options.http, options.allowed_hosts, options.cors_origins),
       files_(StaticFiles::FindRoot(options.web_root)) {}
 
@@ -28,11 +28,11 @@ void WebRoutes::Route(const std::shared_ptr<HttpExchange>& exchange) const {
               {"origin", std::string(request.Field("origin"))}});
     return exchange->Reply(*std::move(stopped));
   }
-  if (request.path == kDeformSocketPath) return OpenDeformSocket(channel_, exchange);
+  if (request.path == kDeformSocketPath) return OpenDeformSocket(server_, exchange);
   if (request.path.starts_with(kExportPrefix)) {
-    return RunExportDownload(channel_, guard_, exchange);
+    return RunExportDownload(server_, guard_, exchange);
   }
-  if (request.method == "POST") return RunGrpcWebCall(channel_, guard_, exchange);
+  if (request.method == "POST") return RunGrpcWebCall(server_, guard_, exchange);
   files_.Answer(exchange);
 }
 

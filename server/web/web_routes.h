@@ -9,9 +9,8 @@
 
 #include <memory>
 
-#include <grpcpp/channel.h>
-
 #include "server/base/options.h"
+#include "server/web/generic_call.h"
 #include "server/web/http_exchange.h"
 #include "server/web/request_guard.h"
 #include "server/web/static_files.h"
@@ -20,7 +19,7 @@ namespace latticed::web {
 
 class WebRoutes {
  public:
-  WebRoutes(const Options& options, std::shared_ptr<grpc::Channel> channel);
+  WebRoutes(const Options& options, ServerChannel server);
   WebRoutes(const WebRoutes&) = delete;  // its handler has its address
   WebRoutes& operator=(const WebRoutes&) = delete;
 
@@ -31,7 +30,7 @@ class WebRoutes {
  private:
   void Route(const std::shared_ptr<HttpExchange>& exchange) const;
 
-  const std::shared_ptr<grpc::Channel> channel_;
+  const ServerChannel server_;
   const RequestGuard guard_;
   const StaticFiles files_;
 };

@@ -45,10 +45,10 @@ void RunUntilStopped(boost::asio::io_context& context) {
 }  // namespace
 
 struct WebServer::Impl {
-  Impl(const Options& options, std::shared_ptr<grpc::Channel> channel, AdminHooks admin)
+  Impl(const Options& options, ServerChannel server, AdminHooks admin)
       : connections(MostConnections(options)),
         admin_connections(kMaxAdminConnections),
-        routes(options, std::move(channel)),
+        routes(options, std::move(server)),
         admin_guard(options.admin, options.allowed_hosts, {}),
         admin_hooks(std::move(admin)),
         work(boost::asio::make_work_guard(context)) {}
@@ -69,7 +69,7 @@ WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 WebServer::~WebServer() { Stop(); }
 
 absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& options,
-                                                            std::shared_ptr<grpc::Channel> channel,
+                                                            ServerChannel channel,
                                                             AdminHooks admin) {
   std::unique_ptr<WebServer> server(
       new WebServer(std::make_unique<Impl>(options, std::move(channel), std::move(admin))));
@@ -78,8 +78,9 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
   if (!tls.ok()) return tls.status();
   impl.tls = *std::move(tls);
   if (!options.http.empty()) {
-    auto listener = HttpListener::Open(impl.context, "--http", options.http, impl.tls.get(),
-                                       &impl.connections, impl.routes.handler());
+    auto listener =
+        HttpListener::Open(impl.context, "--http", options.http, impl.tls.get(), &impl.connections,
+                           options.http_timeouts, impl.routes.handler());
     if (!listener.ok()) return listener.status();
     impl.http = *std::move(listener);
   }
@@ -90,7 +91,7 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
                                           : AdminAnswer(impl.admin_hooks, exchange->request()));
     };
     auto listener = HttpListener::Open(impl.context, "--admin", options.admin, nullptr,
-                                       &impl.admin_connections, answer);
+                                       &impl.admin_connections, options.http_timeouts, answer);
     if (!listener.ok()) return listener.status();
     impl.admin = *std::move(listener);
   }

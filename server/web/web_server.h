@@ -17,8 +17,6 @@
 #ifndef LATTICED_SERVER_WEB_WEB_SERVER_H_
 #define LATTICED_SERVER_WEB_WEB_SERVER_H_
 
-#include <grpcpp/channel.h>
-
 #include <memory>
 #include <string>
 
@@ -26,6 +24,7 @@
 #include "absl/time/time.h"
 #include "server/base/options.h"
 #include "server/web/admin_pages.h"
+#include "server/web/generic_call.h"
 
 namespace latticed::web {
 
@@ -33,8 +32,9 @@ class WebServer {
  public:
   // Serves options.http and options.admin, those that are not empty, when it returns.
   // kInvalidArgument for unreadable credentials, kUnavailable for a port that cannot be had.
-  [[nodiscard]] static absl::StatusOr<std::unique_ptr<WebServer>> Start(
-      const Options& options, std::shared_ptr<grpc::Channel> channel, AdminHooks admin);
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<WebServer>> Start(const Options& options,
+                                                                        ServerChannel server,
+                                                                        AdminHooks admin);
   ~WebServer();
 
   // host:port with the port that was taken; empty where there is none.

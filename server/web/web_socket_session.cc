@@ -18,8 +18,6 @@ namespace {
 
 namespace websocket = beast::websocket;
 
-constexpr auto kHandshakeTimeout = std::chrono::seconds(10);
-constexpr auto kSilenceTimeout = std::chrono::minutes(5);
 constexpr size_t kMaxReasonBytes = 123;  // RFC 6455, 5.5
 
 class WebSocketSession final : public WebSocket,
@@ -29,7 +27,7 @@ class WebSocketSession final : public WebSocket,
   WebSocketSession(Transport transport, std::shared_ptr<ConnectionSet::Place> place)
       : stream_(std::move(transport)), place_(std::move(place)) {}
 
-  void Accept(UpgradeRequest request, std::string subprotocol,
+  void Accept(const HttpTimeouts& timeouts, UpgradeRequest request, std::string subprotocol,
               std::function<void(std::shared_ptr<WebSocket>)> opened);
 
   void Post(std::function<void()> work) override {
@@ -63,10 +61,11 @@ class WebSocketSession final : public WebSocket,
   std::function<void()> on_gone_;
 };
 
-void WebSocketSession::Accept(UpgradeRequest request, std::string subprotocol,
+void WebSocketSession::Accept(const HttpTimeouts& timeouts, UpgradeRequest request,
+                              std::string subprotocol,
                               std::function<void(std::shared_ptr<WebSocket>)> opened) {
   place_->Hold(shared_from_this());
-  websocket::stream_base::timeout timeout{kHandshakeTimeout, kSilenceTimeout, true};
+  websocket::stream_base::timeout timeout{timeouts.head, timeouts.silence, true};
   stream_.set_option(timeout);
   stream_.set_option(websocket::stream_base::decorator(
       [subprotocol = std::move(subprotocol)](websocket::response_type& response) {
@@ -147,10 +146,10 @@ void WebSocketSession::Gone() {
 }  // namespace
 
 void AcceptWebSocket(Transport transport, std::shared_ptr<ConnectionSet::Place> place,
-                     UpgradeRequest request, std::string subprotocol,
+                     const HttpTimeouts& timeouts, UpgradeRequest request, std::string subprotocol,
                      std::function<void(std::shared_ptr<WebSocket>)> opened) {
   std::make_shared<WebSocketSession>(std::move(transport), std::move(place))
-      ->Accept(std::move(request), std::move(subprotocol), std::move(opened));
+      ->Accept(timeouts, std::move(request), std::move(subprotocol), std::move(opened));
 }
 
 }  // namespace latticed::web

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A connection after its upgrade to a WebSocket. A client that is silent for 5 min, pings included,
-// is given up.
+// A connection after its upgrade to a WebSocket. A client that is silent for too long, pings
+// included, is given up.
 //
 // Threads  on its strand; Drain and Abort from anywhere
 #ifndef LATTICED_SERVER_WEB_WEB_SOCKET_SESSION_H_
@@ -14,6 +14,7 @@
 #include <memory>
 #include <string>
 
+#include "server/base/http_timeouts.h"
 #include "server/web/connection_set.h"
 #include "server/web/transport.h"
 #include "server/web/web_socket.h"
@@ -24,7 +25,7 @@ using UpgradeRequest = beast::http::request<beast::http::string_body>;
 
 // Answers the handshake and calls `opened`; ends the connection where the handshake is none.
 void AcceptWebSocket(Transport transport, std::shared_ptr<ConnectionSet::Place> place,
-                     UpgradeRequest request, std::string subprotocol,
+                     const HttpTimeouts& timeouts, UpgradeRequest request, std::string subprotocol,
                      std::function<void(std::shared_ptr<WebSocket>)> opened);
 
 }  // namespace latticed::web

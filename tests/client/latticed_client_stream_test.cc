@@ -178,8 +178,8 @@ TEST_F(DeformStreamTest, AnotherEditorsEditIsRefusedAndNotSent) {
 }
 
 TEST_F(DeformStreamTest, ResumesWithItsTokenAndItsUnansweredEdits) {
-  for (const auto code :
-       {grpc::StatusCode::CANCELLED, grpc::StatusCode::INTERNAL, grpc::StatusCode::UNAVAILABLE}) {
+  for (const auto code : {grpc::StatusCode::CANCELLED, grpc::StatusCode::INTERNAL,
+                          grpc::StatusCode::UNAVAILABLE, grpc::StatusCode::UNKNOWN}) {
     service_.failures[static_cast<int>(service_.failures.size()) + 1] =
         grpc::Status(code, "broken");
   }
@@ -192,13 +192,13 @@ TEST_F(DeformStreamTest, ResumesWithItsTokenAndItsUnansweredEdits) {
 
   ASSERT_OK(update);
   EXPECT_EQ(update->end.applied_sequence(), 1u);
-  EXPECT_EQ((*stream)->reconnections(), 3);
-  EXPECT_EQ(service_.sequences, (std::vector<uint64_t>{1, 1, 1, 1}));
-  ASSERT_EQ(service_.opened.size(), 4u);
+  EXPECT_EQ((*stream)->reconnections(), 4);
+  EXPECT_EQ(service_.sequences, (std::vector<uint64_t>{1, 1, 1, 1, 1}));
+  ASSERT_EQ(service_.opened.size(), 5u);
   EXPECT_EQ(service_.opened[0].resume_token(), "");
   EXPECT_EQ(service_.opened[1].resume_token(), "token 1");
-  EXPECT_EQ(service_.opened[3].resume_token(), "token 3");
-  EXPECT_EQ(service_.opened[3].editor_id(), service_.opened[0].editor_id());
+  EXPECT_EQ(service_.opened[4].resume_token(), "token 4");
+  EXPECT_EQ(service_.opened[4].editor_id(), service_.opened[0].editor_id());
 }
 
 TEST_F(DeformStreamTest, EditsWhoseAnswersWereLostAreNotRefused) {

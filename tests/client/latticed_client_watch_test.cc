@@ -120,21 +120,22 @@ TEST_F(WatchStreamTest, OpensItselfAgainWithItsTokenAfterBreaksAndAGoaway) {
   service_.goaways[2] = 0;
   service_.failures[3] = grpc::Status(grpc::StatusCode::CANCELLED, "cut by a proxy");
   service_.failures[4] = grpc::Status(grpc::StatusCode::INTERNAL, "cut by a proxy");
+  service_.failures[5] = grpc::Status(grpc::StatusCode::UNKNOWN, "ended by a proxy");
   {
     const auto watch = Open();
     ASSERT_OK(watch);
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 5; ++i) {
       const auto update = (*watch)->Next();
       ASSERT_OK(update);
       EXPECT_TRUE(update->has_value());
     }
-    EXPECT_EQ((*watch)->reconnections(), 4);
-    EXPECT_EQ((*watch)->hello().watch_id(), "watch 5");
+    EXPECT_EQ((*watch)->reconnections(), 5);
+    EXPECT_EQ((*watch)->hello().watch_id(), "watch 6");
   }
   server_.Shutdown();
-  ASSERT_EQ(service_.opened.size(), 5u);
+  ASSERT_EQ(service_.opened.size(), 6u);
   EXPECT_EQ(service_.opened[0].resume_token(), "");
-  for (size_t i = 1; i < 5; ++i) {
+  for (size_t i = 1; i < 6; ++i) {
     EXPECT_EQ(service_.opened[i].resume_token(), "token " + std::to_string(i));
   }
 }

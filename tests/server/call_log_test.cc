@@ -2,60 +2,25 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Every stream leaves one line in the log, as every unary call does.
-#include <spdlog/sinks/base_sink.h>
-#include <spdlog/spdlog.h>
-
-#include <map>
-#include <mutex>
 #include <thread>
 
-#include "absl/strings/str_split.h"
+#include "tests/server/call_sink.h"
 #include "tests/server/stream_support.h"
 
 namespace latticed::testing {
 namespace {
 
-using Line = std::map<std::string, std::string>;
+using Line = CallSink::Line;
 
 constexpr char kTrace[] = "0123456789abcdef0123456789abcdef";
-
-// Keeps the lines "call finished" as their fields.
-class CallSink final : public spdlog::sinks::base_sink<std::mutex> {
- public:
-  std::vector<Line> Of(const std::string& request_id) {
-    const std::lock_guard lock(mutex_);
-    std::vector<Line> found;
-    for (const Line& line : lines_) {
-      const auto id = line.find("latticed-request-id");
-      if (id != line.end() && id->second == request_id) found.push_back(line);
-    }
-    return found;
-  }
-
- protected:
-  void sink_it_(const spdlog::details::log_msg& message) override {
-    const std::string text(message.payload.data(), message.payload.size());
-    const std::vector<std::string> parts = absl::StrSplit(text, '\x1f');
-    Line line;
-    for (size_t i = 1; i + 1 < parts.size(); i += 2) line[parts[i]] = parts[i + 1];
-    lines_.push_back(line);
-  }
-  void flush_() override {}
-
- private:
-  std::vector<Line> lines_;
-};
 
 class CallLogTest : public StreamTest {
  protected:
   void SetUp() override {
     StreamTest::SetUp();
     CreateScene();
-    sink_ = std::make_shared<CallSink>();
-    const auto logger = spdlog::get("latticed");
-    ASSERT_NE(logger, nullptr);
-    logger->sinks() = {sink_};
-    logger->set_level(spdlog::level::debug);
+    sink_ = CallSink::Install();
+    ASSERT_NE(sink_, nullptr);
   }
 
   static void Name(grpc::ClientContext& context, const std::string& request_id) {

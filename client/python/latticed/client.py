@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Type, Union
 
+import numpy as np
 import numpy.typing as npt
 from google.protobuf import duration_pb2
 
@@ -161,9 +162,15 @@ class Client:
             source.lattice.CopyFrom(lattice.to_proto())
         else:
             source.fit.SetInParent()
-            for axes, numbers in ((source.fit.size, size), (source.fit.degree, degree)):
-                if numbers is not None:
-                    axes.u, axes.v, axes.w = numbers
+            for name, axes, numbers in (
+                ("size", source.fit.size, size),
+                ("degree", source.fit.degree, degree),
+            ):
+                if numbers is None:
+                    continue
+                if np.shape(numbers) != (3,):
+                    raise ValueError(f"{name} is three numbers, of u, v and w, not {numbers!r}")
+                axes.u, axes.v, axes.w = numbers
             if padding is not None:
                 source.fit.padding = padding
         request = scene_pb2.CreateSceneRequest(

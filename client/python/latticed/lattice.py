@@ -19,15 +19,17 @@ FloatArray = npt.NDArray[np.float64]
 
 def vector(xyz: npt.ArrayLike) -> common_pb2.Vec3:
     """Of three numbers."""
-    x, y, z = np.asarray(xyz, dtype=float)
-    return common_pb2.Vec3(x=x, y=y, z=z)
+    numbers = np.asarray(xyz, dtype=float)
+    if numbers.shape != (3,):
+        raise ValueError(f"x, y and z are wanted, not the shape {numbers.shape}")
+    return common_pb2.Vec3(x=numbers[0], y=numbers[1], z=numbers[2])
 
 
 def _axes(numbers: Any) -> Tuple[int, int, int]:
     return (numbers.u, numbers.v, numbers.w)
 
 
-@dataclass
+@dataclass(repr=False)
 class Lattice:
     """R(u,v,w) = sum over i,j,k of control_points[k, j, i] N_i(u) N_j(v) N_k(w).
 
@@ -48,6 +50,10 @@ class Lattice:
     edges: FloatArray
     structure_id: int = 0
     revision: int = 0
+
+    def __repr__(self) -> str:
+        size, degree = (" x ".join(map(str, axes)) for axes in (self.size, self.degree))
+        return f"<Lattice: {size} control points of degree {degree}, revision {self.revision}>"
 
     @property
     def size(self) -> Tuple[int, int, int]:

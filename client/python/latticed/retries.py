@@ -8,8 +8,14 @@ import grpc
 
 from latticed.errors import LatticedError
 
-# UNAVAILABLE says so itself; proxies cancel what they cut, and a broken transport is INTERNAL.
-_MAY_RETRY = (grpc.StatusCode.CANCELLED, grpc.StatusCode.INTERNAL, grpc.StatusCode.UNAVAILABLE)
+# UNAVAILABLE says so itself; proxies cancel what they cut, or end it as if all had been said, which grpc calls
+# UNKNOWN; and a broken transport is INTERNAL.
+_MAY_RETRY = (
+    grpc.StatusCode.CANCELLED,
+    grpc.StatusCode.INTERNAL,
+    grpc.StatusCode.UNAVAILABLE,
+    grpc.StatusCode.UNKNOWN,
+)
 _ATTEMPTS = 4
 _FIRST_PAUSE = 0.1
 

@@ -17,6 +17,6 @@ if ! command -v blender >/dev/null || ! /usr/bin/python3 -c 'import google.proto
 fi
 rm -rf "$work"
 mkdir -p "$work"
-/usr/bin/python3 "$root/client/blender/make_addon.py" "$work/latticed_blender.zip"
+PATH=/usr/bin:$PATH "$root/client/blender/make_addon.py" "$work/latticed_blender.zip"
 BLENDER_USER_CONFIG=$work/config BLENDER_USER_SCRIPTS=$work/scripts "$here/../with_server.sh" "$build" \
   blender --background --factory-startup --python-exit-code 1 --python "$here/drive_addon.py" -- "$work/latticed_blender.zip"

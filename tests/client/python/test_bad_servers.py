@@ -41,7 +41,8 @@ class Meshes(mesh_pb2_grpc.MeshServiceServicer):
         yield mesh_pb2.DownloadMeshResponse(header=mesh_pb2.MeshHeader(total_bytes=len(MESH)))
         yield mesh_pb2.DownloadMeshResponse(data=MESH[request.offset : request.offset + 4])
         if request.offset + 4 < len(MESH):
-            context.abort(grpc.StatusCode.CANCELLED, "cut by a proxy")
+            code = grpc.StatusCode.UNKNOWN if request.offset else grpc.StatusCode.CANCELLED
+            context.abort(code, "cut by a proxy")
 
     def UploadMesh(self, requests, context):
         first = next(requests)

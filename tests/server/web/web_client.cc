@@ -31,12 +31,17 @@ using net::ip::tcp;
 
 std::string Text(beast::string_view text) { return {text.data(), text.size()}; }
 
-void Connect(tcp::socket& socket, const std::string& address) {
+// Returns the address of this end.
+std::string Connect(tcp::socket& socket, const std::string& address) {
   const size_t colon = address.rfind(':');
+  std::string host = address.substr(0, colon);
+  if (host.starts_with('[')) host = host.substr(1, host.size() - 2);
   tcp::resolver resolver(socket.get_executor());
   error_code failure;
-  net::connect(socket, resolver.resolve(address.substr(0, colon), address.substr(colon + 1)),
-               failure);
+  net::connect(socket, resolver.resolve(host, address.substr(colon + 1)), failure);
+  std::ostringstream text;
+  text << socket.local_endpoint(failure);
+  return text.str();
 }
 
 }  // namespace
@@ -45,6 +50,7 @@ struct WebClient::Impl {
   net::io_context context;
   net::ssl::context tls_context{net::ssl::context::tls_client};
   tcp::socket socket{context};
+  std::string local_address;
   std::unique_ptr<net::ssl::stream<tcp::socket&>> tls;
   beast::flat_buffer buffer;
 };
@@ -52,7 +58,7 @@ struct WebClient::Impl {
 WebClient::WebClient(const std::string& address, const std::string& ca,
                      const std::string& certificate)
     : impl_(std::make_unique<Impl>()) {
-  Connect(impl_->socket, address);
+  impl_->local_address = Connect(impl_->socket, address);
   if (ca.empty()) return;
   impl_->tls_context.load_verify_file(ca);
   impl_->tls_context.set_verify_mode(net::ssl::verify_peer);
@@ -125,6 +131,8 @@ std::string WebClient::ReceiveBytes(size_t most) {
   return bytes;
 }
 
+std::string WebClient::local_address() const { return impl_->local_address; }
+
 void WebClient::Close() {
   error_code ignored;
   impl_->socket.close(ignored);
@@ -170,6 +178,7 @@ GrpcWebAnswer CallGrpcWeb(WebClient& client, const std::string& rpc, const std::
 struct WebSocketClient::Impl {
   net::io_context context;
   websocket::stream<tcp::socket, false> stream{context};
+  std::string local_address;
   beast::flat_buffer buffer;
   websocket::response_type response;
   bool open = false;
@@ -178,7 +187,7 @@ struct WebSocketClient::Impl {
 WebSocketClient::WebSocketClient(const std::string& address, const std::string& target,
                                  const std::string& protocols, const WebFields& fields)
     : impl_(std::make_unique<Impl>()) {
-  Connect(impl_->stream.next_layer(), address);
+  impl_->local_address = Connect(impl_->stream.next_layer(), address);
   impl_->stream.set_option(websocket::stream_base::decorator([&](websocket::request_type& request) {
     if (!protocols.empty()) request.set(http::field::sec_websocket_protocol, protocols);
     for (const auto& [name, value] : fields) request.set(name, value);
@@ -192,6 +201,8 @@ WebSocketClient::WebSocketClient(const std::string& address, const std::string& 
 WebSocketClient::~WebSocketClient() = default;
 
 int WebSocketClient::status() const { return static_cast<int>(impl_->response.result_int()); }
+
+std::string WebSocketClient::local_address() const { return impl_->local_address; }
 
 std::string WebSocketClient::protocol() const {
   return Text(impl_->response[http::field::sec_websocket_protocol]);

@@ -34,6 +34,8 @@ class WebClient {
   WebAnswer Get(const std::string& target, const WebFields& fields = {}) {
     return Ask("GET", target, fields);
   }
+  // host:port of this end.
+  std::string local_address() const;
   // The two halves of Ask.
   void Send(const std::string& method, const std::string& target, const WebFields& fields,
             const std::string& body);
@@ -70,6 +72,7 @@ class WebSocketClient {
   ~WebSocketClient();
 
   int status() const;  // 101 where it is open
+  std::string local_address() const;
   std::string protocol() const;
   bool Send(const std::string& message, bool text = false);
   std::optional<std::string> Read();  // nothing at the end

@@ -91,8 +91,10 @@ TEST_F(WebTest, ConnectionsAboveTheLimitAreToldSo) {
     ASSERT_EQ(clients.back()->Get("/").status, 200) << i;
   }
 
-  WebClient refused(http());
-  const WebAnswer answer = refused.Receive();
+  const WebAnswer answer = Get("/");
+  const WebAnswer after_body = WebClient(http()).Ask("POST", fmt::format("/{}", kInfo),
+                                                     {{"content-type", "application/grpc-web"}},
+                                                     std::string(size_t{4} << 20, 'x'));
   clients.pop_back();
   int status = 0;
   for (int i = 0; i < 200 && status != 200; ++i) {
@@ -102,8 +104,43 @@ TEST_F(WebTest, ConnectionsAboveTheLimitAreToldSo) {
 
   EXPECT_EQ(answer.status, 503);
   EXPECT_EQ(answer.fields.at("retry-after"), "1");
+  EXPECT_EQ(answer.fields.at("connection"), "close");
+  EXPECT_THAT(answer.body, HasSubstr("as many connections as fit"));
+  EXPECT_EQ(after_body.status, 503) << "it reaches a client that still sends";
   EXPECT_EQ(status, 200) << "one has left";
   EXPECT_EQ(clients[0]->Get("/").status, 200);
+}
+
+// Words cost a place too.
+TEST_F(WebTest, ConnectionsFarAboveTheLimitAreClosed) {
+  options_.transport_memory_bytes = uint64_t{16} << 20;
+  options_.http_timeouts.head = std::chrono::seconds(60);
+  Serve();
+  std::vector<std::unique_ptr<WebClient>> clients;
+  for (int i = 0; i < 6 + 64; ++i) {
+    clients.push_back(std::make_unique<WebClient>(http()));
+    ASSERT_TRUE(clients.back()->SendBytes("GET / HTTP/1.1\r\n"));
+  }
+
+  const WebAnswer answer = Get("/");
+  for (const auto& client : clients) client->SendBytes("host: localhost\r\n\r\n");
+
+  EXPECT_EQ(answer.status, 0);
+  for (size_t i = 0; i < clients.size(); ++i) {
+    EXPECT_EQ(clients[i]->Receive().status, i < 6 ? 200 : 503) << i;
+  }
+}
+
+TEST_F(WebTlsTest, ConnectionsAboveTheLimitAreToldSoOverTls) {
+  options_.transport_memory_bytes = uint64_t{16} << 20;
+  Serve();
+  std::vector<std::unique_ptr<WebClient>> clients;
+  for (int i = 0; i < 6; ++i) {
+    clients.push_back(std::make_unique<WebClient>(http(), Path("server.crt")));
+    ASSERT_EQ(clients.back()->Get("/").status, 200) << i;
+  }
+
+  EXPECT_EQ(WebClient(http(), Path("server.crt")).Get("/").status, 503);
 }
 
 TEST_F(WebTest, WhatIsNoHttpIsRefused) {
@@ -164,6 +201,24 @@ TEST_F(WebTest, ARefusalInTheMiddleOfABodyIsRead) {
   const WebAnswer answer = client.Receive();
   EXPECT_EQ(answer.status, 415);
   EXPECT_EQ(answer.fields.at("connection"), "close");
+}
+
+TEST_F(WebTlsTest, ARefusalInTheMiddleOfABodyIsReadOverTls) {
+  options_.max_mesh_bytes = uint64_t{1} << 20;
+  Serve();
+  v1::UploadMeshRequest request;
+  request.mutable_header()->set_format(v1::MESH_FORMAT_OBJ);
+  request.mutable_header()->set_total_bytes(uint64_t{4} << 20);
+  std::string body = Frame(request.SerializeAsString());
+  request.set_data(std::string(size_t{512} << 10, '#'));
+  for (int i = 0; i < 8; ++i) body += Frame(request.SerializeAsString());
+  WebClient client(http(), Path("server.crt"));
+
+  const GrpcWebAnswer answer = CallGrpcWeb(client, "latticed.v1.MeshService/UploadMesh", body);
+
+  EXPECT_EQ(answer.http.status, 200);
+  EXPECT_EQ(answer.http.fields.at("connection"), "close");
+  EXPECT_EQ(answer.code, 3) << answer.trailers.at("grpc-message");
 }
 
 TEST_F(WebTest, OldHttpIsAnsweredToTheEndOfTheConnection) {

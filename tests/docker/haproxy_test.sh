@@ -1,0 +1,90 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: haproxy_test.sh BUILD
+# docker/haproxy.cfg with addresses of this machine, before two servers of BUILD: every kind of call goes
+# to the server that its name says, and what a proxy cuts goes on. Skips (77) where there is no HAProxy, and
+# fails there under LATTICED_REQUIRE_HAPROXY.
+set -euo pipefail
+root=$(cd "$(dirname "$(readlink -f "$0")")/../.." && pwd)
+build=$(readlink -f "$1")
+PATH=$PATH:/usr/sbin  # where Debian has it
+for program in haproxy curl openssl; do
+  command -v "$program" >/dev/null && continue
+  echo "skipped, for want of $program"
+  [[ -n ${LATTICED_REQUIRE_HAPROXY:-} ]] && exit 1
+  exit 77
+done
+work=$build/haproxy
+rm -rf "$work"
+mkdir -p "$work"
+cd "$work"
+pids=()
+trap 'kill "${pids[@]}" 2>/dev/null; wait' EXIT
+fail() { echo "$*"; tail -n 20 ./*.txt; exit 1; }
+
+# What the server NODE serves on: `address`, `http` or `admin`.
+listened() { sed -n "s/.* serving .*\b$2=\(127\.0\.0\.1:[0-9]*\).*/\1/p" "$1.txt"; }  # NODE WHAT
+for node in a b; do
+  "$build/server/latticed" --backend cpu --node "$node" --listen 127.0.0.1:0 --http 127.0.0.1:0 \
+    --admin 127.0.0.1:0 --drain-delay 0s >"$node.txt" 2>&1 &
+  pids+=($!)
+done
+for node in a b; do
+  for _ in {1..300}; do [[ -n $(listened "$node" address) ]] && break || sleep 0.1; done
+done
+
+# One certificate for the two names that a machine has of itself.
+openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost -addext subjectAltName=DNS:localhost,IP:127.0.0.1 \
+  -keyout key.pem -out ca.pem 2>/dev/null
+cat ca.pem key.pem >latticed.pem
+
+port=50480
+while (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; do ((++port)); done
+edits=(-e "s|0.0.0.0:443|127.0.0.1:$port|; s|/etc/haproxy|$work|; s|a.example.org|localhost|; s|b.example.org|127.0.0.1|")
+for node in a:10.0.0.1 b:10.0.0.2; do
+  place=${node#*:} node=${node%:*} admin=$(listened "${node%:*}" admin)
+  edits+=(-e "s|$place:50151|$(listened "$node" address)|; s|$place:8080|$(listened "$node" http)|"
+    -e "/server $node /s|port 9090|port ${admin#*:}|")
+done
+sed "${edits[@]}" "$root/docker/haproxy.cfg" >haproxy.cfg
+haproxy -c -q -f haproxy.cfg || fail "HAProxy does not take it"
+haproxy -db -f haproxy.cfg >haproxy.txt 2>&1 &
+pids+=($!)
+# A second one, which cuts streams before their heartbeats come.
+cut_port=$((port + 100))
+while (exec 3<>"/dev/tcp/127.0.0.1/$cut_port") 2>/dev/null; do ((++cut_port)); done
+sed "s/127.0.0.1:$port/127.0.0.1:$cut_port/; s/60s/500ms/" haproxy.cfg >cutting.cfg
+haproxy -db -f cutting.cfg >cutting.txt 2>&1 &
+pids+=($!)
+
+export PATH=$build/client/cpp:$PATH
+for _ in {1..100}; do latticectl info --health --server "localhost:$port" --tls-ca ca.pem >/dev/null 2>&1 && break || sleep 0.1; done
+for name in a:localhost b:127.0.0.1; do
+  node=${name%:*} server=${name#*:}:$port
+  latticectl info --json --server "$server" --tls-ca ca.pem | grep -q "\"node\": *\"$node\"" || fail "gRPC at $server is not $node"
+  for version in --http1.1 --http2; do
+    printf '\0\0\0\0\0' | curl -sS "$version" --cacert ca.pem -D - -o answer -H 'content-type: application/grpc-web+proto' \
+      --data-binary @- "https://$server/latticed.v1.ServerService/GetServerInfo" >head.txt || fail "no gRPC-Web at $server"
+    grep -qi "^latticed-node: $node" head.txt && grep -qa 'grpc-status: 0' answer || fail "gRPC-Web at $server is not $node's"
+  done
+  # The handshake of RFC 6455's example; curl waits for what follows it.
+  curl -sS --http1.1 --max-time 1 --cacert ca.pem -o socket.txt -D socket.head.txt -H 'connection: upgrade' -H 'upgrade: websocket' \
+    -H 'sec-websocket-version: 13' -H 'sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==' \
+    -H "origin: https://$server" "https://$server/ws/latticed.v1.SceneService/Deform" 2>/dev/null || true
+  grep -q '101 Switching Protocols' socket.head.txt || fail "no WebSocket at $server"
+done
+latticectl quickstart --server "localhost:$port" --tls-ca ca.pem --sample knot --steps 3 --output quickstart
+
+# What it cuts goes on.
+ask=(--server "localhost:$cut_port" --tls-ca ca.pem)
+latticectl sample vase --resolution 1 -o vase.obj
+latticectl scene create vase.obj --id a-scene-that-is-cut "${ask[@]}"
+latticectl watch a-scene-that-is-cut --json "${ask[@]}" >watch.txt 2>&1 &
+pids+=($!)
+sleep 2
+latticectl edit move a-scene-that-is-cut --point 0,0,0 --by 0,0,1 "${ask[@]}"
+for _ in {1..100}; do grep -q '"revision": *1' watch.txt && break || sleep 0.1; done
+grep -q '"revision": *1' watch.txt || fail "a watch that the proxy had cut did not see the edit"
+echo "haproxy: gRPC, gRPC-Web and WebSockets go to the server of the name"

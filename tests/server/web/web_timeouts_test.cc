@@ -1,0 +1,164 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Clients that leave a connection waiting: each test shortens one limit, and waits for the end without a
+// clock of its own.
+#include <gmock/gmock.h>
+
+#include <thread>
+
+#include "tests/server/web/web_fixture.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr auto kShort = std::chrono::milliseconds(100);
+constexpr auto kStep = std::chrono::milliseconds(10);
+
+class WebTimeoutsTest : public WebTest {
+ protected:
+  // Polls, for as long as the whole test may take.
+  static bool Becomes(const std::function<bool()>& condition) {
+    for (int i = 0; i < 2'000; ++i) {
+      if (condition()) return true;
+      std::this_thread::sleep_for(kStep);
+    }
+    return false;
+  }
+  // Whether a call was made of it, and is over.
+  bool Ended(const std::string& rpc) const {
+    return server_->metrics().find(
+               fmt::format("latticed_rpc_finished_total{{method=\"{}\"", rpc)) != std::string::npos;
+  }
+};
+
+TEST_F(WebTimeoutsTest, AHeadThatDoesNotEnd) {
+  options_.http_timeouts.head = kShort;
+  Serve();
+  WebClient idle(http()), slow(http());
+
+  slow.SendBytes("GET / HTTP/1.1\r\nhost: loc");
+
+  EXPECT_EQ(slow.ReceiveBytes(1), "");
+  EXPECT_EQ(idle.Get("/").status, 200) << "it has sent nothing, and that may take longer";
+}
+
+TEST_F(WebTimeoutsTest, AnIdleConnection) {
+  options_.http_timeouts.idle = kShort;
+  Serve();
+  WebClient silent(http());
+  std::unique_ptr<WebClient> kept;
+  // The machine may stall between the two steps of a client for longer than the limit.
+  ASSERT_TRUE(Becomes([&] {
+    kept = std::make_unique<WebClient>(http());
+    return kept->Get("/").status == 200;
+  }));
+
+  EXPECT_EQ(kept->ReceiveBytes(1), "");
+  EXPECT_EQ(silent.ReceiveBytes(1), "");
+}
+
+// It is sent nothing for as long as the idle connection stays.
+TEST_F(WebTimeoutsTest, AStreamIsNotIdle) {
+  options_.http_timeouts.idle = kShort;
+  ServeScene();
+  std::unique_ptr<WebClient> watching;
+  ASSERT_TRUE(Becomes([&] {
+    watching = std::make_unique<WebClient>(http());
+    watching->Send("POST", "/latticed.v1.SceneService/Watch",
+                   {{"content-type", "application/grpc-web+proto"}},
+                   Frame(Watch().SerializeAsString()));
+    return !watching->ReceiveBytes(1).empty();
+  }));
+
+  EXPECT_EQ(WebClient(http()).ReceiveBytes(1), "");
+
+  EXPECT_THAT(server_->metrics(), HasSubstr("latticed_watchers 1\n"));
+}
+
+TEST_F(WebTimeoutsTest, ABodyThatStallsEndsItsCall) {
+  options_.http_timeouts.body = kShort;
+  Serve();
+  v1::UploadMeshRequest request;
+  request.mutable_header()->set_format(v1::MESH_FORMAT_OBJ);
+  request.mutable_header()->set_total_bytes(1'000);
+  WebClient client(http());
+
+  client.SendBytes(
+      "POST /latticed.v1.MeshService/UploadMesh HTTP/1.1\r\nhost: localhost\r\n"
+      "content-type: application/grpc-web+proto\r\ncontent-length: 1000\r\n\r\n" +
+      Frame(request.SerializeAsString()));
+
+  while (!client.ReceiveBytes(1'000).empty()) continue;
+  EXPECT_TRUE(Becomes([&] { return Ended("MeshService/UploadMesh"); }));
+}
+
+// What tells that it has ended is its place, which another client gets.
+TEST_F(WebTimeoutsTest, AnAnswerThatIsNotRead) {
+  constexpr size_t kBytes = size_t{64} << 20;  // more than the sockets hold
+  options_.http_timeouts.write = kShort;
+  options_.transport_memory_bytes = uint64_t{16} << 20;  // six connections of 2.5 MiB
+  Serve();
+  Write("web/large.bin", std::string(kBytes, 'x'));
+  std::vector<std::unique_ptr<WebClient>> clients;
+  for (int i = 0; i < 6; ++i) {
+    clients.push_back(std::make_unique<WebClient>(http()));
+    ASSERT_EQ(clients.back()->Get("/").status, 200);
+  }
+
+  clients[0]->Send("GET", "/large.bin", {}, "");
+
+  EXPECT_TRUE(Becomes([&] { return Get("/").status == 200; }));
+  EXPECT_EQ(clients[0]->Receive().status, 0) << "not whole";
+  EXPECT_EQ(clients[1]->Get("/").status, 200);
+}
+
+TEST_F(WebTimeoutsTest, AClientThatSendsOnAfterItsAnswer) {
+  options_.http_timeouts.linger = kShort;
+  Serve();
+  WebClient client(http());
+  client.SendBytes(
+      "POST /latticed.v1.MeshService/UploadMesh HTTP/1.1\r\nhost: localhost\r\n"
+      "content-type: text/plain\r\ncontent-length: 1000000\r\n\r\n");
+  ASSERT_EQ(client.Receive().status, 415);
+
+  EXPECT_TRUE(Becomes([&] { return !client.SendBytes("x"); }));
+}
+
+TEST_F(WebTimeoutsTest, AWebSocketThatAnswersNoPing) {
+  options_.http_timeouts.silence = kShort;
+  ServeScene();
+  WebClient client(http());
+
+  client.SendBytes(fmt::format(
+      "GET /ws/latticed.v1.SceneService/Deform?latticed-scene={} HTTP/1.1\r\nhost: localhost\r\n"
+      "connection: upgrade\r\nupgrade: websocket\r\nsec-websocket-version: 13\r\n"
+      "sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
+      kScene));
+  std::string bytes;
+  for (std::string more; !(more = client.ReceiveBytes(1'000)).empty();) bytes += more;
+
+  EXPECT_THAT(bytes, HasSubstr("101 Switching Protocols"));
+  EXPECT_THAT(bytes, HasSubstr(std::string("\x89\x00", 2))) << "it was pinged";
+  EXPECT_TRUE(Becomes([&] { return Ended("SceneService/Deform"); }));
+}
+
+TEST_F(WebTimeoutsTest, AHandshakeThatDoesNotCome) {
+  options_.http_timeouts.head = kShort;
+  const std::string pem = (folder_ / "server.pem").string();
+  ASSERT_EQ(std::system(fmt::format("openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj "
+                                    "/CN=localhost -keyout '{0}' -out '{0}.crt' >/dev/null 2>&1 "
+                                    "&& cat '{0}.crt' >>'{0}'",
+                                    pem)
+                            .c_str()),
+            0);
+  options_.tls_cert = options_.tls_key = pem;
+  Serve();
+
+  EXPECT_EQ(WebClient(http()).ReceiveBytes(1), "");
+}
+
+}  // namespace
+}  // namespace latticed::testing
