@@ -85,8 +85,9 @@ test('where the next update has ended before one is decoded, both are one, and n
   receiving.end(2n);
   await until(async () => (await receiving.worker.work(), receiving.got.length === 1));
 
-  const { end, surface } = receiving.got[0];
+  const { end, surface, patches, bytes } = receiving.got[0];
   assert.equal(end.updateId, 2n);
+  assert.deepEqual([patches, bytes], [3, 126]); // each patch once, all bytes
   assert.deepEqual(surface!.chunks.map(({ index, decoded }) => [index, decoded.points[0]]).sort(), [[0, 2], [1, 1]]);
 });
 

@@ -1,9 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { Code } from '@connectrpc/connect';
-import type { EditResult, Edit } from 'latticed/v1/edit_pb';
-import type { Hello, LatticeDelta, Presence as PresenceMessage, SceneEvent } from 'latticed/v1/event_pb';
-import type { LatticeState } from 'latticed/v1/lattice_pb';
+import type { Hello, Presence as PresenceMessage, SceneEvent } from 'latticed/v1/event_pb';
 import { Feature, type ServerInfo } from 'latticed/v1/server_pb';
 import type { DecodePool } from '../decode/decode_pool';
 import type { Lattice, Vec3 } from '../lattice/lattice';
@@ -11,18 +9,16 @@ import type { Surface } from '../surface/surface';
 import type { SurfaceSink } from '../surface/surface_sink';
 import { edits, fromEdit, toSurfacePoint } from '../wire/edit_message';
 import { randomUuid } from '../wire/ids';
-import { fromVector, toLattice } from '../wire/lattice_message';
+import { fromVector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
 import type { OpenStream, WatchRequestInit } from '../wire/scene_stream';
 import { ServerError } from '../wire/server_error';
 import { fromView } from '../wire/view_message';
 import { inWords } from '../wire/words';
-import { EditQueue } from './edit_queue';
-import { targetsOf, type Targets } from './edit_targets';
+import { targetsOf } from './edit_targets';
 import type { LatticeEdit, SurfacePoint } from './lattice_edit';
-import { LatticeModel } from './lattice_model';
+import { LatticeSync } from './lattice_sync';
 import { Listeners } from './listeners';
-import { OwnGesture } from './own_gesture';
 import { Presences } from './presences';
 import { SceneConnection, type BackOff, type ConnectionHost } from './scene_connection';
 import type { SceneKeeper } from './scene_keeper';
@@ -49,12 +45,16 @@ export class LiveSession implements SceneSession, ConnectionHost {
   /** Resolves with the first lattice; rejects where the scene cannot be had. */
   readonly ready: Promise<void>;
   private readonly listeners = new Listeners<SessionEvents>();
-  private readonly queue = new EditQueue((batch) => this.connection.send({ message: { case: 'edit', value: batch } }));
+  private readonly sync = new LatticeSync((batch) => this.connection.send({ message: { case: 'edit', value: batch } }), {
+    ready: () => this.latticeReady(),
+    structureChanged: (lattice) => this.structureChanged(lattice),
+    pointsMoved: (indices) => this.listeners.emit('points', indices),
+    serverMoved: () => this.parts.keeper.changed(() => this.lattice),
+    refused: (text) => this.listeners.emit('refused', text),
+  });
   private readonly receiver: UpdateReceiver;
   private readonly presences = new Presences((selected) => this.showPresence(selected));
   private readonly connection: SceneConnection;
-  private model: LatticeModel | undefined;
-  private openGesture: OwnGesture | undefined;
   private view: ViewRequest;
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
   private restored = false;
@@ -72,8 +72,9 @@ export class LiveSession implements SceneSession, ConnectionHost {
   }
 
   get lattice(): Lattice {
-    if (!this.model) throw new Error('the session is not ready');
-    return this.model.shown;
+    const { shown } = this.sync;
+    if (!shown) throw new Error('the session is not ready');
+    return shown;
   }
 
   get surface(): Surface {
@@ -89,40 +90,32 @@ export class LiveSession implements SceneSession, ConnectionHost {
   }
 
   gesture(): Gesture {
-    this.openGesture?.commit();
-    this.openGesture = new OwnGesture({
-      queue: this.queue,
-      structureId: this.model!.structureId,
-      isCurrent: (structureId) => structureId === this.model!.structureId,
-      points: () => this.lattice.points,
-      show: (targets) => this.show(targets),
-    });
-    return this.openGesture;
+    return this.sync.gesture();
   }
 
   apply(edit: LatticeEdit): void {
-    this.step(fromEdit(edit), targetsOf(edit, this.lattice.points));
+    this.sync.step(fromEdit(edit), targetsOf(edit, this.lattice.points));
   }
 
   undo(): void {
-    this.step(edits.undo());
+    this.sync.step(edits.undo());
   }
 
   redo(): void {
-    this.step(edits.redo());
+    this.sync.step(edits.redo());
   }
 
   reset(to: 'identity' | 'initial'): void {
-    this.step(edits.reset(to));
+    this.sync.step(edits.reset(to));
   }
 
   insertKnot(axis: 0 | 1 | 2, value: number): void {
-    this.step(edits.insertKnot(axis, value));
+    this.sync.step(edits.insertKnot(axis, value));
   }
 
   replace(points: Float64Array): void {
     const indices = Uint32Array.from({ length: this.lattice.count }, (_, i) => i);
-    this.step(edits.replace(points), { indices, positions: points.slice() });
+    this.sync.step(edits.replace(points), { indices, positions: points.slice() });
   }
 
   setView(view: ViewRequest): void {
@@ -162,7 +155,7 @@ export class LiveSession implements SceneSession, ConnectionHost {
 
   opened(hello: Hello): void {
     this.parts.keeper.runsOn(hello.bootId);
-    this.queue.opened();
+    this.sync.opened();
     this.presences.opened();
     if (this.restored) this.tell('restored', 'The server was restarted; this browser restored mesh and lattice. What was done before cannot be undone.');
     else this.tell('live', 'Connected.');
@@ -189,10 +182,10 @@ export class LiveSession implements SceneSession, ConnectionHost {
       return true;
     }
     try {
-      if (error.code === Code.NotFound && await this.parts.keeper.restore(this.model?.shown)) {
+      if (error.code === Code.NotFound && await this.parts.keeper.restore(this.sync.shown)) {
         this.restored = true;
         this.resumeToken = new Uint8Array();
-        this.queue.clear();
+        this.sync.restored();
         return true;
       }
       this.fail(error);
@@ -213,57 +206,27 @@ export class LiveSession implements SceneSession, ConnectionHost {
 
   private take(event: SceneEvent['event']): void {
     switch (event.case) {
-      case 'latticeState': return this.takeState(event.value);
-      case 'latticeDelta': return this.takeDelta(event.value);
+      case 'latticeState': return this.sync.takeState(event.value);
+      case 'latticeDelta': return this.sync.takeDelta(event.value);
       case 'topology': return this.receiver.topology(event.value);
       case 'quantisation': return this.receiver.quantisation(event.value);
       case 'updateBegin': return this.receiver.begin(event.value);
       case 'chunks': return this.receiver.chunks(event.value);
       case 'updateEnd': return this.receiver.end(event.value);
-      case 'editResult': return this.takeResult(event.value);
+      case 'editResult': return this.sync.takeResult(event.value);
       case 'presence': return this.takePresence(event.value);
     }
   }
 
-  private takeState(state: LatticeState): void {
-    const lattice = toLattice(state.lattice!);
-    const first = !this.model;
-    this.model ??= new LatticeModel(lattice, state.structureId, state.revision, (structure) => this.queue.overlays(structure));
-    const changed = this.model.takeState(lattice, state.structureId, state.revision) || first;
-    this.queue.reached(state.revision);
-    if (changed) {
-      const dropped = this.queue.dropOther(state.structureId);
-      if (dropped) this.listeners.emit('refused', 'The lattice got other control points meanwhile, so unsent edits were dropped.');
-      this.model.refresh();
-      if (!first) this.parts.surface.structureChanged();
-      this.listeners.emit('lattice', this.model.shown);
-    } else {
-      this.pointsMoved(this.model.refresh());
-    }
-    if (first) {
-      this.settle.resolve();
-      void this.keep();
-    } else {
-      this.saveLater();
-    }
+  private latticeReady(): void {
+    this.listeners.emit('lattice', this.lattice);
+    this.settle.resolve();
+    void this.keep();
   }
 
-  private takeDelta(delta: LatticeDelta): void {
-    if (!this.model || delta.structureId !== this.model.structureId) return;
-    const targets = { indices: Uint32Array.from(delta.indices), positions: Float64Array.from(delta.positions) };
-    this.model.takeDelta(targets, delta.revision);
-    this.queue.reached(delta.revision);
-    this.pointsMoved(this.model.refresh(targets.indices));
-    this.saveLater();
-  }
-
-  private takeResult(result: EditResult): void {
-    const { refused, targets } = this.queue.answer(result);
-    if (this.model) this.queue.reached(this.model.revision);
-    if (refused) {
-      if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
-      this.listeners.emit('refused', inWords(ServerError.fromStatus(result.status!)));
-    }
+  private structureChanged(lattice: Lattice): void {
+    this.parts.surface.structureChanged();
+    this.listeners.emit('lattice', lattice);
   }
 
   private takePresence(presence: PresenceMessage): void {
@@ -279,28 +242,13 @@ export class LiveSession implements SceneSession, ConnectionHost {
     const upload = performance.now() - start;
     this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;
     this.connection.send({ message: { case: 'control', value: { ackedUpdateId: end.updateId } } });
-    const msFromEdit = this.queue.ageOf(end.appliedSequence);
+    const msFromEdit = this.sync.ageOf(end.appliedSequence);
     const { evaluateUs = 0, encodeUs = 0 } = end.timings ?? {};
     this.listeners.emit('update', {
       revision: Number(end.revision), ...(msFromEdit !== undefined && { msFromEdit }), bytes: update.bytes,
       patchesSent: update.patches, patchesAll: this.parts.surface.patchCount, fullDetail: end.fullDetail,
       times: { server: (evaluateUs + encodeUs) / 1000, transfer: update.transferMs, decode: update.decodeMs, upload },
     });
-  }
-
-  private step(edit: Edit, targets?: Targets): void {
-    this.openGesture?.commit();
-    this.queue.add({ edits: [edit], targets }, this.model!.structureId);
-    if (targets) this.show(targets);
-  }
-
-  private show(targets: Targets): void {
-    this.model!.show(targets);
-    this.pointsMoved(targets.indices);
-  }
-
-  private pointsMoved(indices: Uint32Array): void {
-    if (indices.length) this.listeners.emit('points', indices);
   }
 
   private showPresence(selected: number[]): void {
@@ -312,14 +260,10 @@ export class LiveSession implements SceneSession, ConnectionHost {
   private async keep(): Promise<void> {
     try {
       const scene = await this.parts.server.scenes.getScene({ scene: this.sceneId });
-      await this.parts.keeper.keep(scene, this.model!.shown);
+      await this.parts.keeper.keep(scene, this.lattice);
     } catch (error) {
       console.warn('latticed: the scene is not kept for a restart of the server:', error);
     }
-  }
-
-  private saveLater(): void {
-    this.parts.keeper.changed(() => this.model!.shown);
   }
 
   /** What came cannot be read: everything is asked for anew. */
@@ -331,7 +275,7 @@ export class LiveSession implements SceneSession, ConnectionHost {
   }
 
   private lost(): void {
-    this.queue.lost();
+    this.sync.lost();
     this.receiver.reset();
   }
 

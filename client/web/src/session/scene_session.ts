@@ -31,7 +31,7 @@ export interface UpdateInfo {
   readonly msFromEdit?: number;
   /** Of chunk data. */
   readonly bytes: number;
-  /** Patches in the update's chunks. */
+  /** Patches in the update's chunks, each counted once. */
   readonly patchesSent: number;
   readonly patchesAll: number;
   /** Whether this is all detail that the view asks for. */
