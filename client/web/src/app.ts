@@ -8,7 +8,7 @@ import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
 import type { SceneSession, SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
-import { Commands } from './ui/commands';
+import { Commands, letterOf } from './ui/commands';
 import { acceptDrops } from './ui/drop_zone';
 import { Hud } from './ui/hud';
 import { MenuBar } from './ui/menu_bar';
@@ -20,13 +20,14 @@ import { startScreen } from './ui/start_screen';
 import { ThemeSwitch } from './ui/theme';
 import { Toasts } from './ui/toasts';
 import { Toolbar } from './ui/toolbar';
+import { TransformBar } from './ui/transform_bar';
 import { Viewport } from './viewport/viewport';
 import { inWords } from './wire/words';
 
 const TOOLS = [
   ['tool-select', 'tool-box', 'tool-pull'],
   ['gizmo-move', 'gizmo-rotate', 'gizmo-scale'],
-  ['soft', 'through'],
+  ['toggling', 'soft', 'through'],
   ['undo', 'redo'],
   ['frame-selected', 'view-front', 'view-side', 'view-top', 'orthographic'],
 ];
@@ -48,6 +49,7 @@ export class App {
   private readonly page: Page;
   private readonly hud = new Hud();
   private readonly people = new People();
+  private readonly transformBar = new TransformBar(() => this.scene?.editor);
   private readonly panel = new Panel(this.settings);
   private readonly toolbars: Toolbar[];
   private readonly theme: ThemeSwitch;
@@ -133,7 +135,7 @@ export class App {
     tools.append(left.element);
     side.append(this.panel.element);
     this.hud.element.hidden = true;
-    view.append(nav.element, this.hud.element, this.start);
+    view.append(nav.element, this.hud.element, this.transformBar.element, this.start);
     acceptDrops(
       (files) => this.opener.takeFiles(files),
       (over) => view.classList.toggle('drop-target', over),
@@ -162,6 +164,7 @@ export class App {
   }
 
   private showHint(text: string | undefined): void {
+    this.transformBar.show(text !== undefined && !(this.scene?.pointer.dragging ?? false));
     this.page.hint.textContent = text ?? (this.scene === undefined ? '' : HINTS[this.settings.value.tool]);
     this.page.hint.classList.toggle('running', text !== undefined);
   }
@@ -173,8 +176,8 @@ export class App {
     const editor = this.scene?.editor;
     if (editor?.transforming) {
       // Ctrl snaps meanwhile; an undo in the middle of a gesture would tear it.
-      if (event.ctrlKey || event.metaKey || event.altKey || editor.keyPressed(event.key, event.shiftKey))
-        event.preventDefault();
+      const held = event.ctrlKey || event.metaKey || event.altKey;
+      if (held || editor.keyPressed(letterOf(event) ?? event.key, event.shiftKey)) event.preventDefault();
       return;
     }
     if (this.commands.press(event)) event.preventDefault();

@@ -15,6 +15,7 @@ import { sameStructure } from './lattice/same_structure';
 import type { ViewRequest } from './session/scene_session';
 import { FitDialog } from './ui/fit_dialog';
 import { randomPerson } from './ui/people';
+import { saveFile } from './ui/save_file';
 import { inWords } from './wire/words';
 
 const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
@@ -51,12 +52,7 @@ export class SceneOpener {
   saveLattice(): void {
     const { scene } = this.app;
     if (scene === undefined) return;
-    const blob = new Blob([latticeToJson(scene.session.lattice)], { type: 'application/json' });
-    const link = document.createElement('a');
-    link.href = URL.createObjectURL(blob);
-    link.download = 'lattice.json';
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href));
+    saveFile('lattice.json', new Blob([latticeToJson(scene.session.lattice)], { type: 'application/json' }));
   }
 
   /** Loads the base colour of the mesh that is open: of the picture dropped for it, or of its file. */
@@ -114,7 +110,7 @@ export class SceneOpener {
   private async create(mesh: string, lattice: Fit | Lattice, view: ViewRequest): Promise<void> {
     const id = await this.app.services.createScene(mesh, lattice, view);
     await this.open(id);
-    history.pushState(null, '', `?scene=${id}`);
+    history.pushState(null, '', `?scene=${id}${location.hash}`); // the fragment may hold the token
   }
 
   private async open(id: string): Promise<void> {

@@ -114,6 +114,7 @@ export class SceneView {
     for (const end of this.ends) end();
     cancelAnimationFrame(this.soon);
     this.pointer.dispose();
+    this.editor.dispose();
     this.gizmo.dispose();
     this.softCircle.element.remove();
     this.viewport.scene.remove(this.session.surface.object, this.cage.object, this.knotBoxes.object);

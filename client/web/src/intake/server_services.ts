@@ -11,6 +11,7 @@ import { Lattice } from '../lattice/lattice';
 import { openSession } from '../session/open_session';
 import type { ViewRequest } from '../session/scene_session';
 import { downloadMesh } from '../wire/download';
+import { downloadExport } from '../wire/export_download';
 import { randomId } from '../wire/ids';
 import { fromLattice, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
@@ -57,7 +58,7 @@ export function serverServices(server: LatticedServer): Services {
       return { mesh, view: defaultView === undefined ? {} : toView(defaultView) };
     },
     openSession: (sceneId, options) => openSession(server, sceneId, options),
-    exportAddress: (sceneId, format) => `${server.origin}/export/${sceneId}.${format}`,
+    exportScene: (sceneId, format, ...rest) => downloadExport(server, sceneId, format, ...rest),
   };
 }
 

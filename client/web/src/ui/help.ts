@@ -14,9 +14,12 @@ const POINTER: readonly (readonly [string, string])[] = [
 ];
 
 const WHILE_TRANSFORMING: readonly (readonly [string, string])[] = [
-  ['X Y Z', 'Along one axis; again: of the lattice; again: free'],
+  ['X Y Z', 'Along one axis; again: of the lattice, or world; again: free'],
   ['Shift + X Y Z', 'In the plane across an axis'],
+  ['R again', 'Trackball'],
   ['0–9 . - ⌫', 'Type the amount'],
+  ['Tab', 'The next number: G 1 Tab 2 Tab 3'],
+  ['Wheel, PgUp/PgDn', 'Reach of soft selection; O: on or off'],
   ['Shift / Ctrl', 'Fine / snap'],
   ['Enter, click', 'Confirm'],
   ['Esc, right click', 'Cancel'],

@@ -38,7 +38,7 @@ export class Gizmo {
     viewport.scene.add(this.standIn, this.controls.getHelper());
     this.controls.addEventListener('change', () => viewport.invalidate());
     this.controls.addEventListener('objectChange', () => this.events.update(this.motion()));
-    this.controls.addEventListener('dragging-changed', ({ value }) => this.dragging(value === true));
+    this.controls.addEventListener('dragging-changed', ({ value }) => this.draggingChanged(value === true));
   }
 
   /** Whether a press here would be on a handle: a finger comes without having hovered. */
@@ -56,6 +56,11 @@ export class Gizmo {
   /** Whether the pointer is on a handle, or drags one. */
   get busy(): boolean {
     return this.controls.object !== undefined && (this.controls.axis !== null || this.controls.dragging);
+  }
+
+  /** Whether a handle is held. */
+  get dragging(): boolean {
+    return this.controls.dragging;
   }
 
   /** Puts the handles at a place, along axes that are made orthogonal where they are not. */
@@ -92,7 +97,7 @@ export class Gizmo {
     this.controls.setScaleSnap(step === undefined ? null : 0.1);
   }
 
-  private dragging(on: boolean): void {
+  private draggingChanged(on: boolean): void {
     this.viewport.rig.controls.enabled = !on;
     if (!on) return this.events.end();
     this.start.position.copy(this.standIn.position);

@@ -7,7 +7,7 @@ import type { Cage } from '../cage/cage';
 import type { Editor } from '../edit/editor';
 import { WORLD_BASIS } from '../lattice/vec';
 import type { SettingsStore } from '../state/settings';
-import { BoxDrag, PointDrag, PullDrag, selectMode, type Drag, type Place } from './drags';
+import { BoxDrag, PointDrag, PullDrag, SteeringDrag, selectMode, type Drag, type Place } from './drags';
 import type { Gizmo } from './gizmo';
 import type { PointPicker } from './point_picker';
 import type { Viewport } from './viewport';
@@ -46,8 +46,14 @@ export class PointerTools {
     window.addEventListener('pointermove', (event) => this.move(event), options);
     window.addEventListener('pointerup', (event) => this.up(event), options);
     window.addEventListener('pointercancel', () => this.cancel(), options);
+    element.addEventListener('wheel', (event) => this.wheel(event), { ...options, passive: false });
     canvas.addEventListener('contextmenu', (event) => event.preventDefault(), options);
     canvas.addEventListener('pointerleave', () => this.hover(undefined), options);
+  }
+
+  /** Whether a press moves something, and its release ends that. */
+  get dragging(): boolean {
+    return this.press !== undefined && this.press.moved && !(this.press.drag instanceof SteeringDrag);
   }
 
   dispose(): void {
@@ -75,14 +81,25 @@ export class PointerTools {
     if (drag !== undefined || point !== undefined) viewport.rig.controls.enabled = false;
   }
 
-  /** A click confirms the transform that keys began, a right click cancels it. */
+  /** A click confirms the transform that keys began, a right click cancels it, a finger steers it. */
   private endTransform(event: PointerEvent): void {
     const { editor, viewport } = this.parts;
+    // A finger has no place before it comes down: it steers, and buttons confirm.
+    const drag = event.pointerType === 'touch' ? new SteeringDrag(editor, this.place) : undefined;
     if (event.button === 2) editor.cancelTransform();
-    else editor.commitTransform();
+    else if (drag === undefined) editor.commitTransform();
     viewport.rig.controls.enabled = false;
     event.preventDefault();
-    this.press = { id: event.pointerId, place: this.place, point: undefined, drag: undefined, moved: true };
+    this.press = { id: event.pointerId, place: this.place, point: undefined, drag, moved: true };
+  }
+
+  /** Not a zoom while a transform runs, but its soft radius: the wheel turned towards a person makes it larger. */
+  private wheel(event: WheelEvent): void {
+    const { editor, gizmo } = this.parts;
+    if (!editor.transforming && !gizmo.dragging) return;
+    editor.resizeSoft(Math.sign(event.deltaY));
+    event.preventDefault();
+    event.stopPropagation();
   }
 
   private toolDrag(event: PointerEvent, point: number | undefined): Drag | undefined {
@@ -90,7 +107,7 @@ export class PointerTools {
     const { tool } = settings.value;
     if (tool === 'pull') return new PullDrag(viewport, editor, this.place, onPullMissed);
     if (tool === 'box' || (event.shiftKey && point === undefined)) {
-      return new BoxDrag(viewport, picker, editor, this.place, selectMode(event));
+      return new BoxDrag(viewport, picker, editor, this.place, selectMode(event, settings.value.toggling));
     }
     return undefined;
   }
@@ -133,8 +150,10 @@ export class PointerTools {
     if (press.drag !== undefined && (press.moved || parts.settings.value.tool === 'pull')) return press.drag.end();
     press.drag?.cancel();
     if (press.moved) return;
-    if (press.point !== undefined) parts.editor.selection.select([press.point], selectMode(event));
-    else if (selectMode(event) === 'replace' && parts.settings.value.tool !== 'pull') parts.editor.selection.none();
+    const { tool, toggling } = parts.settings.value;
+    const mode = selectMode(event, toggling);
+    if (press.point !== undefined) parts.editor.selection.select([press.point], mode);
+    else if (mode === 'replace' && tool !== 'pull') parts.editor.selection.none();
   }
 
   private hoverAt(event: PointerEvent): void {
