@@ -69,7 +69,7 @@ export class App {
       new Toolbar('Page', 'toolbar page-bar', this.commands, HEADER_TOOLS),
     ];
     this.start = startScreen({
-      file: (file) => this.opener.takeFiles([file]),
+      files: (files) => this.opener.takeFiles(files),
       sample: (name) => this.opener.takeSample(name),
     });
     this.theme = new ThemeSwitch((dark) => this.setDark(dark));

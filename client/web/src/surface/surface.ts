@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Box3, Object3D, Texture } from 'three';
+import type { Box3, DataArrayTexture, Object3D } from 'three';
 
 /** How the surface is drawn. */
 export interface SurfaceLook {
@@ -26,7 +26,10 @@ export interface Surface {
   /** Called when it looks otherwise without an update: what a look asked for has come. */
   onChanged?: () => void;
   setLook(look: SurfaceLook): void;
-  /** Base colour texture with texture coordinates per corner of the mesh (u v each), or without both: none. */
-  setTexture(texture: Texture | undefined, cornerUvs?: Float32Array): Promise<void>;
+  /**
+   * Base colours in layers, with u v layer for each corner of the mesh, v from the texture's first row on; without both:
+   * none. The texture stays its owner's.
+   */
+  setTexture(texture: DataArrayTexture | undefined, corners?: Float32Array): void;
   dispose(): void;
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type Texture } from 'three';
+import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type DataArrayTexture, type Texture } from 'three';
 import { PatchColours } from './patch_colours';
 import type { PatchSource } from './patch_source';
 import { patternTexture } from './patch_texture';
@@ -19,7 +19,7 @@ export class SurfaceMesh implements SurfaceSink {
   private readonly uniforms = {
     pointsPerPatch: { value: 1 }, segments: { value: 1 }, octahedralMax: { value: 1 }, step: { value: 1 },
     toRest: { value: new Vector3() }, pattern: { value: null as Texture | null }, restCorners: { value: null as Texture | null },
-    boxColours: { value: null as Texture | null }, patchUvs: { value: null as Texture | null }, map: { value: null as Texture | null },
+    boxColours: { value: null as Texture | null }, patchUvs: { value: null as Texture | null }, map: { value: null as DataArrayTexture | null },
     baseColour: { value: new Color(0xb9bec6) }, lineColour: { value: new Color(0x11151c) }, wireframe: { value: 0 },
     patchEdges: { value: 0 }, opacity: { value: 1 }, displacementRange: { value: 1 },
   };
@@ -117,9 +117,9 @@ export class SurfaceMesh implements SurfaceSink {
     this.dress();
   }
 
-  async setTexture(texture: Texture | undefined, cornerUvs?: Float32Array): Promise<void> {
+  setTexture(texture: DataArrayTexture | undefined, corners?: Float32Array): void {
     this.uniforms.map.value = texture ?? null;
-    this.patches.setUvs(texture ? cornerUvs : undefined);
+    this.patches.setUvs(texture ? corners : undefined);
     this.dress();
   }
 

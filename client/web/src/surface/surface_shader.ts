@@ -32,6 +32,7 @@ export const VERTEX_SHADER = /* glsl */ `
   out vec3 gridPlace;
   out vec3 boxColour;
   out vec2 textureUv;
+  flat out float textureLayer;
   out float displacement;
 
   vec4 patchTexel(highp sampler2D data, int texel) {
@@ -76,7 +77,9 @@ export const VERTEX_SHADER = /* glsl */ `
     #endif
     #ifdef TEXTURED
       vec4 first = patchTexel(patchUvs, 2 * patchNumber);
-      textureUv = weights.x * first.xy + weights.y * first.zw + weights.z * patchTexel(patchUvs, 2 * patchNumber + 1).xy;
+      vec4 second = patchTexel(patchUvs, 2 * patchNumber + 1);
+      textureUv = weights.x * first.xy + weights.y * first.zw + weights.z * second.xy;
+      textureLayer = second.z;
     #endif
     #ifdef HAS_NORMALS
       viewNormal = normalMatrix * decodedNormal();
@@ -95,12 +98,13 @@ export const FRAGMENT_SHADER = /* glsl */ `
   uniform float patchEdges;
   uniform float opacity;
   uniform float displacementRange;
-  uniform sampler2D map;
+  uniform highp sampler2DArray map;
   in vec3 viewPosition;
   in vec3 viewNormal;
   in vec3 gridPlace;
   in vec3 boxColour;
   in vec2 textureUv;
+  flat in float textureLayer;
   in float displacement;
 
   // Dark blue, blue, green, yellow, red over 0 to 1.
@@ -118,7 +122,7 @@ export const FRAGMENT_SHADER = /* glsl */ `
     #elif defined(DISPLACEMENT)
       return heat(displacement / max(displacementRange, 1e-30));
     #elif defined(TEXTURED)
-      return texture(map, textureUv).rgb;
+      return texture(map, vec3(textureUv, textureLayer)).rgb;
     #else
       return baseColour;
     #endif

@@ -7,7 +7,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
 
 const FIELD_OF_VIEW = 40; // degrees, of the shorter side
-const MARGIN = 1.02; // how much more than the framed sphere is seen
+const MARGIN = 1.1; // how much more than the framed sphere is seen: the head-up line lies over the edge
 
 export type ViewCamera = PerspectiveCamera | OrthographicCamera;
 

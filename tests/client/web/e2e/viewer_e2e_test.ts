@@ -16,6 +16,7 @@ import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
+import { dropFiles } from './viewer_page';
 
 const OBJ = torusObj(12, 8);
 const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
@@ -27,17 +28,6 @@ let errors: string[];
 
 async function shot(name: string, of = page): Promise<void> {
   if (process.env.LATTICED_SHOTS) await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
-}
-
-function dropFile(name: string, text: string): Promise<void> {
-  return page.evaluate(
-    ([fileName, content]) => {
-      const dataTransfer = new DataTransfer();
-      dataTransfer.items.add(new File([content], fileName));
-      window.dispatchEvent(new DragEvent('drop', { dataTransfer, cancelable: true }));
-    },
-    [name, text] as const,
-  );
 }
 
 function controlPoint(of: Page, index: number): Promise<Vec3> {
@@ -129,21 +119,21 @@ after(async () => {
 });
 
 test('a file that is no mesh is refused in words, on the page', async () => {
-  await dropFile('broken.obj', 'f 1 2 3\n');
+  await dropFiles(page, [['broken.obj', 'f 1 2 3\n']]);
 
   await page
     .locator('.fit .error')
     .getByText(/vertex|vertices/i)
     .waitFor();
   await page.getByRole('button', { name: 'Cancel' }).click();
-  await dropFile('part.step', 'ISO-10303-21;');
+  await dropFiles(page, [['part.step', 'ISO-10303-21;']]);
   await page.locator('.toast-error').getByText('part.step is no mesh').waitFor();
   await page.locator('.toast-error').getByRole('button', { name: 'Close' }).click();
   errors.length = 0; // the refused call is in the console too
 });
 
 test('a dropped file becomes a scene with the lattice that is asked for', async () => {
-  await dropFile('torus.obj', OBJ);
+  await dropFiles(page, [['torus.obj', OBJ]]);
   await page.getByText('96 vertices, 192 faces').waitFor();
   await page.getByLabel('Points along u').fill('5');
   await page.getByLabel('Points along u').press('Tab');
@@ -309,7 +299,7 @@ test('a lattice that was saved brings its shape back when it is dropped on the p
 
   await page.evaluate(() => window.latticed.commands.get('reset').run());
   await page.waitForFunction(([x]) => window.latticed.scene!.session.lattice.points[2] !== x, [before[2]] as const);
-  await dropFile('lattice.json', json);
+  await dropFiles(page, [['lattice.json', json]]);
   await page.waitForFunction(([x]) => window.latticed.scene!.session.lattice.points[2] === x, [before[2]] as const);
 
   assert.equal(latticeFromJson(json).count, 80);
@@ -362,16 +352,6 @@ test('the help lists the key of every command, and Escape closes it', async () =
   );
   await page.keyboard.press('Escape');
   await page.locator('.help').waitFor({ state: 'detached' });
-});
-
-test('the export dialog links to a file of the deformed surface', async () => {
-  await page.keyboard.press('Control+e');
-  const [download] = await Promise.all([page.waitForEvent('download'), page.getByText('Binary STL').click()]);
-
-  const stream = await download.createReadStream();
-  let bytes = 0;
-  for await (const part of stream) bytes += (part as Buffer).length;
-  assert.ok(bytes > 84 && (bytes - 84) % 50 === 0, `${bytes} bytes are no binary STL`);
 });
 
 test('a server that was killed and started again is said on the page, and gets the scene back', async () => {
