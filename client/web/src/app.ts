@@ -180,6 +180,7 @@ export class App {
       if (held || editor.keyPressed(letterOf(event) ?? event.key, event.shiftKey)) event.preventDefault();
       return;
     }
-    if (this.commands.press(event)) event.preventDefault();
+    const cancelled = event.key === 'Escape' && this.scene?.pointer.cancel();
+    if (cancelled || this.commands.press(event)) event.preventDefault();
   }
 }

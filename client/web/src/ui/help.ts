@@ -10,6 +10,7 @@ const POINTER: readonly (readonly [string, string])[] = [
   ['Drag empty space', 'Orbit; right or two fingers: pan; wheel or pinch: zoom'],
   ['Click a point', 'Select; Shift adds, Ctrl toggles'],
   ['Drag a point', 'Move what is selected, in the plane of the view'],
+  ['Drag a handle', 'Move, turn or scale along its axis or plane'],
   ['Shift + drag', 'Select by a box'],
 ];
 

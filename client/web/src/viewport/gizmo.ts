@@ -15,12 +15,15 @@ export interface GizmoEvents {
   begin(): void;
   update(motion: Motion): void;
   end(): void;
+  /** In place of end(): nothing shall have moved. */
+  cancel(): void;
 }
 
 export class Gizmo {
   private readonly controls: TransformControls;
   private readonly standIn = new Object3D();
   private readonly start = { position: new Vector3(), quaternion: new Quaternion() };
+  private cancelling = false;
   private kind: MotionKind = 'move';
   private basis: Basis = [
     [1, 0, 0],
@@ -63,6 +66,16 @@ export class Gizmo {
     return this.controls.dragging;
   }
 
+  /** Lets go of a handle without an effect; says whether one was held. */
+  cancel(): boolean {
+    if (!this.controls.dragging) return false;
+    this.cancelling = true;
+    this.controls.reset();
+    this.controls.pointerUp(null);
+    this.cancelling = false;
+    return true;
+  }
+
   /** Puts the handles at a place, along axes that are made orthogonal where they are not. */
   show(kind: MotionKind, place: Vec3, axes: Basis): void {
     if (this.controls.dragging) return;
@@ -99,7 +112,7 @@ export class Gizmo {
 
   private draggingChanged(on: boolean): void {
     this.viewport.rig.controls.enabled = !on;
-    if (!on) return this.events.end();
+    if (!on) return this.cancelling ? this.events.cancel() : this.events.end();
     this.start.position.copy(this.standIn.position);
     this.start.quaternion.copy(this.standIn.quaternion);
     this.events.begin();

@@ -4,6 +4,7 @@
 // What a person does on the viewer's page.
 import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
+import type { Vec3 } from '@src/lattice/vec';
 
 /** Drops files, of text or bytes, onto the page. */
 export function dropFiles(page: Page, files: readonly (readonly [name: string, content: string | Buffer])[]): Promise<void> {
@@ -29,6 +30,25 @@ export async function createScene(page: Page): Promise<void> {
     const { scene } = window.latticed;
     return scene !== undefined && scene.session.sceneId !== id && scene.session.surface.patchCount > 0;
   }, before);
+}
+
+/** Where a control point is in the world. */
+export function controlPoint(of: Page, index: number): Promise<Vec3> {
+  return of.evaluate(
+    (i) => [...window.latticed.scene!.session.lattice.points.slice(3 * i, 3 * i + 3)] as unknown as Vec3,
+    index,
+  );
+}
+
+/** Where a control point is on the screen, in pixels of the page. */
+export function onScreen(of: Page, index: number): Promise<[number, number]> {
+  return of.evaluate((i) => {
+    const { viewport, scene } = window.latticed;
+    const points = scene!.session.lattice.points;
+    const [x, y] = viewport.project([points[3 * i], points[3 * i + 1], points[3 * i + 2]])!;
+    const box = viewport.canvas.getBoundingClientRect();
+    return [box.left + x, box.top + y];
+  }, index);
 }
 
 /** The colour of the page's view where a point of the world is, 0 to 255. */
