@@ -25,6 +25,7 @@ export class SceneOpener {
   /** Of the scene that is open: its mesh's id, the mesh's file where this page has it, and what was dropped with it. */
   private mesh: { id: string; file?: MeshFile; companions: readonly File[] } = { id: '', companions: [] };
 
+  private fitting: FitDialog | undefined;
   private texture: DataArrayTexture | undefined;
   private readonly person = randomPerson();
 
@@ -97,7 +98,8 @@ export class SceneOpener {
 
   private takeMesh(file: MeshFile, companions: readonly File[] = []): void {
     const { services } = this.app;
-    new FitDialog({
+    this.fitting?.close(); // for what was dropped before
+    this.fitting = new FitDialog({
       file,
       upload: (progress, signal) => services.upload(file, progress, signal),
       create: async (mesh, fit) => {

@@ -13,7 +13,7 @@ import { fromVector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
 import type { OpenStream, WatchRequestInit } from '../wire/scene_stream';
 import { ServerError } from '../wire/server_error';
-import { fromView } from '../wire/view_message';
+import { fromView, toView } from '../wire/view_message';
 import { inWords } from '../wire/words';
 import { targetsOf } from './edit_targets';
 import type { LatticeEdit, SurfacePoint } from './lattice_edit';
@@ -56,6 +56,7 @@ export class LiveSession implements SceneSession, ConnectionHost {
   private readonly presences = new Presences((selected) => this.showPresence(selected));
   private readonly connection: SceneConnection;
   private view: ViewRequest;
+  private grantedView: Required<ViewRequest> | undefined;  // of the newest update
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
   private restored = false;
   private presenceAllowed: boolean;
@@ -172,6 +173,7 @@ export class LiveSession implements SceneSession, ConnectionHost {
   retrying(error: ServerError | undefined): void {
     this.lost();
     this.restored = false;
+    if (error?.reason === 'OUT_OF_MEMORY') this.takeViewBack(error);
     this.tell('retrying', error ? `${inWords(error)} Trying again …` : 'The connection ended. Connecting again …');
   }
 
@@ -241,6 +243,7 @@ export class LiveSession implements SceneSession, ConnectionHost {
     if (surface) this.parts.surface.apply(surface);
     const upload = performance.now() - start;
     this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;
+    if (update.view && end.fullDetail) this.grantedView = toView(update.view);
     this.connection.send({ message: { case: 'control', value: { ackedUpdateId: end.updateId } } });
     const msFromEdit = this.sync.ageOf(end.appliedSequence);
     const { evaluateUs = 0, encodeUs = 0 } = end.timings ?? {};
@@ -255,6 +258,16 @@ export class LiveSession implements SceneSession, ConnectionHost {
     if (!this.presenceAllowed || this.shown.state === 'retrying') return;
     const { name = '', colour = 0 } = this.parts;
     this.connection.send({ message: { case: 'presence', value: { name, colour, selectedIndices: selected } } });
+  }
+
+  /** A view that is too large ends the stream: another with the same view would end as well. */
+  private takeViewBack(error: ServerError): void {
+    const { grantedView, view } = this;
+    const keys = Object.keys(view) as (keyof ViewRequest)[];
+    if (!grantedView || keys.every((key) => view[key] === grantedView[key])) return;
+    this.view = grantedView;
+    this.listeners.emit('refused', inWords(error));
+    this.listeners.emit('view', grantedView);
   }
 
   private async keep(): Promise<void> {

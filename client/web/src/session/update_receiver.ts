@@ -22,6 +22,8 @@ interface Incoming {
 /** An update that is whole and decoded. */
 export interface ReceivedUpdate {
   readonly end: UpdateEnd;
+  /** In force; absent where the update began without. */
+  readonly view: ViewOptions | undefined;
   /** Absent where no chunk changed. */
   readonly surface: SurfaceUpdate | undefined;
   readonly bytes: number;
@@ -122,7 +124,7 @@ export class UpdateReceiver {
       const { layout, grid, view } = update;
       const surface = layout && grid && chunks.length ? { layout, grid, normals: hasNormals(view), chunks } : undefined;
       const patches = chunks.reduce((sum, { index }) => sum + layout!.patchesOf(index), 0);
-      this.received({ end, surface, bytes: update.bytes, patches, transferMs: at - update.begun, decodeMs });
+      this.received({ end, view, surface, bytes: update.bytes, patches, transferMs: at - update.begun, decodeMs });
       for (const { decoded } of chunks) this.pool.giveBack(decoded);
     } catch (error) {
       if (!ended.cancelled) this.failed(error as Error);
