@@ -10,6 +10,7 @@ import type { SceneSession, SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
 import { Commands, letterOf } from './ui/commands';
 import { acceptDrops } from './ui/drop_zone';
+import { HeatLegend } from './ui/heat_legend';
 import { Hud } from './ui/hud';
 import { MenuBar } from './ui/menu_bar';
 import { NavGizmo } from './ui/nav_gizmo';
@@ -39,6 +40,14 @@ const HINTS: Record<Settings['tool'], string> = {
   pull: 'Press on the surface and pull it',
 };
 
+const CONNECTIONS: Record<SessionStatus['state'], string> = {
+  connecting: 'connecting',
+  live: 'live',
+  retrying: 'trying again',
+  restored: 'live, restored',
+  failed: 'not connected',
+};
+
 export class App {
   readonly settings = rememberedSettings(localStorage);
   readonly viewport: Viewport;
@@ -48,6 +57,7 @@ export class App {
   scene: SceneView | undefined;
   private readonly page: Page;
   private readonly hud = new Hud();
+  private readonly heatLegend = new HeatLegend();
   private readonly people = new People();
   private readonly transformBar = new TransformBar(() => this.scene?.editor);
   private readonly panel = new Panel(this.settings);
@@ -103,7 +113,6 @@ export class App {
     this.people.show([]);
     session.on('refused', (text) => this.toasts.fail(text));
     session.on('view', (view) => this.settings.set({ view: { ...this.settings.value.view, ...view } }));
-    session.on('status', (status) => this.showStatus(status));
     this.showStatus(session.status);
     const size = Math.hypot(...this.scene.bounds().getSize(this.viewport.rig.target.clone()).toArray());
     this.panel.show(this.scene.editor, size);
@@ -113,8 +122,10 @@ export class App {
 
   showStatus({ state, text }: SessionStatus): void {
     this.page.connection.dataset['state'] = state;
-    this.page.connection.textContent = state === 'live' ? 'live' : text;
-    const trouble = state === 'retrying' || state === 'failed';
+    this.page.connection.textContent = CONNECTIONS[state];
+    this.page.connection.title = text;
+    // A scene that could not be opened is told of by who opened it.
+    const trouble = state === 'retrying' || (state === 'failed' && this.scene?.session.status.state === 'failed');
     this.page.banner.hidden = !trouble;
     this.page.banner.textContent = trouble ? text : '';
     if (state === 'restored') this.toasts.tell(text);
@@ -122,6 +133,8 @@ export class App {
 
   private refresh(): void {
     this.panel.refresh();
+    const heat = this.settings.value.colouring === 'displacement';
+    this.heatLegend.show(heat ? this.scene?.session.surface.displacementRange : undefined);
     for (const toolbar of this.toolbars) toolbar.refresh();
   }
 
@@ -136,7 +149,7 @@ export class App {
     tools.append(left.element);
     side.append(this.panel.element);
     this.hud.element.hidden = true;
-    view.append(nav.element, this.hud.element, this.transformBar.element, this.start);
+    view.append(nav.element, this.heatLegend.element, this.hud.element, this.transformBar.element, this.start);
     acceptDrops(
       (files) => this.opener.takeFiles(files),
       (over) => view.classList.toggle('drop-target', over),

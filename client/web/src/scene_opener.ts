@@ -13,7 +13,7 @@ import type { Fit } from './lattice/identity';
 import type { Lattice } from './lattice/lattice';
 import { latticeFromJson, latticeToJson } from './lattice/lattice_json';
 import { sameStructure } from './lattice/same_structure';
-import type { ViewRequest } from './session/scene_session';
+import type { SessionStatus, ViewRequest } from './session/scene_session';
 import { FitDialog } from './ui/fit_dialog';
 import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
@@ -132,10 +132,12 @@ export class SceneOpener {
     if (this.mesh.id !== facts?.mesh) this.mesh = { id: facts?.mesh ?? '', companions: [] };
     if (settings.value.colouring === 'texture') settings.set({ colouring: 'plain' }); // of the mesh before
     if (facts !== undefined) settings.set({ view: { ...settings.value.view, ...facts.view } });
-    const session = await services.openSession(id, {
-      ...this.person,
-      view: settings.value.view,
-      onStatus: (status) => this.app.showStatus(status),
+    const onStatus = (status: SessionStatus): void => this.app.showStatus(status);
+    const before = this.app.scene?.session;
+    const options = { ...this.person, view: settings.value.view, onStatus };
+    const session = await services.openSession(id, options).catch((error: unknown) => {
+      if (before !== undefined) onStatus(before.status);
+      throw error;
     });
     this.app.show(session);
   }

@@ -11,8 +11,6 @@ export interface SurfaceLook {
   /** The rest shape as a ghost. */
   readonly ghost?: boolean;
   readonly colour?: number;
-  /** World units that the heat map's end stands for; absent: the largest seen. */
-  readonly displacementRange?: number;
 }
 
 /** The deformed surface as three draws it: one geometry for all chunks, written in place. */
@@ -23,6 +21,8 @@ export interface Surface {
   readonly bounds: Box3;
   readonly patchCount: number;
   readonly triangleCount: number;
+  /** World units that the end of the heat map's colours stands for: the largest displacement that is seen. */
+  readonly displacementRange: number;
   /** Called when it looks otherwise without an update: what a look asked for has come. */
   onChanged?: () => void;
   setLook(look: SurfaceLook): void;

@@ -26,6 +26,14 @@ const WHILE_TRANSFORMING: readonly (readonly [string, string])[] = [
   ['Esc, right click', 'Cancel'],
 ];
 
+const FILES: readonly (readonly [string, string])[] = [
+  ['OBJ', 'With its MTL file and pictures, dropped together'],
+  ['PLY', 'With the pictures that it names in comments: TextureFile'],
+  ['GLB', 'With its own pictures, or one dropped for all'],
+  ['STL DRC', 'Shown without pictures'],
+  ['JSON', 'A lattice, as of latticectl lattice'],
+];
+
 export function showHelp(commands: readonly Command[]): void {
   const sections = GROUPS.map((group) => {
     const rows = commands.filter((c) => c.group === group && c.keys !== undefined);
@@ -44,7 +52,9 @@ export function showHelp(commands: readonly Command[]): void {
       { class: 'help-columns' },
       section('Pointer', POINTER),
       section('During G, R, S', WHILE_TRANSFORMING),
-      ...sections,
+      sections[0],
+      section('Dropped files', FILES),
+      ...sections.slice(1),
     ),
   );
   close.addEventListener('click', () => dialog.close());

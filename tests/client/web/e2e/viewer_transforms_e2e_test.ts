@@ -53,12 +53,13 @@ async function swipe(from: readonly [number, number], to: readonly [number, numb
 before(async () => {
   server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
   browser = await launch();
-  const context = await browser.newContext({ viewport: { width: 1024, height: 768 }, hasTouch: true });
+  const context = await browser.newContext({ viewport: { width: 640, height: 480 }, hasTouch: true });
   page = await context.newPage();
   page.on('pageerror', (error) => errors.push(String(error)));
   await page.goto(server.origin);
   await dropFiles(page, [['torus.obj', torusObj(12, 8)]]);
   await createScene(page);
+  await page.evaluate(() => window.latticed.settings.set({ view: { ...window.latticed.settings.value.view, segments: 2 } })); // quick frames
   rest = await controlPoint(page, CORNER);
 });
 
@@ -92,10 +93,10 @@ test('G 1 Tab 2 Tab - . 5 Enter moves by three numbers', async () => {
 test('R R rolls the plane with the pointer: distances to the pivot stay', async () => {
   await press('Shift+W');
   const pivot = await page.evaluate(() => window.latticed.scene!.editor.pivot());
-  await page.mouse.move(400, 300);
+  await page.mouse.move(300, 200);
 
   await press('r', 'r');
-  await page.mouse.move(480, 340);
+  await page.mouse.move(380, 240);
   assert.match(await page.locator('.hint').innerText(), /^Trackball/);
   await press('Enter');
 
@@ -132,7 +133,7 @@ test('a handle moves along its axis; Escape and a right click let go of it witho
     const [x, y] = viewport.project([px, py, pz])!;
     const [ux, uy] = viewport.project([px, py, pz + 0.1])!;
     const box = viewport.canvas.getBoundingClientRect();
-    const along = 60 / Math.hypot(ux - x, uy - y);
+    const along = (0.08 * box.height) / Math.hypot(ux - x, uy - y); // handles keep their size on the screen
     return [box.left + x + along * (ux - x), box.top + y + along * (uy - y)] as const;
   }, rest);
   const hold = async (): Promise<void> => {
@@ -165,6 +166,7 @@ test('a handle moves along its axis; Escape and a right click let go of it witho
 });
 
 test('fingers select one by one, also below a handle, drag a point, and steer a transform that buttons end', async () => {
+  await page.setViewportSize({ width: 1024, height: 768 });
   await page.locator('[data-command=toggling]').tap();
   await page.touchscreen.tap(...(await onScreen(page, BESIDE)));
   assert.deepEqual(await selected(), [BESIDE, CORNER]);
