@@ -76,7 +76,8 @@ export class SceneOpener {
     const isCompanion = (_: File, i: number): boolean => kinds[i] === 'picture' || kinds[i] === 'materials';
     const companions = files.filter(isCompanion);
     const lattice = files[kinds.indexOf('lattice')];
-    const mesh = files.find((file, i) => file !== lattice && !isCompanion(file, i));
+    const others = files.filter((file, i) => file !== lattice && !isCompanion(file, i));
+    const mesh = others.find(({ name }) => fileKind(name) !== undefined) ?? others[0];
     if (mesh !== undefined) this.takeMesh(await readMeshFile(mesh), companions);
     else if (lattice !== undefined) await this.takeLattice(lattice);
     else if (companions.length > 0) this.takeCompanions(companions);

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
+import { File as NodeFile } from 'node:buffer';
 import { test } from 'node:test';
 import type { MeshFile, MeshFormatName } from '@src/intake/mesh_file';
 import { hasColours, meshLayers } from '@src/intake/mesh_layers';
@@ -15,8 +16,12 @@ function mesh(name: string, content: string | Uint8Array<ArrayBuffer>): MeshFile
   return { name, format: name.slice(name.lastIndexOf('.') + 1) as MeshFormatName, bytes };
 }
 
+function file(name: string, text: string): File {
+  return new NodeFile([text], name) as unknown as File;
+}
+
 function picture(name: string): File {
-  return new File(['not looked into'], name);
+  return file(name, 'not looked into');
 }
 
 test('corners of an OBJ come in the order of faces, with the number of their material, 0 0 where there is no coordinate', () => {
@@ -77,7 +82,7 @@ for (const little of [true, false]) {
 
 test('the materials of an OBJ get the pictures that its MTL file names, their colours, or the grid; v turns over', async () => {
   const obj = mesh('t.obj', 'vt 0 .25\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 1/1 2/1 3/1\nusemtl c\nf 1/1 2/1 3/1\n');
-  const mtl = new File(['newmtl a\nmap_Kd C:\\x\\Wood.PNG\nnewmtl b\nKd 1 0 0\nmap_Kd lost.png\n'], 't.mtl');
+  const mtl = file('t.mtl', 'newmtl a\nmap_Kd C:\\x\\Wood.PNG\nnewmtl b\nKd 1 0 0\nmap_Kd lost.png\n');
   const wood = picture('wood.png');
 
   const { layers, corners, notes } = await meshLayers(obj, [picture('other.jpg'), mtl, wood], GRID);

@@ -138,7 +138,7 @@ test('without a token the page says that one is wanted', async () => {
 });
 
 const DROPS: Record<string, () => [string, string | Buffer][]> = {
-  'an OBJ with a picture': () => [['squares.png', picture], ['sheet.obj', sheetObj(() => '')]],
+  'an OBJ with a picture': () => [['readme.txt', 'Fine art.'], ['squares.png', picture], ['sheet.obj', sheetObj(() => '')]],
   'a PLY with the picture that it names': () => [['Squares.png', picture], ['other.png', Buffer.from('')], ['sheet.ply', sheetPly()]],
   'a GLB with a picture inside': () => [['sheet.glb', sheetGlb()]],
 };
