@@ -80,8 +80,8 @@ export class SessionStream implements ConnectionHost {
     this.parts.keeper.runsOn(hello.bootId);
     this.sync.opened();
     this.presences.opened();
-    if (this.restored) this.tell('restored', 'The server was restarted; this browser restored mesh and lattice. What was done before cannot be undone.');
-    else this.tell('live', 'Connected.');
+    if (!this.restored) this.tell('live', 'Connected.');
+    else this.tell('restored', 'The server was restarted; this browser restored mesh and lattice. What was done before cannot be undone.');
   }
 
   event({ event }: SceneEvent): void {

@@ -93,7 +93,8 @@ async function nameAt(x: number, y: number): Promise<string> {
   const [r, g, b] = await colourAt(page, x, y, 0);
   const most = Math.max(r, g, b);
   const strong = [r > most / 2, g > most / 2, b > most / 2].join();
-  return { 'true,false,false': 'red', 'false,true,false': 'green', 'false,false,true': 'blue', 'true,true,true': 'white' }[strong] ?? `${[r, g, b]}`;
+  const names = { 'true,false,false': 'red', 'false,true,false': 'green', 'false,false,true': 'blue', 'true,true,true': 'white' };
+  return names[strong as keyof typeof names] ?? `${[r, g, b]}`;
 }
 
 async function quarters(): Promise<string[]> {
