@@ -116,6 +116,11 @@ export const FRAGMENT_SHADER = /* glsl */ `
     return mix(high, vec3(0.80, 0.16, 0.13), clamp(t - 3.0, 0.0, 1.0));
   }
 
+  // Lines closer than a few pixels would be one dark area: they fade.
+  float apart(float density) {
+    return mix(1.0, 0.25, smoothstep(0.15, 0.5, density));
+  }
+
   vec3 surfaceColour() {
     #if defined(BOXES)
       return boxColour;
@@ -155,7 +160,9 @@ export const FRAGMENT_SHADER = /* glsl */ `
       vec3 toEdge = gridPlace / width;
       float line = wireframe * clamp(1.2 - min(min(toLine.x, toLine.y), toLine.z), 0.0, 1.0);
       float edge = patchEdges * clamp(1.7 - min(min(toEdge.x, toEdge.y), toEdge.z), 0.0, 1.0);
-      colour = mix(colour, lineColour, max(0.55 * line, 0.85 * edge));
+      float density = max(max(width.x, width.y), width.z);  // lines per pixel
+      float patchDensity = density / (gridPlace.x + gridPlace.y + gridPlace.z);
+      colour = mix(colour, lineColour, max(0.55 * line * apart(density), 0.85 * edge * apart(patchDensity)));
     #endif
     gl_FragColor = vec4(colour, opacity);
     #include <colorspace_fragment>
