@@ -26,7 +26,7 @@ export class TypedAmounts {
   /** As it is shown: the number that takes the keys ends in a bar. Empty where nothing was typed. */
   get text(): string {
     if (!this.apart) return this.entries[0].text === '' ? '' : `${this.entries[0].text}|`;
-    return this.used.map((entry, i) => `${entry.text === '' && i !== this.at ? '·' : entry.text}${i === this.at ? '|' : ''}`).join('  ');
+    return this.used.map(({ text }, i) => (i === this.at ? `${text}|` : text || '·')).join('  ');
   }
 
   /** A number for each component, `rest` for those that have none; until Tab is pressed the first is `alone`: all there is. */

@@ -44,7 +44,7 @@ function sheetPly(): string {
     `end_header\n${[...vertices, ...faces].join('\n')}\n`;
 }
 
-/** The sheet as one quad with the picture inside; glTF's v counts downwards, its y up, so that it stands in x and z. */
+/** The sheet as one quad with the picture inside; glTF's v counts downwards. */
 function sheetGlb(): Buffer {
   const positions = Float32Array.of(-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0);
   const uvs = Float32Array.of(0, 1, 1, 1, 1, 0, 0, 0);

@@ -112,8 +112,7 @@ test('the wheel turns the reach of soft selection while a transform runs, and do
   await press('o');
   await page.mouse.move(x, y);
   await press('g', 'z', '1');
-  const still = await controlPoint(page, BESIDE);
-  assert.deepEqual(still, await controlPoint(page, BESIDE));
+  const still = await controlPoint(page, BESIDE); // beyond the reach at first
 
   for (let i = 0; i < 9; ++i) await page.mouse.wheel(0, 100);
   await page.waitForFunction(() => Math.abs(window.latticed.settings.value.soft.radius - 0.5 * 1.1 ** 9) < 1e-9);
