@@ -8,8 +8,9 @@ import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
 import type { SceneSession, SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
-import { Commands } from './ui/commands';
+import { Commands, letterOf } from './ui/commands';
 import { acceptDrops } from './ui/drop_zone';
+import { HeatLegend } from './ui/heat_legend';
 import { Hud } from './ui/hud';
 import { MenuBar } from './ui/menu_bar';
 import { NavGizmo } from './ui/nav_gizmo';
@@ -20,13 +21,14 @@ import { startScreen } from './ui/start_screen';
 import { ThemeSwitch } from './ui/theme';
 import { Toasts } from './ui/toasts';
 import { Toolbar } from './ui/toolbar';
+import { TransformBar } from './ui/transform_bar';
 import { Viewport } from './viewport/viewport';
 import { inWords } from './wire/words';
 
 const TOOLS = [
   ['tool-select', 'tool-box', 'tool-pull'],
   ['gizmo-move', 'gizmo-rotate', 'gizmo-scale'],
-  ['soft', 'through'],
+  ['toggling', 'soft', 'through'],
   ['undo', 'redo'],
   ['frame-selected', 'view-front', 'view-side', 'view-top', 'orthographic'],
 ];
@@ -38,6 +40,14 @@ const HINTS: Record<Settings['tool'], string> = {
   pull: 'Press on the surface and pull it',
 };
 
+const CONNECTIONS: Record<SessionStatus['state'], string> = {
+  connecting: 'connecting',
+  live: 'live',
+  retrying: 'trying again',
+  restored: 'live, restored',
+  failed: 'not connected',
+};
+
 export class App {
   readonly settings = rememberedSettings(localStorage);
   readonly viewport: Viewport;
@@ -47,7 +57,9 @@ export class App {
   scene: SceneView | undefined;
   private readonly page: Page;
   private readonly hud = new Hud();
+  private readonly heatLegend = new HeatLegend();
   private readonly people = new People();
+  private readonly transformBar = new TransformBar(() => this.scene?.editor);
   private readonly panel = new Panel(this.settings);
   private readonly toolbars: Toolbar[];
   private readonly theme: ThemeSwitch;
@@ -67,7 +79,7 @@ export class App {
       new Toolbar('Page', 'toolbar page-bar', this.commands, HEADER_TOOLS),
     ];
     this.start = startScreen({
-      file: (file) => this.opener.takeFiles([file]),
+      files: (files) => this.opener.takeFiles(files),
       sample: (name) => this.opener.takeSample(name),
     });
     this.theme = new ThemeSwitch((dark) => this.setDark(dark));
@@ -100,7 +112,7 @@ export class App {
     session.on('presence', (others) => this.people.show(others.values()));
     this.people.show([]);
     session.on('refused', (text) => this.toasts.fail(text));
-    session.on('status', (status) => this.showStatus(status));
+    session.on('view', (view) => this.settings.set({ view: { ...this.settings.value.view, ...view } }));
     this.showStatus(session.status);
     const size = Math.hypot(...this.scene.bounds().getSize(this.viewport.rig.target.clone()).toArray());
     this.panel.show(this.scene.editor, size);
@@ -110,8 +122,10 @@ export class App {
 
   showStatus({ state, text }: SessionStatus): void {
     this.page.connection.dataset['state'] = state;
-    this.page.connection.textContent = state === 'live' ? 'live' : text;
-    const trouble = state === 'retrying' || state === 'failed';
+    this.page.connection.textContent = CONNECTIONS[state];
+    this.page.connection.title = text;
+    // A scene that could not be opened is told of by who opened it.
+    const trouble = state === 'retrying' || (state === 'failed' && this.scene?.session.status.state === 'failed');
     this.page.banner.hidden = !trouble;
     this.page.banner.textContent = trouble ? text : '';
     if (state === 'restored') this.toasts.tell(text);
@@ -119,6 +133,8 @@ export class App {
 
   private refresh(): void {
     this.panel.refresh();
+    const heat = this.settings.value.colouring === 'displacement';
+    this.heatLegend.show(heat ? this.scene?.session.surface.displacementRange : undefined);
     for (const toolbar of this.toolbars) toolbar.refresh();
   }
 
@@ -133,7 +149,7 @@ export class App {
     tools.append(left.element);
     side.append(this.panel.element);
     this.hud.element.hidden = true;
-    view.append(nav.element, this.hud.element, this.start);
+    view.append(nav.element, this.heatLegend.element, this.hud.element, this.transformBar.element, this.start);
     acceptDrops(
       (files) => this.opener.takeFiles(files),
       (over) => view.classList.toggle('drop-target', over),
@@ -162,6 +178,7 @@ export class App {
   }
 
   private showHint(text: string | undefined): void {
+    this.transformBar.show(text !== undefined && !(this.scene?.pointer.dragging ?? false));
     this.page.hint.textContent = text ?? (this.scene === undefined ? '' : HINTS[this.settings.value.tool]);
     this.page.hint.classList.toggle('running', text !== undefined);
   }
@@ -173,10 +190,11 @@ export class App {
     const editor = this.scene?.editor;
     if (editor?.transforming) {
       // Ctrl snaps meanwhile; an undo in the middle of a gesture would tear it.
-      if (event.ctrlKey || event.metaKey || event.altKey || editor.keyPressed(event.key, event.shiftKey))
-        event.preventDefault();
+      const held = event.ctrlKey || event.metaKey || event.altKey;
+      if (held || editor.keyPressed(letterOf(event) ?? event.key, event.shiftKey)) event.preventDefault();
       return;
     }
-    if (this.commands.press(event)) event.preventDefault();
+    const cancelled = event.key === 'Escape' && this.scene?.pointer.cancel();
+    if (cancelled || this.commands.press(event)) event.preventDefault();
   }
 }

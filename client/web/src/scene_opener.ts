@@ -2,28 +2,31 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // From a file, a sample or a link to an open scene.
-import type { Texture } from 'three';
+import type { DataArrayTexture } from 'three';
 import type { App } from './app';
 import { fileKind, readMeshFile, type MeshFile } from './intake/mesh_file';
 import { sampleFile, type SampleName } from './intake/samples';
-import { meshTexture } from './intake/mesh_texture';
+import { layerTexture, uvGrid } from './intake/layer_texture';
+import { hasColours, meshLayers } from './intake/mesh_layers';
 import type { UploadedMesh } from './intake/services';
 import type { Fit } from './lattice/identity';
 import type { Lattice } from './lattice/lattice';
 import { latticeFromJson, latticeToJson } from './lattice/lattice_json';
 import { sameStructure } from './lattice/same_structure';
-import type { ViewRequest } from './session/scene_session';
+import type { SessionStatus, ViewRequest } from './session/scene_session';
 import { FitDialog } from './ui/fit_dialog';
 import { randomPerson } from './ui/people';
+import { saveFile } from './ui/save_file';
 import { inWords } from './wire/words';
 
 const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
 
 export class SceneOpener {
-  /** Of the scene that is open: its mesh's id, the mesh's file where this page has it, and a picture dropped for it. */
-  private mesh: { id: string; file?: MeshFile; picture?: File } = { id: '' };
+  /** Of the scene that is open: its mesh's id, the mesh's file where this page has it, and what was dropped with it. */
+  private mesh: { id: string; file?: MeshFile; companions: readonly File[] } = { id: '', companions: [] };
 
-  private texture: Texture | undefined;
+  private fitting: FitDialog | undefined;
+  private texture: DataArrayTexture | undefined;
   private readonly person = randomPerson();
 
   constructor(private readonly app: App) {}
@@ -43,7 +46,7 @@ export class SceneOpener {
     this.takeMesh(sampleFile(name));
   }
 
-  /** Takes what was dropped or chosen: a mesh, with a picture or not, or a lattice or picture for the scene. */
+  /** Takes what was dropped or chosen: a mesh, with its pictures and materials, or a lattice or pictures for the scene. */
   takeFiles(files: readonly File[]): void {
     this.take(files).catch((error: unknown) => this.app.toasts.fail(inWords(error)));
   }
@@ -51,53 +54,59 @@ export class SceneOpener {
   saveLattice(): void {
     const { scene } = this.app;
     if (scene === undefined) return;
-    const blob = new Blob([latticeToJson(scene.session.lattice)], { type: 'application/json' });
-    const link = document.createElement('a');
-    link.href = URL.createObjectURL(blob);
-    link.download = 'lattice.json';
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href));
+    saveFile('lattice.json', new Blob([latticeToJson(scene.session.lattice)], { type: 'application/json' }));
   }
 
-  /** Loads the base colour of the mesh that is open: of the picture dropped for it, or of its file. */
+  /** Loads the base colours of the mesh that is open: of its file, and of what was dropped with it. */
   async loadTexture(): Promise<void> {
-    const { scene, services, viewport } = this.app;
+    const { scene, services, viewport, toasts } = this.app;
     if (scene === undefined) return;
     this.mesh.file ??= await services.downloadMesh(this.mesh.id);
-    const { texture, cornerUvs } = await meshTexture(this.mesh.file, this.mesh.picture);
-    await scene.session.surface.setTexture(texture, cornerUvs);
+    const { corners, layers, notes } = await meshLayers(this.mesh.file, this.mesh.companions, uvGrid());
+    const texture = await layerTexture(layers);
+    scene.session.surface.setTexture(texture, corners);
+    for (const note of notes) toasts.tell(note);
     this.texture?.dispose();
     this.texture = texture;
     viewport.invalidate();
   }
 
   private async take(files: readonly File[]): Promise<void> {
-    const lattice = files.find((file) => fileKind(file.name) === 'lattice');
-    const picture = files.find((file) => fileKind(file.name) === 'picture');
-    const mesh = files.find((file) => file !== lattice && file !== picture);
-    if (mesh !== undefined) this.takeMesh(await readMeshFile(mesh), picture);
+    const kinds = files.map(({ name }) => fileKind(name));
+    const isCompanion = (_: File, i: number): boolean => kinds[i] === 'picture' || kinds[i] === 'materials';
+    const companions = files.filter(isCompanion);
+    const lattice = files[kinds.indexOf('lattice')];
+    const others = files.filter((file, i) => file !== lattice && !isCompanion(file, i));
+    const mesh = others.find(({ name }) => fileKind(name) !== undefined) ?? others[0];
+    if (mesh !== undefined) this.takeMesh(await readMeshFile(mesh), companions);
     else if (lattice !== undefined) await this.takeLattice(lattice);
-    else if (picture !== undefined) await this.takePicture(picture);
+    else if (companions.length > 0) this.takeCompanions(companions);
   }
 
-  /** Shows the mesh with a picture as its base colour. */
-  private async takePicture(picture: File): Promise<void> {
-    const { scene, settings } = this.app;
-    if (scene === undefined) throw new Error('Open a mesh first, then its picture.');
-    this.mesh.picture = picture;
-    if (settings.value.colouring === 'texture') await this.loadTexture();
-    else settings.set({ colouring: 'texture' });
+  /** Shows the mesh that is open with pictures or materials that come after it. */
+  private takeCompanions(companions: readonly File[]): void {
+    if (this.app.scene === undefined) throw new Error('Open a mesh first, then its pictures.');
+    const names = new Set(companions.map(({ name }) => name));
+    this.mesh.companions = [...this.mesh.companions.filter(({ name }) => !names.has(name)), ...companions];
+    this.showColours();
   }
 
-  private takeMesh(file: MeshFile, picture?: File): void {
+  private showColours(): void {
+    const { settings } = this.app;
+    settings.set({ colouring: 'plain' }); // so that those of before are not taken for these
+    settings.set({ colouring: 'texture' });
+  }
+
+  private takeMesh(file: MeshFile, companions: readonly File[] = []): void {
     const { services } = this.app;
-    new FitDialog({
+    this.fitting?.close(); // for what was dropped before
+    this.fitting = new FitDialog({
       file,
       upload: (progress, signal) => services.upload(file, progress, signal),
       create: async (mesh, fit) => {
         await this.create(mesh.id, fit, viewFor(mesh));
-        this.mesh = { id: mesh.id, file, ...(picture && { picture }) };
-        if (picture !== undefined) await this.takePicture(picture);
+        this.mesh = { id: mesh.id, file, companions };
+        if (hasColours(file, companions)) this.showColours();
       },
     });
   }
@@ -114,20 +123,22 @@ export class SceneOpener {
   private async create(mesh: string, lattice: Fit | Lattice, view: ViewRequest): Promise<void> {
     const id = await this.app.services.createScene(mesh, lattice, view);
     await this.open(id);
-    history.pushState(null, '', `?scene=${id}`);
+    history.pushState(null, '', `?scene=${id}${location.hash}`); // the fragment may hold the token
   }
 
   private async open(id: string): Promise<void> {
     const { services, settings } = this.app;
     // A scene that is about to be restored is not there yet.
     const facts = await services.describeScene(id).catch(() => undefined);
-    if (this.mesh.id !== facts?.mesh) this.mesh = { id: facts?.mesh ?? '' };
+    if (this.mesh.id !== facts?.mesh) this.mesh = { id: facts?.mesh ?? '', companions: [] };
     if (settings.value.colouring === 'texture') settings.set({ colouring: 'plain' }); // of the mesh before
     if (facts !== undefined) settings.set({ view: { ...settings.value.view, ...facts.view } });
-    const session = await services.openSession(id, {
-      ...this.person,
-      view: settings.value.view,
-      onStatus: (status) => this.app.showStatus(status),
+    const onStatus = (status: SessionStatus): void => this.app.showStatus(status);
+    const before = this.app.scene?.session;
+    const options = { ...this.person, view: settings.value.view, onStatus };
+    const session = await services.openSession(id, options).catch((error: unknown) => {
+      if (before !== undefined) onStatus(before.status);
+      throw error;
     });
     this.app.show(session);
   }

@@ -46,14 +46,15 @@ export class SceneView {
     private readonly settings: SettingsStore,
     private readonly events: SceneViewEvents,
   ) {
-    this.editor = new Editor(session, settings, (text) => events.headline(text));
+    this.editor = new Editor(session, settings, (text) => this.headline(text));
     this.cage = new Cage(session.lattice, this.editor.selection);
     this.occlusion = new Occlusion(viewport);
     this.picker = new PointPicker(viewport, this.editor, this.occlusion);
     this.gizmo = new Gizmo(viewport, {
       begin: () => (this.gizmoGesture = this.editor.beginGesture()),
       update: (motion) => this.gizmoGesture?.update(motion),
-      end: () => this.endGizmo(),
+      end: () => this.endGizmo((gesture) => gesture.commit()),
+      cancel: () => this.endGizmo((gesture) => gesture.cancel()),
     });
     const { editor, picker, cage, gizmo } = this;
     this.pointer = new PointerTools({
@@ -114,6 +115,7 @@ export class SceneView {
     for (const end of this.ends) end();
     cancelAnimationFrame(this.soon);
     this.pointer.dispose();
+    this.editor.dispose();
     this.gizmo.dispose();
     this.softCircle.element.remove();
     this.viewport.scene.remove(this.session.surface.object, this.cage.object, this.knotBoxes.object);
@@ -122,6 +124,12 @@ export class SceneView {
     this.occlusion.dispose();
     this.session.close();
     this.viewport.invalidate();
+  }
+
+  /** When a transform ends the handles come back, also where it moved nothing. */
+  private headline(text: string | undefined): void {
+    this.events.headline(text);
+    if (text === undefined) this.refreshSoon();
   }
 
   private listen(): void {
@@ -194,8 +202,8 @@ export class SceneView {
     this.gizmo.show(gizmo, this.editor.pivot(), this.editor.axes(this.viewport.rig.basis()));
   }
 
-  private endGizmo(): void {
-    this.gizmoGesture?.commit();
+  private endGizmo(end: (gesture: TransformGesture) => void): void {
+    if (this.gizmoGesture !== undefined) end(this.gizmoGesture);
     this.gizmoGesture = undefined;
     this.refreshSoon();
   }

@@ -6,6 +6,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Code, ConnectError } from '@connectrpc/connect';
 import { Feature } from 'latticed/v1/server_pb';
+import { Encoding, NormalMode } from 'latticed/v1/view_pb';
+import type { ViewRequest } from '@src/session/scene_session';
 import { ServerError } from '@src/wire/server_error';
 import { SessionFixture, until } from './support/session_fixture';
 
@@ -70,6 +72,29 @@ test('heartbeats go out, and three of silence end the stream', async () => {
   assert.ok(first.sent.filter(({ message }) => message.case === 'heartbeat').length >= 2);
   assert.ok(first.isClosed);
   assert.deepEqual(fixture.states, ['live', 'retrying']);
+  fixture.session.close();
+});
+
+test('a view that is too large for the server is taken back to the one before, in words', async () => {
+  const fixture = await SessionFixture.live();
+  const views: ViewRequest[] = [];
+  fixture.session.on('view', (view) => views.push(view));
+  const view = { segments: 4, normals: NormalMode.FACET, encoding: Encoding.QUANTISED, positionBits: 12, normalBits: 8 };
+  fixture.stream.event({ case: 'updateBegin', value: { updateId: 1n, view } });
+  fixture.stream.event({ case: 'updateEnd', value: { updateId: 1n, fullDetail: true } });
+  await until(() => fixture.stream.controls.length === 1);
+
+  fixture.session.setView({ segments: 32 });
+  const tooLarge = new ServerError(Code.ResourceExhausted, 'OUT_OF_MEMORY', 'the view needs 4491922512 bytes, 43616405 are free');
+  fixture.stream.end(tooLarge);
+  await until(() => fixture.sockets.opened.length === 2);
+
+  assert.deepEqual(views, [{ segments: 4, normals: 'facet', encoding: 'quantised', positionBits: 12, normalBits: 8 }]);
+  assert.equal(fixture.stream.request.view?.segments, 4);
+  assert.deepEqual(fixture.said, ['The view needs 4.49 GB, 43.6 MB are free.']);
+  fixture.stream.end(tooLarge);
+  await until(() => fixture.sockets.opened.length === 3);
+  assert.equal(fixture.said.length, 1);
   fixture.session.close();
 });
 

@@ -31,7 +31,7 @@ function open() {
   const recorded = recordingSession();
   const headlines: (string | undefined)[] = [];
   const editor = new Editor(recorded.session, new Store(DEFAULT_SETTINGS), (text) => headlines.push(text));
-  const viewAt = (_pivot: Vec3, axes: Basis, localAxes: Basis) => ({
+  const viewAt = (_pivot: Vec3, axes: Basis, secondAxes: Basis) => ({
     basis: WORLD_BASIS,
     jacobian: [
       [100, 0, 0],
@@ -39,7 +39,7 @@ function open() {
     ] as const,
     pivot: [0, 0] as [number, number],
     axes,
-    localAxes,
+    secondAxes,
     snapStep: 1,
   });
   const begin = (): boolean => editor.beginTransform('move', viewAt, WORLD_BASIS, [50, 50]);
@@ -70,6 +70,49 @@ test('Escape takes a gesture back; one that never moved anything is none', () =>
   editor.pointerMoved(60, 50, { shift: false, ctrl: false });
   editor.keyPressed('Escape', false);
   assert.equal(log.at(-1), 'cancel');
+});
+
+test('while a transform runs its keys change how far soft selection reaches, from where the points were', () => {
+  const { editor, log, begin } = open();
+  const moved = (): number => {
+    const edit = log.at(-1)!;
+    assert.ok(typeof edit === 'object');
+    return edit.kind === 'set' ? edit.indices.length : 1;
+  };
+  editor.settings.set({ soft: { enabled: true, radius: 0.6, falloff: 'linear' } });
+  editor.selection.select([0]); // its neighbours are 0.5 and more away
+
+  begin();
+  editor.keyPressed('x', false);
+  editor.keyPressed('1', false);
+  assert.equal(moved(), 4);
+  for (let i = 0; i < 3; ++i) assert.equal(editor.keyPressed('PageUp', false), true);
+  assert.ok(Math.abs(editor.settings.value.soft.radius - 0.6 * 1.1 ** 3) < 1e-12);
+  assert.equal(moved(), 7);
+  for (let i = 0; i < 6; ++i) editor.keyPressed('[', false);
+  assert.equal(moved(), 1);
+  editor.keyPressed(']', false);
+  editor.keyPressed('o', false);
+  assert.equal(moved(), 1);
+  editor.keyPressed('Enter', false);
+
+  editor.resizeSoft(5);
+  assert.equal(log.at(-1), 'commit');
+});
+
+test('without a keyboard a number comes as a text, and fine and snap are held', () => {
+  const { editor, log, begin } = open();
+  editor.selection.select([5]);
+
+  begin();
+  editor.keyPressed('X', true);
+  editor.typeAmount('-1.5');
+  assert.deepEqual(log.at(-1), { kind: 'move', indices: Uint32Array.of(5), offset: [0, -1.5, 0] });
+  editor.typeAmount('');
+  editor.hold({ shift: false, ctrl: true });
+  editor.pointerMoved(50, -90, { shift: false, ctrl: false }); // 1.4 up, by steps of 1
+
+  assert.deepEqual(log.at(-1), { kind: 'move', indices: Uint32Array.of(5), offset: [0, 1, 0] });
 });
 
 test('without a selection no transform begins', () => {

@@ -75,6 +75,28 @@ test('an update is shown whole, in world units about an origin far away', async 
   assert.deepEqual([surface.patchCount, surface.triangleCount], [3, 3]);
 });
 
+test('the heat map ends at the largest displacement of a patch corner, and there is nothing at rest', async () => {
+  const receiving = new Receiving(true);
+  const rest = { origin: [1e6, 0, -2] as const, corners: new Float32Array(27).fill(1) };
+  const surface = new SurfaceMesh({ ...noPatches, restCorners: () => Promise.resolve(rest) });
+  const apply = async (id: bigint, value: number): Promise<void> => {
+    receiving.begin(id);
+    receiving.chunks(id, chunk(0, 6, 2), chunk(1, 3, value));
+    receiving.end(id);
+    await until(() => receiving.got.length === Number(id));
+    surface.apply(receiving.got[Number(id) - 1].surface!);
+  };
+  await apply(1n, 10);
+  const dressed = new Promise<void>((resolve) => (surface.onChanged = resolve));
+
+  surface.setLook({ colouring: 'displacement' });
+  await dressed;
+
+  assert.ok(Math.abs(surface.displacementRange - 4 * Math.sqrt(3)) < 1e-9, `${surface.displacementRange}`);
+  await apply(2n, 2);
+  assert.equal(surface.displacementRange, 0);
+});
+
 test('where the next update has ended before one is decoded, both are one, and nothing is decoded twice', async () => {
   const receiving = new Receiving(false);
   receiving.begin(1n);
@@ -85,8 +107,9 @@ test('where the next update has ended before one is decoded, both are one, and n
   receiving.end(2n);
   await until(async () => (await receiving.worker.work(), receiving.got.length === 1));
 
-  const { end, surface } = receiving.got[0];
+  const { end, surface, patches, bytes } = receiving.got[0];
   assert.equal(end.updateId, 2n);
+  assert.deepEqual([patches, bytes], [3, 126]); // each patch once, all bytes
   assert.deepEqual(surface!.chunks.map(({ index, decoded }) => [index, decoded.points[0]]).sort(), [[0, 2], [1, 1]]);
 });
 

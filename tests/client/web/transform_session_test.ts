@@ -17,7 +17,7 @@ const front: TransformView = {
   ],
   pivot: [200, 100],
   axes: WORLD_BASIS,
-  localAxes: [
+  secondAxes: [
     [0, 1, 0],
     [-1, 0, 0],
     [0, 0, 1],
@@ -170,12 +170,95 @@ test('snap steps are 1, 2 or 5 times a power of ten', () => {
   assert.equal(snapStep(2), 20);
 });
 
+test('Tab goes from number to number: G 1 Tab 2 Tab 3, and the last is followed by the first', () => {
+  const session = begin('move');
+
+  type(session, '1');
+  session.key('Tab', false);
+  type(session, '-2.5');
+  assert.equal(transformHeadline(session, 'world'), 'Move  1  -2.5|  ·');
+  session.key('Tab', false);
+  type(session, '3');
+  near(offset(session), [1, -2.5, 3]);
+
+  session.key('Tab', false);
+  type(session, '0');
+  session.key('Tab', true);
+  type(session, '4');
+  near(offset(session), [10, -2.5, 34]);
+});
+
+test('in a plane there are two numbers, along one axis one, and what was typed stays', () => {
+  const session = begin('move');
+  session.key('Y', true);
+
+  type(session, '1');
+  session.key('Tab', false);
+  type(session, '2');
+  near(offset(session), [1, 0, 2]);
+
+  session.key('z', false);
+  near(offset(session), [0, 0, 1]);
+  session.key('Tab', false); // the only one again
+  type(session, '5');
+  near(offset(session), [0, 0, 15]);
+});
+
+test('one factor scales all axes, Tab makes them differ and leaves at 1 what has none', () => {
+  const session = begin('scale');
+  const factors = (): readonly number[] => {
+    const motion = session.motion();
+    assert.ok(motion.kind === 'scale');
+    return motion.factors;
+  };
+
+  type(session, '.5');
+  near(factors(), [0.5, 0.5, 0.5]);
+  session.key('Tab', false);
+  type(session, '3');
+  near(factors(), [0.5, 3, 1]);
+});
+
+test('R R rolls a ball below the pointer, R again or an axis goes back, and two numbers are typed', () => {
+  const session = begin('rotate');
+  const turn = (): readonly number[] => {
+    const motion = session.motion();
+    assert.ok(motion.kind === 'rotate');
+    return motion.axis.map((x) => x * motion.angle);
+  };
+
+  session.key('r', false);
+  session.pointer(350, 130, NONE); // 50 right, 30 down: a hundred pixels are a radian
+  near(turn(), [0.3, 0.5, 0]);
+  assert.match(transformHeadline(session, 'world'), /^Trackball {2}33\.4°$/);
+  type(session, '90');
+  session.key('Tab', false);
+  type(session, '-90');
+  near(turn(), [Math.PI / 2, -Math.PI / 2, 0]);
+
+  session.key('r', false);
+  near(turn(), [0, 0, Math.PI / 2]);
+  session.key('r', false);
+  session.key('y', false);
+  near(turn(), [0, Math.PI / 2, 0]);
+});
+
+test('a finger that comes down elsewhere moves nothing until it moves', () => {
+  const session = begin('move');
+
+  session.resume(20, 20);
+  near(offset(session), [0, 0, 0]);
+  session.pointer(70, 20, NONE);
+
+  near(offset(session), [0.5, 0, 0]);
+});
+
 test('the headline says what is done, in words', () => {
   const session = begin('move');
   type(session, 'x2');
 
-  assert.equal(
-    transformHeadline(session.motion(), session.constraint, 'world', session.typed.text),
-    'Move  2|   along X (world)',
-  );
+  assert.equal(transformHeadline(session, 'world'), 'Move  2|   along X (world)');
+  session.key('x', false);
+  assert.equal(transformHeadline(session, 'view'), 'Move  2|   along u (lattice)');
+  assert.equal(transformHeadline(session, 'lattice'), 'Move  2|   along X (world)');
 });

@@ -6,7 +6,6 @@ import { test } from 'node:test';
 import { PerspectiveCamera } from 'three';
 import type { Editor } from '@src/edit/editor';
 import { fileKind, readMeshFile } from '@src/intake/mesh_file';
-import { objCornerUvs } from '@src/intake/obj_uvs';
 import { SAMPLES, sampleFile, type SampleName } from '@src/intake/samples';
 import { WORLD_BASIS } from '@src/lattice/vec';
 import type { LatticeEdit } from '@src/session/lattice_edit';
@@ -84,6 +83,8 @@ test('chords name letters by their key, digits of both pads, and other signs by 
   assert.equal(press('z', 'KeyZ', { ctrlKey: true }), 'Ctrl+Z');
   assert.equal(press('Z', 'KeyZ', { metaKey: true, shiftKey: true }), 'Ctrl+Shift+Z');
   assert.equal(press('å', 'KeyA', { altKey: true }), 'Alt+A');
+  assert.equal(press('z', 'KeyY', { ctrlKey: true }), 'Ctrl+Z'); // a German keyboard
+  assert.equal(press('я', 'KeyZ', { ctrlKey: true }), 'Ctrl+Z'); // a Russian one
   assert.equal(press('1', 'Numpad1'), '1');
   assert.equal(press('?', 'Slash', { shiftKey: true }), '?');
   assert.equal(press('Escape', 'Escape'), 'Escape');
@@ -129,13 +130,6 @@ for (const [name, vertices, faces] of [
     assert.equal(SAMPLES[name].note, `${faces.toLocaleString('en')} quads`);
   });
 }
-
-test('texture coordinates of OBJ corners come in the order of faces, also counted from the end, 0 where there are none', () => {
-  const text = 'v 0 0 0\nvt 0 0.25\nvt 0.5 1\nf 1/2 2/1/7 3\nvt 1 1\nf 1/-1 2/-3 3/2 \r\n';
-
-  assert.deepEqual([...objCornerUvs(text)!], [0.5, 1, 0, 0.25, 0, 0, 1, 1, 0, 0.25, 0.5, 1]);
-  assert.equal(objCornerUvs('v 0 0 0\nf 1 1 1'), undefined);
-});
 
 /** A pull from (400, 300) of a front view, 30 pixels a unit, whose pick answers as it is told. */
 function pullOf(picked: () => Promise<unknown>) {

@@ -29,7 +29,10 @@ export function fileCommands(app: App): Command[] {
       'File',
       'export',
       'Export…',
-      ({ session }) => showExportDialog(EXPORT_FORMATS, (f) => app.services.exportAddress(session.sceneId, f)),
+      ({ session }) =>
+        showExportDialog(EXPORT_FORMATS, (format, ...rest) =>
+          app.services.exportScene(session.sceneId, format, ...rest),
+        ),
       {
         keys: ['Ctrl+E'],
         icon: 'export',

@@ -39,6 +39,7 @@ export function selectCommands(app: App): Command[] {
     }),
     selection('hide-inner', 'Hide inner points', ({ editor }) => editor.hideInner(), { keys: ['Shift+H'] }),
     selection('reveal', 'Show hidden', ({ editor }) => editor.selection.reveal(), { keys: ['Alt+H'], icon: 'eye' }),
+    onOff(app, 'Select', 'toggling', 'Add and take out, one by one', { icon: 'extend' }),
     onOff(app, 'Select', 'through', 'Through the surface', { keys: ['Alt+Z'], icon: 'through' }),
     tool(app, 'select', 'Select', ['Q'], 'select'),
     tool(app, 'box', 'Select by a box', ['B'], 'box'),

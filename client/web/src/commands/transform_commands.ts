@@ -28,8 +28,8 @@ export function transformCommands(app: App): Command[] {
     run: () => settings.set({ gizmo: settings.value.gizmo === kind ? 'none' : kind, tool: 'select' }),
     checked: () => settings.value.gizmo === kind,
   });
-  const resize = (factor: number) => (): void =>
-    settings.set({ soft: { ...settings.value.soft, radius: settings.value.soft.radius * factor } });
+  const resize = (id: string, label: string, keys: string[], steps: number): Command =>
+    onScene(app, 'Transform', id, label, ({ editor }) => editor.resizeSoft(steps), { keys });
   return [
     begin('move', 'Move', 'G'),
     begin('rotate', 'Rotate', 'R'),
@@ -49,8 +49,8 @@ export function transformCommands(app: App): Command[] {
       run: () => settings.set({ soft: { ...settings.value.soft, enabled: !settings.value.soft.enabled } }),
       checked: () => settings.value.soft.enabled,
     },
-    { id: 'soft-smaller', label: 'Smaller soft radius', group: 'Transform', keys: ['['], run: resize(1 / 1.2) },
-    { id: 'soft-larger', label: 'Larger soft radius', group: 'Transform', keys: [']'], run: resize(1.2) },
+    resize('soft-smaller', 'Smaller soft radius', ['[', 'PageDown'], -1),
+    resize('soft-larger', 'Larger soft radius', [']', 'PageUp'], 1),
     ...AXIS_NAMES.map((name, axis) => mirror(app, name, axis as Axis)),
   ];
 }

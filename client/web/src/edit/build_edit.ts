@@ -33,6 +33,11 @@ export function beginSpread(
   return { lattice, start, selected, weighted, mirror: options.mirror, pivot: options.pivot };
 }
 
+/** The same gesture with another reach. */
+export function respread(spread: Spread, soft: SoftSelection, isHidden: (index: number) => boolean): Spread {
+  return { ...spread, weighted: softWeights(spread.start, spread.selected, soft, isHidden) };
+}
+
 /** The edit that a motion about `center` makes of the state at the gesture's begin. */
 export function buildEdit(spread: Spread, motion: Motion, center: Vec3): LatticeEdit {
   const alike = spread.weighted.length === spread.selected.length && !spread.mirror.includes(true);

@@ -2,23 +2,24 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // To which axes a transform keeps: one, or the plane across one, of the chosen orientation or, asked twice, of the
-// lattice.
+// lattice; where the lattice's are chosen, of the world.
 
 import { AXES, type Axis } from '../lattice/grid';
 import { dot, type Basis, type Vec3 } from '../lattice/vec';
+import type { Orientation } from './pivot';
 
 export interface Constraint {
   axis: Axis;
   /** Keeps to the plane across the axis instead of to the axis. */
   plane: boolean;
-  /** Of the second choice of axes: the lattice's, where the chosen ones are the world's or the view's. */
-  local: boolean;
+  /** Of the second choice of axes. */
+  second: boolean;
 }
 
-/** The constraint after X, Y or Z is pressed: once, twice for the local axes, a third time for none. */
+/** The constraint after X, Y or Z is pressed: once, twice for the second axes, a third time for none. */
 export function nextConstraint(now: Constraint | undefined, axis: Axis, plane: boolean): Constraint | undefined {
-  if (now === undefined || now.axis !== axis || now.plane !== plane) return { axis, plane, local: false };
-  return now.local ? undefined : { ...now, local: true };
+  if (now === undefined || now.axis !== axis || now.plane !== plane) return { axis, plane, second: false };
+  return now.second ? undefined : { ...now, second: true };
 }
 
 /** The axes along which things may go. */
@@ -56,6 +57,16 @@ function norm(v: Vec3): number {
 }
 
 /** The basis in which a constraint's axes are meant. */
-export function constraintBasis(constraint: Constraint | undefined, chosen: Basis, local: Basis): Basis {
-  return constraint?.local ? local : chosen;
+export function constraintBasis(constraint: Constraint | undefined, chosen: Basis, second: Basis): Basis {
+  return constraint?.second ? second : chosen;
+}
+
+/** What X, Y and Z pressed twice mean. */
+export function secondOrientation(chosen: Orientation): Orientation {
+  return chosen === 'lattice' ? 'world' : 'lattice';
+}
+
+/** Whose axes a constraint keeps to. */
+export function axesMeant(constraint: Constraint, chosen: Orientation): Orientation {
+  return constraint.second ? secondOrientation(chosen) : chosen;
 }

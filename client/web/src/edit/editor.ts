@@ -2,13 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What a person does to a scene's lattice, without the page: selects, transforms, hides, by keys, pointer or buttons.
-import { frameEdges, type Axis } from '../lattice/grid';
+import type { Axis } from '../lattice/grid';
 import { innerPoints, planeOf, rowOf } from '../lattice/index_sets';
 import type { Lattice } from '../lattice/lattice';
-import { normalized, sub, type Basis, type Vec3 } from '../lattice/vec';
+import { sub, type Basis, type Vec3 } from '../lattice/vec';
 import type { SceneSession } from '../session/scene_session';
 import type { SettingsStore } from '../state/settings';
-import { beginSpread } from './build_edit';
+import { beginSpread, respread } from './build_edit';
+import { secondOrientation } from './constraint';
 import { transformHeadline } from './headline';
 import type { MotionKind } from './motion';
 import { orientationBasis, pivotPoint } from './pivot';
@@ -16,8 +17,12 @@ import { Selection, type SelectMode } from './selection';
 import { TransformGesture } from './transform_gesture';
 import { TransformSession, type Modifiers, type TransformView } from './transform_session';
 
-/** Gives the view at a pivot, for axes and, pressed twice, the lattice's own. */
-export type ViewAt = (pivot: Vec3, axes: Basis, localAxes: Basis) => TransformView;
+/** Gives the view at a pivot, for axes and for those that are meant when a key is pressed twice. */
+export type ViewAt = (pivot: Vec3, axes: Basis, secondAxes: Basis) => TransformView;
+
+const RADIUS_STEP = 1.1;
+/** Keys that change the soft radius while a transform runs, by that many steps. */
+const RADIUS_KEYS: Record<string, number> = { PageUp: 1, PageDown: -1, ']': 1, '[': -1 };
 
 interface Running {
   transform: TransformSession;
@@ -27,6 +32,9 @@ interface Running {
 export class Editor {
   readonly selection: Selection;
   private running: Running | undefined;
+  private readonly endSettings: () => void;
+  private held: Modifiers = { shift: false, ctrl: false };
+  private gesture: TransformGesture | undefined; // the newest, of keys or handles
 
   constructor(
     readonly session: SceneSession,
@@ -36,6 +44,11 @@ export class Editor {
   ) {
     this.selection = new Selection(session.lattice.count);
     this.selection.onChange(() => session.announce(this.selection.indices));
+    this.endSettings = settings.subscribe((now, before) => now.soft !== before.soft && this.spreadAnew());
+  }
+
+  dispose(): void {
+    this.endSettings();
   }
 
   get lattice(): Lattice {
@@ -77,13 +90,19 @@ export class Editor {
     return orientationBasis(this.settings.value.orientation, this.lattice, view);
   }
 
+  /** Makes the reach of soft selection larger by so many steps, smaller by negative ones. */
+  resizeSoft(steps: number): void {
+    const { soft } = this.settings.value;
+    this.settings.set({ soft: { ...soft, radius: soft.radius * RADIUS_STEP ** steps } });
+  }
+
   /** A gesture on the selected points; undefined where there are none. */
   beginGesture(): TransformGesture | undefined {
     if (this.selection.size === 0) return undefined;
     const { soft, mirror, pivot } = this.settings.value;
-    const isHidden = (index: number): boolean => this.selection.isHidden(index);
-    const spread = beginSpread(this.lattice, this.selection.indices, { soft, mirror, pivot }, isHidden);
-    return new TransformGesture(this.session, spread, this.pivot());
+    const spread = beginSpread(this.lattice, this.selection.indices, { soft, mirror, pivot }, this.isHidden);
+    this.gesture = new TransformGesture(this.session, spread, this.pivot());
+    return this.gesture;
   }
 
   /** Begins G, R or S; false where nothing is selected. */
@@ -91,20 +110,37 @@ export class Editor {
     this.commitTransform();
     const gesture = this.beginGesture();
     if (gesture === undefined) return false;
-    const localAxes = frameEdges(this.lattice.frame).map(normalized) as unknown as Basis;
-    const view = viewAt(gesture.center, this.axes(viewBasis), localAxes);
+    const second = orientationBasis(secondOrientation(this.settings.value.orientation), this.lattice, viewBasis);
+    const view = viewAt(gesture.center, this.axes(viewBasis), second);
     this.running = { transform: new TransformSession(kind, view, pointer), gesture };
     this.update();
     return true;
   }
 
-  pointerMoved(x: number, y: number, modifiers: Modifiers): void {
-    this.running?.transform.pointer(x, y, modifiers);
+  pointerMoved(x: number, y: number, { shift, ctrl }: Modifiers): void {
+    this.running?.transform.pointer(x, y, { shift: shift || this.held.shift, ctrl: ctrl || this.held.ctrl });
     this.update();
+  }
+
+  /** Fine and snapped as if keys were held, for a page without a keyboard. */
+  hold(held: Modifiers): void {
+    this.held = held;
+  }
+
+  /** Puts a number in place of what was typed for the running transform. */
+  typeAmount(text: string): void {
+    this.running?.transform.typed.replace(text);
+    this.update();
+  }
+
+  /** The pointer goes on from elsewhere: a finger came down. */
+  pointerResumed(x: number, y: number): void {
+    this.running?.transform.resume(x, y);
   }
 
   /** Gives a key to the running transform; says whether it was taken. */
   keyPressed(key: string, shift: boolean): boolean {
+    if (this.softKey(key)) return true;
     const outcome = this.running?.transform.key(key, shift);
     if (outcome === 'confirmed') this.commitTransform();
     else if (outcome === 'cancelled') this.cancelTransform();
@@ -144,13 +180,27 @@ export class Editor {
     return middle;
   }
 
+  private readonly isHidden = (index: number): boolean => this.selection.isHidden(index);
+
+  /** Keys of soft selection while a transform runs, as in Blender: its reach, and O for on or off. */
+  private softKey(key: string): boolean {
+    const { soft } = this.settings.value;
+    const steps = RADIUS_KEYS[key];
+    if (steps !== undefined) this.resizeSoft(steps);
+    else if (key.toLowerCase() === 'o') this.settings.set({ soft: { ...soft, enabled: !soft.enabled } });
+    else return false;
+    return true;
+  }
+
+  private spreadAnew(): void {
+    const { soft } = this.settings.value;
+    if (this.gesture?.isRunning) this.gesture.respread((spread) => respread(spread, soft, this.isHidden));
+  }
+
   private update(): void {
     if (this.running === undefined) return;
     const { transform, gesture } = this.running;
-    const motion = transform.motion();
-    gesture.update(motion);
-    this.onHeadline(
-      transformHeadline(motion, transform.constraint, this.settings.value.orientation, transform.typed.text),
-    );
+    gesture.update(transform.motion());
+    this.onHeadline(transformHeadline(transform, this.settings.value.orientation));
   }
 }

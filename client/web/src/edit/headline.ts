@@ -5,26 +5,28 @@
 
 import { AXIS_NAMES } from '../lattice/grid';
 import { length } from '../lattice/vec';
-import type { Constraint } from './constraint';
+import { axesMeant, type Constraint } from './constraint';
 import type { Motion } from './motion';
 import type { Orientation } from './pivot';
+import type { TransformSession } from './transform_session';
 
 const VERBS = { move: 'Move', rotate: 'Rotate', scale: 'Scale' } as const;
+const NOTHING = 5e-4; // of a move: what a component may have of rounding
 
-export function transformHeadline(
-  motion: Motion,
-  constraint: Constraint | undefined,
-  orientation: Orientation,
-  typed: string,
-): string {
-  const amount = typed === '' ? amountText(motion) : `${typed}|${motion.kind === 'rotate' ? '°' : ''}`;
-  return `${VERBS[motion.kind]}  ${amount}${constraintText(constraint, orientation)}`;
+export function transformHeadline(transform: TransformSession, orientation: Orientation): string {
+  const { typed, constraint, trackball, kind } = transform;
+  const verb = trackball ? 'Trackball' : VERBS[kind];
+  const amount = typed.text === '' ? amountText(transform.motion()) : `${typed.text}${kind === 'rotate' ? ' °' : ''}`;
+  return `${verb}  ${amount}${constraintText(constraint, orientation)}`;
 }
 
 function amountText(motion: Motion): string {
   switch (motion.kind) {
-    case 'move':
-      return `${motion.offset.map(rounded).join('  ')}   (${rounded(length(motion.offset))})`;
+    case 'move': {
+      const way = length(motion.offset);
+      const parts = motion.offset.map((x) => (Math.abs(x) < NOTHING * way ? '0' : rounded(x)));
+      return `${parts.join('  ')}   (${rounded(way)})`;
+    }
     case 'rotate':
       return `${((motion.angle * 180) / Math.PI).toFixed(1)}°`;
     case 'scale':
@@ -34,7 +36,7 @@ function amountText(motion: Motion): string {
 
 function constraintText(constraint: Constraint | undefined, orientation: Orientation): string {
   if (constraint === undefined) return '';
-  const axes = constraint.local ? 'lattice' : orientation;
+  const axes = axesMeant(constraint, orientation);
   const name = axes === 'lattice' ? AXIS_NAMES[constraint.axis] : 'XYZ'[constraint.axis];
   return constraint.plane ? `   in the plane across ${name} (${axes})` : `   along ${name} (${axes})`;
 }

@@ -19,6 +19,13 @@ export class NumericEntry {
     return this.negative ? -magnitude : magnitude;
   }
 
+  /** Forgets what was typed, and takes all of a text that is part of a number. */
+  replace(text: string): void {
+    this.digits = '';
+    this.negative = false;
+    for (const key of text) this.key(key);
+  }
+
   /** Takes a key where it is part of a number; says whether it was. */
   key(key: string): boolean {
     if (/^[0-9]$/.test(key)) this.digits += key;

@@ -10,25 +10,41 @@ import { isStill, type Motion } from './motion';
 
 export class TransformGesture {
   private gesture: Gesture | undefined;
+  private motion: Motion | undefined;
+  private ended = false;
 
   constructor(
     private readonly session: Pick<SceneSession, 'gesture'>,
-    readonly spread: Spread,
+    private spread: Spread,
     readonly center: Vec3,
   ) {}
 
+  /** Between its begin and commit or cancel. */
+  get isRunning(): boolean {
+    return !this.ended;
+  }
+
   update(motion: Motion): void {
+    this.motion = motion;
     if (this.gesture === undefined && isStill(motion)) return;
     this.gesture ??= this.session.gesture();
     this.gesture.update(buildEdit(this.spread, motion, this.center));
   }
 
+  /** Takes other points along from here on, by what they were at the begin. */
+  respread(change: (spread: Spread) => Spread): void {
+    this.spread = change(this.spread);
+    if (this.motion !== undefined) this.update(this.motion);
+  }
+
   commit(): void {
+    this.ended = true;
     this.gesture?.commit();
     this.gesture = undefined;
   }
 
   cancel(): void {
+    this.ended = true;
     this.gesture?.cancel();
     this.gesture = undefined;
   }

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One running transform, as in Blender: G, R or S begins it; the pointer or a typed number says how much; X, Y, Z and
-// Shift with them say along what; Enter or a click confirms, Esc or a right click cancels. Pure: a picture of the view
-// at the pivot goes in, a motion comes out.
+// One running transform, as in Blender: G, R or S begins it, R again makes a trackball of it; the pointer or typed
+// numbers say how much; X, Y, Z and Shift with them say along what; Enter or a click confirms, Esc or a right click
+// cancels. Pure: a picture of the view at the pivot goes in, a motion comes out.
 
 import type { Axis } from '../lattice/grid';
-import { combine, dot, type Basis, type MutableVec3, type Vec3 } from '../lattice/vec';
+import { add, combine, dot, length, normalized, scale, type Basis, type MutableVec3, type Vec3 } from '../lattice/vec';
 import {
   amountAlong,
   amountsInPlane,
@@ -17,7 +17,8 @@ import {
   type ScreenJacobian,
 } from './constraint';
 import type { Motion, MotionKind } from './motion';
-import { NumericEntry } from './numeric_entry';
+import { PointerTravel } from './pointer_travel';
+import { TypedAmounts } from './typed_amounts';
 
 export interface TransformView {
   /** Right, up and towards the viewer, unit vectors in the world. */
@@ -27,7 +28,7 @@ export interface TransformView {
   pivot: [number, number];
   /** What X, Y and Z mean, and what they mean when pressed twice. */
   axes: Basis;
-  localAxes: Basis;
+  secondAxes: Basis;
   /** The step of a snapped move, in world units. */
   snapStep: number;
 }
@@ -44,80 +45,86 @@ const AXIS_KEYS = 'xyz';
 const KIND_KEYS: Record<string, MotionKind> = { g: 'move', r: 'rotate', s: 'scale' };
 const SNAP_ANGLE = Math.PI / 36; // 5 degrees
 const SNAP_FACTOR = 0.1;
-const LEAST_RADIUS = 20; // pixels: a scaling that begins on the pivot would leap
+const BALL_RADIUS = 100; // pixels: the pointer turns a trackball by the angle whose arc is its way
 
 export class TransformSession {
   constraint: Constraint | undefined;
-  readonly typed = new NumericEntry();
-  private at: [number, number];
-  private way: [number, number] = [0, 0]; // in pixels, with the fine parts made smaller
-  private turn = 0;
-  private factor = 1;
-  private readonly startRadius: number;
-  private snapping = false;
-  private fine = false;
+  /** Of a rotation: whether it rolls with the pointer about both directions of the screen. */
+  trackball = false;
+  readonly typed = new TypedAmounts();
+  private readonly travel: PointerTravel;
+  private modifiers: Modifiers = { shift: false, ctrl: false };
 
   constructor(
     public kind: MotionKind,
     private readonly view: TransformView,
     pointer: [number, number],
   ) {
-    this.at = pointer;
-    this.startRadius = Math.max(Math.hypot(pointer[0] - view.pivot[0], pointer[1] - view.pivot[1]), LEAST_RADIUS);
+    this.travel = new PointerTravel(view.pivot, pointer);
+    this.countAmounts();
   }
 
   /** Follows the pointer to a place in pixels. */
   pointer(x: number, y: number, modifiers: Modifiers): void {
-    const speed = modifiers.shift ? FINE : 1;
-    const [px, py] = this.view.pivot;
-    const before = [this.at[0] - px, this.at[1] - py] as const;
-    const after = [x - px, y - py] as const;
-    this.way[0] += (after[0] - before[0]) * speed;
-    this.way[1] += (after[1] - before[1]) * speed;
-    this.turn += signedAngle(before, after) * speed;
-    this.factor += ((Math.hypot(...after) - Math.hypot(...before)) / this.startRadius) * speed;
-    this.at = [x, y];
-    this.snapping = modifiers.ctrl;
-    this.fine = modifiers.shift;
+    this.travel.to(x, y, modifiers.shift ? FINE : 1);
+    this.modifiers = modifiers;
+  }
+
+  /** Goes on from another place without a move. */
+  resume(x: number, y: number): void {
+    this.travel.resume(x, y);
   }
 
   /** Takes a key by the name that KeyboardEvent.key gives it; undefined where it means nothing here. */
   key(key: string, shift: boolean): Outcome | undefined {
     if (key === 'Enter') return 'confirmed';
     if (key === 'Escape') return 'cancelled';
-    const letter = key.toLowerCase();
-    const axis = AXIS_KEYS.indexOf(letter);
-    if (letter.length === 1 && axis >= 0) {
-      this.constraint = nextConstraint(this.constraint, axis as Axis, shift);
-      return 'running';
-    }
-    if (KIND_KEYS[letter] !== undefined) {
-      this.kind = KIND_KEYS[letter];
-      return 'running';
-    }
-    return this.typed.key(key) ? 'running' : undefined;
+    if (!this.choice(key.toLowerCase(), shift) && !this.typed.key(key, shift)) return undefined;
+    this.countAmounts();
+    return 'running';
   }
 
   /** What the transform does as it stands. */
   motion(): Motion {
-    const basis = constraintBasis(this.constraint, this.view.axes, this.view.localAxes);
+    const basis = constraintBasis(this.constraint, this.view.axes, this.view.secondAxes);
     switch (this.kind) {
       case 'move':
         return { kind: 'move', offset: this.offset(basis) };
       case 'rotate':
-        return { kind: 'rotate', axis: this.axis(basis), angle: this.angle(basis) };
+        return this.trackball ? this.roll() : { kind: 'rotate', axis: this.axis(basis), angle: this.angle(basis) };
       case 'scale':
         return { kind: 'scale', basis, factors: this.factors() };
     }
   }
 
+  /** A letter that chooses an axis, or another kind of transform. */
+  private choice(letter: string, shift: boolean): boolean {
+    const axis = letter.length === 1 ? AXIS_KEYS.indexOf(letter) : -1;
+    const kind = KIND_KEYS[letter];
+    if (axis >= 0) {
+      this.constraint = nextConstraint(this.constraint, axis as Axis, shift);
+      this.trackball = false;
+    } else if (kind !== undefined) {
+      this.trackball = kind === 'rotate' && this.kind === 'rotate' && !this.trackball;
+      if (this.trackball) this.constraint = undefined;
+      this.kind = kind;
+    }
+    return axis >= 0 || kind !== undefined;
+  }
+
+  private countAmounts(): void {
+    if (this.kind === 'rotate') this.typed.count = this.trackball ? 2 : 1;
+    else this.typed.count = freeAxes(this.constraint).length;
+  }
+
   private offset(basis: Basis): Vec3 {
     const axes = freeAxes(this.constraint);
-    const [dx, dy] = this.way;
+    const [dx, dy] = this.travel.way;
     const x: MutableVec3 = [0, 0, 0];
-    if (this.typed.value !== undefined) {
-      // Without a constraint a number is along X, as in Blender.
-      x[axes[0]] = this.typed.value;
+    if (!this.typed.isEmpty) {
+      // Without a constraint the first number is along X, as in Blender.
+      const { numbers } = this.typed.values(0);
+      axes.forEach((axis, i) => (x[axis] = numbers[i]));
       return combine(basis, x);
     }
     if (axes.length === 3) {
@@ -146,29 +153,42 @@ export class TransformSession {
   }
 
   private angle(basis: Basis): number {
-    if (this.typed.value !== undefined) return (this.typed.value * Math.PI) / 180;
+    if (!this.typed.isEmpty) return radians(this.typed.values(0).numbers[0]);
     // The pointer turns about the line of sight: an axis that points away turns the other way round.
     const towards = dot(this.axis(basis), this.view.basis[2]) >= 0 ? 1 : -1;
-    return towards * this.snapped(this.turn, SNAP_ANGLE);
+    return towards * this.snapped(this.travel.turn, SNAP_ANGLE);
+  }
+
+  /** As a ball under the pointer: about up by what it goes right, about right by what it goes down. */
+  private roll(): Motion {
+    const [right, up] = this.view.basis;
+    const [dx, dy] = this.travel.way;
+    const [aboutRight, aboutUp] = this.typed.isEmpty
+      ? [dy, dx].map((pixels) => this.snapped(pixels / BALL_RADIUS, SNAP_ANGLE))
+      : this.typed.values(0).numbers.map(radians);
+    const turn = add(scale(right, aboutRight), scale(up, aboutUp));
+    return { kind: 'rotate', axis: normalized(turn), angle: length(turn) };
   }
 
   private factors(): Vec3 {
-    const factor = this.typed.value ?? this.snapped(this.factor, SNAP_FACTOR);
     const factors: MutableVec3 = [1, 1, 1];
-    for (const axis of freeAxes(this.constraint)) factors[axis] = factor;
+    const { numbers, alone } = this.typed.values(1);
+    const pointed = this.snapped(this.travel.factor, SNAP_FACTOR);
+    freeAxes(this.constraint).forEach((axis, i) => {
+      factors[axis] = this.typed.isEmpty ? pointed : numbers[alone ? 0 : i];
+    });
     return factors;
   }
 
   private snapped(amount: number, step: number): number {
-    if (!this.snapping) return amount;
-    const size = this.fine ? step * FINE : step;
+    if (!this.modifiers.ctrl) return amount;
+    const size = this.modifiers.shift ? step * FINE : step;
     return Math.round(amount / size) * size;
   }
 }
 
-/** Counter-clockwise on a screen whose y points down. */
-function signedAngle(from: readonly [number, number], to: readonly [number, number]): number {
-  return -Math.atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1]);
+function radians(degrees: number): number {
+  return (degrees * Math.PI) / 180;
 }
 
 /** A step of 1, 2 or 5 times a power of ten that is about `pixels` wide where a unit is `pixelsPerUnit`. */

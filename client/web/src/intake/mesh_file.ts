@@ -11,7 +11,7 @@ export interface MeshFile {
   readonly bytes: Uint8Array<ArrayBuffer>;
 }
 
-export type FileKind = MeshFormatName | 'lattice' | 'picture';
+export type FileKind = MeshFormatName | 'lattice' | 'materials' | 'picture';
 
 const KINDS: Record<string, FileKind> = {
   obj: 'obj',
@@ -20,6 +20,7 @@ const KINDS: Record<string, FileKind> = {
   glb: 'glb',
   drc: 'drc',
   json: 'lattice',
+  mtl: 'materials',
   png: 'picture',
   jpg: 'picture',
   jpeg: 'picture',
@@ -31,13 +32,13 @@ export function fileKind(name: string): FileKind | undefined {
   return KINDS[name.slice(name.lastIndexOf('.') + 1).toLowerCase()];
 }
 
-/** For the file dialog. */
-export const MESH_ENDINGS = '.obj,.ply,.stl,.glb,.drc';
+/** For the file dialog: meshes, and what may come with them. */
+export const MESH_ENDINGS = '.obj,.ply,.stl,.glb,.drc,.mtl,.png,.jpg,.jpeg,.webp';
 
 /** Reads a dropped mesh; throws an Error in words for another file. */
 export async function readMeshFile(file: File): Promise<MeshFile> {
   const kind = fileKind(file.name);
-  if (kind === undefined || kind === 'lattice' || kind === 'picture') {
+  if (kind === undefined || kind === 'lattice' || kind === 'materials' || kind === 'picture') {
     throw new Error(`${file.name} is no mesh that the server reads: OBJ, PLY, STL, GLB or DRC.`);
   }
   if (file.size === 0) throw new Error(`${file.name} is empty.`);

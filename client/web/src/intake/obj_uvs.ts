@@ -1,16 +1,33 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-/** Texture coordinates of every corner of an OBJ file's faces, u v each, in the file's order; undefined without any. */
-export function objCornerUvs(text: string): Float32Array | undefined {
+export interface ObjCorners {
+  /** u v material of every corner of the faces, in the file's order; v counts upwards, as in the file. */
+  readonly corners: Float32Array;
+  /** Names after usemtl; empty for faces before the first. */
+  readonly materials: readonly string[];
+  readonly hasUvs: boolean;
+}
+
+export function objCorners(text: string): ObjCorners {
   const uvs: [number, number][] = [];
   const corners: number[] = [];
-  for (const line of text.split('\n')) {
+  const materials: string[] = [];
+  let material = 0;
+  const named = (name: string): number => {
+    const found = materials.indexOf(name);
+    return found >= 0 ? found : materials.push(name) - 1;
+  };
+  for (const line of text.replace(/\\\r?\n/g, ' ').split(/\r\n?|\n/)) {
     const [word, ...rest] = line.trim().split(/\s+/);
     if (word === 'vt') uvs.push([Number(rest[0]), Number(rest[1] ?? 0)]);
-    else if (word === 'f') for (const corner of rest) corners.push(...uvOfCorner(corner, uvs));
+    else if (word === 'usemtl') material = named(line.trim().slice('usemtl'.length).trim());
+    else if (word === 'f') {
+      if (materials.length === 0) material = named('');
+      for (const corner of rest) corners.push(...uvOfCorner(corner, uvs), material);
+    }
   }
-  return uvs.length === 0 ? undefined : Float32Array.from(corners);
+  return { corners: Float32Array.from(corners), materials, hasUvs: uvs.length > 0 };
 }
 
 /** Of "vertex/uv/normal"; indices count from 1, negative ones from the end of what came before. */

@@ -5,17 +5,16 @@
 import type { MessageInitShape } from '@bufbuild/protobuf';
 import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
 import { MeshFormat, type Mesh } from 'latticed/v1/mesh_pb';
-import { NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
 import type { Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
 import { openSession } from '../session/open_session';
-import type { ViewRequest } from '../session/scene_session';
 import { downloadMesh } from '../wire/download';
+import { downloadExport } from '../wire/export_download';
 import { randomId } from '../wire/ids';
 import { fromLattice, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
 import { uploadMesh } from '../wire/upload';
-import { encodingOf, fromView } from '../wire/view_message';
+import { fromView, toView } from '../wire/view_message';
 import type { MeshFormatName } from './mesh_file';
 import type { Services, UploadedMesh } from './services';
 
@@ -57,7 +56,7 @@ export function serverServices(server: LatticedServer): Services {
       return { mesh, view: defaultView === undefined ? {} : toView(defaultView) };
     },
     openSession: (sceneId, options) => openSession(server, sceneId, options),
-    exportAddress: (sceneId, format) => `${server.origin}/export/${sceneId}.${format}`,
+    exportScene: (sceneId, format, ...rest) => downloadExport(server, sceneId, format, ...rest),
   };
 }
 
@@ -76,12 +75,4 @@ function latticeSource(lattice: Fit | Lattice): MessageInitShape<typeof LatticeS
   const axes = ([u, v, w]: Fit['size']) => ({ u, v, w });
   const { size, degree, padding } = lattice;
   return { source: { case: 'fit', value: { size: axes(size), degree: axes(degree), padding } } };
-}
-
-/** Of a scene, where every field that has a default is filled in. */
-function toView(view: ViewOptions): ViewRequest {
-  const { segments, positionBits, normalBits } = view;
-  const normals =
-    ({ [NormalMode.NONE]: 'none', [NormalMode.FACET]: 'facet' } as const)[view.normals as 1 | 2] ?? 'smooth';
-  return { segments, normals, encoding: encodingOf(view), positionBits, normalBits };
 }

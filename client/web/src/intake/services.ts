@@ -6,6 +6,7 @@ import type { Bounds, Fit } from '../lattice/identity';
 import type { Lattice } from '../lattice/lattice';
 import type { SessionOptions } from '../session/open_session';
 import type { SceneSession, ViewRequest } from '../session/scene_session';
+import type { ExportedFile } from '../wire/export_download';
 import type { MeshFile } from './mesh_file';
 
 export interface UploadedMesh {
@@ -36,5 +37,11 @@ export interface Services {
   downloadMesh(mesh: string): Promise<MeshFile>;
   describeScene(sceneId: string): Promise<SceneFacts>;
   openSession(sceneId: string, options: SessionOptions): Promise<SceneSession>;
-  exportAddress(sceneId: string, format: ExportFormat): string;
+  /** The deformed surface as a file; `progress` in bytes. Rejects with an Error in words. */
+  exportScene(
+    sceneId: string,
+    format: ExportFormat,
+    progress: (received: number, all: number) => void,
+    signal: AbortSignal,
+  ): Promise<ExportedFile>;
 }

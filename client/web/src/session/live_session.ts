@@ -1,79 +1,51 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { Code } from '@connectrpc/connect';
-import type { EditResult, Edit } from 'latticed/v1/edit_pb';
-import type { Hello, LatticeDelta, Presence as PresenceMessage, SceneEvent } from 'latticed/v1/event_pb';
-import type { LatticeState } from 'latticed/v1/lattice_pb';
-import { Feature, type ServerInfo } from 'latticed/v1/server_pb';
-import type { DecodePool } from '../decode/decode_pool';
+import { Feature } from 'latticed/v1/server_pb';
 import type { Lattice, Vec3 } from '../lattice/lattice';
 import type { Surface } from '../surface/surface';
-import type { SurfaceSink } from '../surface/surface_sink';
 import { edits, fromEdit, toSurfacePoint } from '../wire/edit_message';
 import { randomUuid } from '../wire/ids';
-import { fromVector, toLattice } from '../wire/lattice_message';
-import type { LatticedServer } from '../wire/latticed_server';
-import type { OpenStream, WatchRequestInit } from '../wire/scene_stream';
+import { fromVector } from '../wire/lattice_message';
 import { ServerError } from '../wire/server_error';
-import { fromView } from '../wire/view_message';
-import { inWords } from '../wire/words';
-import { EditQueue } from './edit_queue';
-import { targetsOf, type Targets } from './edit_targets';
+import { targetsOf } from './edit_targets';
 import type { LatticeEdit, SurfacePoint } from './lattice_edit';
-import { LatticeModel } from './lattice_model';
+import { LatticeSync } from './lattice_sync';
 import { Listeners } from './listeners';
-import { OwnGesture } from './own_gesture';
-import { Presences } from './presences';
-import { SceneConnection, type BackOff, type ConnectionHost } from './scene_connection';
-import type { SceneKeeper } from './scene_keeper';
 import type { Gesture, SceneSession, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
-import { UpdateReceiver, type ReceivedUpdate } from './update_receiver';
-
-/** What a session works with. */
-export interface SessionParts {
-  readonly server: LatticedServer;
-  readonly info: ServerInfo;
-  readonly streams: readonly OpenStream[];
-  readonly pool: DecodePool;
-  readonly surface: SurfaceSink;
-  readonly keeper: SceneKeeper;
-  readonly name?: string;
-  readonly colour?: number;
-  readonly view?: ViewRequest;
-  readonly backOff?: BackOff;
-}
+import type { SessionParts } from './session_parts';
+import { SessionStream } from './session_stream';
 
 /** SceneSession over the wire. Its lattice is there once `ready` has resolved. */
-export class LiveSession implements SceneSession, ConnectionHost {
+export class LiveSession implements SceneSession {
   readonly editorId = randomUuid();
   /** Resolves with the first lattice; rejects where the scene cannot be had. */
   readonly ready: Promise<void>;
   private readonly listeners = new Listeners<SessionEvents>();
-  private readonly queue = new EditQueue((batch) => this.connection.send({ message: { case: 'edit', value: batch } }));
-  private readonly receiver: UpdateReceiver;
-  private readonly presences = new Presences((selected) => this.showPresence(selected));
-  private readonly connection: SceneConnection;
-  private model: LatticeModel | undefined;
-  private openGesture: OwnGesture | undefined;
-  private view: ViewRequest;
-  private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
-  private restored = false;
-  private presenceAllowed: boolean;
-  private shown: SessionStatus = { state: 'connecting', text: 'Connecting …' };
-  private settle!: { resolve: () => void; reject: (error: Error) => void };
+  private readonly sync: LatticeSync;
+  private readonly stream: SessionStream;
+  private resolveReady!: () => void;
 
   constructor(readonly sceneId: string, private readonly parts: SessionParts) {
-    this.view = parts.view ?? {};
-    this.presenceAllowed = parts.info.features.includes(Feature.PRESENCE);
-    this.ready = new Promise((resolve, reject) => (this.settle = { resolve, reject }));
-    this.receiver = new UpdateReceiver(parts.pool, (update) => this.updated(update), (error) => this.useless(error));
-    this.connection = new SceneConnection(parts.streams, this, parts.backOff);
-    this.connection.open();
+    let failed!: (error: Error) => void;
+    this.ready = new Promise((resolve, reject) => {
+      this.resolveReady = resolve;
+      failed = reject;
+    });
+    this.sync = new LatticeSync((batch) => this.stream.send({ message: { case: 'edit', value: batch } }), {
+      ready: () => this.latticeReady(),
+      structureChanged: (lattice) => this.structureChanged(lattice),
+      pointsMoved: (indices) => this.listeners.emit('points', indices),
+      serverMoved: () => parts.keeper.changed(() => this.lattice),
+      refused: (text) => this.listeners.emit('refused', text),
+    });
+    this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners, failed);
   }
 
   get lattice(): Lattice {
-    if (!this.model) throw new Error('the session is not ready');
-    return this.model.shown;
+    const { shown } = this.sync;
+    if (!shown) throw new Error('the session is not ready');
+    return shown;
   }
 
   get surface(): Surface {
@@ -81,7 +53,7 @@ export class LiveSession implements SceneSession, ConnectionHost {
   }
 
   get status(): SessionStatus {
-    return this.shown;
+    return this.stream.status;
   }
 
   on<K extends keyof SessionEvents>(event: K, listener: SessionEvents[K]): () => void {
@@ -89,49 +61,40 @@ export class LiveSession implements SceneSession, ConnectionHost {
   }
 
   gesture(): Gesture {
-    this.openGesture?.commit();
-    this.openGesture = new OwnGesture({
-      queue: this.queue,
-      structureId: this.model!.structureId,
-      isCurrent: (structureId) => structureId === this.model!.structureId,
-      points: () => this.lattice.points,
-      show: (targets) => this.show(targets),
-    });
-    return this.openGesture;
+    return this.sync.gesture();
   }
 
   apply(edit: LatticeEdit): void {
-    this.step(fromEdit(edit), targetsOf(edit, this.lattice.points));
+    this.sync.step(fromEdit(edit), targetsOf(edit, this.lattice.points));
   }
 
   undo(): void {
-    this.step(edits.undo());
+    this.sync.step(edits.undo());
   }
 
   redo(): void {
-    this.step(edits.redo());
+    this.sync.step(edits.redo());
   }
 
   reset(to: 'identity' | 'initial'): void {
-    this.step(edits.reset(to));
+    this.sync.step(edits.reset(to));
   }
 
   insertKnot(axis: 0 | 1 | 2, value: number): void {
-    this.step(edits.insertKnot(axis, value));
+    this.sync.step(edits.insertKnot(axis, value));
   }
 
   replace(points: Float64Array): void {
     const indices = Uint32Array.from({ length: this.lattice.count }, (_, i) => i);
-    this.step(edits.replace(points), { indices, positions: points.slice() });
+    this.sync.step(edits.replace(points), { indices, positions: points.slice() });
   }
 
   setView(view: ViewRequest): void {
-    this.view = { ...this.view, ...view };
-    this.connection.send({ message: { case: 'control', value: { view: fromView(this.view) } } });
+    this.stream.setView(view);
   }
 
   announce(selected: Uint32Array): void {
-    if (this.presenceAllowed) this.presences.announce(selected);
+    this.stream.announce(selected);
   }
 
   async pick(origin: Vec3, direction: Vec3): Promise<SurfacePoint | undefined> {
@@ -147,201 +110,28 @@ export class LiveSession implements SceneSession, ConnectionHost {
   }
 
   close(): void {
-    this.connection.close();
-    this.receiver.close();
-    this.presences.close();
+    this.stream.close();
     this.parts.keeper.close();
     this.parts.surface.dispose();
   }
 
-  // ConnectionHost
-
-  request(): WatchRequestInit {
-    return { scene: this.sceneId, editorId: this.editorId, view: fromView(this.view), resumeToken: this.resumeToken };
+  private latticeReady(): void {
+    this.listeners.emit('lattice', this.lattice);
+    this.resolveReady();
+    void this.keep();
   }
 
-  opened(hello: Hello): void {
-    this.parts.keeper.runsOn(hello.bootId);
-    this.queue.opened();
-    this.presences.opened();
-    if (this.restored) this.tell('restored', 'The server was restarted; this browser restored mesh and lattice. What was done before cannot be undone.');
-    else this.tell('live', 'Connected.');
-  }
-
-  event({ event }: SceneEvent): void {
-    try {
-      this.take(event);
-    } catch (error) {
-      this.useless(error as Error);
-    }
-  }
-
-  retrying(error: ServerError | undefined): void {
-    this.lost();
-    this.restored = false;
-    this.tell('retrying', error ? `${inWords(error)} Trying again …` : 'The connection ended. Connecting again …');
-  }
-
-  async ended(error: ServerError): Promise<boolean> {
-    this.lost();
-    if (error.code === Code.PermissionDenied && this.presenceAllowed) {  // a token that may only look
-      this.presenceAllowed = false;
-      return true;
-    }
-    try {
-      if (error.code === Code.NotFound && await this.parts.keeper.restore(this.model?.shown)) {
-        this.restored = true;
-        this.resumeToken = new Uint8Array();
-        this.queue.clear();
-        return true;
-      }
-      this.fail(error);
-    } catch (failure) {
-      this.fail(failure);
-    }
-    return false;
-  }
-
-  async probe(): Promise<ServerError | undefined> {
-    try {
-      await this.parts.server.server.getServerInfo({});
-      return undefined;
-    } catch (error) {
-      return ServerError.fromConnect(error);
-    }
-  }
-
-  private take(event: SceneEvent['event']): void {
-    switch (event.case) {
-      case 'latticeState': return this.takeState(event.value);
-      case 'latticeDelta': return this.takeDelta(event.value);
-      case 'topology': return this.receiver.topology(event.value);
-      case 'quantisation': return this.receiver.quantisation(event.value);
-      case 'updateBegin': return this.receiver.begin(event.value);
-      case 'chunks': return this.receiver.chunks(event.value);
-      case 'updateEnd': return this.receiver.end(event.value);
-      case 'editResult': return this.takeResult(event.value);
-      case 'presence': return this.takePresence(event.value);
-    }
-  }
-
-  private takeState(state: LatticeState): void {
-    const lattice = toLattice(state.lattice!);
-    const first = !this.model;
-    this.model ??= new LatticeModel(lattice, state.structureId, state.revision, (structure) => this.queue.overlays(structure));
-    const changed = this.model.takeState(lattice, state.structureId, state.revision) || first;
-    this.queue.reached(state.revision);
-    if (changed) {
-      const dropped = this.queue.dropOther(state.structureId);
-      if (dropped) this.listeners.emit('refused', 'The lattice got other control points meanwhile, so unsent edits were dropped.');
-      this.model.refresh();
-      if (!first) this.parts.surface.structureChanged();
-      this.listeners.emit('lattice', this.model.shown);
-    } else {
-      this.pointsMoved(this.model.refresh());
-    }
-    if (first) {
-      this.settle.resolve();
-      void this.keep();
-    } else {
-      this.saveLater();
-    }
-  }
-
-  private takeDelta(delta: LatticeDelta): void {
-    if (!this.model || delta.structureId !== this.model.structureId) return;
-    const targets = { indices: Uint32Array.from(delta.indices), positions: Float64Array.from(delta.positions) };
-    this.model.takeDelta(targets, delta.revision);
-    this.queue.reached(delta.revision);
-    this.pointsMoved(this.model.refresh(targets.indices));
-    this.saveLater();
-  }
-
-  private takeResult(result: EditResult): void {
-    const { refused, targets } = this.queue.answer(result);
-    if (this.model) this.queue.reached(this.model.revision);
-    if (refused) {
-      if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
-      this.listeners.emit('refused', inWords(ServerError.fromStatus(result.status!)));
-    }
-  }
-
-  private takePresence(presence: PresenceMessage): void {
-    if (presence.editorId === this.editorId) return;
-    this.presences.take(presence);
-    this.listeners.emit('presence', this.presences.others);
-  }
-
-  private updated(update: ReceivedUpdate): void {
-    const { end, surface } = update;
-    const start = performance.now();
-    if (surface) this.parts.surface.apply(surface);
-    const upload = performance.now() - start;
-    this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;
-    this.connection.send({ message: { case: 'control', value: { ackedUpdateId: end.updateId } } });
-    const msFromEdit = this.queue.ageOf(end.appliedSequence);
-    const { evaluateUs = 0, encodeUs = 0 } = end.timings ?? {};
-    this.listeners.emit('update', {
-      revision: Number(end.revision), ...(msFromEdit !== undefined && { msFromEdit }), bytes: update.bytes,
-      patchesSent: update.patches, patchesAll: this.parts.surface.patchCount, fullDetail: end.fullDetail,
-      times: { server: (evaluateUs + encodeUs) / 1000, transfer: update.transferMs, decode: update.decodeMs, upload },
-    });
-  }
-
-  private step(edit: Edit, targets?: Targets): void {
-    this.openGesture?.commit();
-    this.queue.add({ edits: [edit], targets }, this.model!.structureId);
-    if (targets) this.show(targets);
-  }
-
-  private show(targets: Targets): void {
-    this.model!.show(targets);
-    this.pointsMoved(targets.indices);
-  }
-
-  private pointsMoved(indices: Uint32Array): void {
-    if (indices.length) this.listeners.emit('points', indices);
-  }
-
-  private showPresence(selected: number[]): void {
-    if (!this.presenceAllowed || this.shown.state === 'retrying') return;
-    const { name = '', colour = 0 } = this.parts;
-    this.connection.send({ message: { case: 'presence', value: { name, colour, selectedIndices: selected } } });
+  private structureChanged(lattice: Lattice): void {
+    this.parts.surface.structureChanged();
+    this.listeners.emit('lattice', lattice);
   }
 
   private async keep(): Promise<void> {
     try {
       const scene = await this.parts.server.scenes.getScene({ scene: this.sceneId });
-      await this.parts.keeper.keep(scene, this.model!.shown);
+      await this.parts.keeper.keep(scene, this.lattice);
     } catch (error) {
       console.warn('latticed: the scene is not kept for a restart of the server:', error);
     }
-  }
-
-  private saveLater(): void {
-    this.parts.keeper.changed(() => this.model!.shown);
-  }
-
-  /** What came cannot be read: everything is asked for anew. */
-  private useless(error: Error): void {
-    this.resumeToken = new Uint8Array();
-    this.lost();
-    this.tell('retrying', `What the server sent cannot be shown (${error.message}). Asking again …`);
-    this.connection.reopen();
-  }
-
-  private lost(): void {
-    this.queue.lost();
-    this.receiver.reset();
-  }
-
-  private fail(error: unknown): void {
-    this.settle.reject(new Error(inWords(error)));
-    this.tell('failed', inWords(error));
-  }
-
-  private tell(state: SessionStatus['state'], text: string): void {
-    this.shown = { state, text };
-    this.listeners.emit('status', this.shown);
   }
 }

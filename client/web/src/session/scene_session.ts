@@ -31,7 +31,7 @@ export interface UpdateInfo {
   readonly msFromEdit?: number;
   /** Of chunk data. */
   readonly bytes: number;
-  /** Patches in the update's chunks. */
+  /** Patches in the update's chunks, each counted once. */
   readonly patchesSent: number;
   readonly patchesAll: number;
   /** Whether this is all detail that the view asks for. */
@@ -56,8 +56,10 @@ export interface SessionEvents {
   /** By editor id. */
   presence: (others: ReadonlyMap<string, Presence>) => void;
   status: (status: SessionStatus) => void;
-  /** An edit was refused or dropped, in words. */
+  /** An edit or a view was refused or dropped, in words. */
   refused: (text: string) => void;
+  /** The view that was asked for was refused: this one is in force again. */
+  view: (view: ViewRequest) => void;
 }
 
 /** How the surface is sent; what is absent stays (view.proto, ViewOptions). */

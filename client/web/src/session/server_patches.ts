@@ -4,7 +4,6 @@ import type { Topology } from 'latticed/v1/event_pb';
 import { Encoding, NormalMode } from 'latticed/v1/view_pb';
 import { knotPlanes } from '../lattice/bspline';
 import { AXES, domain, frameEdges } from '../lattice/grid';
-import { identityPoints } from '../lattice/identity';
 import type { Lattice } from '../lattice/lattice';
 import type { PatchOrigins, PatchSource, RestCorners } from '../surface/patch_source';
 import { randomId } from '../wire/ids';
@@ -71,16 +70,6 @@ export class ServerPatches implements PatchSource {
       stride *= planes.length - 1;
     }
     return box;
-  }
-
-  largestDisplacement(): number {
-    const lattice = this.lattice();
-    const rest = identityPoints(lattice);
-    let largest = 0;
-    for (let i = 0; i < rest.length; i += 3) {
-      largest = Math.max(largest, Math.hypot(...AXES.map((axis) => lattice.points[i + axis]! - rest[i + axis]!)));
-    }
-    return largest;
   }
 
   private async cornersOf(scene: string, call: { headers: Record<string, string> }): Promise<RestCorners> {

@@ -17,15 +17,17 @@ interface Incoming {
   layout?: TopologyLayout;
   grid?: Grid;
   bytes: number;
-  patches: number;
 }
 
 /** An update that is whole and decoded. */
 export interface ReceivedUpdate {
   readonly end: UpdateEnd;
+  /** In force; absent where the update began without. */
+  readonly view: ViewOptions | undefined;
   /** Absent where no chunk changed. */
   readonly surface: SurfaceUpdate | undefined;
   readonly bytes: number;
+  /** In its chunks, each counted once. */
   readonly patches: number;
   /** From update_begin to update_end, in ms. */
   readonly transferMs: number;
@@ -69,7 +71,7 @@ export class UpdateReceiver {
 
   begin(message: UpdateBegin): void {
     this.drop(this.incoming);
-    this.incoming = { view: message.view, begun: performance.now(), chunks: new Map(), bytes: 0, patches: 0 };
+    this.incoming = { view: message.view, begun: performance.now(), chunks: new Map(), bytes: 0 };
   }
 
   chunks(message: Chunks): void {
@@ -82,7 +84,6 @@ export class UpdateReceiver {
     update.grid = grid;
     for (const { index, data } of message.chunks) {
       update.bytes += data.length;
-      update.patches += layout.patchesOf(index);
       update.chunks.set(index, this.pool.decode(data as Uint8Array<ArrayBuffer>, {
         encoding: encodingOf(update.view), points: layout.pointsOf(index),
         normals: hasNormals(update.view), normalBits: grid.normalBits }));
@@ -122,7 +123,8 @@ export class UpdateReceiver {
       const decodeMs = performance.now() - at;
       const { layout, grid, view } = update;
       const surface = layout && grid && chunks.length ? { layout, grid, normals: hasNormals(view), chunks } : undefined;
-      this.received({ end, surface, bytes: update.bytes, patches: update.patches, transferMs: at - update.begun, decodeMs });
+      const patches = chunks.reduce((sum, { index }) => sum + layout!.patchesOf(index), 0);
+      this.received({ end, view, surface, bytes: update.bytes, patches, transferMs: at - update.begun, decodeMs });
       for (const { decoded } of chunks) this.pool.giveBack(decoded);
     } catch (error) {
       if (!ended.cancelled) this.failed(error as Error);
@@ -141,7 +143,6 @@ export class UpdateReceiver {
       newer.grid = older.grid;
     }
     newer.bytes += older.bytes;
-    newer.patches += older.patches;
   }
 
   private drop(update: Incoming | undefined): void {

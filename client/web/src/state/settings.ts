@@ -22,6 +22,8 @@ export interface Settings {
   pivot: Pivot;
   soft: SoftSelection;
   mirror: Mirror;
+  /** Whether a press adds a point to the selection, or takes it out again, instead of replacing it. */
+  toggling: boolean;
   /** Selects, and shows, points through the surface too. */
   through: boolean;
   orthographic: boolean;
@@ -45,6 +47,7 @@ export const DEFAULT_SETTINGS: Settings = {
   pivot: 'median',
   soft: { enabled: false, radius: 0.5, falloff: 'smooth' },
   mirror: [false, false, false],
+  toggling: false,
   through: true,
   orthographic: false,
   cage: true,

@@ -15,7 +15,7 @@ export class PatchColours {
   uvs: DataTexture | undefined;
   restOrigin: readonly [number, number, number] | undefined;
   private layout: TopologyLayout | undefined;
-  private cornerUvs: Float32Array | undefined;
+  private corners: Float32Array | undefined;
   private asked = { rest: false, uvs: false };
   private generation = 0;  // answers of an earlier one are of no use
 
@@ -28,9 +28,9 @@ export class PatchColours {
     this.layout = layout;
   }
 
-  /** Two per corner of the mesh. */
-  setUvs(cornerUvs: Float32Array | undefined): void {
-    this.cornerUvs = cornerUvs;
+  /** u v layer per corner of the mesh. */
+  setUvs(corners: Float32Array | undefined): void {
+    this.corners = corners;
     this.uvs?.dispose();
     this.uvs = undefined;
     this.asked.uvs = false;
@@ -50,7 +50,7 @@ export class PatchColours {
   }
 
   wantUvs(): void {
-    if (this.asked.uvs || !this.cornerUvs || !this.layout) return;
+    if (this.asked.uvs || !this.corners || !this.layout) return;
     this.asked.uvs = true;
     const { id } = this.layout;
     void this.fetch(() => this.source.origins(id), (origins) => this.takeOrigins(origins));
@@ -85,18 +85,20 @@ export class PatchColours {
     });
   }
 
+  /** Two texels per patch: u v of two corners; u v of the third, the layer. */
   private takeOrigins({ corners, barycentrics }: PatchOrigins): void {
-    const uvs = this.cornerUvs!;
+    const uvs = this.corners!;
     this.uvs = patchTexture(corners.length / 3, 2, (patch, out, at) => {
       for (let corner = 0; corner < 3; ++corner) {
         for (let axis = 0; axis < 2; ++axis) {
           let value = 0;
           for (let k = 0; k < 3; ++k) {
-            value += barycentrics[9 * patch + 3 * corner + k]! * (uvs[2 * corners[3 * patch + k]! + axis] ?? 0);
+            value += barycentrics[9 * patch + 3 * corner + k]! * (uvs[3 * corners[3 * patch + k]! + axis] ?? 0);
           }
           out[at + 2 * corner + axis] = value;
         }
       }
+      out[at + 6] = uvs[3 * corners[3 * patch]! + 2] ?? 0;
     });
   }
 }

@@ -22,6 +22,4 @@ export interface PatchSource {
   restCorners(): Promise<RestCorners>;
   /** Knot box of a world point at rest: a number per box, or -1 outside the frame. */
   boxOf(x: number, y: number, z: number): number;
-  /** What no point of the surface exceeds in distance from its place at rest: control points' largest. World units. */
-  largestDisplacement(): number;
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Box3, Object3D, Texture } from 'three';
+import type { Box3, DataArrayTexture, Object3D } from 'three';
 
 /** How the surface is drawn. */
 export interface SurfaceLook {
@@ -11,8 +11,6 @@ export interface SurfaceLook {
   /** The rest shape as a ghost. */
   readonly ghost?: boolean;
   readonly colour?: number;
-  /** World units that the heat map's end stands for; absent: the largest seen. */
-  readonly displacementRange?: number;
 }
 
 /** The deformed surface as three draws it: one geometry for all chunks, written in place. */
@@ -23,10 +21,15 @@ export interface Surface {
   readonly bounds: Box3;
   readonly patchCount: number;
   readonly triangleCount: number;
+  /** World units that the end of the heat map's colours stands for: the largest displacement that is seen. */
+  readonly displacementRange: number;
   /** Called when it looks otherwise without an update: what a look asked for has come. */
   onChanged?: () => void;
   setLook(look: SurfaceLook): void;
-  /** Base colour texture with texture coordinates per corner of the mesh (u v each), or without both: none. */
-  setTexture(texture: Texture | undefined, cornerUvs?: Float32Array): Promise<void>;
+  /**
+   * Base colours in layers, with u v layer for each corner of the mesh, v from the texture's first row on; without both:
+   * none. The texture stays its owner's.
+   */
+  setTexture(texture: DataArrayTexture | undefined, corners?: Float32Array): void;
   dispose(): void;
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type Texture } from 'three';
+import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type DataArrayTexture, type Texture } from 'three';
 import { PatchColours } from './patch_colours';
 import type { PatchSource } from './patch_source';
 import { patternTexture } from './patch_texture';
@@ -13,13 +13,16 @@ import type { TopologyLayout } from './topology_layout';
 
 /** The streamed surface as three draws it. */
 export class SurfaceMesh implements SurfaceSink {
+  private static readonly PATCHES_ASKED = 10_000;  // a millisecond
+  private static readonly LEAST_HEAT = 5e-3;  // of the size: below, colours would show the steps of the grid
+
   readonly object = new Group();
   readonly bounds = new Box3();
   private readonly points = new PointBuffer();
   private readonly uniforms = {
     pointsPerPatch: { value: 1 }, segments: { value: 1 }, octahedralMax: { value: 1 }, step: { value: 1 },
     toRest: { value: new Vector3() }, pattern: { value: null as Texture | null }, restCorners: { value: null as Texture | null },
-    boxColours: { value: null as Texture | null }, patchUvs: { value: null as Texture | null }, map: { value: null as Texture | null },
+    boxColours: { value: null as Texture | null }, patchUvs: { value: null as Texture | null }, map: { value: null as DataArrayTexture | null },
     baseColour: { value: new Color(0xb9bec6) }, lineColour: { value: new Color(0x11151c) }, wireframe: { value: 0 },
     patchEdges: { value: 0 }, opacity: { value: 1 }, displacementRange: { value: 1 },
   };
@@ -35,7 +38,7 @@ export class SurfaceMesh implements SurfaceSink {
   private hasNormals = false;
   private look: SurfaceLook = {};
 
-  constructor(private readonly source: PatchSource) {
+  constructor(source: PatchSource) {
     this.patches = new PatchColours(source, () => {
       this.dress();
       this.onChanged?.();
@@ -46,6 +49,10 @@ export class SurfaceMesh implements SurfaceSink {
     this.ghost.frustumCulled = false;
     this.mesh.visible = false;
     this.object.add(this.mesh, this.ghost);
+  }
+
+  get displacementRange(): number {
+    return this.uniforms.displacementRange.value;
   }
 
   get patchCount(): number {
@@ -117,9 +124,9 @@ export class SurfaceMesh implements SurfaceSink {
     this.dress();
   }
 
-  async setTexture(texture: Texture | undefined, cornerUvs?: Float32Array): Promise<void> {
+  setTexture(texture: DataArrayTexture | undefined, corners?: Float32Array): void {
     this.uniforms.map.value = texture ?? null;
-    this.patches.setUvs(texture ? cornerUvs : undefined);
+    this.patches.setUvs(texture ? corners : undefined);
     this.dress();
   }
 
@@ -152,8 +159,27 @@ export class SurfaceMesh implements SurfaceSink {
   }
 
   private scaleHeat(): void {
-    if (this.look.colouring !== 'displacement') return;
-    this.uniforms.displacementRange.value = this.look.displacementRange ?? this.source.largestDisplacement();
+    if (this.look.colouring === 'displacement') this.uniforms.displacementRange.value = this.largestDisplacement();
+  }
+
+  /** Of corners of patches; of very many patches some are asked. */
+  private largestDisplacement(): number {
+    const rest = this.patches.restCorners?.image.data as Float32Array | undefined;
+    const { layout } = this;
+    const from = this.patches.restOrigin;
+    if (!rest || !from || !layout) return 0;
+    const stride = Math.ceil(layout.patchCount / SurfaceMesh.PATCHES_ASKED);
+    let largest = SurfaceMesh.LEAST_HEAT * this.bounds.getSize(new Vector3()).length();
+    for (let patch = 0; patch < layout.patchCount; patch += stride) {
+      const first = patch * layout.pointsPerPatch;  // row 0 of a pattern runs from corner 0 to 1, the last row is corner 2
+      [first, first + layout.segments, first + layout.pointsPerPatch - 1].forEach((point, corner) => {
+        const [x, y, z] = this.positionOf(point);
+        const at = 12 * patch + 4 * corner;
+        const away = Math.hypot(x - from[0] - rest[at]!, y - from[1] - rest[at + 1]!, z - from[2] - rest[at + 2]!);
+        if (away > largest) largest = away;
+      });
+    }
+    return largest;
   }
 
   private placeRest(): void {

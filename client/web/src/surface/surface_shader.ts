@@ -32,6 +32,7 @@ export const VERTEX_SHADER = /* glsl */ `
   out vec3 gridPlace;
   out vec3 boxColour;
   out vec2 textureUv;
+  flat out float textureLayer;
   out float displacement;
 
   vec4 patchTexel(highp sampler2D data, int texel) {
@@ -76,7 +77,9 @@ export const VERTEX_SHADER = /* glsl */ `
     #endif
     #ifdef TEXTURED
       vec4 first = patchTexel(patchUvs, 2 * patchNumber);
-      textureUv = weights.x * first.xy + weights.y * first.zw + weights.z * patchTexel(patchUvs, 2 * patchNumber + 1).xy;
+      vec4 second = patchTexel(patchUvs, 2 * patchNumber + 1);
+      textureUv = weights.x * first.xy + weights.y * first.zw + weights.z * second.xy;
+      textureLayer = second.z;
     #endif
     #ifdef HAS_NORMALS
       viewNormal = normalMatrix * decodedNormal();
@@ -95,12 +98,13 @@ export const FRAGMENT_SHADER = /* glsl */ `
   uniform float patchEdges;
   uniform float opacity;
   uniform float displacementRange;
-  uniform sampler2D map;
+  uniform highp sampler2DArray map;
   in vec3 viewPosition;
   in vec3 viewNormal;
   in vec3 gridPlace;
   in vec3 boxColour;
   in vec2 textureUv;
+  flat in float textureLayer;
   in float displacement;
 
   // Dark blue, blue, green, yellow, red over 0 to 1.
@@ -112,13 +116,18 @@ export const FRAGMENT_SHADER = /* glsl */ `
     return mix(high, vec3(0.80, 0.16, 0.13), clamp(t - 3.0, 0.0, 1.0));
   }
 
+  // Lines closer than a few pixels would be one dark area: they fade.
+  float apart(float density) {
+    return mix(1.0, 0.25, smoothstep(0.15, 0.5, density));
+  }
+
   vec3 surfaceColour() {
     #if defined(BOXES)
       return boxColour;
     #elif defined(DISPLACEMENT)
       return heat(displacement / max(displacementRange, 1e-30));
     #elif defined(TEXTURED)
-      return texture(map, textureUv).rgb;
+      return texture(map, vec3(textureUv, textureLayer)).rgb;
     #else
       return baseColour;
     #endif
@@ -151,7 +160,9 @@ export const FRAGMENT_SHADER = /* glsl */ `
       vec3 toEdge = gridPlace / width;
       float line = wireframe * clamp(1.2 - min(min(toLine.x, toLine.y), toLine.z), 0.0, 1.0);
       float edge = patchEdges * clamp(1.7 - min(min(toEdge.x, toEdge.y), toEdge.z), 0.0, 1.0);
-      colour = mix(colour, lineColour, max(0.55 * line, 0.85 * edge));
+      float density = max(max(width.x, width.y), width.z);  // lines per pixel
+      float patchDensity = density / (gridPlace.x + gridPlace.y + gridPlace.z);
+      colour = mix(colour, lineColour, max(0.55 * line * apart(density), 0.85 * edge * apart(patchDensity)));
     #endif
     gl_FragColor = vec4(colour, opacity);
     #include <colorspace_fragment>

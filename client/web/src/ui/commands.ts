@@ -22,9 +22,17 @@ export interface Command {
 
 type KeyPress = Pick<KeyboardEvent, 'key' | 'code' | 'ctrlKey' | 'metaKey' | 'altKey' | 'shiftKey'>;
 
+/**
+ * The letter of a key press, upper case: what the keyboard's layout makes of the key or, of layouts without Latin letters
+ * and of Alt's signs, what stands at its place on a US keyboard.
+ */
+export function letterOf({ key, code }: Pick<KeyboardEvent, 'key' | 'code'>): string | undefined {
+  return /^[a-z]$/i.test(key) ? key.toUpperCase() : /^Key([A-Z])$/.exec(code)?.[1];
+}
+
 /** The chord of a key press. Letters are upper case; Cmd counts as Ctrl; of other signs Shift is part of the sign. */
 export function chordOf(event: KeyPress): string {
-  const letter = /^Key([A-Z])$/.exec(event.code)?.[1];
+  const letter = letterOf(event);
   const digit = /^(?:Digit|Numpad)([0-9])$/.exec(event.code)?.[1];
   const key = letter ?? digit ?? event.key;
   const shown = letter !== undefined || digit !== undefined || key.length > 1;

@@ -1,8 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { ExportFormat } from '../intake/services';
+import type { ExportedFile } from '../wire/export_download';
+import { bytes, inWords } from '../wire/words';
 import { button } from './controls';
 import { h, showDialog } from './dom';
+import { saveFile } from './save_file';
 
 const NOTES: Record<ExportFormat, string> = {
   glb: 'glTF binary: for most viewers and engines',
@@ -12,12 +15,21 @@ const NOTES: Record<ExportFormat, string> = {
   drc: 'Draco: the smallest',
 };
 
-/** Links to the deformed surface as a file; the server writes it when it is asked for. */
-export function showExportDialog(formats: readonly ExportFormat[], address: (format: ExportFormat) => string): void {
-  const links = formats.map((format) =>
+export type Export = (
+  format: ExportFormat,
+  progress: (received: number, all: number) => void,
+  signal: AbortSignal,
+) => Promise<ExportedFile>;
+
+/** Asks for a format, and has the server write the deformed surface when one is chosen. */
+export function showExportDialog(formats: readonly ExportFormat[], write: Export): void {
+  const abort = new AbortController();
+  const note = h('p', { class: 'note', role: 'status' });
+  const error = h('p', { class: 'error', role: 'alert' });
+  const choices = formats.map((format) =>
     h(
-      'a',
-      { class: 'export-link', href: address(format), download: '', onclick: () => setTimeout(() => dialog.close()) },
+      'button',
+      { type: 'button', class: 'export-choice', onclick: () => void save(format) },
       h('b', {}, format.toUpperCase()),
       h('small', {}, NOTES[format]),
     ),
@@ -26,11 +38,31 @@ export function showExportDialog(formats: readonly ExportFormat[], address: (for
     'Export',
     'export',
     h('h2', {}, 'Export the deformed surface'),
-    ...links,
+    ...choices,
+    note,
+    error,
     h(
       'footer',
       {},
       button('Cancel', () => dialog.close()),
     ),
   );
+  dialog.addEventListener('close', () => abort.abort());
+
+  const save = async (format: ExportFormat): Promise<void> => {
+    for (const choice of choices) choice.disabled = true;
+    error.textContent = '';
+    note.textContent = `The server writes the ${format.toUpperCase()} …`;
+    try {
+      const { name, blob } = await write(format, (received, all) => {
+        note.textContent = `${bytes(received)} of ${bytes(all)}`;
+      }, abort.signal);
+      saveFile(name, blob);
+      dialog.close();
+    } catch (failure) {
+      error.textContent = inWords(failure);
+      note.textContent = '';
+      for (const choice of choices) choice.disabled = false;
+    }
+  };
 }

@@ -65,6 +65,11 @@ export class FitDialog {
     void this.upload();
   }
 
+  /** Gives up the upload with it. */
+  close(): void {
+    this.dialog.close();
+  }
+
   private async upload(): Promise<void> {
     try {
       this.mesh = await this.parts.upload((fraction) => (this.bar.value = fraction), this.abort.signal);

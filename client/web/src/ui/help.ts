@@ -10,16 +10,28 @@ const POINTER: readonly (readonly [string, string])[] = [
   ['Drag empty space', 'Orbit; right or two fingers: pan; wheel or pinch: zoom'],
   ['Click a point', 'Select; Shift adds, Ctrl toggles'],
   ['Drag a point', 'Move what is selected, in the plane of the view'],
+  ['Drag a handle', 'Move, turn or scale along its axis or plane'],
   ['Shift + drag', 'Select by a box'],
 ];
 
 const WHILE_TRANSFORMING: readonly (readonly [string, string])[] = [
-  ['X Y Z', 'Along one axis; again: of the lattice; again: free'],
+  ['X Y Z', 'Along one axis; again: of the lattice, or world; again: free'],
   ['Shift + X Y Z', 'In the plane across an axis'],
+  ['R again', 'Trackball'],
   ['0–9 . - ⌫', 'Type the amount'],
+  ['Tab', 'The next number: G 1 Tab 2 Tab 3'],
+  ['Wheel, PgUp/PgDn', 'Reach of soft selection; O: on or off'],
   ['Shift / Ctrl', 'Fine / snap'],
   ['Enter, click', 'Confirm'],
   ['Esc, right click', 'Cancel'],
+];
+
+const FILES: readonly (readonly [string, string])[] = [
+  ['OBJ', 'With its MTL file and pictures, dropped together'],
+  ['PLY', 'With the pictures that it names in comments: TextureFile'],
+  ['GLB', 'With its own pictures, or one dropped for all'],
+  ['STL DRC', 'Shown without pictures'],
+  ['JSON', 'A lattice, as of latticectl lattice'],
 ];
 
 export function showHelp(commands: readonly Command[]): void {
@@ -40,7 +52,9 @@ export function showHelp(commands: readonly Command[]): void {
       { class: 'help-columns' },
       section('Pointer', POINTER),
       section('During G, R, S', WHILE_TRANSFORMING),
-      ...sections,
+      sections[0],
+      section('Dropped files', FILES),
+      ...sections.slice(1),
     ),
   );
   close.addEventListener('click', () => dialog.close());

@@ -21,19 +21,22 @@ export class Hud {
       ['updates', 'updates/s', 'Updates of the surface in the last second'],
       ['latency', 'ms edit → pixel', 'Median time from an edit to the frame that shows it'],
       ['bytes', 'per update', 'Bytes of the newest update'],
-      ['patches', 'patches', 'Patches that the newest update sent, of all'],
+      ['patches', 'patches', 'Patches that the newest update sent, each counted once, of all'],
     ] as const) {
       this.values[name] = h('b', { 'data-hud': name }, '–');
       this.element.append(h('span', { title: hint }, this.values[name], ` ${unit}`));
     }
   }
 
+  /** An update that moved nothing, as a gesture's last often is, leaves its numbers to the one before. */
   update(info: UpdateInfo): void {
-    this.arrivals.push(performance.now());
+    if (info.patchesSent > 0) this.arrivals.push(performance.now());
     if (info.msFromEdit !== undefined) this.latencies = [...this.latencies, info.msFromEdit].slice(-LATENCIES);
-    this.values['bytes'].textContent = bytes(info.bytes);
-    this.values['patches'].textContent =
-      `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
+    if (info.patchesSent > 0) {
+      this.values['bytes'].textContent = bytes(info.bytes);
+      this.values['patches'].textContent =
+        `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
+    }
     this.values['latency'].textContent = this.latencies.length === 0 ? '–' : median(this.latencies).toFixed(0);
     const { server, transfer, decode, upload } = info.times;
     this.values['latency'].title =

@@ -8,13 +8,13 @@ import { h } from './dom';
 import { icon } from './icons';
 
 export interface StartChoices {
-  file(file: File): void;
+  files(files: File[]): void;
   sample(name: SampleName): void;
 }
 
 /** Asks for files by the browser's dialog. */
 export function chooseFiles(accept: string, chosen: (files: File[]) => void): void {
-  const input = h('input', { type: 'file', accept, onchange: () => chosen([...(input.files ?? [])]) });
+  const input = h('input', { type: 'file', accept, multiple: true, onchange: () => chosen([...(input.files ?? [])]) });
   input.click();
 }
 
@@ -22,7 +22,7 @@ export function startScreen(choices: StartChoices): HTMLElement {
   const browse = h('button', {
     type: 'button',
     class: 'button primary',
-    onclick: () => chooseFiles(MESH_ENDINGS, ([file]) => file && choices.file(file)),
+    onclick: () => chooseFiles(MESH_ENDINGS, (files) => files.length > 0 && choices.files(files)),
   });
   browse.append(icon('open'), 'Open a mesh');
   const samples = (Object.keys(SAMPLES) as SampleName[]).map((name) => {
@@ -39,7 +39,14 @@ export function startScreen(choices: StartChoices): HTMLElement {
     { class: 'start', 'aria-label': 'Begin' },
     h('h1', {}, 'latticed'),
     h('p', {}, 'Bend a mesh by a lattice. The server evaluates the exact surface and streams it while you drag.'),
-    h('div', { class: 'start-drop' }, icon('load'), h('p', {}, 'Drop an OBJ, PLY, STL or GLB file here'), browse),
+    h(
+      'div',
+      { class: 'start-drop' },
+      icon('load'),
+      h('p', {}, 'Drop an OBJ, PLY, STL or GLB file here'),
+      h('p', { class: 'faint' }, 'and, with an OBJ or PLY, its MTL file and pictures'),
+      browse,
+    ),
     h('div', { class: 'samples', role: 'group', 'aria-label': 'Samples' }, h('span', {}, 'or a sample'), ...samples),
   );
 }

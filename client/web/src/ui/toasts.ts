@@ -15,16 +15,19 @@ export class Toasts {
   }
 
   tell(text: string): void {
+    this.forget(text);
     const toast = this.add(text, 'toast');
     setTimeout(() => toast.remove(), SHOWN_MS);
   }
 
-  /** The same error again does not stack up. */
   fail(text: string): void {
-    for (const toast of this.list.querySelectorAll('.toast-error')) {
-      if (toast.firstChild?.textContent === text) toast.remove();
-    }
+    this.forget(text);
     this.add(text, 'toast toast-error');
+  }
+
+  /** The same again does not stack up. */
+  private forget(text: string): void {
+    for (const toast of this.list.children) if (toast.firstChild?.textContent === text) toast.remove();
   }
 
   private add(text: string, className: string): HTMLElement {

@@ -7,7 +7,8 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
 
 const FIELD_OF_VIEW = 40; // degrees, of the shorter side
-const MARGIN = 1.02; // how much more than the framed sphere is seen
+const MARGIN = 1.14; // how much more than what is framed is seen: the head-up line lies over the edge
+const NEAREST = 0.75; // of where its whole sphere is seen: an orbit shall not lose what is flat from this side
 
 export type ViewCamera = PerspectiveCamera | OrthographicCamera;
 
@@ -57,7 +58,8 @@ export class CameraRig {
     if (box.isEmpty()) return;
     const sphere = box.getBoundingSphere(new Sphere());
     const away = this.camera.position.clone().sub(this.target).normalize();
-    const distance = (MARGIN * Math.max(sphere.radius, 1e-9)) / Math.sin((FIELD_OF_VIEW * Math.PI) / 360);
+    const wholeSphere = Math.max(sphere.radius, 1e-9) / Math.sin((FIELD_OF_VIEW * Math.PI) / 360);
+    const distance = Math.max(this.distanceToSee(box, sphere.center), NEAREST * MARGIN * wholeSphere);
     this.target.copy(sphere.center);
     this.camera.position.copy(sphere.center).addScaledVector(away, distance);
     this.camera.zoom = 1;
@@ -92,6 +94,21 @@ export class CameraRig {
     this.camera.near =
       this.camera === this.perspective ? Math.max(distance - reach, this.camera.far / 2000) : distance - 4 * reach;
     this.camera.updateProjectionMatrix();
+  }
+
+  /** From `center`, along the line of sight, where the corners of a box are seen. */
+  private distanceToSee(box: Box3, center: Vector3): number {
+    const [right, up, back] = this.basis().map((axis) => new Vector3(...axis));
+    const upward = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) / Math.min(this.aspect, 1);
+    const sideways = upward * this.aspect;
+    let distance = 0;
+    for (let i = 0; i < 8; ++i) {
+      const pick = (bit: number): Vector3 => (i & bit ? box.max : box.min);
+      const corner = new Vector3(pick(1).x, pick(2).y, pick(4).z).sub(center);
+      const across = Math.max(Math.abs(corner.dot(right)) / sideways, Math.abs(corner.dot(up)) / upward);
+      distance = Math.max(distance, MARGIN * across + corner.dot(back));
+    }
+    return distance;
   }
 
   private setLens(): void {

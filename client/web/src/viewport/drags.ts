@@ -20,8 +20,12 @@ export interface Drag {
 
 export type Place = [number, number];
 
-export function selectMode(event: { shiftKey: boolean; ctrlKey: boolean; metaKey: boolean }): SelectMode {
-  if (event.ctrlKey || event.metaKey) return 'toggle';
+/** `toggling`: as if Ctrl were held, for a page without a keyboard. */
+export function selectMode(
+  event: { shiftKey: boolean; ctrlKey: boolean; metaKey: boolean },
+  toggling: boolean,
+): SelectMode {
+  if (event.ctrlKey || event.metaKey || toggling) return 'toggle';
   return event.shiftKey ? 'extend' : 'replace';
 }
 
@@ -80,6 +84,24 @@ export class PointDrag implements Drag {
   cancel(): void {
     this.editor.cancelTransform();
   }
+}
+
+/** A finger that steers the transform which runs already; to lift it ends nothing. */
+export class SteeringDrag implements Drag {
+  constructor(
+    private readonly editor: Editor,
+    from: Place,
+  ) {
+    editor.pointerResumed(...from);
+  }
+
+  move(x: number, y: number, modifiers: Modifiers): void {
+    this.editor.pointerMoved(x, y, modifiers);
+  }
+
+  end(): void {}
+
+  cancel(): void {}
 }
 
 /** Pulls the surface at the point pressed, in the plane through it that faces the viewer; `onMiss` where there is none. */

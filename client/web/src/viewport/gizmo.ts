@@ -15,12 +15,15 @@ export interface GizmoEvents {
   begin(): void;
   update(motion: Motion): void;
   end(): void;
+  /** In place of end(): nothing shall have moved. */
+  cancel(): void;
 }
 
 export class Gizmo {
   private readonly controls: TransformControls;
   private readonly standIn = new Object3D();
   private readonly start = { position: new Vector3(), quaternion: new Quaternion() };
+  private cancelling = false;
   private kind: MotionKind = 'move';
   private basis: Basis = [
     [1, 0, 0],
@@ -38,7 +41,7 @@ export class Gizmo {
     viewport.scene.add(this.standIn, this.controls.getHelper());
     this.controls.addEventListener('change', () => viewport.invalidate());
     this.controls.addEventListener('objectChange', () => this.events.update(this.motion()));
-    this.controls.addEventListener('dragging-changed', ({ value }) => this.dragging(value === true));
+    this.controls.addEventListener('dragging-changed', ({ value }) => this.draggingChanged(value === true));
   }
 
   /** Whether a press here would be on a handle: a finger comes without having hovered. */
@@ -56,6 +59,21 @@ export class Gizmo {
   /** Whether the pointer is on a handle, or drags one. */
   get busy(): boolean {
     return this.controls.object !== undefined && (this.controls.axis !== null || this.controls.dragging);
+  }
+
+  /** Whether a handle is held. */
+  get dragging(): boolean {
+    return this.controls.dragging;
+  }
+
+  /** Lets go of a handle without an effect; says whether one was held. */
+  cancel(): boolean {
+    if (!this.controls.dragging) return false;
+    this.cancelling = true;
+    this.controls.reset();
+    this.controls.pointerUp(null);
+    this.cancelling = false;
+    return true;
   }
 
   /** Puts the handles at a place, along axes that are made orthogonal where they are not. */
@@ -92,9 +110,9 @@ export class Gizmo {
     this.controls.setScaleSnap(step === undefined ? null : 0.1);
   }
 
-  private dragging(on: boolean): void {
+  private draggingChanged(on: boolean): void {
     this.viewport.rig.controls.enabled = !on;
-    if (!on) return this.events.end();
+    if (!on) return this.cancelling ? this.events.cancel() : this.events.end();
     this.start.position.copy(this.standIn.position);
     this.start.quaternion.copy(this.standIn.quaternion);
     this.events.begin();

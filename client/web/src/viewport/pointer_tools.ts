@@ -7,7 +7,7 @@ import type { Cage } from '../cage/cage';
 import type { Editor } from '../edit/editor';
 import { WORLD_BASIS } from '../lattice/vec';
 import type { SettingsStore } from '../state/settings';
-import { BoxDrag, PointDrag, PullDrag, selectMode, type Drag, type Place } from './drags';
+import { BoxDrag, PointDrag, PullDrag, SteeringDrag, selectMode, type Drag, type Place } from './drags';
 import type { Gizmo } from './gizmo';
 import type { PointPicker } from './point_picker';
 import type { Viewport } from './viewport';
@@ -18,6 +18,8 @@ interface Press {
   id: number;
   place: Place;
   point: number | undefined;
+  /** The gizmo drags; without a move it is a click on what is below the handle. */
+  onHandle: boolean;
   drag: Drag | undefined;
   moved: boolean;
 }
@@ -45,19 +47,40 @@ export class PointerTools {
     element.addEventListener('pointerdown', (event) => event.target === canvas && this.down(event), options);
     window.addEventListener('pointermove', (event) => this.move(event), options);
     window.addEventListener('pointerup', (event) => this.up(event), options);
-    window.addEventListener('pointercancel', () => this.cancel(), options);
+    window.addEventListener('pointercancel', () => this.lost(), options);
+    element.addEventListener('wheel', (event) => this.wheel(event), { ...options, passive: false });
+    // Of a second button while one is held, pointer events tell as a move.
+    element.addEventListener('mousedown', (event) => event.button === 2 && this.cancel(), options);
     canvas.addEventListener('contextmenu', (event) => event.preventDefault(), options);
     canvas.addEventListener('pointerleave', () => this.hover(undefined), options);
   }
 
+  /** Whether a press moves something, and its release ends that. */
+  get dragging(): boolean {
+    return this.press !== undefined && this.press.moved && !(this.press.drag instanceof SteeringDrag);
+  }
+
   dispose(): void {
-    this.cancel();
+    this.lost();
     this.abort.abort();
   }
 
-  /** Ends what a press has begun without an effect. */
-  cancel(): void {
-    this.press?.drag?.cancel();
+  /** Ends what a press has begun without an effect; says whether there was something. */
+  cancel(): boolean {
+    const { press } = this;
+    const any = this.parts.gizmo.cancel() || press?.drag !== undefined;
+    press?.drag?.cancel();
+    if (press !== undefined && any) {
+      // What is left of the press is no click, and no orbit.
+      Object.assign(press, { drag: undefined, point: undefined, moved: true });
+      this.parts.viewport.rig.controls.enabled = false;
+    }
+    return any;
+  }
+
+  /** No release will come. */
+  private lost(): void {
+    this.cancel();
     this.press = undefined;
     this.parts.viewport.rig.controls.enabled = true;
   }
@@ -67,22 +90,35 @@ export class PointerTools {
     viewport.canvas.focus({ preventScroll: true });
     this.place = viewport.place(event);
     if (this.press === undefined && editor.transforming) return this.endTransform(event);
-    if (!event.isPrimary || event.button !== 0 || gizmo.isAt(this.place)) return;
+    if (!event.isPrimary || event.button !== 0) return;
 
     const point = this.parts.picker.at(...this.place, event.pointerType);
-    const drag = this.toolDrag(event, point);
-    this.press = { id: event.pointerId, place: this.place, point, drag, moved: false };
+    const onHandle = gizmo.isAt(this.place);
+    const drag = onHandle ? undefined : this.toolDrag(event, point);
+    this.press = { id: event.pointerId, place: this.place, point, onHandle, drag, moved: false };
+    if (onHandle) return;
     if (drag !== undefined || point !== undefined) viewport.rig.controls.enabled = false;
   }
 
-  /** A click confirms the transform that keys began, a right click cancels it. */
+  /** A click confirms the transform that keys began, a right click cancels it, a finger steers it. */
   private endTransform(event: PointerEvent): void {
     const { editor, viewport } = this.parts;
+    // A finger has no place before it comes down: it steers, and buttons confirm.
+    const drag = event.pointerType === 'touch' ? new SteeringDrag(editor, this.place) : undefined;
     if (event.button === 2) editor.cancelTransform();
-    else editor.commitTransform();
+    else if (drag === undefined) editor.commitTransform();
     viewport.rig.controls.enabled = false;
     event.preventDefault();
-    this.press = { id: event.pointerId, place: this.place, point: undefined, drag: undefined, moved: true };
+    this.press = { id: event.pointerId, place: this.place, point: undefined, onHandle: false, drag, moved: true };
+  }
+
+  /** Not a zoom while a transform runs, but its soft radius: the wheel turned towards a person makes it larger. */
+  private wheel(event: WheelEvent): void {
+    const { editor, gizmo } = this.parts;
+    if (!editor.transforming && !gizmo.dragging) return;
+    editor.resizeSoft(Math.sign(event.deltaY));
+    event.preventDefault();
+    event.stopPropagation();
   }
 
   private toolDrag(event: PointerEvent, point: number | undefined): Drag | undefined {
@@ -90,7 +126,7 @@ export class PointerTools {
     const { tool } = settings.value;
     if (tool === 'pull') return new PullDrag(viewport, editor, this.place, onPullMissed);
     if (tool === 'box' || (event.shiftKey && point === undefined)) {
-      return new BoxDrag(viewport, picker, editor, this.place, selectMode(event));
+      return new BoxDrag(viewport, picker, editor, this.place, selectMode(event, settings.value.toggling));
     }
     return undefined;
   }
@@ -113,7 +149,7 @@ export class PointerTools {
     }
     const { press } = this;
     press.moved ||= Math.hypot(place[0] - press.place[0], place[1] - press.place[1]) > SLACK;
-    if (press.moved && press.drag === undefined && press.point !== undefined)
+    if (press.moved && press.drag === undefined && press.point !== undefined && !press.onHandle)
       press.drag = this.grab(press.point, press.place);
     press.drag?.move(...place, modifiers);
   }
@@ -133,8 +169,10 @@ export class PointerTools {
     if (press.drag !== undefined && (press.moved || parts.settings.value.tool === 'pull')) return press.drag.end();
     press.drag?.cancel();
     if (press.moved) return;
-    if (press.point !== undefined) parts.editor.selection.select([press.point], selectMode(event));
-    else if (selectMode(event) === 'replace' && parts.settings.value.tool !== 'pull') parts.editor.selection.none();
+    const { tool, toggling } = parts.settings.value;
+    const mode = selectMode(event, toggling);
+    if (press.point !== undefined) parts.editor.selection.select([press.point], mode);
+    else if (mode === 'replace' && tool !== 'pull' && !press.onHandle) parts.editor.selection.none();
   }
 
   private hoverAt(event: PointerEvent): void {

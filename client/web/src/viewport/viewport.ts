@@ -77,7 +77,7 @@ export class Viewport {
   }
 
   /** What a transform about `pivot` has to know of the view. */
-  transformView(pivot: Vec3, axes: Basis, localAxes: Basis): TransformView {
+  transformView(pivot: Vec3, axes: Basis, secondAxes: Basis): TransformView {
     this.updateCamera();
     const [x, y] = project(this.rig.camera, this.size, pivot) ?? [this.size.width / 2, this.size.height / 2];
     return {
@@ -85,7 +85,7 @@ export class Viewport {
       jacobian: jacobianAt(this.rig.camera, this.size, pivot),
       pivot: [x, y],
       axes,
-      localAxes,
+      secondAxes,
       snapStep: snapStep(pixelsPerUnit(this.rig.camera, this.size, pivot)),
     };
   }

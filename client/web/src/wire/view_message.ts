@@ -19,7 +19,7 @@ export function fromView(view: ViewRequest): ViewOptions {
 }
 
 /** How chunks of a view in force are read. */
-export function encodingOf(view: ViewOptions): 'draco' | 'quantised' | 'raw' {
+export function encodingOf(view: Pick<ViewOptions, 'encoding'>): 'draco' | 'quantised' | 'raw' {
   switch (view.encoding) {
     case Encoding.RAW: return 'raw';
     case Encoding.QUANTISED: return 'quantised';
@@ -27,4 +27,10 @@ export function encodingOf(view: ViewOptions): 'draco' | 'quantised' | 'raw' {
     case Encoding.DRACO_MESH: return 'draco';
     default: throw new Error(`chunks in an encoding that this viewer does not know: ${view.encoding}`);
   }
+}
+
+/** Of a view whose every field that has a default is filled in. */
+export function toView({ segments, normals, positionBits, normalBits, ...view }: ViewOptions): Required<ViewRequest> {
+  const name = { [NormalMode.NONE]: 'none', [NormalMode.FACET]: 'facet' } as const;
+  return { segments, normals: name[normals as 1 | 2] ?? 'smooth', encoding: encodingOf(view), positionBits, normalBits };
 }

@@ -31,7 +31,8 @@ function sentence(text: string): string {
 
 function outOfMemory(failure: ServerError): string {
   const { asked_bytes: asked, free_bytes: free } = failure.metadata;
-  if (!asked || !free) return sentence(failure.message);
+  // A WebSocket ends without metadata: of "needs 5000000 bytes, 1234 are free" the numbers are made readable.
+  if (!asked || !free) return sentence(failure.message.replace(/\b(\d{4,})\b( bytes)?/g, (_, count: string) => bytes(Number(count))));
   return `Too large for the server: it takes ${bytes(Number(asked))} of memory, of which ${bytes(Number(free))} are free.`;
 }
 

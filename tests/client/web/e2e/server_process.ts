@@ -8,11 +8,12 @@ export class ServerProcess {
   private child: ChildProcess | undefined;
   private log = '';
 
-  private constructor(readonly port: number, private readonly grpcPort: number, private readonly webRoot: string) {}
+  private constructor(
+    readonly port: number, private readonly grpcPort: number, private readonly webRoot: string, private readonly more: readonly string[]) {}
 
-  /** Environment: LATTICED, the program. */
-  static async start(webRoot: string): Promise<ServerProcess> {
-    const server = new ServerProcess(await freePort(), await freePort(), webRoot);
+  /** With more options of the program. Environment: LATTICED, the program. */
+  static async start(webRoot: string, more: readonly string[] = []): Promise<ServerProcess> {
+    const server = new ServerProcess(await freePort(), await freePort(), webRoot, more);
     await server.restart();
     return server;
   }
@@ -23,7 +24,8 @@ export class ServerProcess {
 
   async restart(): Promise<void> {
     this.child = spawn(process.env.LATTICED!, [
-      '--listen', `127.0.0.1:${this.grpcPort}`, '--http', `127.0.0.1:${this.port}`, '--web-root', this.webRoot, '--backend', 'cpu']);
+      '--listen', `127.0.0.1:${this.grpcPort}`, '--http', `127.0.0.1:${this.port}`, '--web-root', this.webRoot, '--backend', 'cpu',
+      ...this.more]);
     for (const stream of [this.child.stdout!, this.child.stderr!]) stream.on('data', (data: Buffer) => (this.log += data.toString()));
     for (let attempt = 0; attempt < 200; ++attempt) {
       if (await fetch(this.origin).then((answer) => answer.ok, () => false)) return;

@@ -16,6 +16,7 @@ import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
+import { controlPoint, dropFiles, onScreen } from './viewer_page';
 
 const OBJ = torusObj(12, 8);
 const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
@@ -27,35 +28,6 @@ let errors: string[];
 
 async function shot(name: string, of = page): Promise<void> {
   if (process.env.LATTICED_SHOTS) await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
-}
-
-function dropFile(name: string, text: string): Promise<void> {
-  return page.evaluate(
-    ([fileName, content]) => {
-      const dataTransfer = new DataTransfer();
-      dataTransfer.items.add(new File([content], fileName));
-      window.dispatchEvent(new DragEvent('drop', { dataTransfer, cancelable: true }));
-    },
-    [name, text] as const,
-  );
-}
-
-function controlPoint(of: Page, index: number): Promise<Vec3> {
-  return of.evaluate(
-    (i) => [...window.latticed.scene!.session.lattice.points.slice(3 * i, 3 * i + 3)] as unknown as Vec3,
-    index,
-  );
-}
-
-/** Where a control point is on the screen, in pixels of the page. */
-function onScreen(index: number): Promise<[number, number]> {
-  return page.evaluate((i) => {
-    const { viewport, scene } = window.latticed;
-    const points = scene!.session.lattice.points;
-    const [x, y] = viewport.project([points[3 * i], points[3 * i + 1], points[3 * i + 2]])!;
-    const box = viewport.canvas.getBoundingClientRect();
-    return [box.left + x, box.top + y];
-  }, index);
 }
 
 /** Waits until all detail of the newest edit is there. */
@@ -129,21 +101,21 @@ after(async () => {
 });
 
 test('a file that is no mesh is refused in words, on the page', async () => {
-  await dropFile('broken.obj', 'f 1 2 3\n');
+  await dropFiles(page, [['broken.obj', 'f 1 2 3\n']]);
 
   await page
     .locator('.fit .error')
     .getByText(/vertex|vertices/i)
     .waitFor();
   await page.getByRole('button', { name: 'Cancel' }).click();
-  await dropFile('part.step', 'ISO-10303-21;');
+  await dropFiles(page, [['part.step', 'ISO-10303-21;']]);
   await page.locator('.toast-error').getByText('part.step is no mesh').waitFor();
   await page.locator('.toast-error').getByRole('button', { name: 'Close' }).click();
   errors.length = 0; // the refused call is in the console too
 });
 
 test('a dropped file becomes a scene with the lattice that is asked for', async () => {
-  await dropFile('torus.obj', OBJ);
+  await dropFiles(page, [['torus.obj', OBJ]]);
   await page.getByText('96 vertices, 192 faces').waitFor();
   await page.getByLabel('Points along u').fill('5');
   await page.getByLabel('Points along u').press('Tab');
@@ -160,13 +132,13 @@ test('a dropped file becomes a scene with the lattice that is asked for', async 
 });
 
 test('the mouse drags a control point: it stays below the pointer, and the surface goes where the definition says', async () => {
-  const [x, y] = await onScreen(CORNER);
+  const [x, y] = await onScreen(page, CORNER);
   await page.mouse.move(x, y);
   await page.mouse.down();
   for (let step = 1; step <= 10; ++step) await page.mouse.move(x + 6 * step, y - 5 * step);
   await page.mouse.up();
 
-  const [nowX, nowY] = await onScreen(CORNER);
+  const [nowX, nowY] = await onScreen(page, CORNER);
   assert.ok(Math.hypot(nowX - (x + 60), nowY - (y - 50)) < 2, `${[nowX - x, nowY - y]} is not 60, -50`);
   await settled();
   const worst = await worstVertex(page);
@@ -192,7 +164,7 @@ test('G X 1 Enter moves by one along X, Ctrl-Z takes one gesture back', async ()
 
 test('Escape and a right click take a running transform back', async () => {
   const before = await controlPoint(page, CORNER);
-  const [x, y] = await onScreen(CORNER);
+  const [x, y] = await onScreen(page, CORNER);
 
   for (const cancel of [
     () => page.keyboard.press('Escape'),
@@ -211,7 +183,7 @@ test('points are selected by a click, a row, a plane, a box, all and none', asyn
   const selected = (): Promise<number> => page.evaluate(() => window.latticed.scene!.editor.selection.size);
   const box = (await page.locator('canvas').boundingBox())!;
 
-  await page.mouse.click(...(await onScreen(CORNER)));
+  await page.mouse.click(...(await onScreen(page, CORNER)));
   assert.equal(await selected(), 1);
   await page.keyboard.press('u');
   assert.equal(await selected(), 4);
@@ -237,7 +209,7 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   await watchUpdates(other);
 
   await page.keyboard.press('Alt+a');
-  await page.mouse.click(...(await onScreen(0)));
+  await page.mouse.click(...(await onScreen(page, 0)));
   for (const key of ['g', 'z', '-', '1', 'Enter']) await page.keyboard.press(key);
   const moved = await controlPoint(page, 0);
   await other.waitForFunction(([z]) => window.latticed.scene!.session.lattice.points[2] === z, [moved[2]] as const);
@@ -309,7 +281,7 @@ test('a lattice that was saved brings its shape back when it is dropped on the p
 
   await page.evaluate(() => window.latticed.commands.get('reset').run());
   await page.waitForFunction(([x]) => window.latticed.scene!.session.lattice.points[2] !== x, [before[2]] as const);
-  await dropFile('lattice.json', json);
+  await dropFiles(page, [['lattice.json', json]]);
   await page.waitForFunction(([x]) => window.latticed.scene!.session.lattice.points[2] === x, [before[2]] as const);
 
   assert.equal(latticeFromJson(json).count, 80);
@@ -362,16 +334,6 @@ test('the help lists the key of every command, and Escape closes it', async () =
   );
   await page.keyboard.press('Escape');
   await page.locator('.help').waitFor({ state: 'detached' });
-});
-
-test('the export dialog links to a file of the deformed surface', async () => {
-  await page.keyboard.press('Control+e');
-  const [download] = await Promise.all([page.waitForEvent('download'), page.getByText('Binary STL').click()]);
-
-  const stream = await download.createReadStream();
-  let bytes = 0;
-  for await (const part of stream) bytes += (part as Buffer).length;
-  assert.ok(bytes > 84 && (bytes - 84) % 50 === 0, `${bytes} bytes are no binary STL`);
 });
 
 test('a server that was killed and started again is said on the page, and gets the scene back', async () => {

@@ -21,7 +21,6 @@ export const noPatches: PatchSource = {
   origins: () => Promise.reject(new Error('not asked for')),
   restCorners: () => Promise.reject(new Error('not asked for')),
   boxOf: () => 0,
-  largestDisplacement: () => 1,
 };
 
 export interface Options {

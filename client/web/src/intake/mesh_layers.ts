@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The base colours of a mesh: what its file says, with the pictures and the MTL file that were dropped beside it. Where
+// there is none, a grid that shows how the texture coordinates lie.
+import { findByName, missing, type Layer, type MeshLayers } from './corner_layers';
+import { glbLayers } from './glb_uvs';
+import { fileKind, type MeshFile } from './mesh_file';
+import { readMtl, type Material } from './mtl';
+import { objCorners } from './obj_uvs';
+import { plyCorners } from './ply_uvs';
+
+/**
+ * @param companions Pictures, and an MTL file.
+ * @param grid Stands for a picture where there is none.
+ *
+ * Throws an Error in words where the file has no texture coordinates, or is of a format that is not read for them.
+ */
+export async function meshLayers(file: MeshFile, companions: readonly File[], grid: ImageBitmapSource): Promise<MeshLayers> {
+  const pictures = companions.filter(({ name }) => fileKind(name) === 'picture');
+  switch (file.format) {
+    case 'obj':
+      return objLayers(file, pictures, companions.find(({ name }) => fileKind(name) === 'materials'), grid);
+    case 'ply':
+      return plyLayers(file, pictures, grid);
+    case 'glb':
+      return ofGlb(file, pictures, grid);
+    case 'stl':
+      throw new Error('STL files have no texture coordinates.');
+    case 'drc':
+      throw new Error('Textures are shown of OBJ, PLY and GLB files, not of Draco files.');
+  }
+}
+
+/** Whether a mesh that was dropped asks to be seen in its colours: pictures came with it, or inside it. */
+export function hasColours(file: MeshFile, companions: readonly File[]): boolean {
+  if (companions.length > 0) return file.format !== 'stl' && file.format !== 'drc';
+  return file.format === 'glb' && glbJson(file.bytes).includes('"baseColorTexture"');
+}
+
+/** The first chunk of a GLB, whose length stands before it. */
+function glbJson(bytes: Uint8Array): string {
+  const [lengthAt, jsonAt] = [12, 20];
+  const length = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength).getUint32(lengthAt, true);
+  return new TextDecoder().decode(bytes.subarray(jsonAt, jsonAt + length));
+}
+
+async function objLayers(file: MeshFile, pictures: File[], mtl: File | undefined, grid: ImageBitmapSource): Promise<MeshLayers> {
+  const { corners, materials, hasUvs } = objCorners(new TextDecoder().decode(file.bytes));
+  const described = readMtl((await mtl?.text()) ?? '');
+  if (!hasUvs && described.size === 0) throw new Error(`${file.name} has no texture coordinates.`);
+  const namesPictures = [...described.values()].some(({ picture }) => picture !== undefined);
+  const notes: string[] = [];
+  const layers = materials.map((name): Layer => {
+    const { picture, colour }: Material = described.get(name) ?? {};
+    const unnamed = namesPictures ? undefined : pictureOf(name, pictures);
+    const found = picture === undefined ? unnamed : findByName(pictures, picture);
+    if (found !== undefined) return { picture: found };
+    if (picture !== undefined) notes.push(missing(file.name, picture));
+    return colour === undefined ? { picture: grid } : { colour };
+  });
+  return { corners: downwards(corners), layers, notes };
+}
+
+/** Where no MTL file names pictures: the picture that is named as the material is, else the only one. */
+function pictureOf(material: string, pictures: readonly File[]): File | undefined {
+  const named = pictures.find(({ name }) => name.replace(/\.[^.]*$/, '').toLowerCase() === material.toLowerCase());
+  return named ?? (pictures.length === 1 ? pictures[0] : undefined);
+}
+
+function plyLayers(file: MeshFile, pictures: File[], grid: ImageBitmapSource): MeshLayers {
+  const read = plyCorners(file.bytes);
+  if (read === undefined) throw new Error(`${file.name} has no texture coordinates.`);
+  const notes: string[] = [];
+  const only = pictures.length === 1 ? pictures[0] : undefined;
+  const named = read.pictures.length > 0 ? read.pictures : [''];
+  const layers = named.map((name): Layer => {
+    const found = findByName(pictures, name) ?? (named.length === 1 ? (only ?? pictures[0]) : undefined);
+    if (found === undefined && name !== '') notes.push(missing(file.name, name));
+    return { picture: found ?? grid };
+  });
+  return { corners: downwards(read.corners), layers, notes };
+}
+
+/** A picture that is dropped stands for all of the file's own. */
+async function ofGlb(file: MeshFile, [picture]: File[], grid: ImageBitmapSource): Promise<MeshLayers> {
+  const { hasUvs, ...read } = await glbLayers(file.bytes);
+  const pictured = read.layers.some((layer) => layer.picture !== undefined);
+  if (!hasUvs && picture !== undefined) throw new Error(`${file.name} has no texture coordinates.`);
+  if (picture !== undefined) return { ...read, layers: read.layers.map(() => ({ picture })) };
+  return pictured || !hasUvs ? read : { ...read, layers: read.layers.map(() => ({ picture: grid })) };
+}
+
+/** Of coordinates whose v counts upwards. */
+function downwards(corners: Float32Array): Float32Array {
+  for (let i = 1; i < corners.length; i += 3) corners[i] = 1 - corners[i];
+  return corners;
+}

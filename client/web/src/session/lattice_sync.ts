@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import type { Edit, EditBatch, EditResult } from 'latticed/v1/edit_pb';
+import type { LatticeDelta } from 'latticed/v1/event_pb';
+import type { LatticeState } from 'latticed/v1/lattice_pb';
+import type { Lattice } from '../lattice/lattice';
+import { toLattice } from '../wire/lattice_message';
+import { ServerError } from '../wire/server_error';
+import { inWords } from '../wire/words';
+import { EditQueue } from './edit_queue';
+import type { Targets } from './edit_targets';
+import { LatticeModel } from './lattice_model';
+import { OwnGesture } from './own_gesture';
+import type { Gesture } from './scene_session';
+
+export interface LatticeListener {
+  /** The first lattice is here. */
+  ready(): void;
+  /** After a change of structure another lattice is shown. */
+  structureChanged(lattice: Lattice): void;
+  /** The lattice that is shown changed at these control points. */
+  pointsMoved(indices: Uint32Array): void;
+  /** The server's lattice changed. */
+  serverMoved(): void;
+  /** An edit was refused or dropped, in words. */
+  refused(text: string): void;
+}
+
+/** Keeps the lattice that is shown in step with the server's, between edits that go out and states that come in. */
+export class LatticeSync {
+  private readonly queue: EditQueue;
+  private model: LatticeModel | undefined;
+  private openGesture: OwnGesture | undefined;
+
+  constructor(send: (batch: EditBatch) => void, private readonly listener: LatticeListener) {
+    this.queue = new EditQueue(send);
+  }
+
+  /** Undefined before the first. */
+  get shown(): Lattice | undefined {
+    return this.model?.shown;
+  }
+
+  gesture(): Gesture {
+    this.openGesture?.commit();
+    this.openGesture = new OwnGesture({
+      queue: this.queue,
+      structureId: this.model!.structureId,
+      isCurrent: (structureId) => structureId === this.model!.structureId,
+      points: () => this.model!.shown.points,
+      show: (targets) => this.show(targets),
+    });
+    return this.openGesture;
+  }
+
+  /** One edit that is an undo step of its own; `targets` are shown at once. */
+  step(edit: Edit, targets?: Targets): void {
+    this.openGesture?.commit();
+    this.queue.add({ edits: [edit], targets }, this.model!.structureId);
+    if (targets) this.show(targets);
+  }
+
+  takeState(state: LatticeState): void {
+    const lattice = toLattice(state.lattice!);
+    const first = !this.model;
+    this.model ??= new LatticeModel(lattice, state.structureId, state.revision, (structure) => this.queue.overlays(structure));
+    const changed = this.model.takeState(lattice, state.structureId, state.revision);
+    this.queue.reached(state.revision);
+    if (changed) this.dropOther(state.structureId);
+    const moved = this.model.refresh();
+    if (first) this.listener.ready();
+    else if (changed) this.listener.structureChanged(this.model.shown);
+    else this.pointsMoved(moved);
+    if (!first) this.listener.serverMoved();
+  }
+
+  takeDelta(delta: LatticeDelta): void {
+    if (!this.model || delta.structureId !== this.model.structureId) return;
+    const targets = { indices: Uint32Array.from(delta.indices), positions: Float64Array.from(delta.positions) };
+    this.model.takeDelta(targets, delta.revision);
+    this.queue.reached(delta.revision);
+    this.pointsMoved(this.model.refresh(targets.indices));
+    this.listener.serverMoved();
+  }
+
+  takeResult(result: EditResult): void {
+    const { refused, targets } = this.queue.answer(result);
+    if (this.model) this.queue.reached(this.model.revision);
+    if (!refused) return;
+    if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
+    this.listener.refused(inWords(ServerError.fromStatus(result.status!)));
+  }
+
+  /** Milliseconds since the newest own edit up to `sequence` that was not asked for before. */
+  ageOf(sequence: bigint): number | undefined {
+    return this.queue.ageOf(sequence);
+  }
+
+  /** A stream is open: what was in flight goes again. */
+  opened(): void {
+    this.queue.opened();
+  }
+
+  lost(): void {
+    this.queue.lost();
+  }
+
+  /** The server holds all that is shown: nothing is left to send. */
+  restored(): void {
+    this.queue.clear();
+  }
+
+  private dropOther(structureId: bigint): void {
+    if (!this.queue.dropOther(structureId)) return;
+    this.listener.refused('The lattice got other control points meanwhile, so unsent edits were dropped.');
+  }
+
+  private show(targets: Targets): void {
+    this.model!.show(targets);
+    this.pointsMoved(targets.indices);
+  }
+
+  private pointsMoved(indices: Uint32Array): void {
+    if (indices.length) this.listener.pointsMoved(indices);
+  }
+}

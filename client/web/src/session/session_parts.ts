@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import type { ServerInfo } from 'latticed/v1/server_pb';
+import type { DecodePool } from '../decode/decode_pool';
+import type { SurfaceSink } from '../surface/surface_sink';
+import type { LatticedServer } from '../wire/latticed_server';
+import type { OpenStream } from '../wire/scene_stream';
+import type { BackOff } from './scene_connection';
+import type { SceneKeeper } from './scene_keeper';
+import type { ViewRequest } from './scene_session';
+
+/** What a session works with. */
+export interface SessionParts {
+  readonly server: LatticedServer;
+  readonly info: ServerInfo;
+  readonly streams: readonly OpenStream[];
+  readonly pool: DecodePool;
+  readonly surface: SurfaceSink;
+  readonly keeper: SceneKeeper;
+  readonly name?: string;
+  readonly colour?: number;
+  readonly view?: ViewRequest;
+  readonly backOff?: BackOff;
+}

@@ -1,0 +1,206 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { Code } from '@connectrpc/connect';
+import type { Hello, Presence as PresenceMessage, SceneEvent } from 'latticed/v1/event_pb';
+import { Feature } from 'latticed/v1/server_pb';
+import type { DeformRequestInit, WatchRequestInit } from '../wire/scene_stream';
+import { ServerError } from '../wire/server_error';
+import { fromView, toView } from '../wire/view_message';
+import { inWords } from '../wire/words';
+import type { LatticeSync } from './lattice_sync';
+import type { Listeners } from './listeners';
+import { Presences } from './presences';
+import { SceneConnection, type ConnectionHost } from './scene_connection';
+import type { SessionEvents, SessionStatus, ViewRequest } from './scene_session';
+import type { SessionParts } from './session_parts';
+import { UpdateReceiver, type ReceivedUpdate } from './update_receiver';
+
+/**
+ * What a session has of its streams, one after another: their messages go to the lattice, the surface and the
+ * listeners; a stream that is lost is followed by one that goes on where it stopped, or, on a server that has lost the
+ * scene, by one of the scene restored.
+ */
+export class SessionStream implements ConnectionHost {
+  private readonly receiver: UpdateReceiver;
+  private readonly presences = new Presences((selected) => this.showPresence(selected));
+  private readonly connection: SceneConnection;
+  private view: ViewRequest;
+  private grantedView: Required<ViewRequest> | undefined;  // of the newest update
+  private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
+  private restored = false;
+  private presenceAllowed: boolean;
+  private shown: SessionStatus = { state: 'connecting', text: 'Connecting …' };
+
+  /** @param failed Told where the scene cannot be had. */
+  constructor(
+    private readonly sceneId: string,
+    private readonly editorId: string,
+    private readonly parts: SessionParts,
+    private readonly sync: LatticeSync,
+    private readonly listeners: Listeners<SessionEvents>,
+    private readonly failed: (error: Error) => void,
+  ) {
+    this.view = parts.view ?? {};
+    this.presenceAllowed = parts.info.features.includes(Feature.PRESENCE);
+    this.receiver = new UpdateReceiver(parts.pool, (update) => this.updated(update), (error) => this.useless(error));
+    this.connection = new SceneConnection(parts.streams, this, parts.backOff);
+    this.connection.open();
+  }
+
+  get status(): SessionStatus {
+    return this.shown;
+  }
+
+  send(message: DeformRequestInit): void {
+    this.connection.send(message);
+  }
+
+  setView(view: ViewRequest): void {
+    this.view = { ...this.view, ...view };
+    this.send({ message: { case: 'control', value: { view: fromView(this.view) } } });
+  }
+
+  announce(selected: Uint32Array): void {
+    if (this.presenceAllowed) this.presences.announce(selected);
+  }
+
+  close(): void {
+    this.connection.close();
+    this.receiver.close();
+    this.presences.close();
+  }
+
+  // ConnectionHost
+
+  request(): WatchRequestInit {
+    return { scene: this.sceneId, editorId: this.editorId, view: fromView(this.view), resumeToken: this.resumeToken };
+  }
+
+  opened(hello: Hello): void {
+    this.parts.keeper.runsOn(hello.bootId);
+    this.sync.opened();
+    this.presences.opened();
+    if (!this.restored) this.tell('live', 'Connected.');
+    else this.tell('restored', 'The server was restarted; this browser restored mesh and lattice. What was done before cannot be undone.');
+  }
+
+  event({ event }: SceneEvent): void {
+    try {
+      this.take(event);
+    } catch (error) {
+      this.useless(error as Error);
+    }
+  }
+
+  retrying(error: ServerError | undefined): void {
+    this.lost();
+    this.restored = false;
+    if (error?.reason === 'OUT_OF_MEMORY') this.takeViewBack(error);
+    this.tell('retrying', error ? `${inWords(error)} Trying again …` : 'The connection ended. Connecting again …');
+  }
+
+  async ended(error: ServerError): Promise<boolean> {
+    this.lost();
+    if (error.code === Code.PermissionDenied && this.presenceAllowed) {  // a token that may only look
+      this.presenceAllowed = false;
+      return true;
+    }
+    try {
+      if (error.code === Code.NotFound && await this.parts.keeper.restore(this.sync.shown)) {
+        this.restored = true;
+        this.resumeToken = new Uint8Array();
+        this.sync.restored();
+        return true;
+      }
+      this.fail(error);
+    } catch (failure) {
+      this.fail(failure);
+    }
+    return false;
+  }
+
+  async probe(): Promise<ServerError | undefined> {
+    try {
+      await this.parts.server.server.getServerInfo({});
+      return undefined;
+    } catch (error) {
+      return ServerError.fromConnect(error);
+    }
+  }
+
+  private take(event: SceneEvent['event']): void {
+    switch (event.case) {
+      case 'latticeState': return this.sync.takeState(event.value);
+      case 'latticeDelta': return this.sync.takeDelta(event.value);
+      case 'topology': return this.receiver.topology(event.value);
+      case 'quantisation': return this.receiver.quantisation(event.value);
+      case 'updateBegin': return this.receiver.begin(event.value);
+      case 'chunks': return this.receiver.chunks(event.value);
+      case 'updateEnd': return this.receiver.end(event.value);
+      case 'editResult': return this.sync.takeResult(event.value);
+      case 'presence': return this.takePresence(event.value);
+    }
+  }
+
+  private takePresence(presence: PresenceMessage): void {
+    if (presence.editorId === this.editorId) return;
+    this.presences.take(presence);
+    this.listeners.emit('presence', this.presences.others);
+  }
+
+  private updated(update: ReceivedUpdate): void {
+    const { end, surface } = update;
+    const start = performance.now();
+    if (surface) this.parts.surface.apply(surface);
+    const upload = performance.now() - start;
+    this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;
+    if (update.view && end.fullDetail) this.grantedView = toView(update.view);
+    this.send({ message: { case: 'control', value: { ackedUpdateId: end.updateId } } });
+    const msFromEdit = this.sync.ageOf(end.appliedSequence);
+    const { evaluateUs = 0, encodeUs = 0 } = end.timings ?? {};
+    this.listeners.emit('update', {
+      revision: Number(end.revision), ...(msFromEdit !== undefined && { msFromEdit }), bytes: update.bytes,
+      patchesSent: update.patches, patchesAll: this.parts.surface.patchCount, fullDetail: end.fullDetail,
+      times: { server: (evaluateUs + encodeUs) / 1000, transfer: update.transferMs, decode: update.decodeMs, upload },
+    });
+  }
+
+  private showPresence(selected: number[]): void {
+    if (!this.presenceAllowed || this.shown.state === 'retrying') return;
+    const { name = '', colour = 0 } = this.parts;
+    this.send({ message: { case: 'presence', value: { name, colour, selectedIndices: selected } } });
+  }
+
+  /** A view that is too large ends the stream: another with the same view would end as well. */
+  private takeViewBack(error: ServerError): void {
+    const { grantedView, view } = this;
+    const keys = Object.keys(view) as (keyof ViewRequest)[];
+    if (!grantedView || keys.every((key) => view[key] === grantedView[key])) return;
+    this.view = grantedView;
+    this.listeners.emit('refused', inWords(error));
+    this.listeners.emit('view', grantedView);
+  }
+
+  /** What came cannot be read: everything is asked for anew. */
+  private useless(error: Error): void {
+    this.resumeToken = new Uint8Array();
+    this.lost();
+    this.tell('retrying', `What the server sent cannot be shown (${error.message}). Asking again …`);
+    this.connection.reopen();
+  }
+
+  private lost(): void {
+    this.sync.lost();
+    this.receiver.reset();
+  }
+
+  private fail(error: unknown): void {
+    this.failed(new Error(inWords(error)));
+    this.tell('failed', inWords(error));
+  }
+
+  private tell(state: SessionStatus['state'], text: string): void {
+    this.shown = { state, text };
+    this.listeners.emit('status', this.shown);
+  }
+}

@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the colours of the heat map stand for.
+import { h } from './dom';
+
+export class HeatLegend {
+  private readonly end = h('span', {});
+  readonly element = h(
+    'div',
+    { class: 'heat-legend', role: 'img', 'aria-label': 'Colours of the displacement', hidden: true },
+    h('span', {}, 'displacement  0'),
+    h('i', {}),
+    this.end,
+  );
+
+  /** The displacement at the end of the colours, in world units; undefined hides the legend. */
+  show(range: number | undefined): void {
+    this.element.hidden = range === undefined;
+    this.end.textContent = Number((range ?? 0).toPrecision(3)).toString();
+  }
+}

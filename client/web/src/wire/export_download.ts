@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { Code } from '@connectrpc/connect';
+import type { LatticedServer } from './latticed_server';
+import { ServerError } from './server_error';
+
+/** A file that the server has written. */
+export interface ExportedFile {
+  readonly name: string;
+  readonly blob: Blob;
+}
+
+const CODES: Readonly<Record<number, Code>> = {
+  400: Code.InvalidArgument, 401: Code.Unauthenticated, 403: Code.PermissionDenied, 404: Code.NotFound,
+  409: Code.Aborted, 429: Code.ResourceExhausted,
+};
+
+/**
+ * Fetches /export/<scene>.<format>, with the token that a plain link could not carry. The browser keeps the bytes,
+ * large files on disk, and not the page. Rejects with a ServerError.
+ *
+ * @param onProgress Told after every part, in bytes.
+ */
+export async function downloadExport(
+  server: LatticedServer, sceneId: string, format: string, onProgress: (received: number, all: number) => void,
+  signal: AbortSignal,
+): Promise<ExportedFile> {
+  const headers = { 'latticed-scene': sceneId, ...(server.token && { authorization: `Bearer ${server.token}` }) };
+  try {
+    const answer = await fetch(`${server.origin}/export/${sceneId}.${format}`, { headers, signal });
+    if (!answer.ok) throw await failureOf(answer);
+    const all = Number(answer.headers.get('content-length') ?? 0);
+    const counted = answer.body!.pipeThrough(counter((received) => onProgress(received, all)));
+    const type = answer.headers.get('content-type') ?? 'application/octet-stream';
+    const blob = await new Response(counted, { headers: { 'content-type': type } }).blob();
+    return { name: fileName(answer) ?? `${sceneId}.${format}`, blob };
+  } catch (error) {
+    if (error instanceof ServerError) throw error;
+    throw new ServerError(Code.Unavailable, '', '');  // fetch says no more than that it failed
+  }
+}
+
+async function failureOf(answer: Response): Promise<ServerError> {
+  const code = CODES[answer.status] ?? Code.Unavailable;
+  const reason = code === Code.Unauthenticated ? 'UNAUTHENTICATED' : 'EXPORT_FAILED';
+  return new ServerError(code, reason, (await answer.text()).trim());
+}
+
+function counter(received: (bytes: number) => void): TransformStream<Uint8Array<ArrayBuffer>, Uint8Array<ArrayBuffer>> {
+  let bytes = 0;
+  return new TransformStream({
+    transform(part, controller) {
+      received((bytes += part.length));
+      controller.enqueue(part);
+    },
+  });
+}
+
+/** RFC 6266, the escaped name. */
+function fileName(answer: Response): string | undefined {
+  const escaped = /filename\*=UTF-8''([^;]+)/.exec(answer.headers.get('content-disposition') ?? '')?.[1];
+  return escaped && decodeURIComponent(escaped);
+}

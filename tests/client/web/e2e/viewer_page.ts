@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a person does on the viewer's page.
+import type { Page } from 'playwright-core';
+import type {} from '@src/main'; // window.latticed
+import type { Vec3 } from '@src/lattice/vec';
+
+/** Drops files, of text or bytes, onto the page. */
+export function dropFiles(page: Page, files: readonly (readonly [name: string, content: string | Buffer])[]): Promise<void> {
+  return page.evaluate(
+    (list) => {
+      const dataTransfer = new DataTransfer();
+      for (const [name, base64] of list) {
+        const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+        dataTransfer.items.add(new File([bytes], name));
+      }
+      window.dispatchEvent(new DragEvent('drop', { dataTransfer, cancelable: true }));
+    },
+    files.map(([name, content]) => [name, Buffer.from(content).toString('base64')] as const),
+  );
+}
+
+/** Takes the lattice that the dialog offers, and waits until the scene is shown. */
+export async function createScene(page: Page): Promise<void> {
+  const before = await page.evaluate(() => window.latticed.scene?.session.sceneId);
+  await page.getByText(/vertices, .* faces/).waitFor();
+  await page.getByRole('button', { name: 'Create scene' }).click();
+  await page.waitForFunction((id) => {
+    const { scene } = window.latticed;
+    return scene !== undefined && scene.session.sceneId !== id && scene.session.surface.patchCount > 0;
+  }, before);
+}
+
+/** Where a control point is in the world. */
+export function controlPoint(of: Page, index: number): Promise<Vec3> {
+  return of.evaluate(
+    (i) => [...window.latticed.scene!.session.lattice.points.slice(3 * i, 3 * i + 3)] as unknown as Vec3,
+    index,
+  );
+}
+
+/** Where a control point is on the screen, in pixels of the page. */
+export function onScreen(of: Page, index: number): Promise<[number, number]> {
+  return of.evaluate((i) => {
+    const { viewport, scene } = window.latticed;
+    const points = scene!.session.lattice.points;
+    const [x, y] = viewport.project([points[3 * i], points[3 * i + 1], points[3 * i + 2]])!;
+    const box = viewport.canvas.getBoundingClientRect();
+    return [box.left + x, box.top + y];
+  }, index);
+}
+
+/** The colour of the page's view where a point of the world is, 0 to 255. */
+export function colourAt(page: Page, x: number, y: number, z: number): Promise<[number, number, number]> {
+  return page.evaluate(
+    (point) => {
+      const { viewport } = window.latticed;
+      const [px, py] = viewport.project(point)!;
+      viewport.renderer.render(viewport.scene, viewport.rig.camera);
+      const gl = viewport.renderer.getContext();
+      const ratio = viewport.renderer.getPixelRatio();
+      const pixel = new Uint8Array(4);
+      gl.readPixels(px * ratio, gl.drawingBufferHeight - 1 - py * ratio, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+      return [pixel[0], pixel[1], pixel[2]] as [number, number, number];
+    },
+    [x, y, z] as const,
+  );
+}

@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import { File as NodeFile } from 'node:buffer';
+import { test } from 'node:test';
+import type { MeshFile, MeshFormatName } from '@src/intake/mesh_file';
+import { hasColours, meshLayers } from '@src/intake/mesh_layers';
+import { readMtl } from '@src/intake/mtl';
+import { objCorners } from '@src/intake/obj_uvs';
+import { plyCorners } from '@src/intake/ply_uvs';
+
+const GRID = {} as ImageBitmapSource; // stands for a picture
+
+function mesh(name: string, content: string | Uint8Array<ArrayBuffer>): MeshFile {
+  const bytes = typeof content === 'string' ? new TextEncoder().encode(content) : content;
+  return { name, format: name.slice(name.lastIndexOf('.') + 1) as MeshFormatName, bytes };
+}
+
+function file(name: string, text: string): File {
+  return new NodeFile([text], name) as unknown as File;
+}
+
+function picture(name: string): File {
+  return file(name, 'not looked into');
+}
+
+test('corners of an OBJ come in the order of faces, with the number of their material, 0 0 where there is no coordinate', () => {
+  const text =
+    'v 0 0 0\nvt 0 0.25\nvt 0.5 1\nf 1/2 2/1/7 \\\n 3\nvt 1 1\nusemtl red wood\nf 1/-1 2/-3 3/2 \r\nusemtl x\nf 1 2 3';
+
+  const { corners, materials, hasUvs } = objCorners(text);
+
+  assert.deepEqual([...corners.subarray(0, 18)], [0.5, 1, 0, 0, 0.25, 0, 0, 0, 0, 1, 1, 1, 0, 0.25, 1, 0.5, 1, 1]);
+  assert.deepEqual([...corners.subarray(18)], [0, 0, 2, 0, 0, 2, 0, 0, 2]);
+  assert.deepEqual(materials, ['', 'red wood', 'x']);
+  assert.equal(hasUvs, true);
+  assert.equal(objCorners('v 0 0 0\nf 1 1 1').hasUvs, false);
+});
+
+test('an MTL file names colours and pictures, after options, with blanks in names', () => {
+  const materials = readMtl(
+    '# c\nnewmtl red wood\nKd 1 0 0.5\nmap_Kd -s 2 2 -clamp on -o 0.5 tex\\my wood.png\r\nnewmtl plain\nKd 0 1 0\n',
+  );
+
+  assert.deepEqual(materials.get('red wood'), { colour: 'rgb(255 0 128)', picture: 'tex\\my wood.png' });
+  assert.deepEqual(materials.get('plain'), { colour: 'rgb(0 255 0)' });
+});
+
+const PLY_VERTICES = 'element vertex 3\nproperty float x\nproperty float y\nproperty float z\n';
+const PLY_FACES = 'element face 1\nproperty list uchar int vertex_indices\n';
+
+test('a PLY has coordinates at its vertices', () => {
+  const uvs = 'property uchar red\nproperty float s\nproperty float t\n';
+  const text = `ply\nformat ascii 1.0\ncomment TextureFile wood.png\n${PLY_VERTICES}${uvs}${PLY_FACES}end_header\n`;
+
+  const read = plyCorners(mesh('a.ply', `${text}0 0 0 9 0 .25\n1 0 0 9 1 .5\n0 1 0 9 .5 1\n3 2 0 1\n`).bytes);
+
+  assert.deepEqual(read, { corners: Float32Array.of(0.5, 1, 0, 0, 0.25, 0, 1, 0.5, 0), pictures: ['wood.png'] });
+});
+
+for (const little of [true, false]) {
+  test(`a binary PLY, ${little ? 'little' : 'big'} endian, has coordinates at the corners of its faces`, () => {
+    const wedge = 'property list uchar float texcoord\nproperty int texnumber\n';
+    const header =
+      `ply\r\nformat binary_${little ? 'little' : 'big'}_endian 1.0\r\ncomment TextureFile a.png\r\ncomment TextureFile b c.png\r\n` +
+      `${PLY_VERTICES}element edge 1\nproperty ushort n\n${PLY_FACES}${wedge}end_header\r\n`;
+    const body = new DataView(new ArrayBuffer(36 + 2 + 1 + 12 + 1 + 24 + 4));
+    [0, 0, 0, 1, 0, 0, 0, 1, 0].forEach((x, i) => body.setFloat32(4 * i, x, little));
+    body.setUint8(38, 3);
+    [2, 0, 1].forEach((index, i) => body.setInt32(39 + 4 * i, index, little));
+    body.setUint8(51, 6);
+    [0, 0.5, 1, 0.25, 0.75, 1].forEach((x, i) => body.setFloat32(52 + 4 * i, x, little));
+    body.setInt32(76, 1, little);
+    const bytes = new Uint8Array([...new TextEncoder().encode(header), ...new Uint8Array(body.buffer)]);
+
+    assert.deepEqual(plyCorners(bytes), {
+      corners: Float32Array.of(0, 0.5, 1, 1, 0.25, 1, 0.75, 1, 1),
+      pictures: ['a.png', 'b c.png'],
+    });
+  });
+}
+
+test('the materials of an OBJ get the pictures that its MTL file names, their colours, or the grid; v turns over', async () => {
+  const obj = mesh('t.obj', 'vt 0 .25\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 1/1 2/1 3/1\nusemtl c\nf 1/1 2/1 3/1\n');
+  const mtl = file('t.mtl', 'newmtl a\nmap_Kd C:\\x\\Wood.PNG\nnewmtl b\nKd 1 0 0\nmap_Kd lost.png\n');
+  const wood = picture('wood.png');
+
+  const { layers, corners, notes } = await meshLayers(obj, [picture('other.jpg'), mtl, wood], GRID);
+
+  assert.deepEqual(layers, [{ picture: wood }, { colour: 'rgb(255 0 0)' }, { picture: GRID }]);
+  assert.deepEqual([...corners.subarray(0, 3)], [0, 0.75, 0]);
+  assert.deepEqual(notes, ['t.obj names the picture lost.png, which was not dropped with it.']);
+});
+
+test('without an MTL file a picture is for the material of its name, and a single one for all', async () => {
+  const obj = mesh('t.obj', 'vt 0 0\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 1/1 2/1 3/1\n');
+  const [a, b] = [picture('a.png'), picture('b.png')];
+
+  assert.deepEqual((await meshLayers(obj, [b, a], GRID)).layers, [{ picture: a }, { picture: b }]);
+  assert.deepEqual((await meshLayers(obj, [b], GRID)).layers, [{ picture: b }, { picture: b }]);
+  assert.deepEqual((await meshLayers(obj, [], GRID)).layers, [{ picture: GRID }, { picture: GRID }]);
+});
+
+test('a PLY gets the pictures that it names; one picture of another name will do', async () => {
+  const header = (comments: string): string =>
+    `ply\nformat ascii 1.0\n${comments}${PLY_VERTICES}property float u\nproperty float v\n${PLY_FACES}end_header\n` +
+    '0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n';
+  const [wood, stone] = [picture('wood.png'), picture('stone.png')];
+
+  const two = mesh('two.ply', header('comment TextureFile ./Stone.png\ncomment TextureFile gone.png\n'));
+  const { layers, notes } = await meshLayers(two, [wood, stone], GRID);
+  assert.deepEqual(layers, [{ picture: stone }, { picture: GRID }]);
+  assert.deepEqual(notes, ['two.ply names the picture gone.png, which was not dropped with it.']);
+
+  const one = mesh('one.ply', header('comment TextureFile gone.png\n'));
+  assert.deepEqual((await meshLayers(one, [wood], GRID)).layers, [{ picture: wood }]);
+  assert.deepEqual((await meshLayers(mesh('none.ply', header('')), [stone], GRID)).layers, [{ picture: stone }]);
+});
+
+test('what cannot be textured is refused in words, and what has no colours does not ask for them', async () => {
+  const bare = mesh('bare.ply', `ply\nformat ascii 1.0\n${PLY_VERTICES}${PLY_FACES}end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n`);
+  const strips = mesh('s.ply', 'ply\nformat ascii 1.0\nelement tristrips 0\nproperty list uchar int vertex_indices\nend_header\n');
+  const stl = mesh('a.stl', 'solid');
+
+  await assert.rejects(meshLayers(bare, [picture('a.png')], GRID), /bare.ply has no texture coordinates/);
+  await assert.rejects(meshLayers(strips, [], GRID), /triangle strips/);
+  await assert.rejects(meshLayers(stl, [], GRID), /STL/);
+  await assert.rejects(meshLayers(mesh('a.drc', ''), [], GRID), /Draco/);
+  await assert.rejects(meshLayers(mesh('a.obj', 'f 1 2 3'), [], GRID), /a.obj has no texture coordinates/);
+  assert.deepEqual([hasColours(stl, [picture('a.png')]), hasColours(bare, []), hasColours(bare, [picture('a.png')])], [false, false, true]);
+});
