@@ -12,7 +12,10 @@ namespace latticed::web {
 
 std::shared_ptr<ConnectionSet::Place> ConnectionSet::Enter() {
   const MutexLock lock(&mutex_);
-  if (connections_.size() >= most_) return nullptr;
+  if (connections_.size() >= most_) {
+    ++refused_;
+    return nullptr;
+  }
   const uint64_t id = next_id_++;
   connections_.emplace(id, std::weak_ptr<Connection>());
   return std::make_shared<Place>(this, id);
@@ -49,6 +52,11 @@ void ConnectionSet::Abort() {
     aborting_ = true;
   }
   TellAll(&Connection::Abort);
+}
+
+ConnectionCounts ConnectionSet::counts() const {
+  const MutexLock lock(&mutex_);
+  return {.open = connections_.size(), .most = most_, .refused = refused_};
 }
 
 // Outside of the lock: the last owner of a connection may be here, and it leaves.
