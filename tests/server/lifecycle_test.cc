@@ -256,15 +256,16 @@ TEST(DaemonTest, AcceptsAgainAfterItHadNoFileLeft) {
   EXPECT_GE(daemon.OpenFiles(), kMostFiles);
 
   connections.clear();
-  grpc::ClientContext context;
-  context.set_wait_for_ready(true);
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
-  v1::ServerInfo info;
-  auto stub =
-      v1::ServerService::NewStub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
+  {
+    const auto stub = v1::ServerService::NewStub(
+        grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
+    grpc::ClientContext context;
+    context.set_wait_for_ready(true);
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
+    v1::ServerInfo info;
+    EXPECT_TRUE(stub->GetServerInfo(&context, {}, &info).ok());
+  }
 
-  EXPECT_TRUE(stub->GetServerInfo(&context, {}, &info).ok());
-  stub.reset();  // the drain would wait for a client that nobody polls
   daemon.Signal(SIGTERM);
   EXPECT_EQ(daemon.Wait(), 0);
 }
