@@ -33,8 +33,7 @@ struct Options {
   uint64_t memory_bytes = uint64_t{4} << 30;            // host budget: meshes, plans, chunks
   uint64_t transport_memory_bytes = uint64_t{1} << 30;  // what gRPC may buffer for all connections
   uint64_t max_mesh_bytes = uint64_t{1} << 30;          // largest single upload
-  int max_connections =
-      0;  // of gRPC, and of HTTP; 0: those that transport_memory_bytes has room for
+  int max_connections = 0;  // of each of listen and http; 0: what transport memory has room for
   int max_scenes = limits::kDefaultMaxScenes;
   int max_watchers = limits::kDefaultMaxWatchersPerScene;  // of one scene
   std::string http;                        // host:port of the viewer and gRPC-Web; empty: none

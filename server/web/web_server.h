@@ -12,7 +12,7 @@
 // the two that HTTP has a form of its own for.
 //
 // Memory   each connection holds a message in and one out at most, and there are as many as
-//          --transport-memory has room for
+//          --transport-memory has room for, or --max-connections
 // Threads  safe
 #ifndef LATTICED_SERVER_WEB_WEB_SERVER_H_
 #define LATTICED_SERVER_WEB_WEB_SERVER_H_

@@ -103,6 +103,19 @@ TEST(StartTest, TakenPortIsRefused) {
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr(options.listen)));
 }
 
+TEST(StartTest, ServesOnAUnixSocket) {
+  Options options = TestOptions();
+  options.listen = fmt::format("unix:{}/latticed-{}.socket", ::testing::TempDir(), getpid());
+  const auto server = InProcessServer::Serve(options);
+  ASSERT_OK(server);
+  grpc::ClientContext context;
+  v1::ServerInfo info;
+
+  EXPECT_EQ((*server)->address(), options.listen);
+  EXPECT_TRUE(
+      v1::ServerService::NewStub((*server)->channel())->GetServerInfo(&context, {}, &info).ok());
+}
+
 TEST(StartTest, CudaByNameSaysWhyNot) {
   Options options = TestOptions();
   options.backend = "cuda";

@@ -17,6 +17,7 @@ namespace latticed::testing {
 namespace {
 
 using ::testing::Contains;
+using ::testing::HasSubstr;
 
 class ServerLimitsTest : public SceneFixture {
  protected:
@@ -101,6 +102,19 @@ TEST_F(ServerLimitsTest, ARequestThatIsLargerInMemoryThanAllThatMayWait) {
   ExpectRefused(status, absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
   EXPECT_EQ(error::DetailsOf(status).free_bytes, uint64_t{8} << 20) << "an eighth of --memory";
   EXPECT_OK(Apply(Move("alice", 1, 0, 0.5)));
+}
+
+TEST_F(ServerLimitsTest, AMessageThatGrpcRefusesHasNoDetails) {
+  v1::EditBatch batch = Move("alice", 1, 0, 0.5);
+  batch.set_scene(std::string(size_t{1} << 20, 'x'));
+  grpc::ClientContext context;
+  v1::EditResult result;
+
+  const grpc::Status status = stub_->ApplyEdits(&context, batch, &result);
+
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(status.error_details(), "");
+  EXPECT_THAT(status.error_message(), HasSubstr("1048576")) << "but says what is allowed";
 }
 
 class TransportMemoryTest : public ServerLimitsTest {
