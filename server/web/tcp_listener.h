@@ -42,7 +42,7 @@ class TcpListener : public std::enable_shared_from_this<TcpListener> {
 
  private:
   struct Port {
-    Port(TcpListener& listener) : acceptor(listener.strand_), retry(listener.strand_) {}
+    explicit Port(TcpListener& listener) : acceptor(listener.strand_), retry(listener.strand_) {}
     boost::asio::ip::tcp::acceptor acceptor;
     boost::asio::steady_timer retry;
   };
