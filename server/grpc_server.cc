@@ -26,7 +26,6 @@ namespace {
 constexpr int kMinClientPingMs = 10'000;
 // We ping a silent client, to find those that vanished without a word.
 constexpr int kKeepaliveMs = 60'000;
-constexpr int kKeepaliveTimeoutMs = 20'000;
 
 constexpr const char* kServiceNames[] = {"latticed.v1.MeshService", "latticed.v1.SceneService",
                                          "latticed.v1.ServerService"};
@@ -71,21 +70,17 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
   grpc::ResourceQuota quota("latticed");
   quota.Resize(options.transport_memory_bytes);
   builder.SetResourceQuota(quota);
-  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, limits::kMaxStreamsPerConnection);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, limits::kMaxCallsPerConnection);
   builder.SetMaxReceiveMessageSize(static_cast<int>(limits::kMaxMessageBytes));
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              kMinClientPingMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
-  // Two servers on one port must not share it in silence.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, limits::kKeepaliveTimeoutMs);
 }
 
-std::string AddressOf(const std::string& listen, int port) {
-  if (listen.rfind("unix:", 0) == 0) return listen;
-  return fmt::format("{}:{}", listen.substr(0, listen.rfind(':')), port);
-}
+// A file, whose permissions say who may connect.
+bool IsUnixSocket(const Options& options) { return options.listen.rfind("unix:", 0) == 0; }
 
 }  // namespace
 
@@ -101,17 +96,26 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
 
   grpc::ServerBuilder builder;
   Configure(options, builder);
-  int port = 0;
-  builder.AddListeningPort(options.listen, *credentials, &port);
+  std::unique_ptr<GrpcListener::Acceptor> acceptor;
+  if (IsUnixSocket(options)) {
+    builder.AddListeningPort(options.listen, *credentials);
+  } else {
+    using FromSocket = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
+    acceptor = builder.experimental().AddExternalConnectionAcceptor(FromSocket::FROM_FD,
+                                                                    *std::move(credentials));
+  }
   for (const auto& service : result->services_) builder.RegisterService(service.get());
   result->server_ = builder.BuildAndStart();
-  if (result->server_ == nullptr || port == 0) {
+  if (result->server_ == nullptr) {
     return absl::UnavailableError(fmt::format(
-        "--listen: cannot serve on '{}': is the port taken, the name known, the key the "
-        "certificate's?",
+        "--listen: cannot serve on '{}': can the socket be made, is the key the certificate's?",
         options.listen));
   }
-  result->address_ = AddressOf(options.listen, port);
+  if (acceptor != nullptr) {
+    auto listener = GrpcListener::Open(options, std::move(acceptor));
+    if (!listener.ok()) return listener.status();
+    result->listener_ = *std::move(listener);
+  }
   result->SetServing(true);
   env->scenes->residency().health().SetObserver(
       [server = result.get()](const absl::Status& why) { server->OnDeviceLost(why); });
@@ -143,7 +147,16 @@ void GrpcServer::SetServing(bool serving) {
   for (const char* name : kServiceNames) health->SetServingStatus(name, serving);
 }
 
+std::string GrpcServer::address() const {
+  return listener_ == nullptr ? env_->options.listen : listener_->address();
+}
+
+ConnectionCounts GrpcServer::connections() const {
+  return listener_ == nullptr ? ConnectionCounts() : listener_->counts();
+}
+
 void GrpcServer::Shutdown(absl::Time deadline) {
+  if (listener_ != nullptr) listener_->Close();
   if (server_ != nullptr) server_->Shutdown(absl::ToChronoTime(deadline));
 }
 

@@ -18,6 +18,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "server/grpc_listener.h"
 #include "server/rpc/server_env.h"
 
 namespace latticed {
@@ -29,7 +30,9 @@ class GrpcServer {
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<GrpcServer>> Start(ServerEnv* env);
   ~GrpcServer();
 
-  const std::string& address() const { return address_; }  // with the port that was taken
+  [[nodiscard]] std::string address() const;  // with the port that was taken
+  // Of --listen; none are counted on a Unix socket.
+  [[nodiscard]] ConnectionCounts connections() const;
   // Calls from this process, without a socket.
   [[nodiscard]] std::shared_ptr<grpc::Channel> InProcessChannel();
   void SetServing(bool serving);
@@ -44,10 +47,10 @@ class GrpcServer {
   void OnDeviceLost(const absl::Status& why);
 
   ServerEnv* const env_;
-  std::string address_;
   std::atomic<bool> serving_ = false;
   std::vector<std::unique_ptr<grpc::Service>> services_;
-  std::unique_ptr<grpc::Server> server_;  // last: uses the services
+  std::unique_ptr<grpc::Server> server_;    // uses the services
+  std::unique_ptr<GrpcListener> listener_;  // last: hands connections to the server
 };
 
 }  // namespace latticed

@@ -96,7 +96,9 @@ absl::Status InProcessServer::StartWeb() {
   web::AdminHooks hooks;
   hooks.health = [env = env_.get()] { return env->scenes->residency().health().status(); };
   hooks.ready = [server = server_.get()] { return server->serving(); };
-  hooks.metrics = [env = env_.get()] { return MetricsText(*env); };
+  hooks.metrics = [env = env_.get(), server = server_.get()](const ConnectionCounts& http) {
+    return MetricsText(*env, server->connections(), http);
+  };
   auto web = web::WebServer::Start(env_->options, {server_->InProcessChannel(), env_->peer_key},
                                    std::move(hooks));
   if (!web.ok()) return web.status();
@@ -123,7 +125,10 @@ std::string InProcessServer::backend_description() const {
   return fmt::format("{}: {}", backend.name(), backend.description());
 }
 
-std::string InProcessServer::metrics() const { return MetricsText(*env_); }
+std::string InProcessServer::metrics() const {
+  return MetricsText(*env_, server_->connections(),
+                     web_ == nullptr ? ConnectionCounts() : web_->connections());
+}
 
 void InProcessServer::Drain() {
   server_->SetServing(false);

@@ -139,6 +139,20 @@ void AddRefusals(const CallCounts& calls, MetricFamilies& out) {
   }
 }
 
+void AddConnections(const ConnectionCounts& grpc, const ConnectionCounts& http,
+                    MetricFamilies& out) {
+  auto open = out.Gauge("latticed_connections", "Connections, by port.");
+  auto most = out.Gauge("latticed_connections_limit", "Most connections, by port.");
+  auto refused = out.Counter("latticed_connections_refused_total",
+                             "Connections closed since there were as many, by port.");
+  for (const auto& [port, counts] : {std::pair("grpc", grpc), std::pair("http", http)}) {
+    if (counts.most == 0) continue;
+    open.Add(counts.open, {{"port", port}});
+    most.Add(counts.most, {{"port", port}});
+    refused.Add(counts.refused, {{"port", port}});
+  }
+}
+
 void AddProcess(MetricFamilies& out) {
   const ProcessStats stats = ReadProcessStats();
   out.Counter("process_cpu_seconds_total", "Processor time, user and system.")
@@ -154,7 +168,8 @@ void AddProcess(MetricFamilies& out) {
 
 }  // namespace
 
-std::string MetricsText(ServerEnv& env) {
+std::string MetricsText(ServerEnv& env, const ConnectionCounts& grpc,
+                        const ConnectionCounts& http) {
   const v1::ServerInfo info = DescribeServer(env);
   MetricFamilies families;
   AddServer(env, info, families);
@@ -162,6 +177,7 @@ std::string MetricsText(ServerEnv& env) {
   AddHostMemory(info, families);
   AddDevices(info, families);
   AddEngine(env.scenes->residency().counts(), families);
+  AddConnections(grpc, http, families);
   AddCalls(*env.calls, families);
   AddRefusals(*env.calls, families);
   AddProcess(families);

@@ -18,12 +18,16 @@
 
 #include <string>
 
+#include "server/base/connection_counts.h"
+
 namespace latticed {
 
 struct ServerEnv;
 
-// All metrics of the server in Prometheus' text format.
-[[nodiscard]] std::string MetricsText(ServerEnv& env);
+// All metrics of the server in Prometheus' text format, the connections being those of --listen and of
+// --http.
+[[nodiscard]] std::string MetricsText(ServerEnv& env, const ConnectionCounts& grpc,
+                                      const ConnectionCounts& http);
 
 }  // namespace latticed
 

@@ -47,19 +47,24 @@ inline constexpr size_t kMaxMessageBytes = size_t{1} << 20;
 inline constexpr size_t kMinChunkBatchBytes = size_t{256} << 10;
 inline constexpr size_t kMaxChunkBatchBytes = size_t{960} << 10;
 
-// Transport. A proxy may carry many watchers on one connection; calls above wait at the client.
-inline constexpr int kMaxStreamsPerConnection = 4'096;
-// What a connection of --http takes at most: a message in, one out, a piece of a body, TLS. There are
-// as many as --transport-memory has room for, and not more than a process has file descriptors for.
-inline constexpr uint64_t kHttpConnectionBytes = uint64_t{2'560} << 10;
-inline constexpr size_t kMaxHttpConnections = 4'096;
+// Transport. Clients have a few calls under way, and a stream a window; calls above wait at the client,
+// which may open another connection, as proxies do.
+inline constexpr int kMaxCallsPerConnection = 128;
+// What a call takes besides its messages, those that wait for a worker and those of which nothing has
+// come alike.
+inline constexpr uint64_t kCallBytes = 20'480;
+// What a connection takes at most besides what gRPC's own quota counts: of --listen, its calls; of
+// --http, a message in, one out, a piece of a body, TLS. There are as many as --transport-memory has
+// room for, and not more than a process has file descriptors for.
+inline constexpr uint64_t kConnectionBytes = kMaxCallsPerConnection * kCallBytes;
+inline constexpr int kMaxConnections = 4'096;
+// A client that answers nothing for so long has vanished.
+inline constexpr int kKeepaliveTimeoutMs = 20'000;
 // Below this a few connections of ordinary clients would be under pressure.
 inline constexpr uint64_t kMinTransportBytes = uint64_t{16} << 20;
 // Requests that wait for a worker, parsed, take up to this share of --memory more: beside it, so that
 // what frees memory has a turn.
 inline constexpr uint64_t kWaitingRequestsShare = 8;
-// What a waiting call takes besides its message.
-inline constexpr uint64_t kCallBytes = 16'384;
 
 // Scenes. The defaults of --max-scenes and --max-watchers: a scene costs a plan, a watcher a socket
 // buffer.

@@ -22,8 +22,9 @@ namespace fused {
 namespace {
 
 constexpr size_t kGroupsPerTask = 4;
-// Of one thread: two milliseconds.
-constexpr size_t kPointsPerPart = size_t{1} << 20;
+// Of one thread, a millisecond or two: less than a batch of chunks takes to encode, which is what others
+// wait for besides.
+constexpr size_t kPointsPerPart = size_t{1} << 18;
 constexpr size_t kMaxPoints = static_cast<size_t>(PointsPerPatch(limits::kMaxSegments));
 
 struct alignas(64) ThreadScratch {

@@ -100,6 +100,11 @@ void Define(CLI::App& app, Options& o) {
            "take an eighth of it more");
   AddBytes(app, "--transport-memory", o.transport_memory_bytes,
            "Host memory for what gRPC buffers of all connections, beside --memory");
+  app.add_option(
+         "--max-connections", o.max_connections,
+         "Most connections of --listen, and of --http; 0: as many as --transport-memory has "
+         "room for, at 2.5 MiB each")
+      ->check(CLI::Range(0, 1'000'000));
   AddBytes(app, "--max-mesh-bytes", o.max_mesh_bytes, "Largest single upload");
   app.add_option("--max-scenes", o.max_scenes, "Most scenes at a time")
       ->check(CLI::Range(1, 1'000'000));
@@ -125,6 +130,8 @@ void Define(CLI::App& app, Options& o) {
   app.add_option("--log-format", o.log_format, "Lines for people, or JSON for machines")
       ->check(CLI::IsMember({"text", "json"}));
   AddDuration(app, "--heartbeat-interval", o.heartbeat_interval, "Between heartbeats of a stream");
+  AddDuration(app, "--first-message-timeout", o.first_message_timeout,
+              "For the first message of a stream, then it ends");
   AddDuration(app, "--drain-delay", o.drain_delay, "From NOT_SERVING to the end of serving");
   AddDuration(app, "--drain-timeout", o.drain_timeout,
               "For running calls, then they are cancelled");
@@ -219,9 +226,11 @@ absl::Status CheckDuration(std::string_view flag, absl::Duration value, absl::Du
 }
 
 absl::Status CheckDurations(const Options& o) {
-  const std::array<absl::Status, 4> checks = {
+  const std::array<absl::Status, 5> checks = {
       CheckDuration("--heartbeat-interval", o.heartbeat_interval, absl::Milliseconds(100),
                     absl::Minutes(10)),
+      CheckDuration("--first-message-timeout", o.first_message_timeout, absl::Milliseconds(100),
+                    absl::Hours(1)),
       CheckDuration("--drain-delay", o.drain_delay, absl::ZeroDuration(), absl::Minutes(10)),
       CheckDuration("--drain-timeout", o.drain_timeout, absl::ZeroDuration(), absl::Hours(1)),
       CheckDuration("--scene-idle-ttl", o.scene_idle_ttl, absl::Seconds(1), absl::Hours(24 * 365))};
@@ -266,6 +275,12 @@ absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) 
   if (const absl::Status status = Validate(result.options); !status.ok()) return status;
   if (print_config) result.text = app.config_to_str(true, true);
   return result;
+}
+
+size_t MostConnections(const Options& options) {
+  if (options.max_connections > 0) return static_cast<size_t>(options.max_connections);
+  return std::clamp<uint64_t>(options.transport_memory_bytes / limits::kConnectionBytes, 1,
+                              limits::kMaxConnections);
 }
 
 absl::Status Validate(const Options& o) {

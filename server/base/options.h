@@ -9,6 +9,7 @@
 #ifndef LATTICED_SERVER_BASE_OPTIONS_H_
 #define LATTICED_SERVER_BASE_OPTIONS_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -33,6 +34,7 @@ struct Options {
   uint64_t memory_bytes = uint64_t{4} << 30;            // host budget: meshes, plans, chunks
   uint64_t transport_memory_bytes = uint64_t{1} << 30;  // what gRPC may buffer for all connections
   uint64_t max_mesh_bytes = uint64_t{1} << 30;          // largest single upload
+  int max_connections = 0;  // of each of listen and http; 0: what transport memory has room for
   int max_scenes = limits::kDefaultMaxScenes;
   int max_watchers = limits::kDefaultMaxWatchersPerScene;  // of one scene
   std::string http;                        // host:port of the viewer and gRPC-Web; empty: none
@@ -48,6 +50,7 @@ struct Options {
   std::string log_level = "info";   // trace, debug, info, warn, error, off
   std::string log_format = "text";  // text or json
   absl::Duration heartbeat_interval = absl::Seconds(10);
+  absl::Duration first_message_timeout = absl::Seconds(30);  // of a stream that has begun
   absl::Duration drain_delay = absl::Seconds(2);  // NOT_SERVING to Shutdown: lets balancers notice
   absl::Duration drain_timeout = absl::Seconds(10);  // then running rpcs are cancelled
   absl::Duration scene_idle_ttl = absl::Hours(24);   // default of CreateScene.idle_ttl
@@ -63,6 +66,8 @@ struct CommandLine {
 
 // Reads flags, environment and file. kInvalidArgument with one sentence that names the option.
 [[nodiscard]] absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv);
+// Of each of --listen and --http.
+[[nodiscard]] size_t MostConnections(const Options& options);
 // Checks ranges, and combinations such as an open port without TLS or tokens.
 [[nodiscard]] absl::Status Validate(const Options& options);
 

@@ -35,7 +35,7 @@ struct EncodeProgress {
 };
 
 // Encodes `chunks` and takes the others from `before`, which may be null if `chunks` are all. A
-// chunk whose vertices are those of its old bytes is not encoded and keeps its version, as does one
+// chunk whose vertices are those of its old bytes is not encoded and keeps its revision, as does one
 // whose new bytes equal the old ones. `between` is asked before every batch and ends the work with
 // its status.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(

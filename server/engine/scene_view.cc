@@ -26,6 +26,7 @@ void Timed(absl::Duration& sum, Call call) {
 }  // namespace
 
 void SceneView::AddActive() {
+  std::array<VertexSlot, 2> failed;  // destroyed without the lock
   const MutexLock lock(&mutex_);
   ++active_;
   last_watched_ = absl::Now();
@@ -35,7 +36,7 @@ void SceneView::AddActive() {
   if (failure_.ok()) return;
   failure_ = absl::OkStatus();
   for (size_t s = 0; s < slots_.size(); ++s) {
-    slots_[s].Reset();
+    std::swap(failed[s], slots_[s]);
     ForgetSlot(s);
   }
   two_slots_ = false;

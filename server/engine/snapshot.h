@@ -4,7 +4,7 @@
 // A snapshot: the complete set of chunks of a view at one revision, immutable and shared.  DESIGN
 // §4
 //
-// Chunks whose bytes did not change are shared with the snapshot before, version and all. The ring
+// Chunks whose bytes did not change are shared with the snapshot before, revision and all. The ring
 // keeps the newest snapshot and those that a watcher is being sent (pinned), at most
 // limits::kMaxSnapshotsPerView in all. What leaves it while pinned is *retired*: its watcher finds
 // nothing under the number any more and begins again with the newest. Bytes that a socket still
@@ -47,17 +47,8 @@ struct WatchView {
   int drag_normal_bits = 0;
 };
 
-// Names the bytes of a chunk: equal versions, equal bytes.
-struct ChunkVersion {
-  uint64_t structure_id = 0;
-  uint64_t quantisation_id = 0;
-  uint64_t revision = 0;  // at which its bytes last changed
-  ViewKey view;           // segments, bits
-  friend bool operator==(const ChunkVersion&, const ChunkVersion&) = default;
-};
-
 struct SnapshotChunk {
-  uint64_t revision = 0;
+  uint64_t revision = 0;  // at which its bytes last changed
   SharedBytes data;
   VertexDigest digest;  // of what `data` was made from
 };
@@ -74,10 +65,6 @@ struct Snapshot {
   absl::Time edit_time;     // when the edit that made the revision was committed
   absl::Duration evaluate_time;
   absl::Duration encode_time;
-
-  ChunkVersion Version(size_t chunk) const {
-    return {structure_id, box.id, chunks[chunk].revision, view};
-  }
 };
 
 class SnapshotRing {

@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "server/rpc/call.h"
 #include "server/rpc/call_counts.h"
+#include "server/rpc/first_message.h"
 #include "server/rpc/scene_stream.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/watch_request.h"
@@ -52,6 +53,8 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
       return;
     }
     call_ = *std::move(call);
+    const absl::Duration timeout = env->options.first_message_timeout;
+    first_message_.Await(timeout, [this, timeout] { End(NoFirstMessage("watch", timeout)); });
     reading_ = true;
     StartRead(&bytes_);
   }
@@ -104,6 +107,7 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
   ServerEnv* const env_;
   grpc::CallbackServerContext* const context_;
   CallInfo call_;
+  FirstMessage first_message_;
   std::atomic<bool> cancelled_ = false;  // the context's own word ends with the call
   // Used by the one message that is being handled.
   grpc::ByteBuffer bytes_;
@@ -118,6 +122,7 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
 };
 
 void DeformStream::OnReadDone(bool ok) {
+  if (!first_message_.Arrive()) return;
   const auto stream = Stream();
   if (!ok) {
     StopReading();

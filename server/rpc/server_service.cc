@@ -91,6 +91,8 @@ void FillLimits(const Options& options, v1::ServerLimits& out) {
   out.set_max_drag_points(limits::kMaxDragPoints);
   out.set_max_presence_name(limits::kMaxPresenceName);
   out.set_max_presence_indices(limits::kMaxPresenceIndices);
+  out.set_max_calls_per_connection(limits::kMaxCallsPerConnection);
+  out.set_max_connections(static_cast<int32_t>(MostConnections(options)));
   out.set_max_uploads(limits::kMaxUploads);
   out.set_max_chunk_points(limits::kMaxChunkPoints);
   out.set_max_undo_steps(limits::kMaxUndoSteps);

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "server/engine/scene_registry.h"
 #include "server/rpc/call.h"
+#include "server/rpc/first_message.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/uploads.h"
 #include "server/wire/grpc_status.h"
@@ -26,10 +27,13 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
       return;
     }
     call_ = *std::move(call);
+    const absl::Duration timeout = env->options.first_message_timeout;
+    first_message_.Await(timeout, [this, timeout] { End(NoFirstMessage("the header", timeout)); });
     StartRead(&request_);
   }
 
   void OnReadDone(bool ok) override {
+    if (!first_message_.Arrive()) return;
     if (!ok) return OnAllRead();
     const absl::Status status = CatchBadAlloc("the upload", [this] { return Take(); });
     if (!status.ok()) return End(status);
@@ -83,6 +87,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
   grpc::CallbackServerContext* const context_;
   v1::Mesh* const response_;
   CallInfo call_;
+  FirstMessage first_message_;
   v1::UploadMeshRequest request_;
   std::shared_ptr<Upload> upload_;  // null until the header is admitted
 };

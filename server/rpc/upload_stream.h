@@ -4,6 +4,7 @@
 // MeshService.UploadMesh: header, parts, half-close, answer.
 //
 //   kHeader --header--> kParts --half-close--> kStoring (on env->workers) --> done
+//   a header that does not come within --first-message-timeout ends the call
 //   initial metadata goes out when the header is admitted; any refusal or cancellation ends the
 //   call at once; what came is dropped
 #ifndef LATTICED_SERVER_RPC_UPLOAD_STREAM_H_

@@ -6,7 +6,8 @@
 
 namespace latticed::web {
 
-HttpResponse AdminAnswer(const AdminHooks& hooks, const HttpRequest& request) {
+HttpResponse AdminAnswer(const AdminHooks& hooks, const HttpRequest& request,
+                         const ConnectionCounts& http) {
   if (request.method != "GET" && request.method != "HEAD") return MethodNotAllowed("GET, HEAD");
   if (request.path == "/healthz") {
     const absl::Status health = hooks.health();
@@ -18,7 +19,7 @@ HttpResponse AdminAnswer(const AdminHooks& hooks, const HttpRequest& request) {
   if (request.path == "/metrics" && hooks.metrics) {
     HttpResponse answer;
     answer.fields = {{"content-type", "text/plain; version=0.0.4; charset=utf-8"}};
-    answer.body = hooks.metrics();
+    answer.body = hooks.metrics(http);
     return answer;
   }
   return TextAnswer(404, "here are /healthz, /readyz and, where it is built in, /metrics");

@@ -6,6 +6,7 @@
 //   /healthz   200 while the process does its work; 503 once a restart alone will help
 //   /readyz    200 while gRPC health says SERVING: not while draining
 //   /metrics   text for Prometheus, 404 without
+// `http` are the connections of --http.
 // Threads  safe; hooks are called on any thread
 #ifndef LATTICED_SERVER_WEB_ADMIN_PAGES_H_
 #define LATTICED_SERVER_WEB_ADMIN_PAGES_H_
@@ -14,6 +15,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "server/base/connection_counts.h"
 #include "server/web/http_exchange.h"
 
 namespace latticed::web {
@@ -21,10 +23,11 @@ namespace latticed::web {
 struct AdminHooks {
   std::function<absl::Status()> health;
   std::function<bool()> ready;
-  std::function<std::string()> metrics;  // none: no such page
+  std::function<std::string(const ConnectionCounts& http)> metrics;  // none: no such page
 };
 
-[[nodiscard]] HttpResponse AdminAnswer(const AdminHooks& hooks, const HttpRequest& request);
+[[nodiscard]] HttpResponse AdminAnswer(const AdminHooks& hooks, const HttpRequest& request,
+                                       const ConnectionCounts& http);
 
 }  // namespace latticed::web
 

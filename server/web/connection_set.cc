@@ -18,6 +18,7 @@ constexpr size_t kMostRefused = 64;  // at once; they cost little, and not for l
 std::shared_ptr<ConnectionSet::Place> ConnectionSet::Enter() {
   const MutexLock lock(&mutex_);
   const bool served = served_ < most_;
+  if (!served) ++refused_;
   if (!served && connections_.size() - served_ >= kMostRefused) return nullptr;
   if (served) ++served_;
   const uint64_t id = next_id_++;
@@ -57,6 +58,11 @@ void ConnectionSet::Abort() {
     aborting_ = true;
   }
   TellAll(&Connection::Abort);
+}
+
+ConnectionCounts ConnectionSet::counts() const {
+  const MutexLock lock(&mutex_);
+  return {.open = served_, .most = most_, .refused = refused_};
 }
 
 // Outside of the lock: the last owner of a connection may be here, and it leaves.

@@ -14,6 +14,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/time/time.h"
+#include "server/base/connection_counts.h"
 #include "server/base/mutex.h"
 
 namespace latticed::web {
@@ -54,6 +55,7 @@ class ConnectionSet {
   // Also those that enter later.
   void Drain() ABSL_LOCKS_EXCLUDED(mutex_);
   void Abort() ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] ConnectionCounts counts() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Whether all have left by then.
   bool AwaitEmpty(absl::Time deadline) ABSL_LOCKS_EXCLUDED(mutex_);
 
@@ -63,8 +65,9 @@ class ConnectionSet {
   void TellAll(void (Connection::*what)()) ABSL_LOCKS_EXCLUDED(mutex_);
 
   const size_t most_;
-  Mutex mutex_;
+  mutable Mutex mutex_;
   size_t served_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint64_t refused_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t next_id_ ABSL_GUARDED_BY(mutex_) = 1;
   std::map<uint64_t, std::weak_ptr<Connection>> connections_ ABSL_GUARDED_BY(mutex_);
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;

@@ -8,10 +8,7 @@
 #ifndef LATTICED_SERVER_WEB_HTTP_LISTENER_H_
 #define LATTICED_SERVER_WEB_HTTP_LISTENER_H_
 
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <memory>
 #include <string>
 
@@ -19,6 +16,7 @@
 #include "server/base/options.h"
 #include "server/web/connection_set.h"
 #include "server/web/http_exchange.h"
+#include "server/web/tcp_listener.h"
 
 namespace latticed::web {
 
@@ -26,34 +24,13 @@ namespace latticed::web {
 [[nodiscard]] absl::StatusOr<std::unique_ptr<boost::asio::ssl::context>> MakeTlsContext(
     const Options& options);
 
-class HttpListener : public std::enable_shared_from_this<HttpListener> {
- public:
-  // Listens on `listen`, "host:port", for `flag`. The context, set and `tls` (may be null) outlive the
-  // connections. kUnavailable for a port that cannot be had, kInvalidArgument for what is none.
-  [[nodiscard]] static absl::StatusOr<std::shared_ptr<HttpListener>> Open(
-      boost::asio::io_context& context, const std::string& flag, const std::string& listen,
-      boost::asio::ssl::context* tls, ConnectionSet* connections, HttpTimeouts timeouts,
-      HttpHandler handler);
-
-  const std::string& address() const { return address_; }  // with the port that was taken
-  void Close();
-
- private:
-  HttpListener(boost::asio::io_context& context, boost::asio::ssl::context* tls,
-               ConnectionSet* connections, HttpTimeouts timeouts, HttpHandler handler);
-  absl::Status Bind(const std::string& host, const std::string& port);
-  void Accept();
-  void OnAccept(boost::asio::ip::tcp::socket socket);
-
-  boost::asio::io_context& context_;
-  boost::asio::ip::tcp::acceptor acceptor_;
-  boost::asio::steady_timer retry_;
-  boost::asio::ssl::context* const tls_;
-  ConnectionSet* const connections_;
-  const HttpTimeouts timeouts_;
-  const HttpHandler handler_;
-  std::string address_;
-};
+// Listens on `listen`, "host:port", for `flag`. The context, set and `tls` (may be null) outlive the
+// connections, and the listener does. kUnavailable for a port that cannot be had, kInvalidArgument for
+// what is none.
+[[nodiscard]] absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
+    boost::asio::io_context& context, const std::string& flag, const std::string& listen,
+    boost::asio::ssl::context* tls, ConnectionSet* connections, const HttpTimeouts& timeouts,
+    const HttpHandler& handler);
 
 }  // namespace latticed::web
 

@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/web/web_server.h"
 
-#include <algorithm>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
-#include <exception>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -25,23 +23,6 @@ namespace {
 constexpr int kThreads = 2;
 constexpr size_t kMaxAdminConnections = 64;
 
-size_t MostConnections(const Options& options) {
-  return std::clamp<size_t>(options.transport_memory_bytes / limits::kHttpConnectionBytes, 1,
-                            limits::kMaxHttpConnections);
-}
-
-// Nothing that a client sends may end the process: what a handler throws ends its connection.
-void RunUntilStopped(boost::asio::io_context& context) {
-  for (;;) {
-    try {
-      context.run();
-      return;
-    } catch (const std::exception& failure) {
-      LogEvent(spdlog::level::err, "an HTTP connection failed", {{"error", failure.what()}});
-    }
-  }
-}
-
 }  // namespace
 
 struct WebServer::Impl {
@@ -60,7 +41,7 @@ struct WebServer::Impl {
   std::unique_ptr<boost::asio::ssl::context> tls;
   boost::asio::io_context context;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work;
-  std::shared_ptr<HttpListener> http, admin;
+  std::shared_ptr<TcpListener> http, admin;
   std::vector<std::thread> threads;
 };
 
@@ -78,9 +59,8 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
   if (!tls.ok()) return tls.status();
   impl.tls = *std::move(tls);
   if (!options.http.empty()) {
-    auto listener =
-        HttpListener::Open(impl.context, "--http", options.http, impl.tls.get(), &impl.connections,
-                           options.http_timeouts, impl.routes.handler());
+    auto listener = ListenForHttp(impl.context, "--http", options.http, impl.tls.get(),
+                                  &impl.connections, options.http_timeouts, impl.routes.handler());
     if (!listener.ok()) return listener.status();
     impl.http = *std::move(listener);
   }
@@ -88,15 +68,16 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
     const HttpHandler answer = [&impl](const std::shared_ptr<HttpExchange>& exchange) {
       auto stopped = impl.admin_guard.Stop(exchange->request());
       exchange->Reply(stopped.has_value() ? *std::move(stopped)
-                                          : AdminAnswer(impl.admin_hooks, exchange->request()));
+                                          : AdminAnswer(impl.admin_hooks, exchange->request(),
+                                                        impl.connections.counts()));
     };
-    auto listener = HttpListener::Open(impl.context, "--admin", options.admin, nullptr,
-                                       &impl.admin_connections, options.http_timeouts, answer);
+    auto listener = ListenForHttp(impl.context, "--admin", options.admin, nullptr,
+                                  &impl.admin_connections, options.http_timeouts, answer);
     if (!listener.ok()) return listener.status();
     impl.admin = *std::move(listener);
   }
   for (int i = 0; i < kThreads; ++i) {
-    impl.threads.emplace_back([&impl] { RunUntilStopped(impl.context); });
+    impl.threads.emplace_back([&impl] { RunUntilDone(impl.context); });
   }
   return server;
 }
@@ -108,6 +89,8 @@ std::string WebServer::http_address() const {
 std::string WebServer::admin_address() const {
   return impl_->admin == nullptr ? "" : impl_->admin->address();
 }
+
+ConnectionCounts WebServer::connections() const { return impl_->connections.counts(); }
 
 void WebServer::Drain(absl::Time deadline) {
   if (impl_->http == nullptr || impl_->threads.empty()) return;

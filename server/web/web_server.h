@@ -12,7 +12,7 @@
 // the two that HTTP has a form of its own for.
 //
 // Memory   each connection holds a message in and one out at most, and there are as many as
-//          --transport-memory has room for
+//          --transport-memory has room for, or --max-connections
 // Threads  safe
 #ifndef LATTICED_SERVER_WEB_WEB_SERVER_H_
 #define LATTICED_SERVER_WEB_WEB_SERVER_H_
@@ -22,6 +22,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "server/base/connection_counts.h"
 #include "server/base/options.h"
 #include "server/web/admin_pages.h"
 #include "server/web/generic_call.h"
@@ -40,6 +41,9 @@ class WebServer {
   // host:port with the port that was taken; empty where there is none.
   [[nodiscard]] std::string http_address() const;
   [[nodiscard]] std::string admin_address() const;
+
+  // Of --http.
+  [[nodiscard]] ConnectionCounts connections() const;
 
   // --http takes no more connections nor requests, waits for those running, and cancels what is left
   // at `deadline`. Before the end of gRPC's server, which would cancel them at once.

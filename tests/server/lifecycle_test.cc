@@ -3,11 +3,13 @@
 //
 // Start, health, reflection, TLS, drain and stop, and the daemon as a process.
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <future>
 #include <thread>
@@ -17,6 +19,7 @@
 #include "server/base/telemetry.h"
 #include "tests/server/health_probe.h"
 #include "tests/server/test_env.h"
+#include "tests/server/unfinished_calls.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
@@ -100,6 +103,19 @@ TEST(StartTest, TakenPortIsRefused) {
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr(options.listen)));
 }
 
+TEST(StartTest, ServesOnAUnixSocket) {
+  Options options = TestOptions();
+  options.listen = fmt::format("unix:{}/latticed-{}.socket", ::testing::TempDir(), getpid());
+  const auto server = InProcessServer::Serve(options);
+  ASSERT_OK(server);
+  grpc::ClientContext context;
+  v1::ServerInfo info;
+
+  EXPECT_EQ((*server)->address(), options.listen);
+  EXPECT_TRUE(
+      v1::ServerService::NewStub((*server)->channel())->GetServerInfo(&context, {}, &info).ok());
+}
+
 TEST(StartTest, CudaByNameSaysWhyNot) {
   Options options = TestOptions();
   options.backend = "cuda";
@@ -180,13 +196,16 @@ TEST(LogTest, LinesForPeopleAndForMachines) {
 // The daemon with its standard error in a pipe.
 class Daemon {
  public:
-  explicit Daemon(std::vector<std::string> arguments) {
+  // 0: as many files as this process may have.
+  explicit Daemon(std::vector<std::string> arguments, rlim_t most_files = 0) {
     std::array<int, 2> ends{};
     if (pipe(ends.data()) != 0) std::abort();
     pid_ = fork();
     if (pid_ == 0) {
       dup2(ends[1], STDERR_FILENO);
       close(ends[0]);
+      const rlimit files{.rlim_cur = most_files, .rlim_max = most_files};
+      if (most_files > 0) setrlimit(RLIMIT_NOFILE, &files);
       std::vector<char*> argv{const_cast<char*>(LATTICED_BINARY)};
       for (std::string& argument : arguments) argv.push_back(argument.data());
       argv.push_back(nullptr);
@@ -203,6 +222,10 @@ class Daemon {
     return fgets(line.data(), line.size(), log_) == nullptr ? "" : line.data();
   }
   void Signal(int signal) { kill(pid_, signal); }
+  size_t OpenFiles() const {
+    const std::filesystem::directory_iterator files(fmt::format("/proc/{}/fd", pid_));
+    return static_cast<size_t>(std::distance(begin(files), end(files)));
+  }
   int Wait() {
     int status = 0;
     waitpid(pid_, &status, 0);
@@ -226,6 +249,38 @@ TEST(DaemonTest, BothSignalsDrainAndExitZero) {
     EXPECT_THAT(daemon.ReadLine(), HasSubstr("\"message\":\"stopped\""));
     EXPECT_EQ(daemon.Wait(), 0);
   }
+}
+
+TEST(DaemonTest, AcceptsAgainAfterItHadNoFileLeft) {
+  constexpr rlim_t kMostFiles = 64;
+  Daemon daemon({"--listen=127.0.0.1:0", "--backend=cpu", "--threads=1", "--drain-delay=0s"},
+                kMostFiles);
+  const std::string line = daemon.ReadLine(), key = "address=";
+  ASSERT_THAT(line, HasSubstr(key));
+  std::string address = line.substr(line.find(key) + key.size());
+  address.resize(address.find(' '));
+  std::vector<std::unique_ptr<testing::UnfinishedCalls>> connections;
+  for (rlim_t i = 0; i < kMostFiles; ++i) {
+    connections.push_back(std::make_unique<testing::UnfinishedCalls>(address, "", 0, 0));
+  }
+  for (int i = 0; i < 2'000 && daemon.OpenFiles() < kMostFiles; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_GE(daemon.OpenFiles(), kMostFiles);
+
+  connections.clear();
+  {
+    const auto stub = v1::ServerService::NewStub(
+        grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
+    grpc::ClientContext context;
+    context.set_wait_for_ready(true);
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
+    v1::ServerInfo info;
+    EXPECT_TRUE(stub->GetServerInfo(&context, {}, &info).ok());
+  }
+
+  daemon.Signal(SIGTERM);
+  EXPECT_EQ(daemon.Wait(), 0);
 }
 
 TEST(DaemonTest, UsageErrorsExitTwoInOneSentence) {

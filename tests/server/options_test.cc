@@ -51,7 +51,8 @@ TEST(OptionsTest, DefaultsAreLoopbackAndAuto) {
 
 TEST(OptionsTest, FlagsReadUnits) {
   const auto parsed = Parse({"--memory", "3GiB", "--max-mesh-bytes=5MB", "--transport-memory=64MiB",
-                             "--drain-delay", "250ms", "--backend", "cpu", "--threads", "2"});
+                             "--drain-delay", "250ms", "--backend", "cpu", "--threads", "2",
+                             "--max-connections=500", "--first-message-timeout=5s"});
 
   ASSERT_OK(parsed);
   EXPECT_EQ(parsed->options.memory_bytes, 3'221'225'472u);
@@ -59,6 +60,8 @@ TEST(OptionsTest, FlagsReadUnits) {
   EXPECT_EQ(parsed->options.transport_memory_bytes, 67'108'864u);
   EXPECT_EQ(parsed->options.drain_delay, absl::Milliseconds(250));
   EXPECT_EQ(parsed->options.threads, 2);
+  EXPECT_EQ(parsed->options.max_connections, 500);
+  EXPECT_EQ(parsed->options.first_message_timeout, absl::Seconds(5));
 }
 
 TEST(OptionsTest, EnvironmentStandsInForFlags) {
@@ -184,6 +187,8 @@ TEST(OptionsTest, BadValuesAreRefusedByName) {
   refused("--memory=lots", "--memory");
   refused("--transport-memory=15MiB",
           "--transport-memory: got 15728640, allowed is 16777216 or more");
+  refused("--max-connections=-1", "--max-connections");
+  refused("--first-message-timeout=1ms", "--first-message-timeout");
   refused("--max-mesh-bytes=5TB", "--max-mesh-bytes");
   refused("--heartbeat-interval=soon", "--heartbeat-interval");
   refused("--heartbeat-interval=1ms", "--heartbeat-interval");

@@ -2,7 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The limits that GetServerInfo publishes are those that are enforced.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
 
 #include "core/base/limits.h"
 #include "latticed/v1/server.grpc.pb.h"
@@ -11,6 +15,9 @@
 
 namespace latticed::testing {
 namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
 
 class ServerLimitsTest : public SceneFixture {
  protected:
@@ -97,6 +104,19 @@ TEST_F(ServerLimitsTest, ARequestThatIsLargerInMemoryThanAllThatMayWait) {
   EXPECT_OK(Apply(Move("alice", 1, 0, 0.5)));
 }
 
+TEST_F(ServerLimitsTest, AMessageThatGrpcRefusesHasNoDetails) {
+  v1::EditBatch batch = Move("alice", 1, 0, 0.5);
+  batch.set_scene(std::string(size_t{1} << 20, 'x'));
+  grpc::ClientContext context;
+  v1::EditResult result;
+
+  const grpc::Status status = stub_->ApplyEdits(&context, batch, &result);
+
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(status.error_details(), "");
+  EXPECT_THAT(status.error_message(), HasSubstr("1048576")) << "but says what is allowed";
+}
+
 class TransportMemoryTest : public ServerLimitsTest {
  protected:
   static constexpr int kCalls = 64;
@@ -129,7 +149,151 @@ TEST_F(TransportMemoryTest, EndsCallsWhoseMessagesTakeMore) {
 
   EXPECT_GT(calls->ended(), 0u);
   EXPECT_GT(calls->sent(), 0u) << "the others go on";
+  constexpr uint32_t kEnhanceYourCalm = 11;  // which clients know as RESOURCE_EXHAUSTED
+  EXPECT_THAT(calls->reset_codes(), Contains(kEnhanceYourCalm));
   EXPECT_EQ(Limits().max_scenes(), 10'000) << "and new ones are answered";
+}
+
+class ConnectionsTest : public ServerLimitsTest {
+ protected:
+  // One that begins nothing; those of calls that have ended may be in its way for a moment.
+  std::unique_ptr<UnfinishedCalls> Connect() {
+    constexpr int kTries = 100;
+    for (int i = 0; i < kTries; ++i) {
+      auto connection = std::make_unique<UnfinishedCalls>(server_->address(), "", 0, 0);
+      if (connection->Run([&] { return connection->max_calls() > 0; })) return connection;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    ADD_FAILURE() << "no connection in " << kTries << " tries";
+    return nullptr;
+  }
+  // What a metric says of the port.
+  double Metric(const std::string& name) {
+    const std::string metrics = server_->metrics(), line = name + "{port=\"grpc\"} ";
+    const size_t at = metrics.find("\n" + line);
+    return at == std::string::npos ? -1 : std::stod(metrics.substr(at + 1 + line.size()));
+  }
+  // A call on a connection of its own.
+  grpc::Status Ask(bool wait) {
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+    arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 100);
+    const auto channel = grpc::CreateCustomChannel(server_->address(),
+                                                   grpc::InsecureChannelCredentials(), arguments);
+    grpc::ClientContext context;
+    context.set_wait_for_ready(wait);
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
+    v1::ServerInfo info;
+    return v1::ServerService::NewStub(channel)->GetServerInfo(&context, {}, &info);
+  }
+};
+
+TEST_F(ConnectionsTest, OneTooManyIsClosed) {
+  StartServer({.max_connections = 3});
+  EXPECT_EQ(Limits().max_connections(), 3);
+  auto first = Connect(), second = Connect(), third = Connect();
+  const double refused_before = Metric("latticed_connections_refused_total");
+
+  const grpc::Status refused = Ask(/*wait=*/false);
+
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::UNAVAILABLE) << refused.error_message();
+  EXPECT_EQ(Metric("latticed_connections"), 3);
+  EXPECT_EQ(Metric("latticed_connections_limit"), 3);
+  EXPECT_GT(Metric("latticed_connections_refused_total"), refused_before);
+  third.reset();
+  EXPECT_OK(client::FromGrpc(Ask(/*wait=*/true))) << "one has left";
+}
+
+TEST_F(ConnectionsTest, ThereAreAsManyAsTransportMemoryHasRoomFor) {
+  StartServer({.transport_memory_bytes = uint64_t{16} << 20});
+
+  EXPECT_EQ(Limits().max_connections(), 6) << "of 2.5 MiB";
+}
+
+TEST_F(ConnectionsTest, ACallTooManyWaitsForAnEnd) {
+  ASSERT_EQ(Limits().max_calls_per_connection(), 128);
+  EXPECT_EQ(Connect()->max_calls(), 128u);
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReaderWriter<v1::DeformRequest, v1::SceneEvent>>> calls;
+  for (int i = 0; i < 128; ++i) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    calls.push_back(stub_->Deform(contexts.back().get()));
+  }
+  const auto get = [this](std::chrono::milliseconds patience) {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + patience);
+    v1::ServerInfo info;
+    return v1::ServerService::NewStub(server_->channel())
+        ->GetServerInfo(&context, {}, &info)
+        .error_code();
+  };
+
+  EXPECT_EQ(get(std::chrono::milliseconds(300)), grpc::StatusCode::DEADLINE_EXCEEDED);
+
+  contexts.front()->TryCancel();
+  EXPECT_EQ(get(std::chrono::minutes(1)), grpc::StatusCode::OK);
+  for (const auto& context : contexts) context->TryCancel();
+  for (const auto& call : calls) call->Finish();
+}
+
+class FirstMessageTest : public ServerLimitsTest {
+ protected:
+  // The server ends calls whose first message has not come within so long.
+  void Await(absl::Duration timeout) { StartServer({.first_message_timeout = timeout}); }
+};
+
+TEST_F(FirstMessageTest, ADeformThatSaysNothingEnds) {
+  Await(absl::Milliseconds(100));
+  grpc::ClientContext context;
+  const auto stream = stub_->Deform(&context);
+
+  const absl::Status status = client::FromGrpc(stream->Finish());
+
+  ExpectRefused(status, absl::StatusCode::kFailedPrecondition, "STREAM_NOT_OPENED");
+  EXPECT_EQ(status.message(), "the first message must be watch; none came within 100ms");
+}
+
+TEST_F(FirstMessageTest, AnUploadThatSaysNothingEnds) {
+  Await(absl::Milliseconds(100));
+  grpc::ClientContext context;
+  v1::Mesh mesh;
+  const auto writer = v1::MeshService::NewStub(server_->channel())->UploadMesh(&context, &mesh);
+
+  const absl::Status status = client::FromGrpc(writer->Finish());
+
+  ExpectRefused(status, absl::StatusCode::kFailedPrecondition, "STREAM_NOT_OPENED");
+  EXPECT_EQ(status.message(), "the first message must be the header; none came within 100ms");
+}
+
+TEST_F(FirstMessageTest, OneThatHasSpokenMayBeSilent) {
+  const absl::Duration timeout = absl::Seconds(1);
+  Await(timeout);
+  ASSERT_OK(Create(SceneRequest()));
+  grpc::ClientContext deform_context, upload_context;
+  const auto stream = stub_->Deform(&deform_context);
+  v1::DeformRequest watch;
+  watch.mutable_watch()->set_scene("scene-one");
+  ASSERT_TRUE(stream->Write(watch));
+  v1::Mesh mesh;
+  const auto writer =
+      v1::MeshService::NewStub(server_->channel())->UploadMesh(&upload_context, &mesh);
+  v1::UploadMeshRequest part;
+  part.mutable_header()->set_format(v1::MESH_FORMAT_OBJ);
+  part.mutable_header()->set_total_bytes(sizeof(kGridObj) - 1);
+  ASSERT_TRUE(writer->Write(part));
+  writer->WaitForInitialMetadata();
+
+  std::this_thread::sleep_for(absl::ToChronoMilliseconds(2 * timeout));
+
+  part.set_data(kGridObj, sizeof(kGridObj) - 1);
+  EXPECT_TRUE(writer->Write(part));
+  writer->WritesDone();
+  EXPECT_OK(client::FromGrpc(writer->Finish()));
+  EXPECT_TRUE(stream->WritesDone());
+  v1::SceneEvent event;
+  while (stream->Read(&event)) continue;
+  EXPECT_OK(client::FromGrpc(stream->Finish()));
 }
 
 TEST_F(ServerLimitsTest, ASceneSaysWhatItsHistoryHolds) {

@@ -22,7 +22,7 @@ namespace {
 constexpr uint8_t kData = 0, kHeaders = 1, kReset = 3, kSettings = 4, kPing = 6, kGoaway = 7,
                   kWindowUpdate = 8;
 constexpr uint8_t kAck = 1, kEndStream = 1, kEndHeaders = 4;
-constexpr uint32_t kInitialWindowSize = 4;
+constexpr uint32_t kMaxConcurrentStreams = 3, kInitialWindowSize = 4;
 constexpr int64_t kFirstWindow = 65'535;
 constexpr size_t kFrameHeader = 9, kMostFrame = 16'384, kMessageHeader = 5;
 constexpr absl::Duration kPatience = absl::Seconds(20);
@@ -184,14 +184,18 @@ void UnfinishedCalls::Take(uint8_t type, uint8_t flags, uint32_t stream, std::st
   } else if (call != calls_.end()) {
     const bool ends = type == kReset || (type == kHeaders && (flags & kEndStream) != 0);
     call->second.ended = call->second.ended || ends;
+    if (type == kReset) reset_codes_.insert(ReadBigEndian(payload));
   }
 }
 
 void UnfinishedCalls::TakeSettings(std::string_view payload) {
   constexpr size_t kName = 2, kValue = 4;
   for (size_t at = 0; at + kName + kValue <= payload.size(); at += kName + kValue) {
-    if (ReadBigEndian(payload.substr(at, kName)) != kInitialWindowSize) continue;
-    const int64_t size = ReadBigEndian(payload.substr(at + kName, kValue));
+    const uint32_t name = ReadBigEndian(payload.substr(at, kName));
+    const uint32_t value = ReadBigEndian(payload.substr(at + kName, kValue));
+    if (name == kMaxConcurrentStreams) max_calls_ = value;
+    if (name != kInitialWindowSize) continue;
+    const int64_t size = value;
     for (auto& [stream, call] : calls_) call.window += size - stream_window_;
     stream_window_ = size;
   }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A connection that begins unary calls and never sends the last byte of their messages: HTTP/2 by
-// hand, since no gRPC client does that. It keeps to the server's windows.
+// A connection that begins calls and never sends the last byte of their messages, or nothing at all:
+// HTTP/2 by hand, since no gRPC client does that. It keeps to the server's windows.
 //
 // Threads  one
 #ifndef LATTICED_TESTS_SERVER_UNFINISHED_CALLS_H_
@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <span>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -20,8 +20,8 @@ namespace latticed::testing {
 
 class UnfinishedCalls {
  public:
-  // `count` calls of `method` ("/package.Service/Method"), each with a message of `bytes`. Fails the
-  // test where `address` (IPv4:port) does not answer.
+  // `count` calls of `method` ("/package.Service/Method"), each with a message of `bytes`, which Run
+  // sends. Fails the test where `address` (IPv4:port) does not answer.
   UnfinishedCalls(const std::string& address, std::string_view method, int count, size_t bytes);
   ~UnfinishedCalls();
   UnfinishedCalls(const UnfinishedCalls&) = delete;
@@ -36,6 +36,9 @@ class UnfinishedCalls {
   // Calls that the server has ended, and those of which all but the last byte is sent.
   size_t ended() const;
   size_t sent() const;
+  // What the server said: its SETTINGS_MAX_CONCURRENT_STREAMS, and the codes that it reset calls with.
+  uint32_t max_calls() const { return max_calls_; }
+  const std::set<uint32_t>& reset_codes() const { return reset_codes_; }
 
  private:
   struct Call {
@@ -58,6 +61,8 @@ class UnfinishedCalls {
   std::string heard_;  // not taken yet
   int64_t window_ = 0, stream_window_ = 0;
   std::map<uint32_t, Call> calls_;
+  uint32_t max_calls_ = 0;
+  std::set<uint32_t> reset_codes_;
 };
 
 }  // namespace latticed::testing

@@ -104,6 +104,24 @@ TEST_F(FairTurnsTest, AShortUpdateWaitsForOnePartOfALongEvaluation) {
   ExpectRight(small);
 }
 
+TEST_F(FairTurnsTest, APartOfAnEvaluationIsNoMoreThanABatchOfChunks) {
+  constexpr uint64_t kPointsOfABatch = uint64_t{256} * 32 * 66;
+  const Watched large = Watch(48, 32);
+  const auto state = large.scene->State();
+  const ViewSpec spec = large.client->watcher().view().key.spec;
+  auto view = state->target->CreateView(spec);
+  ASSERT_OK(view);
+  std::vector<uint32_t> all(large.chunks());
+  std::iota(all.begin(), all.end(), 0u);
+  std::vector<uint64_t> parts;
+
+  ASSERT_OK((*view)->EvaluateInParts(*state->control_points, state->box, all,
+                                     [&parts](uint64_t points) { parts.push_back(points); }));
+
+  ASSERT_GE(parts.size(), 2u);
+  EXPECT_LE(std::ranges::max(parts), kPointsOfABatch);
+}
+
 TEST_F(FairTurnsTest, ALongerOneWaitsForAsMuchAsItTakesItself) {
   const Watched large = Watch(130, 1), medium = Watch(60, 1);
   const size_t l = large.chunks(), m = medium.chunks();

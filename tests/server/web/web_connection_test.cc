@@ -82,6 +82,10 @@ TEST_F(WebTest, NothingListensUnlessAsked) {
   EXPECT_EQ(server_->admin_address(), "");
 }
 
+bool Has(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
+
 TEST_F(WebTest, ConnectionsAboveTheLimitAreToldSo) {
   options_.transport_memory_bytes = uint64_t{16} << 20;  // six connections of 2.5 MiB
   Serve();
@@ -108,6 +112,10 @@ TEST_F(WebTest, ConnectionsAboveTheLimitAreToldSo) {
   EXPECT_THAT(answer.body, HasSubstr("as many connections as fit"));
   EXPECT_EQ(after_body.status, 503) << "it reaches a client that still sends";
   EXPECT_EQ(status, 200) << "one has left";
+  const std::string metrics = Admin("/metrics").body;
+  EXPECT_TRUE(Has(metrics, "latticed_connections_limit{port=\"http\"} 6\n"));
+  EXPECT_TRUE(Has(metrics, "latticed_connections_refused_total{port=\"http\"} "));
+  EXPECT_FALSE(Has(metrics, "latticed_connections_refused_total{port=\"http\"} 0\n"));
   EXPECT_EQ(clients[0]->Get("/").status, 200);
 }
 

@@ -254,16 +254,18 @@ TEST(AdminPagesTest, SayWhatTheirHooksSay) {
   web::AdminHooks hooks;
   hooks.health = [] { return absl::UnavailableError("the device is lost"); };
   hooks.ready = [] { return false; };
-  hooks.metrics = [] { return std::string("latticed_scenes 1\n"); };
+  hooks.metrics = [](const ConnectionCounts& http) {
+    return fmt::format("latticed_scenes 1\n{} open\n", http.open);
+  };
 
-  const auto health = web::AdminAnswer(hooks, {.method = "GET", .path = "/healthz"});
-  const auto metrics = web::AdminAnswer(hooks, {.method = "GET", .path = "/metrics"});
+  const auto health = web::AdminAnswer(hooks, {.method = "GET", .path = "/healthz"}, {});
+  const auto metrics = web::AdminAnswer(hooks, {.method = "GET", .path = "/metrics"}, {.open = 7});
 
   EXPECT_EQ(health.status, 503);
   EXPECT_EQ(health.body, "the device is lost\n");
-  EXPECT_EQ(web::AdminAnswer(hooks, {.method = "GET", .path = "/readyz"}).status, 503);
+  EXPECT_EQ(web::AdminAnswer(hooks, {.method = "GET", .path = "/readyz"}, {}).status, 503);
   EXPECT_EQ(metrics.status, 200);
-  EXPECT_EQ(metrics.body, "latticed_scenes 1\n");
+  EXPECT_EQ(metrics.body, "latticed_scenes 1\n7 open\n");
   EXPECT_EQ(metrics.fields[0].value, "text/plain; version=0.0.4; charset=utf-8");
 }
 

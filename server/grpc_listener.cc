@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/grpc_listener.h"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <utility>
+
+#include "core/base/limits.h"
+#include "fmt/format.h"
+#include "server/base/telemetry.h"
+
+namespace latticed {
+namespace {
+
+// The inode, which no other socket has; 0 where the descriptor is none.
+uint64_t SocketInode(int descriptor) {
+  struct stat state = {};
+  return fstat(descriptor, &state) == 0 && S_ISSOCK(state.st_mode) ? state.st_ino : 0;
+}
+
+}  // namespace
+
+GrpcListener::GrpcListener(const Options& options, std::unique_ptr<Acceptor> acceptor)
+    : most_(MostConnections(options)), acceptor_(std::move(acceptor)) {}
+
+absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
+    const Options& options, std::unique_ptr<Acceptor> acceptor) {
+  std::unique_ptr<GrpcListener> result(new GrpcListener(options, std::move(acceptor)));
+  auto listener =
+      web::SocketListener::Open("--listen", options.listen,
+                                [listener = result.get()](int socket) { listener->Take(socket); });
+  if (!listener.ok()) return listener.status();
+  result->listener_ = *std::move(listener);
+  return result;
+}
+
+ConnectionCounts GrpcListener::counts() {
+  const MutexLock lock(&mutex_);
+  DropEnded();
+  return {.open = sockets_.size(), .most = most_, .refused = refused_};
+}
+
+void GrpcListener::DropEnded() {
+  std::erase_if(sockets_,
+                [](const auto& entry) { return SocketInode(entry.first) != entry.second; });
+}
+
+bool GrpcListener::Enter(int socket) {
+  const MutexLock lock(&mutex_);
+  sockets_.erase(socket);  // what had the descriptor has ended
+  if (sockets_.size() >= most_) DropEnded();
+  if (sockets_.size() >= most_) {
+    ++refused_;
+    if (!std::exchange(full_, true)) {
+      LogEvent(spdlog::level::warn, "connections are refused, there are as many as may be",
+               {{"connections", fmt::to_string(most_)}});
+    }
+    return false;
+  }
+  full_ = false;
+  sockets_[socket] = SocketInode(socket);
+  return true;
+}
+
+void GrpcListener::Take(int socket) {
+  if (!Enter(socket)) {
+    // Without a word: after the GOAWAY of a server that works, clients connect anew at once, and again.
+    close(socket);
+    return;
+  }
+  // As gRPC's own listener sets it: what is sent to a client that vanished fails by then.
+  const int patience_ms = limits::kKeepaliveTimeoutMs;
+  setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, sizeof(patience_ms));
+  Acceptor::NewConnectionParameters connection;
+  connection.fd = socket;
+  acceptor_->HandleNewConnection(&connection);
+}
+
+}  // namespace latticed

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/first_message.h"
+
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/error.h"
+#include "fmt/format.h"
+
+namespace latticed {
+
+void FirstMessage::Await(absl::Duration timeout, std::function<void()> late) {
+  alarm_.Set(absl::ToChronoTime(absl::Now() + timeout),
+             [state = state_, late = std::move(late)](bool expired) {
+               State awaited = State::kAwaited;
+               if (expired && state->compare_exchange_strong(awaited, State::kLate)) late();
+             });
+}
+
+bool FirstMessage::Arrive() {
+  State state = State::kAwaited;
+  if (state_->compare_exchange_strong(state, State::kArrived)) {
+    alarm_.Cancel();
+    return true;
+  }
+  return state == State::kArrived;
+}
+
+absl::Status NoFirstMessage(const char* what, absl::Duration timeout) {
+  return error::FailedPrecondition(
+      "STREAM_NOT_OPENED", fmt::format("the first message must be {}; none came within {}", what,
+                                       absl::FormatDuration(timeout)));
+}
+
+}  // namespace latticed

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A listening port, at every address that its name has, whose sockets go to one function. While the
+// process has no file descriptor left it tries again, and what a socket's function throws costs that
+// socket alone.
+//
+// Threads  safe
+#ifndef LATTICED_SERVER_WEB_TCP_LISTENER_H_
+#define LATTICED_SERVER_WEB_TCP_LISTENER_H_
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+#include <functional>
+#include <list>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+
+namespace latticed::web {
+
+// Of the calling thread, until the context is stopped or has no work. Nothing that a client sends may
+// end the process: what a handler throws ends its connection.
+void RunUntilDone(boost::asio::io_context& context);
+
+class TcpListener : public std::enable_shared_from_this<TcpListener> {
+ public:
+  // Called one after the other. The socket does not delay what is written.
+  using OnSocket = std::function<void(boost::asio::ip::tcp::socket)>;
+
+  // Listens on `listen`, "host:port", for `flag`. The context outlives the listener. kUnavailable for
+  // a port that cannot be had, kInvalidArgument for what is none.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<TcpListener>> Open(
+      boost::asio::io_context& context, const std::string& flag, const std::string& listen,
+      OnSocket on_socket);
+
+  const std::string& address() const { return address_; }  // with the port that was taken
+  void Close();
+
+ private:
+  struct Port {
+    explicit Port(TcpListener& listener) : acceptor(listener.strand_), retry(listener.strand_) {}
+    boost::asio::ip::tcp::acceptor acceptor;
+    boost::asio::steady_timer retry;
+  };
+
+  TcpListener(boost::asio::io_context& context, OnSocket on_socket);
+  absl::Status Bind(const std::string& host, const std::string& port);
+  void Accept(Port& port);
+
+  boost::asio::io_context& context_;
+  const boost::asio::strand<boost::asio::io_context::executor_type> strand_;
+  const OnSocket on_socket_;
+  std::list<Port> ports_;  // on the strand; one an address
+  std::string address_;
+};
+
+}  // namespace latticed::web
+
+#endif  // LATTICED_SERVER_WEB_TCP_LISTENER_H_
