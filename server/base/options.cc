@@ -117,8 +117,9 @@ void Define(CLI::App& app, Options& o) {
           "Names that --http goes by, besides those of loopback and its own");
   AddList(app, "--cors-origin", o.cors_origins,
           "Sites whose pages may use --http, such as https://app.example");
-  app.add_option("--web-root", o.web_root,
-                 "Folder of the viewer; default: viewer/ or ../share/latticed/viewer beside the program");
+  app.add_option(
+      "--web-root", o.web_root,
+      "Folder of the viewer; default: viewer/ or ../share/latticed/viewer beside the program");
   app.add_option("--tls-cert", o.tls_cert, "Certificate chain, PEM");
   app.add_option("--tls-key", o.tls_key, "Private key, PEM");
   app.add_option("--tls-client-ca", o.tls_client_ca,
