@@ -22,6 +22,13 @@ absl::Status SizeMismatch(uint64_t got, uint64_t announced) {
       "SIZE_MISMATCH");
 }
 
+absl::Status Expired() {
+  return error::WithDetails(
+      absl::NotFoundError(fmt::format("the upload was dropped, since nothing came for {} seconds",
+                                      limits::kUploadIdleSeconds)),
+      {.reason = "NOT_FOUND"});
+}
+
 absl::StatusOr<std::string> Hash(std::string_view bytes, const std::function<bool()>& cancelled) {
   Sha256 sha256;
   for (size_t at = 0; at < bytes.size(); at += kHashBlockBytes) {
@@ -33,16 +40,34 @@ absl::StatusOr<std::string> Hash(std::string_view bytes, const std::function<boo
 
 }  // namespace
 
-Upload::Upload(v1::MeshHeader header, std::string owner, MemoryReservation reservation)
-    : header_(std::move(header)), owner_(std::move(owner)), reservation_(std::move(reservation)) {}
+Upload::Upload(v1::MeshHeader header, std::string owner, MemoryReservation reservation, Clock clock)
+    : header_(std::move(header)),
+      owner_(std::move(owner)),
+      clock_(std::move(clock)),
+      last_use_ns_(absl::ToUnixNanos(clock_())),
+      reservation_(std::move(reservation)) {}
+
+bool Upload::IsIdle() const {
+  return clock_() - absl::FromUnixNanos(last_use_ns_) >= absl::Seconds(limits::kUploadIdleSeconds);
+}
+
+void Upload::Expire() {
+  if (!mutex_.TryLock()) return;
+  expired_ = true;
+  bytes_ = {};
+  reservation_ = {};
+  mutex_.Unlock();
+}
 
 absl::Status Upload::AppendLocked(std::string_view data) {
+  if (expired_) return Expired();
   if (data.empty() || data.size() > limits::kMaxPartBytes) {
     return error::OutOfRange("data", static_cast<double>(data.size()), 1, limits::kMaxPartBytes);
   }
   const uint64_t committed = bytes_.size() + data.size();
   if (committed > header_.total_bytes()) return SizeMismatch(committed, header_.total_bytes());
   bytes_.append(data);
+  Touch();
   return absl::OkStatus();
 }
 
@@ -71,6 +96,7 @@ absl::StatusOr<uint64_t> Upload::AppendAt(uint64_t offset, std::string_view data
 
 absl::Status Upload::CheckComplete() const {
   absl::MutexLock lock(&mutex_);
+  if (expired_) return Expired();
   if (bytes_.size() == header_.total_bytes()) return absl::OkStatus();
   return SizeMismatch(bytes_.size(), header_.total_bytes());
 }
@@ -79,6 +105,7 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> Upload::Finish(
     MeshStore& store, const std::function<bool()>& cancelled) {
   if (absl::Status status = CheckComplete(); !status.ok()) return status;
   absl::MutexLock lock(&mutex_);
+  if (expired_) return Expired();
   auto bytes = std::make_shared<const std::string>(std::exchange(bytes_, {}));
   absl::StatusOr<std::string> id = Hash(*bytes, cancelled);
   if (!id.ok()) return id.status();
@@ -100,14 +127,13 @@ absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Admit(const v1::MeshHeader&
   if (absl::Status status = CheckHeader(header, max_mesh_bytes_); !status.ok()) return status;
   absl::MutexLock lock(&mutex_);
   DropExpiredLocked();
-  std::erase_if(live_, [](const std::weak_ptr<Upload>& upload) { return upload.expired(); });
   if (live_.size() >= limits::kMaxUploads) {
     return error::LimitExceeded("uploads at a time", limits::kMaxUploads);
   }
   absl::StatusOr<MemoryReservation> reservation =
       meshes_->memory().Reserve("the upload", header.total_bytes());
   if (!reservation.ok()) return reservation.status();
-  auto upload = std::make_shared<Upload>(header, owner, *std::move(reservation));
+  auto upload = std::make_shared<Upload>(header, owner, *std::move(reservation), clock_);
   live_.push_back(upload);
   return upload;
 }
@@ -121,7 +147,7 @@ size_t UploadStore::size() const {
 std::string UploadStore::Keep(std::shared_ptr<Upload> upload) {
   std::string id = NewRandomId();
   absl::MutexLock lock(&mutex_);
-  kept_[id] = {std::move(upload), ExpireTime()};
+  kept_[id] = std::move(upload);
   return id;
 }
 
@@ -130,8 +156,8 @@ absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Find(std::string_view id) {
   DropExpiredLocked();
   const auto found = kept_.find(id);
   if (found == kept_.end()) return error::NotFound("upload", id);
-  found->second.expire_time = ExpireTime();
-  return found->second.upload;
+  found->second->Touch();
+  return found->second;
 }
 
 absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Take(std::string_view id) {
@@ -139,8 +165,8 @@ absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Take(std::string_view id) {
   DropExpiredLocked();
   const auto found = kept_.find(id);
   if (found == kept_.end()) return error::NotFound("upload", id);
-  if (absl::Status status = found->second.upload->CheckComplete(); !status.ok()) return status;
-  std::shared_ptr<Upload> upload = std::move(found->second.upload);
+  if (absl::Status status = found->second->CheckComplete(); !status.ok()) return status;
+  std::shared_ptr<Upload> upload = std::move(found->second);
   kept_.erase(found);
   return upload;
 }
@@ -151,8 +177,14 @@ void UploadStore::DropExpired() {
 }
 
 void UploadStore::DropExpiredLocked() {
-  const absl::Time now = clock_();
-  std::erase_if(kept_, [now](const auto& entry) { return entry.second.expire_time <= now; });
+  std::erase_if(kept_, [](const auto& entry) { return entry.second->IsIdle(); });
+  std::erase_if(live_, [](const std::weak_ptr<Upload>& live) {
+    const std::shared_ptr<Upload> upload = live.lock();
+    if (upload == nullptr) return true;
+    if (!upload->IsIdle()) return false;
+    upload->Expire();
+    return true;
+  });
 }
 
 }  // namespace latticed

@@ -2,13 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Uploads under way: the bytes of a mesh as they come, from the header that admits them to the
-// stored mesh. A stream holds its Upload itself; unary uploads are kept by id in the UploadStore.
+// stored mesh. A stream holds its Upload itself; unary uploads are kept by id in the UploadStore. One
+// that got no bytes for limits::kUploadIdleSeconds is dropped: its memory and place are others' then.
 //
 // Errors   those of MeshService.UploadMesh (mesh.proto)
 // Threads  safe; an Upload's appends are serialised by its lock
 #ifndef LATTICED_SERVER_RPC_UPLOADS_H_
 #define LATTICED_SERVER_RPC_UPLOADS_H_
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -31,7 +33,14 @@ namespace latticed {
 
 class Upload {
  public:
-  Upload(v1::MeshHeader header, std::string owner, MemoryReservation reservation);
+  using Clock = std::function<absl::Time()>;
+  Upload(v1::MeshHeader header, std::string owner, MemoryReservation reservation, Clock clock);
+
+  // Puts off its end, as what adds bytes does.
+  void Touch() { last_use_ns_ = absl::ToUnixNanos(clock_()); }
+  [[nodiscard]] bool IsIdle() const;
+  // Drops it, unless it is in use: its memory is given back, and who goes on with it hears kNotFound.
+  void Expire() ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Adds the next bytes: 1 to limits::kMaxPartBytes, and no more in all than announced.
   [[nodiscard]] absl::Status Append(std::string_view data) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -51,15 +60,17 @@ class Upload {
 
   const v1::MeshHeader header_;
   const std::string owner_;
+  const Clock clock_;
+  std::atomic<int64_t> last_use_ns_;
   mutable absl::Mutex mutex_;
+  bool expired_ ABSL_GUARDED_BY(mutex_) = false;
   MemoryReservation reservation_ ABSL_GUARDED_BY(mutex_);
   std::string bytes_ ABSL_GUARDED_BY(mutex_);
 };
 
 class UploadStore {
  public:
-  using Clock = std::function<absl::Time()>;
-  UploadStore(MeshStore* meshes, uint64_t max_mesh_bytes, Clock clock = absl::Now)
+  UploadStore(MeshStore* meshes, uint64_t max_mesh_bytes, Upload::Clock clock = absl::Now)
       : meshes_(meshes), max_mesh_bytes_(max_mesh_bytes), clock_(std::move(clock)) {}
 
   // Decides from the header alone. Also drops what has expired.
@@ -75,7 +86,7 @@ class UploadStore {
   // Takes a complete upload out. kNotFound; CheckComplete's, and then it stays.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Take(std::string_view id)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Gives back the memory of uploads that have expired; the calls above do so too.
+  // Gives back the memory of uploads that are idle, streams' as well; the calls above do so too.
   void DropExpired() ABSL_LOCKS_EXCLUDED(mutex_);
   // Under way, those of streams as well.
   [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
@@ -85,17 +96,13 @@ class UploadStore {
   }
 
  private:
-  struct Kept {
-    std::shared_ptr<Upload> upload;
-    absl::Time expire_time;
-  };
   void DropExpiredLocked() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   MeshStore* const meshes_;
   const uint64_t max_mesh_bytes_;
-  const Clock clock_;
+  const Upload::Clock clock_;
   mutable absl::Mutex mutex_;
-  std::map<std::string, Kept, std::less<>> kept_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, std::shared_ptr<Upload>, std::less<>> kept_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::weak_ptr<Upload>> live_ ABSL_GUARDED_BY(mutex_);  // streams' as well
 };
 

@@ -156,6 +156,29 @@ TEST(UploadStoreTest, UploadsAtATimeAreLimited) {
   EXPECT_OK(uploads.Admit(header, ""));
 }
 
+TEST(UploadStoreTest, AStreamThatFallsSilentLosesItsPlace) {
+  absl::Time now = absl::UnixEpoch();
+  MeshStore meshes(std::make_shared<MemoryBudget>(100'000));
+  UploadStore uploads(&meshes, 1'000, [&now] { return now; });
+  v1::MeshHeader header = ObjHeader("");
+  header.set_total_bytes(900);
+  std::vector<std::shared_ptr<Upload>> streams;
+  for (int i = 0; i < 64; ++i) {
+    auto upload = uploads.Admit(header, "");
+    ASSERT_OK(upload);
+    streams.push_back(*std::move(upload));
+  }
+  now += absl::Minutes(30);
+  EXPECT_OK(streams[0]->Append("v 0 0 0\n"));
+  now += absl::Minutes(30);
+
+  EXPECT_OK(uploads.Admit(header, "")) << "63 places are free";
+  EXPECT_EQ(meshes.memory().used_bytes(), 900u) << "of the one that got bytes";
+  EXPECT_OK(streams[0]->Append("v 1 0 0\n"));
+  EXPECT_THAT(streams[1]->Append("v 0 0 0\n"), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_THAT(streams[1]->CheckComplete(), StatusIs(absl::StatusCode::kNotFound));
+}
+
 TEST(UploadStoreTest, AnExpiredUploadGivesItsMemoryBackWithoutAnotherCall) {
   absl::Time now = absl::Now();
   MeshStore meshes(std::make_shared<MemoryBudget>(1'000'000));
