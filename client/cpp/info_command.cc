@@ -52,6 +52,9 @@ void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
   table.AddRow(
       {"control points",
        fmt::format("up to {}", FormatCount(static_cast<uint64_t>(limits.max_control_points())))});
+  table.AddRow(
+      {"connections", fmt::format("up to {}, of up to {} calls each", limits.max_connections(),
+                                  limits.max_calls_per_connection())});
   table.Print(out);
 }
 

@@ -21,6 +21,7 @@ class LatticectlServerTest : public LatticectlServer {
 TEST_F(LatticectlServerTest, InfoSaysWhatTheServerIs) {
   EXPECT_THAT(Run({"info"}), HasSubstr("cpu"));
   EXPECT_THAT(Run({"info"}), HasSubstr("0, that slow readers"));
+  EXPECT_THAT(Run({"info"}), HasSubstr("connections        up to 409, of up to 128 calls each"));
   EXPECT_EQ(RunJson({"info"})["limits"]["maxSegments"], 32);
 }
 
