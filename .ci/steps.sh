@@ -57,6 +57,11 @@ fuzz_one() {  # TARGET
   rm -rf "$corpus" "$log"
   return $status
 }
+# Which tests were skipped, and why, each reason once.
+ci_skipped() {
+  awk '/: Skipped$/ { getline reason; ++count[reason] } END { for (r in count) printf "%7d  skipped: %s\n", count[r], r }' \
+    "$ci_build/Testing/Temporary/LastTest.log" | sort -rn
+}
 # Some sandboxes forbid what containers are made of; LATTICED_REQUIRE_CONTAINER makes that a failure.
 ci_container() {
   local why
@@ -68,7 +73,6 @@ ci_container() {
 }
 verb_ci() {
   need "compilers, libraries, linters, containers" "${build_packages[@]}" "${check_packages[@]}" "${image_packages[@]}"
-  export CUDAARCHS=90-real  # one of the three that ./dev build compiles for, each a minute of 2 cores
   rm -rf build/ci
   mkdir -p build/ci
   step "formatting" check_format
@@ -88,5 +92,6 @@ verb_ci() {
   for i in "${!ci_names[@]}"; do printf '%7d  %s\n' "${ci_seconds[i]}" "${ci_names[i]}"; done
   printf '%7d  in all\n\n' "$SECONDS"
   grep 'tests passed' build/ci/tests.txt
+  ci_skipped
   [[ ! -f build/ci/skipped.txt ]] || cat build/ci/skipped.txt
 }
