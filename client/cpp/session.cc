@@ -76,6 +76,7 @@ absl::StatusOr<Session> Session::Open(const SessionFlags& flags, std::stop_token
     options.backend = flags.backend;
     options.log_level = "warn";  // its log is this program's error output
     options.drain_delay = absl::ZeroDuration();
+    options.max_connections = 1'000'000;  // all of them are this program's
     auto server = InProcessServer::Start(options);
     if (!server.ok()) return server.status();
     session.server_ = *std::move(server);

@@ -102,8 +102,8 @@ void Define(CLI::App& app, Options& o) {
            "Host memory for what gRPC buffers of all connections, beside --memory");
   app.add_option(
          "--max-connections", o.max_connections,
-         "Most connections of --listen, and of --http; 0: as many as --transport-memory has "
-         "room for, at 2.5 MiB each")
+         "Most connections of --listen (but for a Unix socket), and of --http; 0: as many as "
+         "--transport-memory has room for, at 2.5 MiB each")
       ->check(CLI::Range(0, 1'000'000));
   AddBytes(app, "--max-mesh-bytes", o.max_mesh_bytes, "Largest single upload");
   app.add_option("--max-scenes", o.max_scenes, "Most scenes at a time")

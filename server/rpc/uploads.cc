@@ -51,12 +51,13 @@ bool Upload::IsIdle() const {
   return clock_() - absl::FromUnixNanos(last_use_ns_) >= absl::Seconds(limits::kUploadIdleSeconds);
 }
 
-void Upload::Expire() {
-  if (!mutex_.TryLock()) return;
+bool Upload::Expire() {
+  if (!mutex_.TryLock()) return false;
   expired_ = true;
-  bytes_ = {};
+  std::string().swap(bytes_);  // an assignment would keep the memory
   reservation_ = {};
   mutex_.Unlock();
+  return true;
 }
 
 absl::Status Upload::AppendLocked(std::string_view data) {
@@ -180,10 +181,7 @@ void UploadStore::DropExpiredLocked() {
   std::erase_if(kept_, [](const auto& entry) { return entry.second->IsIdle(); });
   std::erase_if(live_, [](const std::weak_ptr<Upload>& live) {
     const std::shared_ptr<Upload> upload = live.lock();
-    if (upload == nullptr) return true;
-    if (!upload->IsIdle()) return false;
-    upload->Expire();
-    return true;
+    return upload == nullptr || (upload->IsIdle() && upload->Expire());
   });
 }
 

@@ -39,8 +39,9 @@ class Upload {
   // Puts off its end, as what adds bytes does.
   void Touch() { last_use_ns_ = absl::ToUnixNanos(clock_()); }
   [[nodiscard]] bool IsIdle() const;
-  // Drops it, unless it is in use: its memory is given back, and who goes on with it hears kNotFound.
-  void Expire() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Whether it is dropped, which it is not while it is in use: its memory is given back, and who goes
+  // on with it hears kNotFound.
+  bool Expire() ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Adds the next bytes: 1 to limits::kMaxPartBytes, and no more in all than announced.
   [[nodiscard]] absl::Status Append(std::string_view data) ABSL_LOCKS_EXCLUDED(mutex_);

@@ -34,6 +34,11 @@ struct WebServer::Impl {
         admin_hooks(std::move(admin)),
         work(boost::asio::make_work_guard(context)) {}
 
+  // Of --http, where there is one.
+  ConnectionCounts counts() const {
+    return http == nullptr ? ConnectionCounts() : connections.counts();
+  }
+
   ConnectionSet connections, admin_connections;  // before the context, whose handlers hold places
   const WebRoutes routes;
   const RequestGuard admin_guard;
@@ -67,9 +72,9 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
   if (!options.admin.empty()) {
     const HttpHandler answer = [&impl](const std::shared_ptr<HttpExchange>& exchange) {
       auto stopped = impl.admin_guard.Stop(exchange->request());
-      exchange->Reply(stopped.has_value() ? *std::move(stopped)
-                                          : AdminAnswer(impl.admin_hooks, exchange->request(),
-                                                        impl.connections.counts()));
+      exchange->Reply(stopped.has_value()
+                          ? *std::move(stopped)
+                          : AdminAnswer(impl.admin_hooks, exchange->request(), impl.counts()));
     };
     auto listener = ListenForHttp(impl.context, "--admin", options.admin, nullptr,
                                   &impl.admin_connections, options.http_timeouts, answer);
@@ -90,7 +95,7 @@ std::string WebServer::admin_address() const {
   return impl_->admin == nullptr ? "" : impl_->admin->address();
 }
 
-ConnectionCounts WebServer::connections() const { return impl_->connections.counts(); }
+ConnectionCounts WebServer::connections() const { return impl_->counts(); }
 
 void WebServer::Drain(absl::Time deadline) {
   if (impl_->http == nullptr || impl_->threads.empty()) return;

@@ -267,7 +267,7 @@ TEST_F(FirstMessageTest, AnUploadThatSaysNothingEnds) {
 }
 
 TEST_F(FirstMessageTest, OneThatHasSpokenMayBeSilent) {
-  const absl::Duration timeout = absl::Seconds(1);
+  const absl::Duration timeout = absl::Seconds(3);
   Await(timeout);
   ASSERT_OK(Create(SceneRequest()));
   grpc::ClientContext deform_context, upload_context;
@@ -284,7 +284,7 @@ TEST_F(FirstMessageTest, OneThatHasSpokenMayBeSilent) {
   ASSERT_TRUE(writer->Write(part));
   writer->WaitForInitialMetadata();
 
-  std::this_thread::sleep_for(absl::ToChronoMilliseconds(2 * timeout));
+  std::this_thread::sleep_for(absl::ToChronoMilliseconds(timeout + absl::Milliseconds(500)));
 
   part.set_data(kGridObj, sizeof(kGridObj) - 1);
   EXPECT_TRUE(writer->Write(part));

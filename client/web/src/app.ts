@@ -166,7 +166,7 @@ export class App {
     document.body.classList.toggle('panel-closed', !settings.panel);
     if (settings.view !== before.view) this.scene?.session.setView(settings.view);
     if (settings.colouring === 'texture' && before.colouring !== 'texture') this.loadTexture();
-    this.showHint(undefined);
+    if (!this.scene?.editor.transforming) this.showHint(undefined); // or its headline and bar would go
     for (const toolbar of this.toolbars) toolbar.refresh();
   }
 

@@ -7,6 +7,7 @@ import type { App } from './app';
 import { fileKind, readMeshFile, type MeshFile } from './intake/mesh_file';
 import { sampleFile, type SampleName } from './intake/samples';
 import { layerTexture, uvGrid } from './intake/layer_texture';
+import { type MeshLayers } from './intake/corner_layers';
 import { hasColours, meshLayers } from './intake/mesh_layers';
 import type { UploadedMesh } from './intake/services';
 import type { Fit } from './lattice/identity';
@@ -21,12 +22,19 @@ import { inWords } from './wire/words';
 
 const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
 
+/** Of the scene that is open: its mesh's id, the mesh's file where this page has it, and what was dropped with it. */
+interface OpenMesh {
+  readonly id: string;
+  file?: MeshFile;
+  companions: readonly File[];
+}
+
 export class SceneOpener {
-  /** Of the scene that is open: its mesh's id, the mesh's file where this page has it, and what was dropped with it. */
-  private mesh: { id: string; file?: MeshFile; companions: readonly File[] } = { id: '', companions: [] };
+  private mesh: OpenMesh = { id: '', companions: [] };
 
   private fitting: FitDialog | undefined;
   private texture: DataArrayTexture | undefined;
+  private textureTurn = 0;
   private readonly person = randomPerson();
 
   constructor(private readonly app: App) {}
@@ -59,16 +67,28 @@ export class SceneOpener {
 
   /** Loads the base colours of the mesh that is open: of its file, and of what was dropped with it. */
   async loadTexture(): Promise<void> {
-    const { scene, services, viewport, toasts } = this.app;
+    const { scene } = this.app;
     if (scene === undefined) return;
-    this.mesh.file ??= await services.downloadMesh(this.mesh.id);
-    const { corners, layers, notes } = await meshLayers(this.mesh.file, this.mesh.companions, uvGrid());
-    const texture = await layerTexture(layers);
-    scene.session.surface.setTexture(texture, corners);
-    for (const note of notes) toasts.tell(note);
-    this.texture?.dispose();
-    this.texture = texture;
-    viewport.invalidate();
+    const { mesh } = this;
+    const turn = ++this.textureTurn;
+    const isAsked = (): boolean => turn === this.textureTurn && scene === this.app.scene;
+    try {
+      const { texture, corners, notes } = await this.makeTexture(mesh);
+      if (!isAsked()) return texture.dispose();
+      scene.session.surface.setTexture(texture, corners);
+      for (const note of notes) this.app.toasts.tell(note);
+      this.texture?.dispose();
+      this.texture = texture;
+      this.app.viewport.invalidate();
+    } catch (error) {
+      if (isAsked()) throw error; // of other pictures, or of a scene that has gone, nobody asks
+    }
+  }
+
+  private async makeTexture(mesh: OpenMesh): Promise<Pick<MeshLayers, 'corners' | 'notes'> & { texture: DataArrayTexture }> {
+    mesh.file ??= await this.app.services.downloadMesh(mesh.id);
+    const { corners, layers, notes } = await meshLayers(mesh.file, mesh.companions, uvGrid());
+    return { texture: await layerTexture(layers), corners, notes };
   }
 
   private async take(files: readonly File[]): Promise<void> {

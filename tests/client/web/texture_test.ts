@@ -39,11 +39,14 @@ test('corners of an OBJ come in the order of faces, with the number of their mat
 
 test('an MTL file names colours and pictures, after options, with blanks in names', () => {
   const materials = readMtl(
-    '# c\nnewmtl red wood\nKd 1 0 0.5\nmap_Kd -s 2 2 -clamp on -o 0.5 tex\\my wood.png\r\nnewmtl plain\nKd 0 1 0\n',
+    '# c\nnewmtl red wood\nKd 1 0 0.5\nmap_Kd -s 2 2 -clamp on -o 0.5 tex\\my wood.png\r\nnewmtl plain\nKd 0 1 0\n' +
+      'newmtl grey\nKd 0.5\nnewmtl measured\nKd spectral file.rfl 1\n',
   );
 
   assert.deepEqual(materials.get('red wood'), { colour: 'rgb(255 0 128)', picture: 'tex\\my wood.png' });
   assert.deepEqual(materials.get('plain'), { colour: 'rgb(0 255 0)' });
+  assert.equal(materials.get('grey')?.colour, 'rgb(128 128 128)');
+  assert.equal(materials.get('measured')?.colour, undefined);
 });
 
 const PLY_VERTICES = 'element vertex 3\nproperty float x\nproperty float y\nproperty float z\n';

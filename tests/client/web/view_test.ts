@@ -85,6 +85,7 @@ test('chords name letters by their key, digits of both pads, and other signs by 
   assert.equal(press('å', 'KeyA', { altKey: true }), 'Alt+A');
   assert.equal(press('z', 'KeyY', { ctrlKey: true }), 'Ctrl+Z'); // a German keyboard
   assert.equal(press('я', 'KeyZ', { ctrlKey: true }), 'Ctrl+Z'); // a Russian one
+  assert.equal(press('.', 'KeyE'), '.'); // Dvorak
   assert.equal(press('1', 'Numpad1'), '1');
   assert.equal(press('?', 'Slash', { shiftKey: true }), '?');
   assert.equal(press('Escape', 'Escape'), 'Escape');

@@ -23,14 +23,16 @@ export function readMtl(text: string): Map<string, Material> {
     const [, word = '', rest = ''] = /^\s*(\S+)\s*(.*?)\s*$/.exec(line) ?? [];
     const extend = (part: Material): unknown => materials.set(name, { ...materials.get(name), ...part });
     if (word === 'newmtl') materials.set((name = rest), {});
-    else if (word === 'Kd') extend({ colour: cssColour(rest.split(/\s+/).map(Number)) });
+    else if (word === 'Kd') extend(ofColour(rest.split(/\s+/).map(Number)));
     else if (word.toLowerCase() === 'map_kd') extend({ picture: withoutOptions(rest) });
   }
   return materials;
 }
 
-function cssColour(rgb: readonly number[]): string {
-  return `rgb(${rgb.map((part) => Math.round(255 * part)).join(' ')})`;
+/** Green and blue default to red; a spectrum says nothing. */
+function ofColour([red = NaN, green = red, blue = red]: readonly number[]): Material {
+  const parts = [red, green, blue].map((part) => Math.round(255 * part));
+  return parts.some(Number.isNaN) ? {} : { colour: `rgb(${parts.join(' ')})` };
 }
 
 /** What stands after the options; file names may hold blanks. */

@@ -27,7 +27,8 @@ type KeyPress = Pick<KeyboardEvent, 'key' | 'code' | 'ctrlKey' | 'metaKey' | 'al
  * and of Alt's signs, what stands at its place on a US keyboard.
  */
 export function letterOf({ key, code }: Pick<KeyboardEvent, 'key' | 'code'>): string | undefined {
-  return /^[a-z]$/i.test(key) ? key.toUpperCase() : /^Key([A-Z])$/.exec(code)?.[1];
+  if (/^[a-z]$/i.test(key)) return key.toUpperCase();
+  return /^[ -~]$/.test(key) ? undefined : /^Key([A-Z])$/.exec(code)?.[1]; // on Dvorak . stands at the place of E
 }
 
 /** The chord of a key press. Letters are upper case; Cmd counts as Ctrl; of other signs Shift is part of the sign. */

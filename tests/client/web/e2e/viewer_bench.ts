@@ -14,7 +14,7 @@ import { torusObj } from './torus';
 
 const LATTICE = 6;  // control points per axis, degree 2: 64 knot boxes, of which one point moves 27 at most
 const MIDDLE = 2 + LATTICE * (2 + LATTICE * 2);
-const MESHES = [[15, 11], [65, 23], [130, 50]] as const;  // around, across: about 1,000, 5,000 and 17,119 patches
+const MESHES = [[15, 11], [65, 23], [130, 50]] as const;  // around, across: some 1,000, 5,000 and 17,000 patches
 const EDITS = 40;
 const DRAWN = 12;  // software OpenGL is slow
 

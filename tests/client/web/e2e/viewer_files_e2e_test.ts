@@ -161,7 +161,6 @@ test('an OBJ with its MTL file has a picture and a colour by material, and a los
   await createScene(page);
   await lookAtColours(page);
 
-  await shot('viewer_materials');
   assert.deepEqual(await quarters(), ['red', 'red', 'blue', 'blue']);
   await page.getByText('sheet.obj names the picture gone.png, which was not dropped with it.').waitFor();
   await shot('viewer_materials');

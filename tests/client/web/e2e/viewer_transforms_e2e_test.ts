@@ -118,6 +118,7 @@ test('the wheel turns the reach of soft selection while a transform runs, and do
   await page.waitForFunction(() => Math.abs(window.latticed.settings.value.soft.radius - 0.5 * 1.1 ** 9) < 1e-9);
   const lifted = await controlPoint(page, BESIDE);
   assert.ok(lifted[2] > still[2] && lifted[2] < still[2] + 1, `${lifted} from ${still}`);
+  assert.match(await page.locator('.hint').innerText(), /^Move\s+1/);
   await press('Escape');
 
   assert.deepEqual(await controlPoint(page, BESIDE), still);
