@@ -32,8 +32,8 @@ absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
     const Options& options, std::unique_ptr<Acceptor> acceptor) {
   std::unique_ptr<GrpcListener> result(new GrpcListener(options, std::move(acceptor)));
   auto listener =
-      web::SocketListener::Open("--listen", options.listen,
-                                [listener = result.get()](int socket) { listener->Take(socket); });
+      SocketListener::Open("--listen", options.listen,
+                           [listener = result.get()](int socket) { listener->Take(socket); });
   if (!listener.ok()) return listener.status();
   result->listener_ = *std::move(listener);
   return result;

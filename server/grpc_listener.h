@@ -23,7 +23,7 @@
 #include "server/base/connection_counts.h"
 #include "server/base/mutex.h"
 #include "server/base/options.h"
-#include "server/web/socket_listener.h"
+#include "server/net/socket_listener.h"
 
 namespace latticed {
 
@@ -56,7 +56,7 @@ class GrpcListener {
   uint64_t refused_ ABSL_GUARDED_BY(mutex_) = 0;
   bool full_ ABSL_GUARDED_BY(mutex_) = false;  // and that was logged
 
-  std::unique_ptr<web::SocketListener> listener_;  // last: its thread uses the rest
+  std::unique_ptr<SocketListener> listener_;  // last: its thread uses the rest
 };
 
 }  // namespace latticed

@@ -79,9 +79,6 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, limits::kKeepaliveTimeoutMs);
 }
 
-// A file, whose permissions say who may connect.
-bool IsUnixSocket(const Options& options) { return options.listen.rfind("unix:", 0) == 0; }
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
@@ -97,7 +94,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   grpc::ServerBuilder builder;
   Configure(options, builder);
   std::unique_ptr<GrpcListener::Acceptor> acceptor;
-  if (IsUnixSocket(options)) {
+  if (IsUnixSocket(options.listen)) {
     builder.AddListeningPort(options.listen, *credentials);
   } else {
     using FromSocket = grpc::ServerBuilder::experimental_type::ExternalConnectionType;

@@ -167,7 +167,7 @@ std::vector<std::string> EnvironmentFlags(const CLI::App& app,
 
 // 127.x.y.z, not 127.example.com.
 bool IsLoopback(const std::string& listen) {
-  if (listen.rfind("unix:", 0) == 0) return true;
+  if (IsUnixSocket(listen)) return true;
   const std::string host = listen.substr(0, listen.rfind(':'));
   if (host == "localhost" || host == "[::1]") return true;
   return host.rfind("127.", 0) == 0 && host.find_first_not_of("0123456789.") == std::string::npos;
@@ -176,7 +176,7 @@ bool IsLoopback(const std::string& listen) {
 bool IsHostAndPort(const std::string& address) {
   const size_t colon = address.rfind(':');
   uint32_t port = 0;
-  return colon != std::string::npos && colon > 0 && address.rfind("unix:", 0) != 0 &&
+  return colon != std::string::npos && colon > 0 && !IsUnixSocket(address) &&
          absl::SimpleAtoi(address.substr(colon + 1), &port) && port <= 65'535;
 }
 
@@ -278,6 +278,8 @@ absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) 
   return result;
 }
 
+bool IsUnixSocket(std::string_view address) { return address.starts_with("unix:"); }
+
 size_t MostConnections(const Options& options) {
   if (options.max_connections > 0) return static_cast<size_t>(options.max_connections);
   return std::clamp<uint64_t>(options.transport_memory_bytes / limits::kConnectionBytes, 1,
@@ -285,7 +287,7 @@ size_t MostConnections(const Options& options) {
 }
 
 absl::Status Validate(const Options& o) {
-  if (o.listen.rfind("unix:", 0) != 0 && o.listen.rfind(':') == std::string::npos) {
+  if (!IsUnixSocket(o.listen) && o.listen.rfind(':') == std::string::npos) {
     return absl::InvalidArgumentError(
         fmt::format("--listen: got '{}', expected host:port, such as 127.0.0.1:50151", o.listen));
   }

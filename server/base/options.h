@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -66,6 +67,8 @@ struct CommandLine {
 
 // Reads flags, environment and file. kInvalidArgument with one sentence that names the option.
 [[nodiscard]] absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv);
+// "unix:PATH", a file whose permissions say who may connect.
+[[nodiscard]] bool IsUnixSocket(std::string_view address);
 // Of each of --listen and --http.
 [[nodiscard]] size_t MostConnections(const Options& options);
 // Checks ranges, and combinations such as an open port without TLS or tokens.

@@ -53,8 +53,8 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
       return;
     }
     call_ = *std::move(call);
-    const absl::Duration timeout = env->options.first_message_timeout;
-    first_message_.Await(timeout, [this, timeout] { End(NoFirstMessage("watch", timeout)); });
+    first_message_.Await(env->options.first_message_timeout, "watch",
+                         [this](const absl::Status& late) { End(late); });
     reading_ = true;
     StartRead(&bytes_);
   }

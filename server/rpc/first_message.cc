@@ -10,12 +10,16 @@
 
 namespace latticed {
 
-void FirstMessage::Await(absl::Duration timeout, std::function<void()> late) {
-  alarm_.Set(absl::ToChronoTime(absl::Now() + timeout),
-             [state = state_, late = std::move(late)](bool expired) {
-               State awaited = State::kAwaited;
-               if (expired && state->compare_exchange_strong(awaited, State::kLate)) late();
-             });
+void FirstMessage::Await(absl::Duration timeout, const char* what,
+                         std::function<void(absl::Status)> late) {
+  alarm_.Set(absl::ToChronoTime(absl::Now() + timeout), [state = state_, timeout, what,
+                                                         late = std::move(late)](bool expired) {
+    State awaited = State::kAwaited;
+    if (!expired || !state->compare_exchange_strong(awaited, State::kLate)) return;
+    late(error::FailedPrecondition(
+        "STREAM_NOT_OPENED", fmt::format("the first message must be {}; none came within {}", what,
+                                         absl::FormatDuration(timeout))));
+  });
 }
 
 bool FirstMessage::Arrive() {
@@ -25,12 +29,6 @@ bool FirstMessage::Arrive() {
     return true;
   }
   return state == State::kArrived;
-}
-
-absl::Status NoFirstMessage(const char* what, absl::Duration timeout) {
-  return error::FailedPrecondition(
-      "STREAM_NOT_OPENED", fmt::format("the first message must be {}; none came within {}", what,
-                                       absl::FormatDuration(timeout)));
 }
 
 }  // namespace latticed

@@ -5,7 +5,7 @@
 // nothing, so the wait has an end: a stream that never says what it wants must not hold its place.
 //
 //   Await -> Arrive, by the reader     what comes first decides, and the other does nothing
-//         -> late(), by an alarm
+//         -> late, by an alarm
 //
 // Threads  Arrive is safe beside the alarm; Await comes before
 #ifndef LATTICED_SERVER_RPC_FIRST_MESSAGE_H_
@@ -24,8 +24,9 @@ namespace latticed {
 
 class FirstMessage {
  public:
-  // `late` ends the call, after which its object may be gone.
-  void Await(absl::Duration timeout, std::function<void()> late);
+  // `late` ends the call, after which its object may be gone, with FAILED_PRECONDITION
+  // STREAM_NOT_OPENED: the first message must be `what`, and none came in time.
+  void Await(absl::Duration timeout, const char* what, std::function<void(absl::Status)> late);
   // The message is here, or none will come. False when it was too late: `late` runs, or has run. Those
   // after the first say what the first did.
   [[nodiscard]] bool Arrive();
@@ -36,9 +37,6 @@ class FirstMessage {
       std::make_shared<std::atomic<State>>(State::kAwaited);
   grpc::Alarm alarm_;
 };
-
-// FAILED_PRECONDITION STREAM_NOT_OPENED: the first message must be `what`; none came in time.
-[[nodiscard]] absl::Status NoFirstMessage(const char* what, absl::Duration timeout);
 
 }  // namespace latticed
 

@@ -27,8 +27,8 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
       return;
     }
     call_ = *std::move(call);
-    const absl::Duration timeout = env->options.first_message_timeout;
-    first_message_.Await(timeout, [this, timeout] { End(NoFirstMessage("the header", timeout)); });
+    first_message_.Await(env->options.first_message_timeout, "the header",
+                         [this](const absl::Status& late) { End(late); });
     StartRead(&request_);
   }
 

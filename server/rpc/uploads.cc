@@ -95,18 +95,21 @@ absl::StatusOr<uint64_t> Upload::AppendAt(uint64_t offset, std::string_view data
   return bytes_.size();
 }
 
-absl::Status Upload::CheckComplete() const {
-  absl::MutexLock lock(&mutex_);
+absl::Status Upload::CheckCompleteLocked() const {
   if (expired_) return Expired();
   if (bytes_.size() == header_.total_bytes()) return absl::OkStatus();
   return SizeMismatch(bytes_.size(), header_.total_bytes());
 }
 
+absl::Status Upload::CheckComplete() const {
+  absl::MutexLock lock(&mutex_);
+  return CheckCompleteLocked();
+}
+
 absl::StatusOr<std::shared_ptr<const StoredMesh>> Upload::Finish(
     MeshStore& store, const std::function<bool()>& cancelled) {
-  if (absl::Status status = CheckComplete(); !status.ok()) return status;
   absl::MutexLock lock(&mutex_);
-  if (expired_) return Expired();
+  if (absl::Status status = CheckCompleteLocked(); !status.ok()) return status;
   auto bytes = std::make_shared<const std::string>(std::exchange(bytes_, {}));
   absl::StatusOr<std::string> id = Hash(*bytes, cancelled);
   if (!id.ok()) return id.status();

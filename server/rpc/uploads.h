@@ -58,6 +58,7 @@ class Upload {
 
  private:
   absl::Status AppendLocked(std::string_view data) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status CheckCompleteLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const v1::MeshHeader header_;
   const std::string owner_;

@@ -57,9 +57,9 @@ absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
     auto place = connections->Enter();
     if (place == nullptr) return;
     const bool served = place->served();
-    HttpTimeouts limits = timeouts;
-    if (!served) limits.idle = limits.head;
-    ServeConnection(Transport(std::move(socket), tls), std::move(place), limits,
+    HttpTimeouts patience = timeouts;
+    if (!served) patience.idle = patience.head;
+    ServeConnection(Transport(std::move(socket), tls), std::move(place), patience,
                     served ? handler : kRefuse);
   });
 }

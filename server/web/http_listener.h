@@ -14,9 +14,9 @@
 
 #include "absl/status/statusor.h"
 #include "server/base/options.h"
+#include "server/net/tcp_listener.h"
 #include "server/web/connection_set.h"
 #include "server/web/http_exchange.h"
-#include "server/web/tcp_listener.h"
 
 namespace latticed::web {
 

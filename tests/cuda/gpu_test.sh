@@ -28,9 +28,9 @@ run() {  # NAME COMMAND…
 
 nvidia-smi -L 2>/dev/null || echo "nvidia-smi says nothing of a GPU"
 run "statuses" "$folder/cuda_status_test"
-run "memory, failed allocations, repeated bits" "$folder/cuda_memory_test"
-run "soak, 2,000 scenes that come and go" "$folder/cuda_soak_test"
-run "one scene on several devices" "$folder/cuda_spanned_test"
+run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" --gtest_filter='CudaMemory.*'
+run "soak, 2,000 scenes that come and go" "$folder/cuda_backend_test" --gtest_filter='CudaSoak.*'
+run "one scene on several devices" "$folder/cuda_backend_test" --gtest_filter='CudaSpanned.*'
 run "Draco streams, byte for byte the host's" "$folder/cuda_draco_writer_test"
 for suite in view watertight accuracy spanned encoders; do
   run "conformance, $suite" "$folder/backend_${suite}_test" --gtest_filter='*cuda*:Backends.*'
@@ -40,8 +40,7 @@ done
 
 # Small sizes; and without the allocation that is meant to fail, which memcheck would report.
 readonly sanitized=(
-  cuda_memory_test '*-*MoreThanTheDevice*:*Cycles*'
-  cuda_spanned_test '*-*Cycles*'
+  cuda_backend_test 'CudaMemory.*:CudaSpanned.*-*MoreThanTheDevice*:*Cycles*'
   cuda_draco_writer_test '*-*AllSizes*:*LargestChunk*'
   backend_view_test '*cuda*'
   backend_watertight_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'

@@ -26,10 +26,11 @@ declare -A allowed=(
   [cuda/fused]="$below_backends cuda/device/ cuda/plan/ cuda/view/ cuda/fused/"
   [cuda]="$below_backends cuda/"
   [server/base]="core/ server/base/"
+  [server/net]="core/base/ server/base/ server/net/"
   [server/engine]="core/ server/base/ server/engine/"
   [server/wire]="core/ latticed/v1/ server/base/ server/engine/ server/wire/"
   [server/rpc]="core/ latticed/v1/ server/base/ server/engine/ server/wire/ server/rpc/"
-  [server/web]="core/base/ latticed/v1/ server/base/ server/wire/ server/web/"
+  [server/web]="core/base/ latticed/v1/ server/base/ server/net/ server/wire/ server/web/"
   [server]="core/ cuda/cuda_backend.h latticed/v1/ server/"
   [client/library]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/"
   [client]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/ server/in_process.h server/base/options.h"
@@ -40,7 +41,7 @@ declare -A allowed=(
 readonly guarded=(
   '^(grpcpp|grpc|google/protobuf|google/rpc)/' '^(server/(wire|rpc|web|[a-z_]+\.)|client/|tests/)'
   '^(spdlog|CLI)/' '^(server|client|tests)/'
-  '^boost/' '^(server|tests/server)/web/'
+  '^boost/' '^(server|tests/server)/web/|^server/net/'
   '^(draco|tiny_gltf|stb)' '^(core/(codec|mesh)|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
   '^hwy/' '^(core/(cpu|codec)|tests)/'
@@ -56,7 +57,7 @@ set_layer() {  # FILE
     core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
     core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
-    server/base/* | server/engine/* | server/wire/* | server/rpc/* | server/web/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
+    server/base/* | server/net/* | server/engine/* | server/wire/* | server/rpc/* | server/web/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
     client/cpp/latticed_client*) layer=client/library ;; client/*) layer=client ;;
     *) layer=none ;;
   esac

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Every stream leaves one line in the log, as every unary call does.
-#include <thread>
 
 #include "tests/server/call_sink.h"
 #include "tests/server/stream_support.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -106,9 +106,7 @@ TEST_F(CallLogTest, StreamsThatAreRefusedOrCancelled) {
     (void)reader->Finish();
   }
   // The client does not wait for the server to hear that it has gone.
-  for (int i = 0; i < 1'000 && sink_->Of("watch-1").empty(); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  EXPECT_TRUE(testing::Becomes(1'000, [this] { return !sink_->Of("watch-1").empty(); }));
 
   ExpectLine("topology-1", "SceneService/GetTopology", "NOT_FOUND");
   ExpectLine("watch-1", "SceneService/Watch", "CANCELLED");

@@ -20,6 +20,7 @@
 #include "tests/server/health_probe.h"
 #include "tests/server/test_env.h"
 #include "tests/server/unfinished_calls.h"
+#include "tests/support/becomes.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
@@ -263,10 +264,8 @@ TEST(DaemonTest, AcceptsAgainAfterItHadNoFileLeft) {
   for (rlim_t i = 0; i < kMostFiles; ++i) {
     connections.push_back(std::make_unique<testing::UnfinishedCalls>(address, "", 0, 0));
   }
-  for (int i = 0; i < 2'000 && daemon.OpenFiles() < kMostFiles; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  EXPECT_GE(daemon.OpenFiles(), kMostFiles);
+  EXPECT_TRUE(testing::Becomes(2'000, [&] { return daemon.OpenFiles() >= kMostFiles; }))
+      << daemon.OpenFiles();
 
   connections.clear();
   {

@@ -4,11 +4,11 @@
 // MeshService through a stub: what is taken, what comes back, and every refusal with its reason.
 #include <cmath>
 #include <set>
-#include <thread>
 
 #include "core/base/sha256.h"
 #include "fmt/format.h"
 #include "tests/server/test_env.h"
+#include "tests/support/becomes.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
@@ -202,12 +202,11 @@ TEST_F(MeshServiceTest, BudgetIsReservedByHeadersAndGivenBack) {
     EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::CANCELLED);
   }
 
-  for (int i = 0; i < 500; ++i) {  // the server hears of a cancellation a little later
+  const auto uploads = [&] {  // the server hears of a cancellation a little later
     status = env_.Upload(ObjHeader(obj), obj, &mesh);
-    if (status.ok()) break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  EXPECT_TRUE(status.ok()) << status.error_message();
+    return status.ok();
+  };
+  EXPECT_TRUE(testing::Becomes(500, uploads)) << status.error_message();
 }
 
 TEST_F(MeshServiceTest, RawArraysAreRead) {

@@ -12,6 +12,7 @@
 #include "latticed/v1/server.grpc.pb.h"
 #include "tests/server/scene_fixture.h"
 #include "tests/server/unfinished_calls.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -158,14 +159,12 @@ class ConnectionsTest : public ServerLimitsTest {
  protected:
   // One that begins nothing; those of calls that have ended may be in its way for a moment.
   std::unique_ptr<UnfinishedCalls> Connect() {
-    constexpr int kTries = 100;
-    for (int i = 0; i < kTries; ++i) {
-      auto connection = std::make_unique<UnfinishedCalls>(server_->address(), "", 0, 0);
-      if (connection->Run([&] { return connection->max_calls() > 0; })) return connection;
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    ADD_FAILURE() << "no connection in " << kTries << " tries";
-    return nullptr;
+    std::unique_ptr<UnfinishedCalls> connection;
+    EXPECT_TRUE(testing::Becomes(100, [&] {
+      connection = std::make_unique<UnfinishedCalls>(server_->address(), "", 0, 0);
+      return connection->Run([&] { return connection->max_calls() > 0; });
+    }));
+    return connection;
   }
   // What a metric says of the port.
   double Metric(const std::string& name) {

@@ -9,6 +9,7 @@
 
 #include "absl/strings/escaping.h"
 #include "tests/server/web/web_fixture.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -205,14 +206,12 @@ TEST_F(WebTest, ASocketThatBreaksEndsItsCall) {
 
   leaving.socket.Break();
 
-  bool open = false;
-  for (int i = 0; i < 200 && !open; ++i) {
+  const auto opens = [this] {
     Window next(http(), kScene);
     next.Open(Watch("other"));
-    open = next.Read();
-    if (!open) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  EXPECT_TRUE(open) << "the place was given back";
+    return next.Read();
+  };
+  EXPECT_TRUE(testing::Becomes(200, opens)) << "the place was given back";
 }
 
 TEST_F(WebTest, DrainingSaysGoawayAndClosesInOrder) {

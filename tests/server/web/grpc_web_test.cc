@@ -4,13 +4,12 @@
 // gRPC-Web over real sockets: every kind of rpc, and every way that one goes wrong.
 #include <gmock/gmock.h>
 
-#include <thread>
-
 #include "absl/strings/escaping.h"
 #include "client/cpp/latticed_client_status.h"
 #include "core/base/error.h"
 #include "latticed/v1/server.pb.h"
 #include "tests/server/web/web_fixture.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -219,10 +218,10 @@ TEST_F(WebTest, ABrowserThatGoesAwayEndsItsCall) {
   leaving.Close();
 
   int code = 8;
-  for (int i = 0; i < 200 && code == 8; ++i) {
+  EXPECT_TRUE(testing::Becomes(200, [&] {
     code = Call("latticed.v1.SceneService/Watch", watch, soon).code;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+    return code != 8;
+  }));
   EXPECT_EQ(code, 4) << "the place was given back";
 }
 

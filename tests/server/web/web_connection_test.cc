@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 
 #include <cstdlib>
-#include <thread>
 
 #include "tests/server/web/web_fixture.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -100,18 +100,14 @@ TEST_F(WebTest, ConnectionsAboveTheLimitAreToldSo) {
                                                      {{"content-type", "application/grpc-web"}},
                                                      std::string(size_t{4} << 20, 'x'));
   clients.pop_back();
-  int status = 0;
-  for (int i = 0; i < 200 && status != 200; ++i) {
-    status = Get("/").status;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  const bool free = testing::Becomes(200, [this] { return Get("/").status == 200; });
 
   EXPECT_EQ(answer.status, 503);
   EXPECT_EQ(answer.fields.at("retry-after"), "1");
   EXPECT_EQ(answer.fields.at("connection"), "close");
   EXPECT_THAT(answer.body, HasSubstr("as many connections as fit"));
   EXPECT_EQ(after_body.status, 503) << "it reaches a client that still sends";
-  EXPECT_EQ(status, 200) << "one has left";
+  EXPECT_TRUE(free) << "one has left";
   const std::string metrics = Admin("/metrics").body;
   EXPECT_TRUE(Has(metrics, "latticed_connections_limit{port=\"http\"} 6\n"));
   EXPECT_TRUE(Has(metrics, "latticed_connections_refused_total{port=\"http\"} "));

@@ -5,9 +5,8 @@
 // clock of its own.
 #include <gmock/gmock.h>
 
-#include <thread>
-
 #include "tests/server/web/web_fixture.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -15,17 +14,12 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr auto kShort = std::chrono::milliseconds(100);
-constexpr auto kStep = std::chrono::milliseconds(10);
 
 class WebTimeoutsTest : public WebTest {
  protected:
-  // Polls, for as long as the whole test may take.
+  // For as long as the whole test may take.
   static bool Becomes(const std::function<bool()>& condition) {
-    for (int i = 0; i < 2'000; ++i) {
-      if (condition()) return true;
-      std::this_thread::sleep_for(kStep);
-    }
-    return false;
+    return testing::Becomes(2'000, condition);
   }
   // Whether a call was made of it, and is over.
   bool Ended(const std::string& rpc) const {

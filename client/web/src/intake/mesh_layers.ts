@@ -72,10 +72,9 @@ function plyLayers(file: MeshFile, pictures: File[], grid: ImageBitmapSource): M
   const read = plyCorners(file.bytes);
   if (read === undefined) throw new Error(`${file.name} has no texture coordinates.`);
   const notes: string[] = [];
-  const only = pictures.length === 1 ? pictures[0] : undefined;
   const named = read.pictures.length > 0 ? read.pictures : [''];
   const layers = named.map((name): Layer => {
-    const found = findByName(pictures, name) ?? (named.length === 1 ? (only ?? pictures[0]) : undefined);
+    const found = findByName(pictures, name) ?? (named.length === 1 ? pictures[0] : undefined);
     if (found === undefined && name !== '') notes.push(missing(file.name, name));
     return { picture: found ?? grid };
   });

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/web/socket_listener.h"
+#include "server/net/socket_listener.h"
 
 #include <boost/asio/io_context.hpp>
 #include <mutex>
 #include <thread>
 #include <utility>
 
-#include "server/web/tcp_listener.h"
+#include "server/net/tcp_listener.h"
 
-namespace latticed::web {
+namespace latticed {
 
 struct SocketListener::Impl {
   boost::asio::io_context context;
@@ -47,4 +47,4 @@ void SocketListener::Close() {
   });
 }
 
-}  // namespace latticed::web
+}  // namespace latticed

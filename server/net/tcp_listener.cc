@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/web/tcp_listener.h"
+#include "server/net/tcp_listener.h"
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
@@ -11,7 +11,7 @@
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
 
-namespace latticed::web {
+namespace latticed {
 namespace {
 
 namespace net = boost::asio;
@@ -119,4 +119,4 @@ void TcpListener::Close() {
   });
 }
 
-}  // namespace latticed::web
+}  // namespace latticed

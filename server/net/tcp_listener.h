@@ -6,8 +6,8 @@
 // socket alone.
 //
 // Threads  safe
-#ifndef LATTICED_SERVER_WEB_TCP_LISTENER_H_
-#define LATTICED_SERVER_WEB_TCP_LISTENER_H_
+#ifndef LATTICED_SERVER_NET_TCP_LISTENER_H_
+#define LATTICED_SERVER_NET_TCP_LISTENER_H_
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -20,7 +20,7 @@
 
 #include "absl/status/statusor.h"
 
-namespace latticed::web {
+namespace latticed {
 
 // Of the calling thread, until the context is stopped or has no work. Nothing that a client sends may
 // end the process: what a handler throws ends its connection.
@@ -58,6 +58,6 @@ class TcpListener : public std::enable_shared_from_this<TcpListener> {
   std::string address_;
 };
 
-}  // namespace latticed::web
+}  // namespace latticed
 
-#endif  // LATTICED_SERVER_WEB_TCP_LISTENER_H_
+#endif  // LATTICED_SERVER_NET_TCP_LISTENER_H_

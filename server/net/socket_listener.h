@@ -4,8 +4,8 @@
 // A listening port with a thread of its own, for a server that asks for sockets and not for HTTP.
 //
 // Threads  safe
-#ifndef LATTICED_SERVER_WEB_SOCKET_LISTENER_H_
-#define LATTICED_SERVER_WEB_SOCKET_LISTENER_H_
+#ifndef LATTICED_SERVER_NET_SOCKET_LISTENER_H_
+#define LATTICED_SERVER_NET_SOCKET_LISTENER_H_
 
 #include <functional>
 #include <memory>
@@ -13,7 +13,7 @@
 
 #include "absl/status/statusor.h"
 
-namespace latticed::web {
+namespace latticed {
 
 class SocketListener {
  public:
@@ -36,6 +36,6 @@ class SocketListener {
   const std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace latticed::web
+}  // namespace latticed
 
-#endif  // LATTICED_SERVER_WEB_SOCKET_LISTENER_H_
+#endif  // LATTICED_SERVER_NET_SOCKET_LISTENER_H_
