@@ -4,71 +4,45 @@
 
 #include <span>
 
-#include "absl/container/flat_hash_map.h"
+#include "absl/container/flat_hash_set.h"
 
 namespace latticed {
 namespace {
 
 constexpr uint64_t kMostBlocks = 4;  // times the chunks
 
-struct Block {
-  uint64_t bytes = 0, used = 0;
-};
-using Blocks = absl::flat_hash_map<const void*, Block>;
-
-bool IsPart(const SnapshotChunk& chunk) { return chunk.data.block_bytes > 0; }
-
-Blocks BlocksOf(const std::vector<SnapshotChunk>& chunks) {
-  Blocks blocks;
-  const void* last = nullptr;  // neighbours are mostly of one
-  Block* block = nullptr;
-  for (const SnapshotChunk& chunk : chunks) {
-    if (!IsPart(chunk)) continue;
-    if (const void* owner = chunk.data.owner.get(); owner != last) {
-      last = owner;
-      block = &blocks[owner];
-      block->bytes = chunk.data.block_bytes;
-    }
-    block->used += chunk.data.size;
-  }
-  return blocks;
-}
-
-Block SumOf(const Blocks& blocks) {
-  Block sum;
-  for (const auto& [owner, block] : blocks) {
+// Of all of them together.
+BlockUse SumOf(const std::vector<BlockUse>& blocks) {
+  BlockUse sum;
+  for (const BlockUse& block : blocks) {
     sum.bytes += block.bytes;
     sum.used += block.used;
   }
   return sum;
 }
 
-uint64_t BytesOfNoBlock(const std::vector<SnapshotChunk>& chunks) {
-  uint64_t bytes = 0;
-  for (const SnapshotChunk& chunk : chunks) bytes += IsPart(chunk) ? 0 : chunk.data.size;
-  return bytes;
-}
-
 }  // namespace
 
-uint64_t HeldBytes(const std::vector<SnapshotChunk>& chunks) {
-  return SumOf(BlocksOf(chunks)).bytes + BytesOfNoBlock(chunks);
+uint64_t HeldBytes(const ChunkTable& chunks) {
+  return SumOf(chunks.Blocks()).bytes + chunks.BytesOfNoBlock();
 }
 
-void LeaveEmptyBlocks(std::vector<SnapshotChunk>& chunks) {
-  const Blocks blocks = BlocksOf(chunks);
-  for (SnapshotChunk& chunk : chunks) {
-    if (!IsPart(chunk)) continue;
-    const Block& block = blocks.at(chunk.data.owner.get());
-    if (2 * block.used >= block.bytes) continue;
+void LeaveEmptyBlocks(ChunkTable& chunks) {
+  absl::flat_hash_set<const void*> mostly_empty;
+  for (const BlockUse& block : chunks.Blocks()) {
+    if (2 * block.used < block.bytes) mostly_empty.insert(block.owner);
+  }
+  for (size_t c = 0; c < chunks.size(); ++c) {
+    const SnapshotChunk& chunk = chunks[c];
+    if (!mostly_empty.contains(chunk.data.owner.get())) continue;
     const std::span<const uint8_t> bytes = chunk.data.span();
-    chunk.data = MakeSharedBytes({bytes.begin(), bytes.end()});
+    chunks.Set(c, {chunk.revision, MakeSharedBytes({bytes.begin(), bytes.end()}), chunk.digest});
   }
 }
 
 void KeepBlocksFew(Snapshot& snapshot) {
-  const Block sum = SumOf(BlocksOf(snapshot.chunks));
-  snapshot.held_bytes = sum.bytes + BytesOfNoBlock(snapshot.chunks);
+  const BlockUse sum = SumOf(snapshot.chunks.Blocks());
+  snapshot.held_bytes = sum.bytes + snapshot.chunks.BytesOfNoBlock();
   if (sum.bytes <= kMostBlocks * sum.used) return;
   LeaveEmptyBlocks(snapshot.chunks);
   snapshot.held_bytes = HeldBytes(snapshot.chunks);

@@ -11,7 +11,6 @@
 #define LATTICED_SERVER_ENGINE_CHUNK_BLOCKS_H_
 
 #include <cstdint>
-#include <vector>
 
 #include "server/engine/snapshot.h"
 
@@ -19,11 +18,11 @@ namespace latticed {
 
 // Bytes that the chunks keep: of the blocks that they are parts of, each once, and of those that are
 // parts of none.
-[[nodiscard]] uint64_t HeldBytes(const std::vector<SnapshotChunk>& chunks);
+[[nodiscard]] uint64_t HeldBytes(const ChunkTable& chunks);
 
 // Copies out of every block the chunks that are less than half of it, so that the blocks left are at
 // most twice their chunks.
-void LeaveEmptyBlocks(std::vector<SnapshotChunk>& chunks);
+void LeaveEmptyBlocks(ChunkTable& chunks);
 
 // To be called with each new snapshot: does so where blocks have grown to four times their chunks, so
 // seldom that it costs each byte that was encoded the same. Sets snapshot.held_bytes.

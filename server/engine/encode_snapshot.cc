@@ -38,8 +38,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
   const bool same_plan = before != nullptr && before->structure_id == state.structure_id;
   // Under another box the same integers are other positions.
   const bool comparable = same_plan && before->box.id == state.box.id;
-  if (same_plan) snapshot->chunks = before->chunks;
-  snapshot->chunks.resize(state.plan->chunk_count());
+  snapshot->chunks = same_plan ? before->chunks.Share() : ChunkTable(state.plan->chunk_count());
 
   const absl::Time start = absl::Now();
   const size_t most = vertices.encode_batch();
@@ -54,10 +53,10 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
     auto encoded = vertices.Encode(batch, key.encoding, digests);
     if (!encoded.ok()) return encoded.status();
     for (size_t i = 0; i < batch.size(); ++i) {
-      SnapshotChunk& chunk = snapshot->chunks[batch[i]];
       SharedBytes& data = (*encoded)[i];
-      const bool same = comparable && (data.data == nullptr || SameBytes(chunk.data, data));
-      if (!same) chunk = {snapshot->revision, std::move(data), digests[i]};
+      const SharedBytes& had = snapshot->chunks[batch[i]].data;
+      const bool same = comparable && (data.data == nullptr || SameBytes(had, data));
+      if (!same) snapshot->chunks.Set(batch[i], {snapshot->revision, std::move(data), digests[i]});
     }
     done += batch.size();
   }

@@ -46,7 +46,7 @@ bool LevelOfDetail::GivesWay(const SceneState& state, uint64_t bytes, absl::Time
 void LevelOfDetail::Learn(const Snapshot& snapshot) {
   if (!limited()) return;
   uint64_t bytes = 0;
-  for (const SnapshotChunk& chunk : snapshot.chunks) bytes += chunk.data.size;
+  for (size_t c = 0; c < snapshot.chunks.size(); ++c) bytes += snapshot.chunks[c].data.size;
   const int segments = snapshot.view.spec.segments;
   const auto points = snapshot.plan->patches.size() * static_cast<size_t>(PointsPerPatch(segments));
   bytes_per_point_[segments] = static_cast<double>(bytes) / static_cast<double>(points);

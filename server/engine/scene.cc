@@ -17,9 +17,6 @@
 namespace latticed {
 namespace {
 
-// How far the log of deltas reaches back: a watcher further behind is sent the whole lattice.
-constexpr size_t kMaxDeltas = 256;
-constexpr size_t kMaxDeltaPoints = 262'144;
 // A view that nobody has watched for so long gives its memory back.
 constexpr absl::Duration kIdleView = absl::Seconds(60);
 
@@ -188,27 +185,12 @@ void Scene::Commit(const EditBatch& batch, const EditOutcome& outcome,
     const bool all = outcome.structure_changed || next->box.id != state_->box.id;
     state_ = std::move(next);
     for (const auto& [key, view] : views_) all ? view->MarkAllDirty() : view->MarkDirty(chunks);
-    if (outcome.structure_changed) {
-      deltas_.clear();
-      delta_points_ = 0;
-    } else {
-      delta_points_ += delta->indices.size();
-      deltas_.push_back(delta);
-    }
-    while (deltas_.size() > kMaxDeltas || delta_points_ > kMaxDeltaPoints) {
-      delta_points_ -= deltas_.front()->indices.size();
-      deltas_.pop_front();
-    }
-    last_edits_[batch.editor_id] = {batch.sequence, delta->revision};
-    if (last_edits_.size() > static_cast<size_t>(limits::kMaxEditorsRemembered)) {
-      last_edits_.erase(std::ranges::min_element(
-          last_edits_, {}, [](const auto& entry) { return entry.second.revision; }));
-    }
+    log_.Add(delta, outcome.structure_changed);
     last_use_ = absl::Now();
   }
   ++counts().edits_applied;
+  RequestWork();  // first: each listener takes the time of a message
   WakeListeners();
-  RequestWork();
 }
 
 std::shared_ptr<const SceneState> Scene::State() const {
@@ -361,6 +343,8 @@ std::optional<ViewWork> Scene::TakeWork(uint64_t most_points) {
 }
 
 void Scene::RunWork(ViewWork work, std::function<void(uint64_t points)> part_done) {
+  // What the update replaces is freed when the listeners have been told of the new.
+  const auto replaced = work.view->newest();
   bool news = false;
   {
     // Gone before the listeners run, so that a view that is let go now is idle.
@@ -373,28 +357,14 @@ void Scene::RunWork(ViewWork work, std::function<void(uint64_t points)> part_don
   if (news) WakeListeners();
 }
 
-Scene::Deltas Scene::DeltasAfter(uint64_t revision) const {
+EditLog::Deltas Scene::DeltasAfter(uint64_t revision) const {
   const MutexLock lock(&mutex_);
-  if (revision >= state_->revision) return {};
-  if (deltas_.empty() || deltas_.front()->revision > revision + 1) return {.complete = false};
-  Deltas result;
-  const auto first =
-      deltas_.begin() + static_cast<std::ptrdiff_t>(revision + 1 - deltas_.front()->revision);
-  result.deltas.assign(first, deltas_.end());
-  return result;
+  return log_.After(revision, state_->revision);
 }
 
 uint64_t Scene::AppliedSequence(const std::string& editor_id, uint64_t revision) const {
   const MutexLock lock(&mutex_);
-  const auto last = last_edits_.find(editor_id);
-  if (last == last_edits_.end()) return 0;
-  if (last->second.revision <= revision) return last->second.sequence;
-  for (auto delta = deltas_.rbegin(); delta != deltas_.rend(); ++delta) {
-    if ((*delta)->revision <= revision && (*delta)->editor_id == editor_id) {
-      return (*delta)->sequence;
-    }
-  }
-  return 0;
+  return log_.AppliedSequence(editor_id, revision);
 }
 
 }  // namespace latticed

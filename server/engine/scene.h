@@ -18,7 +18,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -36,6 +35,7 @@
 #include "core/ffd/edit_history.h"
 #include "core/ffd/lattice.h"
 #include "server/base/mutex.h"
+#include "server/engine/edit_log.h"
 #include "server/engine/presence.h"
 #include "server/engine/scene_state.h"
 #include "server/engine/scene_view.h"
@@ -59,16 +59,6 @@ struct SceneConfig {
   std::shared_ptr<MemoryBudget> memory;  // plans and views ask it first; null: no limit
   // The request in a canonical form: the same again returns the scene, another is ALREADY_EXISTS.
   std::string fingerprint;
-};
-
-// What one edit did to the control points, so that every watcher's cage is true.
-struct LatticeDelta {
-  uint64_t revision = 0;
-  uint64_t structure_id = 0;
-  std::string editor_id;
-  uint64_t sequence = 0;
-  std::vector<uint32_t> indices;
-  std::vector<Vec3d> positions;
 };
 
 // Is told that a scene has something new, or that it was deleted. Called with no lock of the scene
@@ -151,15 +141,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
   void RunWork(ViewWork work, std::function<void(uint64_t points)> part_done)
       ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // Deltas after `revision`, oldest first, and `complete` = false when the log no longer reaches
-  // back to it or the structure has changed since: then the watcher wants the whole lattice.
-  struct Deltas {
-    bool complete = true;
-    std::vector<std::shared_ptr<const LatticeDelta>> deltas;
-  };
-  [[nodiscard]] Deltas DeltasAfter(uint64_t revision) const ABSL_LOCKS_EXCLUDED(mutex_);
-  // The highest sequence of an editor that a state at `revision` holds, as far as is remembered: 0
-  // for an unknown editor, and possibly too low for a revision that the log no longer reaches.
+  // As of EditLog, which has this scene's edits.
+  [[nodiscard]] EditLog::Deltas DeltasAfter(uint64_t revision) const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] uint64_t AppliedSequence(const std::string& editor_id, uint64_t revision) const
       ABSL_LOCKS_EXCLUDED(mutex_);
 
@@ -205,14 +188,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
   mutable Mutex mutex_;
   std::shared_ptr<const SceneState> state_ ABSL_GUARDED_BY(mutex_);
   std::map<ViewKey, std::shared_ptr<SceneView>> views_ ABSL_GUARDED_BY(mutex_);
-  std::deque<std::shared_ptr<const LatticeDelta>> deltas_ ABSL_GUARDED_BY(mutex_);
-  size_t delta_points_ ABSL_GUARDED_BY(mutex_) = 0;
+  EditLog log_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::weak_ptr<SceneListener>> listeners_ ABSL_GUARDED_BY(mutex_);
-  struct LastEdit {
-    uint64_t sequence = 0;
-    uint64_t revision = 0;
-  };
-  std::map<std::string, LastEdit> last_edits_ ABSL_GUARDED_BY(mutex_);
   absl::Time last_use_ ABSL_GUARDED_BY(mutex_);
   size_t next_view_ ABSL_GUARDED_BY(mutex_) = 0;  // round robin over the views
 };

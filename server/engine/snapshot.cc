@@ -58,8 +58,9 @@ size_t SnapshotRing::bytes() const {
   absl::flat_hash_set<const uint8_t*> seen;
   size_t sum = 0;
   for (const Entry& entry : entries_) {
-    for (const SnapshotChunk& chunk : entry.snapshot->chunks) {
-      if (seen.insert(chunk.data.data).second) sum += chunk.data.size;
+    const ChunkTable& chunks = entry.snapshot->chunks;
+    for (size_t c = 0; c < chunks.size(); ++c) {
+      if (seen.insert(chunks[c].data.data).second) sum += chunks[c].data.size;
     }
   }
   return sum;

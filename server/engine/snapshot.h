@@ -20,12 +20,12 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <vector>
 
 #include "absl/time/time.h"
 #include "core/backend.h"
 #include "core/ffd/deform_plan.h"
 #include "core/ffd/quantisation_box.h"
+#include "server/engine/chunk_table.h"
 
 namespace latticed {
 
@@ -47,12 +47,6 @@ struct WatchView {
   int drag_normal_bits = 0;
 };
 
-struct SnapshotChunk {
-  uint64_t revision = 0;  // at which its bytes last changed
-  SharedBytes data;
-  VertexDigest digest;  // of what `data` was made from
-};
-
 struct Snapshot {
   uint64_t number = 0;  // rises within a view
   ViewKey view;
@@ -60,7 +54,7 @@ struct Snapshot {
   uint64_t structure_id = 0;
   QuantisationBox box;
   std::shared_ptr<const DeformPlan> plan;
-  std::vector<SnapshotChunk> chunks;
+  ChunkTable chunks;
   uint64_t held_bytes = 0;  // that the chunks keep; chunk_blocks.h
   absl::Time edit_time;     // when the edit that made the revision was committed
   absl::Duration evaluate_time;

@@ -3,6 +3,7 @@
 #include "server/engine/watcher.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "absl/strings/numbers.h"
@@ -188,7 +189,7 @@ absl::StatusOr<std::optional<WatcherEvent>> Watcher::Next(absl::Time now) {
 
 std::optional<WatcherEvent> Watcher::NextLattice() {
   if (lattice_revision_.has_value()) {
-    const Scene::Deltas news = scene_->DeltasAfter(*lattice_revision_);
+    const EditLog::Deltas news = scene_->DeltasAfter(*lattice_revision_);
     if (news.complete && news.deltas.empty()) return std::nullopt;
     if (news.complete && news.deltas.front()->structure_id == lattice_structure_) {
       lattice_revision_ = news.deltas.front()->revision;
@@ -239,13 +240,21 @@ void Watcher::BeginUpdate(absl::Time now) {
   current_view_ = view_;
   current_.emplace();
   current_->number = snapshot->number;
-  current_->topology_id =
-      TopologyId(scene_->config().mesh_id, snapshot->plan->structure, snapshot->view.spec.segments);
-  const bool comparable = Comparable(*snapshot);
-  for (uint32_t c = 0; c < snapshot->chunks.size(); ++c) {
-    if (comparable && snapshot->chunks[c].revision <= had_->revision) continue;
-    current_->chunks.push_back(c);
+  current_->topology_id = TopologyOf(*snapshot);
+  if (Comparable(*snapshot)) {
+    current_->chunks = snapshot->chunks.ChangedAfter(had_->revision);
+  } else {
+    current_->chunks.resize(snapshot->chunks.size());
+    std::iota(current_->chunks.begin(), current_->chunks.end(), 0u);
   }
+}
+
+const std::string& Watcher::TopologyOf(const Snapshot& snapshot) {
+  const std::pair of(snapshot.structure_id, snapshot.view.spec.segments);
+  if (std::exchange(named_, of) != of) {
+    name_ = TopologyId(scene_->config().mesh_id, snapshot.plan->structure, of.second);
+  }
+  return name_;
 }
 
 std::optional<WatcherEvent> Watcher::NextOfUpdate(const std::shared_ptr<const Snapshot>& snapshot,

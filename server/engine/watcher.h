@@ -159,6 +159,7 @@ class Watcher {
   bool MayBegin() const;
   bool HasNothingNew(const Snapshot& newest) const;
   bool Comparable(const Snapshot& snapshot) const;
+  const std::string& TopologyOf(const Snapshot& snapshot);
   std::optional<WatcherEvent> NextOfUpdate(const std::shared_ptr<const Snapshot>& snapshot,
                                            absl::Time now);
   WatcherEvent MakeBegin(const Snapshot& snapshot, absl::Time now);
@@ -181,6 +182,8 @@ class Watcher {
   std::optional<uint64_t> lattice_structure_, lattice_revision_;  // sent
   std::string topology_id_;                                       // sent
   std::optional<std::pair<uint64_t, ViewKey>> quantisation_;      // sent: id and view
+  std::pair<uint64_t, int> named_;                                // structure and segments of name_
+  std::string name_;                                              // their topology's
   std::optional<Had> had_;
   std::optional<uint64_t> covered_;
   std::optional<uint64_t> ceiling_;

@@ -42,9 +42,10 @@ class LevelOfDetailTest : public ::testing::Test {
     snapshot.view = asked_.key;
     snapshot.view.spec.segments = segments;
     snapshot.plan = scene_->State()->plan;
-    snapshot.chunks.resize(1);
-    snapshot.chunks[0].data.size =
-        patches_ * static_cast<uint64_t>(PointsPerPatch(segments)) * bytes_per_point;
+    SharedBytes data;
+    data.size = patches_ * static_cast<uint64_t>(PointsPerPatch(segments)) * bytes_per_point;
+    snapshot.chunks = ChunkTable(1);
+    snapshot.chunks.Set(0, {1, std::move(data), {}});
     return snapshot;
   }
 

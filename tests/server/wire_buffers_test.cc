@@ -17,8 +17,9 @@ namespace {
 std::shared_ptr<const Snapshot> TwoChunks() {
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->box.id = 3;
-  snapshot->chunks.push_back({7, MakeSharedBytes(std::vector<uint8_t>(5'000, 'a')), {}});
-  snapshot->chunks.push_back({9, MakeSharedBytes(std::vector<uint8_t>(300, 'b')), {}});
+  snapshot->chunks = ChunkTable(2);
+  snapshot->chunks.Set(0, {7, MakeSharedBytes(std::vector<uint8_t>(5'000, 'a')), {}});
+  snapshot->chunks.Set(1, {9, MakeSharedBytes(std::vector<uint8_t>(300, 'b')), {}});
   return snapshot;
 }
 
@@ -33,7 +34,8 @@ TEST(WireBuffers, APayloadIsNotCopied) {
 
   const std::vector<grpc::Slice> slices = SlicesOf(batch);
 
-  for (const SnapshotChunk& chunk : batch.snapshot->chunks) {
+  for (const uint32_t index : batch.chunks) {
+    const SnapshotChunk& chunk = batch.snapshot->chunks[index];
     EXPECT_EQ(std::ranges::count_if(slices,
                                     [&chunk](const grpc::Slice& slice) {
                                       return slice.begin() == chunk.data.data &&

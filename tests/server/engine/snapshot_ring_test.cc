@@ -16,7 +16,10 @@ namespace {
 std::shared_ptr<Snapshot> MakeSnapshot(uint64_t number, std::vector<SharedBytes> chunks) {
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->number = number;
-  for (SharedBytes& chunk : chunks) snapshot->chunks.push_back({number, std::move(chunk)});
+  snapshot->chunks = ChunkTable(chunks.size());
+  for (size_t c = 0; c < chunks.size(); ++c) {
+    snapshot->chunks.Set(c, {number, std::move(chunks[c]), {}});
+  }
   return snapshot;
 }
 
@@ -118,7 +121,7 @@ TEST(ChunkBlocks, ManyUpdatesHoldNoMoreThanFourTimesWhatTheyUse) {
     const auto made = Block({100, 100, 100, 100}, static_cast<uint8_t>(update));
     const size_t kept = update % 4;
     for (size_t i = 0; i < 4; ++i) {
-      if (i != kept) snapshot->chunks[i].data = made[i];
+      if (i != kept) snapshot->chunks.Set(i, {1, made[i], {}});
     }
     KeepBlocksFew(*snapshot);
     ASSERT_LE(HeldBytes(snapshot->chunks), 1600u) << "update " << update;
