@@ -3,6 +3,7 @@
 #include "core/view/view_contract.h"
 
 #include "core/base/error.h"
+#include "core/view/rising.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -10,14 +11,6 @@ namespace {
 
 absl::Status NotEvaluated() {
   return error::FailedPrecondition("NOT_EVALUATED", "evaluate the view first");
-}
-
-// Among numbers below 2^31 a step that does not rise, less one, is negative. Both are seen from one
-// bit, which a vector unit gathers: of 10^7 patches, the chunks are named on the way to every launch.
-bool Rise(std::span<const uint32_t> chunks) {
-  uint32_t seen = chunks.empty() ? 0 : chunks.front();
-  for (size_t i = 1; i < chunks.size(); ++i) seen |= chunks[i] | (chunks[i] - chunks[i - 1] - 1);
-  return seen >> 31 == 0;
 }
 
 }  // namespace
