@@ -138,6 +138,12 @@ absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
   }
 
   SceneState next = outcome->structure_changed ? *std::move(candidate->state) : *State();
+  DirtySet dirty(next.plan);
+  if (outcome->structure_changed) {
+    dirty.MarkAll();
+  } else {
+    dirty.MarkControlPoints(outcome->changed);
+  }
   const QuantisationBox before = State()->box;
   next.revision = history_.revision();
   next.structure_id = history_.structure_id();
@@ -153,12 +159,6 @@ absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
   // A RAW view's origin may move with the plan, and an id never names two origins.
   if (outcome->structure_changed) next.box.id = before.id + 1;
 
-  DirtySet dirty(next.plan);
-  if (outcome->structure_changed) {
-    dirty.MarkAll();
-  } else {
-    dirty.MarkControlPoints(outcome->changed);
-  }
   history_bytes_ = history_.MemoryBytes();
   history_.SetTouched(batch.editor_id, dirty.boxes(), dirty.patches());
   EditSummary summary = outcome->summary;

@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "server/backends.h"
 #include "server/engine/scene_registry.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/watched_scene.h"
@@ -72,15 +71,6 @@ void Updates(benchmark::State& state, Backend* inner, Encoding encoding, bool ov
   }
   state.counters["age_ms"] =
       absl::ToDoubleMilliseconds(age) / static_cast<double>(state.iterations());
-}
-
-const std::vector<std::unique_ptr<Backend>>& AllBackends() {
-  static const auto* backends = [] {
-    auto made = MakeBackends({});
-    CheckOk(made.status());
-    return new std::vector<std::unique_ptr<Backend>>(*std::move(made));
-  }();
-  return *backends;
 }
 
 }  // namespace

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "absl/time/clock.h"
-#include "core/cpu/cpu_backend.h"
 #include "fmt/format.h"
 #include "server/engine/scene_registry.h"
 #include "tests/bench/benches.h"
@@ -27,7 +26,6 @@ namespace {
 
 constexpr int kRounds = 8;
 constexpr int kAlonePerRound = 40, kBesidePerRound = 100;
-constexpr double kChunksPerBatch = 256;  // of server/engine/encode_snapshot.cc
 
 // To within 3 % as many patches as they are called.
 const Scenario& Small() {
@@ -90,9 +88,15 @@ void Measure(Reader& reader, ToAndFro& moves, int count, std::vector<double>& in
   }
 }
 
-void SmallBesideHuge(benchmark::State& state, int workers) {
-  const auto backend = MakeCpuBackend({.threads = 0, .encoder = nullptr});
-  SceneRegistry registry(backend.get(), workers);
+// Chunks of a batch: DeformView::encode_batch.
+double BatchOf(const Scene& scene) {
+  const auto view = scene.State()->target->CreateView(scene.config().default_view.key.spec);
+  CheckOk(view.status());
+  return static_cast<double>((*view)->encode_batch());
+}
+
+void SmallBesideHuge(benchmark::State& state, Backend* backend, int workers) {
+  SceneRegistry registry(backend, workers);
   const auto small = Create(registry, Small()), huge = Create(registry, Huge());
   Reader reader(small);
   ToAndFro moves(small);
@@ -107,7 +111,7 @@ void SmallBesideHuge(benchmark::State& state, int workers) {
     for (const absl::Duration d : busy.Stop()) huge_ms.push_back(absl::ToDoubleMilliseconds(d));
   }
   const double chunks = static_cast<double>(huge->State()->plan->chunk_count());
-  const double batch_ms = Quantile(huge_ms, 0.5) * kChunksPerBatch / chunks;
+  const double batch_ms = Quantile(huge_ms, 0.5) * std::min(BatchOf(*small) / chunks, 1.0);
   const double bound_ms = 2 * Quantile(alone, 0.5) + batch_ms, p99_ms = Quantile(beside, 0.99);
   for (auto _ : state) state.SetIterationTime(p99_ms * 1e-3);
   state.counters["alone_ms"] = Quantile(alone, 0.5);
@@ -121,9 +125,14 @@ void SmallBesideHuge(benchmark::State& state, int workers) {
 }  // namespace
 
 void RegisterFairnessBenches() {
-  for (const int workers : {1, 2}) {
-    RegisterOnce(fmt::format("fairness/cpu/{}", workers == 1 ? "1-worker" : "2-workers"),
-                 [workers](benchmark::State& state) { SmallBesideHuge(state, workers); });
+  for (const auto& backend : AllBackends()) {
+    for (const int workers : {1, 2}) {
+      RegisterOnce(
+          fmt::format("fairness/{}/{}", backend->name(), workers == 1 ? "1-worker" : "2-workers"),
+          [backend = backend.get(), workers](benchmark::State& state) {
+            SmallBesideHuge(state, backend, workers);
+          });
+    }
   }
 }
 

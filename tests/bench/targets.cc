@@ -65,10 +65,12 @@ void AddCodec(Targets& targets) {
 }
 
 void AddStreaming(Targets& targets) {
-  for (const char* workers : {"1-worker", "2-workers"}) {
-    targets.push_back(
-        {fmt::format("p99 of 1,000 patches beside 1,000,000, {}, of its bound", workers),
-         fmt::format("fairness/cpu/{}:of_bound", workers), "", false, 1});
+  for (const char* backend : {"cpu", "cuda"}) {
+    for (const char* workers : {"1-worker", "2-workers"}) {
+      targets.push_back({fmt::format("{}: p99 of 1,000 patches beside 1,000,000, {}, of its bound",
+                                     backend, workers),
+                         fmt::format("fairness/{}/{}:of_bound", backend, workers), "", false, 1});
+    }
   }
   targets.push_back({"p99 of 160 watchers, with 20 stalled and 20 slow / without",
                      "watchers/160-with-20-stalled-20-slow:ratio_p99", "", false, 1.3});

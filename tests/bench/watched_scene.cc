@@ -7,6 +7,7 @@
 
 #include "absl/time/clock.h"
 #include "fmt/format.h"
+#include "server/backends.h"
 #include "server/base/mutex.h"
 
 namespace latticed::bench {
@@ -15,6 +16,15 @@ namespace {
 constexpr absl::Duration kEditEvery = absl::Milliseconds(1);
 
 }  // namespace
+
+const std::vector<std::unique_ptr<Backend>>& AllBackends() {
+  static const auto* backends = [] {
+    auto made = MakeBackends({});
+    CheckOk(made.status());
+    return new std::vector<std::unique_ptr<Backend>>(*std::move(made));
+  }();
+  return *backends;
+}
 
 SceneConfig ConfigOf(const Scenario& scenario, Encoding encoding) {
   SceneConfig config;

@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "absl/time/time.h"
 #include "server/engine/scene_registry.h"
@@ -16,6 +17,9 @@
 #include "tests/bench/scenario.h"
 
 namespace latticed::bench {
+
+// All that this machine has, made once.
+[[nodiscard]] const std::vector<std::unique_ptr<Backend>>& AllBackends();
 
 // A scene of the scenario's mesh and lattice whose default view has `encoding`.
 [[nodiscard]] SceneConfig ConfigOf(const Scenario& scenario, Encoding encoding);
