@@ -105,14 +105,22 @@ void DevicePlan::FillTables() {
 absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth) {
   kernels::PlanTables tables = tables_;
   if (!smooth) return tables;
+  tables.corner_normals = CornerNormalsNow();
+  if (tables.corner_normals != nullptr) return tables;
+  // Uploaded without the lock: who asks for MemoryBytes does not wait for it.
+  DeviceBuffer<kernels::CornerNormals> made;
+  absl::Status status = UploadTable(*context_, InterpolateNormals(*plan_), made);
+  status.Update(context_->stream().Synchronize("the plan's normals"));
+  if (!status.ok()) return status;
   const std::scoped_lock lock(mutex_);
-  if (corner_normals_.size() == 0) {
-    absl::Status status = UploadTable(*context_, InterpolateNormals(*plan_), corner_normals_);
-    status.Update(context_->stream().Synchronize("the plan's normals"));
-    if (!status.ok()) return status;
-  }
+  if (corner_normals_.size() == 0) corner_normals_ = std::move(made);
   tables.corner_normals = corner_normals_.data();
   return tables;
+}
+
+const kernels::CornerNormals* DevicePlan::CornerNormalsNow() const {
+  const std::scoped_lock lock(mutex_);
+  return corner_normals_.data();
 }
 
 size_t DevicePlan::MemoryBytes() const {

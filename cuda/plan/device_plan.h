@@ -34,7 +34,8 @@ class DevicePlan {
       std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
       std::shared_ptr<CudaContext> context);
 
-  // The first `smooth` call uploads the corner normals, and waits for that.
+  // The first `smooth` call uploads the corner normals, and waits for that. Two at once may both
+  // upload them; one of the two is kept.
   [[nodiscard]] absl::StatusOr<kernels::PlanTables> Tables(bool smooth);
   // Not for kFused.
   const kernels::SharedPointTables& shared_points() const { return shared_points_->tables(); }
@@ -47,6 +48,8 @@ class DevicePlan {
       : plan_(std::move(plan)), context_(std::move(context)) {}
   absl::Status UploadGeometry(Pipeline pipeline);
   void FillTables();
+  // Null until they are here.
+  const kernels::CornerNormals* CornerNormalsNow() const;
 
   std::shared_ptr<const DeformPlan> plan_;
   std::shared_ptr<CudaContext> context_;

@@ -29,6 +29,7 @@ run() {  # NAME COMMAND…
 nvidia-smi -L 2>/dev/null || echo "nvidia-smi says nothing of a GPU"
 run "statuses" "$folder/cuda_status_test"
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" --gtest_filter='CudaMemory.*'
+run "what views share, made at once" "$folder/cuda_backend_test" --gtest_filter='CudaSharing.*'
 run "soak, 2,000 scenes that come and go" "$folder/cuda_backend_test" --gtest_filter='CudaSoak.*'
 run "one scene on several devices" "$folder/cuda_backend_test" --gtest_filter='CudaSpanned.*'
 run "Draco streams, byte for byte the host's" "$folder/cuda_draco_writer_test"
@@ -40,7 +41,7 @@ done
 
 # Small sizes; and without the allocation that is meant to fail, which memcheck would report.
 readonly sanitized=(
-  cuda_backend_test 'CudaMemory.*:CudaSpanned.*-*MoreThanTheDevice*:*Cycles*'
+  cuda_backend_test 'CudaMemory.*:CudaSharing.*:CudaSpanned.*-*MoreThanTheDevice*:*Cycles*'
   cuda_draco_writer_test '*-*AllSizes*:*LargestChunk*'
   backend_view_test '*cuda*'
   backend_watertight_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
