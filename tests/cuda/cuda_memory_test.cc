@@ -193,6 +193,23 @@ TEST_F(CudaMemory, RefusalsLeaveALivingSceneAsItWas) {
   }
 }
 
+TEST_F(CudaMemory, WhatIsOfNoSceneIsCountedByItself) {
+  const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB, .threads = 1});
+  ASSERT_OK(backend);
+  const std::vector<uint32_t> chunks = AllChunks(*plan_);
+  ASSERT_GT(chunks.size(), 1u) << "one is encoded on the host";
+  {
+    const auto scene = Make(**backend, Pipeline::kGemm);
+    ASSERT_OK(scene);
+    ASSERT_OK(scene->view->Evaluate(points_, BoxFor(*plan_, points_), chunks));
+    ASSERT_OK(scene->view->Encode(chunks, Encoding::kDracoPoints));
+    EXPECT_GT((*backend)->devices().front().use.at("draco"), 0u);
+  }
+  for (const auto& [purpose, bytes] : (*backend)->devices().front().use) {
+    EXPECT_EQ(bytes > 0, purpose == "gemm_workspace") << purpose;
+  }
+}
+
 TEST_F(CudaMemory, CyclesOfUseLeaveNothingBehind) {
   const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
   ASSERT_OK(backend);
