@@ -32,13 +32,18 @@ absl::StatusOr<std::shared_ptr<CudaContext>> CudaContext::Create(int device,
 }
 
 absl::StatusOr<std::shared_ptr<const DeviceStage>> CudaContext::Stage(int degree, int segments) {
-  const std::scoped_lock lock(mutex_);
-  std::weak_ptr<const DeviceStage>& known = stages_[{degree, segments}];
-  if (auto stage = known.lock(); stage != nullptr) return stage;
+  const std::pair key(degree, segments);
+  {
+    const std::scoped_lock lock(mutex_);
+    if (auto known = stages_[key].lock(); known != nullptr) return known;
+  }
+  // Uploaded without the lock: others, of other sizes, do not wait for it.
   auto made = DeviceStage::Create(degree, segments, memory_, stream_);
-  if (!made.ok()) return made.status();
-  known = *made;
-  return *std::move(made);
+  if (!made.ok()) return made;
+  const std::scoped_lock lock(mutex_);
+  if (auto known = stages_[key].lock(); known != nullptr) return known;
+  stages_[key] = *made;
+  return made;
 }
 
 }  // namespace latticed

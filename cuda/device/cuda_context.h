@@ -37,7 +37,8 @@ class CudaContext {
   const std::shared_ptr<const ChunkEncoder>& encoder() const { return encoder_; }
   CpuArena& arena() { return arena_; }
 
-  // Uploaded once, shared while anyone holds them.
+  // Uploaded once, shared while anyone holds them. Two who ask at once may both upload them; one of
+  // the two is kept.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeviceStage>> Stage(int degree, int segments);
 
  private:

@@ -4,7 +4,8 @@
 // The calling thread's current device, and the stream and event that belong to one.
 //
 // Errors   those of cuda_status.h; destructors say nothing, also when the runtime is unloading
-// Threads  a DeviceGuard belongs to its thread; streams and events may be used by one at a time
+// Threads  a DeviceGuard belongs to its thread; a stream takes work of several, in the order in which
+//          it comes; an event is used by one at a time
 #ifndef LATTICED_CUDA_DEVICE_CUDA_DEVICE_H_
 #define LATTICED_CUDA_DEVICE_CUDA_DEVICE_H_
 

@@ -39,7 +39,7 @@ absl::StatusOr<std::unique_ptr<CudaGemm>> CudaGemm::Create(std::shared_ptr<Devic
   const auto library = CublasLibrary::Get();
   if (!library.ok()) return library.status();
   auto workspace =
-      DeviceBuffer<uint8_t>::Create(std::move(memory), "staging", kWorkspaceBytes, stream);
+      DeviceBuffer<uint8_t>::Create(std::move(memory), "gemm_workspace", kWorkspaceBytes, stream);
   if (!workspace.ok()) return workspace.status();
   cublasHandle_t handle = nullptr;
   if (auto s = CublasStatus((*library)->create(&handle), "cuBLAS"); !s.ok()) return s;

@@ -2,14 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device/device_stage.h"
 
+#include <utility>
 #include <vector>
 
 #include "core/ffd/tessellation_pattern.h"
+#include "cuda/device/table_upload.h"
 
 namespace latticed {
 namespace {
-
-constexpr char kMatricesPurpose[] = "stage_matrices";
 
 template <typename Triple>
 std::vector<uchar4> Pack(const std::vector<Triple>& triples) {
@@ -29,32 +29,18 @@ absl::StatusOr<std::shared_ptr<const DeviceStage>> DeviceStage::Create(
   const auto host = StageMatrices::Get(degree, segments);
   if (!host.ok()) return host.status();
   std::shared_ptr<DeviceStage> stage(new DeviceStage(*host));
-  if (auto s = stage->Upload(memory, stream); !s.ok()) return s;
+  TableUpload upload;
+  upload.Add(Pack((*host)->samples), stage->samples_);
+  upload.Add(Pack(TessellationPattern::Get(segments).points), stage->pattern_);
+  upload.Add((*host)->stack, stage->stack_);
+  upload.Add((*host)->bernstein_f, stage->bernstein_f_);
+  upload.Add((*host)->bernstein, stage->bernstein_);
+  upload.Add((*host)->inverse, stage->inverse_);
+  auto block = upload.Send(std::move(memory), "stage_matrices", stream.get());
+  if (!block.ok()) return block.status();
+  stage->block_ = *std::move(block);
+  if (auto s = stream.Synchronize("the stage matrices"); !s.ok()) return s;
   return stage;
-}
-
-absl::Status DeviceStage::Upload(const std::shared_ptr<DeviceMemory>& memory,
-                                 const CudaStream& stream) {
-  absl::Status status;
-  const auto upload = [&]<typename T>(const std::vector<T>& from, DeviceBuffer<T>& to) {
-    if (!status.ok()) return;
-    auto buffer = DeviceBuffer<T>::Upload(memory, kMatricesPurpose, from, stream.get());
-    status = buffer.status();
-    if (buffer.ok()) to = *std::move(buffer);
-  };
-  upload(Pack(host_->samples), samples_);
-  upload(Pack(TessellationPattern::Get(segments()).points), pattern_);
-  upload(host_->stack, stack_);
-  upload(host_->bernstein_f, bernstein_f_);
-  upload(host_->bernstein, bernstein_);
-  upload(host_->inverse, inverse_);
-  status.Update(stream.Synchronize("the stage matrices"));
-  return status;
-}
-
-size_t DeviceStage::MemoryBytes() const {
-  return samples_.size_bytes() + pattern_.size_bytes() + stack_.size_bytes() +
-         bernstein_f_.size_bytes() + bernstein_.size_bytes() + inverse_.size_bytes();
 }
 
 }  // namespace latticed

@@ -27,26 +27,26 @@ class DeviceStage {
   int segments() const { return host_->segments; }
   size_t m() const { return host_->m; }
   size_t q() const { return host_->q; }
-  const uchar4* samples() const { return samples_.data(); }  // m
-  const uchar4* pattern() const { return pattern_.data(); }  // q
+  const uchar4* samples() const { return samples_; }  // m
+  const uchar4* pattern() const { return pattern_; }  // q
   DeviceMatrix<const float> stack() const { return Stack(stack_); }
   DeviceMatrix<const float> bernstein_f() const { return Stack(bernstein_f_); }
   DeviceMatrix<const double> bernstein() const { return Stack(bernstein_); }
-  DeviceMatrix<const double> inverse() const { return {inverse_.data(), m(), m(), m()}; }
-  size_t MemoryBytes() const;
+  DeviceMatrix<const double> inverse() const { return {inverse_, m(), m(), m()}; }
+  size_t MemoryBytes() const { return block_.size_bytes(); }
 
  private:
   explicit DeviceStage(const StageMatrices* host) : host_(host) {}
-  absl::Status Upload(const std::shared_ptr<DeviceMemory>& memory, const CudaStream& stream);
   template <typename T>
-  DeviceMatrix<const T> Stack(const DeviceBuffer<T>& buffer) const {
-    return {buffer.data(), 3 * q(), m(), 3 * q()};
+  DeviceMatrix<const T> Stack(const T* data) const {
+    return {data, 3 * q(), m(), 3 * q()};
   }
 
-  const StageMatrices* host_;  // lives until the process ends
-  DeviceBuffer<uchar4> samples_, pattern_;
-  DeviceBuffer<float> stack_, bernstein_f_;
-  DeviceBuffer<double> bernstein_, inverse_;
+  const StageMatrices* host_;    // lives until the process ends
+  DeviceBuffer<uint8_t> block_;  // has all of these
+  const uchar4 *samples_ = nullptr, *pattern_ = nullptr;
+  const float *stack_ = nullptr, *bernstein_f_ = nullptr;
+  const double *bernstein_ = nullptr, *inverse_ = nullptr;
 };
 
 }  // namespace latticed

@@ -81,10 +81,7 @@ absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const 
   std::vector<double> nets(3 * m * (last - first)), control(3 * m * tile_patches);
   std::vector<Vec3d> centres(tile_patches);
   const cudaStream_t stream = (*lane)->stream().get();
-  absl::Status sent = frame->Stage(control_points, {});
-  if (sent.ok()) sent = frame->Send();
-  sent.Update(frame->Sent());
-  if (!sent.ok()) return sent;
+  if (auto s = frame->Upload(control_points); !s.ok()) return s;
   for (size_t begin = first; begin < last; begin += tile_patches) {
     const size_t count = std::min(tile_patches, last - begin);
     absl::Status status =

@@ -3,11 +3,9 @@
 #include "cuda/plan/device_boxes.h"
 
 #include <array>
-#include <utility>
 
 #include "core/ffd/box_basis.h"
 #include "cuda/plan/pack_patches.h"
-#include "cuda/plan/upload_table.h"
 
 namespace latticed {
 namespace {
@@ -31,43 +29,26 @@ std::vector<FusedBox> PackBoxes(const DeformPlan& plan, const BoxBasis& basis) {
 
 }  // namespace
 
-absl::StatusOr<DeviceBoxes> DeviceBoxes::Create(const std::shared_ptr<const DeformPlan>& plan,
-                                                CudaContext& context,
-                                                const std::vector<kernels::SeamUse>& seam_uses) {
+void AddBoxes(const std::shared_ptr<const DeformPlan>& plan,
+              const std::vector<kernels::SeamUse>& seam_uses, TableUpload& upload,
+              kernels::FusedTables& tables) {
   const BoxBasis basis(plan);
-  std::vector<double> numbers;
-  std::array<size_t, 3> begin{};
-  for (size_t i = 0; i < 3; ++i) {
-    begin[i] = numbers.size();
-    for (const BoxBasis::Matrix& matrix : basis.matrices(i)) {
-      for (const auto& row : matrix) numbers.insert(numbers.end(), row.begin(), row.end());
-    }
-  }
-  DeviceBoxes result;
-  const std::vector<FusedBox> boxes = PackBoxes(*plan, basis);
-  absl::Status status = UploadTable(context, boxes, result.boxes_);
-  if (status.ok()) status = UploadTable(context, numbers, result.basis_);
-  if (status.ok()) status = UploadTable(context, seam_uses, result.seam_uses_);
-  const std::vector<kernels::FeatureUses> feature_uses = PackFeatureUses(*plan);
-  if (status.ok()) {
-    status = UploadTable(context, feature_uses, result.feature_uses_);
-  }
-  if (!status.ok()) return status;
-
-  kernels::FusedTables& tables = result.tables_;
   const std::array<uint32_t, 3> strides = BoxStrides(plan->structure);
   for (size_t i = 0; i < 3; ++i) {
     tables.axis[i] = basis.axes()[i];
     tables.degree[i] = basis.degree()[i];
     tables.box_stride[i] = strides[i];
-    tables.basis[i] = result.basis_.data() + begin[i];
+    std::vector<double> numbers;
+    for (const BoxBasis::Matrix& matrix : basis.matrices(i)) {
+      for (const auto& row : matrix) numbers.insert(numbers.end(), row.begin(), row.end());
+    }
+    upload.Add(numbers, tables.basis[i]);
   }
-  tables.box_count = static_cast<uint32_t>(boxes.size());
-  tables.boxes = result.boxes_.data();
-  tables.seam_uses = result.seam_uses_.data();
-  tables.feature_uses = result.feature_uses_.data();
+  tables.box_count = static_cast<uint32_t>(plan->boxes.size());
   tables.seam_use_count = static_cast<uint32_t>(seam_uses.size());
-  return result;
+  upload.Add(PackBoxes(*plan, basis), tables.boxes);
+  upload.Add(seam_uses, tables.seam_uses);
+  upload.Add(PackFeatureUses(*plan), tables.feature_uses);
 }
 
 }  // namespace latticed

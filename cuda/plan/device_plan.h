@@ -15,15 +15,15 @@
 
 #include <memory>
 #include <mutex>
-#include <optional>
 
 #include "core/backend.h"
 #include "core/ffd/deform_plan.h"
 #include "cuda/device/cuda_context.h"
 #include "cuda/device/device_buffer.h"
-#include "cuda/plan/device_boxes.h"
-#include "cuda/plan/device_shared_points.h"
+#include "cuda/device/table_upload.h"
+#include "cuda/plan/fused_tables.h"
 #include "cuda/plan/plan_tables.h"
+#include "cuda/plan/shared_point_tables.h"
 
 namespace latticed {
 
@@ -34,30 +34,28 @@ class DevicePlan {
       std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
       std::shared_ptr<CudaContext> context);
 
-  // The first `smooth` call uploads the corner normals, and waits for that.
+  // The first `smooth` call uploads the corner normals, and waits for that. Two at once may both
+  // upload them; one of the two is kept.
   [[nodiscard]] absl::StatusOr<kernels::PlanTables> Tables(bool smooth);
   // Not for kFused.
-  const kernels::SharedPointTables& shared_points() const { return shared_points_->tables(); }
+  const kernels::SharedPointTables& shared_points() const { return shared_points_; }
   // For kFused alone.
-  const kernels::FusedTables& fused_tables() const { return fused_->tables(); }
+  const kernels::FusedTables& fused_tables() const { return fused_tables_; }
   size_t MemoryBytes() const;
 
  private:
   DevicePlan(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaContext> context)
       : plan_(std::move(plan)), context_(std::move(context)) {}
-  absl::Status UploadGeometry(Pipeline pipeline);
-  void FillTables();
+  absl::Status AddTables(Pipeline pipeline, TableUpload& upload);
+  // Null until they are here.
+  const kernels::CornerNormals* CornerNormalsNow() const;
 
   std::shared_ptr<const DeformPlan> plan_;
   std::shared_ptr<CudaContext> context_;
-  DeviceBuffer<double> knots_;  // of u, then v, then w
-  DeviceBuffer<kernels::DevicePatch> patches_;
-  DeviceBuffer<kernels::DeviceVertex> vertices_;
-  DeviceBuffer<kernels::DeviceBox> boxes_;
-  DeviceBuffer<kernels::PackedDirection> facet_normals_;
-  std::optional<DeviceBoxes> fused_;
-  std::optional<DeviceSharedPoints> shared_points_;
+  DeviceBuffer<uint8_t> block_;  // of all tables but the corner normals
   kernels::PlanTables tables_{};
+  kernels::FusedTables fused_tables_{};
+  kernels::SharedPointTables shared_points_{};
   mutable std::mutex mutex_;
   DeviceBuffer<kernels::CornerNormals> corner_normals_;  // guarded by mutex_
 };

@@ -48,6 +48,13 @@ absl::Status CudaFrame::Stage(std::span<const Vec3d> control_points,
   return absl::OkStatus();
 }
 
+absl::Status CudaFrame::Upload(std::span<const Vec3d> control_points) {
+  absl::Status sent = Stage(control_points, {});
+  if (sent.ok()) sent = Send();
+  sent.Update(Sent());
+  return sent;
+}
+
 DeviceSpan<const Vec3d> CudaFrame::control_points() const {
   return {reinterpret_cast<const Vec3d*>(upload_.device_data()), points()};
 }

@@ -5,7 +5,7 @@
 // origin, which seams are attached, and which chunks are to be evaluated.
 //
 // Errors   those of staged_upload.h
-// Threads  one at a time; Send and Sent enqueue, Stage waits for the last Sent
+// Threads  one at a time; Send and Sent enqueue, Stage and Upload wait for the last Sent
 #ifndef LATTICED_CUDA_VIEW_CUDA_FRAME_H_
 #define LATTICED_CUDA_VIEW_CUDA_FRAME_H_
 
@@ -31,6 +31,8 @@ class CudaFrame {
   [[nodiscard]] absl::Status Send() const { return upload_.Send(bytes_); }
   kernels::KernelCall SendCall() const { return upload_.SendCall(bytes_); }
   [[nodiscard]] absl::Status Sent() const { return upload_.Sent(); }
+  // All three, for kernels that read no list of chunks.
+  [[nodiscard]] absl::Status Upload(std::span<const Vec3d> control_points);
 
   DeviceSpan<const Vec3d> control_points() const;
   DeviceSpan<const uint8_t> attached() const;  // 1 or 0, per seam of the plan

@@ -10,7 +10,8 @@
 namespace latticed {
 namespace {
 
-// A fraction of a millisecond over the bus, and tens of milliseconds of encoding.
+// A fraction of a millisecond over the bus, so that the first use begins soon; and the most that each
+// of the two slots keeps pinned, unless one chunk is larger.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
 absl::Status CopyToHost(uint8_t* to, const uint8_t* from, size_t bytes, cudaStream_t stream) {

@@ -4,11 +4,7 @@
 // The conformance suite: every backend by name, every pipeline, against the definition in double
 // (core/ffd/direct_ffd.h). The bodies know core/backend.h and nothing of what lies behind it.
 //
-// Tolerances, relative to D = max(diagonal of the deformed bounds, diagonal of the control points
-// that influence the mesh):                                               DESIGN §2 "Precision"
-//   position  kFusedPosition, kGemmPosition
-//   normal    fused: kFusedNormal * kappa rad where kappa <= kMostKappa
-//             GEMM:  the products' rounding carried to the cross product, GemmNormalBound()
+// Tolerances: tests/support/tolerances.h
 #ifndef LATTICED_TESTS_BACKEND_CONFORMANCE_H_
 #define LATTICED_TESTS_BACKEND_CONFORMANCE_H_
 
@@ -25,13 +21,10 @@
 #include "tests/support/backends.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
+#include "tests/support/tolerances.h"
 
 namespace latticed::testing {
 
-inline constexpr double kFusedPosition = 3e-7;
-inline constexpr double kGemmPosition = 1e-6;
-inline constexpr double kFusedNormal = 2e-5;
-inline constexpr double kMostKappa = 100;
 inline constexpr double kUnitTolerance = 1e-6;
 
 struct Subject {
@@ -61,15 +54,31 @@ struct Vertices {
 [[nodiscard]] Vertices Decode(const DeformPlan& plan, const ViewSpec& spec,
                               const std::vector<std::vector<uint8_t>>& chunks);
 
+// Null where it is not here: then the running test has failed where LATTICED_REQUIRE_BACKENDS names
+// it, else is skipped.
+[[nodiscard]] std::unique_ptr<Backend> BackendOrSkip(const std::string& name);
+// Null, and fails the test, where it cannot be made.
+[[nodiscard]] std::unique_ptr<DeformView> MakeView(Backend& backend, Pipeline pipeline,
+                                                   const Plan& plan, const ViewSpec& spec);
+// By chunk, in wire layout.
+[[nodiscard]] std::vector<std::vector<uint8_t>> ReadAll(const DeformPlan& plan, DeformView& view);
+// Evaluates everything in a fresh view.
+[[nodiscard]] Vertices EvaluateAll(Backend& backend, Pipeline pipeline, const Plan& plan,
+                                   std::span<const Vec3d> control_points, const ViewSpec& spec);
+// In rad.
+[[nodiscard]] double Angle(Vec3d a, Vec3d b);
+
 class BackendTest : public ::testing::TestWithParam<Subject> {
  protected:
   void SetUp() override;
 
-  std::unique_ptr<DeformView> MakeView(const Plan& plan, const ViewSpec& spec);
-  static std::vector<std::vector<uint8_t>> ReadAll(const DeformPlan& plan, DeformView& view);
-  // Evaluates everything in a fresh view.
+  std::unique_ptr<DeformView> MakeView(const Plan& plan, const ViewSpec& spec) {
+    return testing::MakeView(*backend_, GetParam().pipeline, plan, spec);
+  }
   Vertices EvaluateAll(const Plan& plan, std::span<const Vec3d> control_points,
-                       const ViewSpec& spec);
+                       const ViewSpec& spec) {
+    return testing::EvaluateAll(*backend_, GetParam().pipeline, plan, control_points, spec);
+  }
   // Positions and normals of every `stride`-th patch against the definition.
   void ExpectMatchesDefinition(const Plan& plan, std::span<const Vec3d> control_points,
                                const ViewSpec& spec, size_t stride = 1);

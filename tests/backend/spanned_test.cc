@@ -45,14 +45,10 @@ class Spanned : public ::testing::TestWithParam<std::string> {
   };
 
   void SetUp() override {
-    auto one = MakeBackendByName(GetParam());
-    if (!one.ok() && IsRequired(GetParam())) {
-      FAIL() << "LATTICED_REQUIRE_BACKENDS names " << GetParam() << ": " << one.status();
-    }
-    if (!one.ok()) GTEST_SKIP() << "no backend " << GetParam() << ": " << one.status().message();
+    one_ = BackendOrSkip(GetParam());
+    if (one_ == nullptr) return;
     auto spanned = MakeBackendByName(SpannedName(GetParam()));
     ASSERT_OK(spanned);
-    one_ = *std::move(one);
     spanned_ = *std::move(spanned);
   }
 

@@ -55,10 +55,7 @@ absl::StatusOr<std::unique_ptr<BezierNetMaker>> BezierNetMaker::Create(
 }
 
 absl::Status BezierNetMaker::Enqueue(std::span<const Vec3d> control_points) {
-  absl::Status sent = frame_.Stage(control_points, {});
-  if (sent.ok()) sent = frame_.Send();
-  sent.Update(frame_.Sent());
-  if (!sent.ok()) return sent;
+  if (auto s = frame_.Upload(control_points); !s.ok()) return s;
   NetJob job{.patches = buffers_.patches.data(),
              .count = buffers_.patches.size(),
              .volume = {.control_points = frame_.control_points().data},

@@ -56,11 +56,12 @@ const Scenario& ScaleScenario(size_t patches) {
 namespace {
 
 absl::StatusOr<std::unique_ptr<DeformView>> Verified(
-    const Scenario& scenario, Pipeline pipeline, absl::StatusOr<std::unique_ptr<DeformView>> view) {
+    const Scenario& scenario, Pipeline pipeline, absl::StatusOr<std::unique_ptr<DeformView>> view,
+    decltype(&Verify) verify = Verify) {
   if (absl::IsUnimplemented(view.status())) return view;
   CheckOk(view.status());
   CheckOk((*view)->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
-  if (auto verified = Verify(scenario, pipeline, **view); !verified.ok()) return verified;
+  if (auto verified = verify(scenario, pipeline, **view); !verified.ok()) return verified;
   return view;
 }
 
@@ -81,7 +82,8 @@ absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Backend& backend, const 
 
 absl::StatusOr<std::unique_ptr<DeformView>> MakeTensorView(Gpu& gpu, const Scenario& scenario,
                                                            const ViewSpec& spec) {
-  return Verified(scenario, Pipeline::kGemm, gpu.TensorProduct(scenario.plan, spec));
+  return Verified(scenario, Pipeline::kGemm, gpu.TensorProduct(scenario.plan, spec),
+                  VerifyPositions);
 }
 
 absl::StatusOr<ShaderTimes> MeasureShaderAlgorithm(Gpu& gpu, const Scenario& scenario, int runs) {

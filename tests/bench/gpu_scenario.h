@@ -44,7 +44,7 @@ struct PaperModel {
                                                                       Pipeline pipeline,
                                                                       const ViewSpec& spec);
 
-// The tensor-product comparator, held to the GEMM pipelines' precision.
+// The tensor-product comparator, held to the GEMM pipelines' precision of positions.
 [[nodiscard]] absl::StatusOr<std::unique_ptr<DeformView>> MakeTensorView(Gpu& gpu,
                                                                          const Scenario& scenario,
                                                                          const ViewSpec& spec);

@@ -34,7 +34,7 @@ void Errors(benchmark::State& state, const Scenario& scenario, Pipeline pipeline
       .segments = 4, .normals = NormalMode::kFacet, .format = VertexFormat::kFloat32};
   const auto view = MakeView(scenario, pipeline, spec, 1);
   Precision precision;
-  for (auto _ : state) precision = Measure(scenario, *view, 1);
+  for (auto _ : state) precision = Measure(scenario, pipeline, *view, 1);
   state.counters["position_D"] = precision.position;
   state.counters["normal_kappa"] = precision.normal;
   if (const auto verified = Verify(scenario, pipeline, *view); !verified.ok()) {

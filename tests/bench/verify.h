@@ -5,7 +5,9 @@
 //
 //   D  = max(diagonal of the deformed points, diagonal of control points that influence a patch)
 //   position error = largest |p - definition| / D
-//   normal error   = largest angle / kappa where kappa <= 100, radians
+//   normal error   = largest angle / kappa where kappa <= kMostKappa, radians
+//
+// and with the tolerances of its pipeline (tests/support/tolerances.h).
 #ifndef LATTICED_TESTS_BENCH_VERIFY_H_
 #define LATTICED_TESTS_BENCH_VERIFY_H_
 
@@ -18,23 +20,23 @@
 
 namespace latticed::bench {
 
-// DESIGN §2, relative to D and to kappa.
-inline constexpr double kFusedPositionError = 3e-7;
-inline constexpr double kGemmPositionError = 1e-6;
-inline constexpr double kFusedNormalError = 2e-5;
-
 struct Precision {
-  double position = 0;  // of D
-  double normal = 0;    // radians per kappa
-  double scale = 0;     // D, world units
+  double position = 0;           // of D
+  double normal = 0;             // radians per kappa
+  double normal_of_allowed = 0;  // the largest angle as a part of the pipeline's tolerance there
+  double scale = 0;              // D, world units
 };
 
 // `view` holds control_points[0]; every `stride`-th chunk is compared. For quantised views half a
 // step of rounding (positions) and half a cell (normals) are taken off before the comparison.
-[[nodiscard]] Precision Measure(const Scenario& scenario, DeformView& view, size_t stride);
+[[nodiscard]] Precision Measure(const Scenario& scenario, Pipeline pipeline, DeformView& view,
+                                size_t stride);
 
-// kInternal naming what is wrong by how much, where the guarantee of the pipeline is missed.
+// kInternal naming what is wrong by how much, where a tolerance of the pipeline is missed.
 [[nodiscard]] absl::Status Verify(const Scenario& scenario, Pipeline pipeline, DeformView& view);
+// The same of positions alone: for comparators, whose normals are rounded in other ways.
+[[nodiscard]] absl::Status VerifyPositions(const Scenario& scenario, Pipeline pipeline,
+                                           DeformView& view);
 
 }  // namespace latticed::bench
 

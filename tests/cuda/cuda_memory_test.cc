@@ -23,22 +23,46 @@ class CudaMemory : public CudaTest {
  protected:
   CudaMemory() : CudaTest(3) {}
 
-  // One whole use: prepare, view, evaluate, encode, control nets.
-  absl::StatusOr<std::vector<std::vector<uint8_t>>> Use(Backend& backend, Pipeline pipeline) {
+  using Bytes = std::vector<std::vector<uint8_t>>;
+  struct Scene {
+    std::shared_ptr<DeformTarget> target;
+    std::unique_ptr<DeformView> view;
+  };
+
+  // Refuses one allocation once left_ others are made; none where that is below 0.
+  absl::StatusOr<std::unique_ptr<Backend>> MakeRefusingBackend() {
+    return MakeCudaBackend(
+        {.memory_bytes = 256 * kMiB, .refuse_allocation = [this](std::string_view, uint64_t) {
+           return left_ >= 0 && left_-- == 0;
+         }});
+  }
+  // Evaluate, encode, control nets.
+  absl::StatusOr<Bytes> Use(const Scene& scene) {
+    const std::vector<uint32_t> chunks = AllChunks(*plan_);
+    if (auto s = scene.view->Evaluate(points_, BoxFor(*plan_, points_), chunks); !s.ok()) return s;
+    const auto encoded = scene.view->Encode(chunks, Encoding::kQuantised);
+    if (!encoded.ok()) return encoded.status();
+    const auto nets = scene.target->ControlNets(points_, 0, 2);
+    if (!nets.ok()) return nets.status();
+    Bytes bytes;
+    for (const SharedBytes& e : *encoded) bytes.emplace_back(e.span().begin(), e.span().end());
+    return bytes;
+  }
+  absl::StatusOr<Scene> Make(Backend& backend, Pipeline pipeline) {
     auto target = backend.Prepare(plan_, pipeline);
     if (!target.ok()) return target.status();
     auto view = (*target)->CreateView({.segments = 4, .normals = NormalMode::kSmooth});
     if (!view.ok()) return view.status();
-    const std::vector<uint32_t> chunks = AllChunks(*plan_);
-    if (auto s = (*view)->Evaluate(points_, BoxFor(*plan_, points_), chunks); !s.ok()) return s;
-    const auto encoded = (*view)->Encode(chunks, Encoding::kQuantised);
-    if (!encoded.ok()) return encoded.status();
-    const auto nets = (*target)->ControlNets(points_, 0, 2);
-    if (!nets.ok()) return nets.status();
-    std::vector<std::vector<uint8_t>> bytes;
-    for (const SharedBytes& e : *encoded) bytes.emplace_back(e.span().begin(), e.span().end());
-    return bytes;
+    return Scene{*std::move(target), *std::move(view)};
   }
+  // One whole use: prepare, view and the above; nothing of it is left.
+  absl::StatusOr<Bytes> Use(Backend& backend, Pipeline pipeline) {
+    const auto scene = Make(backend, pipeline);
+    if (!scene.ok()) return scene.status();
+    return Use(*scene);
+  }
+
+  int left_ = -1;
 };
 
 TEST_F(CudaMemory, BuffersAreCountedByPurposeAndGivenBack) {
@@ -84,31 +108,105 @@ TEST_F(CudaMemory, MoreThanTheDeviceHasLeavesItUsable) {
   EXPECT_OK(DeviceBuffer<uint8_t>::Create(*memory, "vertices", kMiB, stream->get()));
 }
 
+TEST_F(CudaMemory, APlanThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
+  const auto large = MakeCudaBackend({.memory_bytes = 256 * kMiB});
+  ASSERT_OK(large);
+  for (const Pipeline pipeline : kPipelines) {
+    SCOPED_TRACE(PipelineName(pipeline));
+    const auto target = (*large)->Prepare(plan_, pipeline);
+    ASSERT_OK(target);
+    const uint64_t bytes = (*target)->memory().at("device_plan");
+    const auto enough = MakeCudaBackend({.memory_bytes = bytes});
+    const auto small = MakeCudaBackend({.memory_bytes = bytes - 1});
+    ASSERT_OK(enough);
+    ASSERT_OK(small);
+
+    const auto refused = (*small)->Prepare(plan_, pipeline);
+
+    ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
+    EXPECT_EQ(error::DetailsOf(refused.status()).asked_bytes, bytes);
+    EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, bytes - 1);
+    EXPECT_EQ((*small)->devices().front().use, MemoryUse());
+    EXPECT_OK((*enough)->Prepare(plan_, pipeline));
+  }
+}
+
+// The budget's, counted to the byte by us: after the first use, since lanes keep their workspaces.
+void ExpectSameUse(const Backend& backend, const DeviceState& before) {
+  const DeviceState state = backend.devices().front();
+  EXPECT_EQ(state.free_bytes, before.free_bytes);
+  EXPECT_EQ(state.use, before.use);
+}
+
 TEST_F(CudaMemory, EveryFailedAllocationIsRefusedCleanly) {
-  int left = -1;  // allocations until one is refused; below 0: none is
-  const auto backend = MakeCudaBackend(
-      {.memory_bytes = 256 * kMiB, .refuse_allocation = [&left](std::string_view, uint64_t) {
-         return left >= 0 && left-- == 0;
-       }});
+  const auto backend = MakeRefusingBackend();
   ASSERT_OK(backend);
   for (const Pipeline pipeline : kPipelines) {
-    left = -1;
     const auto expected = Use(**backend, pipeline);
     ASSERT_OK(expected);
+    const DeviceState unused = (*backend)->devices().front();
     int refused = 0;
     for (int at = 0;; ++at) {
       SCOPED_TRACE(fmt::format("{}, allocation {}", PipelineName(pipeline), at));
-      left = at;
+      left_ = at;
       const auto failed = Use(**backend, pipeline);
+      left_ = -1;
+      ExpectSameUse(**backend, unused);
       if (failed.ok()) break;
       ASSERT_THAT(failed, StatusIs(absl::StatusCode::kResourceExhausted));
       ++refused;
-      left = -1;
       const auto again = Use(**backend, pipeline);
       ASSERT_OK(again);
       ASSERT_TRUE(*again == *expected);
+      ExpectSameUse(**backend, unused);
     }
-    EXPECT_GT(refused, 15) << PipelineName(pipeline);
+    EXPECT_GT(refused, 12) << PipelineName(pipeline);
+  }
+}
+
+TEST_F(CudaMemory, RefusalsLeaveALivingSceneAsItWas) {
+  const auto backend = MakeRefusingBackend();
+  ASSERT_OK(backend);
+  for (const Pipeline pipeline : kPipelines) {
+    const auto living = Make(**backend, pipeline);
+    ASSERT_OK(living);
+    const auto expected = Use(*living);
+    ASSERT_OK(expected);
+    ASSERT_OK(Use(**backend, pipeline));  // a second scene at once has a lane of its own
+    const DeviceState one_scene = (*backend)->devices().front();
+    int refused = 0;
+    for (int at = 0;; ++at) {
+      SCOPED_TRACE(fmt::format("{}, allocation {}", PipelineName(pipeline), at));
+      left_ = at;
+      const auto failed = Use(**backend, pipeline);
+      left_ = -1;
+      ExpectSameUse(**backend, one_scene);
+      if (failed.ok()) break;
+      ASSERT_THAT(failed, StatusIs(absl::StatusCode::kResourceExhausted));
+      ++refused;
+    }
+    EXPECT_GT(refused, 10) << PipelineName(pipeline);
+    const auto again = Use(*living);
+    ASSERT_OK(again);
+    EXPECT_TRUE(*again == *expected);
+    ExpectSameUse(**backend, one_scene);
+  }
+}
+
+TEST_F(CudaMemory, WhatIsOfNoSceneIsCountedByItself) {
+  const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB, .threads = 1});
+  ASSERT_OK(backend);
+  const std::vector<uint32_t> chunks = AllChunks(*plan_);
+  ASSERT_GT(chunks.size(), 1u) << "one is encoded on the host";
+  {
+    const auto scene = Make(**backend, Pipeline::kGemm);
+    ASSERT_OK(scene);
+    ASSERT_OK(scene->view->Evaluate(points_, BoxFor(*plan_, points_), chunks));
+    ASSERT_OK(scene->view->Encode(chunks, Encoding::kDracoPoints));
+    EXPECT_GT((*backend)->devices().front().use.at("draco"), 0u);
+  }
+  for (const auto& [purpose, bytes] : (*backend)->devices().front().use) {
+    EXPECT_EQ(bytes > 0, purpose == "gemm_workspace") << purpose;
   }
 }
 

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Tables that stay as they are, brought to the device in one block: asked of the budget at once, so
+// that what does not fit is refused with all its bytes before any is allocated.
+//
+//   | table | padding | table | padding | …      each begins at a multiple of 256 bytes
+//
+// Errors   those of device_buffer.h
+// Threads  one at a time; Send enqueues and does not wait
+#ifndef LATTICED_CUDA_DEVICE_TABLE_UPLOAD_H_
+#define LATTICED_CUDA_DEVICE_TABLE_UPLOAD_H_
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "cuda/device/device_buffer.h"
+
+namespace latticed {
+
+class TableUpload {
+ public:
+  // Copies the table. `to` must stay where it is: Send sets it to the table's place in the block, to
+  // null where the table is empty.
+  template <typename T>
+  void Add(std::span<const std::type_identity_t<T>> table, const T*& to) {
+    static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= kAlignment);
+    to = nullptr;
+    if (table.empty()) return;
+    bytes_.resize((bytes_.size() + kAlignment - 1) / kAlignment * kAlignment);
+    places_.push_back([at = bytes_.size(), &to](const uint8_t* block) {
+      to = reinterpret_cast<const T*>(block + at);
+    });
+    const auto* const from = reinterpret_cast<const uint8_t*>(table.data());
+    bytes_.insert(bytes_.end(), from, from + table.size_bytes());
+  }
+
+  // The block, to be kept as long as the tables are read. Once.
+  [[nodiscard]] absl::StatusOr<DeviceBuffer<uint8_t>> Send(std::shared_ptr<DeviceMemory> memory,
+                                                           std::string_view purpose,
+                                                           cudaStream_t stream) const {
+    auto block = DeviceBuffer<uint8_t>::Upload(std::move(memory), purpose, bytes_, stream);
+    if (!block.ok()) return block;
+    for (const auto& set_place : places_) set_place(block->data());
+    return block;
+  }
+
+ private:
+  static constexpr size_t kAlignment = 256;  // that of a block
+
+  std::vector<uint8_t> bytes_;
+  std::vector<std::function<void(const uint8_t* block)>> places_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DEVICE_TABLE_UPLOAD_H_
