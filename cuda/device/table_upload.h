@@ -34,29 +34,44 @@ class TableUpload {
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= kAlignment);
     to = nullptr;
     if (table.empty()) return;
-    bytes_.resize((bytes_.size() + kAlignment - 1) / kAlignment * kAlignment);
-    places_.push_back([at = bytes_.size(), &to](const uint8_t* block) {
-      to = reinterpret_cast<const T*>(block + at);
-    });
     const auto* const from = reinterpret_cast<const uint8_t*>(table.data());
-    bytes_.insert(bytes_.end(), from, from + table.size_bytes());
+    const size_t at = (size_ + kAlignment - 1) / kAlignment * kAlignment;
+    size_ = at + table.size_bytes();
+    tables_.push_back(
+        {.at = at,
+         .bytes = {from, from + table.size_bytes()},
+         .set_place = [&to](const uint8_t* place) { to = reinterpret_cast<const T*>(place); }});
   }
 
-  // The block, to be kept as long as the tables are read. Once.
+  // The block, to be kept as long as the tables are read.
   [[nodiscard]] absl::StatusOr<DeviceBuffer<uint8_t>> Send(std::shared_ptr<DeviceMemory> memory,
                                                            std::string_view purpose,
                                                            cudaStream_t stream) const {
-    auto block = DeviceBuffer<uint8_t>::Upload(std::move(memory), purpose, bytes_, stream);
+    auto block = DeviceBuffer<uint8_t>::Create(std::move(memory), purpose, size_, stream);
     if (!block.ok()) return block;
-    for (const auto& set_place : places_) set_place(block->data());
+    for (const Table& table : tables_) {
+      uint8_t* const place = block->data() + table.at;
+      if (auto s = CudaStatus(cudaMemcpyAsync(place, table.bytes.data(), table.bytes.size(),
+                                              cudaMemcpyHostToDevice, stream),
+                              purpose);
+          !s.ok()) {
+        return s;
+      }
+      table.set_place(place);
+    }
     return block;
   }
 
  private:
   static constexpr size_t kAlignment = 256;  // that of a block
+  struct Table {
+    size_t at;  // in the block
+    std::vector<uint8_t> bytes;
+    std::function<void(const uint8_t* place)> set_place;
+  };
 
-  std::vector<uint8_t> bytes_;
-  std::vector<std::function<void(const uint8_t* block)>> places_;
+  std::vector<Table> tables_;
+  size_t size_ = 0;
 };
 
 }  // namespace latticed
