@@ -6,7 +6,7 @@ import type { Bounds, Fit } from '../lattice/identity';
 import type { Lattice } from '../lattice/lattice';
 import type { SessionOptions } from '../session/open_session';
 import type { SceneSession, ViewRequest } from '../session/scene_session';
-import type { ExportedFile } from '../wire/export_download';
+import type { ExportedFile, ExportView } from '../wire/export_download';
 import type { MeshFile } from './mesh_file';
 
 export interface UploadedMesh {
@@ -41,6 +41,7 @@ export interface Services {
   exportScene(
     sceneId: string,
     format: ExportFormat,
+    view: ExportView,
     progress: (received: number, all: number) => void,
     signal: AbortSignal,
   ): Promise<ExportedFile>;
