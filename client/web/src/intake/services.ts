@@ -29,6 +29,8 @@ export interface SceneFacts {
 }
 
 export interface Services {
+  /** The largest mesh that the server takes, in bytes; 0: any. */
+  mostMeshBytes(): Promise<number>;
   /** Rejects with an Error in words; `progress` goes from 0 to 1. */
   upload(file: MeshFile, progress: (fraction: number) => void, signal: AbortSignal): Promise<UploadedMesh>;
   /** Makes a scene and returns its id. */

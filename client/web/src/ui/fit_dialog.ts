@@ -75,6 +75,7 @@ export class FitDialog {
       this.mesh = await this.parts.upload((fraction) => (this.bar.value = fraction), this.abort.signal);
     } catch (error) {
       if (!this.abort.signal.aborted) this.error.textContent = inWords(error);
+      this.bar.hidden = true;
       return;
     }
     const { name, vertices, faces, bounds } = this.mesh;

@@ -19,6 +19,11 @@ const CODES: Readonly<Record<number, Code>> = {
   409: Code.Aborted, 429: Code.ResourceExhausted,
 };
 
+/** What an HTTP status leaves of the server's reason. */
+const REASONS: Partial<Record<Code, string>> = {
+  [Code.Unauthenticated]: 'UNAUTHENTICATED', [Code.ResourceExhausted]: 'OUT_OF_MEMORY',
+};
+
 /**
  * Fetches /export/<scene>.<format> with the view's segments and normals, and with the token that a plain link could not
  * carry. The browser keeps the bytes, large files on disk, and not the page. Rejects with a ServerError.
@@ -47,7 +52,7 @@ export async function downloadExport(
 
 async function failureOf(answer: Response): Promise<ServerError> {
   const code = CODES[answer.status] ?? Code.Unavailable;
-  const reason = code === Code.Unauthenticated ? 'UNAUTHENTICATED' : 'EXPORT_FAILED';
+  const reason = REASONS[code] ?? 'EXPORT_FAILED';
   return new ServerError(code, reason, (await answer.text()).trim());
 }
 

@@ -118,7 +118,8 @@ async function exported(format: string): Promise<{ name: string; bytes: Buffer }
 before(async () => {
   const tokens = Object.entries(TOKENS).map(([role, token]) => `${createHash('sha256').update(token).digest('hex')} ${role} ${role}`);
   writeFileSync(join(folder, 'tokens'), tokens.join('\n'));
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!, ['--token-file', join(folder, 'tokens')]);
+  server = await ServerProcess.start(process.env.LATTICED_VIEWER!, [
+    '--token-file', join(folder, 'tokens'), '--memory', '24MiB', '--max-mesh-bytes', '1MiB']);
   browser = await launch();
   ({ page, errors } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`));
   // Red above left, green above right, blue below left, white below right.
@@ -146,6 +147,24 @@ test('without a token the page says that one is wanted', async () => {
 
   await stranger.locator('.fit .error').getByText('The server wants a token').waitFor();
   await stranger.close();
+});
+
+test('what is too large for the server is refused in words: how much it is, and how much there is', async () => {
+  await dropFiles(page, [['large.obj', '#'.repeat(1_200_000)]]);
+  const toast = page.locator('.toast-error');
+  await toast.getByText('large.obj is too large for the server: it has 1.20 MB, and 1.05 MB are the most.').waitFor();
+  await shot('viewer_too_large');
+  await toast.getByRole('button', { name: 'Close' }).click();
+
+  await page.locator('[data-sample=knot]').click();
+  for (const axis of ['u', 'v', 'w']) await page.getByLabel(`Points along ${axis}`).fill('30');
+  await page.getByText('5,760 faces').waitFor();
+  await page.getByRole('button', { name: 'Create scene' }).click();
+  const error = page.locator('.fit .error');
+  await error.getByText(/^Too large for the server: \S+ MB of memory are wanted for the scene's plan, and \S+ MB are free\.$/).waitFor();
+  await shot('viewer_no_memory');
+  await page.getByRole('button', { name: 'Cancel' }).click();
+  errors.length = 0; // the refused call is in the console too
 });
 
 const DROPS: Record<string, () => [string, string | Buffer][]> = {
