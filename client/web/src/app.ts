@@ -134,7 +134,7 @@ export class App {
   private refresh(): void {
     this.panel.refresh();
     const heat = this.settings.value.colouring === 'displacement';
-    this.heatLegend.show(heat ? this.scene?.session.surface.displacementRange : undefined);
+    this.heatLegend.show(heat ? this.scene?.session.surface.displacementRange : 0);
     for (const toolbar of this.toolbars) toolbar.refresh();
   }
 
