@@ -335,6 +335,9 @@ test('the help lists the key of every command, and Escape closes it', async () =
     keys.filter((key) => !listed.includes(key)),
     [],
   );
+  await page.keyboard.press('Tab'); // past its only button, out of the page
+  await page.keyboard.press('h');
+  assert.equal(await page.evaluate(() => window.latticed.scene!.editor.selection.hiddenCount), 0);
   await page.keyboard.press('Escape');
   await page.locator('.help').waitFor({ state: 'detached' });
 });
