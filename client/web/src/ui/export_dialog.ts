@@ -39,24 +39,18 @@ const NORMALS: Record<ExportView['normals'], string> = {
 /** Asks for segments and a format, and has the server write the deformed surface when one is chosen. */
 export function showExportDialog({ formats, view, patches, write }: ExportDialogParts): void {
   let { segments } = view;
-  const facts = h('p', { class: 'facts' });
-  const showFacts = (): void => {
-    const triangles = (patches * segments ** 2).toLocaleString('en');
-    facts.textContent = `${triangles} triangles, ${NORMALS[view.normals]}`;
-  };
-  const amount = numberInput(
-    {
-      label: 'Segments',
-      get: () => segments,
-      set: (n) => {
-        segments = n;
-        showFacts();
-      },
-    },
+  const facts = h('p', { class: 'facts', role: 'status' });
+  const { element: amount, refresh } = numberInput(
+    { label: 'Segments', get: () => segments, set: (n) => (segments = n) },
     { min: 1, max: 32, step: 1 },
   );
-  amount.refresh();
-  showFacts();
+  const showFacts = (): void => {
+    const isValid = amount.validity.valid && amount.value !== '';
+    const triangles = (patches * amount.valueAsNumber ** 2).toLocaleString('en');
+    facts.textContent = isValid ? `${triangles} triangles, ${NORMALS[view.normals]}` : 'Segments are 1 to 32.';
+    for (const choice of choices) choice.disabled = !isValid;
+  };
+  for (const event of ['input', 'change']) amount.addEventListener(event, showFacts);
   const abort = new AbortController();
   const note = h('p', { class: 'note', role: 'status' });
   const error = h('p', { class: 'error', role: 'alert' });
@@ -72,7 +66,7 @@ export function showExportDialog({ formats, view, patches, write }: ExportDialog
     'Export',
     'export',
     h('h2', {}, 'Export the deformed surface'),
-    field('Segments', amount.element),
+    field('Segments', amount),
     facts,
     ...choices,
     note,
@@ -84,9 +78,11 @@ export function showExportDialog({ formats, view, patches, write }: ExportDialog
     ),
   );
   dialog.addEventListener('close', () => abort.abort());
+  refresh();
+  showFacts();
 
   const save = async (format: ExportFormat): Promise<void> => {
-    for (const choice of choices) choice.disabled = true;
+    for (const control of [amount, ...choices]) control.disabled = true;
     error.textContent = '';
     note.textContent = `The server writes the ${format.toUpperCase()} …`;
     try {
@@ -98,7 +94,7 @@ export function showExportDialog({ formats, view, patches, write }: ExportDialog
     } catch (failure) {
       error.textContent = inWords(failure);
       note.textContent = '';
-      for (const choice of choices) choice.disabled = false;
+      for (const control of [amount, ...choices]) control.disabled = false;
     }
   };
 }

@@ -243,7 +243,11 @@ test('an export has the segments and normals that the page shows, or the segment
   await shot('viewer_export');
   const { bytes: ply } = await exported('ply');
   await page.keyboard.press('Control+e');
+  await page.getByRole('spinbutton', { name: 'Segments' }).fill('33');
+  await page.getByText('Segments are 1 to 32.').waitFor();
+  assert.equal(await page.locator('.export-choice:enabled').count(), 0);
   await page.getByRole('spinbutton', { name: 'Segments' }).fill('2');
+  await page.getByText(`${4 * patches} triangles, no normals`).waitFor();
   const { bytes: stl } = await exported('stl');
 
   const head = ply.toString('latin1', 0, ply.indexOf('end_header'));
