@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/web/deform_socket.h"
 
-#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -15,6 +14,7 @@
 #include "google/rpc/status.pb.h"
 #include "server/web/call_metadata.h"
 #include "server/web/http_answers.h"
+#include "server/web/query_parameters.h"
 #include "server/web/web_socket.h"
 #include "server/wire/grpc_status.h"
 
@@ -115,18 +115,10 @@ void DeformSocket::OnEnd(grpc::Status status, CallMetadata /*trailers*/) {
 
 // What the query says of the call, among what the browser's own fields say.
 absl::StatusOr<CallMetadata> MetadataOf(const HttpRequest& request) {
+  auto parameters = QueryParameters(request.query, kQueryMetadata);
+  if (!parameters.ok()) return parameters.status();
   HttpFields fields = request.fields;
-  for (const auto pair : absl::StrSplit(request.query, '&', absl::SkipEmpty())) {
-    const std::string text(pair);
-    const size_t equals = std::min(text.find('='), text.size());
-    const std::string name = text.substr(0, equals);
-    std::string value;
-    if (std::ranges::find(kQueryMetadata, name) == kQueryMetadata.end() || equals == text.size() ||
-        !PercentDecode(text.substr(equals + 1), &value)) {
-      return error::InvalidField("query", fmt::format("'{}' is none of its parameters", text));
-    }
-    fields.push_back({name, value});
-  }
+  fields.insert(fields.end(), parameters->begin(), parameters->end());
   return ToMetadata(fields);
 }
 

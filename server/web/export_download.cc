@@ -5,11 +5,14 @@
 #include <array>
 #include <utility>
 
+#include "absl/strings/numbers.h"
 #include "core/base/error.h"
+#include "core/base/limits.h"
 #include "fmt/format.h"
 #include "latticed/v1/surface.pb.h"
 #include "server/web/call_metadata.h"
 #include "server/web/http_answers.h"
+#include "server/web/query_parameters.h"
 #include "server/wire/grpc_status.h"
 
 namespace latticed::web {
@@ -24,6 +27,49 @@ constexpr std::array<std::pair<std::string_view, v1::ExportFormat>, 6> kFormats 
      {"glb", v1::EXPORT_FORMAT_GLB},
      {"drc", v1::EXPORT_FORMAT_DRC},
      {"nets", v1::EXPORT_FORMAT_CONTROL_NETS}}};
+
+constexpr std::array<std::string_view, 2> kParameters = {"segments", "normals"};
+constexpr std::array<std::pair<std::string_view, v1::NormalMode>, 3> kNormals = {
+    {{"none", v1::NORMAL_MODE_NONE},
+     {"facet", v1::NORMAL_MODE_FACET},
+     {"smooth", v1::NORMAL_MODE_SMOOTH}}};
+
+absl::StatusOr<int> SegmentsOf(const std::string& text) {
+  int segments = 0;
+  if (absl::SimpleAtoi(text, &segments) && segments >= limits::kMinSegments &&
+      segments <= limits::kMaxSegments) {
+    return segments;
+  }
+  return error::InvalidField("segments", fmt::format("got '{}', allowed is {} to {}", text,
+                                                     limits::kMinSegments, limits::kMaxSegments));
+}
+
+absl::StatusOr<v1::NormalMode> NormalsOf(std::string_view text) {
+  for (const auto& [name, mode] : kNormals) {
+    if (text == name) return mode;
+  }
+  return error::InvalidField("normals",
+                             fmt::format("got '{}', allowed are none, facet, smooth", text));
+}
+
+// What the query asks of the surface; what it does not name is as the scene's default view has it.
+absl::StatusOr<v1::ViewOptions> ViewOf(const std::string& query) {
+  const auto parameters = QueryParameters(query, kParameters);
+  if (!parameters.ok()) return parameters.status();
+  v1::ViewOptions view;
+  for (const auto& [name, value] : *parameters) {
+    if (name == "segments") {
+      const auto segments = SegmentsOf(value);
+      if (!segments.ok()) return segments.status();
+      view.set_segments(*segments);
+    } else {
+      const auto normals = NormalsOf(value);
+      if (!normals.ok()) return normals.status();
+      view.set_normals(*normals);
+    }
+  }
+  return view;
+}
 
 std::string Bytes(const grpc::ByteBuffer& buffer) {
   std::vector<grpc::Slice> slices;
@@ -130,6 +176,9 @@ void RunExportDownload(const ServerChannel& server, const RequestGuard& guard,
         404, "exports are /export/<scene>.<format>; formats: ply, obj, stl, glb, drc, nets"));
   }
   wanted.set_scene(name.substr(0, dot));
+  auto view = ViewOf(request.query);
+  if (!view.ok()) return exchange->Reply(FailureAnswer(ToGrpcStatus(view.status())));
+  *wanted.mutable_view() = *std::move(view);
   auto metadata = ToMetadata(request.fields);
   if (!metadata.ok()) return exchange->Reply(FailureAnswer(ToGrpcStatus(metadata.status())));
   std::make_shared<ExportDownload>(guard, exchange)->Start(server, wanted, *std::move(metadata));

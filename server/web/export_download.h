@@ -4,6 +4,9 @@
 // GET /export/<scene>.<format>: SceneService.Export as a download, under the file name that the server
 // gives it. Formats: ply, obj, stl, glb, drc, nets.
 //
+//   ?segments=20         1 to 32 segments an edge     } absent: as in the scene's default view
+//   ?normals=smooth      none, facet or smooth        }
+//
 // Errors   an HTTP status with the words of the rpc's; a failure after the first byte breaks the
 //          connection, so that no browser keeps half a file
 // Threads  on the connection's strand

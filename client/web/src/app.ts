@@ -134,7 +134,7 @@ export class App {
   private refresh(): void {
     this.panel.refresh();
     const heat = this.settings.value.colouring === 'displacement';
-    this.heatLegend.show(heat ? this.scene?.session.surface.displacementRange : undefined);
+    this.heatLegend.show(heat ? this.scene?.session.surface.displacementRange : 0);
     for (const toolbar of this.toolbars) toolbar.refresh();
   }
 
@@ -186,7 +186,8 @@ export class App {
   /** Keys go to a running transform first, then to commands; never away from a field or a dialog. */
   private key(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
-    if (target.closest('input:not([type=checkbox]):not([type=range]), select, textarea, dialog') !== null) return;
+    if (document.querySelector('dialog[open]') !== null) return; // also where the focus has left it
+    if (target.closest('input:not([type=checkbox]):not([type=range]), select, textarea') !== null) return;
     const editor = this.scene?.editor;
     if (editor?.transforming) {
       // Ctrl snaps meanwhile; an undo in the middle of a gesture would tear it.

@@ -98,7 +98,7 @@ export class SceneOpener {
     const lattice = files[kinds.indexOf('lattice')];
     const others = files.filter((file, i) => file !== lattice && !isCompanion(file, i));
     const mesh = others.find(({ name }) => fileKind(name) !== undefined) ?? others[0];
-    if (mesh !== undefined) this.takeMesh(await readMeshFile(mesh), companions);
+    if (mesh !== undefined) this.takeMesh(await readMeshFile(mesh, () => this.app.services.mostMeshBytes()), companions);
     else if (lattice !== undefined) await this.takeLattice(lattice);
     else if (companions.length > 0) this.takeCompanions(companions);
   }

@@ -68,7 +68,7 @@ export class SceneView {
     });
     viewport.element.append(this.softCircle.element);
     viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object);
-    session.surface.onChanged = () => viewport.invalidate();
+    session.surface.onChanged = () => this.refreshSoon();
     this.listen();
     this.applySettings(settings.value);
     this.refresh();

@@ -78,7 +78,8 @@ test('an update is shown whole, in world units about an origin far away', async 
 test('the heat map ends at the largest displacement of a patch corner, and there is nothing at rest', async () => {
   const receiving = new Receiving(true);
   const rest = { origin: [1e6, 0, -2] as const, corners: new Float32Array(27).fill(1) };
-  const surface = new SurfaceMesh({ ...noPatches, restCorners: () => Promise.resolve(rest) });
+  const surface = new SurfaceMesh({ ...noPatches, restCorners: () => (++asked, Promise.resolve(rest)) });
+  let asked = 0;
   const apply = async (id: bigint, value: number): Promise<void> => {
     receiving.begin(id);
     receiving.chunks(id, chunk(0, 6, 2), chunk(1, 3, value));
@@ -95,6 +96,15 @@ test('the heat map ends at the largest displacement of a patch corner, and there
   assert.ok(Math.abs(surface.displacementRange - 4 * Math.sqrt(3)) < 1e-9, `${surface.displacementRange}`);
   await apply(2n, 2);
   assert.equal(surface.displacementRange, 0);
+
+  // The server has inserted a knot: what lies at rest is asked for when the patches are there that it is for.
+  surface.structureChanged();
+  assert.equal(asked, 1);
+  const again = new Promise<void>((resolve) => (surface.onChanged = resolve));
+  await apply(3n, 10);
+  await again;
+  assert.equal(asked, 2);
+  assert.ok(Math.abs(surface.displacementRange - 4 * Math.sqrt(3)) < 1e-9, `${surface.displacementRange}`);
 });
 
 test('where the next update has ended before one is decoded, both are one, and nothing is decoded twice', async () => {

@@ -102,15 +102,18 @@ test('a key runs its command, unless the command cannot run', () => {
   assert.equal(tooltip(command), 'All (A)');
 });
 
-test('files are told apart by their names, and others are refused in words', async () => {
+test('files are told apart by their names, and those that cannot be taken are refused in words', async () => {
+  const read = (file: File, most = 0) => readMeshFile(file as unknown as globalThis.File, () => Promise.resolve(most));
   assert.equal(fileKind('Teapot.v2.OBJ'), 'obj');
   assert.equal(fileKind('lattice.json'), 'lattice');
   assert.equal(fileKind('README'), undefined);
-  await assert.rejects(
-    readMeshFile(new File(['x'], 'part.step') as unknown as globalThis.File),
-    /part.step is no mesh that the server reads/,
-  );
-  await assert.rejects(readMeshFile(new File([], 'part.stl') as unknown as globalThis.File), /part.stl is empty/);
+  await assert.rejects(read(new File(['x'], 'part.step')), /^Error: part.step is no mesh that the server reads/);
+  await assert.rejects(read(new File([], 'part.stl')), /part.stl is empty/);
+  const large = new File([new Uint8Array(2500)], 'part.ply');
+  assert.equal((await read(large, 2500)).bytes.length, 2500);
+  await assert.rejects(read(large, 2000), /part.ply is too large for the server: it has 2.50 kB, and 2.00 kB are the most\./);
+  const folder = Object.assign(new File(['x'], 'part.obj'), { arrayBuffer: () => Promise.reject(new Error('NotFoundError')) });
+  await assert.rejects(read(folder), /The browser cannot read part.obj, 1 bytes\./);
 });
 
 for (const [name, vertices, faces] of [

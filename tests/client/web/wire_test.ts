@@ -8,6 +8,7 @@ import { ErrorInfoSchema } from 'google/rpc/error_info_pb';
 import { EditResultSchema, type EditBatch } from 'latticed/v1/edit_pb';
 import { SceneEventSchema, type SceneEvent } from 'latticed/v1/event_pb';
 import { ControlWatchResponseSchema, SceneService, type ControlWatchRequest } from 'latticed/v1/scene_pb';
+import { downloadExport } from '@src/wire/export_download';
 import { randomUuid } from '@src/wire/ids';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { ServerError } from '@src/wire/server_error';
@@ -25,12 +26,39 @@ test('what a socket closes with is the status of the stream', () => {
   assert.equal(inWords(cut), 'The server cannot be reached.');
 });
 
-test('errors are sentences: too large says how much is free, a role which one it takes', () => {
-  const tooLarge = new ServerError(Code.ResourceExhausted, 'OUT_OF_MEMORY', 'x', { asked_bytes: '5000000000', free_bytes: '1234567' });
-  assert.equal(inWords(tooLarge), 'Too large for the server: it takes 5.00 GB of memory, of which 1.23 MB are free.');
+test('errors are sentences: too large says how much is free, a role which one it takes, a bad file why', () => {
+  const needs = 'the upload needs 5000000000 bytes, 1234567 are free';
+  const words = 'Too large for the server: 5.00 GB of memory are wanted for the upload, and 1.23 MB are free.';
+  const metadata = { asked_bytes: '5000000000', free_bytes: '1234567' };
+  assert.equal(inWords(new ServerError(Code.ResourceExhausted, 'OUT_OF_MEMORY', needs, metadata)), words);
+  assert.equal(inWords(ServerError.fromClose(4008, `OUT_OF_MEMORY: ${needs}`)), words);
+  const unknown = new ServerError(Code.ResourceExhausted, 'OUT_OF_MEMORY', 'the plan needs more memory than there is');
+  assert.equal(inWords(unknown), 'The plan needs more memory than there is.');
+  const malformed = new ServerError(Code.InvalidArgument, 'MALFORMED_FILE', 'data: not a valid OBJ file, line 3: no number');
+  assert.equal(inWords(malformed), 'Not a valid OBJ file, line 3: no number.');
+  assert.equal(inWords(new Error('part.stl is empty.')), 'part.stl is empty.');
   assert.match(inWords(new ServerError(Code.PermissionDenied, 'PERMISSION_DENIED', 'x', { role: 'edit' })), /role "edit"/);
   assert.equal(inWords(new ServerError(Code.InvalidArgument, 'OUT_OF_RANGE', 'degree is 1 to 3')), 'Degree is 1 to 3.');
   assert.equal(bytes(999), '999 bytes');
+});
+
+test('an export is asked for as it is shown, and one that the server has no memory for is refused in words', async () => {
+  const asked: string[] = [];
+  const answers = [new Response('ply', { headers: { 'content-disposition': "attachment; filename*=UTF-8''a%20b.ply" } }),
+    new Response('the export needs 8255887100 bytes, 731283 are free\n', { status: 429 })];
+  const fetchOfNode = globalThis.fetch;
+  globalThis.fetch = (address) => (asked.push(String(address)), Promise.resolve(answers.shift()!));
+  try {
+    const download = () => downloadExport(new LatticedServer('http://test'), 'scene-1', 'ply', { segments: 20, normals: 'facet' },
+      () => undefined, new AbortController().signal);
+    assert.equal((await download()).name, 'a b.ply');
+    const refusal = await download().then(() => 'none', inWords);
+
+    assert.deepEqual(asked, Array(2).fill('http://test/export/scene-1.ply?segments=20&normals=facet'));
+    assert.equal(refusal, 'Too large for the server: 8.26 GB of memory are wanted for the export, and 731 kB are free.');
+  } finally {
+    globalThis.fetch = fetchOfNode;
+  }
 });
 
 test('editor ids are version 4 UUIDs', () => {

@@ -4,6 +4,7 @@
 // The viewer's files, what is said to foreign pages, downloads, and the operator's port.
 #include <gmock/gmock.h>
 
+#include <cstring>
 #include <thread>
 
 #include "server/web/admin_pages.h"
@@ -13,6 +14,7 @@ namespace latticed::testing {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 TEST_F(WebTest, ServesTheViewerAsAPageThatTrustsNobody) {
@@ -92,7 +94,7 @@ TEST_F(WebTest, NothingOutsideOfTheFolderIsServed) {
         "/%2e%2e%5csecret", "/index.html%00", "/%zz", "//etc/passwd", "/nothing", "/link/"}) {
     const WebAnswer answer = Get(target);
     EXPECT_EQ(answer.status, 404) << target;
-    EXPECT_THAT(answer.body, ::testing::Not(HasSubstr("secret"))) << target;
+    EXPECT_THAT(answer.body, Not(HasSubstr("secret"))) << target;
   }
 }
 
@@ -193,6 +195,48 @@ TEST_F(WebTest, DownloadsAnExport) {
     const WebAnswer other = Get(fmt::format("/export/{}.{}", kScene, format));
     EXPECT_EQ(other.status, 200) << format;
     EXPECT_GT(other.body.size(), 100) << format;
+  }
+}
+
+TEST_F(WebTest, DownloadsAnExportWithTheSegmentsAndNormalsAskedFor) {
+  ServeScene();
+  const auto triangles = [this](const std::string& query) {
+    const WebAnswer file = Get(fmt::format("/export/{}.stl{}", kScene, query));
+    EXPECT_EQ(file.status, 200) << file.body;
+    uint32_t count = 0;
+    std::memcpy(&count, file.body.substr(80, 4).data(), 4);
+    return count;
+  };
+  const auto ply = [this](const std::string& query) {
+    return Get(fmt::format("/export/{}.ply?{}", kScene, query)).body;
+  };
+
+  const uint32_t patches = triangles("?segments=1");
+
+  EXPECT_EQ(triangles("?normals=facet&segments=3"), 9 * patches);
+  EXPECT_EQ(triangles("?segments=%33%32"), 1024 * patches) << "32, escaped";
+  EXPECT_EQ(triangles(""), 16 * patches) << "the scene's default view";
+  EXPECT_THAT(ply("normals=smooth&segments=1"), HasSubstr("property float nx"));
+  EXPECT_THAT(ply("normals=none&segments=1"), Not(HasSubstr("property float nx")));
+}
+
+TEST_F(WebTest, AQueryOfADownloadThatMeansNothingIsRefused) {
+  ServeScene();
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"segments=0", "segments: got '0', allowed is 1 to 32"},
+      {"segments=33", "segments: got '33', allowed is 1 to 32"},
+      {"segments=4.5", "segments: got '4.5', allowed is 1 to 32"},
+      {"segments=99999999999", "allowed is 1 to 32"},
+      {"segments=", "segments: got '', allowed is 1 to 32"},
+      {"normals=rough", "normals: got 'rough', allowed are none, facet, smooth"},
+      {"segments", "query: 'segments' has no value that can be read"},
+      {"segments=%zz", "query: 'segments=%zz' has no value that can be read"},
+      {"segments=4&bits=8", "query: 'bits' is none of its parameters: segments, normals"}};
+
+  for (const auto& [query, why] : cases) {
+    const WebAnswer answer = Get(fmt::format("/export/{}.ply?{}", kScene, query));
+    EXPECT_EQ(answer.status, 400) << query;
+    EXPECT_THAT(answer.body, HasSubstr(why)) << query;
   }
 }
 

@@ -30,9 +30,12 @@ export function fileCommands(app: App): Command[] {
       'export',
       'Export…',
       ({ session }) =>
-        showExportDialog(EXPORT_FORMATS, (format, ...rest) =>
-          app.services.exportScene(session.sceneId, format, ...rest),
-        ),
+        showExportDialog({
+          formats: EXPORT_FORMATS,
+          view: app.settings.value.view,
+          patches: session.surface.patchCount,
+          write: (...order) => app.services.exportScene(session.sceneId, ...order),
+        }),
       {
         keys: ['Ctrl+E'],
         icon: 'export',

@@ -36,7 +36,7 @@ export function viewCommands(app: App): Command[] {
     onOff(app, 'View', 'ghost', 'Rest shape', { keys: ['T'] }),
     onOff(app, 'View', 'knotBoxes', 'Box edges', { keys: ['J'] }),
     onOff(app, 'View', 'cage', 'Cage', { keys: ['C'], icon: 'lattice' }),
-    onOff(app, 'View', 'panel', 'Side panel', { keys: ['N'], icon: 'panel' }),
+    onOff(app, 'View', 'panel', 'Side panel', { keys: ['N'], icon: 'panel', enabled: () => app.scene !== undefined }),
     {
       id: 'theme',
       label: 'Theme: system, dark, light',

@@ -9,7 +9,7 @@ import { sub, type Basis, type Vec3 } from '../lattice/vec';
 import type { SceneSession } from '../session/scene_session';
 import type { SettingsStore } from '../state/settings';
 import { beginSpread, respread } from './build_edit';
-import { secondOrientation } from './constraint';
+import { secondOrientation, type Constraint } from './constraint';
 import { transformHeadline } from './headline';
 import type { MotionKind } from './motion';
 import { orientationBasis, pivotPoint } from './pivot';
@@ -58,6 +58,11 @@ export class Editor {
   /** Whether a transform runs that takes the pointer and the keys. */
   get transforming(): boolean {
     return this.running !== undefined;
+  }
+
+  /** Of the running transform. */
+  get constraint(): Constraint | undefined {
+    return this.running?.transform.constraint;
   }
 
   /** Begins anew after a change of the lattice's structure. */

@@ -159,7 +159,10 @@ export class TransformSession {
     return towards * this.snapped(this.travel.turn, SNAP_ANGLE);
   }
 
-  /** As a ball under the pointer: about up by what it goes right, about right by what it goes down. */
+  /**
+   * As a ball under the pointer: about up by what it goes right, about right by what it goes down. One turn about the sum
+   * of both, as Blender's: the way back takes it back, and soft selection can take a part of it beyond half a turn.
+   */
   private roll(): Motion {
     const [right, up] = this.view.basis;
     const [dx, dy] = this.travel.way;

@@ -3,6 +3,8 @@
 //
 // Files that are dropped or chosen: which of them are meshes, lattices, pictures.
 
+import { bytes } from '../wire/words';
+
 export type MeshFormatName = 'obj' | 'ply' | 'stl' | 'glb' | 'drc';
 
 export interface MeshFile {
@@ -35,12 +37,24 @@ export function fileKind(name: string): FileKind | undefined {
 /** For the file dialog: meshes, and what may come with them. */
 export const MESH_ENDINGS = '.obj,.ply,.stl,.glb,.drc,.mtl,.png,.jpg,.jpeg,.webp';
 
-/** Reads a dropped mesh; throws an Error in words for another file. */
-export async function readMeshFile(file: File): Promise<MeshFile> {
+/**
+ * Reads a dropped mesh. Throws an Error in words for another file, and for one that the browser cannot read or that is
+ * larger than the server takes.
+ *
+ * @param mostBytes Asked only of a mesh; 0: any number.
+ */
+export async function readMeshFile(file: File, mostBytes: () => Promise<number>): Promise<MeshFile> {
   const kind = fileKind(file.name);
   if (kind === undefined || kind === 'lattice' || kind === 'materials' || kind === 'picture') {
     throw new Error(`${file.name} is no mesh that the server reads: OBJ, PLY, STL, GLB or DRC.`);
   }
   if (file.size === 0) throw new Error(`${file.name} is empty.`);
-  return { name: file.name, format: kind, bytes: new Uint8Array(await file.arrayBuffer()) };
+  const most = await mostBytes();
+  if (most > 0 && file.size > most) {
+    throw new Error(`${file.name} is too large for the server: it has ${bytes(file.size)}, and ${bytes(most)} are the most.`);
+  }
+  const content = await file.arrayBuffer().catch(() => {
+    throw new Error(`The browser cannot read ${file.name}, ${bytes(file.size)}.`); // a folder, or larger than a page may hold
+  });
+  return { name: file.name, format: kind, bytes: new Uint8Array(content) };
 }

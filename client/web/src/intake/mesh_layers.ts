@@ -32,9 +32,9 @@ export async function meshLayers(file: MeshFile, companions: readonly File[], gr
   }
 }
 
-/** Whether a mesh that was dropped asks to be seen in its colours: pictures came with it, or inside it. */
+/** Whether a mesh that was dropped asks to be seen in its colours: pictures came with it, be it in vain, or inside it. */
 export function hasColours(file: MeshFile, companions: readonly File[]): boolean {
-  if (companions.length > 0) return file.format !== 'stl' && file.format !== 'drc';
+  if (companions.length > 0) return true;
   return file.format === 'glb' && glbJson(file.bytes).includes('"baseColorTexture"');
 }
 

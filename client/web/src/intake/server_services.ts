@@ -30,6 +30,10 @@ const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
 
 export function serverServices(server: LatticedServer): Services {
   return {
+    async mostMeshBytes() {
+      const { limits } = await server.server.getServerInfo({});
+      return Number(limits?.maxMeshBytes ?? 0);
+    },
     async upload(file, progress, signal) {
       const header = { name: file.name, format: FORMATS[file.format] };
       const onProgress = (sent: number, all: number): void => progress(sent / all);

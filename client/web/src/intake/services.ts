@@ -6,7 +6,7 @@ import type { Bounds, Fit } from '../lattice/identity';
 import type { Lattice } from '../lattice/lattice';
 import type { SessionOptions } from '../session/open_session';
 import type { SceneSession, ViewRequest } from '../session/scene_session';
-import type { ExportedFile } from '../wire/export_download';
+import type { ExportedFile, ExportView } from '../wire/export_download';
 import type { MeshFile } from './mesh_file';
 
 export interface UploadedMesh {
@@ -29,6 +29,8 @@ export interface SceneFacts {
 }
 
 export interface Services {
+  /** The largest mesh that the server takes, in bytes; 0: any. */
+  mostMeshBytes(): Promise<number>;
   /** Rejects with an Error in words; `progress` goes from 0 to 1. */
   upload(file: MeshFile, progress: (fraction: number) => void, signal: AbortSignal): Promise<UploadedMesh>;
   /** Makes a scene and returns its id. */
@@ -41,6 +43,7 @@ export interface Services {
   exportScene(
     sceneId: string,
     format: ExportFormat,
+    view: ExportView,
     progress: (received: number, all: number) => void,
     signal: AbortSignal,
   ): Promise<ExportedFile>;

@@ -95,8 +95,10 @@ export class SessionStream implements ConnectionHost {
   retrying(error: ServerError | undefined): void {
     this.lost();
     this.restored = false;
-    if (error?.reason === 'OUT_OF_MEMORY') this.takeViewBack(error);
-    this.tell('retrying', error ? `${inWords(error)} Trying again …` : 'The connection ended. Connecting again …');
+    const isFull = error?.reason === 'OUT_OF_MEMORY';
+    if (isFull) this.takeViewBack(error);
+    const advice = isFull ? ' Fewer segments take less.' : '';
+    this.tell('retrying', error ? `${inWords(error)}${advice} Trying again …` : 'The connection ended. Connecting again …');
   }
 
   async ended(error: ServerError): Promise<boolean> {

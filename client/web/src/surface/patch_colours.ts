@@ -22,10 +22,12 @@ export class PatchColours {
   /** @param changed Told when something has come. */
   constructor(private readonly source: PatchSource, private readonly changed: () => void) {}
 
-  /** Another layout; patches stay the same unless their number changes. */
-  setLayout(layout: TopologyLayout): void {
-    if (this.layout && this.layout.patchCount !== layout.patchCount) this.forget();
+  /** The layout of what is drawn; says whether its patches are others, which they are where their number is. */
+  setLayout(layout: TopologyLayout): boolean {
+    const areOthers = this.layout?.patchCount !== layout.patchCount;
+    if (this.layout && areOthers) this.forget();
     this.layout = layout;
+    return areOthers;
   }
 
   /** u v layer per corner of the mesh. */
@@ -36,6 +38,12 @@ export class PatchColours {
     this.asked.uvs = false;
   }
 
+  /** The lattice has other knots: nothing is asked for until a layout of theirs comes. */
+  structureChanged(): void {
+    this.forget();
+    this.layout = undefined;
+  }
+
   forget(): void {
     ++this.generation;
     for (const texture of [this.restCorners, this.boxColours, this.uvs]) texture?.dispose();
@@ -44,7 +52,7 @@ export class PatchColours {
   }
 
   wantRest(): void {
-    if (this.asked.rest) return;
+    if (this.asked.rest || !this.layout) return;
     this.asked.rest = true;
     void this.fetch(() => this.source.restCorners(), (rest) => this.takeRest(rest));
   }

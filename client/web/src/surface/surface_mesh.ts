@@ -100,7 +100,8 @@ export class SurfaceMesh implements SurfaceSink {
       this.points.write(layout.firstPointOf(index), decoded.points);
       this.extents.set(decoded.extent, 6 * index);
     }
-    if (normals !== this.hasNormals || this.mesh.geometry !== geometry) {
+    const areOthers = this.patches.setLayout(layout);
+    if (areOthers || normals !== this.hasNormals || this.mesh.geometry !== geometry) {
       this.hasNormals = normals;
       this.mesh.geometry = this.ghost.geometry = geometry;
       this.mesh.visible = true;
@@ -112,7 +113,7 @@ export class SurfaceMesh implements SurfaceSink {
 
   /** The knots have changed: patches are others, and what is known of them is of no use. */
   structureChanged(): void {
-    this.patches.forget();
+    this.patches.structureChanged();
     this.dress();
   }
 
@@ -146,7 +147,6 @@ export class SurfaceMesh implements SurfaceSink {
     this.uniforms.pattern.value = patternTexture(layout.patternPoints);
     this.uniforms.pointsPerPatch.value = layout.pointsPerPatch;
     this.uniforms.segments.value = layout.segments;
-    this.patches.setLayout(layout);
   }
 
   private takeGrid(grid: Grid): void {

@@ -28,6 +28,19 @@ export function svg(tag: string, attributes: Record<string, string | number>, ..
   return element;
 }
 
+/** Enter in a dialog's field takes what was typed, where it is valid, and does what the dialog is for. */
+export function onEnter(dialog: HTMLDialogElement, act: () => void): void {
+  dialog.addEventListener('keydown', (event) => {
+    const field = event.target;
+    if (event.key !== 'Enter' || !(field instanceof HTMLInputElement)) return; // of a button it is the press
+    event.preventDefault();
+    if (!field.reportValidity()) return;
+    field.blur(); // a field changes when it is left
+    field.focus();
+    act();
+  });
+}
+
 /** Opens a modal dialog; it is gone from the page once closed. */
 export function showDialog(label: string, className: string, ...content: Child[]): HTMLDialogElement {
   const dialog = h('dialog', { class: `dialog ${className}`, 'aria-label': label }, ...content);

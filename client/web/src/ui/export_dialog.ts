@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { ExportFormat } from '../intake/services';
-import type { ExportedFile } from '../wire/export_download';
+import type { ExportedFile, ExportView } from '../wire/export_download';
 import { bytes, inWords } from '../wire/words';
-import { button } from './controls';
+import { button, field, numberInput } from './controls';
 import { h, showDialog } from './dom';
 import { saveFile } from './save_file';
 
@@ -17,12 +17,40 @@ const NOTES: Record<ExportFormat, string> = {
 
 export type Export = (
   format: ExportFormat,
+  view: ExportView,
   progress: (received: number, all: number) => void,
   signal: AbortSignal,
 ) => Promise<ExportedFile>;
 
-/** Asks for a format, and has the server write the deformed surface when one is chosen. */
-export function showExportDialog(formats: readonly ExportFormat[], write: Export): void {
+export interface ExportDialogParts {
+  readonly formats: readonly ExportFormat[];
+  /** What the page shows, which the dialog begins with. */
+  readonly view: ExportView;
+  readonly patches: number;
+  readonly write: Export;
+}
+
+const NORMALS: Record<ExportView['normals'], string> = {
+  smooth: 'smooth normals',
+  facet: 'normals of facets',
+  none: 'no normals',
+};
+
+/** Asks for segments and a format, and has the server write the deformed surface when one is chosen. */
+export function showExportDialog({ formats, view, patches, write }: ExportDialogParts): void {
+  let { segments } = view;
+  const facts = h('p', { class: 'facts', role: 'status' });
+  const { element: amount, refresh } = numberInput(
+    { label: 'Segments', get: () => segments, set: (n) => (segments = n) },
+    { min: 1, max: 32, step: 1 },
+  );
+  const showFacts = (): void => {
+    const isValid = amount.validity.valid && amount.value !== '';
+    const triangles = (patches * amount.valueAsNumber ** 2).toLocaleString('en');
+    facts.textContent = isValid ? `${triangles} triangles, ${NORMALS[view.normals]}` : 'Segments are 1 to 32.';
+    for (const choice of choices) choice.disabled = !isValid;
+  };
+  for (const event of ['input', 'change']) amount.addEventListener(event, showFacts);
   const abort = new AbortController();
   const note = h('p', { class: 'note', role: 'status' });
   const error = h('p', { class: 'error', role: 'alert' });
@@ -38,6 +66,8 @@ export function showExportDialog(formats: readonly ExportFormat[], write: Export
     'Export',
     'export',
     h('h2', {}, 'Export the deformed surface'),
+    field('Segments', amount),
+    facts,
     ...choices,
     note,
     error,
@@ -48,13 +78,15 @@ export function showExportDialog(formats: readonly ExportFormat[], write: Export
     ),
   );
   dialog.addEventListener('close', () => abort.abort());
+  refresh();
+  showFacts();
 
   const save = async (format: ExportFormat): Promise<void> => {
-    for (const choice of choices) choice.disabled = true;
+    for (const control of [amount, ...choices]) control.disabled = true;
     error.textContent = '';
     note.textContent = `The server writes the ${format.toUpperCase()} …`;
     try {
-      const { name, blob } = await write(format, (received, all) => {
+      const { name, blob } = await write(format, { ...view, segments }, (received, all) => {
         note.textContent = `${bytes(received)} of ${bytes(all)}`;
       }, abort.signal);
       saveFile(name, blob);
@@ -62,7 +94,7 @@ export function showExportDialog(formats: readonly ExportFormat[], write: Export
     } catch (failure) {
       error.textContent = inWords(failure);
       note.textContent = '';
-      for (const choice of choices) choice.disabled = false;
+      for (const control of [amount, ...choices]) control.disabled = false;
     }
   };
 }

@@ -8,7 +8,7 @@ import { AXES, AXIS_NAMES, pointCount, refusalOfAxes, type Axes } from '../latti
 import { DEFAULT_FIT, type Fit } from '../lattice/identity';
 import { bytes, inWords } from '../wire/words';
 import { button, choice, numberInput, type Control } from './controls';
-import { h, showDialog } from './dom';
+import { h, onEnter, showDialog } from './dom';
 
 const DEGREES = [
   ['1', '1, straight'],
@@ -57,10 +57,7 @@ export class FitDialog {
       ),
     );
     this.dialog.addEventListener('close', () => this.abort.abort());
-    this.dialog.addEventListener(
-      'keydown',
-      (event) => event.key === 'Enter' && !this.create.disabled && void this.submit(),
-    );
+    onEnter(this.dialog, () => void this.submit());
     this.check();
     void this.upload();
   }
@@ -75,6 +72,7 @@ export class FitDialog {
       this.mesh = await this.parts.upload((fraction) => (this.bar.value = fraction), this.abort.signal);
     } catch (error) {
       if (!this.abort.signal.aborted) this.error.textContent = inWords(error);
+      this.bar.hidden = true;
       return;
     }
     const { name, vertices, faces, bounds } = this.mesh;

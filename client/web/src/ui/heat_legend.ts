@@ -14,9 +14,9 @@ export class HeatLegend {
     this.end,
   );
 
-  /** The displacement at the end of the colours, in world units; undefined hides the legend. */
-  show(range: number | undefined): void {
-    this.element.hidden = range === undefined;
-    this.end.textContent = Number((range ?? 0).toPrecision(3)).toString();
+  /** The displacement at the end of the colours, in world units; 0, until it is known, hides the legend. */
+  show(range = 0): void {
+    this.element.hidden = range === 0;
+    this.end.textContent = Number(range.toPrecision(3)).toString();
   }
 }

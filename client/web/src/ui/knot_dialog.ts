@@ -5,7 +5,7 @@
 import type { Editor } from '../edit/editor';
 import { AXIS_NAMES, domain, type Axis } from '../lattice/grid';
 import { button, numberInput, segmented } from './controls';
-import { h, showDialog } from './dom';
+import { h, onEnter, showDialog } from './dom';
 
 export function showKnotDialog(editor: Editor): void {
   let axis: Axis = 0;
@@ -48,5 +48,6 @@ export function showKnotDialog(editor: Editor): void {
       button('Insert', insert, { class: 'button primary' }),
     ),
   );
+  onEnter(dialog, insert);
   show();
 }

@@ -20,9 +20,10 @@ export class People {
 
   show(others: Iterable<Presence>): void {
     const dots = [...others].map(({ name, colour, selected }) => {
+      const points = selected.length === 1 ? 'control point' : 'control points';
       const dot = h(
         'span',
-        { class: 'person', title: `${name || 'Somebody'}: ${selected.length} control points selected` },
+        { class: 'person', title: `${name || 'Somebody'}: ${selected.length} ${points} selected` },
         (name || '?').slice(0, 1),
       );
       dot.style.background = `#${colour.toString(16).padStart(6, '0')}`;

@@ -43,7 +43,7 @@ export function startScreen(choices: StartChoices): HTMLElement {
       'div',
       { class: 'start-drop' },
       icon('load'),
-      h('p', {}, 'Drop an OBJ, PLY, STL or GLB file here'),
+      h('p', {}, 'Drop an OBJ, PLY, STL, GLB or DRC file here'),
       h('p', { class: 'faint' }, 'and, with an OBJ or PLY, its MTL file and pictures'),
       browse,
     ),

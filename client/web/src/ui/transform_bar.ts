@@ -10,6 +10,7 @@ import { icon } from './icons';
 
 export class TransformBar {
   readonly element = h('div', { class: 'transform-bar', role: 'toolbar', 'aria-label': 'Running transform' });
+  private readonly axes = ['X', 'Y', 'Z'].map((name) => button(name, () => this.press(name, this.plane.isOn())));
   private readonly plane = this.held('Plane', 'Keep to the plane across the axis');
   private readonly fine = this.held('Fine', 'A tenth of the way');
   private readonly snap = this.held('Snap', 'In steps');
@@ -23,17 +24,19 @@ export class TransformBar {
 
   /** `editor`: of the scene that is open. */
   constructor(private readonly editor: () => Editor | undefined) {
-    const axes = ['X', 'Y', 'Z'].map((name) => button(name, () => this.press(name, this.plane.isOn())));
     const cancel = button('', () => this.press('Escape'), { class: 'button', 'aria-label': 'Cancel' });
     const confirm = button('', () => this.press('Enter'), { class: 'button primary', 'aria-label': 'Confirm' });
     cancel.append(icon('close'));
     confirm.append(icon('check'));
     this.element.hidden = true;
-    this.element.append(...axes, this.plane.element, this.fine.element, this.snap.element, this.amount, cancel, confirm);
+    const { axes, plane, fine, snap, amount } = this;
+    this.element.append(...axes, plane.element, fine.element, snap.element, amount, cancel, confirm);
   }
 
   /** Shown while a transform runs; begins anew with each. */
   show(running: boolean): void {
+    const axis = this.editor()?.constraint?.axis;
+    this.axes.forEach((each, i) => each.setAttribute('aria-pressed', String(i === axis)));
     if (this.element.hidden === !running) return;
     this.element.hidden = !running;
     this.amount.value = '';

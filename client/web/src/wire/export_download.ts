@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { Code } from '@connectrpc/connect';
+import type { ViewRequest } from '../session/scene_session';
 import type { LatticedServer } from './latticed_server';
 import { ServerError } from './server_error';
 
@@ -10,24 +11,33 @@ export interface ExportedFile {
   readonly blob: Blob;
 }
 
+/** Of a view, what a file is written with. */
+export type ExportView = Pick<Required<ViewRequest>, 'segments' | 'normals'>;
+
 const CODES: Readonly<Record<number, Code>> = {
   400: Code.InvalidArgument, 401: Code.Unauthenticated, 403: Code.PermissionDenied, 404: Code.NotFound,
   409: Code.Aborted, 429: Code.ResourceExhausted,
 };
 
+/** What an HTTP status leaves of the server's reason. */
+const REASONS: Partial<Record<Code, string>> = {
+  [Code.Unauthenticated]: 'UNAUTHENTICATED', [Code.ResourceExhausted]: 'OUT_OF_MEMORY',
+};
+
 /**
- * Fetches /export/<scene>.<format>, with the token that a plain link could not carry. The browser keeps the bytes,
- * large files on disk, and not the page. Rejects with a ServerError.
+ * Fetches /export/<scene>.<format> with the view's segments and normals, and with the token that a plain link could not
+ * carry. The browser keeps the bytes, large files on disk, and not the page. Rejects with a ServerError.
  *
  * @param onProgress Told after every part, in bytes.
  */
 export async function downloadExport(
-  server: LatticedServer, sceneId: string, format: string, onProgress: (received: number, all: number) => void,
-  signal: AbortSignal,
+  server: LatticedServer, sceneId: string, format: string, { segments, normals }: ExportView,
+  onProgress: (received: number, all: number) => void, signal: AbortSignal,
 ): Promise<ExportedFile> {
   const headers = { 'latticed-scene': sceneId, ...(server.token && { authorization: `Bearer ${server.token}` }) };
   try {
-    const answer = await fetch(`${server.origin}/export/${sceneId}.${format}`, { headers, signal });
+    const query = new URLSearchParams({ segments: String(segments), normals });
+    const answer = await fetch(`${server.origin}/export/${sceneId}.${format}?${query}`, { headers, signal });
     if (!answer.ok) throw await failureOf(answer);
     const all = Number(answer.headers.get('content-length') ?? 0);
     const counted = answer.body!.pipeThrough(counter((received) => onProgress(received, all)));
@@ -42,7 +52,7 @@ export async function downloadExport(
 
 async function failureOf(answer: Response): Promise<ServerError> {
   const code = CODES[answer.status] ?? Code.Unavailable;
-  const reason = code === Code.Unauthenticated ? 'UNAUTHENTICATED' : 'EXPORT_FAILED';
+  const reason = REASONS[code] ?? 'EXPORT_FAILED';
   return new ServerError(code, reason, (await answer.text()).trim());
 }
 

@@ -1,13 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { Code } from '@connectrpc/connect';
+import { Code, ConnectError } from '@connectrpc/connect';
 import { ServerError } from './server_error';
 
 /**
  * An error as a sentence for people. The server's own messages say what was got, what is allowed and what to do,
- * so they are kept; words are made where it says nothing or where the viewer knows more.
+ * so they are kept; words are made where it says nothing or where the viewer knows more. Errors of the page itself, which
+ * may begin with the name of a file, are in words as they are.
  */
 export function inWords(error: unknown): string {
+  const isOfServer = error instanceof ServerError || error instanceof ConnectError;
+  if (error instanceof Error && !isOfServer) return ended(error.message || error.name);
   const failure = ServerError.fromConnect(error);
   switch (failure.reason) {
     case 'NOTHING_TO_UNDO': return 'There is nothing to undo.';
@@ -15,6 +18,7 @@ export function inWords(error: unknown): string {
     case 'UNDO_CONFLICT': return 'Somebody else has moved the same points since, so the step stays.';
     case 'STRUCTURE_CHANGED': return 'The lattice got other control points meanwhile, so the edit was dropped.';
     case 'OUT_OF_MEMORY': return outOfMemory(failure);
+    case 'MALFORMED_FILE': return sentence(failure.message.replace(/^data: /, ''));
     case 'PERMISSION_DENIED':
       return `The token of this page does not allow that: it takes the role "${failure.metadata.role ?? 'edit'}".`;
     case 'UNAUTHENTICATED': return 'The server wants a token: open the page with #token=… at the end of its address.';
@@ -25,15 +29,22 @@ export function inWords(error: unknown): string {
 
 /** "a b" to "A b." */
 function sentence(text: string): string {
-  const capital = text.charAt(0).toUpperCase() + text.slice(1);
-  return /[.!?]$/.test(capital) ? capital : `${capital}.`;
+  return ended(text.charAt(0).toUpperCase() + text.slice(1));
 }
 
-function outOfMemory(failure: ServerError): string {
-  const { asked_bytes: asked, free_bytes: free } = failure.metadata;
-  // A WebSocket ends without metadata: of "needs 5000000 bytes, 1234 are free" the numbers are made readable.
-  if (!asked || !free) return sentence(failure.message.replace(/\b(\d{4,})\b( bytes)?/g, (_, count: string) => bytes(Number(count))));
-  return `Too large for the server: it takes ${bytes(Number(asked))} of memory, of which ${bytes(Number(free))} are free.`;
+function ended(text: string): string {
+  return /[.!?…]$/.test(text) ? text : `${text}.`;
+}
+
+/** Of "the view needs 5000000 bytes, 1234 are free": all there is where a WebSocket or a download ends. */
+function outOfMemory({ message, metadata }: ServerError): string {
+  const [, what, asked, free] = /^(.+) needs (\d+) bytes, (\d+) are free$/.exec(message) ?? [];
+  const wanted = metadata.asked_bytes ?? asked;
+  const left = metadata.free_bytes ?? free;
+  if (!wanted || !left) return sentence(message);
+  const forWhat = what === undefined ? '' : ` for ${what}`;
+  const [needed, available] = [bytes(Number(wanted)), bytes(Number(left))];
+  return `Too large for the server: ${needed} of memory are wanted${forWhat}, and ${available} are free.`;
 }
 
 /** A number of bytes with a unit, three digits. */

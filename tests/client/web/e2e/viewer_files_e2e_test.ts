@@ -105,10 +105,21 @@ async function shot(name: string): Promise<void> {
   if (process.env.LATTICED_SHOTS) await page.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
 }
 
+/** What a format of the open dialog writes. */
+async function exported(format: string): Promise<{ name: string; bytes: Buffer }> {
+  const [download] = await Promise.all([
+    page.waitForEvent('download'), page.locator('.export-choice', { hasText: format.toUpperCase() }).click()]);
+  const parts: Buffer[] = [];
+  for await (const part of await download.createReadStream()) parts.push(part as Buffer);
+  await page.locator('.export').waitFor({ state: 'detached' });
+  return { name: download.suggestedFilename(), bytes: Buffer.concat(parts) };
+}
+
 before(async () => {
   const tokens = Object.entries(TOKENS).map(([role, token]) => `${createHash('sha256').update(token).digest('hex')} ${role} ${role}`);
   writeFileSync(join(folder, 'tokens'), tokens.join('\n'));
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!, ['--token-file', join(folder, 'tokens')]);
+  server = await ServerProcess.start(process.env.LATTICED_VIEWER!, [
+    '--token-file', join(folder, 'tokens'), '--memory', '24MiB', '--max-mesh-bytes', '1MiB']);
   browser = await launch();
   ({ page, errors } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`));
   // Red above left, green above right, blue below left, white below right.
@@ -136,6 +147,24 @@ test('without a token the page says that one is wanted', async () => {
 
   await stranger.locator('.fit .error').getByText('The server wants a token').waitFor();
   await stranger.close();
+});
+
+test('what is too large for the server is refused in words: how much it is, and how much there is', async () => {
+  await dropFiles(page, [['large.obj', '#'.repeat(1_200_000)]]);
+  const toast = page.locator('.toast-error');
+  await toast.getByText('large.obj is too large for the server: it has 1.20 MB, and 1.05 MB are the most.').waitFor();
+  await shot('viewer_too_large');
+  await toast.getByRole('button', { name: 'Close' }).click();
+
+  await page.locator('[data-sample=knot]').click();
+  for (const axis of ['u', 'v', 'w']) await page.getByLabel(`Points along ${axis}`).fill('30');
+  await page.getByText('5,760 faces').waitFor();
+  await page.getByRole('button', { name: 'Create scene' }).click();
+  const error = page.locator('.fit .error');
+  await error.getByText(/^Too large for the server: \S+ MB of memory are wanted for the scene's plan, and \S+ MB are free\.$/).waitFor();
+  await shot('viewer_no_memory');
+  await page.getByRole('button', { name: 'Cancel' }).click();
+  errors.length = 0; // the refused call is in the console too
 });
 
 const DROPS: Record<string, () => [string, string | Buffer][]> = {
@@ -186,14 +215,10 @@ test('every format is downloaded with the token of the page, which a reload keep
   };
   for (const [format, isOne] of Object.entries(magic)) {
     await page.keyboard.press('Control+e');
-    const [download] = await Promise.all([
-      page.waitForEvent('download'), page.locator('.export-choice', { hasText: format.toUpperCase() }).click()]);
-    const parts: Buffer[] = [];
-    for await (const part of await download.createReadStream()) parts.push(part as Buffer);
+    const { name, bytes } = await exported(format);
 
-    assert.ok(isOne(Buffer.concat(parts)), format);
-    assert.match(download.suggestedFilename(), new RegExp(`\\.${format}$`));
-    await page.locator('.export').waitFor({ state: 'detached' });
+    assert.ok(isOne(bytes), format);
+    assert.match(name, new RegExp(`\\.${format}$`));
   }
   assert.deepEqual(errors, []);
 
@@ -204,6 +229,32 @@ test('every format is downloaded with the token of the page, which a reload keep
   assert.match(link, /\?scene=[0-9a-f]{32}$/);
   await page.reload();
   await page.locator('.connection[data-state=live]').waitFor();
+});
+
+test('an export has the segments and normals that the page shows, or the segments that its dialog is told', async () => {
+  const patches = await page.evaluate(() => window.latticed.scene!.session.surface.patchCount);
+  await page.keyboard.press('n'); // the panel
+  await page.getByLabel('Normals', { exact: true }).selectOption('none');
+  await page.getByRole('slider', { name: 'Segments' }).fill('3');
+  await page.keyboard.press('n');
+
+  await page.keyboard.press('Control+e');
+  await page.getByText(`${9 * patches} triangles, no normals`).waitFor();
+  await shot('viewer_export');
+  const { bytes: ply } = await exported('ply');
+  await page.keyboard.press('Control+e');
+  await page.getByRole('spinbutton', { name: 'Segments' }).fill('33');
+  await page.getByText('Segments are 1 to 32.').waitFor();
+  assert.equal(await page.locator('.export-choice:enabled').count(), 0);
+  await page.getByRole('spinbutton', { name: 'Segments' }).fill('2');
+  await page.getByText(`${4 * patches} triangles, no normals`).waitFor();
+  const { bytes: stl } = await exported('stl');
+
+  const head = ply.toString('latin1', 0, ply.indexOf('end_header'));
+  assert.match(head, new RegExp(`element face ${9 * patches}\n`));
+  assert.doesNotMatch(head, /nx/);
+  assert.equal(stl.readUInt32LE(80), 4 * patches);
+  assert.equal(await page.evaluate(() => window.latticed.settings.value.view.segments), 3); // what is shown stays
 });
 
 test('a token that may only look sees the scene; its edit goes back, in words', async () => {
