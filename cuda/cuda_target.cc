@@ -13,6 +13,12 @@
 #include "cuda/view/cuda_view.h"
 
 namespace latticed {
+namespace {
+
+// Patches that are evaluated in 50 us: such a scene does not wait until all of a larger one has begun.
+constexpr size_t kSmallScene = 65'536;
+
+}  // namespace
 
 CudaTarget::CudaTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
                        std::shared_ptr<CudaContext> context)
@@ -38,7 +44,7 @@ absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpe
   if (auto status = Validate(spec); !status.ok()) return status;
   const DeviceGuard guard(context_->device());
   try {
-    auto lane = context_->lanes().Borrow();
+    auto lane = context_->lanes().Borrow(Priority());
     if (!lane.ok()) return lane.status();
     auto kernel = CreateKernel(spec, *lane);
     if (!kernel.ok()) return kernel.status();
@@ -48,6 +54,10 @@ absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpe
   } catch (const std::bad_alloc&) {
     return error::AllocationFailed("the view");
   }
+}
+
+StreamPriority CudaTarget::Priority() const {
+  return plan_->patches.size() <= kSmallScene ? StreamPriority::kGreatest : StreamPriority::kLeast;
 }
 
 absl::StatusOr<std::unique_ptr<CudaVertexKernel>> CudaTarget::CreateKernel(

@@ -39,6 +39,7 @@ class CudaTarget : public DeformTarget {
  private:
   CudaTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
              std::shared_ptr<CudaContext> context);
+  StreamPriority Priority() const;
   absl::StatusOr<std::unique_ptr<CudaVertexKernel>> CreateKernel(
       const ViewSpec& spec, const std::shared_ptr<CudaLane>& lane);
 

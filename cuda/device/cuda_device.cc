@@ -17,9 +17,16 @@ DeviceGuard::~DeviceGuard() {
   if (previous_ >= 0 && previous_ != device_) static_cast<void>(cudaSetDevice(previous_));
 }
 
-absl::StatusOr<CudaStream> CudaStream::Create() {
+absl::StatusOr<CudaStream> CudaStream::Create(StreamPriority priority) {
+  constexpr std::string_view kWhat = "a stream";
+  int least = 0, greatest = 0;
+  if (auto s = CudaStatus(cudaDeviceGetStreamPriorityRange(&least, &greatest), kWhat); !s.ok()) {
+    return s;
+  }
   cudaStream_t stream = nullptr;
-  if (auto s = CudaStatus(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), "a stream");
+  const int number = priority == StreamPriority::kGreatest ? greatest : least;
+  if (auto s =
+          CudaStatus(cudaStreamCreateWithPriority(&stream, cudaStreamNonBlocking, number), kWhat);
       !s.ok()) {
     return s;
   }

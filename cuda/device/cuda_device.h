@@ -33,10 +33,14 @@ class DeviceGuard {
 };
 
 // A stream that does not wait for the legacy default stream.
+// Blocks of greater priority begin first where blocks of several streams wait for a multiprocessor.
+enum class StreamPriority { kLeast, kGreatest };
+
 class CudaStream {
  public:
   // On the current device.
-  [[nodiscard]] static absl::StatusOr<CudaStream> Create();
+  [[nodiscard]] static absl::StatusOr<CudaStream> Create(
+      StreamPriority priority = StreamPriority::kLeast);
   ~CudaStream();
   CudaStream(const CudaStream&) = delete;  // one owner
   CudaStream& operator=(const CudaStream&) = delete;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device/cuda_lanes.h"
 
+#include <algorithm>
+
 namespace latticed {
 
 absl::StatusOr<CudaGemm*> CudaLane::gemm() {
@@ -13,19 +15,20 @@ absl::StatusOr<CudaGemm*> CudaLane::gemm() {
   return gemm_.get();
 }
 
-absl::StatusOr<std::shared_ptr<CudaLane>> CudaLanes::Borrow() {
+absl::StatusOr<std::shared_ptr<CudaLane>> CudaLanes::Borrow(StreamPriority priority) {
   std::unique_ptr<CudaLane> lane;
   {
     const std::scoped_lock lock(mutex_);
-    if (!free_.empty()) {
-      lane = std::move(free_.back());
-      free_.pop_back();
+    const auto found = std::ranges::find(free_, priority, &CudaLane::priority);
+    if (found != free_.end()) {
+      lane = std::move(*found);
+      free_.erase(found);
     }
   }
   if (lane == nullptr) {
-    auto stream = CudaStream::Create();
+    auto stream = CudaStream::Create(priority);
     if (!stream.ok()) return stream.status();
-    lane = std::make_unique<CudaLane>(*std::move(stream), memory_);
+    lane = std::make_unique<CudaLane>(priority, *std::move(stream), memory_);
   }
   // Back into the list at the end; the list lives as long as any lane.
   return std::shared_ptr<CudaLane>(lane.release(), [lanes = shared_from_this()](CudaLane* used) {

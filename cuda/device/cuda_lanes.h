@@ -23,9 +23,10 @@ namespace latticed {
 
 class CudaLane {
  public:
-  CudaLane(CudaStream stream, std::shared_ptr<DeviceMemory> memory)
-      : stream_(std::move(stream)), memory_(std::move(memory)) {}
+  CudaLane(StreamPriority priority, CudaStream stream, std::shared_ptr<DeviceMemory> memory)
+      : priority_(priority), stream_(std::move(stream)), memory_(std::move(memory)) {}
 
+  StreamPriority priority() const { return priority_; }
   const CudaStream& stream() const { return stream_; }
   // Made on first use: the fused pipeline multiplies no matrices.
   [[nodiscard]] absl::StatusOr<CudaGemm*> gemm();
@@ -40,7 +41,8 @@ class CudaLane {
   bool marks_stages() const { return static_cast<bool>(stage_mark_); }
 
  private:
-  CudaStream stream_;  // first: the workspace goes back on it
+  const StreamPriority priority_;
+  CudaStream stream_;  // before the rest: the workspace goes back on it
   std::shared_ptr<DeviceMemory> memory_;
   std::unique_ptr<CudaGemm> gemm_;
   StageMark stage_mark_;
@@ -51,7 +53,8 @@ class CudaLanes : public std::enable_shared_from_this<CudaLanes> {
   explicit CudaLanes(std::shared_ptr<DeviceMemory> memory) : memory_(std::move(memory)) {}
 
   // Work that the last user left on the stream comes first. On the current device.
-  [[nodiscard]] absl::StatusOr<std::shared_ptr<CudaLane>> Borrow();
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<CudaLane>> Borrow(
+      StreamPriority priority = StreamPriority::kLeast);
 
  private:
   std::shared_ptr<DeviceMemory> memory_;

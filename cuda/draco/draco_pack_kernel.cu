@@ -244,7 +244,7 @@ __global__ void __launch_bounds__(kThreads)
     PackSymbols(arguments.work, chunk, true, packer);
   }
   packer.Copy(frame.end, frame.end_size);
-  packer.Zeros(arguments.out + place.at + place.size);
+  packer.Zeros(arguments.out + place.at + RoundUpTo16(place.size));
 }
 
 }  // namespace

@@ -16,8 +16,8 @@ namespace {
 // Of the host's writer: batches for all of its threads.
 constexpr size_t kHostChunks = 256;
 // On the device the last state of a chunk is reached after a fifth of a millisecond, however few
-// there are. A thread of the host takes less for one.
-constexpr size_t kHostChunksAThread = 1;
+// there are. A thread of the host takes a tenth of that for each.
+constexpr size_t kHostChunksAThread = 3;
 
 }  // namespace
 

@@ -40,6 +40,12 @@ bool MayTakeLong(const v1::DeformRequest& request) {
   });
 }
 
+// When the edit that made the revision was committed, unless another has followed it already.
+absl::Time CommitTime(const Scene& scene, uint64_t revision) {
+  const auto state = scene.State();
+  return state->revision == revision ? state->commit_time : absl::Now();
+}
+
 // Reading runs beside writing: one message is read, answered, then the next is asked for.
 class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
                            public StreamSink,
@@ -254,10 +260,12 @@ void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival,
     return Apply(batch);
   });
 
+  absl::Time applied = absl::Now();
   v1::SceneEvent event;
   v1::EditResult& result = *event.mutable_edit_result();
   if (summary.ok()) {
     result = ToProto(*summary);
+    applied = CommitTime(stream->scene(), summary->revision);
     last_revision_ = std::max(last_revision_, summary->revision);
   } else {
     env_->calls->NoteRefusal(error::DetailsOf(summary.status()).reason);
@@ -273,7 +281,7 @@ void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival,
     return static_cast<uint32_t>(std::max<int64_t>(absl::ToInt64Microseconds(duration), 0));
   };
   result.mutable_timings()->set_queue_us(microseconds(begin - arrival));
-  result.mutable_timings()->set_apply_us(microseconds(absl::Now() - begin));
+  result.mutable_timings()->set_apply_us(microseconds(applied - begin));
   stream->Answer(event);
 }
 
