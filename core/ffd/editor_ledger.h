@@ -9,8 +9,10 @@
 #ifndef LATTICED_CORE_FFD_EDITOR_LEDGER_H_
 #define LATTICED_CORE_FFD_EDITOR_LEDGER_H_
 
+#include <chrono>
 #include <cstdint>
 #include <list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -29,6 +31,8 @@ struct EditSummary {
   uint64_t patches_touched = 0;
   double largest_move = 0;   // of a control point, world units; 0 where the structure changed
   double drag_residual = 0;  // EditTarget's
+  // By the scene; none of a batch that came before, and was answered from memory.
+  std::optional<std::chrono::steady_clock::time_point> commit_time;
 };
 
 class EditorLedger {

@@ -5,6 +5,13 @@
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // After foreach_target, as Highway asks.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <mutex>
+#include <numeric>
+
 #include "core/view/rising.h"
 #include "hwy/highway.h"
 
@@ -40,8 +47,31 @@ namespace latticed {
 
 HWY_EXPORT(RiseImpl);
 
+namespace {
+
+// Of NumbersBelow: the first 2^n are at n, or null; made when they are wanted and never freed.
+std::array<std::atomic<const uint32_t*>, 32> tables;
+
+}  // namespace
+
 bool Rise(std::span<const uint32_t> numbers) {
+  const bool known = std::ranges::any_of(
+      tables, [&](const auto& table) { return table.load() == numbers.data(); });
+  if (known && numbers.data() != nullptr) return true;
   return HWY_DYNAMIC_DISPATCH(RiseImpl)(numbers.data(), numbers.size());
+}
+
+std::span<const uint32_t> NumbersBelow(uint32_t count) {
+  static std::mutex mutex;
+  std::atomic<const uint32_t*>& table = tables[static_cast<size_t>(std::bit_width(count))];
+  const std::scoped_lock lock(mutex);
+  if (table.load() == nullptr) {
+    const size_t size = size_t{1} << std::bit_width(count);
+    auto* const numbers = new uint32_t[size];
+    std::iota(numbers, numbers + size, 0u);
+    table = numbers;
+  }
+  return {table.load(), count};
 }
 
 }  // namespace latticed

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <new>
-#include <numeric>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/view/rising.h"
 
 namespace latticed {
 
@@ -16,8 +16,7 @@ SpannedView::SpannedView(std::shared_ptr<const DeformPlan> plan, const ViewSpec&
     : plan_(std::move(plan)), contract_(*plan_, spec), parts_(std::move(parts)) {
   uint32_t most = 0;
   for (size_t p = 0; p < parts_.size(); ++p) most = std::max(most, End(p) - parts_[p].first_chunk);
-  all_.resize(most);
-  std::iota(all_.begin(), all_.end(), 0u);
+  all_ = NumbersBelow(most);
 }
 
 uint32_t SpannedView::End(size_t part) const {
@@ -55,7 +54,7 @@ absl::Status SpannedView::EvaluateParts(std::span<const Vec3d> control_points,
     const uint32_t first = parts_[p].first_chunk;
     const auto end = std::lower_bound(next, chunks.end(), End(p));
     const auto count = static_cast<size_t>(end - next);
-    std::span<const uint32_t> named = std::span(all_).first(count);
+    std::span<const uint32_t> named = all_.first(count);
     if (count < End(p) - first) {
       named_.assign(next, end);
       for (uint32_t& chunk : named_) chunk -= first;
@@ -107,7 +106,6 @@ MemoryUse SpannedView::memory() const {
   for (const Part& part : parts_) {
     for (const auto& [purpose, bytes] : part.view->memory()) use[purpose] += bytes;
   }
-  use["staging"] += all_.size() * sizeof(all_[0]);
   return use;
 }
 

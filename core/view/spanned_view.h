@@ -55,8 +55,8 @@ class SpannedView : public DeformView {
   const std::shared_ptr<const DeformPlan> plan_;
   ViewContract contract_;
   const std::vector<Part> parts_;
-  std::vector<uint32_t> all_;    // 0, 1, … for the largest part: whole parts are named by it
-  std::vector<uint32_t> named_;  // of the part that is being told
+  std::span<const uint32_t> all_;  // 0, 1, … for the largest part: whole parts are named by it
+  std::vector<uint32_t> named_;    // of the part that is being told
 };
 
 }  // namespace latticed

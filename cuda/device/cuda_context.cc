@@ -39,9 +39,10 @@ absl::StatusOr<std::shared_ptr<const DeviceStage>> CudaContext::Stage(int degree
   }
   // Uploaded without the lock: others, of other sizes, do not wait for it.
   auto made = DeviceStage::Create(degree, segments, memory_, stream_);
-  if (!made.ok()) return made;
   const std::scoped_lock lock(mutex_);
+  // Before a refusal is told: another's copy may be what has taken the room.
   if (auto known = stages_[key].lock(); known != nullptr) return known;
+  if (!made.ok()) return made;
   stages_[key] = *made;
   return made;
 }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device/cuda_device.h"
 
+#include <string_view>
+
 #include "core/base/error.h"
 #include "cuda/device/cuda_status.h"
 #include "fmt/format.h"

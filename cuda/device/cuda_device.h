@@ -32,10 +32,10 @@ class DeviceGuard {
   int previous_ = -1;
 };
 
-// A stream that does not wait for the legacy default stream.
 // Blocks of greater priority begin first where blocks of several streams wait for a multiprocessor.
 enum class StreamPriority { kLeast, kGreatest };
 
+// A stream that does not wait for the legacy default stream.
 class CudaStream {
  public:
   // On the current device.

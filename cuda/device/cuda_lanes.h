@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Streams with their cuBLAS handles, lent one a view and kept for the next: a handle costs more
+// Streams with their cuBLAS handles, lent one a view and kept for the next of its priority: a handle costs more
 // than a frame.
 //
 // Errors   those of cuda_status.h; kResourceExhausted for the handle's workspace

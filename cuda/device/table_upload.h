@@ -11,36 +11,36 @@
 #ifndef LATTICED_CUDA_DEVICE_TABLE_UPLOAD_H_
 #define LATTICED_CUDA_DEVICE_TABLE_UPLOAD_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <span>
 #include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "cuda/device/cuda_status.h"
 #include "cuda/device/device_buffer.h"
 
 namespace latticed {
 
 class TableUpload {
  public:
-  // Copies the table. `to` must stay where it is: Send sets it to the table's place in the block, to
-  // null where the table is empty.
+  // `to` must stay where it is: Send sets it to the table's place in the block, to null where the
+  // table is empty.
   template <typename T>
-  void Add(std::span<const std::type_identity_t<T>> table, const T*& to) {
+  void Add(std::vector<std::type_identity_t<T>> table, const T*& to) {
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= kAlignment);
     to = nullptr;
     if (table.empty()) return;
-    const auto* const from = reinterpret_cast<const uint8_t*>(table.data());
+    const auto elements = std::make_shared<const std::vector<T>>(std::move(table));
     const size_t at = (size_ + kAlignment - 1) / kAlignment * kAlignment;
-    size_ = at + table.size_bytes();
-    tables_.push_back(
-        {.at = at,
-         .bytes = {from, from + table.size_bytes()},
-         .set_place = [&to](const uint8_t* place) { to = reinterpret_cast<const T*>(place); }});
+    const size_t bytes = elements->size() * sizeof(T);
+    size_ = at + bytes;
+    const auto set_place = [&to](const uint8_t* place) { to = reinterpret_cast<const T*>(place); };
+    tables_.push_back({at, bytes, {elements, elements->data()}, set_place});
   }
 
   // The block, to be kept as long as the tables are read.
@@ -51,7 +51,7 @@ class TableUpload {
     if (!block.ok()) return block;
     for (const Table& table : tables_) {
       uint8_t* const place = block->data() + table.at;
-      if (auto s = CudaStatus(cudaMemcpyAsync(place, table.bytes.data(), table.bytes.size(),
+      if (auto s = CudaStatus(cudaMemcpyAsync(place, table.elements.get(), table.bytes,
                                               cudaMemcpyHostToDevice, stream),
                               purpose);
           !s.ok()) {
@@ -66,7 +66,8 @@ class TableUpload {
   static constexpr size_t kAlignment = 256;  // that of a block
   struct Table {
     size_t at;  // in the block
-    std::vector<uint8_t> bytes;
+    size_t bytes;
+    std::shared_ptr<const void> elements;
     std::function<void(const uint8_t* place)> set_place;
   };
 

@@ -3,6 +3,7 @@
 #include "cuda/plan/device_plan.h"
 
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "core/ffd/direct_ffd.h"
@@ -84,9 +85,9 @@ absl::Status DevicePlan::AddTables(Pipeline pipeline, TableUpload& upload) {
     tables_.parameter_by_world[a] = map.DirectionToParameter(axis);
   }
   tables_.outside_box = plan.outside_box();
-  const auto packed = PackPatches(plan);
+  auto packed = PackPatches(plan);
   if (!packed.ok()) return packed.status();
-  upload.Add(packed->patches, tables_.patches);
+  upload.Add(std::move(packed->patches), tables_.patches);
   upload.Add(PackVertices(plan), tables_.vertices);
   upload.Add(PackSpans(plan), tables_.boxes);
   upload.Add(PackFacetNormals(plan), tables_.facet_normals);
@@ -104,15 +105,24 @@ absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth) {
   tables.corner_normals = CornerNormalsNow();
   if (tables.corner_normals != nullptr) return tables;
   // Uploaded without the lock: who asks for MemoryBytes does not wait for it.
+  auto made = UploadNormals();
+  const std::scoped_lock lock(mutex_);
+  // Before a refusal is told: another's copy may be what has taken the room.
+  if (corner_normals_.size() == 0) {
+    if (!made.ok()) return made.status();
+    corner_normals_ = *std::move(made);
+  }
+  tables.corner_normals = corner_normals_.data();
+  return tables;
+}
+
+absl::StatusOr<DeviceBuffer<kernels::CornerNormals>> DevicePlan::UploadNormals() const {
   const CudaStream& stream = context_->stream();
   auto made = DeviceBuffer<kernels::CornerNormals>::Upload(
       context_->memory(), kPlanPurpose, InterpolateNormals(*plan_), stream.get());
-  if (!made.ok()) return made.status();
+  if (!made.ok()) return made;
   if (auto s = stream.Synchronize("the plan's normals"); !s.ok()) return s;
-  const std::scoped_lock lock(mutex_);
-  if (corner_normals_.size() == 0) corner_normals_ = *std::move(made);
-  tables.corner_normals = corner_normals_.data();
-  return tables;
+  return made;
 }
 
 const kernels::CornerNormals* DevicePlan::CornerNormalsNow() const {

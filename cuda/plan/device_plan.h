@@ -48,6 +48,7 @@ class DevicePlan {
       : plan_(std::move(plan)), context_(std::move(context)) {}
   absl::Status AddTables(Pipeline pipeline, TableUpload& upload);
   // Null until they are here.
+  [[nodiscard]] absl::StatusOr<DeviceBuffer<kernels::CornerNormals>> UploadNormals() const;
   const kernels::CornerNormals* CornerNormalsNow() const;
 
   std::shared_ptr<const DeformPlan> plan_;

@@ -38,7 +38,7 @@ class ChunkTable {
   ChunkTable(ChunkTable&&) = default;
   ChunkTable& operator=(ChunkTable&&) = default;
 
-  // The same chunks.
+  // The same chunks; Set must not be called on this table afterwards.
   [[nodiscard]] ChunkTable Share() const;
 
   size_t size() const { return size_; }

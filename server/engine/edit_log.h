@@ -8,6 +8,7 @@
 #ifndef LATTICED_SERVER_ENGINE_EDIT_LOG_H_
 #define LATTICED_SERVER_ENGINE_EDIT_LOG_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>

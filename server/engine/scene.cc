@@ -162,6 +162,7 @@ absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
   history_bytes_ = history_.MemoryBytes();
   history_.SetTouched(batch.editor_id, dirty.boxes(), dirty.patches());
   EditSummary summary = outcome->summary;
+  summary.commit_time = std::chrono::steady_clock::now();
   summary.boxes_touched = dirty.boxes();
   summary.patches_touched = next.patches_touched = dirty.patches();
   Commit(batch, *outcome, std::make_shared<const SceneState>(std::move(next)), dirty);
@@ -343,14 +344,14 @@ std::optional<ViewWork> Scene::TakeWork(uint64_t most_points) {
 }
 
 void Scene::RunWork(ViewWork work, std::function<void(uint64_t points)> part_done) {
-  // What the update replaces is freed when the listeners have been told of the new.
-  const auto replaced = work.view->newest();
+  std::shared_ptr<const Snapshot> replaced;  // freed when the listeners have been told of the new
   bool news = false;
   {
     // Gone before the listeners run, so that a view that is let go now is idle.
     const auto view = work.view;
     news = view->Run(std::move(work),
-                     {.more_work = [this] { RequestWork(); }, .part_done = std::move(part_done)});
+                     {.more_work = [this] { RequestWork(); }, .part_done = std::move(part_done)},
+                     replaced);
   }
   // First, so that what was evaluated meanwhile is encoded without waiting for them.
   RequestWork();

@@ -127,12 +127,14 @@ uint64_t SceneView::PointsOf(size_t chunks) const {
          static_cast<uint64_t>(PointsPerPatch(key_.spec.segments));
 }
 
-bool SceneView::Run(ViewWork work, const WorkHooks& hooks) {
+bool SceneView::Run(ViewWork work, const WorkHooks& hooks,
+                    std::shared_ptr<const Snapshot>& replaced) {
   if (!work.evaluated) {
     const Next next = EvaluateStage(work, hooks);
     if (next != Next::kEncode) return next == Next::kEnd;
   }
-  EncodeStage(work, hooks);
+  replaced = newest();
+  EncodeStage(work, hooks, replaced.get());
   return true;
 }
 
@@ -202,21 +204,18 @@ void SceneView::StartEncoding(ViewWork& work) {
   work.chunks = unpublished_.Take(work.state->plan->chunk_count());
 }
 
-void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks) {
+void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks, const Snapshot* before) {
   VertexSlot& slot = slots_[work.slot];
-  const auto before = newest();
   absl::Duration of_others;
   size_t told = 0;
   auto snapshot = CatchBadAlloc("the view", [&] {
-    return EncodeSnapshot(key_, *work.state, work.chunks, slot.view(), before.get(),
-                          [&](const EncodeProgress& progress) {
-                            const size_t batch = progress.done - std::exchange(told, progress.done);
-                            if (auto s = BetweenBatches(work, progress, hooks);
-                                !s.ok() || batch == 0)
-                              return s;
-                            Timed(of_others, [&] { hooks.part_done(PointsOf(batch)); });
-                            return absl::OkStatus();
-                          });
+    return EncodeSnapshot(
+        key_, *work.state, work.chunks, slot.view(), before, [&](const EncodeProgress& progress) {
+          const size_t batch = progress.done - std::exchange(told, progress.done);
+          if (auto s = BetweenBatches(work, progress, hooks); !s.ok() || batch == 0) return s;
+          Timed(of_others, [&] { hooks.part_done(PointsOf(batch)); });
+          return absl::OkStatus();
+        });
   });
   if (snapshot.ok()) {
     if (auto s = MakeRoomFor(**snapshot, *work.state); !s.ok()) snapshot = s;

@@ -98,8 +98,9 @@ class SceneView {
                                               uint64_t most_points) ABSL_LOCKS_EXCLUDED(mutex_);
   // Evaluates, encodes and publishes, holding no lock meanwhile. Stops early when the last watcher
   // leaves. Once for each Begin. Whether watchers should look: there is a new snapshot, or a
-  // failure.
-  bool Run(ViewWork work, const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);
+  // failure. `replaced`: what a new snapshot took the place of, to be freed when there is time.
+  bool Run(ViewWork work, const WorkHooks& hooks, std::shared_ptr<const Snapshot>& replaced)
+      ABSL_LOCKS_EXCLUDED(mutex_);
 
   // The newest snapshot, pinned; null while it is below `at_least` or there is none. The caller
   // tells the scene (RequestWork) afterwards: now a newer one is worth evaluating.
@@ -129,7 +130,8 @@ class SceneView {
   // The two halves of Run.
   enum class Next { kEncode, kHeld, kEnd };
   Next EvaluateStage(ViewWork& work, const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);
-  void EncodeStage(const ViewWork& work, const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);
+  void EncodeStage(const ViewWork& work, const WorkHooks& hooks, const Snapshot* before)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   absl::Status Evaluate(ViewWork& work, const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);
   absl::Status BetweenBatches(const ViewWork& work, const EncodeProgress& progress,
                               const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);

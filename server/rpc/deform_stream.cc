@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <string>
 #include <utility>
@@ -38,12 +39,6 @@ bool MayTakeLong(const v1::DeformRequest& request) {
     return edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo() ||
            edit.drag_points().points_size() > kQuickDragPoints;
   });
-}
-
-// When the edit that made the revision was committed, unless another has followed it already.
-absl::Time CommitTime(const Scene& scene, uint64_t revision) {
-  const auto state = scene.State();
-  return state->revision == revision ? state->commit_time : absl::Now();
 }
 
 // Reading runs beside writing: one message is read, answered, then the next is asked for.
@@ -254,18 +249,19 @@ void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival,
   const auto stream = Stream();
   if (batch.editor_id().empty()) batch.set_editor_id(editor_id_);
   const absl::Time begin = absl::Now();
+  const auto begun = std::chrono::steady_clock::now();
   stream->BeginEdit();
   const auto summary = CatchBadAlloc("the edit", [&]() -> absl::StatusOr<EditSummary> {
     if (!admitted.ok()) return admitted;
     return Apply(batch);
   });
 
-  absl::Time applied = absl::Now();
+  auto applied = std::chrono::steady_clock::now();
   v1::SceneEvent event;
   v1::EditResult& result = *event.mutable_edit_result();
   if (summary.ok()) {
     result = ToProto(*summary);
-    applied = CommitTime(stream->scene(), summary->revision);
+    applied = summary->commit_time.value_or(applied);
     last_revision_ = std::max(last_revision_, summary->revision);
   } else {
     env_->calls->NoteRefusal(error::DetailsOf(summary.status()).reason);
@@ -281,7 +277,7 @@ void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival,
     return static_cast<uint32_t>(std::max<int64_t>(absl::ToInt64Microseconds(duration), 0));
   };
   result.mutable_timings()->set_queue_us(microseconds(begin - arrival));
-  result.mutable_timings()->set_apply_us(microseconds(applied - begin));
+  result.mutable_timings()->set_apply_us(microseconds(absl::FromChrono(applied - begun)));
   stream->Answer(event);
 }
 

@@ -136,7 +136,8 @@ class SceneServiceImpl final : public SceneServiceBase {
       if (!summary.ok()) return summary.status();
       *response = ToProto(*summary);
       response->mutable_timings()->set_queue_us(Microseconds(begun - arrived));
-      response->mutable_timings()->set_apply_us(Microseconds(Clock::now() - begun));
+      response->mutable_timings()->set_apply_us(
+          Microseconds(summary->commit_time.value_or(Clock::now()) - begun));
       return absl::OkStatus();
     });
   }

@@ -23,6 +23,9 @@ absl::StatusOr<HttpFields> QueryParameters(const std::string& query,
       return error::InvalidField(
           "query", fmt::format("'{}' is none of its parameters: {}", name, fmt::join(known, ", ")));
     }
+    if (std::ranges::find(parameters, name, &HttpField::name) != parameters.end()) {
+      return error::InvalidField("query", fmt::format("'{}' is there twice", name));
+    }
     std::string value;
     if (equals == text.size() || !PercentDecode(text.substr(equals + 1), &value)) {
       return error::InvalidField("query", fmt::format("'{}' has no value that can be read", text));

@@ -137,7 +137,8 @@ class WrittenChunks : public BackendTest {};
 INSTANTIATE_TEST_SUITE_P(Backends, WrittenChunks, ::testing::ValuesIn(Subjects()), SubjectName);
 
 TEST_P(WrittenChunks, AreOurWritersOfTheViewsIntegers) {
-  const PolygonMesh mesh = TorusMesh(23, 13);
+  // More chunks than a device leaves to the threads of the host.
+  const PolygonMesh mesh = TorusMesh(60, 40);
   const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {.degree = {2, 2, 2}});
   const Plan plan = MakeTestPlan(mesh, structure);
   const auto points = Jitter(structure, 0.2, kSeed);

@@ -43,7 +43,7 @@ class CudaSoak : public CudaTest {
   void SetUp() override {
     CudaTest::SetUp();
     if (IsSkipped() || HasFatalFailure()) return;
-    auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
+    auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB, .threads = 1});
     ASSERT_OK(backend);
     backend_ = *std::move(backend);
   }

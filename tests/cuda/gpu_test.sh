@@ -15,7 +15,7 @@ run() {  # NAME COMMAND…
   local name=$1 log start=$SECONDS
   shift
   log=$(mktemp)
-  if "$@" >"$log" 2>&1; then
+  if "$@" >"$log" 2>&1 && ! grep -q '^\[==========\] 0 tests' "$log"; then
     printf '%-52s %4d s  %s\n' "$name" $((SECONDS - start)) "$(grep -E '^\[  PASSED' "$log" | tail -n 1)"
   else
     printf '%-52s FAILED\n' "$name"

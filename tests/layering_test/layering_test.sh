@@ -44,7 +44,7 @@ readonly guarded=(
   '^boost/' '^(server|tests/server)/web/|^server/net/'
   '^(draco|tiny_gltf|stb)' '^(core/(codec|mesh)|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
-  '^hwy/' '^(core/(cpu|codec)|tests)/'
+  '^hwy/' '^(core/(cpu|codec|view)|tests)/'
   '^prometheus/' '^server/metric'
   '^cblas' '^core/cpu/cpu_gemm|^tests/bench/'
   '^cublas' '^cuda/device/cuda_(gemm|status)'

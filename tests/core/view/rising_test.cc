@@ -5,6 +5,7 @@
 #include <numeric>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace latticed {
@@ -38,6 +39,18 @@ TEST(Rising, OneThatFallsIsSeenAtEveryPlace) {
     numbers[at - 1] = 1'000;
     EXPECT_FALSE(Rise(numbers)) << at;
   }
+}
+
+TEST(Rising, NumbersBelowAreAllOfThemAndStay) {
+  const auto some = NumbersBelow(5);
+  EXPECT_THAT(some, testing::ElementsAre(0u, 1u, 2u, 3u, 4u));
+  const auto many = NumbersBelow(1'000);
+  EXPECT_EQ(many.size(), 1'000u);
+  EXPECT_EQ(many.back(), 999u);
+  EXPECT_EQ(NumbersBelow(6).data(), some.data());
+  EXPECT_TRUE(Rise(some));
+  EXPECT_TRUE(Rise(many.first(7)));
+  EXPECT_TRUE(Rise(NumbersBelow(0)));
 }
 
 // Steps of less than 2^31 that come round to where they began.

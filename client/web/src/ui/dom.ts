@@ -34,7 +34,7 @@ export function onEnter(dialog: HTMLDialogElement, act: () => void): void {
     const field = event.target;
     if (event.key !== 'Enter' || !(field instanceof HTMLInputElement)) return; // of a button it is the press
     event.preventDefault();
-    if (!field.reportValidity()) return;
+    if (field.value === '' || !field.reportValidity()) return;
     field.blur(); // a field changes when it is left
     field.focus();
     act();

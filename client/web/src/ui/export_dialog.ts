@@ -36,18 +36,20 @@ const NORMALS: Record<ExportView['normals'], string> = {
   none: 'no normals',
 };
 
+const MOST_SEGMENTS = 32;
+
 /** Asks for segments and a format, and has the server write the deformed surface when one is chosen. */
 export function showExportDialog({ formats, view, patches, write }: ExportDialogParts): void {
   let { segments } = view;
   const facts = h('p', { class: 'facts', role: 'status' });
   const { element: amount, refresh } = numberInput(
     { label: 'Segments', get: () => segments, set: (n) => (segments = n) },
-    { min: 1, max: 32, step: 1 },
+    { min: 1, max: MOST_SEGMENTS, step: 1 },
   );
   const showFacts = (): void => {
     const isValid = amount.validity.valid && amount.value !== '';
     const triangles = (patches * amount.valueAsNumber ** 2).toLocaleString('en');
-    facts.textContent = isValid ? `${triangles} triangles, ${NORMALS[view.normals]}` : 'Segments are 1 to 32.';
+    facts.textContent = isValid ? `${triangles} triangles, ${NORMALS[view.normals]}` : `Segments are 1 to ${MOST_SEGMENTS}.`;
     for (const choice of choices) choice.disabled = !isValid;
   };
   for (const event of ['input', 'change']) amount.addEventListener(event, showFacts);
