@@ -16,7 +16,7 @@ import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { controlPoint, dropFiles, onScreen } from './viewer_page';
+import { controlPoint, dropFiles, live, onScreen } from './viewer_page';
 
 const OBJ = torusObj(12, 8);
 const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
@@ -126,7 +126,7 @@ test('a dropped file becomes a scene with the lattice that is asked for', async 
   await page.getByLabel('Points along u').fill('4');
   await page.getByLabel('Points along u').press('Enter');
 
-  await page.locator('.connection[data-state=live]').waitFor();
+  await live(page);
   await watchUpdates(page);
   assert.match(page.url(), /\?scene=[0-9a-f]{32}$/);
   assert.equal(await page.evaluate(() => window.latticed.scene!.session.lattice.count), 64);
@@ -206,7 +206,7 @@ test('points are selected by a click, a row, a plane, a box, all and none', asyn
 
 test('a second window shows the same scene, follows, and may insert a knot that the first one takes over', async () => {
   const { page: other, errors: otherErrors } = await openPage(browser, page.url());
-  await other.locator('.connection[data-state=live]').waitFor();
+  await live(other);
   await watchUpdates(other);
   await other.evaluate(() => window.latticed.settings.set({ colouring: 'displacement' }));
   await other.locator('.heat-legend').getByText(/^0\.\d+$/).waitFor(); // the dragged corner's, without another update
@@ -299,7 +299,7 @@ test('a sample becomes a scene, whose upper plane R Z 4 5 turns about its middle
   await fresh.locator('[data-sample=knot]').click();
   await fresh.getByText('5,760 faces').waitFor();
   await fresh.getByRole('button', { name: 'Create scene' }).click();
-  await fresh.locator('.connection[data-state=live]').waitFor();
+  await live(fresh);
   await fresh.keyboard.press('n');
   await watchUpdates(fresh);
   const before = await controlPoint(fresh, CORNER);

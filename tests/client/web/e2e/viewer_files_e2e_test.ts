@@ -12,7 +12,7 @@ import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
-import { colourAt, createScene, dropFiles } from './viewer_page';
+import { colourAt, createScene, dropFiles, live } from './viewer_page';
 
 const TOKENS = { edit: 'let-me-edit', read: 'let-me-look' } as const;
 
@@ -228,7 +228,7 @@ test('every format is downloaded with the token of the page, which a reload keep
   const link = await page.evaluate(() => navigator.clipboard.readText());
   assert.match(link, /\?scene=[0-9a-f]{32}$/);
   await page.reload();
-  await page.locator('.connection[data-state=live]').waitFor();
+  await live(page);
 });
 
 test('an export has the segments and normals that the page shows, or the segments that its dialog is told', async () => {
@@ -259,7 +259,7 @@ test('an export has the segments and normals that the page shows, or the segment
 
 test('a token that may only look sees the scene; its edit goes back, in words', async () => {
   const { page: looker } = await openPage(browser, `${server.origin}/${new URL(page.url()).search}#token=${TOKENS.read}`);
-  await looker.locator('.connection[data-state=live]').waitFor();
+  await live(looker);
   const before = await looker.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
 
   await looker.keyboard.press('a');

@@ -32,6 +32,15 @@ export async function createScene(page: Page): Promise<void> {
   }, before);
 }
 
+/** Waits until the page's scene is connected, its surface is here, and the camera looks at it. */
+export async function live(of: Page): Promise<void> {
+  await of.locator('.connection[data-state=live]').waitFor();
+  await of.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
+  const frame = (): Promise<unknown> => of.evaluate(() => new Promise(requestAnimationFrame));
+  await frame(); // takes in what has come
+  await frame();
+}
+
 /** Where a control point is in the world. */
 export function controlPoint(of: Page, index: number): Promise<Vec3> {
   return of.evaluate(
