@@ -142,6 +142,7 @@ export class App {
     const { header, tools, side, view } = this.page;
     const nav = new NavGizmo((direction) => this.viewport.rig.lookFrom(direction));
     this.viewport.onFrame(() => nav.update(this.viewport.rig.basis()));
+    this.viewport.onDrawn(() => this.hud.drawn());
     const [left, right] = this.toolbars;
     const title = document.createElement('strong');
     title.textContent = 'latticed';

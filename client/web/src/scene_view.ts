@@ -38,7 +38,7 @@ export class SceneView {
   private readonly picker: PointPicker;
   private gizmoGesture: TransformGesture | undefined;
   private readonly ends: (() => void)[] = [];
-  private soon = 0;
+  private stale = false;
 
   constructor(
     private readonly viewport: Viewport,
@@ -113,7 +113,6 @@ export class SceneView {
 
   dispose(): void {
     for (const end of this.ends) end();
-    cancelAnimationFrame(this.soon);
     this.pointer.dispose();
     this.editor.dispose();
     this.gizmo.dispose();
@@ -170,24 +169,25 @@ export class SceneView {
     this.refreshSoon();
   }
 
-  /** Many changes between two frames are shown once. */
+  /** Many changes between two frames are shown once, by the next one. */
   private refreshSoon(): void {
-    this.soon ||= requestAnimationFrame(() => this.refresh());
+    this.stale = true;
+    this.viewport.invalidate();
   }
 
   private refresh(): void {
-    this.soon = 0;
+    this.stale = false;
     this.picker.invalidate();
     this.knotBoxes.update(this.session.lattice);
     this.viewport.content.copy(this.bounds());
     this.cage.setPixelRatio(this.viewport.renderer.getPixelRatio());
     this.placeGizmo();
-    this.viewport.invalidate();
     this.events.changed();
   }
 
-  /** What depends on the camera. */
+  /** What has changed, and what depends on the camera. */
   private frame(): void {
+    if (this.stale) this.refresh();
     if (this.settings.value.orientation === 'view') this.placeGizmo();
     const { soft } = this.settings.value;
     const busy = this.editor.transforming || this.gizmoGesture !== undefined;

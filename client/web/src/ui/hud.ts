@@ -14,6 +14,8 @@ export class Hud {
   private readonly values: Record<string, HTMLElement> = {};
   private arrivals: number[] = [];
   private latencies: number[] = [];
+  /** When the newest own edit was made that an update brought and no frame has shown. */
+  private undrawn: number | undefined;
   private timer = 0;
 
   constructor() {
@@ -31,17 +33,24 @@ export class Hud {
   /** An update that moved nothing, as a gesture's last often is, leaves its numbers to the one before. */
   update(info: UpdateInfo): void {
     if (info.patchesSent > 0) this.arrivals.push(performance.now());
-    if (info.msFromEdit !== undefined) this.latencies = [...this.latencies, info.msFromEdit].slice(-LATENCIES);
+    if (info.msFromEdit !== undefined) this.undrawn = performance.now() - info.msFromEdit;
     if (info.patchesSent > 0) {
       this.values['bytes'].textContent = bytes(info.bytes);
       this.values['patches'].textContent =
         `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
     }
-    this.values['latency'].textContent = this.latencies.length === 0 ? '–' : median(this.latencies).toFixed(0);
     const { server, transfer, decode, upload } = info.times;
     this.values['latency'].title =
       `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;
     this.showRate();
+  }
+
+  /** A frame shows what was updated before it. */
+  drawn(): void {
+    if (this.undrawn === undefined) return;
+    this.latencies = [...this.latencies, performance.now() - this.undrawn].slice(-LATENCIES);
+    this.undrawn = undefined;
+    this.values['latency'].textContent = median(this.latencies).toFixed(0);
   }
 
   /** Counts down to 0 after the last update. */

@@ -20,6 +20,7 @@ export class Viewport {
   readonly content = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
   private readonly light = new Group();
   private readonly frameListeners = new Set<() => void>();
+  private readonly drawnListeners = new Set<() => void>();
   private pending = 0;
 
   constructor(readonly element: HTMLElement) {
@@ -48,6 +49,12 @@ export class Viewport {
   onFrame(listener: () => void): () => void {
     this.frameListeners.add(listener);
     return () => this.frameListeners.delete(listener);
+  }
+
+  /** Calls `listener` after each frame; the function returned ends that. */
+  onDrawn(listener: () => void): () => void {
+    this.drawnListeners.add(listener);
+    return () => this.drawnListeners.delete(listener);
   }
 
   setBackground(colour: string): void {
@@ -118,6 +125,7 @@ export class Viewport {
     this.rig.updateDepthRange(this.content);
     this.light.quaternion.copy(this.rig.camera.quaternion);
     this.renderer.render(this.scene, this.rig.camera);
+    for (const listener of this.drawnListeners) listener();
   }
 
   /** Light that turns with the camera, so that the side one looks at is never dark. */

@@ -144,6 +144,7 @@ test('the mouse drags a control point: it stays below the pointer, and the surfa
   await settled();
   const worst = await worstVertex(page);
   assert.ok(worst < 1, `${worst} steps`);
+  assert.ok(Number(await page.locator('[data-hud=latency]').innerText()) > 0); // a frame has shown it
   await shot('viewer_dragged');
 });
 
