@@ -10,7 +10,7 @@
 #include <utility>
 #include <variant>
 
-#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "server/rpc/call.h"
@@ -22,9 +22,12 @@
 #include "server/wire/converters.h"
 #include "server/wire/edit_converters.h"
 #include "server/wire/grpc_status.h"
+#include "server/wire/time_converters.h"
 
 namespace latticed {
 namespace {
+
+using Clock = std::chrono::steady_clock;
 
 // Answers that may wait for a slow reader before its requests are read no more.
 constexpr size_t kMaxBacklog = 64;
@@ -101,7 +104,7 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
   absl::Status Control(const v1::ControlWatchRequest& request, SceneStream& stream);
   void HandOver(v1::DeformRequest request);
   // Applies it unless it was not admitted, and answers.
-  void HandleEdit(v1::EditBatch batch, absl::Time arrival, const absl::Status& admitted);
+  void HandleEdit(v1::EditBatch batch, Clock::time_point arrival, const absl::Status& admitted);
   absl::StatusOr<EditSummary> Apply(const v1::EditBatch& batch);
 
   std::shared_ptr<DeformStream> self_;
@@ -149,13 +152,13 @@ void DeformStream::OnReadDone(bool ok) {
 void DeformStream::HandOver(v1::DeformRequest request) {
   auto room = AdmitRequest(*env_, request);
   if (!room.ok()) {
-    HandleEdit(std::move(*request.mutable_edit()), absl::Now(), room.status());
+    HandleEdit(std::move(*request.mutable_edit()), Clock::now(), room.status());
     return FinishedReading();
   }
   // A std::function is copied, a reservation is not.
   auto shared_room = std::make_shared<MemoryReservation>(*std::move(room));
   env_->workers.Post([self = shared_from_this(), request = std::move(request),
-                      room = std::move(shared_room), arrival = absl::Now()] {
+                      room = std::move(shared_room), arrival = Clock::now()] {
     self->HandleEdit(request.edit(), arrival, absl::OkStatus());
     room->Release();
     self->FinishedReading();
@@ -213,7 +216,7 @@ absl::Status DeformStream::Handle(const v1::DeformRequest& request, SceneStream&
   stream.Touch();
   switch (request.message_case()) {
     case v1::DeformRequest::kEdit:
-      HandleEdit(request.edit(), absl::Now(), absl::OkStatus());
+      HandleEdit(request.edit(), Clock::now(), absl::OkStatus());
       return absl::OkStatus();
     case v1::DeformRequest::kControl:
       return Control(request.control(), stream);
@@ -244,19 +247,18 @@ absl::Status DeformStream::Control(const v1::ControlWatchRequest& request, Scene
   return absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
 
-void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival,
+void DeformStream::HandleEdit(v1::EditBatch batch, Clock::time_point arrival,
                               const absl::Status& admitted) {
   const auto stream = Stream();
   if (batch.editor_id().empty()) batch.set_editor_id(editor_id_);
-  const absl::Time begin = absl::Now();
-  const auto begun = std::chrono::steady_clock::now();
+  const auto begun = Clock::now();
   stream->BeginEdit();
   const auto summary = CatchBadAlloc("the edit", [&]() -> absl::StatusOr<EditSummary> {
     if (!admitted.ok()) return admitted;
     return Apply(batch);
   });
 
-  auto applied = std::chrono::steady_clock::now();
+  auto applied = Clock::now();
   v1::SceneEvent event;
   v1::EditResult& result = *event.mutable_edit_result();
   if (summary.ok()) {
@@ -273,11 +275,8 @@ void DeformStream::HandleEdit(v1::EditBatch batch, absl::Time arrival,
     last_revision_ = std::max(last_revision_, state->revision);
   }
   edited_ = true;
-  const auto microseconds = [](absl::Duration duration) {
-    return static_cast<uint32_t>(std::max<int64_t>(absl::ToInt64Microseconds(duration), 0));
-  };
-  result.mutable_timings()->set_queue_us(microseconds(begin - arrival));
-  result.mutable_timings()->set_apply_us(microseconds(absl::FromChrono(applied - begun)));
+  result.mutable_timings()->set_queue_us(Microseconds(absl::FromChrono(begun - arrival)));
+  result.mutable_timings()->set_apply_us(Microseconds(absl::FromChrono(applied - begun)));
   stream->Answer(event);
 }
 

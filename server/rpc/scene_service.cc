@@ -30,6 +30,7 @@
 #include "server/wire/converters.h"
 #include "server/wire/edit_converters.h"
 #include "server/wire/scene_converters.h"
+#include "server/wire/time_converters.h"
 
 namespace latticed {
 namespace {
@@ -37,11 +38,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Context = grpc::CallbackServerContext;
 using UnaryReactor = grpc::ServerUnaryReactor;
-
-uint32_t Microseconds(Clock::duration time) {
-  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(time).count();
-  return static_cast<uint32_t>(std::clamp<int64_t>(us, 0, std::numeric_limits<uint32_t>::max()));
-}
 
 // Where a page of scenes, oldest first, begins: after the scene that this names.
 struct PageKey {
@@ -135,9 +131,9 @@ class SceneServiceImpl final : public SceneServiceBase {
                                             [context] { return CheckCancelled(*context); });
       if (!summary.ok()) return summary.status();
       *response = ToProto(*summary);
-      response->mutable_timings()->set_queue_us(Microseconds(begun - arrived));
+      response->mutable_timings()->set_queue_us(Microseconds(absl::FromChrono(begun - arrived)));
       response->mutable_timings()->set_apply_us(
-          Microseconds(summary->commit_time.value_or(Clock::now()) - begun));
+          Microseconds(absl::FromChrono(summary->commit_time.value_or(Clock::now()) - begun)));
       return absl::OkStatus();
     });
   }

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/wire/wire_buffers.h"
 
-#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -14,6 +13,7 @@
 #include "core/ffd/tessellation_pattern.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "server/wire/converters.h"
+#include "server/wire/time_converters.h"
 #include "server/wire/view_converters.h"
 
 namespace latticed {
@@ -55,11 +55,6 @@ grpc::Slice SliceOf(const SharedBytes& bytes) {
   // gRPC's signature is not const; it never writes to a slice that it sends.
   return {const_cast<uint8_t*>(bytes.data), bytes.size, LetGo,
           new std::shared_ptr<const void>(bytes.owner)};
-}
-
-uint32_t Microseconds(absl::Duration duration) {
-  return static_cast<uint32_t>(
-      std::clamp<int64_t>(absl::ToInt64Microseconds(duration), 0, UINT32_MAX));
 }
 
 v1::SceneEvent ToProto(const LatticeWhole& event) {
