@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device/pinned_memory.h"
 
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <bit>
+#include <cstdlib>
 
 #include "core/base/error.h"
 #include "cuda/device/cuda_status.h"
@@ -14,13 +16,47 @@ namespace latticed {
 namespace {
 
 constexpr char kStagingPurpose[] = "staging";
-constexpr size_t kLeastBytes = size_t{4} << 10;
+// Of the host.
+constexpr size_t kPage = size_t{4} << 10, kHugePage = size_t{2} << 20;
 // Kept for later users at most; what comes back beyond it is unpinned.
 constexpr size_t kMostFreeBytes = size_t{256} << 20;
 
 uint64_t FreeHostBytes() {
   const long pages = sysconf(_SC_AVPHYS_PAGES), size = sysconf(_SC_PAGESIZE);
   return pages > 0 && size > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(size) : 0;
+}
+
+absl::Status OutOfHostMemory(size_t asked) {
+  return error::OutOfMemory(kStagingPurpose, asked, FreeHostBytes());
+}
+
+// In eighths of the next power of two, whole pages: blocks of about a size serve each other's users,
+// and a block is at most a quarter too large.
+size_t BlockSize(size_t bytes) {
+  const size_t step = std::max(std::bit_ceil(bytes) / 8, kPage);
+  return (std::max(bytes, kPage) + step - 1) / step * step;
+}
+
+// Of whole pages. They are brought in here, huge ones where the host has them, and only then pinned,
+// since nobody launches on the device while the driver pins: 8 MiB take 1.3 ms, 0.25 of it so, where
+// cudaHostAlloc takes 3 to 4, all of it so.
+absl::StatusOr<uint8_t*> Pin(size_t size) {
+  const size_t alignment = size < kHugePage ? kPage : kHugePage;
+  auto* const data = static_cast<uint8_t*>(std::aligned_alloc(alignment, size));
+  if (data == nullptr) return OutOfHostMemory(size);
+  if (size >= kHugePage) static_cast<void>(madvise(data, size, MADV_HUGEPAGE));
+  for (size_t at = 0; at < size; at += kPage) data[at] = 0;
+  const cudaError_t result = cudaHostRegister(data, size, cudaHostRegisterPortable);
+  if (result == cudaSuccess) return data;
+  std::free(data);
+  if (result != cudaErrorMemoryAllocation) return CudaStatus(result, kStagingPurpose);
+  static_cast<void>(cudaGetLastError());
+  return OutOfHostMemory(size);
+}
+
+void Unpin(uint8_t* data) {
+  static_cast<void>(cudaHostUnregister(data));
+  std::free(data);
 }
 
 }  // namespace
@@ -30,31 +66,25 @@ PinnedBuffer::~PinnedBuffer() {
 }
 
 PinnedMemory::~PinnedMemory() {
-  for (const auto& [size, data] : free_) static_cast<void>(cudaFreeHost(data));
+  for (const auto& [size, data] : free_) Unpin(data);
 }
 
 absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
-  const size_t size = std::bit_ceil(std::max(bytes, kLeastBytes));
-  if (refuse_ && refuse_(kStagingPurpose, size)) {
-    return error::OutOfMemory(kStagingPurpose, size, FreeHostBytes());
-  }
+  const size_t size = BlockSize(bytes);
+  if (refuse_ && refuse_(kStagingPurpose, size)) return OutOfHostMemory(size);
   {
     const std::scoped_lock lock(mutex_);
-    if (const auto block = free_.find(size); block != free_.end()) {
-      uint8_t* const data = block->second;
+    if (const auto block = free_.lower_bound(size);
+        block != free_.end() && block->first <= size + size / 8) {
+      const auto [found, data] = *block;
       free_.erase(block);
-      free_bytes_ -= size;
-      return PinnedBuffer(shared_from_this(), data, size);
+      free_bytes_ -= found;
+      return PinnedBuffer(shared_from_this(), data, found);
     }
   }
-  void* data = nullptr;
-  const cudaError_t result = cudaHostAlloc(&data, size, cudaHostAllocPortable);
-  if (result == cudaErrorMemoryAllocation) {
-    static_cast<void>(cudaGetLastError());
-    return error::OutOfMemory(kStagingPurpose, size, FreeHostBytes());
-  }
-  if (auto s = CudaStatus(result, kStagingPurpose); !s.ok()) return s;
-  return PinnedBuffer(shared_from_this(), static_cast<uint8_t*>(data), size);
+  const auto data = Pin(size);
+  if (!data.ok()) return data.status();
+  return PinnedBuffer(shared_from_this(), *data, size);
 }
 
 void PinnedMemory::Return(uint8_t* data, size_t size) {
@@ -66,7 +96,7 @@ void PinnedMemory::Return(uint8_t* data, size_t size) {
       return;
     }
   }
-  static_cast<void>(cudaFreeHost(data));
+  Unpin(data);
 }
 
 }  // namespace latticed

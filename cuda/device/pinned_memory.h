@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Host memory that the device copies from and to by itself. Blocks are kept for the next user:
-// pinning and unpinning stop every stream of the device.
+// nothing is launched on any stream while one is pinned or unpinned.
 //
 // A PinnedBuffer may go back only when no copy uses it any more.
 //
@@ -64,7 +64,7 @@ class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
   PinnedMemory(const PinnedMemory&) = delete;  // owns the blocks
   PinnedMemory& operator=(const PinnedMemory&) = delete;
 
-  // At least `bytes`: the next power of two. Waits for the device only where no block is left.
+  // At least `bytes`, at most a half more. Pins only where no free block is of about that size.
   [[nodiscard]] absl::StatusOr<PinnedBuffer> Borrow(size_t bytes);
 
  private:

@@ -79,7 +79,7 @@ std::shared_ptr<Scene> Create(SceneRegistry& registry, const Scenario& scenario)
   return *scene;
 }
 
-void Measure(Reader& reader, ToAndFro& moves, int count, std::vector<double>& into) {
+void Measure(Reader& reader, Circling& moves, int count, std::vector<double>& into) {
   for (int i = 0; i < count; ++i) {
     const absl::Time start = absl::Now();
     const uint64_t revision = moves.Move();
@@ -99,7 +99,7 @@ void SmallBesideHuge(benchmark::State& state, Backend* backend, int workers) {
   SceneRegistry registry(backend, workers);
   const auto small = Create(registry, Small()), huge = Create(registry, Huge());
   Reader reader(small);
-  ToAndFro moves(small);
+  Circling moves(small);
   std::vector<double> alone, beside, huge_ms;
   Measure(reader, moves, kAlonePerRound, alone);
   BusyScene(huge).Stop();

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/watched_scene.h"
 
+#include <cmath>
 #include <utility>
 #include <variant>
 
@@ -14,6 +15,7 @@ namespace latticed::bench {
 namespace {
 
 constexpr absl::Duration kEditEvery = absl::Milliseconds(1);
+constexpr double kGoldenAngle = 2.399963229728653, kStep = 0.01;
 
 }  // namespace
 
@@ -39,7 +41,7 @@ SceneConfig ConfigOf(const Scenario& scenario, Encoding encoding) {
   return config;
 }
 
-ToAndFro::ToAndFro(std::shared_ptr<Scene> scene) : scene_(std::move(scene)) {
+Circling::Circling(std::shared_ptr<Scene> scene) : scene_(std::move(scene)) {
   // Sequences of an editor rise: each of these is another.
   static std::atomic<int> editors = 0;
   batch_.editor_id = fmt::format("editor-{}", ++editors);
@@ -47,13 +49,13 @@ ToAndFro::ToAndFro(std::shared_ptr<Scene> scene) : scene_(std::move(scene)) {
   for (size_t i = 0; i < scene_->State()->control_points->size(); ++i) {
     move_.indices.push_back(static_cast<uint32_t>(i));
   }
-  move_.offset = {0.01, 0, 0};
 }
 
-uint64_t ToAndFro::Move() {
+uint64_t Circling::Move() {
   ++batch_.sequence;
+  angle_ += kGoldenAngle;
+  move_.offset = {kStep * std::cos(angle_), kStep * std::sin(angle_), 0};
   batch_.edits = {move_};
-  move_.offset.x = -move_.offset.x;
   const auto summary = scene_->ApplyEdits(batch_);
   CheckOk(summary.status());
   return summary->revision;

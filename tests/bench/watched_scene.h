@@ -24,10 +24,11 @@ namespace latticed::bench {
 // A scene of the scenario's mesh and lattice whose default view has `encoding`.
 [[nodiscard]] SceneConfig ConfigOf(const Scenario& scenario, Encoding encoding);
 
-// Moves all control points to and fro, one way at each call. Threads: one at a time.
-class ToAndFro {
+// Moves all control points round a circle, each time by the golden angle: however many moves an
+// update merges, they never leave the points where they were. Threads: one at a time.
+class Circling {
  public:
-  explicit ToAndFro(std::shared_ptr<Scene> scene);
+  explicit Circling(std::shared_ptr<Scene> scene);
   // The revision that it made.
   uint64_t Move();
 
@@ -35,6 +36,7 @@ class ToAndFro {
   const std::shared_ptr<Scene> scene_;
   EditBatch batch_;
   MoveControlPoints move_;
+  double angle_ = 0;
 };
 
 // Moves them every millisecond until it is destroyed.
@@ -50,7 +52,7 @@ class Editor {
  private:
   void Run();
 
-  ToAndFro moves_;
+  Circling moves_;
   std::atomic<bool> stopping_ = false;
   std::thread thread_;
 };

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/device/pinned_memory.h"
+
+#include <algorithm>
+
+#include "core/base/error.h"
+#include "tests/cuda/cuda_test.h"
+
+namespace latticed::testing {
+namespace {
+
+class PinnedMemoryTest : public CudaTest {
+ protected:
+  PinnedMemoryTest() : CudaTest(21) {}
+
+  PinnedBuffer Borrow(size_t bytes) {
+    auto buffer = memory_->Borrow(bytes);
+    EXPECT_OK(buffer);
+    return buffer.ok() ? *std::move(buffer) : PinnedBuffer();
+  }
+
+  const std::shared_ptr<PinnedMemory> memory_ = std::make_shared<PinnedMemory>(nullptr);
+};
+
+TEST_F(PinnedMemoryTest, ABlockIsAsLargeAsAskedAndLittleLarger) {
+  for (const size_t bytes :
+       {1ul, 4096ul, 4097ul, 100'000ul, 1'048'576ul, 4'300'000ul, 9'000'001ul}) {
+    const PinnedBuffer buffer = Borrow(bytes);
+    EXPECT_GE(buffer.size(), bytes);
+    EXPECT_LE(buffer.size(), std::max<size_t>(bytes + bytes / 4, bytes + 4096));
+    cudaPointerAttributes attributes{};
+    for (const uint8_t* at : {buffer.data(), buffer.data() + buffer.size() - 1}) {
+      ASSERT_EQ(cudaPointerGetAttributes(&attributes, at), cudaSuccess);
+      EXPECT_EQ(attributes.type, cudaMemoryTypeHost) << bytes;
+      // The upload kernel reads it where the host does.
+      EXPECT_EQ(attributes.devicePointer, at) << bytes;
+    }
+  }
+}
+
+TEST_F(PinnedMemoryTest, ABlockServesTheNextOfAboutItsSize) {
+  const uint8_t* first = nullptr;
+  {
+    const PinnedBuffer buffer = Borrow(4'600'000);
+    first = buffer.data();
+  }
+  const PinnedBuffer smaller = Borrow(4'350'000);
+  EXPECT_EQ(smaller.data(), first);
+  EXPECT_NE(Borrow(4'350'000).data(), first) << "it is in use";
+}
+
+TEST_F(PinnedMemoryTest, ABlockIsKeptFromUsersOfMuchLess) {
+  const uint8_t* const large = Borrow(8 * kMiB).data();
+  EXPECT_NE(Borrow(5 * kMiB).data(), large);
+  EXPECT_EQ(Borrow(8 * kMiB).data(), large);
+}
+
+TEST_F(PinnedMemoryTest, WhatIsMoreThanTheHostHasIsRefusedAndLeavesTheDeviceUsable) {
+  const auto refused = memory_->Borrow(size_t{1} << 50);
+  EXPECT_EQ(error::DetailsOf(refused.status()).reason, "OUT_OF_MEMORY") << refused.status();
+  EXPECT_EQ(cudaGetLastError(), cudaSuccess);
+  EXPECT_GT(Borrow(kMiB).size(), 0u);
+}
+
+}  // namespace
+}  // namespace latticed::testing
