@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <new>
+#include <system_error>
+#include <thread>
 #include <utility>
 
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/view/rising.h"
 
@@ -73,31 +76,80 @@ absl::Status SpannedView::Read(uint32_t chunk, std::span<uint8_t> out) {
   return part.view->Read(chunk - part.first_chunk, out);
 }
 
+size_t SpannedView::encode_batch() const {
+  size_t sum = 0;
+  for (const Part& part : parts_) sum += part.view->encode_batch();
+  return sum;
+}
+
+std::vector<uint32_t> SpannedView::EncodeOrder(std::span<const uint32_t> chunks) const {
+  std::vector<std::vector<uint32_t>> of_part(parts_.size());
+  for (const uint32_t chunk : chunks) of_part[PartOf(chunk)].push_back(chunk);
+  std::vector<uint32_t> order;
+  order.reserve(chunks.size());
+  for (size_t round = 0; order.size() < chunks.size(); ++round) {
+    for (size_t p = 0; p < parts_.size(); ++p) {
+      const size_t batch = parts_[p].view->encode_batch();
+      const std::span<const uint32_t> its(of_part[p]);
+      const auto left = its.subspan(std::min(round * batch, its.size()));
+      const auto next = left.first(std::min(batch, left.size()));
+      order.insert(order.end(), next.begin(), next.end());
+    }
+  }
+  return order;
+}
+
+std::vector<SpannedView::Share> SpannedView::ShareOut(std::span<const uint32_t> chunks,
+                                                      std::span<const VertexDigest> digests) const {
+  std::vector<Share> shares(parts_.size());
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    const size_t p = PartOf(chunks[i]);
+    shares[p].chunks.push_back(chunks[i] - parts_[p].first_chunk);
+    shares[p].places.push_back(i);
+    if (!digests.empty()) shares[p].digests.push_back(digests[i]);
+  }
+  return shares;
+}
+
+// The first share on the caller's thread.
+void SpannedView::EncodeAtOnce(std::vector<Share>& shares, Encoding encoding) const {
+  const auto encode = [&](size_t p) {
+    Share& share = shares[p];
+    share.results = CatchBadAlloc("the encoding", [&] {
+      return parts_[p].view->Encode(share.chunks, encoding, share.digests);
+    });
+  };
+  const auto has_work = [](const Share& share) { return !share.chunks.empty(); };
+  const auto first = std::ranges::find_if(shares, has_work) - shares.begin();
+  std::vector<std::jthread> others;  // joined at the end
+  for (size_t p = static_cast<size_t>(first) + 1; p < shares.size(); ++p) {
+    if (has_work(shares[p])) others.emplace_back(encode, p);
+  }
+  encode(static_cast<size_t>(first));
+}
+
 absl::StatusOr<std::vector<SharedBytes>> SpannedView::Encode(std::span<const uint32_t> chunks,
                                                              Encoding encoding,
                                                              std::span<VertexDigest> digests) {
   if (auto status = contract_.CheckEncode(chunks, encoding); !status.ok()) return status;
+  if (chunks.empty()) return std::vector<SharedBytes>();
   try {
-    std::vector<std::vector<uint32_t>> named(parts_.size());
-    std::vector<std::vector<size_t>> places(parts_.size());
-    for (size_t i = 0; i < chunks.size(); ++i) {
-      const size_t p = PartOf(chunks[i]);
-      named[p].push_back(chunks[i] - parts_[p].first_chunk);
-      places[p].push_back(i);
-    }
     std::vector<SharedBytes> results(chunks.size());
-    for (size_t p = 0; p < parts_.size(); ++p) {
-      if (named[p].empty()) continue;
-      std::vector<VertexDigest> known(digests.empty() ? 0 : named[p].size());
-      for (size_t i = 0; i < known.size(); ++i) known[i] = digests[places[p][i]];
-      auto encoded = parts_[p].view->Encode(named[p], encoding, known);
-      if (!encoded.ok()) return encoded;
-      for (size_t i = 0; i < places[p].size(); ++i) results[places[p][i]] = (*encoded)[i];
-      for (size_t i = 0; i < known.size(); ++i) digests[places[p][i]] = known[i];
+    std::vector<Share> shares = ShareOut(chunks, digests);
+    EncodeAtOnce(shares, encoding);
+    for (Share& share : shares) {
+      if (share.chunks.empty()) continue;
+      if (!share.results.ok()) return share.results.status();
+      for (size_t i = 0; i < share.places.size(); ++i) {
+        results[share.places[i]] = std::move((*share.results)[i]);
+        if (!digests.empty()) digests[share.places[i]] = share.digests[i];
+      }
     }
     return results;
   } catch (const std::bad_alloc&) {
     return error::AllocationFailed("the encoding");
+  } catch (const std::system_error&) {
+    return error::AllocationFailed("a thread of the encoding");
   }
 }
 

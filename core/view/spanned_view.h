@@ -8,7 +8,8 @@
 //   part                 0                | 1                       | …
 //
 // Evaluate hands every part its own and waits for none: parts that enqueue run at once. A part with
-// nothing to do is not asked. Encode takes the parts in turn, each on all threads of the host.
+// nothing to do is not asked. Encode has a thread a part, and EncodeOrder deals chunks out so that each
+// of its calls has some for every part.
 //
 // Errors   those of core/view/view_contract.h and of the parts. After one of Evaluate all chunks
 //          must be named, also those of the parts that did not fail
@@ -40,13 +41,25 @@ class SpannedView : public DeformView {
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
                                                   Encoding encoding,
                                                   std::span<VertexDigest> digests) override;
-  size_t encode_batch() const override { return parts_.front().view->encode_batch(); }
+  size_t encode_batch() const override;  // the sum of the parts'
+  std::vector<uint32_t> EncodeOrder(std::span<const uint32_t> chunks) const override;
   MemoryUse memory() const override;
 
   // For measurements.
   const std::vector<Part>& parts() const { return parts_; }
 
  private:
+  // What a part has to encode, and what came of it.
+  struct Share {
+    std::vector<uint32_t> chunks;  // of the part
+    std::vector<size_t> places;    // of these among all
+    std::vector<VertexDigest> digests;
+    absl::StatusOr<std::vector<SharedBytes>> results;
+  };
+  std::vector<Share> ShareOut(std::span<const uint32_t> chunks,
+                              std::span<const VertexDigest> digests) const;
+  void EncodeAtOnce(std::vector<Share>& shares, Encoding encoding) const;
+
   absl::Status EvaluateParts(std::span<const Vec3d> control_points, const QuantisationBox& box,
                              std::span<const uint32_t> chunks);
   size_t PartOf(uint32_t chunk) const;

@@ -5,6 +5,11 @@
 #include <algorithm>
 
 namespace latticed {
+namespace {
+
+constexpr int kMostIdleHandles = 4;
+
+}  // namespace
 
 absl::StatusOr<CudaGemm*> CudaLane::gemm() {
   if (gemm_ == nullptr) {
@@ -30,11 +35,21 @@ absl::StatusOr<std::shared_ptr<CudaLane>> CudaLanes::Borrow(StreamPriority prior
     if (!stream.ok()) return stream.status();
     lane = std::make_unique<CudaLane>(priority, *std::move(stream), memory_);
   }
-  // Back into the list at the end; the list lives as long as any lane.
+  // The list lives as long as any lane.
   return std::shared_ptr<CudaLane>(lane.release(), [lanes = shared_from_this()](CudaLane* used) {
-    const std::scoped_lock lock(lanes->mutex_);
-    lanes->free_.emplace_back(used);
+    lanes->Return(std::unique_ptr<CudaLane>(used));
   });
+}
+
+void CudaLanes::Return(std::unique_ptr<CudaLane> lane) {
+  std::unique_lock lock(mutex_);
+  if (lane->has_gemm() && std::ranges::count_if(free_, &CudaLane::has_gemm) >= kMostIdleHandles) {
+    lock.unlock();
+    const DeviceGuard guard(memory_->device());
+    lane->DropGemm();
+    lock.lock();
+  }
+  free_.push_back(std::move(lane));
 }
 
 }  // namespace latticed

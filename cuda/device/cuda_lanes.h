@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Streams with their cuBLAS handles, lent one a view and kept for the next of its priority: a handle costs more
-// than a frame.
+// Streams with their cuBLAS handles, lent one a view and kept for the next of its priority: a handle
+// costs more than a frame. Of idle ones a few keep it, since each has a workspace of the budget.
 //
 // Errors   those of cuda_status.h; kResourceExhausted for the handle's workspace
 // Threads  CudaLanes is safe; a CudaLane is used by one thread at a time
@@ -30,6 +30,9 @@ class CudaLane {
   const CudaStream& stream() const { return stream_; }
   // Made on first use: the fused pipeline multiplies no matrices.
   [[nodiscard]] absl::StatusOr<CudaGemm*> gemm();
+  bool has_gemm() const { return gemm_ != nullptr; }
+  // Waits for the device.
+  void DropGemm() { gemm_.reset(); }
 
   // For measurements: told the name of each stage of an evaluation, on the host, once the stage's
   // work is on the stream. Empty: nobody is.
@@ -57,6 +60,8 @@ class CudaLanes : public std::enable_shared_from_this<CudaLanes> {
       StreamPriority priority = StreamPriority::kLeast);
 
  private:
+  void Return(std::unique_ptr<CudaLane> lane);
+
   std::shared_ptr<DeviceMemory> memory_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<CudaLane>> free_;  // guarded by mutex_

@@ -42,10 +42,10 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
 
   const absl::Time start = absl::Now();
   const size_t most = vertices.encode_batch();
-  for (size_t done = 0; done < chunks.size();) {
-    if (auto s = between({done, chunks.size() - done, most, absl::Now() - start}); !s.ok())
-      return s;
-    const auto batch = chunks.subspan(done, std::min(most, chunks.size() - done));
+  const std::vector<uint32_t> order = vertices.EncodeOrder(chunks);
+  for (size_t done = 0; done < order.size();) {
+    if (auto s = between({done, order.size() - done, most, absl::Now() - start}); !s.ok()) return s;
+    const auto batch = std::span(order).subspan(done, std::min(most, order.size() - done));
     std::vector<VertexDigest> digests(batch.size());
     for (size_t i = 0; comparable && i < batch.size(); ++i) {
       digests[i] = snapshot->chunks[batch[i]].digest;

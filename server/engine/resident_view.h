@@ -44,6 +44,9 @@ class ResidentView : public DeformView {
     return target_->residency().Run([&] { return inner_->Encode(chunks, encoding, digests); });
   }
   size_t encode_batch() const override { return inner_->encode_batch(); }
+  std::vector<uint32_t> EncodeOrder(std::span<const uint32_t> chunks) const override {
+    return inner_->EncodeOrder(chunks);
+  }
   MemoryUse memory() const override { return inner_->memory(); }
 
  private:

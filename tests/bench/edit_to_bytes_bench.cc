@@ -19,11 +19,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kRuns = 100, kWarmUps = 5;
+constexpr int kRuns = 200, kWarmUps = 5;
 constexpr size_t kComparedChunks = 64;
 
-// All chunks, or those that a control point of median or least effect touches.
-enum class Edited { kAll, kMedianPoint, kLeastPoint };
+// All chunks, or those that a control point of most, median or least effect touches.
+enum class Edited { kAll, kMostPoint, kMedianPoint, kLeastPoint };
 
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -75,7 +75,9 @@ Compared CompareWithHost(const Scenario& scenario, DeformView& view,
 std::vector<uint32_t> ChunksOf(const Scenario& scenario, Edited edited) {
   if (edited == Edited::kAll) return scenario.all_chunks;
   const auto effects = ControlPointsByEffect(scenario);
-  const size_t at = edited == Edited::kLeastPoint ? 0 : effects.size() / 2;
+  const size_t at = edited == Edited::kLeastPoint  ? 0
+                    : edited == Edited::kMostPoint ? effects.size() - 1
+                                                   : effects.size() / 2;
   return DirtyChunks(scenario, effects[at].point);
 }
 
@@ -125,6 +127,7 @@ void EditToBytes(benchmark::State& state, Backend& backend, const PaperModel& mo
 void RegisterGpuEncodeBenches() {
   for (const PaperModel& model : {PaperModels().front(), PaperModels().back()}) {
     for (const auto& [name, edited] : {std::pair{"all", Edited::kAll},
+                                       {"most-control-point", Edited::kMostPoint},
                                        {"one-control-point", Edited::kMedianPoint},
                                        {"least-control-point", Edited::kLeastPoint}}) {
       RegisterOnce(fmt::format("gpu/edit-to-bytes/{}-{}/{}", model.name, model.patches, name),

@@ -19,6 +19,16 @@
 namespace latticed::testing {
 namespace {
 
+// Every layout of the device's vertices: words of 16 and 32 bits, wide normals, floats, without
+// normals; from one segment to the most.
+const std::array kSpecs{
+    ViewSpec{.segments = 4, .normals = NormalMode::kSmooth},
+    ViewSpec{.segments = 1, .position_bits = 16},
+    ViewSpec{.segments = 10, .normals = NormalMode::kNone},
+    ViewSpec{.segments = 32, .normal_bits = 12},
+    ViewSpec{.segments = 7, .normals = NormalMode::kSmooth, .format = VertexFormat::kFloat32},
+    ViewSpec{.segments = 10, .normals = NormalMode::kNone, .format = VertexFormat::kFloat32}};
+
 class CudaMemory : public CudaTest {
  protected:
   CudaMemory() : CudaTest(3) {}
@@ -46,6 +56,7 @@ class CudaMemory : public CudaTest {
     if (!nets.ok()) return nets.status();
     Bytes bytes;
     for (const Encoding encoding : encodings_) {
+      if (FormatOf(encoding) != spec_.format) continue;
       const auto encoded = scene.view->Encode(chunks, encoding);
       if (!encoded.ok()) return encoded.status();
       for (const SharedBytes& e : *encoded) bytes.emplace_back(e.span().begin(), e.span().end());
@@ -55,7 +66,7 @@ class CudaMemory : public CudaTest {
   absl::StatusOr<Scene> Make(Backend& backend, Pipeline pipeline) {
     auto target = backend.Prepare(plan_, pipeline);
     if (!target.ok()) return target.status();
-    auto view = (*target)->CreateView({.segments = 4, .normals = NormalMode::kSmooth});
+    auto view = (*target)->CreateView(spec_);
     if (!view.ok()) return view.status();
     return Scene{*std::move(target), *std::move(view)};
   }
@@ -69,7 +80,9 @@ class CudaMemory : public CudaTest {
   // Whether the allocation that it was to refuse came.
   bool Refused() { return std::exchange(left_, -1) < 0; }
 
-  std::vector<Encoding> encodings_{Encoding::kQuantised, Encoding::kDracoPoints};
+  ViewSpec spec_ = kSpecs.front();
+  std::vector<Encoding> encodings_{Encoding::kQuantised, Encoding::kDracoPoints,
+                                   Encoding::kDracoMesh, Encoding::kRaw};
   int left_ = -1;
 };
 
@@ -216,6 +229,26 @@ TEST_F(CudaMemory, WhatIsOfNoSceneIsCountedByItself) {
   }
 }
 
+// Each has a workspace of 4 MiB; which pipeline a scene has is the client's choice.
+TEST_F(CudaMemory, ManyScenesOfMatrixProductsLeaveFewWorkspaces) {
+  const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
+  ASSERT_OK(backend);
+  const auto workspaces = [&] { return (*backend)->devices().front().use["gemm_workspace"]; };
+  for (int time = 0; time < 2; ++time) {
+    std::vector<Scene> scenes;
+    for (int i = 0; i < 12; ++i) {
+      auto scene = Make(**backend, Pipeline::kGemm);
+      ASSERT_OK(scene);
+      ASSERT_OK(Use(*scene));
+      scenes.push_back(*std::move(scene));
+    }
+    EXPECT_GE(workspaces(), 12 * 4 * kMiB);
+    scenes.clear();
+    EXPECT_LE(workspaces(), 4 * 4 * kMiB);
+    EXPECT_GT(workspaces(), 0u) << "the next scene finds one";
+  }
+}
+
 TEST_F(CudaMemory, CyclesOfUseLeaveNothingBehind) {
   const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
   ASSERT_OK(backend);
@@ -251,15 +284,18 @@ TEST_F(CudaMemory, PlansTakeFewBytesAPatch) {
 }
 
 TEST_F(CudaMemory, RepeatedRunsAreBitIdentical) {
-  for (const Pipeline pipeline : kPipelines) {
-    const auto backend = MakeCudaBackend({.threads = 1});
-    ASSERT_OK(backend);
-    const auto expected = Use(**backend, pipeline);
-    ASSERT_OK(expected);
-    for (int run = 0; run < 5; ++run) {
-      const auto again = Use(**backend, pipeline);
-      ASSERT_OK(again);
-      EXPECT_TRUE(*again == *expected) << PipelineName(pipeline);
+  const auto backend = MakeCudaBackend({.threads = 1});
+  ASSERT_OK(backend);
+  for (const ViewSpec& spec : kSpecs) {
+    spec_ = spec;
+    for (const Pipeline pipeline : kPipelines) {
+      const auto expected = Use(**backend, pipeline);
+      ASSERT_OK(expected);
+      for (int run = 0; run < 5; ++run) {
+        const auto again = Use(**backend, pipeline);
+        ASSERT_OK(again);
+        EXPECT_TRUE(*again == *expected) << PipelineName(pipeline) << ", " << spec.segments;
+      }
     }
   }
 }
@@ -269,11 +305,14 @@ TEST_F(CudaMemory, PoisonedMemoryIsFullyOverwritten) {
   const auto plain = MakeCudaBackend({.threads = 1});
   ASSERT_OK(poisoned);
   ASSERT_OK(plain);
-  for (const Pipeline pipeline : kPipelines) {
-    const auto expected = Use(**plain, pipeline), got = Use(**poisoned, pipeline);
-    ASSERT_OK(expected);
-    ASSERT_OK(got);
-    EXPECT_TRUE(*got == *expected) << PipelineName(pipeline);
+  for (const ViewSpec& spec : kSpecs) {
+    spec_ = spec;
+    for (const Pipeline pipeline : kPipelines) {
+      const auto expected = Use(**plain, pipeline), got = Use(**poisoned, pipeline);
+      ASSERT_OK(expected);
+      ASSERT_OK(got);
+      EXPECT_TRUE(*got == *expected) << PipelineName(pipeline) << ", " << spec.segments;
+    }
   }
 }
 

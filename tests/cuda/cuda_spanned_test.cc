@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <utility>
 #include <vector>
 
@@ -70,11 +71,10 @@ class CudaSpanned : public CudaTest {
 };
 
 TEST_F(CudaSpanned, EveryFailedAllocationOfEitherPartIsRefusedCleanly) {
-  int left = -1;  // allocations until one is refused; below 0: none is
+  // Allocations until one is refused; below 0: none is. Two parts encode at once.
+  std::atomic<int> left = -1;
   CudaOptions options = OnTwo();
-  options.refuse_allocation = [&left](std::string_view, uint64_t) {
-    return left >= 0 && left-- == 0;
-  };
+  options.refuse_allocation = [&left](std::string_view, uint64_t) { return left-- == 0; };
   const auto backend = MakeCudaBackend(options);
   ASSERT_OK(backend);
   const std::vector<uint64_t> untouched = FreeOfBudgets(**backend);

@@ -27,7 +27,7 @@ run() {  # NAME COMMAND…
 }
 
 nvidia-smi -L 2>/dev/null || echo "nvidia-smi says nothing of a GPU"
-run "statuses" "$folder/cuda_backend_test" --gtest_filter='CudaStatusTest.*'
+run "statuses, pinned memory" "$folder/cuda_backend_test" --gtest_filter='CudaStatusTest.*:PinnedMemoryTest.*'
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" --gtest_filter='CudaMemory.*'
 run "what views share, made at once" "$folder/cuda_backend_test" --gtest_filter='CudaSharing.*'
 run "soak, 2,000 scenes that come and go" "$folder/cuda_backend_test" --gtest_filter='CudaSoak.*'
