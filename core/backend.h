@@ -151,8 +151,8 @@ class DeformView {
   // As many chunks are best encoded in one call; more only delay what waits for their end.
   [[nodiscard]] virtual size_t encode_batch() const { return 256; }
 
-  // `chunks` in the order in which they are best encoded, so many a call: as they are, but where
-  // several devices share them, so that each call has work for all.
+  // `chunks`, which rise, in the order in which they are best encoded, so many a call: as they are,
+  // but where several devices share them, so that each call has work for all.
   [[nodiscard]] virtual std::vector<uint32_t> EncodeOrder(std::span<const uint32_t> chunks) const {
     return {chunks.begin(), chunks.end()};
   }

@@ -83,17 +83,20 @@ size_t SpannedView::encode_batch() const {
 }
 
 std::vector<uint32_t> SpannedView::EncodeOrder(std::span<const uint32_t> chunks) const {
-  std::vector<std::vector<uint32_t>> of_part(parts_.size());
-  for (const uint32_t chunk : chunks) of_part[PartOf(chunk)].push_back(chunk);
+  std::vector<std::span<const uint32_t>> left(parts_.size());
+  auto next = chunks.begin();
+  for (size_t p = 0; p < parts_.size(); ++p) {
+    const auto end = std::lower_bound(next, chunks.end(), End(p));
+    left[p] = {next, end};
+    next = end;
+  }
   std::vector<uint32_t> order;
   order.reserve(chunks.size());
-  for (size_t round = 0; order.size() < chunks.size(); ++round) {
+  while (order.size() < chunks.size()) {
     for (size_t p = 0; p < parts_.size(); ++p) {
-      const size_t batch = parts_[p].view->encode_batch();
-      const std::span<const uint32_t> its(of_part[p]);
-      const auto left = its.subspan(std::min(round * batch, its.size()));
-      const auto next = left.first(std::min(batch, left.size()));
-      order.insert(order.end(), next.begin(), next.end());
+      const auto batch = left[p].first(std::min(parts_[p].view->encode_batch(), left[p].size()));
+      order.insert(order.end(), batch.begin(), batch.end());
+      left[p] = left[p].subspan(batch.size());
     }
   }
   return order;
@@ -102,11 +105,17 @@ std::vector<uint32_t> SpannedView::EncodeOrder(std::span<const uint32_t> chunks)
 std::vector<SpannedView::Share> SpannedView::ShareOut(std::span<const uint32_t> chunks,
                                                       std::span<const VertexDigest> digests) const {
   std::vector<Share> shares(parts_.size());
-  for (size_t i = 0; i < chunks.size(); ++i) {
-    const size_t p = PartOf(chunks[i]);
-    shares[p].chunks.push_back(chunks[i] - parts_[p].first_chunk);
-    shares[p].places.push_back(i);
-    if (!digests.empty()) shares[p].digests.push_back(digests[i]);
+  for (size_t i = 0; i < chunks.size();) {
+    const size_t p = PartOf(chunks[i]), place = i;
+    const uint32_t first = parts_[p].first_chunk, end = End(p);
+    Share& share = shares[p];
+    for (; i < chunks.size() && chunks[i] >= first && chunks[i] < end; ++i) {
+      share.chunks.push_back(chunks[i] - first);
+    }
+    share.runs.push_back({place, i - place});
+    if (digests.empty()) continue;
+    const auto its = digests.subspan(place, i - place);
+    share.digests.insert(share.digests.end(), its.begin(), its.end());
   }
   return shares;
 }
@@ -128,6 +137,20 @@ void SpannedView::EncodeAtOnce(std::vector<Share>& shares, Encoding encoding) co
   encode(static_cast<size_t>(first));
 }
 
+void SpannedView::Gather(Share& share, std::span<SharedBytes> results,
+                         std::span<VertexDigest> digests) {
+  size_t done = 0;
+  for (const auto& [place, count] : share.runs) {
+    std::ranges::move(std::span(*share.results).subspan(done, count),
+                      results.subspan(place).begin());
+    if (!digests.empty()) {
+      std::ranges::copy(std::span(share.digests).subspan(done, count),
+                        digests.subspan(place).begin());
+    }
+    done += count;
+  }
+}
+
 absl::StatusOr<std::vector<SharedBytes>> SpannedView::Encode(std::span<const uint32_t> chunks,
                                                              Encoding encoding,
                                                              std::span<VertexDigest> digests) {
@@ -140,10 +163,7 @@ absl::StatusOr<std::vector<SharedBytes>> SpannedView::Encode(std::span<const uin
     for (Share& share : shares) {
       if (share.chunks.empty()) continue;
       if (!share.results.ok()) return share.results.status();
-      for (size_t i = 0; i < share.places.size(); ++i) {
-        results[share.places[i]] = std::move((*share.results)[i]);
-        if (!digests.empty()) digests[share.places[i]] = share.digests[i];
-      }
+      Gather(share, results, digests);
     }
     return results;
   } catch (const std::bad_alloc&) {

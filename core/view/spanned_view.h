@@ -49,16 +49,21 @@ class SpannedView : public DeformView {
   const std::vector<Part>& parts() const { return parts_; }
 
  private:
+  // Chunks of one part that stand beside each other among all that are to be encoded.
+  struct Run {
+    size_t place, count;
+  };
   // What a part has to encode, and what came of it.
   struct Share {
-    std::vector<uint32_t> chunks;  // of the part
-    std::vector<size_t> places;    // of these among all
+    std::vector<Run> runs;
+    std::vector<uint32_t> chunks;  // of the part, run by run
     std::vector<VertexDigest> digests;
     absl::StatusOr<std::vector<SharedBytes>> results;
   };
   std::vector<Share> ShareOut(std::span<const uint32_t> chunks,
                               std::span<const VertexDigest> digests) const;
   void EncodeAtOnce(std::vector<Share>& shares, Encoding encoding) const;
+  static void Gather(Share& share, std::span<SharedBytes> results, std::span<VertexDigest> digests);
 
   absl::Status EvaluateParts(std::span<const Vec3d> control_points, const QuantisationBox& box,
                              std::span<const uint32_t> chunks);
