@@ -64,6 +64,7 @@ void Span(benchmark::State& state, size_t patches, VertexFormat format, int devi
 
 std::vector<SharedBytes> EncodeAll(DeformView& view, std::span<const uint32_t> chunks) {
   std::vector<SharedBytes> all;
+  all.reserve(chunks.size());
   const std::vector<uint32_t> order = view.EncodeOrder(chunks);
   for (size_t done = 0; done < order.size();) {
     const size_t count = std::min(view.encode_batch(), order.size() - done);

@@ -127,7 +127,9 @@ Section Algorithms(const std::vector<Row>& rows) {
   }
   section.notes = {
       "Tensor product: Cui & Feng 2013, 49 samples a patch, two kernels of our own making, "
-      "verified like our pipelines, positions to 1e-6 D; not watertight.",
+      "verified like our pipelines, positions to 1e-6 D; not watertight. A surface for each "
+      "triangle, over its parallelogram, so that all make the same points; theirs has one for each "
+      "sub-polygon, over a rectangle: of four corners, one in place of two of these.",
       "The paper's third algorithm, tessellation shaders, has another pattern: the next table."};
   return section;
 }

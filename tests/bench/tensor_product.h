@@ -9,7 +9,9 @@
 //   trimmed to s + t <= 1: the uniform grid of the same points as everybody's pattern
 //
 // along and across are the patch's edges from corner 0, so that its parameter parallelogram is the
-// square; R goes on as its box's polynomial beyond the triangle. n = 6 alone, as in the tables.
+// square; R goes on as its box's polynomial beyond the triangle. n = 6 alone, as in the tables. The
+// paper has a surface a sub-polygon, over a rectangle; here it is one a triangle of our patches, so
+// that all algorithms make the same points: the same work a surface, and more surfaces.
 //
 // Work is in steps of a group of patches, one call an index of the step, so that a test on the host
 // runs what a block runs:
