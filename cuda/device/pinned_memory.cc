@@ -18,8 +18,8 @@ namespace {
 constexpr char kStagingPurpose[] = "staging";
 // Of the host.
 constexpr size_t kPage = size_t{4} << 10, kHugePage = size_t{2} << 20;
-// Kept for later users, or as much as is in use; what comes back beyond it is unpinned.
-constexpr size_t kFreeBytes = size_t{256} << 20;
+// Kept for later users at most; what comes back beyond it is unpinned.
+constexpr size_t kMostFreeBytes = size_t{256} << 20;
 
 uint64_t FreeHostBytes() {
   const long pages = sysconf(_SC_AVPHYS_PAGES), size = sysconf(_SC_PAGESIZE);
@@ -79,22 +79,18 @@ absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
       const auto [found, data] = *block;
       free_.erase(block);
       free_bytes_ -= found;
-      used_bytes_ += found;
       return PinnedBuffer(shared_from_this(), data, found);
     }
   }
   const auto data = Pin(size);
   if (!data.ok()) return data.status();
-  const std::scoped_lock lock(mutex_);
-  used_bytes_ += size;
   return PinnedBuffer(shared_from_this(), *data, size);
 }
 
 void PinnedMemory::Return(uint8_t* data, size_t size) {
   {
     const std::scoped_lock lock(mutex_);
-    used_bytes_ -= size;
-    if (free_bytes_ + size <= std::max(kFreeBytes, used_bytes_)) {
+    if (free_bytes_ + size <= kMostFreeBytes) {
       free_.emplace(size, data);
       free_bytes_ += size;
       return;

@@ -73,8 +73,8 @@ class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
 
   RefuseAllocation refuse_;
   std::mutex mutex_;
-  std::multimap<size_t, uint8_t*> free_;  // by size; these three guarded by mutex_
-  size_t free_bytes_ = 0, used_bytes_ = 0;
+  std::multimap<size_t, uint8_t*> free_;  // by size; these two guarded by mutex_
+  size_t free_bytes_ = 0;
 };
 
 }  // namespace latticed
