@@ -11,6 +11,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 
@@ -19,12 +20,21 @@ namespace latticed {
 class CpuArena {
  public:
   explicit CpuArena(int threads)
-      : threads_(static_cast<size_t>(threads)), arena_(threads + kCallers - 1, kCallers) {}
+      : threads_(static_cast<size_t>(threads)),
+        arena_(threads + kCallers - 1, kCallers),
+        few_(kFewThreads + kCallers - 1, kCallers) {}
 
   // That one loop runs on.
   size_t threads() const { return threads_; }
+  // On how many of them a loop of so many parts runs. To wake the others takes longer than they
+  // save: 26 chunks were written in 0.26 ms on 64 threads, and in 0.19 on 32.
+  size_t ThreadsFor(size_t parts) const {
+    return parts <= kFewParts ? std::min<size_t>(threads_, kFewThreads) : threads_;
+  }
   // That run where several loops do.
-  size_t most_threads() const { return threads_ + kCallers - 1; }
+  size_t most_threads() const {
+    return threads_ + kCallers - 1 + (threads_ > kFewThreads ? kFewThreads + kCallers - 1 : 0);
+  }
 
   // body(begin, end) for parts of [0, count), of `grain` items or more where there are as many.
   template <class Body>
@@ -33,7 +43,7 @@ class CpuArena {
     // ThreadSanitizer would report every loop. It sees this order, and what really races.
     std::atomic<size_t> order;
     order.store(1, std::memory_order_release);
-    arena_.execute([&] {
+    ArenaOf((count + grain - 1) / grain).execute([&] {
       tbb::parallel_for(tbb::blocked_range<size_t>(0, count, grain),
                         [&](const tbb::blocked_range<size_t>& part) {
                           (void)order.load(std::memory_order_acquire);
@@ -56,9 +66,13 @@ class CpuArena {
   // Threads that may begin a loop without waiting for a part of another's: those of the server's
   // pipeline. The system shares the cores among them.
   static constexpr int kCallers = 2;
+  // A loop wakes all threads of its arena, however few parts it has.
+  static constexpr int kFewThreads = 32, kFewParts = 64;
+
+  tbb::task_arena& ArenaOf(size_t parts) { return ThreadsFor(parts) < threads_ ? few_ : arena_; }
 
   const size_t threads_;
-  tbb::task_arena arena_;
+  tbb::task_arena arena_, few_;  // their threads are made when one first runs a loop
 };
 
 }  // namespace latticed

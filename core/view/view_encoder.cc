@@ -125,7 +125,7 @@ absl::Status ViewEncoder::Encode(std::span<const uint32_t> chunks, Encoding enco
     });
     return absl::OkStatus();
   }
-  const size_t size = BatchSize(places.size(), encoder_->batch(), arena_.threads());
+  const size_t size = BatchSize(places.size(), encoder_->batch(), arena_.ThreadsFor(places.size()));
   std::mutex mutex;
   absl::Status first_error;
   arena_.ForEach(DivideUp(places.size(), size), [&](size_t b) {

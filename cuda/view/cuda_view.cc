@@ -16,8 +16,9 @@ namespace {
 // Of the host's writer: batches for all of its threads.
 constexpr size_t kHostChunks = 256;
 // On the device the last state of a chunk is reached after a fifth of a millisecond, however few
-// there are. A thread of the host takes a tenth of that for each.
-constexpr size_t kHostChunksAThread = 3;
+// there are. A thread of the host takes a tenth of that for each; but to wake more than sixteen of
+// them takes as long.
+constexpr size_t kHostChunksAThread = 3, kMostHostThreads = 16;
 
 }  // namespace
 
@@ -98,7 +99,8 @@ absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32
   const DeviceGuard guard(context_->device());
   try {
     std::vector<SharedBytes> results(chunks.size());
-    const bool few = chunks.size() <= kHostChunksAThread * context_->arena().threads();
+    const size_t threads = std::min(context_->arena().threads(), kMostHostThreads);
+    const bool few = chunks.size() <= kHostChunksAThread * threads;
     const absl::Status status =
         WritesOnDevice(encoding) && !few
             ? device_encoder_.Encode(*kernel_, vertices_.span(), chunks, encoding,
