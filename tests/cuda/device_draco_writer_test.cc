@@ -111,6 +111,18 @@ TEST_F(DeviceDracoWriterTest, AllSizesAndBits) {
   }
 }
 
+TEST_F(DeviceDracoWriterTest, AllPairsOfBitsAsCloudsAndMeshes) {
+  for (int position_bits = 8; position_bits <= 16; ++position_bits) {
+    for (const int normal_bits : {0, 6, 7, 8, 9, 10, 11, 12}) {
+      const auto chunks = AllKinds(2112, position_bits, normal_bits);
+      for (const bool mesh : {false, true}) {
+        ExpectTheHostsBytes(chunks, All(chunks), mesh);
+        if (HasFatalFailure()) return;
+      }
+    }
+  }
+}
+
 TEST_F(DeviceDracoWriterTest, TheLargestChunk) {
   std::vector<Chunk> chunks;
   for (const Data data : kAllData) chunks.push_back(MakeChunk(65'532, 16, 12, data, kSeed));

@@ -41,7 +41,7 @@ done
 
 # Small sizes; and without the allocation that is meant to fail, which memcheck would report.
 readonly sanitized=(
-  cuda_backend_test '*-*MoreThanTheDevice*:*Cycles*:*AllSizes*:*LargestChunk*:CudaSoak.*'
+  cuda_backend_test '*-*MoreThanTheDevice*:*Cycles*:*AllSizes*:*AllPairs*:*LargestChunk*:CudaSoak.*'
   backend_view_test '*cuda*'
   backend_watertight_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
   backend_accuracy_test '*AllDegreeMixes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*')
