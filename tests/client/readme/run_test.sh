@@ -3,10 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: run_test.sh BUILD
-# Every fenced block of the READMEs as it stands there, in the order of the first, beside a real server, in a
-# folder that looks like the tree after ./dev run; and what it leaves. A block that is neither run nor in `exempt`
-# is a failure. Skips (77) where some cannot run, after the others, and fails there under LATTICED_REQUIRE_PYTHON,
-# _NODE and _CURL.
+# Every fenced block of the READMEs as it stands there, beside a real server, in a folder that looks like the tree
+# after ./dev run; and what each leaves. A block that is neither run nor in `exempt` is a failure. Skips (77) where
+# some cannot run, after the others, and fails there under LATTICED_REQUIRE_PYTHON, _NODE and _CURL.
 set -euo pipefail
 here=$(dirname "$(readlink -f "$0")")
 root=$(readlink -f "$here/../../..")
@@ -72,6 +71,7 @@ python_client() {
 }
 
 cpp_client() {
+  # What is in its environment spares time alone.
   CMAKE_BUILD_TYPE=Debug CMAKE_CXX_COMPILER_LAUNCHER=$(command -v ccache || true) \
     run "README.md, From C++, Node, Blender, and other languages, 1" shell
   expect_lift
