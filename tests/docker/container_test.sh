@@ -3,14 +3,14 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: container_test.sh FOLDER
-# Builds the CPU image, runs it as compose.yaml does, and asks its ports: README's Python example, and by HTTP.
-# Images and containers are kept apart from this machine's own, and are gone afterwards. FOLDER takes the
-# example's files.
+# Builds the CPU image, runs it by compose.yaml with the commands of docker/README.md, sees that it is confined as
+# the file says, and asks its ports: README's Python example, and by HTTP. Images, networks and containers are kept
+# apart from this machine's own, and are gone afterwards. FOLDER takes the example's files.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/../.." && pwd)
 mkdir -p "$1"
 work=$(readlink -f "$1")
-readonly root work tag=localhost/latticed:test name=latticed-test most_mb=300 patience_s=60
+readonly root work tag=latticed:cpu name=docker_latticed_1 most_mb=300 patience_s=60
 storage=$(mktemp -d /var/tmp/latticed.XXXXXX)
 readonly storage
 export CONTAINERS_CONF=$root/docker/containers.conf CONTAINERS_STORAGE_CONF=$storage/storage.conf
@@ -35,6 +35,9 @@ clean() {
   rm -rf --one-file-system "$storage"
 }
 trap clean EXIT
+
+source "$root/tests/support/readme_blocks.sh"
+read_blocks docker/README.md
 
 # The first ports from 50200 on that nobody listens on.
 free_ports() {  # COUNT
@@ -64,20 +67,29 @@ mb=$(($(podman image inspect --format '{{.Size}}' "$tag") / 1000000))
 echo "the image has $mb MB"
 ((mb <= most_mb)) || fail "the image has $mb MB, over $most_mb"
 
+# A copy, with a folder of networks in the storage.
+rm -rf "$work/docker"
+cp -r "$root/docker" "$work"
+sed -i "/^\[network\]/a network_config_dir = \"$storage/networks\"" "$work/docker/containers.conf"
+export CONTAINERS_CONF=$work/docker/containers.conf
+cd "$work"
 read -r port http admin < <(free_ports 3)
-podman run --detach --name "$name" --network bridge --publish "127.0.0.1:$port:50151" \
-  --publish "127.0.0.1:$http:8080" --publish "127.0.0.1:$admin:9090" \
-  --read-only --read-only-tmpfs=false --cap-drop ALL --security-opt no-new-privileges "$tag" >/dev/null
+export LATTICED_GRPC_PORT=$port LATTICED_HTTP_PORT=$http LATTICED_ADMIN_PORT=$admin
+run "docker/README.md, Without Docker, without a registry, 1" bash -euo pipefail
 for ((i = 0; ; ++i)); do
   podman healthcheck run "$name" >/dev/null 2>&1 && break
   ((i < patience_s)) || fail "not healthy after $patience_s s"
   sleep 1
 done
-[[ $(podman exec "$name" id -u) == 65532 ]] || fail "the server does not run as 65532"
-podman exec "$name" touch /tmp/file 2>/dev/null && fail "the root is not read-only"
+[[ $(podman ps --format '{{.Names}}') == "$name" ]] || fail "not this service alone is up"
+[[ $(podman port "$name" | sed 's/.* -> //; s/:.*//' | sort -u) == 127.0.0.1 ]] || fail "published to others"
+status=$(podman exec "$name" cat /proc/1/status)
+for line in 'Uid:\s65532\s' 'CapEff:\s0+$' 'CapBnd:\s0+$' 'NoNewPrivs:\s1$'; do
+  grep -qP "^$line" <<<"$status" || fail "not confined, no $line in $status"
+done
+podman exec "$name" grep -q '^[^ ]* / [^ ]* ro,' /proc/mounts || fail "the root is not read-only"
 
 # The image's own program makes the mesh; the client is this machine's.
-cd "$work"
 podman run --rm --network none --read-only --cap-drop ALL --user "$EUID" --volume "$work:/work" \
   --entrypoint latticectl "$tag" sample vase --resolution 1 -o /work/my.obj
 (cd "$root/client/python" && /usr/bin/python3 setup.py -q build_py --build-lib "$work/package") >package.txt 2>&1 ||
@@ -90,7 +102,11 @@ ask "http://127.0.0.1:$http/" '<script'
 ask "http://127.0.0.1:$admin/readyz" ready
 ask "http://127.0.0.1:$admin/metrics" 'latticed_rpc_finished_total{method="SceneService/Export",code="OK"} 1'
 
-podman stop --time 30 "$name" >/dev/null
+[[ -z $(podman exec "$name" find /tmp /var/tmp -mindepth 1) ]] || fail "it has written files"
+
+podman-compose -f docker/compose.yaml stop --timeout 30 latticed
 [[ $(podman inspect --format '{{.State.ExitCode}}' "$name") == 0 ]] || fail "the server did not drain and end by itself"
 podman logs "$name" 2>&1 | grep -q '"message":"stopped"' || fail "the log does not end with 'stopped'"
+run "docker/README.md, Without Docker, without a registry, 2" bash -euo pipefail
+[[ -z $(podman ps --all --quiet) ]] || fail "a container is left"
 echo "container: built, ran read-only without capabilities, served gRPC, gRPC-Web and metrics, drained"

@@ -3,43 +3,127 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: run_test.sh BUILD
-# The commands of README that no other test runs, as they stand there: "Your own mesh" and "From a
-# browser", the latter on free ports. Skips (77) where there is no curl, and fails there under
-# LATTICED_REQUIRE_CURL.
+# Every fenced block of the READMEs as it stands there, beside a real server, in a folder that looks like the tree
+# after ./dev run; and what each leaves. A block that is neither run nor in `exempt` is a failure. Skips (77) where
+# some cannot run, after the others, and fails there under LATTICED_REQUIRE_PYTHON, _NODE and _CURL.
 set -euo pipefail
-root=$(cd "$(dirname "$(readlink -f "$0")")/../../.." && pwd)
+here=$(dirname "$(readlink -f "$0")")
+root=$(readlink -f "$here/../../..")
 build=$(readlink -f "$1")
-if ! command -v curl >/dev/null; then
-  echo "skipped, for want of curl"
-  [[ -n ${LATTICED_REQUIRE_CURL:-} ]] && exit 1
-  exit 77
-fi
-work=$build/readme
-rm -rf "$work"
-mkdir -p "$work"
-ln -s "$build" "$work/build"
-cd "$work"
-fail() { echo "$*"; exit 1; }
+[[ ${2:-} == beside-a-server ]] || exec "$here/../with_server.sh" "$build" "$0" "$build" beside-a-server
+fail() { echo "readme_test: $*"; exit 1; }
+source "$root/tests/support/readme_blocks.sh"
 
-# The first shell block under a heading.
-commands() {  # HEADING
-  awk -v heading="## $1" '/^## / { here = $0 == heading } /^```$/ { inside = 0 } inside { print }
-    here && /^```sh$/ { inside = 1; here = 0 }' "$root/README.md"
+declare -A exempt=(
+  ["README.md, Two commands, 1"]="./dev ci runs ./dev run --once in a fresh copy of the tree, and all tests"
+  ["docker/README.md, Containers, 1"]="Docker's engine and a GPU; compose_test reads the file, container_test.sh brings it up"
+  ["docker/README.md, Without Docker, without a registry, 1"]="tests/docker/container_test.sh runs it, where the image is"
+  ["docker/README.md, Without Docker, without a registry, 2"]="tests/docker/container_test.sh runs it, where the image is"
+)
+
+has_python() { /usr/bin/python3 -c 'import ensurepip, google.protobuf, grpc, numpy, setuptools, wheel' 2>/dev/null; }
+has_node() { type node npm >/dev/null 2>&1; }
+has_curl() { type curl strings >/dev/null 2>&1; }
+skipped=()
+can_run() {  # WHAT NAME…: or the blocks are noted
+  local require=LATTICED_REQUIRE_${1^^} name
+  "has_$1" && return
+  [[ -z ${!require:-} ]] || fail "this machine lacks what the blocks for $1 need"
+  for name in "${@:2}"; do take "$name"; done
+  skipped+=("${@:2}")
+  return 1
 }
+shell() { bash -euo pipefail "$@"; }
 free_port() {  # FIRST
   local port=$1
   while (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; do ((++port)); done
   echo "$port"
 }
+# Ten updates of a drag that lifts the top of the fitted lattice by 1, and the surface by less: the margin.
+expect_lift() {
+  awk '/^at rest|^revision 0:/ { rest = $NF } /^revision [1-9]/ { steps += $2 + 0 == steps + 1; lifted = $NF - rest }
+       END { exit !(steps == 10 && lifted > 0.5 && lifted < 1) }' output.txt || fail "the drag went wrong"
+}
 
-commands "Your own mesh" >mesh.sh
-grep -q '^latticectl apply ' mesh.sh || fail "README has no commands for a mesh"
-bash -euo pipefail mesh.sh
-[[ $(head -c 3 deformed.ply) == ply ]] || fail "they left no deformed.ply"
+own_mesh() {
+  run "README.md, Your own mesh, 1" env -u LATTICED_SERVER bash -euo pipefail
+  [[ $(head -c 3 deformed.ply) == ply ]] || fail "no deformed.ply"
+}
 
-commands "From a browser" | sed "s/8081/$(free_port 8181)/; s/9090/$(free_port 9190)/" >browser.sh
-grep -q '^curl .*/readyz' browser.sh || fail "README has no commands for a browser"
-echo 'kill %1; wait' >>browser.sh
-bash browser.sh >browser.txt 2>server.txt || true
-grep -q '^ready' browser.txt && grep -q 'grpc-status: 0' browser.txt || { cat browser.txt server.txt; fail "no answer"; }
-echo "README's commands do what it says"
+picture() {
+  # A narrow vase in place of ./dev run's knot, whose picture takes half a minute.
+  local latticectl=build/client/cpp/latticectl name
+  mkdir build/quickstart
+  "$latticectl" sample vase --resolution 1 -o vase.obj
+  awk '/^v / { $2 *= 0.1; $3 *= 0.1 } { print }' vase.obj >narrow.obj
+  "$latticectl" lattice narrow.obj -o narrow.json
+  for name in rest deformed; do
+    "$latticectl" apply narrow.obj --lattice narrow.json --server "$LATTICED_SERVER" --segments 5 -o "build/quickstart/$name.ply"
+  done
+  OPENBLAS_NUM_THREADS=1 run "README.md, Two commands, 2" shell
+  [[ $(head -c 4 out.png) == *PNG && $(stat -c %s out.png) -gt 2000 ]] || fail "no picture in out.png"
+}
+
+python_client() {
+  PIP_NO_INDEX=1 run "README.md, From Python, 1" shell
+  run "README.md, From Python, 2" build/env/bin/python
+  grep -q '[0-9] patches, up to' output.txt && [[ $(head -c 4 deformed.glb) == glTF ]] || fail "no deformed.glb"
+}
+
+cpp_client() {
+  # What is in its environment spares time alone.
+  CMAKE_BUILD_TYPE=Debug CMAKE_CXX_COMPILER_LAUNCHER=$(command -v ccache || true) \
+    run "README.md, From C++, Node, Blender, and other languages, 1" shell
+  expect_lift
+  [[ $(head -c 3 lifted.ply) == ply ]] || fail "no lifted.ply"
+}
+
+node_client() {
+  npm_config_prefer_offline=true run "README.md, From C++, Node, Blender, and other languages, 2" shell
+  expect_lift
+  grep -qE '[0-9]{7} points' output.txt || fail "not all points were decoded"
+
+  local status=0
+  (cd client/node && LATTICED_SERVER=127.0.0.1:1 node dist/drag.js ../../my.obj) >output.txt 2>&1 || status=$?
+  [[ $status == 1 ]] && grep -q '^drag: 14 UNAVAILABLE' output.txt || fail "no server: ended with $status: $(<output.txt)"
+}
+
+browser() {
+  take "README.md, From a browser, 1"
+  sed -i "s/8081/$(free_port 8181)/; s/9090/$(free_port 9190)/" block
+  echo 'kill %1; wait' >>block
+  bash block >output.txt 2>server.txt || true
+  grep -q '^ready' output.txt && grep -q 'grpc-status: 0' output.txt || fail "no answer: $(cat output.txt server.txt)"
+}
+
+blender_addon() {
+  run "client/blender/README.md, latticed for Blender, 1" shell
+  [[ -s build/latticed_blender.zip ]] || fail "no add-on"
+}
+
+work=$build/readme
+rm -rf "$work"
+mkdir -p "$work/build" "$work/client"
+cp -r "$root"/client/{blender,cpp,node,python} "$work/client"
+cp -r "$root/proto" "$work"
+ln -s "$build"/{client,server,cmake_install.cmake} "$work/build"
+printf '#!/bin/sh\n[ "$*" = "build latticed_client" ]  # which is built\n' >"$work/dev"
+chmod +x "$work/dev"
+export PATH=/usr/bin:$PATH  # Debian's Python has Debian's modules
+
+cd "$root"
+for readme in README.md client/*/README.md docker/README.md; do read_blocks "$readme"; done
+cd "$work"
+for name in "${!exempt[@]}"; do
+  take "$name"
+  echo "== $name: exempt, ${exempt[$name]}"
+done
+own_mesh
+if can_run python "README.md, Two commands, 2"; then picture; fi
+if can_run python "README.md, From Python, "{1,2}; then python_client; fi
+cpp_client
+if can_run node "README.md, From C++, Node, Blender, and other languages, 2"; then node_client; fi
+if can_run curl "README.md, From a browser, 1"; then browser; fi
+if can_run python "client/blender/README.md, latticed for Blender, 1"; then blender_addon; fi
+((${#blocks[@]} == 0)) || fail "neither run nor exempt: $(printf '\n  %s' "${!blocks[@]}")"
+((${#skipped[@]} == 0)) || { printf 'not run here: %s\n' "${skipped[@]}"; exit 77; }

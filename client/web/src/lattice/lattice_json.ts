@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Lattices in files: the proto3 JSON of latticed.v1.Lattice, as `latticectl lattice` writes and reads it. Doubles
-// come back with the same bits. Reading takes what that message may leave out: knots and control points.
+// come back with the same bits, but for a minus zero, which JSON.stringify writes as 0. Reading takes what that message
+// may leave out: knots and control points.
 
 import { AXIS_NAMES, pointCount, refusalOfAxes, type Axes, type LatticeStructure } from './grid';
 import { clampedUniformKnots, identityPoints, knotVectors } from './identity';

@@ -22,9 +22,13 @@ export class ServerProcess {
     return `http://127.0.0.1:${this.port}`;
   }
 
+  get grpcAddress(): string {
+    return `127.0.0.1:${this.grpcPort}`;
+  }
+
   async restart(): Promise<void> {
     this.child = spawn(process.env.LATTICED!, [
-      '--listen', `127.0.0.1:${this.grpcPort}`, '--http', `127.0.0.1:${this.port}`, '--web-root', this.webRoot, '--backend', 'cpu',
+      '--listen', this.grpcAddress, '--http', `127.0.0.1:${this.port}`, '--web-root', this.webRoot, '--backend', 'cpu',
       ...this.more]);
     for (const stream of [this.child.stdout!, this.child.stderr!]) stream.on('data', (data: Buffer) => (this.log += data.toString()));
     for (let attempt = 0; attempt < 200; ++attempt) {

@@ -1,0 +1,74 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: compose_test.py
+# docker/compose.yaml beside docker/.env and the Dockerfile: which service a profile starts, and all of the GPU's
+# that shows without one. The CPU's is run by container_test.sh. Skips (77) where there is no yaml module, and
+# fails there under LATTICED_REQUIRE_PYTHON.
+import os
+import re
+import sys
+from pathlib import Path
+
+try:
+    import yaml
+except ModuleNotFoundError:
+    print("skipped, for want of python3-yaml")
+    sys.exit(1 if os.environ.get("LATTICED_REQUIRE_PYTHON") else 77)
+
+DOCKER = Path(__file__).resolve().parent.parent.parent / "docker"
+
+
+def started(services, profile):
+    return [name for name, service in services.items() if profile in service.get("profiles", [profile])]
+
+
+def published(service):
+    """(host's address, host's port unless the environment names another, container's port) of each."""
+    return [
+        re.fullmatch(r"([\d.]+):\$\{LATTICED_\w+_PORT:-(\d+)\}:(\d+)", port).groups()
+        for port in service["ports"]
+    ]
+
+
+def check_profiles(services, default_profile):
+    assert started(services, default_profile) == ["latticed"]
+    assert started(services, "gpu") == ["latticed-gpu"]
+    assert services["latticed"]["image"] != services["latticed-gpu"]["image"]
+
+
+def check_confinement(service, dockerfile):
+    exposed = re.search(r"^EXPOSE (.*)", dockerfile, re.M)[1].split()
+    assert published(service) == [("127.0.0.1", port, port) for port in exposed]
+    assert service["read_only"] and service["cap_drop"] == ["ALL"]
+    assert service["security_opt"] == ["no-new-privileges:true"]
+
+
+def check_build(build, dockerfile):
+    assert (DOCKER / build["context"] / build["dockerfile"]).samefile(DOCKER / "Dockerfile")
+    assert set(build.get("args", {})) <= set(re.findall(r"^ARG (\w+)", dockerfile, re.M))
+
+
+def check_gpu(service, dockerfile):
+    (device,) = service["deploy"]["resources"]["reservations"]["devices"]
+    assert device == {"driver": "nvidia", "count": "all", "capabilities": ["gpu"]}
+    assert "NVIDIA_VISIBLE_DEVICES=all NVIDIA_DRIVER_CAPABILITIES=compute,utility" in dockerfile
+    arguments = service["build"]["args"]
+    assert arguments["LATTICED_CUDA"] == "ON"  # the string: a bare ON is YAML's true
+    devel = re.fullmatch(r"nvidia/cuda:(13\.0\.\d+)-devel-(ubuntu24\.04)", arguments["BUILD_BASE"])
+    assert arguments["RUNTIME_BASE"] == "nvidia/cuda:{}-runtime-{}".format(*devel.groups())
+
+
+def main():
+    environment = dict(re.findall(r"^(\w+)=(.*)", (DOCKER / ".env").read_text(), re.M))
+    services = yaml.safe_load((DOCKER / "compose.yaml").read_text())["services"]
+    dockerfile = (DOCKER / "Dockerfile").read_text()
+    check_profiles(services, environment["COMPOSE_PROFILES"])
+    for service in services.values():
+        check_confinement(service, dockerfile)
+        check_build(service["build"], dockerfile)
+    check_gpu(services["latticed-gpu"], dockerfile)
+
+
+main()
