@@ -90,7 +90,7 @@ async function lookAtColours(of: Page): Promise<void> {
 
 /** Which of red, green, blue or white a place of the sheet has. */
 async function nameAt(x: number, y: number): Promise<string> {
-  const [r, g, b] = await colourAt(page, x, y, 0);
+  const [r, g, b] = await colourAt(page, [x, y, 0]);
   const most = Math.max(r, g, b);
   const strong = [r > most / 2, g > most / 2, b > most / 2].join();
   const names = { 'true,false,false': 'red', 'false,true,false': 'green', 'false,false,true': 'blue', 'true,true,true': 'white' };
