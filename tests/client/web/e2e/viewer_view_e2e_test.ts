@@ -392,5 +392,24 @@ test('the page is dark or light as the system is, or as one says', async () => {
   await button.click(); // as the system
   await turnsTo('dark');
   await page.evaluate(() => window.latticed.settings.set({ surface: true, cage: true }));
+});
+
+test('on a laptop all tools and the panel are there without scrolling sideways, dark and light', async () => {
+  await page.setViewportSize({ width: 1366, height: 768 });
+  await page.evaluate(() => window.latticed.settings.set({ gizmo: 'move', panel: true }));
+  await select(CORNER);
+  for (const theme of ['dark', 'light'] as const) {
+    await page.evaluate((name) => window.latticed.settings.set({ theme: name }), theme);
+    await press('Home');
+    await frames();
+    await shot(`viewer_laptop_${theme}`);
+  }
+
+  const hidden = await page.evaluate(() => ['.header', '.tools', '.side', '.footer'].flatMap((part) => {
+    const element = document.querySelector(part)!;
+    const down = part === '.side' ? 0 : element.scrollHeight - element.clientHeight; // the panel's sections go on below
+    return down > 0 || element.scrollWidth > element.clientWidth ? [part] : [];
+  }));
+  assert.deepEqual(hidden, []);
   assert.deepEqual(errors, []);
 });
