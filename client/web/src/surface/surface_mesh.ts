@@ -28,7 +28,7 @@ export class SurfaceMesh implements SurfaceSink {
   };
   private readonly material = this.materialOf({ side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, polygonOffset: true,
-    polygonOffsetFactor: -1, polygonOffsetUnits: -1 });  // where nothing has moved it lies on the surface
+    polygonOffsetFactor: -1, polygonOffsetUnits: -256 });  // where nothing has moved it lies on the surface, but for half a step of its grid
   private readonly mesh = new Mesh(undefined, this.material);
   private readonly ghost = new Mesh(undefined, this.ghostMaterial);
   private readonly patches: PatchColours;

@@ -16,7 +16,7 @@ import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { colourAt, controlPoint, dropFiles, live, onScreen } from './viewer_page';
+import { colourAt, controlPoint, dropFiles, frames, live, onScreen } from './viewer_page';
 
 const OBJ = torusObj(12, 8);
 const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
@@ -95,7 +95,7 @@ async function seesSelection(seer: Page, editor: Page, index: number, words: str
     () => (window.latticed.opener as unknown as { person: { name: string; colour: number } }).person,
   );
   await seer.locator(`.person[title="${name}: ${words} selected"]`).waitFor();
-  await seer.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+  await frames(seer);
   const rgb: Vec3 = [colour >> 16, (colour >> 8) & 255, colour & 255];
   const ring = await colourAt(seer, await controlPoint(seer, index), 6);
   assert.ok(distance(ring, rgb) < 8, `${ring} is not ${rgb}`); // linear colours of 8 bits

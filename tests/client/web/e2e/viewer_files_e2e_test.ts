@@ -10,6 +10,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
+import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
 import { distance, sub, type Vec3 } from '@src/lattice/vec';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
@@ -274,12 +275,14 @@ test('an export has the segments and normals that the page shows, or the segment
   assert.equal(await page.evaluate(() => window.latticed.settings.value.view.segments), 3); // what is shown stays
 });
 
-test('a lattice of another frame makes another scene of the mesh, whose axes its transforms have', async () => {
+test('a lattice of another frame makes another scene of the mesh, whose axes transforms have and whose shape a reset brings back', async () => {
   const before = await page.evaluate(() => ({ id: window.latticed.scene!.session.sceneId, url: location.href }));
   const vector = ([x, y, z]: Vec3): object => ({ x, y, z });
-  const turned = { origin: vector([0, -2.2, -1]), u: vector([2.2, 2.2, 0]), v: vector([-2.2, 2.2, 0]), w: vector([0, 0, 2]) };
+  const frame = { origin: vector([0, -2.2, -1]), u: vector([2.2, 2.2, 0]), v: vector([-2.2, 2.2, 0]), w: vector([0, 0, 2]) };
+  const lattice = latticeFromJson(JSON.stringify({ frame, size: { u: 3, v: 3, w: 3 }, degree: { u: 2, v: 2, w: 2 } }));
+  lattice.points[3 * 26 + 2] += 0.5; // the last one, at (0, 2.2, 1) at rest
 
-  await dropFiles(page, [['lattice.json', JSON.stringify({ frame: turned, size: { u: 3, v: 3, w: 3 }, degree: { u: 2, v: 2, w: 2 } })]]);
+  await dropFiles(page, [['lattice.json', latticeToJson(lattice)]]);
   await page.waitForFunction((id) => window.latticed.scene!.session.sceneId !== id, before.id);
   await live(page);
   assert.notEqual(page.url(), before.url);
@@ -289,6 +292,14 @@ test('a lattice of another frame makes another scene of the mesh, whose axes its
 
   const moved = sub(await controlPoint(page, 26), rest);
   assert.ok(distance(moved, [Math.SQRT1_2, Math.SQRT1_2, 0]) < 1e-9, `${moved}`);
+  for (const [reset, z] of [['Reset to the first lattice', 1.5], ['Reset to rest', 1]] as const) {
+    await page.locator('.menu-button').getByText('Edit', { exact: true }).click();
+    await page.getByRole('menuitem', { name: reset }).click();
+    await page.waitForFunction((height) => {
+      const [x, y, at] = window.latticed.scene!.session.lattice.points.slice(3 * 26);
+      return Math.hypot(x, y - 2.2, at - height) < 1e-9;
+    }, z);
+  }
 });
 
 test('a link to a scene that is not there is said on the page', async () => {

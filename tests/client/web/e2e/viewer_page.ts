@@ -36,9 +36,12 @@ export async function createScene(page: Page): Promise<void> {
 export async function live(of: Page): Promise<void> {
   await of.locator('.connection[data-state=live]').waitFor();
   await of.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
-  const frame = (): Promise<unknown> => of.evaluate(() => new Promise(requestAnimationFrame));
-  await frame(); // takes in what has come
-  await frame();
+  await frames(of);
+}
+
+/** Two frames: the first takes in what has changed. */
+export function frames(of: Page): Promise<unknown> {
+  return of.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
 }
 
 /** Where a control point is in the world. */

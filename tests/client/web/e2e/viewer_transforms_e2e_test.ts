@@ -11,7 +11,7 @@ import { add, distance, length, scale, sub, type Vec3 } from '@src/lattice/vec';
 import { launch } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { controlPoint, createScene, dropFiles, onScreen, placeOf } from './viewer_page';
+import { controlPoint, createScene, dropFiles, frames, onScreen, placeOf } from './viewer_page';
 
 const CORNER = 63; // the last of 4 x 4 x 4 control points
 const BESIDE = 62;
@@ -91,7 +91,7 @@ beforeEach(async () => {
   await comesTo(CORNER, rest);
   await select(CORNER);
   await page.evaluate(() => window.latticed.scene!.frameAll());
-  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)))); // handles
+  await frames(page); // handles
 });
 
 after(async () => {
@@ -294,7 +294,7 @@ test('handles turn and scale about the pivot, with Ctrl in steps', async () => {
   for (const ctrl of [false, true]) {
     await select(BESIDE, CORNER);
     await page.evaluate(() => window.latticed.settings.set({ gizmo: 'rotate' }));
-    await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+    await frames(page);
     await dragHandle(nearest, 0.107, [37, 0], ctrl);
     const [dx, dy, dz] = sub(await controlPoint(page, CORNER), pivot);
     const degrees = (Math.atan2(dy, dx) * 180) / Math.PI;
@@ -306,7 +306,7 @@ test('handles turn and scale about the pivot, with Ctrl in steps', async () => {
     await comesTo(CORNER, rest);
 
     await page.evaluate(() => window.latticed.settings.set({ gizmo: 'scale' }));
-    await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+    await frames(page);
     await dragHandle([1, 0, 0], 0.08, [37, -20], ctrl);
     const factor = ((await controlPoint(page, CORNER))[0] - pivot[0]) / (rest[0] - pivot[0]);
     assert.ok(Math.abs(factor - 1) > 0.05, `${factor}`);
