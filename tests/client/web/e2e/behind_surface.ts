@@ -16,7 +16,7 @@ export async function behindSurface(page: Page): Promise<{ hidden: number[]; sho
     const { points, count } = scene!.session.lattice;
     const raysTo = (p: Vec3): [Vec3, Vec3][] => {
       const [x, y] = viewport.project(p)!;
-      return [[-1, 0], [1, 0], [0, -1], [0, 1]].map(([dx, dy]) => {
+      return [[-1, -1], [1, 1]].map(([dx, dy]) => {
         const { origin, direction } = viewport.ray(x + dx, y + dy);
         const way = p.reduce((sum, c, i) => sum + (c - origin[i]) * direction[i], 0);
         return [origin, origin.map((c, i) => c + way * direction[i]) as unknown as Vec3];
@@ -29,7 +29,7 @@ export async function behindSurface(page: Page): Promise<{ hidden: number[]; sho
   });
   const blocked = rays.map((each) => each.filter(([from, to]) => triangles.some((triangle) => isBetween(triangle, from, to))).length);
   const withCount = (wanted: number): number[] => blocked.flatMap((count, i) => (count === wanted ? [i] : []));
-  return { hidden: withCount(4), shown: withCount(0) };
+  return { hidden: withCount(2), shown: withCount(0) };
 }
 
 /** Whether the straight line from a to b passes through a triangle. */

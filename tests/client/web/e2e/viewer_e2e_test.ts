@@ -375,7 +375,6 @@ test('a server that was killed and started again is said on the page, and gets t
   await server.restart();
   await page.locator('.banner').waitFor({ state: 'hidden', timeout: 20_000 });
   await page.locator('.toast').getByText('The server was restarted; this browser restored mesh and lattice.').waitFor();
-  await shot('viewer_restored');
 
   await settled();
   assert.deepEqual(await controlPoint(page, 0), before);
