@@ -89,6 +89,13 @@ async function worstVertex(of: Page): Promise<number> {
   return Math.max(...misses) / step;
 }
 
+/** Waits until every vertex is where the definition says: on a busy machine an update takes its time. */
+async function followsDefinition(of: Page): Promise<void> {
+  let worst = Infinity;
+  for (const end = Date.now() + 20_000; worst >= 1 && Date.now() < end; ) worst = await worstVertex(of);
+  assert.ok(worst < 1, `${worst} steps`);
+}
+
 /** Waits until a window shows what another has selected: a ring in its colour around a control point, and a dot with its name. */
 async function seesSelection(seer: Page, editor: Page, index: number, words: string): Promise<void> {
   const { name, colour } = await editor.evaluate(
@@ -154,8 +161,7 @@ test('the mouse drags a control point: it stays below the pointer, and the surfa
   const [nowX, nowY] = await onScreen(page, CORNER);
   assert.ok(Math.hypot(nowX - (x + 60), nowY - (y - 50)) < 2, `${[nowX - x, nowY - y]} is not 60, -50`);
   await settled();
-  const worst = await worstVertex(page);
-  assert.ok(worst < 1, `${worst} steps`);
+  await followsDefinition(page);
   assert.ok(Number(await page.locator('[data-hud=latency]').innerText()) > 0); // a frame has shown it
   await shot('viewer_dragged');
 });
@@ -231,7 +237,7 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   const moved = await controlPoint(page, 0);
   await other.waitForFunction(([z]) => window.latticed.scene!.session.lattice.points[2] === z, [moved[2]] as const);
   await settled(other);
-  assert.ok((await worstVertex(other)) < 1);
+  await followsDefinition(other);
   await seesSelection(other, page, 0, '1 control point');
   await other.evaluate((corner) => window.latticed.scene!.editor.selection.select([corner]), CORNER);
   await seesSelection(page, other, CORNER, '1 control point');
@@ -246,7 +252,7 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   await other.getByLabel('Knot', { exact: true }).press('Enter');
   await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 80);
   await settled();
-  assert.ok((await worstVertex(page)) < 1);
+  await followsDefinition(page);
   await shot('viewer_second_window', other);
   assert.deepEqual(otherErrors, []);
   await other.close();
@@ -313,7 +319,7 @@ test('a lattice that was saved brings its shape back when it is dropped on the p
 
   assert.equal(latticeFromJson(json).count, 80);
   await settled();
-  assert.ok((await worstVertex(page)) < 1);
+  await followsDefinition(page);
 });
 
 test('a sample becomes a scene, whose upper plane R Z 4 5 turns about its middle', async () => {
@@ -378,5 +384,5 @@ test('a server that was killed and started again is said on the page, and gets t
 
   await settled();
   assert.deepEqual(await controlPoint(page, 0), before);
-  assert.ok((await worstVertex(page)) < 1);
+  await followsDefinition(page);
 });
