@@ -71,7 +71,7 @@ export class App {
   ) {
     this.page = buildPage(root);
     this.viewport = new Viewport(this.page.view);
-    this.toasts = new Toasts(this.page.view);
+    this.toasts = new Toasts(this.page.bottom);
     this.opener = new SceneOpener(this);
     this.commands = new Commands(makeCommands(this));
     this.toolbars = [
@@ -111,7 +111,7 @@ export class App {
     session.on('update', (info) => this.hud.update(info));
     session.on('presence', (others) => this.people.show(others.values()));
     this.people.show([]);
-    session.on('refused', (text) => this.toasts.fail(text));
+    session.on('refused', (text, idle) => (idle ? this.toasts.tell(text) : this.toasts.fail(text)));
     session.on('view', (view) => this.settings.set({ view: { ...this.settings.value.view, ...view } }));
     this.showStatus(session.status);
     const size = Math.hypot(...this.scene.bounds().getSize(this.viewport.rig.target.clone()).toArray());
@@ -139,7 +139,7 @@ export class App {
   }
 
   private layOut(): void {
-    const { header, tools, side, view } = this.page;
+    const { header, tools, side, view, bottom } = this.page;
     const nav = new NavGizmo((direction) => this.viewport.rig.lookFrom(direction));
     this.viewport.onFrame(() => nav.update(this.viewport.rig.basis()));
     this.viewport.onDrawn(() => this.hud.drawn());
@@ -150,7 +150,8 @@ export class App {
     tools.append(left.element);
     side.append(this.panel.element);
     this.hud.element.hidden = true;
-    view.append(nav.element, this.heatLegend.element, this.hud.element, this.transformBar.element, this.start);
+    bottom.append(this.transformBar.element, this.hud.element);
+    view.append(nav.element, this.heatLegend.element, this.start);
     acceptDrops(
       (files) => this.opener.takeFiles(files),
       (over) => view.classList.toggle('drop-target', over),

@@ -201,5 +201,9 @@ test('others appear with what they have selected, and vanish when their stream d
   fixture.stream.event({ case: 'presence', value: { editorId: fixture.session.editorId, selectedIndices: [9] } });
 
   assert.deepEqual(seen, ['b 1,2']);
+  fixture.stream.end();
+  await until(() => fixture.sockets.opened.length === 2);
+  fixture.stream.hello();
+  assert.deepEqual(seen, ['b 1,2', '']);  // who left meanwhile is not told of: all come anew
   fixture.session.close();
 });

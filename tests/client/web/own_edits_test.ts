@@ -104,6 +104,8 @@ test('a gesture that is cancelled before anything of it was sent sends nothing',
 
 test('a refused edit goes back to the server\'s place and is said in words; the next one goes', async () => {
   const fixture = await SessionFixture.live();
+  const idle: unknown[] = [];
+  fixture.session.on('refused', (_, nothing) => idle.push(nothing));
   fixture.session.apply(move(0.25));
   fixture.session.undo();
   const { sequence } = fixture.stream.edits[0];
@@ -116,6 +118,7 @@ test('a refused edit goes back to the server\'s place and is said in words; the 
   fixture.stream.event({ case: 'editResult', value: {
     sequence: fixture.stream.edits[1].sequence, status: refusal(9, 'NOTHING_TO_UNDO', 'nothing'), revision: 0n } });
   assert.equal(fixture.said[1], 'There is nothing to undo.');
+  assert.deepEqual(idle, [false, true]);
   fixture.session.close();
 });
 

@@ -22,8 +22,8 @@ export interface LatticeListener {
   pointsMoved(indices: Uint32Array): void;
   /** The server's lattice changed. */
   serverMoved(): void;
-  /** An edit was refused or dropped, in words. */
-  refused(text: string): void;
+  /** An edit was refused or dropped, in words; `idle`: there was nothing to undo or redo. */
+  refused(text: string, idle?: boolean): void;
 }
 
 /** Keeps the lattice that is shown in step with the server's, between edits that go out and states that come in. */
@@ -88,7 +88,8 @@ export class LatticeSync {
     if (this.model) this.queue.reached(this.model.revision);
     if (!refused) return;
     if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
-    this.listener.refused(inWords(ServerError.fromStatus(result.status!)));
+    const error = ServerError.fromStatus(result.status!);
+    this.listener.refused(inWords(error), /^NOTHING_TO_/.test(error.reason));
   }
 
   /** Milliseconds since the newest own edit up to `sequence` that was not asked for before. */

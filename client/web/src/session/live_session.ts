@@ -37,7 +37,7 @@ export class LiveSession implements SceneSession {
       structureChanged: (lattice) => this.structureChanged(lattice),
       pointsMoved: (indices) => this.listeners.emit('points', indices),
       serverMoved: () => parts.keeper.changed(() => this.lattice),
-      refused: (text) => this.listeners.emit('refused', text),
+      refused: (text, idle) => this.listeners.emit('refused', text, idle),
     });
     this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners, failed);
   }

@@ -56,8 +56,8 @@ export interface SessionEvents {
   /** By editor id. */
   presence: (others: ReadonlyMap<string, Presence>) => void;
   status: (status: SessionStatus) => void;
-  /** An edit or a view was refused or dropped, in words. */
-  refused: (text: string) => void;
+  /** An edit or a view was refused or dropped, in words; `idle`: there was nothing to undo or redo. */
+  refused: (text: string, idle?: boolean) => void;
   /** The view that was asked for was refused: this one is in force again. */
   view: (view: ViewRequest) => void;
 }

@@ -80,6 +80,7 @@ export class SessionStream implements ConnectionHost {
     this.parts.keeper.runsOn(hello.bootId);
     this.sync.opened();
     this.presences.opened();
+    this.listeners.emit('presence', this.presences.others);
     if (!this.restored) this.tell('live', 'Connected.');
     else this.tell('restored', 'The server was restarted; this browser restored mesh and lattice. What was done before cannot be undone.');
   }

@@ -27,7 +27,8 @@ export class SurfaceMesh implements SurfaceSink {
     patchEdges: { value: 0 }, opacity: { value: 1 }, displacementRange: { value: 1 },
   };
   private readonly material = this.materialOf({ side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
-  private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false });
+  private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, polygonOffset: true,
+    polygonOffsetFactor: -1, polygonOffsetUnits: -256 });  // where nothing has moved it lies on the surface, but for half a step of its grid
   private readonly mesh = new Mesh(undefined, this.material);
   private readonly ghost = new Mesh(undefined, this.ghostMaterial);
   private readonly patches: PatchColours;

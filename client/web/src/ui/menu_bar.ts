@@ -21,7 +21,7 @@ export class MenuBar {
           'aria-haspopup': 'menu',
           'aria-expanded': 'false',
           onclick: () => (this.open?.button === button ? this.close() : this.show(button, group)),
-          onpointerenter: () => this.open !== undefined && this.open.button !== button && this.show(button, group),
+          onpointerenter: ({ pointerType }: PointerEvent) => this.entered(button, group, pointerType),
         },
         group,
       );
@@ -40,6 +40,11 @@ export class MenuBar {
     button.after(list);
     this.open = { button, list };
     list.querySelector<HTMLElement>('button:not(:disabled)')?.focus();
+  }
+
+  /** With one menu open the mouse opens the next by going there; a finger's tap enters and clicks, which would close it. */
+  private entered(button: HTMLElement, group: CommandGroup, pointerType: string): void {
+    if (pointerType !== 'touch' && this.open !== undefined && this.open.button !== button) this.show(button, group);
   }
 
   private item(command: Command): HTMLElement {

@@ -14,6 +14,8 @@ export interface Page {
   readonly connection: HTMLElement;
   /** Above the view, while something is wrong with the connection. */
   readonly banner: HTMLElement;
+  /** Along the view's lower edge: one above the other, so that none hides another. */
+  readonly bottom: HTMLElement;
   readonly footer: HTMLElement;
 }
 
@@ -26,10 +28,11 @@ export function buildPage(root: HTMLElement): Page {
     hint: h('span', { class: 'hint', role: 'status' }),
     connection: h('span', { class: 'connection', 'data-state': 'none' }),
     banner: h('div', { class: 'banner', role: 'alert', hidden: true }),
+    bottom: h('div', { class: 'bottom' }),
     footer: h('footer', { class: 'footer' }),
   };
   page.footer.append(page.hint, page.connection);
-  page.view.append(page.banner);
+  page.view.append(page.banner, page.bottom);
   root.classList.add('app');
   root.replaceChildren(page.header, page.tools, page.view, page.side, page.footer);
   return page;

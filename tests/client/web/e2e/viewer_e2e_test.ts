@@ -16,7 +16,7 @@ import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { controlPoint, dropFiles, live, onScreen } from './viewer_page';
+import { colourAt, controlPoint, dropFiles, frames, live, onScreen } from './viewer_page';
 
 const OBJ = torusObj(12, 8);
 const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
@@ -89,6 +89,25 @@ async function worstVertex(of: Page): Promise<number> {
   return Math.max(...misses) / step;
 }
 
+/** Waits until every vertex is where the definition says: on a busy machine an update takes its time. */
+async function followsDefinition(of: Page): Promise<void> {
+  let worst = Infinity;
+  for (const end = Date.now() + 20_000; worst >= 1 && Date.now() < end; ) worst = await worstVertex(of);
+  assert.ok(worst < 1, `${worst} steps`);
+}
+
+/** Waits until a window shows what another has selected: a ring in its colour around a control point, and a dot with its name. */
+async function seesSelection(seer: Page, editor: Page, index: number, words: string): Promise<void> {
+  const { name, colour } = await editor.evaluate(
+    () => (window.latticed.opener as unknown as { person: { name: string; colour: number } }).person,
+  );
+  await seer.locator(`.person[title="${name}: ${words} selected"]`).waitFor();
+  await frames(seer);
+  const rgb: Vec3 = [colour >> 16, (colour >> 8) & 255, colour & 255];
+  const ring = await colourAt(seer, await controlPoint(seer, index), 6);
+  assert.ok(distance(ring, rgb) < 8, `${ring} is not ${rgb}`); // linear colours of 8 bits
+}
+
 before(async () => {
   server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
   browser = await launch();
@@ -142,8 +161,7 @@ test('the mouse drags a control point: it stays below the pointer, and the surfa
   const [nowX, nowY] = await onScreen(page, CORNER);
   assert.ok(Math.hypot(nowX - (x + 60), nowY - (y - 50)) < 2, `${[nowX - x, nowY - y]} is not 60, -50`);
   await settled();
-  const worst = await worstVertex(page);
-  assert.ok(worst < 1, `${worst} steps`);
+  await followsDefinition(page);
   assert.ok(Number(await page.locator('[data-hud=latency]').innerText()) > 0); // a frame has shown it
   await shot('viewer_dragged');
 });
@@ -209,6 +227,7 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   const { page: other, errors: otherErrors } = await openPage(browser, page.url());
   await live(other);
   await watchUpdates(other);
+  await seesSelection(other, page, CORNER, '64 control points'); // of before it was opened
   await other.evaluate(() => window.latticed.settings.set({ colouring: 'displacement' }));
   await other.locator('.heat-legend').getByText(/^0\.\d+$/).waitFor(); // the dragged corner's, without another update
 
@@ -218,16 +237,26 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   const moved = await controlPoint(page, 0);
   await other.waitForFunction(([z]) => window.latticed.scene!.session.lattice.points[2] === z, [moved[2]] as const);
   await settled(other);
-  assert.ok((await worstVertex(other)) < 1);
+  await followsDefinition(other);
+  await seesSelection(other, page, 0, '1 control point');
+  await other.evaluate((corner) => window.latticed.scene!.editor.selection.select([corner]), CORNER);
+  await seesSelection(page, other, CORNER, '1 control point');
+  await shot('viewer_presence');
 
+  await other.keyboard.press('k');
+  await other.getByLabel('Knot', { exact: true }).fill('7');
+  await other.getByLabel('Knot', { exact: true }).press('Enter');
+  await other.locator('.toast-error').getByText(/knot/i).waitFor(); // refused: not between the ends
+  await other.locator('.toast-error').getByRole('button', { name: 'Close' }).click();
   await other.keyboard.press('k');
   await other.getByLabel('Knot', { exact: true }).press('Enter');
   await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 80);
   await settled();
-  assert.ok((await worstVertex(page)) < 1);
+  await followsDefinition(page);
   await shot('viewer_second_window', other);
   assert.deepEqual(otherErrors, []);
   await other.close();
+  await page.locator('.person').waitFor({ state: 'detached' });
 });
 
 test('the surface itself is pulled: what was pressed comes along to where the pointer goes', async () => {
@@ -290,7 +319,7 @@ test('a lattice that was saved brings its shape back when it is dropped on the p
 
   assert.equal(latticeFromJson(json).count, 80);
   await settled();
-  assert.ok((await worstVertex(page)) < 1);
+  await followsDefinition(page);
 });
 
 test('a sample becomes a scene, whose upper plane R Z 4 5 turns about its middle', async () => {
@@ -348,11 +377,12 @@ test('a server that was killed and started again is said on the page, and gets t
   const before = await controlPoint(page, 0);
 
   await server.kill();
-  await page.locator('.banner').waitFor({ state: 'visible' });
+  await page.locator('.banner').getByText(/Trying again …$|Connecting again …$/).waitFor();
   await server.restart();
   await page.locator('.banner').waitFor({ state: 'hidden', timeout: 20_000 });
+  await page.locator('.toast').getByText('The server was restarted; this browser restored mesh and lattice.').waitFor();
 
   await settled();
   assert.deepEqual(await controlPoint(page, 0), before);
-  assert.ok((await worstVertex(page)) < 1);
+  await followsDefinition(page);
 });

@@ -10,9 +10,11 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
+import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
+import { distance, sub, type Vec3 } from '@src/lattice/vec';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
-import { colourAt, createScene, dropFiles, live } from './viewer_page';
+import { colourAt, controlPoint, createScene, dropFiles, live } from './viewer_page';
 
 const TOKENS = { edit: 'let-me-edit', read: 'let-me-look' } as const;
 
@@ -90,7 +92,7 @@ async function lookAtColours(of: Page): Promise<void> {
 
 /** Which of red, green, blue or white a place of the sheet has. */
 async function nameAt(x: number, y: number): Promise<string> {
-  const [r, g, b] = await colourAt(page, x, y, 0);
+  const [r, g, b] = await colourAt(page, [x, y, 0]);
   const most = Math.max(r, g, b);
   const strong = [r > most / 2, g > most / 2, b > most / 2].join();
   const names = { 'true,false,false': 'red', 'false,true,false': 'green', 'false,false,true': 'blue', 'true,true,true': 'white' };
@@ -101,8 +103,8 @@ async function quarters(): Promise<string[]> {
   return [await nameAt(-0.5, 0.5), await nameAt(0.5, 0.5), await nameAt(-0.5, -0.5), await nameAt(0.5, -0.5)];
 }
 
-async function shot(name: string): Promise<void> {
-  if (process.env.LATTICED_SHOTS) await page.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
+async function shot(name: string, of = page): Promise<void> {
+  if (process.env.LATTICED_SHOTS) await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
 }
 
 /** What a format of the open dialog writes. */
@@ -195,6 +197,22 @@ test('an OBJ with its MTL file has a picture and a colour by material, and a los
   await shot('viewer_materials');
 });
 
+test('an STL file becomes a scene', async () => {
+  const corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  const facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map((facet) =>
+    `facet normal 0 0 0\nouter loop\n${facet.map((i) => `vertex ${corners[i].join(' ')}`).join('\n')}\nendloop\nendfacet`);
+
+  await dropFiles(page, [['tetrahedron.stl', `solid one\n${facets.join('\n')}\nendsolid one\n`]]);
+  await page.getByText('tetrahedron.stl: 4 vertices, 4 faces, 1 × 1 × 1').waitFor();
+  await createScene(page);
+
+  const bounds = await page.evaluate(() => {
+    const { min, max } = window.latticed.scene!.session.surface.bounds;
+    return [...min.toArray(), ...max.toArray()];
+  });
+  bounds.forEach((x, i) => assert.ok(Math.abs(x - Math.floor(i / 3)) < 1e-3, `${bounds}`));
+});
+
 test('a mesh that has no texture coordinates says so, and is shown plain', async () => {
   const plain = sheetObj(() => '').replace(/^vt.*\n/gm, '').replace(/\/\d+/g, '');
 
@@ -255,6 +273,42 @@ test('an export has the segments and normals that the page shows, or the segment
   assert.doesNotMatch(head, /nx/);
   assert.equal(stl.readUInt32LE(80), 4 * patches);
   assert.equal(await page.evaluate(() => window.latticed.settings.value.view.segments), 3); // what is shown stays
+});
+
+test('a lattice of another frame makes another scene of the mesh, whose axes transforms have and whose shape a reset brings back', async () => {
+  const before = await page.evaluate(() => ({ id: window.latticed.scene!.session.sceneId, url: location.href }));
+  const vector = ([x, y, z]: Vec3): object => ({ x, y, z });
+  const frame = { origin: vector([0, -2.2, -1]), u: vector([2.2, 2.2, 0]), v: vector([-2.2, 2.2, 0]), w: vector([0, 0, 2]) };
+  const lattice = latticeFromJson(JSON.stringify({ frame, size: { u: 3, v: 3, w: 3 }, degree: { u: 2, v: 2, w: 2 } }));
+  lattice.points[3 * 26 + 2] += 0.5; // the last one, at (0, 2.2, 1) at rest
+
+  await dropFiles(page, [['lattice.json', latticeToJson(lattice)]]);
+  await page.waitForFunction((id) => window.latticed.scene!.session.sceneId !== id, before.id);
+  await live(page);
+  assert.notEqual(page.url(), before.url);
+  await page.evaluate(() => window.latticed.scene!.editor.selection.select([26]));
+  const rest = await controlPoint(page, 26);
+  for (const key of [',', 'g', 'x', '1', 'Enter']) await page.keyboard.press(key);
+
+  const moved = sub(await controlPoint(page, 26), rest);
+  assert.ok(distance(moved, [Math.SQRT1_2, Math.SQRT1_2, 0]) < 1e-9, `${moved}`);
+  for (const [reset, z] of [['Reset to the first lattice', 1.5], ['Reset to rest', 1]] as const) {
+    await page.locator('.menu-button').getByText('Edit', { exact: true }).click();
+    await page.getByRole('menuitem', { name: reset }).click();
+    await page.waitForFunction((height) => {
+      const [x, y, at] = window.latticed.scene!.session.lattice.points.slice(3 * 26);
+      return Math.hypot(x, y - 2.2, at - height) < 1e-9;
+    }, z);
+  }
+});
+
+test('a link to a scene that is not there is said on the page', async () => {
+  const { page: lost } = await openPage(browser, `${server.origin}/?scene=0123456789abcdef0123456789abcdef#token=${TOKENS.edit}`);
+
+  await lost.locator('.toast-error').getByText(/^The scene 0123456789abcdef0123456789abcdef could not be opened\. /).waitFor();
+  await shot('viewer_no_scene', lost);
+  assert.ok(await lost.getByRole('button', { name: 'Open a mesh' }).isVisible());
+  await lost.close();
 });
 
 test('a token that may only look sees the scene; its edit goes back, in words', async () => {

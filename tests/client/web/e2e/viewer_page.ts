@@ -36,9 +36,12 @@ export async function createScene(page: Page): Promise<void> {
 export async function live(of: Page): Promise<void> {
   await of.locator('.connection[data-state=live]').waitFor();
   await of.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
-  const frame = (): Promise<unknown> => of.evaluate(() => new Promise(requestAnimationFrame));
-  await frame(); // takes in what has come
-  await frame();
+  await frames(of);
+}
+
+/** Two frames: the first takes in what has changed. */
+export function frames(of: Page): Promise<unknown> {
+  return of.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
 }
 
 /** Where a control point is in the world. */
@@ -49,30 +52,53 @@ export function controlPoint(of: Page, index: number): Promise<Vec3> {
   );
 }
 
-/** Where a control point is on the screen, in pixels of the page. */
-export function onScreen(of: Page, index: number): Promise<[number, number]> {
-  return of.evaluate((i) => {
-    const { viewport, scene } = window.latticed;
-    const points = scene!.session.lattice.points;
-    const [x, y] = viewport.project([points[3 * i], points[3 * i + 1], points[3 * i + 2]])!;
+/** Where a point of the world is on the screen, in pixels of the page. */
+export function placeOf(of: Page, point: Vec3): Promise<[number, number]> {
+  return of.evaluate((p) => {
+    const { viewport } = window.latticed;
+    const [x, y] = viewport.project(p)!;
     const box = viewport.canvas.getBoundingClientRect();
     return [box.left + x, box.top + y];
-  }, index);
+  }, point);
 }
 
-/** The colour of the page's view where a point of the world is, 0 to 255. */
-export function colourAt(page: Page, x: number, y: number, z: number): Promise<[number, number, number]> {
+/** Where a control point is on the screen, in pixels of the page. */
+export async function onScreen(of: Page, index: number): Promise<[number, number]> {
+  return placeOf(of, await controlPoint(of, index));
+}
+
+/** The colour of the page's view so many pixels to the right of where a point of the world is, 0 to 255. */
+export function colourAt(page: Page, point: Vec3, right = 0): Promise<[number, number, number]> {
   return page.evaluate(
-    (point) => {
+    ([p, aside]) => {
       const { viewport } = window.latticed;
-      const [px, py] = viewport.project(point)!;
+      const [px, py] = viewport.project(p)!;
       viewport.renderer.render(viewport.scene, viewport.rig.camera);
       const gl = viewport.renderer.getContext();
       const ratio = viewport.renderer.getPixelRatio();
       const pixel = new Uint8Array(4);
-      gl.readPixels(px * ratio, gl.drawingBufferHeight - 1 - py * ratio, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+      gl.readPixels((px + aside) * ratio, gl.drawingBufferHeight - 1 - py * ratio, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
       return [pixel[0], pixel[1], pixel[2]] as [number, number, number];
     },
-    [x, y, z] as const,
+    [point, right] as const,
   );
+}
+
+/** Does something, and waits until that many pixels of the view are others than before. */
+export async function changesView(of: Page, pixels: number, act: () => Promise<void>): Promise<void> {
+  await of.evaluate(() => {
+    const { viewport } = window.latticed;
+    const gl = viewport.renderer.getContext();
+    const read = (): Uint32Array => {
+      const all = new Uint32Array(gl.drawingBufferWidth * gl.drawingBufferHeight);
+      viewport.renderer.render(viewport.scene, viewport.rig.camera);
+      gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(all.buffer));
+      return all;
+    };
+    const before = read();
+    const changed = (): number => read().reduce((count, pixel, i) => count + Number(pixel !== before[i]), 0);
+    Object.assign(window, { changed });
+  });
+  await act();
+  await of.waitForFunction((n) => (window as unknown as { changed(): number }).changed() >= n, pixels, { polling: 50 });
 }

@@ -7,11 +7,11 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, beforeEach, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { distance, length, sub, type Vec3 } from '@src/lattice/vec';
+import { add, distance, length, scale, sub, type Vec3 } from '@src/lattice/vec';
 import { launch } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { controlPoint, createScene, dropFiles, onScreen } from './viewer_page';
+import { controlPoint, createScene, dropFiles, frames, onScreen, placeOf } from './viewer_page';
 
 const CORNER = 63; // the last of 4 x 4 x 4 control points
 const BESIDE = 62;
@@ -30,8 +30,25 @@ async function shot(name: string): Promise<void> {
   if (process.env.LATTICED_SHOTS) await page.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
 }
 
-function selectCorner(): Promise<void> {
-  return page.evaluate((corner) => window.latticed.scene!.editor.selection.select([corner]), CORNER);
+function select(...indices: number[]): Promise<void> {
+  return page.evaluate((list) => window.latticed.scene!.editor.selection.select(list), indices);
+}
+
+/** Waits until a control point is at a place, as the server says. */
+async function comesTo(index: number, place: Vec3): Promise<void> {
+  await page.waitForFunction(([i, x, y, z]) => {
+    const { points } = window.latticed.scene!.session.lattice;
+    return Math.hypot(points[3 * i] - x, points[3 * i + 1] - y, points[3 * i + 2] - z) < 1e-9;
+  }, [index, ...place] as const);
+}
+
+function assertNear(got: Vec3, wanted: Vec3, most = 1e-9): void {
+  assert.ok(distance(got, wanted) < most, `${got} is not ${wanted}`);
+}
+
+/** Whether a number is a multiple of a step, but not none of it. */
+function isStepped(x: number, step: number): boolean {
+  return Math.abs(x) > step / 2 && Math.abs(x / step - Math.round(x / step)) < 1e-6;
 }
 
 function selected(): Promise<number[]> {
@@ -65,16 +82,16 @@ before(async () => {
 
 beforeEach(async () => {
   await page.evaluate(() => {
-    window.latticed.settings.set({ toggling: false, gizmo: 'move', soft: { enabled: false, radius: 0.5, falloff: 'smooth' } });
+    window.latticed.settings.set({
+      toggling: false, gizmo: 'move', orientation: 'world', pivot: 'median', mirror: [false, false, false],
+      soft: { enabled: false, radius: 0.5, falloff: 'smooth' },
+    });
     window.latticed.commands.get('reset').run();
   });
-  await page.waitForFunction(([i, x, y, z]) => {
-    const { points } = window.latticed.scene!.session.lattice;
-    return points[3 * i] === x && points[3 * i + 1] === y && points[3 * i + 2] === z;
-  }, [CORNER, ...rest] as const);
-  await selectCorner();
+  await comesTo(CORNER, rest);
+  await select(CORNER);
   await page.evaluate(() => window.latticed.scene!.frameAll());
-  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)))); // handles
+  await frames(page); // handles
 });
 
 after(async () => {
@@ -165,6 +182,134 @@ test('a handle moves along its axis; Escape and a right click let go of it witho
   assert.ok(Math.hypot(x - rest[0], y - rest[1]) < 1e-9 && z > rest[2] + 0.05, `${[x, y, z]} from ${rest}`);
 });
 
+test('Ctrl-Shift-Z and Ctrl-Y do again what Ctrl-Z took back, until something else is done', async () => {
+  const moved = add(rest, [0, 0, 1]);
+  await press('g', 'z', '1', 'Enter');
+  for (const redo of ['Control+Shift+Z', 'Control+y']) {
+    await press('Control+z');
+    await comesTo(CORNER, rest);
+    await press(redo);
+    await comesTo(CORNER, moved);
+  }
+
+  await press('Control+z');
+  await comesTo(CORNER, rest);
+  await press('g', 'x', '2', 'Enter', 'Control+y');
+  await page.locator('.toast:not(.toast-error)').getByText('There is nothing to redo.').waitFor();
+  assertNear(await controlPoint(page, CORNER), add(rest, [2, 0, 0]));
+  await press('Control+z');
+  await comesTo(CORNER, rest);
+});
+
+test('a dragged point snaps with Ctrl, and with Shift goes a tenth of the way', async () => {
+  await page.evaluate(() => window.latticed.settings.set({ gizmo: 'none' }));
+  const [x, y] = await onScreen(page, CORNER);
+  const step = await page.evaluate(([px, py, pz]) => {
+    const axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] as const;
+    return window.latticed.viewport.transformView([px, py, pz], axes, axes).snapStep;
+  }, rest);
+  const dragWith = async (key: string): Promise<Vec3> => {
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.keyboard.down(key);
+    await page.mouse.move(x - 120, y + 70, { steps: 4 });
+    const way = sub(await controlPoint(page, CORNER), rest);
+    await page.keyboard.up(key);
+    await press('Escape');
+    await page.mouse.up();
+    return way;
+  };
+
+  const free = await dragWith('a'); // which means nothing
+  const snapped = await dragWith('Control');
+  const fine = await dragWith('Shift');
+
+  assert.ok(!free.every((way) => isStepped(way, step)), `${free}`);
+  snapped.forEach((way, axis) => {
+    assert.ok(Math.abs(way - Math.round(free[axis] / step) * step) < 1e-9, `${snapped} is not ${free} in steps of ${step}`);
+  });
+  assertNear(fine, scale(free, 0.1), 1e-6);
+  assertNear(await controlPoint(page, CORNER), rest);
+});
+
+test('. takes the active point or each as the pivot, S 2 scales about it, and Alt-U does the same on the other side', async () => {
+  const beside = await controlPoint(page, BESIDE);
+  const across = await controlPoint(page, 60); // of the same row along u, 60 to 63
+  await select(BESIDE, CORNER); // the active one is the last
+
+  await press('s', '2', 'Enter');
+  const middle = scale(add(rest, beside), 0.5);
+  assertNear(await controlPoint(page, CORNER), add(middle, scale(sub(rest, middle), 2)));
+  assertNear(await controlPoint(page, BESIDE), add(middle, scale(sub(beside, middle), 2)));
+  await press('Control+z');
+  await comesTo(CORNER, rest);
+
+  await press('.', 'r', 'z', '9', '0', 'Enter');
+  assert.equal(await page.evaluate(() => window.latticed.settings.value.pivot), 'active');
+  assertNear(await controlPoint(page, CORNER), rest);
+  assertNear(await controlPoint(page, BESIDE), [rest[0], rest[1] - (rest[0] - beside[0]), rest[2]]);
+  await press('Control+z');
+  await comesTo(BESIDE, beside);
+
+  await press('.', 's', '2', 'Enter'); // each about itself stays
+  assert.equal(await page.evaluate(() => window.latticed.settings.value.pivot), 'each');
+  assertNear(await controlPoint(page, BESIDE), beside);
+
+  await select(CORNER);
+  await press('Alt+u', 'g', '1', 'Tab', '.', '5', 'Enter');
+  assertNear(await controlPoint(page, CORNER), add(rest, [1, 0.5, 0]));
+  assertNear(await controlPoint(page, 60), add(across, [-1, 0.5, 0]));
+});
+
+test('the axes of the view are those of the camera', async () => {
+  await press(',', ',');
+  assert.equal(await page.evaluate(() => window.latticed.settings.value.orientation), 'view');
+
+  await press('g', 'x', '1', 'Enter');
+
+  const [right] = await page.evaluate(() => window.latticed.viewport.rig.basis());
+  assertNear(await controlPoint(page, CORNER), add(rest, right));
+});
+
+test('handles turn and scale about the pivot, with Ctrl in steps', async () => {
+  const beside = await controlPoint(page, BESIDE);
+  const pivot = scale(add(rest, beside), 0.5);
+  /** Drags a handle with Ctrl from so far from the pivot, in heights of the view, along a direction of the world. */
+  const dragHandle = async (gizmo: 'rotate' | 'scale', along: Vec3, heights: number, way: readonly [number, number]): Promise<void> => {
+    await page.evaluate((kind) => window.latticed.settings.set({ gizmo: kind }), gizmo);
+    await frames(page);
+    const { height } = (await page.locator('canvas').boundingBox())!;
+    const [x, y] = await placeOf(page, pivot);
+    const [ux, uy] = await placeOf(page, add(pivot, scale(along, 0.1)));
+    const unit = await page.evaluate(([px, py, pz]) => window.latticed.viewport.disc([px, py, pz], 0.1)!.radius, pivot);
+    const from = [x + ((ux - x) * heights * height) / unit, y + ((uy - y) * heights * height) / unit] as const;
+    await page.mouse.move(...from);
+    await page.mouse.down();
+    await page.keyboard.down('Control');
+    await page.mouse.move(from[0] + way[0], from[1] + way[1], { steps: 3 });
+    await page.mouse.up();
+    await page.keyboard.up('Control');
+  };
+  await select(BESIDE, CORNER);
+  const view = await page.evaluate(() => window.latticed.viewport.rig.basis()[2]);
+
+  // The ring around Z, where it is nearest.
+  await dragHandle('rotate', scale([view[0], view[1], 0], 1 / Math.hypot(view[0], view[1])), 0.107, [37, 0]);
+  const [dx, dy, dz] = sub(await controlPoint(page, CORNER), pivot);
+  const degrees = (Math.atan2(dy, dx) * 180) / Math.PI;
+  assert.ok(isStepped(degrees, 5) && Math.abs(dz) < 1e-9, `${[dx, dy, dz]}`);
+  assert.ok(Math.abs(Math.hypot(dx, dy) - distance(rest, pivot)) < 1e-9);
+  assertNear(await controlPoint(page, BESIDE), sub(pivot, [dx, dy, dz]));
+  await press('Control+z');
+  await comesTo(CORNER, rest);
+
+  await dragHandle('scale', [1, 0, 0], 0.08, [37, -20]);
+  const factor = ((await controlPoint(page, CORNER))[0] - pivot[0]) / (rest[0] - pivot[0]);
+  assert.ok(isStepped(factor, 0.1) && Math.abs(factor - 1) > 0.05, `${factor}`);
+  assertNear(await controlPoint(page, CORNER), [pivot[0] + factor * (rest[0] - pivot[0]), rest[1], rest[2]]);
+  assertNear(await controlPoint(page, BESIDE), [pivot[0] + factor * (beside[0] - pivot[0]), beside[1], beside[2]]);
+});
+
 test('fingers select one by one, also below a handle, drag a point, and steer a transform that buttons end', async () => {
   await page.setViewportSize({ width: 1024, height: 768 });
   await page.locator('[data-command=toggling]').tap();
@@ -177,7 +322,7 @@ test('fingers select one by one, also below a handle, drag a point, and steer a 
   const [nowX, nowY] = await onScreen(page, 0);
   assert.ok(Math.hypot(nowX - x - 40, nowY - y + 20) < 2, `${[nowX - x, nowY - y]} is not 40, -20`);
 
-  await selectCorner();
+  await select(CORNER);
   await page.getByRole('button', { name: 'Transform', exact: true }).tap();
   await page.getByRole('menuitem', { name: 'Move G' }).tap();
   await swipe([400, 400], [440, 340]);
@@ -189,5 +334,24 @@ test('fingers select one by one, also below a handle, drag a point, and steer a 
   await page.getByRole('button', { name: 'Cancel' }).tap();
   assert.deepEqual(await controlPoint(page, CORNER), rest);
   await page.locator('.transform-bar').waitFor({ state: 'hidden' });
+});
+
+test('on a tablet every command is in a menu, and nothing lies above the buttons of a transform', async () => {
+  await page.setViewportSize({ width: 768, height: 1024 });
+  const listed: string[] = [];
+  for (const menu of ['File', 'Edit', 'Select', 'Transform', 'View']) {
+    await page.locator('.menu-button').getByText(menu, { exact: true }).tap();
+    listed.push(...(await page.locator('.menu button > span').allInnerTexts()));
+  }
+  assert.deepEqual(listed, await page.evaluate(() => window.latticed.commands.list.map(({ label }) => label)));
+  await press('Escape');
+
+  await page.locator('[data-command=panel]').tap();
+  await page.evaluate(() => window.latticed.toasts.fail('A file of a name that is so long that it takes lines is no mesh that the server reads.'));
+  await page.getByRole('button', { name: 'Transform', exact: true }).tap();
+  await page.getByRole('menuitem', { name: 'Rotate R' }).tap();
+  await shot('viewer_tablet_upright');
+  for (const button of await page.locator('.transform-bar > *').all()) await button.click({ trial: true });
+  await page.getByRole('button', { name: 'Cancel' }).tap();
   assert.deepEqual(errors, []);
 });

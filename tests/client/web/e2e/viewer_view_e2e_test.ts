@@ -1,0 +1,372 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What is seen in the viewer in Chromium, and what of it can be selected: cameras, looks, what the surface hides.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { after, before, beforeEach, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import { add, distance, type Basis, type Vec3 } from '@src/lattice/vec';
+import { bytes as inUnits } from '@src/wire/words';
+import { behindSurface } from './behind_surface';
+import { launch, openPage } from './browser';
+import { ServerProcess } from './server_process';
+import { torusObj } from './torus';
+import { changesView, colourAt, controlPoint, createScene, dropFiles, frames, onScreen, placeOf } from './viewer_page';
+
+const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
+const INNER = [21, 22, 25, 26, 37, 38, 41, 42];
+
+let server: ServerProcess;
+let browser: Browser;
+let page: Page;
+let errors: string[];
+
+async function press(...keys: string[]): Promise<void> {
+  for (const key of keys) await page.keyboard.press(key);
+}
+
+async function shot(name: string): Promise<void> {
+  if (process.env.LATTICED_SHOTS) await page.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
+}
+
+function selected(): Promise<number[]> {
+  return page.evaluate(() => [...window.latticed.scene!.editor.selection.indices]);
+}
+
+async function select(...indices: number[]): Promise<void> {
+  await page.evaluate((list) => window.latticed.scene!.editor.selection.select(list), indices);
+}
+
+/** Selects by a box around all of the view. */
+async function boxOverAll(): Promise<number[]> {
+  const { x, y, width, height } = (await page.locator('canvas').boundingBox())!;
+  await press('b');
+  await page.mouse.move(x + 2, y + 2);
+  await page.mouse.down();
+  await page.mouse.move(x + width - 2, y + height - 2, { steps: 3 });
+  await page.mouse.up();
+  await press('b');
+  return selected();
+}
+
+interface Camera {
+  basis: Basis;
+  position: Vec3;
+  target: Vec3;
+}
+
+function camera(): Promise<Camera> {
+  return page.evaluate(() => {
+    const { rig } = window.latticed.viewport;
+    return {
+      basis: rig.basis(),
+      position: rig.camera.position.toArray() as unknown as Vec3,
+      target: rig.target.toArray() as unknown as Vec3,
+    };
+  });
+}
+
+/** Drags where there is nothing, right and down. */
+async function dragEmpty(button: 'left' | 'right'): Promise<void> {
+  await page.mouse.move(70, 380);
+  await page.mouse.down({ button });
+  await page.mouse.move(150, 410, { steps: 4 });
+  await page.mouse.up({ button });
+  await frames(page);
+}
+
+function assertNear(got: Vec3, wanted: Vec3, most: number, what: string): void {
+  assert.ok(distance(got, wanted) < most, `${what}: ${got} is not ${wanted}`);
+}
+
+before(async () => {
+  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
+  browser = await launch();
+  ({ page, errors } = await openPage(browser, server.origin));
+  await page.setViewportSize({ width: 640, height: 480 });
+  await dropFiles(page, [['torus.obj', torusObj(12, 8)]]);
+  await page.getByLabel('Degree along w').selectOption('1');
+  await page.getByLabel('Padding').fill('25');
+  await page.getByLabel('Padding').press('Tab');
+  await createScene(page);
+  await page.evaluate(() => window.latticed.settings.set({ view: { ...window.latticed.settings.value.view, segments: 2 } })); // quick frames
+});
+
+beforeEach(async () => {
+  await page.evaluate(() => {
+    const { settings, viewport, scene } = window.latticed;
+    settings.set({ tool: 'select', gizmo: 'none', through: true, orthographic: false });
+    viewport.rig.lookFrom([3, -4, 2.4]);
+    scene!.editor.selection.none();
+    scene!.frameAll();
+  });
+  await frames(page);
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.kill();
+});
+
+test('the lattice has the degrees and the padding of its dialog', async () => {
+  const { degree, frame } = await page.evaluate(() => {
+    const { degree: d, frame: f } = window.latticed.scene!.session.lattice;
+    return { degree: d, frame: f };
+  });
+
+  assert.deepEqual(degree, [2, 2, 1]);
+  assertNear(frame.origin, [-2.1, -2.1, -1.1], 1e-6, 'origin'); // radii 1 and 0.4, a quarter of 2.8 around
+  assertNear(add(frame.u, add(frame.v, frame.w)), [4.2, 4.2, 2.2], 1e-6, 'edges');
+});
+
+const SIDES: Record<string, Basis> = {
+  '1': [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
+  '3': [[0, 1, 0], [0, 0, 1], [1, 0, 0]],
+  '7': [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+  'Control+1': [[-1, 0, 0], [0, 0, 1], [0, 1, 0]],
+  'Control+3': [[0, -1, 0], [0, 0, 1], [-1, 0, 0]],
+  'Control+7': [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
+};
+
+test('front, side, top and their opposites look along the axes; F brings what is selected to the middle, from there', async () => {
+  const box = (await page.locator('canvas').boundingBox())!;
+  const [a, b] = [await controlPoint(page, CORNER), await controlPoint(page, CORNER - 3)]; // a row's ends
+  const middle: Vec3 = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2];
+
+  for (const [key, wanted] of Object.entries(SIDES)) {
+    await select();
+    await press('Home', key);
+    const { basis, position, target } = await camera();
+    basis.forEach((axis, i) => assertNear(axis, wanted[i], 1e-3, `${key}, ${'right up back'.split(' ')[i]}`));
+    const whole = distance(position, target);
+
+    await select(CORNER, CORNER - 3);
+    await press('f');
+    const framed = await camera();
+    framed.basis.forEach((axis, i) => assertNear(axis, wanted[i], 1e-3, `${key} F`));
+    assertNear(framed.target, middle, 1e-9, `${key} F`);
+    assert.ok(distance(framed.position, framed.target) < whole);
+    const [mx, my] = await placeOf(page, middle);
+    assert.ok(Math.hypot(mx - box.x - box.width / 2, my - box.y - box.height / 2) < 1, `${key}: ${[mx, my]}`);
+    for (const index of [CORNER, CORNER - 3]) {
+      const [x, y] = await onScreen(page, index);
+      assert.ok(x > box.x && x < box.x + box.width && y > box.y && y < box.y + box.height, `${key}: ${[x, y]}`);
+    }
+  }
+  await page.getByRole('button', { name: 'Look from −X' }).click();
+  assertNear((await camera()).basis[2], [-1, 0, 0], 1e-3, 'the axes in the corner');
+});
+
+test('5 makes parallels stay parallel, shows the same part of the world, and goes back', async () => {
+  await press('1');
+  // The corners of the front and those of the back behind them.
+  const corners = (): Promise<[number, number][]> => Promise.all([0, 3, 48, 51, 12, 15, 60, 63].map((i) => onScreen(page, i)));
+  const gaps = (places: [number, number][]): number[] =>
+    [0, 1, 2, 3].map((i) => Math.hypot(places[i][0] - places[i + 4][0], places[i][1] - places[i + 4][1]));
+  const inPerspective = await corners();
+  /** Pixels of a unit across the line of sight, at the target. */
+  const unit = async (): Promise<number> => {
+    const { basis, target } = await camera();
+    const [x, y] = await placeOf(page, target);
+    const [u, v] = await placeOf(page, add(target, basis[0]));
+    return Math.hypot(u - x, v - y);
+  };
+  const before = await unit();
+
+  await press('5');
+  const inParallel = await corners();
+  const pixels = await unit();
+  await page.mouse.move(320, 240);
+  await page.mouse.wheel(0, -300);
+  await page.waitForFunction(() => window.latticed.viewport.rig.camera.zoom > 1.01);
+  const zoomed = await unit();
+  await press('5');
+
+  assert.ok(gaps(inPerspective).every((gap) => gap > 10), `${gaps(inPerspective)}`);
+  assert.ok(gaps(inParallel).every((gap) => gap < 0.01), `${gaps(inParallel)}`);
+  assert.ok(Math.abs(pixels / before - 1) < 1e-6, `${pixels} from ${before}`);
+  assert.ok(zoomed > 1.01 * pixels);
+  assert.ok(Math.abs((await unit()) / zoomed - 1) < 1e-6);
+  assert.ok(await page.evaluate(() => !window.latticed.settings.value.orthographic));
+});
+
+test('empty space that is dragged turns the view, with the right button it shifts; nothing else moves', async () => {
+  await select(CORNER);
+  const points = await page.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
+  const before = await camera();
+
+  await dragEmpty('left');
+  const turned = await camera();
+  await dragEmpty('right');
+  const shifted = await camera();
+
+  assertNear(turned.target, before.target, 1e-9, 'target');
+  assert.ok(distance(turned.basis[2], before.basis[2]) > 0.2);
+  assert.ok(Math.abs(distance(turned.position, turned.target) / distance(before.position, before.target) - 1) < 1e-6);
+  assertNear(shifted.basis[2], turned.basis[2], 1e-6, 'direction');
+  assert.ok(distance(shifted.target, turned.target) > 0.2);
+  assert.deepEqual(await selected(), [CORNER]);
+  assert.deepEqual(await page.evaluate(() => [...window.latticed.scene!.session.lattice.points]), points);
+});
+
+test('visible only, a box takes exactly the points that the surface does not hide, and a click none behind it', async () => {
+  const all = Array.from({ length: 64 }, (_, i) => i);
+  const seen: string[] = [];
+  for (const view of ['in perspective', 'parallel, from behind']) {
+    if (seen.length > 0) {
+      await press('5', 'Control+1');
+      await dragEmpty('left');
+      await press('Home');
+    }
+    const { hidden, shown } = await behindSurface(page);
+    assert.ok(hidden.length >= 4 && hidden.length + shown.length >= 60, `${hidden}, ${shown}`);
+    seen.push(`${hidden}`);
+
+    if (seen.length < 2) assert.deepEqual(await boxOverAll(), all);
+    await press('Alt+z');
+    const taken = await boxOverAll();
+    assert.deepEqual(taken.filter((i) => hidden.includes(i)), [], view);
+    assert.deepEqual(shown.filter((i) => !taken.includes(i)), [], view);
+    await page.mouse.click(...(await onScreen(page, hidden[0])));
+    assert.ok(!(await selected()).includes(hidden[0]));
+    if (seen.length < 2) await press('Alt+z');
+  }
+  assert.notEqual(seen[0], seen[1]);
+  await shot('viewer_visible_only');
+
+  // A point that comes out from behind the surface can be selected at once.
+  const back = (await behindSurface(page)).hidden.at(-1)!; // of the upper ones
+  await select(back);
+  await press('g', 'z', '.', '7', 'Enter');
+  assert.ok((await boxOverAll()).includes(back));
+  await press('Control+z');
+});
+
+test('inner points that are hidden are neither drawn nor selected, until they are shown again', async () => {
+  await page.evaluate(() => window.latticed.settings.set({ surface: false }));
+  await frames(page);
+  const at = await controlPoint(page, INNER[0]);
+  const disc = await colourAt(page, at);
+
+  await press('Shift+H');
+  await frames(page);
+  const empty = await colourAt(page, at);
+  await page.getByText('0 of 64 control points, 8 hidden').waitFor({ state: 'attached' });
+  const outer = Array.from({ length: 64 }, (_, i) => i).filter((i) => !INNER.includes(i));
+  await press('a');
+  assert.deepEqual(await selected(), outer);
+  assert.deepEqual(await boxOverAll(), outer);
+  await press('Control+i');
+  assert.deepEqual(await selected(), []);
+  await page.mouse.click(...(await onScreen(page, INNER[0])));
+  assert.ok(!(await selected()).includes(INNER[0]));
+  await press('Alt+h');
+  await press('Alt+a', 'Control+i');
+  assert.equal((await selected()).length, 64);
+  await press('Alt+a');
+  await frames(page);
+
+  assert.deepEqual(await colourAt(page, at), disc);
+  assertNear(disc, [0x4a, 0x5a, 0x72], 3, 'disc'); // linear colours of 8 bits
+  assert.deepEqual(empty, [0xe9, 0xed, 0xf3]);
+  await page.evaluate(() => window.latticed.settings.set({ surface: true }));
+});
+
+test('every look is drawn by its key or choice, and a heat map has its legend', async () => {
+  await select(CORNER);
+  await press('g', 'z', '2', 'Enter', 'Alt+a');
+  for (const key of 'etjzc') await changesView(page, 1000, () => press(key));
+  await shot('viewer_lines');
+  await changesView(page, 5000, () => press(...'etjzc'));
+
+  await press('n');
+  for (const look of ['displacement', 'boxes'] as const) {
+    await changesView(page, 5000, () => page.getByLabel('Colour', { exact: true }).selectOption(look).then(() => {}));
+    assert.equal(await page.locator('.heat-legend').isVisible(), look === 'displacement');
+  }
+  await shot('viewer_boxes');
+  await page.getByLabel('Colour', { exact: true }).selectOption('plain');
+  await press('n', 'Control+z');
+});
+
+test('bits and encoding of the panel are those of what comes, which the head-up line counts', async () => {
+  const step = (): Promise<number> =>
+    page.evaluate(() => (window.latticed.scene!.session.surface as unknown as { drawnStep: number }).drawnStep);
+  const waitForStep = (low: number, high: number): Promise<unknown> =>
+    page.waitForFunction(([a, b]) => {
+      const { drawnStep } = window.latticed.scene!.session.surface as unknown as { drawnStep: number };
+      return drawnStep > a && drawnStep < b;
+    }, [low, high] as const);
+  await press('n');
+  const fine = await step();
+
+  await page.getByRole('slider', { name: 'Position bits' }).fill('8');
+  await waitForStep(8 * fine, 32 * fine); // 2 to the 4 of 12 bits
+  await page.getByRole('combobox', { name: 'Encoding' }).selectOption('raw');
+  await waitForStep(1 - 1e-9, 1 + 1e-9); // floats are world units
+  await page.evaluate(() => {
+    const seen: unknown[] = [];
+    window.latticed.scene!.session.on('update', (info) => info.patchesSent > 0 && seen.push(info));
+    Object.assign(window, { seen });
+  });
+  await page.locator('[data-hud=updates]').getByText(/^0$/).waitFor();
+  await select(CORNER);
+  await press('n', 'g', 'z', '1', 'Enter');
+  await page.locator('[data-hud=updates]').getByText(/^[1-9]/).waitFor();
+
+  const { newest: { bytes, patchesSent, patchesAll }, told } = await page.evaluate(() => ({
+    newest: (window as unknown as { seen: { bytes: number; patchesSent: number; patchesAll: number }[] }).seen.at(-1)!,
+    told: ['bytes', 'patches'].map((name) => document.querySelector(`[data-hud=${name}]`)!.textContent),
+  }));
+  assert.deepEqual(told, [inUnits(bytes), `${patchesSent.toLocaleString('en')} / ${patchesAll.toLocaleString('en')}`]);
+  assert.ok(patchesSent <= patchesAll && bytes >= patchesSent * 12, `${bytes} bytes of ${patchesSent} patches`);
+  await press('Control+z');
+});
+
+test('the page is dark or light as the system is, or as one says', async () => {
+  const background = (): Promise<Vec3> => colourAt(page, [0, 0, 0]);
+  const DARK = [0x1b, 0x20, 0x28];
+  const LIGHT = [0xe9, 0xed, 0xf3];
+  const turnsTo = (theme: string): Promise<void> => page.locator(`html[data-theme=${theme}]`).waitFor();
+  await page.evaluate(() => window.latticed.settings.set({ surface: false, cage: false }));
+  const button = page.locator('[data-command=theme]');
+  assert.deepEqual(await background(), LIGHT);
+
+  await page.emulateMedia({ colorScheme: 'dark' });
+  await turnsTo('dark');
+  assert.deepEqual(await background(), DARK);
+  await button.click(); // dark, whatever the system is
+  await page.emulateMedia({ colorScheme: 'light' });
+  await frames(page);
+  await turnsTo('dark');
+  await button.click(); // light
+  await turnsTo('light');
+  await page.emulateMedia({ colorScheme: 'dark' });
+  await frames(page);
+  assert.deepEqual(await background(), LIGHT);
+  await button.click(); // as the system
+  await turnsTo('dark');
+  await page.evaluate(() => window.latticed.settings.set({ surface: true, cage: true }));
+});
+
+test('on a laptop all tools and the panel are there without scrolling sideways, dark and light', async () => {
+  await page.setViewportSize({ width: 1366, height: 768 });
+  await page.evaluate(() => window.latticed.settings.set({ gizmo: 'move', panel: true }));
+  await select(CORNER);
+  for (const theme of ['dark', 'light'] as const) {
+    await page.evaluate((name) => window.latticed.settings.set({ theme: name }), theme);
+    await press('Home');
+    await frames(page);
+    await shot(`viewer_laptop_${theme}`);
+  }
+
+  const hidden = await page.evaluate(() => ['.header', '.tools', '.side', '.footer'].flatMap((part) => {
+    const element = document.querySelector(part)!;
+    const down = part === '.side' ? 0 : element.scrollHeight - element.clientHeight; // the panel's sections go on below
+    return down > 0 || element.scrollWidth > element.clientWidth ? [part] : [];
+  }));
+  assert.deepEqual(hidden, []);
+  assert.deepEqual(errors, []);
+});
