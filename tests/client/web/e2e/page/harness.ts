@@ -4,6 +4,7 @@
 /** A page around one session, for tests in a browser to steer: no controls, a canvas and `window.harness`. */
 import { Color, DataArrayTexture, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from 'three';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
+import { IndexedSceneStore } from '@src/session/indexed_scene_store';
 import type { SurfacePoint } from '@src/session/lattice_edit';
 import { openSession } from '@src/session/open_session';
 import type { Presence, SceneSession, UpdateInfo, ViewRequest } from '@src/session/scene_session';
@@ -14,6 +15,7 @@ import { uploadMesh } from '@src/wire/upload';
 
 class Harness {
   readonly server = new LatticedServer(location.origin);
+  readonly store = IndexedSceneStore.ofPage();
   readonly updates: UpdateInfo[] = [];
   readonly refused: string[] = [];
   readonly statuses: string[] = [];
@@ -36,7 +38,7 @@ class Harness {
 
   /** Uploads an OBJ file and makes a scene of it; returns its id. */
   async makeScene(obj: string, size: number): Promise<string> {
-    const mesh = await uploadMesh(this.server, { name: 'test.obj', format: MeshFormat.OBJ }, new TextEncoder().encode(obj));
+    const mesh = await uploadMesh(this.server, { name: 'test.obj', format: MeshFormat.OBJ }, new Blob([obj]));
     const sceneId = randomId();
     const axes = { u: size, v: size, w: size };
     await this.server.scenes.createScene({ sceneId, mesh: mesh.id, lattices: [{ source: { case: 'fit', value: { size: axes } } }] });
