@@ -9,7 +9,8 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { heapInUse, launch, launchWithProfile, limitStorage, openPage } from './browser';
+import { launch, launchWithProfile, limitStorage, openPage } from './browser';
+import { assertFlat } from './page_memory';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
 import type {} from './page/harness';  // window.harness
@@ -117,17 +118,32 @@ test('a texture lies on the faces whose corners say so', async () => {
   await page.evaluate(() => window.harness.surface.setLook({ colouring: 'plain' }));
 });
 
-test('1,000 steps of a drag make no geometry and leave the heap as it is', async () => {
-  const steps = Number(process.env.LATTICED_DRAG_STEPS ?? 1000);
-  await page.evaluate(() => window.harness.drag(21, 50, 0.2));
-  const count = await page.evaluate(() => [window.harness.geometries, window.harness.surface.geometriesMade]);
-  const heap = await heapInUse(page);
+/** Geometries of the renderer, and buffers and geometries that the surface has made. */
+const geometries = (): Promise<number[]> =>
+  page.evaluate(() => [window.harness.geometries, window.harness.surface.geometriesMade]);
 
-  await page.evaluate((n) => window.harness.drag(22, n, 0.2), steps);
+test('1,000 steps of a drag make no geometry and leave what the page takes as it is', async () => {
+  const drag = (steps: number): Promise<void> => page.evaluate((n) => window.harness.drag(22, n, 0.2), steps);
+  await drag(50);
+  const count = await geometries();
 
-  assert.deepEqual(await page.evaluate(() => [window.harness.geometries, window.harness.surface.geometriesMade]), count);
-  const grown = await heapInUse(page) - heap;
-  assert.ok(grown < 1e6, `${grown} bytes more after ${steps} steps`);
+  await assertFlat(page, () => drag(Number(process.env.LATTICED_DRAG_STEPS ?? 1000)));
+
+  assert.deepEqual(await geometries(), count);
+  assert.ok(await worst() < 0.9);
+});
+
+test('10,000 updates make no geometry and leave what the page takes as it is', async () => {
+  const show = (segments: number): Promise<void> => page.evaluate((n) => window.harness.setSegments(n), segments);
+  const replay = (times: number): Promise<void> => page.evaluate((n) => window.harness.replay(22, n), times);
+  await show(1);
+  await replay(50);
+  const count = await geometries();
+
+  await assertFlat(page, () => replay(10_000));
+
+  assert.deepEqual(await geometries(), count);
+  await show(6);
   assert.ok(await worst() < 0.9);
 });
 
