@@ -12,7 +12,9 @@ export class IndexedSceneStore implements SceneStore {
   private static readonly UNUSED_MESH_KEPT_MS = 60 * 60 * 1000;  // some window may be about to make a scene of it
   private static page: IndexedSceneStore | undefined;
 
-  private readonly database = openSceneDatabase();
+  private readonly database = openSceneDatabase().catch((error: unknown) => {
+    throw new Error(`the browser keeps nothing for this page, as in some private windows${detail(error)}`);
+  });
   private unwrittenMesh: StoredMesh | undefined;
   private unwrittenScene: StoredScene | undefined;
 
@@ -137,6 +139,10 @@ function isFull(error: unknown): boolean {
 
 function inWords(error: unknown): Error {
   if (isFull(error)) return new Error('the browser has no room left for it');
-  const detail = error instanceof Error ? ` (${error.message})` : '';
-  return new Error(`the browser keeps nothing for this page, as in some private windows${detail}`);
+  if (error instanceof Error && !(error instanceof DOMException)) return error;
+  return new Error(`the browser could not keep it${detail(error)}`);
+}
+
+function detail(error: unknown): string {
+  return error instanceof Error && error.message ? ` (${error.message})` : '';
 }

@@ -40,7 +40,7 @@ export class LiveSession implements SceneSession {
       refused: (text) => this.listeners.emit('refused', text),
     });
     parts.keeper.onNotKept = (text) => this.listeners.emit('notKept', text);
-    this.on('status', ({ state }) => state === 'live' && this.keep());
+    this.on('status', ({ state }) => (state === 'live' || state === 'restored') && this.keep());
     this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners, failed);
   }
 

@@ -54,7 +54,8 @@ export class SceneKeeper {
   /** The lattice has changed; it is saved when it rests. */
   changed(lattice: () => Lattice): void {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => void this.save(lattice()).catch((error: unknown) => this.warn(error)), SceneKeeper.SAVE_AFTER_MS);
+    const save = (): Promise<void> => this.save(lattice()).catch((error: unknown) => this.warn(error));
+    this.timer = setTimeout(() => void save(), SceneKeeper.SAVE_AFTER_MS);
   }
 
   /**
