@@ -112,6 +112,7 @@ export class App {
     session.on('presence', (others) => this.people.show(others.values()));
     this.people.show([]);
     session.on('refused', (text, idle) => (idle ? this.toasts.tell(text) : this.toasts.fail(text)));
+    session.on('notKept', (text) => this.toasts.fail(text));
     session.on('view', (view) => this.settings.set({ view: { ...this.settings.value.view, ...view } }));
     this.showStatus(session.status);
     const size = Math.hypot(...this.scene.bounds().getSize(this.viewport.rig.target.clone()).toArray());

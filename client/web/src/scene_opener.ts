@@ -126,7 +126,7 @@ export class SceneOpener {
       create: async (mesh, fit) => {
         await this.create(mesh.id, fit, viewFor(mesh));
         this.mesh = { id: mesh.id, file, companions };
-        if (hasColours(file, companions)) this.showColours();
+        if (await hasColours(file, companions)) this.showColours();
       },
     });
   }

@@ -7,8 +7,11 @@ import { test } from 'node:test';
 import { Code, ConnectError } from '@connectrpc/connect';
 import { Feature } from 'latticed/v1/server_pb';
 import { Encoding, NormalMode } from 'latticed/v1/view_pb';
+import { IndexedSceneStore } from '@src/session/indexed_scene_store';
 import type { ViewRequest } from '@src/session/scene_session';
+import { storedMesh } from '@src/session/scene_store';
 import { ServerError } from '@src/wire/server_error';
+import { MemorySceneStore } from './support/memory_scene_store';
 import { SessionFixture, until } from './support/session_fixture';
 
 const unavailable = (): ServerError => new ServerError(Code.Unavailable, '', 'the connection is lost');
@@ -148,6 +151,77 @@ test('a page that is opened after the restart restores the scene from what an ea
   assert.deepEqual([...fixture.server.meshes.get('mesh-1')!], [1, 2, 3]);
   assert.deepEqual(fixture.states, ['restored', 'failed']);
   fixture.session.close();
+});
+
+test('a mesh that this browser has is not read back, one of another window is; the former restores the scene', async () => {
+  const store = new MemorySceneStore();
+  await store.saveMesh(storedMesh('mesh-1', { name: 'cube' }, new Blob([Uint8Array.of(1, 2, 3)])));
+  const uploader = await SessionFixture.live({ store });
+  const other = await SessionFixture.live();
+  await until(() => other.store.saves === 2);
+  assert.deepEqual([uploader.server.downloads, other.server.downloads], [0, 1]);
+  other.session.close();
+
+  uploader.server.bootId = 'boot-2';
+  uploader.server.meshes.clear();
+  uploader.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
+  await until(() => uploader.sockets.opened.length === 2);
+
+  assert.deepEqual([...uploader.server.meshes.get('mesh-1')!], [1, 2, 3]);
+  assert.deepEqual(uploader.notKept, []);
+  uploader.session.close();
+});
+
+test('a scene that the browser does not keep is told of once, in words; the page restores it still', async () => {
+  const store = new MemorySceneStore();
+  store.refusal = new Error('the browser has no room left for it');
+  const fixture = await SessionFixture.live({ store });
+  await until(() => fixture.notKept.length === 1);
+  fixture.delta(1n, [1], [0.75, 0, 0], 'another');
+  await until(() => store.saves === 3);  // the scene, its mesh, and the scene with what has changed
+
+  fixture.server.bootId = 'boot-2';
+  fixture.server.meshes.clear();
+  fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
+  await until(() => fixture.sockets.opened.length === 2);
+
+  assert.deepEqual(fixture.notKept, ['If the server is restarted, this scene may be lost: the browser has no room left for it.']);
+  assert.deepEqual([...fixture.server.meshes.get('mesh-1')!], [1, 2, 3]);
+  fixture.session.close();
+});
+
+test('a mesh that is too large to read back is told of; what failed for a lost connection is read back with the next', async () => {
+  const large = new SessionFixture();
+  large.server.meshBytes = 300_000_000n;
+  large.stream.hello();
+  large.state();
+  await until(() => large.notKept.length === 1);
+  assert.match(large.notKept[0], /may be lost: its mesh, 300 MB, was uploaded elsewhere and is too large to fetch\.$/);
+  assert.equal(large.server.downloads, 0);
+  large.session.close();
+
+  const cut = new SessionFixture();
+  cut.server.downloadRefusal = new ConnectError('reset', Code.Unavailable);
+  cut.stream.hello();
+  cut.state();
+  await until(() => cut.server.downloads === 1);
+  cut.server.downloadRefusal = undefined;
+  cut.stream.end(unavailable());
+  await until(() => cut.sockets.opened.length === 2);
+  cut.stream.hello();
+  await until(async () => Boolean(await cut.store.mesh('mesh-1')));
+  assert.deepEqual(cut.notKept, []);
+  cut.session.close();
+});
+
+test('where the browser gives no database, saving says so, and the page has what was saved', async () => {
+  const store = new IndexedSceneStore();  // Node has none
+  const mesh = storedMesh('mesh-1', { name: 'cube' }, new Blob([Uint8Array.of(1, 2, 3)]));
+
+  await assert.rejects(store.saveMesh(mesh), /^Error: the browser keeps nothing for this page, as in some private windows/);
+
+  assert.equal((await store.mesh('mesh-1'))?.content, mesh.content);
+  assert.equal(await store.mesh('mesh-2'), undefined);
 });
 
 test('without the mesh\'s bytes nothing is restored, in words', async () => {

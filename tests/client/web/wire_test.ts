@@ -7,11 +7,14 @@ import { Code, ConnectError, createRouterTransport } from '@connectrpc/connect';
 import { ErrorInfoSchema } from 'google/rpc/error_info_pb';
 import { EditResultSchema, type EditBatch } from 'latticed/v1/edit_pb';
 import { SceneEventSchema, type SceneEvent } from 'latticed/v1/event_pb';
+import { MeshSchema, MeshService } from 'latticed/v1/mesh_pb';
 import { ControlWatchResponseSchema, SceneService, type ControlWatchRequest } from 'latticed/v1/scene_pb';
+import { downloadMesh } from '@src/wire/download';
 import { downloadExport } from '@src/wire/export_download';
 import { randomUuid } from '@src/wire/ids';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { ServerError } from '@src/wire/server_error';
+import { uploadMesh } from '@src/wire/upload';
 import { WatchStream } from '@src/wire/watch_stream';
 import { bytes, inWords } from '@src/wire/words';
 import { until } from './support/session_fixture';
@@ -59,6 +62,37 @@ test('an export is asked for as it is shown, and one that the server has no memo
   } finally {
     globalThis.fetch = fetchOfNode;
   }
+});
+
+test('a mesh goes up in parts of 768 KiB and comes down as it was', async () => {
+  const sent = Uint8Array.from({ length: 20_000_000 }, (_, i) => (i * i) >> 7);
+  const arrived = new Uint8Array(sent.length);
+  const sizes: number[] = [];
+  const transport = createRouterTransport(({ service }) => {
+    service(MeshService, {
+      beginUpload: ({ header }) => (assert.equal(header?.totalBytes, 20_000_000n), { uploadId: 'u' }),
+      appendUpload: ({ offset, data }) => {
+        arrived.set(data, Number(offset));
+        sizes.push(data.length);
+        return { committed: offset + BigInt(data.length) };
+      },
+      finishUpload: () => create(MeshSchema, { id: 'mesh-1' }),
+      downloadMesh: async function* () {
+        yield { message: { case: 'header' as const, value: { name: 'large', totalBytes: 20_000_000n } } };
+        for (let at = 0; at < arrived.length; at += 1 << 20) {
+          yield { message: { case: 'data' as const, value: arrived.subarray(at, at + (1 << 20)) } };
+        }
+      },
+    });
+  });
+  const server = new LatticedServer('http://test', undefined, transport);
+
+  await uploadMesh(server, { name: 'large' }, new Blob([sent]));
+  const { header, content } = await downloadMesh(server, 'mesh-1');
+
+  assert.deepEqual([sizes.length, sizes[0], sizes[25]], [26, 768 * 1024, 20_000_000 - 25 * 768 * 1024]);
+  assert.equal(header.name, 'large');
+  assert.equal(Buffer.compare(Buffer.from(await content.arrayBuffer()), Buffer.from(sent.buffer)), 0);
 });
 
 test('editor ids are version 4 UUIDs', () => {

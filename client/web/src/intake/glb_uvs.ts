@@ -11,8 +11,8 @@ export interface GlbLayers extends MeshLayers {
   readonly hasUvs: boolean;
 }
 
-export async function glbLayers(bytes: Uint8Array<ArrayBuffer>): Promise<GlbLayers> {
-  const { scene } = await new GLTFLoader().parseAsync(bytes.slice().buffer, '');
+export async function glbLayers(file: ArrayBuffer): Promise<GlbLayers> {
+  const { scene } = await new GLTFLoader().parseAsync(file, '');
   scene.updateMatrixWorld(true);
   const corners: number[] = [];
   const materials: MeshStandardMaterial[] = [];

@@ -10,7 +10,8 @@ export type MeshFormatName = 'obj' | 'ply' | 'stl' | 'glb' | 'drc';
 export interface MeshFile {
   readonly name: string;
   readonly format: MeshFormatName;
-  readonly bytes: Uint8Array<ArrayBuffer>;
+  /** Read where it is wanted: a page holds no mesh in memory. */
+  readonly content: Blob;
 }
 
 export type FileKind = MeshFormatName | 'lattice' | 'materials' | 'picture';
@@ -38,8 +39,8 @@ export function fileKind(name: string): FileKind | undefined {
 export const MESH_ENDINGS = '.obj,.ply,.stl,.glb,.drc,.mtl,.png,.jpg,.jpeg,.webp';
 
 /**
- * Reads a dropped mesh. Throws an Error in words for another file, and for one that the browser cannot read or that is
- * larger than the server takes.
+ * Takes a dropped mesh. Throws an Error in words for another file, and for one that the browser cannot read, a folder
+ * for instance, or that is larger than the server takes.
  *
  * @param mostBytes Asked only of a mesh; 0: any number.
  */
@@ -53,8 +54,9 @@ export async function readMeshFile(file: File, mostBytes: () => Promise<number>)
   if (most > 0 && file.size > most) {
     throw new Error(`${file.name} is too large for the server: it has ${bytes(file.size)}, and ${bytes(most)} are the most.`);
   }
-  const content = await file.arrayBuffer().catch(() => {
-    throw new Error(`The browser cannot read ${file.name}, ${bytes(file.size)}.`); // a folder, or larger than a page may hold
+  const first = file.slice(0, 1);
+  await first.arrayBuffer().catch(() => {
+    throw new Error(`The browser cannot read ${file.name}, ${bytes(file.size)}.`);
   });
-  return { name: file.name, format: kind, bytes: new Uint8Array(content) };
+  return { name: file.name, format: kind, content: file };
 }

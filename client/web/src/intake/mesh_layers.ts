@@ -33,20 +33,20 @@ export async function meshLayers(file: MeshFile, companions: readonly File[], gr
 }
 
 /** Whether a mesh that was dropped asks to be seen in its colours: pictures came with it, be it in vain, or inside it. */
-export function hasColours(file: MeshFile, companions: readonly File[]): boolean {
+export async function hasColours(file: MeshFile, companions: readonly File[]): Promise<boolean> {
   if (companions.length > 0) return true;
-  return file.format === 'glb' && glbJson(file.bytes).includes('"baseColorTexture"');
+  return file.format === 'glb' && (await glbJson(file.content)).includes('"baseColorTexture"');
 }
 
 /** The first chunk of a GLB, whose length stands before it. */
-function glbJson(bytes: Uint8Array): string {
+async function glbJson(content: Blob): Promise<string> {
   const [lengthAt, jsonAt] = [12, 20];
-  const length = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength).getUint32(lengthAt, true);
-  return new TextDecoder().decode(bytes.subarray(jsonAt, jsonAt + length));
+  const head = new DataView(await content.slice(0, jsonAt).arrayBuffer());
+  return content.slice(jsonAt, jsonAt + head.getUint32(lengthAt, true)).text();
 }
 
 async function objLayers(file: MeshFile, pictures: File[], mtl: File | undefined, grid: ImageBitmapSource): Promise<MeshLayers> {
-  const { corners, materials, hasUvs } = objCorners(new TextDecoder().decode(file.bytes));
+  const { corners, materials, hasUvs } = objCorners(await file.content.text());
   const described = readMtl((await mtl?.text()) ?? '');
   if (!hasUvs && described.size === 0) throw new Error(`${file.name} has no texture coordinates.`);
   const namesPictures = [...described.values()].some(({ picture }) => picture !== undefined);
@@ -68,8 +68,8 @@ function pictureOf(material: string, pictures: readonly File[]): File | undefine
   return named ?? (pictures.length === 1 ? pictures[0] : undefined);
 }
 
-function plyLayers(file: MeshFile, pictures: File[], grid: ImageBitmapSource): MeshLayers {
-  const read = plyCorners(file.bytes);
+async function plyLayers(file: MeshFile, pictures: File[], grid: ImageBitmapSource): Promise<MeshLayers> {
+  const read = plyCorners(new Uint8Array(await file.content.arrayBuffer()));
   if (read === undefined) throw new Error(`${file.name} has no texture coordinates.`);
   const notes: string[] = [];
   const named = read.pictures.length > 0 ? read.pictures : [''];
@@ -83,7 +83,7 @@ function plyLayers(file: MeshFile, pictures: File[], grid: ImageBitmapSource): M
 
 /** A picture that is dropped stands for all of the file's own. */
 async function ofGlb(file: MeshFile, [picture]: File[], grid: ImageBitmapSource): Promise<MeshLayers> {
-  const { hasUvs, ...read } = await glbLayers(file.bytes);
+  const { hasUvs, ...read } = await glbLayers(await file.content.arrayBuffer());
   const pictured = read.layers.some((layer) => layer.picture !== undefined);
   if (!hasUvs && picture !== undefined) throw new Error(`${file.name} has no texture coordinates.`);
   if (picture !== undefined) return { ...read, layers: read.layers.map(() => ({ picture })) };

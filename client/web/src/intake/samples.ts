@@ -39,7 +39,7 @@ export type SampleName = keyof typeof SAMPLES;
 
 /** A sample as the OBJ file that a person could have dropped. */
 export function sampleFile(name: SampleName): MeshFile {
-  return { name: `${name}.obj`, format: 'obj', bytes: new TextEncoder().encode(objText(SAMPLES[name].grid)) };
+  return { name: `${name}.obj`, format: 'obj', content: new Blob([objText(SAMPLES[name].grid)]) };
 }
 
 function objText({ rows, columns, at, closedRows, closedColumns }: Grid): string {

@@ -7,7 +7,9 @@ import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
 import { MeshFormat, type Mesh } from 'latticed/v1/mesh_pb';
 import type { Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
+import { IndexedSceneStore } from '../session/indexed_scene_store';
 import { openSession } from '../session/open_session';
+import { storedMesh } from '../session/scene_store';
 import { downloadMesh } from '../wire/download';
 import { downloadExport } from '../wire/export_download';
 import { randomId } from '../wire/ids';
@@ -37,7 +39,10 @@ export function serverServices(server: LatticedServer): Services {
     async upload(file, progress, signal) {
       const header = { name: file.name, format: FORMATS[file.format] };
       const onProgress = (sent: number, all: number): void => progress(sent / all);
-      return describe(await uploadMesh(server, header, file.bytes, { onProgress, signal }));
+      const mesh = await uploadMesh(server, header, file.content, { onProgress, signal });
+      // Where it cannot be kept, who opens a scene of it is told.
+      void IndexedSceneStore.ofPage().saveMesh(storedMesh(mesh.id, header, file.content)).catch(() => undefined);
+      return describe(mesh);
     },
     async createScene(mesh, lattice, view) {
       const sceneId = randomId();
@@ -50,10 +55,10 @@ export function serverServices(server: LatticedServer): Services {
       return sceneId;
     },
     async downloadMesh(mesh) {
-      const { header, bytes } = await downloadMesh(server, mesh);
+      const { header, content } = await downloadMesh(server, mesh);
       const format = FORMAT_NAMES.find((name) => FORMATS[name] === header.format);
       if (format === undefined) throw new Error('The mesh was not uploaded as a file that this page reads.');
-      return { name: header.name, format, bytes: bytes as Uint8Array<ArrayBuffer> };
+      return { name: header.name, format, content };
     },
     async describeScene(sceneId) {
       const { mesh, defaultView } = await server.scenes.getScene({ scene: sceneId });

@@ -1,64 +1,148 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { MemorySceneStore, type SceneStore, type StoredMesh, type StoredScene } from './scene_store';
+import { committed, done, openSceneDatabase, type MeshFacts, type SceneTable } from './scene_database';
+import type { SceneStore, StoredMesh, StoredScene } from './scene_store';
 
-/** Scenes and meshes in the browser's IndexedDB. */
+/**
+ * Scenes and meshes in the browser's IndexedDB, a mesh once however many scenes use it. What is not there, because it is
+ * being written or was refused, the page has: the newest mesh and the newest scene.
+ */
 export class IndexedSceneStore implements SceneStore {
   private static readonly SCENES_KEPT = 16;
+  private static readonly UNUSED_MESH_KEPT_MS = 60 * 60 * 1000;  // some window may be about to make a scene of it
+  private static page: IndexedSceneStore | undefined;
 
-  private constructor(private readonly database: IDBDatabase) {}
+  private readonly database = openSceneDatabase().catch((error: unknown) => {
+    throw new Error(`the browser keeps nothing for this page, as in some private windows${detail(error)}`);
+  });
+  private unwrittenMesh: StoredMesh | undefined;
+  private unwrittenScene: StoredScene | undefined;
 
-  /** Falls back to a store that forgets with the page. */
-  static async open(name = 'latticed'): Promise<SceneStore> {
-    try {
-      const request = indexedDB.open(name, 1);
-      request.onupgradeneeded = () => {
-        request.result.createObjectStore('meshes', { keyPath: 'id' });
-        request.result.createObjectStore('scenes', { keyPath: 'id' });
-      };
-      return new IndexedSceneStore(await done(request));
-    } catch {
-      return new MemorySceneStore();
-    }
+  constructor() {
+    this.database.catch(() => undefined);  // who saves is told
+  }
+
+  /** The one that all sessions of the page share. */
+  static ofPage(): IndexedSceneStore {
+    return (IndexedSceneStore.page ??= new IndexedSceneStore());
+  }
+
+  async keepsMesh(id: string): Promise<boolean> {
+    const meshes = (await this.reading(['meshes']))?.objectStore('meshes');
+    return meshes !== undefined && (await done(meshes.getKey(id))) !== undefined;
   }
 
   async mesh(id: string): Promise<StoredMesh | undefined> {
-    return done<StoredMesh | undefined>(this.table('meshes', 'readonly').get(id));
+    if (this.unwrittenMesh?.id === id) return this.unwrittenMesh;
+    const transaction = await this.reading(['meshes', 'contents']);
+    const facts = transaction && (await done<MeshFacts | undefined>(transaction.objectStore('meshes').get(id)));
+    return facts && { id, header: facts.header, content: await done<Blob>(transaction.objectStore('contents').get(id)) };
   }
 
   async scene(id: string): Promise<StoredScene | undefined> {
-    return done<StoredScene | undefined>(this.table('scenes', 'readonly').get(id));
+    if (this.unwrittenScene?.id === id) return this.unwrittenScene;
+    const transaction = await this.reading(['scenes']);
+    return transaction && done<StoredScene | undefined>(transaction.objectStore('scenes').get(id));
   }
 
   async saveMesh(mesh: StoredMesh): Promise<void> {
-    await done(this.table('meshes', 'readwrite').put(mesh));
+    this.unwrittenMesh = mesh;
+    await this.save(() => this.writeMesh(mesh), mesh.id, mesh.content.size);
+    if (this.unwrittenMesh === mesh) this.unwrittenMesh = undefined;
   }
 
   async saveScene(scene: StoredScene): Promise<void> {
-    await done(this.table('scenes', 'readwrite').put(scene));
-    await this.forgetOld();
+    this.unwrittenScene = scene;
+    await this.save(() => this.writeScene(scene), scene.mesh, scene.request.length);
+    if (this.unwrittenScene === scene) this.unwrittenScene = undefined;
   }
 
-  private async forgetOld(): Promise<void> {
-    const scenes = await done<StoredScene[]>(this.table('scenes', 'readonly').getAll());
-    if (scenes.length <= IndexedSceneStore.SCENES_KEPT) return;
-    scenes.sort((a, b) => b.savedAt - a.savedAt);
-    const kept = scenes.slice(0, IndexedSceneStore.SCENES_KEPT);
-    for (const { id } of scenes.slice(IndexedSceneStore.SCENES_KEPT)) await done(this.table('scenes', 'readwrite').delete(id));
-    const used = new Set(kept.map(({ mesh }) => mesh));
-    for (const id of await done(this.table('meshes', 'readonly').getAllKeys())) {
-      if (!used.has(id as string)) await done(this.table('meshes', 'readwrite').delete(id));
+  async forgetOld(): Promise<void> {
+    const since = Date.now() - IndexedSceneStore.UNUSED_MESH_KEPT_MS;
+    await this.forget(IndexedSceneStore.SCENES_KEPT, '', ({ savedAt }) => savedAt > since);
+  }
+
+  /** Undefined where there is no database: all there is, the page has. */
+  private async reading(tables: SceneTable[]): Promise<IDBTransaction | undefined> {
+    return (await this.database.catch(() => undefined))?.transaction(tables);
+  }
+
+  private async writeMesh({ id, header, content }: StoredMesh): Promise<void> {
+    const transaction = (await this.database).transaction(['meshes', 'contents'], 'readwrite');
+    const meshes = transaction.objectStore('meshes');
+    if ((await done(meshes.getKey(id))) === undefined) {
+      meshes.put({ id, header, bytes: content.size, savedAt: Date.now() } satisfies MeshFacts);
+      transaction.objectStore('contents').put(content, id);
+    }
+    await committed(transaction);
+  }
+
+  private async writeScene(scene: StoredScene): Promise<void> {
+    const transaction = (await this.database).transaction('scenes', 'readwrite');
+    transaction.objectStore('scenes').put(scene);
+    await committed(transaction);
+  }
+
+  /** Writes `bytes` for the scenes of one mesh; rejects with an Error in words. */
+  private async save(write: () => Promise<void>, mesh: string, bytes: number): Promise<void> {
+    try {
+      await write().catch((refusal: unknown) => this.makeRoom(refusal, write, mesh, bytes));
+    } catch (error) {
+      throw inWords(error);
     }
   }
 
-  private table(name: 'meshes' | 'scenes', mode: IDBTransactionMode): IDBObjectStore {
-    return this.database.transaction(name, mode).objectStore(name);
+  /**
+   * Writes what there was no room for, without the scenes that were saved longest ago and their meshes: as many as it
+   * takes, but none where even all of them do not take as much.
+   */
+  private async makeRoom(refusal: unknown, write: () => Promise<void>, mesh: string, bytes: number): Promise<void> {
+    if (!isFull(refusal)) throw refusal;
+    const transaction = (await this.database).transaction(['meshes', 'scenes']);
+    const meshes = await done<MeshFacts[]>(transaction.objectStore('meshes').getAll());
+    const scenes = await done(transaction.objectStore('scenes').count());
+    const others = meshes.filter(({ id }) => id !== mesh);
+    if (others.reduce((sum, other) => sum + other.bytes, 0) < bytes) throw refusal;
+    let freed = 0;
+    for (let kept = scenes; kept >= 0 && freed < bytes; --kept) {
+      freed += await this.forget(kept, mesh, () => false);
+      try {
+        return await write();
+      } catch (error) {
+        if (!isFull(error)) throw error;
+      }
+    }
+    throw refusal;
+  }
+
+  /** Keeps so many scenes, the newest, and those of one mesh, and of meshes theirs and the spared; returns bytes freed. */
+  private async forget(kept: number, inUse: string, isSpared: (mesh: MeshFacts) => boolean): Promise<number> {
+    const transaction = (await this.database).transaction(['scenes', 'meshes', 'contents'], 'readwrite');
+    const scenes = transaction.objectStore('scenes');
+    const used = new Set([inUse]);
+    const newestFirst = (await done<StoredScene[]>(scenes.getAll())).sort((a, b) => b.savedAt - a.savedAt);
+    newestFirst.forEach(({ id, mesh }, place) => {
+      if (place < kept || mesh === inUse) used.add(mesh);
+      else scenes.delete(id);
+    });
+    const meshes = await done<MeshFacts[]>(transaction.objectStore('meshes').getAll());
+    const useless = meshes.filter((mesh) => !used.has(mesh.id) && !isSpared(mesh));
+    for (const { id } of useless) for (const table of ['meshes', 'contents']) transaction.objectStore(table).delete(id);
+    await committed(transaction);
+    return useless.reduce((sum, { bytes }) => sum + bytes, 0);
   }
 }
 
-function done<T>(request: IDBRequest<T>): Promise<T> {
-  return new Promise((resolve, reject) => {
-    request.onsuccess = () => resolve(request.result);
-    request.onerror = () => reject(request.error ?? new Error('IndexedDB failed'));
-  });
+function isFull(error: unknown): boolean {
+  return error instanceof DOMException && error.name === 'QuotaExceededError';
+}
+
+function inWords(error: unknown): Error {
+  if (isFull(error)) return new Error('the browser has no room left for it');
+  if (error instanceof Error && !(error instanceof DOMException)) return error;
+  return new Error(`the browser could not keep it${detail(error)}`);
+}
+
+function detail(error: unknown): string {
+  return error instanceof Error && error.message ? ` (${error.message})` : '';
 }

@@ -39,6 +39,8 @@ export class LiveSession implements SceneSession {
       serverMoved: () => parts.keeper.changed(() => this.lattice),
       refused: (text, idle) => this.listeners.emit('refused', text, idle),
     });
+    parts.keeper.onNotKept = (text) => this.listeners.emit('notKept', text);
+    this.on('status', ({ state }) => (state === 'live' || state === 'restored') && this.keep());
     this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners, failed);
   }
 
@@ -118,7 +120,7 @@ export class LiveSession implements SceneSession {
   private latticeReady(): void {
     this.listeners.emit('lattice', this.lattice);
     this.resolveReady();
-    void this.keep();
+    this.keep();
   }
 
   private structureChanged(lattice: Lattice): void {
@@ -126,12 +128,7 @@ export class LiveSession implements SceneSession {
     this.listeners.emit('lattice', lattice);
   }
 
-  private async keep(): Promise<void> {
-    try {
-      const scene = await this.parts.server.scenes.getScene({ scene: this.sceneId });
-      await this.parts.keeper.keep(scene, this.lattice);
-    } catch (error) {
-      console.warn('latticed: the scene is not kept for a restart of the server:', error);
-    }
+  private keep(): void {
+    if (this.sync.shown) void this.parts.keeper.keep(this.sync.shown);
   }
 }

@@ -33,7 +33,7 @@ let pool: Promise<DecodePool> | undefined;  // one for the page: workers are dea
 export async function openSession(server: LatticedServer, sceneId: string, options: SessionOptions = {}): Promise<SceneSession> {
   options.onStatus?.({ state: 'connecting', text: 'Connecting …' });
   pool ??= DecodePool.inBrowser(new URL('./', import.meta.url));
-  const keeper = new SceneKeeper(server, await IndexedSceneStore.open(), sceneId);
+  const keeper = new SceneKeeper(server, IndexedSceneStore.ofPage(), sceneId);
   let lattice: () => Lattice = () => { throw new Error('no lattice yet'); };
   const session = new LiveSession(sceneId, {
     server,

@@ -1,29 +1,33 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { create, fromBinary, toBinary } from '@bufbuild/protobuf';
-import { Code } from '@connectrpc/connect';
+import { Code, ConnectError } from '@connectrpc/connect';
 import { LatticeSourceSchema, type LatticeSource } from 'latticed/v1/lattice_pb';
 import { MeshHeaderSchema } from 'latticed/v1/mesh_pb';
-import { CreateSceneRequestSchema, type CreateSceneRequest, type Scene } from 'latticed/v1/scene_pb';
+import { CreateSceneRequestSchema, type CreateSceneRequest } from 'latticed/v1/scene_pb';
 import type { Lattice } from '../lattice/lattice';
 import { downloadMesh } from '../wire/download';
 import { fromLattice } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
 import { ServerError } from '../wire/server_error';
 import { uploadMesh } from '../wire/upload';
-import type { SceneStore } from './scene_store';
+import { bytes, inWords } from '../wire/words';
+import { storedMesh, type SceneStore, type StoredMesh } from './scene_store';
 
 /**
  * Keeps what it takes to make a scene again in a server that has lost it: the mesh's bytes, the request that made
  * it, and the newest lattice.
  */
 export class SceneKeeper {
-  private static readonly LARGEST_DOWNLOAD = 256n << 20n;  // larger meshes are kept only where they were uploaded
+  private static readonly LARGEST_READ_BACK = 256n << 20n;  // larger meshes are kept only where they were uploaded
   private static readonly SAVE_AFTER_MS = 500;
 
   private request: CreateSceneRequest | undefined;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private bootId = '';
+  private kept: Promise<void> | undefined;
+  /** Told once, in words, where the scene would be lost with the server, or with the server and this page. */
+  onNotKept: ((text: string) => void) | undefined;
 
   constructor(
     private readonly server: LatticedServer,
@@ -36,24 +40,22 @@ export class SceneKeeper {
     this.bootId = bootId;
   }
 
-  /** Remembers a scene, and fetches its mesh if the store lacks it. */
-  async keep(scene: Scene, lattice: Lattice): Promise<void> {
-    this.request = create(CreateSceneRequestSchema, {
-      sceneId: scene.id, mesh: scene.mesh, labels: scene.labels,
-      ...(scene.defaultView && { defaultView: scene.defaultView }), ...(scene.idleTtl && { idleTtl: scene.idleTtl }),
-    });
-    await this.save(lattice);
-    if (await this.store.mesh(scene.mesh)) return;
-    const { totalBytes } = await this.server.meshes.getMesh({ mesh: scene.mesh });
-    if (totalBytes > SceneKeeper.LARGEST_DOWNLOAD) return;
-    const { header, bytes } = await downloadMesh(this.server, scene.mesh);
-    await this.store.saveMesh({ id: scene.mesh, header: toBinary(MeshHeaderSchema, header), bytes });
+  /**
+   * Saves the scene and its mesh, which is read back from the server if the store lacks it. To be called with every
+   * connection: what failed because the one before was lost is tried again, all else is done once.
+   */
+  keep(lattice: Lattice): Promise<void> {
+    return (this.kept ??= this.keepAll(lattice).catch((error: unknown) => {
+      if (error instanceof ConnectError && ServerError.fromConnect(error).isPassing) this.kept = undefined;
+      else this.warn(error);
+    }));
   }
 
   /** The lattice has changed; it is saved when it rests. */
   changed(lattice: () => Lattice): void {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => void this.save(lattice()).catch(() => undefined), SceneKeeper.SAVE_AFTER_MS);
+    const save = (): Promise<void> => this.save(lattice()).catch((error: unknown) => this.warn(error));
+    this.timer = setTimeout(() => void save(), SceneKeeper.SAVE_AFTER_MS);
   }
 
   /**
@@ -70,7 +72,8 @@ export class SceneKeeper {
       if (lattice) request.lattices = [sourceOf(lattice)];
       await this.uploadAgain(request.mesh);
       await this.createUnlessThere(request);
-      await this.store.saveScene({ ...stored, bootId, request: toBinary(CreateSceneRequestSchema, request) });
+      const restored = { ...stored, bootId, request: toBinary(CreateSceneRequestSchema, request) };
+      await this.store.saveScene(restored).catch((error: unknown) => this.warn(error));
       return true;
     } catch (error) {
       throw ServerError.fromConnect(error);
@@ -79,6 +82,38 @@ export class SceneKeeper {
 
   close(): void {
     clearTimeout(this.timer);
+    this.onNotKept = undefined;
+  }
+
+  private async keepAll(lattice: Lattice): Promise<void> {
+    const scene = await this.server.scenes.getScene({ scene: this.sceneId });
+    this.request = create(CreateSceneRequestSchema, {
+      sceneId: scene.id, mesh: scene.mesh, labels: scene.labels,
+      ...(scene.defaultView && { defaultView: scene.defaultView }), ...(scene.idleTtl && { idleTtl: scene.idleTtl }),
+    });
+    // One that is refused must not keep the other from the page.
+    const saved = await Promise.allSettled([this.save(lattice), this.keepMesh(scene.mesh)]);
+    for (const result of saved) if (result.status === 'rejected') throw result.reason;
+    await this.store.forgetOld();
+  }
+
+  private async keepMesh(id: string): Promise<void> {
+    if (await this.store.keepsMesh(id)) return;
+    await this.store.saveMesh((await this.store.mesh(id)) ?? (await this.readBack(id)));
+  }
+
+  private async readBack(id: string): Promise<StoredMesh> {
+    const { totalBytes } = await this.server.meshes.getMesh({ mesh: id });
+    if (totalBytes > SceneKeeper.LARGEST_READ_BACK) {
+      throw new Error(`its mesh, ${bytes(Number(totalBytes))}, was uploaded elsewhere and is too large to fetch`);
+    }
+    const { header, content } = await downloadMesh(this.server, id);
+    return storedMesh(id, header, content);
+  }
+
+  private warn(error: unknown): void {
+    this.onNotKept?.(`If the server is restarted, this scene may be lost: ${inWords(error)}`);
+    this.onNotKept = undefined;
   }
 
   private async createUnlessThere(request: CreateSceneRequest): Promise<void> {
@@ -98,7 +133,7 @@ export class SceneKeeper {
     }
     const mesh = await this.store.mesh(id);
     if (!mesh) throw new ServerError(Code.NotFound, 'NOT_FOUND', 'the server was restarted and this browser has no copy of the mesh');
-    await uploadMesh(this.server, fromBinary(MeshHeaderSchema, mesh.header), mesh.bytes);
+    await uploadMesh(this.server, fromBinary(MeshHeaderSchema, mesh.header), mesh.content);
   }
 
   private async save(lattice: Lattice): Promise<void> {

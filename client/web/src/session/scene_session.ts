@@ -58,6 +58,8 @@ export interface SessionEvents {
   status: (status: SessionStatus) => void;
   /** An edit or a view was refused or dropped, in words; `idle`: there was nothing to undo or redo. */
   refused: (text: string, idle?: boolean) => void;
+  /** What this browser keeps does not restore the scene in a server that has lost it, in words; told once. */
+  notKept: (text: string) => void;
   /** The view that was asked for was refused: this one is in force again. */
   view: (view: ViewRequest) => void;
 }

@@ -1,13 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+import { create, toBinary } from '@bufbuild/protobuf';
+import { MeshHeaderSchema } from 'latticed/v1/mesh_pb';
+import type { MeshHeaderInit } from '../wire/upload';
 
 /** An uploaded file, as restoring uploads it again. */
 export interface StoredMesh {
-  /** SHA-256 of the bytes: the mesh's id on every server. */
+  /** SHA-256 of the content: the mesh's id on every server. */
   readonly id: string;
   /** MeshHeader of mesh.proto, encoded. */
   readonly header: Uint8Array;
-  readonly bytes: Uint8Array;
+  readonly content: Blob;
 }
 
 /** A scene as this browser last saw it. */
@@ -22,33 +25,22 @@ export interface StoredScene {
   readonly savedAt: number;
 }
 
-/** What outlives the server: the meshes and lattices of scenes that were opened here. */
+/**
+ * What outlives the server: the meshes and lattices of scenes that were opened here. Saving rejects, with an Error in
+ * words, where something would not outlive the page as well; the page can then have it still.
+ */
 export interface SceneStore {
+  /** Whether a mesh is where it outlives the page. */
+  keepsMesh(id: string): Promise<boolean>;
   mesh(id: string): Promise<StoredMesh | undefined>;
   scene(id: string): Promise<StoredScene | undefined>;
+  /** Does nothing where the mesh is there. */
   saveMesh(mesh: StoredMesh): Promise<void>;
-  /** Keeps the newest scenes and their meshes; older ones are forgotten. */
   saveScene(scene: StoredScene): Promise<void>;
+  /** Keeps the newest scenes and their meshes. */
+  forgetOld(): Promise<void>;
 }
 
-/** A store that forgets with the page: where the browser gives none, in private windows for instance. */
-export class MemorySceneStore implements SceneStore {
-  private readonly meshes = new Map<string, StoredMesh>();
-  private readonly scenes = new Map<string, StoredScene>();
-
-  async mesh(id: string): Promise<StoredMesh | undefined> {
-    return this.meshes.get(id);
-  }
-
-  async scene(id: string): Promise<StoredScene | undefined> {
-    return this.scenes.get(id);
-  }
-
-  async saveMesh(mesh: StoredMesh): Promise<void> {
-    this.meshes.set(mesh.id, mesh);
-  }
-
-  async saveScene(scene: StoredScene): Promise<void> {
-    this.scenes.set(scene.id, scene);
-  }
+export function storedMesh(id: string, header: MeshHeaderInit, content: Blob): StoredMesh {
+  return { id, header: toBinary(MeshHeaderSchema, create(MeshHeaderSchema, header)), content };
 }

@@ -38,7 +38,7 @@ export class FitDialog {
 
   constructor(private readonly parts: FitDialogParts) {
     const { file } = parts;
-    this.facts.textContent = `${file.name}, ${bytes(file.bytes.length)}`;
+    this.facts.textContent = `${file.name}, ${bytes(file.content.size)}`;
     this.dialog = showDialog(
       'Fit a lattice',
       'fit',

@@ -1,15 +1,22 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { chromium, type Browser, type Page } from 'playwright-core';
+import { chromium, type Browser, type BrowserContext, type Page } from 'playwright-core';
 
-/** Debian's Chromium with software OpenGL. Environment: CHROMIUM, another program. */
+const OPTIONS = {
+  executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+  args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist',
+    '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
+    '--disable-background-timer-throttling', '--disable-renderer-backgrounding'],
+};
+
+/** Debian's Chromium with software OpenGL, whose contexts keep nothing on disk. Environment: CHROMIUM, another program. */
 export function launch(): Promise<Browser> {
-  return chromium.launch({
-    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist',
-      '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
-      '--disable-background-timer-throttling', '--disable-renderer-backgrounding'],
-  });
+  return chromium.launch(OPTIONS);
+}
+
+/** The same as a person has it, with a folder for what pages keep. */
+export function launchWithProfile(folder: string): Promise<BrowserContext> {
+  return chromium.launchPersistentContext(folder, OPTIONS);
 }
 
 /** A page whose errors are kept: a test fails on them. */
@@ -24,11 +31,8 @@ export async function openPage(browser: Browser, address: string): Promise<{ pag
   return { page, errors };
 }
 
-/** Bytes of JavaScript objects that are in use. */
-export async function heapInUse(page: Page): Promise<number> {
+/** Gives the pages of a context a smaller disk: bytes that an origin may keep. */
+export async function limitStorage(page: Page, bytes: number): Promise<void> {
   const session = await page.context().newCDPSession(page);
-  await session.send('HeapProfiler.collectGarbage');
-  const { usedSize } = await session.send('Runtime.getHeapUsage');
-  await session.detach();
-  return usedSize;
+  await session.send('Storage.overrideQuotaForOrigin', { origin: new URL(page.url()).origin, quotaSize: bytes });
 }

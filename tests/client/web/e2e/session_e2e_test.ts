@@ -4,10 +4,13 @@
 // A session in Chromium against the real server.
 // Environment: LATTICED, CHROMIUM; LATTICED_PAGE, the folder of the page; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { heapInUse, launch, openPage } from './browser';
+import { launch, launchWithProfile, limitStorage, openPage } from './browser';
+import { assertFlat } from './page_memory';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
 import type {} from './page/harness';  // window.harness
@@ -115,17 +118,32 @@ test('a texture lies on the faces whose corners say so', async () => {
   await page.evaluate(() => window.harness.surface.setLook({ colouring: 'plain' }));
 });
 
-test('1,000 steps of a drag make no geometry and leave the heap as it is', async () => {
-  const steps = Number(process.env.LATTICED_DRAG_STEPS ?? 1000);
-  await page.evaluate(() => window.harness.drag(21, 50, 0.2));
-  const count = await page.evaluate(() => [window.harness.geometries, window.harness.surface.geometriesMade]);
-  const heap = await heapInUse(page);
+/** Geometries of the renderer, and buffers and geometries that the surface has made. */
+const geometries = (): Promise<number[]> =>
+  page.evaluate(() => [window.harness.geometries, window.harness.surface.geometriesMade]);
 
-  await page.evaluate((n) => window.harness.drag(22, n, 0.2), steps);
+test('1,000 steps of a drag make no geometry and leave what the page takes as it is', async () => {
+  const drag = (steps: number): Promise<void> => page.evaluate((n) => window.harness.drag(22, n, 0.2), steps);
+  await drag(50);
+  const count = await geometries();
 
-  assert.deepEqual(await page.evaluate(() => [window.harness.geometries, window.harness.surface.geometriesMade]), count);
-  const grown = await heapInUse(page) - heap;
-  assert.ok(grown < 1e6, `${grown} bytes more after ${steps} steps`);
+  await assertFlat(page, () => drag(Number(process.env.LATTICED_DRAG_STEPS ?? 1000)));
+
+  assert.deepEqual(await geometries(), count);
+  assert.ok(await worst() < 0.9);
+});
+
+test('10,000 updates make no geometry and leave what the page takes as it is', async () => {
+  const show = (segments: number): Promise<void> => page.evaluate((n) => window.harness.setSegments(n), segments);
+  const replay = (times: number): Promise<void> => page.evaluate((n) => window.harness.replay(22, n), times);
+  await show(1);
+  await replay(50);
+  const count = await geometries();
+
+  await assertFlat(page, () => replay(10_000));
+
+  assert.deepEqual(await geometries(), count);
+  await show(6);
   assert.ok(await worst() < 0.9);
 });
 
@@ -209,6 +227,54 @@ test('where no WebSocket passes, gRPC-Web does the same', async () => {
 
   assert.match(await walled.evaluate(() => window.harness.refused[0]), /9999/);
   await context.close();
+});
+
+test('for a mesh without room the oldest scenes are forgotten, none in vain; what is refused stays with the page', async (t) => {
+  const profile = mkdtempSync(join(tmpdir(), 'latticed-profile-'));
+  t.after(() => rmSync(profile, { recursive: true }));
+  const context = await launchWithProfile(profile);
+  t.after(() => context.close());
+  const storing = await context.newPage();
+  await storing.goto(server.origin);
+  await limitStorage(storing, 10e6);
+  /** Which of meshes a to d and scenes 1 to 3 are there; in capitals what only the page has. */
+  const there = (): Promise<string> => storing.evaluate(async () => {
+    const { store } = window.harness;
+    const found = [...'abcd'].map(async (id) =>
+      (await store.keepsMesh(id)) ? id : (await store.mesh(id)) ? id.toUpperCase() : '');
+    const scenes = [...'123'].map(async (id) => ((await store.scene(id)) ? id : ''));
+    return (await Promise.all([...found, ...scenes])).join('');
+  });
+  const save = (meshes: [id: string, megabytes: number][], scenes: [id: string, mesh: string][]): Promise<string> =>
+    storing.evaluate(async ([files, users]) => {
+      const { store } = window.harness;
+      try {
+        for (const [id, megabytes] of files) {
+          await store.saveMesh({ id, header: new Uint8Array(), content: new Blob([new Uint8Array(megabytes * 1e6)]) });
+        }
+        for (const [id, mesh] of users) {
+          await store.saveScene({ id, mesh, bootId: '', request: new Uint8Array(), savedAt: Number(id) });
+        }
+        return '';
+      } catch (error) {
+        return (error as Error).message;
+      }
+    }, [meshes, scenes] as const);
+
+  assert.equal(await save([['a', 4], ['b', 4], ['b', 4]], [['1', 'a'], ['2', 'b'], ['3', 'b']]), '');
+  assert.equal(await there(), 'ab123');
+  assert.equal(await save([['c', 3]], []), '');
+  assert.equal(await there(), 'bc23');
+  assert.equal(await save([['d', 8]], []), 'the browser has no room left for it'); // b and c together have 7
+  assert.equal(await there(), 'bcD23');
+  await storing.reload();
+  assert.equal(await there(), 'bc23');
+  await storing.evaluate(() => {
+    const { now } = Date;
+    Date.now = () => now() + 2 * 3600 * 1000; // of c no scene was made
+    return window.harness.store.forgetOld();
+  });
+  assert.equal(await there(), 'b23');
 });
 
 test('a server that is killed and started again has the scene again', async () => {

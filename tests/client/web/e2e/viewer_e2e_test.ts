@@ -13,10 +13,11 @@ import { domain, frameEdges } from '@src/lattice/grid';
 import { latticeFromJson } from '@src/lattice/lattice_json';
 import { coordinates, distance, sub, type Vec3 } from '@src/lattice/vec';
 import type { SurfaceMesh } from '@src/surface/surface_mesh';
-import { launch, openPage } from './browser';
+import { launch, limitStorage, openPage } from './browser';
+import { assertFlat } from './page_memory';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { colourAt, controlPoint, dropFiles, frames, live, onScreen } from './viewer_page';
+import { colourAt, controlPoint, createScene, dropFiles, frames, live, onScreen } from './viewer_page';
 
 const OBJ = torusObj(12, 8);
 const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
@@ -25,6 +26,7 @@ let server: ServerProcess;
 let browser: Browser;
 let page: Page;
 let errors: string[];
+const readBacks: string[] = []; // addresses of calls for a mesh that the page has itself
 
 async function shot(name: string, of = page): Promise<void> {
   if (process.env.LATTICED_SHOTS) await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
@@ -112,6 +114,7 @@ before(async () => {
   server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
   browser = await launch();
   ({ page, errors } = await openPage(browser, server.origin));
+  page.on('request', (request) => request.url().endsWith('/DownloadMesh') && readBacks.push(request.url()));
 });
 
 after(async () => {
@@ -164,6 +167,26 @@ test('the mouse drags a control point: it stays below the pointer, and the surfa
   await followsDefinition(page);
   assert.ok(Number(await page.locator('[data-hud=latency]').innerText()) > 0); // a frame has shown it
   await shot('viewer_dragged');
+});
+
+test('200 moves of the mouse over the view, without a press, leave what the page takes as it is', async () => {
+  const box = (await page.locator('canvas').boundingBox())!;
+  const corner = await onScreen(page, CORNER);
+  /** The same way each time, over the surface, a point, and the handles that it has. */
+  const hover = async (rounds: number): Promise<void> => {
+    for (let move = 0; move < 40 * rounds; ++move) {
+      const angle = (2 * Math.PI * move) / 40;
+      const [x, y] = [0.5 + 0.4 * Math.sin(3 * angle), 0.5 + 0.4 * Math.sin(2 * angle)];
+      await page.mouse.move(...(move % 20 === 0 ? corner : [box.x + x * box.width, box.y + y * box.height] as const));
+    }
+  };
+  const drawn = (): Promise<unknown> => page.evaluate(() => ({ ...window.latticed.viewport.renderer.info.memory }));
+  await hover(1);
+  const before = await drawn();
+
+  await assertFlat(page, () => hover(5));
+
+  assert.deepEqual(await drawn(), before);
 });
 
 test('G X 1 Enter moves by one along X, Ctrl-Z takes one gesture back', async () => {
@@ -385,4 +408,36 @@ test('a server that was killed and started again is said on the page, and gets t
   await settled();
   assert.deepEqual(await controlPoint(page, 0), before);
   await followsDefinition(page);
+});
+
+test('a page that is opened after the restart has the dropped mesh from the browser, not from the server', async () => {
+  assert.deepEqual(readBacks, []);
+  const before = await controlPoint(page, 0);
+  const address = page.url();
+
+  await page.goto('about:blank');
+  await server.kill();
+  await server.restart();
+  await page.goto(address);
+  await page.locator('.toast').getByText('this browser restored mesh and lattice').waitFor();
+
+  await page.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
+  assert.deepEqual(await controlPoint(page, 0), before);
+  await followsDefinition(page);
+});
+
+test('a scene that the browser has no room for is told of, once', async () => {
+  const { page: full } = await openPage(browser, server.origin);
+  await limitStorage(full, 1e5);
+  await full.locator('[data-sample=slab]').click();
+  await createScene(full);
+  const toast = full.locator('.toast-error');
+  await toast.getByText('If the server is restarted, this scene may be lost: the browser has no room left for it.').waitFor();
+  await shot('viewer_not_kept', full);
+  await toast.getByRole('button', { name: 'Close' }).click();
+
+  await full.evaluate(() => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(1), offset: [0, 0, 1] }));
+  await full.waitForTimeout(800); // the lattice is saved when it has rested for 500 ms
+  assert.equal(await toast.count(), 0);
+  await full.close();
 });

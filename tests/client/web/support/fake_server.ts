@@ -15,12 +15,17 @@ export class FakeServer {
   features: Feature[] = [];
   readonly meshes = new Map<string, Uint8Array>();
   readonly scenes = new Map<string, CreateSceneRequest>();
+  /** What a mesh is said to have in place of its bytes. */
+  meshBytes: bigint | undefined;
+  /** Calls of DownloadMesh. */
+  downloads = 0;
+  downloadRefusal: ConnectError | undefined;
   private uploaded: number[] = [];
 
   readonly client = new LatticedServer('http://test', undefined, createRouterTransport(({ service }) => {
     service(ServerService, { getServerInfo: () => this.info() });
     service(MeshService, {
-      getMesh: ({ mesh }) => create(MeshSchema, { id: mesh, totalBytes: BigInt(this.mesh(mesh).length) }),
+      getMesh: ({ mesh }) => create(MeshSchema, { id: mesh, totalBytes: this.meshBytes ?? BigInt(this.mesh(mesh).length) }),
       beginUpload: () => ((this.uploaded = []), { uploadId: 'u' }),
       appendUpload: ({ data }) => (this.uploaded.push(...data), { committed: BigInt(this.uploaded.length) }),
       finishUpload: () => (this.meshes.set('mesh-1', Uint8Array.from(this.uploaded)), create(MeshSchema, { id: 'mesh-1' })),
@@ -42,6 +47,8 @@ export class FakeServer {
   }
 
   async *download(mesh: string): AsyncGenerator<MessageInitShape<typeof DownloadMeshResponseSchema>> {
+    ++this.downloads;
+    if (this.downloadRefusal) throw this.downloadRefusal;
     const bytes = this.mesh(mesh);
     yield { message: { case: 'header', value: { name: 'cube', totalBytes: BigInt(bytes.length) } } };
     yield { message: { case: 'data', value: bytes as Uint8Array<ArrayBuffer> } };

@@ -6,13 +6,13 @@ import { Lattice } from '@src/lattice/lattice';
 import { fitLattice } from '@src/lattice/identity';
 import { LiveSession } from '@src/session/live_session';
 import { SceneKeeper } from '@src/session/scene_keeper';
-import { MemorySceneStore } from '@src/session/scene_store';
 import type { PatchSource } from '@src/surface/patch_source';
 import { SurfaceMesh } from '@src/surface/surface_mesh';
 import { fromLattice } from '@src/wire/lattice_message';
 import { FakeServer } from './fake_server';
 import { FakeStreams, type FakeStream } from './fake_stream';
 import { FakeWorker } from './fake_worker';
+import { MemorySceneStore } from './memory_scene_store';
 
 export const decoderWasm = new Uint8Array(readFileSync('node_modules/draco3d/draco_decoder.wasm')).buffer;
 
@@ -37,6 +37,7 @@ export class SessionFixture {
   readonly store: MemorySceneStore;
   readonly surface = new SurfaceMesh(noPatches);
   readonly said: string[] = [];
+  readonly notKept: string[] = [];
   readonly states: string[] = [];
   readonly session: LiveSession;
 
@@ -51,6 +52,7 @@ export class SessionFixture {
       backOff: { firstMs: 1, lastMs: 2 }, ...(options.name && { name: options.name }),
     });
     this.session.on('refused', (text) => this.said.push(text));
+    this.session.on('notKept', (text) => this.notKept.push(text));
     this.session.on('status', ({ state }) => this.states.push(state));
     this.session.ready.catch(() => undefined);
   }

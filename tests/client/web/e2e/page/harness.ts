@@ -2,8 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /** A page around one session, for tests in a browser to steer: no controls, a canvas and `window.harness`. */
+import { fromBinary } from '@bufbuild/protobuf';
 import { Color, DataArrayTexture, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from 'three';
+import { SceneEventSchema } from 'latticed/v1/event_pb';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
+import { DeformRequestSchema } from 'latticed/v1/scene_pb';
+import { IndexedSceneStore } from '@src/session/indexed_scene_store';
 import type { SurfacePoint } from '@src/session/lattice_edit';
 import { openSession } from '@src/session/open_session';
 import type { Presence, SceneSession, UpdateInfo, ViewRequest } from '@src/session/scene_session';
@@ -12,8 +16,19 @@ import { randomId } from '@src/wire/ids';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { uploadMesh } from '@src/wire/upload';
 
+/** WebSocket that keeps at hand what the session has of it. */
+class HeldSocket extends WebSocket {
+  static newest: WebSocket | undefined;
+
+  constructor(url: string | URL, protocols?: string | string[]) {
+    super(url, protocols);
+    HeldSocket.newest = this;
+  }
+}
+
 class Harness {
   readonly server = new LatticedServer(location.origin);
+  readonly store = IndexedSceneStore.ofPage();
   readonly updates: UpdateInfo[] = [];
   readonly refused: string[] = [];
   readonly statuses: string[] = [];
@@ -36,7 +51,7 @@ class Harness {
 
   /** Uploads an OBJ file and makes a scene of it; returns its id. */
   async makeScene(obj: string, size: number): Promise<string> {
-    const mesh = await uploadMesh(this.server, { name: 'test.obj', format: MeshFormat.OBJ }, new TextEncoder().encode(obj));
+    const mesh = await uploadMesh(this.server, { name: 'test.obj', format: MeshFormat.OBJ }, new Blob([obj]));
     const sceneId = randomId();
     const axes = { u: size, v: size, w: size };
     await this.server.scenes.createScene({ sceneId, mesh: mesh.id, lattices: [{ source: { case: 'fit', value: { size: axes } } }] });
@@ -66,6 +81,12 @@ class Harness {
   async settled(): Promise<void> {
     const { revision } = await this.server.scenes.getScene({ scene: this.session.sceneId });
     await this.until(() => (this.updates.at(-1)?.revision ?? -1) >= Number(revision) && this.updates.at(-1)!.fullDetail);
+  }
+
+  /** Shows the surface with so many segments a patch edge. */
+  async setSegments(segments: number): Promise<void> {
+    this.session.setView({ segments });
+    await this.until(() => this.surface.drawnLayout?.segments === segments);
   }
 
   /** Looks at the surface from the front, upper left. */
@@ -167,6 +188,34 @@ class Harness {
     gesture.commit();
   }
 
+  /** Receives the update of one more step of a drag again and again, frame by frame, each time when it is on the surface. */
+  async replay(index: number, times: number): Promise<void> {
+    const socket = HeldSocket.newest!;
+    let frames: ArrayBuffer[] = [];
+    let update: ArrayBuffer[] = [];
+    const keep = ({ data }: MessageEvent<ArrayBuffer>): void => {
+      const { case: kind } = fromBinary(SceneEventSchema, new Uint8Array(data)).event;
+      if (kind === 'updateBegin') update = [];
+      if (kind === 'updateBegin' || kind === 'chunks' || kind === 'updateEnd') update.push(data);
+      if (kind === 'updateEnd' && update.length > 2) frames = update;  // others change nothing
+    };
+    socket.addEventListener('message', keep);
+    await this.drag(index, 1, 0.2);
+    await this.settled();
+    socket.removeEventListener('message', keep);
+    socket.send = (frame) => {  // but acknowledgements of what the server has not sent
+      const { case: kind } = fromBinary(DeformRequestSchema, frame as Uint8Array).message;
+      if (kind !== 'control') WebSocket.prototype.send.call(socket, frame);
+    };
+    for (let time = 0; time < times; ++time) {
+      this.updates.length = 0;
+      for (const frame of frames) socket.onmessage!(new MessageEvent('message', { data: frame.slice(0) }));
+      await this.until(() => this.updates.length > 0);
+      if (time % 500 === 0) this.draw();
+    }
+    socket.send = WebSocket.prototype.send;
+  }
+
   /**
    * Edits to pixels: each update of a gesture waits until the one before is drawn, or, without drawing, until its
    * points are written. Moves `indices` to and fro.
@@ -209,4 +258,5 @@ declare global {
   }
 }
 
+window.WebSocket = HeldSocket;
 window.harness = new Harness();
