@@ -291,12 +291,15 @@ void Scene::Tick(absl::Time now) {
     edit_mutex_.Unlock();
     if (gestures_ended) WakeListeners();
   }
+  std::vector<std::shared_ptr<SceneView>> idle;  // destroyed without the lock
   const MutexLock lock(&mutex_);
   std::erase_if(listeners_, [](const auto& listener) { return listener.expired(); });
   if (!listeners_.empty()) last_use_ = now;
-  std::erase_if(views_, [now](const auto& entry) {
-    const auto& view = entry.second;
-    return view.use_count() == 1 && now - view->last_watched() > kIdleView;
+  std::erase_if(views_, [now, &idle](auto& entry) {
+    auto& view = entry.second;
+    if (view.use_count() > 1 || now - view->last_watched() <= kIdleView) return false;
+    idle.push_back(std::move(view));
+    return true;
   });
 }
 
@@ -327,6 +330,7 @@ void Scene::WakeListeners() {
 
 absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key) {
   if (auto s = Validate(key.spec); !s.ok()) return s;
+  std::shared_ptr<SceneView> replaced;  // destroyed without the lock
   const MutexLock lock(&mutex_);
   state_->target->Touch();
   if (const auto found = views_.find(key); found != views_.end()) return found->second;
@@ -342,6 +346,7 @@ absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key
     if (oldest == views_.end()) {
       return error::LimitExceeded("distinct views of a scene", limits::kMaxViewsPerScene);
     }
+    replaced = std::move(oldest->second);
     views_.erase(oldest);
   }
   return views_[key] = std::make_shared<SceneView>(key, residency_, config_.memory);

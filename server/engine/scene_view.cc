@@ -223,6 +223,7 @@ void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks, const 
   if (!snapshot.ok() && !absl::IsCancelled(snapshot.status())) slot.Reset();
   MemoryUse memory = slot.memory();
 
+  SnapshotRing::Dropped dropped;  // destroyed without the lock
   const MutexLock lock(&mutex_);
   encoding_ = false;
   slot_memory_[work.slot] = std::move(memory);
@@ -236,7 +237,8 @@ void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks, const 
   EngineCounts& counts = residency_->counts();
   counts.evaluate.Observe((*snapshot)->evaluate_time);
   counts.encode.Observe((*snapshot)->encode_time);
-  counts.snapshots_retired += ring_.Publish(*std::move(snapshot), absl::Now());
+  dropped = ring_.Publish(*std::move(snapshot), absl::Now());
+  counts.snapshots_retired += dropped.retired;
   newest_taken_ = false;
   awaited_ = false;
 }
@@ -314,8 +316,9 @@ std::shared_ptr<const Snapshot> SceneView::newest() const {
 }
 
 void SceneView::Unpin(uint64_t number) {
+  std::shared_ptr<const Snapshot> dropped;  // destroyed without the lock
   const MutexLock lock(&mutex_);
-  ring_.Unpin(number);
+  dropped = ring_.Unpin(number);
 }
 
 std::shared_ptr<const Snapshot> SceneView::Find(uint64_t number) {

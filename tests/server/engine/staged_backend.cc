@@ -7,6 +7,7 @@
 
 #include "absl/time/clock.h"
 #include "core/cpu/cpu_backend.h"
+#include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
 namespace {
@@ -17,6 +18,11 @@ class StagedView : public DeformView {
  public:
   StagedView(std::unique_ptr<DeformView> inner, std::shared_ptr<StageGates> gates, size_t chunks)
       : inner_(std::move(inner)), gates_(std::move(gates)), chunks_(chunks) {}
+
+  ~StagedView() override {
+    EXPECT_OK(gates_->Begin(Stage::kDestroyView));
+    gates_->End(Stage::kDestroyView, chunks_);
+  }
 
   const ViewSpec& spec() const override { return inner_->spec(); }
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
@@ -40,12 +46,26 @@ class StagedView : public DeformView {
     auto encoded = status.ok() ? inner_->Encode(chunks, encoding, digests)
                                : absl::StatusOr<std::vector<SharedBytes>>(status);
     if (encoded.ok()) gates_->CountEncoded(*encoded);
+    if (encoded.ok()) PutBehindGate(*encoded);
     gates_->End(Stage::kEncode, chunks_);
     return encoded;
   }
   MemoryUse memory() const override { return inner_->memory(); }
 
  private:
+  // What frees a chunk passes it.
+  void PutBehindGate(std::vector<SharedBytes>& chunks) {
+    for (SharedBytes& chunk : chunks) {
+      if (chunk.data == nullptr) continue;
+      const void* owner = chunk.owner.get();
+      chunk.owner = std::shared_ptr<const void>(
+          owner, [kept = chunk.owner, gates = gates_, count = chunks_](const void*) {
+            EXPECT_OK(gates->Begin(Stage::kFreeChunk));
+            gates->End(Stage::kFreeChunk, count);
+          });
+    }
+  }
+
   const std::unique_ptr<DeformView> inner_;
   const std::shared_ptr<StageGates> gates_;
   const size_t chunks_;  // of the plan
@@ -91,6 +111,11 @@ void StageGates::Close(Stage stage) {
 void StageGates::Open(Stage stage) {
   const MutexLock lock(&mutex_);
   gates_[static_cast<size_t>(stage)].open = true;
+}
+
+void StageGates::OpenAll() {
+  const MutexLock lock(&mutex_);
+  for (Gate& gate : gates_) gate.open = true;
 }
 
 void StageGates::FailNext(Stage stage, absl::Status status, int calls) {
@@ -175,6 +200,9 @@ StagedBackend::StagedBackend(bool on_device)
 
 absl::StatusOr<std::shared_ptr<DeformTarget>> StagedBackend::Prepare(
     std::shared_ptr<const DeformPlan> plan, Pipeline pipeline) {
+  const absl::Status status = gates_->Begin(Stage::kPrepare);
+  gates_->End(Stage::kPrepare, plan->chunk_count());
+  if (!status.ok()) return status;
   auto target = inner_->Prepare(std::move(plan), pipeline);
   if (!target.ok()) return target.status();
   return std::make_shared<StagedTarget>(*std::move(target), gates_, on_device_);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The CPU backend behind gates: a test can hold up or fail what its views do, count it, and say
-// that it is a device of its own.
+// The CPU backend behind gates: a test can hold up or fail what its views do, and what frees their
+// memory, count it, and say that it is a device of its own.
 #ifndef LATTICED_TESTS_SERVER_ENGINE_STAGED_BACKEND_H_
 #define LATTICED_TESTS_SERVER_ENGINE_STAGED_BACKEND_H_
 
@@ -19,13 +19,14 @@
 
 namespace latticed::testing {
 
-enum class Stage { kCreateView, kEvaluate, kEncode };
+enum class Stage { kPrepare, kCreateView, kEvaluate, kEncode, kDestroyView, kFreeChunk };
 
 // Where every call of a stage passes. Threads: safe.
 class StageGates {
  public:
   void Close(Stage stage);
   void Open(Stage stage);
+  void OpenAll();
   // The next calls that pass fail with `status` instead.
   void FailNext(Stage stage, absl::Status status, int calls = 1);
   // Every encoding takes so much longer.
@@ -56,7 +57,7 @@ class StageGates {
     std::vector<size_t> ended;
   };
   Mutex mutex_;
-  std::array<Gate, 3> gates_ ABSL_GUARDED_BY(mutex_);
+  std::array<Gate, 6> gates_ ABSL_GUARDED_BY(mutex_);
   absl::Duration delay_ ABSL_GUARDED_BY(mutex_);
   int encoded_chunks_ ABSL_GUARDED_BY(mutex_) = 0;
 };
