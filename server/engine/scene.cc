@@ -253,7 +253,7 @@ uint64_t Scene::GivableBytes(std::optional<int> device) const {
 }
 
 bool Scene::GiveBack() {
-  std::map<ViewKey, std::shared_ptr<SceneView>> given;  // destroyed without the lock
+  std::map<ViewKey, std::shared_ptr<SceneView>> given;
   std::shared_ptr<const SceneState> state;
   {
     const MutexLock lock(&mutex_);
@@ -261,8 +261,11 @@ bool Scene::GiveBack() {
     given.swap(views_);
     state = state_;
   }
-  state->target->GiveBack();
-  return true;
+  const bool freed =
+      std::ranges::any_of(given, [](const auto& v) { return v.second->GivableBytes() > 0; });
+  given.clear();  // without the lock; their vertices are the target's
+  // Where somebody has come meanwhile, and uses it again, it stays.
+  return state->target->GiveBack() || freed;
 }
 
 absl::Time Scene::expire_time() const {
@@ -295,10 +298,10 @@ void Scene::Tick(absl::Time now) {
   const MutexLock lock(&mutex_);
   std::erase_if(listeners_, [](const auto& listener) { return listener.expired(); });
   if (!listeners_.empty()) last_use_ = now;
-  std::erase_if(views_, [now, &idle](auto& entry) {
-    auto& view = entry.second;
+  std::erase_if(views_, [now, &idle](const auto& entry) {
+    const auto& view = entry.second;
     if (view.use_count() > 1 || now - view->last_watched() <= kIdleView) return false;
-    idle.push_back(std::move(view));
+    idle.push_back(view);
     return true;
   });
 }

@@ -114,7 +114,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   [[nodiscard]] uint64_t GivableBytes(std::optional<int> device = std::nullopt) const
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Frees its views and what it has on the device, unless somebody watches, holds, or has a view of
-  // it. Whoever comes next has the same made again. Whether it did.
+  // it. Whoever comes next has the same made again. Whether it freed any.
   bool GiveBack() ABSL_LOCKS_EXCLUDED(mutex_);
   // While the result lives nothing is given back.
   [[nodiscard]] std::shared_ptr<const void> Hold() const { return hold_; }

@@ -91,5 +91,47 @@ TEST_F(ReleaseTest, OfASnapshotThatIsRetired) {
   ExpectRightAtHead(*client);
 }
 
+// A scene gives back; while its view is destroyed another watcher comes and has a view made.
+TEST_F(ReleaseTest, OfAViewThatIsGivenBackWhileAnotherIsMade) {
+  IdleView();
+  gates().Close(Stage::kDestroyView);
+  std::thread giver([&] { EXPECT_TRUE(scene_->GiveBack()) << "its view"; });
+  EXPECT_TRUE(gates().WaitForBegun(Stage::kDestroyView, 1));
+
+  std::unique_ptr<WatcherClient> client;
+  EXPECT_TRUE(ReturnsBefore(Stage::kDestroyView, [&] { client = Watch(); }));
+  giver.join();
+
+  ASSERT_NE(client, nullptr);
+  Move(kCorner);
+  ExpectRightAtHead(*client);
+  options_.view.key.spec.segments = 2;
+  ExpectRight(*Watch());
+  EXPECT_EQ(gates().begun(Stage::kPrepare), 1) << "the target that the first view uses was kept";
+  EXPECT_FALSE(scene_->GiveBack()) << "it is watched";
+}
+
+TEST(ResidentTargetTest, IsNotGivenBackWhileAViewUsesIt) {
+  StagedBackend backend(true);
+  Residency residency(&backend);
+  const SceneConfig config = MakeSceneConfig("scene-one");
+  const auto plan = MakePlan(config.mesh, config.lattice.structure);
+  ASSERT_OK(plan);
+  const auto target = residency.Prepare(*plan, config.pipeline);
+  ASSERT_OK(target);
+  auto view = (*target)->CreateView(config.default_view.key.spec);
+  ASSERT_OK(view);
+
+  EXPECT_FALSE((*target)->GiveBack());
+  ASSERT_OK((*target)->CreateView(config.default_view.key.spec));
+  EXPECT_EQ(backend.gates().begun(Stage::kPrepare), 1);
+
+  view->reset();
+  EXPECT_TRUE((*target)->GiveBack());
+  EXPECT_FALSE((*target)->GiveBack()) << "there is nothing left to give";
+  ASSERT_OK((*target)->CreateView(config.default_view.key.spec));
+  EXPECT_EQ(backend.gates().begun(Stage::kPrepare), 2);
+}
+
 }  // namespace
 }  // namespace latticed::testing
