@@ -8,6 +8,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/limits.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "server/engine/chunk_blocks.h"
 #include "server/engine/scene.h"
 
 namespace latticed {
@@ -218,7 +219,9 @@ void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks, const 
         });
   });
   if (snapshot.ok()) {
-    if (auto s = MakeRoomFor(**snapshot, *work.state); !s.ok()) snapshot = s;
+    const absl::Status room =
+        CatchBadAlloc("the view", [&] { return MakeRoomFor(**snapshot, *work.state); });
+    if (!room.ok()) snapshot = room;
   }
   if (!snapshot.ok() && !absl::IsCancelled(snapshot.status())) slot.Reset();
   MemoryUse memory = slot.memory();
@@ -243,11 +246,14 @@ void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks, const 
   awaited_ = false;
 }
 
-absl::Status SceneView::MakeRoomFor(const Snapshot& next, const SceneState& state) {
-  return residency_->Run([&] {
+absl::Status SceneView::MakeRoomFor(Snapshot& next, const SceneState& state) {
+  const auto make = [&] {
     const MutexLock lock(&mutex_);
     return room_.Make(*state.target, key_, ring_.held_bytes() + next.held_bytes);
-  });
+  };
+  if (make().ok()) return absl::OkStatus();
+  LeaveEmptyBlocks(next);
+  return residency_->Run(make);
 }
 
 absl::Status SceneView::BetweenBatches(const ViewWork& work, const EncodeProgress& progress,

@@ -105,7 +105,7 @@ TEST(ChunkBlocks, ChunksLeaveBlocksThatAreMostlyUnused) {
   ASSERT_EQ(HeldBytes(snapshot->chunks), 700u);
   const std::weak_ptr<const void> forgotten = old[0].owner;
 
-  LeaveEmptyBlocks(snapshot->chunks);
+  LeaveEmptyBlocks(*snapshot);
 
   EXPECT_EQ(HeldBytes(snapshot->chunks), 400u) << "a block of 300, and a copy";
   EXPECT_NE(snapshot->chunks[0].data.owner, old[0].owner);

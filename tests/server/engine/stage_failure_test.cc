@@ -171,6 +171,23 @@ TEST_F(StageFailureTest, AnEncodingThatIsStoppedLeavesItsChunksToTheNext) {
   ExpectRightAtHead(*client);
 }
 
+// Blocks that are little used have no room, what is used of them has.
+TEST_F(StageFailureTest, ChunksLeaveTheirBlocksBeforeAViewFailsForWantOfMemory) {
+  gates().UseRoomyBlocks();
+  const uint64_t vertices = VertexBytes(*scene_->State()->plan, options_.view.key);
+  const uint64_t free = budget_->total_bytes() - budget_->used_bytes();
+  const auto others = budget_->Reserve("others", free - vertices * 13 / 4);
+  ASSERT_OK(others);
+
+  const auto client = Watch();
+
+  ASSERT_OK(client->status());
+  EXPECT_LT(view_->newest()->held_bytes, vertices * 13 / 4);
+  ExpectRight(*client);
+  Move(kCorner);
+  ExpectRightAtHead(*client);
+}
+
 TEST_F(StageFailureTest, ADeletedSceneEndsWithBothStagesUnderWay) {
   auto client = Watch();
   MoveAndHoldEncoding(kCorner);

@@ -46,6 +46,7 @@ class StagedView : public DeformView {
     auto encoded = status.ok() ? inner_->Encode(chunks, encoding, digests)
                                : absl::StatusOr<std::vector<SharedBytes>>(status);
     if (encoded.ok()) gates_->CountEncoded(*encoded);
+    if (encoded.ok() && gates_->roomy_blocks()) PutIntoBlock(*encoded);
     if (encoded.ok()) PutBehindGate(*encoded);
     gates_->End(Stage::kEncode, chunks_);
     return encoded;
@@ -53,7 +54,19 @@ class StagedView : public DeformView {
   MemoryUse memory() const override { return inner_->memory(); }
 
  private:
-  // What frees a chunk passes it.
+  static void PutIntoBlock(std::vector<SharedBytes>& chunks) {
+    const auto block = std::make_shared<std::vector<uint8_t>>();
+    for (const SharedBytes& chunk : chunks) {
+      block->insert(block->end(), chunk.data, chunk.data + chunk.size);
+    }
+    size_t at = 0;
+    for (SharedBytes& chunk : chunks) {
+      if (chunk.data == nullptr) continue;
+      chunk = {block, block->data() + at, chunk.size, block->size() * 7 / 2};
+      at += chunk.size;
+    }
+  }
+  // What frees a chunk passes it; chunks of one block stay so.
   void PutBehindGate(std::vector<SharedBytes>& chunks) {
     for (SharedBytes& chunk : chunks) {
       if (chunk.data == nullptr) continue;
@@ -128,6 +141,16 @@ void StageGates::FailNext(Stage stage, absl::Status status, int calls) {
 void StageGates::SlowEncodings(absl::Duration delay) {
   const MutexLock lock(&mutex_);
   delay_ = delay;
+}
+
+void StageGates::UseRoomyBlocks() {
+  const MutexLock lock(&mutex_);
+  roomy_blocks_ = true;
+}
+
+bool StageGates::roomy_blocks() {
+  const MutexLock lock(&mutex_);
+  return roomy_blocks_;
 }
 
 int StageGates::begun(Stage stage) {

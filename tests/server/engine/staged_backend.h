@@ -31,6 +31,8 @@ class StageGates {
   void FailNext(Stage stage, absl::Status status, int calls = 1);
   // Every encoding takes so much longer.
   void SlowEncodings(absl::Duration delay);
+  // From now on what is encoded in one call lies in one block, said to be 7/2 times as large.
+  void UseRoomyBlocks();
   // Since the backend was made. A call begins before the gate and ends behind it.
   int begun(Stage stage);
   int ended(Stage stage);
@@ -42,6 +44,7 @@ class StageGates {
 
   // Chunks that were encoded, of those that encodings were asked for.
   int encoded_chunks();
+  bool roomy_blocks();
 
   // For the backend.
   void CountEncoded(const std::vector<SharedBytes>& results);
@@ -60,6 +63,7 @@ class StageGates {
   std::array<Gate, 6> gates_ ABSL_GUARDED_BY(mutex_);
   absl::Duration delay_ ABSL_GUARDED_BY(mutex_);
   int encoded_chunks_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool roomy_blocks_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
 class StagedBackend : public Backend {
