@@ -177,7 +177,7 @@ absl::Status SceneView::Evaluate(ViewWork& work, const WorkHooks& hooks) {
   VertexSlot& slot = slots_[work.slot];
   auto room = residency_->Run([&] {
     const MutexLock lock(&mutex_);
-    return room_.Make(*state.target, key_, ring_.held_bytes());
+    return room_.Make(*state.target, key_, {.slots = SlotBytes(), .chunks = ring_.held_bytes()});
   });
   if (!room.ok()) return room;
   if (auto s = slot.Prepare(state, key_.spec); !s.ok()) return s;
@@ -220,7 +220,7 @@ void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks, const 
   });
   if (snapshot.ok()) {
     const absl::Status room =
-        CatchBadAlloc("the view", [&] { return MakeRoomFor(**snapshot, *work.state); });
+        CatchBadAlloc("the view", [&] { return MakeRoomFor(**snapshot, work); });
     if (!room.ok()) snapshot = room;
   }
   if (!snapshot.ok() && !absl::IsCancelled(snapshot.status())) slot.Reset();
@@ -246,14 +246,21 @@ void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks, const 
   awaited_ = false;
 }
 
-absl::Status SceneView::MakeRoomFor(Snapshot& next, const SceneState& state) {
+absl::Status SceneView::MakeRoomFor(Snapshot& next, const ViewWork& work) {
+  const MemoryUse memory = slots_[work.slot].memory();
   const auto make = [&] {
     const MutexLock lock(&mutex_);
-    return room_.Make(*state.target, key_, ring_.held_bytes() + next.held_bytes);
+    slot_memory_[work.slot] = memory;
+    return room_.Make(*work.state->target, key_,
+                      {.slots = SlotBytes(), .chunks = ring_.held_bytes() + next.held_bytes});
   };
   if (make().ok()) return absl::OkStatus();
   LeaveEmptyBlocks(next);
   return residency_->Run(make);
+}
+
+uint64_t SceneView::SlotBytes() const {
+  return HostBytes(slot_memory_[0]) + HostBytes(slot_memory_[1]);
 }
 
 absl::Status SceneView::BetweenBatches(const ViewWork& work, const EncodeProgress& progress,

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What of two overlapping stages is refused, fails, or is wanted no more.
+#include "core/base/error.h"
 #include "tests/server/engine/staged_scene.h"
 
 namespace latticed::testing {
@@ -186,6 +187,39 @@ TEST_F(StageFailureTest, ChunksLeaveTheirBlocksBeforeAViewFailsForWantOfMemory) 
   ExpectRight(*client);
   Move(kCorner);
   ExpectRightAtHead(*client);
+}
+
+TEST_F(StageFailureTest, WhatIsStagedForCopiesIsOfTheBudget) {
+  constexpr uint64_t kStaging = uint64_t{16} << 20;
+  const uint64_t before = budget_->used_bytes();
+  auto client = Watch();
+  const uint64_t without = budget_->used_bytes() - before;
+  gates().SetStaging(kStaging);
+  Move(kCorner);
+  ExpectRightAtHead(*client);
+
+  EXPECT_EQ(budget_->used_bytes() - before, without + kStaging);
+
+  MoveAndHoldEncoding(kCorner);
+  MoveAndWaitForEvaluation(kOtherCorner);
+  gates().Open(Stage::kEncode);
+  ExpectRightAtHead(*client);
+  EXPECT_EQ(budget_->used_bytes() - before, without + 2 * kStaging) << "of both slots";
+}
+
+TEST_F(StageFailureTest, WithoutRoomForWhatIsStagedTheWatchersEnd) {
+  const auto client = Watch();
+  gates().SetStaging(budget_->total_bytes() - budget_->used_bytes() + 1);
+
+  Move(kCorner);
+  while (client->status().ok()) {
+    if (!client->Step()) client->bell().Wait(absl::Milliseconds(10));
+  }
+
+  EXPECT_THAT(client->status(), StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_EQ(error::DetailsOf(client->status()).reason, "OUT_OF_MEMORY");
+  gates().SetStaging(0);
+  ExpectRightAtHead(*Watch());
 }
 
 TEST_F(StageFailureTest, ADeletedSceneEndsWithBothStagesUnderWay) {

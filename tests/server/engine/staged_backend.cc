@@ -16,8 +16,12 @@ constexpr absl::Duration kLong = absl::Seconds(20);
 
 class StagedView : public DeformView {
  public:
-  StagedView(std::unique_ptr<DeformView> inner, std::shared_ptr<StageGates> gates, size_t chunks)
-      : inner_(std::move(inner)), gates_(std::move(gates)), chunks_(chunks) {}
+  StagedView(std::unique_ptr<DeformView> inner, std::shared_ptr<StageGates> gates, size_t chunks,
+             bool on_device)
+      : inner_(std::move(inner)),
+        gates_(std::move(gates)),
+        chunks_(chunks),
+        on_device_(on_device) {}
 
   ~StagedView() override {
     EXPECT_OK(gates_->Begin(Stage::kDestroyView));
@@ -45,13 +49,19 @@ class StagedView : public DeformView {
     const absl::Status status = gates_->Begin(Stage::kEncode);
     auto encoded = status.ok() ? inner_->Encode(chunks, encoding, digests)
                                : absl::StatusOr<std::vector<SharedBytes>>(status);
+    staging_bytes_ = gates_->staging_bytes();
     if (encoded.ok()) gates_->CountEncoded(*encoded);
     if (encoded.ok() && gates_->roomy_blocks()) PutIntoBlock(*encoded);
     if (encoded.ok()) PutBehindGate(*encoded);
     gates_->End(Stage::kEncode, chunks_);
     return encoded;
   }
-  MemoryUse memory() const override { return inner_->memory(); }
+  MemoryUse memory() const override {
+    MemoryUse use = inner_->memory();
+    if (on_device_) use["device_vertices"] = std::exchange(use["vertices"], 0);
+    use["staging"] += staging_bytes_;
+    return use;
+  }
 
  private:
   static void PutIntoBlock(std::vector<SharedBytes>& chunks) {
@@ -82,6 +92,8 @@ class StagedView : public DeformView {
   const std::unique_ptr<DeformView> inner_;
   const std::shared_ptr<StageGates> gates_;
   const size_t chunks_;  // of the plan
+  const bool on_device_;
+  uint64_t staging_bytes_ = 0;
 };
 
 class StagedTarget : public DeformTarget {
@@ -99,7 +111,7 @@ class StagedTarget : public DeformTarget {
     if (!status.ok()) return status;
     auto view = inner_->CreateView(spec);
     if (!view.ok()) return view.status();
-    return std::make_unique<StagedView>(*std::move(view), gates_, plan().chunk_count());
+    return std::make_unique<StagedView>(*std::move(view), gates_, plan().chunk_count(), on_device_);
   }
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
                                                   size_t first, size_t last) override {
@@ -146,6 +158,16 @@ void StageGates::SlowEncodings(absl::Duration delay) {
 void StageGates::UseRoomyBlocks() {
   const MutexLock lock(&mutex_);
   roomy_blocks_ = true;
+}
+
+void StageGates::SetStaging(uint64_t bytes) {
+  const MutexLock lock(&mutex_);
+  staging_bytes_ = bytes;
+}
+
+uint64_t StageGates::staging_bytes() {
+  const MutexLock lock(&mutex_);
+  return staging_bytes_;
 }
 
 bool StageGates::roomy_blocks() {

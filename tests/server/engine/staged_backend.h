@@ -33,6 +33,8 @@ class StageGates {
   void SlowEncodings(absl::Duration delay);
   // From now on what is encoded in one call lies in one block, said to be 7/2 times as large.
   void UseRoomyBlocks();
+  // From now on a view has so much staged on the host once something of it was encoded.
+  void SetStaging(uint64_t bytes);
   // Since the backend was made. A call begins before the gate and ends behind it.
   int begun(Stage stage);
   int ended(Stage stage);
@@ -45,6 +47,7 @@ class StageGates {
   // Chunks that were encoded, of those that encodings were asked for.
   int encoded_chunks();
   bool roomy_blocks();
+  uint64_t staging_bytes();
 
   // For the backend.
   void CountEncoded(const std::vector<SharedBytes>& results);
@@ -64,6 +67,7 @@ class StageGates {
   absl::Duration delay_ ABSL_GUARDED_BY(mutex_);
   int encoded_chunks_ ABSL_GUARDED_BY(mutex_) = 0;
   bool roomy_blocks_ ABSL_GUARDED_BY(mutex_) = false;
+  uint64_t staging_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 class StagedBackend : public Backend {
