@@ -81,6 +81,9 @@ void AddEngine(const EngineCounts& counts, MetricFamilies& out) {
       .Add(counts.edits_applied, {{"result", "applied"}})
       .Add(counts.edits_refused, {{"result", "refused"}})
       .Add(counts.edits_repeated, {{"result", "repeated"}});
+  out.Counter("latticed_undo_steps_forgotten_total",
+              "Undo steps that scenes forgot since --memory had no room for them.")
+      .Add(counts.undo_steps_forgotten);
   out.Counter("latticed_revisions_merged_total", "Revisions that a view skipped for a newer one.")
       .Add(counts.revisions_merged);
   out.Counter("latticed_updates_begun_total", "Updates of watchers begun.")

@@ -207,8 +207,11 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, EditSumma
 }
 
 void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
+  const auto count = static_cast<size_t>(std::ranges::count(target.written, true));
   step.indices.clear();
+  step.indices.reserve(count);
   step.positions.clear();
+  step.positions.reserve(count);
   step.written_at = ++clock_;
   for (uint32_t i = 0; i < target.written.size(); ++i) {
     if (!target.written[i]) continue;
@@ -342,7 +345,7 @@ void EditHistory::CommitIdleGestures(TimePoint now) {
 
 void EditHistory::TrimHistory() {
   constexpr auto kSteps = static_cast<size_t>(limits::kMaxUndoSteps);
-  while (!undone_.empty() && (undone_.size() > kSteps || MemoryBytes() > limits::kMaxUndoBytes)) {
+  while (!undone_.empty() && (undone_.size() > kSteps || UndoBytes() > limits::kMaxUndoBytes)) {
     undone_.pop_front();
   }
   while (layers_.steps().size() > kSteps || layers_.MemoryBytes() > limits::kMaxUndoBytes) {
@@ -367,7 +370,17 @@ uint64_t EditHistory::last_sequence(std::string_view editor_id) const {
   return summary == nullptr ? 0 : summary->sequence;
 }
 
-size_t EditHistory::MemoryBytes() const {
+bool EditHistory::ForgetOldestStep() {
+  if (!undone_.empty()) {
+    undone_.pop_front();
+    return true;
+  }
+  if (layers_.steps().size() <= 1) return false;
+  layers_.FoldOldest();
+  return true;
+}
+
+size_t EditHistory::UndoBytes() const {
   size_t bytes = layers_.MemoryBytes();
   for (const Undone& undone : undone_) bytes += undone.step.MemoryBytes();
   return bytes;

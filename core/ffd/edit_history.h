@@ -82,7 +82,13 @@ class EditHistory {
   // 0 for an editor that is not remembered.
   uint64_t last_sequence(std::string_view editor_id) const;
   size_t undo_steps() const { return layers_.steps().size(); }
-  size_t MemoryBytes() const;
+  // Of the steps, those undone as well, and of what is kept for replay.
+  size_t MemoryBytes() const { return UndoBytes() + ledger_.MemoryBytes(); }
+  // Where memory is short: forgets what was undone longest ago, else the oldest step, which then
+  // cannot be undone; false where but the newest is left.
+  bool ForgetOldestStep();
+  // Forgets what is kept for replay of the editor silent longest; false where there is but one.
+  bool ForgetOldestEditor() { return ledger_.ForgetOldest(); }
 
  private:
   struct Undone {
@@ -105,6 +111,7 @@ class EditHistory {
   void CommitGestures(std::string_view editor_id, std::string_view except_gesture);
   void ForgetUndone(std::string_view editor_id);
   void TrimHistory();
+  size_t UndoBytes() const;
 
   Lattice initial_;
   EditLayers layers_;

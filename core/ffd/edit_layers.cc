@@ -31,7 +31,7 @@ size_t EditStep::MemoryBytes() const {
   // A node of a std::map costs about as much again as its value.
   constexpr size_t kMapNodeBytes = 80;
   size_t bytes = sizeof(EditStep) + editor_id.size() + gesture_id.size() +
-                 indices.size() * sizeof(uint32_t) + positions.size() * sizeof(Vec3d) +
+                 indices.capacity() * sizeof(uint32_t) + positions.capacity() * sizeof(Vec3d) +
                  start.size() * kMapNodeBytes;
   if (structural.has_value()) {
     for (const auto& knots : structural->structure.knots) bytes += knots.size() * sizeof(double);

@@ -45,13 +45,20 @@ class EditorLedger {
   // Keeps `summary`, and forgets the editor that has been silent longest when there are too many.
   void Store(std::string_view editor_id, EditSummary summary);
   size_t size() const { return entries_.size(); }
+  // Forgets the editor that has been silent longest; false where there is but one.
+  bool ForgetOldest();
+  size_t MemoryBytes() const { return bytes_; }
 
  private:
   struct Entry {
     std::string editor_id;
     EditSummary summary;
   };
+  static size_t BytesOf(const Entry& entry);
+  void DropOldest();
+
   size_t capacity_;
+  size_t bytes_ = 0;
   std::list<Entry> entries_;  // last heard of first
   // Keys point into entries_, whose nodes do not move.
   std::unordered_map<std::string_view, std::list<Entry>::iterator> by_editor_;

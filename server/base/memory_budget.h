@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The bytes of host memory that uploads, meshes, plans, views, streams and exports may take
+// The bytes of host memory that uploads, meshes, scenes, views, streams and exports may take
 // together: --memory. Whatever wants some asks before it allocates, and gives back when it is destroyed.
 //
 // Threads  safe; a reservation belongs to one thread at a time

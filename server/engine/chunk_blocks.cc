@@ -27,7 +27,8 @@ uint64_t HeldBytes(const ChunkTable& chunks) {
   return SumOf(chunks.Blocks()).bytes + chunks.BytesOfNoBlock();
 }
 
-void LeaveEmptyBlocks(ChunkTable& chunks) {
+void LeaveEmptyBlocks(Snapshot& snapshot) {
+  ChunkTable& chunks = snapshot.chunks;
   absl::flat_hash_set<const void*> mostly_empty;
   for (const BlockUse& block : chunks.Blocks()) {
     if (2 * block.used < block.bytes) mostly_empty.insert(block.owner);
@@ -38,14 +39,13 @@ void LeaveEmptyBlocks(ChunkTable& chunks) {
     const std::span<const uint8_t> bytes = chunk.data.span();
     chunks.Set(c, {chunk.revision, MakeSharedBytes({bytes.begin(), bytes.end()}), chunk.digest});
   }
+  snapshot.held_bytes = HeldBytes(chunks);
 }
 
 void KeepBlocksFew(Snapshot& snapshot) {
   const BlockUse sum = SumOf(snapshot.chunks.Blocks());
   snapshot.held_bytes = sum.bytes + snapshot.chunks.BytesOfNoBlock();
-  if (sum.bytes <= kMostBlocks * sum.used) return;
-  LeaveEmptyBlocks(snapshot.chunks);
-  snapshot.held_bytes = HeldBytes(snapshot.chunks);
+  if (sum.bytes > kMostBlocks * sum.used) LeaveEmptyBlocks(snapshot);
 }
 
 }  // namespace latticed

@@ -21,8 +21,8 @@ namespace latticed {
 [[nodiscard]] uint64_t HeldBytes(const ChunkTable& chunks);
 
 // Copies out of every block the chunks that are less than half of it, so that the blocks left are at
-// most twice their chunks.
-void LeaveEmptyBlocks(ChunkTable& chunks);
+// most twice their chunks. Sets snapshot.held_bytes.
+void LeaveEmptyBlocks(Snapshot& snapshot);
 
 // To be called with each new snapshot: does so where blocks have grown to four times their chunks, so
 // seldom that it costs each byte that was encoded the same. Sets snapshot.held_bytes.

@@ -32,8 +32,8 @@ struct LatticeDelta {
 
 class EditLog {
  public:
-  // Oldest first; `complete` = false when the log does not reach back far enough or the structure
-  // has changed since: then the watcher wants the whole lattice.
+  // Oldest first; `complete` = false when the log does not reach back far enough, or no longer has
+  // the points, or the structure has changed since: then the watcher wants the whole lattice.
   struct Deltas {
     bool complete = true;
     std::vector<std::shared_ptr<const LatticeDelta>> deltas;
@@ -48,14 +48,24 @@ class EditLog {
   // for an unknown editor, and possibly too low for a revision that the log does not reach.
   [[nodiscard]] uint64_t AppliedSequence(const std::string& editor_id, uint64_t revision) const;
 
+  [[nodiscard]] uint64_t MemoryBytes() const;
+  // Where memory is short: forgets the points of the oldest edit that has them, else whose the oldest
+  // was, else the editor silent longest; false where but the newest is left.
+  bool ForgetOldest();
+
  private:
   struct LastEdit {
     uint64_t sequence = 0;
     uint64_t revision = 0;
   };
 
+  void ForgetPoints();
+  void DropOldest();
+  void ForgetEditor();
+
   std::deque<std::shared_ptr<const LatticeDelta>> deltas_;
-  size_t points_ = 0;  // of all deltas
+  size_t emptied_ = 0;  // of them the oldest, which say no more than whose they were
+  size_t points_ = 0;   // of all deltas
   std::map<std::string, LastEdit> last_edits_;
 };
 

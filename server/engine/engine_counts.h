@@ -19,6 +19,8 @@ struct EngineCounts {
   // Batches of edits: committed; refused, or cancelled while their plan was made; answered from
   // memory, since they came a second time.
   std::atomic<uint64_t> edits_applied = 0, edits_refused = 0, edits_repeated = 0;
+  // Undo steps that a scene forgot for want of memory, before limits::kMaxUndoSteps and kMaxUndoBytes.
+  std::atomic<uint64_t> undo_steps_forgotten = 0;
   // Revisions that a view skipped: a newer one was there when its turn came.
   std::atomic<uint64_t> revisions_merged = 0;
 

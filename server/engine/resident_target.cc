@@ -35,7 +35,7 @@ absl::StatusOr<std::unique_ptr<DeformView>> ResidentTarget::CreateView(const Vie
   if (!inner.ok()) return inner.status();
   auto made = residency_->Run([&] { return (*inner)->CreateView(spec); });
   if (!made.ok()) return made.status();
-  return std::make_unique<ResidentView>(shared_from_this(), *std::move(made));
+  return std::make_unique<ResidentView>(shared_from_this(), *inner, *std::move(made));
 }
 
 absl::StatusOr<std::vector<double>> ResidentTarget::ControlNets(
@@ -65,11 +65,13 @@ DeviceUse ResidentTarget::device_use() const {
   return inner != nullptr ? inner->device_use() : DeviceUse{};
 }
 
-void ResidentTarget::GiveBack() {
-  if (!on_device_) return;
+bool ResidentTarget::GiveBack() {
+  if (!on_device_) return false;
   std::shared_ptr<DeformTarget> given;  // destroyed after the lock is released
   const MutexLock lock(&mutex_);
+  if (inner_.use_count() != 1) return false;
   given.swap(inner_);
+  return true;
 }
 
 }  // namespace latticed

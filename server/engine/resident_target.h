@@ -46,9 +46,9 @@ class ResidentTarget : public DeformTarget, public std::enable_shared_from_this<
   // Counts as a use from here on.
   void Touch() { last_use_ = residency_->NextUse(); }
   uint64_t last_use() const { return last_use_.load(); }
-  // Frees what is on the device once no view needs it any more. Nothing where the host evaluates:
-  // there it belongs to the plan.
-  void GiveBack() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Frees what is on the device, unless a view or a call uses it. Whether it did: never where the host
+  // evaluates, for there it belongs to the plan.
+  bool GiveBack() ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
   // Makes it where it was given back. Two who ask at once may both make it; one of them is kept.
@@ -63,7 +63,8 @@ class ResidentTarget : public DeformTarget, public std::enable_shared_from_this<
   std::atomic<uint64_t> last_use_;
 
   mutable Mutex mutex_;
-  std::shared_ptr<DeformTarget> inner_ ABSL_GUARDED_BY(mutex_);  // null: given back
+  // Null: given back. Its views hold it as well, whatever of it the backend's own hold.
+  std::shared_ptr<DeformTarget> inner_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace latticed

@@ -25,8 +25,12 @@ namespace latticed {
 
 class ResidentView : public DeformView {
  public:
-  ResidentView(std::shared_ptr<ResidentTarget> target, std::unique_ptr<DeformView> inner)
-      : target_(std::move(target)), inner_(std::move(inner)) {}
+  // `inner` is a view of `inner_target`, which is not given back while this lives.
+  ResidentView(std::shared_ptr<ResidentTarget> target, std::shared_ptr<DeformTarget> inner_target,
+               std::unique_ptr<DeformView> inner)
+      : target_(std::move(target)),
+        inner_target_(std::move(inner_target)),
+        inner_(std::move(inner)) {}
 
   const ViewSpec& spec() const override { return inner_->spec(); }
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
@@ -51,6 +55,7 @@ class ResidentView : public DeformView {
 
  private:
   const std::shared_ptr<ResidentTarget> target_;
+  const std::shared_ptr<DeformTarget> inner_target_;
   const std::unique_ptr<DeformView> inner_;
 };
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <new>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -20,17 +19,6 @@ namespace {
 // A view that nobody has watched for so long gives its memory back.
 constexpr absl::Duration kIdleView = absl::Seconds(60);
 
-// Every corner beyond a face's second makes a triangle, and every triangle at least one patch.
-uint64_t LeastPlanBytes(const PolygonMesh& mesh) {
-  constexpr uint64_t kPatchBytes =
-      sizeof(Patch) + sizeof(PatchSource) + sizeof(PlanEdge) + sizeof(PlanVertex) / 2;
-  return (mesh.corner_count() - 2 * mesh.face_count()) * kPatchBytes;
-}
-
-// Throws std::bad_alloc where that has no room: Abseil's tables, which MakePlan uses, do not
-// survive an allocation that fails half-way.
-void ProbeMemory(uint64_t bytes) { ::operator delete(::operator new(bytes)); }
-
 uint64_t NextIncarnation() {
   static std::atomic<uint64_t> last = 0;
   return ++last;
@@ -38,12 +26,13 @@ uint64_t NextIncarnation() {
 
 }  // namespace
 
-Scene::Scene(SceneConfig config, Residency* residency, UpdatePipeline* pipeline)
+Scene::Scene(SceneConfig config, Lattice lattice, Residency* residency, UpdatePipeline* pipeline)
     : config_(std::move(config)),
       residency_(residency),
       pipeline_(pipeline),
       incarnation_(NextIncarnation()),
-      history_(config_.lattice),
+      history_(std::move(lattice)),
+      history_room_(config_.memory),
       last_use_(absl::Now()) {}
 
 Scene::~Scene() = default;
@@ -52,15 +41,18 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config, Residen
                                                      UpdatePipeline* pipeline, StopCheck stop) {
   if (auto s = Validate(config.lattice); !s.ok()) return s;
   if (auto s = Validate(config.default_view.key.spec); !s.ok()) return s;
-  const std::shared_ptr<Scene> scene(new Scene(std::move(config), residency, pipeline));
-  auto state = scene->Prepare(scene->config_.lattice.structure, stop);
+  Lattice lattice = std::exchange(config.lattice, {});
+  const LatticeStructure structure = lattice.structure;
+  const std::shared_ptr<Scene> scene(
+      new Scene(std::move(config), std::move(lattice), residency, pipeline));
+  auto state = scene->Prepare(structure, stop);
   if (!state.ok()) return state.status();
 
   const MutexLock edit_lock(&scene->edit_mutex_);
   state->revision = scene->history_.revision();
   state->structure_id = scene->history_.structure_id();
   state->control_points =
-      std::make_shared<const std::vector<Vec3d>>(scene->config_.lattice.control_points);
+      std::make_shared<const std::vector<Vec3d>>(scene->history_.lattice().control_points);
   state->box = FitQuantisationBox(BoundsOf(*state), 1);
   state->commit_time = absl::Now();
   const MutexLock lock(&scene->mutex_);
@@ -87,7 +79,8 @@ absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& struc
   if (!target.ok()) return target.status();
   if (auto s = stop(); !s.ok()) return s;
   state.patch_tree = std::make_shared<const PatchTree>(**plan);
-  const uint64_t bytes = HostBytes((*target)->memory()) + state.patch_tree->MemoryBytes();
+  const uint64_t bytes = HostBytes((*target)->memory()) + state.patch_tree->MemoryBytes() +
+                         LatticeBytes(structure) + LeastHistoryBytes(structure);
   auto room = residency_->Run([&] { return memory->Resize("the scene's plan", bytes); });
   if (!room.ok()) return room;
   state.memory = std::make_shared<const MemoryReservation>(*std::move(memory));
@@ -130,7 +123,10 @@ absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
                                         wanted = structure;
                                         return EditHistory::PutOff();
                                       });
-  if (!outcome.ok()) return outcome.status();
+  if (!outcome.ok()) {
+    KeepHistoryInRoom();
+    return outcome.status();
+  }
   if (outcome->repeated) {
     if (!outcome->summary.status.ok()) return outcome->summary.status;
     ++counts().edits_repeated;
@@ -159,13 +155,13 @@ absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
   // A RAW view's origin may move with the plan, and an id never names two origins.
   if (outcome->structure_changed) next.box.id = before.id + 1;
 
-  history_bytes_ = history_.MemoryBytes();
   history_.SetTouched(batch.editor_id, dirty.boxes(), dirty.patches());
   EditSummary summary = outcome->summary;
   summary.commit_time = std::chrono::steady_clock::now();
   summary.boxes_touched = dirty.boxes();
   summary.patches_touched = next.patches_touched = dirty.patches();
   Commit(batch, *outcome, std::make_shared<const SceneState>(std::move(next)), dirty);
+  KeepHistoryInRoom();
   return summary;
 }
 
@@ -177,6 +173,7 @@ void Scene::Commit(const EditBatch& batch, const EditOutcome& outcome,
   delta->editor_id = batch.editor_id;
   delta->sequence = batch.sequence;
   delta->indices = outcome.changed;
+  delta->positions.reserve(outcome.changed.size());
   for (const uint32_t index : outcome.changed) {
     delta->positions.push_back((*next->control_points)[index]);
   }
@@ -194,6 +191,26 @@ void Scene::Commit(const EditBatch& batch, const EditOutcome& outcome,
   WakeListeners();
 }
 
+void Scene::KeepHistoryInRoom() {
+  const auto state = State();
+  const auto log_bytes = [this] {
+    const MutexLock lock(&mutex_);
+    return log_.MemoryBytes();
+  };
+  do {
+    history_bytes_ = history_.MemoryBytes() + log_bytes();
+  } while (!history_room_.Make(history_bytes_, state->structure()) && ForgetOldest());
+}
+
+bool Scene::ForgetOldest() {
+  if (history_.ForgetOldestStep()) {
+    ++counts().undo_steps_forgotten;
+    return true;
+  }
+  const MutexLock lock(&mutex_);
+  return log_.ForgetOldest() || history_.ForgetOldestEditor();
+}
+
 std::shared_ptr<const SceneState> Scene::State() const {
   const MutexLock lock(&mutex_);
   return state_;
@@ -205,6 +222,7 @@ MemoryUse Scene::memory() const {
   use["mesh"] += config_.mesh->MemoryBytes();
   if (!use.contains("plan")) use["plan"] = state->plan->MemoryBytes();
   use["patch_tree"] += state->patch_tree->MemoryBytes();
+  use["lattice"] += LatticeBytes(state->structure());
   use["history"] += history_bytes_.load();
   const MutexLock lock(&mutex_);
   for (const auto& [key, view] : views_) {
@@ -235,7 +253,7 @@ uint64_t Scene::GivableBytes(std::optional<int> device) const {
 }
 
 bool Scene::GiveBack() {
-  std::map<ViewKey, std::shared_ptr<SceneView>> given;  // destroyed without the lock
+  std::map<ViewKey, std::shared_ptr<SceneView>> given;
   std::shared_ptr<const SceneState> state;
   {
     const MutexLock lock(&mutex_);
@@ -243,8 +261,11 @@ bool Scene::GiveBack() {
     given.swap(views_);
     state = state_;
   }
-  state->target->GiveBack();
-  return true;
+  const bool freed =
+      std::ranges::any_of(given, [](const auto& v) { return v.second->GivableBytes() > 0; });
+  given.clear();  // without the lock; their vertices are the target's
+  // Where somebody has come meanwhile, and uses it again, it stays.
+  return state->target->GiveBack() || freed;
 }
 
 absl::Time Scene::expire_time() const {
@@ -273,12 +294,15 @@ void Scene::Tick(absl::Time now) {
     edit_mutex_.Unlock();
     if (gestures_ended) WakeListeners();
   }
+  std::vector<std::shared_ptr<SceneView>> idle;  // destroyed without the lock
   const MutexLock lock(&mutex_);
   std::erase_if(listeners_, [](const auto& listener) { return listener.expired(); });
   if (!listeners_.empty()) last_use_ = now;
-  std::erase_if(views_, [now](const auto& entry) {
+  std::erase_if(views_, [now, &idle](const auto& entry) {
     const auto& view = entry.second;
-    return view.use_count() == 1 && now - view->last_watched() > kIdleView;
+    if (view.use_count() > 1 || now - view->last_watched() <= kIdleView) return false;
+    idle.push_back(view);
+    return true;
   });
 }
 
@@ -309,6 +333,7 @@ void Scene::WakeListeners() {
 
 absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key) {
   if (auto s = Validate(key.spec); !s.ok()) return s;
+  std::shared_ptr<SceneView> replaced;  // destroyed without the lock
   const MutexLock lock(&mutex_);
   state_->target->Touch();
   if (const auto found = views_.find(key); found != views_.end()) return found->second;
@@ -324,6 +349,7 @@ absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key
     if (oldest == views_.end()) {
       return error::LimitExceeded("distinct views of a scene", limits::kMaxViewsPerScene);
     }
+    replaced = std::move(oldest->second);
     views_.erase(oldest);
   }
   return views_[key] = std::make_shared<SceneView>(key, residency_, config_.memory);

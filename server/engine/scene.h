@@ -37,6 +37,7 @@
 #include "server/base/mutex.h"
 #include "server/engine/edit_log.h"
 #include "server/engine/presence.h"
+#include "server/engine/scene_room.h"
 #include "server/engine/scene_state.h"
 #include "server/engine/scene_view.h"
 
@@ -50,14 +51,16 @@ struct SceneConfig {
   std::string id;
   std::string mesh_id;
   std::shared_ptr<const PolygonMesh> mesh;
-  Lattice lattice;  // at revision 0, and what reset{INITIAL} returns to
+  // At revision 0, and what reset{INITIAL} returns to. The scene takes it out of here: it has enough
+  // copies.
+  Lattice lattice;
   WatchView default_view;
   Pipeline pipeline = Pipeline::kFused;
   absl::Duration idle_ttl = absl::Hours(24);
   std::map<std::string, std::string> labels;
   std::string owner;
   std::shared_ptr<MemoryBudget> memory;  // plans and views ask it first; null: no limit
-  // The request in a canonical form: the same again returns the scene, another is ALREADY_EXISTS.
+  // Of the request: the same again returns the scene, another is ALREADY_EXISTS.
   std::string fingerprint;
 };
 
@@ -111,7 +114,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   [[nodiscard]] uint64_t GivableBytes(std::optional<int> device = std::nullopt) const
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Frees its views and what it has on the device, unless somebody watches, holds, or has a view of
-  // it. Whoever comes next has the same made again. Whether it did.
+  // it. Whoever comes next has the same made again. Whether it freed any.
   bool GiveBack() ABSL_LOCKS_EXCLUDED(mutex_);
   // While the result lives nothing is given back.
   [[nodiscard]] std::shared_ptr<const void> Hold() const { return hold_; }
@@ -147,7 +150,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
       ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
-  Scene(SceneConfig config, Residency* residency, UpdatePipeline* pipeline);
+  Scene(SceneConfig config, Lattice lattice, Residency* residency, UpdatePipeline* pipeline);
   // What an edit that changes the structure needs, or why it cannot be had.
   struct Candidate {
     LatticeStructure structure;
@@ -166,6 +169,11 @@ class Scene : public std::enable_shared_from_this<Scene> {
   void Commit(const EditBatch& batch, const EditOutcome& outcome,
               std::shared_ptr<const SceneState> next, const DirtySet& dirty)
       ABSL_LOCKS_EXCLUDED(mutex_);
+  // Forgets what is oldest of history and log until there is room for the rest. An edit is never
+  // refused for them.
+  void KeepHistoryInRoom() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] bool ForgetOldest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   // The newest state without an open gesture, at the same revision: for views that send fewer bits
   // meanwhile.
   void EndGestures() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -182,7 +190,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
 
   Mutex edit_mutex_;
   EditHistory history_ ABSL_GUARDED_BY(edit_mutex_);
-  std::atomic<uint64_t> history_bytes_ = 0;  // of history_, for those who do not lock
+  HistoryRoom history_room_ ABSL_GUARDED_BY(edit_mutex_);
+  std::atomic<uint64_t> history_bytes_ = 0;  // and of log_, for those who do not lock
   PresenceBoard presence_;
 
   mutable Mutex mutex_;

@@ -8,6 +8,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/limits.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "server/engine/chunk_blocks.h"
 #include "server/engine/scene.h"
 
 namespace latticed {
@@ -176,7 +177,7 @@ absl::Status SceneView::Evaluate(ViewWork& work, const WorkHooks& hooks) {
   VertexSlot& slot = slots_[work.slot];
   auto room = residency_->Run([&] {
     const MutexLock lock(&mutex_);
-    return room_.Make(*state.target, key_, ring_.held_bytes());
+    return room_.Make(*state.target, key_, {.slots = SlotBytes(), .chunks = ring_.held_bytes()});
   });
   if (!room.ok()) return room;
   if (auto s = slot.Prepare(state, key_.spec); !s.ok()) return s;
@@ -218,11 +219,14 @@ void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks, const 
         });
   });
   if (snapshot.ok()) {
-    if (auto s = MakeRoomFor(**snapshot, *work.state); !s.ok()) snapshot = s;
+    const absl::Status room =
+        CatchBadAlloc("the view", [&] { return MakeRoomFor(**snapshot, work); });
+    if (!room.ok()) snapshot = room;
   }
   if (!snapshot.ok() && !absl::IsCancelled(snapshot.status())) slot.Reset();
   MemoryUse memory = slot.memory();
 
+  SnapshotRing::Dropped dropped;  // destroyed without the lock
   const MutexLock lock(&mutex_);
   encoding_ = false;
   slot_memory_[work.slot] = std::move(memory);
@@ -236,16 +240,27 @@ void SceneView::EncodeStage(const ViewWork& work, const WorkHooks& hooks, const 
   EngineCounts& counts = residency_->counts();
   counts.evaluate.Observe((*snapshot)->evaluate_time);
   counts.encode.Observe((*snapshot)->encode_time);
-  counts.snapshots_retired += ring_.Publish(*std::move(snapshot), absl::Now());
+  dropped = ring_.Publish(*std::move(snapshot), absl::Now());
+  counts.snapshots_retired += dropped.retired;
   newest_taken_ = false;
   awaited_ = false;
 }
 
-absl::Status SceneView::MakeRoomFor(const Snapshot& next, const SceneState& state) {
-  return residency_->Run([&] {
+absl::Status SceneView::MakeRoomFor(Snapshot& next, const ViewWork& work) {
+  const MemoryUse memory = slots_[work.slot].memory();
+  const auto make = [&] {
     const MutexLock lock(&mutex_);
-    return room_.Make(*state.target, key_, ring_.held_bytes() + next.held_bytes);
-  });
+    slot_memory_[work.slot] = memory;
+    return room_.Make(*work.state->target, key_,
+                      {.slots = SlotBytes(), .chunks = ring_.held_bytes() + next.held_bytes});
+  };
+  if (make().ok()) return absl::OkStatus();
+  LeaveEmptyBlocks(next);
+  return residency_->Run(make);
+}
+
+uint64_t SceneView::SlotBytes() const {
+  return HostBytes(slot_memory_[0]) + HostBytes(slot_memory_[1]);
 }
 
 absl::Status SceneView::BetweenBatches(const ViewWork& work, const EncodeProgress& progress,
@@ -314,8 +329,9 @@ std::shared_ptr<const Snapshot> SceneView::newest() const {
 }
 
 void SceneView::Unpin(uint64_t number) {
+  std::shared_ptr<const Snapshot> dropped;  // destroyed without the lock
   const MutexLock lock(&mutex_);
-  ring_.Unpin(number);
+  dropped = ring_.Unpin(number);
 }
 
 std::shared_ptr<const Snapshot> SceneView::Find(uint64_t number) {

@@ -135,9 +135,11 @@ class SceneView {
   absl::Status Evaluate(ViewWork& work, const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);
   absl::Status BetweenBatches(const ViewWork& work, const EncodeProgress& progress,
                               const WorkHooks& hooks) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Of the budget, for what the snapshots will keep with this one.
-  absl::Status MakeRoomFor(const Snapshot& next, const SceneState& state)
-      ABSL_LOCKS_EXCLUDED(mutex_);
+  // Of the budget, for the slots as they are after the work, and for what the snapshots will keep with
+  // this one. Where there is none its chunks leave blocks that are mostly empty, before other scenes
+  // give something back.
+  absl::Status MakeRoomFor(Snapshot& next, const ViewWork& work) ABSL_LOCKS_EXCLUDED(mutex_);
+  uint64_t SlotBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);  // on the host
   void StartEncoding(ViewWork& work) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Leaves what the work was to do to the next. Unless it was stopped (ok or kCancelled) its slot
   // was reset: the view goes on with the other one, or has failed.

@@ -11,15 +11,21 @@
 
 namespace latticed {
 
-size_t SnapshotRing::Publish(std::shared_ptr<const Snapshot> snapshot, absl::Time now) {
-  DropUnpinned();
-  entries_.push_back({std::move(snapshot), 0, now});
-  size_t retired = 0;
-  for (; entries_.size() > static_cast<size_t>(limits::kMaxSnapshotsPerView); ++retired) {
-    const bool stalled = now - entries_.front().last_taken >= kStalled;
-    entries_.erase(stalled ? entries_.begin() : std::next(entries_.begin()));
+SnapshotRing::Dropped SnapshotRing::Publish(std::shared_ptr<const Snapshot> snapshot,
+                                            absl::Time now) {
+  Dropped dropped;
+  for (const Entry& entry : entries_) {
+    if (entry.pins == 0) dropped.snapshots.push_back(entry.snapshot);
   }
-  return retired;
+  std::erase_if(entries_, [](const Entry& entry) { return entry.pins == 0; });
+  entries_.push_back({std::move(snapshot), 0, now});
+  for (; entries_.size() > static_cast<size_t>(limits::kMaxSnapshotsPerView); ++dropped.retired) {
+    const bool stalled = now - entries_.front().last_taken >= kStalled;
+    const auto entry = stalled ? entries_.begin() : std::next(entries_.begin());
+    dropped.snapshots.push_back(std::move(entry->snapshot));
+    entries_.erase(entry);
+  }
+  return dropped;
 }
 
 std::shared_ptr<const Snapshot> SnapshotRing::newest() const {
@@ -39,12 +45,15 @@ std::deque<SnapshotRing::Entry>::iterator SnapshotRing::At(uint64_t number) {
       entries_, [number](const Entry& entry) { return entry.snapshot->number == number; });
 }
 
-void SnapshotRing::Unpin(uint64_t number) {
+std::shared_ptr<const Snapshot> SnapshotRing::Unpin(uint64_t number) {
   const auto entry = At(number);
-  if (entry == entries_.end()) return;
+  if (entry == entries_.end()) return nullptr;
   --entry->pins;
   // The newest stays: the next watcher begins with it.
-  if (entry->pins == 0 && entry->snapshot != entries_.back().snapshot) entries_.erase(entry);
+  if (entry->pins > 0 || entry->snapshot == entries_.back().snapshot) return nullptr;
+  auto dropped = std::move(entry->snapshot);
+  entries_.erase(entry);
+  return dropped;
 }
 
 std::shared_ptr<const Snapshot> SnapshotRing::Find(uint64_t number, absl::Time now) {
@@ -70,10 +79,6 @@ uint64_t SnapshotRing::held_bytes() const {
   uint64_t sum = 0;
   for (const Entry& entry : entries_) sum += entry.snapshot->held_bytes;
   return sum;
-}
-
-void SnapshotRing::DropUnpinned() {
-  std::erase_if(entries_, [](const Entry& entry) { return entry.pins == 0; });
 }
 
 }  // namespace latticed

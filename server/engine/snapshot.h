@@ -20,6 +20,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <vector>
 
 #include "absl/time/time.h"
 #include "core/backend.h"
@@ -66,15 +67,19 @@ class SnapshotRing {
   // An oldest one that nobody has looked at for so long is retired first.
   static constexpr absl::Duration kStalled = absl::Seconds(5);
 
-  // Makes `snapshot` the newest; drops what is not pinned, then retires what is above the limit. How
-  // many were retired.
-  size_t Publish(std::shared_ptr<const Snapshot> snapshot, absl::Time now);
+  // What left the ring, to be destroyed where no lock is held: its chunks may be a device's to free.
+  struct Dropped {
+    std::vector<std::shared_ptr<const Snapshot>> snapshots;
+    size_t retired = 0;  // of them
+  };
+  // Makes `snapshot` the newest; drops what is not pinned, then retires what is above the limit.
+  Dropped Publish(std::shared_ptr<const Snapshot> snapshot, absl::Time now);
   // Null before the first Publish.
   std::shared_ptr<const Snapshot> newest() const;
   // The newest, pinned until Unpin(number); null before the first Publish.
   std::shared_ptr<const Snapshot> PinNewest(absl::Time now);
-  // A no-op for a retired one.
-  void Unpin(uint64_t number);
+  // The snapshot where that dropped it, as Dropped; null for a retired one.
+  std::shared_ptr<const Snapshot> Unpin(uint64_t number);
   // For a watcher that takes more of it; null when it was retired.
   std::shared_ptr<const Snapshot> Find(uint64_t number, absl::Time now);
   size_t size() const { return entries_.size(); }
@@ -90,7 +95,6 @@ class SnapshotRing {
     absl::Time last_taken;
   };
   std::deque<Entry>::iterator At(uint64_t number);
-  void DropUnpinned();
 
   std::deque<Entry> entries_;  // oldest first
 };

@@ -22,10 +22,10 @@ uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key) {
          BytesPerPoint(key.spec);
 }
 
-absl::Status ViewRoom::Make(const DeformTarget& target, const ViewKey& key, uint64_t held) {
-  const uint64_t usual = limits::kMaxSnapshotsPerView * UsualChunkBytes(target.plan(), key);
-  const uint64_t bytes =
-      (target.evaluates_on_device() ? 0 : VertexBytes(target.plan(), key)) + std::max(usual, held);
+absl::Status ViewRoom::Make(const DeformTarget& target, const ViewKey& key, const Kept& kept) {
+  const uint64_t chunks = limits::kMaxSnapshotsPerView * UsualChunkBytes(target.plan(), key);
+  const uint64_t vertices = target.evaluates_on_device() ? 0 : VertexBytes(target.plan(), key);
+  const uint64_t bytes = std::max(vertices, kept.slots) + std::max(chunks, kept.chunks);
   if (budget_ != nullptr && IsDraco(key.encoding)) {
     if (auto s = budget_->KeepAtLeast("the view's encoder", target.EncoderBytes(key.spec));
         !s.ok()) {

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The host memory that a view may take: the chunks of as many snapshots as there may be, and the
-// vertices where no device keeps them; then it has one slot of them. What chunks take is known once
-// they are encoded, and what is reserved grows where that is more than was expected.
+// The host memory that a view may take: the chunks of as many snapshots as there may be, and its
+// slots: the vertices of one where no device keeps them, else what is staged for copies, pinned. What
+// chunks and staging take is known once they were encoded, and what is reserved grows where that is
+// more than was expected.
 //
 // Errors   kResourceExhausted OUT_OF_MEMORY
 // Threads  guarded by its owner
@@ -31,9 +32,14 @@ class ViewRoom {
   // Null: no limit.
   explicit ViewRoom(std::shared_ptr<MemoryBudget> budget) : budget_(std::move(budget)) {}
 
-  // Changes what is reserved to what the view needs while its snapshots keep `held` bytes. Where that
-  // is refused nothing changes.
-  [[nodiscard]] absl::Status Make(const DeformTarget& target, const ViewKey& key, uint64_t held);
+  // What a view keeps on the host, in bytes.
+  struct Kept {
+    uint64_t slots = 0;
+    uint64_t chunks = 0;
+  };
+  // Changes what is reserved to what the view needs while it keeps so much, at least what is expected
+  // of it. Where that is refused nothing changes.
+  [[nodiscard]] absl::Status Make(const DeformTarget& target, const ViewKey& key, const Kept& kept);
   uint64_t bytes() const { return reservation_.bytes(); }
   void Release() { reservation_.Release(); }
 

@@ -120,7 +120,9 @@ v1::ServerInfo DescribeServer(ServerEnv& env) {
     limits.set_max_device_bytes(limits.max_device_bytes() + device.budget_bytes);
   }
   FillHostMemory(env, info);
-  info.set_retired_snapshots(env.scenes->residency().counts().snapshots_retired.load());
+  const EngineCounts& counts = env.scenes->residency().counts();
+  info.set_retired_snapshots(counts.snapshots_retired.load());
+  info.set_forgotten_undo_steps(counts.undo_steps_forgotten.load());
   SetDuration(env.options.heartbeat_interval, *info.mutable_heartbeat());
   info.set_durable(false);
   return info;

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/sha256.h"
 #include "fmt/format.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
@@ -55,7 +56,8 @@ absl::StatusOr<absl::Duration> IdleTtl(const v1::CreateSceneRequest& request,
   return absl::Seconds(ttl.seconds()) + absl::Nanoseconds(ttl.nanos());
 }
 
-// Maps in a fixed order: equal requests have equal bytes.
+// A digest of the request, which may hold a large lattice. Maps in a fixed order: equal requests have
+// equal bytes.
 std::string Fingerprint(const v1::CreateSceneRequest& request, const std::string& owner) {
   std::string bytes;
   {
@@ -64,7 +66,7 @@ std::string Fingerprint(const v1::CreateSceneRequest& request, const std::string
     coded.SetSerializationDeterministic(true);
     request.SerializeToCodedStream(&coded);
   }
-  return owner + '\0' + bytes;
+  return Sha256Hex(owner + '\0' + bytes);
 }
 
 }  // namespace

@@ -71,7 +71,9 @@ TEST_F(DeviceMemoryTest, APlanOnTheDeviceIsNotCountedOnTheHost) {
   ASSERT_OK(Create(SceneRequest()));
 
   const auto bytes = Get().bytes();
-  EXPECT_EQ(Info().reserved_host_bytes() - before, bytes.at("plan") + bytes.at("patch_tree"));
+  constexpr uint64_t kLeastHistory = 136 * 64 + 16'384;
+  EXPECT_EQ(Info().reserved_host_bytes() - before,
+            bytes.at("plan") + bytes.at("patch_tree") + bytes.at("lattice") + kLeastHistory);
 }
 
 TEST_F(DeviceMemoryTest, TheHostsBudgetDoesNotBoundTheDevice) {

@@ -229,7 +229,9 @@ TEST_F(GiveBackOnHostTest, AnIdleViewMakesRoomForAnother) {
   mesh_ = Upload(obj);
   v1::Scene scene;
   ASSERT_OK(Create(SceneRequest(), &scene));
-  const uint64_t plans = 2 * (scene.bytes().at("plan") + scene.bytes().at("patch_tree")) +
+  constexpr uint64_t kLeastHistory = 136 * 64 + 16'384;
+  const uint64_t plans = 2 * (scene.bytes().at("plan") + scene.bytes().at("patch_tree") +
+                              scene.bytes().at("lattice") + kLeastHistory) +
                          scene.bytes().at("mesh") + obj.size();
   const uint64_t vertices = scene.patches() * 66 * 8;
   // One view: its vertices and the chunks of three snapshots, a quarter each. Two streams with their

@@ -273,5 +273,120 @@ TEST_F(MemoryBudgetTest, AnExportIsRefusedByItsName) {
   ExpectOutOfMemory(ReadAll(*stub_->Export(&context, request), parts), "the export");
 }
 
+// Of a triangle under many control points: lattices and edits are all that takes memory.
+class HistoryBudgetTest : public SceneFixture {
+ protected:
+  static constexpr int kSize = 16, kPoints = kSize * kSize * kSize;
+
+  // A server with room for one such scene, and for `bytes` of its edits beyond what a scene has.
+  void Restart(uint64_t bytes, int size = kSize) {
+    mesh_ = Upload("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    ASSERT_OK(Create(TriangleScene("scene-one", size)));
+    const uint64_t reserved = Info().reserved_host_bytes();
+    EXPECT_EQ(Get().bytes().at("lattice"), static_cast<uint64_t>(4 * 24 * size * size * size));
+    StartServer({.memory_bytes = reserved + bytes});
+    mesh_ = Upload("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    ASSERT_OK(Create(TriangleScene("scene-one", size)));
+  }
+  v1::CreateSceneRequest TriangleScene(const std::string& id, int size) const {
+    v1::CreateSceneRequest request = SceneRequest(id);
+    auto& fit = *request.add_lattices()->mutable_fit();
+    SetAll(size, *fit.mutable_size());
+    SetAll(1, *fit.mutable_degree());
+    return request;
+  }
+  template <typename Axes>
+  static void SetAll(int n, Axes& axes) {
+    axes.set_u(n);
+    axes.set_v(n);
+    axes.set_w(n);
+  }
+  double FirstX() { return Lattice().lattice().control_points(0); }
+  // Moves every control point.
+  static v1::EditBatch MoveAll(const std::string& editor, uint64_t sequence, double x = 1) {
+    v1::EditBatch batch = Move(editor, sequence, 0, x);
+    auto& move = *batch.mutable_edits(0)->mutable_move_control_points();
+    for (uint32_t i = 1; i < kPoints; ++i) move.add_indices(i);
+    return batch;
+  }
+  static v1::EditBatch Undo(const std::string& editor, uint64_t sequence) {
+    v1::EditBatch batch = Move(editor, sequence, 0, 0);
+    batch.mutable_edits(0)->mutable_undo();
+    return batch;
+  }
+  uint64_t MoveAllTimes(const std::string& editor, uint64_t times) {
+    for (uint64_t n = 1; n <= times; ++n) EXPECT_OK(Apply(MoveAll(editor, n)));
+    return times;
+  }
+};
+
+TEST_F(HistoryBudgetTest, EditsTakeTheirMemoryFromTheBudget) {
+  Restart(uint64_t{64} << 20);
+  const uint64_t reserved = Info().reserved_host_bytes();
+
+  MoveAllTimes("alice", 40);
+
+  const uint64_t history = Get().bytes().at("history");
+  EXPECT_GT(history, 2u * 40 * 28 * kPoints) << "steps to undo, and the log for watchers";
+  // A scene has 136 bytes a point and 16 KiB for edits from the start, and asks for 16 KiB at a time.
+  const uint64_t beyond = history - (136u * kPoints + 16'384);
+  EXPECT_EQ(Info().reserved_host_bytes() - reserved, (beyond + 16'383) / 16'384 * 16'384);
+  EXPECT_EQ(Info().forgotten_undo_steps(), 0u);
+}
+
+TEST_F(HistoryBudgetTest, WithoutRoomTheOldestStepsAreForgottenAndNoEditIsRefused) {
+  Restart(uint64_t{1} << 20);
+  const double first_x = FirstX();
+
+  uint64_t sequence = MoveAllTimes("alice", 40);
+
+  EXPECT_LE(Info().reserved_host_bytes(), Info().limits().max_host_bytes());
+  const uint64_t forgotten = Info().forgotten_undo_steps();
+  EXPECT_GT(forgotten, 0u);
+  EXPECT_NEAR(FirstX(), first_x + 40, 1e-9) << "what they did stays";
+  uint64_t undone = 0;
+  while (Apply(Undo("alice", ++sequence)).ok()) ++undone;
+  EXPECT_GT(undone, 0u);
+  EXPECT_EQ(undone, 40 - forgotten);
+  EXPECT_NEAR(FirstX(), first_x + static_cast<double>(forgotten), 1e-9);
+}
+
+TEST_F(HistoryBudgetTest, AGestureGoesOnWithNoMemoryLeft) {
+  Restart(0);
+  const double first_x = FirstX();
+  v1::EditBatch drag = MoveAll("alice", 1);
+  drag.set_gesture_id("drag");
+  for (uint64_t n = 1; n <= 20; ++n) {
+    drag.set_sequence(n);
+    drag.mutable_edits(0)->mutable_move_control_points()->mutable_offset()->set_x(
+        static_cast<double>(n));
+    ASSERT_OK(Apply(drag));
+  }
+
+  EXPECT_NEAR(FirstX(), first_x + 20, 1e-9) << "not the sum of offsets";
+  EXPECT_EQ(Info().forgotten_undo_steps(), 0u);
+  ASSERT_OK(Apply(Undo("alice", 21)));
+  EXPECT_NEAR(FirstX(), first_x, 1e-9);
+}
+
+TEST_F(HistoryBudgetTest, ManyEditorsTakeNoMoreThanThereIs) {
+  Restart(0, 10);
+  constexpr uint64_t kEditors = 400;
+  for (uint64_t n = 1; n <= kEditors; ++n) {
+    ASSERT_OK(Apply(Move(fmt::format("{:060}", n), 1, 0, 0.001)));
+  }
+
+  EXPECT_LE(Get().bytes().at("history"), 136u * 1'000 + 16'384);
+  v1::EditResult again;
+  ASSERT_OK(Apply(Move(fmt::format("{:060}", kEditors), 1, 0, 0.001), &again));
+  EXPECT_EQ(again.revision(), kEditors) << "what came twice is done once";
+}
+
+TEST_F(HistoryBudgetTest, ScenesAreRefusedForTheirLattices) {
+  Restart(uint64_t{100} * kPoints);
+  ExpectRefused(Create(TriangleScene("scene-two", kSize)), absl::StatusCode::kResourceExhausted,
+                "OUT_OF_MEMORY");
+}
+
 }  // namespace
 }  // namespace latticed::testing

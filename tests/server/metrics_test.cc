@@ -135,6 +135,7 @@ TEST_F(MetricsTest, EditsAndUpdatesAreCountedByWhatBecameOfThem) {
   EXPECT_EQ(scrape["latticed_updates_restarted_total"], 0);
   EXPECT_EQ(scrape["latticed_updates_superseded_total"], 0);
   EXPECT_EQ(scrape["latticed_snapshots_retired_total"], 0);
+  EXPECT_EQ(scrape["latticed_undo_steps_forgotten_total"], 0);
   double bytes = 0;
   for (const v1::SceneEvent& event : client.log.events) {
     for (const v1::Chunk& chunk : event.chunks().chunks()) {

@@ -181,6 +181,40 @@ TEST(EditHistoryMemoryTest, Keeps64MiB) {
   EXPECT_EQ(history.undo_steps(), 73u);
 }
 
+TEST_F(EditHistoryTest, ForgetsTheOldestStepButNeverTheNewest) {
+  for (int n = 0; n < 4; ++n) ASSERT_OK(Do("ann", Move({0}, 1)));
+  ASSERT_OK(Do("ann", Undo{}));
+  const size_t bytes = history_.MemoryBytes();
+
+  EXPECT_TRUE(history_.ForgetOldestStep()) << "what was undone goes first";
+  EXPECT_EQ(Reason(Do("ann", Redo{})), "NOTHING_TO_REDO");
+  EXPECT_TRUE(history_.ForgetOldestStep());
+  EXPECT_TRUE(history_.ForgetOldestStep());
+  EXPECT_FALSE(history_.ForgetOldestStep());
+
+  EXPECT_LT(history_.MemoryBytes(), bytes);
+  EXPECT_EQ(Moved(0), 3) << "what they did stays";
+  ASSERT_OK(Do("ann", Undo{}));
+  EXPECT_EQ(Moved(0), 2);
+  EXPECT_EQ(Reason(Do("ann", Undo{})), "NOTHING_TO_UNDO");
+}
+
+TEST_F(EditHistoryTest, ForgetsTheEditorSilentLongestButNeverTheLast) {
+  ASSERT_OK(Do("ann", Move({0}, 1)));
+  const size_t one = history_.MemoryBytes();
+  ASSERT_OK(Do("bob", Move({0}, 1)));
+  EXPECT_EQ(Reason(Do("cat", Redo{})), "NOTHING_TO_REDO");
+  EXPECT_GT(history_.MemoryBytes(), 2 * one) << "a refusal is kept with its words";
+
+  EXPECT_TRUE(history_.ForgetOldestEditor());
+  EXPECT_TRUE(history_.ForgetOldestEditor());
+  EXPECT_FALSE(history_.ForgetOldestEditor());
+
+  EXPECT_EQ(history_.last_sequence("ann"), 0u);
+  EXPECT_EQ(history_.last_sequence("bob"), 0u);
+  EXPECT_EQ(history_.last_sequence("cat"), 1u);
+}
+
 // Two editors at random; undoing the scene to the end must lead back to the start, bit for bit.
 TEST_F(EditHistoryTest, UndoingAllOfARandomSessionRestoresTheStart) {
   constexpr uint64_t kSeed = 42;

@@ -38,7 +38,7 @@ TEST(SnapshotRing, KeepsTheNewestAndWhatIsPinned) {
   EXPECT_EQ(ring.newest()->number, 3u);
   EXPECT_NE(ring.Find(2, kStart), nullptr);
 
-  ring.Unpin(2);
+  EXPECT_EQ(ring.Unpin(2)->number, 2u);
   EXPECT_EQ(ring.Find(2, kStart), nullptr);
   EXPECT_EQ(ring.size(), 1u);
 }
@@ -48,7 +48,7 @@ SnapshotRing FourPinned(absl::Time at_the_fourth) {
   SnapshotRing ring;
   for (uint64_t number = 1; number <= 4; ++number) {
     const absl::Time now = number == 4 ? at_the_fourth : kStart;
-    EXPECT_EQ(ring.Publish(MakeSnapshot(number, {}), now), number == 4 ? 1u : 0u);
+    EXPECT_EQ(ring.Publish(MakeSnapshot(number, {}), now).retired, number == 4 ? 1u : 0u);
     EXPECT_EQ(ring.PinNewest(now)->number, number);
   }
   EXPECT_EQ(ring.size(), 3u);
@@ -59,10 +59,10 @@ TEST(SnapshotRing, RetiresAboveThreeAndLetsTheOldestGoOn) {
   SnapshotRing ring = FourPinned(kStart + SnapshotRing::kStalled / 2);
 
   EXPECT_EQ(ring.Find(2, kStart), nullptr);
-  ring.Unpin(2);  // retired: nothing to do
+  EXPECT_EQ(ring.Unpin(2), nullptr) << "retired: nothing to do";
   const absl::Time later = kStart + SnapshotRing::kStalled;
   EXPECT_NE(ring.Find(1, later), nullptr) << "looked at";
-  EXPECT_EQ(ring.Publish(MakeSnapshot(5, {}), later), 1u);
+  EXPECT_EQ(ring.Publish(MakeSnapshot(5, {}), later).retired, 1u);
   EXPECT_NE(ring.Find(1, later), nullptr);
   EXPECT_EQ(ring.Find(3, later), nullptr);
 }
@@ -105,7 +105,7 @@ TEST(ChunkBlocks, ChunksLeaveBlocksThatAreMostlyUnused) {
   ASSERT_EQ(HeldBytes(snapshot->chunks), 700u);
   const std::weak_ptr<const void> forgotten = old[0].owner;
 
-  LeaveEmptyBlocks(snapshot->chunks);
+  LeaveEmptyBlocks(*snapshot);
 
   EXPECT_EQ(HeldBytes(snapshot->chunks), 400u) << "a block of 300, and a copy";
   EXPECT_NE(snapshot->chunks[0].data.owner, old[0].owner);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What of two overlapping stages is refused, fails, or is wanted no more.
+#include "core/base/error.h"
 #include "tests/server/engine/staged_scene.h"
 
 namespace latticed::testing {
@@ -169,6 +170,56 @@ TEST_F(StageFailureTest, AnEncodingThatIsStoppedLeavesItsChunksToTheNext) {
   client->watcher().SetPaused(false);
 
   ExpectRightAtHead(*client);
+}
+
+// Blocks that are little used have no room, what is used of them has.
+TEST_F(StageFailureTest, ChunksLeaveTheirBlocksBeforeAViewFailsForWantOfMemory) {
+  gates().UseRoomyBlocks();
+  const uint64_t vertices = VertexBytes(*scene_->State()->plan, options_.view.key);
+  const uint64_t free = budget_->total_bytes() - budget_->used_bytes();
+  const auto others = budget_->Reserve("others", free - vertices * 13 / 4);
+  ASSERT_OK(others);
+
+  const auto client = Watch();
+
+  ASSERT_OK(client->status());
+  EXPECT_LT(view_->newest()->held_bytes, vertices * 13 / 4);
+  ExpectRight(*client);
+  Move(kCorner);
+  ExpectRightAtHead(*client);
+}
+
+TEST_F(StageFailureTest, WhatIsStagedForCopiesIsOfTheBudget) {
+  constexpr uint64_t kStaging = uint64_t{16} << 20;
+  const uint64_t before = budget_->used_bytes();
+  auto client = Watch();
+  const uint64_t without = budget_->used_bytes() - before;
+  gates().SetStaging(kStaging);
+  Move(kCorner);
+  ExpectRightAtHead(*client);
+
+  EXPECT_EQ(budget_->used_bytes() - before, without + kStaging);
+
+  MoveAndHoldEncoding(kCorner);
+  MoveAndWaitForEvaluation(kOtherCorner);
+  gates().Open(Stage::kEncode);
+  ExpectRightAtHead(*client);
+  EXPECT_EQ(budget_->used_bytes() - before, without + 2 * kStaging) << "of both slots";
+}
+
+TEST_F(StageFailureTest, WithoutRoomForWhatIsStagedTheWatchersEnd) {
+  const auto client = Watch();
+  gates().SetStaging(budget_->total_bytes() - budget_->used_bytes() + 1);
+
+  Move(kCorner);
+  while (client->status().ok()) {
+    if (!client->Step()) client->bell().Wait(absl::Milliseconds(10));
+  }
+
+  EXPECT_THAT(client->status(), StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_EQ(error::DetailsOf(client->status()).reason, "OUT_OF_MEMORY");
+  gates().SetStaging(0);
+  ExpectRightAtHead(*Watch());
 }
 
 TEST_F(StageFailureTest, ADeletedSceneEndsWithBothStagesUnderWay) {

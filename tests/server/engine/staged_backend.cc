@@ -7,6 +7,7 @@
 
 #include "absl/time/clock.h"
 #include "core/cpu/cpu_backend.h"
+#include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
 namespace {
@@ -15,8 +16,17 @@ constexpr absl::Duration kLong = absl::Seconds(20);
 
 class StagedView : public DeformView {
  public:
-  StagedView(std::unique_ptr<DeformView> inner, std::shared_ptr<StageGates> gates, size_t chunks)
-      : inner_(std::move(inner)), gates_(std::move(gates)), chunks_(chunks) {}
+  StagedView(std::unique_ptr<DeformView> inner, std::shared_ptr<StageGates> gates, size_t chunks,
+             bool on_device)
+      : inner_(std::move(inner)),
+        gates_(std::move(gates)),
+        chunks_(chunks),
+        on_device_(on_device) {}
+
+  ~StagedView() override {
+    EXPECT_OK(gates_->Begin(Stage::kDestroyView));
+    gates_->End(Stage::kDestroyView, chunks_);
+  }
 
   const ViewSpec& spec() const override { return inner_->spec(); }
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
@@ -39,16 +49,51 @@ class StagedView : public DeformView {
     const absl::Status status = gates_->Begin(Stage::kEncode);
     auto encoded = status.ok() ? inner_->Encode(chunks, encoding, digests)
                                : absl::StatusOr<std::vector<SharedBytes>>(status);
+    staging_bytes_ = gates_->staging_bytes();
     if (encoded.ok()) gates_->CountEncoded(*encoded);
+    if (encoded.ok() && gates_->roomy_blocks()) PutIntoBlock(*encoded);
+    if (encoded.ok()) PutBehindGate(*encoded);
     gates_->End(Stage::kEncode, chunks_);
     return encoded;
   }
-  MemoryUse memory() const override { return inner_->memory(); }
+  MemoryUse memory() const override {
+    MemoryUse use = inner_->memory();
+    if (on_device_) use["device_vertices"] = std::exchange(use["vertices"], 0);
+    use["staging"] += staging_bytes_;
+    return use;
+  }
 
  private:
+  static void PutIntoBlock(std::vector<SharedBytes>& chunks) {
+    const auto block = std::make_shared<std::vector<uint8_t>>();
+    for (const SharedBytes& chunk : chunks) {
+      block->insert(block->end(), chunk.data, chunk.data + chunk.size);
+    }
+    size_t at = 0;
+    for (SharedBytes& chunk : chunks) {
+      if (chunk.data == nullptr) continue;
+      chunk = {block, block->data() + at, chunk.size, block->size() * 7 / 2};
+      at += chunk.size;
+    }
+  }
+  // What frees a chunk passes it; chunks of one block stay so.
+  void PutBehindGate(std::vector<SharedBytes>& chunks) {
+    for (SharedBytes& chunk : chunks) {
+      if (chunk.data == nullptr) continue;
+      const void* owner = chunk.owner.get();
+      chunk.owner = std::shared_ptr<const void>(
+          owner, [kept = chunk.owner, gates = gates_, count = chunks_](const void*) {
+            EXPECT_OK(gates->Begin(Stage::kFreeChunk));
+            gates->End(Stage::kFreeChunk, count);
+          });
+    }
+  }
+
   const std::unique_ptr<DeformView> inner_;
   const std::shared_ptr<StageGates> gates_;
   const size_t chunks_;  // of the plan
+  const bool on_device_;
+  uint64_t staging_bytes_ = 0;
 };
 
 class StagedTarget : public DeformTarget {
@@ -66,7 +111,7 @@ class StagedTarget : public DeformTarget {
     if (!status.ok()) return status;
     auto view = inner_->CreateView(spec);
     if (!view.ok()) return view.status();
-    return std::make_unique<StagedView>(*std::move(view), gates_, plan().chunk_count());
+    return std::make_unique<StagedView>(*std::move(view), gates_, plan().chunk_count(), on_device_);
   }
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
                                                   size_t first, size_t last) override {
@@ -93,6 +138,11 @@ void StageGates::Open(Stage stage) {
   gates_[static_cast<size_t>(stage)].open = true;
 }
 
+void StageGates::OpenAll() {
+  const MutexLock lock(&mutex_);
+  for (Gate& gate : gates_) gate.open = true;
+}
+
 void StageGates::FailNext(Stage stage, absl::Status status, int calls) {
   const MutexLock lock(&mutex_);
   Gate& gate = gates_[static_cast<size_t>(stage)];
@@ -103,6 +153,26 @@ void StageGates::FailNext(Stage stage, absl::Status status, int calls) {
 void StageGates::SlowEncodings(absl::Duration delay) {
   const MutexLock lock(&mutex_);
   delay_ = delay;
+}
+
+void StageGates::UseRoomyBlocks() {
+  const MutexLock lock(&mutex_);
+  roomy_blocks_ = true;
+}
+
+void StageGates::SetStaging(uint64_t bytes) {
+  const MutexLock lock(&mutex_);
+  staging_bytes_ = bytes;
+}
+
+uint64_t StageGates::staging_bytes() {
+  const MutexLock lock(&mutex_);
+  return staging_bytes_;
+}
+
+bool StageGates::roomy_blocks() {
+  const MutexLock lock(&mutex_);
+  return roomy_blocks_;
 }
 
 int StageGates::begun(Stage stage) {
@@ -175,6 +245,9 @@ StagedBackend::StagedBackend(bool on_device)
 
 absl::StatusOr<std::shared_ptr<DeformTarget>> StagedBackend::Prepare(
     std::shared_ptr<const DeformPlan> plan, Pipeline pipeline) {
+  const absl::Status status = gates_->Begin(Stage::kPrepare);
+  gates_->End(Stage::kPrepare, plan->chunk_count());
+  if (!status.ok()) return status;
   auto target = inner_->Prepare(std::move(plan), pipeline);
   if (!target.ok()) return target.status();
   return std::make_shared<StagedTarget>(*std::move(target), gates_, on_device_);

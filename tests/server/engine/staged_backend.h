@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The CPU backend behind gates: a test can hold up or fail what its views do, count it, and say
-// that it is a device of its own.
+// The CPU backend behind gates: a test can hold up or fail what its views do, and what frees their
+// memory, count it, and say that it is a device of its own.
 #ifndef LATTICED_TESTS_SERVER_ENGINE_STAGED_BACKEND_H_
 #define LATTICED_TESTS_SERVER_ENGINE_STAGED_BACKEND_H_
 
@@ -19,17 +19,22 @@
 
 namespace latticed::testing {
 
-enum class Stage { kCreateView, kEvaluate, kEncode };
+enum class Stage { kPrepare, kCreateView, kEvaluate, kEncode, kDestroyView, kFreeChunk };
 
 // Where every call of a stage passes. Threads: safe.
 class StageGates {
  public:
   void Close(Stage stage);
   void Open(Stage stage);
+  void OpenAll();
   // The next calls that pass fail with `status` instead.
   void FailNext(Stage stage, absl::Status status, int calls = 1);
   // Every encoding takes so much longer.
   void SlowEncodings(absl::Duration delay);
+  // From now on what is encoded in one call lies in one block, said to be 7/2 times as large.
+  void UseRoomyBlocks();
+  // From now on a view has so much staged on the host once something of it was encoded.
+  void SetStaging(uint64_t bytes);
   // Since the backend was made. A call begins before the gate and ends behind it.
   int begun(Stage stage);
   int ended(Stage stage);
@@ -41,6 +46,8 @@ class StageGates {
 
   // Chunks that were encoded, of those that encodings were asked for.
   int encoded_chunks();
+  bool roomy_blocks();
+  uint64_t staging_bytes();
 
   // For the backend.
   void CountEncoded(const std::vector<SharedBytes>& results);
@@ -56,9 +63,11 @@ class StageGates {
     std::vector<size_t> ended;
   };
   Mutex mutex_;
-  std::array<Gate, 3> gates_ ABSL_GUARDED_BY(mutex_);
+  std::array<Gate, 6> gates_ ABSL_GUARDED_BY(mutex_);
   absl::Duration delay_ ABSL_GUARDED_BY(mutex_);
   int encoded_chunks_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool roomy_blocks_ ABSL_GUARDED_BY(mutex_) = false;
+  uint64_t staging_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 class StagedBackend : public Backend {

@@ -31,11 +31,7 @@ class StagedScene : public ::testing::Test {
  protected:
   explicit StagedScene(bool on_device = true) : backend_(on_device) {}
   void SetUp() override { MakeScene(32, 4); }
-  void TearDown() override {
-    for (const Stage stage : {Stage::kCreateView, Stage::kEvaluate, Stage::kEncode}) {
-      gates().Open(stage);
-    }
-  }
+  void TearDown() override { gates().OpenAll(); }
 
   void MakeScene(int cells, int segments) {
     SceneConfig config = MakeSceneConfig("scene-" + std::to_string(cells), cells, 8);
