@@ -13,6 +13,13 @@ namespace {
 
 constexpr absl::Duration kLong = absl::Seconds(20);
 
+void Mask(std::span<VertexDigest> digests, const VertexDigest& mask) {
+  for (VertexDigest& digest : digests) {
+    digest.low ^= mask.low;
+    digest.high ^= mask.high;
+  }
+}
+
 class StagedView : public DeformView {
  public:
   StagedView(std::unique_ptr<DeformView> inner, std::shared_ptr<StageGates> gates, size_t chunks)
@@ -37,8 +44,11 @@ class StagedView : public DeformView {
                                                   Encoding encoding,
                                                   std::span<VertexDigest> digests) override {
     const absl::Status status = gates_->Begin(Stage::kEncode);
+    const VertexDigest mask = gates_->digest_mask();
+    Mask(digests, mask);
     auto encoded = status.ok() ? inner_->Encode(chunks, encoding, digests)
                                : absl::StatusOr<std::vector<SharedBytes>>(status);
+    Mask(digests, mask);
     if (encoded.ok()) gates_->CountEncoded(*encoded);
     gates_->End(Stage::kEncode, chunks_);
     return encoded;
@@ -103,6 +113,16 @@ void StageGates::FailNext(Stage stage, absl::Status status, int calls) {
 void StageGates::SlowEncodings(absl::Duration delay) {
   const MutexLock lock(&mutex_);
   delay_ = delay;
+}
+
+void StageGates::ChangeDigests() {
+  const MutexLock lock(&mutex_);
+  ++digest_mask_.low;
+}
+
+VertexDigest StageGates::digest_mask() {
+  const MutexLock lock(&mutex_);
+  return digest_mask_;
 }
 
 int StageGates::begun(Stage stage) {

@@ -30,6 +30,8 @@ class StageGates {
   void FailNext(Stage stage, absl::Status status, int calls = 1);
   // Every encoding takes so much longer.
   void SlowEncodings(absl::Duration delay);
+  // From here on digests are those of another writer, as a device's are not the host's.
+  void ChangeDigests();
   // Since the backend was made. A call begins before the gate and ends behind it.
   int begun(Stage stage);
   int ended(Stage stage);
@@ -43,6 +45,7 @@ class StageGates {
   int encoded_chunks();
 
   // For the backend.
+  VertexDigest digest_mask();
   void CountEncoded(const std::vector<SharedBytes>& results);
   absl::Status Begin(Stage stage);
   void End(Stage stage, size_t chunks);
@@ -58,6 +61,7 @@ class StageGates {
   Mutex mutex_;
   std::array<Gate, 3> gates_ ABSL_GUARDED_BY(mutex_);
   absl::Duration delay_ ABSL_GUARDED_BY(mutex_);
+  VertexDigest digest_mask_ ABSL_GUARDED_BY(mutex_);
   int encoded_chunks_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
