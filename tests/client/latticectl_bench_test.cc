@@ -44,6 +44,9 @@ TEST_F(LatticectlBench, ClosedLoopOfScenesEditorsAndWatchersCountsEveryEdit) {
   EXPECT_EQ(result["watchers"]["decoded"]["count"], 0);
   EXPECT_GT(result["server"]["encode"]["count"], 0);
   EXPECT_EQ(result["server"]["apply"]["count"], 2 * 2 * 5);
+  const auto& to_bytes = result["server"]["arrivalToBytes"];
+  EXPECT_EQ(to_bytes["count"], result["server"]["encode"]["count"]) << "once an update";
+  EXPECT_GE(to_bytes["maxMs"], result["server"]["queue"]["maxMs"]);
   EXPECT_GT(result["verified"]["points"], 0);
   EXPECT_GT(result["cpu"]["client"]["seconds"], 0.0);
 

@@ -59,7 +59,8 @@ std::vector<NamedLatency> Latencies(const StreamGroup& group) {
 }
 
 std::vector<NamedLatency> Stages(const ServerStages& stages) {
-  return {{"apply", "server: edit's arrival to applied", stages.apply},
+  return {{"arrivalToBytes", "server: edit's arrival to all bytes", stages.arrival_to_bytes},
+          {"apply", "server: edit's arrival to applied", stages.apply},
           {"queue", "server: applied to update begin", stages.queue},
           {"evaluate", "server: evaluate", stages.evaluate},
           {"encode", "server: encode", stages.encode},

@@ -186,7 +186,6 @@ void SceneLoad::AddTo(LoadReport* report) const {
   report->edits += edits_.edits().size();
   report->replaced += edits_.replaced();
   report->unsent += edits_.unsent();
-  for (const AppliedEdit& edit : edits_.applied()) report->stages.apply.Add(edit.apply_time);
   std::vector<TimedEdit> edits = edits_.edits();
   std::sort(edits.begin(), edits.end(),
             [](const TimedEdit& a, const TimedEdit& b) { return a.revision < b.revision; });
@@ -196,7 +195,9 @@ void SceneLoad::AddTo(LoadReport* report) const {
     if (watcher.pace == LoadWatcher::Pace::kFull) report->watchers.Add(log, edits, first_revision_);
     if (watcher.pace == LoadWatcher::Pace::kSlow) report->slow.Add(log, edits, first_revision_);
   }
-  report->stages.Add(editors_.front()->log(), first_revision_);
+  std::vector<AppliedEdit> applied = edits_.applied();
+  std::ranges::sort(applied, {}, &AppliedEdit::revision);
+  report->stages.Add(editors_.front()->log(), applied, first_revision_);
   const v1::Topology& topology = editors_.front()->surface().topology();
   report->patches += topology.patch_count();
   report->points += topology.point_count();
