@@ -92,12 +92,12 @@ absl::StatusOr<LoadReport> Measure(Session& session, const BenchFlags& flags, co
   LoadScenes scenes(session.client());
   for (int i = 0; i < plan.scenes; ++i) {
     const std::string& mesh = flags.meshes[static_cast<size_t>(i) % flags.meshes.size()];
-    const auto file = SampleOrFile(mesh, flags.resolution);
+    auto file = SampleOrFile(mesh, flags.resolution);
     if (!file.ok()) return file.status();
-    if (auto status = scenes.Make(*file, request, console); !status.ok()) return status;
+    if (auto s = scenes.Make(*std::move(file), request, console); !s.ok()) return s;
   }
   LoadRun run(
-      plan, scenes.ids(), [&session] { return session.NewClient(); },
+      plan, scenes.scenes(), [&session] { return session.NewClient(); },
       {.fused = flags.pipeline.empty() || flags.pipeline == "fused",
        .server_inside = flags.session.server.empty(),
        .server_process = flags.server_process},

@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,9 @@ class Surface {
   };
   // Of a chunk below chunk_count().
   PatchRange PatchesOf(size_t chunk) const;
+
+  // The newest complete update with these of its chunks alone, to be decoded one by one; to keep.
+  [[nodiscard]] Surface Excerpt(std::span<const uint32_t> chunks) const;
 
   // All points of the newest complete update.
   [[nodiscard]] absl::StatusOr<DecodedPoints> Decode() const;

@@ -36,6 +36,11 @@ void ChunkTable::Chunks::Remove(const SharedBytes& data) {
   if (block->used == 0) blocks.erase(block);
 }
 
+ChunkTable::Chunks& ChunkTable::Group::Own() {
+  if (std::exchange(shared, false)) chunks = std::make_shared<Chunks>(*chunks);
+  return *chunks;
+}
+
 ChunkTable::ChunkTable(size_t size) : size_(size), groups_((size + kGroup - 1) / kGroup) {
   for (Group& group : groups_) group.chunks = std::make_shared<Chunks>();
 }
@@ -49,13 +54,16 @@ ChunkTable ChunkTable::Share() const {
 }
 
 void ChunkTable::Set(size_t chunk, SnapshotChunk to) {
-  Group& group = groups_[chunk / kGroup];
-  if (std::exchange(group.shared, false)) group.chunks = std::make_shared<Chunks>(*group.chunks);
-  Chunks& chunks = *group.chunks;
+  Chunks& chunks = groups_[chunk / kGroup].Own();
   chunks.newest_revision = std::max(chunks.newest_revision, to.revision);
   chunks.Remove(chunks.at[chunk % kGroup].data);
   chunks.Add(to.data);
   chunks.at[chunk % kGroup] = std::move(to);
+}
+
+void ChunkTable::SetDigest(size_t chunk, const VertexDigest& to) {
+  if ((*this)[chunk].digest == to) return;
+  groups_[chunk / kGroup].Own().at[chunk % kGroup].digest = to;
 }
 
 std::vector<uint32_t> ChunkTable::ChangedAfter(uint64_t revision) const {

@@ -46,6 +46,8 @@ class ChunkTable {
     return groups_[chunk / kGroup].chunks->at[chunk % kGroup];
   }
   void Set(size_t chunk, SnapshotChunk to);
+  // The same bytes and revision; where the digest is that already, the chunk stays shared.
+  void SetDigest(size_t chunk, const VertexDigest& to);
   // Chunks whose revision is later, ascending.
   [[nodiscard]] std::vector<uint32_t> ChangedAfter(uint64_t revision) const;
   // Every block once, and the bytes of chunks that are parts of none: in a time of the groups, not of
@@ -67,6 +69,8 @@ class ChunkTable {
   struct Group {
     std::shared_ptr<Chunks> chunks;
     bool shared = false;  // with a table that others read
+
+    Chunks& Own();
   };
 
   size_t size_;

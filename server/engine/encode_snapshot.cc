@@ -56,7 +56,12 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
       SharedBytes& data = (*encoded)[i];
       const SharedBytes& had = snapshot->chunks[batch[i]].data;
       const bool same = comparable && (data.data == nullptr || SameBytes(had, data));
-      if (!same) snapshot->chunks.Set(batch[i], {snapshot->revision, std::move(data), digests[i]});
+      if (same) {
+        // The same vertices have another digest where host and device take turns at encoding.
+        snapshot->chunks.SetDigest(batch[i], digests[i]);
+      } else {
+        snapshot->chunks.Set(batch[i], {snapshot->revision, std::move(data), digests[i]});
+      }
     }
     done += batch.size();
   }

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/engine/presence.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "core/base/limits.h"
+#include "server/engine/scene.h"
 
 namespace latticed {
 namespace {
@@ -14,62 +14,108 @@ constexpr absl::Duration kInterval = absl::Milliseconds(1000 / limits::kMaxPrese
 
 }  // namespace
 
-void PresenceBoard::Show(Owner owner, Presence presence) {
+PresenceBoard::Waiting PresenceBoard::Show(Stream stream, Presence presence) {
+  auto shown = std::make_shared<const Presence>(std::move(presence));
   const MutexLock lock(&mutex_);
-  owners_[presence.editor_id].insert(owner);
-  Entry& entry = entries_[presence.editor_id];
-  entry.presence = std::make_shared<const Presence>(std::move(presence));
-  entry.version = ++version_;
+  Editor& editor = editors_[shown->editor_id];
+  editor.streams.insert(stream);
+  EditorName name;
+  if (const auto before = entries_.extract(editor.version); !before.empty()) {
+    name = before.mapped().editor;
+  } else {
+    name = std::make_shared<const std::string>(shown->editor_id);
+  }
+  editor.version = ++news_.version;
+  entries_.emplace_hint(entries_.end(), editor.version,
+                        Entry{editor.version, std::move(name), std::move(shown)});
+  return std::exchange(waiting_, {});
 }
 
-bool PresenceBoard::Leave(Owner owner) {
+PresenceBoard::Waiting PresenceBoard::Leave(Stream stream, const std::string& editor_id) {
   const MutexLock lock(&mutex_);
-  const size_t before = entries_.size();
-  for (auto it = owners_.begin(); it != owners_.end();) {
-    it->second.erase(owner);
-    if (!it->second.empty()) {
-      ++it;
-      continue;
-    }
-    entries_.erase(it->first);
-    it = owners_.erase(it);
+  waiting_.erase(stream);
+  const auto editor = editors_.find(editor_id);
+  if (editor == editors_.end() || editor->second.streams.erase(stream) == 0 ||
+      !editor->second.streams.empty()) {
+    return {};
   }
-  if (entries_.size() == before) return false;
-  ++version_;
+  entries_.erase(editor->second.version);
+  editors_.erase(editor);
+  news_.departure = ++news_.version;
+  return std::exchange(waiting_, {});
+}
+
+std::optional<PresenceBoard::News> PresenceBoard::NewsSince(
+    uint64_t version, const std::shared_ptr<SceneListener>& stream) {
+  const MutexLock lock(&mutex_);
+  if (version != news_.version) return news_;
+  waiting_.try_emplace(stream.get(), stream);
+  return std::nullopt;
+}
+
+std::optional<PresenceBoard::Entry> PresenceBoard::NextAfter(uint64_t version) const {
+  const MutexLock lock(&mutex_);
+  const auto next = entries_.upper_bound(version);
+  if (next == entries_.end()) return std::nullopt;
+  return next->second;
+}
+
+bool PresenceBoard::Shows(const std::string& editor_id) const {
+  const MutexLock lock(&mutex_);
+  return editors_.contains(editor_id);
+}
+
+std::shared_ptr<const Presence> PresenceFeed::Next(absl::Time now,
+                                                   const std::shared_ptr<SceneListener>& stream) {
+  wake_at_ = absl::InfiniteFuture();
+  if (!turn_end_.has_value()) {
+    if (now < next_turn_) {
+      wake_at_ = next_turn_;
+      return nullptr;
+    }
+    if (!BeginTurn(stream)) return nullptr;
+  }
+  if (auto presence = NextOfTurn(); presence != nullptr) return presence;
+  read_ = *turn_end_;
+  turn_end_.reset();
+  wake_at_ = next_turn_ = now + kInterval;
+  return nullptr;
+}
+
+bool PresenceFeed::BeginTurn(const std::shared_ptr<SceneListener>& stream) {
+  const auto news = board_->NewsSince(read_, stream);
+  if (!news.has_value()) return false;
+  turn_end_ = news->version;
+  if (std::exchange(departure_, news->departure) == news->departure) return true;
+  for (const auto& editor : told_) {
+    if (!board_->Shows(*editor)) left_.push_back(editor);
+  }
   return true;
 }
 
-std::optional<std::map<std::string, PresenceBoard::Entry>> PresenceBoard::NewsSince(
-    uint64_t& version) const {
-  const MutexLock lock(&mutex_);
-  if (version == version_) return std::nullopt;
-  version = version_;
-  return entries_;
-}
-
-std::shared_ptr<const Presence> PresenceFeed::Next(absl::Time now) {
-  if (auto news = board_->NewsSince(version_); news.has_value()) there_ = *std::move(news);
-  wake_at_ = absl::InfiniteFuture();
-  for (auto told = told_.begin(); told != told_.end(); ++told) {
-    if (there_.contains(told->first)) continue;
+std::shared_ptr<const Presence> PresenceFeed::NextOfTurn() {
+  if (!left_.empty()) {
     auto left = std::make_shared<Presence>();
-    left->editor_id = told->first;
+    left->editor_id = *left_.back();
     left->left = true;
-    told_.erase(told);
+    told_.erase(left_.back());
+    left_.pop_back();
     return left;
   }
-  for (const auto& [editor, entry] : there_) {
-    if (editor == own_editor_) continue;
-    const auto told = told_.find(editor);
-    if (told != told_.end() && told->second.version == entry.version) continue;
-    if (told != told_.end() && now < told->second.time + kInterval) {
-      wake_at_ = std::min(wake_at_, told->second.time + kInterval);
-      continue;
-    }
-    told_[editor] = {.version = entry.version, .time = now};
-    return entry.presence;
+  for (;;) {
+    auto entry = board_->NextAfter(read_);
+    if (!entry.has_value() || entry->version > *turn_end_) return nullptr;
+    read_ = entry->version;
+    if (*entry->editor == own_editor_) continue;
+    told_.insert(std::move(entry->editor));
+    return std::move(entry->presence);
   }
-  return nullptr;
+}
+
+void Wake(const PresenceBoard::Waiting& waiting) {
+  for (const auto& [stream, listener] : waiting) {
+    if (const auto alive = listener.lock(); alive != nullptr) alive->OnSceneChanged();
+  }
 }
 
 }  // namespace latticed

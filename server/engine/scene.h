@@ -131,7 +131,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   // limits::kMaxViewsPerScene are watched.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<SceneView>> AcquireView(const ViewKey& key)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Who is here. Who shows or takes back a presence wakes the listeners.
+  // Who is here. Who shows or takes back a presence wakes those who wait for it.
   PresenceBoard& presence() { return presence_; }
   void WakeListeners() ABSL_LOCKS_EXCLUDED(mutex_);
   // Tells the pipeline that a view may have work: it was attached, unpaused or left behind.

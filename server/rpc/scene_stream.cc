@@ -151,7 +151,7 @@ absl::StatusOr<std::optional<grpc::ByteBuffer>> SceneStream::NextBuffer() {
 
 std::optional<grpc::ByteBuffer> SceneStream::NextPresence() {
   if (only_update_ || !watcher_->has_lattice()) return std::nullopt;
-  const auto presence = presence_.Next(absl::Now());
+  const auto presence = presence_.Next(absl::Now(), shared_from_this());
   if (presence == nullptr) return std::nullopt;
   v1::SceneEvent event;
   *event.mutable_presence() = ToProto(*presence);
@@ -159,12 +159,20 @@ std::optional<grpc::ByteBuffer> SceneStream::NextPresence() {
 }
 
 void SceneStream::WakeAt(absl::Time time) {
-  if (time == absl::InfiniteFuture()) return;
+  // A client that sends without a pause makes no alarm with every message.
+  if (time == absl::InfiniteFuture() || time == pace_time_) return;
+  pace_time_ = time;
   pace_ = std::make_unique<grpc::Alarm>();
   pace_->Set(absl::ToChronoTime(time), [weak = weak_from_this()](bool expired) {
     if (!expired) return;  // another one took its place
-    if (const auto stream = weak.lock(); stream != nullptr) stream->OnSceneChanged();
+    if (const auto stream = weak.lock(); stream != nullptr) stream->OnPace();
   });
+}
+
+void SceneStream::OnPace() {
+  const absl::MutexLock lock(&mutex_);
+  pace_time_ = absl::InfiniteFuture();
+  Pump();
 }
 
 void SceneStream::FinishLocked(const grpc::Status& status) {
@@ -211,9 +219,10 @@ void SceneStream::Touch() {
 }
 
 absl::Status SceneStream::Control(const WatchCommand& command) {
-  auto status = Steer(command);
+  PresenceBoard::Waiting waiting;
+  auto status = Steer(command, waiting);
   // Others' locks are not taken with this stream's held.
-  if (status.ok() && command.presence.has_value()) scene_->WakeListeners();
+  Wake(waiting);
   return status;
 }
 
@@ -225,7 +234,7 @@ absl::Status SceneStream::CheckPresence(const Presence& presence) const {
   return error::InvalidField("presence.editor_id", "is not the editor of the watch");
 }
 
-absl::Status SceneStream::Steer(const WatchCommand& command) {
+absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Waiting& waiting) {
   const absl::MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return error::NotFound("watch", watch_id_);
   Hear();
@@ -253,7 +262,7 @@ absl::Status SceneStream::Steer(const WatchCommand& command) {
   if (command.presence.has_value()) {
     Presence presence = *command.presence;
     presence.editor_id = editor_id_;
-    scene_->presence().Show(this, std::move(presence));
+    waiting = scene_->presence().Show(this, std::move(presence));
   }
   Pump();
   return absl::OkStatus();
@@ -294,7 +303,7 @@ void SceneStream::Close() {
   // Not in the destructor: an observer that holds the last reference must not wait for itself.
   if (drain_subscription_.has_value()) env_->drain.Unsubscribe(*drain_subscription_);
   // The stream has finished: nothing can be shown through it any more.
-  if (scene_->presence().Leave(this)) scene_->WakeListeners();
+  Wake(scene_->presence().Leave(this, editor_id_));
 }
 
 size_t SceneStream::backlog() const {

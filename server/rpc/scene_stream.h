@@ -115,7 +115,10 @@ class SceneStream : public SceneListener,
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   std::optional<grpc::ByteBuffer> NextPresence() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void WakeAt(absl::Time time) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  absl::Status Steer(const WatchCommand& command) ABSL_LOCKS_EXCLUDED(mutex_);
+  void OnPace() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Whom a presence that it shows wakes comes to `waiting`.
+  absl::Status Steer(const WatchCommand& command, PresenceBoard::Waiting& waiting)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   absl::Status CheckPresence(const Presence& presence) const;
   bool AtEnd() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void FinishLocked(const grpc::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -145,8 +148,9 @@ class SceneStream : public SceneListener,
   bool going_away_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Time last_heard_ ABSL_GUARDED_BY(mutex_);
   std::unique_ptr<grpc::Alarm> heartbeat_ ABSL_GUARDED_BY(mutex_);
-  std::unique_ptr<grpc::Alarm> pace_
-      ABSL_GUARDED_BY(mutex_);  // for wake_at of watcher and presence
+  // For wake_at of watcher and presence.
+  std::unique_ptr<grpc::Alarm> pace_ ABSL_GUARDED_BY(mutex_);
+  absl::Time pace_time_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
 };
 
 }  // namespace latticed

@@ -5,13 +5,11 @@
 // long anything takes.
 #include <unistd.h>
 
-#include "client/cpp/load/surface_verifier.h"
 #include "tests/client/latticectl_server_fixture.h"
 
 namespace latticed::client {
 namespace {
 
-using ::latticed::testing::StatusIs;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -46,6 +44,9 @@ TEST_F(LatticectlBench, ClosedLoopOfScenesEditorsAndWatchersCountsEveryEdit) {
   EXPECT_EQ(result["watchers"]["decoded"]["count"], 0);
   EXPECT_GT(result["server"]["encode"]["count"], 0);
   EXPECT_EQ(result["server"]["apply"]["count"], 2 * 2 * 5);
+  const auto& to_bytes = result["server"]["arrivalToBytes"];
+  EXPECT_EQ(to_bytes["count"], result["server"]["encode"]["count"]) << "once an update";
+  EXPECT_GE(to_bytes["maxMs"], result["server"]["queue"]["maxMs"]);
   EXPECT_GT(result["verified"]["points"], 0);
   EXPECT_GT(result["cpu"]["client"]["seconds"], 0.0);
 
@@ -72,6 +73,37 @@ TEST_F(LatticectlBench, OpenLoopSendsEveryEdit) {
   EXPECT_GE(result["seconds"], 0.095);                   // the last one is due then
   EXPECT_EQ(result["pace"], "open loop, 200 edits/s an editor");
   EXPECT_EQ(result["moved"], "one point");
+}
+
+TEST_F(LatticectlBench, UpdatesAreVerifiedWhetherTheyWereDecodedOrNot) {
+  const auto result = Bench({"--edits", "5", "--decode", "none", "--normals", "smooth"});
+  EXPECT_EQ(result["editors"]["decoded"]["count"], 0);
+  EXPECT_EQ(result["verified"]["updates"], 1 + 3)
+      << "the last, and of those before the 1st, 2nd, 4th";
+  EXPECT_GT(result["verified"]["points"], 1000);
+  EXPECT_GT(result["verified"]["normals"], 1000);
+  EXPECT_GT(result["verified"]["worstNormal"], 0.1) << "the rounding is there";
+  EXPECT_LE(result["verified"]["worstNormal"], 1.0);
+}
+
+TEST_F(LatticectlBench, VerifiesGesturesAtTheSamePoints) {
+  for (const char* points : {"all", "one"}) {
+    const auto result =
+        Bench({"--interval", "2", "--edits", "40", "--editors", "3", "--points", points});
+    EXPECT_GT(result["verified"]["updates"], 3 + 3) << points;
+  }
+}
+
+TEST_F(LatticectlBench, VerifiesEveryNormalModeDegreeAndEncoding) {
+  const std::vector<std::vector<std::string>> views{
+      {"--normals", "facet", "--degree", "1,1,1"},
+      {"--normals", "smooth", "--degree", "1,2,3"},
+      {"--encoding", "raw"},
+      {"--encoding", "quantised", "--pipeline", "gemm"}};
+  for (std::vector<std::string> flags : views) {
+    flags.insert(flags.end(), {"--edits", "2"});
+    EXPECT_EQ(Bench(flags)["verified"]["updates"], 1 + 2) << flags[1];
+  }
 }
 
 TEST_F(LatticectlBench, AnEditThatNoChunkShowsHasAnUpdateWithoutBytes) {
@@ -107,6 +139,8 @@ TEST_F(LatticectlBench, StalledAndSlowWatchersAreToldApart) {
   EXPECT_EQ(result["stalled"], 2);
   EXPECT_EQ(result["watchers"]["updateEnd"]["count"], 2 * 20);
   EXPECT_EQ(result["watchers"]["editsUnseen"], 0);
+  // The last of every stream, slow and stalled ones too, and of the editor updates 1, 2, 4, 8, 16.
+  EXPECT_GE(result["verified"]["updates"], 1 + 2 + 1 + 2 + 5);
   const auto& slow = result["slow"];
   EXPECT_EQ(slow["streams"], 1);
   EXPECT_EQ(slow["editsUnseen"].get<int>() + slow["updateEnd"]["count"].get<int>(), 20);
@@ -152,54 +186,6 @@ TEST_F(LatticectlBench, TheServersRefusalNamesTheSceneAndLeavesNothing) {
   EXPECT_THAT(refused.err, HasSubstr("LIMIT_EXCEEDED"));
   EXPECT_EQ(MustRun({"scene", "list", "--json", "--server", server->address()}), "[]\n");
   EXPECT_EQ(MustRun({"meshes", "--json", "--server", server->address()}), "[]\n");
-}
-
-class SurfaceVerifierTest : public LatticectlServer {
- protected:
-  void SetUp() override {
-    LatticectlServer::SetUp();
-    for (const char* scene : {"scene-one", "scene-two"}) {
-      Run({"scene", "create", Path("vase.obj"), "--id", scene, "--segments", "3"});
-    }
-    Move("scene-one", "0.2,0,0");
-    Move("scene-two", "0.1,0,0");
-  }
-  void Move(const std::string& scene, const std::string& by) const {
-    Run({"edit", "move", scene, "--point", "1,1,1", "--point", "2,1,2", "--by", by});
-  }
-  Surface Fetch(const std::string& scene) const {
-    v1::GetUpdateRequest request;
-    request.set_scene(scene);
-    request.mutable_view()->set_normals(v1::NORMAL_MODE_FACET);
-    auto surface = client_->GetUpdate(request);
-    EXPECT_OK(surface);
-    return surface.ok() ? *std::move(surface) : Surface();
-  }
-
-  const std::unique_ptr<Client> client_ = Client::Connect({.address = address()});
-};
-
-TEST_F(SurfaceVerifierTest, ComparesPointsAndNormals) {
-  SurfaceVerifier verifier(client_.get(), "scene-one", /*fused=*/true);
-  EXPECT_OK(verifier.Check(Fetch("scene-one"), 0));
-  EXPECT_GT(verifier.result().positions, 1000u);
-  EXPECT_GT(verifier.result().normals, 1000u);
-  EXPECT_LE(verifier.result().worst_position, 1.0);
-  EXPECT_GT(verifier.result().worst_position, 0.1);  // the rounding is there
-}
-
-TEST_F(SurfaceVerifierTest, FindsASurfaceThatIsNotTheScenes) {
-  SurfaceVerifier verifier(client_.get(), "scene-one", /*fused=*/true);
-  const absl::Status status = verifier.Check(Fetch("scene-two"), 0);
-  EXPECT_THAT(status, StatusIs(absl::StatusCode::kDataLoss));
-  EXPECT_THAT(std::string(status.message()), HasSubstr("times what is allowed"));
-}
-
-TEST_F(SurfaceVerifierTest, AnEditMeanwhileIsNoMismatch) {
-  const Surface surface = Fetch("scene-one");
-  Move("scene-one", "0,0.1,0");
-  SurfaceVerifier verifier(client_.get(), "scene-one", /*fused=*/true);
-  EXPECT_THAT(verifier.Check(surface, 0), StatusIs(absl::StatusCode::kAborted));
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ void TakeUpdate(uint64_t revision, bool restart, UpdateLog* log) {
   event.mutable_chunks()->add_chunks()->set_data(std::string(100, 'x'));
   log->Take(event);
   event.mutable_update_end()->set_revision(revision);
+  event.mutable_update_end()->mutable_timings()->set_queue_us(3000);
   event.mutable_update_end()->mutable_timings()->set_encode_us(1500);
   log->Take(event);
 }
@@ -63,9 +64,27 @@ TEST(StreamGroup, AnUpdateAnswersAllEditsThatItHolds) {
   EXPECT_EQ(group.decoded.count(), 0u);
   EXPECT_NEAR(group.update_end.Summarise().p50, 5, 1e-6);  // of 9, 5, 8 and above 1
   ServerStages stages;
-  stages.Add(log, 2);
+  stages.Add(log, {}, 2);
   EXPECT_EQ(stages.encode.count(), 3u);
   EXPECT_EQ(stages.encode.Summarise().p50, 1.5);
+}
+
+TEST(ServerStages, AddsTheEditThatMadeAnUpdatesRevisionToTheUpdate) {
+  UpdateLog log;
+  TakeUpdate(2, false, &log);  // the warm-up's
+  for (const uint64_t revision : {4u, 5u, 5u, 6u}) TakeUpdate(revision, false, &log);
+  const std::vector<AppliedEdit> applied{
+      {.revision = 3, .apply_time = absl::Milliseconds(90)},  // merged
+      {.revision = 4, .apply_time = absl::Milliseconds(10)},
+      {.revision = 5, .apply_time = absl::Milliseconds(20)}};
+  ServerStages stages;
+  stages.Add(log, applied, /*first_revision=*/2);
+
+  EXPECT_EQ(stages.apply.count(), 3u);
+  EXPECT_EQ(stages.arrival_to_bytes.count(), 2u)
+      << "revision 5 once, and 6 is nobody's that is counted";
+  EXPECT_NEAR(stages.arrival_to_bytes.Summarise().p50, 10 + 3, 1e-9);
+  EXPECT_NEAR(stages.arrival_to_bytes.Summarise().max, 20 + 3, 1e-9);
 }
 
 TEST(MakeLoadEdit, ComesBackToWhereItBegan) {

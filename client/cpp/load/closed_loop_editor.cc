@@ -63,7 +63,7 @@ absl::Status ClosedLoopEditor::EditOnce(uint64_t step) {
   while (applied_sequence_ < *sequence) {
     if (auto status = TakeNext(); !status.ok()) return status;
   }
-  context_.edits->Add({due}, result_);
+  context_.edits->Add({due}, context_.number, step, result_);
   context_.control->CountEdits(1);
   return absl::OkStatus();
 }
@@ -85,7 +85,10 @@ absl::Status ClosedLoopEditor::TakeNext() {
     return FromRpc(result_.status());
   }
   applied_sequence_ = step->update->end.applied_sequence();
-  return context_.decodes ? log_.DecodeNewest(stream_->surface()) : absl::OkStatus();
+  absl::Status status;
+  if (context_.decodes) status = log_.DecodeNewest(stream_->surface());
+  if (context_.control->begun()) log_.SampleNewest(stream_->surface());
+  return status;
 }
 
 void ClosedLoopEditor::Fail(const absl::Status& status) {

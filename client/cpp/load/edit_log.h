@@ -21,15 +21,27 @@ struct TimedEdit {
   uint64_t revision = 0;
 };
 
+inline constexpr int kWarmUpEditor = -1;  // moves all points
+
+// A batch that was applied: MakeLoadEdit's of that step.
+struct AppliedEdit {
+  uint64_t revision = 0;
+  int editor = 0;  // in its scene
+  uint64_t step = 0;
+  absl::Duration apply_time;  // on the server, from its arrival until it was applied
+};
+
 class EditLog {
  public:
   // An edit that was applied, and those due before it that it has replaced unsent.
-  void Add(const std::vector<absl::Time>& due, const v1::EditResult& result) {
+  void Add(const std::vector<absl::Time>& due, int editor, uint64_t step,
+           const v1::EditResult& result) {
     const std::lock_guard lock(mutex_);
     for (const absl::Time time : due) edits_.push_back({time, result.revision()});
     replaced_ += due.size() - 1;
-    apply_times_.push_back(absl::Microseconds(result.timings().queue_us()) +
-                           absl::Microseconds(result.timings().apply_us()));
+    applied_.push_back({result.revision(), editor, step,
+                        absl::Microseconds(result.timings().queue_us()) +
+                            absl::Microseconds(result.timings().apply_us())});
   }
   // Edits that were due and could not be sent before the run was stopped.
   void AddUnsent(uint64_t edits) {
@@ -40,13 +52,12 @@ class EditLog {
   const std::vector<TimedEdit>& edits() const { return edits_; }
   uint64_t replaced() const { return replaced_; }
   uint64_t unsent() const { return unsent_; }
-  // On the server, from a batch's arrival until it was applied.
-  const std::vector<absl::Duration>& apply_times() const { return apply_times_; }
+  const std::vector<AppliedEdit>& applied() const { return applied_; }
 
  private:
   std::mutex mutex_;
   std::vector<TimedEdit> edits_;
-  std::vector<absl::Duration> apply_times_;
+  std::vector<AppliedEdit> applied_;
   uint64_t replaced_ = 0, unsent_ = 0;
 };
 

@@ -12,7 +12,8 @@ LoadControl::LoadControl(const std::stop_token& stop)
         changed_.notify_all();
       }) {}
 
-void LoadControl::SetDeadline(absl::Time deadline) {
+void LoadControl::Begin(absl::Time deadline) {
+  begun_ = true;
   const std::lock_guard lock(mutex_);
   deadline_ = deadline;
   changed_.notify_all();

@@ -27,7 +27,9 @@ class LoadControl {
   LoadControl(const LoadControl&) = delete;
   LoadControl& operator=(const LoadControl&) = delete;
 
-  void SetDeadline(absl::Time deadline);
+  // From here on updates are measured.
+  void Begin(absl::Time deadline);
+  bool begun() const { return begun_; }
   // Sleeps where the time has not come yet. False at once when the run was stopped, or ends before:
   // what was due before the deadline is done, however late it is.
   bool SleepUntil(absl::Time time);
@@ -48,6 +50,7 @@ class LoadControl {
 
   const std::stop_token stop_;
   std::atomic<uint64_t> edits_ = 0;
+  std::atomic<bool> begun_ = false;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   absl::Time deadline_ = absl::InfiniteFuture();

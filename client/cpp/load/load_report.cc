@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/load/load_report.h"
 
+#include <algorithm>
+
 namespace latticed::client {
 
 void StreamGroup::Add(const UpdateLog& log, std::span<const TimedEdit> edits,
@@ -24,10 +26,21 @@ void StreamGroup::Add(const UpdateLog& log, std::span<const TimedEdit> edits,
   superseded += log.restarts();
 }
 
-void ServerStages::Add(const UpdateLog& log, uint64_t first_revision) {
+void ServerStages::Add(const UpdateLog& log, std::span<const AppliedEdit> applied,
+                       uint64_t first_revision) {
+  for (const AppliedEdit& edit : applied) apply.Add(edit.apply_time);
+  uint64_t newest = first_revision;
   for (const LoggedUpdate& update : log.updates()) {
     if (update.revision <= first_revision) continue;
-    queue.Add(absl::Microseconds(update.timings.queue_us()));
+    const absl::Duration applied_to_begin = absl::Microseconds(update.timings.queue_us());
+    const auto edit =
+        std::ranges::lower_bound(applied, update.revision, {}, &AppliedEdit::revision);
+    const bool made_it = edit != applied.end() && edit->revision == update.revision;
+    // Not where a revision comes again, in more detail.
+    if (made_it && update.revision > newest)
+      arrival_to_bytes.Add(edit->apply_time + applied_to_begin);
+    newest = update.revision;
+    queue.Add(applied_to_begin);
     evaluate.Add(absl::Microseconds(update.timings.evaluate_us()));
     encode.Add(absl::Microseconds(update.timings.encode_us()));
     send.Add(absl::Microseconds(update.timings.send_us()));

@@ -40,8 +40,13 @@ struct StreamGroup {
 // of each scene's first editor.
 struct ServerStages {
   LatencyRecorder apply, queue, evaluate, encode, send;
+  // From the arrival of the batch that made an update's revision to update_begin, when all its bytes
+  // are in the host's memory: the sum of that batch's and that update's times, of each update by
+  // itself. Batches that were merged into it had come earlier, by what the server does not tell.
+  LatencyRecorder arrival_to_bytes;
 
-  void Add(const UpdateLog& log, uint64_t first_revision);
+  // `applied`: the scene's batches, by revision.
+  void Add(const UpdateLog& log, std::span<const AppliedEdit> applied, uint64_t first_revision);
 };
 
 // Processor time of the measured run.

@@ -20,11 +20,11 @@ constexpr absl::Duration kStartDelay = absl::Milliseconds(20);
 
 }  // namespace
 
-LoadRun::LoadRun(const LoadPlan& plan, const std::vector<std::string>& scenes,
+LoadRun::LoadRun(const LoadPlan& plan, const std::vector<LoadScene>& scenes,
                  const SceneLoad::NewClient& new_client, const Options& options,
                  const std::stop_token& stop)
     : plan_(plan), options_(options), control_(stop) {
-  for (const std::string& scene : scenes) {
+  for (const LoadScene& scene : scenes) {
     scenes_.push_back(std::make_unique<SceneLoad>(&plan_, scene, new_client, &control_));
   }
 }
@@ -65,7 +65,7 @@ absl::Status LoadRun::Prepare() {
 
 void LoadRun::Measure(const Progress& progress) {
   const absl::Time begin = absl::Now() + kStartDelay;
-  control_.SetDeadline(begin + plan_.duration);
+  control_.Begin(begin + plan_.duration);
   for (const auto& scene : scenes_) scene->Start(begin);
   absl::Notification done;
   std::thread waiter([&] {

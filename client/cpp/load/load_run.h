@@ -16,7 +16,6 @@
 
 #include <memory>
 #include <stop_token>
-#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -36,7 +35,7 @@ class LoadRun {
     int server_process = 0;      // else its id, where it runs on this machine and is known
   };
 
-  LoadRun(const LoadPlan& plan, const std::vector<std::string>& scenes,
+  LoadRun(const LoadPlan& plan, const std::vector<LoadScene>& scenes,
           const SceneLoad::NewClient& new_client, const Options& options,
           const std::stop_token& stop);
   // Progress counts edits of all editors, or milliseconds where the duration ends the run.

@@ -10,9 +10,9 @@
 #define LATTICED_CLIENT_CPP_LOAD_LOAD_SCENES_H_
 
 #include <memory>
-#include <string>
 #include <vector>
 
+#include "client/cpp/load/scene_load.h"
 #include "client/cpp/temporary_scene.h"
 
 namespace latticed::client {
@@ -28,14 +28,14 @@ class LoadScenes {
   }
 
   // One scene more, of a mesh that may be there already.
-  [[nodiscard]] absl::Status Make(const MeshFile& mesh, const v1::CreateSceneRequest& request,
+  [[nodiscard]] absl::Status Make(MeshFile mesh, const v1::CreateSceneRequest& request,
                                   Console console);
-  const std::vector<std::string>& ids() const { return ids_; }
+  const std::vector<LoadScene>& scenes() const { return scenes_; }
 
  private:
   Client& client_;
   std::vector<std::unique_ptr<TemporaryScene>> made_;
-  std::vector<std::string> ids_;
+  std::vector<LoadScene> scenes_;
 };
 
 }  // namespace latticed::client

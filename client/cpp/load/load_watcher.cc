@@ -48,6 +48,7 @@ void LoadWatcher::Read() {
       status = absl::UnavailableError("the server has ended a watch");
     }
     if (status.ok() && options_.decodes) status = log_.DecodeNewest(stream_->surface());
+    if (status.ok() && control_->begun()) log_.SampleNewest(stream_->surface());
     if (closing_.HasBeenNotified()) return;
     if (status.ok()) continue;
     control_->Fail(status);

@@ -54,7 +54,7 @@ absl::Status PeriodicEditor::Edit(absl::Time first_due) {
     std::vector<absl::Time> due;
     for (; step <= newest; ++step) due.push_back(due_at(step));
     v1::EditBatch batch = MakeLoadEdit(*context_.lattice, plan.all_points, newest);
-    if (auto status = Apply(std::move(batch), due); !status.ok()) return status;
+    if (auto status = Apply(std::move(batch), newest, due); !status.ok()) return status;
   }
   if (step < plan.edits && context_.control->Stopped() && absl::Now() >= due_at(step)) {
     context_.edits->AddUnsent(NewestDue(step, first_due) - step + 1);
@@ -67,7 +67,8 @@ uint64_t PeriodicEditor::NewestDue(uint64_t step, absl::Time first_due) const {
   return std::clamp(static_cast<uint64_t>(periods), step, context_.plan->edits - 1);
 }
 
-absl::Status PeriodicEditor::Apply(v1::EditBatch batch, const std::vector<absl::Time>& due) {
+absl::Status PeriodicEditor::Apply(v1::EditBatch batch, uint64_t step,
+                                   const std::vector<absl::Time>& due) {
   batch.set_scene(scene_);
   batch.set_editor_id(editor_id_);
   batch.set_sequence(++sequence_);
@@ -77,7 +78,7 @@ absl::Status PeriodicEditor::Apply(v1::EditBatch batch, const std::vector<absl::
   }
   const auto result = client_->ApplyEdits(batch);
   if (!result.ok()) return result.status();
-  context_.edits->Add(due, *result);
+  context_.edits->Add(due, context_.number, step, *result);
   context_.control->CountEdits(due.size());
   return absl::OkStatus();
 }

@@ -42,7 +42,7 @@ class PeriodicEditor final : public LoadEditor {
   absl::Status Edit(absl::Time first_due);
   // The edits after `step` that wait by now as well: the newest one stands for all.
   uint64_t NewestDue(uint64_t step, absl::Time first_due) const;
-  absl::Status Apply(v1::EditBatch batch, const std::vector<absl::Time>& due);
+  absl::Status Apply(v1::EditBatch batch, uint64_t step, const std::vector<absl::Time>& due);
   absl::Status Commit();
 
   Client* const client_;  // the watcher's

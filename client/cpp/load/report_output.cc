@@ -59,7 +59,8 @@ std::vector<NamedLatency> Latencies(const StreamGroup& group) {
 }
 
 std::vector<NamedLatency> Stages(const ServerStages& stages) {
-  return {{"apply", "server: edit's arrival to applied", stages.apply},
+  return {{"arrivalToBytes", "server: edit's arrival to all bytes", stages.arrival_to_bytes},
+          {"apply", "server: edit's arrival to applied", stages.apply},
           {"queue", "server: applied to update begin", stages.queue},
           {"evaluate", "server: evaluate", stages.evaluate},
           {"encode", "server: encode", stages.encode},
@@ -117,10 +118,11 @@ std::vector<Row> FactRows(const LoadReport& report) {
   rows.push_back({"processor", CpuText(report)});
   rows.push_back(
       {"verified",
-       fmt::format("{} points and {} normals against EvaluatePoints; the worst are off "
-                   "by {:.2f} and {:.2f} of what is allowed",
-                   FormatCount(report.verified.positions), FormatCount(report.verified.normals),
-                   report.verified.worst_position, report.verified.worst_normal)});
+       fmt::format("{} updates at their own revisions, {} points and {} normals of them against "
+                   "EvaluatePoints; the worst are off by {:.2f} and {:.2f} of what is allowed",
+                   FormatCount(report.verified.updates), FormatCount(report.verified.positions),
+                   FormatCount(report.verified.normals), report.verified.worst_position,
+                   report.verified.worst_normal)});
   return rows;
 }
 
@@ -224,7 +226,8 @@ void PrintLoadJson(const LoadPlan& plan, const LoadReport& report, std::ostream&
                       {"slow", ToJson(report.slow, report)},
                       {"cpu", CpuJson(report)},
                       {"verified",
-                       {{"points", report.verified.positions},
+                       {{"updates", report.verified.updates},
+                        {"points", report.verified.positions},
                         {"normals", report.verified.normals},
                         {"worstPosition", report.verified.worst_position},
                         {"worstNormal", report.verified.worst_normal}}}};

@@ -3,15 +3,17 @@
 #include "client/cpp/load/scene_load.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
-#include "client/cpp/load/surface_verifier.h"
+#include "client/cpp/load/lattice_replay.h"
 #include "core/base/error.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
 namespace {
 
+constexpr size_t kLastChunks = 4;     // of a stream that does not keep up
 constexpr uint64_t kWarmUpEdits = 4;  // an even number: all points are back where they were
 
 // With the details that it had.
@@ -24,10 +26,11 @@ absl::Status About(const absl::Status& status, const std::string& scene) {
 
 }  // namespace
 
-SceneLoad::SceneLoad(const LoadPlan* plan, std::string scene, NewClient new_client,
+SceneLoad::SceneLoad(const LoadPlan* plan, LoadScene scene, NewClient new_client,
                      LoadControl* control)
     : plan_(*plan),
-      scene_(std::move(scene)),
+      scene_(std::move(scene.id)),
+      mesh_(std::move(scene.mesh)),
       new_client_(std::move(new_client)),
       control_(control),
       client_(new_client_()) {}
@@ -94,6 +97,7 @@ absl::Status SceneLoad::WarmUp() {
     const auto result = client_->ApplyEdits(batch);
     if (!result.ok()) return About(result.status(), scene_);
     first_revision_ = result->revision();
+    warm_up_.push_back({.revision = first_revision_, .editor = kWarmUpEditor, .step = step});
     if (auto status = WaitForAll(first_revision_); !status.ok()) return status;
   }
   return absl::OkStatus();
@@ -130,7 +134,7 @@ void SceneLoad::Close() {
 }
 
 absl::Status SceneLoad::Verify(bool fused) {
-  SurfaceVerifier verifier(client_.get(), scene_, fused);
+  SurfaceVerifier verifier(client_.get(), scene_, mesh_, fused);
   size_t stream = 0;
   absl::Status status;
   for (const auto& editor : editors_) {
@@ -140,15 +144,48 @@ absl::Status SceneLoad::Verify(bool fused) {
     if (watcher.pace != LoadWatcher::Pace::kFull) continue;
     status.Update(verifier.Check(watcher.stream->surface(), stream++));
   }
+  if (status.ok()) status = VerifySamples(verifier);
   verified_ = verifier.result();
   return About(status, scene_);
+}
+
+std::vector<SampledUpdate> SceneLoad::Samples() const {
+  std::vector<SampledUpdate> samples;
+  const auto add = [&](const UpdateLog& log) {
+    // A slow watcher may still have been at the warm-up.
+    std::ranges::copy_if(log.samples(), std::back_inserter(samples), [&](const SampledUpdate& s) {
+      return s.surface.revision() > first_revision_;
+    });
+  };
+  for (const auto& editor : editors_) add(editor->log());
+  for (const Watcher& watcher : watchers_) {
+    add(watcher.stream->log());
+    if (watcher.pace == LoadWatcher::Pace::kFull) continue;
+    const Surface& last = watcher.stream->surface();
+    samples.emplace_back(last, SpreadChunks(last.chunk_count(), kLastChunks, samples.size()));
+  }
+  std::ranges::sort(samples, {}, [](const SampledUpdate& s) { return s.surface.revision(); });
+  return samples;
+}
+
+absl::Status SceneLoad::VerifySamples(SurfaceVerifier& verifier) const {
+  std::vector<AppliedEdit> edits = warm_up_;
+  edits.insert(edits.end(), edits_.applied().begin(), edits_.applied().end());
+  LatticeReplay replay(plan_, lattice_, std::move(edits));
+  for (const SampledUpdate& sample : Samples()) {
+    const auto control_points = replay.At(sample.surface.revision());
+    if (!control_points.ok()) return control_points.status();
+    if (auto s = verifier.CheckPast(sample.surface, sample.chunks, *control_points); !s.ok()) {
+      return s;
+    }
+  }
+  return absl::OkStatus();
 }
 
 void SceneLoad::AddTo(LoadReport* report) const {
   report->edits += edits_.edits().size();
   report->replaced += edits_.replaced();
   report->unsent += edits_.unsent();
-  for (const absl::Duration time : edits_.apply_times()) report->stages.apply.Add(time);
   std::vector<TimedEdit> edits = edits_.edits();
   std::sort(edits.begin(), edits.end(),
             [](const TimedEdit& a, const TimedEdit& b) { return a.revision < b.revision; });
@@ -158,7 +195,9 @@ void SceneLoad::AddTo(LoadReport* report) const {
     if (watcher.pace == LoadWatcher::Pace::kFull) report->watchers.Add(log, edits, first_revision_);
     if (watcher.pace == LoadWatcher::Pace::kSlow) report->slow.Add(log, edits, first_revision_);
   }
-  report->stages.Add(editors_.front()->log(), first_revision_);
+  std::vector<AppliedEdit> applied = edits_.applied();
+  std::ranges::sort(applied, {}, &AppliedEdit::revision);
+  report->stages.Add(editors_.front()->log(), applied, first_revision_);
   const v1::Topology& topology = editors_.front()->surface().topology();
   report->patches += topology.patch_count();
   report->points += topology.point_count();

@@ -16,18 +16,25 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/cpp/files.h"
 #include "client/cpp/load/load_editor.h"
 #include "client/cpp/load/load_report.h"
 #include "client/cpp/load/load_watcher.h"
+#include "client/cpp/load/surface_verifier.h"
 
 namespace latticed::client {
+
+struct LoadScene {
+  std::string id;
+  std::shared_ptr<const MeshFile> mesh;  // that it was made from
+};
 
 class SceneLoad {
  public:
   // Each with a connection of its own.
   using NewClient = std::function<std::unique_ptr<Client>()>;
 
-  SceneLoad(const LoadPlan* plan, std::string scene, NewClient new_client, LoadControl* control);
+  SceneLoad(const LoadPlan* plan, LoadScene scene, NewClient new_client, LoadControl* control);
   SceneLoad(const SceneLoad&) = delete;  // its editors use it
   SceneLoad& operator=(const SceneLoad&) = delete;
 
@@ -39,7 +46,9 @@ class SceneLoad {
   // Waits until all streams that keep up have the last revision.
   [[nodiscard]] absl::Status Settle();
   void Close();
-  // Of each stream that keeps up a few chunks of the last revision. `fused`: the scene's pipeline.
+  // Of each stream that keeps up a few chunks of the last revision; of each stream a few updates of
+  // those that were measured, and of those that do not keep up the last one. `fused`: the scene's
+  // pipeline. Edits the scene.
   [[nodiscard]] absl::Status Verify(bool fused);
   void AddTo(LoadReport* report) const;
 
@@ -47,15 +56,19 @@ class SceneLoad {
   absl::Status OpenEditors();
   absl::Status OpenWatchers(int count, const LoadWatcher::Options& options);
   absl::Status WaitForAll(uint64_t revision) const;
+  std::vector<SampledUpdate> Samples() const;
+  absl::Status VerifySamples(SurfaceVerifier& verifier) const;
   v1::WatchRequest Request() const;
 
   const LoadPlan& plan_;
   const std::string scene_;
+  const std::shared_ptr<const MeshFile> mesh_;
   const NewClient new_client_;
   LoadControl* const control_;
   const std::unique_ptr<Client> client_;  // of what no stream does
   v1::LatticeState lattice_;
   uint64_t first_revision_ = 0;  // before the edits that count
+  std::vector<AppliedEdit> warm_up_;
   EditLog edits_;
   VerifiedPoints verified_;
   struct Watcher {

@@ -8,8 +8,10 @@
 #include <numeric>
 #include <utility>
 
+#include "client/cpp/load/update_log.h"
 #include "core/base/bounds.h"
 #include "core/codec/octahedral.h"
+#include "core/ffd/vertex_normals.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -19,34 +21,26 @@ constexpr size_t kChunks = 4;
 constexpr size_t kPointsPerChunk = 1024;  // of the 4,096 that one EvaluatePoints may have
 constexpr double kFusedPrecision = 3e-7, kGemmPrecision = 1e-6;  // of D
 constexpr double kNormalPrecision = 2e-5;                        // radians per kappa
-constexpr double kLargestCondition = 100;
+constexpr double kLargestKappa = 100;
 
 Vec3d VectorAt(const google::protobuf::RepeatedField<double>& flat, size_t i) {
   const int first = static_cast<int>(3 * i);
   return {flat[first], flat[first + 1], flat[first + 2]};
 }
 
-double ControlPointsDiagonal(const v1::Lattice& lattice) {
+double Diagonal(std::span<const Vec3d> points) {
   Bounds bounds;
-  for (int i = 0; i < lattice.control_points_size() / 3; ++i) {
-    bounds.Extend(VectorAt(lattice.control_points(), static_cast<size_t>(i)));
-  }
+  for (const Vec3d point : points) bounds.Extend(point);
   return bounds.diagonal();
 }
 
-// How much the deformation with this Jacobian can turn the normal that it has made `deformed`.
-double Condition(const google::protobuf::RepeatedField<double>& jacobians, size_t i,
-                 Vec3d deformed) {
-  const Vec3d u = VectorAt(jacobians, 3 * i), v = VectorAt(jacobians, 3 * i + 1),
-              w = VectorAt(jacobians, 3 * i + 2);
-  const Vec3d cofactor[3] = {Cross(v, w), Cross(w, u), Cross(u, v)};
-  // deformed ~ cof(J) N = det(J) J^-T N
-  const Vec3d rest{Dot(u, deformed), Dot(v, deformed), Dot(w, deformed)};
-  const Vec3d carried = cofactor[0] * rest.x + cofactor[1] * rest.y + cofactor[2] * rest.z;
-  const double norm = std::sqrt(Dot(cofactor[0], cofactor[0]) + Dot(cofactor[1], cofactor[1]) +
-                                Dot(cofactor[2], cofactor[2]));
-  return norm * Norm(rest) / Norm(carried);
+std::vector<Vec3d> ControlPointsOf(const v1::Lattice& lattice) {
+  std::vector<Vec3d> points(static_cast<size_t>(lattice.control_points_size()) / 3);
+  for (size_t i = 0; i < points.size(); ++i) points[i] = VectorAt(lattice.control_points(), i);
+  return points;
 }
+
+bool IsSmooth(const Surface& surface) { return surface.view().normals() == v1::NORMAL_MODE_SMOOTH; }
 
 absl::Status Mismatch(const char* what, const Surface& surface, double of_allowed, Vec3d got,
                       Vec3d definition) {
@@ -60,32 +54,80 @@ absl::Status Mismatch(const char* what, const Surface& surface, double of_allowe
 }  // namespace
 
 absl::Status SurfaceVerifier::Check(const Surface& surface, size_t offset) {
+  if (auto status = Prepare(surface); !status.ok()) return status;
+  return Compare(surface, SpreadChunks(surface.chunk_count(), kChunks, offset),
+                 {surface.revision(), Diagonal(ControlPointsOf(surface.lattice().lattice()))});
+}
+
+absl::Status SurfaceVerifier::CheckPast(const Surface& surface, std::span<const uint32_t> chunks,
+                                        std::span<const Vec3d> control_points) {
+  if (auto status = Prepare(surface); !status.ok()) return status;
+  if (past_ != surface.revision()) {
+    if (auto status = PutBack(control_points); !status.ok()) return status;
+    past_ = surface.revision();
+  }
+  return Compare(surface, chunks, {put_back_.revision(), Diagonal(control_points)});
+}
+
+absl::Status SurfaceVerifier::PutBack(std::span<const Vec3d> control_points) {
+  v1::EditBatch batch;
+  batch.set_scene(scene_);
+  batch.set_editor_id(editor_id_);
+  batch.set_sequence(put_back_.sequence() + 1);
+  batch.set_structure_id(lattice_.structure_id());
+  auto& all = *batch.add_edits()->mutable_replace_control_points()->mutable_control_points();
+  for (const Vec3d point : control_points) {
+    for (int axis = 0; axis < 3; ++axis) all.Add(point[axis]);
+  }
+  auto result = client_->ApplyEdits(batch);
+  if (!result.ok()) return result.status();
+  put_back_ = *std::move(result);
+  return absl::OkStatus();
+}
+
+absl::Status SurfaceVerifier::Compare(const Surface& surface, std::span<const uint32_t> chunks,
+                                      const Truth& truth) {
+  const auto sample = TakeSample(surface, chunks);
+  if (!sample.ok()) return sample.status();
+  if (sample->points.positions.empty()) return absl::OkStatus();
+  const auto definition = client_->EvaluatePoints(sample->request);
+  if (!definition.ok()) return definition.status();
+  if (definition->revision() != truth.revision) {
+    return absl::AbortedError(fmt::format("scene {} is edited by somebody else: revision {} of {}",
+                                          scene_, truth.revision, definition->revision()));
+  }
+  auto status = ComparePositions(surface, *sample, *definition, truth.diagonal);
+  if (status.ok()) status = CompareNormals(surface, *sample, *definition);
+  if (status.ok()) ++result_.updates;
+  return status;
+}
+
+absl::Status SurfaceVerifier::Prepare(const Surface& surface) {
+  if (lattice_.structure_id() == 0) {
+    auto lattice = client_->GetLattice(scene_);
+    if (!lattice.ok()) return lattice.status();
+    lattice_ = *std::move(lattice);
+  }
   if (provenance_.topology_id() != surface.topology().topology_id()) {
     auto topology = client_->GetTopology(scene_, surface.topology().topology_id());
     if (!topology.ok()) return topology.status();
     provenance_ = *std::move(topology);
   }
-  const auto sample = TakeSample(surface, offset);
-  if (!sample.ok()) return sample.status();
-  if (sample->points.positions.empty()) return absl::OkStatus();
-  const auto definition = client_->EvaluatePoints(sample->request);
-  if (!definition.ok()) return definition.status();
-  if (definition->revision() != surface.revision()) {
-    return absl::AbortedError(fmt::format("scene {} is edited by somebody else: revision {} of {}",
-                                          scene_, surface.revision(), definition->revision()));
-  }
-  const auto status = ComparePositions(surface, *sample, *definition);
-  return status.ok() ? CompareNormals(surface, *sample, *definition) : status;
+  if (!IsSmooth(surface) || !corner_normals_.empty()) return absl::OkStatus();
+  const auto mesh = ParseMesh(*mesh_);
+  if (!mesh.ok()) return mesh.status();
+  auto normals = UnitCornerNormals(*mesh);
+  if (!normals.ok()) return normals.status();
+  corner_normals_ = *std::move(normals);
+  return absl::OkStatus();
 }
 
-absl::StatusOr<SurfaceVerifier::Sample> SurfaceVerifier::TakeSample(const Surface& surface,
-                                                                    size_t offset) const {
+absl::StatusOr<SurfaceVerifier::Sample> SurfaceVerifier::TakeSample(
+    const Surface& surface, std::span<const uint32_t> chunks) const {
   Sample sample;
   sample.request.set_scene(scene_);
-  const size_t count = surface.chunk_count();
-  for (size_t i = 0; i < std::min(kChunks, count); ++i) {
-    const auto status = AddChunk(surface, (offset + i * count / kChunks) % count, &sample);
-    if (!status.ok()) return status;
+  for (const uint32_t chunk : chunks) {
+    if (auto status = AddChunk(surface, chunk, &sample); !status.ok()) return status;
   }
   return sample;
 }
@@ -105,6 +147,9 @@ absl::Status SurfaceVerifier::AddChunk(const Surface& surface, size_t chunk, Sam
         SurfacePointOf(surface, patch, i % per_patch);
     sample->points.positions.push_back(decoded->positions[i]);
     if (!decoded->normals.empty()) sample->points.normals.push_back(decoded->normals[i]);
+    const auto pattern = surface.topology().pattern().points().begin() +
+                         static_cast<std::ptrdiff_t>(3 * (i % per_patch));
+    sample->at_patch_edge.push_back(std::find(pattern, pattern + 3, 0u) != pattern + 3);
   }
   return absl::OkStatus();
 }
@@ -128,10 +173,10 @@ v1::SurfacePoint SurfaceVerifier::SurfacePointOf(const Surface& surface, uint64_
 }
 
 absl::Status SurfaceVerifier::ComparePositions(const Surface& surface, const Sample& sample,
-                                               const v1::EvaluatePointsResponse& definition) {
+                                               const v1::EvaluatePointsResponse& definition,
+                                               double diagonal) {
   const double allowed =
-      0.5 * surface.quantisation().step() + (fused_ ? kFusedPrecision : kGemmPrecision) *
-                                                ControlPointsDiagonal(surface.lattice().lattice());
+      0.5 * surface.quantisation().step() + (fused_ ? kFusedPrecision : kGemmPrecision) * diagonal;
   for (size_t i = 0; i < sample.points.positions.size(); ++i) {
     const Vec3d got = sample.points.positions[i], expected = VectorAt(definition.positions(), i);
     const Vec3d off = Max(got - expected, expected - got);
@@ -144,18 +189,41 @@ absl::Status SurfaceVerifier::ComparePositions(const Surface& surface, const Sam
   return absl::OkStatus();
 }
 
+CarriedNormal SurfaceVerifier::NormalOf(const Surface& surface, const Sample& sample,
+                                        const v1::EvaluatePointsResponse& definition,
+                                        size_t i) const {
+  const auto& degree = lattice_.lattice().degree();
+  if (sample.at_patch_edge[i] && std::min({degree.u(), degree.v(), degree.w()}) == 1) return {};
+  const Vec3d jacobian[3] = {VectorAt(definition.jacobians(), 3 * i),
+                             VectorAt(definition.jacobians(), 3 * i + 1),
+                             VectorAt(definition.jacobians(), 3 * i + 2)};
+  Vec3d rest;
+  if (!IsSmooth(surface)) {
+    // deformed ~ cof(J) N = det(J) J^-T N
+    const Vec3d deformed = VectorAt(definition.normals(), i);
+    for (int c = 0; c < 3; ++c) rest[c] = Dot(jacobian[c], deformed);
+    return {deformed, CarryNormal(jacobian, rest).kappa};
+  }
+  const auto& point = sample.request.surface_points().points(static_cast<int>(i));
+  for (int k = 0; k < 3; ++k) {
+    rest += point.barycentrics(k) * ToDouble(corner_normals_[point.corners(k)]);
+  }
+  CarriedNormal normal = CarryNormal(jacobian, rest);
+  normal.kappa /= Norm(rest);
+  return normal;
+}
+
 absl::Status SurfaceVerifier::CompareNormals(const Surface& surface, const Sample& sample,
                                              const v1::EvaluatePointsResponse& definition) {
-  if (!fused_ || surface.view().normals() != v1::NORMAL_MODE_FACET) return absl::OkStatus();
+  if (!fused_) return absl::OkStatus();
   const int bits = surface.quantisation().normal_bits();
   const double cell = bits == 0 ? 0 : 4 * std::numbers::sqrt2 / OctahedralMax(bits);
   for (size_t i = 0; i < sample.points.normals.size(); ++i) {
-    const Vec3d got = ToDouble(sample.points.normals[i]),
-                expected = VectorAt(definition.normals(), i);
-    const double condition = Condition(definition.jacobians(), i, expected);
-    if (!(condition <= kLargestCondition)) continue;  // also where the normal is undefined
+    const auto [expected, kappa] = NormalOf(surface, sample, definition, i);
+    if (!(kappa <= kLargestKappa)) continue;  // also where the normal is undefined
+    const Vec3d got = ToDouble(sample.points.normals[i]);
     const double angle = std::atan2(Norm(Cross(got, expected)), Dot(got, expected));
-    const double of_allowed = angle / (cell + kNormalPrecision * condition);
+    const double of_allowed = angle / (cell + kNormalPrecision * kappa);
     if (!(of_allowed <= 1)) return Mismatch("normal", surface, of_allowed, got, expected);
     result_.worst_normal = std::max(result_.worst_normal, of_allowed);
     ++result_.normals;

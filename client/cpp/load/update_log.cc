@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/load/update_log.h"
 
+#include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -11,8 +13,19 @@ namespace latticed::client {
 namespace {
 
 constexpr auto kPatience = std::chrono::seconds(60);
+// Of a sampled update.
+constexpr size_t kBroughtChunks = 3, kAnyChunks = 1;
 
 }  // namespace
+
+std::vector<uint32_t> SpreadChunks(size_t count, size_t most, size_t offset) {
+  std::vector<uint32_t> chunks;
+  most = std::min(most, count);
+  for (size_t i = 0; i < most; ++i) {
+    chunks.push_back(static_cast<uint32_t>((offset + i * count / most) % count));
+  }
+  return chunks;
+}
 
 void UpdateLog::Take(const v1::SceneEvent& event) {
   switch (event.event_case()) {
@@ -54,6 +67,17 @@ absl::Status UpdateLog::DecodeNewest(const Surface& surface) {
   }
   updates_.back().decoded = absl::Now();
   return absl::OkStatus();
+}
+
+void UpdateLog::SampleNewest(const Surface& surface) {
+  if (!std::has_single_bit(++sampled_from_)) return;
+  std::vector<uint32_t> chunks = SpreadChunks(surface.chunk_count(), kAnyChunks, samples_.size());
+  for (const uint32_t i : SpreadChunks(newest_chunks_.size(), kBroughtChunks, samples_.size())) {
+    if (std::ranges::find(chunks, newest_chunks_[i]) == chunks.end()) {
+      chunks.push_back(newest_chunks_[i]);
+    }
+  }
+  samples_.emplace_back(surface, std::move(chunks));
 }
 
 uint64_t UpdateLog::revision() const {

@@ -5,6 +5,7 @@
 //
 //   client.Watch(request, [&log](const v1::SceneEvent& event) { log.Take(event); });
 //   if (auto status = log.DecodeNewest(surface); …)         // where decoding is measured
+//   log.SampleNewest(surface);                              // some are kept, to be verified later
 //   log.WaitFor(revision, control)                          // in any thread
 //
 // Threads  one takes and decodes; revision and WaitFor from any; the rest when that one is done
@@ -14,6 +15,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -32,11 +34,25 @@ struct LoggedUpdate {
   v1::UpdateTimings timings;
 };
 
+// A few of the chunks that a stream had when an update had ended.
+struct SampledUpdate {
+  SampledUpdate(const Surface& surface, std::vector<uint32_t> chunks)
+      : surface(surface.Excerpt(chunks)), chunks(std::move(chunks)) {}
+  Surface surface;
+  std::vector<uint32_t> chunks;
+};
+
+// Up to `most` numbers below `count`, evenly spread; others for another `offset`.
+[[nodiscard]] std::vector<uint32_t> SpreadChunks(size_t count, size_t most, size_t offset);
+
 class UpdateLog {
  public:
   void Take(const v1::SceneEvent& event);
   // Decodes the chunks that the newest update has brought.
   [[nodiscard]] absl::Status DecodeNewest(const Surface& surface);
+  // Keeps the 1st, 2nd, 4th, 8th, … update with which it is called: of its chunks some that it has
+  // brought, and some of which it says by their absence that they have not changed.
+  void SampleNewest(const Surface& surface);
 
   // Of the newest complete update.
   uint64_t revision() const;
@@ -46,6 +62,7 @@ class UpdateLog {
   void Fail(const absl::Status& status);
 
   const std::vector<LoggedUpdate>& updates() const { return updates_; }
+  const std::vector<SampledUpdate>& samples() const { return samples_; }
   // How often an update began anew since its snapshot was retired.
   uint64_t restarts() const { return restarts_; }
 
@@ -55,6 +72,8 @@ class UpdateLog {
   LoggedUpdate current_;
   std::vector<uint32_t> current_chunks_, newest_chunks_;
   std::vector<LoggedUpdate> updates_;
+  std::vector<SampledUpdate> samples_;
+  uint64_t sampled_from_ = 0;
   uint64_t restarts_ = 0;
   mutable std::mutex mutex_;  // of what follows
   mutable std::condition_variable changed_;

@@ -43,6 +43,22 @@ TEST(ChunkTable, WhatIsSetInACopyIsNotInTheOther) {
   EXPECT_EQ(&after[149], &before[149]);
 }
 
+TEST(ChunkTable, ADigestIsSetBesideTheSameBytes) {
+  constexpr VertexDigest kDigest{.low = 1, .high = 2};
+  const ChunkTable before = MakeTable();
+  ChunkTable after = before.Share();
+
+  after.SetDigest(70, kDigest);
+  after.SetDigest(5, before[5].digest);
+
+  EXPECT_EQ(after[70].digest, kDigest);
+  EXPECT_EQ(after[70].revision, 1u);
+  EXPECT_EQ(after[70].data.data, before[70].data.data);
+  EXPECT_EQ(before[70].digest, VertexDigest());
+  EXPECT_EQ(&after[5], &before[5]) << "a group where it was that already is shared";
+  EXPECT_THAT(after.ChangedAfter(1), IsEmpty());
+}
+
 TEST(ChunkTable, ACopyOfACopyIsOneOfItsOwn) {
   const ChunkTable first = MakeTable();
   ChunkTable second = first.Share();

@@ -167,6 +167,27 @@ TEST_F(StageOverlapTest, WhatRoundsToTheSameIntegersIsNotEncoded) {
   ExpectRight(*client);
 }
 
+TEST_F(StageOverlapTest, WhatAnotherWriterHasEncodedIsEncodedOnceMoreAndNotSent) {
+  const auto client = Watch();
+  const double step = scene_->State()->box.step(options_.view.key.spec.position_bits);
+  const int at_first = gates().encoded_chunks();
+
+  gates().ChangeDigests();
+  Move(kCorner, {1e-12 * step, 0, 0});
+  client->RunToHead();
+  const int once_more = gates().encoded_chunks();
+  Move(kCorner, {1e-12 * step, 0, 0});
+  client->RunToHead();
+
+  EXPECT_GT(once_more, at_first);
+  EXPECT_EQ(gates().encoded_chunks(), once_more);
+  for (size_t i = 1; i < client->updates().size(); ++i) {
+    EXPECT_EQ(client->updates()[i].begin.chunk_count, 0u);
+  }
+  EXPECT_EQ(client->updates().back().end.revision, 2u);
+  ExpectRight(*client);
+}
+
 TEST_F(StageOverlapTest, OnlyChunksWhoseIntegersChangedAreEncodedWhicheverSlotHasThem) {
   const auto client = Watch();
 

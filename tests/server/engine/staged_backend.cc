@@ -14,6 +14,13 @@ namespace {
 
 constexpr absl::Duration kLong = absl::Seconds(20);
 
+void Mask(std::span<VertexDigest> digests, const VertexDigest& mask) {
+  for (VertexDigest& digest : digests) {
+    digest.low ^= mask.low;
+    digest.high ^= mask.high;
+  }
+}
+
 class StagedView : public DeformView {
  public:
   StagedView(std::unique_ptr<DeformView> inner, std::shared_ptr<StageGates> gates, size_t chunks,
@@ -47,9 +54,12 @@ class StagedView : public DeformView {
                                                   Encoding encoding,
                                                   std::span<VertexDigest> digests) override {
     const absl::Status status = gates_->Begin(Stage::kEncode);
+    const VertexDigest mask = gates_->digest_mask();
+    Mask(digests, mask);
     auto encoded = status.ok() ? inner_->Encode(chunks, encoding, digests)
                                : absl::StatusOr<std::vector<SharedBytes>>(status);
     staging_bytes_ = gates_->staging_bytes();
+    Mask(digests, mask);
     if (encoded.ok()) gates_->CountEncoded(*encoded);
     if (encoded.ok() && gates_->roomy_blocks()) PutIntoBlock(*encoded);
     if (encoded.ok()) PutBehindGate(*encoded);
@@ -173,6 +183,16 @@ uint64_t StageGates::staging_bytes() {
 bool StageGates::roomy_blocks() {
   const MutexLock lock(&mutex_);
   return roomy_blocks_;
+}
+
+void StageGates::ChangeDigests() {
+  const MutexLock lock(&mutex_);
+  ++digest_mask_.low;
+}
+
+VertexDigest StageGates::digest_mask() {
+  const MutexLock lock(&mutex_);
+  return digest_mask_;
 }
 
 int StageGates::begun(Stage stage) {

@@ -35,6 +35,8 @@ class StageGates {
   void UseRoomyBlocks();
   // From now on a view has so much staged on the host once something of it was encoded.
   void SetStaging(uint64_t bytes);
+  // From here on digests are those of another writer, as a device's are not the host's.
+  void ChangeDigests();
   // Since the backend was made. A call begins before the gate and ends behind it.
   int begun(Stage stage);
   int ended(Stage stage);
@@ -50,6 +52,7 @@ class StageGates {
   uint64_t staging_bytes();
 
   // For the backend.
+  VertexDigest digest_mask();
   void CountEncoded(const std::vector<SharedBytes>& results);
   absl::Status Begin(Stage stage);
   void End(Stage stage, size_t chunks);
@@ -65,6 +68,7 @@ class StageGates {
   Mutex mutex_;
   std::array<Gate, 6> gates_ ABSL_GUARDED_BY(mutex_);
   absl::Duration delay_ ABSL_GUARDED_BY(mutex_);
+  VertexDigest digest_mask_ ABSL_GUARDED_BY(mutex_);
   int encoded_chunks_ ABSL_GUARDED_BY(mutex_) = 0;
   bool roomy_blocks_ ABSL_GUARDED_BY(mutex_) = false;
   uint64_t staging_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
