@@ -68,18 +68,22 @@ bool PresenceBoard::Shows(const std::string& editor_id) const {
 std::shared_ptr<const Presence> PresenceFeed::Next(absl::Time now,
                                                    const std::shared_ptr<SceneListener>& stream) {
   wake_at_ = absl::InfiniteFuture();
-  if (!turn_end_.has_value()) {
-    if (now < next_turn_) {
-      wake_at_ = next_turn_;
-      return nullptr;
+  for (;;) {
+    if (!turn_end_.has_value()) {
+      if (now < next_turn_) {
+        wake_at_ = next_turn_;
+        return nullptr;
+      }
+      if (!BeginTurn(stream)) return nullptr;
     }
-    if (!BeginTurn(stream)) return nullptr;
+    if (auto presence = NextOfTurn(); presence != nullptr) {
+      told_in_turn_ = true;
+      return presence;
+    }
+    read_ = *turn_end_;
+    turn_end_.reset();
+    if (std::exchange(told_in_turn_, false)) next_turn_ = now + kInterval;
   }
-  if (auto presence = NextOfTurn(); presence != nullptr) return presence;
-  read_ = *turn_end_;
-  turn_end_.reset();
-  wake_at_ = next_turn_ = now + kInterval;
-  return nullptr;
 }
 
 bool PresenceFeed::BeginTurn(const std::shared_ptr<SceneListener>& stream) {

@@ -7,9 +7,10 @@
 //
 // The board holds the newest of each editor and nothing else; a feed holds how far it has read, so
 // that there is no queue, a slow reader skips what is old, one who comes late is told of all who
-// are there, and no leaving is missed. A feed reads in turns: what is new when a turn begins, then
-// nothing for a second / limits::kMaxPresencesPerSecond. So Show costs the same however many watch:
-// it wakes those alone who have read all and wait, and each of them waits only after a turn.
+// are there, and no leaving is missed. A feed reads in turns: what is new when a turn begins, then,
+// having told something, nothing for a second / limits::kMaxPresencesPerSecond. So Show costs the
+// same however many watch: it wakes those alone who have read all and wait, and of them each that
+// tells it waits again only after the pause.
 //
 // Errors   none
 // Threads  the board is safe; a feed belongs to its stream, which locks
@@ -116,6 +117,7 @@ class PresenceFeed {
   const std::string own_editor_;
   uint64_t read_ = 0;                 // all that was shown up to this version
   std::optional<uint64_t> turn_end_;  // the version where the turn under way ends
+  bool told_in_turn_ = false;         // what is its own is no reason to pause
   uint64_t departure_ = 0;
   absl::btree_set<PresenceBoard::EditorName, ByName> told_;
   std::vector<PresenceBoard::EditorName> left_;  // to be told

@@ -232,6 +232,15 @@ TEST_F(PresenceFeedTest, TellsTheNewestAtMostTenTimesASecond) {
   EXPECT_EQ(told, 10);
 }
 
+TEST_F(PresenceFeedTest, WhatOneShowsOneselfDelaysNothing) {
+  EXPECT_EQ(bob_.Next(start_), nullptr);
+  Show(bob_, "bob", "B");
+  EXPECT_EQ(bob_.Next(start_), nullptr);
+  Show(alice_, "alice", "A");
+  EXPECT_EQ(bob_.stream->wakes, 2);
+  EXPECT_EQ(bob_.Next(start_)->name, "A");
+}
+
 TEST_F(PresenceFeedTest, WhatIsShownDuringATurnIsOfTheNext) {
   Show(alice_, "alice", "A");
   Show(carol_, "carol", "C");
