@@ -30,19 +30,11 @@ absl::Status OutOfHostMemory(size_t asked) {
   return error::OutOfMemory(kStagingPurpose, asked, FreeHostBytes());
 }
 
-// In eighths of the next power of two, whole pages: blocks of about a size serve each other's users,
-// and a block is at most a quarter too large.
-size_t BlockSize(size_t bytes) {
-  const size_t step = std::max(std::bit_ceil(bytes) / 8, kPage);
-  return (std::max(bytes, kPage) + step - 1) / step * step;
-}
-
-// Of whole pages. They are brought in here, huge ones where the host has them, and only then pinned,
-// since nobody launches on the device while the driver pins: 8 MiB take 1.3 ms, 0.25 of it so, where
-// cudaHostAlloc takes 3 to 4, all of it so.
+// `size`: a power of two, of whole pages. They are brought in here, huge ones where the host has
+// them, and only then pinned, since nobody launches on the device while the driver pins: 8 MiB take
+// 1.3 ms, 0.25 of it so, where cudaHostAlloc takes 3 to 4, all of it so.
 absl::StatusOr<uint8_t*> Pin(size_t size) {
-  const size_t alignment = size < kHugePage ? kPage : kHugePage;
-  auto* const data = static_cast<uint8_t*>(std::aligned_alloc(alignment, size));
+  auto* const data = static_cast<uint8_t*>(std::aligned_alloc(std::min(size, kHugePage), size));
   if (data == nullptr) return OutOfHostMemory(size);
   if (size >= kHugePage) static_cast<void>(madvise(data, size, MADV_HUGEPAGE));
   for (size_t at = 0; at < size; at += kPage) data[at] = 0;
@@ -70,16 +62,15 @@ PinnedMemory::~PinnedMemory() {
 }
 
 absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
-  const size_t size = BlockSize(bytes);
+  const size_t size = std::bit_ceil(std::max(bytes, kPage));
   if (refuse_ && refuse_(kStagingPurpose, size)) return OutOfHostMemory(size);
   {
     const std::scoped_lock lock(mutex_);
-    if (const auto block = free_.lower_bound(size);
-        block != free_.end() && block->first <= size + size / 8) {
-      const auto [found, data] = *block;
+    if (const auto block = free_.find(size); block != free_.end()) {
+      uint8_t* const data = block->second;
       free_.erase(block);
-      free_bytes_ -= found;
-      return PinnedBuffer(shared_from_this(), data, found);
+      free_bytes_ -= size;
+      return PinnedBuffer(shared_from_this(), data, size);
     }
   }
   const auto data = Pin(size);

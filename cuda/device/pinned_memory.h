@@ -64,7 +64,8 @@ class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
   PinnedMemory(const PinnedMemory&) = delete;  // owns the blocks
   PinnedMemory& operator=(const PinnedMemory&) = delete;
 
-  // At least `bytes`, at most a half more. Pins only where no free block is of about that size.
+  // At least `bytes`: the next power of two, so that updates of all sizes find a block that served
+  // another. Pins only where none is left.
   [[nodiscard]] absl::StatusOr<PinnedBuffer> Borrow(size_t bytes);
 
  private:
