@@ -8,12 +8,10 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
-import { evaluate } from '@src/lattice/bspline';
-import { domain, frameEdges } from '@src/lattice/grid';
 import { latticeFromJson } from '@src/lattice/lattice_json';
-import { coordinates, distance, sub, type Vec3 } from '@src/lattice/vec';
-import type { SurfaceMesh } from '@src/surface/surface_mesh';
+import { distance, type Vec3 } from '@src/lattice/vec';
 import { launch, limitStorage, openPage } from './browser';
+import { followsDefinition } from './definition';
 import { assertFlat } from './page_memory';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
@@ -48,54 +46,6 @@ function watchUpdates(of: Page): Promise<void> {
       Object.assign(window, { seen: { revision, fullDetail, at: performance.now() } }),
     );
   });
-}
-
-/** Largest distance of a mesh vertex, deformed by the definition, from the nearest point received, in grid steps. */
-async function worstVertex(of: Page): Promise<number> {
-  const { points, step, lattice } = await of.evaluate(() => {
-    const surface = window.latticed.scene!.session.surface as unknown as SurfaceMesh;
-    const layout = surface.drawnLayout!;
-    const count = layout.patchCount * layout.pointsPerPatch;
-    const { frame, degree, size, knots, points: controls } = window.latticed.scene!.session.lattice;
-    return {
-      points: Array.from({ length: count }, (_, i) => surface.positionOf(i)),
-      step: surface.drawnStep!,
-      lattice: { frame, degree, size, knots: knots.map((k) => [...k]), points: [...controls] },
-    };
-  });
-  const { frame, degree, size, knots } = lattice;
-  const vector = ([x, y, z]: Vec3) => ({ x, y, z });
-  const axes = ([u, v, w]: Vec3) => ({ u, v, w });
-  const deformed = latticeFromJson(
-    JSON.stringify({
-      frame: { origin: vector(frame.origin), u: vector(frame.u), v: vector(frame.v), w: vector(frame.w) },
-      degree: axes(degree),
-      size: axes(size),
-      knotsU: knots[0],
-      knotsV: knots[1],
-      knotsW: knots[2],
-      controlPoints: lattice.points,
-    }),
-  );
-  const rest = OBJ.split('\n')
-    .filter((line) => line.startsWith('v '))
-    .map((line) => line.slice(2).split(' ').map(Number) as unknown as Vec3);
-  const misses = rest.map((p) => {
-    const x = coordinates(frameEdges(deformed.frame), sub(p, deformed.frame.origin));
-    const parameter = ([0, 1, 2] as const).map(
-      (a) => domain(deformed, a)[0] + x[a] * (domain(deformed, a)[1] - domain(deformed, a)[0]),
-    );
-    const target = evaluate(deformed, parameter as unknown as Vec3);
-    return Math.min(...points.map((q) => distance(q, target)));
-  });
-  return Math.max(...misses) / step;
-}
-
-/** Waits until every vertex is where the definition says: on a busy machine an update takes its time. */
-async function followsDefinition(of: Page): Promise<void> {
-  let worst = Infinity;
-  for (const end = Date.now() + 20_000; worst >= 1 && Date.now() < end; ) worst = await worstVertex(of);
-  assert.ok(worst < 1, `${worst} steps`);
 }
 
 /** Waits until a window shows what another has selected: a ring in its colour around a control point, and a dot with its name. */
@@ -164,7 +114,7 @@ test('the mouse drags a control point: it stays below the pointer, and the surfa
   const [nowX, nowY] = await onScreen(page, CORNER);
   assert.ok(Math.hypot(nowX - (x + 60), nowY - (y - 50)) < 2, `${[nowX - x, nowY - y]} is not 60, -50`);
   await settled();
-  await followsDefinition(page);
+  await followsDefinition(page, OBJ);
   assert.ok(Number(await page.locator('[data-hud=latency]').innerText()) > 0); // a frame has shown it
   await shot('viewer_dragged');
 });
@@ -260,7 +210,7 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   const moved = await controlPoint(page, 0);
   await other.waitForFunction(([z]) => window.latticed.scene!.session.lattice.points[2] === z, [moved[2]] as const);
   await settled(other);
-  await followsDefinition(other);
+  await followsDefinition(other, OBJ);
   await seesSelection(other, page, 0, '1 control point');
   await other.evaluate((corner) => window.latticed.scene!.editor.selection.select([corner]), CORNER);
   await seesSelection(page, other, CORNER, '1 control point');
@@ -275,7 +225,7 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   await other.getByLabel('Knot', { exact: true }).press('Enter');
   await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 80);
   await settled();
-  await followsDefinition(page);
+  await followsDefinition(page, OBJ);
   await shot('viewer_second_window', other);
   assert.deepEqual(otherErrors, []);
   await other.close();
@@ -342,7 +292,7 @@ test('a lattice that was saved brings its shape back when it is dropped on the p
 
   assert.equal(latticeFromJson(json).count, 80);
   await settled();
-  await followsDefinition(page);
+  await followsDefinition(page, OBJ);
 });
 
 test('a sample becomes a scene, whose upper plane R Z 4 5 turns about its middle', async () => {
@@ -407,7 +357,7 @@ test('a server that was killed and started again is said on the page, and gets t
 
   await settled();
   assert.deepEqual(await controlPoint(page, 0), before);
-  await followsDefinition(page);
+  await followsDefinition(page, OBJ);
 });
 
 test('a page that is opened after the restart has the dropped mesh from the browser, not from the server', async () => {
@@ -423,7 +373,7 @@ test('a page that is opened after the restart has the dropped mesh from the brow
 
   await page.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
   assert.deepEqual(await controlPoint(page, 0), before);
-  await followsDefinition(page);
+  await followsDefinition(page, OBJ);
 });
 
 test('a scene that the browser has no room for is told of, once', async () => {
