@@ -55,7 +55,7 @@ function selected(): Promise<number[]> {
   return page.evaluate(() => [...window.latticed.scene!.editor.selection.indices]);
 }
 
-/** A finger that goes from one place of the page to another. */
+/** A finger that goes from one place of the page to another, and rests there: Chromium drops a tap soon after a fling. */
 async function swipe(from: readonly [number, number], to: readonly [number, number]): Promise<void> {
   const session = await page.context().newCDPSession(page);
   const touch = (type: 'touchStart' | 'touchMove' | 'touchEnd', ...touchPoints: { x: number; y: number }[]) =>
@@ -63,6 +63,8 @@ async function swipe(from: readonly [number, number], to: readonly [number, numb
   const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
   await touch('touchStart', { x: from[0], y: from[1] });
   for (let step = 1; step <= 8; ++step) await touch('touchMove', { x: from[0] + (dx * step) / 8, y: from[1] + (dy * step) / 8 });
+  await page.waitForTimeout(100);
+  await touch('touchMove', { x: to[0], y: to[1] });
   await touch('touchEnd');
   await session.detach();
 }
@@ -325,15 +327,18 @@ test('fingers select one by one, also below a handle, drag a point, and steer a 
   await select(CORNER);
   await page.getByRole('button', { name: 'Transform', exact: true }).tap();
   await page.getByRole('menuitem', { name: 'Move G' }).tap();
+  await page.locator('.transform-bar').waitFor();
   await swipe([400, 400], [440, 340]);
   assert.ok(distance(await controlPoint(page, CORNER), rest) > 0.1);
+  // Clicks come some time after the fingers that make them.
   await page.getByRole('button', { name: 'Z', exact: true }).tap();
+  await page.getByRole('button', { name: 'Z', exact: true, pressed: true }).waitFor();
   await page.getByLabel('Amount').fill('-0.25');
   await shot('viewer_tablet');
   assert.deepEqual(await controlPoint(page, CORNER), [rest[0], rest[1], rest[2] - 0.25]);
   await page.getByRole('button', { name: 'Cancel' }).tap();
-  assert.deepEqual(await controlPoint(page, CORNER), rest);
   await page.locator('.transform-bar').waitFor({ state: 'hidden' });
+  assert.deepEqual(await controlPoint(page, CORNER), rest);
 });
 
 test('on a tablet every command is in a menu, and nothing lies above the buttons of a transform', async () => {
@@ -341,6 +346,7 @@ test('on a tablet every command is in a menu, and nothing lies above the buttons
   const listed: string[] = [];
   for (const menu of ['File', 'Edit', 'Select', 'Transform', 'View']) {
     await page.locator('.menu-button').getByText(menu, { exact: true }).tap();
+    await page.getByRole('button', { name: menu, exact: true, expanded: true }).waitFor();
     listed.push(...(await page.locator('.menu button > span').allInnerTexts()));
   }
   assert.deepEqual(listed, await page.evaluate(() => window.latticed.commands.list.map(({ label }) => label)));
