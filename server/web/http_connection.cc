@@ -36,9 +36,9 @@ class HttpConnection final : public HttpExchange,
  public:
   HttpConnection(Transport transport, std::shared_ptr<ConnectionSet::Place> place,
                  const HttpTimeouts& timeouts, const HttpHandler& handler)
-      : transport_(std::move(transport)),
+      : place_(std::move(place)),
+        transport_(std::move(transport)),
         executor_(transport_.get_executor()),
-        place_(std::move(place)),
         timeouts_(timeouts),
         handler_(handler),
         read_(executor_),
@@ -90,9 +90,10 @@ class HttpConnection final : public HttpExchange,
   void Leave();
   void Expect(Deadline& deadline, HttpTimeouts::Duration after);
 
+  // Destroyed last, maybe on a thread of gRPC's: the server waits for it, and then has no executor.
+  std::shared_ptr<ConnectionSet::Place> place_;
   Transport transport_;  // moved from after an upgrade
   const Transport::executor_type executor_;
-  std::shared_ptr<ConnectionSet::Place> place_;
   const HttpTimeouts timeouts_;
   const HttpHandler& handler_;
   Deadline read_, written_;    // of the client: what is awaited, and what is sent

@@ -25,7 +25,7 @@ class WebSocketSession final : public WebSocket,
                                public std::enable_shared_from_this<WebSocketSession> {
  public:
   WebSocketSession(Transport transport, std::shared_ptr<ConnectionSet::Place> place)
-      : stream_(std::move(transport)), place_(std::move(place)) {}
+      : place_(std::move(place)), stream_(std::move(transport)) {}
 
   void Accept(const HttpTimeouts& timeouts, UpgradeRequest request, std::string subprotocol,
               std::function<void(std::shared_ptr<WebSocket>)> opened);
@@ -52,8 +52,8 @@ class WebSocketSession final : public WebSocket,
   void SendClose();
   void Gone();
 
-  websocket::stream<Transport, false> stream_;  // no compression: chunks are Draco's
-  const std::shared_ptr<ConnectionSet::Place> place_;
+  const std::shared_ptr<ConnectionSet::Place> place_;  // destroyed last: see http_connection.cc
+  websocket::stream<Transport, false> stream_;         // no compression: chunks are Draco's
   beast::flat_buffer buffer_;
   OutBytes writing_;
   bool read_pending_ = false, write_pending_ = false;
