@@ -78,6 +78,7 @@ absl::StatusOr<DracoAnnouncement> ReadDracoAnnouncement(std::span<const uint8_t>
     return Malformed("byte 11", "its metadata cannot be read");
   }
   DracoAnnouncement announcement{.is_mesh = geometry == draco::TRIANGULAR_MESH};
+  announcement.is_kd_tree = !announcement.is_mesh && method == draco::POINT_CLOUD_KD_TREE_ENCODING;
   if (!ReadCounts(version, announcement.is_mesh, method, buffer, announcement)) {
     return Malformed(fmt::format("byte {}", bytes.size()), "ends before its counts");
   }

@@ -29,6 +29,7 @@ absl::StatusOr<std::unique_ptr<draco::PointCloud>> DecodeCloud(std::span<const u
     return MalformedChunk(fmt::format("announces {} points, a chunk has {} at most",
                                       announcement->points, limits::kMaxChunkPoints));
   }
+  if (announcement->is_kd_tree) return MalformedChunk("is a k-d tree, a chunk keeps its order");
   if (auto size = CheckDracoSize(*announcement, bytes.size()); !size.ok()) return size;
   draco::Decoder decoder;
   if (skip_transforms) {
