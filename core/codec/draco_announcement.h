@@ -19,7 +19,7 @@ namespace latticed {
 struct DracoAnnouncement {
   bool is_mesh = false;
   bool is_kd_tree = false;  // whose attributes announce sizes of their own
-  uint64_t points = 0;  // encoded vertices for edgebreaker
+  uint64_t points = 0;      // encoded vertices for edgebreaker
   uint64_t faces = 0;
 };
 
