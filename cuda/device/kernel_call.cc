@@ -20,6 +20,12 @@ cudaError_t DeviceKnowsDependentLaunches(bool& knows) {
 
 }  // namespace
 
+cudaError_t KernelCall::CountBlocksAtOnce(int& blocks) const {
+  if (const auto e = AllowSharedMemory(); e != cudaSuccess) return e;
+  return cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel_, static_cast<int>(threads_),
+                                                       shared_bytes_);
+}
+
 cudaError_t KernelCall::AllowSharedMemory() const {
   if (kernel_ == nullptr) return cudaErrorInvalidValue;
   if (shared_bytes_ <= kPlainSharedBytes) return cudaSuccess;

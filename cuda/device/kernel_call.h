@@ -41,6 +41,8 @@ class KernelCall {
 
   const void* kernel() const { return kernel_; }
 
+  // How many of its blocks a multiprocessor of the current device holds at once.
+  cudaError_t CountBlocksAtOnce(int& blocks) const;
   // Allows the kernel the shared memory that it asks for, where that is more than any may have.
   // To be called before it is launched or made part of a graph.
   cudaError_t AllowSharedMemory() const;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/fused/cuda_fused_kernel.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <utility>
@@ -39,24 +40,36 @@ absl::StatusOr<std::unique_ptr<CudaFusedKernel>> CudaFusedKernel::Create(
   if (!coefficients.ok()) return coefficients.status();
   auto bounds = Floats(context, *lane, plan->boxes.size());
   if (!bounds.ok()) return bounds.status();
-  const auto multiprocessors = CountMultiprocessors(context.device());
-  if (!multiprocessors.ok()) return multiprocessors.status();
-  return std::unique_ptr<CudaFusedKernel>(new CudaFusedKernel(
-      std::move(plan), std::move(device_plan), spec, std::move(lane), *tables,
-      {*std::move(wire_chunks), *std::move(coefficients), *std::move(bounds)}, *multiprocessors));
+  std::unique_ptr<CudaFusedKernel> kernel(
+      new CudaFusedKernel(std::move(plan), std::move(device_plan), spec, std::move(lane), *tables,
+                          {*std::move(wire_chunks), *std::move(coefficients), *std::move(bounds)}));
+  if (auto s = kernel->CountBlocksAtOnce(context.device()); !s.ok()) return s;
+  return kernel;
 }
 
 CudaFusedKernel::CudaFusedKernel(std::shared_ptr<const DeformPlan> plan,
                                  std::shared_ptr<DevicePlan> device_plan, const ViewSpec& spec,
                                  std::shared_ptr<CudaLane> lane, kernels::PlanTables tables,
-                                 Buffers buffers, int multiprocessors)
+                                 Buffers buffers)
     : plan_(std::move(plan)),
       device_plan_(std::move(device_plan)),
       spec_(spec),
       lane_(std::move(lane)),
       tables_(tables),
-      buffers_(std::move(buffers)),
-      multiprocessors_(multiprocessors) {}
+      buffers_(std::move(buffers)) {}
+
+absl::Status CudaFusedKernel::CountBlocksAtOnce(int device) {
+  const auto multiprocessors = CountMultiprocessors(device);
+  if (!multiprocessors.ok()) return multiprocessors.status();
+  const kernels::FusedLaunch any{.tables = device_plan_->fused_tables(),
+                                 .segments = spec_.segments,
+                                 .normals = NormalsOf(spec_.normals),
+                                 .output = {.format = Format()}};
+  int blocks = 0;
+  const auto error = kernels::FusedCall(any).CountBlocksAtOnce(blocks);
+  blocks_at_once_ = std::max(*multiprocessors * blocks, 1);
+  return CudaStatus(error, "the blocks of a multiprocessor");
+}
 
 LaneFormat CudaFusedKernel::Format() const {
   if (spec_.format == VertexFormat::kFloat32) return LaneFormat::kFloat32;
@@ -109,7 +122,7 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
       .attached = frame.attached().data,
       .chunks = frame.chunks(),
       .chunk_count = static_cast<uint32_t>(chunks.size()),
-      .blocks_per_chunk = kernels::BlocksPerChunk(chunks.size(), spec_.segments, multiprocessors_),
+      .blocks = kernels::DivideChunks(chunks.size(), spec_.segments, Format(), blocks_at_once_),
       .patch_count = static_cast<uint32_t>(plan_->patches.size()),
       .segments = spec_.segments,
       .normals = NormalsOf(spec_.normals),

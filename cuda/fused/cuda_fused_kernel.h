@@ -41,7 +41,8 @@ class CudaFusedKernel : public CudaVertexKernel {
   };
   CudaFusedKernel(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
                   const ViewSpec& spec, std::shared_ptr<CudaLane> lane, kernels::PlanTables tables,
-                  Buffers buffers, int multiprocessors);
+                  Buffers buffers);
+  absl::Status CountBlocksAtOnce(int device);
   // One by one, each stage marked: between kernels of a graph nothing can be.
   absl::Status LaunchByStages(std::span<kernels::KernelCall> calls);
   kernels::LaneFormat Format() const;
@@ -56,7 +57,7 @@ class CudaFusedKernel : public CudaVertexKernel {
   std::shared_ptr<CudaLane> lane_;
   kernels::PlanTables tables_;
   Buffers buffers_;
-  int multiprocessors_;
+  int blocks_at_once_ = 1;  // that the device holds
   LaunchGraph graph_;
 };
 

@@ -6,11 +6,14 @@
 
 namespace latticed::kernels {
 
-uint32_t BlocksPerChunk(size_t chunk_count, int segments, int multiprocessors) {
+FusedBlocks DivideChunks(size_t chunk_count, int segments, LaneFormat format, int at_once) {
   const size_t row_pairs = static_cast<size_t>(segments) / 2 + 1;
   const size_t useful = (row_pairs + kFusedWarps - 1) / kFusedWarps;
-  const size_t room = static_cast<size_t>(multiprocessors) * kFusedBlocks / chunk_count;
-  return static_cast<uint32_t>(std::clamp<size_t>(room, 1, useful));
+  const auto room = static_cast<size_t>(at_once);
+  const size_t left = format == LaneFormat::kFloat32 ? chunk_count % room : 0;
+  const size_t divided = chunk_count <= room ? chunk_count : left;
+  const size_t parts = divided == 0 ? 1 : std::clamp<size_t>(room / divided, 1, useful);
+  return {static_cast<uint32_t>(chunk_count - divided), static_cast<uint32_t>(parts)};
 }
 
 KernelCall FusedCall(const FusedLaunch& launch) {

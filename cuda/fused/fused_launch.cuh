@@ -15,7 +15,7 @@ template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
 KernelCall InstanceCall(const FusedLaunch& launch) {
   return {&FusedKernel<D0, D1, D2, kSmooth, kFloat>,
           Order::kDependent,
-          launch.chunk_count * launch.blocks_per_chunk,
+          launch.blocks.Count(launch.chunk_count),
           kFusedThreads,
           FusedShared<D0 + D1 + D2, kSmooth, kFloat>::Bytes(launch.segments),
           launch};

@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: gpu_server_test.sh [FOLDER]
+# The server on a real device, by the programs in FOLDER (that of this script: an unpacked bundle's
+# bin), with a small budget: device memory by purpose, scenes moved out and used again, a view beyond
+# the budget refused with what is asked and free, updates that the load generator verifies. What these
+# do in every case, tests/server shows with devices that are made up.
+set -euo pipefail
+folder=${1:-$(dirname "$(readlink -f "$0")")}
+readonly most_scenes=60
+work=$(mktemp -d)
+
+"$folder/latticed" --backend cuda --gpu-memory 24MiB --listen 127.0.0.1:0 --admin 127.0.0.1:0 \
+  >"$work/log" 2>&1 &
+readonly server=$!
+trap 'kill "$server" 2>/dev/null; wait; rm -rf "$work"' EXIT
+
+fail() { echo "FAILED: $*"; tail -n 20 "$work"/*log; exit 1; }
+
+for ((i = 0; i < 300; ++i)); do
+  grep -q ' serving ' "$work/log" && break
+  kill -0 "$server" || fail "the server ended"
+  sleep 0.1
+done
+grep -q ' serving ' "$work/log" || fail "the server does not serve"
+said() { sed -n "s/.* serving .*\b$1=\([^ ]*\).*/\1/p" "$work/log"; }
+LATTICED_SERVER=$(said address)
+export LATTICED_SERVER
+readonly admin=$(said admin)
+
+ctl() { "$folder/latticectl" "$@" >"$work/ctl.log" 2>&1; }
+metric() {  # NAME: the sum of its samples
+  exec 3<>"/dev/tcp/${admin%:*}/${admin##*:}"
+  printf 'GET /metrics HTTP/1.1\r\nHost: %s\r\nConnection: close\r\n\r\n' "$admin" >&3
+  tr -d '\r' <&3 | awk -v name="$1" '$1 == name || index($1, name "{") == 1 { sum += $2 } END { print sum + 0 }'
+}
+create_and_use() {  # SCENE
+  ctl scene create "$work/knot.obj" --id "$1" --segments 6 || fail "scene create $1"
+  ctl export "$1" -o "$work/$1.ply" || fail "export $1"
+}
+
+ctl sample knot -o "$work/knot.obj" || fail "sample"
+create_and_use scene-0001
+ctl scene show scene-0001 && grep -q 'bytes of device_' "$work/ctl.log" || fail "no device memory is told"
+
+for ((i = 2; $(metric latticed_give_backs_total) == 0; ++i)); do
+  ((i <= most_scenes)) || fail "no scene was moved out"
+  create_and_use "$(printf 'scene-%04d' "$i")"
+done
+echo "a scene was moved out for number $((i - 1))"
+mv "$work/scene-0001.ply" "$work/first.ply"
+ctl export scene-0001 -o "$work/scene-0001.ply" || fail "export of a scene that was moved out"
+cmp "$work/first.ply" "$work/scene-0001.ply" || fail "a scene that was moved out comes back another"
+
+ctl sample knot --resolution 16 -o "$work/large.obj" || fail "sample"
+if ctl scene create "$work/large.obj" --id scene-large --segments 32 &&
+  ctl watch scene-large --segments 32 --updates 1; then
+  fail "a view beyond the budget was not refused"
+fi
+grep -q OUT_OF_MEMORY "$work/ctl.log" && grep -q free "$work/ctl.log" || fail "the refusal says not what is free"
+echo "refused: $(tail -n 1 "$work/ctl.log")"
+ctl scene delete scene-large || true
+
+ctl bench knot --resolution 2 --size 5,5,5 --edits 20 || fail "bench"
+grep -E 'verified +[1-9]' "$work/ctl.log" || fail "nothing was verified"
+kill -TERM "$server"
+wait "$server" || fail "the server's exit status is $?"
+trap 'rm -rf "$work"' EXIT
+echo "all passed"
