@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/ffd/deform_plan.h"
 #include "core/ffd/stage_matrices.h"
 
 namespace latticed::bench {
@@ -20,6 +21,25 @@ NetTables MakeNetTables(int degree) {
     }
   }
   return tables;
+}
+
+std::vector<NetPatch> MakeNetPatches(const DeformPlan& plan) {
+  std::vector<NetPatch> patches;
+  patches.reserve(plan.patches.size());
+  for (const Patch& patch : plan.patches) {
+    const bool outside = patch.box == plan.outside_box();
+    const auto corner = [&](size_t c) {
+      const PlanVertex& vertex = plan.vertices[patch.vertex[c]];
+      return outside ? vertex.world - plan.local_origin : vertex.parameter;
+    };
+    const auto& span = plan.boxes[patch.box].span;
+    patches.push_back({{span[0], span[1], span[2]},
+                       outside ? 1 : 0,
+                       corner(0),
+                       corner(1) - corner(0),
+                       corner(2) - corner(0)});
+  }
+  return patches;
 }
 
 }  // namespace latticed::bench

@@ -20,14 +20,28 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
+#include "core/base/host_device.h"
+#include "core/base/limits.h"
+#include "core/base/vec.h"
 #include "core/ffd/bernstein.h"
-#include "tests/bench/tensor_product.h"
+#include "core/ffd/volume_point.h"
+
+namespace latticed {
+struct DeformPlan;  // whose header is not for kernels
+}
 
 namespace latticed::bench {
 
 inline constexpr int kMostNet = BernsteinCount(3 * limits::kMaxDegree);
 inline constexpr int kNetGroup = 4;  // patches a block
+
+struct NetPatch {
+  int span[3];
+  int outside;  // 1: under the identity map, corner and edges in the world
+  Vec3d corner, along, across;
+};
 
 struct alignas(16) NetPoint {
   float x, y, z, w;
@@ -41,7 +55,7 @@ struct NetTables {
 };
 
 struct NetJob {
-  const TensorPatch* patches;
+  const NetPatch* patches;
   size_t count;
   VolumeView volume;
   const NetTables* tables;
@@ -57,7 +71,7 @@ LATTICED_HD inline void NetSample(const NetJob& job, size_t first, int step, Net
   const int in_group = step / tables.m, i = step % tables.m;
   const size_t patch = first + static_cast<size_t>(in_group);
   if (patch >= job.count) return;
-  const TensorPatch& p = job.patches[patch];
+  const NetPatch& p = job.patches[patch];
   const double over = 1.0 / tables.degree;
   const Vec3d at = p.corner + (tables.j[i] * over) * p.along + (tables.k[i] * over) * p.across;
   group.sample[in_group][i] =
@@ -83,6 +97,8 @@ LATTICED_HD inline void NetControl(const NetJob& job, size_t first, int step,
 
 // Made on the host in double, once. degree in 3 … 9.
 [[nodiscard]] NetTables MakeNetTables(int degree);
+// World coordinates are relative to the plan's local origin.
+[[nodiscard]] std::vector<NetPatch> MakeNetPatches(const DeformPlan& plan);
 
 }  // namespace latticed::bench
 

@@ -12,9 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "cuda/device/cuda_context.h"
-#include "cuda/view/cuda_frame.h"
 #include "tests/bench/bezier_net.h"
+#include "tests/bench/device_lattice.h"
 
 namespace latticed::bench {
 
@@ -22,27 +21,24 @@ class BezierNetMaker {
  public:
   // On a lane of its own.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<BezierNetMaker>> Create(
-      std::shared_ptr<const DeformPlan> plan, CudaContext& context);
+      const std::shared_ptr<const DeformPlan>& plan, CudaContext& context);
 
   [[nodiscard]] absl::Status Enqueue(std::span<const Vec3d> control_points);
   // What the last Enqueue made; waits for it.
   [[nodiscard]] absl::StatusOr<std::vector<NetPoint>> Download() const;
-  const CudaLane& lane() const { return *lane_; }
+  CudaLane& lane() const { return lattice_.lane(); }
 
  private:
   struct Buffers {
-    DeviceBuffer<double> knots;  // of u, then v, then w
-    DeviceBuffer<TensorPatch> patches;
+    DeviceBuffer<NetPatch> patches;
     DeviceBuffer<NetTables> tables;
     DeviceBuffer<NetPoint> nets;
   };
 
-  BezierNetMaker(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaLane> lane,
-                 CudaFrame frame, Buffers buffers);
+  BezierNetMaker(int m, DeviceLattice lattice, Buffers buffers);
 
-  std::shared_ptr<const DeformPlan> plan_;
-  std::shared_ptr<CudaLane> lane_;
-  CudaFrame frame_;
+  int m_;
+  DeviceLattice lattice_;
   Buffers buffers_;
 };
 

@@ -10,8 +10,8 @@
 #include <span>
 #include <vector>
 
+#include "core/ffd/deform_plan.h"
 #include "tests/bench/bezier_net.h"
-#include "tests/bench/tensor_tables.h"
 
 namespace latticed::bench {
 
@@ -19,7 +19,7 @@ namespace latticed::bench {
                                                             std::span<const Vec3d> control_points) {
   std::vector<Vec3d> relative(control_points.begin(), control_points.end());
   for (Vec3d& p : relative) p -= plan.local_origin;
-  const std::vector<TensorPatch> patches = MakeTensorPatches(plan);
+  const std::vector<NetPatch> patches = MakeNetPatches(plan);
   const NetTables tables = MakeNetTables(plan.structure.patch_degree());
   std::vector<NetPoint> nets(patches.size() * static_cast<size_t>(tables.m + 1));
   NetJob job{.patches = patches.data(),

@@ -23,6 +23,7 @@
 #include "absl/status/statusor.h"
 #include "core/backend.h"
 #include "tests/bench/bezier_net.h"
+#include "tests/bench/tensor_surfaces.h"
 
 namespace latticed::bench {
 
@@ -62,6 +63,15 @@ struct BezierNets {
   GpuTimes times;
 };
 
+// The tensor-product comparator: its stages "copy", "control points" and "rest", the tessellation;
+// and all of it.
+struct TensorTimes {
+  std::vector<GpuStage> stages;
+  GpuTimes whole;
+};
+// Asked once, before anything is timed, about the vertices of the first set of control points.
+using TensorCheck = std::function<absl::Status(std::span<const TensorVertex> vertices)>;
+
 // Evaluates the view that is timed, once; `run` counts.
 using GpuWork = std::function<absl::Status(int run)>;
 
@@ -70,11 +80,14 @@ class Gpu {
   virtual ~Gpu() = default;
   virtual Backend& backend() = 0;
   virtual const GpuFloors& floors() = 0;  // measured on the first call, in less than a second
-  // The comparator of tensor_product.h; kUnimplemented for patches that are not of degree 6.
-  virtual absl::StatusOr<std::unique_ptr<DeformView>> TensorProduct(
-      std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec) = 0;
+  // The surfaces of a plan from two sets of the lattice's control points by turns. The errors are
+  // those of `check`.
+  virtual absl::StatusOr<TensorTimes> TensorProduct(
+      const std::shared_ptr<const DeformPlan>& plan, const TensorSurfaces& surfaces,
+      std::span<const std::vector<Vec3d>, 2> control_points, const TensorCheck& check,
+      int runs) = 0;
   // Control points by formula (6), from two sets of the lattice's by turns.
-  virtual BezierNets ControlNets(std::shared_ptr<const DeformPlan> plan,
+  virtual BezierNets ControlNets(const std::shared_ptr<const DeformPlan>& plan,
                                  std::span<const std::vector<Vec3d>, 2> control_points,
                                  int runs) = 0;
 

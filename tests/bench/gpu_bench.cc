@@ -138,14 +138,15 @@ void RegisterShapes() {
 
 // The paper's comparators, of its smallest and largest model.
 void TensorProduct(benchmark::State& state, const PaperModel& model) {
-  Gpu& gpu = **TheGpu();
-  const Scenario& scenario = ModelScenario(model, {2, 2, 2});
-  const auto view =
-      MakeTensorView(gpu, scenario, GpuSpec(VertexFormat::kFloat32, NormalMode::kFacet, 10));
-  if (!view.ok()) return Skip(state, view.status());
-  const GpuWork work = AllChunks(scenario, **view);
-  SetTime(state, gpu.DeviceTime(**view, work, kRuns));
-  SetStages(state, gpu.Stages(**view, work, kStageRuns));
+  const auto run = MeasureTensorProduct(**TheGpu(), ModelScenario(model, {2, 2, 2}), kRuns);
+  if (!run.ok()) return Skip(state, run.status());
+  const auto points = static_cast<double>(run->points);
+  SetTime(state, run->times.whole);
+  SetStages(state, run->times.stages);
+  state.counters["surfaces"] = static_cast<double>(run->surfaces);
+  state.counters["points"] = points;
+  state.counters["triangles"] = static_cast<double>(run->triangles);
+  state.counters["ns_point"] = run->times.whole.median * 1e6 / points;
 }
 
 void RegisterTensorProduct() {

@@ -14,7 +14,7 @@
 #include "tests/bench/gpu_floors.h"
 #include "tests/bench/gpu_timer.h"
 #include "tests/bench/scenario.h"
-#include "tests/bench/tensor_product_kernel.h"
+#include "tests/bench/tensor_product_maker.h"
 
 namespace latticed::bench {
 namespace {
@@ -101,14 +101,26 @@ class CudaGpu : public Gpu {
     return *floors_;
   }
 
-  absl::StatusOr<std::unique_ptr<DeformView>> TensorProduct(std::shared_ptr<const DeformPlan> plan,
-                                                            const ViewSpec& spec) override {
-    return MakeTensorProductView(std::move(plan), spec, context_);
+  absl::StatusOr<TensorTimes> TensorProduct(const std::shared_ptr<const DeformPlan>& plan,
+                                            const TensorSurfaces& surfaces,
+                                            std::span<const std::vector<Vec3d>, 2> control_points,
+                                            const TensorCheck& check, int runs) override {
+    const auto maker = TensorProductMaker::Create(plan, surfaces, *context_);
+    CheckOk(maker.status());
+    const GpuWork work = [&](int run) {
+      return (*maker)->Enqueue(control_points[static_cast<size_t>(run) % 2]);
+    };
+    CheckOk(work(0));
+    const auto vertices = (*maker)->Download();
+    CheckOk(vertices.status());
+    if (auto s = check(*vertices); !s.ok()) return s;
+    return TensorTimes{.stages = Stages((*maker)->lane(), work, runs),
+                       .whole = Times((*maker)->lane(), work, runs)};
   }
 
-  BezierNets ControlNets(std::shared_ptr<const DeformPlan> plan,
+  BezierNets ControlNets(const std::shared_ptr<const DeformPlan>& plan,
                          std::span<const std::vector<Vec3d>, 2> control_points, int runs) override {
-    const auto maker = BezierNetMaker::Create(std::move(plan), *context_);
+    const auto maker = BezierNetMaker::Create(plan, *context_);
     CheckOk(maker.status());
     const GpuWork work = [&](int run) {
       return (*maker)->Enqueue(control_points[static_cast<size_t>(run) % 2]);
@@ -172,18 +184,7 @@ class CudaGpu : public Gpu {
   }
 
   std::vector<GpuStage> Stages(DeformView& view, const GpuWork& work, int runs) override {
-    CudaLane& lane = LaneOf(view);
-    WarmUp(lane, work);
-    std::vector<StageRuns> stages;
-    for (int run = 0; run < runs; ++run) AddStages(lane, work, run, stages);
-    std::vector<GpuStage> result;
-    result.reserve(stages.size());
-    for (StageRuns& stage : stages) {
-      result.push_back({.name = stage.name,
-                        .device_ms = MedianAndLeast(std::move(stage.device_ms)).median,
-                        .host_ms = MedianAndLeast(std::move(stage.host_ms)).median});
-    }
-    return result;
+    return Stages(LaneOf(view), work, runs);
   }
 
   GpuTimes Formula24(int n, int segments, int runs) override {
@@ -207,6 +208,20 @@ class CudaGpu : public Gpu {
   }
 
  private:
+  std::vector<GpuStage> Stages(CudaLane& lane, const GpuWork& work, int runs) {
+    WarmUp(lane, work);
+    std::vector<StageRuns> stages;
+    for (int run = 0; run < runs; ++run) AddStages(lane, work, run, stages);
+    std::vector<GpuStage> result;
+    result.reserve(stages.size());
+    for (StageRuns& stage : stages) {
+      result.push_back({.name = stage.name,
+                        .device_ms = MedianAndLeast(std::move(stage.device_ms)).median,
+                        .host_ms = MedianAndLeast(std::move(stage.host_ms)).median});
+    }
+    return result;
+  }
+
   GpuTimes Times(const CudaLane& lane, const GpuWork& work, int runs) {
     WarmUp(lane, work);
     std::vector<double> times;

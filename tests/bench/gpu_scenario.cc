@@ -9,6 +9,7 @@
 #include "core/ffd/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/bench/exact_mesh.h"
+#include "tests/bench/tensor_verify.h"
 #include "tests/bench/verify.h"
 
 namespace latticed::bench {
@@ -21,6 +22,8 @@ constexpr std::array kPaperModels{PaperModel{"bird", 17'119}, PaperModel{"amphor
 constexpr size_t kMostExact = 1'000'000;
 // Plans of more take seconds: say what the wait is for.
 constexpr size_t kManyPatches = 500'000;
+// About as many as views have patches compared.
+constexpr size_t kVerifiedSurfaces = 2'000;
 
 Scenario Made(std::string name, absl::StatusOr<std::shared_ptr<const DeformPlan>> plan) {
   CheckOk(plan.status());
@@ -56,12 +59,11 @@ const Scenario& ScaleScenario(size_t patches) {
 namespace {
 
 absl::StatusOr<std::unique_ptr<DeformView>> Verified(
-    const Scenario& scenario, Pipeline pipeline, absl::StatusOr<std::unique_ptr<DeformView>> view,
-    decltype(&Verify) verify = Verify) {
+    const Scenario& scenario, Pipeline pipeline, absl::StatusOr<std::unique_ptr<DeformView>> view) {
   if (absl::IsUnimplemented(view.status())) return view;
   CheckOk(view.status());
   CheckOk((*view)->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
-  if (auto verified = verify(scenario, pipeline, **view); !verified.ok()) return verified;
+  if (auto verified = Verify(scenario, pipeline, **view); !verified.ok()) return verified;
   return view;
 }
 
@@ -80,10 +82,22 @@ absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Backend& backend, const 
   return Verified(scenario, pipeline, (*target)->CreateView(spec));
 }
 
-absl::StatusOr<std::unique_ptr<DeformView>> MakeTensorView(Gpu& gpu, const Scenario& scenario,
-                                                           const ViewSpec& spec) {
-  return Verified(scenario, Pipeline::kGemm, gpu.TensorProduct(scenario.plan, spec),
-                  VerifyPositions);
+absl::StatusOr<TensorRun> MeasureTensorProduct(Gpu& gpu, const Scenario& scenario, int runs) {
+  const auto surfaces = MakeTensorSurfaces(*scenario.plan);
+  if (!surfaces.ok()) return surfaces.status();
+  const size_t stride = std::max<size_t>(1, surfaces->count() / kVerifiedSurfaces);
+  const auto check = [&](std::span<const TensorVertex> vertices) {
+    const auto precision =
+        CompareTensor(*scenario.plan, scenario.control_points[0], *surfaces, vertices, stride);
+    return precision.ok() ? CheckTensor(*precision) : precision.status();
+  };
+  const auto times =
+      gpu.TensorProduct(scenario.plan, *surfaces, scenario.control_points, check, runs);
+  if (!times.ok()) return times.status();
+  return TensorRun{.surfaces = surfaces->count(),
+                   .points = surfaces->points.size(),
+                   .triangles = surfaces->triangles,
+                   .times = *times};
 }
 
 absl::StatusOr<ShaderTimes> MeasureShaderAlgorithm(Gpu& gpu, const Scenario& scenario, int runs) {

@@ -44,13 +44,17 @@ struct PaperModel {
                                                                       Pipeline pipeline,
                                                                       const ViewSpec& spec);
 
-// The tensor-product comparator, held to the GEMM pipelines' precision of positions.
-[[nodiscard]] absl::StatusOr<std::unique_ptr<DeformView>> MakeTensorView(Gpu& gpu,
-                                                                         const Scenario& scenario,
-                                                                         const ViewSpec& spec);
+// The tensor-product comparator: its surfaces are verified (tensor_verify.h), then timed.
+// kUnimplemented where there can be none of the plan, kInternal where they are wrong.
+struct TensorRun {
+  size_t surfaces = 0, points = 0, triangles = 0;
+  TensorTimes times;
+};
+[[nodiscard]] absl::StatusOr<TensorRun> MeasureTensorProduct(Gpu& gpu, const Scenario& scenario,
+                                                             int runs);
 
-// The tessellation-shader comparator, held to the same: control points by CUDA, tessellation by
-// OpenGL on the same device. The errors are those of measure_shaders.h.
+// The tessellation-shader comparator, verified too: control points by CUDA, tessellation by OpenGL
+// on the same device. The errors are those of measure_shaders.h.
 [[nodiscard]] absl::StatusOr<ShaderTimes> MeasureShaderAlgorithm(Gpu& gpu, const Scenario& scenario,
                                                                  int runs);
 

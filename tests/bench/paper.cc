@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "core/ffd/stage_matrices.h"
 #include "core/ffd/tessellation_pattern.h"
@@ -15,6 +16,7 @@ namespace latticed::bench {
 namespace {
 
 constexpr char kUnknown[] = "not known";
+constexpr int kSegments = 10;
 
 struct Row {
   PaperModel model;
@@ -33,8 +35,8 @@ std::string Name(const Row& row) { return row.model.name; }
 std::string Patches(const Row& row) { return fmt::format("{}", row.model.patches); }
 
 // Sums of the stages samples, (24), (25) and rearranging in the paper's Table 3, on its GTX 465,
-// and the same with drawing. DESIGN §6, issue 3 and studies/gpu.md quote those of its smallest and
-// its largest model; with drawing they disagree, so both are shown.
+// and the same with drawing, for its smallest and its largest model. With drawing sources disagree,
+// so both are shown.
 struct PaperSum {
   const char* computed;
   const char* drawn;
@@ -57,12 +59,13 @@ Section Products(const std::vector<Row>& rows) {
     section.rows.push_back(Cells{Name(row), Patches(row), Ms(t.formula18), Ms(t.formulas2123),
                                  Ms(t.formula24), Ms(t.formula25),
                                  Ratio(t.formula18 + t.formulas2123, t.formula24 + t.formula25),
-                                 Ratio(t.trivial, t.optimal + t.formula24), kUnknown});
+                                 Ratio(t.trivial, t.optimal + t.formula24), "2.6 to 2.8"});
   }
   section.notes = {
       "(18) and (24) in double, then rounded; the gemm pipeline keeps (24) and does not repeat it.",
-      "The paper's Table 2 has ratios of 2.6 to 2.8 where its text says 1.6 to 1.7; which columns "
-      "they compare is not in our sources."};
+      "The paper: the range of its Table 2, where its text says 1.6 to 1.7; single models, and "
+      "which "
+      "columns are compared, are not in our sources."};
   return section;
 }
 
@@ -104,66 +107,83 @@ Section Stages(const std::vector<Row>& rows) {
                                  Ms(t.fused)});
   }
   section.notes = {
-      "Paper: Table 3 on its GTX 465, smallest and largest model as DESIGN §6 and issue 3 quote "
-      "them; single stages and other models are not in our sources.",
+      "Paper: Table 3 on its GTX 465, smallest and largest model; single stages and other models "
+      "are "
+      "not in our sources.",
       "Rearranging includes normals. Shared points make the surface watertight; the paper has no "
       "such stage. The fused form is a whole evaluation with the copy."};
   return section;
 }
 
+// Of `ms` for so many points.
+double PointNs(double ms, double points) { return ms * 1e6 / points; }
+std::string Ns(double value) { return std::isnan(value) ? "-" : fmt::format("{:.4f}", value); }
+
+// Of our own pipelines: each patch has all of its pattern.
+double PatternPoints(const Row& row) {
+  return static_cast<double>(row.model.patches) * PointsPerPatch(kSegments);
+}
+
+// Of the tensor product.
+double TensorMs(const Row& row) {
+  return row.gpu.tensor.ok() ? row.gpu.tensor->times.whole.median : kNotMeasured;
+}
+double TensorPointNs(const Row& row) {
+  if (!row.gpu.tensor.ok()) return kNotMeasured;
+  return PointNs(TensorMs(row), static_cast<double>(row.gpu.tensor->points));
+}
+
 Section Algorithms(const std::vector<Row>& rows) {
-  Section section{.title = "Algorithms on the GPU, ms: control points, tessellation, total",
+  Section section{.title = "Tensor products on the GPU: ms; ratios of whole models, and of a point",
                   .notes = {},
-                  .columns = {"model", "patches", "tensor product: control", "tessellation",
-                              "total", "optimal form: total", "fused: total", "tensor / optimal",
-                              "tensor / fused", "paper"},
+                  .columns = {"model", "patches", "points of patches", "surfaces", "points",
+                              "control points", "tessellation", "total", "optimal form: total",
+                              "fused: total", "tensor / optimal", "tensor / fused",
+                              "tensor / optimal, a point", "tensor / fused, a point", "paper"},
                   .rows = {}};
   for (const Row& row : rows) {
     const PaperGpuTimes& t = row.gpu;
-    section.rows.push_back(Cells{Name(row), Patches(row), Ms(t.tensor_control),
-                                 Ms(t.tensor_tessellation), Ms(t.tensor), Ms(t.optimal),
-                                 Ms(t.fused), Ratio(t.tensor, t.optimal), Ratio(t.tensor, t.fused),
-                                 kUnknown});
+    const double pattern = PatternPoints(row), ms = TensorMs(row), ns = TensorPointNs(row);
+    Cells cells{Name(row), Patches(row), fmt::format("{:.0f}", pattern)};
+    if (t.tensor.ok()) {
+      cells.insert(cells.end(),
+                   {fmt::format("{}", t.tensor->surfaces), fmt::format("{}", t.tensor->points),
+                    Ms(StageMs(t.tensor->times.stages, "control points")),
+                    Ms(StageMs(t.tensor->times.stages, "rest"))});
+    } else {
+      cells.insert(cells.end(), 4, "-");
+    }
+    cells.insert(cells.end(), {Ms(ms), Ms(t.optimal), Ms(t.fused), Ratio(ms, t.optimal),
+                               Ratio(ms, t.fused), Ratio(ns, PointNs(t.optimal, pattern)),
+                               Ratio(ns, PointNs(t.fused, pattern)), kUnknown});
+    section.rows.push_back(std::move(cells));
   }
   section.notes = {
-      "Tensor product: Cui & Feng 2013, 49 samples a patch, two kernels of our own making, "
-      "verified like our pipelines, positions to 1e-6 D; not watertight. A surface for each "
-      "triangle, over its parallelogram, so that all make the same points; theirs has one for each "
-      "sub-polygon, over a rectangle: of four corners, one in place of two of these.",
-      "The paper's third algorithm, tessellation shaders, has another pattern: the next table."};
+      "Tensor product: Cui & Feng 2013, two kernels of our own making. A surface of degree 6 x 6 "
+      "for each polygon that a knot box leaves of a source triangle, from 49 samples over the "
+      "smallest rectangle in its plane; a grid of 10 x 10 cells over the rectangle, cells on the "
+      "polygon's boundary clipped against it. Rectangles and trimming are made once, as our plans "
+      "are. Vertices are verified at their own coordinates, positions to 1e-6 D; not watertight.",
+      "A trimmed grid has more points of one triangle than its pattern's 66, and fewer of a larger "
+      "polygon than the patterns of its patches: hence ratios of a point beside those of models. "
+      "The next table has times of a point, and the third algorithm, tessellation shaders."};
   return section;
 }
 
-// Of `ms` for each of a model's patches.
-std::string PointNs(double ms, const Row& row, double points) {
-  const double ns = ms * 1e6 / (static_cast<double>(row.model.patches) * points);
-  return std::isnan(ns) ? "-" : fmt::format("{:.4f}", ns);
-}
-
 Cells ShaderCells(const Row& row) {
-  constexpr int kSegments = 10;
-  const auto pattern = static_cast<double>(PointsPerPatch(kSegments));
   const PaperGpuTimes& t = row.gpu;
+  const std::string tensor = Ns(TensorPointNs(row));
+  const double optimal = PointNs(t.optimal, PatternPoints(row));
+  const double fused = PointNs(t.fused, PatternPoints(row));
   if (!t.shaders.ok()) {
-    return {Name(row),
-            Patches(row),
-            "-",
-            "-",
-            "-",
-            "-",
-            "-",
-            "-",
-            PointNs(t.tensor, row, pattern),
-            PointNs(t.optimal, row, pattern),
-            PointNs(t.fused, row, pattern),
-            "-",
-            "-",
-            kUnknown};
+    return {Name(row), Patches(row), "-",         "-",       "-", "-", "-",
+            "-",       tensor,       Ns(optimal), Ns(fused), "-", "-", kUnknown};
   }
   const ShaderTimes& s = *t.shaders;
   const double total = s.control.median + s.captured();
-  const auto points = static_cast<double>(s.distinct_points);
-  const double alike = total * pattern / points;  // as if it had as many points as the others
+  const double points =
+      static_cast<double>(row.model.patches) * static_cast<double>(s.distinct_points);
+  const double shaders = PointNs(total, points);
   return {Name(row),
           Patches(row),
           Ms(s.control.median),
@@ -171,12 +191,12 @@ Cells ShaderCells(const Row& row) {
           Ms(total),
           Ms(s.drawn()),
           fmt::format("{}", s.distinct_points),
-          PointNs(total, row, points),
-          PointNs(t.tensor, row, pattern),
-          PointNs(t.optimal, row, pattern),
-          PointNs(t.fused, row, pattern),
-          Ratio(alike, t.optimal),
-          Ratio(alike, t.fused),
+          Ns(shaders),
+          tensor,
+          Ns(optimal),
+          Ns(fused),
+          Ratio(shaders, optimal),
+          Ratio(shaders, fused),
           kUnknown};
 }
 

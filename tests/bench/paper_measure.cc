@@ -53,17 +53,6 @@ void MeasureOptimal(Gpu& gpu, const Scenario& scenario, PaperGpuTimes& times) {
   times.optimal = gpu.DeviceTime(*view, work, kGpuRuns).median;
 }
 
-void MeasureTensor(Gpu& gpu, const Scenario& scenario, PaperGpuTimes& times) {
-  const auto view = MakeTensorView(gpu, scenario, PaperSpec());
-  if (absl::IsUnimplemented(view.status())) return;
-  CheckOk(view.status());
-  const GpuWork work = AllChunks(scenario, **view);
-  const auto stages = gpu.Stages(**view, work, kGpuRuns);
-  times.tensor_control = StageMs(stages, "control points");
-  times.tensor_tessellation = StageMs(stages, "rest");
-  times.tensor = gpu.DeviceTime(**view, work, kGpuRuns).median;
-}
-
 double CpuTime(const Scenario& scenario, Pipeline pipeline, int threads) {
   const auto view = MakeView(scenario, pipeline, PaperSpec(), threads);
   CheckOk(Verify(scenario, pipeline, *view));
@@ -87,7 +76,8 @@ PaperGpuTimes MeasureOnGpu(const Scenario& scenario) {
   Gpu& gpu = **found;
   MeasureTrivial(gpu, scenario, times);
   MeasureOptimal(gpu, scenario, times);
-  MeasureTensor(gpu, scenario, times);
+  times.tensor = MeasureTensorProduct(gpu, scenario, kGpuRuns);
+  CheckOk(times.tensor.status());
   times.shaders = MeasureShaderAlgorithm(gpu, scenario, kGpuRuns);
   if (absl::IsInternal(times.shaders.status())) CheckOk(times.shaders.status());
   {

@@ -30,10 +30,8 @@ struct PaperGpuTimes {
   double optimal = kNotMeasured;    // one whole evaluation, without (24)
   // control-net
   double formulas617 = kNotMeasured;  // both products
-  // the tensor-product comparator
-  double tensor_control = kNotMeasured;
-  double tensor_tessellation = kNotMeasured;
-  double tensor = kNotMeasured;  // one whole evaluation
+  // the tensor-product comparator; why there is none
+  absl::StatusOr<TensorRun> tensor = absl::UnavailableError("there is no GPU");
   // the tessellation-shader comparator; why there is none
   absl::StatusOr<ShaderTimes> shaders = absl::UnavailableError("there is no GPU");
   // fused

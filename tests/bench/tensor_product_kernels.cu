@@ -1,14 +1,17 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A block takes kTensorGroup patches through the steps of tensor_product.h in shared memory.
+// A block takes kTensorGroup surfaces through the steps of tensor_product.h in shared memory.
 #include "tests/bench/tensor_product_launch.h"
 
 namespace latticed::bench {
 namespace {
 
 constexpr int kControlThreads = kTensorControlSteps;  // a sample each
-constexpr int kTessellationThreads = 256;
+// A group has some 80 lines, three steps each, and 340 points: two rounds and three, nearly full.
+constexpr int kTessellationThreads = 128;
+
+using Control = float[kTensorGroup][3][kTensorNet];
 
 unsigned Groups(const TensorJob& job) {
   return static_cast<unsigned>((job.count + kTensorGroup - 1) / kTensorGroup);
@@ -32,19 +35,19 @@ __global__ void __launch_bounds__(kControlThreads)
 
 __global__ void __launch_bounds__(kTessellationThreads)
     TessellationKernel(const __grid_constant__ TensorJob job) {
-  extern __shared__ float shared[];
-  auto& group = *reinterpret_cast<TensorTessellationGroup*>(shared);
+  extern __shared__ TensorCurve curves[];
+  __shared__ Control control;
+  const TensorTessellationGroup group{control, curves};
   const size_t first = size_t{blockIdx.x} * kTensorGroup;
   const int begin = static_cast<int>(threadIdx.x);
   for (int i = begin; i < kTensorLoadSteps; i += kTessellationThreads) {
     LoadControl(job, first, i, group);
   }
   __syncthreads();
-  for (int i = begin; i < TensorRowSteps(job.segments); i += kTessellationThreads) {
-    CollapseRow(job, i, group);
-  }
+  const int collapses = 3 * GroupLines(job, first);
+  for (int i = begin; i < collapses; i += kTessellationThreads) CollapseLine(job, first, i, group);
   __syncthreads();
-  const int points = kTensorGroup * PointsPerPatch(job.segments);
+  const int points = GroupPoints(job, first);
   for (int i = begin; i < points; i += kTessellationThreads) {
     TessellationPoint(job, first, i, group);
   }
@@ -58,11 +61,9 @@ cudaError_t LaunchTensorControl(const TensorJob& job, cudaStream_t stream) {
   return cudaGetLastError();
 }
 
-cudaError_t LaunchTensorTessellation(const TensorJob& job, cudaStream_t stream) {
+cudaError_t LaunchTensorTessellation(const TensorJob& job, size_t most_lines, cudaStream_t stream) {
   if (job.count == 0) return cudaSuccess;
-  // The rows of fewer segments are fewer: under 48 KB at all of them.
-  const size_t rows = static_cast<size_t>(kTensorGroup) * static_cast<size_t>(job.segments + 1);
-  const size_t bytes = offsetof(TensorTessellationGroup, rows) + rows * sizeof(TensorRow);
+  const size_t bytes = most_lines * sizeof(TensorCurve);
   TessellationKernel<<<Groups(job), kTessellationThreads, bytes, stream>>>(job);
   return cudaGetLastError();
 }

@@ -12,7 +12,8 @@
 namespace latticed::bench {
 
 cudaError_t LaunchTensorControl(const TensorJob& job, cudaStream_t stream);
-cudaError_t LaunchTensorTessellation(const TensorJob& job, cudaStream_t stream);
+// most_lines: of a group, which the host cannot read in the job.
+cudaError_t LaunchTensorTessellation(const TensorJob& job, size_t most_lines, cudaStream_t stream);
 
 }  // namespace latticed::bench
 

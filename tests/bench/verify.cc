@@ -138,32 +138,15 @@ Precision Measure(const Scenario& scenario, Pipeline pipeline, DeformView& view,
   return result;
 }
 
-namespace {
-
-// Of some 64 chunks.
-Precision MeasureSome(const Scenario& scenario, Pipeline pipeline, DeformView& view) {
-  const size_t stride = std::max<size_t>(1, scenario.all_chunks.size() / 64);
-  return Measure(scenario, pipeline, view, stride);
-}
-
-absl::Status CheckPositions(const Scenario& scenario, Pipeline pipeline,
-                            const Precision& precision) {
-  const double allowed = testing::PositionTolerance(pipeline);
-  if (precision.position <= allowed) return absl::OkStatus();
-  return absl::InternalError(fmt::format("{} {}: position off by {:.2e} D, allowed {:.0e}",
-                                         scenario.name, PipelineName(pipeline), precision.position,
-                                         allowed));
-}
-
-}  // namespace
-
-absl::Status VerifyPositions(const Scenario& scenario, Pipeline pipeline, DeformView& view) {
-  return CheckPositions(scenario, pipeline, MeasureSome(scenario, pipeline, view));
-}
-
 absl::Status Verify(const Scenario& scenario, Pipeline pipeline, DeformView& view) {
-  const Precision precision = MeasureSome(scenario, pipeline, view);
-  if (auto s = CheckPositions(scenario, pipeline, precision); !s.ok()) return s;
+  const size_t stride = std::max<size_t>(1, scenario.all_chunks.size() / 64);
+  const Precision precision = Measure(scenario, pipeline, view, stride);
+  const double allowed = testing::PositionTolerance(pipeline);
+  if (!(precision.position <= allowed)) {
+    return absl::InternalError(fmt::format("{} {}: position off by {:.2e} D, allowed {:.0e}",
+                                           scenario.name, PipelineName(pipeline),
+                                           precision.position, allowed));
+  }
   if (!(precision.normal_of_allowed <= 1)) {
     return absl::InternalError(fmt::format("{} {}: normal off by {:.2e} times what is allowed",
                                            scenario.name, PipelineName(pipeline),

@@ -34,9 +34,6 @@ struct Precision {
 
 // kInternal naming what is wrong by how much, where a tolerance of the pipeline is missed.
 [[nodiscard]] absl::Status Verify(const Scenario& scenario, Pipeline pipeline, DeformView& view);
-// The same of positions alone: for comparators, whose normals are rounded in other ways.
-[[nodiscard]] absl::Status VerifyPositions(const Scenario& scenario, Pipeline pipeline,
-                                           DeformView& view);
 
 }  // namespace latticed::bench
 
