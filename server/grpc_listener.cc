@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/grpc_listener.h"
 
+#include <linux/tcp.h>
 #include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <utility>
@@ -15,18 +14,11 @@
 #include "server/base/telemetry.h"
 
 namespace latticed {
-namespace {
-
-// The inode, which no other socket has; 0 where the descriptor is none.
-uint64_t SocketInode(int descriptor) {
-  struct stat state = {};
-  return fstat(descriptor, &state) == 0 && S_ISSOCK(state.st_mode) ? state.st_ino : 0;
-}
-
-}  // namespace
 
 GrpcListener::GrpcListener(const Options& options, std::unique_ptr<Acceptor> acceptor)
-    : most_(MostConnections(options)), acceptor_(std::move(acceptor)) {}
+    : most_(MostConnections(options)),
+      acceptor_(std::move(acceptor)),
+      guard_([this] { return sockets(); }) {}
 
 absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
     const Options& options, std::unique_ptr<Acceptor> acceptor) {
@@ -42,7 +34,13 @@ absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
 ConnectionCounts GrpcListener::counts() {
   const MutexLock lock(&mutex_);
   DropEnded();
-  return {.open = sockets_.size(), .most = most_, .refused = refused_};
+  return {.open = sockets_.size(), .most = most_, .refused = refused_, .cut = guard_.cut()};
+}
+
+CallGuard::Sockets GrpcListener::sockets() {
+  const MutexLock lock(&mutex_);
+  DropEnded();
+  return sockets_;
 }
 
 void GrpcListener::DropEnded() {

@@ -14,7 +14,6 @@
 #include <grpcpp/server_builder.h>
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <string>
 
@@ -23,6 +22,7 @@
 #include "server/base/connection_counts.h"
 #include "server/base/mutex.h"
 #include "server/base/options.h"
+#include "server/call_guard.h"
 #include "server/net/socket_listener.h"
 
 namespace latticed {
@@ -47,16 +47,19 @@ class GrpcListener {
   // Whether there is room for it; then it counts.
   bool Enter(int socket) ABSL_LOCKS_EXCLUDED(mutex_);
   void DropEnded() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  [[nodiscard]] CallGuard::Sockets sockets() ABSL_LOCKS_EXCLUDED(mutex_);
 
   const size_t most_;
   const std::unique_ptr<Acceptor> acceptor_;
 
   Mutex mutex_;
-  std::map<int, uint64_t> sockets_ ABSL_GUARDED_BY(mutex_);  // descriptors, and their inodes
+  CallGuard::Sockets sockets_ ABSL_GUARDED_BY(mutex_);
   uint64_t refused_ ABSL_GUARDED_BY(mutex_) = 0;
   bool full_ ABSL_GUARDED_BY(mutex_) = false;  // and that was logged
 
-  std::unique_ptr<SocketListener> listener_;  // last: its thread uses the rest
+  // Last: their threads use the rest.
+  CallGuard guard_;
+  std::unique_ptr<SocketListener> listener_;
 };
 
 }  // namespace latticed

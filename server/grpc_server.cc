@@ -71,6 +71,7 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
   quota.Resize(options.transport_memory_bytes);
   builder.SetResourceQuota(quota);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, limits::kMaxCallsPerConnection);
+  builder.AddChannelArgument(GRPC_ARG_ENABLE_CHANNELZ, 1);  // CallGuard reads it
   builder.SetMaxReceiveMessageSize(static_cast<int>(limits::kMaxMessageBytes));
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              kMinClientPingMs);

@@ -22,13 +22,7 @@ class DeviceFixture : public SceneFixture {
   void StartOnDevice(uint64_t device_bytes, Options options = {}) {
     auto backend = std::make_unique<FakeDeviceBackend>(device_bytes);
     backend_ = backend.get();
-    std::vector<std::unique_ptr<Backend>> backends;
-    backends.push_back(std::move(backend));
-    options.log_level = "off";
-    auto server = InProcessServer::Start(options, std::move(backends));
-    ASSERT_OK(server);
-    server_ = *std::move(server);
-    stub_ = v1::SceneService::NewStub(server_->channel());
+    StartServerOn(std::move(backend), std::move(options));
   }
 
   // All chunks into `bytes`, in order, where given.

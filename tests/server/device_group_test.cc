@@ -171,14 +171,7 @@ class GroupServerTest : public DeviceFixture {
   void StartOnGroup(const std::vector<uint64_t>& bytes, uint64_t span_patches) {
     Group group = MakeGroup(bytes, span_patches);
     devices_ = group.devices;
-    std::vector<std::unique_ptr<Backend>> backends;
-    backends.push_back(std::move(group.backend));
-    Options options;
-    options.log_level = "off";
-    auto server = InProcessServer::Start(options, std::move(backends));
-    ASSERT_OK(server);
-    server_ = *std::move(server);
-    stub_ = v1::SceneService::NewStub(server_->channel());
+    ASSERT_NO_FATAL_FAILURE(StartServerOn(std::move(group.backend)));
     mesh_ = Upload(PlaneObj(20));
   }
   // Bytes of a scene without a view.

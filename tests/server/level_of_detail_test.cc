@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Less detail while edits come: what is chosen, what a watcher is sent, and a stream through a stub.
+// Less detail while edits come: what is chosen, and what a watcher is sent. Through a stub:
+// level_of_detail_stream_test.cc.
 #include "server/engine/level_of_detail.h"
 
 #include <algorithm>
@@ -11,7 +12,6 @@
 #include "core/cpu/cpu_backend.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "tests/server/engine/engine_support.h"
-#include "tests/server/stream_support.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -282,104 +282,6 @@ TEST_F(LevelOfDetailTest, WhereNoOtherViewCanBeHadDetailStays) {
 
   EXPECT_EQ(client.updates()[1].begin.view.key.spec.segments, 4);
   EXPECT_TRUE(client.updates()[1].end.full_detail);
-}
-
-// Through the stub, in real time.
-class LevelOfDetailStreamTest : public StreamTest {
- protected:
-  // Drags until an update came with less detail.
-  void DragUntilReduced(DeformClient& client) {
-    CreateScene();
-    EventLog first;
-    v1::GetUpdateRequest request;
-    request.set_scene(kScene);
-    ASSERT_TRUE(Update(request, first).ok());
-    patches_ = first.topologies.at(0).patch_count();
-    v1::WatchRequest watch = Watch();
-    watch.set_max_unacked_updates(0);
-    watch.mutable_view()->set_max_bytes_per_second(25 * patches_ * 8 * 6);
-    client.Open(watch);
-    client.ReadUntilRevision(0);
-    while (client.log.ends.back().full_detail()) {
-      ASSERT_LT(sequence_, 1'000u) << "detail never falls";
-      ++sequence_;
-      ASSERT_TRUE(client.Send(Move(sequence_, 62, sequence_ % 2 == 0 ? 0.01 : -0.01)));
-      client.ReadUntilRevision(sequence_);
-    }
-  }
-  uint64_t patches_ = 0;
-  uint64_t sequence_ = 0;
-};
-
-TEST_F(LevelOfDetailStreamTest, FullDetailComesByItselfWhenEditsPause) {
-  DeformClient client(*scenes_);
-  DragUntilReduced(client);
-  EXPECT_EQ(client.log.topologies.back().segments(), 2);
-  EXPECT_EQ(client.log.begins.back().view().segments(), 2);
-
-  client.ReadUntil([&] { return client.log.ends.back().full_detail(); });
-
-  EXPECT_EQ(client.log.ends.back().revision(), sequence_);
-  EXPECT_EQ(client.log.ends.back().head_revision(), sequence_);
-  EXPECT_EQ(client.log.topologies.back().segments(), 4);
-  EventLog fresh;
-  v1::GetUpdateRequest request;
-  request.set_scene(kScene);
-  ASSERT_TRUE(Update(request, fresh).ok());
-  EXPECT_EQ(client.log.chunks, fresh.chunks);
-}
-
-TEST_F(LevelOfDetailStreamTest, AHalfClosedStreamEndsInFullDetail) {
-  DeformClient client(*scenes_);
-  DragUntilReduced(client);
-  ++sequence_;
-  ASSERT_TRUE(client.Send(Move(sequence_, 62, 0.01)));
-
-  client.HalfClose();
-
-  EXPECT_TRUE(client.Finish().ok());
-  EXPECT_EQ(client.log.ends.back().revision(), sequence_);
-  EXPECT_TRUE(client.log.ends.back().full_detail());
-}
-
-TEST_F(LevelOfDetailStreamTest, BitsOfAGestureAreAnnounced) {
-  CreateScene();
-  v1::WatchRequest watch = Watch();
-  watch.mutable_view()->set_drag_position_bits(11);
-  DeformClient client(*scenes_);
-  client.Open(watch);
-  client.ReadUntilRevision(0);
-  v1::EditBatch batch = Move(1, 62, 0.1);
-  batch.set_gesture_id("drag");
-  ASSERT_TRUE(client.Send(batch));
-  client.ReadUntilRevision(1);
-  EXPECT_EQ(client.log.quantisations.back().bits(), 11);
-  EXPECT_EQ(client.log.begins.back().view().position_bits(), 11);
-  EXPECT_EQ(client.log.begins.back().view().drag_position_bits(), 11);
-  EXPECT_FALSE(client.log.ends.back().full_detail());
-
-  batch.set_sequence(2);
-  batch.set_gesture_phase(v1::GESTURE_PHASE_COMMIT);
-  ASSERT_TRUE(client.Send(batch));
-  client.ReadUntilRevision(2);
-
-  EXPECT_EQ(client.log.quantisations.back().bits(), 12);
-  EXPECT_TRUE(client.log.ends.back().full_detail());
-}
-
-TEST_F(LevelOfDetailStreamTest, GetUpdateIsAlwaysInFullDetail) {
-  DeformClient client(*scenes_);
-  DragUntilReduced(client);
-  v1::GetUpdateRequest request;
-  request.set_scene(kScene);
-  request.mutable_view()->set_max_points(3 * patches_);
-
-  EventLog log;
-  ASSERT_TRUE(Apply(Move(1, 62, 0.01, "bob")).ok());
-  ASSERT_TRUE(Update(request, log).ok());
-
-  EXPECT_EQ(log.topologies.at(0).segments(), 4);
-  EXPECT_TRUE(log.ends.at(0).full_detail());
 }
 
 }  // namespace

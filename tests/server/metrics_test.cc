@@ -3,6 +3,7 @@
 //
 // What a Prometheus reads, beside what clients did through their stubs.
 #include <map>
+#include <memory>
 #include <regex>
 #include <string>
 #include <vector>
@@ -13,7 +14,7 @@
 #include "absl/time/time.h"
 #include "fmt/format.h"
 #include "latticed/v1/server.grpc.pb.h"
-#include "tests/server/stream_support.h"
+#include "tests/server/watch_client.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -188,6 +189,44 @@ TEST_F(MetricsTest, StagesAreHistogramsInTheBucketsOfGrpc) {
     EXPECT_LE(scrape[series("bucket", "0.001")], scrape[series("bucket", "0.002")]) << stage;
     EXPECT_GT(scrape[series("sum", "")], 0) << stage;
     EXPECT_LT(scrape[series("sum", "")], 60) << stage;
+  }
+}
+
+TEST_F(MetricsTest, AnEditIsEncodedOnceForAllWatchersOfAView) {
+  constexpr uint64_t kEdits = 4;
+  CreateScene();
+  v1::WatchRequest watch = Watch();
+  std::vector<std::unique_ptr<WatchClient>> watchers;
+  uint64_t revision = 0;
+  for (const int segments : {4, 2}) {  // of one view, then of two
+    const double views = segments == 4 ? 1 : 2;
+    SCOPED_TRACE(views);
+    watch.mutable_view()->set_segments(segments);
+    for (int i = 0; i < 20; ++i) {
+      watchers.push_back(std::make_unique<WatchClient>(*scenes_, watch));
+      watchers.back()->ReadUpdates(1);
+    }
+
+    for (uint64_t edit = 0; edit < kEdits; ++edit) {
+      const Scrape before(*server_);
+      ++revision;
+      ASSERT_TRUE(Apply(Move(revision, 62, 0.1)).ok());
+      for (const auto& watcher : watchers) {
+        watcher->ReadUntil([&] { return watcher->log.ends.back().revision() == revision; });
+      }
+      const Scrape after(*server_);
+
+      const auto rise = [&](const std::string& series) { return after[series] - before[series]; };
+      for (const char* stage : {"evaluate", "encode"}) {
+        const std::string count =
+            fmt::format(R"(latticed_stage_duration_seconds_count{{stage="{}"}})", stage);
+        EXPECT_EQ(rise(count), views) << stage << " at revision " << revision;
+      }
+      EXPECT_EQ(rise("latticed_updates_finished_total"), static_cast<double>(watchers.size()));
+    }
+  }
+  for (const auto& watcher : watchers) {
+    EXPECT_GT(watcher->log.begins.back().chunk_count(), 0u) << "the edit shows";
   }
 }
 

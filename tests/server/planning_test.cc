@@ -9,7 +9,6 @@
 #include <memory>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "tests/server/gated_backend.h"
 #include "tests/server/scene_fixture.h"
@@ -23,15 +22,9 @@ class PlanningTest : public SceneFixture {
   void SetUp() override {
     auto backend = std::make_unique<GatedBackend>();
     backend_ = backend.get();
-    std::vector<std::unique_ptr<Backend>> backends;
-    backends.push_back(std::move(backend));
     Options options;
-    options.log_level = "off";
     options.heartbeat_interval = absl::Seconds(2);
-    auto server = InProcessServer::Start(options, std::move(backends));
-    ASSERT_OK(server);
-    server_ = *std::move(server);
-    stub_ = v1::SceneService::NewStub(server_->channel());
+    ASSERT_NO_FATAL_FAILURE(StartServerOn(std::move(backend), options));
     mesh_ = Upload(kGridObj);
   }
   void TearDown() override { backend_->Open(); }

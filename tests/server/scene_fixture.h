@@ -8,11 +8,13 @@
 #include <chrono>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <grpcpp/grpcpp.h>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "client/cpp/latticed_client_status.h"
 #include "core/base/error.h"
 #include "fmt/format.h"
@@ -53,11 +55,16 @@ class SceneFixture : public ::testing::Test {
     options.backend = "cpu";
     options.threads = 1;
     options.log_level = "off";
-    auto server = InProcessServer::Start(options);
-    ASSERT_OK(server);
-    server_ = *std::move(server);
-    stub_ = v1::SceneService::NewStub(server_->channel());
+    ASSERT_NO_FATAL_FAILURE(Use(InProcessServer::Start(std::move(options))));
     mesh_ = Upload(kGridObj);
+  }
+
+  // On a backend of the test's own; without a mesh.
+  void StartServerOn(std::unique_ptr<Backend> backend, Options options = {}) {
+    std::vector<std::unique_ptr<Backend>> backends;
+    backends.push_back(std::move(backend));
+    options.log_level = "off";
+    Use(InProcessServer::Start(std::move(options), std::move(backends)));
   }
 
   std::string Upload(const std::string& obj) {
@@ -176,6 +183,13 @@ class SceneFixture : public ::testing::Test {
   std::unique_ptr<InProcessServer> server_;
   std::unique_ptr<v1::SceneService::Stub> stub_;
   std::string mesh_;
+
+ private:
+  void Use(absl::StatusOr<std::unique_ptr<InProcessServer>> server) {
+    ASSERT_OK(server);
+    server_ = *std::move(server);
+    stub_ = v1::SceneService::NewStub(server_->channel());
+  }
 };
 
 }  // namespace latticed::testing

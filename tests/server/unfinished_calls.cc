@@ -75,8 +75,9 @@ int Connect(const std::string& address) {
 }  // namespace
 
 UnfinishedCalls::UnfinishedCalls(const std::string& address, std::string_view method, int count,
-                                 size_t bytes)
+                                 size_t bytes, Settings settings)
     : bytes_(bytes),
+      settings_(settings),
       socket_(Connect(address)),
       window_(kFirstWindow),
       stream_window_(kFirstWindow) {
@@ -199,7 +200,7 @@ void UnfinishedCalls::TakeSettings(std::string_view payload) {
     for (auto& [stream, call] : calls_) call.window += size - stream_window_;
     stream_window_ = size;
   }
-  SendFrame(kSettings, kAck, 0, "");
+  if (settings_ == Settings::kAcknowledged) SendFrame(kSettings, kAck, 0, "");
 }
 
 }  // namespace latticed::testing

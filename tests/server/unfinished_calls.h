@@ -20,9 +20,12 @@ namespace latticed::testing {
 
 class UnfinishedCalls {
  public:
+  // Whether it says that it has the server's settings, which limit its calls.
+  enum class Settings { kAcknowledged, kIgnored };
   // `count` calls of `method` ("/package.Service/Method"), each with a message of `bytes`, which Run
   // sends. Fails the test where `address` (IPv4:port) does not answer.
-  UnfinishedCalls(const std::string& address, std::string_view method, int count, size_t bytes);
+  UnfinishedCalls(const std::string& address, std::string_view method, int count, size_t bytes,
+                  Settings settings = Settings::kAcknowledged);
   ~UnfinishedCalls();
   UnfinishedCalls(const UnfinishedCalls&) = delete;
   UnfinishedCalls& operator=(const UnfinishedCalls&) = delete;
@@ -56,6 +59,7 @@ class UnfinishedCalls {
   void TakeSettings(std::string_view payload);
 
   const size_t bytes_;
+  const Settings settings_;
   int socket_ = -1;
   bool closed_ = false;
   std::string heard_;  // not taken yet

@@ -145,12 +145,17 @@ void StageGates::Close(Stage stage) {
 
 void StageGates::Open(Stage stage) {
   const MutexLock lock(&mutex_);
-  gates_[static_cast<size_t>(stage)].open = true;
+  gates_[static_cast<size_t>(stage)].Open();
 }
 
 void StageGates::OpenAll() {
   const MutexLock lock(&mutex_);
-  for (Gate& gate : gates_) gate.open = true;
+  for (Gate& gate : gates_) gate.Open();
+}
+
+void StageGates::HoldNext(Stage stage) {
+  const MutexLock lock(&mutex_);
+  gates_[static_cast<size_t>(stage)].hold_next = true;
 }
 
 void StageGates::FailNext(Stage stage, absl::Status status, int calls) {
@@ -237,15 +242,19 @@ bool StageGates::WaitForEnded(Stage stage, int count) {
 absl::Status StageGates::Begin(Stage stage) {
   absl::Duration delay;
   absl::Status status;
+  bool held = false;
   {
     const MutexLock lock(&mutex_);
-    ++gates_[static_cast<size_t>(stage)].begun;
+    Gate& gate = gates_[static_cast<size_t>(stage)];
+    ++gate.begun;
+    held = std::exchange(gate.hold_next, false);
+    gate.holds_one = gate.holds_one || held;
     if (stage == Stage::kEncode) delay = delay_;
   }
   {
     const MutexLock lock(&mutex_);
     Gate& gate = gates_[static_cast<size_t>(stage)];
-    mutex_.Await([&gate] { return gate.open; });
+    mutex_.Await([&gate, held] { return gate.open && !(held && gate.holds_one); });
     if (gate.failures > 0) {
       --gate.failures;
       status = gate.failure;

@@ -27,6 +27,8 @@ class StageGates {
   void Close(Stage stage);
   void Open(Stage stage);
   void OpenAll();
+  // The next call alone waits until the gate is opened; others pass it.
+  void HoldNext(Stage stage);
   // The next calls that pass fail with `status` instead.
   void FailNext(Stage stage, absl::Status status, int calls = 1);
   // Every encoding takes so much longer.
@@ -60,10 +62,15 @@ class StageGates {
  private:
   struct Gate {
     bool open = true;
+    bool hold_next = false, holds_one = false;
     absl::Status failure;
     int failures = 0;  // to come
     int begun = 0;
     std::vector<size_t> ended;
+    void Open() {
+      open = true;
+      hold_next = holds_one = false;
+    }
   };
   Mutex mutex_;
   std::array<Gate, 6> gates_ ABSL_GUARDED_BY(mutex_);

@@ -25,8 +25,8 @@ std::string Target(const std::string& scene) {
 class Window {
  public:
   explicit Window(const std::string& address, const std::string& scene,
-                  const std::string& protocols = "latticed.v1")
-      : socket(address, Target(scene), protocols) {}
+                  const std::string& protocols = "latticed.v1", const std::string& ca = "")
+      : socket(address, Target(scene), protocols, {}, ca) {}
 
   bool Open(const v1::WatchRequest& watch) {
     v1::DeformRequest message;
@@ -80,6 +80,26 @@ TEST_F(WebTest, EditsOverAWebSocketAsThroughTheStub) {
   request.set_scene(kScene);
   ASSERT_TRUE(Update(request, native).ok());
   EXPECT_EQ(window.log.chunks, native.chunks);
+}
+
+TEST_F(WebTlsTest, EditsOverAWebSocketOverTlsAsThroughTheStub) {
+  ServeScene();
+  Window window(http(), kScene, "latticed.v1", Path("server.crt"));
+  ASSERT_EQ(window.socket.status(), 101);
+  ASSERT_TRUE(window.Open(Watch("page")));
+  window.ReadUntilRevision(0);
+
+  ASSERT_TRUE(window.Send(Move(1, 62, 0.25, "page")));
+  window.ReadUntilRevision(1);
+
+  EventLog native;
+  v1::GetUpdateRequest request;
+  request.set_scene(kScene);
+  ASSERT_TRUE(Update(request, native).ok());
+  EXPECT_EQ(window.log.chunks, native.chunks);
+  window.socket.Close();
+  EXPECT_EQ(window.socket.close_code(), 1000);
+  EXPECT_NE(Window(http(), kScene).socket.status(), 101) << "and none without TLS";
 }
 
 TEST_F(WebTest, ARefusedEditDoesNotEndTheSocket) {

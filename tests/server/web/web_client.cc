@@ -13,6 +13,7 @@
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
+#include <boost/beast/websocket/ssl.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <limits>
 #include <sstream>
@@ -176,26 +177,46 @@ GrpcWebAnswer CallGrpcWeb(WebClient& client, const std::string& rpc, const std::
 }
 
 struct WebSocketClient::Impl {
+  using TlsStream = net::ssl::stream<tcp::socket&>;
+
+  // Does the same to the stream that is in use, whichever it is.
+  template <typename Action>
+  auto With(Action action) {
+    return tls == nullptr ? action(plain) : action(*tls);
+  }
+
   net::io_context context;
-  websocket::stream<tcp::socket, false> stream{context};
+  net::ssl::context tls_context{net::ssl::context::tls_client};
+  tcp::socket socket{context};
+  websocket::stream<tcp::socket&, false> plain{socket};
+  std::unique_ptr<websocket::stream<TlsStream, false>> tls;
   std::string local_address;
   beast::flat_buffer buffer;
   websocket::response_type response;
-  bool open = false;
 };
 
 WebSocketClient::WebSocketClient(const std::string& address, const std::string& target,
-                                 const std::string& protocols, const WebFields& fields)
+                                 const std::string& protocols, const WebFields& fields,
+                                 const std::string& ca)
     : impl_(std::make_unique<Impl>()) {
-  impl_->local_address = Connect(impl_->stream.next_layer(), address);
-  impl_->stream.set_option(websocket::stream_base::decorator([&](websocket::request_type& request) {
-    if (!protocols.empty()) request.set(http::field::sec_websocket_protocol, protocols);
-    for (const auto& [name, value] : fields) request.set(name, value);
-  }));
+  impl_->local_address = Connect(impl_->socket, address);
   error_code failure;
-  impl_->stream.handshake(impl_->response, "localhost", target, failure);
-  impl_->open = !failure;
-  impl_->stream.read_message_max(size_t{4} << 20);
+  if (!ca.empty()) {
+    impl_->tls_context.load_verify_file(ca);
+    impl_->tls_context.set_verify_mode(net::ssl::verify_peer);
+    impl_->tls = std::make_unique<websocket::stream<Impl::TlsStream, false>>(impl_->socket,
+                                                                             impl_->tls_context);
+    impl_->tls->next_layer().handshake(net::ssl::stream_base::client, failure);
+    if (failure) return;
+  }
+  impl_->With([&](auto& stream) {
+    stream.set_option(websocket::stream_base::decorator([&](websocket::request_type& request) {
+      if (!protocols.empty()) request.set(http::field::sec_websocket_protocol, protocols);
+      for (const auto& [name, value] : fields) request.set(name, value);
+    }));
+    stream.handshake(impl_->response, "localhost", target, failure);
+    stream.read_message_max(size_t{4} << 20);
+  });
 }
 
 WebSocketClient::~WebSocketClient() = default;
@@ -210,34 +231,38 @@ std::string WebSocketClient::protocol() const {
 
 bool WebSocketClient::Send(const std::string& message, bool text) {
   error_code failure;
-  impl_->stream.text(text);
-  impl_->stream.write(net::buffer(message), failure);
+  impl_->With([&](auto& stream) {
+    stream.text(text);
+    stream.write(net::buffer(message), failure);
+  });
   return !failure;
 }
 
 std::optional<std::string> WebSocketClient::Read() {
   error_code failure;
   impl_->buffer.clear();
-  impl_->stream.read(impl_->buffer, failure);
+  impl_->With([&](auto& stream) { stream.read(impl_->buffer, failure); });
   if (failure) return std::nullopt;
   return beast::buffers_to_string(impl_->buffer.data());
 }
 
-int WebSocketClient::close_code() const { return impl_->stream.reason().code; }
+int WebSocketClient::close_code() const {
+  return impl_->With([](auto& stream) { return stream.reason().code; });
+}
 
 std::string WebSocketClient::close_reason() const {
-  const auto& reason = impl_->stream.reason().reason;
+  const auto reason = impl_->With([](auto& stream) { return stream.reason().reason; });
   return {reason.data(), reason.size()};
 }
 
 void WebSocketClient::Close() {
   error_code ignored;
-  impl_->stream.close(websocket::close_code::normal, ignored);
+  impl_->With([&](auto& stream) { stream.close(websocket::close_code::normal, ignored); });
 }
 
 void WebSocketClient::Break() {
   error_code ignored;
-  impl_->stream.next_layer().close(ignored);
+  impl_->socket.close(ignored);
 }
 
 }  // namespace latticed::testing

@@ -66,9 +66,10 @@ struct GrpcWebAnswer {
 
 class WebSocketClient {
  public:
-  // `protocols` as in Sec-WebSocket-Protocol.
+  // `protocols` as in Sec-WebSocket-Protocol; `ca` as of WebClient, for TLS.
   WebSocketClient(const std::string& address, const std::string& target,
-                  const std::string& protocols = "latticed.v1", const WebFields& fields = {});
+                  const std::string& protocols = "latticed.v1", const WebFields& fields = {},
+                  const std::string& ca = "");
   ~WebSocketClient();
 
   int status() const;  // 101 where it is open

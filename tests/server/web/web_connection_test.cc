@@ -4,8 +4,6 @@
 // Connections: TLS, limits, what is no HTTP, and how they end.
 #include <gmock/gmock.h>
 
-#include <cstdlib>
-
 #include "tests/server/web/web_fixture.h"
 #include "tests/support/becomes.h"
 
@@ -16,26 +14,6 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 constexpr char kInfo[] = "latticed.v1.ServerService/GetServerInfo";
-
-class WebTlsTest : public WebTest {
- protected:
-  void SetUp() override {
-    WebTest::SetUp();
-    ASSERT_TRUE(MakeCertificate("server"));
-    options_.tls_cert = Path("server.pem");
-    options_.tls_key = Path("server.pem");
-  }
-
-  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
-  // NAME.pem: a key, and a certificate signed by itself.
-  bool MakeCertificate(const std::string& name) const {
-    const std::string command = fmt::format(
-        "cd '{0}' && openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost "
-        "-keyout {1}.pem -out {1}.crt >/dev/null 2>&1 && cat {1}.crt >>{1}.pem",
-        folder_.string(), name);
-    return std::system(command.c_str()) == 0;
-  }
-};
 
 TEST_F(WebTlsTest, ServesOverTls) {
   Serve();

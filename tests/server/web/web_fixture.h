@@ -5,6 +5,7 @@
 #ifndef LATTICED_TESTS_SERVER_WEB_WEB_FIXTURE_H_
 #define LATTICED_TESTS_SERVER_WEB_WEB_FIXTURE_H_
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -74,9 +75,45 @@ class WebTest : public StreamTest {
     std::filesystem::create_directories((folder_ / name).parent_path());
     std::ofstream(folder_ / name, std::ios::binary) << text;
   }
+  std::string Read(const std::string& name) const {
+    std::ifstream file(folder_ / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
 
   std::filesystem::path folder_;
   Options options_;
+};
+
+// The same over TLS, with a certificate of "localhost".
+class WebTlsTest : public WebTest {
+ protected:
+  void SetUp() override {
+    WebTest::SetUp();
+    ASSERT_TRUE(MakeCertificate("server"));
+    options_.tls_cert = Path("server.pem");
+    options_.tls_key = Path("server.pem");
+  }
+
+  void ServeScene() {
+    ASSERT_NO_FATAL_FAILURE(Serve());
+    grpc::ChannelArguments arguments;
+    arguments.SetSslTargetNameOverride("localhost");
+    const auto credentials = grpc::SslCredentials({.pem_root_certs = Read("server.crt")});
+    const auto channel = grpc::CreateCustomChannel(server_->address(), credentials, arguments);
+    meshes_ = v1::MeshService::NewStub(channel);
+    scenes_ = v1::SceneService::NewStub(channel);
+    ASSERT_NO_FATAL_FAILURE(CreateScene(8));
+  }
+
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+  // NAME.pem: a key, and a certificate signed by itself.
+  bool MakeCertificate(const std::string& name) const {
+    const std::string command = fmt::format(
+        "cd '{0}' && openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost "
+        "-keyout {1}.pem -out {1}.crt >/dev/null 2>&1 && cat {1}.crt >>{1}.pem",
+        folder_.string(), name);
+    return std::system(command.c_str()) == 0;
+  }
 };
 
 }  // namespace latticed::testing

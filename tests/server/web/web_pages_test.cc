@@ -198,6 +198,26 @@ TEST_F(WebTest, DownloadsAnExport) {
   }
 }
 
+TEST_F(WebTlsTest, DownloadsOverTlsWhatTheStubExports) {
+  ServeScene();
+  v1::ExportRequest request;
+  request.set_scene(kScene);
+  request.set_format(v1::EXPORT_FORMAT_PLY);
+  request.mutable_view()->set_segments(32);
+  grpc::ClientContext context;
+  const auto reader = scenes_->Export(&context, request);
+  std::string native;
+  for (v1::ExportResponse part; reader->Read(&part);) native += part.data();
+  ASSERT_TRUE(reader->Finish().ok());
+
+  WebClient client(http(), Path("server.crt"));
+  const WebAnswer file = client.Get(fmt::format("/export/{}.ply?segments=32", kScene));
+
+  EXPECT_EQ(file.status, 200);
+  EXPECT_GT(native.size(), size_t{1} << 20) << "many records of TLS";
+  EXPECT_TRUE(file.body == native);
+}
+
 TEST_F(WebTest, DownloadsAnExportWithTheSegmentsAndNormalsAskedFor) {
   ServeScene();
   const auto triangles = [this](const std::string& query) {

@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Cuts connections that have more calls open than they may.
+//
+// gRPC 1.51 holds a client to kMaxCallsPerConnection once it has acknowledged the settings that say
+// so, and no quota counts what a call takes: one that never acknowledges begins 65,000 a second, of
+// 12 KB each. So what connections receive is looked at, and where that is enough for many calls,
+// gRPC's own count of them. Cut is who has
+//
+//   more than twice as many    at once
+//   more                       for two seconds: a call that its client knows has ended may take its
+//                              memory for a moment
+//
+// Threads  safe; it has one of its own
+#ifndef LATTICED_SERVER_CALL_GUARD_H_
+#define LATTICED_SERVER_CALL_GUARD_H_
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <thread>
+
+#include "absl/base/thread_annotations.h"
+#include "server/base/mutex.h"
+
+namespace latticed {
+
+class CallGuard {
+ public:
+  // Descriptors, each with the inode of the socket that it was; it may be another by now, or none.
+  using Sockets = std::map<int, uint64_t>;
+
+  // Asks for the connections every 50 ms, on its thread.
+  explicit CallGuard(std::function<Sockets()> connections);
+  ~CallGuard();
+
+  // Connections cut since the start.
+  uint64_t cut() const { return cut_.load(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  // What is known of one connection.
+  struct Looked {
+    uint64_t received = 0;           // when so much had come that it was looked at
+    int64_t calls = 0;               // when it was looked at last
+    Clock::time_point again, until;  // gRPC may not have read all of that at first
+    Clock::time_point over_since = Clock::time_point::max();  // more calls than it may have
+    bool cut = false;
+  };
+  void Run() ABSL_LOCKS_EXCLUDED(mutex_);
+  void LookAround();
+  static bool IsDue(Looked& looked, uint64_t received, Clock::time_point now);
+  static bool IsExcess(Looked& looked, int64_t calls, Clock::time_point now);
+  void Cut(int descriptor, uint64_t inode, int64_t calls);
+
+  const std::function<Sockets()> connections_;
+  std::map<uint64_t, Looked> looked_;  // by inode; of the thread
+  Clock::time_point logs_again_;       // and so is it
+  std::atomic<uint64_t> cut_ = 0;
+
+  Mutex mutex_;
+  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
+  std::thread thread_;  // last: it uses the rest
+};
+
+// Of the socket that a descriptor is, which no other has; 0 where it is none.
+[[nodiscard]] uint64_t SocketInode(int descriptor);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_CALL_GUARD_H_
