@@ -178,6 +178,10 @@ void AddBenchCommand(CLI::App& app, CommandLine& line) {
       "Puts a server under load and measures the time from an edit to its update: each editor's "
       "next edit when the update of its last one is here, or at times of their own (--rate, "
       "--interval)");
+  command->footer(
+      "Counted as \"edits merged\": those that share their update with a later one; as \"updates "
+      "restarted\": those begun in place of one that was superseded before its end, since its "
+      "reader was slow or it gave way to less detail (--max-points, --max-bytes-per-second).");
   command->add_option("meshes", flags->meshes, "Files, or names of 'latticectl sample'")
       ->capture_default_str();
   command->add_option("--resolution", flags->resolution, "Of sample meshes")

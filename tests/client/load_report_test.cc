@@ -17,6 +17,7 @@ namespace {
 // An update of that revision, of one chunk of 100 bytes.
 void TakeUpdate(uint64_t revision, bool restart, UpdateLog* log) {
   v1::SceneEvent event;
+  event.mutable_update_begin()->set_revision(revision);
   event.mutable_update_begin()->set_restart(restart);
   log->Take(event);
   event.mutable_chunks()->add_chunks()->set_data(std::string(100, 'x'));
@@ -41,7 +42,7 @@ TEST(LatencyRecorder, TakesTheNearestRank) {
 
 TEST(StreamGroup, AnUpdateAnswersAllEditsThatItHolds) {
   UpdateLog log;
-  TakeUpdate(2, false, &log);  // the warm-up's
+  TakeUpdate(2, true, &log);  // the warm-up's
   TakeUpdate(4, false, &log);
   TakeUpdate(5, true, &log);
   TakeUpdate(6, false, &log);  // nobody's that is counted
@@ -57,7 +58,7 @@ TEST(StreamGroup, AnUpdateAnswersAllEditsThatItHolds) {
   EXPECT_EQ(group.updates, 3u);
   EXPECT_EQ(group.bytes, 300u);
   EXPECT_EQ(group.merged, 2u);
-  EXPECT_EQ(group.superseded, 1u);
+  EXPECT_EQ(group.restarted, 1u);
   EXPECT_EQ(group.unseen, 1u);
   EXPECT_EQ(group.update_end.count(), 4u);
   EXPECT_EQ(group.first_chunk.count(), 4u);

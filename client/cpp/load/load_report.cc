@@ -23,7 +23,8 @@ void StreamGroup::Add(const UpdateLog& log, std::span<const TimedEdit> edits,
     if (next > first) merged += next - first - 1;
   }
   unseen += edits.size() - next;
-  superseded += log.restarts();
+  restarted += static_cast<uint64_t>(std::ranges::count_if(
+      log.restarts(), [first_revision](uint64_t r) { return r > first_revision; }));
 }
 
 void ServerStages::Add(const UpdateLog& log, std::span<const AppliedEdit> applied,

@@ -26,9 +26,12 @@ namespace latticed::client {
 struct StreamGroup {
   uint64_t streams = 0;
   uint64_t updates = 0, bytes = 0;
-  uint64_t merged = 0;      // edits that share their update with a later one
-  uint64_t superseded = 0;  // updates that began anew since their snapshot was retired
-  uint64_t unseen = 0;      // edits whose update had not come at the end
+  uint64_t merged = 0;  // edits that share their update with a later one
+  // Updates begun in place of one that was superseded on its way (UpdateBegin.restart): its snapshot
+  // was retired since the stream is slow, or it gave way to less detail since edits came again. The
+  // server counts them as latticed_updates_restarted_total.
+  uint64_t restarted = 0;
+  uint64_t unseen = 0;  // edits whose update had not come at the end
   LatencyRecorder first_chunk, update_end, decoded;
 
   // One stream more. `edits` are its scene's, by revision; updates up to `first_revision` are the

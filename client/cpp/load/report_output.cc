@@ -109,10 +109,10 @@ std::vector<Row> FactRows(const LoadReport& report) {
   for (const auto& [name, group] : Groups(report)) {
     rows.push_back(
         {fmt::format("{} ({})", name, group.streams),
-         fmt::format("{} updates, {:.1f}/s; {:.1f} MB/s; {} edits merged, {} updates superseded{}",
+         fmt::format("{} updates, {:.1f}/s; {:.1f} MB/s; {} edits merged, {} updates restarted{}",
                      FormatCount(group.updates), PerSecond(group.updates, report),
                      PerSecond(group.bytes, report) / 1e6, FormatCount(group.merged),
-                     FormatCount(group.superseded),
+                     FormatCount(group.restarted),
                      CountedIfAny(group.unseen, "edits not seen yet"))});
   }
   rows.push_back({"processor", CpuText(report)});
@@ -142,7 +142,7 @@ nlohmann::json ToJson(const StreamGroup& group, const LoadReport& report) {
                       {"bytes", group.bytes},
                       {"bytesPerSecond", PerSecond(group.bytes, report)},
                       {"editsMerged", group.merged},
-                      {"updatesSuperseded", group.superseded},
+                      {"updatesRestarted", group.restarted},
                       {"editsUnseen", group.unseen}};
   for (const auto& latency : Latencies(group)) json[latency.key] = ToJson(latency.recorder);
   return json;

@@ -30,7 +30,7 @@ std::vector<uint32_t> SpreadChunks(size_t count, size_t most, size_t offset) {
 void UpdateLog::Take(const v1::SceneEvent& event) {
   switch (event.event_case()) {
     case v1::SceneEvent::kUpdateBegin:
-      if (event.update_begin().restart()) ++restarts_;
+      if (event.update_begin().restart()) restarts_.push_back(event.update_begin().revision());
       current_ = {.first_chunk = absl::InfiniteFuture()};
       current_chunks_.clear();
       break;

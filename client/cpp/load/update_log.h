@@ -63,8 +63,8 @@ class UpdateLog {
 
   const std::vector<LoggedUpdate>& updates() const { return updates_; }
   const std::vector<SampledUpdate>& samples() const { return samples_; }
-  // How often an update began anew since its snapshot was retired.
-  uint64_t restarts() const { return restarts_; }
+  // The revisions of updates that were begun in place of one that had not ended.
+  const std::vector<uint64_t>& restarts() const { return restarts_; }
 
  private:
   void TakeEnd(const v1::UpdateEnd& end);
@@ -74,7 +74,7 @@ class UpdateLog {
   std::vector<LoggedUpdate> updates_;
   std::vector<SampledUpdate> samples_;
   uint64_t sampled_from_ = 0;
-  uint64_t restarts_ = 0;
+  std::vector<uint64_t> restarts_;
   mutable std::mutex mutex_;  // of what follows
   mutable std::condition_variable changed_;
   uint64_t revision_ = 0;
