@@ -15,7 +15,7 @@ fail() { echo "readme_test: $*"; exit 1; }
 source "$root/tests/support/readme_blocks.sh"
 
 declare -A exempt=(
-  ["README.md, Two commands, 1"]="./dev ci runs ./dev run --once in a fresh copy of the tree, and all tests"
+  ["README.md, Two commands, 1"]="./dev ci runs ./dev run in a fresh copy of the tree, asks the address that it prints, and runs all tests"
   ["docker/README.md, Containers, 1"]="Docker's engine and a GPU; compose_test reads the file, container_test.sh brings it up"
   ["docker/README.md, Without Docker, without a registry, 1"]="tests/docker/container_test.sh runs it, where the image is"
   ["docker/README.md, Without Docker, without a registry, 2"]="tests/docker/container_test.sh runs it, where the image is"

@@ -11,10 +11,12 @@ import { IndexedSceneStore } from '@src/session/indexed_scene_store';
 import type { ViewRequest } from '@src/session/scene_session';
 import { storedMesh } from '@src/session/scene_store';
 import { ServerError } from '@src/wire/server_error';
+import { inWords } from '@src/wire/words';
 import { MemorySceneStore } from './support/memory_scene_store';
 import { SessionFixture, until } from './support/session_fixture';
 
 const unavailable = (): ServerError => new ServerError(Code.Unavailable, '', 'the connection is lost');
+const HOUR = 3_600_000;
 const move = { kind: 'move', indices: Uint32Array.of(1), offset: [0.25, 0, 0] } as const;
 
 test('a lost stream is opened again where it stopped, and what was in flight is sent again as the same batch', async () => {
@@ -38,7 +40,7 @@ test('a lost stream is opened again where it stopped, and what was in flight is 
   fixture.session.close();
 });
 
-test('where no WebSocket opens but calls pass, gRPC-Web is used; where neither does, the socket is tried again', async () => {
+test('where twice no WebSocket opens but calls pass, gRPC-Web is used; where neither does, the socket is tried again', async () => {
   const fixture = new SessionFixture();
   fixture.server.refusal = new ConnectError('down', Code.Unavailable);
   fixture.stream.end(unavailable());
@@ -47,11 +49,91 @@ test('where no WebSocket opens but calls pass, gRPC-Web is used; where neither d
 
   fixture.server.refusal = undefined;
   fixture.stream.end(unavailable());
+  await until(() => fixture.sockets.opened.length === 3);
+  assert.equal(fixture.watches.opened.length, 0);
+  fixture.stream.end(unavailable());
   await until(() => fixture.watches.opened.length === 1);
 
   fixture.watches.newest.hello();
   assert.equal(fixture.session.status.state, 'live');
+  const { deadlines } = fixture.server;  // so that a dead connection of the browser's ends the call
+  assert.ok(deadlines.length === 3 && deadlines.every((ms) => ms > 0 && ms <= 5000), `${deadlines}`);
   fixture.session.close();
+});
+
+test('a pick is waited for 10 seconds at most, and then said in words to have failed', async () => {
+  const fixture = await SessionFixture.live({ features: [Feature.PICK] });
+
+  await assert.rejects(fixture.session.pick([0, 0, 1], [0, 0, -1]), (error) => {
+    assert.equal(inWords(error), 'The server did not answer in time.');
+    return true;
+  });
+
+  const [ms] = fixture.server.deadlines;
+  assert.ok(ms > 0 && ms <= 10_000, `${ms}`);
+  fixture.session.close();
+});
+
+test('a network that comes back between a socket and a call leaves the socket; gRPC-Web that is lost tries it again', async () => {
+  const fixture = new SessionFixture();
+  fixture.stream.end(unavailable());
+  await until(() => fixture.sockets.opened.length === 2);
+  fixture.stream.hello();
+  fixture.stream.end(unavailable());  // heard: not of another kind
+  await until(() => fixture.sockets.opened.length === 3);
+  assert.equal(fixture.watches.opened.length, 0);
+
+  fixture.stream.end(unavailable());
+  await until(() => fixture.sockets.opened.length === 4);
+  fixture.stream.end(unavailable());
+  await until(() => fixture.watches.opened.length === 1);
+  fixture.watches.newest.hello();
+  fixture.watches.newest.end(unavailable());
+  await until(() => fixture.sockets.opened.length === 5);
+
+  assert.equal(fixture.watches.opened.length, 1);
+  fixture.session.close();
+});
+
+test('when the network is back, or the page is looked at, no pause is waited for; a stream from before is not of use', async (t) => {
+  const fixture = new SessionFixture({ backOff: { firstMs: HOUR, lastMs: HOUR } });
+  t.after(() => fixture.session.close());
+  fixture.stream.hello();
+  fixture.awake!.seen();
+  assert.equal(fixture.sockets.opened.length, 1);  // all is well
+
+  const before = fixture.stream;
+  fixture.awake!.networkBack();
+  assert.equal(fixture.sockets.opened.length, 2);
+  assert.ok(before.isClosed);
+  fixture.stream.hello();
+  fixture.stream.end(unavailable());
+  fixture.awake!.networkBack();
+  assert.equal(fixture.sockets.opened.length, 3);
+  fixture.stream.hello();
+  fixture.stream.end(unavailable());
+  fixture.awake!.seen();
+  assert.equal(fixture.sockets.opened.length, 4);
+
+  assert.deepEqual(fixture.states, ['live', 'retrying', 'live', 'retrying', 'live', 'retrying']);
+  fixture.session.close();
+  assert.ok(fixture.awake === undefined);
+});
+
+test('a stream that was silent while the computer slept, by the clock, is opened again when the page is looked at', async (t) => {
+  const fixture = new SessionFixture({ backOff: { firstMs: HOUR, lastMs: HOUR } });
+  t.after(() => fixture.session.close());
+  fixture.stream.hello('boot-1', 10_000);
+  const { now } = Date;
+  t.after(() => (Date.now = now));
+
+  Date.now = () => now() + 29_000;
+  fixture.awake!.seen();
+  assert.equal(fixture.sockets.opened.length, 1);
+  Date.now = () => now() + 31_000;
+  fixture.awake!.seen();
+
+  assert.equal(fixture.sockets.opened.length, 2);
 });
 
 test('a socket that is refused for its token fails with what the server says of it', async () => {
@@ -66,13 +148,24 @@ test('a socket that is refused for its token fails with what the server says of 
   fixture.session.close();
 });
 
-test('heartbeats go out, and three of silence end the stream', async () => {
+test('heartbeats go out, and three of silence end the stream', async (t) => {
+  const timers: { name: string; act: () => void; ms: number }[] = [];
+  const kept = ['setInterval', 'setTimeout'] as const;
   const fixture = new SessionFixture();
-  fixture.stream.hello('boot-1', 20);
   const first = fixture.stream;
+  const mocks = kept.map((name) => t.mock.method(globalThis, name, ((act: () => void, ms: number) => timers.push({ name, act, ms })) as never));
+  first.hello('boot-1', 20);
+  for (const { mock } of mocks) mock.restore();
+  const [beat, silence] = kept.map((name) => timers.filter((timer) => timer.name === name).at(-1)!);
+
+  beat.act();
+  beat.act();
+  assert.equal(beat.ms, 20);
+  assert.equal(first.sent.filter(({ message }) => message.case === 'heartbeat').length, 2);
+  assert.equal(silence.ms, 60);
+  silence.act();
   await until(() => fixture.sockets.opened.length === 2);
 
-  assert.ok(first.sent.filter(({ message }) => message.case === 'heartbeat').length >= 2);
   assert.ok(first.isClosed);
   assert.deepEqual(fixture.states, ['live', 'retrying']);
   fixture.session.close();
@@ -99,6 +192,20 @@ test('a view that is too large for the server is taken back to the one before, i
   await until(() => fixture.sockets.opened.length === 3);
   assert.equal(fixture.said.length, 1);
   fixture.session.close();
+});
+
+test('a server that did not answer in time is left alone for the longest pause', async (t) => {
+  const fixture = new SessionFixture({ backOff: { firstMs: 1, lastMs: HOUR } });
+  t.after(() => fixture.session.close());
+  fixture.stream.hello();
+  fixture.stream.end(unavailable());
+  await until(() => fixture.sockets.opened.length === 2);
+  fixture.stream.hello();
+  fixture.stream.end(new ServerError(Code.DeadlineExceeded, 'NO_ANSWER', 'in vain'));
+  await new Promise((resolve) => setTimeout(resolve, 50));
+
+  assert.equal(fixture.sockets.opened.length, 2);
+  assert.equal(fixture.session.status.text, 'In vain. Trying again …');
 });
 
 test('goaway says when to come back', async () => {
@@ -145,6 +252,7 @@ test('a page that is opened after the restart restores the scene from what an ea
   fixture.stream.hello('boot-2');
   fixture.state();
   await fixture.session.ready;
+  fixture.server.deleted = true;
   fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
   await until(() => fixture.session.status.state === 'failed');  // and what is deleted on this run stays deleted
 
@@ -236,8 +344,23 @@ test('without the mesh\'s bytes nothing is restored, in words', async () => {
   fixture.session.close();
 });
 
+test('a scene that another window made again after the restart is gone on with', async () => {
+  const fixture = await SessionFixture.live();
+  fixture.server.bootId = 'boot-2';
+  await fixture.store.saveScene({ ...(await fixture.store.scene('scene-0001'))!, bootId: 'boot-2' });
+  fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
+  await until(() => fixture.sockets.opened.length === 2);
+  fixture.stream.hello('boot-2');
+  fixture.state();
+  await until(() => fixture.session.status.state === 'restored');
+
+  assert.equal(fixture.server.scenes.size, 0, 'nothing is made twice');
+  fixture.session.close();
+});
+
 test('a scene that somebody deleted stays deleted, in words', async () => {
   const fixture = await SessionFixture.live();
+  fixture.server.deleted = true;
   fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
   await until(() => fixture.session.status.state === 'failed');
 

@@ -23,8 +23,8 @@ test('one decoder reads every stream of the server\'s writer to the integers tha
   const folder = mkdtempSync(join(tmpdir(), 'latticed-streams-'));
   execFileSync(process.env.LATTICED_WRITE_STREAMS!, [folder]);
   const decoder = await ChunkDecoder.create(wasm);
-  for (let number = 0; number < 135; ++number) {
-    const points = [1, 66, 2112][Math.floor(number / 45)];
+  for (let number = 0; number < 410; ++number) {
+    const points = number < 360 ? 66 : [1, 2112, 12_288, 17_952, 65_535][Math.floor((number - 360) / 10)];
     const bytes = readFileSync(join(folder, `${number}.bin`));
     const expected = new Uint32Array(bytes.buffer, bytes.byteOffset, bytes.length / 4);
     const normals = expected.length === 5 * points;
@@ -33,14 +33,17 @@ test('one decoder reads every stream of the server\'s writer to the integers tha
     const { points: got, extent } = decoder.decode(data, { encoding: 'draco', points, normals, normalBits: 8 });
 
     assert.equal(got.length, NUMBERS_PER_POINT * points);
+    let wrong = 0;  // an assertion of each value would take seconds
     for (let i = 0; i < points; ++i) {
       for (let axis = 0; axis < 3; ++axis) {
-        assert.equal(got[6 * i + axis], expected[3 * i + axis], `stream ${number}`);
-        assert.ok(extent[axis] <= got[6 * i + axis] && got[6 * i + axis] <= extent[3 + axis]);
+        const value = got[6 * i + axis];
+        if (value !== expected[3 * i + axis] || value < extent[axis] || value > extent[3 + axis]) ++wrong;
       }
-      if (!normals) continue;
-      for (let axis = 0; axis < 2; ++axis) assert.equal(got[6 * i + 4 + axis], expected[3 * points + 2 * i + axis]);
+      for (let axis = 0; normals && axis < 2; ++axis) {
+        if (got[6 * i + 4 + axis] !== expected[3 * points + 2 * i + axis]) ++wrong;
+      }
     }
+    assert.equal(wrong, 0, `stream ${number}`);
   }
   rmSync(folder, { recursive: true });
 });

@@ -27,6 +27,7 @@ test('what a socket closes with is the status of the stream', () => {
   const cut = ServerError.fromClose(1006, '');
   assert.deepEqual([cut.code, cut.reason, cut.isPassing], [Code.Unavailable, '', true]);
   assert.equal(inWords(cut), 'The server cannot be reached.');
+  assert.equal(inWords(new ConnectError('aborted', Code.DeadlineExceeded)), 'The server did not answer in time.');
 });
 
 test('errors are sentences: too large says how much is free, a role which one it takes, a bad file why', () => {
@@ -149,4 +150,33 @@ test('over gRPC-Web edits, controls and heartbeats are calls, a refusal is an ev
   await until(() => ends.length === 1);
   assert.equal(ends[0]?.code, Code.Unavailable);
   assert.equal(events.length, 3);
+});
+
+test('over gRPC-Web a call is not waited for longer than 15 seconds: then the stream ends, with what may stand in the way', async () => {
+  const timeouts: (number | undefined)[] = [];
+  const transport = createRouterTransport(({ service }) => {
+    service(SceneService, {
+      watch: async function* (_, context) {
+        yield create(SceneEventSchema, { event: { case: 'hello', value: { watchId: 'w-1' } } });
+        await new Promise((resolve) => context.signal.addEventListener('abort', resolve));
+      },
+      applyEdits: (_, context) => {
+        timeouts.push(context.timeoutMs());
+        throw new ConnectError('the operation timed out', Code.DeadlineExceeded);
+      },
+    });
+  });
+  let ready = false;
+  const ends: (ServerError | undefined)[] = [];
+  const stream = new WatchStream(new LatticedServer('http://test', undefined, transport), { scene: 'scene-0001' },
+    { event: () => (ready = true), end: (error) => ends.push(error) });
+  await until(() => ready);
+
+  stream.send({ message: { case: 'edit', value: { sequence: 1n } } });
+  await until(() => ends.length === 1);
+
+  assert.ok(timeouts[0]! > 0 && timeouts[0]! <= 15_000, `${timeouts}`);
+  assert.ok(ends[0]!.isPassing);
+  assert.equal(inWords(ends[0]), 'The server did not answer in time; without WebSockets a browser shows 5 of its windows at once: ' +
+    'if more are open, close some.');
 });

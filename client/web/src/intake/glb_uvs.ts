@@ -3,31 +3,134 @@
 //
 // Texture coordinates and base colours of a GLB, in the order in which the server numbers its corners: nodes of the
 // scene from parent to child, their primitives in turn, mirrored nodes with their triangles turned round.
-import { Mesh, type BufferGeometry, type MeshStandardMaterial } from 'three';
-import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
-import type { Layer, MeshLayers } from './corner_layers';
+//
+// Shown are base colours and their pictures, PNG, JPEG, WebP or AVIF, a material for each primitive, with any of its
+// sets of texture coordinates and KHR_texture_transform. Notes tell of what is not: colours of vertices, wrapping other
+// than repetition, materials of KHR_materials_pbrSpecularGlossiness, pictures that are broken or not there.
+import { Mesh, RepeatWrapping, Vector2, type BufferGeometry, type Group, type MeshStandardMaterial, type Texture } from 'three';
+import { GLTFLoader, type GLTF, type GLTFParser } from 'three/examples/jsm/loaders/GLTFLoader.js';
+import { missing, type Layer, type MeshLayers } from './corner_layers';
+import { GlbPictures } from './glb_pictures';
+
+const TRIANGLES = 4;
+const STRIP = 5;
+const ROUNDING = 1e-3; // of coordinates that are meant to end at 0 or 1
 
 export interface GlbLayers extends MeshLayers {
   readonly hasUvs: boolean;
+  /** Whether a picture that was dropped is one that the file names. */
+  readonly takesPictures: boolean;
 }
 
-export async function glbLayers(file: ArrayBuffer): Promise<GlbLayers> {
-  const { scene } = await new GLTFLoader().parseAsync(file, '');
-  scene.updateMatrixWorld(true);
-  const corners: number[] = [];
-  const materials: MeshStandardMaterial[] = [];
-  let hasUvs = false;
-  scene.traverse((object) => {
-    if (!(object instanceof Mesh)) return;
-    const { geometry, material, matrixWorld } = object as Mesh<BufferGeometry, MeshStandardMaterial>;
-    const found = materials.indexOf(material);
-    const layer = found >= 0 ? found : materials.push(material) - 1;
-    const channel = material.map?.channel ?? 0;
-    const uvs = `uv${channel > 0 ? channel : ''}`;
-    hasUvs ||= geometry.hasAttribute(uvs);
-    addCorners(geometry, uvs, layer, matrixWorld.determinant() < 0, corners);
-  });
-  return { corners: Float32Array.from(corners), layers: materials.map(layerOf), notes: [], hasUvs };
+/**
+ * @param name The file's, for notes.
+ * @param pictures Dropped with it.
+ *
+ * Throws an Error in words where pictures are of a kind that is not shown.
+ */
+export async function glbLayers(name: string, file: ArrayBuffer, pictures: readonly File[]): Promise<GlbLayers> {
+  const found = new GlbPictures(pictures);
+  try {
+    const gltf = await new GLTFLoader(found.manager).register(refuseKtx(name)).parseAsync(file, '');
+    if ((gltf.scene as Group | undefined) === undefined) throw new Error(`${name} has no scene that says which pictures are shown.`);
+    const { isWrapped, ...read } = new CornerReader(gltf).read();
+    const notes = [...unshown(name, gltf.parser, isWrapped), ...found.missing.map((picture) => missing(name, picture))];
+    if (found.broken) notes.push(`A picture of ${name} cannot be read.`);
+    return { ...read, notes, takesPictures: found.taken };
+  } finally {
+    found.dispose();
+  }
+}
+
+interface GlbTexture {
+  readonly source?: number;
+  readonly extensions?: Readonly<Record<string, unknown>>;
+}
+
+/** In place of three's part for KTX2 files, which asks for a decoder; where there is another picture, that one is taken. */
+function refuseKtx(name: string): (parser: GLTFParser) => { name: string } {
+  return ({ json }) => {
+    const isShown = ({ source, extensions = {} }: GlbTexture): boolean =>
+      source !== undefined || 'EXT_texture_webp' in extensions || 'EXT_texture_avif' in extensions;
+    if (!(json.textures ?? []).every(isShown)) {
+      throw new Error(`Pictures of ${name} are of a kind that is not shown, KTX2 for instance; PNG, JPEG, WebP and AVIF are.`);
+    }
+    return { name: 'KHR_texture_basisu' };
+  };
+}
+
+interface Primitive {
+  readonly mode?: number;
+  readonly attributes: Readonly<Record<string, number>>;
+}
+
+class CornerReader {
+  private readonly corners: number[] = [];
+  private readonly materials: MeshStandardMaterial[] = [];
+  private hasUvs = false;
+  private isWrapped = false;
+
+  constructor(private readonly gltf: GLTF) {}
+
+  read(): Pick<GlbLayers, 'corners' | 'layers' | 'hasUvs'> & { isWrapped: boolean } {
+    const { scene } = this.gltf;
+    scene.updateMatrixWorld(true);
+    scene.traverse((object) => object instanceof Mesh && this.addMesh(object));
+    const { materials, hasUvs, isWrapped } = this;
+    return { corners: Float32Array.from(this.corners), layers: materials.map(layerOf), hasUvs, isWrapped };
+  }
+
+  private addMesh(mesh: Mesh<BufferGeometry, MeshStandardMaterial>): void {
+    const { geometry, material, matrixWorld } = mesh;
+    if (!geometry.hasAttribute('position')) return;
+    const known = this.materials.indexOf(material);
+    const layer = known >= 0 ? known : this.materials.push(material) - 1;
+    const uvOf = this.uvsOf(geometry, material.map ?? null);
+    const index = geometry.getIndex();
+    const vertexAt = (corner: number): number => index?.getX(corner) ?? corner;
+    const mode = this.modeOf(mesh);
+    const count = index?.count ?? geometry.getAttribute('position').count;
+    for (let i = 0; i + 2 < count; i += 3) {
+      let [a, b, c] = [i, i + 1, i + 2].map(vertexAt);
+      if (mode !== TRIANGLES && (a === b || b === c || c === a)) continue; // joins two strips
+      if (mode === STRIP && (i / 3) % 2 === 1) [a, b, c] = [b, c, a]; // three begins these at their last vertex
+      if (matrixWorld.determinant() < 0) [b, c] = [c, b];
+      for (const vertex of [a, b, c]) {
+        const { x, y } = uvOf(vertex);
+        this.corners.push(x, y, layer);
+      }
+    }
+  }
+
+  /** Texture coordinates by vertex, as the map of the material takes them. */
+  private uvsOf(geometry: BufferGeometry, map: Texture | null): (vertex: number) => Vector2 {
+    const channel = map?.channel ?? 0;
+    const name = `uv${channel > 0 ? channel : ''}`;
+    const uv = new Vector2();
+    if (!geometry.hasAttribute(name)) return () => uv;
+    this.hasUvs = true;
+    const attribute = geometry.getAttribute(name);
+    if (map?.matrixAutoUpdate) map.updateMatrix();
+    return (vertex) => {
+      uv.set(attribute.getX(vertex), attribute.getY(vertex));
+      if (map !== null) uv.applyMatrix3(map.matrix);
+      const leaves = (x: number): boolean => x < -ROUNDING || x > 1 + ROUNDING;
+      this.isWrapped ||= (leaves(uv.x) && isOther(map?.wrapS)) || (leaves(uv.y) && isOther(map?.wrapT));
+      return uv;
+    };
+  }
+
+  /** As the file has it: three makes triangles of strips and fans. */
+  private modeOf(mesh: Mesh): number {
+    const { associations, json } = this.gltf.parser;
+    const at = associations.get(mesh);
+    const primitive: Primitive | undefined = json.meshes?.[at?.meshes ?? -1]?.primitives[at?.primitives ?? 0];
+    return primitive?.mode ?? TRIANGLES;
+  }
+}
+
+function isOther(wrapping: number | undefined): boolean {
+  return wrapping !== undefined && wrapping !== RepeatWrapping;
 }
 
 function layerOf({ map, color }: MeshStandardMaterial): Layer {
@@ -35,14 +138,13 @@ function layerOf({ map, color }: MeshStandardMaterial): Layer {
   return { ...(picture && { picture }), colour: color.getStyle() };
 }
 
-function addCorners(geometry: BufferGeometry, uvs: string, layer: number, mirrored: boolean, corners: number[]): void {
-  const uv = geometry.hasAttribute(uvs) ? geometry.getAttribute(uvs) : undefined;
-  const index = geometry.getIndex();
-  const count = index?.count ?? geometry.getAttribute('position').count;
-  for (let i = 0; i + 2 < count; i += 3) {
-    for (const corner of mirrored ? [i, i + 2, i + 1] : [i, i + 1, i + 2]) {
-      const vertex = index?.getX(corner) ?? corner;
-      corners.push(uv?.getX(vertex) ?? 0, uv?.getY(vertex) ?? 0, layer);
-    }
+function unshown(name: string, { json }: GLTFParser, isWrapped: boolean): string[] {
+  const primitives: Primitive[] = (json.meshes ?? []).flatMap((mesh: { primitives: Primitive[] }) => mesh.primitives);
+  const notes: string[] = [];
+  if (primitives.some(({ attributes }) => 'COLOR_0' in attributes)) notes.push(`The colours of vertices that ${name} has are not shown.`);
+  if (isWrapped) notes.push(`${name} clamps or mirrors pictures outside of 0 to 1; they are shown repeated.`);
+  if ((json.extensionsUsed ?? []).includes('KHR_materials_pbrSpecularGlossiness')) {
+    notes.push(`Materials of ${name} are of KHR_materials_pbrSpecularGlossiness, whose pictures are not shown.`);
   }
+  return notes;
 }

@@ -81,12 +81,13 @@ async function plyLayers(file: MeshFile, pictures: File[], grid: ImageBitmapSour
   return { corners: downwards(read.corners), layers, notes };
 }
 
-/** A picture that is dropped stands for all of the file's own. */
-async function ofGlb(file: MeshFile, [picture]: File[], grid: ImageBitmapSource): Promise<MeshLayers> {
-  const { hasUvs, ...read } = await glbLayers(await file.content.arrayBuffer());
+/** A picture that is dropped, and that the file does not name, stands for all of the file's own. */
+async function ofGlb(file: MeshFile, pictures: File[], grid: ImageBitmapSource): Promise<MeshLayers> {
+  const { hasUvs, takesPictures, ...read } = await glbLayers(file.name, await file.content.arrayBuffer(), pictures);
   const pictured = read.layers.some((layer) => layer.picture !== undefined);
+  const [picture] = takesPictures ? [] : pictures;
   if (!hasUvs && picture !== undefined) throw new Error(`${file.name} has no texture coordinates.`);
-  if (picture !== undefined) return { ...read, layers: read.layers.map(() => ({ picture })) };
+  if (picture !== undefined) return { ...read, notes: [], layers: read.layers.map(() => ({ picture })) };
   return pictured || !hasUvs ? read : { ...read, layers: read.layers.map(() => ({ picture: grid })) };
 }
 

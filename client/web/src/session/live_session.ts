@@ -18,6 +18,8 @@ import { SessionStream } from './session_stream';
 
 /** SceneSession over the wire. Its lattice is there once `ready` has resolved. */
 export class LiveSession implements SceneSession {
+  private static readonly PICK_MS = 10_000;  // a connection may be dead that the browser takes for alive
+
   readonly editorId = randomUuid();
   /** Resolves with the first lattice; rejects where the scene cannot be had. */
   readonly ready: Promise<void>;
@@ -103,7 +105,8 @@ export class LiveSession implements SceneSession {
     if (!this.parts.info.features.includes(Feature.PICK)) return undefined;
     try {
       return toSurfacePoint(await this.parts.server.scenes.pick({
-        scene: this.sceneId, ray: { origin: fromVector(origin), direction: fromVector(direction) } }));
+        scene: this.sceneId, ray: { origin: fromVector(origin), direction: fromVector(direction) },
+      }, { timeoutMs: LiveSession.PICK_MS }));
     } catch (error) {
       const failure = ServerError.fromConnect(error);
       if (failure.code === Code.NotFound && failure.reason === 'NOTHING_HIT') return undefined;

@@ -9,6 +9,7 @@ import { WatchStream } from '../wire/watch_stream';
 import { inWords } from '../wire/words';
 import { IndexedSceneStore } from './indexed_scene_store';
 import { LiveSession } from './live_session';
+import { followPage } from './page_wakes';
 import { SceneKeeper } from './scene_keeper';
 import type { SceneSession, SessionStatus, ViewRequest } from './scene_session';
 import { ServerPatches } from './server_patches';
@@ -45,6 +46,7 @@ export async function openSession(server: LatticedServer, sceneId: string, optio
     pool: await pool,
     surface: new SurfaceMesh(new ServerPatches(server, sceneId, () => lattice())),
     keeper,
+    wakes: followPage,
     ...(options.name && { name: options.name }),
     ...(options.colour !== undefined && { colour: options.colour }),
     ...(options.view && { view: options.view }),

@@ -3,7 +3,8 @@
 import type { Hello, SceneEvent } from 'latticed/v1/event_pb';
 import { Code } from '@connectrpc/connect';
 import type { DeformRequestInit, OpenStream, SceneStream, WatchRequestInit } from '../wire/scene_stream';
-import type { ServerError } from '../wire/server_error';
+import { ServerError } from '../wire/server_error';
+import type { Wakeable } from './page_wakes';
 
 /** Pauses between attempts: doubled from the first to the last, with jitter. */
 export interface BackOff {
@@ -29,15 +30,17 @@ export interface ConnectionHost {
 
 /**
  * Keeps a stream of one scene open: heartbeats both ways, silence noticed, goaway heeded, and after a loss another
- * stream. Where WebSockets do not pass but other calls do, the next kind of stream is used from then on.
+ * stream. Where twice no WebSocket passes but other calls do, the next kind of stream is used, until that is lost.
  */
-export class SceneConnection {
+export class SceneConnection implements Wakeable {
   private static readonly SILENT_HEARTBEATS = 3;
   private static readonly FIRST_EVENT_MS = 15_000;
 
   private stream: SceneStream | undefined;
   private kind = 0;
+  private doubted = false;  // a stream did not open while other calls passed
   private heard = false;  // anything on this stream
+  private heardAt = 0;  // Date.now(): while a computer sleeps it goes on, and timers do not
   private attempts = 0;  // since a stream was of use
   private openedAt = Infinity;
   private goawayMs = 0;
@@ -54,7 +57,7 @@ export class SceneConnection {
 
   open(): void {
     if (this.closed) return;
-    clearTimeout(this.timers.retry);
+    this.stopRetry();
     this.heard = false;
     this.silenceMs = SceneConnection.FIRST_EVENT_MS;
     this.stream = this.kinds[this.kind]!(this.host.request(), {
@@ -79,8 +82,25 @@ export class SceneConnection {
     this.drop();
   }
 
+  // Wakeable
+
+  networkBack(): void {
+    if (!this.stream && !this.timers.retry) return;
+    if (this.stream) this.host.retrying(undefined);
+    this.drop();
+    this.kind = 0;  // what the network before let through says nothing of this one
+    this.doubted = false;
+    this.open();
+  }
+
+  seen(): void {
+    this.listenToClock();
+    if (this.timers.retry) this.open();
+  }
+
   private received(event: SceneEvent): void {
     this.heard = true;
+    this.doubted = false;
     this.listen();
     const { case: kind, value } = event.event;
     if (kind === 'hello') this.begin(value);
@@ -95,32 +115,46 @@ export class SceneConnection {
     const heartbeatMs = milliseconds(hello.heartbeat);
     if (heartbeatMs > 0) {
       this.silenceMs = SceneConnection.SILENT_HEARTBEATS * heartbeatMs;
-      this.timers.heartbeat = setInterval(() => this.send({ message: { case: 'heartbeat', value: {} } }), heartbeatMs);
+      this.timers.heartbeat = setInterval(() => this.beat(), heartbeatMs);
       this.listen();
     }
     this.host.opened(hello);
   }
 
+  private beat(): void {
+    this.send({ message: { case: 'heartbeat', value: {} } });
+    this.listenToClock();
+  }
+
   /** Begins to wait for the next event. */
   private listen(): void {
+    this.heardAt = Date.now();
     clearTimeout(this.timers.silence);
-    this.timers.silence = setTimeout(() => {
-      this.host.retrying(undefined);
-      this.reopen();
-    }, this.silenceMs);
+    this.timers.silence = setTimeout(() => this.giveUp(), this.silenceMs);
+  }
+
+  /** Ends a stream that was silent for too long by the clock, as after a sleep. */
+  private listenToClock(): void {
+    if (this.stream && Date.now() - this.heardAt > this.silenceMs) this.giveUp();
+  }
+
+  private giveUp(): void {
+    void this.lost(this.heard ? undefined : new ServerError(Code.Unavailable, '', 'nothing came'));
   }
 
   private async lost(error: ServerError | undefined): Promise<void> {
     const refused = !this.heard && error?.code === Code.Unavailable && !error.reason;
+    if (this.heard) this.kind = 0;
     this.drop();
     if (error && !error.isPassing) return this.endedBy(error);
     this.host.retrying(error);
-    if (!refused) return this.retry();
+    if (!refused) return this.retry(error?.code === Code.DeadlineExceeded ? this.backOff.lastMs : 0);
     // A browser does not tell why a WebSocket did not open: another call does.
     const failure = await this.host.probe();
     if (failure && !failure.isPassing) return this.endedBy(failure);
     if (failure || this.kind + 1 === this.kinds.length) return this.retry();
-    ++this.kind;
+    if (this.doubted) ++this.kind;
+    this.doubted = !this.doubted;  // the first time, the network may have come back between the two
     this.open();
   }
 
@@ -128,13 +162,14 @@ export class SceneConnection {
     if (await this.host.ended(error)) this.open();
   }
 
-  private retry(): void {
+  /** @param leastMs What does not answer is left alone so long, and a person can read why. */
+  private retry(leastMs = 0): void {
     if (this.closed) return;
     const { firstMs, lastMs } = this.backOff;
     if (performance.now() - this.openedAt > lastMs) this.attempts = 0;
     this.openedAt = Infinity;
     const pause = Math.min(firstMs * 2 ** this.attempts++, lastMs) * (0.5 + Math.random() / 2);
-    this.timers.retry = setTimeout(() => this.open(), Math.max(pause, this.goawayMs));
+    this.timers.retry = setTimeout(() => this.open(), Math.max(pause, leastMs, this.goawayMs));
   }
 
   private drop(): void {
@@ -142,7 +177,12 @@ export class SceneConnection {
     this.stream = undefined;
     clearInterval(this.timers.heartbeat);
     clearTimeout(this.timers.silence);
+    this.stopRetry();
+  }
+
+  private stopRetry(): void {
     clearTimeout(this.timers.retry);
+    delete this.timers.retry;
   }
 }
 

@@ -59,15 +59,16 @@ export class SceneKeeper {
   }
 
   /**
-   * Makes the scene again, with `lattice` or the newest that was saved. False where the same run of the server that
-   * had it says that it is gone, so that somebody deleted it, or where nothing was saved. Rejects with a ServerError.
+   * Makes the scene again, with `lattice` or the newest that was saved, unless another window was quicker. False where
+   * the same run of the server that had it says that it is gone, so that somebody deleted it, or where nothing was
+   * saved. Rejects with a ServerError.
    */
   async restore(lattice?: Lattice): Promise<boolean> {
     const stored = await this.store.scene(this.sceneId);
     if (!stored) return false;
     try {
       const { bootId } = await this.server.server.getServerInfo({});
-      if (bootId === stored.bootId) return false;
+      if (bootId === stored.bootId) return await this.exists();  // another window may have saved what it made
       const request = fromBinary(CreateSceneRequestSchema, stored.request);
       if (lattice) request.lattices = [sourceOf(lattice)];
       await this.uploadAgain(request.mesh);
@@ -114,6 +115,16 @@ export class SceneKeeper {
   private warn(error: unknown): void {
     this.onNotKept?.(`If the server is restarted, this scene may be lost: ${inWords(error)}`);
     this.onNotKept = undefined;
+  }
+
+  private async exists(): Promise<boolean> {
+    try {
+      await this.server.scenes.getScene({ scene: this.sceneId });
+      return true;
+    } catch (error) {
+      if (ServerError.fromConnect(error).code !== Code.NotFound) throw error;
+      return false;
+    }
   }
 
   private async createUnlessThere(request: CreateSceneRequest): Promise<void> {

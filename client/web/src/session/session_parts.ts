@@ -5,6 +5,7 @@ import type { DecodePool } from '../decode/decode_pool';
 import type { SurfaceSink } from '../surface/surface_sink';
 import type { LatticedServer } from '../wire/latticed_server';
 import type { OpenStream } from '../wire/scene_stream';
+import type { Wakeable } from './page_wakes';
 import type { BackOff } from './scene_connection';
 import type { SceneKeeper } from './scene_keeper';
 import type { ViewRequest } from './scene_session';
@@ -21,4 +22,6 @@ export interface SessionParts {
   readonly colour?: number;
   readonly view?: ViewRequest;
   readonly backOff?: BackOff;
+  /** Wakes the connection when the page wakes, until what it returns is called. */
+  readonly wakes?: (connection: Wakeable) => () => void;
 }

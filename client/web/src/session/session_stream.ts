@@ -21,9 +21,12 @@ import { UpdateReceiver, type ReceivedUpdate } from './update_receiver';
  * scene, by one of the scene restored.
  */
 export class SessionStream implements ConnectionHost {
+  private static readonly PROBE_MS = 5000;
+
   private readonly receiver: UpdateReceiver;
   private readonly presences = new Presences((selected) => this.showPresence(selected));
   private readonly connection: SceneConnection;
+  private readonly endWakes: (() => void) | undefined;
   private view: ViewRequest;
   private grantedView: Required<ViewRequest> | undefined;  // of the newest update
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
@@ -44,6 +47,7 @@ export class SessionStream implements ConnectionHost {
     this.presenceAllowed = parts.info.features.includes(Feature.PRESENCE);
     this.receiver = new UpdateReceiver(parts.pool, (update) => this.updated(update), (error) => this.useless(error));
     this.connection = new SceneConnection(parts.streams, this, parts.backOff);
+    this.endWakes = parts.wakes?.(this.connection);
     this.connection.open();
   }
 
@@ -65,6 +69,7 @@ export class SessionStream implements ConnectionHost {
   }
 
   close(): void {
+    this.endWakes?.();
     this.connection.close();
     this.receiver.close();
     this.presences.close();
@@ -124,7 +129,7 @@ export class SessionStream implements ConnectionHost {
 
   async probe(): Promise<ServerError | undefined> {
     try {
-      await this.parts.server.server.getServerInfo({});
+      await this.parts.server.server.getServerInfo({}, { timeoutMs: SessionStream.PROBE_MS });
       return undefined;
     } catch (error) {
       return ServerError.fromConnect(error);

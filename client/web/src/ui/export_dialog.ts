@@ -9,7 +9,7 @@ import { saveFile } from './save_file';
 
 const NOTES: Record<ExportFormat, string> = {
   glb: 'glTF binary: for most viewers and engines',
-  ply: 'Binary PLY, with normals and texture coordinates',
+  ply: 'Binary PLY, with texture coordinates where the mesh has them',
   obj: 'Wavefront OBJ, with groups as materials',
   stl: 'Binary STL: positions alone',
   drc: 'Draco: the smallest',

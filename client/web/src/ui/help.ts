@@ -29,7 +29,7 @@ const WHILE_TRANSFORMING: readonly (readonly [string, string])[] = [
 const FILES: readonly (readonly [string, string])[] = [
   ['OBJ', 'With its MTL file and pictures, dropped together'],
   ['PLY', 'With the pictures that it names in comments: TextureFile'],
-  ['GLB', 'With its own pictures, or one dropped for all'],
+  ['GLB', 'With its own pictures, or those dropped with it'],
   ['STL DRC', 'Shown without pictures'],
   ['JSON', 'A lattice, as of latticectl lattice'],
 ];
@@ -42,19 +42,23 @@ export function showHelp(commands: readonly Command[]): void {
       rows.map((c) => [c.keys![0], c.label] as const),
     );
   });
-  const close = h('button', { type: 'button', class: 'button', autofocus: true }, 'Close');
+  const close = h('button', { type: 'button', class: 'button' }, 'Close');
   const dialog = showDialog(
     'Keys',
     'help',
     h('header', {}, h('h2', {}, 'Keys'), close),
     h(
       'div',
-      { class: 'help-columns' },
-      section('Pointer', POINTER),
-      section('During G, R, S', WHILE_TRANSFORMING),
-      sections[0],
-      section('Dropped files', FILES),
-      ...sections.slice(1),
+      { class: 'help-scroll', tabindex: 0, autofocus: true }, // so that arrow keys scroll
+      h(
+        'div',
+        { class: 'help-columns' },
+        section('Pointer', POINTER),
+        section('During G, R, S', WHILE_TRANSFORMING),
+        sections[0],
+        section('Dropped files', FILES),
+        ...sections.slice(1),
+      ),
     ),
   );
   close.addEventListener('click', () => dialog.close());

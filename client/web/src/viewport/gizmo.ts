@@ -76,6 +76,11 @@ export class Gizmo {
     return true;
   }
 
+  /** Whether presses on handles are heard. */
+  setEnabled(on: boolean): void {
+    this.controls.enabled = on;
+  }
+
   /** Puts the handles at a place, along axes that are made orthogonal where they are not. */
   show(kind: MotionKind, place: Vec3, axes: Basis): void {
     if (this.controls.dragging) return;

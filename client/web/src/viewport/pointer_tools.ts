@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Mouse, pen and touch on the view. A press on a control point selects or drags it, on a handle it is the gizmo's, with
-// a tool it is the tool's; everything else is the camera's orbit. While a transform of the keys runs, it has the pointer.
+// a tool it is the tool's; everything else is the camera's orbit, and so are two fingers, whatever the first one was on.
+// While a transform of the keys runs, it has the pointer.
 import type { Cage } from '../cage/cage';
 import type { Editor } from '../edit/editor';
 import { WORLD_BASIS } from '../lattice/vec';
@@ -22,6 +23,8 @@ interface Press {
   onHandle: boolean;
   drag: Drag | undefined;
   moved: boolean;
+  /** The newest event of the pointer. */
+  last: PointerEvent;
 }
 
 export interface PointerToolsParts {
@@ -44,7 +47,7 @@ export class PointerTools {
     const { canvas, element } = parts.viewport;
     const options = { signal: this.abort.signal, capture: true };
     // On the way down to the canvas, so that the orbit can be switched off before it hears of a press.
-    element.addEventListener('pointerdown', (event) => event.target === canvas && this.down(event), options);
+    element.addEventListener('pointerdown', (event) => event.target === canvas && event.isTrusted && this.down(event), options);
     window.addEventListener('pointermove', (event) => this.move(event), options);
     window.addEventListener('pointerup', (event) => this.up(event), options);
     window.addEventListener('pointercancel', () => this.lost(), options);
@@ -83,6 +86,7 @@ export class PointerTools {
     this.cancel();
     this.press = undefined;
     this.parts.viewport.rig.controls.enabled = true;
+    this.parts.gizmo.setEnabled(true);
   }
 
   private down(event: PointerEvent): void {
@@ -90,12 +94,13 @@ export class PointerTools {
     viewport.canvas.focus({ preventScroll: true });
     this.place = viewport.place(event);
     if (this.press === undefined && editor.transforming) return this.endTransform(event);
+    if (!event.isPrimary && event.pointerType === 'touch') return this.handOver();
     if (!event.isPrimary || event.button !== 0) return;
 
     const point = this.parts.picker.at(...this.place, event.pointerType);
     const onHandle = gizmo.isAt(this.place);
     const drag = onHandle ? undefined : this.toolDrag(event, point);
-    this.press = { id: event.pointerId, place: this.place, point, onHandle, drag, moved: false };
+    this.press = { id: event.pointerId, place: this.place, point, onHandle, drag, moved: false, last: event };
     if (onHandle) return;
     if (drag !== undefined || point !== undefined) viewport.rig.controls.enabled = false;
   }
@@ -109,7 +114,19 @@ export class PointerTools {
     else if (drag === undefined) editor.commitTransform();
     viewport.rig.controls.enabled = false;
     event.preventDefault();
-    this.press = { id: event.pointerId, place: this.place, point: undefined, onHandle: false, drag, moved: true };
+    this.press = { id: event.pointerId, place: this.place, point: undefined, onHandle: false, drag, moved: true, last: event };
+  }
+
+  /** A second finger has come: what the first one has begun is taken back, and both are the camera's. */
+  private handOver(): void {
+    const { press } = this;
+    const { viewport, gizmo } = this.parts;
+    if (press === undefined || press.drag instanceof SteeringDrag) return;
+    this.cancel();
+    gizmo.setEnabled(false);
+    Object.assign(press, { drag: undefined, point: undefined, onHandle: false, moved: true });
+    viewport.rig.controls.enabled = true;
+    viewport.canvas.dispatchEvent(new PointerEvent('pointerdown', press.last)); // of which the orbit has not heard
   }
 
   /** Not a zoom while a transform runs, but its soft radius: the wheel turned towards a person makes it larger. */
@@ -148,6 +165,7 @@ export class PointerTools {
       return;
     }
     const { press } = this;
+    press.last = event;
     press.moved ||= Math.hypot(place[0] - press.place[0], place[1] - press.place[1]) > SLACK;
     if (press.moved && press.drag === undefined && press.point !== undefined && !press.onHandle)
       press.drag = this.grab(press.point, press.place);
@@ -166,6 +184,7 @@ export class PointerTools {
     if (press === undefined || press.id !== event.pointerId) return;
     this.press = undefined;
     parts.viewport.rig.controls.enabled = true;
+    parts.gizmo.setEnabled(true);
     if (press.drag !== undefined && (press.moved || parts.settings.value.tool === 'pull')) return press.drag.end();
     press.drag?.cancel();
     if (press.moved) return;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { create } from '@bufbuild/protobuf';
-import { Code, ConnectError } from '@connectrpc/connect';
+import { Code, ConnectError, type CallOptions } from '@connectrpc/connect';
 import { StatusSchema } from 'google/rpc/status_pb';
 import { EditBatchSchema, type EditBatch, type EditResult, EditResultSchema } from 'latticed/v1/edit_pb';
 import { SceneEventSchema } from 'latticed/v1/event_pb';
@@ -9,12 +9,17 @@ import { DeformRequestSchema, type ControlWatchRequest } from 'latticed/v1/scene
 import type { LatticedServer } from './latticed_server';
 import type { DeformRequestInit, SceneStream, StreamHandlers, WatchRequestInit } from './scene_stream';
 import { ServerError } from './server_error';
+import { STREAM_PLACES, takeStreamPlace } from './stream_places';
+
+const LIMIT = `without WebSockets a browser shows ${STREAM_PLACES} of its windows at once`;
 
 /**
  * Watch, ApplyEdits and ControlWatch over gRPC-Web in place of Deform: where something on the way lets no WebSocket
  * pass. The same events; a refused edit is an edit_result here too.
  */
 export class WatchStream implements SceneStream {
+  private static readonly CALL_MS = 15_000;
+
   private readonly abort = new AbortController();
   private watchId = '';
   private ended = false;
@@ -43,6 +48,7 @@ export class WatchStream implements SceneStream {
   private async watch(): Promise<void> {
     const { signal } = this.abort;
     try {
+      if (!(await takeStreamPlace(signal))) throw noPlace();
       const headers = { 'latticed-scene': this.open.scene ?? '' };
       for await (const event of this.server.scenes.watch(this.open, { signal, headers })) {
         if (this.ended) return;
@@ -59,12 +65,12 @@ export class WatchStream implements SceneStream {
     const request = create(EditBatchSchema, {
       ...batch, scene: this.open.scene ?? '', editorId: batch.editorId || (this.open.editorId ?? '') });
     try {
-      this.answer(await this.server.scenes.applyEdits(request, { signal: this.abort.signal }));
+      this.answer(await this.server.scenes.applyEdits(request, this.callOptions));
     } catch (error) {
       const refusal = ConnectError.from(error);
       // An answer that was lost ends the stream, so that the same batch is sent again by the next one.
-      if ([Code.Unavailable, Code.Canceled, Code.Unknown, Code.Internal].includes(refusal.code)) {
-        this.end(ServerError.fromConnect(error));
+      if ([Code.Unavailable, Code.Canceled, Code.Unknown, Code.Internal, Code.DeadlineExceeded].includes(refusal.code)) {
+        this.end(failureOf(error));
         return;
       }
       const failure = ServerError.fromConnect(error);
@@ -83,10 +89,14 @@ export class WatchStream implements SceneStream {
         watchId: this.watchId, scene: this.open.scene ?? '',
         ...(ackedUpdateId !== undefined && { ackedUpdateId }), ...(view && { view }), ...(pause !== undefined && { pause }),
         ...(presence && { presence }),
-      }, { signal: this.abort.signal });
+      }, this.callOptions);
     } catch (error) {
-      this.end(ServerError.fromConnect(error));
+      this.end(failureOf(error));
     }
+  }
+
+  private get callOptions(): CallOptions {
+    return { signal: this.abort.signal, timeoutMs: WatchStream.CALL_MS };
   }
 
   private answer(result: EditResult): void {
@@ -99,6 +109,17 @@ export class WatchStream implements SceneStream {
     this.abort.abort();
     this.handlers.end(error);
   }
+}
+
+function noPlace(): ServerError {
+  return new ServerError(Code.ResourceExhausted, 'NO_STREAM_PLACE', `no WebSocket reaches the server; ${LIMIT}: close one of them`);
+}
+
+/** Of a call on the way of which others may stand. */
+function failureOf(error: unknown): ServerError {
+  const failure = ServerError.fromConnect(error);
+  if (failure.code !== Code.DeadlineExceeded) return failure;
+  return new ServerError(failure.code, 'NO_ANSWER', `the server did not answer in time; ${LIMIT}: if more are open, close some`);
 }
 
 /** The details that came with a status, as google.rpc.Status holds them. */

@@ -24,6 +24,7 @@ export function inWords(error: unknown): string {
     case 'UNAUTHENTICATED': return 'The server wants a token: open the page with #token=… at the end of its address.';
   }
   if (failure.code === Code.Unavailable && !failure.reason) return 'The server cannot be reached.';
+  if (failure.code === Code.DeadlineExceeded && !failure.reason) return 'The server did not answer in time.';
   return sentence(failure.message || Code[failure.code] || 'unknown error');
 }
 

@@ -10,8 +10,8 @@ const OPTIONS = {
 };
 
 /** Debian's Chromium with software OpenGL, whose contexts keep nothing on disk. Environment: CHROMIUM, another program. */
-export function launch(): Promise<Browser> {
-  return chromium.launch(OPTIONS);
+export function launch(more: readonly string[] = []): Promise<Browser> {
+  return chromium.launch({ ...OPTIONS, args: [...OPTIONS.args, ...more] });
 }
 
 /** The same as a person has it, with a folder for what pages keep. */
@@ -29,6 +29,20 @@ export async function openPage(browser: Browser, address: string): Promise<{ pag
   });
   await page.goto(address);
   return { page, errors };
+}
+
+/** Lets no WebSocket of the pages of a context open, as a proxy does that knows none. */
+export function stopWebSockets(context: BrowserContext): Promise<void> {
+  return context.addInitScript(() => {
+    window.WebSocket = class {
+      onclose?: (event: { code: number; reason: string }) => void;
+      constructor() {
+        setTimeout(() => this.onclose?.({ code: 1006, reason: '' }));
+      }
+      close(): void {}
+      send(): void {}
+    } as unknown as typeof WebSocket;
+  });
 }
 
 /** Gives the pages of a context a smaller disk: bytes that an origin may keep. */

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { spawn, type ChildProcess } from 'node:child_process';
-import { createServer, type AddressInfo } from 'node:net';
+import { connect, createServer, type AddressInfo } from 'node:net';
+import type { Certificate } from './certificate';
 
 /** The server under test, on the CPU; it may be killed and started again at the same address. */
 export class ServerProcess {
@@ -9,17 +10,19 @@ export class ServerProcess {
   private log = '';
 
   private constructor(
-    readonly port: number, private readonly grpcPort: number, private readonly webRoot: string, private readonly more: readonly string[]) {}
+    readonly port: number, private readonly grpcPort: number, private readonly scheme: string,
+    private readonly options: readonly string[]) {}
 
-  /** With more options of the program. Environment: LATTICED, the program. */
-  static async start(webRoot: string, more: readonly string[] = []): Promise<ServerProcess> {
-    const server = new ServerProcess(await freePort(), await freePort(), webRoot, more);
+  /** With more options of the program, over TLS where there is a certificate. Environment: LATTICED, the program. */
+  static async start(webRoot: string, more: readonly string[] = [], certificate?: Certificate): Promise<ServerProcess> {
+    const options = ['--web-root', webRoot, '--backend', 'cpu', ...(certificate?.serverOptions ?? []), ...more];
+    const server = new ServerProcess(await freePort(), await freePort(), certificate ? 'https' : 'http', options);
     await server.restart();
     return server;
   }
 
   get origin(): string {
-    return `http://127.0.0.1:${this.port}`;
+    return `${this.scheme}://127.0.0.1:${this.port}`;
   }
 
   get grpcAddress(): string {
@@ -28,11 +31,10 @@ export class ServerProcess {
 
   async restart(): Promise<void> {
     this.child = spawn(process.env.LATTICED!, [
-      '--listen', this.grpcAddress, '--http', `127.0.0.1:${this.port}`, '--web-root', this.webRoot, '--backend', 'cpu',
-      ...this.more]);
+      '--listen', this.grpcAddress, '--http', `127.0.0.1:${this.port}`, ...this.options]);
     for (const stream of [this.child.stdout!, this.child.stderr!]) stream.on('data', (data: Buffer) => (this.log += data.toString()));
     for (let attempt = 0; attempt < 200; ++attempt) {
-      if (await fetch(this.origin).then((answer) => answer.ok, () => false)) return;
+      if (await isOpen(this.port)) return;
       await new Promise((resolve) => setTimeout(resolve, 50));
     }
     throw new Error(`latticed did not start: ${this.log}`);
@@ -44,6 +46,17 @@ export class ServerProcess {
     this.child!.kill('SIGKILL');
     await gone;
   }
+}
+
+function isOpen(port: number): Promise<boolean> {
+  return new Promise((resolve) => {
+    const socket = connect(port, '127.0.0.1')
+      .once('connect', () => {
+        socket.destroy();
+        resolve(true);
+      })
+      .once('error', () => resolve(false));
+  });
 }
 
 function freePort(): Promise<number> {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Files in and out of the viewer in Chromium: pictures on meshes, downloads, and both with tokens.
+// Files in and out of the viewer in Chromium: chosen or dropped, downloaded, and with tokens.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
@@ -14,8 +14,11 @@ import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
 import { distance, sub, type Vec3 } from '@src/lattice/vec';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
-import { colourAt, controlPoint, createScene, dropFiles, live } from './viewer_page';
+import { sheetObj } from './sheet';
+import { controlPoint, createScene, dropFiles, live } from './viewer_page';
 
+/** A grey pixel. */
+const DOT = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mNoAAAAggCB2kUIOwAAAABJRU5ErkJggg==', 'base64');
 const TOKENS = { edit: 'let-me-edit', read: 'let-me-look' } as const;
 
 const folder = mkdtempSync(join(tmpdir(), 'latticed-viewer-'));
@@ -23,88 +26,16 @@ let server: ServerProcess;
 let browser: Browser;
 let page: Page;
 let errors: string[];
-let picture: Buffer;
-
-/** A sheet over -1 to 1 whose texture coordinates go from 0 to 1, u right and v up: 16 quads. */
-const sheet = Array.from({ length: 5 }, (_, j) => Array.from({ length: 5 }, (__, i) => [i / 4, j / 4] as const)).flat();
-const quads = Array.from({ length: 16 }, (_, q) => {
-  const at = Math.floor(q / 4) * 5 + (q % 4);
-  return [at, at + 1, at + 6, at + 5];
-});
-
-function sheetObj(materials: (quad: number) => string): string {
-  const lines = sheet.flatMap(([u, v]) => [`v ${2 * u - 1} ${2 * v - 1} 0`, `vt ${u} ${v}`]);
-  const faces = quads.flatMap((quad, q) => [materials(q), `f ${quad.map((i) => `${i + 1}/${i + 1}`).join(' ')}`]);
-  return ['mtllib sheet.mtl', ...lines, ...faces].join('\n');
-}
-
-function sheetPly(): string {
-  const vertices = sheet.map(([u, v]) => `${2 * u - 1} ${2 * v - 1} 0 ${u} ${v}`);
-  const faces = quads.map((quad) => `4 ${quad.join(' ')}`);
-  return `ply\nformat ascii 1.0\ncomment TextureFile squares.png\nelement vertex 25\nproperty float x\nproperty float y\n` +
-    `property float z\nproperty float s\nproperty float t\nelement face 16\nproperty list uchar int vertex_indices\n` +
-    `end_header\n${[...vertices, ...faces].join('\n')}\n`;
-}
-
-/** The sheet as one quad with the picture inside; glTF's v counts downwards. */
-function sheetGlb(): Buffer {
-  const positions = Float32Array.of(-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0);
-  const uvs = Float32Array.of(0, 1, 1, 1, 1, 0, 0, 0);
-  const indices = Uint16Array.of(0, 1, 2, 0, 2, 3);
-  const bin = Buffer.concat([...[positions, uvs, indices].map(({ buffer }) => Buffer.from(buffer)), picture]);
-  const view = (byteOffset: number, byteLength: number): object => ({ buffer: 0, byteOffset, byteLength });
-  const json = Buffer.from(JSON.stringify({
-    asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
-    meshes: [{ primitives: [{ attributes: { POSITION: 0, TEXCOORD_0: 1 }, indices: 2, material: 0 }] }],
-    materials: [{ pbrMetallicRoughness: { baseColorTexture: { index: 0 } } }], textures: [{ source: 0 }],
-    images: [{ bufferView: 3, mimeType: 'image/png' }], buffers: [{ byteLength: bin.length }],
-    bufferViews: [view(0, 48), view(48, 32), view(80, 12), view(92, picture.length)],
-    accessors: [
-      { bufferView: 0, componentType: 5126, count: 4, type: 'VEC3', min: [-1, -1, 0], max: [1, 1, 0] },
-      { bufferView: 1, componentType: 5126, count: 4, type: 'VEC2' },
-      { bufferView: 2, componentType: 5123, count: 6, type: 'SCALAR' },
-    ],
-  }));
-  const chunk = (type: string, bytes: Buffer, fill: string): Buffer => {
-    const padded = Buffer.concat([bytes, Buffer.alloc((4 - (bytes.length % 4)) % 4, fill)]);
-    const head = Buffer.alloc(8);
-    head.writeUInt32LE(padded.length);
-    head.write(type, 4, 'latin1');
-    return Buffer.concat([head, padded]);
-  };
-  const body = Buffer.concat([chunk('JSON', json, ' '), chunk('BIN\0', bin, '\0')]);
-  const head = Buffer.alloc(12);
-  head.write('glTF');
-  head.writeUInt32LE(2, 4);
-  head.writeUInt32LE(12 + body.length, 8);
-  return Buffer.concat([head, body]);
-}
-
-/** Looks straight onto the sheet, without the cage, in its colours. */
-async function lookAtColours(of: Page): Promise<void> {
-  await of.evaluate(() => {
-    window.latticed.settings.set({ cage: false, gizmo: 'none' });
-    window.latticed.viewport.rig.lookFrom([0, -1e-3, 1]);
-    window.latticed.scene!.frameAll();
-  });
-  await of.waitForFunction(() => (window.latticed.scene!.session.surface as unknown as { isTextured: boolean }).isTextured);
-}
-
-/** Which of red, green, blue or white a place of the sheet has. */
-async function nameAt(x: number, y: number): Promise<string> {
-  const [r, g, b] = await colourAt(page, [x, y, 0]);
-  const most = Math.max(r, g, b);
-  const strong = [r > most / 2, g > most / 2, b > most / 2].join();
-  const names = { 'true,false,false': 'red', 'false,true,false': 'green', 'false,false,true': 'blue', 'true,true,true': 'white' };
-  return names[strong as keyof typeof names] ?? `${[r, g, b]}`;
-}
-
-async function quarters(): Promise<string[]> {
-  return [await nameAt(-0.5, 0.5), await nameAt(0.5, 0.5), await nameAt(-0.5, -0.5), await nameAt(0.5, -0.5)];
-}
+let draco: { bytes: Buffer; faces: number };
 
 async function shot(name: string, of = page): Promise<void> {
   if (process.env.LATTICED_SHOTS) await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
+}
+
+/** Answers the browser's dialog for files, which something opens. */
+async function choose(files: readonly (readonly [name: string, content: string | Buffer])[], open: () => Promise<void>): Promise<void> {
+  const [chooser] = await Promise.all([page.waitForEvent('filechooser'), open()]);
+  await chooser.setFiles(files.map(([name, content]) => ({ name, mimeType: '', buffer: Buffer.from(content) })));
 }
 
 /** What a format of the open dialog writes. */
@@ -124,16 +55,6 @@ before(async () => {
     '--token-file', join(folder, 'tokens'), '--memory', '24MiB', '--max-mesh-bytes', '1MiB']);
   browser = await launch();
   ({ page, errors } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`));
-  // Red above left, green above right, blue below left, white below right.
-  picture = Buffer.from(await page.evaluate(() => {
-    const canvas = Object.assign(document.createElement('canvas'), { width: 64, height: 64 });
-    const context = canvas.getContext('2d')!;
-    ['red', 'lime', 'blue', 'white'].forEach((colour, i) => {
-      context.fillStyle = colour;
-      context.fillRect(32 * (i % 2), 32 * Math.floor(i / 2), 32, 32);
-    });
-    return canvas.toDataURL('image/png').split(',')[1];
-  }), 'base64');
 });
 
 after(async () => {
@@ -169,40 +90,13 @@ test('what is too large for the server is refused in words: how much it is, and 
   errors.length = 0; // the refused call is in the console too
 });
 
-const DROPS: Record<string, () => [string, string | Buffer][]> = {
-  'an OBJ with a picture': () => [['readme.txt', 'Fine art.'], ['squares.png', picture], ['sheet.obj', sheetObj(() => '')]],
-  'a PLY with the picture that it names': () => [['Squares.png', picture], ['other.png', Buffer.from('')], ['sheet.ply', sheetPly()]],
-  'a GLB with a picture inside': () => [['sheet.glb', sheetGlb()]],
-};
-for (const [what, files] of Object.entries(DROPS)) {
-  test(`${what} is shown with it, the right way up`, async () => {
-    await dropFiles(page, files());
-    await createScene(page);
-    await lookAtColours(page);
-
-    assert.deepEqual(await quarters(), ['red', 'green', 'blue', 'white']);
-  });
-}
-
-test('an OBJ with its MTL file has a picture and a colour by material, and a lost picture is said', async () => {
-  const mtl = 'newmtl wood\nKd 1 1 1\nmap_Kd textures/squares.png\nnewmtl paint\nKd 0 0 1\nnewmtl lost\nKd 1 0 0\nmap_Kd gone.png\n';
-  const material = (quad: number): string => `usemtl ${quad % 4 < 2 ? 'wood' : quad < 8 ? 'paint' : 'lost'}`;
-
-  await dropFiles(page, [['sheet.mtl', mtl], ['sheet.obj', sheetObj(material)], ['squares.png', picture]]);
-  await createScene(page);
-  await lookAtColours(page);
-
-  assert.deepEqual(await quarters(), ['red', 'red', 'blue', 'blue']);
-  await page.getByText('sheet.obj names the picture gone.png, which was not dropped with it.').waitFor();
-  await shot('viewer_materials');
-});
-
-test('an STL file becomes a scene', async () => {
+test('an STL file that the button\'s dialog chooses becomes a scene', async () => {
   const corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
   const facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map((facet) =>
     `facet normal 0 0 0\nouter loop\n${facet.map((i) => `vertex ${corners[i].join(' ')}`).join('\n')}\nendloop\nendfacet`);
 
-  await dropFiles(page, [['tetrahedron.stl', `solid one\n${facets.join('\n')}\nendsolid one\n`]]);
+  await choose([['tetrahedron.stl', `solid one\n${facets.join('\n')}\nendsolid one\n`]], () =>
+    page.getByRole('button', { name: 'Open a mesh' }).click());
   await page.getByText('tetrahedron.stl: 4 vertices, 4 faces, 1 × 1 × 1').waitFor();
   await createScene(page);
 
@@ -213,14 +107,12 @@ test('an STL file becomes a scene', async () => {
   bounds.forEach((x, i) => assert.ok(Math.abs(x - Math.floor(i / 3)) < 1e-3, `${bounds}`));
 });
 
-test('a mesh that has no texture coordinates says so, and is shown plain', async () => {
-  const plain = sheetObj(() => '').replace(/^vt.*\n/gm, '').replace(/\/\d+/g, '');
+test('an OBJ file and its picture are chosen together, by the key', async () => {
+  await choose([['sheet.obj', sheetObj()], ['dot.png', DOT]], () => page.keyboard.press('Control+o'));
 
-  await dropFiles(page, [['plain.obj', plain], ['squares.png', picture]]);
+  await page.getByText('sheet.obj: 25 vertices, 16 faces, 2 × 2 × 0').waitFor();
   await createScene(page);
-
-  await page.getByText('plain.obj has no texture coordinates.').waitFor();
-  assert.equal(await page.evaluate(() => window.latticed.settings.value.colouring), 'plain');
+  await page.waitForFunction(() => window.latticed.settings.value.colouring === 'texture');
 });
 
 test('every format is downloaded with the token of the page, which a reload keeps and the shared link does not hold', async () => {
@@ -258,6 +150,7 @@ test('an export has the segments and normals that the page shows, or the segment
 
   await page.keyboard.press('Control+e');
   await page.getByText(`${9 * patches} triangles, no normals`).waitFor();
+  assert.doesNotMatch(await page.locator('.export').innerText(), /with normals/);
   await shot('viewer_export');
   const { bytes: ply } = await exported('ply');
   await page.keyboard.press('Control+e');
@@ -272,17 +165,36 @@ test('an export has the segments and normals that the page shows, or the segment
   assert.match(head, new RegExp(`element face ${9 * patches}\n`));
   assert.doesNotMatch(head, /nx/);
   assert.equal(stl.readUInt32LE(80), 4 * patches);
+  await page.keyboard.press('Control+e');
+  await page.getByRole('spinbutton', { name: 'Segments' }).fill('2');
+  draco = { bytes: (await exported('drc')).bytes, faces: 4 * patches };
   assert.equal(await page.evaluate(() => window.latticed.settings.value.view.segments), 3); // what is shown stays
 });
 
-test('a lattice of another frame makes another scene of the mesh, whose axes transforms have and whose shape a reset brings back', async () => {
+test('a Draco file that is dropped becomes a scene, which has no pictures to show', async () => {
+  await dropFiles(page, [['sheet.drc', draco.bytes]]);
+  await page.getByText(new RegExp(`^sheet\\.drc: .* vertices, ${draco.faces} faces, 2 × 2 × `)).waitFor();
+  await createScene(page);
+
+  const { min, max } = await page.evaluate(() => window.latticed.scene!.session.surface.bounds);
+  assert.ok(distance([min.x, min.y, min.z], [-1, -1, 0]) < 1e-2 && distance([max.x, max.y, max.z], [1, 1, 0]) < 1e-2);
+  await page.evaluate(() => window.latticed.settings.set({ colouring: 'texture' }));
+  await page.getByText('Textures are shown of OBJ, PLY and GLB files, not of Draco files.').waitFor();
+  assert.equal(await page.evaluate(() => window.latticed.settings.value.colouring), 'plain');
+  await page.locator('.toast-error').getByRole('button', { name: 'Close' }).click();
+});
+
+test('a lattice of another frame that is chosen makes another scene of the mesh, whose axes transforms have and whose shape a reset brings back', async () => {
   const before = await page.evaluate(() => ({ id: window.latticed.scene!.session.sceneId, url: location.href }));
   const vector = ([x, y, z]: Vec3): object => ({ x, y, z });
   const frame = { origin: vector([0, -2.2, -1]), u: vector([2.2, 2.2, 0]), v: vector([-2.2, 2.2, 0]), w: vector([0, 0, 2]) };
   const lattice = latticeFromJson(JSON.stringify({ frame, size: { u: 3, v: 3, w: 3 }, degree: { u: 2, v: 2, w: 2 } }));
   lattice.points[3 * 26 + 2] += 0.5; // the last one, at (0, 2.2, 1) at rest
 
-  await dropFiles(page, [['lattice.json', latticeToJson(lattice)]]);
+  await choose([['lattice.json', latticeToJson(lattice)]], async () => {
+    await page.locator('.menu-button').getByText('File', { exact: true }).click();
+    await page.getByRole('menuitem', { name: 'Open lattice…' }).click();
+  });
   await page.waitForFunction((id) => window.latticed.scene!.session.sceneId !== id, before.id);
   await live(page);
   assert.notEqual(page.url(), before.url);

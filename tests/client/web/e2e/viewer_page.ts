@@ -4,7 +4,7 @@
 // What a person does on the viewer's page.
 import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
-import type { Vec3 } from '@src/lattice/vec';
+import type { Basis, Vec3 } from '@src/lattice/vec';
 
 /** Drops files, of text or bytes, onto the page. */
 export function dropFiles(page: Page, files: readonly (readonly [name: string, content: string | Buffer])[]): Promise<void> {
@@ -65,6 +65,36 @@ export function placeOf(of: Page, point: Vec3): Promise<[number, number]> {
 /** Where a control point is on the screen, in pixels of the page. */
 export async function onScreen(of: Page, index: number): Promise<[number, number]> {
   return placeOf(of, await controlPoint(of, index));
+}
+
+/** Where the handle that moves along Z is on the screen, of handles at a point. */
+export function upperHandle(of: Page, point: Vec3): Promise<[number, number]> {
+  return of.evaluate(([px, py, pz]) => {
+    const { viewport } = window.latticed;
+    const [x, y] = viewport.project([px, py, pz])!;
+    const [ux, uy] = viewport.project([px, py, pz + 0.1])!;
+    const box = viewport.canvas.getBoundingClientRect();
+    const along = (0.08 * box.height) / Math.hypot(ux - x, uy - y); // handles keep their size on the screen
+    return [box.left + x + along * (ux - x), box.top + y + along * (uy - y)];
+  }, point);
+}
+
+export interface Camera {
+  /** Right, up and towards the viewer. */
+  basis: Basis;
+  position: Vec3;
+  target: Vec3;
+}
+
+export function camera(of: Page): Promise<Camera> {
+  return of.evaluate(() => {
+    const { rig } = window.latticed.viewport;
+    return {
+      basis: rig.basis(),
+      position: rig.camera.position.toArray() as unknown as Vec3,
+      target: rig.target.toArray() as unknown as Vec3,
+    };
+  });
 }
 
 /** The colour of the page's view so many pixels to the right of where a point of the world is, 0 to 255. */

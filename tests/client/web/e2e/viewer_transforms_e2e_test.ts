@@ -1,17 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Transforms in the viewer in Chromium: Blender's keys and the wheel, the handles, and a tablet's fingers.
-// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
+// Transforms in the viewer in Chromium: Blender's keys and the wheel, and the handles.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
 import { after, before, beforeEach, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { add, distance, length, scale, sub, type Vec3 } from '@src/lattice/vec';
-import { launch } from './browser';
+import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { controlPoint, createScene, dropFiles, frames, onScreen, placeOf } from './viewer_page';
+import { controlPoint, createScene, dropFiles, frames, onScreen, placeOf, upperHandle } from './viewer_page';
 
 const CORNER = 63; // the last of 4 x 4 x 4 control points
 const BESIDE = 62;
@@ -20,14 +19,10 @@ let server: ServerProcess;
 let browser: Browser;
 let page: Page;
 let rest: Vec3;
-const errors: string[] = [];
+let errors: string[];
 
 async function press(...keys: string[]): Promise<void> {
   for (const key of keys) await page.keyboard.press(key);
-}
-
-async function shot(name: string): Promise<void> {
-  if (process.env.LATTICED_SHOTS) await page.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
 }
 
 function select(...indices: number[]): Promise<void> {
@@ -55,27 +50,11 @@ function selected(): Promise<number[]> {
   return page.evaluate(() => [...window.latticed.scene!.editor.selection.indices]);
 }
 
-/** A finger that goes from one place of the page to another, and rests there: Chromium drops a tap soon after a fling. */
-async function swipe(from: readonly [number, number], to: readonly [number, number]): Promise<void> {
-  const session = await page.context().newCDPSession(page);
-  const touch = (type: 'touchStart' | 'touchMove' | 'touchEnd', ...touchPoints: { x: number; y: number }[]) =>
-    session.send('Input.dispatchTouchEvent', { type, touchPoints });
-  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-  await touch('touchStart', { x: from[0], y: from[1] });
-  for (let step = 1; step <= 8; ++step) await touch('touchMove', { x: from[0] + (dx * step) / 8, y: from[1] + (dy * step) / 8 });
-  await page.waitForTimeout(100);
-  await touch('touchMove', { x: to[0], y: to[1] });
-  await touch('touchEnd');
-  await session.detach();
-}
-
 before(async () => {
   server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
   browser = await launch();
-  const context = await browser.newContext({ viewport: { width: 640, height: 480 }, hasTouch: true });
-  page = await context.newPage();
-  page.on('pageerror', (error) => errors.push(String(error)));
-  await page.goto(server.origin);
+  ({ page, errors } = await openPage(browser, server.origin));
+  await page.setViewportSize({ width: 640, height: 480 });
   await dropFiles(page, [['torus.obj', torusObj(12, 8)]]);
   await createScene(page);
   await page.evaluate(() => window.latticed.settings.set({ view: { ...window.latticed.settings.value.view, segments: 2 } })); // quick frames
@@ -147,14 +126,7 @@ test('the wheel turns the reach of soft selection while a transform runs, and do
 });
 
 test('a handle moves along its axis; Escape and a right click let go of it without an effect', async () => {
-  const tip = await page.evaluate(([px, py, pz]) => {
-    const { viewport } = window.latticed;
-    const [x, y] = viewport.project([px, py, pz])!;
-    const [ux, uy] = viewport.project([px, py, pz + 0.1])!;
-    const box = viewport.canvas.getBoundingClientRect();
-    const along = (0.08 * box.height) / Math.hypot(ux - x, uy - y); // handles keep their size on the screen
-    return [box.left + x + along * (ux - x), box.top + y + along * (uy - y)] as const;
-  }, rest);
+  const tip = await upperHandle(page, rest);
   const hold = async (): Promise<void> => {
     await page.mouse.move(...tip);
     await page.mouse.down();
@@ -263,6 +235,19 @@ test('. takes the active point or each as the pivot, S 2 scales about it, and Al
   assertNear(await controlPoint(page, 60), add(across, [-1, 0.5, 0]));
 });
 
+test('the panel mirrors over v, w, and both', async () => {
+  const images = [[51, [1, -0.5, 0.25]], [15, [1, 0.5, -0.25]], [3, [1, -0.5, -0.25]]] as const; // of point 63
+  const at = await Promise.all(images.map(([index]) => controlPoint(page, index)));
+  await press('n');
+  for (const axis of ['v', 'w']) await page.getByTitle(`Mirror over ${axis}`).click();
+  await press('n', 'g', '1', 'Tab', '.', '5', 'Tab', '.', '2', '5', 'Enter');
+
+  assertNear(await controlPoint(page, CORNER), add(rest, [1, 0.5, 0.25]));
+  for (const [i, [index, way]] of images.entries()) assertNear(await controlPoint(page, index), add(at[i], way));
+  const moved = await page.evaluate(([i, x]) => window.latticed.scene!.session.lattice.points[3 * i] !== x, [60, -rest[0]] as const);
+  assert.ok(!moved, 'over u as well');
+});
+
 test('the axes of the view are those of the camera', async () => {
   await press(',', ',');
   assert.equal(await page.evaluate(() => window.latticed.settings.value.orientation), 'view');
@@ -310,54 +295,5 @@ test('handles turn and scale about the pivot, with Ctrl in steps', async () => {
   assert.ok(isStepped(factor, 0.1) && Math.abs(factor - 1) > 0.05, `${factor}`);
   assertNear(await controlPoint(page, CORNER), [pivot[0] + factor * (rest[0] - pivot[0]), rest[1], rest[2]]);
   assertNear(await controlPoint(page, BESIDE), [pivot[0] + factor * (beside[0] - pivot[0]), beside[1], beside[2]]);
-});
-
-test('fingers select one by one, also below a handle, drag a point, and steer a transform that buttons end', async () => {
-  await page.setViewportSize({ width: 1024, height: 768 });
-  await page.locator('[data-command=toggling]').tap();
-  await page.touchscreen.tap(...(await onScreen(page, BESIDE)));
-  assert.deepEqual(await selected(), [BESIDE, CORNER]);
-  await page.locator('[data-command=toggling]').tap();
-
-  const [x, y] = await onScreen(page, 0);
-  await swipe([x, y], [x + 40, y - 20]);
-  const [nowX, nowY] = await onScreen(page, 0);
-  assert.ok(Math.hypot(nowX - x - 40, nowY - y + 20) < 2, `${[nowX - x, nowY - y]} is not 40, -20`);
-
-  await select(CORNER);
-  await page.getByRole('button', { name: 'Transform', exact: true }).tap();
-  await page.getByRole('menuitem', { name: 'Move G' }).tap();
-  await page.locator('.transform-bar').waitFor();
-  await swipe([400, 400], [440, 340]);
-  assert.ok(distance(await controlPoint(page, CORNER), rest) > 0.1);
-  // Clicks come some time after the fingers that make them.
-  await page.getByRole('button', { name: 'Z', exact: true }).tap();
-  await page.getByRole('button', { name: 'Z', exact: true, pressed: true }).waitFor();
-  await page.getByLabel('Amount').fill('-0.25');
-  await shot('viewer_tablet');
-  assert.deepEqual(await controlPoint(page, CORNER), [rest[0], rest[1], rest[2] - 0.25]);
-  await page.getByRole('button', { name: 'Cancel' }).tap();
-  await page.locator('.transform-bar').waitFor({ state: 'hidden' });
-  assert.deepEqual(await controlPoint(page, CORNER), rest);
-});
-
-test('on a tablet every command is in a menu, and nothing lies above the buttons of a transform', async () => {
-  await page.setViewportSize({ width: 768, height: 1024 });
-  const listed: string[] = [];
-  for (const menu of ['File', 'Edit', 'Select', 'Transform', 'View']) {
-    await page.locator('.menu-button').getByText(menu, { exact: true }).tap();
-    await page.getByRole('button', { name: menu, exact: true, expanded: true }).waitFor();
-    listed.push(...(await page.locator('.menu button > span').allInnerTexts()));
-  }
-  assert.deepEqual(listed, await page.evaluate(() => window.latticed.commands.list.map(({ label }) => label)));
-  await press('Escape');
-
-  await page.locator('[data-command=panel]').tap();
-  await page.evaluate(() => window.latticed.toasts.fail('A file of a name that is so long that it takes lines is no mesh that the server reads.'));
-  await page.getByRole('button', { name: 'Transform', exact: true }).tap();
-  await page.getByRole('menuitem', { name: 'Rotate R' }).tap();
-  await shot('viewer_tablet_upright');
-  for (const button of await page.locator('.transform-bar > *').all()) await button.click({ trial: true });
-  await page.getByRole('button', { name: 'Cancel' }).tap();
   assert.deepEqual(errors, []);
 });

@@ -13,7 +13,7 @@ import { behindSurface } from './behind_surface';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { changesView, colourAt, controlPoint, createScene, dropFiles, frames, onScreen, placeOf } from './viewer_page';
+import { camera, changesView, colourAt, controlPoint, createScene, dropFiles, frames, onScreen, placeOf } from './viewer_page';
 
 const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
 const INNER = [21, 22, 25, 26, 37, 38, 41, 42];
@@ -49,23 +49,6 @@ async function boxOverAll(): Promise<number[]> {
   await page.mouse.up();
   await press('b');
   return selected();
-}
-
-interface Camera {
-  basis: Basis;
-  position: Vec3;
-  target: Vec3;
-}
-
-function camera(): Promise<Camera> {
-  return page.evaluate(() => {
-    const { rig } = window.latticed.viewport;
-    return {
-      basis: rig.basis(),
-      position: rig.camera.position.toArray() as unknown as Vec3,
-      target: rig.target.toArray() as unknown as Vec3,
-    };
-  });
 }
 
 /** Drags where there is nothing, right and down. */
@@ -138,13 +121,13 @@ test('front, side, top and their opposites look along the axes; F brings what is
   for (const [key, wanted] of Object.entries(SIDES)) {
     await select();
     await press('Home', key);
-    const { basis, position, target } = await camera();
+    const { basis, position, target } = await camera(page);
     basis.forEach((axis, i) => assertNear(axis, wanted[i], 1e-3, `${key}, ${'right up back'.split(' ')[i]}`));
     const whole = distance(position, target);
 
     await select(CORNER, CORNER - 3);
     await press('f');
-    const framed = await camera();
+    const framed = await camera(page);
     framed.basis.forEach((axis, i) => assertNear(axis, wanted[i], 1e-3, `${key} F`));
     assertNear(framed.target, middle, 1e-9, `${key} F`);
     assert.ok(distance(framed.position, framed.target) < whole);
@@ -156,7 +139,7 @@ test('front, side, top and their opposites look along the axes; F brings what is
     }
   }
   await page.getByRole('button', { name: 'Look from −X' }).click();
-  assertNear((await camera()).basis[2], [-1, 0, 0], 1e-3, 'the axes in the corner');
+  assertNear((await camera(page)).basis[2], [-1, 0, 0], 1e-3, 'the axes in the corner');
 });
 
 test('5 makes parallels stay parallel, shows the same part of the world, and goes back', async () => {
@@ -168,7 +151,7 @@ test('5 makes parallels stay parallel, shows the same part of the world, and goe
   const inPerspective = await corners();
   /** Pixels of a unit across the line of sight, at the target. */
   const unit = async (): Promise<number> => {
-    const { basis, target } = await camera();
+    const { basis, target } = await camera(page);
     const [x, y] = await placeOf(page, target);
     const [u, v] = await placeOf(page, add(target, basis[0]));
     return Math.hypot(u - x, v - y);
@@ -195,12 +178,12 @@ test('5 makes parallels stay parallel, shows the same part of the world, and goe
 test('empty space that is dragged turns the view, with the right button it shifts; nothing else moves', async () => {
   await select(CORNER);
   const points = await page.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
-  const before = await camera();
+  const before = await camera(page);
 
   await dragEmpty('left');
-  const turned = await camera();
+  const turned = await camera(page);
   await dragEmpty('right');
-  const shifted = await camera();
+  const shifted = await camera(page);
 
   assertNear(turned.target, before.target, 1e-9, 'target');
   assert.ok(distance(turned.basis[2], before.basis[2]) > 0.2);
@@ -304,6 +287,11 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
 
   await page.getByRole('slider', { name: 'Position bits' }).fill('8');
   await waitForStep(8 * fine, 32 * fine); // 2 to the 4 of 12 bits
+  await page.getByRole('slider', { name: 'Normal bits' }).fill('11');
+  await page.waitForFunction(() => {
+    const { uniforms } = window.latticed.scene!.session.surface as unknown as { uniforms: { octahedralMax: { value: number } } };
+    return uniforms.octahedralMax.value === 2 ** 11 - 2; // what the shader undoes
+  });
   await page.getByRole('combobox', { name: 'Encoding' }).selectOption('raw');
   await waitForStep(1 - 1e-9, 1 + 1e-9); // floats are world units
   await page.evaluate(() => {

@@ -13,6 +13,8 @@ export class FakeServer {
   /** What calls fail with. */
   refusal: ConnectError | undefined;
   features: Feature[] = [];
+  /** Whether scenes are not there. */
+  deleted = false;
   readonly meshes = new Map<string, Uint8Array>();
   readonly scenes = new Map<string, CreateSceneRequest>();
   /** What a mesh is said to have in place of its bytes. */
@@ -20,10 +22,12 @@ export class FakeServer {
   /** Calls of DownloadMesh. */
   downloads = 0;
   downloadRefusal: ConnectError | undefined;
+  /** In ms, of the calls that have one, the newest last. */
+  readonly deadlines: number[] = [];
   private uploaded: number[] = [];
 
   readonly client = new LatticedServer('http://test', undefined, createRouterTransport(({ service }) => {
-    service(ServerService, { getServerInfo: () => this.info() });
+    service(ServerService, { getServerInfo: (_, { timeoutMs }) => (this.note(timeoutMs()), this.info()) });
     service(MeshService, {
       getMesh: ({ mesh }) => create(MeshSchema, { id: mesh, totalBytes: this.meshBytes ?? BigInt(this.mesh(mesh).length) }),
       beginUpload: () => ((this.uploaded = []), { uploadId: 'u' }),
@@ -32,7 +36,14 @@ export class FakeServer {
       downloadMesh: ({ mesh }) => this.download(mesh),
     });
     service(SceneService, {
-      getScene: ({ scene }) => create(SceneSchema, { id: scene, mesh: this.scenes.get(scene)?.mesh ?? 'mesh-1' }),
+      getScene: ({ scene }) => {
+        if (this.deleted) throw new ConnectError('no such scene', Code.NotFound);
+        return create(SceneSchema, { id: scene, mesh: this.scenes.get(scene)?.mesh ?? 'mesh-1' });
+      },
+      pick: (_, { timeoutMs }) => {
+        this.note(timeoutMs());
+        throw new ConnectError('aborted', Code.DeadlineExceeded);
+      },
       createScene: (request) => {
         this.mesh(request.mesh);
         this.scenes.set(request.sceneId, request);
@@ -58,5 +69,9 @@ export class FakeServer {
     const bytes = this.meshes.get(id);
     if (!bytes) throw new ConnectError('no such mesh', Code.NotFound);
     return bytes;
+  }
+
+  private note(deadline: number | undefined): void {
+    if (deadline !== undefined) this.deadlines.push(deadline);
   }
 }

@@ -5,6 +5,8 @@ import { DecodePool } from '@src/decode/decode_pool';
 import { Lattice } from '@src/lattice/lattice';
 import { fitLattice } from '@src/lattice/identity';
 import { LiveSession } from '@src/session/live_session';
+import type { Wakeable } from '@src/session/page_wakes';
+import type { BackOff } from '@src/session/scene_connection';
 import { SceneKeeper } from '@src/session/scene_keeper';
 import type { PatchSource } from '@src/surface/patch_source';
 import { SurfaceMesh } from '@src/surface/surface_mesh';
@@ -27,6 +29,7 @@ export interface Options {
   readonly features?: FakeServer['features'];
   readonly name?: string;
   readonly store?: MemorySceneStore;
+  readonly backOff?: BackOff;
 }
 
 /** A session whose server is the test; its lattice has 3 x 3 x 3 points over the unit cube. */
@@ -40,6 +43,8 @@ export class SessionFixture {
   readonly notKept: string[] = [];
   readonly states: string[] = [];
   readonly session: LiveSession;
+  /** What the page wakes, until the session is closed. */
+  awake: Wakeable | undefined;
 
   constructor(options: Options = {}) {
     this.store = options.store ?? new MemorySceneStore();
@@ -49,7 +54,12 @@ export class SessionFixture {
       server: this.server.client, info: this.server.info(), streams: [this.sockets.open, this.watches.open],
       pool: new DecodePool([new FakeWorker(decoderWasm, true)], decoderWasm), surface: this.surface,
       keeper: new SceneKeeper(this.server.client, this.store, 'scene-0001'),
-      backOff: { firstMs: 1, lastMs: 2 }, ...(options.name && { name: options.name }),
+      backOff: options.backOff ?? { firstMs: 1, lastMs: 2 },
+      wakes: (connection) => {
+        this.awake = connection;
+        return () => (this.awake = undefined);
+      },
+      ...(options.name && { name: options.name }),
     });
     this.session.on('refused', (text) => this.said.push(text));
     this.session.on('notKept', (text) => this.notKept.push(text));

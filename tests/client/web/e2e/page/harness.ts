@@ -26,6 +26,21 @@ class HeldSocket extends WebSocket {
   }
 }
 
+const MOST_POINTS = 4096;  // of one call to EvaluatePoints
+
+/**
+ * Some points of a patch's pattern, by their places in it, and their weights of the patch's corners. Row 0 runs from corner
+ * 0 to corner 1, the next one back; the last row is corner 2.
+ */
+function patternPoints(segments: number): { place: number; weights: number[] }[] {
+  const [second, third] = [segments + 1, 2 * segments + 1];
+  const corners = [0, segments, (segments + 1) * (segments + 2) / 2 - 1].map((place, corner) =>
+    ({ place, weights: [0, 1, 2].map((k) => Number(k === corner)) }));
+  const inner = (place: number, along: number, across: number): { place: number; weights: number[] } =>
+    ({ place, weights: [segments - along - across, along, across].map((count) => count / segments) });
+  return segments < 4 ? corners : [...corners, inner(second + 1, segments - 2, 1), inner(third + 1, 1, 2)];
+}
+
 class Harness {
   readonly server = new LatticedServer(location.origin);
   readonly store = IndexedSceneStore.ofPage();
@@ -139,10 +154,10 @@ class Harness {
   }
 
   /**
-   * Largest distance of received corners of patches from where EvaluatePoints says they are, in steps of the grid
-   * or, of floats, in millionths of the size. Every `stride`th patch.
+   * Largest distance of received points from where EvaluatePoints says they are, in steps of the grid or, of floats, in
+   * millionths of the size: corners of every `stride`th patch, and points of two of its inner rows.
    */
-  async worstCorner(topologyId: string, stride: number): Promise<number> {
+  async worstPoint(topologyId: string, stride: number): Promise<number> {
     const { scenes } = this.server;
     const scene = this.session.sceneId;
     const points: { face: number; corners: number[]; barycentrics: number[] }[] = [];
@@ -151,15 +166,19 @@ class Harness {
     for await (const part of scenes.getTopology({ scene, topologyId })) {
       for (let patch = 0; patch < part.faces.length; patch += stride) {
         const number = patch + Number(part.firstPatch);
-        // Row 0 of a pattern runs from corner 0 to corner 1; the last row is corner 2.
-        [0, layout.segments, layout.pointsPerPatch - 1].forEach((place, corner) => {
-          points.push({ face: part.faces[patch], corners: part.corners.slice(3 * patch, 3 * patch + 3),
-            barycentrics: part.barycentrics.slice(9 * patch + 3 * corner, 9 * patch + 3 * corner + 3) });
+        patternPoints(layout.segments).forEach(({ place, weights }) => {
+          const barycentrics = [0, 1, 2].map((k) =>
+            weights.reduce((sum, weight, corner) => sum + weight * part.barycentrics[9 * patch + 3 * corner + k], 0));
+          points.push({ face: part.faces[patch], corners: part.corners.slice(3 * patch, 3 * patch + 3), barycentrics });
           places.push(number * layout.pointsPerPatch + place);
         });
       }
     }
-    const { positions } = await scenes.evaluatePoints({ scene, points: { case: 'surfacePoints', value: { points } } });
+    const positions: number[] = [];
+    for (let first = 0; first < points.length; first += MOST_POINTS) {
+      const value = { points: points.slice(first, first + MOST_POINTS) };
+      positions.push(...(await scenes.evaluatePoints({ scene, points: { case: 'surfacePoints', value } })).positions);
+    }
     const unit = this.surface.drawnStep === 1 ? this.surface.bounds.getSize(new Vector3()).length() / 1e6 : this.surface.drawnStep!;
     return Math.max(...places.map((place, i) =>
       Math.hypot(...this.surface.positionOf(place).map((value, axis) => value - positions[3 * i + axis])) / unit));

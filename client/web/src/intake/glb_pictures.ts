@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { LoadingManager } from 'three';
+import { findByName } from './corner_layers';
+
+const NOWHERE = 'blob:nowhere'; // fails without asking a server
+
+/** Where three finds a GLB's pictures: inside of it, or among files dropped with it, and never on the network. */
+export class GlbPictures {
+  readonly manager = new LoadingManager();
+  /** Names of pictures that are not there. */
+  readonly missing: string[] = [];
+  /** Whether one that was dropped is one that the file names. */
+  taken = false;
+  /** Whether one could not be read. */
+  broken = false;
+  private readonly made: string[] = [];
+
+  constructor(private readonly pictures: readonly File[]) {
+    this.manager.setURLModifier((address) => this.addressOf(address));
+    this.manager.onError = (address) => (this.broken ||= address !== NOWHERE);
+  }
+
+  dispose(): void {
+    this.made.forEach((address) => URL.revokeObjectURL(address));
+  }
+
+  /** What is loaded in place of an address of the file. */
+  private addressOf(address: string): string {
+    if (address.startsWith('blob:')) return address; // of a picture inside, which three has found
+    if (address.startsWith('data:')) return this.make(decoded(address));
+    const name = plain(address);
+    const picture = findByName(this.pictures, name);
+    if (picture !== undefined) {
+      this.taken = true;
+      return this.make(picture);
+    }
+    this.missing.push(name);
+    return NOWHERE;
+  }
+
+  private make(content: Blob): string {
+    const address = URL.createObjectURL(content);
+    this.made.push(address);
+    return address;
+  }
+}
+
+function plain(address: string): string {
+  try {
+    return decodeURIComponent(address);
+  } catch {
+    return address; // a name as it is
+  }
+}
+
+/** The page's policy forbids it to fetch data: addresses. */
+function decoded(address: string): Blob {
+  const [, type, base64] = /^data:([^;,]*);base64,(.*)$/s.exec(address) ?? ['', '', ''];
+  return new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))], { type });
+}

@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The viewer in Chromium when the network between it and the server fails, and the server lives on.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import type {} from '@src/main'; // window.latticed
+import type { Vec3 } from '@src/lattice/vec';
+import type { SurfaceMesh } from '@src/surface/surface_mesh';
+import { LatticedServer } from '@src/wire/latticed_server';
+import { launch, openPage } from './browser';
+import { followsDefinition } from './definition';
+import { ServerProcess } from './server_process';
+import { tapSockets, type TappedSocket } from './socket_tap';
+import { TcpProxy } from './tcp_proxy';
+import { torusObj } from './torus';
+import { controlPoint, createScene, dropFiles } from './viewer_page';
+
+const OBJ = torusObj(24, 12);
+const CORNER = 63; // the last of 4 x 4 x 4 control points: one of eight knot boxes has it
+
+let server: ServerProcess;
+let direct: LatticedServer; // past the proxy
+let proxy: TcpProxy;
+let browser: Browser;
+let page: Page;
+let sockets: TappedSocket[];
+let scene: string;
+
+/** Steps of 1/4 and 1/8 add up without rounding. */
+function move(offset: Vec3): Promise<void> {
+  return page.evaluate(
+    ([index, by]) => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(index), offset: by }),
+    [CORNER, offset] as const,
+  );
+}
+
+async function revision(): Promise<number> {
+  return Number((await direct.scenes.getScene({ scene })).revision);
+}
+
+/** Where the server has the control point that is moved. */
+async function cornerAtServer(): Promise<number[]> {
+  const { lattice } = await direct.scenes.getLattice({ scene });
+  return lattice!.controlPoints.slice(3 * CORNER, 3 * CORNER + 3);
+}
+
+async function until(holds: () => boolean | Promise<boolean>): Promise<void> {
+  for (const end = Date.now() + 20_000; !(await holds()); await page.waitForTimeout(20)) {
+    assert.ok(Date.now() < end, `waited in vain: ${holds.toString()}`);
+  }
+}
+
+/** States of the session, as they are told from now on. */
+async function states(): Promise<() => Promise<string[]>> {
+  const told = await page.evaluateHandle(() => {
+    const all: string[] = [];
+    window.latticed.scene!.session.on('status', ({ state }) => all.push(state));
+    return all;
+  });
+  return () => told.jsonValue();
+}
+
+/** Waits until the page and the server have a point where all edits so far put it, and the surface is there too. */
+async function arrives(target: readonly number[]): Promise<void> {
+  await until(async () => String(await cornerAtServer()) === String(target));
+  assert.deepEqual(await controlPoint(page, CORNER), target);
+  await followsDefinition(page, OBJ);
+}
+
+/** What came on connections since so many: they go on where the one before was lost, with what has changed. */
+function assertResumed(since: number): void {
+  const later = sockets.slice(since).filter(({ hello }) => hello !== undefined);
+  const chunks = later.reduce((sum, socket) => sum + socket.chunks, 0);
+  const all = sockets[0].chunksOfTopology;
+  assert.ok(later.length > 0 && later.every(({ hello }) => hello!.resumed), `${later.map(({ hello }) => hello!.resumed)}`);
+  assert.ok(chunks > 0 && chunks < all / 2, `${chunks} of ${all} chunks`);
+}
+
+before(async () => {
+  server = await ServerProcess.start(process.env.LATTICED_VIEWER!, ['--heartbeat-interval', '1s']);
+  direct = new LatticedServer(server.origin);
+  proxy = await TcpProxy.to(server.port);
+  browser = await launch();
+  ({ page } = await openPage(browser, proxy.origin));
+  sockets = tapSockets(page);
+  await dropFiles(page, [['torus.obj', OBJ]]);
+  await createScene(page);
+  scene = await page.evaluate(() => {
+    const { session } = window.latticed.scene!;
+    session.setView({ segments: 1 }); // reading a surface back must not keep the page from heartbeats
+    return session.sceneId;
+  });
+  await page.waitForFunction(() => (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout?.segments === 1);
+});
+
+after(async () => {
+  await browser?.close();
+  proxy?.close();
+  await server?.kill();
+});
+
+test('a connection that is cut in the middle of edits comes back by itself: each counts once, what has not changed stays', async () => {
+  const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
+  const told = await states();
+  const opened = sockets.length;
+
+  proxy.holdAnswers();
+  await move([-0.25, 0, 0]); // arrives, and of the answer the page knows nothing
+  await until(async () => (await revision()) === first + 1);
+  await move([0, -0.25, 0]); // waits for that answer
+  proxy.cut();
+  await page.locator('.connection[data-state=retrying]').waitFor();
+  await page.locator('.banner').getByText('The server cannot be reached. Trying again …').waitFor();
+  await move([0, 0, -0.25]); // of nobody but the page
+  assert.equal(await revision(), first + 1);
+  proxy.mend();
+  await page.locator('.connection[data-state=live]').waitFor();
+  await page.locator('.banner').waitFor({ state: 'hidden' });
+
+  await arrives([x - 0.25, y - 0.25, z - 0.25]);
+  assert.equal(await revision(), first + 3);
+  assertResumed(opened);
+  assert.deepEqual([...new Set(await told())], ['retrying', 'live']);
+});
+
+test('a connection that neither carries anything nor ends is noticed, and another takes its place', async () => {
+  const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
+  const told = await states();
+  const opened = sockets.length;
+
+  proxy.freeze();
+  await move([0.125, 0, 0]);
+  assert.equal(await revision(), first);
+  await until(async () => (await told()).at(-1) === 'live');
+
+  await arrives([x + 0.125, y, z]);
+  assert.equal(await revision(), first + 1);
+  assertResumed(opened);
+});
+
+test('when the browser says that its network is back, the page opens another connection', async () => {
+  const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
+  const opened = sockets.length;
+
+  await page.context().setOffline(true);
+  await move([0, 0.125, 0]);
+  await page.context().setOffline(false);
+  await until(() => sockets.slice(opened).some(({ hello }) => hello !== undefined));
+
+  await arrives([x, y + 0.125, z]);
+  assert.equal(await revision(), first + 1);
+  assertResumed(opened);
+});
+
+test('a page that is looked at after a sleep, in which nothing came, opens another connection at once', async () => {
+  const opened = sockets.length;
+
+  const state = await page.evaluate(() => {
+    const { now } = Date;
+    Date.now = () => now() + 3_600_000; // while timers stood still
+    document.dispatchEvent(new Event('visibilitychange'));
+    Date.now = now;
+    return window.latticed.scene!.session.status.state;
+  });
+
+  assert.equal(state, 'retrying');
+  await until(() => sockets.slice(opened).some(({ hello }) => hello?.resumed === true));
+});

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { connect, createServer, type AddressInfo, type Server, type Socket } from 'node:net';
+
+/** A browser's connection and the one that goes on to the server. */
+interface Pair {
+  readonly browser: Socket;
+  readonly server: Socket;
+}
+
+/** A way to a server that a test can cut, as networks do, while the server lives on. */
+export class TcpProxy {
+  private readonly pairs = new Set<Pair>();
+  private isCut = false;
+
+  private constructor(private readonly listener: Server, private readonly port: number) {
+    listener.on('connection', (browser) => this.join(browser));
+  }
+
+  /** To a port of this computer. */
+  static async to(port: number): Promise<TcpProxy> {
+    const listener = createServer();
+    await new Promise<void>((resolve, reject) => listener.once('error', reject).listen(0, '127.0.0.1', resolve));
+    return new TcpProxy(listener, port);
+  }
+
+  get origin(): string {
+    return `http://127.0.0.1:${(this.listener.address() as AddressInfo).port}`;
+  }
+
+  /** What the server sends on connections that are open arrives no longer; what the browser sends does. */
+  holdAnswers(): void {
+    for (const { browser, server } of this.pairs) server.unpipe(browser).pause();
+  }
+
+  /** Connections of now carry nothing more, either way, and neither end is told. New ones are as they should be. */
+  freeze(): void {
+    this.holdAnswers();
+    for (const pair of this.pairs) {
+      pair.browser.unpipe(pair.server).pause();
+      pair.browser.removeAllListeners('close');  // of which the server learns nothing
+    }
+  }
+
+  /** Resets all connections, and new ones until `mend`. */
+  cut(): void {
+    this.isCut = true;
+    for (const { browser, server } of this.pairs) {
+      browser.resetAndDestroy();
+      server.resetAndDestroy();
+    }
+  }
+
+  mend(): void {
+    this.isCut = false;
+  }
+
+  close(): void {
+    this.cut();
+    this.listener.close();
+  }
+
+  private join(browser: Socket): void {
+    if (this.isCut) {
+      browser.on('error', () => undefined).resetAndDestroy();
+      return;
+    }
+    const server = connect(this.port, '127.0.0.1');
+    const pair = { browser, server };
+    this.pairs.add(pair);
+    browser.on('error', () => undefined).on('close', () => server.destroy());
+    server.on('error', () => undefined).on('close', () => {
+      this.pairs.delete(pair);
+      browser.destroy();
+    });
+    browser.pipe(server);
+    server.pipe(browser);
+  }
+}

@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the viewer's page takes in Chromium while a person works in it.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import type {} from '@src/main'; // window.latticed
+import { launch, openPage } from './browser';
+import { followsDefinition } from './definition';
+import { assertFlat } from './page_memory';
+import { ServerProcess } from './server_process';
+import { torusObj } from './torus';
+import { controlPoint, createScene, dropFiles, frames, onScreen } from './viewer_page';
+
+const OBJ = torusObj(12, 8);
+const A_FRAME = 4; // steps of a mouse, at 240 a second; the page hears of them as one move
+const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
+
+let server: ServerProcess;
+let browser: Browser;
+let page: Page;
+let errors: string[];
+
+/** What three has on the GPU. */
+function drawn(): Promise<unknown> {
+  return page.evaluate(() => ({ ...window.latticed.viewport.renderer.info.memory }));
+}
+
+before(async () => {
+  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
+  browser = await launch();
+  ({ page, errors } = await openPage(browser, server.origin));
+  await page.setViewportSize({ width: 480, height: 360 }); // quick frames
+  await dropFiles(page, [['torus.obj', OBJ]]);
+  await createScene(page);
+  await page.evaluate((corner) => {
+    const { settings, scene } = window.latticed;
+    settings.set({ view: { ...settings.value.view, segments: 2 } });
+    scene!.editor.selection.select([corner]);
+  }, CORNER);
+  await frames(page);
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.kill();
+});
+
+test('200 moves of the mouse over the view, without a press, leave what the page takes as it is', async () => {
+  const box = (await page.locator('canvas').boundingBox())!;
+  const corner = await onScreen(page, CORNER);
+  /** The same way each time, over the surface, a point, and the handles that it has. */
+  const hover = async (rounds: number): Promise<void> => {
+    for (let move = 0; move < 40 * rounds; ++move) {
+      const angle = (2 * Math.PI * move) / 40;
+      const [x, y] = [0.5 + 0.4 * Math.sin(3 * angle), 0.5 + 0.4 * Math.sin(2 * angle)];
+      await page.mouse.move(...(move % 20 === 0 ? corner : [box.x + x * box.width, box.y + y * box.height] as const));
+    }
+  };
+  await hover(1);
+  const before = await drawn();
+
+  await assertFlat(page, () => hover(5));
+
+  assert.deepEqual(await drawn(), before);
+});
+
+test('1,000 steps of a drag by the mouse leave what the page takes as it is, and the surface where the definition says', async () => {
+  await page.evaluate(() => {
+    const counts = { moves: 0, updates: 0 };
+    window.addEventListener('pointermove', () => ++counts.moves);
+    window.latticed.scene!.session.on('update', () => ++counts.updates);
+    window.latticed.settings.set({ gizmo: 'none' }); // the point itself is dragged
+    Object.assign(window, { counts });
+  });
+  /** Around and around from where the point is; it ends somewhere else. Playwright's own moves would ask the page for more. */
+  const drag = async (steps: number): Promise<void> => {
+    const mouse = await page.context().newCDPSession(page);
+    const [x, y] = await onScreen(page, CORNER);
+    const send = (type: 'mousePressed' | 'mouseMoved' | 'mouseReleased', step: number): Promise<unknown> => {
+      const angle = (2 * Math.PI * step) / 96;
+      const place = { x: x - 30 * Math.sin(angle), y: y + 15 * Math.sin(2 * angle) };
+      return mouse.send('Input.dispatchMouseEvent', { type, ...place, button: 'left', buttons: 1, clickCount: 1 });
+    };
+    await send('mousePressed', 0);
+    for (let step = 1; step <= steps; ++step) {
+      const moved = send('mouseMoved', step);
+      if (step % A_FRAME === 0) await moved;
+    }
+    await send('mouseReleased', steps);
+    await mouse.detach();
+  };
+  const counts = (): Promise<{ moves: number; updates: number }> =>
+    page.evaluate(() => ({ ...(window as unknown as { counts: { moves: number; updates: number } }).counts }));
+  await drag(100);
+  const [before, onGpu, place] = [await counts(), await drawn(), await controlPoint(page, CORNER)];
+
+  await assertFlat(page, () => drag(1000));
+
+  const { moves, updates } = await counts();
+  assert.ok(moves - before.moves >= 1000 / A_FRAME, `${moves - before.moves} moves`);
+  assert.ok(updates - before.updates >= 100, `${updates - before.updates} updates`);
+  assert.deepEqual(await drawn(), onGpu);
+  assert.notDeepEqual(await controlPoint(page, CORNER), place);
+  await followsDefinition(page, OBJ);
+  assert.deepEqual(errors, []);
+});
