@@ -16,12 +16,16 @@ step() {  # NAME COMMAND…: runs it, keeps its time; a failure ends the run
   echo "$((SECONDS - start)) s"
 }
 
-# A copy of the working tree without anything built: what a new user has.
+# A copy of the working tree without anything built: what a new user has. The address that it prints shows the sample;
+# another run ends that server, and then its own.
 ci_fresh_run() {
   mkdir -p build/ci/tree
   [[ -d ../shared ]] && ln -sfn "$(readlink -f ../shared)" build/ci/shared
   sources | tar -cf - -T - | tar -xf - -C build/ci/tree
-  build/ci/tree/dev run --once
+  build/ci/tree/dev run | tee build/ci/run.txt
+  local status=0
+  /usr/bin/python3 tests/support/served_viewer.py "$(sed -n 's/^ *in a browser *//p' build/ci/run.txt)" || status=$?
+  build/ci/tree/dev run --once && return $status
 }
 ci_tests() {
   LATTICED_REQUIRE_OPENGL=1 LATTICED_REQUIRE_PYTHON=1 LATTICED_REQUIRE_NODE=1 LATTICED_REQUIRE_GO=1 \
@@ -79,7 +83,7 @@ verb_ci() {
   step "layers" check_layers
   step "Python" check_python
   step "protos" check_protos
-  step "fresh tree, ./dev run --once" ci_fresh_run
+  step "fresh tree, ./dev run" ci_fresh_run
   step "the rest of the Release build" build "$ci_build"
   step "tests" ci_tests
   step "container" ci_container

@@ -39,14 +39,14 @@ trap clean EXIT
 source "$root/tests/support/readme_blocks.sh"
 read_blocks docker/README.md
 
-# The first ports from 50200 on that nobody listens on.
+# The first ports from 20200 on that nobody listens on: below those that the system gives to whoever connects.
 free_ports() {  # COUNT
   local port ports=()
-  for port in {50200..50299}; do
+  for port in {20200..20299}; do
     (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null || ports+=("$port")
     ((${#ports[@]} < $1)) || { echo "${ports[@]}"; return; }
   done
-  fail "ports 50200 to 50299 are all in use"
+  fail "ports 20200 to 20299 are all in use"
 }
 
 # ask URL TEXT [grpc-web]: fails unless the answer, to an empty message where it is an rpc, holds the text.
@@ -98,7 +98,7 @@ PYTHONPATH=$work/package LATTICED_SERVER=127.0.0.1:$port \
   /usr/bin/python3 "$root/client/python/examples/quickstart.py"
 [[ $(head -c 4 deformed.glb) == glTF ]] || fail "the example left no deformed.glb"
 ask "http://127.0.0.1:$http/latticed.v1.ServerService/GetServerInfo" "grpc-status: 0" grpc-web
-ask "http://127.0.0.1:$http/" '<script'
+/usr/bin/python3 "$root/tests/support/served_viewer.py" "http://127.0.0.1:$http/" || fail "the viewer is not served"
 ask "http://127.0.0.1:$admin/readyz" ready
 ask "http://127.0.0.1:$admin/metrics" 'latticed_rpc_finished_total{method="SceneService/Export",code="OK"} 1'
 

@@ -40,7 +40,7 @@ openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost -addext su
   -keyout key.pem -out ca.pem 2>/dev/null
 cat ca.pem key.pem >latticed.pem
 
-port=50480
+port=20480  # below those that the system gives to whoever connects
 while (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; do ((++port)); done
 edits=(-e "s|0.0.0.0:443|127.0.0.1:$port|; s|/etc/haproxy|$work|; s|a.example.org|localhost|; s|b.example.org|127.0.0.1|")
 for node in a:10.0.0.1 b:10.0.0.2; do

@@ -4,7 +4,9 @@
 // One suite for every encoder: libdraco must decode exactly the integers that went in.
 #include "core/codec/chunk_encoder.h"
 
+#include <algorithm>
 #include <array>
+#include <set>
 #include <string>
 
 #include "core/ffd/tessellation_pattern.h"
@@ -70,6 +72,34 @@ TEST_P(ChunkEncoderTest, IntegersSurviveAtAllSegments) {
       ExpectIntegersSurvive(MakeChunk(4096 * patch, 14, 10, Data::kWalk, kSeed));
     }
   }
+}
+
+// 4,096 of one segment, 3 points each.
+TEST_P(ChunkEncoderTest, IntegersSurviveInTheMostPatchesAtTheMostBits) {
+  for (const Data data : kAllData) {
+    ExpectIntegersSurvive(MakeChunk(4096u * 3, 16, 12, data, kSeed));
+  }
+}
+
+// Every pair of bits with every kind of data, each in a chunk of another shape: at 1 to 32 segments,
+// of as many patches as have 12,288 points at most, which are 4,096 of one segment.
+TEST_P(ChunkEncoderTest, IntegersSurviveAtBitsAndShapesTogether) {
+  std::mt19937 random(kSeed);
+  std::set<int> segments_seen;
+  for (int position_bits = 8; position_bits <= 16; ++position_bits) {
+    for (const int normal_bits : {0, 6, 7, 8, 9, 10, 11, 12}) {
+      for (const Data data : kAllData) {
+        const int segments = 1 + static_cast<int>(random() % 32);
+        const auto patch = static_cast<size_t>(PointsPerPatch(segments));
+        const size_t patches = 1 + random() % std::min<size_t>(4096, 12'288 / patch);
+        SCOPED_TRACE(fmt::format("{} patches of {} segments", patches, segments));
+        ExpectIntegersSurvive(MakeChunk(patches * patch, position_bits, normal_bits, data,
+                                        static_cast<unsigned>(random())));
+        segments_seen.insert(segments);
+      }
+    }
+  }
+  EXPECT_EQ(segments_seen.size(), 32u);
 }
 
 TEST_P(ChunkEncoderTest, BatchesAreAsOneByOne) {

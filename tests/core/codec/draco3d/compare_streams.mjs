@@ -4,6 +4,7 @@
 // usage: node compare_streams.mjs FOLDER NODE_MODULES
 // Decodes what write_streams.cc wrote with draco3d, the decoder that browsers use, and compares all
 // integers.
+import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
@@ -24,11 +25,24 @@ function integers(decoder, cloud, type) {
   return result;
 }
 
+// Bits of POSITION, or of NORMAL: 0 where the stream has no such attribute.
+function quantisationBits(decoder, cloud, type) {
+  const id = decoder.GetAttributeId(cloud, type);
+  if (id < 0) return 0;
+  const transform = type === draco.POSITION ? new draco.AttributeQuantizationTransform()
+                                            : new draco.AttributeOctahedronTransform();
+  if (!transform.InitFromAttribute(decoder.GetAttribute(cloud, id))) throw new Error('no transform');
+  const bits = transform.quantization_bits();
+  draco.destroy(transform);
+  return bits;
+}
+
 function decode(bytes) {
   const buffer = new draco.DecoderBuffer();
   buffer.Init(bytes, bytes.length);
   const decoder = new draco.Decoder();
-  for (const type of [draco.POSITION, draco.NORMAL]) decoder.SkipAttributeTransform(type);
+  const types = [draco.POSITION, draco.NORMAL];
+  for (const type of types) decoder.SkipAttributeTransform(type);
   const isMesh = decoder.GetEncodedGeometryType(buffer) === draco.TRIANGULAR_MESH;
   const cloud = isMesh ? new draco.Mesh() : new draco.PointCloud();
   const status = isMesh ? decoder.DecodeBufferToMesh(buffer, cloud)
@@ -36,21 +50,28 @@ function decode(bytes) {
   if (!status.ok()) throw new Error(status.error_msg());
   const faces = isMesh ? cloud.num_faces() : 0;
   const points = cloud.num_points();
-  const found = [integers(decoder, cloud, draco.POSITION), integers(decoder, cloud, draco.NORMAL)];
+  const bits = types.map((type) => quantisationBits(decoder, cloud, type)).join('/');
+  const values = types.flatMap((type) => integers(decoder, cloud, type) ?? []);
   for (const object of [cloud, decoder, buffer]) draco.destroy(object);
-  return { isMesh, points, faces, values: found.flatMap((values) => values ?? []) };
+  return { isMesh, points, faces, bits, values };
 }
 
 let meshes = 0;
+const streams = {};  // by points
+const pairsOfBits = new Set();
 const names = readdirSync(folder).filter((name) => name.endsWith('.drc'));
 for (const name of names) {
   const bytes = readFileSync(join(folder, name.replace('.drc', '.bin')));
   const expected = new Uint32Array(bytes.buffer, bytes.byteOffset, bytes.length / 4);
-  const { isMesh, points, faces, values } = decode(readFileSync(join(folder, name)));
+  const { isMesh, points, faces, bits, values } = decode(readFileSync(join(folder, name)));
   const same = values.length === expected.length && values.every((value, i) => value === expected[i]);
   if (!same) throw new Error(`${name}: not the integers that were written`);
   if (isMesh && faces !== points - 2) throw new Error(`${name}: ${faces} faces for ${points} points`);
   meshes += isMesh ? 1 : 0;
+  streams[points] = (streams[points] ?? 0) + 1;
+  pairsOfBits.add(bits);
 }
-if (names.length !== 135 || meshes !== 30) throw new Error(`${names.length} streams, ${meshes} meshes`);
+assert.deepEqual(streams, { 1: 10, 66: 360, 2112: 10, 12288: 10, 17952: 10, 65535: 10 });
+assert.equal(pairsOfBits.size, 9 * 8);
+assert.equal(meshes, 133);
 console.log(`${names.length} streams, ${meshes} of them meshes, hold the integers that were written`);

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include "fmt/format.h"
 #include "tests/core/codec/chunk_fixtures.h"
@@ -40,16 +41,28 @@ bool WriteStream(const std::string& folder, unsigned number, const Chunk& chunk)
          WriteBytes(fmt::format("{}/{}.bin", folder, number), values);
 }
 
-// Every number of bits of either kind, every kind of data, chunks of a point and of the usual size.
+// Every kind of data in a chunk of its own, numbered from `number` on.
+bool WriteAllData(const std::string& folder, size_t points, int position_bits, int normal_bits,
+                  unsigned& number) {
+  for (const Data data : kAllData) {
+    const Chunk chunk = MakeChunk(points, position_bits, normal_bits, data, kSeed + number);
+    if (!WriteStream(folder, number++, chunk)) return false;
+  }
+  return true;
+}
+
+// Every pair of bits in the points of a patch; chunks of a point and of the usual size; 4,096 patches
+// of one segment, 32 of 32, and as many points as a chunk may have.
 bool WriteStreams(const std::string& folder) {
   unsigned number = 0;
-  for (const size_t points : {1u, 66u, 2112u}) {
-    for (int position_bits = 8; position_bits <= 16; ++position_bits) {
-      for (const Data data : kAllData) {
-        const int normal_bits = number % 8 == 7 ? 0 : 6 + static_cast<int>(number % 8);
-        const Chunk chunk = MakeChunk(points, position_bits, normal_bits, data, kSeed + number);
-        if (!WriteStream(folder, number++, chunk)) return false;
-      }
+  for (int position_bits = 8; position_bits <= 16; ++position_bits) {
+    for (const int normal_bits : {0, 6, 7, 8, 9, 10, 11, 12}) {
+      if (!WriteAllData(folder, 66, position_bits, normal_bits, number)) return false;
+    }
+  }
+  for (const size_t points : {1u, 2112u, 4096u * 3, 32u * 561, 65'535u}) {
+    for (const auto& [position_bits, normal_bits] : {std::pair(12, 8), std::pair(16, 12)}) {
+      if (!WriteAllData(folder, points, position_bits, normal_bits, number)) return false;
     }
   }
   return true;

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""usage: served_viewer.py URL
+
+Fails unless a server has the viewer at the address: the page, and all that it loads, with media types that browsers
+insist on and the policy that confines it. Where the address names a scene (?scene=ID), that scene is open.
+"""
+
+import re
+import sys
+import urllib.parse
+import urllib.request
+
+POLICY = {
+    "default-src 'self'",
+    "script-src 'self' 'wasm-unsafe-eval'",
+    "worker-src 'self' blob:",
+    "connect-src 'self' blob:",
+}
+
+
+def get(address, media_type, begins=b""):
+    with urllib.request.urlopen(address, timeout=10) as answer:
+        body = answer.read()
+        assert answer.headers["content-type"] == media_type, (address, answer.headers["content-type"])
+        assert answer.headers["x-content-type-options"] == "nosniff", address
+        policy = set(answer.headers["content-security-policy"].split("; "))
+        assert POLICY <= policy, (address, policy)
+    assert body.startswith(begins) and len(body) > 100, (address, body[:100])
+    return body.decode(errors="replace")
+
+
+def get_scene(origin, scene):
+    message = b"\x0a" + bytes([len(scene)]) + scene.encode()  # its first field
+    framed = b"\0" + len(message).to_bytes(4, "big") + message
+    request = urllib.request.Request(
+        f"{origin}/latticed.v1.SceneService/GetScene", framed, {"content-type": "application/grpc-web+proto"}
+    )
+    with urllib.request.urlopen(request, timeout=10) as answer:
+        body = answer.read()
+    assert b"grpc-status: 0" in body and scene.encode() in body, (scene, body)
+
+
+def main(address):
+    page = get(address, "text/html; charset=utf-8", b"<!doctype html>")
+    (style,) = re.findall(r'<link rel="stylesheet" href="([^"]+)"', page)
+    (script,) = re.findall(r'<script type="module" src="([^"]+)"', page)
+    get(urllib.parse.urljoin(address, style), "text/css; charset=utf-8")
+    program = get(urllib.parse.urljoin(address, script), "text/javascript; charset=utf-8")
+    for name in ("decode_worker.js", "draco_decoder.wasm"):
+        assert name in program, f"{script} does not load {name}"
+    get(urllib.parse.urljoin(address, "decode_worker.js"), "text/javascript; charset=utf-8")
+    get(urllib.parse.urljoin(address, "draco_decoder.wasm"), "application/wasm", b"\0asm")
+
+    parts = urllib.parse.urlsplit(address)
+    for scene in urllib.parse.parse_qs(parts.query).get("scene", []):
+        get_scene(f"{parts.scheme}://{parts.netloc}", scene)
+    print(f"{address}: the viewer, and its scene where one is named")
+
+
+main(*sys.argv[1:])
