@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "tests/server/engine/staged_scene.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -21,10 +22,13 @@ class ReleaseTest : public StagedScene {
     gates().Open(stage);
     return returned;
   }
-  // The key of a view that has vertices, and that nobody watches.
+  // The key of a view that has vertices, and that nobody watches or works for: who made its update
+  // may hold it for a moment longer than the watcher.
   ViewKey IdleView() {
     Watch();
-    return std::exchange(view_, nullptr)->key();
+    const ViewKey key = std::exchange(view_, nullptr)->key();
+    EXPECT_TRUE(Becomes(2000, [&] { return scene_->GivableBytes() > 0; }));
+    return key;
   }
   static ViewKey WithSegments(ViewKey key, int segments) {
     key.spec.segments = segments;

@@ -42,9 +42,9 @@ class StageGates {
   // Since the backend was made. A call begins before the gate and ends behind it.
   int begun(Stage stage);
   int ended(Stage stage);
-  // False when it takes longer than twenty seconds.
   // By the chunks of their plans, those that have ended, in order.
   std::vector<size_t> order(Stage stage);
+  // False when it takes longer than twenty seconds.
   bool WaitForBegun(Stage stage, int count);
   bool WaitForEnded(Stage stage, int count);
 
