@@ -97,5 +97,6 @@ verb_ci() {
   printf '%7d  in all\n\n' "$SECONDS"
   grep 'tests passed' build/ci/tests.txt
   ci_skipped
+  sed -n 's/^-- \(CUDA backend\)/\1/p' "$ci_build/configure.txt"
   [[ ! -f build/ci/skipped.txt ]] || cat build/ci/skipped.txt
 }

@@ -64,8 +64,7 @@ Section Products(const std::vector<Row>& rows) {
   section.notes = {
       "(18) and (24) in double, then rounded; the gemm pipeline keeps (24) and does not repeat it.",
       "The paper: the range of its Table 2, where its text says 1.6 to 1.7; single models, and "
-      "which "
-      "columns are compared, are not in our sources."};
+      "which columns are compared, are not in our sources."};
   return section;
 }
 
@@ -108,8 +107,7 @@ Section Stages(const std::vector<Row>& rows) {
   }
   section.notes = {
       "Paper: Table 3 on its GTX 465, smallest and largest model; single stages and other models "
-      "are "
-      "not in our sources.",
+      "are not in our sources.",
       "Rearranging includes normals. Shared points make the surface watertight; the paper has no "
       "such stage. The fused form is a whole evaluation with the copy."};
   return section;

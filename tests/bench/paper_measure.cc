@@ -77,7 +77,7 @@ PaperGpuTimes MeasureOnGpu(const Scenario& scenario) {
   MeasureTrivial(gpu, scenario, times);
   MeasureOptimal(gpu, scenario, times);
   times.tensor = MeasureTensorProduct(gpu, scenario, kGpuRuns);
-  CheckOk(times.tensor.status());
+  if (!absl::IsUnimplemented(times.tensor.status())) CheckOk(times.tensor.status());
   times.shaders = MeasureShaderAlgorithm(gpu, scenario, kGpuRuns);
   if (absl::IsInternal(times.shaders.status())) CheckOk(times.shaders.status());
   {

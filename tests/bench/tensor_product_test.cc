@@ -14,6 +14,7 @@
 #include <random>
 #include <vector>
 
+#include "core/ffd/direct_ffd.h"
 #include "tests/bench/exact_mesh.h"
 #include "tests/bench/tensor_surfaces.h"
 #include "tests/bench/tensor_verify.h"
@@ -142,12 +143,14 @@ TEST(SubPolygonsTest, EveryPatchIsInOnePolygonAndTrimmedGridsCoverIt) {
   const auto polygons = FindSubPolygons(*plan);
   ASSERT_TRUE(polygons.ok()) << polygons.status();
 
+  const DirectFfd rest(*plan, plan->identity_points);
   std::vector<int> polygons_of(plan->patches.size(), 0);
   std::array<int, 10> of_corners{};
   for (const SubPolygon& polygon : *polygons) {
     for (const uint32_t patch : polygon.patches) ++polygons_of[patch];
     ++of_corners.at(polygon.corners.size());
-    const ParameterRectangle rectangle = RectangleOf(*plan, polygon);
+    const ParameterRectangle rectangle =
+        RectangleOf(*plan, polygon, rest.RestFacetNormal(polygon.patches.front()));
     const double area = Area(*plan, polygon), whole = Area(rectangle);
     EXPECT_NEAR(Covered(rectangle) * whole, area, 1e-11 * whole);
     EXPECT_LE(whole, (2 + 1e-9) * area);  // as the smallest rectangle of any convex polygon

@@ -64,11 +64,10 @@ size_t MostLines(const std::vector<TensorSurface>& surfaces) {
 
 }  // namespace
 
-ParameterRectangle RectangleOf(const DeformPlan& plan, const SubPolygon& polygon) {
+ParameterRectangle RectangleOf(const DeformPlan& plan, const SubPolygon& polygon, Vec3d normal) {
   std::vector<Vec3d> corners;
   for (const uint32_t vertex : polygon.corners) corners.push_back(plan.vertices[vertex].world);
-  const DirectFfd rest(plan, plan.identity_points);
-  return SmallestRectangle(corners, rest.RestFacetNormal(polygon.patches.front()));
+  return SmallestRectangle(corners, normal);
 }
 
 absl::StatusOr<TensorSurfaces> MakeTensorSurfaces(const DeformPlan& plan) {
@@ -79,8 +78,10 @@ absl::StatusOr<TensorSurfaces> MakeTensorSurfaces(const DeformPlan& plan) {
   if (!polygons.ok()) return polygons.status();
   TensorSurfaces result{.polygons = *std::move(polygons)};
   const FrameMap map(plan.structure);
+  const DirectFfd rest(plan, plan.identity_points);
   for (const SubPolygon& polygon : result.polygons) {
-    const ParameterRectangle rectangle = RectangleOf(plan, polygon);
+    const ParameterRectangle rectangle =
+        RectangleOf(plan, polygon, rest.RestFacetNormal(polygon.patches.front()));
     const auto& span = plan.boxes[plan.patches[polygon.patches.front()].box].span;
     result.surfaces.push_back({.span = {span[0], span[1], span[2]},
                                .first_line = static_cast<uint32_t>(result.lines.size()),

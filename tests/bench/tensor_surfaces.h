@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/base/vec.h"
 #include "core/ffd/deform_plan.h"
 #include "tests/bench/parameter_rectangle.h"
 #include "tests/bench/sub_polygons.h"
@@ -32,8 +33,9 @@ struct TensorSurfaces {
 
 [[nodiscard]] absl::StatusOr<TensorSurfaces> MakeTensorSurfaces(const DeformPlan& plan);
 
-// In the world.
-[[nodiscard]] ParameterRectangle RectangleOf(const DeformPlan& plan, const SubPolygon& polygon);
+// In the world; `normal` is that of the polygon's plane.
+[[nodiscard]] ParameterRectangle RectangleOf(const DeformPlan& plan, const SubPolygon& polygon,
+                                             Vec3d normal);
 
 [[nodiscard]] TensorInverse MakeTensorInverse();
 

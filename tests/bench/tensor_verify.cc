@@ -60,8 +60,8 @@ class Comparison {
   absl::Status Add(const TensorSurfaces& surfaces, size_t surface,
                    std::span<const TensorVertex> vertices) {
     const SubPolygon& polygon = surfaces.polygons[surface];
-    const ParameterRectangle rectangle = RectangleOf(plan_, polygon);
     const Vec3d normal = direct_.RestFacetNormal(polygon.patches.front());
+    const ParameterRectangle rectangle = RectangleOf(plan_, polygon, normal);
     const double aspect = Aspect(rectangle);
     const size_t end = surfaces.surfaces[surface + 1].first_point;
     for (size_t i = surfaces.surfaces[surface].first_point; i < end; ++i) {
