@@ -95,9 +95,10 @@ void Define(CLI::App& app, Options& o) {
       ->check(CLI::PositiveNumber);
   AddBytes(app, "--gpu-memory", o.gpu_memory_bytes,
            "Memory of each CUDA device for scenes, such as 16GiB; 0: nine tenths of what is free");
-  AddBytes(app, "--memory", o.memory_bytes,
-           "Host memory for meshes, plans, views and streams, such as 4GiB; requests that wait may "
-           "take an eighth of it more");
+  AddBytes(
+      app, "--memory", o.memory_bytes,
+      "Host memory for meshes, plans, views and streams, such as 4GiB; requests that wait, and "
+      "replies that are not taken, may each take an eighth of it more");
   AddBytes(app, "--transport-memory", o.transport_memory_bytes,
            "Host memory for what gRPC buffers of all connections, beside --memory");
   app.add_option(

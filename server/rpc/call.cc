@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <memory>
 #include <random>
 #include <utility>
 
 #include "absl/time/clock.h"
-#include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "fmt/format.h"
@@ -177,38 +175,6 @@ absl::Status CheckCancelled(const grpc::CallbackServerContext& context) {
 absl::StatusOr<MemoryReservation> AdmitRequest(const ServerEnv& env,
                                                const google::protobuf::Message& request) {
   return env.requests->Reserve("the request", limits::kCallBytes + request.SpaceUsedLong());
-}
-
-grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* context,
-                                   std::string_view rpc, const google::protobuf::Message& request,
-                                   std::function<absl::Status(const CallInfo&)> work) {
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  absl::StatusOr<CallInfo> call = BeginCall(*env, context, rpc);
-  if (!call.ok()) {
-    reactor->Finish(ToGrpcStatus(call.status()));
-    return reactor;
-  }
-  auto room = AdmitRequest(*env, request);
-  if (!room.ok()) {
-    const grpc::Status status = ToGrpcStatus(room.status());
-    LogFinished(*call, status);
-    reactor->Finish(status);
-    return reactor;
-  }
-  // A std::function is copied, a reservation is not.
-  auto shared_room = std::make_shared<MemoryReservation>(*std::move(room));
-  env->workers.Post(
-      [reactor, call = *std::move(call), room = std::move(shared_room), work = std::move(work)] {
-        absl::Status result = CheckCancelled(*call.context);
-        if (result.ok()) {
-          result = CatchBadAlloc("the request", [&]() -> absl::Status { return work(call); });
-        }
-        const grpc::Status status = ToGrpcStatus(result);
-        LogFinished(call, status);
-        room->Release();
-        reactor->Finish(status);
-      });
-  return reactor;
 }
 
 }  // namespace latticed

@@ -2,16 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What every rpc does first and last: who calls, may they, under which request id; and the answer's
-// status. A handler is
-//
-//   return RunUnary(env_, context, "SceneService/GetScene",
-//                   [=](const CallInfo& call) -> absl::Status { …fill *response… });
-//
-// Streams call BeginCall in their constructor, and LogFinished before they finish.
+// status. Streams call BeginCall in their constructor, and LogFinished before they finish; unary_call.h
+// does both.
 #ifndef LATTICED_SERVER_RPC_CALL_H_
 #define LATTICED_SERVER_RPC_CALL_H_
 
-#include <functional>
 #include <string>
 #include <string_view>
 
@@ -49,7 +44,7 @@ struct CallInfo {
                                                  std::string_view rpc);
 
 // Counts the end of a call and logs it: faults of the server as errors, refusals as info, the rest
-// at debug. Streams call it when they finish, RunUnary does by itself.
+// at debug.
 void LogFinished(const CallInfo& call, const grpc::Status& status);
 
 // The metadata `latticed-scene`, where set, must name the scene of the body. kInvalidArgument.
@@ -62,12 +57,6 @@ void LogFinished(const CallInfo& call, const grpc::Status& status);
 // Room for a parsed request while it waits for a worker. kResourceExhausted OUT_OF_MEMORY.
 [[nodiscard]] absl::StatusOr<MemoryReservation> AdmitRequest(
     const ServerEnv& env, const google::protobuf::Message& request);
-
-// A unary rpc: BeginCall, AdmitRequest, then `work` on env->workers, then Finish with its status.
-// Request and response live until then. A call that was cancelled before its turn does not run.
-grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* context,
-                                   std::string_view rpc, const google::protobuf::Message& request,
-                                   std::function<absl::Status(const CallInfo&)> work);
 
 }  // namespace latticed
 

@@ -2,14 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/mesh_service.h"
 
+#include <algorithm>
+#include <memory>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/limits.h"
 #include "server/base/labels.h"
 #include "server/engine/scene_registry.h"
 #include "server/rpc/call.h"
-#include "server/rpc/download_stream.h"
+#include "server/rpc/part_stream.h"
+#include "server/rpc/unary_call.h"
 #include "server/rpc/upload_stream.h"
 #include "server/rpc/uploads.h"
 #include "server/wire/mesh_header.h"
@@ -62,6 +67,47 @@ absl::Status ListMeshesNow(ServerEnv& env, const v1::ListMeshesRequest& request,
   return absl::OkStatus();
 }
 
+// The header, then the bytes from the offset on.
+class DownloadParts {
+ public:
+  DownloadParts(std::shared_ptr<const StoredMesh> mesh, size_t offset)
+      : mesh_(std::move(mesh)), next_(offset) {}
+
+  std::optional<v1::DownloadMeshResponse> Next() {
+    v1::DownloadMeshResponse part;
+    const std::string& bytes = *mesh_->bytes;
+    if (!std::exchange(begun_, true)) {
+      *part.mutable_header() = HeaderOf(*mesh_);
+      return part;
+    }
+    if (next_ == bytes.size()) return std::nullopt;
+    const size_t size = std::min(limits::kMaxPartBytes, bytes.size() - next_);
+    part.set_data(bytes.data() + next_, size);
+    next_ += size;
+    return part;
+  }
+
+ private:
+  const std::shared_ptr<const StoredMesh> mesh_;
+  bool begun_ = false;
+  size_t next_;  // first byte not sent
+};
+
+using Download = PartStream<v1::DownloadMeshResponse>;
+
+absl::StatusOr<Download::Next> OpenDownload(ServerEnv& env,
+                                            const v1::DownloadMeshRequest& request) {
+  auto mesh = env.meshes.Find(request.mesh());
+  if (!mesh.ok()) return mesh.status();
+  const size_t size = (*mesh)->bytes->size();
+  if (request.offset() > size) {
+    return error::OutOfRange("offset", static_cast<double>(request.offset()), 0,
+                             static_cast<double>(size));
+  }
+  return [parts = DownloadParts(*std::move(mesh), request.offset())]() mutable
+         -> absl::StatusOr<std::optional<v1::DownloadMeshResponse>> { return parts.Next(); };
+}
+
 }  // namespace
 
 grpc::ServerReadReactor<v1::UploadMeshRequest>* MeshService::UploadMesh(
@@ -72,7 +118,7 @@ grpc::ServerReadReactor<v1::UploadMeshRequest>* MeshService::UploadMesh(
 grpc::ServerUnaryReactor* MeshService::BeginUpload(grpc::CallbackServerContext* context,
                                                    const v1::BeginUploadRequest* request,
                                                    v1::BeginUploadResponse* response) {
-  return RunUnary(env_, context, "MeshService/BeginUpload", *request,
+  return RunUnary(env_, context, "MeshService/BeginUpload", *request, response,
                   [=, this](const CallInfo& call) {
                     auto upload = env_->uploads->Admit(request->header(), call.caller.name);
                     if (!upload.ok()) return upload.status();
@@ -85,58 +131,63 @@ grpc::ServerUnaryReactor* MeshService::BeginUpload(grpc::CallbackServerContext* 
 grpc::ServerUnaryReactor* MeshService::AppendUpload(grpc::CallbackServerContext* context,
                                                     const v1::AppendUploadRequest* request,
                                                     v1::AppendUploadResponse* response) {
-  return RunUnary(env_, context, "MeshService/AppendUpload", *request, [=, this](const CallInfo&) {
-    const auto upload = env_->uploads->Find(request->upload_id());
-    if (!upload.ok()) return upload.status();
-    const auto committed = (*upload)->AppendAt(request->offset(), request->data());
-    if (!committed.ok()) return committed.status();
-    response->set_committed(*committed);
-    SetTime(env_->uploads->ExpireTime(), *response->mutable_expire_time());
-    return absl::OkStatus();
-  });
+  return RunUnary(env_, context, "MeshService/AppendUpload", *request, response,
+                  [=, this](const CallInfo&) {
+                    const auto upload = env_->uploads->Find(request->upload_id());
+                    if (!upload.ok()) return upload.status();
+                    const auto committed = (*upload)->AppendAt(request->offset(), request->data());
+                    if (!committed.ok()) return committed.status();
+                    response->set_committed(*committed);
+                    SetTime(env_->uploads->ExpireTime(), *response->mutable_expire_time());
+                    return absl::OkStatus();
+                  });
 }
 
 grpc::ServerUnaryReactor* MeshService::FinishUpload(grpc::CallbackServerContext* context,
                                                     const v1::FinishUploadRequest* request,
                                                     v1::Mesh* response) {
-  return RunUnary(env_, context, "MeshService/FinishUpload", *request, [=, this](const CallInfo&) {
-    const auto upload = env_->uploads->Take(request->upload_id());
-    if (!upload.ok()) return upload.status();
-    const auto mesh = (*upload)->Finish(env_->meshes, [context] { return context->IsCancelled(); });
-    if (!mesh.ok()) return mesh.status();
-    *response = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
-    return absl::OkStatus();
-  });
+  return RunUnary(
+      env_, context, "MeshService/FinishUpload", *request, response, [=, this](const CallInfo&) {
+        const auto upload = env_->uploads->Take(request->upload_id());
+        if (!upload.ok()) return upload.status();
+        const auto mesh =
+            (*upload)->Finish(env_->meshes, [context] { return context->IsCancelled(); });
+        if (!mesh.ok()) return mesh.status();
+        *response = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
+        return absl::OkStatus();
+      });
 }
 
 grpc::ServerUnaryReactor* MeshService::GetMesh(grpc::CallbackServerContext* context,
                                                const v1::GetMeshRequest* request,
                                                v1::Mesh* response) {
-  return RunUnary(env_, context, "MeshService/GetMesh", *request, [=, this](const CallInfo&) {
-    const auto mesh = env_->meshes.Find(request->mesh());
-    if (!mesh.ok()) return mesh.status();
-    *response = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
-    return absl::OkStatus();
-  });
+  return RunUnary(env_, context, "MeshService/GetMesh", *request, response,
+                  [=, this](const CallInfo&) {
+                    const auto mesh = env_->meshes.Find(request->mesh());
+                    if (!mesh.ok()) return mesh.status();
+                    *response = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
+                    return absl::OkStatus();
+                  });
 }
 
 grpc::ServerUnaryReactor* MeshService::ListMeshes(grpc::CallbackServerContext* context,
                                                   const v1::ListMeshesRequest* request,
                                                   v1::ListMeshesResponse* response) {
-  return RunUnary(env_, context, "MeshService/ListMeshes", *request,
+  return RunUnary(env_, context, "MeshService/ListMeshes", *request, response,
                   [=, this](const CallInfo&) { return ListMeshesNow(*env_, *request, *response); });
 }
 
 grpc::ServerUnaryReactor* MeshService::DeleteMesh(grpc::CallbackServerContext* context,
                                                   const v1::DeleteMeshRequest* request,
-                                                  v1::DeleteMeshResponse* /*response*/) {
-  return RunUnary(env_, context, "MeshService/DeleteMesh", *request,
+                                                  v1::DeleteMeshResponse* response) {
+  return RunUnary(env_, context, "MeshService/DeleteMesh", *request, response,
                   [=, this](const CallInfo& call) { return DeleteMeshNow(*env_, call, *request); });
 }
 
 grpc::ServerWriteReactor<v1::DownloadMeshResponse>* MeshService::DownloadMesh(
     grpc::CallbackServerContext* context, const v1::DownloadMeshRequest* request) {
-  return NewDownloadStream(env_, context, *request);
+  return new Download(env_, context, "MeshService/DownloadMesh", "",
+                      [=, this](const auto&) { return OpenDownload(*env_, *request); });
 }
 
 }  // namespace latticed

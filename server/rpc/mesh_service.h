@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// MeshService: validate, fetch, act, convert. Uploads by stream are in upload_stream, downloads in
-// download_stream; what an rpc means is written in mesh.proto.
+// MeshService: validate, fetch, act, convert. Uploads by stream are in upload_stream; what an rpc
+// means is written in mesh.proto.
 //
 // Threads  handlers may run at the same time; the work is on env->workers
 #ifndef LATTICED_SERVER_RPC_MESH_SERVICE_H_

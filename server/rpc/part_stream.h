@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A server stream whose messages are pulled one by one: GetTopology, Export.
+// A server stream whose messages are pulled one by one: GetTopology, Export, DownloadMesh.
 //
 //   new PartStream -> open() on a worker -> next(), write, next(), write, … -> Finish
 //
-// One message is out at a time, so that a slow client holds one part and no more.
+// One message is out at a time, so that a slow client holds one part and no more, which has its
+// room (ReplyRoom).
 //
+// Errors   those of open and next; kResourceExhausted OUT_OF_MEMORY
 // Threads  open and next run one after the other; `cancelled` may be asked from any thread
 #ifndef LATTICED_SERVER_RPC_PART_STREAM_H_
 #define LATTICED_SERVER_RPC_PART_STREAM_H_
@@ -23,6 +25,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/catch_bad_alloc.h"
 #include "server/rpc/call.h"
+#include "server/rpc/reply_room.h"
 #include "server/rpc/server_env.h"
 #include "server/wire/grpc_status.h"
 
@@ -38,7 +41,8 @@ class PartStream final : public grpc::ServerWriteReactor<Message> {
   using Open = std::function<absl::StatusOr<Next>(const Cancelled&)>;
 
   PartStream(ServerEnv* env, grpc::CallbackServerContext* context, std::string_view rpc,
-             const std::string& scene, Open open) {
+             const std::string& scene, Open open)
+      : room_(*env) {
     auto call = BeginCall(*env, context, rpc);
     if (!call.ok()) {
       this->Finish(ToGrpcStatus(call.status()));
@@ -74,6 +78,7 @@ class PartStream final : public grpc::ServerWriteReactor<Message> {
     if (!message.ok()) return End(ToGrpcStatus(message.status()));
     if (!message->has_value()) return End(grpc::Status::OK);
     message_ = **std::move(message);
+    if (auto s = room_.Hold(ReplyBytes(message_)); !s.ok()) return End(ToGrpcStatus(s));
     this->StartWrite(&message_);
   }
 
@@ -81,6 +86,7 @@ class PartStream final : public grpc::ServerWriteReactor<Message> {
   std::atomic<bool> cancelled_ = false;
   Next next_;
   Message message_;
+  ReplyRoom room_;  // for the largest so far
 };
 
 }  // namespace latticed

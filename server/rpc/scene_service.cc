@@ -25,6 +25,7 @@
 #include "server/rpc/scene_service_base.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/topology.h"
+#include "server/rpc/unary_call.h"
 #include "server/rpc/watch_request.h"
 #include "server/rpc/watch_stream.h"
 #include "server/wire/converters.h"
@@ -90,13 +91,13 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   UnaryReactor* CreateScene(Context* context, const v1::CreateSceneRequest* request,
                             v1::Scene* response) override {
-    return RunUnary(env_, context, "SceneService/CreateScene", *request,
+    return RunUnary(env_, context, "SceneService/CreateScene", *request, response,
                     [=, this](const CallInfo& call) { return Create(call, *request, response); });
   }
 
   UnaryReactor* GetScene(Context* context, const v1::GetSceneRequest* request,
                          v1::Scene* response) override {
-    return OnScene("SceneService/GetScene", context, request, [=](Scene& scene) {
+    return OnScene("SceneService/GetScene", context, request, response, [=](Scene& scene) {
       *response = ToProto(scene);
       return absl::OkStatus();
     });
@@ -104,19 +105,19 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   UnaryReactor* ListScenes(Context* context, const v1::ListScenesRequest* request,
                            v1::ListScenesResponse* response) override {
-    return RunUnary(env_, context, "SceneService/ListScenes", *request,
+    return RunUnary(env_, context, "SceneService/ListScenes", *request, response,
                     [=, this](const CallInfo&) { return List(*request, response); });
   }
 
   UnaryReactor* DeleteScene(Context* context, const v1::DeleteSceneRequest* request,
-                            v1::DeleteSceneResponse*) override {
-    return OnScene("SceneService/DeleteScene", context, request,
+                            v1::DeleteSceneResponse* response) override {
+    return OnScene("SceneService/DeleteScene", context, request, response,
                    [=, this](Scene& scene) { return env_->scenes->Delete(scene.id()); });
   }
 
   UnaryReactor* GetLattice(Context* context, const v1::GetLatticeRequest* request,
                            v1::LatticeState* response) override {
-    return OnScene("SceneService/GetLattice", context, request, [=](Scene& scene) {
+    return OnScene("SceneService/GetLattice", context, request, response, [=](Scene& scene) {
       *response = LatticeStateToProto(*scene.State());
       return absl::OkStatus();
     });
@@ -125,29 +126,31 @@ class SceneServiceImpl final : public SceneServiceBase {
   UnaryReactor* ApplyEdits(Context* context, const v1::EditBatch* request,
                            v1::EditResult* response) override {
     const auto arrived = Clock::now();
-    return OnScene("SceneService/ApplyEdits", context, request, [=](Scene& scene) -> absl::Status {
-      const auto begun = Clock::now();
-      const auto summary = scene.ApplyEdits(BatchFromProto(*request, *scene.config().mesh),
-                                            [context] { return CheckCancelled(*context); });
-      if (!summary.ok()) return summary.status();
-      *response = ToProto(*summary);
-      response->mutable_timings()->set_queue_us(Microseconds(absl::FromChrono(begun - arrived)));
-      response->mutable_timings()->set_apply_us(
-          Microseconds(absl::FromChrono(summary->commit_time.value_or(Clock::now()) - begun)));
-      return absl::OkStatus();
-    });
+    return OnScene(
+        "SceneService/ApplyEdits", context, request, response, [=](Scene& scene) -> absl::Status {
+          const auto begun = Clock::now();
+          const auto summary = scene.ApplyEdits(BatchFromProto(*request, *scene.config().mesh),
+                                                [context] { return CheckCancelled(*context); });
+          if (!summary.ok()) return summary.status();
+          *response = ToProto(*summary);
+          response->mutable_timings()->set_queue_us(
+              Microseconds(absl::FromChrono(begun - arrived)));
+          response->mutable_timings()->set_apply_us(
+              Microseconds(absl::FromChrono(summary->commit_time.value_or(Clock::now()) - begun)));
+          return absl::OkStatus();
+        });
   }
 
   UnaryReactor* EvaluatePoints(Context* context, const v1::EvaluatePointsRequest* request,
                                v1::EvaluatePointsResponse* response) override {
-    return OnScene("SceneService/EvaluatePoints", context, request, [=](Scene& scene) {
+    return OnScene("SceneService/EvaluatePoints", context, request, response, [=](Scene& scene) {
       return latticed::EvaluatePoints(*scene.State(), *request, response);
     });
   }
 
   UnaryReactor* Pick(Context* context, const v1::PickRequest* request,
                      v1::SurfacePoint* response) override {
-    return OnScene("SceneService/Pick", context, request, [=](Scene& scene) {
+    return OnScene("SceneService/Pick", context, request, response, [=](Scene& scene) {
       return latticed::Pick(
           *scene.State(), *request, [context] { return CheckCancelled(*context); }, response);
     });
@@ -155,7 +158,7 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   UnaryReactor* ControlWatch(Context* context, const v1::ControlWatchRequest* request,
                              v1::ControlWatchResponse* response) override {
-    return RunUnary(env_, context, "SceneService/ControlWatch", *request,
+    return RunUnary(env_, context, "SceneService/ControlWatch", *request, response,
                     [=, this](const CallInfo& call) -> absl::Status {
                       if (auto s = CheckSceneMetadata(*context, request->scene());
                           !request->scene().empty() && !s.ok()) {
@@ -199,9 +202,10 @@ class SceneServiceImpl final : public SceneServiceBase {
 
  private:
   template <typename Request, typename Work>
-  UnaryReactor* OnScene(std::string_view rpc, Context* context, const Request* request, Work work) {
+  UnaryReactor* OnScene(std::string_view rpc, Context* context, const Request* request,
+                        google::protobuf::Message* response, Work work) {
     return RunUnary(
-        env_, context, rpc, *request,
+        env_, context, rpc, *request, response,
         [this, context, request, work = std::move(work)](const CallInfo&) -> absl::Status {
           const auto scene = FindScene(*env_, *context, request->scene());
           return scene.ok() ? work(**scene) : scene.status();

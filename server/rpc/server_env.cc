@@ -43,6 +43,7 @@ ServerEnv::ServerEnv(Options options_in)
       memory(std::make_shared<MemoryBudget>(options.memory_bytes)),
       requests(
           std::make_shared<MemoryBudget>(options.memory_bytes / limits::kWaitingRequestsShare)),
+      replies(std::make_shared<MemoryBudget>(options.memory_bytes / limits::kUntakenRepliesShare)),
       meshes(memory),
       uploads(std::make_shared<UploadStore>(&meshes, options.max_mesh_bytes)),
       workers(static_cast<int>(

@@ -50,6 +50,7 @@ struct ServerEnv {
   std::shared_ptr<const Authenticator> authenticator;
   const std::shared_ptr<MemoryBudget> memory;
   const std::shared_ptr<MemoryBudget> requests;  // that wait for a worker
+  const std::shared_ptr<MemoryBudget> replies;   // that wait for their client
   MeshStore meshes;
   std::shared_ptr<UploadStore> uploads;
   std::shared_ptr<SceneRegistry> scenes;  // shared_ptr: its type need not be complete here

@@ -6,6 +6,7 @@
 #include "server/base/version.h"
 #include "server/engine/scene_registry.h"
 #include "server/rpc/call.h"
+#include "server/rpc/unary_call.h"
 #include "server/wire/time_converters.h"
 
 namespace latticed {
@@ -131,7 +132,7 @@ v1::ServerInfo DescribeServer(ServerEnv& env) {
 grpc::ServerUnaryReactor* ServerService::GetServerInfo(grpc::CallbackServerContext* context,
                                                        const v1::GetServerInfoRequest* request,
                                                        v1::ServerInfo* response) {
-  return RunUnary(env_, context, "ServerService/GetServerInfo", *request,
+  return RunUnary(env_, context, "ServerService/GetServerInfo", *request, response,
                   [=, this](const CallInfo&) {
                     *response = DescribeServer(*env_);
                     return absl::OkStatus();

@@ -9,6 +9,7 @@
 #include "server/engine/scene_registry.h"
 #include "server/rpc/call.h"
 #include "server/rpc/first_message.h"
+#include "server/rpc/reply_room.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/uploads.h"
 #include "server/wire/grpc_status.h"
@@ -20,7 +21,7 @@ namespace {
 class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest> {
  public:
   UploadStream(ServerEnv* env, grpc::CallbackServerContext* context, v1::Mesh* response)
-      : env_(env), context_(context), response_(response) {
+      : env_(env), context_(context), response_(response), reply_room_(*env) {
     absl::StatusOr<CallInfo> call = BeginCall(*env, context, "MeshService/UploadMesh");
     if (!call.ok()) {
       Finish(ToGrpcStatus(call.status()));
@@ -69,7 +70,8 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
     const auto mesh = upload_->Finish(env_->meshes, [this] { return context_->IsCancelled(); });
     if (!mesh.ok()) return mesh.status();
     *response_ = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
-    return absl::OkStatus();
+    request_ = v1::UploadMeshRequest();  // its bytes
+    return reply_room_.Hold(ReplyBytes(*response_));
   }
 
   void End(const absl::Status& result) {
@@ -90,6 +92,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
   FirstMessage first_message_;
   v1::UploadMeshRequest request_;
   std::shared_ptr<Upload> upload_;  // null until the header is admitted
+  ReplyRoom reply_room_;
 };
 
 }  // namespace

@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/unary_call.h"
+
+#include <memory>
+#include <utility>
+
+#include "core/base/catch_bad_alloc.h"
+#include "server/rpc/reply_room.h"
+#include "server/rpc/server_env.h"
+#include "server/wire/grpc_status.h"
+
+namespace latticed {
+namespace {
+
+using google::protobuf::Message;
+
+// With what it has allocated, which Clear keeps.
+void Empty(Message& message) {
+  const std::unique_ptr<Message> empty(message.New());
+  message.GetReflection()->Swap(&message, empty.get());
+}
+
+grpc::ServerUnaryReactor* Refuse(grpc::CallbackServerContext* context, const grpc::Status& status) {
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  reactor->Finish(status);
+  return reactor;
+}
+
+class UnaryCall final : public grpc::ServerUnaryReactor {
+ public:
+  UnaryCall(const ServerEnv& env, CallInfo call, MemoryReservation room, const Message& request,
+            Message* response)
+      : call_(std::move(call)),
+        request_(request),
+        response_(response),
+        request_room_(std::move(room)),
+        reply_room_(env) {}
+
+  void Run(const std::function<absl::Status(const CallInfo&)>& work) {
+    absl::Status result = CheckCancelled(*call_.context);
+    if (result.ok()) result = CatchBadAlloc("the request", [&] { return work(call_); });
+    if (result.ok()) result = MakeRoom();
+    // A status needs no window: who reads nothing else takes it, and the call is done.
+    if (!result.ok()) Empty(*response_);
+    const grpc::Status status = ToGrpcStatus(result);
+    LogFinished(call_, status);
+    Finish(status);
+  }
+
+  void OnDone() override { delete this; }
+
+ private:
+  // The request lives as long as the reply, and waits for no worker any more.
+  absl::Status MakeRoom() {
+    const uint64_t bytes = ReplyBytes(*response_);
+    if (absl::Status status = reply_room_.Hold(bytes); !status.ok()) return status;
+    if (reply_room_.Hold(bytes + request_.SpaceUsedLong()).ok()) request_room_.Release();
+    return absl::OkStatus();
+  }
+
+  const CallInfo call_;
+  const Message& request_;
+  Message* const response_;
+  MemoryReservation request_room_;
+  ReplyRoom reply_room_;
+};
+
+}  // namespace
+
+grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* context,
+                                   std::string_view rpc, const Message& request, Message* response,
+                                   std::function<absl::Status(const CallInfo&)> work) {
+  absl::StatusOr<CallInfo> call = BeginCall(*env, context, rpc);
+  if (!call.ok()) return Refuse(context, ToGrpcStatus(call.status()));
+  auto room = AdmitRequest(*env, request);
+  if (!room.ok()) {
+    const grpc::Status status = ToGrpcStatus(room.status());
+    LogFinished(*call, status);
+    return Refuse(context, status);
+  }
+  auto* unary = new UnaryCall(*env, *std::move(call), *std::move(room), request, response);
+  env->workers.Post([unary, work = std::move(work)] { unary->Run(work); });
+  return unary;
+}
+
+}  // namespace latticed
