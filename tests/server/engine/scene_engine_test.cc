@@ -172,6 +172,8 @@ TEST_P(SceneEngineTest, ARetiredSnapshotRestartsItsWatcher) {
   std::vector<std::unique_ptr<WatcherClient>> slow;
   WatcherClient fast(scene, Options());
   fast.RunToHead();
+  const auto view = *scene->AcquireView(fast.watcher().view().key);
+  const uint64_t oldest = view->newest()->number;
 
   // Each slow one stops inside the update of another revision, so that four sets would have to
   // live.
@@ -184,6 +186,8 @@ TEST_P(SceneEngineTest, ARetiredSnapshotRestartsItsWatcher) {
       slow.back()->Step();
     }
     slow.back()->Step();  // update_begin
+    // Or it would have stalled where all this takes seconds.
+    ASSERT_NE(view->Find(oldest), nullptr);
     ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", i, {62}, {0.01, 0, 0})));
     fast.RunToHead();
   }

@@ -4,6 +4,7 @@
 // What of two overlapping stages is refused, fails, or is wanted no more.
 #include "core/base/error.h"
 #include "tests/server/engine/staged_scene.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -100,6 +101,7 @@ TEST_F(StageFailureTest, WhatWasEvaluatedAheadForNobodyIsEncodedLater) {
 
   client->watcher().SetPaused(true);
   gates().Open(Stage::kEncode);
+  EXPECT_TRUE(Becomes(2000, [&] { return view_->newest()->revision == 1; }));
   absl::SleepFor(kAWhile);
   EXPECT_EQ(view_->newest()->revision, 1u);
   client->watcher().SetPaused(false);
