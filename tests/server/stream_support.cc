@@ -11,9 +11,6 @@
 namespace latticed::testing {
 namespace {
 
-// A test that waits longer than this has failed.
-constexpr std::chrono::seconds kDeadline{30};
-
 std::string WavyGridObj(int cells) {
   std::string text;
   for (int j = 0; j <= cells; ++j) {
@@ -187,7 +184,7 @@ grpc::Status StreamTest::Apply(const v1::EditBatch& batch, v1::EditResult* resul
 
 grpc::Status StreamTest::Update(const v1::GetUpdateRequest& request, EventLog& log) {
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kDeadline);
+  context.set_deadline(std::chrono::system_clock::now() + kStreamDeadline);
   const auto reader = scenes_->GetUpdate(&context, request);
   v1::SceneEvent event;
   while (reader->Read(&event)) log.Take(event);
@@ -203,7 +200,7 @@ v1::ServerInfo StreamTest::Info() {
 }
 
 DeformClient::DeformClient(v1::SceneService::Stub& stub) {
-  context_.set_deadline(std::chrono::system_clock::now() + kDeadline);
+  context_.set_deadline(std::chrono::system_clock::now() + kStreamDeadline);
   stream_ = stub.Deform(&context_);
 }
 

@@ -6,6 +6,7 @@
 #ifndef LATTICED_TESTS_SERVER_STREAM_SUPPORT_H_
 #define LATTICED_TESTS_SERVER_STREAM_SUPPORT_H_
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -23,6 +24,9 @@
 #include "server/in_process.h"
 
 namespace latticed::testing {
+
+// A test whose stream is open for longer has failed.
+inline constexpr std::chrono::minutes kStreamDeadline{2};
 
 // Applies events as a client does, and fails the test when a guarantee is broken.
 class EventLog {
@@ -52,7 +56,10 @@ class StreamTest : public ::testing::Test {
  protected:
   static constexpr char kScene[] = "scene-under-test";
 
-  void SetUp() override { StartServer(absl::Seconds(10)); }
+  // Watchers that say nothing are not paused before the deadline.
+  static constexpr absl::Duration kHeartbeat = absl::Seconds(60);
+
+  void SetUp() override { StartServer(kHeartbeat); }
   void StartServer(absl::Duration heartbeat);
   // A wavy grid, a lattice of 5^3 control points of degree 2, 4 segments, QUANTISED.
   void CreateScene(int cells = 8);

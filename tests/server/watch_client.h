@@ -17,7 +17,7 @@ namespace latticed::testing {
 class WatchClient {
  public:
   WatchClient(v1::SceneService::Stub& stub, const v1::WatchRequest& request) {
-    context_.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(30));
+    context_.set_deadline(std::chrono::system_clock::now() + kStreamDeadline);
     reader_ = stub.Watch(&context_, request);
   }
   ~WatchClient() {
