@@ -4,7 +4,6 @@
 // When memory is short, scenes that nobody uses give back what they have, the least recently used
 // first, and have it again when they are used.
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <string>
 #include <thread>
@@ -13,6 +12,7 @@
 #include "tests/server/device_fixture.h"
 #include "tests/server/engine/engine_support.h"
 #include "tests/server/stream_support.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -20,19 +20,6 @@ namespace {
 // The default view at two segments, quantised to 12 bits with normals of 8.
 constexpr int kSegments = 2;
 constexpr uint64_t kBytesPerPatch = FakeDeviceBackend::kPlanBytes + uint64_t{6} * 8;
-
-// A stream that has just ended may hold its scene for a moment: tries until there is room.
-template <typename Call>
-absl::Status OnceIdle(Call call) {
-  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-  while (true) {
-    const absl::Status status = call();
-    if (!absl::IsResourceExhausted(status) || std::chrono::steady_clock::now() > give_up) {
-      return status;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-}
 
 class GiveBackTest : public DeviceFixture {
  protected:
@@ -55,6 +42,12 @@ class GiveBackTest : public DeviceFixture {
   absl::Status View(const std::string& id, std::vector<std::string>* bytes = nullptr) {
     return OnceIdle([&] { return Update(kSegments, id, bytes); });
   }
+  // Until streams that have ended let go of their scenes, which may not give before.
+  void AwaitNoWatchers() {
+    EXPECT_TRUE(Becomes(2000, [this] {
+      return server_->metrics().find("\nlatticed_watchers 0\n") != std::string::npos;
+    }));
+  }
   bool OnDevice(const std::string& id) { return Get(id).bytes().contains("device_plan"); }
 
   v1::WatchRequest WatchOf(const std::string& scene) {
@@ -73,6 +66,7 @@ TEST_F(GiveBackTest, TheLeastRecentlyUsedSceneGoesFirst) {
   Restart(3.2);
   for (const char* id : {"scene-no-a", "scene-no-b", "scene-no-c"}) CreateAndView(id);
   ASSERT_OK(View("scene-no-a"));
+  AwaitNoWatchers();
 
   CreateAndView("scene-no-d");
 
@@ -83,6 +77,7 @@ TEST_F(GiveBackTest, TheLeastRecentlyUsedSceneGoesFirst) {
   EXPECT_FALSE(Get("scene-no-b").bytes().contains("device_vertices"));
   EXPECT_GT(Get("scene-no-b").bytes().at("plan"), 0u) << "the plan stays on the host";
   EXPECT_EQ(Info().backends(0).give_backs(), 1u);
+  AwaitNoWatchers();
   CreateAndView("scene-no-e");
   EXPECT_FALSE(OnDevice("scene-no-c"));
   EXPECT_TRUE(OnDevice("scene-no-a"));
@@ -120,10 +115,11 @@ TEST_F(GiveBackTest, AnExportComesBackAsWell) {
   v1::ExportRequest request;
   request.set_scene("scene-one");
   request.set_format(v1::EXPORT_FORMAT_CONTROL_NETS);
-  grpc::ClientContext context;
-  std::vector<v1::ExportResponse> parts;
-  EXPECT_OK(ReadAll(*stub_->Export(&context, request), parts))
-      << "though the other's stream has just ended";
+  EXPECT_OK(OnceIdle([&] {
+    grpc::ClientContext context;
+    std::vector<v1::ExportResponse> parts;
+    return ReadAll(*stub_->Export(&context, request), parts);
+  }));
 
   EXPECT_EQ(backend_->prepares(), prepared + 1);
 }
@@ -139,6 +135,7 @@ TEST_F(GiveBackTest, AWatchedSceneNeverGivesAndTheRefusalSaysWhatIsFree) {
   CreateAndView("scene-no-c");
   EXPECT_TRUE(OnDevice("scene-no-a")) << "used before b, but watched";
   EXPECT_FALSE(OnDevice("scene-no-b"));
+  ASSERT_OK(View("scene-no-b"));
   on_b.Open(WatchOf("scene-no-b"));
   on_b.ReadUntilRevision(0);
   EXPECT_FALSE(OnDevice("scene-no-c"));
@@ -249,16 +246,23 @@ TEST_F(GiveBackOnHostTest, AnIdleViewMakesRoomForAnother) {
   EXPECT_OK(View("scene-no-b"));
   EXPECT_OK(View("scene-no-a"));
 
-  grpc::ClientContext context;
+  std::unique_ptr<grpc::ClientContext> context;
+  std::unique_ptr<grpc::ClientReader<v1::SceneEvent>> stream;
   v1::WatchRequest watch;
   watch.set_scene("scene-no-a");
   watch.mutable_view()->set_segments(10);
-  const auto stream = stub_->Watch(&context, watch);
-  v1::SceneEvent event;
-  while (stream->Read(&event) && !event.has_update_end()) {
-  }
+  ASSERT_OK(OnceIdle([&] {
+    stream.reset();
+    context = std::make_unique<grpc::ClientContext>();
+    stream = stub_->Watch(context.get(), watch);
+    v1::SceneEvent event;
+    while (stream->Read(&event)) {
+      if (event.has_update_end()) return absl::OkStatus();
+    }
+    return client::FromGrpc(stream->Finish());
+  }));
   EXPECT_THAT(Update("scene-no-b"), StatusIs(absl::StatusCode::kResourceExhausted));
-  context.TryCancel();
+  context->TryCancel();
 }
 
 }  // namespace

@@ -245,7 +245,7 @@ TEST_F(MemoryBudgetTest, ADeletedSceneGivesItsMemoryBack) {
   v1::DeleteSceneResponse response;
   ASSERT_OK(Call(&v1::SceneService::Stub::DeleteScene, request, &response));
 
-  EXPECT_OK(Create(SceneRequest("scene-two")));
+  EXPECT_OK(OnceIdle([&] { return Create(SceneRequest("scene-two")); }));
 }
 
 TEST_F(MemoryBudgetTest, ACreationPastItsDeadlineGivesItsMemoryBack) {

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <memory>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -80,6 +81,19 @@ class SceneFixture : public ::testing::Test {
     writer->WritesDone();
     EXPECT_OK(client::FromGrpc(writer->Finish()));
     return mesh.id();
+  }
+
+  // What has just ended may hold its scene, and its memory, for a moment: tries until there is room.
+  template <typename Call>
+  static absl::Status OnceIdle(Call call) {
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (true) {
+      const absl::Status status = call();
+      if (!absl::IsResourceExhausted(status) || std::chrono::steady_clock::now() > give_up) {
+        return status;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
   }
 
   // Waits for scenes in the making, which hold the mesh; MESH_IN_USE if one stays.
