@@ -5,9 +5,9 @@
 // one.
 #include <functional>
 
-#include "absl/time/clock.h"
 #include "tests/server/refusal.h"
 #include "tests/server/watch_client.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -179,12 +179,11 @@ TEST_F(BadViewsTest, TheNinthViewIsRefusedUntilOneIsLetGo) {
 
   watchers.pop_back();
   grpc::Status status;
-  for (int i = 0; i < 500; ++i) {  // the server hears of a cancellation a little later
+  const auto updates = [&] {  // the server hears of a cancellation a little later
     status = UpdateStatus(update);
-    if (status.ok()) break;
-    absl::SleepFor(absl::Milliseconds(10));
-  }
-  EXPECT_TRUE(status.ok()) << status.error_message();
+    return status.ok();
+  };
+  EXPECT_TRUE(Becomes(2000, updates)) << status.error_message();
 }
 
 TEST_F(BadViewsTest, UnknownIdsAreNotFound) {

@@ -206,7 +206,7 @@ TEST_F(MeshServiceTest, BudgetIsReservedByHeadersAndGivenBack) {
     status = env_.Upload(ObjHeader(obj), obj, &mesh);
     return status.ok();
   };
-  EXPECT_TRUE(testing::Becomes(500, uploads)) << status.error_message();
+  EXPECT_TRUE(testing::Becomes(2000, uploads)) << status.error_message();
 }
 
 TEST_F(MeshServiceTest, RawArraysAreRead) {

@@ -5,6 +5,7 @@
 #include "absl/time/clock.h"
 #include "tests/server/refusal.h"
 #include "tests/server/watch_client.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -100,7 +101,7 @@ TEST_F(WatchTest, AWatchThatEndedIsNotFound) {
     control.set_watch_id(watcher.log.hello.watch_id());
   }
 
-  for (int i = 0; i < 100 && Control(control).ok(); ++i) absl::SleepFor(absl::Milliseconds(20));
+  EXPECT_TRUE(Becomes(2000, [&] { return !Control(control).ok(); }));
   EXPECT_EQ(Control(control).error_code(), grpc::StatusCode::NOT_FOUND);
 }
 

@@ -23,13 +23,13 @@ namespace {
 
 using Chunks = std::vector<uint32_t>;
 
-// Parts that have come to Encode; each waits there for `wanted` of them, or ten seconds.
+// Parts that have come to Encode; each waits there for `wanted` of them, or a minute.
 struct Meeting {
   std::atomic<int> came = 0;
   int wanted = 1;
   bool Wait() {
     ++came;
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
     while (came < wanted && std::chrono::steady_clock::now() < end) std::this_thread::yield();
     return came >= wanted;
   }

@@ -231,7 +231,7 @@ TEST_F(WebTest, ASocketThatBreaksEndsItsCall) {
     next.Open(Watch("other"));
     return next.Read();
   };
-  EXPECT_TRUE(testing::Becomes(200, opens)) << "the place was given back";
+  EXPECT_TRUE(testing::Becomes(2000, opens)) << "the place was given back";
 }
 
 TEST_F(WebTest, DrainingSaysGoawayAndClosesInOrder) {

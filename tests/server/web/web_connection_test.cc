@@ -78,7 +78,7 @@ TEST_F(WebTest, ConnectionsAboveTheLimitAreToldSo) {
                                                      {{"content-type", "application/grpc-web"}},
                                                      std::string(size_t{4} << 20, 'x'));
   clients.pop_back();
-  const bool free = testing::Becomes(200, [this] { return Get("/").status == 200; });
+  const bool free = testing::Becomes(2000, [this] { return Get("/").status == 200; });
 
   EXPECT_EQ(answer.status, 503);
   EXPECT_EQ(answer.fields.at("retry-after"), "1");

@@ -5,6 +5,8 @@
 #ifndef LATTICED_TESTS_SERVER_WEB_WEB_FIXTURE_H_
 #define LATTICED_TESTS_SERVER_WEB_WEB_FIXTURE_H_
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -21,8 +23,8 @@ namespace latticed::testing {
 class WebTest : public StreamTest {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    folder_ =
+        std::filesystem::path(::testing::TempDir()) / fmt::format("latticed-web-{}", getpid());
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_ / "web");
     Write("web/index.html", "<!doctype html>viewer");
@@ -30,6 +32,7 @@ class WebTest : public StreamTest {
     options_.threads = 2;
     options_.log_level = "off";
     options_.node = "test-node";
+    options_.heartbeat_interval = kHeartbeat;
     options_.drain_delay = absl::ZeroDuration();
     options_.http = "127.0.0.1:0";
     options_.admin = "127.0.0.1:0";

@@ -53,7 +53,7 @@ TEST_F(WebPeerTest, EveryFormOfACallIsLoggedWithTheBrowsersAddress) {
 
   EXPECT_EQ(PeerOf("rpc"), "ipv4:" + client.local_address());
   // A download has its last byte before it has its line.
-  EXPECT_TRUE(Becomes(200, [&] { return PeerOf("export") == "ipv4:" + client.local_address(); }));
+  EXPECT_TRUE(Becomes(2000, [&] { return PeerOf("export") == "ipv4:" + client.local_address(); }));
   EXPECT_EQ(PeerOf("socket"), "ipv4:" + socket.local_address());
 }
 
