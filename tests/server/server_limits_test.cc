@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/base/limits.h"
+#include "core/cpu/cpu_backend.h"
 #include "latticed/v1/server.grpc.pb.h"
 #include "tests/server/scene_fixture.h"
 #include "tests/server/unfinished_calls.h"
@@ -292,8 +293,11 @@ TEST_F(ConnectionsTest, AsManyCallsAsAllowedAreNotCutHoweverFastTheyFollow) {
 
 class FirstMessageTest : public ServerLimitsTest {
  protected:
-  // The server ends calls whose first message has not come within so long.
-  void Await(absl::Duration timeout) { StartServer({.first_message_timeout = timeout}); }
+  // The server ends calls whose first message has not come within so long. It has no mesh: an upload
+  // may be late.
+  void Await(absl::Duration timeout) {
+    StartServerOn(MakeCpuBackend({.threads = 1}), {.first_message_timeout = timeout});
+  }
 };
 
 TEST_F(FirstMessageTest, ADeformThatSaysNothingEnds) {
@@ -322,6 +326,7 @@ TEST_F(FirstMessageTest, AnUploadThatSaysNothingEnds) {
 TEST_F(FirstMessageTest, OneThatHasSpokenMayBeSilent) {
   const absl::Duration timeout = absl::Seconds(3);
   Await(timeout);
+  mesh_ = Upload(kGridObj);
   ASSERT_OK(Create(SceneRequest()));
   grpc::ClientContext deform_context, upload_context;
   const auto stream = stub_->Deform(&deform_context);

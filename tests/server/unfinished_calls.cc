@@ -25,7 +25,7 @@ constexpr uint8_t kAck = 1, kEndStream = 1, kEndHeaders = 4;
 constexpr uint32_t kMaxConcurrentStreams = 3, kInitialWindowSize = 4;
 constexpr int64_t kFirstWindow = 65'535;
 constexpr size_t kFrameHeader = 9, kMostFrame = 16'384, kMessageHeader = 5;
-constexpr absl::Duration kPatience = absl::Seconds(20);
+constexpr absl::Duration kPatience = absl::Seconds(60);
 
 std::string BigEndian(uint64_t value, int bytes) {
   std::string text;

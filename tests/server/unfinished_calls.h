@@ -31,7 +31,7 @@ class UnfinishedCalls {
   UnfinishedCalls& operator=(const UnfinishedCalls&) = delete;
 
   // Sends what the server's windows allow and hears what it says until `done`. False when that
-  // takes twenty seconds, or the server closes the connection.
+  // takes a minute, or the server closes the connection.
   bool Run(const std::function<bool()>& done);
 
   // Of messages, of calls that the server has not ended.
