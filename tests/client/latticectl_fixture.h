@@ -5,6 +5,8 @@
 #ifndef LATTICED_TESTS_CLIENT_LATTICECTL_FIXTURE_H_
 #define LATTICED_TESTS_CLIENT_LATTICECTL_FIXTURE_H_
 
+#include <unistd.h>
+
 #include <filesystem>
 #include <sstream>
 #include <string>
@@ -12,6 +14,7 @@
 
 #include "client/cpp/files.h"
 #include "client/cpp/latticectl_app.h"
+#include "fmt/format.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::client {
@@ -24,9 +27,7 @@ struct RunResult {
 class LatticectlTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              (std::string("latticectl_") + test->test_suite_name() + "_" + test->name());
+    folder_ = std::filesystem::path(::testing::TempDir()) / fmt::format("latticectl-{}", getpid());
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
   }

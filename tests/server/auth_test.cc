@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/base/auth.h"
 
+#include <unistd.h>
+
 #include <fstream>
 
 #include <grpcpp/generic/generic_stub.h>
@@ -79,10 +81,8 @@ class TokenServerTest : public ::testing::Test {
 
   static Options WithTokens() {
     Options options = TestOptions();
-    // Each test its own file: CTest runs them side by side.
-    options.token_file = ::testing::TempDir() + "latticed_" +
-                         ::testing::UnitTest::GetInstance()->current_test_info()->name() +
-                         ".tokens";
+    // Each process its own file: CTest runs them side by side.
+    options.token_file = fmt::format("{}latticed-{}.tokens", ::testing::TempDir(), getpid());
     std::ofstream(options.token_file) << TokenLines();
     return options;
   }

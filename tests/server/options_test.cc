@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/base/options.h"
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <fstream>
 #include <vector>
 
+#include "fmt/format.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
@@ -30,11 +33,9 @@ class Variable {
   const char* name_;
 };
 
-// Each test its own file: CTest runs them side by side.
+// Each process its own file: CTest runs them side by side.
 std::string WriteConfig(const std::string& text) {
-  const std::string path = ::testing::TempDir() + "latticed_" +
-                           ::testing::UnitTest::GetInstance()->current_test_info()->name() +
-                           ".toml";
+  const std::string path = fmt::format("{}latticed-{}.toml", ::testing::TempDir(), getpid());
   std::ofstream(path) << text;
   return path;
 }
