@@ -90,7 +90,7 @@ TEST_F(LatticectlBench, UpdatesAreVerifiedWhetherTheyWereDecodedOrNot) {
 TEST_F(LatticectlBench, VerifiesGesturesAtTheSamePoints) {
   for (const char* points : {"all", "one"}) {
     const auto result =
-        Bench({"--interval", "2", "--edits", "40", "--editors", "3", "--points", points});
+        Bench({"--interval", "2", "--edits", "200", "--editors", "3", "--points", points});
     EXPECT_GT(result["verified"]["updates"], 3 + 3) << points;
   }
 }
@@ -153,7 +153,7 @@ TEST_F(LatticectlBench, UpdatesThatGiveWayToLessDetailAreRestarted) {
   // All detail, 1.5 MB, follows 80 ms after an edit and takes 0.6 s; the next edit comes before.
   const auto result =
       nlohmann::json::parse(MustRun({"bench", Path("vase.obj"), "--segments", "8", "--encoding",
-                                     "raw", "--rate", "5", "--edits", "4", "--max-bytes-per-second",
+                                     "raw", "--rate", "5", "--edits", "8", "--max-bytes-per-second",
                                      "2500000", "--json", "--server", server->address()}),
                             nullptr, /*allow_exceptions=*/false);
 

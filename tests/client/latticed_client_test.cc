@@ -4,7 +4,12 @@
 // The client's unary calls and uploads against a real server in this process.
 #include "client/cpp/latticed_client.h"
 
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
 #include <atomic>
+#include <fstream>
 #include <stop_token>
 #include <thread>
 
@@ -14,6 +19,7 @@
 #include "tests/client/cutting_proxy.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/quiet_server.h"
+#include "tests/support/becomes.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::client {
@@ -289,6 +295,14 @@ class SlowScenes final : public v1::SceneService::Service {
   std::map<std::string, int> of_editor_;
 };
 
+// Whether a thread of this process waits for something.
+bool Sleeps(pid_t thread) {
+  std::ifstream file("/proc/self/task/" + std::to_string(thread) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  return text.find(") S ") != std::string::npos;
+}
+
 TEST(ClientEdits, OneBatchAnEditorIsUnderWayAndTheLowestSequenceGoesNext) {
   SlowScenes service;
   const FakeServer server({&service});
@@ -306,10 +320,18 @@ TEST(ClientEdits, OneBatchAnEditorIsUnderWayAndTheLowestSequenceGoesNext) {
   std::vector<std::thread> threads;
   threads.emplace_back(apply, "a", 1);
   while (service.in_all < 1) absl::SleepFor(absl::Milliseconds(1));
-  for (const uint64_t sequence : {5u, 3u, 4u, 2u}) threads.emplace_back(apply, "a", sequence);
+  std::array<std::atomic<pid_t>, 4> in_line{};
+  for (uint64_t i = 0; i < in_line.size(); ++i) {
+    threads.emplace_back([&, i] {
+      in_line[i] = gettid();
+      apply("a", std::array{5u, 3u, 4u, 2u}[i]);
+    });
+  }
   threads.emplace_back(apply, "b", 1);  // another editor does not wait
   while (service.in_all < 2) absl::SleepFor(absl::Milliseconds(1));
-  absl::SleepFor(absl::Milliseconds(100));  // the four are in line
+  EXPECT_TRUE(testing::Becomes(2000, [&] {
+    return std::ranges::all_of(in_line, [](const auto& id) { return id != 0 && Sleeps(id); });
+  }));
   service.hold = false;
   for (std::thread& thread : threads) thread.join();
 

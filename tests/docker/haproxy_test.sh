@@ -32,7 +32,7 @@ for node in a b; do
   pids+=($!)
 done
 for node in a b; do
-  for _ in {1..300}; do [[ -n $(listened "$node" address) ]] && break || sleep 0.1; done
+  for _ in {1..600}; do [[ -n $(listened "$node" address) ]] && break || sleep 0.1; done
 done
 
 # One certificate for the two names that a machine has of itself.
@@ -55,12 +55,12 @@ pids+=($!)
 # A second one, which cuts streams before their heartbeats come.
 cut_port=$((port + 100))
 while (exec 3<>"/dev/tcp/127.0.0.1/$cut_port") 2>/dev/null; do ((++cut_port)); done
-sed "s/127.0.0.1:$port/127.0.0.1:$cut_port/; s/60s/500ms/" haproxy.cfg >cutting.cfg
+sed "s/127.0.0.1:$port/127.0.0.1:$cut_port/; s/60s/2s/" haproxy.cfg >cutting.cfg
 haproxy -db -f cutting.cfg >cutting.txt 2>&1 &
 pids+=($!)
 
 export PATH=$build/client/cpp:$PATH
-for _ in {1..100}; do latticectl info --health --server "localhost:$port" --tls-ca ca.pem >/dev/null 2>&1 && break || sleep 0.1; done
+for _ in {1..600}; do latticectl info --health --server "localhost:$port" --tls-ca ca.pem >/dev/null 2>&1 && break || sleep 0.1; done
 for name in a:localhost b:127.0.0.1; do
   node=${name%:*} server=${name#*:}:$port
   latticectl info --json --server "$server" --tls-ca ca.pem | grep -q "\"node\": *\"$node\"" || fail "gRPC at $server is not $node"
@@ -69,11 +69,15 @@ for name in a:localhost b:127.0.0.1; do
       --data-binary @- "https://$server/latticed.v1.ServerService/GetServerInfo" >head.txt || fail "no gRPC-Web at $server"
     grep -qi "^latticed-node: $node" head.txt && grep -qa 'grpc-status: 0' answer || fail "gRPC-Web at $server is not $node's"
   done
-  # The handshake of RFC 6455's example; curl waits for what follows it.
-  curl -sS --http1.1 --max-time 1 --cacert ca.pem -o socket.txt -D socket.head.txt -H 'connection: upgrade' -H 'upgrade: websocket' \
-    -H 'sec-websocket-version: 13' -H 'sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==' \
-    -H "origin: https://$server" "https://$server/ws/latticed.v1.SceneService/Deform" 2>/dev/null || true
-  grep -q '101 Switching Protocols' socket.head.txt || fail "no WebSocket at $server"
+  # The handshake of RFC 6455's example; curl waits for what follows it, as long as it may.
+  rm -f socket.head.txt
+  for seconds in 1 30; do
+    curl -sS --http1.1 --max-time "$seconds" --cacert ca.pem -o socket.txt -D socket.head.txt -H 'connection: upgrade' \
+      -H 'upgrade: websocket' -H 'sec-websocket-version: 13' -H 'sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==' \
+      -H "origin: https://$server" "https://$server/ws/latticed.v1.SceneService/Deform" 2>/dev/null || true
+    grep -qs '101 Switching Protocols' socket.head.txt && break
+  done
+  grep -qs '101 Switching Protocols' socket.head.txt || fail "no WebSocket at $server"
 done
 latticectl quickstart --server "localhost:$port" --tls-ca ca.pem --sample knot --steps 3 --output quickstart
 
@@ -83,8 +87,8 @@ latticectl sample vase --resolution 1 -o vase.obj
 latticectl scene create vase.obj --id a-scene-that-is-cut "${ask[@]}"
 latticectl watch a-scene-that-is-cut --json "${ask[@]}" >watch.txt 2>&1 &
 pids+=($!)
-sleep 2
+sleep 5
 latticectl edit move a-scene-that-is-cut --point 0,0,0 --by 0,0,1 "${ask[@]}"
-for _ in {1..100}; do grep -q '"revision": *1' watch.txt && break || sleep 0.1; done
+for _ in {1..600}; do grep -q '"revision": *1' watch.txt && break || sleep 0.1; done
 grep -q '"revision": *1' watch.txt || fail "a watch that the proxy had cut did not see the edit"
 echo "haproxy: gRPC, gRPC-Web and WebSockets go to the server of the name"

@@ -7,7 +7,7 @@ import latticed
 
 
 def wait_for(condition):
-    end = time.monotonic() + 20
+    end = time.monotonic() + 60
     while not condition():
         assert time.monotonic() < end, "not in time"
         time.sleep(0.01)

@@ -100,7 +100,7 @@ def test_view_and_pause_outlive_a_cut(proxy, remote, scene, kind):
         stream.pause()
         proxy.cut()
         with pytest.raises(TimeoutError):
-            for _ in range(4):  # an update may have begun before the new stream was told to pause
+            for _ in range(20):  # an update may have begun before the new stream was told to pause
                 scene.move([0], (1, 0, 0))
                 stream.next_update(timeout=0.5)
         stream.pause(False)
