@@ -28,7 +28,7 @@ inline std::string Health(const std::shared_ptr<grpc::Channel>& channel,
   grpc::Slice slice(bytes);
   const grpc::ByteBuffer request(&slice, 1);
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(10));
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
   grpc::ByteBuffer response;
   grpc::Status status;
   grpc::CompletionQueue queue;
