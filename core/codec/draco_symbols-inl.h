@@ -148,11 +148,12 @@ void NormalSymbolsOf(const uint8_t* s, const uint8_t* t, size_t count, int bits,
   const VU16 top = hn::Set(du, static_cast<uint16_t>(top_value));
   const VI16 centre = hn::Set(d, static_cast<int16_t>(top_value / 2));
   const auto one_by_one = [&](size_t begin, size_t end) HWY_ATTR {
+    OctahedralNormal previous =
+        begin == 0 ? OctahedralNormal{} : LoadNormal<T>(s, t, begin - 1, top_value);
     for (size_t i = begin; i < end; ++i) {
-      const OctahedralNormal previous =
-          i == 0 ? OctahedralNormal{} : LoadNormal<T>(s, t, i - 1, top_value);
-      const OctahedralNormal n =
-          ::latticed::NormalSymbols(LoadNormal<T>(s, t, i, top_value), previous, bits);
+      const OctahedralNormal value = LoadNormal<T>(s, t, i, top_value);
+      const OctahedralNormal n = ::latticed::NormalSymbols(value, previous, bits);
+      previous = value;
       s_symbols[i] = static_cast<uint16_t>(n.s);
       t_symbols[i] = static_cast<uint16_t>(n.t);
     }

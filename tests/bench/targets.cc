@@ -54,6 +54,7 @@ void AddCodec(Targets& targets) {
       {"libdraco / Draco writer, from integers, AVX2", theirs, ours + "AVX2/integers", true, 5},
       {"libdraco / Draco writer, from integers, scalar", theirs, ours + "SCALAR/integers", true,
        3.5},
+      {"libdraco / Draco writer, from floats, scalar", theirs, ours + "SCALAR/floats", true, 3.5},
       {"bytes of the Draco writer / libdraco's", best + bytes, theirs + bytes, false, 1},
       {"bytes row by row / serpentine", ours + "row-order" + bytes, best + bytes, true, 1 / 0.9},
       {"17,119 patches, edit to bytes on two cores, ms", "encode/edit-to-bytes/bird-17119/2t", "",
