@@ -4,6 +4,7 @@
 
 #include <linux/tcp.h>
 #include <netinet/in.h>
+#include <pthread.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <exception>
 #include <utility>
-#include <vector>
 
 #include "absl/time/time.h"
 #include "core/base/limits.h"
@@ -27,12 +27,14 @@ constexpr int64_t kAllowed = limits::kMaxCallsPerConnection, kMost = 2 * kAllowe
 constexpr auto kMostOver = std::chrono::seconds(2);
 // A call takes the head of an HTTP/2 frame at least.
 constexpr uint64_t kLeastCallBytes = 9;
-// Long after gRPC has read what came, and so often is it asked meanwhile.
-constexpr auto kReadBy = std::chrono::seconds(10);
-constexpr auto kAskEvery = std::chrono::milliseconds(250);
+// gRPC may not have read all that came: it is asked again after kAskEvery, then after kLonger times as
+// long, and so on up to kReadBy; where too many calls are open, every kAskEvery.
+constexpr auto kAskEvery = std::chrono::milliseconds(250),
+               kReadBy = std::chrono::milliseconds(4000);
+constexpr int kLonger = 4;
 constexpr auto kLogEvery = std::chrono::seconds(1);
 
-// 0 where nothing came, and where the kernel does not say (before Linux 4.1).
+// 0 where nothing came, where it has ended, and where the kernel does not say (before Linux 4.1).
 uint64_t BytesReceived(int socket) {
   tcp_info info = {};
   socklen_t size = sizeof(info);
@@ -59,6 +61,7 @@ CallGuard::~CallGuard() {
 }
 
 void CallGuard::Run() {
+  pthread_setname_np(pthread_self(), "call-guard");  // as many_connections.py knows it, and top
   const auto stopped = [this]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return stopped_; };
   while (true) {
     {
@@ -75,43 +78,46 @@ void CallGuard::Run() {
 
 void CallGuard::LookAround() {
   const Clock::time_point now = Clock::now();
-  std::map<uint64_t, Looked> looked;  // without those that have ended
-  std::vector<Sockets::value_type> due;
+  bool listed = false;
   for (const auto& [descriptor, inode] : connections_()) {
-    Looked& here = looked[inode] = looked_[inode];
-    if (IsDue(here, BytesReceived(descriptor), now)) due.emplace_back(descriptor, inode);
-  }
-  looked_ = std::move(looked);
-  if (due.empty()) return;
-  const OpenCalls open;
-  for (const auto& [descriptor, inode] : due) {
-    const int64_t calls = open.Of(Connection::Of(descriptor));
-    Looked& here = looked_[inode];
-    here.cut = IsExcess(here, calls, now);
-    if (here.cut) Cut(descriptor, inode, calls);
+    Looked& here = looked_[descriptor];
+    if (here.inode != inode) here = {.inode = inode};
+    Receive(here, BytesReceived(descriptor), now);
+    if (here.again > now) continue;
+    if (here.number == kNoSocket && !std::exchange(listed, true)) open_calls_.List();
+    Ask(descriptor, here, now);
   }
 }
 
-bool CallGuard::IsDue(Looked& looked, uint64_t received, Clock::time_point now) {
-  if (looked.cut) return false;  // gRPC is about to close it
-  const int64_t room = std::max<int64_t>(kMost + 1 - looked.calls, 1);
-  if (received >= looked.received + kLeastCallBytes * static_cast<uint64_t>(room)) {
-    looked.received = received;
-    looked.again = now + kAskEvery;
-    looked.until = now + kReadBy;
-    return true;
-  }
-  const bool asks = now < looked.until || looked.calls > kAllowed || received == 0;
-  if (!asks || now < looked.again) return false;
-  looked.again = now + kAskEvery;
-  return true;
+void CallGuard::Receive(Looked& here, uint64_t received, Clock::time_point now) {
+  if (here.cut) return;  // gRPC is about to close it
+  kernel_counts_ |= received > 0;
+  const auto room = static_cast<uint64_t>(std::max<int64_t>(kMost + 1 - here.calls, 1));
+  const bool asked_soon = here.again != Clock::time_point::max();
+  if (kernel_counts_ ? received < here.received + kLeastCallBytes * room : asked_soon) return;
+  here.received = received;
+  here.again = now;
+  here.wait = kAskEvery;
 }
 
-bool CallGuard::IsExcess(Looked& looked, int64_t calls, Clock::time_point now) {
-  looked.calls = calls;
-  looked.over_since =
-      calls <= kAllowed ? Clock::time_point::max() : std::min(looked.over_since, now);
-  return calls > kMost || now - looked.over_since > kMostOver;
+void CallGuard::Ask(int descriptor, Looked& here, Clock::time_point now) {
+  if (SocketInode(descriptor) != here.inode) {  // it has ended
+    here.again = Clock::time_point::max();
+    return;
+  }
+  if (here.number == kNoSocket) here.number = open_calls_.NumberOf(Connection::Of(descriptor));
+  here.calls = here.number == kNoSocket ? 0 : OpenCalls::Of(here.number);
+  const bool over = here.calls > kAllowed;
+  here.over_since = over ? std::min(here.over_since, now) : Clock::time_point::max();
+  if (here.calls > kMost || now - here.over_since > kMostOver) {
+    here.cut = true;
+    here.again = Clock::time_point::max();
+    Cut(descriptor, here.inode, here.calls);
+    return;
+  }
+  if (over) here.wait = kAskEvery;
+  here.again = here.wait > kReadBy ? Clock::time_point::max() : now + here.wait;
+  here.wait *= kLonger;
 }
 
 void CallGuard::Cut(int descriptor, uint64_t inode, int64_t calls) {

@@ -22,16 +22,19 @@
 #include <functional>
 #include <map>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "server/base/mutex.h"
+#include "server/open_calls.h"
 
 namespace latticed {
 
 class CallGuard {
  public:
   // Descriptors, each with the inode of the socket that it was; it may be another by now, or none.
-  using Sockets = std::map<int, uint64_t>;
+  using Sockets = std::vector<std::pair<int, uint64_t>>;
 
   // Asks for the connections every 50 ms, on its thread.
   explicit CallGuard(std::function<Sockets()> connections);
@@ -42,23 +45,30 @@ class CallGuard {
 
  private:
   using Clock = std::chrono::steady_clock;
-  // What is known of one connection.
+  // What is known of a connection; another inode has another's descriptor.
   struct Looked {
-    uint64_t received = 0;           // when so much had come that it was looked at
-    int64_t calls = 0;               // when it was looked at last
-    Clock::time_point again, until;  // gRPC may not have read all of that at first
+    uint64_t inode = 0;
+    SocketNumber number = kNoSocket;
+    uint64_t received = 0;  // when so much had come that it was asked about
+    int64_t calls = 0;      // when it was asked about last
+    Clock::time_point again = Clock::time_point::max();       // when it is asked about next
+    Clock::duration wait{};                                   // and how long after that, if again
     Clock::time_point over_since = Clock::time_point::max();  // more calls than it may have
     bool cut = false;
   };
   void Run() ABSL_LOCKS_EXCLUDED(mutex_);
   void LookAround();
-  static bool IsDue(Looked& looked, uint64_t received, Clock::time_point now);
-  static bool IsExcess(Looked& looked, int64_t calls, Clock::time_point now);
+  void Receive(Looked& here, uint64_t received, Clock::time_point now);
+  void Ask(int descriptor, Looked& here, Clock::time_point now);
   void Cut(int descriptor, uint64_t inode, int64_t calls);
 
   const std::function<Sockets()> connections_;
-  std::map<uint64_t, Looked> looked_;  // by inode; of the thread
-  Clock::time_point logs_again_;       // and so is it
+  // Of the thread.
+  std::map<int, Looked> looked_;  // by descriptor
+  bool kernel_counts_ = false;    // what connections receive
+  OpenCalls open_calls_;
+  Clock::time_point logs_again_;
+
   std::atomic<uint64_t> cut_ = 0;
 
   Mutex mutex_;

@@ -39,8 +39,7 @@ ConnectionCounts GrpcListener::counts() {
 
 CallGuard::Sockets GrpcListener::sockets() {
   const MutexLock lock(&mutex_);
-  DropEnded();
-  return sockets_;
+  return {sockets_.begin(), sockets_.end()};
 }
 
 void GrpcListener::DropEnded() {

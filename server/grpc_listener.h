@@ -14,6 +14,7 @@
 #include <grpcpp/server_builder.h>
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -47,13 +48,14 @@ class GrpcListener {
   // Whether there is room for it; then it counts.
   bool Enter(int socket) ABSL_LOCKS_EXCLUDED(mutex_);
   void DropEnded() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Some may have ended.
   [[nodiscard]] CallGuard::Sockets sockets() ABSL_LOCKS_EXCLUDED(mutex_);
 
   const size_t most_;
   const std::unique_ptr<Acceptor> acceptor_;
 
   Mutex mutex_;
-  CallGuard::Sockets sockets_ ABSL_GUARDED_BY(mutex_);
+  std::map<int, uint64_t> sockets_ ABSL_GUARDED_BY(mutex_);  // their inodes, by descriptor
   uint64_t refused_ ABSL_GUARDED_BY(mutex_) = 0;
   bool full_ ABSL_GUARDED_BY(mutex_) = false;  // and that was logged
 

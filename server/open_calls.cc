@@ -8,7 +8,9 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -20,6 +22,8 @@ namespace latticed {
 namespace {
 
 using nlohmann::json;
+
+constexpr auto kListAllEvery = std::chrono::seconds(1);
 
 // channelz answers in the JSON of its protocol: what is zero or empty is absent, int64 is text. What
 // has ended meanwhile is null; then everything is absent.
@@ -97,36 +101,48 @@ Connection Connection::Of(int socket) {
   return {.local = EndpointOf(socket, getsockname), .remote = EndpointOf(socket, getpeername)};
 }
 
-OpenCalls::OpenCalls() {
+void OpenCalls::List() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now >= all_again_) {
+    all_again_ = now + kListAllEvery;
+    sockets_.clear();
+    next_ = 0;
+  }
+  const SocketNumber first = next_;
   const json servers = Parse(grpc_channelz_get_servers(0));
   for (const json& server : ListAt(servers, "/server")) {
     const intptr_t id = Number(server, "/ref/serverId");
     bool end = false;
-    for (intptr_t next = 0; !end;) {
+    for (SocketNumber next = first; !end;) {
       const json page = Parse(grpc_channelz_get_server_sockets(id, next, 0));
       const json list = ListAt(page, "/socketRef");
       for (const json& socket : list) {
-        const intptr_t number = Number(socket, "/socketId");
+        const SocketNumber number = Number(socket, "/socketId");
         sockets_.emplace(PortIn(Text(socket, "/name")), number);
         next = number + 1;
       }
+      next_ = std::max(next_, next);
       end = list.empty() || At(page, "/end") == true;
     }
   }
 }
 
-int64_t OpenCalls::Of(const Connection& connection) const {
+SocketNumber OpenCalls::NumberOf(const Connection& connection) const {
   const auto [begin, end] = sockets_.equal_range(connection.remote.port);
   for (auto candidate = begin; candidate != end; ++candidate) {
     const json socket = Parse(grpc_channelz_get_socket(candidate->second));
     const Connection ends{.local = EndpointIn(At(socket, "/socket/local")),
                           .remote = EndpointIn(At(socket, "/socket/remote"))};
-    if (ends != connection) continue;
-    return Number(socket, "/socket/data/streamsStarted") -
-           Number(socket, "/socket/data/streamsSucceeded") -
-           Number(socket, "/socket/data/streamsFailed");
+    if (ends == connection) return candidate->second;
   }
-  return 0;
+  return kNoSocket;
+}
+
+int64_t OpenCalls::Of(SocketNumber number) {
+  const json socket = Parse(grpc_channelz_get_socket(number));
+  const json data = At(socket, "/socket/data");
+  return Number(data, "/streamsStarted") - Number(data, "/streamsSucceeded") -
+         Number(data, "/streamsFailed");
 }
 
 }  // namespace latticed

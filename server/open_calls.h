@@ -6,6 +6,7 @@
 #ifndef LATTICED_SERVER_OPEN_CALLS_H_
 #define LATTICED_SERVER_OPEN_CALLS_H_
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -27,16 +28,26 @@ struct Connection {
   [[nodiscard]] static Connection Of(int socket);
 };
 
+// What channelz calls a connection; kNoSocket: it knows of none.
+using SocketNumber = intptr_t;
+inline constexpr SocketNumber kNoSocket = 0;
+
 class OpenCalls {
  public:
-  // Lists the connections of every server of the process: 30 us where there is one.
-  OpenCalls();
-  // Those that take memory, whether a handler knows of them or not. 20 to 100 us; 0 for a connection
-  // that has ended, or came after the list.
-  [[nodiscard]] int64_t Of(const Connection& connection) const;
+  // Learns of the connections of every server of the process: of those that came since the last
+  // call, and of all where the last time of that is a second ago. One may have got its number before
+  // another, and be listed after it.
+  void List();
+  // As of the last List.
+  [[nodiscard]] SocketNumber NumberOf(const Connection& connection) const;
+  // Those that take memory, whether a handler knows of them or not; 0 for a connection that has
+  // ended. 20 to 100 us.
+  [[nodiscard]] static int64_t Of(SocketNumber number);
 
  private:
-  std::multimap<uint16_t, intptr_t> sockets_;  // channelz's numbers, by the port of the peer
+  std::multimap<uint16_t, SocketNumber> sockets_;  // by the port of the peer
+  SocketNumber next_ = 0;                          // above all that are listed
+  std::chrono::steady_clock::time_point all_again_;
 };
 
 }  // namespace latticed
