@@ -32,7 +32,7 @@ export GO111MODULE=off GOFLAGS= CGO_ENABLED=0 GOPATH=$work:$debian GOCACHE=$work
 # build needs; their source does not.
 go build -o "$work/bin/protoc-gen-go" google.golang.org/protobuf/cmd/protoc-gen-go
 
-protos=(latticed/v1/{common,lattice,view,surface,edit,event,scene,mesh}.proto)
+mapfile -t protos < <(cd "$root/proto" && printf '%s\n' latticed/v1/*.proto)
 packages=Mgoogle/rpc/status.proto=latticed/rpc
 for proto in "${protos[@]}"; do packages+=,M$proto=latticed/v1; done
 protoc -I "$root/proto" -I "$googleapis" --plugin=protoc-gen-go="$work/bin/protoc-gen-go" \

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Smoke is a client of latticed with nothing but what protoc makes of the protos: it uploads a
-// triangle, puts it under a lattice, moves all control points by 1 along x, and checks that every
-// vertex of the update has moved so; then that a refused call says why.
+// Smoke is a client of latticed with nothing but what protoc makes of the protos: it asks the server
+// what it can do, uploads a triangle, puts it under a lattice, moves all control points by 1 along x,
+// and checks that every vertex of the update has moved so; then that a refused call says why.
 package main
 
 import (
@@ -45,6 +45,23 @@ func (codec) Name() string { return "proto" }
 func check(err error) {
 	if err != nil {
 		log.Fatal(err)
+	}
+}
+
+// ask checks that a server answers what it is, and can do all that this client wants of it.
+func ask(ctx context.Context, server v1.ServerServiceClient) {
+	info, err := server.GetServerInfo(ctx, &v1.GetServerInfoRequest{})
+	check(err)
+	fmt.Printf("latticed %s on %s: at most %d patches\n", info.Version, info.Backends[0].Name, info.Limits.MaxPatches)
+	raw, obj := false, false
+	for _, encoding := range info.Encodings {
+		raw = raw || encoding == v1.Encoding_ENCODING_RAW
+	}
+	for _, format := range info.MeshFormats {
+		obj = obj || format == v1.MeshFormat_MESH_FORMAT_OBJ
+	}
+	if !raw || !obj || info.BootId == "" || info.Limits.MaxMeshBytes < uint64(len(triangle)) {
+		log.Fatalf("such a server is of no use: %v", info)
 	}
 }
 
@@ -110,6 +127,7 @@ func main() {
 		grpc.WithDefaultCallOptions(grpc.ForceCodec(codec{})))
 	check(err)
 	defer connection.Close()
+	ask(ctx, v1.NewServerServiceClient(connection))
 	meshes, scenes := v1.NewMeshServiceClient(connection), v1.NewSceneServiceClient(connection)
 
 	id := fmt.Sprintf("go-smoke-%d", os.Getpid())
