@@ -2,21 +2,56 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // usage: node viewer_bench.mjs [FILE]
-// Time from an edit to its pixels in Chromium on loopback, and where it goes, as a table in Markdown.
-// Environment: as session_e2e_test.
-import { writeFileSync } from 'node:fs';
-import { cpus } from 'node:os';
+// Time from an edit to its pixels in the viewer in Chromium on loopback, while a person drags, and where it goes, as a
+// table in Markdown. Environment: LATTICED, LATTICECTL, CHROMIUM; LATTICED_VIEWER, the folder of the viewer;
+// LATTICED_SHARED, a folder with real meshes in models/ (samples are taken in place of those that are missing).
+import { execFileSync } from 'node:child_process';
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { cpus, tmpdir } from 'node:os';
+import { join } from 'node:path';
 import type { Page } from 'playwright-core';
+import { LatticedServer } from '@src/wire/latticed_server';
 import { launch, openPage } from './browser';
-import type { Measured } from './page/harness';
+import { DragMeter, type Measured } from './drag_meter';
 import { ServerProcess } from './server_process';
-import { torusObj } from './torus';
+import { createScene, dropFiles, live } from './viewer_page';
 
-const LATTICE = 6;  // control points per axis, degree 2: 64 knot boxes, of which one point moves 27 at most
-const MIDDLE = 2 + LATTICE * (2 + LATTICE * 2);
-const MESHES = [[15, 11], [65, 23], [130, 50]] as const;  // around, across: some 1,000, 5,000 and 17,000 patches
-const EDITS = 40;
-const DRAWN = 12;  // software OpenGL is slow
+type Size = readonly [number, number, number]; // control points along u, v, w
+
+interface Sample {
+  readonly name: string;
+  readonly resolution: number;
+  readonly size: Size;
+}
+
+/** Some 1,000, 5,000 and 17,000 patches: a file of models/ where it is there, or a sample of latticectl. */
+const MESHES: readonly { readonly model?: string; readonly size?: Size; readonly sample: Sample }[] = [
+  { sample: { name: 'knot', resolution: 1, size: [4, 4, 4] } },
+  { model: 'spot.obj', size: [4, 4, 4], sample: { name: 'vase', resolution: 2, size: [4, 4, 4] } },
+  { model: 'fandisk.obj', size: [5, 6, 6], sample: { name: 'knot', resolution: 4, size: [6, 6, 6] } },
+];
+const VIEWPORT = { width: 480, height: 360 };
+const SEGMENTS = 10;
+const HIDDEN = { updates: 60, frames: 0 };
+const SHOWN = { updates: 0, frames: 12 }; // software OpenGL is slow
+
+/** A mesh, and the lattice that it gets. */
+interface Subject {
+  readonly name: string;
+  readonly content: Buffer;
+  readonly size: Size;
+}
+
+function subjectOf({ model, size, sample }: (typeof MESHES)[number]): Subject {
+  const path = join(process.env.LATTICED_SHARED ?? '../shared', 'models', model ?? '');
+  if (model !== undefined && size !== undefined && existsSync(path)) return { name: model, content: readFileSync(path), size };
+  const folder = mkdtempSync(join(tmpdir(), 'latticed-bench-'));
+  const file = join(folder, 'sample.obj');
+  execFileSync(process.env.LATTICECTL!, ['sample', sample.name, '--resolution', `${sample.resolution}`, '-o', file]);
+  const content = readFileSync(file);
+  rmSync(folder, { recursive: true });
+  return { name: `${sample.name}.obj`, content, size: sample.size };
+}
 
 function percentile(values: readonly number[], fraction: number): number {
   const sorted = [...values].sort((a, b) => a - b);
@@ -24,50 +59,86 @@ function percentile(values: readonly number[], fraction: number): number {
 }
 
 const ms = (value: number): string => value.toFixed(value < 10 ? 1 : 0);
+const spread = (values: readonly number[]): string[] => [ms(percentile(values, 0.5)), ms(percentile(values, 0.95))];
 
-async function row(page: Page, encoding: 'draco' | 'quantised' | 'raw', what: string, indices: number[]): Promise<string> {
-  const measure = (steps: number, draw: boolean): Promise<Measured> =>
-    page.evaluate(([points, count, drawn]) =>
-      window.harness.measure(points as number[], count as number, drawn as boolean), [indices, steps, draw] as const);
-  await measure(5, false);
-  const written = await measure(EDITS, false);
-  const drawn = await measure(DRAWN, true);
-  const median = (of: (time: Measured['updates'][number]) => number): string => ms(percentile(written.updates.map(of), 0.5));
-  const { patches } = await page.evaluate(() => ({ patches: window.harness.surface.patchCount }));
-  const cells = [patches, encoding, what, ms(percentile(written.ms, 0.5)), ms(percentile(written.ms, 0.95)),
-    median(({ times }) => times.server), median(({ times }) => times.transfer), median(({ times }) => times.decode),
-    median(({ times }) => times.upload), ms(percentile(drawn.drawMs, 0.5)), ms(percentile(drawn.ms, 0.5)),
-    (percentile(written.updates.map(({ bytes }) => bytes), 0.5) / 1e6).toFixed(2), (EDITS / written.seconds).toFixed(1)];
-  return `| ${cells.join(' | ')} |`;
+/** What a person does: drops the mesh, says how many control points, creates the scene. */
+async function openSubject(page: Page, { name, content, size }: Subject): Promise<void> {
+  await dropFiles(page, [[name, content]]);
+  for (const [axis, count] of size.entries()) {
+    await page.getByLabel(`Points along ${'uvw'[axis]}`).fill(`${count}`);
+    await page.getByLabel(`Points along ${'uvw'[axis]}`).press('Tab');
+  }
+  await createScene(page);
+  await live(page);
 }
 
-const server = await ServerProcess.start(process.env.LATTICED_PAGE!);
+/** Changes the view, and waits until the surface is here so. */
+function setEncoding(page: Page, encoding: string): Promise<void> {
+  return page.evaluate(([name, segments]) => {
+    const { settings, scene } = window.latticed;
+    return new Promise<void>((resolve) => {
+      const end = scene!.session.on('update', ({ fullDetail }) => {
+        if (!fullDetail) return;
+        end();
+        resolve();
+      });
+      settings.set({ view: { ...settings.value.view, segments: Number(segments), encoding: name as 'draco' } });
+    });
+  }, [encoding, SEGMENTS] as const);
+}
+
+const showSurface = (page: Page, surface: boolean): Promise<void> =>
+  page.evaluate((shown) => window.latticed.settings.set({ surface: shown }), surface);
+
+function cells(hidden: Measured, shown: Measured): string[] {
+  const { updates } = hidden;
+  const median = (of: (update: Measured['updates'][number]) => number): string => ms(percentile(updates.map(of), 0.5));
+  return [...spread(updates.map(({ msFromEdit }) => msFromEdit)),
+    median(({ times }) => times.server), median(({ times }) => times.transfer), median(({ times }) => times.decode),
+    median(({ times }) => times.upload), (percentile(updates.map(({ bytes }) => bytes), 0.5) / 1e6).toFixed(2),
+    (updates.length / hidden.seconds).toFixed(1),
+    ...spread(shown.toPixels), ms(percentile(shown.drawing, 0.5)), (shown.updates.length / shown.seconds).toFixed(1)];
+}
+
+const server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
+const direct = new LatticedServer(server.origin);
 const browser = await launch();
 const lines = [
-  `${cpus()[0].model}, ${cpus().length} threads for server, browser and software OpenGL (480 x 360); Chromium ${browser.version()}.`,
-  'Milliseconds, medians; edit to points is from the edit until its points are in the vertex buffer, of which server is',
-  'evaluation and encoding, transfer from the first to the last message of the update, decode what remains after that.', '',
-  '| patches | encoding | edit of | edit to points | p95 | server | transfer | decode | write | upload and draw | edit to pixels | MB | updates/s |',
-  '|---|---|---|---|---|---|---|---|---|---|---|---|---|'];
-try {
-  for (const [around, across] of MESHES) {
-    const { page } = await openPage(browser, server.origin);
-    const scene = await page.evaluate(([obj, size]) => window.harness.makeScene(obj as string, size as number), [torusObj(around, across), LATTICE]);
-    await page.evaluate((id) => window.harness.open(id), scene);
-    for (const encoding of ['quantised', 'raw', 'draco'] as const) {  // the page begins with draco
-      await page.evaluate(async (name) => {
-        window.harness.updates.length = 0;
-        window.harness.session.setView({ encoding: name });
-        await window.harness.until(() => window.harness.updates.length > 0);
-      }, encoding);
-      const all = Array.from({ length: LATTICE ** 3 }, (_, i) => i);
-      for (const [what, indices] of [['all points', all], ['one point', [MIDDLE]]] as const) {
-        lines.push(await row(page, encoding, what, [...indices]));
-        console.log(lines.at(-1));
+  `${cpus()[0].model}, ${cpus().length} threads for server, browser and software OpenGL; Chromium ${browser.version()}, a window of`,
+  `${VIEWPORT.width} x ${VIEWPORT.height}. The viewer's own page: a mesh is dropped, what is selected follows the mouse (G), ${SEGMENTS} segments.`, '',
+  '| mesh | patches | encoding | moved | edit to points | p95 | server | transfer | decode | write | MB | updates/s | edit to pixels | p95 | drawing | updates/s, drawn |',
+  '|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|'];
+
+async function measure(subject: Subject): Promise<void> {
+  const { page } = await openPage(browser, server.origin);
+  await page.setViewportSize(VIEWPORT);
+  await openSubject(page, subject);
+  const meter = await DragMeter.of(page);
+  const { scene, patches } = await page.evaluate(() => {
+    const { session } = window.latticed.scene!;
+    return { scene: session.sceneId, patches: session.surface.patchCount };
+  });
+  const [u, v, w] = subject.size;
+  const all = Array.from({ length: u * v * w }, (_, i) => i);
+  const upper = (u >> 1) + u * ((v >> 1) + v * (w - 1)); // in the middle of the uppermost plane
+  for (const encoding of ['quantised', 'raw', 'draco']) { // the page begins with draco
+    await setEncoding(page, encoding);
+    for (const [moved, indices] of [['all points', all], ['one point', [upper]]] as const) {
+      const measured: Measured[] = [];
+      for (const shown of [false, true]) {
+        await showSurface(page, shown);
+        measured.push(await meter.measure(indices, shown ? SHOWN : HIDDEN));
+        await meter.reached(Number((await direct.scenes.getScene({ scene })).revision));
       }
+      lines.push(`| ${[subject.name, patches, encoding, moved, ...cells(measured[0], measured[1])].join(' | ')} |`);
+      console.log(lines.at(-1));
     }
-    await page.close();
   }
+  await page.close();
+}
+
+try {
+  for (const mesh of MESHES) await measure(subjectOf(mesh));
 } finally {
   await browser.close();
   await server.kill();

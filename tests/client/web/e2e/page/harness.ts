@@ -234,41 +234,6 @@ class Harness {
     }
     socket.send = WebSocket.prototype.send;
   }
-
-  /**
-   * Edits to pixels: each update of a gesture waits until the one before is drawn, or, without drawing, until its
-   * points are written. Moves `indices` to and fro.
-   */
-  async measure(indices: number[], steps: number, draw: boolean): Promise<Measured> {
-    const gesture = this.session.gesture();
-    const measured: Measured = { ms: [], updates: [], drawMs: [], seconds: 0 };
-    const begin = performance.now();
-    for (let step = 0; step < steps; ++step) {
-      this.updates.length = 0;
-      const edit = performance.now();
-      gesture.update({ kind: 'move', indices: Uint32Array.from(indices), offset: [0, 0, 0.05 * Math.sin(1 + step)] });
-      await this.until(() => this.updates.some(({ msFromEdit }) => msFromEdit !== undefined));
-      const written = performance.now();
-      if (draw) this.draw();
-      measured.ms.push(performance.now() - edit);
-      measured.drawMs.push(performance.now() - written);
-      measured.updates.push(this.updates.find(({ msFromEdit }) => msFromEdit !== undefined)!);
-    }
-    measured.seconds = (performance.now() - begin) / 1000;
-    gesture.commit();
-    await this.settled();
-    return measured;
-  }
-}
-
-/** One entry per edit. */
-export interface Measured {
-  /** From the edit to its frame, or to its points where nothing was drawn. */
-  ms: number[];
-  updates: UpdateInfo[];
-  drawMs: number[];
-  /** All edits together. */
-  seconds: number;
 }
 
 declare global {
