@@ -2,11 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /** A page around one session, for tests in a browser to steer: no controls, a canvas and `window.harness`. */
-import { fromBinary } from '@bufbuild/protobuf';
 import { Color, DataArrayTexture, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from 'three';
-import { SceneEventSchema } from 'latticed/v1/event_pb';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
-import { DeformRequestSchema } from 'latticed/v1/scene_pb';
 import { IndexedSceneStore } from '@src/session/indexed_scene_store';
 import type { SurfacePoint } from '@src/session/lattice_edit';
 import { openSession } from '@src/session/open_session';
@@ -15,16 +12,6 @@ import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { randomId } from '@src/wire/ids';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { uploadMesh } from '@src/wire/upload';
-
-/** WebSocket that keeps at hand what the session has of it. */
-class HeldSocket extends WebSocket {
-  static newest: WebSocket | undefined;
-
-  constructor(url: string | URL, protocols?: string | string[]) {
-    super(url, protocols);
-    HeldSocket.newest = this;
-  }
-}
 
 const MOST_POINTS = 4096;  // of one call to EvaluatePoints
 
@@ -45,6 +32,8 @@ class Harness {
   readonly server = new LatticedServer(location.origin);
   readonly store = IndexedSceneStore.ofPage();
   readonly updates: UpdateInfo[] = [];
+  /** Updates since the session was opened that moved something. */
+  received = 0;
   readonly refused: string[] = [];
   readonly statuses: string[] = [];
   others: ReadonlyMap<string, Presence> = new Map();
@@ -78,6 +67,7 @@ class Harness {
       ...(view && { view }), onStatus: ({ state }) => this.statuses.push(state) });
     this.session.on('update', (info) => {
       this.updates.push(info);
+      if (info.patchesSent > 0) ++this.received;
       for (const wake of this.waiting.splice(0)) wake();
     });
     this.session.on('refused', (text) => this.refused.push(text));
@@ -206,34 +196,6 @@ class Harness {
     }
     gesture.commit();
   }
-
-  /** Receives the update of one more step of a drag again and again, frame by frame, each time when it is on the surface. */
-  async replay(index: number, times: number): Promise<void> {
-    const socket = HeldSocket.newest!;
-    let frames: ArrayBuffer[] = [];
-    let update: ArrayBuffer[] = [];
-    const keep = ({ data }: MessageEvent<ArrayBuffer>): void => {
-      const { case: kind } = fromBinary(SceneEventSchema, new Uint8Array(data)).event;
-      if (kind === 'updateBegin') update = [];
-      if (kind === 'updateBegin' || kind === 'chunks' || kind === 'updateEnd') update.push(data);
-      if (kind === 'updateEnd' && update.length > 2) frames = update;  // others change nothing
-    };
-    socket.addEventListener('message', keep);
-    await this.drag(index, 1, 0.2);
-    await this.settled();
-    socket.removeEventListener('message', keep);
-    socket.send = (frame) => {  // but acknowledgements of what the server has not sent
-      const { case: kind } = fromBinary(DeformRequestSchema, frame as Uint8Array).message;
-      if (kind !== 'control') WebSocket.prototype.send.call(socket, frame);
-    };
-    for (let time = 0; time < times; ++time) {
-      this.updates.length = 0;
-      for (const frame of frames) socket.onmessage!(new MessageEvent('message', { data: frame.slice(0) }));
-      await this.until(() => this.updates.length > 0);
-      if (time % 500 === 0) this.draw();
-    }
-    socket.send = WebSocket.prototype.send;
-  }
 }
 
 declare global {
@@ -242,5 +204,4 @@ declare global {
   }
 }
 
-window.WebSocket = HeldSocket;
 window.harness = new Harness();
