@@ -281,7 +281,7 @@ test('a server that is killed and started again has the scene again', async () =
   await server.kill();
   await page.waitForFunction(() => window.harness.session.status.state === 'retrying');
   await server.restart();
-  await page.waitForFunction(() => window.harness.session.status.state === 'restored', undefined, { timeout: 20_000 });
+  await page.waitForFunction(() => window.harness.session.status.state === 'restored', undefined, { timeout: 60_000 });
 
   assert.deepEqual(await page.evaluate(() => Array.from(window.harness.session.lattice.points)), points);
   await page.evaluate(() => window.harness.session.apply({ kind: 'move', indices: Uint32Array.of(21), offset: [0, 0.2, 0] }));

@@ -11,7 +11,7 @@ interface Pair {
 /** A way to a server that a test can cut, as networks do, while the server lives on. */
 export class TcpProxy {
   private readonly pairs = new Set<Pair>();
-  private isCut = false;
+  private isShut = false;
 
   private constructor(private readonly listener: Server, private readonly port: number) {
     listener.on('connection', (browser) => this.join(browser));
@@ -42,9 +42,14 @@ export class TcpProxy {
     }
   }
 
+  /** Resets new connections until `mend`; those that are open stay. */
+  shut(): void {
+    this.isShut = true;
+  }
+
   /** Resets all connections, and new ones until `mend`. */
   cut(): void {
-    this.isCut = true;
+    this.shut();
     for (const { browser, server } of this.pairs) {
       browser.resetAndDestroy();
       server.resetAndDestroy();
@@ -52,7 +57,7 @@ export class TcpProxy {
   }
 
   mend(): void {
-    this.isCut = false;
+    this.isShut = false;
   }
 
   close(): void {
@@ -61,7 +66,7 @@ export class TcpProxy {
   }
 
   private join(browser: Socket): void {
-    if (this.isCut) {
+    if (this.isShut) {
       browser.on('error', () => undefined).resetAndDestroy();
       return;
     }

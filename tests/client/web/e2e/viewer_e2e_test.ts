@@ -333,7 +333,7 @@ test('a server that was killed and started again is said on the page, and gets t
   await server.kill();
   await page.locator('.banner').getByText(/Trying again …$|Connecting again …$/).waitFor();
   await server.restart();
-  await page.locator('.banner').waitFor({ state: 'hidden', timeout: 20_000 });
+  await page.locator('.banner').waitFor({ state: 'hidden', timeout: 60_000 });
   await page.locator('.toast').getByText('The server was restarted; this browser restored mesh and lattice.').waitFor();
 
   await settled();

@@ -48,7 +48,7 @@ async function controlPoints(): Promise<number[]> {
 
 /** Waits until the server and a window have these control points. */
 async function haveAll(page: Page, expected: readonly number[]): Promise<void> {
-  for (const end = Date.now() + 20_000; String(await controlPoints()) !== String(expected); await page.waitForTimeout(20))
+  for (const end = Date.now() + 60_000; String(await controlPoints()) !== String(expected); await page.waitForTimeout(20))
     assert.ok(Date.now() < end, 'edits did not arrive');
   await page.waitForFunction((all) => String(window.latticed.scene!.session.lattice.points) === all, String(expected));
 }
