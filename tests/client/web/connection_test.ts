@@ -344,20 +344,6 @@ test('without the mesh\'s bytes nothing is restored, in words', async () => {
   fixture.session.close();
 });
 
-test('a scene that another window made again after the restart is gone on with', async () => {
-  const fixture = await SessionFixture.live();
-  fixture.server.bootId = 'boot-2';
-  await fixture.store.saveScene({ ...(await fixture.store.scene('scene-0001'))!, bootId: 'boot-2' });
-  fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
-  await until(() => fixture.sockets.opened.length === 2);
-  fixture.stream.hello('boot-2');
-  fixture.state();
-  await until(() => fixture.session.status.state === 'restored');
-
-  assert.equal(fixture.server.scenes.size, 0, 'nothing is made twice');
-  fixture.session.close();
-});
-
 test('a scene that somebody deleted stays deleted, in words', async () => {
   const fixture = await SessionFixture.live();
   fixture.server.deleted = true;

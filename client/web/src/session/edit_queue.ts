@@ -118,10 +118,17 @@ export class EditQueue {
     return dropped.length;
   }
 
-  /** Forgets everything: a restored scene holds it already. */
-  clear(): void {
+  /**
+   * Forgets everything, as the server has. Returns where it puts control points, and whether there was a step without
+   * an answer of which only the server knew where it would put them, as an undo.
+   */
+  clear(structureId: bigint): { readonly targets: Targets | undefined; readonly lost: boolean } {
+    const unanswered = [...(this.inFlight ? [this.inFlight] : []), ...this.waiting];
+    const lost = unanswered.some(({ message, targets }) => message.edits.length > 0 && !targets);
+    const targets = together(this.overlays(structureId));
     this.answered.length = this.waiting.length = this.sent.length = 0;
     this.inFlight = undefined;
+    return { targets, lost };
   }
 
   /** Milliseconds since the newest own edit up to `sequence` that was not asked for before. */
@@ -138,4 +145,16 @@ export class EditQueue {
     this.sent.push({ sequence: this.inFlight.message.sequence, madeAt: this.inFlight.madeAt });
     this.send(this.inFlight.message);
   }
+}
+
+/** Where edits, one after another, leave control points; undefined where they move none. */
+function together(overlays: readonly Overlay[]): Targets | undefined {
+  const places = new Map<number, Float64Array>();
+  for (const { targets } of overlays) {
+    targets?.indices.forEach((index, i) => places.set(index, targets.positions.subarray(3 * i, 3 * i + 3)));
+  }
+  if (places.size === 0) return undefined;
+  const positions = new Float64Array(3 * places.size);
+  [...places.values()].forEach((place, i) => positions.set(place, 3 * i));
+  return { indices: Uint32Array.from(places.keys()), positions };
 }

@@ -37,6 +37,17 @@ export function withRestored(targets: Targets, touched: Iterable<number>, points
   return { indices, positions };
 }
 
+/** Those of `targets` that are not where `points` has them; undefined where all are. */
+export function differing({ indices, positions }: Targets, points: Float64Array): Targets | undefined {
+  const kept = Array.from(indices.keys()).filter((i) =>
+    [0, 1, 2].some((axis) => positions[3 * i + axis] !== points[3 * indices[i]! + axis]));
+  if (!kept.length) return undefined;
+  return {
+    indices: Uint32Array.from(kept, (i) => indices[i]!),
+    positions: Float64Array.from(kept.flatMap((i) => [...positions.subarray(3 * i, 3 * i + 3)])),
+  };
+}
+
 type Point = [number, number, number];
 
 function moved(indices: Uint32Array, points: Float64Array, map: (point: Point) => Point): Targets {

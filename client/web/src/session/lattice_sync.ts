@@ -4,11 +4,13 @@ import type { Edit, EditBatch, EditResult } from 'latticed/v1/edit_pb';
 import type { LatticeDelta } from 'latticed/v1/event_pb';
 import type { LatticeState } from 'latticed/v1/lattice_pb';
 import type { Lattice } from '../lattice/lattice';
+import { sameStructure } from '../lattice/same_structure';
+import { fromEdit } from '../wire/edit_message';
 import { toLattice } from '../wire/lattice_message';
 import { ServerError } from '../wire/server_error';
 import { inWords } from '../wire/words';
 import { EditQueue } from './edit_queue';
-import type { Targets } from './edit_targets';
+import { differing, type Targets } from './edit_targets';
 import { LatticeModel } from './lattice_model';
 import { OwnGesture } from './own_gesture';
 import type { Gesture } from './scene_session';
@@ -28,9 +30,12 @@ export interface LatticeListener {
 
 /** Keeps the lattice that is shown in step with the server's, between edits that go out and states that come in. */
 export class LatticeSync {
+  private static readonly DROPPED = 'The lattice got other control points meanwhile, so unsent edits were dropped.';
+
   private readonly queue: EditQueue;
   private model: LatticeModel | undefined;
   private openGesture: OwnGesture | undefined;
+  private toRepeat: Targets | undefined;  // own edits that a restored scene may lack
 
   constructor(send: (batch: EditBatch) => void, private readonly listener: LatticeListener) {
     this.queue = new EditQueue(send);
@@ -63,6 +68,7 @@ export class LatticeSync {
   takeState(state: LatticeState): void {
     const lattice = toLattice(state.lattice!);
     const first = !this.model;
+    const fits = this.model !== undefined && sameStructure(lattice, this.model.shown);
     this.model ??= new LatticeModel(lattice, state.structureId, state.revision, (structure) => this.queue.overlays(structure));
     const changed = this.model.takeState(lattice, state.structureId, state.revision);
     this.queue.reached(state.revision);
@@ -72,6 +78,7 @@ export class LatticeSync {
     else if (changed) this.listener.structureChanged(this.model.shown);
     else this.pointsMoved(moved);
     if (!first) this.listener.serverMoved();
+    this.repeat(lattice, fits);
   }
 
   takeDelta(delta: LatticeDelta): void {
@@ -106,14 +113,30 @@ export class LatticeSync {
     this.queue.lost();
   }
 
-  /** The server holds all that is shown: nothing is left to send. */
+  /**
+   * The scene was made anew, by this window or another one, and the server knows nothing of earlier edits. Its lattice may
+   * lack those that were not answered, and may have them: control points that are not where they were put go there.
+   */
   restored(): void {
-    this.queue.clear();
+    this.openGesture?.abandon();
+    if (!this.model) return;
+    const { targets, lost } = this.queue.clear(this.model.structureId);
+    this.toRepeat = targets;
+    if (lost) this.listener.refused('The server was restarted before it had answered all edits, so some were dropped.');
+  }
+
+  /** @param lattice The server's. */
+  private repeat({ points }: Lattice, fits: boolean): void {
+    const { toRepeat } = this;
+    this.toRepeat = undefined;
+    if (toRepeat && !fits) this.listener.refused(LatticeSync.DROPPED);
+    const targets = toRepeat && fits && differing(toRepeat, points);
+    if (targets) this.step(fromEdit({ kind: 'set', ...targets }), targets);
   }
 
   private dropOther(structureId: bigint): void {
     if (!this.queue.dropOther(structureId)) return;
-    this.listener.refused('The lattice got other control points meanwhile, so unsent edits were dropped.');
+    this.listener.refused(LatticeSync.DROPPED);
   }
 
   private show(targets: Targets): void {

@@ -61,6 +61,11 @@ export class OwnGesture implements Gesture {
     this.host.show(targets);
   }
 
+  /** Ends the gesture without a word to the server, which knows nothing of it; what it has moved stays. */
+  abandon(): void {
+    this.ended = true;
+  }
+
   private add(edit: LatticeEdit, phase: GesturePhase): void {
     this.start ??= this.host.points().slice();
     const moved = targetsOf(edit, this.start);

@@ -59,23 +59,24 @@ export class SceneKeeper {
   }
 
   /**
-   * Makes the scene again, with `lattice` or the newest that was saved, unless another window was quicker. False where
-   * the same run of the server that had it says that it is gone, so that somebody deleted it, or where nothing was
-   * saved. Rejects with a ServerError.
+   * Makes the scene again, with `lattice` or the newest that was saved, unless another window was quicker: says whose it
+   * is. Undefined where the same run of the server that had it says that it is gone, so that somebody deleted it, or
+   * where nothing was saved. Rejects with a ServerError.
    */
-  async restore(lattice?: Lattice): Promise<boolean> {
+  async restore(lattice?: Lattice): Promise<'here' | 'elsewhere' | undefined> {
     const stored = await this.store.scene(this.sceneId);
-    if (!stored) return false;
+    if (!stored) return undefined;
     try {
       const { bootId } = await this.server.server.getServerInfo({});
-      if (bootId === stored.bootId) return await this.exists();  // another window may have saved what it made
+      // Another window saves what it has made.
+      if (bootId === stored.bootId) return (await this.exists()) ? 'elsewhere' : undefined;
       const request = fromBinary(CreateSceneRequestSchema, stored.request);
       if (lattice) request.lattices = [sourceOf(lattice)];
       await this.uploadAgain(request.mesh);
-      await this.createUnlessThere(request);
+      if (!(await this.createUnlessThere(request))) return 'elsewhere';
       const restored = { ...stored, bootId, request: toBinary(CreateSceneRequestSchema, request) };
       await this.store.saveScene(restored).catch((error: unknown) => this.warn(error));
-      return true;
+      return 'here';
     } catch (error) {
       throw ServerError.fromConnect(error);
     }
@@ -127,11 +128,13 @@ export class SceneKeeper {
     }
   }
 
-  private async createUnlessThere(request: CreateSceneRequest): Promise<void> {
+  private async createUnlessThere(request: CreateSceneRequest): Promise<boolean> {
     try {
       await this.server.scenes.createScene(request);
+      return true;
     } catch (error) {  // another window may have been quicker
       if (ServerError.fromConnect(error).code !== Code.AlreadyExists) throw error;
+      return false;
     }
   }
 

@@ -30,7 +30,8 @@ export class SessionStream implements ConnectionHost {
   private view: ViewRequest;
   private grantedView: Required<ViewRequest> | undefined;  // of the newest update
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
-  private restored = false;
+  private restored: 'here' | 'elsewhere' | undefined;  // by the window that made the scene again for this stream
+  private bootId = '';  // the run of the server that had the stream before
   private presenceAllowed: boolean;
   private shown: SessionStatus = { state: 'connecting', text: 'Connecting …' };
 
@@ -83,11 +84,18 @@ export class SessionStream implements ConnectionHost {
 
   opened(hello: Hello): void {
     this.parts.keeper.runsOn(hello.bootId);
+    const isAnotherRun = this.bootId !== '' && hello.bootId !== this.bootId && !this.parts.info.durable;
+    if (isAnotherRun && !this.restored) {  // another window was so quick that the scene was never missed here
+      this.restored = 'elsewhere';
+      this.sync.restored();
+    }
+    this.bootId = hello.bootId;
     this.sync.opened();
     this.presences.opened();
     this.listeners.emit('presence', this.presences.others);
-    if (!this.restored) this.tell('live', 'Connected.');
-    else this.tell('restored', 'The server was restarted; this browser restored mesh and lattice. What was done before cannot be undone.');
+    if (!this.restored) return this.tell('live', 'Connected.');
+    const who = this.restored === 'here' ? 'this browser' : 'another window';
+    this.tell('restored', `The server was restarted; ${who} restored mesh and lattice. What was done before cannot be undone.`);
   }
 
   event({ event }: SceneEvent): void {
@@ -100,7 +108,7 @@ export class SessionStream implements ConnectionHost {
 
   retrying(error: ServerError | undefined): void {
     this.lost();
-    this.restored = false;
+    this.restored = undefined;
     const isFull = error?.reason === 'OUT_OF_MEMORY';
     if (isFull) this.takeViewBack(error);
     const advice = isFull ? ' Fewer segments take less.' : '';
@@ -114,8 +122,9 @@ export class SessionStream implements ConnectionHost {
       return true;
     }
     try {
-      if (error.code === Code.NotFound && await this.parts.keeper.restore(this.sync.shown)) {
-        this.restored = true;
+      const by = error.code === Code.NotFound ? await this.parts.keeper.restore(this.sync.shown) : undefined;
+      if (by) {
+        this.restored = by;
         this.resumeToken = new Uint8Array();
         this.sync.restored();
         return true;

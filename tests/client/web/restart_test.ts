@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A server that was restarted and keeps nothing, where another window was quicker to restore the scene.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Code } from '@connectrpc/connect';
+import { fitLattice } from '@src/lattice/identity';
+import type { LatticeEdit } from '@src/session/lattice_edit';
+import type { LiveSession } from '@src/session/live_session';
+import type { Gesture } from '@src/session/scene_session';
+import { ServerError } from '@src/wire/server_error';
+import { SessionFixture, cubeLattice, until } from './support/session_fixture';
+
+const move = (x: number): LatticeEdit => ({ kind: 'move', indices: Uint32Array.of(1), offset: [x, 0, 0] });
+
+/** A window of a scene that another one made again on the next run of the server, with these edits of its own unanswered. */
+async function restoredElsewhere(edit: (session: LiveSession) => void, isMissed: boolean): Promise<SessionFixture> {
+  const fixture = await SessionFixture.live();
+  edit(fixture.session);
+  fixture.server.bootId = 'boot-2';
+  await fixture.store.saveScene({ ...(await fixture.store.scene('scene-0001'))!, bootId: 'boot-2' });
+  fixture.stream.end(isMissed ? new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001') : undefined);
+  await until(() => fixture.sockets.opened.length === 2);
+  fixture.stream.hello('boot-2');
+  return fixture;
+}
+
+for (const isMissed of [true, false]) {
+  const when = isMissed ? 'before this one could' : 'before this one came back';
+  test(`a scene that another window made again ${when} is gone on with; own edits go again, as places`, async () => {
+    const fixture = await restoredElsewhere((session) => {
+      session.apply(move(0.25));
+      const gesture = session.gesture();
+      gesture.update({ kind: 'move', indices: Uint32Array.of(1, 2), offset: [0, 0.5, 0] });
+    }, isMissed);
+    assert.equal(fixture.stream.edits.length, 0); // the server has forgotten the sequences
+    const made = cubeLattice();
+    made.points[3] = 0.75; // the other window had the first edit
+    fixture.state(made);
+
+    assert.equal(fixture.server.scenes.size, 0, 'nothing is made twice');
+    assert.equal(fixture.session.status.state, 'restored');
+    assert.match(fixture.session.status.text, /another window restored/);
+    const [{ edits }] = fixture.stream.edits;
+    const [{ edit }] = edits;
+    assert.ok(edit.case === 'setControlPoints');
+    assert.deepEqual(edit.value.indices, [1, 2]);
+    assert.deepEqual(edit.value.positions, [0.75, 0.5, 0, 1, 0.5, 0]);
+    assert.equal(fixture.x(1), 0.75);
+    assert.deepEqual(fixture.said, []);
+    fixture.session.close();
+  });
+}
+
+test('a gesture that a restart of the server interrupts ends where it was', async () => {
+  let gesture!: Gesture;
+  const fixture = await restoredElsewhere((session) => {
+    gesture = session.gesture();
+    gesture.update(move(0.25));
+  }, false);
+  fixture.state();
+  assert.equal(fixture.stream.edits.length, 1);
+
+  gesture.update(move(0.5)); // of a begin that the server does not know
+  gesture.commit();
+
+  assert.equal(fixture.stream.edits.length, 1);
+  assert.equal(fixture.x(1), 0.75);
+  fixture.session.close();
+});
+
+test('own edits that a restored scene cannot take are dropped, in words', async () => {
+  const steps = await restoredElsewhere((session) => session.undo(), true);
+  assert.match(steps.said.join(), /restarted before it had answered all edits/);
+  steps.state();
+  assert.equal(steps.stream.edits.length, 0);
+  steps.session.close();
+
+  const points = await restoredElsewhere((session) =>
+    session.apply(move(0.25)), true);
+  points.state(fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 }));
+  assert.match(points.said.join(), /other control points meanwhile/);
+  assert.equal(points.stream.edits.length, 0);
+  points.session.close();
+});
+
+test('an edit that is made while this window restores the scene is sent to it', async () => {
+  const fixture = await SessionFixture.live();
+  fixture.server.bootId = 'boot-2';
+  fixture.session.apply(move(0.25)); // in flight, and in the lattice that the scene is made with
+  const { scenes } = fixture.server;
+  scenes.set = (id, request) => { // as the server makes the scene
+    fixture.session.apply({ kind: 'move', indices: Uint32Array.of(2), offset: [0, 0.5, 0] });
+    return Map.prototype.set.call(scenes, id, request);
+  };
+  fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
+  await until(() => fixture.sockets.opened.length === 2);
+  fixture.stream.hello('boot-2');
+  const made = cubeLattice();
+  made.points[3] = 0.75;
+  fixture.state(made);
+
+  const sent = fixture.stream.edits.map(({ edits: [{ edit }] }) => edit.case === 'setControlPoints' && edit.value.indices);
+  assert.deepEqual(sent, [[2]]);
+  assert.equal(fixture.session.lattice.points[7], 0.5);
+  assert.match(fixture.session.status.text, /this browser restored/);
+  fixture.session.close();
+});
