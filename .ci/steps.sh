@@ -5,6 +5,8 @@
 readonly ci_build=build/ci/tree/build
 readonly tsan_targets=(scene_engine_test stage_overlap_test stage_failure_test model_based_test)
 
+source .ci/node_18.sh
+
 ci_names=() ci_seconds=()
 step() {  # NAME COMMAND…: runs it, keeps its time; a failure ends the run
   local name=$1 log start=$SECONDS
@@ -70,7 +72,7 @@ ci_skipped() {
 ci_container() {
   local why
   if ! why=$(unshare --mount --pid --fork --mount-proc true 2>&1) && [[ -z ${LATTICED_REQUIRE_CONTAINER:-} ]]; then
-    echo "skipped, this machine allows no containers: $why" | tee build/ci/skipped.txt
+    echo "skipped, this machine allows no containers: $why" | tee -a build/ci/skipped.txt
     return
   fi
   tests/docker/container_test.sh build/ci/container
@@ -86,6 +88,7 @@ verb_ci() {
   step "fresh tree, ./dev run" ci_fresh_run
   step "the rest of the Release build" build "$ci_build"
   step "tests" ci_tests
+  step "viewer and example with Node 18" ci_node_18
   step "container" ci_container
   step "clang-tidy" check_tidy build/ci/tidy
   step "tests under ASan and UBSan" ci_sanitized address . latticed_tests

@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# The step of ./dev ci that builds the viewer and the example for Node with Debian 12's own Node, 18, and runs them,
+# on a machine that has another Node. Debian's cannot be installed beside that: it is unpacked, with the npm of its age.
+# Steps run where bash does not stop at a failure: && does.
+readonly node_18=build/ci/node-18 npm_of_node_18=9.2.0
+
+# Leaves node and npm in $node_18/bin, but where no package of Node 18 is to be had.
+node_18_unpack() {
+  local version library needs
+  version=$(apt-cache madison nodejs | awk '$3 ~ /^18\./ { print $3; exit }')
+  if [[ -z $version ]]; then
+    grep -qs '^VERSION_CODENAME=bookworm$' /etc/os-release &&
+      die "apt knows of no nodejs 18, which Debian 12 has: run apt-get update"
+    echo "skipped, this machine's distribution has no Node 18" | tee -a build/ci/skipped.txt
+    return
+  fi
+  library=$(apt-cache show "nodejs=$version" | sed -n 's/^Depends:.*\(libnode[0-9]*\).*/\1/p')
+  mapfile -t needs < <(apt-cache show "$library=$version" | sed -n 's/^Depends: //p' | sed 's/ ([^)]*)//g; s/, /\n/g')
+  need "what Node 18 needs" "${needs[@]}"
+  rm -rf "$node_18" && mkdir -p "$node_18"/{root,bin} &&
+    (cd "$node_18" && apt-get download -q "nodejs=$version" "$library=$version") &&
+    printf '%s\n' "$node_18"/*.deb | xargs -I DEB dpkg -x DEB "$node_18/root" &&
+    npm install --silent --no-fund --no-audit --prefix "$node_18/npm" "npm@$npm_of_node_18" &&
+    ln -s "$PWD/$node_18"/root/usr/lib/*/libnode.so.* "$node_18/root/usr/lib" &&  # where the program looks for it
+    ln -s "$PWD/$node_18"/{root/usr/bin/node,npm/node_modules/.bin/npm} "$node_18/bin" ||
+    die "Node 18 could not be unpacked"
+}
+
+node_18_viewer() {
+  local programs=$PWD/$ci_build web=$node_18/build/client/web viewer=$PWD/$node_18/build/server/viewer
+  configure "$node_18/build" -DLATTICED_CUDA=OFF -DBUILD_TESTING=OFF && build "$node_18/build" latticed_web &&
+    cd "$web" && node --preserve-symlinks --preserve-symlinks-main build.mjs tests tests &&
+    export LATTICED=$programs/server/latticed LATTICECTL=$programs/client/cpp/latticectl &&
+    LATTICED_WRITE_STREAMS=$programs/tests/core/codec/draco3d_write_streams node --test tests/unit &&
+    LATTICED_VIEWER=$viewer CHROMIUM=$(command -v chromium) node --test tests/e2e/connection_e2e_test.mjs
+}
+
+node_18_example() {
+  local tree=$PWD/$node_18/tree
+  mkdir -p "$tree" && sources client/node proto | tar -cf - -T - | tar -xf - -C "$tree" &&
+    "$ci_build/client/cpp/latticectl" sample vase --resolution 1 -o "$tree/vase.obj" &&
+    (cd "$tree/client/node" && npm ci --no-fund --no-audit && npm run build) &&
+    tests/client/with_server.sh "$ci_build" node "$tree/client/node/dist/drag.js" "$tree/vase.obj"
+}
+
+ci_node_18() {
+  if [[ $(node --version) == v18.* ]]; then
+    echo "this machine's own Node is 18: all other steps show that it serves"
+    return
+  fi
+  node_18_unpack
+  [[ -d $node_18/bin ]] || return 0
+  export PATH=$PWD/$node_18/bin:$PATH npm_config_engine_strict=true  # npm refuses what asks for a newer Node
+  [[ $(node --version) == v18.* ]] || die "Node 18 was unpacked, and node --version says: $(node --version 2>&1)"
+  (node_18_viewer) || die "the viewer with Node $(node --version), npm $(npm --version)"
+  node_18_example || die "the example for Node with Node $(node --version), npm $(npm --version)"
+}
