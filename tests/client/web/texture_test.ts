@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
-import { File as NodeFile } from 'node:buffer';
+import { File as NodeFile, resolveObjectURL } from 'node:buffer';
 import { test } from 'node:test';
+import { GlbPictures } from '@src/intake/glb_pictures';
 import type { MeshFile, MeshFormatName } from '@src/intake/mesh_file';
 import { hasColours, meshLayers } from '@src/intake/mesh_layers';
 import { readMtl } from '@src/intake/mtl';
@@ -132,4 +133,29 @@ test('what cannot be textured is refused in words, and what has no colours does 
   assert.equal(await hasColours(stl, [picture('a.png')]), true);
   assert.equal(await hasColours(bare, []), false);
   assert.equal(await hasColours(bare, [picture('a.png')]), true);
+});
+
+test('a picture inside an address of a GLB is read whatever parameters the address has, escaped or not', async () => {
+  const pictures = new GlbPictures([]);
+  const read = async (address: string): Promise<[string, number[]]> => {
+    const blob = resolveObjectURL(pictures.manager.resolveURL(address))!;
+    return [blob.type, [...new Uint8Array(await blob.arrayBuffer())]];
+  };
+
+  for (const address of [
+    'data:image/png;base64,iVD/', 'data:image/png;charset=utf-8;base64,iVD/', 'data:image/png;name="a b";q=1;base64,iVD/',
+    'DATA:image/PNG;BASE64,iVD%2F', 'data:image/png; base64,iVD/', 'data:image/png,%89P%ff', 'data:image/png;charset=latin1,%89P%FF',
+  ]) {
+    assert.deepEqual(await read(address), ['image/png', [0x89, 0x50, 0xff]], address);
+  }
+  assert.deepEqual([pictures.broken, pictures.missing], [false, []]);
+  pictures.dispose();
+});
+
+test('an address of a GLB that holds no picture is a broken one', () => {
+  for (const address of ['data:image/png;base64,iVD*', 'data:image/png;base64', 'data:image/png;charset=utf-8;base64,i']) {
+    const pictures = new GlbPictures([]);
+    assert.equal(pictures.manager.resolveURL(address), 'blob:nowhere');
+    assert.deepEqual([pictures.broken, pictures.missing], [true, []], address);
+  }
 });

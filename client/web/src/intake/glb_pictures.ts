@@ -28,7 +28,7 @@ export class GlbPictures {
   /** What is loaded in place of an address of the file. */
   private addressOf(address: string): string {
     if (address.startsWith('blob:')) return address; // of a picture inside, which three has found
-    if (address.startsWith('data:')) return this.make(decoded(address));
+    if (/^data:/i.test(address)) return this.insideAddress(decoded(address));
     const name = plain(address);
     const picture = findByName(this.pictures, name);
     if (picture !== undefined) {
@@ -37,6 +37,11 @@ export class GlbPictures {
     }
     this.missing.push(name);
     return NOWHERE;
+  }
+
+  private insideAddress(content: Blob | undefined): string {
+    this.broken ||= content === undefined;
+    return content === undefined ? NOWHERE : this.make(content);
   }
 
   private make(content: Blob): string {
@@ -54,8 +59,20 @@ function plain(address: string): string {
   }
 }
 
-/** The page's policy forbids it to fetch data: addresses. */
-function decoded(address: string): Blob {
-  const [, type, base64] = /^data:([^;,]*);base64,(.*)$/s.exec(address) ?? ['', '', ''];
-  return new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))], { type });
+/**
+ * What a data: address holds (RFC 2397: a type and its parameters, then base64 or escaped bytes), since the page's policy
+ * forbids to fetch it; undefined where that is none.
+ */
+function decoded(address: string): Blob | undefined {
+  const comma = address.indexOf(',');
+  if (comma < 0) return undefined;
+  const [type, ...parameters] = address.slice('data:'.length, comma).split(';').map((word) => word.trim().toLowerCase());
+  const isBase64 = parameters.at(-1) === 'base64';
+  const text = address.slice(comma + 1).replace(/%([0-9a-f]{2})/gi, (_, hex: string) => String.fromCharCode(parseInt(hex, 16)));
+  try {
+    const bytes = isBase64 ? atob(text) : text;
+    return new Blob([Uint8Array.from(bytes, (letter) => letter.charCodeAt(0))], { type });
+  } catch {
+    return undefined;
+  }
 }
