@@ -4,6 +4,7 @@
 // From a file, a sample or a link to an open scene.
 import type { DataArrayTexture } from 'three';
 import type { App } from './app';
+import { shownAtRest } from './intake/glb_json';
 import { fileKind, readMeshFile, type MeshFile } from './intake/mesh_file';
 import { sampleFile, type SampleName } from './intake/samples';
 import type { MeshLayers } from './intake/corner_layers';
@@ -126,6 +127,8 @@ export class SceneOpener {
       create: async (mesh, fit) => {
         await this.create(mesh.id, fit, viewFor(mesh));
         this.mesh = { id: mesh.id, file, companions };
+        const rest = await shownAtRest(file);
+        if (rest !== undefined) this.app.toasts.tell(rest);
         if (await hasColours(file, companions)) this.showColours();
       },
     });

@@ -3,12 +3,14 @@
 import assert from 'node:assert/strict';
 import { File as NodeFile, resolveObjectURL } from 'node:buffer';
 import { test } from 'node:test';
+import { shownAtRest } from '@src/intake/glb_json';
 import { GlbPictures } from '@src/intake/glb_pictures';
 import type { MeshFile, MeshFormatName } from '@src/intake/mesh_file';
 import { hasColours, meshLayers } from '@src/intake/mesh_layers';
 import { readMtl } from '@src/intake/mtl';
 import { objCorners } from '@src/intake/obj_uvs';
 import { plyCorners } from '@src/intake/ply_uvs';
+import { GlbMaker } from './e2e/glb';
 
 const GRID = {} as ImageBitmapSource; // stands for a picture
 
@@ -158,4 +160,19 @@ test('an address of a GLB that holds no picture is a broken one', () => {
     assert.equal(pictures.manager.resolveURL(address), 'blob:nowhere');
     assert.deepEqual([pictures.broken, pictures.missing], [true, []], address);
   }
+});
+
+test('a GLB that bones, morph targets or animations would move is said to be shown at rest', async () => {
+  const glb = (document: object): MeshFile => mesh('fox.glb', new GlbMaker().file(document) as Uint8Array<ArrayBuffer>);
+  const targets = [{ POSITION: 1 }];
+  const meshes = [{ primitives: [{ attributes: {} }, { attributes: {}, targets }] }];
+  const nodes = [{ mesh: 0 }, { mesh: 0, skin: 0 }];
+
+  assert.equal(await shownAtRest(glb({ nodes })), 'fox.glb is shown at rest, without its bones.');
+  assert.equal(await shownAtRest(glb({ meshes })), 'fox.glb is shown at rest, without its morph targets.');
+  assert.equal(
+    await shownAtRest(glb({ nodes, meshes, animations: [{}] })), 'fox.glb is shown at rest, without its bones, morph targets and animations.');
+  assert.equal(await shownAtRest(glb({ nodes: [{ mesh: 0 }], meshes: [{ primitives: [{ targets: [] }] }], skins: [{}], animations: [] })), undefined);
+  assert.equal(await shownAtRest(glb({})), undefined);
+  assert.equal(await shownAtRest(mesh('a.obj', 'v 0 0 0')), undefined);
 });

@@ -4,6 +4,7 @@
 // The base colours of a mesh: what its file says, with the pictures and the MTL file that were dropped beside it. Where
 // there is none, a grid that shows how the texture coordinates lie.
 import { findByName, missing, type Layer, type MeshLayers } from './corner_layers';
+import { glbJson } from './glb_json';
 import { glbLayers } from './glb_uvs';
 import { fileKind, type MeshFile } from './mesh_file';
 import { readMtl, type Material } from './mtl';
@@ -36,13 +37,6 @@ export async function meshLayers(file: MeshFile, companions: readonly File[], gr
 export async function hasColours(file: MeshFile, companions: readonly File[]): Promise<boolean> {
   if (companions.length > 0) return true;
   return file.format === 'glb' && (await glbJson(file.content)).includes('"baseColorTexture"');
-}
-
-/** The first chunk of a GLB, whose length stands before it. */
-async function glbJson(content: Blob): Promise<string> {
-  const [lengthAt, jsonAt] = [12, 20];
-  const head = new DataView(await content.slice(0, jsonAt).arrayBuffer());
-  return content.slice(jsonAt, jsonAt + head.getUint32(lengthAt, true)).text();
 }
 
 async function objLayers(file: MeshFile, pictures: File[], mtl: File | undefined, grid: ImageBitmapSource): Promise<MeshLayers> {

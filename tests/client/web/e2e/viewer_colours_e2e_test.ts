@@ -203,6 +203,21 @@ test('a GLB says which of its colours are not shown, and takes a picture that is
   assert.deepEqual(asked, []);
 });
 
+test('a GLB with bones and morph targets is shown at rest, and says so', async () => {
+  const glb = new GlbMaker();
+  const square = glb.square();
+  const raised = glb.accessor(Float32Array.of(0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1), 'VEC3');
+  const mesh = { primitives: [{ ...square, targets: [{ POSITION: raised }] }], weights: [0] };
+  const nodes = [{ mesh: 0, skin: 0 }, {}];
+
+  await dropFiles(page, [['fox.glb', glb.file({ ...ONE_NODE, nodes, skins: [{ joints: [1] }], meshes: [mesh] })]]);
+  await createScene(page);
+
+  await page.getByText('fox.glb is shown at rest, without its bones and morph targets.').waitFor();
+  const { min, max } = await page.evaluate(() => window.latticed.scene!.session.surface.bounds);
+  assert.ok(Math.abs(min.z) < 1e-3 && Math.abs(max.z) < 1e-3, `${min.z} to ${max.z}`);
+});
+
 test('a GLB with pictures or a mesh of a kind that is not read is refused in words', async () => {
   const pictures = new GlbMaker();
   const primitives = [{ ...pictures.square(), material: 0 }];
