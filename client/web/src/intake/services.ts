@@ -17,7 +17,7 @@ export interface UploadedMesh {
   readonly bounds: Bounds;
 }
 
-export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'stl', 'drc'] as const;
+export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'stl', 'drc', 'nets'] as const;
 export type ExportFormat = (typeof EXPORT_FORMATS)[number];
 
 /** What a scene was made of. */
@@ -39,7 +39,7 @@ export interface Services {
   downloadMesh(mesh: string): Promise<MeshFile>;
   describeScene(sceneId: string): Promise<SceneFacts>;
   openSession(sceneId: string, options: SessionOptions): Promise<SceneSession>;
-  /** The deformed surface as a file; `progress` in bytes. Rejects with an Error in words. */
+  /** The deformed surface as a file; of control nets, `view` says nothing. `progress` in bytes. Rejects with an Error in words. */
   exportScene(
     sceneId: string,
     format: ExportFormat,

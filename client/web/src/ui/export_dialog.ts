@@ -13,6 +13,7 @@ const NOTES: Record<ExportFormat, string> = {
   obj: 'Wavefront OBJ, with groups as materials',
   stl: 'Binary STL: positions alone',
   drc: 'Draco: the smallest',
+  nets: 'Bézier patches in double precision, exact whatever the segments',
 };
 
 export type Export = (

@@ -116,12 +116,14 @@ test('an OBJ file and its picture are chosen together, by the key', async () => 
 });
 
 test('every format is downloaded with the token of the page, which a reload keeps and the shared link does not hold', async () => {
+  const patches = await page.evaluate(() => window.latticed.scene!.session.surface.patchCount);
   const magic: Record<string, (bytes: Buffer) => boolean> = {
     glb: (bytes) => bytes.toString('latin1', 0, 4) === 'glTF' && bytes.readUInt32LE(8) === bytes.length,
     ply: (bytes) => bytes.toString('latin1', 0, 4) === 'ply\n',
     obj: (bytes) => /^f /m.test(bytes.toString()),
     stl: (bytes) => 84 + 50 * bytes.readUInt32LE(80) === bytes.length,
     drc: (bytes) => bytes.toString('latin1', 0, 5) === 'DRACO',
+    nets: (bytes) => bytes.toString('latin1', 0, 8) === 'LATTNETS' && 32 + 24 * bytes.readUInt32LE(16) * patches === bytes.length,
   };
   for (const [format, isOne] of Object.entries(magic)) {
     await page.keyboard.press('Control+e');
