@@ -181,8 +181,9 @@ export class App {
   }
 
   private showHint(text: string | undefined): void {
-    this.transformBar.show(text !== undefined && !(this.scene?.pointer.dragging ?? false));
-    this.page.hint.textContent = text ?? (this.scene === undefined ? '' : HINTS[this.settings.value.tool]);
+    const { scene } = this;
+    this.transformBar.show(scene !== undefined && scene.editor.transforming && !scene.pointer.dragging);
+    this.page.hint.textContent = text ?? (scene === undefined ? '' : HINTS[this.settings.value.tool]);
     this.page.hint.classList.toggle('running', text !== undefined);
   }
 

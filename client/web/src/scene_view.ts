@@ -7,11 +7,14 @@ import { Cage } from './cage/cage';
 import { DARK_CAGE, LIGHT_CAGE } from './cage/cage_style';
 import { KnotBoxes } from './cage/knot_boxes';
 import { Editor } from './edit/editor';
+import { pullHeadline } from './edit/headline';
 import type { MotionKind } from './edit/motion';
+import type { SurfacePull } from './edit/surface_pull';
 import type { TransformGesture } from './edit/transform_gesture';
 import { pointAt } from './lattice/vec';
 import type { SceneSession } from './session/scene_session';
 import type { Settings, SettingsStore } from './state/settings';
+import { PullLine } from './ui/pull_line';
 import { SoftCircle } from './ui/soft_circle';
 import { Gizmo } from './viewport/gizmo';
 import { Occlusion } from './viewport/occlusion';
@@ -33,10 +36,12 @@ export class SceneView {
   private readonly cage: Cage;
   private readonly knotBoxes = new KnotBoxes();
   private readonly softCircle = new SoftCircle();
+  private readonly pullLine = new PullLine();
   private readonly gizmo: Gizmo;
   private readonly occlusion: Occlusion;
   private readonly picker: PointPicker;
   private gizmoGesture: TransformGesture | undefined;
+  private pull: SurfacePull | undefined;
   private readonly ends: (() => void)[] = [];
   private stale = false;
 
@@ -64,9 +69,9 @@ export class SceneView {
       picker,
       cage,
       gizmo,
-      onPullMissed: (error) => events.pullMissed(error),
+      pulls: { missed: (error) => events.pullMissed(error), pulled: (pull) => this.showPull(pull) },
     });
-    viewport.element.append(this.softCircle.element);
+    viewport.element.append(this.softCircle.element, this.pullLine.element);
     viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object);
     session.surface.onChanged = () => this.refreshSoon();
     this.listen();
@@ -117,6 +122,7 @@ export class SceneView {
     this.editor.dispose();
     this.gizmo.dispose();
     this.softCircle.element.remove();
+    this.pullLine.element.remove();
     this.viewport.scene.remove(this.session.surface.object, this.cage.object, this.knotBoxes.object);
     this.cage.dispose();
     this.knotBoxes.dispose();
@@ -129,6 +135,12 @@ export class SceneView {
   private headline(text: string | undefined): void {
     this.events.headline(text);
     if (text === undefined) this.refreshSoon();
+  }
+
+  private showPull(pull: SurfacePull | undefined): void {
+    this.pull = pull;
+    this.events.headline(pull && pullHeadline(pull));
+    this.viewport.invalidate();
   }
 
   private listen(): void {
@@ -190,6 +202,8 @@ export class SceneView {
     if (this.stale) this.refresh();
     if (this.settings.value.orientation === 'view') this.placeGizmo();
     const { soft } = this.settings.value;
+    const missed = this.pull !== undefined && this.pull.outOfReach > 0 ? this.pull : undefined;
+    this.pullLine.show(missed && this.viewport.project(missed.point.position), missed && this.viewport.project(missed.target));
     const busy = this.editor.transforming || this.gizmoGesture !== undefined;
     this.softCircle.show(soft.enabled && busy ? this.viewport.disc(this.editor.pivot(), soft.radius) : undefined);
   }

@@ -160,6 +160,31 @@ test('turning, setting and replacing points do what the server will', async () =
   fixture.session.close();
 });
 
+test('a gesture hears how far the server left its drags from their targets, until it ends', async () => {
+  const fixture = await SessionFixture.live();
+  const heard: number[] = [];
+  fixture.session.apply(move(0.1)); // of no gesture
+  const gesture = fixture.session.gesture((left) => heard.push(left));
+  const point = { face: 0, corners: [0, 1, 2], barycentrics: [1, 0, 0], position: [0, 0, 0] } as const;
+  const drag = (z: number) => gesture.update({ kind: 'drag', points: [point], targets: Float64Array.of(0, 0, z) });
+  const answer = (dragResidual: number): void =>
+    fixture.stream.event({ case: 'editResult', value: {
+      sequence: fixture.stream.edits.at(-1)!.sequence, revision: BigInt(fixture.stream.edits.length), structureId: 1n, dragResidual } });
+
+  answer(9); // of the edit before
+  drag(1);
+  drag(2);
+  answer(0.5);
+  answer(0.75); // of the drag that waited
+  drag(3);
+  gesture.commit();
+  answer(0.25);
+  answer(0.25); // of the commit
+
+  assert.deepEqual(heard, [0.5, 0.75]);
+  fixture.session.close();
+});
+
 test('a drag of the surface is left to the server, whose delta the cage follows', async () => {
   const fixture = await SessionFixture.live();
   const point = { face: 0, corners: [0, 1, 2], barycentrics: [1, 0, 0], position: [0, 0, 0] } as const;

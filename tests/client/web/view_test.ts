@@ -5,6 +5,7 @@ import { File } from 'node:buffer';
 import { test } from 'node:test';
 import { PerspectiveCamera } from 'three';
 import type { Editor } from '@src/edit/editor';
+import { pullHeadline } from '@src/edit/headline';
 import { fileKind, readMeshFile } from '@src/intake/mesh_file';
 import { SAMPLES, sampleFile, type SampleName } from '@src/intake/samples';
 import { WORLD_BASIS } from '@src/lattice/vec';
@@ -138,6 +139,8 @@ for (const [name, vertices, faces] of [
 function pullOf(picked: () => Promise<unknown>) {
   const log: (LatticeEdit | string)[] = [];
   const misses: unknown[] = [];
+  const shown: (string | undefined)[] = [];
+  let answer: (left: number) => void = () => {};
   const viewport = {
     ray: () => ({ origin: [0, 0, 10], direction: [0, 0, -1] }),
     transformView: () => ({
@@ -148,13 +151,20 @@ function pullOf(picked: () => Promise<unknown>) {
       ],
     }),
   } as unknown as Viewport;
-  const gesture = () => ({
-    update: (e: LatticeEdit) => log.push(e),
-    commit: () => log.push('commit'),
-    cancel: () => log.push('cancel'),
-  });
+  const gesture = (dragged: (left: number) => void) => {
+    answer = dragged;
+    return {
+      update: (e: LatticeEdit) => log.push(e),
+      commit: () => log.push('commit'),
+      cancel: () => log.push('cancel'),
+    };
+  };
   const editor = { session: { pick: picked, gesture } } as unknown as Editor;
-  return { log, misses, drag: new PullDrag(viewport, editor, [400, 300], (error) => misses.push(error)) };
+  const drag = new PullDrag(viewport, editor, [400, 300], {
+    missed: (error) => misses.push(error),
+    pulled: (pull) => shown.push(pull && pullHeadline(pull)),
+  });
+  return { log, misses, shown, drag, answer: (left: number) => answer(left) };
 }
 
 const HELD = { face: 7, corners: [21, 22, 23], barycentrics: [0.2, 0.3, 0.5], position: [1, 2, 3] } as const;
@@ -167,6 +177,24 @@ test('the surface is pulled in the plane of the view, also where the pointer was
   drag.end();
 
   assert.deepEqual(log, [{ kind: 'drag', points: [HELD], targets: Float64Array.of(2, 2.5, 3) }, 'commit']);
+});
+
+test('a pull is said in words, with how far it is out of reach where the server says so', async () => {
+  const { shown, drag, answer } = pullOf(() => Promise.resolve(HELD));
+  await new Promise((resolve) => setTimeout(resolve));
+  assert.deepEqual(shown, []);
+
+  drag.move(430, 300);
+  answer(1e-9); // of rounding
+  answer(0.98765);
+  drag.move(400.03, 300); // nearly back, where the newest answer is still of the place before
+  answer(1.4e-9);
+  drag.end();
+
+  const far = 'Pull  1  0  0   (1)';
+  const outside = 'out of reach by 0.9877: outside the lattice';
+  assert.deepEqual(shown, [
+    far, far, `${far}   ${outside}`, `Pull  0.001  0  0   (0.001)   ${outside}`, 'Pull  0.001  0  0   (0.001)', undefined]);
 });
 
 test('a press without a move pulls nothing, one beside the surface or unanswered is told', async () => {

@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A running transform in words, for the line below the view.
+// A running transform or pull in words, for the line below the view.
 
 import { AXIS_NAMES } from '../lattice/grid';
-import { length } from '../lattice/vec';
+import { length, sub, type Vec3 } from '../lattice/vec';
 import { axesMeant, type Constraint } from './constraint';
 import type { Motion } from './motion';
 import type { Orientation } from './pivot';
+import type { SurfacePull } from './surface_pull';
 import type { TransformSession } from './transform_session';
 
 const VERBS = { move: 'Move', rotate: 'Rotate', scale: 'Scale' } as const;
@@ -20,18 +21,27 @@ export function transformHeadline(transform: TransformSession, orientation: Orie
   return `${verb}  ${amount}${constraintText(constraint, orientation)}`;
 }
 
+/** Of a pull at the surface. */
+export function pullHeadline({ point, target, outOfReach }: Pick<SurfacePull, 'point' | 'target' | 'outOfReach'>): string {
+  const missed = outOfReach > 0 ? `   out of reach by ${rounded(outOfReach)}: outside the lattice` : '';
+  return `Pull  ${wayText(sub(target, point.position))}${missed}`;
+}
+
 function amountText(motion: Motion): string {
   switch (motion.kind) {
-    case 'move': {
-      const way = length(motion.offset);
-      const parts = motion.offset.map((x) => (Math.abs(x) < NOTHING * way ? '0' : rounded(x)));
-      return `${parts.join('  ')}   (${rounded(way)})`;
-    }
+    case 'move':
+      return wayText(motion.offset);
     case 'rotate':
       return `${((motion.angle * 180) / Math.PI).toFixed(1)}°`;
     case 'scale':
       return motion.factors.map(rounded).join('  ');
   }
+}
+
+function wayText(offset: Vec3): string {
+  const way = length(offset);
+  const parts = offset.map((x) => (Math.abs(x) < NOTHING * way ? '0' : rounded(x)));
+  return `${parts.join('  ')}   (${rounded(way)})`;
 }
 
 function constraintText(constraint: Constraint | undefined, orientation: Orientation): string {

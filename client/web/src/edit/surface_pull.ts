@@ -2,22 +2,45 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Direct manipulation: one point of the surface is held, and the server finds the smallest move of control points that
-// takes it along.
-import type { Vec3 } from '../lattice/vec';
+// takes it along. Where no control point moves it, outside the lattice, it stays, and the server says how far away.
+import { distance, type Vec3 } from '../lattice/vec';
 import type { SurfacePoint } from '../session/lattice_edit';
 import type { Gesture, SceneSession } from '../session/scene_session';
 
+const ROUNDING = 1e-6; // of the way: a thousand times what a point that is taken along is away (edit.proto)
+
 export class SurfacePull {
   private gesture: Gesture | undefined;
+  private wanted: Vec3;
+  private farthest = 0;
+  private left = 0;
 
+  /** `onAnswer`: told when outOfReach may be another. */
   constructor(
     private readonly session: Pick<SceneSession, 'gesture'>,
     readonly point: SurfacePoint,
-  ) {}
+    private readonly onAnswer: () => void = () => {},
+  ) {
+    this.wanted = point.position;
+  }
+
+  get target(): Vec3 {
+    return this.wanted;
+  }
+
+  /** How far the point stays from its target, by the server's newest answer; 0 where it comes along. */
+  get outOfReach(): number {
+    return this.left > ROUNDING * this.farthest ? this.left : 0;
+  }
 
   /** Takes the point held to `target`. */
   update(target: Vec3): void {
-    this.gesture ??= this.session.gesture();
+    this.gesture ??= this.session.gesture((left) => {
+      this.left = left;
+      this.onAnswer();
+    });
+    this.wanted = target;
+    this.farthest = Math.max(this.farthest, distance(this.point.position, target));
     this.gesture.update({ kind: 'drag', points: [this.point], targets: Float64Array.from(target) });
   }
 

@@ -22,6 +22,14 @@ interface Batch extends Overlay {
   revision?: bigint;
 }
 
+/** What an answer is to. */
+export interface Answered {
+  readonly refused: boolean;
+  readonly targets?: Targets | undefined;
+  /** Empty for an edit of its own. */
+  readonly gestureId?: string;
+}
+
 /**
  * Own edits on their way: at most one in flight, and of a gesture's updates only the newest waits. What is in
  * flight when a connection is lost is sent again with its sequence, which the server applies once.
@@ -91,10 +99,10 @@ export class EditQueue {
     this.isOpen = false;
   }
 
-  /** Takes an answer; returns the batch's targets where it was refused, to be shown no longer. */
-  answer(result: EditResult): { readonly refused: boolean; readonly targets: Targets | undefined } {
+  /** Takes an answer; returns the batch's targets where it was refused, to be shown no longer, else whose gesture has moved. */
+  answer(result: EditResult): Answered {
     const batch = this.inFlight;
-    if (!batch || batch.message.sequence !== result.sequence) return { refused: false, targets: undefined };
+    if (!batch || batch.message.sequence !== result.sequence) return { refused: false };
     this.inFlight = undefined;
     const refused = Boolean(result.status && result.status.code !== 0);
     if (!refused) {
@@ -102,7 +110,7 @@ export class EditQueue {
       this.answered.push(batch);
     }
     this.pump();
-    return { refused, targets: refused ? batch.targets : undefined };
+    return refused ? { refused, targets: batch.targets } : { refused, gestureId: batch.message.gestureId };
   }
 
   /** The server's lattice here is at `revision`: answered edits up to it are in it. */

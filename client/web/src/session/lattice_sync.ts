@@ -13,7 +13,7 @@ import { EditQueue } from './edit_queue';
 import { differing, type Targets } from './edit_targets';
 import { LatticeModel } from './lattice_model';
 import { OwnGesture } from './own_gesture';
-import type { Gesture } from './scene_session';
+import type { DragListener, Gesture } from './scene_session';
 
 export interface LatticeListener {
   /** The first lattice is here. */
@@ -46,7 +46,7 @@ export class LatticeSync {
     return this.model?.shown;
   }
 
-  gesture(): Gesture {
+  gesture(onDragged?: DragListener): Gesture {
     this.openGesture?.commit();
     this.openGesture = new OwnGesture({
       queue: this.queue,
@@ -54,6 +54,7 @@ export class LatticeSync {
       isCurrent: (structureId) => structureId === this.model!.structureId,
       points: () => this.model!.shown.points,
       show: (targets) => this.show(targets),
+      ...(onDragged && { dragged: onDragged }),
     });
     return this.openGesture;
   }
@@ -91,8 +92,9 @@ export class LatticeSync {
   }
 
   takeResult(result: EditResult): void {
-    const { refused, targets } = this.queue.answer(result);
+    const { refused, targets, gestureId } = this.queue.answer(result);
     if (this.model) this.queue.reached(this.model.revision);
+    if (!refused && gestureId) this.openGesture?.answered(gestureId, result.dragResidual);
     if (!refused) return;
     if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
     const error = ServerError.fromStatus(result.status!);

@@ -6,7 +6,7 @@ import { randomId } from '../wire/ids';
 import type { EditQueue, NewBatch } from './edit_queue';
 import { targetsOf, withRestored, type Targets } from './edit_targets';
 import type { LatticeEdit } from './lattice_edit';
-import type { Gesture } from './scene_session';
+import type { DragListener, Gesture } from './scene_session';
 
 /** What a gesture needs of its session. */
 export interface GestureHost {
@@ -17,6 +17,7 @@ export interface GestureHost {
   /** Control points as they are shown. */
   points(): Float64Array;
   show(targets: Targets): void;
+  readonly dragged?: DragListener;
 }
 
 /** Edits are made of the points at the gesture's begin, as the server does, so that nothing drifts. */
@@ -64,6 +65,11 @@ export class OwnGesture implements Gesture {
   /** Ends the gesture without a word to the server, which knows nothing of it; what it has moved stays. */
   abandon(): void {
     this.ended = true;
+  }
+
+  /** The server has applied a batch of the gesture of that id. */
+  answered(gestureId: string, dragResidual: number): void {
+    if (gestureId === this.id && this.isOpen) this.host.dragged?.(dragResidual);
   }
 
   private add(edit: LatticeEdit, phase: GesturePhase): void {

@@ -14,6 +14,9 @@ export interface Gesture {
   cancel(): void;
 }
 
+/** Told how far the points of a drag are from their targets, at most, in world units, whenever the server has moved them. */
+export type DragListener = (left: number) => void;
+
 /** Another editor of the scene. */
 export interface Presence {
   /** For people; may be empty. */
@@ -87,7 +90,8 @@ export interface SceneSession {
   readonly status: SessionStatus;
   /** Returns what takes the listener away. */
   on<K extends keyof SessionEvents>(event: K, listener: SessionEvents[K]): () => void;
-  gesture(): Gesture;
+  /** With what listens to the drags of the gesture until it ends. */
+  gesture(onDragged?: DragListener): Gesture;
   /** A gesture of one step. */
   apply(edit: LatticeEdit): void;
   undo(): void;

@@ -5,7 +5,7 @@
 import { svg } from './dom';
 
 export class SoftCircle {
-  readonly element = svg('svg', { class: 'soft-circle', 'aria-hidden': 'true' });
+  readonly element = svg('svg', { class: 'overlay soft-circle', 'aria-hidden': 'true' });
   private readonly circle = svg('circle', {});
 
   constructor() {

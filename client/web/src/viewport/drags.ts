@@ -104,7 +104,14 @@ export class SteeringDrag implements Drag {
   cancel(): void {}
 }
 
-/** Pulls the surface at the point pressed, in the plane through it that faces the viewer; `onMiss` where there is none. */
+export interface PullListener {
+  /** Nothing was there to pull, or it could not be found out. */
+  missed(error?: unknown): void;
+  /** It goes on, or the server has answered; undefined: it is over. */
+  pulled(pull: SurfacePull | undefined): void;
+}
+
+/** Pulls the surface at the point pressed, in the plane through it that faces the viewer. */
 export class PullDrag implements Drag {
   private pull: SurfacePull | undefined;
   private at: Place;
@@ -114,16 +121,16 @@ export class PullDrag implements Drag {
     private readonly viewport: Viewport,
     editor: Editor,
     private readonly from: Place,
-    onMiss: (error?: unknown) => void,
+    private readonly listener: PullListener,
   ) {
     this.at = from;
     const ray = viewport.ray(...from);
     void editor.session.pick(ray.origin, ray.direction).then((point) => {
       if (this.over) return;
-      if (point === undefined) return onMiss();
-      this.pull = new SurfacePull(editor.session, point);
+      if (point === undefined) return listener.missed();
+      this.pull = new SurfacePull(editor.session, point, () => listener.pulled(this.pull));
       this.update();
-    }, onMiss);
+    }, (error: unknown) => listener.missed(error));
   }
 
   move(x: number, y: number): void {
@@ -134,11 +141,13 @@ export class PullDrag implements Drag {
   end(): void {
     this.over = true;
     this.pull?.commit();
+    this.listener.pulled(undefined);
   }
 
   cancel(): void {
     this.over = true;
     this.pull?.cancel();
+    this.listener.pulled(undefined);
   }
 
   private update(): void {
@@ -148,5 +157,6 @@ export class PullDrag implements Drag {
     const way = [this.at[0] - this.from[0], this.at[1] - this.from[1]] as const;
     const [right, up] = amountsInPlane(jacobian, basis[0], basis[1], ...way);
     this.pull.update(add(held, combine(basis, [right, up, 0])));
+    this.listener.pulled(this.pull);
   }
 }

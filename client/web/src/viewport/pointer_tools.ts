@@ -8,7 +8,7 @@ import type { Cage } from '../cage/cage';
 import type { Editor } from '../edit/editor';
 import { WORLD_BASIS } from '../lattice/vec';
 import type { SettingsStore } from '../state/settings';
-import { BoxDrag, PointDrag, PullDrag, SteeringDrag, selectMode, type Drag, type Place } from './drags';
+import { BoxDrag, PointDrag, PullDrag, SteeringDrag, selectMode, type Drag, type Place, type PullListener } from './drags';
 import type { Gizmo } from './gizmo';
 import type { PointPicker } from './point_picker';
 import type { Viewport } from './viewport';
@@ -34,7 +34,7 @@ export interface PointerToolsParts {
   picker: PointPicker;
   cage: Cage;
   gizmo: Gizmo;
-  onPullMissed: (error?: unknown) => void;
+  pulls: PullListener;
 }
 
 export class PointerTools {
@@ -139,9 +139,9 @@ export class PointerTools {
   }
 
   private toolDrag(event: PointerEvent, point: number | undefined): Drag | undefined {
-    const { viewport, editor, settings, picker, onPullMissed } = this.parts;
+    const { viewport, editor, settings, picker, pulls } = this.parts;
     const { tool } = settings.value;
-    if (tool === 'pull') return new PullDrag(viewport, editor, this.place, onPullMissed);
+    if (tool === 'pull') return new PullDrag(viewport, editor, this.place, pulls);
     if (tool === 'box' || (event.shiftKey && point === undefined)) {
       return new BoxDrag(viewport, picker, editor, this.place, selectMode(event, settings.value.toggling));
     }
