@@ -7,27 +7,41 @@ import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import { evaluate } from '@src/lattice/bspline';
 import { domain, frameEdges } from '@src/lattice/grid';
+import type { Lattice } from '@src/lattice/lattice';
 import { latticeFromJson } from '@src/lattice/lattice_json';
 import { coordinates, distance, sub, type Vec3 } from '@src/lattice/vec';
+import type { PointBuffer } from '@src/surface/point_buffer';
 import type { SurfaceMesh } from '@src/surface/surface_mesh';
 
-/** Largest distance of a vertex of the mesh, deformed by the definition, from the nearest point received, in grid steps. */
-async function worstVertex(page: Page, obj: string): Promise<number> {
-  const { points, step, lattice } = await page.evaluate(() => {
+const FLOAT_STEP = 1e-5; // of meshes of a few units: what floats may be off
+
+/** What a page shows: its lattice, and every point received, with the numbers of its normal (view.proto). */
+export interface Shown {
+  readonly lattice: Lattice;
+  readonly points: readonly Vec3[];
+  readonly normals: readonly (readonly number[])[];
+  /** Of the grid of positions, in world units; of floats what they may be off. */
+  readonly step: number;
+}
+
+export async function shownBy(page: Page): Promise<Shown> {
+  const { lattice, ...shown } = await page.evaluate((floatStep) => {
     const surface = window.latticed.scene!.session.surface as unknown as SurfaceMesh;
+    const { points: buffer } = surface as unknown as { points: PointBuffer };
     const layout = surface.drawnLayout!;
-    const count = layout.patchCount * layout.pointsPerPatch;
+    const numbers = Array.from({ length: layout.patchCount * layout.pointsPerPatch }, (_, i) => i);
     const { frame, degree, size, knots, points: controls } = window.latticed.scene!.session.lattice;
     return {
-      points: Array.from({ length: count }, (_, i) => surface.positionOf(i)),
-      step: surface.drawnStep!,
+      points: numbers.map((i) => surface.positionOf(i)),
+      normals: numbers.map((i) => [...buffer.pointAt(i)].slice(buffer.float ? 3 : 4)),
+      step: buffer.float ? floatStep : surface.drawnStep!,
       lattice: { frame, degree, size, knots: knots.map((k) => [...k]), points: [...controls] },
     };
-  });
+  }, FLOAT_STEP);
   const { frame, degree, size, knots } = lattice;
   const vector = ([x, y, z]: Vec3) => ({ x, y, z });
   const axes = ([u, v, w]: Vec3) => ({ u, v, w });
-  const deformed = latticeFromJson(
+  const read = latticeFromJson(
     JSON.stringify({
       frame: { origin: vector(frame.origin), u: vector(frame.u), v: vector(frame.v), w: vector(frame.w) },
       degree: axes(degree),
@@ -38,15 +52,29 @@ async function worstVertex(page: Page, obj: string): Promise<number> {
       controlPoints: lattice.points,
     }),
   );
-  const rest = obj.split('\n')
+  return { ...shown, lattice: read };
+}
+
+/** Where the lattice takes a point of the world. */
+export function deformed(lattice: Lattice, p: Vec3): Vec3 {
+  const x = coordinates(frameEdges(lattice.frame), sub(p, lattice.frame.origin));
+  const parameter = ([0, 1, 2] as const).map(
+    (a) => domain(lattice, a)[0] + x[a] * (domain(lattice, a)[1] - domain(lattice, a)[0]),
+  );
+  return evaluate(lattice, parameter as unknown as Vec3);
+}
+
+export function verticesOf(obj: string): Vec3[] {
+  return obj.split('\n')
     .filter((line) => line.startsWith('v '))
     .map((line) => line.slice(2).split(' ').map(Number) as unknown as Vec3);
-  const misses = rest.map((p) => {
-    const x = coordinates(frameEdges(deformed.frame), sub(p, deformed.frame.origin));
-    const parameter = ([0, 1, 2] as const).map(
-      (a) => domain(deformed, a)[0] + x[a] * (domain(deformed, a)[1] - domain(deformed, a)[0]),
-    );
-    const target = evaluate(deformed, parameter as unknown as Vec3);
+}
+
+/** Largest distance of a vertex of the mesh, deformed by the definition, from the nearest point received, in grid steps. */
+async function worstVertex(page: Page, obj: string): Promise<number> {
+  const { points, step, lattice } = await shownBy(page);
+  const misses = verticesOf(obj).map((p) => {
+    const target = deformed(lattice, p);
     return Math.min(...points.map((q) => distance(q, target)));
   });
   return Math.max(...misses) / step;

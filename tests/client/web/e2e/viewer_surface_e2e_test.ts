@@ -1,18 +1,25 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The surface in the viewer in Chromium: pulled where it can and where it cannot follow.
+// The surface in the viewer in Chromium: pulled where it can and where it cannot follow, and shaded by each kind of normals.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
-import { length, sub, type Vec3 } from '@src/lattice/vec';
+import { distance, length, sub, type Vec3 } from '@src/lattice/vec';
+import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { launch, openPage } from './browser';
+import { followsDefinition } from './definition';
+import { normalsFollowDefinition } from './normals_definition';
 import { ServerProcess } from './server_process';
 import { plainSheetObj } from './sheet';
-import { createScene, dropFiles, frames, live, placeOf } from './viewer_page';
+import { torusObj } from './torus';
+import { colourAt, createScene, dropFiles, frames, live, placeOf } from './viewer_page';
+
+/** Two planes at right angles, whose ridge goes along y. */
+const ROOF = ['-1 -1 0', '-1 1 0', '0 -1 1', '0 1 1', '1 -1 0', '1 1 0'].map((at) => `v ${at}\n`).join('') + 'f 1 3 4 2\nf 3 5 6 4\n';
 
 let server: ServerProcess;
 let browser: Browser;
@@ -111,5 +118,82 @@ test('what the lattice holds comes along with a pull: words say how far, and not
   const moved = await page.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
   assert.ok(length(sub(moved.slice(39, 42) as unknown as Vec3, rest.slice(39, 42) as unknown as Vec3)) > 1e-3); // the middle
   await page.keyboard.press('p');
+});
+
+async function setNormals(mode: 'smooth' | 'facet' | 'none'): Promise<void> {
+  await page.getByLabel('Normals', { exact: true }).selectOption(mode);
+  await page.waitForFunction((are) => {
+    const { material } = window.latticed.scene!.session.surface as unknown as { material: { defines: object } };
+    return 'HAS_NORMALS' in material.defines === are;
+  }, mode !== 'none');
+}
+
+/** The roof's colours: left and right of the ridge, and near the right eaves. */
+async function roofColours(): Promise<Vec3[]> {
+  const colours: Vec3[] = [];
+  for (const x of [-0.04, 0.04, 0.9]) colours.push(await colourAt(page, [x, 0.1, 1 - Math.abs(x)]));
+  return colours;
+}
+
+const EDGE = 30; // of 255 per channel, length of the three: neighbours that a person sees apart
+const SAME = 6;
+
+test('facets are flat with an edge between them, smooth normals hide the edge, and without normals facets are shaded', async () => {
+  await dropFiles(page, [['roof.obj', ROOF]]);
+  await createScene(page);
+  await page.setViewportSize({ width: 1000, height: 600 }); // with room for the panel
+  await page.evaluate(() => window.latticed.settings.set({
+    panel: true, view: { ...window.latticed.settings.value.view, segments: 6, normalBits: 12 } }));
+  await lookFromAbove();
+
+  await setNormals('smooth');
+  await normalsFollowDefinition(page, ROOF, 'smooth', 0.1);
+  await frames(page);
+  const smooth = await roofColours();
+  await shot('viewer_roof_smooth');
+  await setNormals('facet');
+  await normalsFollowDefinition(page, ROOF, 'facet', 0.1);
+  await frames(page);
+  const facet = await roofColours();
+  await shot('viewer_roof_facet');
+  await setNormals('none');
+  await frames(page);
+  const none = await roofColours();
+  await shot('viewer_roof_none');
+
+  assert.ok(distance(smooth[0], smooth[1]) < SAME && distance(smooth[1], smooth[2]) > EDGE, `smooth: ${smooth.join(' ')}`);
+  for (const [left, right, eaves] of [facet, none]) {
+    assert.ok(distance(left, right) > EDGE && distance(right, eaves) < SAME, `${left} ${right} ${eaves}`);
+  }
+  facet.forEach((colour, i) => assert.ok(distance(colour, none[i]) < SAME, `${colour} and ${none[i]}`));
+});
+
+test('normals of each kind are those of the definition after an edit, in integers and in floats; without, the points are', async () => {
+  const torus = torusObj(12, 8);
+  await dropFiles(page, [['torus.obj', torus]]);
+  await createScene(page);
+  await page.evaluate(() => {
+    const { settings, scene, viewport } = window.latticed;
+    settings.set({ orthographic: false, view: { ...settings.value.view, segments: 3, normalBits: 12 } });
+    viewport.rig.lookFrom([3, -4, 2.4]);
+    scene!.frameAll();
+    scene!.session.apply({ kind: 'move', indices: Uint32Array.of(21, 42, 63), offset: [0.5, 0.7, 0.9] });
+  });
+
+  for (const encoding of ['draco', 'raw'] as const) {
+    await page.getByRole('combobox', { name: 'Encoding' }).selectOption(encoding);
+    await page.waitForFunction((floats) => {
+      const surface = window.latticed.scene!.session.surface as unknown as SurfaceMesh;
+      return (surface.drawnStep === 1) === floats;
+    }, encoding === 'raw');
+    for (const mode of ['smooth', 'facet'] as const) {
+      await setNormals(mode);
+      await normalsFollowDefinition(page, torus, mode, 0.1);
+      await shot(`viewer_normals_${encoding}_${mode}`);
+    }
+    await setNormals('none');
+    await followsDefinition(page, torus);
+    await shot(`viewer_normals_${encoding}_none`);
+  }
   assert.deepEqual(errors, []);
 });
