@@ -23,16 +23,20 @@ import { inWords } from './wire/words';
 
 const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
 
-/** Of the scene that is open: its mesh's id, the mesh's file where this page has it, and what was dropped with it. */
+/** Of the scene that is open: its mesh's id, the mesh's file where this browser has it, and what was dropped with it. */
 interface OpenMesh {
-  readonly id: string;
+  /** Empty until it is known. */
+  id: string;
   file?: MeshFile;
   companions: readonly File[];
+  /** Whether it was dropped on this page, and not opened by a link or after a reload. */
+  readonly isDropped: boolean;
+  /** Whether this browser keeps the companions. */
+  areKept: boolean;
 }
 
 export class SceneOpener {
-  private mesh: OpenMesh = { id: '', companions: [] };
-
+  private mesh: OpenMesh = { id: '', companions: [], isDropped: false, areKept: true };
   private fitting: FitDialog | undefined;
   private texture: DataArrayTexture | undefined;
   private textureTurn = 0;
@@ -49,6 +53,11 @@ export class SceneOpener {
     } catch (error) {
       this.app.toasts.fail(`The scene ${id} could not be opened. ${inWords(error)}`);
     }
+  }
+
+  /** Whether something was dropped beside the mesh, which who opens the scene elsewhere does not have. */
+  get hasCompanions(): boolean {
+    return this.mesh.companions.length > 0;
   }
 
   takeSample(name: SampleName): void {
@@ -81,6 +90,7 @@ export class SceneOpener {
       this.texture?.dispose();
       this.texture = texture;
       this.app.viewport.invalidate();
+      void this.keepCompanions(mesh);
     } catch (error) {
       if (isAsked()) throw error; // of other pictures, or of a scene that has gone, nobody asks
     }
@@ -88,8 +98,20 @@ export class SceneOpener {
 
   private async makeTexture(mesh: OpenMesh): Promise<Pick<MeshLayers, 'corners' | 'notes'> & { texture: DataArrayTexture }> {
     mesh.file ??= await this.app.services.downloadMesh(mesh.id);
-    const { corners, layers, notes } = await meshLayers(mesh.file, mesh.companions, uvGrid());
-    return { texture: await layerTexture(layers), corners, notes };
+    const grid = uvGrid();
+    const { corners, layers, notes } = await meshLayers(mesh.file, mesh.companions, grid);
+    const lacksPictures = !mesh.isDropped && mesh.companions.length === 0 && layers.some(({ picture }) => picture === grid);
+    const elsewhere = `This browser has no pictures for ${mesh.file.name}, and shows a grid. Those dropped in another stay there.`;
+    return { texture: await layerTexture(layers), corners, notes: lacksPictures ? [...notes, elsewhere] : notes };
+  }
+
+  /** Those that were of use: they are there after a reload and in other windows. */
+  private async keepCompanions(mesh: OpenMesh): Promise<void> {
+    if (mesh.areKept || mesh.companions.length === 0) return;
+    mesh.areKept = true;
+    await this.app.services.keepCompanions(mesh.id, mesh.companions).catch((error: unknown) => {
+      this.app.toasts.fail(`After a reload this mesh will be without what was dropped beside it: ${inWords(error)}`);
+    });
   }
 
   private async take(files: readonly File[]): Promise<void> {
@@ -109,6 +131,7 @@ export class SceneOpener {
     if (this.app.scene === undefined) throw new Error('Open a mesh first, then its pictures.');
     const names = new Set(companions.map(({ name }) => name));
     this.mesh.companions = [...this.mesh.companions.filter(({ name }) => !names.has(name)), ...companions];
+    this.mesh.areKept = false;
     this.showColours();
   }
 
@@ -125,11 +148,9 @@ export class SceneOpener {
       file,
       upload: (progress, signal) => services.upload(file, progress, signal),
       create: async (mesh, fit) => {
-        await this.create(mesh.id, fit, viewFor(mesh));
-        this.mesh = { id: mesh.id, file, companions };
+        await this.create({ id: mesh.id, file, companions, isDropped: true, areKept: false }, fit, viewFor(mesh));
         const rest = await shownAtRest(file);
         if (rest !== undefined) this.app.toasts.tell(rest);
-        if (await hasColours(file, companions)) this.showColours();
       },
     });
   }
@@ -140,30 +161,52 @@ export class SceneOpener {
     const { scene } = this.app;
     if (scene === undefined) throw new Error('Open a mesh first, then its lattice.');
     if (sameStructure(lattice, scene.session.lattice)) scene.session.replace(lattice.points);
-    else await this.create(this.mesh.id, lattice, this.app.settings.value.view);
+    else await this.create(this.mesh, lattice, this.app.settings.value.view);
   }
 
-  private async create(mesh: string, lattice: Fit | Lattice, view: ViewRequest): Promise<void> {
-    const id = await this.app.services.createScene(mesh, lattice, view);
-    await this.open(id);
+  private async create(mesh: OpenMesh, lattice: Fit | Lattice, view: ViewRequest): Promise<void> {
+    const id = await this.app.services.createScene(mesh.id, lattice, view);
+    await this.open(id, mesh);
     history.pushState(null, '', `?scene=${id}${location.hash}`); // the fragment may hold the token
   }
 
-  private async open(id: string): Promise<void> {
+  /** Opens a scene and shows it in the colours of its mesh, as far as this browser has them. */
+  private async open(id: string, known?: OpenMesh): Promise<void> {
     const { services, settings } = this.app;
     // A scene that is about to be restored is not there yet.
     const facts = await services.describeScene(id).catch(() => undefined);
-    if (this.mesh.id !== facts?.mesh) this.mesh = { id: facts?.mesh ?? '', companions: [] };
-    if (settings.value.colouring === 'texture') settings.set({ colouring: 'plain' }); // of the mesh before
+    const wasTextured = settings.value.colouring === 'texture';
+    if (wasTextured) settings.set({ colouring: 'plain' }); // of the mesh before
     if (facts !== undefined) settings.set({ view: { ...settings.value.view, ...facts.view } });
     const onStatus = (status: SessionStatus): void => this.app.showStatus(status);
-    const before = this.app.scene?.session;
+    const shown = this.app.scene?.session;
     const options = { ...this.person, view: settings.value.view, onStatus };
     const session = await services.openSession(id, options).catch((error: unknown) => {
-      if (before !== undefined) onStatus(before.status);
+      if (shown !== undefined) onStatus(shown.status);
       throw error;
     });
     this.app.show(session);
+    const { mesh: before } = this;
+    if (known !== undefined) this.mesh = known;
+    else if (before.id !== facts?.mesh) this.mesh = { id: facts?.mesh ?? '', companions: [], isDropped: false, areKept: true };
+    // Nobody has asked: who chooses the texture is told what is wrong with it.
+    if (this.mesh !== before || wasTextured) void this.showIfColoured(this.mesh, id).catch(() => undefined);
+  }
+
+  private async showIfColoured(mesh: OpenMesh, scene: string): Promise<void> {
+    if (mesh.file === undefined) await this.recall(mesh, scene);
+    const { file, companions } = mesh;
+    const isColoured = file === undefined ? companions.length > 0 : await hasColours(file, companions);
+    if (isColoured && mesh === this.mesh) this.showColours();
+  }
+
+  /** Fills in what this browser has of a scene's mesh, or what the server has in one file. */
+  private async recall(mesh: OpenMesh, scene: string): Promise<void> {
+    const { services } = this.app;
+    mesh.id ||= (await services.describeScene(scene)).mesh; // restored meanwhile
+    const { file, companions } = await services.keptMesh(mesh.id);
+    mesh.file ??= file ?? (await services.picturedMesh(mesh.id));
+    if (mesh.areKept) mesh.companions = companions; // or others came meanwhile
   }
 }
 

@@ -330,6 +330,8 @@ test('where the browser gives no database, saving says so, and the page has what
 
   assert.equal((await store.mesh('mesh-1'))?.content, mesh.content);
   assert.equal(await store.mesh('mesh-2'), undefined);
+  await assert.rejects(store.saveCompanions('mesh-1', []), /^Error: the browser keeps nothing for this page/);
+  assert.deepEqual(await store.companions('mesh-1'), []);
 });
 
 test('without the mesh\'s bytes nothing is restored, in words', async () => {

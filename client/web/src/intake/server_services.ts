@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The services of a latticed server.
-import type { MessageInitShape } from '@bufbuild/protobuf';
+import { fromBinary, type MessageInitShape } from '@bufbuild/protobuf';
 import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
-import { MeshFormat, type Mesh } from 'latticed/v1/mesh_pb';
+import { MeshFormat, MeshHeaderSchema, type Mesh, type MeshHeader } from 'latticed/v1/mesh_pb';
 import type { Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
 import { IndexedSceneStore } from '../session/indexed_scene_store';
@@ -17,7 +17,7 @@ import { fromLattice, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
 import { uploadMesh } from '../wire/upload';
 import { fromView, toView } from '../wire/view_message';
-import type { MeshFormatName } from './mesh_file';
+import type { MeshFile, MeshFormatName } from './mesh_file';
 import type { Services, UploadedMesh } from './services';
 
 const FORMATS: Record<MeshFormatName, MeshFormat> = {
@@ -27,6 +27,8 @@ const FORMATS: Record<MeshFormatName, MeshFormat> = {
   glb: MeshFormat.GLB,
   drc: MeshFormat.DRACO,
 };
+
+const MOST_FETCHED_UNASKED = 64n << 20n; // bytes of a mesh: what is shown without them is the shape, plain
 
 const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
 
@@ -56,9 +58,22 @@ export function serverServices(server: LatticedServer): Services {
     },
     async downloadMesh(mesh) {
       const { header, content } = await downloadMesh(server, mesh);
-      const format = FORMAT_NAMES.find((name) => FORMATS[name] === header.format);
-      if (format === undefined) throw new Error('The mesh was not uploaded as a file that this page reads.');
-      return { name: header.name, format, content };
+      const file = meshFile(header, content);
+      if (file === undefined) throw new Error('The mesh was not uploaded as a file that this page reads.');
+      return file;
+    },
+    async keptMesh(mesh) {
+      const store = IndexedSceneStore.ofPage();
+      const [stored, companions] = await Promise.all([store.mesh(mesh), store.companions(mesh)]);
+      const file = stored && meshFile(fromBinary(MeshHeaderSchema, stored.header), stored.content);
+      return { ...(file && { file }), companions };
+    },
+    keepCompanions: (mesh, files) => IndexedSceneStore.ofPage().saveCompanions(mesh, files),
+    async picturedMesh(id) {
+      const { format, hasUvs, totalBytes } = await server.meshes.getMesh({ mesh: id });
+      if (format !== MeshFormat.GLB || !hasUvs || totalBytes > MOST_FETCHED_UNASKED) return undefined;
+      const { header, content } = await downloadMesh(server, id);
+      return meshFile(header, content);
     },
     async describeScene(sceneId) {
       const { mesh, defaultView } = await server.scenes.getScene({ scene: sceneId });
@@ -67,6 +82,12 @@ export function serverServices(server: LatticedServer): Services {
     openSession: (sceneId, options) => openSession(server, sceneId, options),
     exportScene: (sceneId, format, ...rest) => downloadExport(server, sceneId, format, ...rest),
   };
+}
+
+/** Undefined for a format that no file has. */
+function meshFile(header: MeshHeader, content: Blob): MeshFile | undefined {
+  const format = FORMAT_NAMES.find((name) => FORMATS[name] === header.format);
+  return format && { name: header.name, format, content };
 }
 
 function describe(mesh: Mesh): UploadedMesh {

@@ -4,8 +4,8 @@ import { committed, done, openSceneDatabase, type MeshFacts, type SceneTable } f
 import type { SceneStore, StoredMesh, StoredScene } from './scene_store';
 
 /**
- * Scenes and meshes in the browser's IndexedDB, a mesh once however many scenes use it. What is not there, because it is
- * being written or was refused, the page has: the newest mesh and the newest scene.
+ * Scenes and meshes in the browser's IndexedDB, a mesh once however many scenes use it, with what was dropped beside it.
+ * What is not there, because it is being written or was refused, the page has: the newest mesh and the newest scene.
  */
 export class IndexedSceneStore implements SceneStore {
   private static readonly SCENES_KEPT = 16;
@@ -57,6 +57,18 @@ export class IndexedSceneStore implements SceneStore {
     if (this.unwrittenScene === scene) this.unwrittenScene = undefined;
   }
 
+  /** Pictures and materials that were dropped beside a mesh. */
+  async companions(mesh: string): Promise<readonly File[]> {
+    const transaction = await this.reading(['companions']);
+    return (transaction && (await done<File[] | undefined>(transaction.objectStore('companions').get(mesh)))) ?? [];
+  }
+
+  /** In place of those before. */
+  saveCompanions(mesh: string, files: readonly File[]): Promise<void> {
+    const bytes = sum(files.map(({ size }) => size));
+    return this.save(() => this.writeCompanions(mesh, files, bytes), mesh, bytes);
+  }
+
   async forgetOld(): Promise<void> {
     const since = Date.now() - IndexedSceneStore.UNUSED_MESH_KEPT_MS;
     await this.forget(IndexedSceneStore.SCENES_KEPT, '', ({ savedAt }) => savedAt > since);
@@ -71,9 +83,21 @@ export class IndexedSceneStore implements SceneStore {
     const transaction = (await this.database).transaction(['meshes', 'contents'], 'readwrite');
     const meshes = transaction.objectStore('meshes');
     if ((await done(meshes.getKey(id))) === undefined) {
-      meshes.put({ id, header, bytes: content.size, savedAt: Date.now() } satisfies MeshFacts);
+      meshes.put({ id, header, bytes: content.size, companionBytes: 0, savedAt: Date.now() } satisfies MeshFacts);
       transaction.objectStore('contents').put(content, id);
     }
+    await committed(transaction);
+  }
+
+  private async writeCompanions(mesh: string, files: readonly File[], companionBytes: number): Promise<void> {
+    const transaction = (await this.database).transaction(['meshes', 'companions'], 'readwrite');
+    const meshes = transaction.objectStore('meshes');
+    const facts = await done<MeshFacts | undefined>(meshes.get(mesh));
+    if (facts) {
+      const bytes = facts.bytes - facts.companionBytes + companionBytes;
+      meshes.put({ ...facts, bytes, companionBytes } satisfies MeshFacts);
+    }
+    transaction.objectStore('companions').put(files, mesh);
     await committed(transaction);
   }
 
@@ -102,7 +126,7 @@ export class IndexedSceneStore implements SceneStore {
     const meshes = await done<MeshFacts[]>(transaction.objectStore('meshes').getAll());
     const scenes = await done(transaction.objectStore('scenes').count());
     const others = meshes.filter(({ id }) => id !== mesh);
-    if (others.reduce((sum, other) => sum + other.bytes, 0) < bytes) throw refusal;
+    if (sum(others.map((other) => other.bytes)) < bytes) throw refusal;
     let freed = 0;
     for (let kept = scenes; kept >= 0 && freed < bytes; --kept) {
       freed += await this.forget(kept, mesh, () => false);
@@ -117,7 +141,7 @@ export class IndexedSceneStore implements SceneStore {
 
   /** Keeps so many scenes, the newest, and those of one mesh, and of meshes theirs and the spared; returns bytes freed. */
   private async forget(kept: number, inUse: string, isSpared: (mesh: MeshFacts) => boolean): Promise<number> {
-    const transaction = (await this.database).transaction(['scenes', 'meshes', 'contents'], 'readwrite');
+    const transaction = (await this.database).transaction(['scenes', 'meshes', 'contents', 'companions'], 'readwrite');
     const scenes = transaction.objectStore('scenes');
     const used = new Set([inUse]);
     const newestFirst = (await done<StoredScene[]>(scenes.getAll())).sort((a, b) => b.savedAt - a.savedAt);
@@ -126,11 +150,18 @@ export class IndexedSceneStore implements SceneStore {
       else scenes.delete(id);
     });
     const meshes = await done<MeshFacts[]>(transaction.objectStore('meshes').getAll());
-    const useless = meshes.filter((mesh) => !used.has(mesh.id) && !isSpared(mesh));
+    for (const mesh of meshes) if (isSpared(mesh)) used.add(mesh.id);
+    const useless = meshes.filter(({ id }) => !used.has(id));
     for (const { id } of useless) for (const table of ['meshes', 'contents']) transaction.objectStore(table).delete(id);
+    const companions = transaction.objectStore('companions');
+    for (const mesh of (await done(companions.getAllKeys())) as string[]) if (!used.has(mesh)) companions.delete(mesh);
     await committed(transaction);
-    return useless.reduce((sum, { bytes }) => sum + bytes, 0);
+    return sum(useless.map(({ bytes }) => bytes));
   }
+}
+
+function sum(numbers: readonly number[]): number {
+  return numbers.reduce((total, one) => total + one, 0);
 }
 
 function isFull(error: unknown): boolean {

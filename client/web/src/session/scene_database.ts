@@ -3,7 +3,7 @@
 //
 // IndexedDB as promises: https://www.w3.org/TR/IndexedDB-3/.
 
-export type SceneTable = 'scenes' | 'meshes' | 'contents';
+export type SceneTable = 'scenes' | 'meshes' | 'contents' | 'companions';
 
 /**
  * What is in the table of meshes. Contents are in one of their own: a Blob that some page has a handle to takes its room
@@ -12,16 +12,18 @@ export type SceneTable = 'scenes' | 'meshes' | 'contents';
 export interface MeshFacts {
   readonly id: string;
   readonly header: Uint8Array;
-  /** Of the content. */
+  /** Of the content and of what was dropped beside it. */
   readonly bytes: number;
+  /** Of these, what was dropped beside it. */
+  readonly companionBytes: number;
   /** Date.now(). */
   readonly savedAt: number;
 }
 
 const NAME = 'latticed';
-const VERSION = 2;  // of the records; those of another version are dropped
+const VERSION = 3;  // of the records; those of another version are dropped
 
-/** Opens the database, whose tables are scenes, meshes and contents. Rejects where the browser gives none. */
+/** Opens the database, whose tables are scenes, meshes, contents and companions. Rejects where the browser gives none. */
 export function openSceneDatabase(): Promise<IDBDatabase> {
   return new Promise((resolve, reject) => {
     const request = indexedDB.open(NAME, VERSION);
@@ -31,6 +33,7 @@ export function openSceneDatabase(): Promise<IDBDatabase> {
       result.createObjectStore('scenes', { keyPath: 'id' });
       result.createObjectStore('meshes', { keyPath: 'id' });
       result.createObjectStore('contents');
+      result.createObjectStore('companions');
     };
     request.onblocked = () => reject(new Error('a window of another version of this page is open'));
     request.onerror = () => reject(request.error);

@@ -30,6 +30,7 @@ const FILES: readonly (readonly [string, string])[] = [
   ['OBJ', 'With its MTL file and pictures, dropped together'],
   ['PLY', 'With the pictures that it names in comments: TextureFile'],
   ['GLB', 'With its own pictures, or those dropped with it'],
+  ['Pictures', 'Stay in this browser, with the mesh; others see those inside a GLB'],
   ['STL DRC', 'Shown without pictures'],
   ['JSON', 'A lattice, as of latticectl lattice'],
 ];

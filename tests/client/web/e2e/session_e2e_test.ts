@@ -276,6 +276,40 @@ test('for a mesh without room the oldest scenes are forgotten, none in vain; wha
   assert.equal(await there(), 'b23');
 });
 
+test('what was dropped beside a mesh is kept with it, counts with it for room, and is forgotten with it', async (t) => {
+  const profile = mkdtempSync(join(tmpdir(), 'latticed-profile-'));
+  t.after(() => rmSync(profile, { recursive: true }));
+  const context = await launchWithProfile(profile);
+  t.after(() => context.close());
+  const storing = await context.newPage();
+  await storing.goto(server.origin);
+  await limitStorage(storing, 10e6);
+  const keep = (mesh: string, megabytes: number): Promise<string> => storing.evaluate(async ([id, size]) => {
+    const files = [new File([new Uint8Array(size * 1e6)], `${size} of ${id}.png`)];
+    return window.harness.store.saveCompanions(id, files).then(() => '', (error: Error) => error.message);
+  }, [mesh, megabytes] as const);
+  const makeScene = (id: string, mesh: string, megabytes: number): Promise<void> => storing.evaluate(async ([scene, file, size]) => {
+    const { store } = window.harness;
+    await store.saveMesh({ id: file, header: new Uint8Array(), content: new Blob([new Uint8Array(size * 1e6)]) });
+    await store.saveScene({ id: scene, mesh: file, bootId: '', request: new Uint8Array(), savedAt: Number(scene) });
+  }, [id, mesh, megabytes] as const);
+  const there = (): Promise<string[]> => storing.evaluate(async () =>
+    (await Promise.all([...'abx'].map((id) => window.harness.store.companions(id)))).flat().map(({ name, size }) => `${name}: ${size}`));
+
+  await makeScene('1', 'a', 2);
+  assert.equal(await keep('a', 3), '');
+  await makeScene('2', 'b', 1);
+  assert.equal(await keep('b', 2), '');
+  assert.equal(await keep('b', 5), ''); // in place of 2, and of a
+  assert.deepEqual(await there(), ['5 of b.png: 5000000']);
+  assert.equal(await storing.evaluate(() => window.harness.store.keepsMesh('a')), false);
+  assert.equal(await keep('b', 11), 'the browser has no room left for it');
+  assert.deepEqual(await there(), ['5 of b.png: 5000000']);
+  assert.equal(await keep('x', 1), ''); // of a mesh that nobody has
+  await storing.evaluate(() => window.harness.store.forgetOld());
+  assert.deepEqual(await there(), ['5 of b.png: 5000000']);
+});
+
 test('a server that is killed and started again has the scene again', async () => {
   const points = await page.evaluate(() => Array.from(window.harness.session.lattice.points));
   await server.kill();

@@ -136,7 +136,7 @@ test('every format is downloaded with the token of the page, which a reload keep
 
   await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
   await page.evaluate(() => window.latticed.commands.get('share').run());
-  await page.getByText('The link is copied').waitFor();
+  await page.getByText('The link is copied. Who opens it edits the same scene. What was dropped beside the mesh stays in this browser.').waitFor();
   const link = await page.evaluate(() => navigator.clipboard.readText());
   assert.match(link, /\?scene=[0-9a-f]{32}$/);
   await page.reload();
