@@ -4,13 +4,17 @@
 // Usage: draco3d_write_streams FOLDER. Streams of our writer, and beside each what it must hold, for
 // another decoder to compare (compare_streams.mjs):
 //
-//   N.drc    the stream; every third is a mesh
+//   N.drc    the stream, written alone or in a group, as a server does; a third are meshes
 //   N.bin    little-endian uint32: position values of all points, x y z each; then s t of normals
+#include <array>
 #include <cstdio>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "core/codec/chunk_connectivity.h"
 #include "fmt/format.h"
 #include "tests/core/codec/chunk_fixtures.h"
 
@@ -27,18 +31,48 @@ bool WriteBytes(const std::string& path, const std::vector<T>& values) {
   return file.good();
 }
 
-bool WriteStream(const std::string& folder, unsigned number, const Chunk& chunk) {
-  const auto encoder = MakeChunkEncoder("latticed");
+// Triangles of a fan around the first point.
+std::vector<std::array<uint32_t, 3>> Fan(size_t points) {
   std::vector<std::array<uint32_t, 3>> fan;
-  for (uint32_t i = 2; i < chunk.points; ++i) fan.push_back({0, i - 1, i});
-  const auto stream = number % 3 == 2 && !fan.empty()
-                          ? encoder->EncodeMesh(chunk.vertices(), 8.0, fan)
-                          : encoder->EncodePoints(chunk.vertices(), 8.0);
-  if (!stream.ok()) return false;
+  for (uint32_t i = 2; i < points; ++i) fan.push_back({0, i - 1, i});
+  return fan;
+}
+
+bool WriteFiles(const std::string& folder, unsigned number, const Chunk& chunk,
+                const std::vector<uint8_t>& stream) {
   std::vector<uint32_t> values = chunk.integers.positions;
   values.insert(values.end(), chunk.integers.normals.begin(), chunk.integers.normals.end());
-  return WriteBytes(fmt::format("{}/{}.drc", folder, number), *stream) &&
+  return WriteBytes(fmt::format("{}/{}.drc", folder, number), stream) &&
          WriteBytes(fmt::format("{}/{}.bin", folder, number), values);
+}
+
+bool WriteStream(const std::string& folder, unsigned number, const Chunk& chunk) {
+  const auto encoder = MakeChunkEncoder("latticed");
+  const auto stream = number % 3 == 2 && chunk.points > 2
+                          ? encoder->EncodeMesh(chunk.vertices(), 8.0, Fan(chunk.points))
+                          : encoder->EncodePoints(chunk.vertices(), 8.0);
+  return stream.ok() && WriteFiles(folder, number, chunk, *stream);
+}
+
+// As many chunks as the writer takes at a time, of every kind of data by turns, numbered from
+// `number` on.
+bool WriteGroup(const std::string& folder, size_t points, int position_bits, int normal_bits,
+                bool meshes, unsigned& number) {
+  const auto encoder = MakeChunkEncoder("latticed");
+  std::vector<Chunk> chunks;
+  std::vector<QuantisedVertices> vertices;
+  for (unsigned i = 0; i < encoder->batch(); ++i) {
+    chunks.push_back(MakeChunk(points, position_bits, normal_bits,
+                               kAllData[i % std::size(kAllData)], kSeed + number + i));
+  }
+  for (const Chunk& chunk : chunks) vertices.push_back(chunk.vertices());
+  const ChunkConnectivity fan(points, Fan(points));
+  std::vector<std::vector<uint8_t>> streams(chunks.size());
+  if (!encoder->Encode(vertices, 8.0, meshes ? &fan : nullptr, streams).ok()) return false;
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    if (!WriteFiles(folder, number++, chunks[i], streams[i])) return false;
+  }
+  return true;
 }
 
 // Every kind of data in a chunk of its own, numbered from `number` on.
@@ -51,13 +85,18 @@ bool WriteAllData(const std::string& folder, size_t points, int position_bits, i
   return true;
 }
 
-// Every pair of bits in the points of a patch; chunks of a point and of the usual size; 4,096 patches
-// of one segment, 32 of 32, and as many points as a chunk may have.
+// Every pair of bits in the points of a patch, alone and in groups; chunks of a point and of the
+// usual size; 4,096 patches of one segment, 32 of 32, and as many points as a chunk may have; groups
+// of the usual size.
 bool WriteStreams(const std::string& folder) {
   unsigned number = 0;
   for (int position_bits = 8; position_bits <= 16; ++position_bits) {
     for (const int normal_bits : {0, 6, 7, 8, 9, 10, 11, 12}) {
-      if (!WriteAllData(folder, 66, position_bits, normal_bits, number)) return false;
+      const bool meshes = (position_bits + normal_bits) % 3 == 0;
+      if (!WriteAllData(folder, 66, position_bits, normal_bits, number) ||
+          !WriteGroup(folder, 66, position_bits, normal_bits, meshes, number)) {
+        return false;
+      }
     }
   }
   for (const size_t points : {1u, 2112u, 4096u * 3, 32u * 561, 65'535u}) {
@@ -65,7 +104,8 @@ bool WriteStreams(const std::string& folder) {
       if (!WriteAllData(folder, points, position_bits, normal_bits, number)) return false;
     }
   }
-  return true;
+  return WriteGroup(folder, 2112, 12, 8, /*meshes=*/false, number) &&
+         WriteGroup(folder, 2112, 14, 10, /*meshes=*/true, number);
 }
 
 }  // namespace
