@@ -62,6 +62,7 @@ int Benchmarks(const Options& options) {
   RegisterEvaluateBenches();
   RegisterPlanBenches();
   RegisterCodecBenches();
+  RegisterCodecBytesBenches();
   RegisterCpuEncodeBenches();
   RegisterDeliveryBenches();
   RegisterEngineBenches();
