@@ -8,16 +8,22 @@ readonly node_18=build/ci/node-18 npm_of_node_18=9.2.0
 
 # Leaves node and npm in $node_18/bin, but where no package of Node 18 is to be had.
 node_18_unpack() {
-  local version library needs
+  local version library needs plan root=()
+  ((EUID == 0)) || root=(sudo)
+  "${root[@]}" apt-get update -q
   version=$(apt-cache madison nodejs | awk '$3 ~ /^18\./ { print $3; exit }')
   if [[ -z $version ]]; then
     grep -qs '^VERSION_CODENAME=bookworm$' /etc/os-release &&
-      die "apt knows of no nodejs 18, which Debian 12 has: run apt-get update"
+      die "apt knows of no nodejs 18, which Debian 12 has"
     echo "skipped, this machine's distribution has no Node 18" | tee -a build/ci/skipped.txt
     return
   fi
   library=$(apt-cache show "nodejs=$version" | sed -n 's/^Depends:.*\(libnode[0-9]*\).*/\1/p')
   mapfile -t needs < <(apt-cache show "$library=$version" | sed -n 's/^Depends: //p' | sed 's/ ([^)]*)//g; s/, /\n/g')
+  if ! plan=$(apt-get install --simulate --no-install-recommends "${needs[@]}" 2>&1) || grep -q '^Inst nodejs ' <<<"$plan"; then
+    echo "skipped, what Debian's Node 18 needs cannot be installed beside this machine's Node" | tee -a build/ci/skipped.txt
+    return
+  fi
   need "what Node 18 needs" "${needs[@]}"
   rm -rf "$node_18" && mkdir -p "$node_18"/{root,bin} &&
     (cd "$node_18" && apt-get download -q "nodejs=$version" "$library=$version") &&

@@ -28,10 +28,13 @@ constexpr auto kMostOver = std::chrono::seconds(2);
 // A call takes the head of an HTTP/2 frame at least.
 constexpr uint64_t kLeastCallBytes = 9;
 // gRPC may not have read all that came: it is asked again after kAskEvery, then after kLonger times as
-// long, and so on up to kReadBy; where too many calls are open, every kAskEvery.
+// long, and so on up to kReadBy, so that it was asked after any pause that a client can keep it in;
+// where too many calls are open, or the kernel does not say what came, every kAskEvery.
 constexpr auto kAskEvery = std::chrono::milliseconds(250),
-               kReadBy = std::chrono::milliseconds(4000);
+               kReadBy = std::chrono::milliseconds(16'000);
 constexpr int kLonger = 4;
+static_assert(kReadBy + kReadBy / kLonger >=
+              std::chrono::milliseconds(limits::kKeepaliveTimeoutMs));
 constexpr auto kLogEvery = std::chrono::seconds(1);
 
 // 0 where nothing came, where it has ended, and where the kernel does not say (before Linux 4.1).
@@ -106,23 +109,24 @@ void CallGuard::Ask(int descriptor, Looked& here, Clock::time_point now) {
     return;
   }
   if (here.number == kNoSocket) here.number = open_calls_.NumberOf(Connection::Of(descriptor));
-  here.calls = here.number == kNoSocket ? 0 : OpenCalls::Of(here.number);
+  const auto calls = OpenCalls::Of(here.number);
+  if (!calls.has_value()) here.number = kNoSocket;  // not known yet, or of one that had its address
+  here.calls = calls.value_or(0);
   const bool over = here.calls > kAllowed;
   here.over_since = over ? std::min(here.over_since, now) : Clock::time_point::max();
   if (here.calls > kMost || now - here.over_since > kMostOver) {
-    here.cut = true;
-    here.again = Clock::time_point::max();
-    Cut(descriptor, here.inode, here.calls);
+    here.cut = Cut(descriptor, here.inode, here.calls);
+    here.again = here.cut ? Clock::time_point::max() : now + kAskEvery;
     return;
   }
-  if (over) here.wait = kAskEvery;
+  if (over || !kernel_counts_) here.wait = kAskEvery;
   here.again = here.wait > kReadBy ? Clock::time_point::max() : now + here.wait;
   here.wait *= kLonger;
 }
 
-void CallGuard::Cut(int descriptor, uint64_t inode, int64_t calls) {
+bool CallGuard::Cut(int descriptor, uint64_t inode, int64_t calls) {
   const int same = dup(descriptor);  // what gRPC closes meanwhile is not someone else's then
-  if (same < 0) return;
+  if (same < 0) return false;
   if (SocketInode(same) == inode) {
     const Clock::time_point now = Clock::now();
     if (now >= logs_again_) {  // who comes again and again must not fill the log
@@ -134,6 +138,7 @@ void CallGuard::Cut(int descriptor, uint64_t inode, int64_t calls) {
     shutdown(same, SHUT_RDWR);
   }
   close(same);
+  return true;
 }
 
 }  // namespace latticed

@@ -60,7 +60,8 @@ class CallGuard {
   void LookAround();
   void Receive(Looked& here, uint64_t received, Clock::time_point now);
   void Ask(int descriptor, Looked& here, Clock::time_point now);
-  void Cut(int descriptor, uint64_t inode, int64_t calls);
+  // False where the process has no descriptor left for it.
+  bool Cut(int descriptor, uint64_t inode, int64_t calls);
 
   const std::function<Sockets()> connections_;
   // Of the thread.

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
 
 #include "absl/strings/escaping.h"
@@ -128,18 +129,21 @@ void OpenCalls::List() {
 }
 
 SocketNumber OpenCalls::NumberOf(const Connection& connection) const {
+  // The newest: an ended one may be listed as long as a handler has a call of it.
+  SocketNumber newest = kNoSocket;
   const auto [begin, end] = sockets_.equal_range(connection.remote.port);
   for (auto candidate = begin; candidate != end; ++candidate) {
     const json socket = Parse(grpc_channelz_get_socket(candidate->second));
     const Connection ends{.local = EndpointIn(At(socket, "/socket/local")),
                           .remote = EndpointIn(At(socket, "/socket/remote"))};
-    if (ends == connection) return candidate->second;
+    if (ends == connection) newest = std::max(newest, candidate->second);
   }
-  return kNoSocket;
+  return newest;
 }
 
-int64_t OpenCalls::Of(SocketNumber number) {
+std::optional<int64_t> OpenCalls::Of(SocketNumber number) {
   const json socket = Parse(grpc_channelz_get_socket(number));
+  if (!socket.is_object()) return std::nullopt;
   const json data = At(socket, "/socket/data");
   return Number(data, "/streamsStarted") - Number(data, "/streamsSucceeded") -
          Number(data, "/streamsFailed");

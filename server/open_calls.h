@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 namespace latticed {
@@ -40,9 +41,9 @@ class OpenCalls {
   void List();
   // As of the last List.
   [[nodiscard]] SocketNumber NumberOf(const Connection& connection) const;
-  // Those that take memory, whether a handler knows of them or not; 0 for a connection that has
-  // ended. 20 to 100 us.
-  [[nodiscard]] static int64_t Of(SocketNumber number);
+  // Those that take memory, whether a handler knows of them or not; nullopt where gRPC knows no
+  // connection of that number any more. 20 to 100 us.
+  [[nodiscard]] static std::optional<int64_t> Of(SocketNumber number);
 
  private:
   std::multimap<uint16_t, SocketNumber> sockets_;  // by the port of the peer

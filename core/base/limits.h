@@ -65,7 +65,8 @@ inline constexpr uint64_t kMinTransportBytes = uint64_t{16} << 20;
 // Requests that wait for a worker, parsed, take up to this share of --memory more: beside it, so that
 // what frees memory has a turn.
 inline constexpr uint64_t kWaitingRequestsShare = 8;
-// So may replies that their clients have not taken yet, but for small ones, which are part of kCallBytes.
+// So may replies that their clients have not taken yet, but for small ones: a call that has nothing but
+// such a reply takes 12 KB and the reply, no more than one of which nothing has come.
 inline constexpr uint64_t kUntakenRepliesShare = 8;
 inline constexpr uint64_t kSmallReplyBytes = 8'192;
 

@@ -104,7 +104,8 @@ bool QuantiseNormals(const Plane& x, Plane& y, Plane& z, float centre, int32_t* 
 template <class T>
 void StoreNormals(const float* points, int bits, Plane& x, Plane& y, Plane& z, uint8_t* s,
                   uint8_t* t) {
-  const auto centre = static_cast<float>(OctahedralMax(bits) / 2);
+  const int32_t half = OctahedralMax(bits) / 2;
+  const auto centre = static_cast<float>(half);
   int32_t doubtful[kBlock];
   const bool any = QuantiseNormals(x, y, z, centre, doubtful);
   for (size_t i = 0; any && i < kBlock; ++i) {

@@ -32,7 +32,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   UnaryCall(const ServerEnv& env, CallInfo call, MemoryReservation room, const Message& request,
             Message* response)
       : call_(std::move(call)),
-        request_(request),
+        request_(const_cast<Message&>(request)),
         response_(response),
         request_room_(std::move(room)),
         reply_room_(env) {}
@@ -40,8 +40,9 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   void Run(const std::function<absl::Status(const CallInfo&)>& work) {
     absl::Status result = CheckCancelled(*call_.context);
     if (result.ok()) result = CatchBadAlloc("the request", [&] { return work(call_); });
-    if (result.ok()) result = MakeRoom();
-    // A status needs no window: who reads nothing else takes it, and the call is done.
+    Empty(request_);
+    request_room_.Release();
+    if (result.ok()) result = reply_room_.Hold(ReplyBytes(*response_));
     if (!result.ok()) Empty(*response_);
     const grpc::Status status = ToGrpcStatus(result);
     LogFinished(call_, status);
@@ -51,16 +52,8 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   void OnDone() override { delete this; }
 
  private:
-  // The request lives as long as the reply, and waits for no worker any more.
-  absl::Status MakeRoom() {
-    const uint64_t bytes = ReplyBytes(*response_);
-    if (absl::Status status = reply_room_.Hold(bytes); !status.ok()) return status;
-    if (reply_room_.Hold(bytes + request_.SpaceUsedLong()).ok()) request_room_.Release();
-    return absl::OkStatus();
-  }
-
   const CallInfo call_;
-  const Message& request_;
+  Message& request_;  // a plain member of gRPC's holder, which handlers see as const
   Message* const response_;
   MemoryReservation request_room_;
   ReplyRoom reply_room_;

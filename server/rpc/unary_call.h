@@ -23,9 +23,10 @@
 
 namespace latticed {
 
-// Request and response live until the client has taken the reply. A call that was cancelled before
-// its turn does not run. kResourceExhausted OUT_OF_MEMORY where too many requests wait, or where
-// clients leave too many replies (ReplyRoom): then `work` has run.
+// The response lives until the client has taken it, what the request holds only as long as `work`
+// runs. A call that was cancelled before its turn does not run. kResourceExhausted OUT_OF_MEMORY
+// where too many requests wait, or where clients leave too many replies (ReplyRoom): then `work` has
+// run.
 grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* context,
                                    std::string_view rpc, const google::protobuf::Message& request,
                                    google::protobuf::Message* response,

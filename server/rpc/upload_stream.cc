@@ -71,7 +71,9 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
     if (!mesh.ok()) return mesh.status();
     *response_ = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
     request_ = v1::UploadMeshRequest();  // its bytes
-    return reply_room_.Hold(ReplyBytes(*response_));
+    absl::Status room = reply_room_.Hold(ReplyBytes(*response_));
+    if (!room.ok()) *response_ = v1::Mesh();
+    return room;
   }
 
   void End(const absl::Status& result) {

@@ -237,7 +237,7 @@ TEST_F(LevelOfDetailTest, AGestureThatFallsSilentGivesTheBitsBackWithoutAnEdit) 
   client.RunToHead();
   EXPECT_FALSE(client.updates().back().end.full_detail);
 
-  scene_->Tick(absl::Now() + absl::Seconds(30));
+  scene_->Tick(absl::Now() + absl::Seconds(55));
   EXPECT_FALSE(client.Step());
   // A tick passes by a scene that another one is at, the registry's own.
   EXPECT_TRUE(Becomes(2000, [this] {

@@ -108,5 +108,28 @@ TEST(QuantiseVertices, PositionsRoundToTheGridAndStayOnIt) {
   }
 }
 
+TEST(QuantiseVertices, PositionsHalfWayGoToTheEvenNeighbour) {
+  constexpr size_t kPoints = 131;
+  std::vector<float> values;
+  for (size_t i = 0; i < kPoints; ++i) {
+    const float half = static_cast<float>(i) + 0.5f;
+    values.insert(values.end(), {half, std::nextafter(half, 0.0f), std::nextafter(half, 1e9f)});
+  }
+  values[0] = std::numeric_limits<float>::denorm_min();
+  std::vector<uint8_t> bytes(10 * kPoints);
+  for (const int64_t target : Targets()) {
+    const ChosenTarget chosen(target);
+    const QuantisedVertices q = QuantiseVertices(
+        {.point_count = kPoints, .values = values.data(), .scale = {1, 1, 1}, .position_bits = 12},
+        bytes.data());
+    EXPECT_EQ(q.x[0], 0);
+    for (size_t i = 1; i < kPoints; ++i) {
+      ASSERT_EQ(q.x[i], i % 2 == 0 ? i : i + 1);
+      ASSERT_EQ(q.y[i], i);
+      ASSERT_EQ(q.z[i], i + 1);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace latticed::testing
