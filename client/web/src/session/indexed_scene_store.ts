@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { committed, done, openSceneDatabase, type MeshFacts, type SceneTable } from './scene_database';
+import { CompanionTable } from './companion_table';
+import { committed, done, OutdatedPage, openSceneDatabase, type MeshFacts, type SceneTable } from './scene_database';
 import type { SceneStore, StoredMesh, StoredScene } from './scene_store';
 
 /**
@@ -12,15 +13,9 @@ export class IndexedSceneStore implements SceneStore {
   private static readonly UNUSED_MESH_KEPT_MS = 60 * 60 * 1000;  // some window may be about to make a scene of it
   private static page: IndexedSceneStore | undefined;
 
-  private readonly database = openSceneDatabase().catch((error: unknown) => {
-    throw new Error(`the browser keeps nothing for this page, as in some private windows${detail(error)}`);
-  });
+  private connection: Promise<IDBDatabase> | undefined;
   private unwrittenMesh: StoredMesh | undefined;
   private unwrittenScene: StoredScene | undefined;
-
-  constructor() {
-    this.database.catch(() => undefined);  // who saves is told
-  }
 
   /** The one that all sessions of the page share. */
   static ofPage(): IndexedSceneStore {
@@ -60,13 +55,12 @@ export class IndexedSceneStore implements SceneStore {
   /** Pictures and materials that were dropped beside a mesh. */
   async companions(mesh: string): Promise<readonly File[]> {
     const transaction = await this.reading(['companions']);
-    return (transaction && (await done<File[] | undefined>(transaction.objectStore('companions').get(mesh)))) ?? [];
+    return transaction === undefined ? [] : new CompanionTable(transaction).files(mesh);
   }
 
-  /** In place of those before. */
-  saveCompanions(mesh: string, files: readonly File[]): Promise<void> {
-    const bytes = sum(files.map(({ size }) => size));
-    return this.save(() => this.writeCompanions(mesh, files, bytes), mesh, bytes);
+  /** In place of those before: of all, or beside others only of those that have their names. */
+  saveCompanions(mesh: string, files: readonly File[], beside = false): Promise<void> {
+    return this.save(() => this.writeCompanions(mesh, files, beside), mesh, sum(files.map(({ size }) => size)));
   }
 
   async forgetOld(): Promise<void> {
@@ -74,30 +68,42 @@ export class IndexedSceneStore implements SceneStore {
     await this.forget(IndexedSceneStore.SCENES_KEPT, '', ({ savedAt }) => savedAt > since);
   }
 
+  /** Opened when it is first asked for, and again after it has gone. */
+  private get database(): Promise<IDBDatabase> {
+    return (this.connection ??= openSceneDatabase(() => (this.connection = undefined)).catch((error: unknown) => {
+      if (error instanceof OutdatedPage) throw error;
+      throw new Error(`the browser keeps nothing for this page, as in some private windows${detail(error)}`);
+    }));
+  }
+
   /** Undefined where there is no database: all there is, the page has. */
   private async reading(tables: SceneTable[]): Promise<IDBTransaction | undefined> {
-    return (await this.database.catch(() => undefined))?.transaction(tables);
+    const database = await this.database.catch((error: unknown) => {
+      if (error instanceof OutdatedPage) throw error;
+    });
+    return database?.transaction(tables);
   }
 
   private async writeMesh({ id, header, content }: StoredMesh): Promise<void> {
-    const transaction = (await this.database).transaction(['meshes', 'contents'], 'readwrite');
+    const transaction = (await this.database).transaction(['meshes', 'contents', 'companions'], 'readwrite');
     const meshes = transaction.objectStore('meshes');
     if ((await done(meshes.getKey(id))) === undefined) {
-      meshes.put({ id, header, bytes: content.size, companionBytes: 0, savedAt: Date.now() } satisfies MeshFacts);
+      const companionBytes = await new CompanionTable(transaction).bytes(id); // they may come before a mesh that is read back
+      meshes.put({ id, header, bytes: content.size + companionBytes, companionBytes, savedAt: Date.now() } satisfies MeshFacts);
       transaction.objectStore('contents').put(content, id);
     }
     await committed(transaction);
   }
 
-  private async writeCompanions(mesh: string, files: readonly File[], companionBytes: number): Promise<void> {
+  private async writeCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void> {
     const transaction = (await this.database).transaction(['meshes', 'companions'], 'readwrite');
+    const companionBytes = await new CompanionTable(transaction).put(mesh, files, beside);
     const meshes = transaction.objectStore('meshes');
     const facts = await done<MeshFacts | undefined>(meshes.get(mesh));
     if (facts) {
-      const bytes = facts.bytes - facts.companionBytes + companionBytes;
+      const bytes = facts.bytes - (facts.companionBytes ?? 0) + companionBytes;
       meshes.put({ ...facts, bytes, companionBytes } satisfies MeshFacts);
     }
-    transaction.objectStore('companions').put(files, mesh);
     await committed(transaction);
   }
 
@@ -153,8 +159,7 @@ export class IndexedSceneStore implements SceneStore {
     for (const mesh of meshes) if (isSpared(mesh)) used.add(mesh.id);
     const useless = meshes.filter(({ id }) => !used.has(id));
     for (const { id } of useless) for (const table of ['meshes', 'contents']) transaction.objectStore(table).delete(id);
-    const companions = transaction.objectStore('companions');
-    for (const mesh of (await done(companions.getAllKeys())) as string[]) if (!used.has(mesh)) companions.delete(mesh);
+    await new CompanionTable(transaction).forgetAllBut(used);
     await committed(transaction);
     return sum(useless.map(({ bytes }) => bytes));
   }

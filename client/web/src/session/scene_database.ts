@@ -14,34 +14,55 @@ export interface MeshFacts {
   readonly header: Uint8Array;
   /** Of the content and of what was dropped beside it. */
   readonly bytes: number;
-  /** Of these, what was dropped beside it. */
-  readonly companionBytes: number;
+  /** Of these, what was dropped beside it; records of version 2 lack it. */
+  readonly companionBytes?: number;
   /** Date.now(). */
   readonly savedAt: number;
 }
 
 const NAME = 'latticed';
-const VERSION = 3;  // of the records; those of another version are dropped
+const VERSION = 3;  // of the records; version 2 has no companions, and records of version 1 are dropped
 
-/** Opens the database, whose tables are scenes, meshes, contents and companions. Rejects where the browser gives none. */
-export function openSceneDatabase(): Promise<IDBDatabase> {
+/** A newer version of the page has made the database one that this page does not know. */
+export class OutdatedPage extends Error {
+  constructor() {
+    super('another window has a newer version of this page: reload this one');
+  }
+}
+
+/**
+ * Opens the database, whose tables are scenes, meshes, contents and companions; where an older window is writing, when it
+ * has. Rejects where the browser gives none, or with an OutdatedPage.
+ *
+ * @param onClosed Told when the connection has gone: a newer window wants another version, or all was deleted.
+ */
+export function openSceneDatabase(onClosed: () => void): Promise<IDBDatabase> {
   return new Promise((resolve, reject) => {
     const request = indexedDB.open(NAME, VERSION);
-    request.onupgradeneeded = () => {
+    request.onupgradeneeded = ({ oldVersion }) => {
       const { result } = request;
-      for (const name of [...result.objectStoreNames]) result.deleteObjectStore(name);
-      result.createObjectStore('scenes', { keyPath: 'id' });
-      result.createObjectStore('meshes', { keyPath: 'id' });
-      result.createObjectStore('contents');
+      if (oldVersion < 2) makeTables(result);
       result.createObjectStore('companions');
     };
-    request.onblocked = () => reject(new Error('a window of another version of this page is open'));
-    request.onerror = () => reject(request.error);
+    request.onerror = () => reject(request.error?.name === 'VersionError' ? new OutdatedPage() : request.error);
     request.onsuccess = () => {
-      request.result.onversionchange = () => request.result.close();
-      resolve(request.result);
+      const { result } = request;
+      result.onversionchange = () => {
+        result.close();
+        onClosed();
+      };
+      result.onclose = onClosed;
+      resolve(result);
     };
   });
+}
+
+/** Those of version 2. */
+function makeTables(database: IDBDatabase): void {
+  for (const name of [...database.objectStoreNames]) database.deleteObjectStore(name);
+  database.createObjectStore('scenes', { keyPath: 'id' });
+  database.createObjectStore('meshes', { keyPath: 'id' });
+  database.createObjectStore('contents');
 }
 
 /** The result of a request. What it has written is not safe yet: see committed(). */

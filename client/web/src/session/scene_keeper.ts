@@ -64,9 +64,9 @@ export class SceneKeeper {
    * where nothing was saved. Rejects with a ServerError.
    */
   async restore(lattice?: Lattice): Promise<'here' | 'elsewhere' | undefined> {
-    const stored = await this.store.scene(this.sceneId);
-    if (!stored) return undefined;
     try {
+      const stored = await this.store.scene(this.sceneId);
+      if (!stored) return undefined;
       const { bootId } = await this.server.server.getServerInfo({});
       // Another window saves what it has made.
       if (bootId === stored.bootId) return (await this.exists()) ? 'elsewhere' : undefined;
