@@ -29,14 +29,23 @@ interface OpenMesh {
   id: string;
   file?: MeshFile;
   companions: readonly File[];
+  /** Of the companions, those that this browser does not keep, or not yet. */
+  unkept: readonly File[];
+  /** Whether what this browser keeps beside the mesh of earlier drops belongs to it too. */
+  takesKept: boolean;
   /** Whether it was dropped on this page, and not opened by a link or after a reload. */
   readonly isDropped: boolean;
-  /** Whether this browser keeps the companions. */
-  areKept: boolean;
+}
+
+/** A mesh that is dropped with companions has these alone. */
+function openMesh(known: Partial<OpenMesh> = {}): OpenMesh {
+  const { companions = [] } = known;
+  const takesKept = companions.length === 0;
+  return { id: '', companions, unkept: companions, takesKept, isDropped: false, ...known };
 }
 
 export class SceneOpener {
-  private mesh: OpenMesh = { id: '', companions: [], isDropped: false, areKept: true };
+  private mesh = openMesh();
   private fitting: FitDialog | undefined;
   private texture: DataArrayTexture | undefined;
   private textureTurn = 0;
@@ -55,9 +64,11 @@ export class SceneOpener {
     }
   }
 
-  /** Whether something was dropped beside the mesh, which who opens the scene elsewhere does not have. */
-  get hasCompanions(): boolean {
-    return this.mesh.companions.length > 0;
+  /** Where what was dropped beside the mesh is, which who opens the scene elsewhere does not have. */
+  get companionsStay(): 'in this browser' | 'on this page' | undefined {
+    const { companions, unkept } = this.mesh;
+    if (companions.length === 0) return undefined;
+    return unkept.length === 0 ? 'in this browser' : 'on this page';
   }
 
   takeSample(name: SampleName): void {
@@ -107,11 +118,15 @@ export class SceneOpener {
 
   /** Those that were of use: they are there after a reload and in other windows. */
   private async keepCompanions(mesh: OpenMesh): Promise<void> {
-    if (mesh.areKept || mesh.companions.length === 0) return;
-    mesh.areKept = true;
-    await this.app.services.keepCompanions(mesh.id, mesh.companions).catch((error: unknown) => {
+    const { companions, unkept, takesKept } = mesh;
+    if (unkept.length === 0) return;
+    Object.assign(mesh, { unkept: [], takesKept: true }); // what is dropped from now on is written after these
+    try {
+      await this.app.services.keepCompanions(mesh.id, takesKept ? unkept : companions, takesKept);
+    } catch (error) {
+      Object.assign(mesh, { unkept: byName(unkept, mesh.unkept), takesKept });
       this.app.toasts.fail(`After a reload this mesh will be without what was dropped beside it: ${inWords(error)}`);
-    });
+    }
   }
 
   private async take(files: readonly File[]): Promise<void> {
@@ -129,9 +144,8 @@ export class SceneOpener {
   /** Shows the mesh that is open with pictures or materials that come after it. */
   private takeCompanions(companions: readonly File[]): void {
     if (this.app.scene === undefined) throw new Error('Open a mesh first, then its pictures.');
-    const names = new Set(companions.map(({ name }) => name));
-    this.mesh.companions = [...this.mesh.companions.filter(({ name }) => !names.has(name)), ...companions];
-    this.mesh.areKept = false;
+    this.mesh.companions = byName(this.mesh.companions, companions);
+    this.mesh.unkept = byName(this.mesh.unkept, companions);
     this.showColours();
   }
 
@@ -148,11 +162,15 @@ export class SceneOpener {
       file,
       upload: (progress, signal) => services.upload(file, progress, signal),
       create: async (mesh, fit) => {
-        await this.create({ id: mesh.id, file, companions, isDropped: true, areKept: false }, fit, viewFor(mesh));
-        const rest = await shownAtRest(file);
-        if (rest !== undefined) this.app.toasts.tell(rest);
+        await this.create(openMesh({ id: mesh.id, file, companions, isDropped: true }), fit, viewFor(mesh));
+        void this.tellRest(file).catch(() => undefined); // the scene is open; what a server takes need not be what JSON.parse does
       },
     });
+  }
+
+  private async tellRest(file: MeshFile): Promise<void> {
+    const rest = await shownAtRest(file);
+    if (rest !== undefined) this.app.toasts.tell(rest);
   }
 
   /** Another frame, size or degree is another scene of the same mesh. */
@@ -188,13 +206,13 @@ export class SceneOpener {
     this.app.show(session);
     const { mesh: before } = this;
     if (known !== undefined) this.mesh = known;
-    else if (before.id !== facts?.mesh) this.mesh = { id: facts?.mesh ?? '', companions: [], isDropped: false, areKept: true };
+    else if (before.id !== facts?.mesh) this.mesh = openMesh({ id: facts?.mesh ?? '' });
     // Nobody has asked: who chooses the texture is told what is wrong with it.
     if (this.mesh !== before || wasTextured) void this.showIfColoured(this.mesh, id).catch(() => undefined);
   }
 
   private async showIfColoured(mesh: OpenMesh, scene: string): Promise<void> {
-    if (mesh.file === undefined) await this.recall(mesh, scene);
+    if (mesh.takesKept) await this.recall(mesh, scene);
     const { file, companions } = mesh;
     const isColoured = file === undefined ? companions.length > 0 : await hasColours(file, companions);
     if (isColoured && mesh === this.mesh) this.showColours();
@@ -204,10 +222,17 @@ export class SceneOpener {
   private async recall(mesh: OpenMesh, scene: string): Promise<void> {
     const { services } = this.app;
     mesh.id ||= (await services.describeScene(scene)).mesh; // restored meanwhile
-    const { file, companions } = await services.keptMesh(mesh.id);
-    mesh.file ??= file ?? (await services.picturedMesh(mesh.id));
-    if (mesh.areKept) mesh.companions = companions; // or others came meanwhile
+    const { file, companions } = await services.keptMesh(mesh.id).catch(() => ({ file: undefined, companions: [] }));
+    mesh.companions = byName(companions, mesh.companions); // others may have come meanwhile
+    mesh.file ??= file;
+    if (mesh.companions.length === 0) mesh.file ??= await services.picturedMesh(mesh.id);
   }
+}
+
+/** All of `newer`, and of `older` what has another name. */
+function byName(older: readonly File[], newer: readonly File[]): File[] {
+  const names = new Set(newer.map(({ name }) => name));
+  return [...older.filter(({ name }) => !names.has(name)), ...newer];
 }
 
 /** Fewer segments for more faces; a person may ask for more. */

@@ -174,5 +174,9 @@ test('a GLB that bones, morph targets or animations would move is said to be sho
     await shownAtRest(glb({ nodes, meshes, animations: [{}] })), 'fox.glb is shown at rest, without its bones, morph targets and animations.');
   assert.equal(await shownAtRest(glb({ nodes: [{ mesh: 0 }], meshes: [{ primitives: [{ targets: [] }] }], skins: [{}], animations: [] })), undefined);
   assert.equal(await shownAtRest(glb({})), undefined);
+  assert.equal(await shownAtRest(glb({ nodes: [{ mesh: 0, skin: null }], meshes: null, animations: null })), undefined);
+  assert.equal(
+    await shownAtRest(glb({ nodes: null, meshes: [{}, { primitives: null }, { primitives: [{ targets: null }, { targets }] }] })),
+    'fox.glb is shown at rest, without its morph targets.');
   assert.equal(await shownAtRest(mesh('a.obj', 'v 0 0 0')), undefined);
 });

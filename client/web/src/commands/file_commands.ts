@@ -50,7 +50,8 @@ async function copyLink(app: App): Promise<void> {
   const link = location.origin + location.pathname + location.search;
   try {
     await navigator.clipboard.writeText(link);
-    const unshared = app.opener.hasCompanions ? ' What was dropped beside the mesh stays in this browser.' : '';
+    const { companionsStay } = app.opener;
+    const unshared = companionsStay ? ` What was dropped beside the mesh stays ${companionsStay}.` : '';
     app.toasts.tell(`The link is copied. Who opens it edits the same scene.${unshared}`);
   } catch {
     app.toasts.tell(`Copy this link: ${link}`); // no clipboard without https

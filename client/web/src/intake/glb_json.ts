@@ -12,22 +12,27 @@ export async function glbJson(content: Blob): Promise<string> {
   return content.slice(JSON_AT, JSON_AT + head.getUint32(LENGTH_AT, true)).text();
 }
 
+/** The server takes files without looking at all of this, so any of it may be null. */
 interface Moving {
-  readonly nodes?: readonly { readonly skin?: number }[];
-  readonly meshes?: readonly { readonly primitives: readonly { readonly targets?: readonly object[] }[] }[];
-  readonly animations?: readonly object[];
+  readonly nodes?: readonly { readonly skin?: number | null }[] | null;
+  readonly meshes?: readonly { readonly primitives?: readonly { readonly targets?: readonly object[] | null }[] | null }[] | null;
+  readonly animations?: readonly object[] | null;
 }
 
 /** What would move or bend a mesh that the server took, in words, since it takes the shape at rest; undefined where nothing would. */
 export async function shownAtRest({ name, format, content }: MeshFile): Promise<string | undefined> {
   if (format !== 'glb') return undefined;
-  const { nodes = [], meshes = [], animations = [] } = JSON.parse(await glbJson(content)) as Moving;
+  const { nodes, meshes, animations } = JSON.parse(await glbJson(content)) as Moving;
   const parts = [
-    nodes.some(({ skin }) => skin !== undefined) && 'bones',
-    meshes.some(({ primitives }) => primitives.some(({ targets = [] }) => targets.length > 0)) && 'morph targets',
-    animations.length > 0 && 'animations',
-  ].filter((part) => part !== false);
+    nodes?.some(({ skin }) => typeof skin === 'number') && 'bones',
+    meshes?.some(({ primitives }) => primitives?.some(({ targets }) => hasAny(targets))) && 'morph targets',
+    hasAny(animations) && 'animations',
+  ].filter((part) => typeof part === 'string');
   return parts.length === 0 ? undefined : `${name} is shown at rest, without its ${words(parts)}.`;
+}
+
+function hasAny(list: readonly object[] | null | undefined): boolean {
+  return (list?.length ?? 0) > 0;
 }
 
 function words(parts: readonly string[]): string {

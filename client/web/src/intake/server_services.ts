@@ -68,7 +68,7 @@ export function serverServices(server: LatticedServer): Services {
       const file = stored && meshFile(fromBinary(MeshHeaderSchema, stored.header), stored.content);
       return { ...(file && { file }), companions };
     },
-    keepCompanions: (mesh, files) => IndexedSceneStore.ofPage().saveCompanions(mesh, files),
+    keepCompanions: (mesh, files, beside) => IndexedSceneStore.ofPage().saveCompanions(mesh, files, beside),
     async picturedMesh(id) {
       const { format, hasUvs, totalBytes } = await server.meshes.getMesh({ mesh: id });
       if (format !== MeshFormat.GLB || !hasUvs || totalBytes > MOST_FETCHED_UNASKED) return undefined;

@@ -39,8 +39,8 @@ export interface Services {
   downloadMesh(mesh: string): Promise<MeshFile>;
   /** What this browser has of a mesh: its file, and pictures and materials that were dropped beside it. */
   keptMesh(mesh: string): Promise<{ readonly file?: MeshFile; readonly companions: readonly File[] }>;
-  /** Keeps pictures and materials for keptMesh. Rejects with an Error in words. */
-  keepCompanions(mesh: string, files: readonly File[]): Promise<void>;
+  /** Keeps pictures and materials for keptMesh, in place of all others or `beside` those of other names. Rejects in words. */
+  keepCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void>;
   /** The file of a mesh that may have its pictures inside, where that is not too large to be fetched unasked. */
   picturedMesh(mesh: string): Promise<MeshFile | undefined>;
   describeScene(sceneId: string): Promise<SceneFacts>;

@@ -12,7 +12,7 @@ import { launch } from './browser';
 import { followsDefinition } from './definition';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { createScene, dropFiles, live } from './viewer_page';
+import { createScene, dropFiles, live, promised } from './viewer_page';
 
 const OBJ = torusObj(12, 8);
 const RESTORED = 'The server was restarted; (this browser|another window) restored mesh and lattice';
@@ -59,7 +59,7 @@ async function allHave(scene: string, windows: readonly Page[], expected: readon
 
 /** Waits until the browser has what it takes to restore the scene: only then may the server go. */
 async function keeps(page: Page): Promise<void> {
-  await page.waitForFunction(async () => {
+  await promised(page, async () => {
     const done = <T>(request: IDBRequest<T>): Promise<T> => new Promise((resolve, reject) => {
       request.onsuccess = () => resolve(request.result);
       request.onerror = () => reject(request.error);

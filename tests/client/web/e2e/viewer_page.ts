@@ -39,6 +39,15 @@ export async function live(of: Page): Promise<void> {
   await frames(of);
 }
 
+/** Waits until what the page promises holds, and returns it: for waitForFunction a promise holds at once. */
+export async function promised<T, A = undefined>(of: Page, ask: (about: A) => Promise<T | undefined | false>, about?: A): Promise<T> {
+  for (const end = Date.now() + 60_000; ; await of.waitForTimeout(20)) {
+    const answer = await of.evaluate(ask as (about: unknown) => Promise<T | undefined | false>, about);
+    if (answer) return answer;
+    if (Date.now() > end) throw new Error(`waited in vain: ${ask.toString()}`);
+  }
+}
+
 /** Two frames: the first takes in what has changed. */
 export function frames(of: Page): Promise<unknown> {
   return of.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));

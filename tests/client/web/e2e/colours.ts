@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Pictures of four squares, and what a page shows of them.
+import type { Page } from 'playwright-core';
+import type {} from '@src/main'; // window.latticed
+import { GlbMaker } from './glb';
+import { colourAt } from './viewer_page';
+
+export const TEXTURED = { pbrMetallicRoughness: { baseColorTexture: { index: 0 } } };
+export const ONE_NODE = { scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }] };
+
+/** Four squares of colours: above left, above right, below left, below right. */
+export async function paint(page: Page, ...colours: string[]): Promise<Buffer> {
+  const png = await page.evaluate((four) => {
+    const canvas = Object.assign(document.createElement('canvas'), { width: 64, height: 64 });
+    const context = canvas.getContext('2d')!;
+    four.forEach((colour, i) => {
+      context.fillStyle = colour;
+      context.fillRect(32 * (i % 2), 32 * Math.floor(i / 2), 32, 32);
+    });
+    return canvas.toDataURL('image/png').split(',')[1];
+  }, colours);
+  return Buffer.from(png, 'base64');
+}
+
+/** Looks straight onto the sheet, without the cage, in its colours. */
+export async function lookAtColours(of: Page): Promise<void> {
+  await of.evaluate(() => {
+    window.latticed.settings.set({ cage: false, gizmo: 'none' });
+    window.latticed.viewport.rig.lookFrom([0, -1e-3, 1]);
+    window.latticed.scene!.frameAll();
+  });
+  await of.waitForFunction(() => (window.latticed.scene!.session.surface as unknown as { isTextured: boolean }).isTextured);
+}
+
+/** Which of red, green, blue or white a place of the sheet has. */
+export async function nameAt(of: Page, x: number, y: number): Promise<string> {
+  const [r, g, b] = await colourAt(of, [x, y, 0]);
+  const most = Math.max(r, g, b);
+  const strong = [r > most / 2, g > most / 2, b > most / 2].join();
+  const names = { 'true,false,false': 'red', 'false,true,false': 'green', 'false,false,true': 'blue', 'true,true,true': 'white' };
+  return names[strong as keyof typeof names] ?? `${[r, g, b]}`;
+}
+
+/** The colours of a square of side 2. */
+export async function quarters(of: Page, x = 0, y = 0): Promise<string> {
+  const names: string[] = [];
+  for (const [dx, dy] of [[-0.5, 0.5], [0.5, 0.5], [-0.5, -0.5], [0.5, -0.5]]) names.push(await nameAt(of, x + dx, y + dy));
+  return names.join(' ');
+}
+
+/** The square with a picture inside. */
+export function squareGlb(content: Buffer): Buffer {
+  const glb = new GlbMaker();
+  const primitives = [{ ...glb.square(), material: 0 }];
+  const source = glb.image(content);
+  return glb.file({ ...ONE_NODE, meshes: [{ primitives }], materials: [TEXTURED], textures: [{ source }] });
+}

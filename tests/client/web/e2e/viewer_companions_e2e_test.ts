@@ -1,0 +1,209 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What was dropped beside a mesh, in the viewer in Chromium: after a reload, in other windows and browsers.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
+import { launch, limitStorage, openPage } from './browser';
+import { lookAtColours, paint, quarters, squareGlb } from './colours';
+import { ServerProcess } from './server_process';
+import { sheetObj } from './sheet';
+import { createScene, dropFiles, live, promised } from './viewer_page';
+
+let server: ServerProcess;
+let browser: Browser;
+let page: Page;
+let errors: string[];
+let picture: Buffer; // red green above blue white
+let other: Buffer; // white blue above green red
+
+before(async () => {
+  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
+  browser = await launch();
+  ({ page, errors } = await openPage(browser, server.origin));
+  picture = await paint(page, 'red', 'lime', 'blue', 'white');
+  other = await paint(page, 'white', 'blue', 'lime', 'red');
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.kill();
+});
+
+/** Waits until this browser keeps a picture beside the mesh that is open; returns the names of all that it keeps there. */
+function keptBeside(of: Page, name: string, content: Buffer): Promise<string[]> {
+  return promised(of, async ([picture, base64]) => {
+    const { services, opener } = window.latticed;
+    const { companions } = await services.keptMesh((opener as unknown as { mesh: { id: string } }).mesh.id);
+    const bytes = await companions.find((file) => file.name === picture)?.arrayBuffer();
+    if (bytes === undefined || btoa(String.fromCharCode(...new Uint8Array(bytes))) !== base64) return undefined;
+    return companions.map((file) => file.name);
+  }, [name, content.toString('base64')] as const);
+}
+
+/** Makes this browser forget all meshes, but not what was dropped beside them. */
+async function forgetMeshes(of: Page): Promise<void> {
+  await of.evaluate(() => new Promise<void>((resolve) => {
+    const request = indexedDB.open('latticed');
+    request.onsuccess = () => {
+      const transaction = request.result.transaction(['meshes', 'contents'], 'readwrite');
+      for (const table of ['meshes', 'contents']) transaction.objectStore(table).clear();
+      request.result.close(); // when all is answered
+      transaction.oncomplete = () => resolve();
+    };
+  }));
+}
+
+/** With the picture squares.png. */
+const MTL = 'newmtl all\nmap_Kd squares.png\n';
+
+function materialSheet(): string {
+  return sheetObj((quad) => (quad === 0 ? 'usemtl all' : ''));
+}
+
+/** Waits until this browser keeps what a server that has lost the scene needs of it. */
+async function keptScene(of: Page): Promise<void> {
+  await promised(of, () => new Promise<boolean>((resolve) => {
+    const { opener, scene } = window.latticed;
+    const request = indexedDB.open('latticed');
+    request.onsuccess = () => {
+      const transaction = request.result.transaction(['meshes', 'scenes']);
+      const mesh = transaction.objectStore('meshes').getKey((opener as unknown as { mesh: { id: string } }).mesh.id);
+      const kept = transaction.objectStore('scenes').getKey(scene!.session.sceneId);
+      request.result.close(); // when all is answered
+      transaction.oncomplete = () => resolve(mesh.result !== undefined && kept.result !== undefined);
+    };
+  }));
+}
+
+test('pictures dropped beside an OBJ are shown after a reload, a restart of the server, and in this browser\'s other windows', async () => {
+  await dropFiles(page, [['sheet.mtl', MTL], ['squares.png', other], ['sheet.obj', materialSheet()]]);
+  await createScene(page);
+  await lookAtColours(page);
+  await dropFiles(page, [['squares.png', picture]]); // in place of the one before
+  await keptBeside(page, 'squares.png', picture);
+
+  await page.reload();
+  await live(page);
+  await lookAtColours(page);
+  assert.equal(await quarters(page), 'red green blue white');
+  const [second] = await Promise.all([page.waitForEvent('popup'), page.evaluate(() => void window.open(location.href))]);
+  await live(second);
+  await lookAtColours(second);
+  assert.equal(await quarters(second), 'red green blue white');
+  await second.close();
+
+  await keptScene(page);
+  const address = page.url();
+  await page.goto('about:blank');
+  await server.kill();
+  await server.restart();
+  await page.goto(address);
+  await page.locator('.connection[data-state=restored]').waitFor();
+  await lookAtColours(page);
+  assert.equal(await quarters(page), 'red green blue white');
+  errors.length = 0; // of calls for the scene that was lost
+});
+
+test('a picture that is dropped after a reload, before the mesh is here again, is kept beside the others', async () => {
+  await keptScene(page);
+  await forgetMeshes(page);
+  let release!: () => void;
+  const released = new Promise<void>((resolve) => (release = resolve));
+  await page.route('**/GetMesh', (route) => void released.then(() => route.continue()));
+  await page.reload();
+  await live(page);
+
+  await dropFiles(page, [['squares.png', other]]);
+  assert.deepEqual(await keptBeside(page, 'squares.png', other), ['sheet.mtl', 'squares.png']);
+  await lookAtColours(page);
+  assert.equal(await quarters(page), 'white blue green red');
+  release();
+  await page.unrouteAll({ behavior: 'wait' });
+  await keptScene(page);
+});
+
+test('a mesh that is dropped again alone has what was dropped beside it before; with other pictures it has these alone', async () => {
+  await dropFiles(page, [['sheet.obj', materialSheet()]]);
+  await createScene(page);
+  await lookAtColours(page);
+  assert.equal(await quarters(page), 'white blue green red');
+
+  await dropFiles(page, [['sheet.obj', materialSheet()], ['sole.png', picture]]);
+  await createScene(page);
+  assert.deepEqual(await keptBeside(page, 'sole.png', picture), ['sole.png']);
+  await page.reload();
+  await live(page);
+  await lookAtColours(page);
+  assert.equal(await quarters(page), 'red green blue white');
+});
+
+test('another browser shows a mesh without what was dropped beside it, and says so where its texture is chosen', async () => {
+  const { page: elsewhere } = await openPage(browser, page.url());
+  await live(elsewhere);
+  const colouring = (): Promise<string> => elsewhere.evaluate(() => window.latticed.settings.value.colouring);
+  assert.equal(await colouring(), 'plain');
+
+  await elsewhere.keyboard.press('n'); // the panel
+  await elsewhere.getByLabel('Colour', { exact: true }).selectOption('texture');
+  await elsewhere.getByText('This browser has no pictures for sheet.obj, and shows a grid. Those dropped in another stay there.').waitFor();
+  await lookAtColours(elsewhere); // the grid
+  await dropFiles(elsewhere, [['squares.png', other]]);
+  await keptBeside(elsewhere, 'squares.png', other);
+  await elsewhere.reload();
+  await live(elsewhere);
+  await lookAtColours(elsewhere);
+
+  assert.equal(await quarters(elsewhere), 'white blue green red');
+  await elsewhere.close();
+});
+
+test('a GLB is shown with its own pictures after a reload, in other windows and in other browsers', async () => {
+  await dropFiles(page, [['sheet.glb', squareGlb(picture)]]);
+  await createScene(page);
+
+  await page.reload();
+  await live(page);
+  await lookAtColours(page);
+  assert.equal(await quarters(page), 'red green blue white');
+  const { page: elsewhere } = await openPage(browser, page.url());
+  await live(elsewhere);
+  await lookAtColours(elsewhere);
+  assert.equal(await quarters(elsewhere), 'red green blue white');
+  await elsewhere.close();
+});
+
+test('pictures that the browser has no room for are shown, and it is said that they are not kept', async () => {
+  const { page: full } = await openPage(browser, server.origin);
+  await limitStorage(full, 1e5);
+
+  await dropFiles(full, [['sheet.obj', sheetObj()], ['squares.png', picture], ['sheet.mtl', '#'.repeat(300_000)]]);
+  await createScene(full);
+
+  await full.locator('.toast-error').getByText(
+    'After a reload this mesh will be without what was dropped beside it: the browser has no room left for it.').waitFor();
+  await lookAtColours(full);
+  assert.equal(await quarters(full), 'red green blue white');
+  await full.context().grantPermissions(['clipboard-write']);
+  await full.evaluate(() => window.latticed.commands.get('share').run());
+  await full.getByText('The link is copied. Who opens it edits the same scene. What was dropped beside the mesh stays on this page.').waitFor();
+  await full.close();
+});
+
+test('a lattice of another frame leaves the mesh in its colours', async () => {
+  const vector = (x: number, y: number, z: number): object => ({ x, y, z });
+  const frame = { origin: vector(-1.5, -1.5, -1), u: vector(3, 0, 0), v: vector(0, 3, 0), w: vector(0, 0, 2) };
+  const lattice = latticeFromJson(JSON.stringify({ frame, size: { u: 2, v: 2, w: 2 }, degree: { u: 1, v: 1, w: 1 } }));
+  const before = page.url();
+
+  await dropFiles(page, [['lattice.json', latticeToJson(lattice)]]);
+  await page.waitForFunction((address) => location.href !== address, before);
+  await live(page);
+  await lookAtColours(page);
+
+  assert.equal(await quarters(page), 'red green blue white');
+  assert.deepEqual(errors, []);
+});
