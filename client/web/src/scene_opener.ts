@@ -35,13 +35,15 @@ interface OpenMesh {
   takesKept: boolean;
   /** Whether it was dropped on this page, and not opened by a link or after a reload. */
   readonly isDropped: boolean;
+  /** Ends what is fetched for it. */
+  readonly left: AbortController;
 }
 
 /** A mesh that is dropped with companions has these alone. */
 function openMesh(known: Partial<OpenMesh> = {}): OpenMesh {
   const { companions = [] } = known;
   const takesKept = companions.length === 0;
-  return { id: '', companions, unkept: companions, takesKept, isDropped: false, ...known };
+  return { id: '', companions, unkept: companions, takesKept, isDropped: false, left: new AbortController(), ...known };
 }
 
 export class SceneOpener {
@@ -108,7 +110,7 @@ export class SceneOpener {
   }
 
   private async makeTexture(mesh: OpenMesh): Promise<Pick<MeshLayers, 'corners' | 'notes'> & { texture: DataArrayTexture }> {
-    mesh.file ??= await this.app.services.downloadMesh(mesh.id);
+    mesh.file ??= await this.app.services.downloadMesh(mesh.id, mesh.left.signal);
     const grid = uvGrid();
     const { corners, layers, notes } = await meshLayers(mesh.file, mesh.companions, grid);
     const lacksPictures = !mesh.isDropped && mesh.companions.length === 0 && layers.some(({ picture }) => picture === grid);
@@ -207,6 +209,7 @@ export class SceneOpener {
     const { mesh: before } = this;
     if (known !== undefined) this.mesh = known;
     else if (before.id !== facts?.mesh) this.mesh = openMesh({ id: facts?.mesh ?? '' });
+    if (this.mesh !== before) before.left.abort();
     // Nobody has asked: who chooses the texture is told what is wrong with it.
     if (this.mesh !== before || wasTextured) void this.showIfColoured(this.mesh, id).catch(() => undefined);
   }
@@ -225,7 +228,7 @@ export class SceneOpener {
     const { file, companions } = await services.keptMesh(mesh.id).catch(() => ({ file: undefined, companions: [] }));
     mesh.companions = byName(companions, mesh.companions); // others may have come meanwhile
     mesh.file ??= file;
-    if (mesh.companions.length === 0) mesh.file ??= await services.picturedMesh(mesh.id);
+    if (mesh.companions.length === 0) mesh.file ??= await services.picturedMesh(mesh.id, mesh.left.signal);
   }
 }
 

@@ -10,7 +10,6 @@ import { Lattice } from '../lattice/lattice';
 import { IndexedSceneStore } from '../session/indexed_scene_store';
 import { openSession } from '../session/open_session';
 import { storedMesh } from '../session/scene_store';
-import { downloadMesh } from '../wire/download';
 import { downloadExport } from '../wire/export_download';
 import { randomId } from '../wire/ids';
 import { fromLattice, vector } from '../wire/lattice_message';
@@ -56,8 +55,8 @@ export function serverServices(server: LatticedServer): Services {
       });
       return sceneId;
     },
-    async downloadMesh(mesh) {
-      const { header, content } = await downloadMesh(server, mesh);
+    async downloadMesh(mesh, signal) {
+      const { header, content } = await server.downloads.get(mesh, signal);
       const file = meshFile(header, content);
       if (file === undefined) throw new Error('The mesh was not uploaded as a file that this page reads.');
       return file;
@@ -69,10 +68,10 @@ export function serverServices(server: LatticedServer): Services {
       return { ...(file && { file }), companions };
     },
     keepCompanions: (mesh, files, beside) => IndexedSceneStore.ofPage().saveCompanions(mesh, files, beside),
-    async picturedMesh(id) {
-      const { format, hasUvs, totalBytes } = await server.meshes.getMesh({ mesh: id });
+    async picturedMesh(id, signal) {
+      const { format, hasUvs, totalBytes } = await server.meshes.getMesh({ mesh: id }, { signal });
       if (format !== MeshFormat.GLB || !hasUvs || totalBytes > MOST_FETCHED_UNASKED) return undefined;
-      const { header, content } = await downloadMesh(server, id);
+      const { header, content } = await server.downloads.get(id, signal);
       return meshFile(header, content);
     },
     async describeScene(sceneId) {

@@ -36,13 +36,13 @@ export interface Services {
   /** Makes a scene and returns its id. */
   createScene(mesh: string, lattice: Fit | Lattice, view: ViewRequest): Promise<string>;
   /** The file that a mesh was uploaded from. */
-  downloadMesh(mesh: string): Promise<MeshFile>;
+  downloadMesh(mesh: string, signal: AbortSignal): Promise<MeshFile>;
   /** What this browser has of a mesh: its file, and pictures and materials that were dropped beside it. */
   keptMesh(mesh: string): Promise<{ readonly file?: MeshFile; readonly companions: readonly File[] }>;
   /** Keeps pictures and materials for keptMesh, in place of all others or `beside` those of other names. Rejects in words. */
   keepCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void>;
   /** The file of a mesh that may have its pictures inside, where that is not too large to be fetched unasked. */
-  picturedMesh(mesh: string): Promise<MeshFile | undefined>;
+  picturedMesh(mesh: string, signal: AbortSignal): Promise<MeshFile | undefined>;
   describeScene(sceneId: string): Promise<SceneFacts>;
   openSession(sceneId: string, options: SessionOptions): Promise<SceneSession>;
   /** The deformed surface as a file; of control nets, `view` says nothing. `progress` in bytes. Rejects with an Error in words. */

@@ -6,7 +6,6 @@ import { LatticeSourceSchema, type LatticeSource } from 'latticed/v1/lattice_pb'
 import { MeshHeaderSchema } from 'latticed/v1/mesh_pb';
 import { CreateSceneRequestSchema, type CreateSceneRequest } from 'latticed/v1/scene_pb';
 import type { Lattice } from '../lattice/lattice';
-import { downloadMesh } from '../wire/download';
 import { fromLattice } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
 import { ServerError } from '../wire/server_error';
@@ -26,6 +25,7 @@ export class SceneKeeper {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private bootId = '';
   private kept: Promise<void> | undefined;
+  private readonly closed = new AbortController();
   /** Told once, in words, where the scene would be lost with the server, or with the server and this page. */
   onNotKept: ((text: string) => void) | undefined;
 
@@ -83,6 +83,7 @@ export class SceneKeeper {
   }
 
   close(): void {
+    this.closed.abort();
     clearTimeout(this.timer);
     this.onNotKept = undefined;
   }
@@ -109,7 +110,7 @@ export class SceneKeeper {
     if (totalBytes > SceneKeeper.LARGEST_READ_BACK) {
       throw new Error(`its mesh, ${bytes(Number(totalBytes))}, was uploaded elsewhere and is too large to fetch`);
     }
-    const { header, content } = await downloadMesh(this.server, id);
+    const { header, content } = await this.server.downloads.get(id, this.closed.signal);
     return storedMesh(id, header, content);
   }
 

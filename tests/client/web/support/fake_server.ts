@@ -22,6 +22,12 @@ export class FakeServer {
   /** Calls of DownloadMesh. */
   downloads = 0;
   downloadRefusal: ConnectError | undefined;
+  /** What a mesh is said to be. */
+  meshFacts: MessageInitShape<typeof MeshSchema> = {};
+  /** What downloads wait for. */
+  hold: Promise<void> | undefined;
+  /** Downloads that the page ended while they waited. */
+  abandoned = 0;
   /** In ms, of the calls that have one, the newest last. */
   readonly deadlines: number[] = [];
   private uploaded: number[] = [];
@@ -29,11 +35,12 @@ export class FakeServer {
   readonly client = new LatticedServer('http://test', undefined, createRouterTransport(({ service }) => {
     service(ServerService, { getServerInfo: (_, { timeoutMs }) => (this.note(timeoutMs()), this.info()) });
     service(MeshService, {
-      getMesh: ({ mesh }) => create(MeshSchema, { id: mesh, totalBytes: this.meshBytes ?? BigInt(this.mesh(mesh).length) }),
+      getMesh: ({ mesh }) =>
+        create(MeshSchema, { id: mesh, totalBytes: this.meshBytes ?? BigInt(this.mesh(mesh).length), ...this.meshFacts }),
       beginUpload: () => ((this.uploaded = []), { uploadId: 'u' }),
       appendUpload: ({ data }) => (this.uploaded.push(...data), { committed: BigInt(this.uploaded.length) }),
       finishUpload: () => (this.meshes.set('mesh-1', Uint8Array.from(this.uploaded)), create(MeshSchema, { id: 'mesh-1' })),
-      downloadMesh: ({ mesh }) => this.download(mesh),
+      downloadMesh: ({ mesh }, { signal }) => this.download(mesh, signal),
     });
     service(SceneService, {
       getScene: ({ scene }) => {
@@ -57,11 +64,16 @@ export class FakeServer {
     return create(ServerInfoSchema, { bootId: this.bootId, features: this.features });
   }
 
-  async *download(mesh: string): AsyncGenerator<MessageInitShape<typeof DownloadMeshResponseSchema>> {
+  async *download(mesh: string, signal: AbortSignal): AsyncGenerator<MessageInitShape<typeof DownloadMeshResponseSchema>> {
     ++this.downloads;
     if (this.downloadRefusal) throw this.downloadRefusal;
     const bytes = this.mesh(mesh);
-    yield { message: { case: 'header', value: { name: 'cube', totalBytes: BigInt(bytes.length) } } };
+    const abandon = (): number => ++this.abandoned;
+    signal.addEventListener('abort', abandon);
+    await this.hold;
+    signal.removeEventListener('abort', abandon);
+    const { format } = this.meshFacts;
+    yield { message: { case: 'header', value: { name: 'cube', totalBytes: BigInt(bytes.length), ...(format && { format }) } } };
     yield { message: { case: 'data', value: bytes as Uint8Array<ArrayBuffer> } };
   }
 

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { downloadMesh } from './download';
+import type { LatticedServer } from './latticed_server';
+
+type DownloadedMesh = Awaited<ReturnType<typeof downloadMesh>>;
+
+interface Download {
+  readonly mesh: Promise<DownloadedMesh>;
+  readonly abort: AbortController;
+  /** Those who have not given up. */
+  waiting: number;
+}
+
+/** Meshes on their way from the server. Who asks for one that is under way already waits for the same bytes. */
+export class MeshDownloads {
+  private readonly underWay = new Map<string, Download>();
+
+  constructor(private readonly server: LatticedServer) {}
+
+  /** A mesh as it was uploaded, and what it is. Rejects with the signal's reason; nothing is sent that nobody waits for. */
+  async get(id: string, signal?: AbortSignal): Promise<DownloadedMesh> {
+    signal?.throwIfAborted();
+    const download = this.underWay.get(id) ?? this.begin(id);
+    ++download.waiting;
+    return new Promise((resolve, reject) => {
+      const giveUp = (): void => {
+        reject(signal!.reason);
+        if (--download.waiting === 0) this.end(id, download);
+      };
+      signal?.addEventListener('abort', giveUp);
+      void download.mesh.then(resolve, reject).finally(() => signal?.removeEventListener('abort', giveUp));
+    });
+  }
+
+  private begin(id: string): Download {
+    const abort = new AbortController();
+    const download: Download = { mesh: downloadMesh(this.server, id, abort.signal), abort, waiting: 0 };
+    this.underWay.set(id, download);
+    const forget = (): void => this.forget(id, download);
+    download.mesh.then(forget, forget);
+    return download;
+  }
+
+  private end(id: string, download: Download): void {
+    this.forget(id, download); // who comes now begins anew
+    download.abort.abort();
+  }
+
+  private forget(id: string, download: Download): void {
+    if (this.underWay.get(id) === download) this.underWay.delete(id);
+  }
+}
