@@ -107,3 +107,51 @@ test('an edit that is made while this window restores the scene is sent to it', 
   assert.match(fixture.session.status.text, /this browser restored/);
   fixture.session.close();
 });
+
+/** What the newest stream was sent of control points put in places. */
+function placed(fixture: SessionFixture): [indices: number[], positions: number[]][] {
+  return fixture.stream.edits.flatMap(({ edits }) => edits).map(({ edit }) => {
+    assert.ok(edit.case === 'setControlPoints', edit.case);
+    return [edit.value.indices, edit.value.positions];
+  });
+}
+
+async function streamEnds(fixture: SessionFixture): Promise<void> {
+  const { length } = fixture.sockets.opened;
+  fixture.stream.end();
+  await until(() => fixture.sockets.opened.length === length + 1);
+}
+
+test('own edits go again, and whose the scene is stays known, where the stream of the restored scene does not open at once', async (t) => {
+  const fixture = await SessionFixture.live();
+  t.after(() => fixture.session.close());
+  fixture.server.bootId = 'boot-2';
+  fixture.session.apply(move(0.25));
+  fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
+  await until(() => fixture.sockets.opened.length === 2);
+  await streamEnds(fixture); // before its hello
+  fixture.stream.hello('boot-2');
+  fixture.state(); // of another window, which made the scene without the edit
+
+  assert.deepEqual(placed(fixture), [[[1], [0.75, 0, 0]]]);
+  assert.match(fixture.session.status.text, /this browser restored/);
+  await streamEnds(fixture);
+  fixture.stream.hello('boot-2');
+  assert.equal(fixture.session.status.state, 'live', 'told once');
+});
+
+test('own edits go again where the server is restarted twice before its lattice has come, the newest place of each point', async (t) => {
+  const fixture = await restoredElsewhere((session) => {
+    session.apply(move(0.25));
+    session.apply({ kind: 'move', indices: Uint32Array.of(2), offset: [0, 0.5, 0] });
+  }, false);
+  t.after(() => fixture.session.close());
+  fixture.session.apply(move(0.25));
+  await streamEnds(fixture);
+  fixture.stream.hello('boot-3');
+  fixture.state();
+
+  assert.deepEqual(placed(fixture), [[[1, 2], [1, 0, 0, 1, 0.5, 0]]]);
+  assert.deepEqual([fixture.x(1), fixture.session.lattice.points[7]], [1, 0.5]);
+  assert.deepEqual(fixture.said, []);
+});

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { create } from '@bufbuild/protobuf';
 import { EditBatchSchema, type Edit, type EditBatch, type EditResult, type GesturePhase } from 'latticed/v1/edit_pb';
-import type { Targets } from './edit_targets';
+import { together, type Targets } from './edit_targets';
 import type { Overlay } from './lattice_model';
 
 /** What becomes one EditBatch. */
@@ -133,7 +133,7 @@ export class EditQueue {
   clear(structureId: bigint): { readonly targets: Targets | undefined; readonly lost: boolean } {
     const unanswered = [...(this.inFlight ? [this.inFlight] : []), ...this.waiting];
     const lost = unanswered.some(({ message, targets }) => message.edits.length > 0 && !targets);
-    const targets = together(this.overlays(structureId));
+    const targets = together(this.overlays(structureId).map(({ targets }) => targets));
     this.answered.length = this.waiting.length = this.sent.length = 0;
     this.inFlight = undefined;
     return { targets, lost };
@@ -153,16 +153,4 @@ export class EditQueue {
     this.sent.push({ sequence: this.inFlight.message.sequence, madeAt: this.inFlight.madeAt });
     this.send(this.inFlight.message);
   }
-}
-
-/** Where edits, one after another, leave control points; undefined where they move none. */
-function together(overlays: readonly Overlay[]): Targets | undefined {
-  const places = new Map<number, Float64Array>();
-  for (const { targets } of overlays) {
-    targets?.indices.forEach((index, i) => places.set(index, targets.positions.subarray(3 * i, 3 * i + 3)));
-  }
-  if (places.size === 0) return undefined;
-  const positions = new Float64Array(3 * places.size);
-  [...places.values()].forEach((place, i) => positions.set(place, 3 * i));
-  return { indices: Uint32Array.from(places.keys()), positions };
 }

@@ -37,6 +37,18 @@ export function withRestored(targets: Targets, touched: Iterable<number>, points
   return { indices, positions };
 }
 
+/** Where targets, one after another, leave control points; undefined where they move none. */
+export function together(all: readonly (Targets | undefined)[]): Targets | undefined {
+  const places = new Map<number, Float64Array>();
+  for (const targets of all) {
+    targets?.indices.forEach((index, i) => places.set(index, targets.positions.subarray(3 * i, 3 * i + 3)));
+  }
+  if (places.size === 0) return undefined;
+  const positions = new Float64Array(3 * places.size);
+  [...places.values()].forEach((place, i) => positions.set(place, 3 * i));
+  return { indices: Uint32Array.from(places.keys()), positions };
+}
+
 /** Those of `targets` that are not where `points` has them; undefined where all are. */
 export function differing({ indices, positions }: Targets, points: Float64Array): Targets | undefined {
   const kept = Array.from(indices.keys()).filter((i) =>

@@ -10,7 +10,7 @@ import { toLattice } from '../wire/lattice_message';
 import { ServerError } from '../wire/server_error';
 import { inWords } from '../wire/words';
 import { EditQueue } from './edit_queue';
-import { differing, type Targets } from './edit_targets';
+import { differing, together, type Targets } from './edit_targets';
 import { LatticeModel } from './lattice_model';
 import { OwnGesture } from './own_gesture';
 import type { DragListener, Gesture } from './scene_session';
@@ -123,7 +123,7 @@ export class LatticeSync {
     this.openGesture?.abandon();
     if (!this.model) return;
     const { targets, lost } = this.queue.clear(this.model.structureId);
-    this.toRepeat = targets;
+    this.toRepeat = together([this.toRepeat, targets]);  // of a restart before, whose lattice has not come
     if (lost) this.listener.refused('The server was restarted before it had answered all edits, so some were dropped.');
   }
 

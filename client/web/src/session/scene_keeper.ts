@@ -13,6 +13,13 @@ import { uploadMesh } from '../wire/upload';
 import { bytes, inWords } from '../wire/words';
 import { storedMesh, type SceneStore, type StoredMesh } from './scene_store';
 
+/** A scene that was made again. */
+export interface Restored {
+  readonly by: 'here' | 'elsewhere';
+  /** The run of the server that has it. */
+  readonly bootId: string;
+}
+
 /**
  * Keeps what it takes to make a scene again in a server that has lost it: the mesh's bytes, the request that made
  * it, and the newest lattice.
@@ -63,20 +70,20 @@ export class SceneKeeper {
    * is. Undefined where the same run of the server that had it says that it is gone, so that somebody deleted it, or
    * where nothing was saved. Rejects with a ServerError.
    */
-  async restore(lattice?: Lattice): Promise<'here' | 'elsewhere' | undefined> {
+  async restore(lattice?: Lattice): Promise<Restored | undefined> {
     try {
       const stored = await this.store.scene(this.sceneId);
       if (!stored) return undefined;
       const { bootId } = await this.server.server.getServerInfo({});
       // Another window saves what it has made.
-      if (bootId === stored.bootId) return (await this.exists()) ? 'elsewhere' : undefined;
+      if (bootId === stored.bootId) return (await this.exists()) ? { by: 'elsewhere', bootId } : undefined;
       const request = fromBinary(CreateSceneRequestSchema, stored.request);
       if (lattice) request.lattices = [sourceOf(lattice)];
       await this.uploadAgain(request.mesh);
-      if (!(await this.createUnlessThere(request))) return 'elsewhere';
+      if (!(await this.createUnlessThere(request))) return { by: 'elsewhere', bootId };
       const restored = { ...stored, bootId, request: toBinary(CreateSceneRequestSchema, request) };
       await this.store.saveScene(restored).catch((error: unknown) => this.warn(error));
-      return 'here';
+      return { by: 'here', bootId };
     } catch (error) {
       throw ServerError.fromConnect(error);
     }

@@ -11,6 +11,7 @@ import type { LatticeSync } from './lattice_sync';
 import type { Listeners } from './listeners';
 import { Presences } from './presences';
 import { SceneConnection, type ConnectionHost } from './scene_connection';
+import type { Restored } from './scene_keeper';
 import type { SessionEvents, SessionStatus, ViewRequest } from './scene_session';
 import type { SessionParts } from './session_parts';
 import { UpdateReceiver, type ReceivedUpdate } from './update_receiver';
@@ -30,7 +31,7 @@ export class SessionStream implements ConnectionHost {
   private view: ViewRequest;
   private grantedView: Required<ViewRequest> | undefined;  // of the newest update
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
-  private restored: 'here' | 'elsewhere' | undefined;  // by the window that made the scene again for this stream
+  private restored: Restored | undefined;  // for this stream, or the next one that opens
   private bootId = '';  // the run of the server that had the stream before
   private presenceAllowed: boolean;
   private shown: SessionStatus = { state: 'connecting', text: 'Connecting …' };
@@ -85,16 +86,16 @@ export class SessionStream implements ConnectionHost {
   opened(hello: Hello): void {
     this.parts.keeper.runsOn(hello.bootId);
     const isAnotherRun = this.bootId !== '' && hello.bootId !== this.bootId && !this.parts.info.durable;
-    if (isAnotherRun && !this.restored) {  // another window was so quick that the scene was never missed here
-      this.restored = 'elsewhere';
-      this.sync.restored();
+    if (this.restored?.bootId !== hello.bootId) {  // by another window, if any: one so quick that the scene was not missed here
+      this.restored = isAnotherRun ? { by: 'elsewhere', bootId: hello.bootId } : undefined;
+      if (isAnotherRun) this.sync.restored();
     }
     this.bootId = hello.bootId;
     this.sync.opened();
     this.presences.opened();
     this.listeners.emit('presence', this.presences.others);
     if (!this.restored) return this.tell('live', 'Connected.');
-    const who = this.restored === 'here' ? 'this browser' : 'another window';
+    const who = this.restored.by === 'here' ? 'this browser' : 'another window';
     this.tell('restored', `The server was restarted; ${who} restored mesh and lattice. What was done before cannot be undone.`);
   }
 
@@ -108,7 +109,7 @@ export class SessionStream implements ConnectionHost {
 
   retrying(error: ServerError | undefined): void {
     this.lost();
-    this.restored = undefined;
+    if (this.restored?.bootId === this.bootId) this.restored = undefined;  // the stream that it was for has been open
     const isFull = error?.reason === 'OUT_OF_MEMORY';
     if (isFull) this.takeViewBack(error);
     const advice = isFull ? ' Fewer segments take less.' : '';
@@ -122,9 +123,9 @@ export class SessionStream implements ConnectionHost {
       return true;
     }
     try {
-      const by = error.code === Code.NotFound ? await this.parts.keeper.restore(this.sync.shown) : undefined;
-      if (by) {
-        this.restored = by;
+      const restored = error.code === Code.NotFound ? await this.parts.keeper.restore(this.sync.shown) : undefined;
+      if (restored) {
+        this.restored = restored;
         this.resumeToken = new Uint8Array();
         this.sync.restored();
         return true;
