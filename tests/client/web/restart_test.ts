@@ -155,3 +155,68 @@ test('own edits go again where the server is restarted twice before its lattice 
   assert.deepEqual([fixture.x(1), fixture.session.lattice.points[7]], [1, 0.5]);
   assert.deepEqual(fixture.said, []);
 });
+
+/** A window whose point 1 was put at 0.75 without an answer, on the stream of a restored scene that has not opened. */
+async function reopened(): Promise<SessionFixture> {
+  const fixture = await SessionFixture.live();
+  fixture.session.apply(move(0.25));
+  await streamEnds(fixture);
+  return fixture;
+}
+
+test('what is done between a restart and the restored lattice goes after what is repeated, and a drag goes on', async (t) => {
+  const fixture = await reopened();
+  t.after(() => fixture.session.close());
+  fixture.stream.hello('boot-2');
+  fixture.session.apply(move(0.125));
+  const gesture = fixture.session.gesture();
+  gesture.update({ kind: 'move', indices: Uint32Array.of(1, 2), offset: [0, 0.5, 0] });
+  assert.equal(fixture.stream.edits.length, 0);
+  fixture.state();
+  const shown = (): number[] => [...fixture.session.lattice.points.slice(3, 9)];
+  assert.deepEqual(shown(), [0.875, 0.5, 0, 1, 0.5, 0]);
+  gesture.update({ kind: 'move', indices: Uint32Array.of(1, 2), offset: [0, 0.75, 0] });
+  gesture.commit();
+  for (const count of [1, 2, 3]) {
+    assert.equal(fixture.stream.edits.length, count);
+    fixture.accept(fixture.stream.edits.at(-1)!.sequence, BigInt(count));
+  }
+
+  const [repeated, step, drag] = fixture.stream.edits;
+  assert.ok(repeated.sequence < step.sequence && step.sequence < drag.sequence);
+  const edits = [repeated, step, drag].map((batch) => batch.edits[0].edit);
+  assert.deepEqual(edits.map((edit) => edit.case), ['setControlPoints', 'moveControlPoints', 'moveControlPoints']);
+  assert.ok(edits[0].case === 'setControlPoints' && edits[2].case === 'moveControlPoints');
+  assert.deepEqual(edits[0].value.positions, [0.75, 0, 0]);
+  assert.equal(edits[2].value.offset?.y, 0.75);
+  assert.deepEqual(shown(), [0.875, 0.75, 0, 1, 0.75, 0]);
+  assert.deepEqual(fixture.said, []);
+});
+
+test('what is done before a restored lattice comes under another structure id is sent under that', async (t) => {
+  const fixture = await reopened();
+  t.after(() => fixture.session.close());
+  fixture.session.gesture().update({ kind: 'move', indices: Uint32Array.of(2), offset: [0, 0.5, 0] });
+  fixture.stream.hello('boot-2');
+  fixture.session.apply(move(0.125));
+  fixture.state(cubeLattice(), 7n);
+  assert.deepEqual([fixture.x(1), fixture.session.lattice.points[7]], [0.875, 0.5]);
+  for (let i = 0; i < 2; ++i) fixture.accept(fixture.stream.edits.at(-1)!.sequence, BigInt(i + 1));
+
+  const [repeated, ...rest] = fixture.stream.edits.map(({ edits: [{ edit }] }) => edit);
+  assert.ok(repeated.case === 'setControlPoints');
+  assert.deepEqual([repeated.value.indices, repeated.value.positions], [[1, 2], [0.75, 0, 0, 1, 0.5, 0]]);
+  assert.deepEqual(rest.map((edit) => edit.case), ['moveControlPoints']);
+  assert.ok(fixture.stream.edits.every(({ structureId }) => structureId === 7n));
+  assert.deepEqual(fixture.said, []);
+});
+
+test('what is done before a restored lattice of another structure comes is dropped, in words', async (t) => {
+  const fixture = await restoredElsewhere(() => {}, false);
+  t.after(() => fixture.session.close());
+  fixture.session.apply(move(0.25));
+  fixture.state(fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 }));
+
+  assert.match(fixture.said.join(), /other control points meanwhile/);
+  assert.equal(fixture.stream.edits.length, 0);
+});

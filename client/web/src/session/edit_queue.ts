@@ -64,15 +64,14 @@ export class EditQueue {
   add(batch: NewBatch, structureId: bigint, replace = false): void {
     const last = this.waiting.at(-1);
     if (replace && last && last.message.gestureId === batch.gestureId) this.waiting.pop();
-    this.waiting.push({
-      targets: batch.targets,
-      madeAt: this.now(),
-      message: create(EditBatchSchema, {
-        sequence: this.nextSequence++, structureId, edits: [...batch.edits],
-        ...(batch.gestureId && { gestureId: batch.gestureId }), ...(batch.phase && { gesturePhase: batch.phase }),
-      }),
-    });
+    this.waiting.push(this.made(batch, structureId));
     this.pump();
+  }
+
+  /** All that waits is for a structure that has another id now, and goes after `first`. */
+  goOn(structureId: bigint, first?: NewBatch): void {
+    for (const { message } of this.waiting) message.structureId = structureId;
+    if (first) this.waiting.unshift(this.made(first, structureId));
   }
 
   /** The newest batch of a gesture, taken out of the queue if it still waits there. */
@@ -146,9 +145,18 @@ export class EditQueue {
     return newest === undefined ? undefined : this.now() - newest;
   }
 
+  /** Without a sequence, which it gets when it is sent. */
+  private made({ edits, targets, gestureId, phase }: NewBatch, structureId: bigint): Batch {
+    const message = create(EditBatchSchema, {
+      structureId, edits: [...edits], ...(gestureId && { gestureId }), ...(phase && { gesturePhase: phase }),
+    });
+    return { targets, madeAt: this.now(), message };
+  }
+
   private pump(): void {
     if (!this.isOpen || this.inFlight || !this.waiting.length) return;
     this.inFlight = this.waiting.shift()!;
+    this.inFlight.message.sequence = this.nextSequence++;
     this.sentGesture = this.inFlight.message.gestureId;
     this.sent.push({ sequence: this.inFlight.message.sequence, madeAt: this.inFlight.madeAt });
     this.send(this.inFlight.message);

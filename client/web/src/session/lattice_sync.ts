@@ -35,6 +35,7 @@ export class LatticeSync {
   private readonly queue: EditQueue;
   private model: LatticeModel | undefined;
   private openGesture: OwnGesture | undefined;
+  private isRestored = false;  // the scene was made anew and its lattice has not come
   private toRepeat: Targets | undefined;  // own edits that a restored scene may lack
 
   constructor(send: (batch: EditBatch) => void, private readonly listener: LatticeListener) {
@@ -69,7 +70,8 @@ export class LatticeSync {
   takeState(state: LatticeState): void {
     const lattice = toLattice(state.lattice!);
     const first = !this.model;
-    const fits = this.model !== undefined && sameStructure(lattice, this.model.shown);
+    const { isRestored } = this;
+    if (isRestored) this.repeat(lattice, state.structureId);
     this.model ??= new LatticeModel(lattice, state.structureId, state.revision, (structure) => this.queue.overlays(structure));
     const changed = this.model.takeState(lattice, state.structureId, state.revision);
     this.queue.reached(state.revision);
@@ -79,7 +81,7 @@ export class LatticeSync {
     else if (changed) this.listener.structureChanged(this.model.shown);
     else this.pointsMoved(moved);
     if (!first) this.listener.serverMoved();
-    this.repeat(lattice, fits);
+    if (isRestored) this.queue.opened();
   }
 
   takeDelta(delta: LatticeDelta): void {
@@ -106,9 +108,9 @@ export class LatticeSync {
     return this.queue.ageOf(sequence);
   }
 
-  /** A stream is open: what was in flight goes again. */
+  /** A stream is open: what was in flight goes again. In a scene made anew nothing goes before what is repeated. */
   opened(): void {
-    this.queue.opened();
+    if (!this.isRestored) this.queue.opened();
   }
 
   lost(): void {
@@ -123,17 +125,25 @@ export class LatticeSync {
     this.openGesture?.abandon();
     if (!this.model) return;
     const { targets, lost } = this.queue.clear(this.model.structureId);
+    this.isRestored = true;
     this.toRepeat = together([this.toRepeat, targets]);  // of a restart before, whose lattice has not come
     if (lost) this.listener.refused('The server was restarted before it had answered all edits, so some were dropped.');
   }
 
-  /** @param lattice The server's. */
-  private repeat({ points }: Lattice, fits: boolean): void {
-    const { toRepeat } = this;
+  /** Puts what the lattice of a scene made anew lacks before what was done since; a gesture that runs goes on. */
+  private repeat(lattice: Lattice, structureId: bigint): void {
+    const { toRepeat, model } = this;
+    this.isRestored = false;
     this.toRepeat = undefined;
-    if (toRepeat && !fits) this.listener.refused(LatticeSync.DROPPED);
-    const targets = toRepeat && fits && differing(toRepeat, points);
-    if (targets) this.step(fromEdit({ kind: 'set', ...targets }), targets);
+    if (sameStructure(lattice, model!.shown)) {
+      if (structureId !== model!.structureId) this.openGesture?.commit();
+      const targets = toRepeat && differing(toRepeat, lattice.points);
+      this.queue.goOn(structureId, targets && { edits: [fromEdit({ kind: 'set', ...targets })], targets });
+    } else {
+      this.openGesture?.abandon();
+      if (toRepeat || this.queue.unanswered) this.listener.refused(LatticeSync.DROPPED);
+      this.queue.clear(model!.structureId);
+    }
   }
 
   private dropOther(structureId: bigint): void {
