@@ -56,7 +56,7 @@ export class SceneView {
     this.occlusion = new Occlusion(viewport);
     this.picker = new PointPicker(viewport, this.editor, this.occlusion);
     this.gizmo = new Gizmo(viewport, {
-      begin: () => (this.gizmoGesture = this.editor.beginGesture()),
+      begin: () => (this.gizmoGesture = this.editor.beginGesture(() => this.pointer.cancel())),
       update: (motion) => this.gizmoGesture?.update(motion),
       end: () => this.endGizmo((gesture) => gesture.commit()),
       cancel: () => this.endGizmo((gesture) => gesture.cancel()),

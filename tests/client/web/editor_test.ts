@@ -6,7 +6,7 @@ import { Editor } from '@src/edit/editor';
 import { fitLattice } from '@src/lattice/identity';
 import { WORLD_BASIS, type Basis, type Vec3 } from '@src/lattice/vec';
 import type { LatticeEdit } from '@src/session/lattice_edit';
-import type { SceneSession } from '@src/session/scene_session';
+import type { GestureListener, SceneSession } from '@src/session/scene_session';
 import { DEFAULT_SETTINGS, rememberedSettings } from '@src/state/settings';
 import { Store } from '@src/state/store';
 
@@ -14,17 +14,21 @@ import { Store } from '@src/state/store';
 function recordingSession() {
   const log: (LatticeEdit | string)[] = [];
   const announced: number[][] = [];
+  const listeners: GestureListener[] = [];
   const lattice = fitLattice({ min: [0, 0, 0], max: [2, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 });
   const session = {
     lattice,
-    gesture: () => ({
-      update: (e: LatticeEdit) => log.push(e),
-      commit: () => log.push('commit'),
-      cancel: () => log.push('cancel'),
-    }),
+    gesture: (listener: GestureListener) => {
+      listeners.push(listener);
+      return {
+        update: (e: LatticeEdit) => log.push(e),
+        commit: () => log.push('commit'),
+        cancel: () => log.push('cancel'),
+      };
+    },
     announce: (selected: Uint32Array) => announced.push([...selected]),
   } as unknown as SceneSession;
-  return { session, log, announced };
+  return { session, log, announced, listeners };
 }
 
 function open() {
@@ -70,6 +74,38 @@ test('Escape takes a gesture back; one that never moved anything is none', () =>
   editor.pointerMoved(60, 50, { shift: false, ctrl: false });
   editor.keyPressed('Escape', false);
   assert.equal(log.at(-1), 'cancel');
+});
+
+test('a transform whose gesture the session has ended is over: its line goes, and keys are no longer its own', () => {
+  const { editor, log, begin, headlines, listeners } = open();
+  editor.selection.select([5]);
+
+  begin();
+  editor.pointerMoved(60, 50, { shift: false, ctrl: false });
+  listeners[0].ended!();
+  assert.equal(editor.transforming, false);
+  assert.equal(headlines.at(-1), undefined);
+  editor.pointerMoved(70, 50, { shift: false, ctrl: false });
+  for (const key of ['z', '2', 'Enter', 'Escape']) assert.equal(editor.keyPressed(key, false), false);
+  editor.settings.set({ soft: { enabled: true, radius: 9, falloff: 'linear' } });
+
+  assert.equal(log.length, 1);
+  assert.equal(listeners.length, 1, 'and nothing begins anew');
+});
+
+test('a gesture of handles that the session has ended tells its owner and moves nothing more', () => {
+  const { editor, log, listeners } = open();
+  editor.selection.select([5]);
+  let ended = 0;
+
+  const gesture = editor.beginGesture(() => ++ended)!;
+  gesture.update({ kind: 'move', offset: [1, 0, 0] });
+  listeners[0].ended!();
+  gesture.update({ kind: 'move', offset: [2, 0, 0] });
+  gesture.cancel();
+
+  assert.equal(ended, 1);
+  assert.equal(log.length, 1);
 });
 
 test('while a transform runs its keys change how far soft selection reaches, from where the points were', () => {

@@ -146,6 +146,40 @@ test('another structure drops what waits for the old one, says so, and ends the 
   fixture.session.close();
 });
 
+test('another structure ends the open gesture, which is told and said, also where all of it was answered', async (t) => {
+  const fixture = await SessionFixture.live();
+  t.after(() => fixture.session.close());
+  let ended = 0;
+  const listener = { ended: () => ++ended };
+  fixture.session.gesture(listener).commit();
+  const gesture = fixture.session.gesture(listener);
+  gesture.update(move(0.1));
+  fixture.delta(1n, [1], [0.6, 0, 0]);
+  fixture.accept(fixture.stream.edits[0].sequence, 1n);
+  fixture.state(cubeLattice(), 2n, 2n);
+  fixture.state(cubeLattice(), 3n, 3n);
+
+  assert.equal(ended, 1);
+  assert.deepEqual(fixture.said, ['The lattice got other control points meanwhile, so what was being moved was let go.']);
+});
+
+test('an edit beside an open gesture commits that, which is told, and goes after it', async (t) => {
+  const fixture = await SessionFixture.live();
+  t.after(() => fixture.session.close());
+  let ended = 0;
+  const gesture = fixture.session.gesture({ ended: () => ++ended });
+  gesture.update(move(0.1));
+  fixture.session.undo();
+  gesture.update(move(0.2));
+  for (let i = 1; i < 3; ++i) fixture.accept(fixture.stream.edits.at(-1)!.sequence, BigInt(i));
+
+  assert.equal(ended, 1);
+  assert.deepEqual(fixture.stream.edits.map(({ gesturePhase }) => gesturePhase),
+    [GesturePhase.UPDATE, GesturePhase.COMMIT, GesturePhase.UNSPECIFIED]);
+  assert.equal(fixture.stream.edits[2].edits[0].edit.case, 'undo');
+  assert.deepEqual(fixture.said, []);
+});
+
 test('turning, setting and replacing points do what the server will', async () => {
   const fixture = await SessionFixture.live();
   const quarterTurn = Float64Array.of(0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1);
@@ -164,7 +198,7 @@ test('a gesture hears how far the server left its drags from their targets, unti
   const fixture = await SessionFixture.live();
   const heard: number[] = [];
   fixture.session.apply(move(0.1)); // of no gesture
-  const gesture = fixture.session.gesture((left) => heard.push(left));
+  const gesture = fixture.session.gesture({ dragged: (left) => heard.push(left) });
   const point = { face: 0, corners: [0, 1, 2], barycentrics: [1, 0, 0], position: [0, 0, 0] } as const;
   const drag = (z: number) => gesture.update({ kind: 'drag', points: [point], targets: Float64Array.of(0, 0, z) });
   const answer = (dragResidual: number): void =>

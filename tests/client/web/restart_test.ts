@@ -5,6 +5,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Code } from '@connectrpc/connect';
+import { GesturePhase } from 'latticed/v1/edit_pb';
 import { fitLattice } from '@src/lattice/identity';
 import type { LatticeEdit } from '@src/session/lattice_edit';
 import type { LiveSession } from '@src/session/live_session';
@@ -12,6 +13,7 @@ import type { Gesture } from '@src/session/scene_session';
 import { ServerError } from '@src/wire/server_error';
 import { SessionFixture, cubeLattice, until } from './support/session_fixture';
 
+const LET_GO = 'The server was restarted, so what was being moved was let go where it was.';
 const move = (x: number): LatticeEdit => ({ kind: 'move', indices: Uint32Array.of(1), offset: [x, 0, 0] });
 
 /** A window of a scene that another one made again on the next run of the server, with these edits of its own unanswered. */
@@ -48,15 +50,16 @@ for (const isMissed of [true, false]) {
     assert.deepEqual(edit.value.indices, [1, 2]);
     assert.deepEqual(edit.value.positions, [0.75, 0.5, 0, 1, 0.5, 0]);
     assert.equal(fixture.x(1), 0.75);
-    assert.deepEqual(fixture.said, []);
+    assert.deepEqual(fixture.said, [LET_GO]);
     fixture.session.close();
   });
 }
 
-test('a gesture that a restart of the server interrupts ends where it was', async () => {
+test('a gesture that a restart of the server interrupts ends where it was, which is told and said', async () => {
   let gesture!: Gesture;
+  let ended = 0;
   const fixture = await restoredElsewhere((session) => {
-    gesture = session.gesture();
+    gesture = session.gesture({ ended: () => ++ended });
     gesture.update(move(0.25));
   }, false);
   fixture.state();
@@ -67,6 +70,8 @@ test('a gesture that a restart of the server interrupts ends where it was', asyn
 
   assert.equal(fixture.stream.edits.length, 1);
   assert.equal(fixture.x(1), 0.75);
+  assert.equal(ended, 1);
+  assert.deepEqual(fixture.said, [LET_GO]);
   fixture.session.close();
 });
 
@@ -196,19 +201,26 @@ test('what is done between a restart and the restored lattice goes after what is
 test('what is done before a restored lattice comes under another structure id is sent under that', async (t) => {
   const fixture = await reopened();
   t.after(() => fixture.session.close());
-  fixture.session.gesture().update({ kind: 'move', indices: Uint32Array.of(2), offset: [0, 0.5, 0] });
+  let ended = 0;
+  fixture.session.gesture({ ended: () => ++ended }).update({ kind: 'move', indices: Uint32Array.of(2), offset: [0, 0.5, 0] });
   fixture.stream.hello('boot-2');
   fixture.session.apply(move(0.125));
+  const gesture = fixture.session.gesture({ ended: () => ++ended });
+  gesture.update({ kind: 'move', indices: Uint32Array.of(3), offset: [0, 0, 1] });
   fixture.state(cubeLattice(), 7n);
+  gesture.update({ kind: 'move', indices: Uint32Array.of(3), offset: [0, 0, 2] });
   assert.deepEqual([fixture.x(1), fixture.session.lattice.points[7]], [0.875, 0.5]);
-  for (let i = 0; i < 2; ++i) fixture.accept(fixture.stream.edits.at(-1)!.sequence, BigInt(i + 1));
+  for (let i = 0; i < 3; ++i) fixture.accept(fixture.stream.edits.at(-1)!.sequence, BigInt(i + 1));
 
   const [repeated, ...rest] = fixture.stream.edits.map(({ edits: [{ edit }] }) => edit);
   assert.ok(repeated.case === 'setControlPoints');
   assert.deepEqual([repeated.value.indices, repeated.value.positions], [[1, 2], [0.75, 0, 0, 1, 0.5, 0]]);
-  assert.deepEqual(rest.map((edit) => edit.case), ['moveControlPoints']);
+  assert.deepEqual(rest.map((edit) => edit.case), ['moveControlPoints', 'moveControlPoints']);
   assert.ok(fixture.stream.edits.every(({ structureId }) => structureId === 7n));
-  assert.deepEqual(fixture.said, []);
+  assert.equal(fixture.stream.edits[2].gesturePhase, GesturePhase.COMMIT);
+  assert.equal(fixture.session.lattice.points[11], 1);
+  assert.equal(ended, 2);
+  assert.deepEqual(fixture.said, [LET_GO, LET_GO]);
 });
 
 test('what is done before a restored lattice of another structure comes is dropped, in words', async (t) => {

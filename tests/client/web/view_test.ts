@@ -10,6 +10,7 @@ import { fileKind, readMeshFile } from '@src/intake/mesh_file';
 import { SAMPLES, sampleFile, type SampleName } from '@src/intake/samples';
 import { WORLD_BASIS } from '@src/lattice/vec';
 import type { LatticeEdit } from '@src/session/lattice_edit';
+import type { GestureListener } from '@src/session/scene_session';
 import { Commands, chordOf, tooltip, type Command } from '@src/ui/commands';
 import { PullDrag } from '@src/viewport/drags';
 import {
@@ -140,7 +141,7 @@ function pullOf(picked: () => Promise<unknown>) {
   const log: (LatticeEdit | string)[] = [];
   const misses: unknown[] = [];
   const shown: (string | undefined)[] = [];
-  let answer: (left: number) => void = () => {};
+  let listener: GestureListener = {};
   const viewport = {
     ray: () => ({ origin: [0, 0, 10], direction: [0, 0, -1] }),
     transformView: () => ({
@@ -151,8 +152,8 @@ function pullOf(picked: () => Promise<unknown>) {
       ],
     }),
   } as unknown as Viewport;
-  const gesture = (dragged: (left: number) => void) => {
-    answer = dragged;
+  const gesture = (told: GestureListener) => {
+    listener = told;
     return {
       update: (e: LatticeEdit) => log.push(e),
       commit: () => log.push('commit'),
@@ -164,7 +165,7 @@ function pullOf(picked: () => Promise<unknown>) {
     missed: (error) => misses.push(error),
     pulled: (pull) => shown.push(pull && pullHeadline(pull)),
   });
-  return { log, misses, shown, drag, answer: (left: number) => answer(left) };
+  return { log, misses, shown, drag, answer: (left: number) => listener.dragged!(left), endBySession: () => listener.ended!() };
 }
 
 const HELD = { face: 7, corners: [21, 22, 23], barycentrics: [0.2, 0.3, 0.5], position: [1, 2, 3] } as const;
@@ -195,6 +196,22 @@ test('a pull is said in words, with how far it is out of reach where the server 
   const outside = 'out of reach by 0.9877: outside the lattice';
   assert.deepEqual(shown, [
     far, far, `${far}   ${outside}`, `Pull  0.001  0  0   (0.001)   ${outside}`, 'Pull  0.001  0  0   (0.001)', undefined]);
+});
+
+test('a pull that the session has ended is over: its line goes, and what is left of the press does nothing', async () => {
+  const { log, shown, drag, answer, endBySession } = pullOf(() => Promise.resolve(HELD));
+  drag.move(430, 300);
+  await new Promise((resolve) => setTimeout(resolve));
+  answer(0.5);
+  assert.match(shown.at(-1)!, /out of reach/);
+
+  endBySession();
+  drag.move(460, 300);
+  assert.equal(shown.at(-1), undefined);
+  drag.end();
+
+  assert.equal(log.length, 1);
+  assert.equal(shown.at(-1), undefined);
 });
 
 test('a press without a move pulls nothing, one beside the surface or unanswered is told', async () => {

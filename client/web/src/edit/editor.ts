@@ -101,19 +101,19 @@ export class Editor {
     this.settings.set({ soft: { ...soft, radius: soft.radius * RADIUS_STEP ** steps } });
   }
 
-  /** A gesture on the selected points; undefined where there are none. */
-  beginGesture(): TransformGesture | undefined {
+  /** A gesture on the selected points; undefined where there are none. `onEnded`: the session has ended it. */
+  beginGesture(onEnded?: () => void): TransformGesture | undefined {
     if (this.selection.size === 0) return undefined;
     const { soft, mirror, pivot } = this.settings.value;
     const spread = beginSpread(this.lattice, this.selection.indices, { soft, mirror, pivot }, this.isHidden);
-    this.gesture = new TransformGesture(this.session, spread, this.pivot());
+    this.gesture = new TransformGesture(this.session, spread, this.pivot(), onEnded);
     return this.gesture;
   }
 
   /** Begins G, R or S; false where nothing is selected. */
   beginTransform(kind: MotionKind, viewAt: ViewAt, viewBasis: Basis, pointer: [number, number]): boolean {
     this.commitTransform();
-    const gesture = this.beginGesture();
+    const gesture = this.beginGesture(() => this.stopTransform());
     if (gesture === undefined) return false;
     const second = orientationBasis(secondOrientation(this.settings.value.orientation), this.lattice, viewBasis);
     const view = viewAt(gesture.center, this.axes(viewBasis), second);
@@ -154,17 +154,13 @@ export class Editor {
   }
 
   commitTransform(): void {
-    const gesture = this.running?.gesture;
-    this.running = undefined;
-    gesture?.commit();
-    this.onHeadline(undefined);
+    this.running?.gesture.commit();
+    this.stopTransform();
   }
 
   cancelTransform(): void {
-    const gesture = this.running?.gesture;
-    this.running = undefined;
-    gesture?.cancel();
-    this.onHeadline(undefined);
+    this.running?.gesture.cancel();
+    this.stopTransform();
   }
 
   /** Moves the selected points so that their pivot comes to a place. */
@@ -195,6 +191,11 @@ export class Editor {
     else if (key.toLowerCase() === 'o') this.settings.set({ soft: { ...soft, enabled: !soft.enabled } });
     else return false;
     return true;
+  }
+
+  private stopTransform(): void {
+    this.running = undefined;
+    this.onHeadline(undefined);
   }
 
   private spreadAnew(): void {

@@ -15,11 +15,15 @@ export class SurfacePull {
   private farthest = 0;
   private left = 0;
 
-  /** `onAnswer`: told when outOfReach may be another. */
+  /**
+   * @param onAnswer Told when outOfReach may be another.
+   * @param onEnded Told when the session has ended the pull.
+   */
   constructor(
     private readonly session: Pick<SceneSession, 'gesture'>,
     readonly point: SurfacePoint,
     private readonly onAnswer: () => void = () => {},
+    private readonly onEnded: () => void = () => {},
   ) {
     this.wanted = point.position;
   }
@@ -35,9 +39,12 @@ export class SurfacePull {
 
   /** Takes the point held to `target`. */
   update(target: Vec3): void {
-    this.gesture ??= this.session.gesture((left) => {
-      this.left = left;
-      this.onAnswer();
+    this.gesture ??= this.session.gesture({
+      dragged: (left) => {
+        this.left = left;
+        this.onAnswer();
+      },
+      ended: () => this.onEnded(),
     });
     this.wanted = target;
     this.farthest = Math.max(this.farthest, distance(this.point.position, target));

@@ -17,17 +17,19 @@ export class TransformGesture {
     private readonly session: Pick<SceneSession, 'gesture'>,
     private spread: Spread,
     readonly center: Vec3,
+    private readonly onEnded: () => void = () => {},
   ) {}
 
-  /** Between its begin and commit or cancel. */
+  /** Between its begin and commit or cancel, or its end by the session. */
   get isRunning(): boolean {
     return !this.ended;
   }
 
   update(motion: Motion): void {
+    if (this.ended) return;
     this.motion = motion;
     if (this.gesture === undefined && isStill(motion)) return;
-    this.gesture ??= this.session.gesture();
+    this.gesture ??= this.session.gesture({ ended: () => this.letGo() });
     this.gesture.update(buildEdit(this.spread, motion, this.center));
   }
 
@@ -47,5 +49,11 @@ export class TransformGesture {
     this.ended = true;
     this.gesture?.cancel();
     this.gesture = undefined;
+  }
+
+  private letGo(): void {
+    this.ended = true;
+    this.gesture = undefined;
+    this.onEnded();
   }
 }

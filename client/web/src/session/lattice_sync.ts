@@ -13,7 +13,7 @@ import { EditQueue } from './edit_queue';
 import { differing, together, type Targets } from './edit_targets';
 import { LatticeModel } from './lattice_model';
 import { OwnGesture } from './own_gesture';
-import type { DragListener, Gesture } from './scene_session';
+import type { Gesture, GestureListener } from './scene_session';
 
 export interface LatticeListener {
   /** The first lattice is here. */
@@ -24,13 +24,15 @@ export interface LatticeListener {
   pointsMoved(indices: Uint32Array): void;
   /** The server's lattice changed. */
   serverMoved(): void;
-  /** An edit was refused or dropped, in words; `idle`: there was nothing to undo or redo. */
+  /** An edit was refused or dropped, or the gesture ended, in words; `idle`: there was nothing to undo or redo. */
   refused(text: string, idle?: boolean): void;
 }
 
 /** Keeps the lattice that is shown in step with the server's, between edits that go out and states that come in. */
 export class LatticeSync {
   private static readonly DROPPED = 'The lattice got other control points meanwhile, so unsent edits were dropped.';
+  private static readonly CHANGED = 'The lattice got other control points meanwhile, so what was being moved was let go.';
+  private static readonly RESTARTED = 'The server was restarted, so what was being moved was let go where it was.';
 
   private readonly queue: EditQueue;
   private model: LatticeModel | undefined;
@@ -47,22 +49,22 @@ export class LatticeSync {
     return this.model?.shown;
   }
 
-  gesture(onDragged?: DragListener): Gesture {
-    this.openGesture?.commit();
+  gesture(owner: GestureListener = {}): Gesture {
+    this.openGesture?.giveWay();
     this.openGesture = new OwnGesture({
       queue: this.queue,
       structureId: this.model!.structureId,
       isCurrent: (structureId) => structureId === this.model!.structureId,
       points: () => this.model!.shown.points,
       show: (targets) => this.show(targets),
-      ...(onDragged && { dragged: onDragged }),
+      owner,
     });
     return this.openGesture;
   }
 
   /** One edit that is an undo step of its own; `targets` are shown at once. */
   step(edit: Edit, targets?: Targets): void {
-    this.openGesture?.commit();
+    this.openGesture?.giveWay();
     this.queue.add({ edits: [edit], targets }, this.model!.structureId);
     if (targets) this.show(targets);
   }
@@ -75,7 +77,7 @@ export class LatticeSync {
     this.model ??= new LatticeModel(lattice, state.structureId, state.revision, (structure) => this.queue.overlays(structure));
     const changed = this.model.takeState(lattice, state.structureId, state.revision);
     this.queue.reached(state.revision);
-    if (changed) this.dropOther(state.structureId);
+    if (changed) this.letGo(state.structureId);
     const moved = this.model.refresh();
     if (first) this.listener.ready();
     else if (changed) this.listener.structureChanged(this.model.shown);
@@ -122,8 +124,8 @@ export class LatticeSync {
    * lack those that were not answered, and may have them: control points that are not where they were put go there.
    */
   restored(): void {
-    this.openGesture?.abandon();
     if (!this.model) return;
+    if (this.openGesture?.abandon()) this.listener.refused(LatticeSync.RESTARTED);
     const { targets, lost } = this.queue.clear(this.model.structureId);
     this.isRestored = true;
     this.toRepeat = together([this.toRepeat, targets]);  // of a restart before, whose lattice has not come
@@ -136,7 +138,7 @@ export class LatticeSync {
     this.isRestored = false;
     this.toRepeat = undefined;
     if (sameStructure(lattice, model!.shown)) {
-      if (structureId !== model!.structureId) this.openGesture?.commit();
+      if (structureId !== model!.structureId && this.openGesture?.giveWay()) this.listener.refused(LatticeSync.RESTARTED);
       const targets = toRepeat && differing(toRepeat, lattice.points);
       this.queue.goOn(structureId, targets && { edits: [fromEdit({ kind: 'set', ...targets })], targets });
     } else {
@@ -146,9 +148,11 @@ export class LatticeSync {
     }
   }
 
-  private dropOther(structureId: bigint): void {
-    if (!this.queue.dropOther(structureId)) return;
-    this.listener.refused(LatticeSync.DROPPED);
+  /** Of another structure than this. */
+  private letGo(structureId: bigint): void {
+    const ended = this.openGesture?.abandon();
+    if (this.queue.dropOther(structureId)) this.listener.refused(LatticeSync.DROPPED);
+    else if (ended) this.listener.refused(LatticeSync.CHANGED);
   }
 
   private show(targets: Targets): void {

@@ -12,7 +12,7 @@ import { targetsOf } from './edit_targets';
 import type { LatticeEdit, SurfacePoint } from './lattice_edit';
 import { LatticeSync } from './lattice_sync';
 import { Listeners } from './listeners';
-import type { DragListener, Gesture, SceneSession, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
+import type { Gesture, GestureListener, SceneSession, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
 import type { SessionParts } from './session_parts';
 import { SessionStream } from './session_stream';
 
@@ -64,8 +64,8 @@ export class LiveSession implements SceneSession {
     return this.listeners.on(event, listener);
   }
 
-  gesture(onDragged?: DragListener): Gesture {
-    return this.sync.gesture(onDragged);
+  gesture(listener?: GestureListener): Gesture {
+    return this.sync.gesture(listener);
   }
 
   apply(edit: LatticeEdit): void {

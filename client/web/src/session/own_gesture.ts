@@ -6,7 +6,7 @@ import { randomId } from '../wire/ids';
 import type { EditQueue, NewBatch } from './edit_queue';
 import { targetsOf, withRestored, type Targets } from './edit_targets';
 import type { LatticeEdit } from './lattice_edit';
-import type { DragListener, Gesture } from './scene_session';
+import type { Gesture, GestureListener } from './scene_session';
 
 /** What a gesture needs of its session. */
 export interface GestureHost {
@@ -17,7 +17,7 @@ export interface GestureHost {
   /** Control points as they are shown. */
   points(): Float64Array;
   show(targets: Targets): void;
-  readonly dragged?: DragListener;
+  readonly owner: GestureListener;
 }
 
 /** Edits are made of the points at the gesture's begin, as the server does, so that nothing drifts. */
@@ -62,14 +62,25 @@ export class OwnGesture implements Gesture {
     this.host.show(targets);
   }
 
-  /** Ends the gesture without a word to the server, which knows nothing of it; what it has moved stays. */
-  abandon(): void {
+  /** Commits the gesture, but not for its owner, who is told; says whether it was open. */
+  giveWay(): boolean {
+    if (!this.isOpen) return false;
+    this.commit();
+    this.host.owner.ended?.();
+    return true;
+  }
+
+  /** As giveWay, without a word to the server, which knows nothing of it; what it has moved stays. */
+  abandon(): boolean {
+    if (this.ended) return false;
     this.ended = true;
+    this.host.owner.ended?.();
+    return true;
   }
 
   /** The server has applied a batch of the gesture of that id. */
   answered(gestureId: string, dragResidual: number): void {
-    if (gestureId === this.id && this.isOpen) this.host.dragged?.(dragResidual);
+    if (gestureId === this.id && this.isOpen) this.host.owner.dragged?.(dragResidual);
   }
 
   private add(edit: LatticeEdit, phase: GesturePhase): void {

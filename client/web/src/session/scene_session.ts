@@ -14,8 +14,13 @@ export interface Gesture {
   cancel(): void;
 }
 
-/** Told how far the points of a drag are from their targets, at most, in world units, whenever the server has moved them. */
-export type DragListener = (left: number) => void;
+/** Whoever has begun a gesture. */
+export interface GestureListener {
+  /** The server has moved the points of a drag, and left them at most so far from their targets, in world units. */
+  dragged?(left: number): void;
+  /** The session has ended the gesture: the scene was made anew, its structure changed, or other edits of this window followed. */
+  ended?(): void;
+}
 
 /** Another editor of the scene. */
 export interface Presence {
@@ -59,7 +64,7 @@ export interface SessionEvents {
   /** By editor id. */
   presence: (others: ReadonlyMap<string, Presence>) => void;
   status: (status: SessionStatus) => void;
-  /** An edit or a view was refused or dropped, in words; `idle`: there was nothing to undo or redo. */
+  /** An edit or a view was refused or dropped, or a gesture ended, in words; `idle`: there was nothing to undo or redo. */
   refused: (text: string, idle?: boolean) => void;
   /** What this browser keeps does not restore the scene in a server that has lost it, in words; told once. */
   notKept: (text: string) => void;
@@ -90,8 +95,8 @@ export interface SceneSession {
   readonly status: SessionStatus;
   /** Returns what takes the listener away. */
   on<K extends keyof SessionEvents>(event: K, listener: SessionEvents[K]): () => void;
-  /** With what listens to the drags of the gesture until it ends. */
-  gesture(onDragged?: DragListener): Gesture;
+  /** With what listens to the gesture until it ends. */
+  gesture(listener?: GestureListener): Gesture;
   /** A gesture of one step. */
   apply(edit: LatticeEdit): void;
   undo(): void;

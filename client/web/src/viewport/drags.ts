@@ -128,7 +128,7 @@ export class PullDrag implements Drag {
     void editor.session.pick(ray.origin, ray.direction).then((point) => {
       if (this.over) return;
       if (point === undefined) return listener.missed();
-      this.pull = new SurfacePull(editor.session, point, () => listener.pulled(this.pull));
+      this.pull = new SurfacePull(editor.session, point, () => listener.pulled(this.pull), () => this.letGo());
       this.update();
     }, (error: unknown) => listener.missed(error));
   }
@@ -147,6 +147,12 @@ export class PullDrag implements Drag {
   cancel(): void {
     this.over = true;
     this.pull?.cancel();
+    this.listener.pulled(undefined);
+  }
+
+  /** The session has ended the pull: what is left of the press does nothing. */
+  private letGo(): void {
+    this.pull = undefined;
     this.listener.pulled(undefined);
   }
 
