@@ -7,7 +7,7 @@ import assert from 'node:assert/strict';
 import type { Page } from 'playwright-core';
 import { add, cross, distance, dot, normalized, scale, sub, type Vec3 } from '@src/lattice/vec';
 import type { Lattice } from '@src/lattice/lattice';
-import { deformed, shownBy, verticesOf } from './definition';
+import { deformed, settled, shownBy, verticesOf } from './definition';
 
 const STEP = 1e-4; // of differences, in world units
 
@@ -70,7 +70,6 @@ async function worstNormal(page: Page, obj: string, mode: 'facet' | 'smooth'): P
 
 /** Waits until the normals at every vertex are those of the definition, to so many degrees. */
 export async function normalsFollowDefinition(page: Page, obj: string, mode: 'facet' | 'smooth', degrees: number): Promise<void> {
-  let worst = Infinity;
-  for (const end = Date.now() + 20_000; worst > degrees && Date.now() < end; ) worst = await worstNormal(page, obj, mode);
+  const worst = await settled(() => worstNormal(page, obj, mode), (angle) => angle <= degrees);
   assert.ok(worst <= degrees, `${mode}: ${worst} degrees`);
 }

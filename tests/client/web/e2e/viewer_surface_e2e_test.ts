@@ -8,7 +8,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
-import { distance, length, sub, type Vec3 } from '@src/lattice/vec';
+import { distance, type Vec3 } from '@src/lattice/vec';
 import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { launch, openPage } from './browser';
 import { followsDefinition } from './definition';
@@ -102,8 +102,9 @@ test('what lies outside the lattice is out of reach of a pull: a line and words 
 test('what the lattice holds comes along with a pull: words say how far, and nothing is out of reach', async () => {
   const rest = await page.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
   await page.evaluate(() => {
-    const answered = new Promise((resolve) =>
-      window.latticed.scene!.session.on('update', ({ msFromEdit }) => msFromEdit !== undefined && resolve(undefined)));
+    const answered = new Promise((resolve) => // and not to the Escape before, which has moved nothing
+      window.latticed.scene!.session.on('update', ({ msFromEdit, patchesSent }) =>
+        msFromEdit !== undefined && patchesSent > 0 && resolve(undefined)));
     Object.assign(window, { answered });
   });
 
@@ -115,8 +116,10 @@ test('what the lattice holds comes along with a pull: words say how far, and not
   assert.ok(await page.locator('.pull-line').isHidden());
   await page.mouse.up();
   assert.equal(await page.locator('.hint').innerText(), 'Press on the surface and pull it');
-  const moved = await page.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
-  assert.ok(length(sub(moved.slice(39, 42) as unknown as Vec3, rest.slice(39, 42) as unknown as Vec3)) > 1e-3); // the middle
+  await page.waitForFunction((middle) => {
+    const { points } = window.latticed.scene!.session.lattice;
+    return Math.hypot(...middle.map((x, axis) => points[39 + axis] - x)) > 1e-3;
+  }, rest.slice(39, 42));
   await page.keyboard.press('p');
 });
 

@@ -104,9 +104,9 @@ export function cubeLattice(): Lattice {
   return fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [3, 3, 3], degree: [2, 2, 2], padding: 0 });
 }
 
-/** Waits, for 5 s at most, until something holds. */
+/** Waits, for a minute at most, until something holds. */
 export async function until(holds: () => boolean | Promise<boolean>): Promise<void> {
-  for (const end = Date.now() + 5000; Date.now() < end;) {
+  for (const end = Date.now() + 60_000; Date.now() < end;) {
     if (await holds()) return;
     await new Promise((resolve) => setTimeout(resolve, 1));
   }
