@@ -127,7 +127,7 @@ async function streamEnds(fixture: SessionFixture): Promise<void> {
   await until(() => fixture.sockets.opened.length === length + 1);
 }
 
-test('own edits go again, and whose the scene is stays known, where the stream of the restored scene does not open at once', async (t) => {
+test('own edits go again, and who restored the scene stays known, where its first stream does not open', async (t) => {
   const fixture = await SessionFixture.live();
   t.after(() => fixture.session.close());
   fixture.server.bootId = 'boot-2';
@@ -145,7 +145,7 @@ test('own edits go again, and whose the scene is stays known, where the stream o
   assert.equal(fixture.session.status.state, 'live', 'told once');
 });
 
-test('own edits go again where the server is restarted twice before its lattice has come, the newest place of each point', async (t) => {
+test('own edits go again, as their newest places, where the server restarts twice before a lattice has come', async (t) => {
   const fixture = await restoredElsewhere((session) => {
     session.apply(move(0.25));
     session.apply({ kind: 'move', indices: Uint32Array.of(2), offset: [0, 0.5, 0] });

@@ -18,7 +18,7 @@ export interface Gesture {
 export interface GestureListener {
   /** The server has moved the points of a drag, and left them at most so far from their targets, in world units. */
   dragged?(left: number): void;
-  /** The session has ended the gesture: the scene was made anew, its structure changed, or other edits of this window followed. */
+  /** The session has ended it: the scene was made anew, its structure changed, or other edits of this window came. */
   ended?(): void;
 }
 

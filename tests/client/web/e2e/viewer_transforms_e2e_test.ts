@@ -156,6 +156,29 @@ test('a handle moves along its axis; Escape and a right click let go of it witho
   assert.ok(Math.hypot(x - rest[0], y - rest[1]) < 1e-9 && z > rest[2] + 0.05, `${[x, y, z]} from ${rest}`);
 });
 
+test('an undo while a handle is held, or a transform runs, ends that and takes it back', async () => {
+  const tip = await upperHandle(page, rest);
+  const isHeld = (): Promise<boolean> =>
+    page.evaluate(() => (window.latticed.scene as unknown as { gizmo: { dragging: boolean } }).gizmo.dragging);
+  await page.mouse.move(...tip);
+  await page.mouse.down();
+  await page.mouse.move(tip[0], tip[1] - 40, { steps: 4 });
+  assert.ok(await isHeld());
+  await press('Control+z');
+  assert.ok(!(await isHeld()));
+  await comesTo(CORNER, rest);
+  await page.mouse.move(tip[0], tip[1] - 60, { steps: 2 });
+  await page.mouse.up();
+  assert.deepEqual(await selected(), [CORNER]);
+
+  await press('g', 'z', '1');
+  await page.evaluate(() => window.latticed.commands.get('undo').run()); // as its button does
+  assert.equal(await page.locator('.hint.running').count(), 0);
+  await comesTo(CORNER, rest);
+  await press('2', 'Enter');
+  assert.deepEqual(await controlPoint(page, CORNER), rest);
+});
+
 test('Ctrl-Shift-Z and Ctrl-Y do again what Ctrl-Z took back, until something else is done', async () => {
   const moved = add(rest, [0, 0, 1]);
   await press('g', 'z', '1', 'Enter');
