@@ -164,6 +164,7 @@ test('another browser shows a mesh without what was dropped beside it, and says 
 test('a GLB is shown with its own pictures after a reload, in other windows and in other browsers', async () => {
   await dropFiles(page, [['sheet.glb', squareGlb(picture)]]);
   await createScene(page);
+  await lookAtColours(page); // a reload that interrupts three's loading is told to the console as an error
 
   await page.reload();
   await live(page);
