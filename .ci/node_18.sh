@@ -8,9 +8,8 @@ readonly node_18=build/ci/node-18 npm_of_node_18=9.2.0
 
 # Leaves node and npm in $node_18/bin, but where no package of Node 18 is to be had.
 node_18_unpack() {
-  local version library needs plan root=()
-  ((EUID == 0)) || root=(sudo)
-  "${root[@]}" apt-get update -q
+  local version library needs plan
+  as_root apt-get update -q
   version=$(apt-cache madison nodejs | awk '$3 ~ /^18\./ { print $3; exit }')
   if [[ -z $version ]]; then
     grep -qs '^VERSION_CODENAME=bookworm$' /etc/os-release &&

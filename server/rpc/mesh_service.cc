@@ -2,17 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/mesh_service.h"
 
-#include <algorithm>
-#include <memory>
-#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/base/limits.h"
 #include "server/base/labels.h"
 #include "server/engine/scene_registry.h"
 #include "server/rpc/call.h"
+#include "server/rpc/file_parts.h"
 #include "server/rpc/part_stream.h"
 #include "server/rpc/unary_call.h"
 #include "server/rpc/upload_stream.h"
@@ -67,32 +64,6 @@ absl::Status ListMeshesNow(ServerEnv& env, const v1::ListMeshesRequest& request,
   return absl::OkStatus();
 }
 
-// The header, then the bytes from the offset on.
-class DownloadParts {
- public:
-  DownloadParts(std::shared_ptr<const StoredMesh> mesh, size_t offset)
-      : mesh_(std::move(mesh)), next_(offset) {}
-
-  std::optional<v1::DownloadMeshResponse> Next() {
-    v1::DownloadMeshResponse part;
-    const std::string& bytes = *mesh_->bytes;
-    if (!std::exchange(begun_, true)) {
-      *part.mutable_header() = HeaderOf(*mesh_);
-      return part;
-    }
-    if (next_ == bytes.size()) return std::nullopt;
-    const size_t size = std::min(limits::kMaxPartBytes, bytes.size() - next_);
-    part.set_data(bytes.data() + next_, size);
-    next_ += size;
-    return part;
-  }
-
- private:
-  const std::shared_ptr<const StoredMesh> mesh_;
-  bool begun_ = false;
-  size_t next_;  // first byte not sent
-};
-
 using Download = PartStream<v1::DownloadMeshResponse>;
 
 absl::StatusOr<Download::Next> OpenDownload(ServerEnv& env,
@@ -104,8 +75,8 @@ absl::StatusOr<Download::Next> OpenDownload(ServerEnv& env,
     return error::OutOfRange("offset", static_cast<double>(request.offset()), 0,
                              static_cast<double>(size));
   }
-  return [parts = DownloadParts(*std::move(mesh), request.offset())]() mutable
-         -> absl::StatusOr<std::optional<v1::DownloadMeshResponse>> { return parts.Next(); };
+  return FileParts<v1::DownloadMeshResponse>(HeaderOf(**mesh), {*mesh, (*mesh)->bytes.get()},
+                                             request.offset());
 }
 
 }  // namespace

@@ -28,7 +28,8 @@ class ReplyRoom {
   explicit ReplyRoom(const ServerEnv& env);
 
   // For `bytes` in all, where that is more than it has. limits::kSmallReplyBytes need no room: so a
-  // server whose replies nobody takes still answers who asks how it is, or frees memory. kResourceExhausted OUT_OF_MEMORY, and nothing changes.
+  // server whose replies nobody takes still answers who asks how it is, or frees memory.
+  // kResourceExhausted OUT_OF_MEMORY, and nothing changes.
   [[nodiscard]] absl::Status Hold(uint64_t bytes);
 
  private:

@@ -13,13 +13,13 @@
 
 #include "absl/strings/numbers.h"
 #include "core/base/error.h"
-#include "core/base/limits.h"
 #include "fmt/format.h"
 #include "server/base/labels.h"
 #include "server/engine/scene_registry.h"
 #include "server/engine/surface_export.h"
 #include "server/rpc/call.h"
 #include "server/rpc/deform_stream.h"
+#include "server/rpc/file_parts.h"
 #include "server/rpc/get_update.h"
 #include "server/rpc/part_stream.h"
 #include "server/rpc/scene_service_base.h"
@@ -58,32 +58,6 @@ absl::StatusOr<PageKey> FromToken(const std::string& token) {
   }
   return PageKey{nanos, token.substr(dot + 1)};
 }
-
-// A file in parts: the header, then its bytes.
-class ExportParts {
- public:
-  ExportParts(v1::ExportHeader header, std::string bytes, MemoryReservation room)
-      : header_(std::move(header)), bytes_(std::move(bytes)), room_(std::move(room)) {}
-
-  std::optional<v1::ExportResponse> Next() {
-    v1::ExportResponse part;
-    if (header_.has_value()) {
-      *part.mutable_header() = *std::exchange(header_, std::nullopt);
-      return part;
-    }
-    if (sent_ == bytes_.size()) return std::nullopt;
-    const size_t size = std::min(limits::kMaxPartBytes, bytes_.size() - sent_);
-    part.set_data(bytes_.data() + sent_, size);
-    sent_ += size;
-    return part;
-  }
-
- private:
-  std::optional<v1::ExportHeader> header_;
-  const std::string bytes_;
-  const MemoryReservation room_;
-  size_t sent_ = 0;
-};
 
 class SceneServiceImpl final : public SceneServiceBase {
  public:
@@ -309,9 +283,12 @@ class SceneServiceImpl final : public SceneServiceBase {
     header.set_media_type(std::string(ExportMediaType(spec->format)));
     header.set_file_name(fmt::format("{}.{}", (*scene)->id(), ExportExtension(spec->format)));
     header.set_bytes(bytes->size());
-    const auto parts =
-        std::make_shared<ExportParts>(std::move(header), *std::move(bytes), *std::move(room));
-    return [parts]() -> absl::StatusOr<std::optional<v1::ExportResponse>> { return parts->Next(); };
+    struct File {
+      std::string bytes;
+      MemoryReservation room;
+    };
+    const auto file = std::make_shared<const File>(File{*std::move(bytes), *std::move(room)});
+    return FileParts<v1::ExportResponse>(std::move(header), {file, &file->bytes});
   }
 
   ServerEnv* const env_;

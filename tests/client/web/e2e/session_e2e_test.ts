@@ -7,7 +7,7 @@ import assert from 'node:assert/strict';
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { after, before, test, type TestContext } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { launch, launchWithProfile, limitStorage, openPage, stopWebSockets } from './browser';
 import { assertFlat } from './page_memory';
@@ -38,6 +38,18 @@ function worst(of = page): Promise<number> {
     await harness.settled();
     return harness.worstPoint(harness.surface.drawnLayout!.id, 1);
   });
+}
+
+/** A page of a browser of its own, which has 10 MB to keep meshes in. */
+async function storingPage(t: TestContext): Promise<Page> {
+  const profile = mkdtempSync(join(tmpdir(), 'latticed-profile-'));
+  t.after(() => rmSync(profile, { recursive: true }));
+  const context = await launchWithProfile(profile);
+  t.after(() => context.close());
+  const storing = await context.newPage();
+  await storing.goto(server.origin);
+  await limitStorage(storing, 10e6);
+  return storing;
 }
 
 before(async () => {
@@ -229,13 +241,7 @@ test('where no WebSocket passes, gRPC-Web does the same', async () => {
 });
 
 test('for a mesh without room the oldest scenes are forgotten, none in vain; what is refused stays with the page', async (t) => {
-  const profile = mkdtempSync(join(tmpdir(), 'latticed-profile-'));
-  t.after(() => rmSync(profile, { recursive: true }));
-  const context = await launchWithProfile(profile);
-  t.after(() => context.close());
-  const storing = await context.newPage();
-  await storing.goto(server.origin);
-  await limitStorage(storing, 10e6);
+  const storing = await storingPage(t);
   /** Which of meshes a to d and scenes 1 to 3 are there; in capitals what only the page has. */
   const there = (): Promise<string> => storing.evaluate(async () => {
     const { store } = window.harness;
@@ -277,13 +283,7 @@ test('for a mesh without room the oldest scenes are forgotten, none in vain; wha
 });
 
 test('what was dropped beside a mesh is kept with it, counts with it for room, and is forgotten with it', async (t) => {
-  const profile = mkdtempSync(join(tmpdir(), 'latticed-profile-'));
-  t.after(() => rmSync(profile, { recursive: true }));
-  const context = await launchWithProfile(profile);
-  t.after(() => context.close());
-  const storing = await context.newPage();
-  await storing.goto(server.origin);
-  await limitStorage(storing, 10e6);
+  const storing = await storingPage(t);
   const keep = (mesh: string, megabytes: number): Promise<string> => storing.evaluate(async ([id, size]) => {
     const files = [new File([new Uint8Array(size * 1e6)], `${size} of ${id}.png`)];
     return window.harness.store.saveCompanions(id, files).then(() => '', (error: Error) => error.message);
