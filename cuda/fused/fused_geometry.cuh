@@ -96,12 +96,18 @@ __device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch
   }
 }
 
-// `corner`: the vertices of the patch.
+// Of a patch.
+struct FrameSize {
+  double length, height;  // of the longest edge, and over it
+};
+
+// All rows but kWeakBelow, from nothing but the plan. `corner`: the vertices of the patch; `facet`: its
+// facet normal.
 template <bool kSmooth>
-__device__ inline void WriteFrame(const FusedLaunch& launch, uint32_t patch, uint32_t box,
-                                  const DeviceVertex* const (&corner)[3], float* rows, int lanes) {
+__device__ inline FrameSize WriteFrame(const FusedLaunch& launch, uint32_t patch, uint32_t box,
+                                       Vec3d facet, const DeviceVertex* const (&corner)[3],
+                                       float* rows, int lanes) {
   const Vec3d origin = corner[0]->world;
-  const Vec3d facet = UnpackDirection(launch.plan.facet_normals[patch]);
   const Vec3d side = corner[2]->world - origin;
   Vec3d along = corner[1]->world - origin;
   const double length2 = Dot(along, along), inverse = length2 > 0 ? rsqrt(length2) : 0.0;
@@ -124,14 +130,19 @@ __device__ inline void WriteFrame(const FusedLaunch& launch, uint32_t patch, uin
     rows[(kAcross + i) * lanes] = static_cast<float>(c);
   }
   rows[kShear * lanes] = static_cast<float>(shear);
-  // sqrt(3): the L1 norm is compared, which is not below the length by which weakness is defined.
-  const double bound = 1.7320508075688773 * kWeakNormal *
-                       static_cast<double>(launch.polynomials.cofactor_bounds[box]);
-  rows[kWeakBelow * lanes] = static_cast<float>(fmax(bound * length, kTinyNormal) * height);
   rows[kNormalScale * lanes] = height > 0 ? static_cast<float>(1 / height) : 0.0f;
   if constexpr (kSmooth) {
     WriteSmoothRows(launch, patch, box, facet, along, across, rows, lanes);
   }
+  return {length, height};
+}
+
+// After the polynomials, whose bound it takes.
+__device__ inline float WeakBelow(const FusedLaunch& launch, uint32_t box, FrameSize size) {
+  // sqrt(3): the L1 norm is compared, which is not below the length by which weakness is defined.
+  const double bound = 1.7320508075688773 * kWeakNormal *
+                       static_cast<double>(launch.polynomials.cofactor_bounds[box]);
+  return static_cast<float>(fmax(bound * size.length, kTinyNormal) * size.height);
 }
 
 }  // namespace latticed::kernels

@@ -13,6 +13,7 @@
 #define LATTICED_CUDA_FUSED_FUSED_KERNEL_CUH_
 
 #include "cuda/device/dependent_launch.cuh"
+#include "cuda/fused/fused_ahead.cuh"
 #include "cuda/fused/fused_features.cuh"
 #include "cuda/fused/fused_rows.cuh"
 #include "cuda/plan/definition_normal.cuh"
@@ -83,12 +84,14 @@ class FusedBlock {
   using Shared = FusedShared<N, kSmooth, kFloat>;
 
  public:
-  __device__ FusedBlock(const FusedLaunch& launch, uint32_t chunk)
+  // `index`: the place of the chunk in the launch.
+  __device__ FusedBlock(const FusedLaunch& launch, uint32_t index)
       : launch_(launch),
-        chunk_(chunk),
+        index_(index),
+        chunk_(launch.chunks != nullptr ? launch.chunks[index] : index),
         warp_(static_cast<int>(threadIdx.x / kLanes)),
         lane_(threadIdx.x % kLanes) {
-    const uint32_t patch = chunk * kLanes + lane_;
+    const uint32_t patch = chunk_ * kLanes + lane_;
     // Lanes after the last patch repeat it.
     patch_index_ = patch < launch.patch_count ? patch : launch.patch_count - 1;
   }
@@ -96,21 +99,24 @@ class FusedBlock {
   __device__ __forceinline__ void Run() {
     const FeatureUses uses = launch_.tables.feature_uses[patch_index_];
     const DevicePatch patch = launch_.plan.patches[patch_index_];
+    const bool frames = warp_ == kFrameWarp;
+    const PackedDirection facet =
+        frames ? launch_.plan.facet_normals[patch_index_] : PackedDirection{};
+    PlanAhead<kSmooth> ahead(launch_, index_, lane_);
+    if (frames) ahead.BringPatches();
     FeatureKernel<D0, D1, D2, kSmooth, kFloat> features(launch_, chunk_);
     features.Begin(uses, patch, warp_, lane_);
-    FillSteps();
     __syncthreads();
     features.Vertices();
+    __syncthreads();
+    FrameSize size{};
+    if (frames) {
+      size = MakeFrame(uses, patch, facet);
+      ahead.BringVertices();
+    }
     // Up to here only of the plan was read.
     WaitForKernelBefore();
-    __syncthreads();
-    if (warp_ == kFrameWarp) {
-      const DeviceVertex* const corner[3] = {&Shared::Vertex(uses.Corner(0)),
-                                             &Shared::Vertex(uses.Corner(1)),
-                                             &Shared::Vertex(uses.Corner(2))};
-      WriteFrame<kSmooth>(launch_, patch_index_, patch.Box(), corner, &Shared::Frame(0, lane_),
-                          kLanes);
-    }
+    if (frames) Shared::Frame(kWeakBelow, lane_) = WeakBelow(launch_, patch.Box(), size);
     features.Evaluate(warp_, lane_);
     __syncthreads();
     Compose(patch.Box());
@@ -124,26 +130,19 @@ class FusedBlock {
   }
 
  private:
+  __device__ __forceinline__ FrameSize MakeFrame(const FeatureUses& uses, const DevicePatch& patch,
+                                                 PackedDirection facet) const {
+    const DeviceVertex* const corner[3] = {&Shared::Vertex(uses.Corner(0)),
+                                           &Shared::Vertex(uses.Corner(1)),
+                                           &Shared::Vertex(uses.Corner(2))};
+    return WriteFrame<kSmooth>(launch_, patch_index_, patch.Box(), UnpackDirection(facet), corner,
+                               &Shared::Frame(0, lane_), kLanes);
+  }
   __device__ __forceinline__ RowTurns Turns() const {
     const ChunkPart part = PartOf(launch_.blocks, blockIdx.x);
     return {static_cast<int>(part.part * kFusedWarps) + warp_,
             static_cast<int>(part.parts * kFusedWarps)};
   }
-  __device__ __forceinline__ void FillSteps() {
-    const float unit = 0.5f / static_cast<float>(launch_.segments);
-    for (int m = static_cast<int>(threadIdx.x); m <= launch_.segments; m += kFusedThreads) {
-      const float x = static_cast<float>(m) * unit;
-#pragma unroll
-      for (int k = 0; k < Shared::kStepVectors; ++k) {
-        Shared::Step(m, k) = {k == 0 ? x : StepAt(4 * k, x), StepAt(4 * k + 1, x),
-                              StepAt(4 * k + 2, x), StepAt(4 * k + 3, x)};
-      }
-    }
-  }
-  __device__ __forceinline__ static float StepAt(int i, float x) {
-    return x * x * (1.0f / static_cast<float>(i * (i + 1)));
-  }
-
   // Component warp_.
   __device__ __forceinline__ void Compose(uint32_t box) {
     AffineMap<D2> map;
@@ -196,7 +195,7 @@ class FusedBlock {
   }
 
   const FusedLaunch& launch_;
-  const uint32_t chunk_;
+  const uint32_t index_, chunk_;
   const int warp_;
   const unsigned lane_;
   uint32_t patch_index_;
@@ -206,8 +205,7 @@ template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
 __global__ void __launch_bounds__(kFusedThreads, (BlocksAtOnce<D0 + D1 + D2, kSmooth>()))
     FusedKernel(const __grid_constant__ FusedLaunch launch) {
   const uint32_t index = PartOf(launch.blocks, blockIdx.x).index;
-  const uint32_t chunk = launch.chunks != nullptr ? launch.chunks[index] : index;
-  FusedBlock<D0, D1, D2, kSmooth, kFloat>(launch, chunk).Run();
+  FusedBlock<D0, D1, D2, kSmooth, kFloat>(launch, index).Run();
 }
 
 }  // namespace latticed::kernels

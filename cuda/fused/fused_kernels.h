@@ -60,6 +60,7 @@ inline constexpr int kFusedWarps = 3;  // of a block
 // half of its time.
 struct FusedBlocks {
   uint32_t whole, parts;
+  uint32_t at_once;  // that the device holds
 
   LATTICED_HD uint32_t Count(uint32_t chunks) const { return whole + (chunks - whole) * parts; }
 };

@@ -13,7 +13,8 @@ FusedBlocks DivideChunks(size_t chunk_count, int segments, LaneFormat format, in
   const size_t left = format == LaneFormat::kFloat32 ? chunk_count % room : 0;
   const size_t divided = chunk_count <= room ? chunk_count : left;
   const size_t parts = divided == 0 ? 1 : std::clamp<size_t>(room / divided, 1, useful);
-  return {static_cast<uint32_t>(chunk_count - divided), static_cast<uint32_t>(parts)};
+  return {static_cast<uint32_t>(chunk_count - divided), static_cast<uint32_t>(parts),
+          static_cast<uint32_t>(at_once)};
 }
 
 KernelCall FusedCall(const FusedLaunch& launch) {

@@ -21,8 +21,6 @@ class FusedShared {
   static constexpr int kAcrossAt = Terms(N), kFacetAt = kAcrossAt + Terms(N - 1);
   static constexpr int kNumbers = kFacetAt + (kSmooth ? Terms(N - 1) : 0);
   static constexpr int kVectors = (kNumbers + 3) / 4;
-  // A step: x = m / (2 segments), then x^2 / (i (i + 1)) for i = 1 … N - 1.
-  static constexpr int kStepVectors = (N + 3) / 4;
   using Position = typename VertexSink<kFloat>::Position;
 
   LATTICED_HD static constexpr size_t Bytes(int segments) {
@@ -34,9 +32,6 @@ class FusedShared {
   }
   __device__ static float& Frame(int row, unsigned lane) {
     return Floats()[kFrameAt + row * kLanes + lane];
-  }
-  __device__ static float4& Step(int m, int vector) {
-    return Vectors()[kStepsAt / 4 + m * kStepVectors + vector];
   }
   // Per row, the lanes with a weak normal.
   __device__ static unsigned& Weak(int row) {
@@ -87,8 +82,7 @@ class FusedShared {
   static constexpr int kUses = 3 * kLanes;  // of corners, and of edges
   static constexpr int kWords = VertexSink<kFloat>::kPositionWords;
   static constexpr int kFrameAt = 3 * kVectors * 4 * kLanes;
-  static constexpr int kStepsAt = kFrameAt + (kSmooth ? kSmoothRows : kFacetRows) * kLanes;
-  static constexpr int kWeakAt = kStepsAt + kRows * kStepVectors * 4;
+  static constexpr int kWeakAt = kFrameAt + (kSmooth ? kSmoothRows : kFacetRows) * kLanes;
   static constexpr int kUsesAt = kWeakAt + kRows;
   static constexpr int kCornersAt = kUsesAt + 2 * kUses / 4;
   static constexpr int kEdgesAt = kCornersAt + kWords * kUses;

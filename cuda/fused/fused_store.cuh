@@ -45,6 +45,11 @@ class VertexSink {
   // What is stored of a position; quantised x | y << 16 and z.
   using Position = std::conditional_t<kFloat, float3, uint2>;
   static constexpr int kPositionWords = sizeof(Position) / sizeof(float);
+  // What is stored of a vertex; of a quantised normal s and t, in the low 16 bits of each.
+  struct Vertex {
+    Position position;
+    std::conditional_t<kFloat, float3, uint2> normal;
+  };
 
   __device__ VertexSink(const FusedLaunch& launch, uint32_t chunk, unsigned lane)
       : normals_(launch.normals != Normals::kNone),
@@ -80,23 +85,28 @@ class VertexSink {
     }
   }
 
-  // `n` has the normal's direction, `norm1` = |n|_1; `scale` keeps its square from underflow. Views
-  // without normals do without: s and t of their quantised words mean nothing.
-  __device__ __forceinline__ void Store(unsigned place, Position p, float3 n, float norm1,
-                                        float scale) const {
+  // `n` has the normal's direction, `norm1` = |n|_1; `scale` keeps its square from underflow.
+  __device__ __forceinline__ Vertex MakeVertex(Position p, float3 n, float norm1,
+                                               float scale) const {
     if constexpr (kFloat) {
-      StoreFloats(place, p);
-      if (!normals_) return;
       n = {n.x * scale, n.y * scale, n.z * scale};
       const float inverse = rsqrtf(fmaf(n.x, n.x, fmaf(n.y, n.y, n.z * n.z)));
-      StoreFloats(place + 3 * kRowBytes, {n.x * inverse, n.y * inverse, n.z * inverse});
+      return {p, {n.x * inverse, n.y * inverse, n.z * inverse}};
     } else {
-      const uint2 st = QuantiseDirection(n, norm1, centre_);
-      if (wide_) SecondWord(place) = __byte_perm(st.x, st.y, 0x5410);
-      // With wide normals s and t stand here too, and nobody reads them.
-      const uint32_t zs = __byte_perm(p.y, st.x, 0x0410);
-      StoreWords(place, p.x, __byte_perm(zs, st.y, 0x4210));
+      return {p, QuantiseDirection(n, norm1, centre_)};
     }
+  }
+
+  // One decision for all of them, so that the work on one fills the waits of the other. Views without
+  // normals do without: s and t of their quantised words mean nothing.
+  template <int kCount>
+  __device__ __forceinline__ void Store(const unsigned (&places)[kCount],
+                                        const Vertex (&vertices)[kCount]) const {
+#pragma unroll
+    for (int i = 0; i < kCount; ++i) StorePosition(places[i], vertices[i]);
+    if (kFloat ? !normals_ : !wide_) return;
+#pragma unroll
+    for (int i = 0; i < kCount; ++i) StoreRest(places[i], vertices[i].normal);
   }
 
   // Replaces the normal of a stored vertex.
@@ -117,6 +127,21 @@ class VertexSink {
  private:
   static constexpr unsigned kRowBytes = 32 * sizeof(float);
 
+  __device__ __forceinline__ void StorePosition(unsigned place, const Vertex& v) const {
+    if constexpr (kFloat) {
+      StoreFloats(place, v.position);
+    } else {
+      // With wide normals s and t stand here too, and nobody reads them.
+      const uint32_t zs = __byte_perm(v.position.y, v.normal.x, 0x0410);
+      StoreWords(place, v.position.x, __byte_perm(zs, v.normal.y, 0x4210));
+    }
+  }
+  __device__ __forceinline__ void StoreRest(unsigned place, float3 n) const {
+    StoreFloats(place + 3 * kRowBytes, n);
+  }
+  __device__ __forceinline__ void StoreRest(unsigned place, uint2 st) const {
+    SecondWord(place) = __byte_perm(st.x, st.y, 0x5410);
+  }
   __device__ __forceinline__ void StoreFloats(unsigned place, float3 v) const {
     auto* row = reinterpret_cast<float*>(base_ + place);
     row[0] = v.x;
