@@ -2,20 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Every choice that Draco leaves to a writer of rANS symbols (its scheme RAW), as integer functions
-// of the histogram, so that all writers make the same bytes.
+// of the histogram, so that all writers make the same bytes; how symbols share the probabilities is
+// in rans_shares.h.
 //
 //   M = 2^precision: what the probabilities of a stream sum up to. A stream names it by its bit
 //   length b, 1 … 18: precision = clamp(floor(3 b / 2), 12, 20).
-//
-// Probabilities. Symbols counted `threshold` times or less get 1; there are `lifted` of them. The
-// others share the M - lifted by their counts, `rest` in all, in ascending order of symbols: all up
-// to one of them get together
-//
-//   floor(scale * counts up to it),   scale = (M - lifted) / rest
-//
-// and each what the ones before left of that, or 63 where that is cheaper (RansProbability); the
-// last gets what is left. The threshold is the least for which none of them gets nothing:
-// (threshold + 1)(M - lifted) >= rest. So they sum up to M by construction.
 //
 // Threads  pure functions, on host and device
 #ifndef LATTICED_CORE_CODEC_RANS_MODEL_H_
@@ -57,30 +48,6 @@ LATTICED_HD constexpr uint32_t PlainSymbolBytes(uint32_t largest_symbol) {
 LATTICED_HD constexpr bool StorePlainly(uint64_t coded_bytes, uint64_t symbols,
                                         uint32_t largest_symbol) {
   return coded_bytes > symbols * PlainSymbolBytes(largest_symbol);
-}
-
-LATTICED_HD constexpr bool IsRansThreshold(uint32_t threshold, uint32_t lifted, uint32_t rest,
-                                           int precision) {
-  const uint64_t shared = (uint64_t{1} << precision) - lifted;
-  return (threshold + uint64_t{1}) * shared >= rest;
-}
-
-// `scale` in units of 2^-32, rounded up: the last boundary is M - lifted exactly, since rest < 2^32.
-LATTICED_HD constexpr uint64_t RansScale(uint32_t lifted, uint32_t rest, int precision) {
-  const uint64_t shared = (uint64_t{1} << precision) - lifted;
-  return ((shared << 32) + rest - 1) / rest;
-}
-
-// A probability above 63 takes a second byte in the table; 63 in its place lengthens the stream by
-// count * log2(share / 63) bits, less than count * (share - 63) * 1.4427 / 63.
-LATTICED_HD constexpr uint32_t RansProbability(uint32_t share, uint32_t count) {
-  constexpr uint32_t kMostOfOneByte = 63, kWorthAByte = 349;  // 8 * 63 / 1.4427
-  if (share <= kMostOfOneByte) return share;
-  return uint64_t{count} * (share - kMostOfOneByte) < kWorthAByte ? kMostOfOneByte : share;
-}
-
-LATTICED_HD constexpr uint32_t RansBoundary(uint64_t scale, uint32_t counts_before) {
-  return static_cast<uint32_t>((scale * counts_before) >> 32);
 }
 
 }  // namespace latticed

@@ -8,6 +8,7 @@
 
 #include "core/codec/draco_kernel.h"
 #include "core/codec/rans_model.h"
+#include "core/codec/rans_shares.h"
 
 namespace latticed {
 namespace {
@@ -47,27 +48,30 @@ void RansTable::Build(std::vector<uint32_t>& histograms, size_t count, size_t st
 
 void RansTable::ShareOut() {
   const std::span<const uint32_t> counts = std::span(counts_).first(distinct_);
-  uint32_t threshold = 0, lifted = 0, rest = std::accumulate(counts.begin(), counts.end(), 0u);
-  while (!IsRansThreshold(threshold, lifted, rest, precision_)) {
-    ++threshold;
-    const auto more = static_cast<uint32_t>(std::count(counts.begin(), counts.end(), threshold));
-    lifted += more;
-    rest -= more * threshold;
-  }
-  const uint64_t scale = RansScale(lifted, rest, precision_);
-  uint32_t before = 0, given = 0;
-  size_t last = 0;
-  for (size_t i = 0; i < distinct_; ++i) {
-    if (counts[i] <= threshold) {
-      probabilities_[i] = 1;
-      continue;
+  RansShares shares(std::accumulate(counts.begin(), counts.end(), 0u), precision_);
+  while (shares.searching()) {
+    uint32_t sum = 0, ones = 0;
+    for (const uint32_t count : counts) {  // without branches: compilers vectorise it
+      const uint32_t probability = shares.Probability(shares.scale(), count);
+      sum += probability;
+      ones += probability == 1;
     }
-    before += counts[i];
-    probabilities_[i] = RansProbability(RansBoundary(scale, before) - given, counts[i]);
-    given += probabilities_[i];
-    last = i;
+    shares.Try(sum, ones);
   }
-  probabilities_[last] += RansBoundary(scale, rest) - given;
+  uint32_t left = 1u << precision_;
+  for (size_t i = 0; i < distinct_; ++i) {
+    probabilities_[i] = shares.Probability(shares.fits(), counts[i]);
+    left -= probabilities_[i];
+  }
+  for (size_t i = 0; i < distinct_ && left > 0; ++i) {
+    const uint32_t more = shares.Probability(shares.exceeds(), counts[i]) - probabilities_[i];
+    if (more > left) break;
+    probabilities_[i] += more;
+    left -= more;
+  }
+  if (left == 0) return;
+  const auto most_frequent = std::max_element(counts.begin(), counts.end());
+  probabilities_[static_cast<size_t>(most_frequent - counts.begin())] += left;
 }
 
 size_t RansTable::MostBytes() const {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The probabilities of one stream of symbols, by the rules of rans_model.h, and their bytes:
+// The probabilities of one stream of symbols, by the rules of rans_shares.h, and their bytes:
 //
 //   varint (largest symbol + 1), then for each symbol from 0 on, two low bits first:
 //   k = 0 … 2 and the probability in 8 (k + 1) - 2 bits, or 3 and how many more symbols than this

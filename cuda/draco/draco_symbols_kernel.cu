@@ -143,10 +143,10 @@ __device__ Room TakeRoom(const DracoWork& work, Span span) {
 // By one warp. Positions: `span` of their coordinates.
 __device__ void WriteTable(const DracoWork& work, bool normals, uint32_t* counts, Span span,
                            uint32_t first_entry) {
-  __shared__ uint32_t few[2][kThresholds];
+  __shared__ uint32_t lists[2][kListedCounts];
   const uint32_t chunk = blockIdx.x, values = normals ? kNormalValues : kPositionValues;
   TableBuilder table(counts, normals ? NormalEnd(work) : span.size(), work.Points(chunk) * values,
-                     few[normals ? 1 : 0]);
+                     lists[normals ? 1 : 0]);
   DracoStream stream{.first_entry = first_entry,
                      .largest = table.largest(),
                      .least = static_cast<uint16_t>(span.least),

@@ -7,6 +7,7 @@
 #define LATTICED_CUDA_DRACO_DRACO_TABLE_CUH_
 
 #include "core/codec/rans_model.h"
+#include "core/codec/rans_shares.h"
 #include "cuda/draco/draco_kernels.h"
 #include "cuda/draco/rans_entry.h"
 
@@ -14,9 +15,9 @@ namespace latticed::kernels {
 
 inline constexpr unsigned kWarp = 32, kAllLanes = 0xffffffffu;
 
-// Thresholds end below this: (threshold + 1) M / 2 is then more than the symbols of a chunk of
-// 65,535 points, since lifted <= distinct <= M / 2 and M >= 4096.
-inline constexpr uint32_t kThresholds = 97;
+// Counts of a stream that are listed one after the other, where it has no more: nearly all have
+// fewer, far apart among those that are zero.
+inline constexpr uint32_t kListedCounts = 256;
 
 __device__ __forceinline__ unsigned Lane() { return threadIdx.x % kWarp; }
 __device__ __forceinline__ unsigned LanesBelow() { return (1u << Lane()) - 1; }
@@ -34,14 +35,15 @@ __device__ __forceinline__ uint32_t SumUpTo(uint32_t value) {
 
 class TableBuilder {
  public:
-  // `counts` of the symbols 0 … end - 1, `total` in all; `few`: kThresholds words of shared memory.
-  // All lanes of a warp.
-  __device__ TableBuilder(uint32_t* counts, uint32_t end, uint32_t total, uint32_t* few)
+  // `counts` of the symbols 0 … end - 1, `total` in all; `list`: kListedCounts words of shared
+  // memory. All lanes of a warp.
+  __device__ TableBuilder(uint32_t* counts, uint32_t end, uint32_t total, uint32_t* list)
       : counts_(counts) {
-    Look(end, few);
+    Look(end, list);
     bit_length_ = RansBitLength(distinct_);
     precision_ = RansPrecision(bit_length_);
-    ShareOut(total, few);
+    ShareOut(total,
+             distinct_ <= kListedCounts ? Counts{list, distinct_} : Counts{counts_, largest_ + 1});
   }
 
   __device__ uint32_t largest() const { return largest_; }
@@ -51,81 +53,87 @@ class TableBuilder {
   __device__ uint32_t Write(uint2* entries, uint8_t* bytes) const;
 
  private:
+  // In any order, zeros among them or not.
+  struct Counts {
+    const uint32_t* values;
+    uint32_t size;
+  };
+  struct Sums {
+    uint32_t all, ones;  // RansShares::Try
+  };
+
   __device__ uint32_t At(uint32_t symbol) const { return symbol <= largest_ ? counts_[symbol] : 0; }
-  __device__ void Look(uint32_t end, uint32_t* few);
-  __device__ void ShareOut(uint32_t total, const uint32_t* few);
-  static __device__ uint32_t Shares(unsigned heavies, uint32_t boundary, uint32_t count,
-                                    uint32_t& given);
+  __device__ void Look(uint32_t end, uint32_t* list);
+  __device__ void ShareOut(uint32_t total, Counts counts);
+  __device__ void GiveOut(const RansShares& shares, uint32_t left);
+  static __device__ Sums SumsAt(uint32_t scale, const RansShares& shares, Counts counts);
 
   uint32_t* counts_;  // probabilities after ShareOut
-  uint32_t distinct_ = 0, largest_ = 0;
+  uint32_t distinct_ = 0, largest_ = 0, most_frequent_ = 0;
   int bit_length_ = 0, precision_ = 0;
 };
 
-// Distinct symbols, the largest, and how many of them have each of the least counts.
-__device__ inline void TableBuilder::Look(uint32_t end, uint32_t* few) {
-  for (uint32_t t = Lane(); t < kThresholds; t += kWarp) few[t] = 0;
-  __syncwarp();
+// Distinct symbols, the largest and the most frequent one, and a list of their counts.
+__device__ inline void TableBuilder::Look(uint32_t end, uint32_t* list) {
+  uint32_t most = 0, its_symbol = 0;  // of this lane's
   for (uint32_t base = 0; base < end; base += kWarp) {
     const uint32_t symbol = base + Lane(), count = symbol < end ? counts_[symbol] : 0;
     const unsigned present = __ballot_sync(kAllLanes, count > 0);
     if (present == 0) continue;
+    const uint32_t place = distinct_ + static_cast<uint32_t>(__popc(present & LanesBelow()));
+    if (count > 0 && place < kListedCounts) list[place] = count;
+    if (count > most) most = count, its_symbol = symbol;
     distinct_ += static_cast<uint32_t>(__popc(present));
     largest_ = base + HighestBit(present);
-    if (count > 0 && count < kThresholds) atomicAdd(few + count, 1u);
   }
+  const bool has_most = most == __reduce_max_sync(kAllLanes, most);
+  most_frequent_ = __reduce_min_sync(kAllLanes, has_most ? its_symbol : end);
   __syncwarp();
 }
 
-// Probabilities of the lanes of `heavies`, which share by their counts; `given`: what all before got.
-__device__ inline uint32_t TableBuilder::Shares(unsigned heavies, uint32_t boundary, uint32_t count,
-                                                uint32_t& given) {
-  const unsigned before = heavies & LanesBelow();
-  const uint32_t neighbour =
-      __shfl_sync(kAllLanes, boundary, before == 0 ? Lane() : HighestBit(before));
-  const uint32_t share = boundary - (before == 0 ? given : neighbour);
-  const bool heavy = (heavies >> Lane() & 1) != 0;
-  uint32_t probability = heavy ? RansProbability(share, count) : 0;
-  if (__ballot_sync(kAllLanes, heavy && probability != share) == 0) {
-    given = __shfl_sync(kAllLanes, boundary, HighestBit(heavies));
-    return probability;
+__device__ inline TableBuilder::Sums TableBuilder::SumsAt(uint32_t scale, const RansShares& shares,
+                                                          Counts counts) {
+  Sums sums{};
+  for (uint32_t i = Lane(); i < counts.size; i += kWarp) {
+    const uint32_t count = counts.values[i];
+    const uint32_t probability = count > 0 ? shares.Probability(scale, count) : 0;
+    sums.all += probability;
+    sums.ones += probability == 1 ? 1 : 0;
   }
-  // One that got less than its share leaves the rest to the next one: one by one.
-  for (unsigned left = heavies; left != 0; left &= left - 1) {
-    const unsigned lane = static_cast<unsigned>(__ffs(left)) - 1;
-    const uint32_t its = RansProbability(__shfl_sync(kAllLanes, boundary, lane) - given,
-                                         __shfl_sync(kAllLanes, count, lane));
-    given += its;
-    if (Lane() == lane) probability = its;
-  }
-  return probability;
+  return {__reduce_add_sync(kAllLanes, sums.all), __reduce_add_sync(kAllLanes, sums.ones)};
 }
 
-__device__ inline void TableBuilder::ShareOut(uint32_t total, const uint32_t* few) {
-  uint32_t threshold = 0, lifted = 0, rest = total;
-  while (!IsRansThreshold(threshold, lifted, rest, precision_)) {
-    ++threshold;
-    lifted += few[threshold];
-    rest -= few[threshold] * threshold;
+__device__ inline void TableBuilder::ShareOut(uint32_t total, Counts counts) {
+  RansShares shares(total, precision_);
+  while (shares.searching()) {
+    const Sums sums = SumsAt(shares.scale(), shares, counts);
+    shares.Try(sums.all, sums.ones);
   }
-  const uint64_t scale = RansScale(lifted, rest, precision_);
-  uint32_t before = 0, given = 0, last = 0;
+  GiveOut(shares, (1u << precision_) - SumsAt(shares.fits(), shares, counts).all);
+}
+
+// `left`: of M, at the scale that fits.
+__device__ inline void TableBuilder::GiveOut(const RansShares& shares, uint32_t left) {
+  uint32_t asked = 0, given = 0;  // more, by the symbols up to here
   for (uint32_t base = 0; base <= largest_; base += kWarp) {
     const uint32_t symbol = base + Lane(), count = At(symbol);
-    const bool heavy = count > threshold;
-    const unsigned heavies = __ballot_sync(kAllLanes, heavy);
-    uint32_t probability = count > 0 ? 1 : 0;
-    if (heavies != 0) {
-      const uint32_t up_to = before + SumUpTo(heavy ? count : 0);
-      const uint32_t share = Shares(heavies, RansBoundary(scale, up_to), count, given);
-      if (heavy) probability = share;
-      before = __shfl_sync(kAllLanes, up_to, kWarp - 1);
-      last = base + HighestBit(heavies);
+    if (__ballot_sync(kAllLanes, count > 0) == 0) continue;
+    uint32_t probability = 0, more = 0;
+    if (count > 0) {
+      probability = shares.Probability(shares.fits(), count);
+      more = shares.Probability(shares.exceeds(), count) - probability;
     }
-    if (symbol <= largest_) counts_[symbol] = probability;
+    if (asked <= left && __ballot_sync(kAllLanes, more > 0) != 0) {
+      const uint32_t up_to = asked + SumUpTo(more);
+      const bool suffices = up_to <= left;
+      if (suffices) probability += more;
+      given = __reduce_max_sync(kAllLanes, suffices ? up_to : given);
+      asked = __shfl_sync(kAllLanes, up_to, kWarp - 1);
+    }
+    if (count > 0) counts_[symbol] = probability;
   }
   __syncwarp();
-  if (Lane() == 0) counts_[last] += RansBoundary(scale, rest) - given;
+  if (Lane() == 0) counts_[most_frequent_] += left - given;
   __syncwarp();
 }
 

@@ -83,8 +83,10 @@ class DeviceDracoWriterTest : public CudaTest {
   // Full chunks of each kind of data, and a last one that is smaller.
   static std::vector<Chunk> AllKinds(size_t points, int position_bits, int normal_bits) {
     std::vector<Chunk> chunks;
-    for (unsigned i = 0; i < 10; ++i) {
-      chunks.push_back(MakeChunk(points, position_bits, normal_bits, kAllData[i % 5], kSeed + i));
+    constexpr unsigned kKinds = std::size(kAllData);
+    for (unsigned i = 0; i < 2 * kKinds; ++i) {
+      chunks.push_back(
+          MakeChunk(points, position_bits, normal_bits, kAllData[i % kKinds], kSeed + i));
     }
     chunks.push_back(MakeChunk((points + 2) / 3, position_bits, normal_bits, Data::kWalk, kSeed));
     return chunks;
@@ -144,9 +146,9 @@ TEST_F(DeviceDracoWriterTest, Meshes) {
 
 TEST_F(DeviceDracoWriterTest, SomeOfTheChunks) {
   const auto chunks = AllKinds(2112, 14, 10);
-  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{1, 4, 5, 10}, false);
+  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{1, 4, 5, 14}, false);
   ExpectTheHostsBytes(chunks, std::vector<uint32_t>{7}, false);
-  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{10}, true);
+  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{14}, true);
 }
 
 // More chunks than sets of wide counts, each of which needs one; and room for one table at a time.
@@ -181,7 +183,7 @@ TEST_F(DeviceDracoWriterTest, WhatTheCallerHasIsNotWritten) {
   EXPECT_EQ(encode(), std::vector<uint32_t>{});
   chunks[3].bytes[4222] ^= 1;       // the last x
   chunks.back().bytes.back() ^= 1;  // the last t
-  EXPECT_EQ(encode(), (std::vector<uint32_t>{3, 10}));
+  EXPECT_EQ(encode(), (std::vector<uint32_t>{3, 14}));
   std::swap(chunks[1].bytes[0], chunks[1].bytes[8]);
   std::swap(chunks[1].bytes[1], chunks[1].bytes[9]);
   EXPECT_EQ(encode(), std::vector<uint32_t>{}) << "constant data";

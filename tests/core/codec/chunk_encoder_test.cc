@@ -108,7 +108,8 @@ TEST_P(ChunkEncoderTest, BatchesAreAsOneByOne) {
     std::vector<QuantisedVertices> vertices;
     for (size_t i = 0; i < count; ++i) {  // of different data, the last of another size
       const size_t points = i + 1 < count ? 467 : 66;
-      chunks.push_back(MakeChunk(points, 12, 8, kAllData[i % 5], static_cast<unsigned>(i)));
+      chunks.push_back(
+          MakeChunk(points, 12, 8, kAllData[i % std::size(kAllData)], static_cast<unsigned>(i)));
     }
     for (const Chunk& chunk : chunks) vertices.push_back(chunk.vertices());
     std::vector<std::vector<uint8_t>> streams(count);

@@ -17,9 +17,9 @@
 
 namespace latticed::testing {
 
-enum class Data { kRandom, kConstant, kExtreme, kRamp, kWalk };
+enum class Data { kRandom, kConstant, kExtreme, kRamp, kWalk, kEven, kJumps };
 inline constexpr Data kAllData[] = {Data::kRandom, Data::kConstant, Data::kExtreme, Data::kRamp,
-                                    Data::kWalk};
+                                    Data::kWalk,   Data::kEven,     Data::kJumps};
 
 struct Chunk {
   size_t points = 0;
@@ -46,6 +46,10 @@ inline uint32_t NextValue(Data data, size_t i, uint32_t last, uint32_t top, std:
     case Data::kWalk:  // small steps, and a jump now and then as between patches
       return i % 66 == 0 ? static_cast<uint32_t>(random()) % (top + 1)
                          : (last + static_cast<uint32_t>(random()) % 7) % (top + 1);
+    case Data::kEven:  // 64 steps, each as often
+      return (last + 1 + static_cast<uint32_t>(i) % 64) % (top + 1);
+    case Data::kJumps:  // the same again most of the time, or else anything
+      return i % 8 == 0 ? static_cast<uint32_t>(random()) % (top + 1) : last;
   }
   return 0;
 }

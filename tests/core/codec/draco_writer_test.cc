@@ -35,7 +35,8 @@ TEST(DracoWriter, EveryInstructionSetWritesTheSameBytes) {
   for (const size_t points : {1u, 2u, 66u, 467u, 2112u}) {
     for (const auto& [position_bits, normal_bits] : {std::pair{12, 8}, {16, 12}, {8, 0}}) {
       for (unsigned i = 0; i < 20; ++i) {
-        chunks.push_back(MakeChunk(points, position_bits, normal_bits, kAllData[i % 5], kSeed + i));
+        chunks.push_back(MakeChunk(points, position_bits, normal_bits,
+                                   kAllData[i % std::size(kAllData)], kSeed + i));
       }
     }
   }

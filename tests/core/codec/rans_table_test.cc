@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <random>
 
 #include "core/codec/draco_kernel.h"
@@ -64,26 +67,109 @@ TEST(RansTable, ProbabilitiesSumUp) {
     ++counts.back();
     ExpectLegal(counts);
   }
-  ExpectLegal({1});
-  ExpectLegal({196'605});
-  ExpectLegal(std::vector<uint32_t>(2048, 1));
-  ExpectLegal(std::vector<uint32_t>(65'536, 3));
-  std::vector<uint32_t> steep(2048, 1);
-  steep[7] = 190'000;
-  ExpectLegal(steep);
 }
 
-// By hand: 3 : 1 of 4,096; two symbols lifted to 1.
-TEST(RansTable, SharesByCounts) {
+// As many symbols as a precision admits, one more, and others: each as often, or one far more so.
+TEST(RansTable, ProbabilitiesOfExtremeCountsSumUp) {
+  for (const uint32_t count : {1u, 2u, 3u, 63u, 196'605u, 0x7FFFFFFFu, 0xFFFFFFFFu}) {
+    SCOPED_TRACE(::testing::Message() << "one symbol, " << count);
+    ExpectLegal({count});
+  }
+  for (const size_t distinct : {2u, 3u, 7u, 48u, 63u, 64u, 65u, 66u, 2047u, 2048u, 2049u, 4096u,
+                                4097u, 16'384u, 16'385u, 32'768u, 65'536u}) {
+    for (const uint32_t count : {1u, 2u, 3u, 99u, 1000u}) {
+      SCOPED_TRACE(::testing::Message() << distinct << " symbols, each " << count);
+      std::vector<uint32_t> counts(distinct, count);
+      ExpectLegal(counts);
+      for (const size_t often : {size_t{0}, distinct / 2, distinct - 1}) {
+        for (const uint32_t times : {count + 1, 196'605u, 3'000'000'000u}) {
+          counts.assign(distinct, count);
+          counts[often] = times;
+          ExpectLegal(counts);
+        }
+      }
+    }
+  }
+}
+
+std::vector<uint32_t> ProbabilitiesOf(const std::vector<uint32_t>& counts) {
   std::vector<uint32_t> probabilities;
-  const auto keep = [&](uint32_t, uint32_t probability, uint32_t) {
-    probabilities.push_back(probability);
-  };
-  TableOf({300, 0, 100}).ForEach(keep);
-  EXPECT_EQ(probabilities, (std::vector<uint32_t>{3072, 1024}));
-  probabilities.clear();
-  TableOf({1, 40'000, 1}).ForEach(keep);
-  EXPECT_EQ(probabilities, (std::vector<uint32_t>{1, 4094, 1}));
+  TableOf(counts).ForEach(
+      [&](uint32_t, uint32_t probability, uint32_t) { probabilities.push_back(probability); });
+  return probabilities;
+}
+
+// By hand, of 4,096.
+TEST(RansTable, SharesByCounts) {
+  using Probabilities = std::vector<uint32_t>;
+  EXPECT_EQ(ProbabilitiesOf({300, 0, 100}), (Probabilities{3072, 1024}));
+  // Two have 1 whatever the scale, and the third the rest.
+  EXPECT_EQ(ProbabilitiesOf({1, 40'000, 1}), (Probabilities{1, 4094, 1}));
+  // 1,365 and a third each: at the next scale all have one more, which suffices for the first.
+  EXPECT_EQ(ProbabilitiesOf({1, 1, 1}), (Probabilities{1366, 1365, 1365}));
+  // 60 each from the least symbol on, 59.4 on the average.
+  Probabilities expected(69, 59);
+  std::fill_n(expected.begin(), 4096 - 69 * 59, 60);
+  EXPECT_EQ(ProbabilitiesOf(Probabilities(69, 92)), expected);
+  // 64 would suffice for all, but takes a byte more each, worth more than what 63 costs: the first
+  // has what that saves.
+  expected.assign(64, 63);
+  expected[0] += 64;
+  EXPECT_EQ(ProbabilitiesOf(Probabilities(64, 99)), expected);
+  // Up to 701 each all have 63, at a scale 5/4 of what would be a seventh of M each they have 731,
+  // which suffices for five; the most frequent, the first of all, has the rest.
+  EXPECT_EQ(ProbabilitiesOf({1, 1, 1, 1, 1, 1, 1}),
+            (Probabilities{731 + 315, 731, 731, 731, 731, 63, 63}));
+}
+
+// What a symbol takes in the table and in the stream.
+double BitsOf(uint32_t count, double probability, int precision) {
+  const double bytes = probability < 64 ? 1 : probability < 16'384 ? 2 : 3;
+  return 8 * bytes + count * (precision - std::log2(probability));
+}
+// With the probability that is best where each of M costs `price` bits, these included. M <= 2^14.
+double LeastBitsAt(double price, uint32_t count, int precision) {
+  const double best = std::clamp(count / std::log(2.0) / price, 1.0, std::exp2(precision));
+  double least = 1e300;
+  for (const double p : {std::floor(best), std::ceil(best), std::min(std::floor(best), 63.0)}) {
+    least = std::min(least, BitsOf(count, p, precision) + price * p);
+  }
+  return least;
+}
+
+// No probabilities that sum up to M take less, whatever the price (Lagrange): the best of some.
+double LeastBits(const std::vector<uint32_t>& counts, int precision) {
+  const double total = std::accumulate(counts.begin(), counts.end(), 0.0);
+  double least = 0;
+  for (double factor = 0.8; factor < 1.25; factor *= 1.001) {
+    const double price = factor * total / std::log(2.0) / std::exp2(precision);
+    double bits = -price * std::exp2(precision);
+    for (const uint32_t count : counts) {
+      if (count > 0) bits += LeastBitsAt(price, count, precision);
+    }
+    least = std::max(least, bits);
+  }
+  return least;
+}
+
+TEST(RansTable, TakesNoByteMoreThanAnyProbabilities) {
+  constexpr unsigned kSeed = 29;
+  std::mt19937 random(kSeed);
+  for (int round = 0; round < 40; ++round) {
+    // Small steps most of the time, and jumps between patches.
+    std::geometric_distribution<uint32_t> step(0.002 + 0.0075 * round);
+    std::vector<uint32_t> counts(4096);
+    for (int i = 0; i < 6336; ++i) {
+      ++counts[i % 66 == 0 ? random() % 4096 : std::min(step(random), 4095u)];
+    }
+    const RansTable table = TableOf(counts);
+    double bits = 0;
+    table.ForEach([&](uint32_t symbol, uint32_t probability, uint32_t) {
+      bits += BitsOf(counts[symbol], probability, table.precision());
+    });
+    EXPECT_LE(bits, LeastBits(counts, table.precision()) + 8)
+        << "seed " << kSeed << " round " << round;
+  }
 }
 
 TEST(RansEncoder, DivisionByMultiplicationIsExact) {
