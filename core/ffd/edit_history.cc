@@ -59,12 +59,6 @@ absl::Status Conflict(std::string_view what, std::string_view editor_id) {
       {.reason = "UNDO_CONFLICT", .metadata = {{"editor_id", std::string(editor_id)}}});
 }
 
-void Close(EditStep& step, bool timed_out) {
-  step.open = false;
-  step.timed_out = timed_out;
-  if (!timed_out) step.start.clear();
-}
-
 // The insert_knot, undo or redo that stands alone in a batch, as it must.
 template <typename T>
 const T* Lone(const EditBatch& batch) {
@@ -183,7 +177,7 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, EditSumma
       return status;
   }
   if (batch.edits.empty()) {  // a bare commit: what was undone may still be redone
-    if (gesture != kNoStep) Close(layers_.step(gesture), false);
+    if (gesture != kNoStep) layers_.Close(gesture, false);
     return absl::OkStatus();
   }
   summary.drag_residual = target.drag_residual;
@@ -201,7 +195,7 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, EditSumma
   step.open = InGesture(batch);
   step.timed_out = false;
   WritePoints(target, step);
-  if (Commits(batch)) Close(step, false);
+  if (Commits(batch)) step.Close(false);
   layers_.Push(std::move(step));
   return absl::OkStatus();
 }
@@ -270,7 +264,8 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
   }
   Undone undone{layers_.Remove(found), std::string(editor_id), ++clock_};
   if (structural) ++structure_id_;
-  Close(undone.step, false);
+  undone.step.Close(false);
+  undone_bytes_ += undone.step.MemoryBytes();
   undone_.push_back(std::move(undone));
   return absl::OkStatus();
 }
@@ -291,21 +286,31 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, const AdmitStruct
   if (found->step.structural.has_value()) {
     const InsertKnot edit = found->step.structural->edit;
     auto status = Insert(found->step, edit, "edits[0].redo", admit);
-    if (status.ok()) undone_.erase(position);
+    if (status.ok()) TakeUndone(position);
     return status;
   }
   if (found->step.structure_step != layers_.structure_step()) {
     return error::Aborted("UNDO_CONFLICT", "redo: the structure of the lattice has since changed");
   }
-  EditStep step = std::move(position->step);
-  undone_.erase(position);
+  EditStep step = TakeUndone(position);
   step.written_at = ++clock_;
   layers_.Push(std::move(step));
   return absl::OkStatus();
 }
 
+EditStep EditHistory::TakeUndone(std::deque<Undone>::iterator position) {
+  undone_bytes_ -= position->step.MemoryBytes();
+  EditStep step = std::move(position->step);
+  undone_.erase(position);
+  return step;
+}
+
 void EditHistory::ForgetUndone(std::string_view editor_id) {
-  std::erase_if(undone_, [&](const Undone& undone) { return undone.undone_by == editor_id; });
+  std::erase_if(undone_, [&](const Undone& undone) {
+    if (undone.undone_by != editor_id) return false;
+    undone_bytes_ -= undone.step.MemoryBytes();
+    return true;
+  });
 }
 
 size_t EditHistory::FindGesture(const EditBatch& batch) const {
@@ -324,29 +329,29 @@ size_t EditHistory::FindGesture(const EditBatch& batch) const {
 // Of one editor, but for one gesture; of all editors where editor_id is empty.
 void EditHistory::CommitGestures(std::string_view editor_id, std::string_view except_gesture) {
   for (size_t n = layers_.steps().size(); n-- > 0;) {
-    EditStep& step = layers_.step(n);
+    const EditStep& step = layers_.steps()[n];
     const bool named = editor_id.empty() || step.editor_id == editor_id;
     const bool excepted = !except_gesture.empty() && step.gesture_id == except_gesture;
     if (!(step.open || step.timed_out) || !named || excepted) continue;
-    Close(step, false);
+    layers_.Close(n, false);
   }
 }
 
 void EditHistory::CommitIdleGestures(TimePoint now) {
   for (size_t n = layers_.steps().size(); n-- > 0;) {
-    EditStep& step = layers_.step(n);
+    const EditStep& step = layers_.steps()[n];
     if (!step.open ||
         now - step.last_heard < std::chrono::seconds(limits::kGestureTimeoutSeconds)) {
       continue;
     }
-    Close(step, true);
+    layers_.Close(n, true);
   }
 }
 
 void EditHistory::TrimHistory() {
   constexpr auto kSteps = static_cast<size_t>(limits::kMaxUndoSteps);
   while (!undone_.empty() && (undone_.size() > kSteps || UndoBytes() > limits::kMaxUndoBytes)) {
-    undone_.pop_front();
+    TakeUndone(undone_.begin());
   }
   while (layers_.steps().size() > kSteps || layers_.MemoryBytes() > limits::kMaxUndoBytes) {
     layers_.FoldOldest();
@@ -372,18 +377,12 @@ uint64_t EditHistory::last_sequence(std::string_view editor_id) const {
 
 bool EditHistory::ForgetOldestStep() {
   if (!undone_.empty()) {
-    undone_.pop_front();
+    TakeUndone(undone_.begin());
     return true;
   }
   if (layers_.steps().size() <= 1) return false;
   layers_.FoldOldest();
   return true;
-}
-
-size_t EditHistory::UndoBytes() const {
-  size_t bytes = layers_.MemoryBytes();
-  for (const Undone& undone : undone_) bytes += undone.step.MemoryBytes();
-  return bytes;
 }
 
 }  // namespace latticed

@@ -109,13 +109,15 @@ class EditHistory {
   absl::Status Cancel(const EditBatch& batch);
   size_t FindGesture(const EditBatch& batch) const;
   void CommitGestures(std::string_view editor_id, std::string_view except_gesture);
+  EditStep TakeUndone(std::deque<Undone>::iterator position);
   void ForgetUndone(std::string_view editor_id);
   void TrimHistory();
-  size_t UndoBytes() const;
+  size_t UndoBytes() const { return layers_.MemoryBytes() + undone_bytes_; }
 
   Lattice initial_;
   EditLayers layers_;
   std::deque<Undone> undone_;
+  size_t undone_bytes_ = 0;
   EditorLedger ledger_;
   uint64_t revision_ = 0;
   uint64_t structure_id_ = 1;

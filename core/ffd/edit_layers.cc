@@ -3,10 +3,16 @@
 #include "core/ffd/edit_layers.h"
 
 #include <algorithm>
-#include <numeric>
+#include <type_traits>
 #include <utility>
 
 namespace latticed {
+
+void EditStep::Close(bool by_time_out) {
+  open = false;
+  timed_out = by_time_out;
+  if (!by_time_out) start.clear();
+}
 
 bool EditStep::Holds(uint32_t index) const {
   return structural.has_value() || std::binary_search(indices.begin(), indices.end(), index);
@@ -39,11 +45,15 @@ size_t EditStep::MemoryBytes() const {
   return bytes;
 }
 
+// A copy may have less capacity, and bytes_ is of what was measured.
+static_assert(std::is_nothrow_move_constructible_v<EditStep>);
+
 EditLayers::EditLayers(Lattice base) : base_(std::move(base)), lattice_(base_) {}
 
 void EditLayers::Push(EditStep step) {
   steps_.push_back(std::move(step));
   const EditStep& top = steps_.back();
+  bytes_ += top.MemoryBytes();
   if (top.structural.has_value()) {
     lattice_ = {top.structural->structure, top.positions};
     return;
@@ -54,6 +64,7 @@ void EditLayers::Push(EditStep step) {
 }
 
 EditStep EditLayers::Remove(size_t position) {
+  bytes_ -= steps_[position].MemoryBytes();
   EditStep step = std::move(steps_[position]);
   steps_.erase(steps_.begin() + static_cast<std::ptrdiff_t>(position));
   if (step.structural.has_value()) {
@@ -64,8 +75,16 @@ EditStep EditLayers::Remove(size_t position) {
   return step;
 }
 
+void EditLayers::Close(size_t position, bool timed_out) {
+  EditStep& step = steps_[position];
+  bytes_ -= step.MemoryBytes();
+  step.Close(timed_out);
+  bytes_ += step.MemoryBytes();
+}
+
 void EditLayers::FoldOldest() {
   EditStep& oldest = steps_.front();
+  bytes_ -= oldest.MemoryBytes();
   if (oldest.structural.has_value()) {
     base_ = {std::move(oldest.structural->structure), std::move(oldest.positions)};
     base_structure_step_ = oldest.id;
@@ -75,11 +94,6 @@ void EditLayers::FoldOldest() {
     }
   }
   steps_.erase(steps_.begin());
-}
-
-size_t EditLayers::MemoryBytes() const {
-  return std::accumulate(steps_.begin(), steps_.end(), size_t{0},
-                         [](size_t sum, const EditStep& step) { return sum + step.MemoryBytes(); });
 }
 
 uint64_t EditLayers::structure_step() const {

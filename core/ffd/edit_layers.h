@@ -50,6 +50,7 @@ struct EditStep {
   std::map<uint32_t, Vec3d> start;
   std::optional<Structural> structural;
 
+  void Close(bool by_time_out);
   bool Holds(uint32_t index) const;
   bool Overlaps(const EditStep& other) const;
   size_t MemoryBytes() const;
@@ -62,10 +63,11 @@ class EditLayers {
   const Lattice& lattice() const { return lattice_; }
   // Oldest first.
   const std::vector<EditStep>& steps() const { return steps_; }
-  EditStep& step(size_t position) { return steps_[position]; }
 
   void Push(EditStep step);
   EditStep Remove(size_t position);
+  // Its gesture is over; `timed_out`: unless an update comes after all.
+  void Close(size_t position, bool timed_out);
   // Makes the oldest step part of the base: it can no longer be undone.
   void FoldOldest();
 
@@ -74,7 +76,7 @@ class EditLayers {
   // What the structure would be without the step at `position`.
   const LatticeStructure& StructureWithout(size_t position) const;
   // Of the steps.
-  size_t MemoryBytes() const;
+  size_t MemoryBytes() const { return bytes_; }
 
  private:
   void RestorePoints(const std::vector<uint32_t>& indices);
@@ -84,6 +86,7 @@ class EditLayers {
   uint64_t base_structure_step_ = 0;
   Lattice lattice_;
   std::vector<EditStep> steps_;
+  size_t bytes_ = 0;  // of steps_
 };
 
 }  // namespace latticed

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Undo, redo and the memory of an edit history.
+#include <chrono>
 #include <random>
 
 #include "tests/core/ffd/edit_history_fixture.h"
@@ -213,6 +214,40 @@ TEST_F(EditHistoryTest, ForgetsTheEditorSilentLongestButNeverTheLast) {
   EXPECT_EQ(history_.last_sequence("ann"), 0u);
   EXPECT_EQ(history_.last_sequence("bob"), 0u);
   EXPECT_EQ(history_.last_sequence("cat"), 1u);
+}
+
+// What is added and taken away as steps come, change and go is what there is in the end.
+TEST_F(EditHistoryTest, CountsItsMemoryHoweverStepsComeAndGo) {
+  ASSERT_OK(Do("ann", Move({0}, 1)));
+  ASSERT_OK(Do("bob", Move({9}, 1)));
+  ASSERT_OK(Do("ann", Undo{UndoScope::kScene}));
+  ASSERT_OK(Do("bob", Undo{UndoScope::kScene}));
+  while (history_.ForgetOldestStep()) continue;
+  const size_t nothing = history_.MemoryBytes();
+
+  ASSERT_OK(Drag("ann", "g", {0, 1, 2}, 1));
+  ASSERT_OK(Drag("ann", "g", {3}, 2));
+  ASSERT_OK(Drag("bob", "h", {7, 8}, 2));
+  ASSERT_OK(End("bob", "h", GesturePhase::kCancel));
+  const size_t open = history_.MemoryBytes();
+  ASSERT_OK(End("ann", "g", GesturePhase::kCommit));
+  EXPECT_LT(history_.MemoryBytes(), open) << "where its points began is of no use now";
+  ASSERT_OK(Drag("bob", "i", {5}, 2));
+  now_ += std::chrono::minutes(2);
+  history_.CommitIdleGestures(now_);
+  ASSERT_OK(Do("bob", InsertKnot{0, 0.37}));
+  ASSERT_OK(Do("bob", Undo{}));
+  ASSERT_OK(Do("bob", Redo{}));
+  ASSERT_OK(Do("bob", Undo{}));
+  ASSERT_OK(Do("bob", Move({4}, 1)));  // nothing to redo
+  ASSERT_OK(Do("ann", Undo{}));
+  ASSERT_OK(Do("ann", Redo{}));
+  ASSERT_OK(Do("ann", Move({2}, 1)));
+  EXPECT_GT(history_.MemoryBytes(), nothing);
+  while (history_.undo_steps() > 0) ASSERT_OK(Do("bob", Undo{UndoScope::kScene}));
+  while (history_.ForgetOldestStep()) continue;
+
+  EXPECT_EQ(history_.MemoryBytes(), nothing);
 }
 
 // Two editors at random; undoing the scene to the end must lead back to the start, bit for bit.
