@@ -6,14 +6,14 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/time/clock.h"
-#include "absl/time/time.h"
 #include "core/base/error.h"
 #include "server/engine/resident_target.h"
 
 namespace latticed {
 namespace {
 
-// A stream that has just ended has its scene for a moment longer; its client may be back by then.
+// A stream that has just ended has its scene for a moment longer; its client may be back by then. And
+// what is deleted or retired meanwhile gives its memory to nobody in particular.
 constexpr absl::Duration kLettingGo = absl::Milliseconds(50);
 constexpr absl::Duration kPoll = absl::Milliseconds(5);
 
@@ -26,7 +26,7 @@ absl::StatusOr<std::shared_ptr<ResidentTarget>> Residency::Prepare(
   return std::make_shared<ResidentTarget>(this, std::move(plan), *std::move(made));
 }
 
-bool Residency::RoomWasMadeFor(const absl::Status& refusal) {
+bool Residency::MayFitNow(const absl::Status& refusal, std::optional<absl::Time>& give_up) {
   if (!absl::IsResourceExhausted(refusal) || make_room_ == nullptr) return false;
   const error::Details details = error::DetailsOf(refusal);
   if (details.reason != "OUT_OF_MEMORY") return false;
@@ -37,11 +37,14 @@ bool Residency::RoomWasMadeFor(const absl::Status& refusal) {
   if (device != details.metadata.end() && absl::SimpleAtoi(device->second, &number)) {
     lack.device = number;
   }
-  const absl::Time give_up = absl::Now() + kLettingGo;
-  while (!make_room_(lack)) {
-    if (absl::Now() > give_up) return false;
-    absl::SleepFor(kPoll);
+  if (make_room_(lack)) {
+    give_up.reset();
+    return true;
   }
+  const absl::Time now = absl::Now();
+  if (!give_up.has_value()) give_up = now + kLettingGo;
+  if (now > *give_up) return false;
+  absl::SleepFor(kPoll);
   return true;
 }
 

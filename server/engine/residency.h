@@ -7,9 +7,9 @@
 //   Scene --Prepare--> ResidentTarget --CreateView--> ResidentView       each around the backend's
 //
 //   refused for want of memory   another scene gives back what can be made again, one on the device
-//                                that lacks it, and the call is tried once more, until it is granted
-//                                or nothing is left to give; a refusal takes some 50 ms, for streams
-//                                that are about to end
+//                                that lacks it, and the call is tried once more, until it is granted;
+//                                where nothing is left to give it is tried for some 50 ms more, for
+//                                streams that are about to end and memory that comes free by itself
 //   kUnavailable                 the device is lost, and is asked nothing any more
 //
 // Errors   the backend's; once the device is lost DeviceHealth's, for all
@@ -26,6 +26,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "core/backend.h"
 #include "server/engine/device_health.h"
 #include "server/engine/engine_counts.h"
@@ -60,16 +61,17 @@ class Residency {
   }
 
   // Runs `call`, which asks something of the backend or of a budget and returns a Status or a
-  // StatusOr; again each time that room was made for it.
+  // StatusOr; again while it is refused for want of memory that it may have by then.
   template <typename Call>
   auto Run(Call call) -> decltype(call()) {
+    std::optional<absl::Time> give_up;
     while (true) {
       if (auto lost = health_.status(); !lost.ok()) return lost;
       auto answer = call();
       const absl::Status status = StatusOf(answer);
       health_.Note(status);
       if (absl::IsUnavailable(status)) return health_.status();
-      if (!RoomWasMadeFor(status)) return answer;
+      if (!MayFitNow(status, give_up)) return answer;
     }
   }
 
@@ -84,7 +86,9 @@ class Residency {
   static absl::Status StatusOf(const absl::StatusOr<T>& answer) {
     return answer.status();
   }
-  bool RoomWasMadeFor(const absl::Status& refusal);
+  // Whether what was refused is worth another try: room was made for it, or some time has passed,
+  // until `give_up`, which begins with the first refusal that no scene could help.
+  bool MayFitNow(const absl::Status& refusal, std::optional<absl::Time>& give_up);
 
   Backend* const backend_;
   const MakeRoom make_room_;

@@ -165,6 +165,24 @@ TEST_F(GiveBackTest, NobodyGivesForOneThatCannotBeServed) {
   EXPECT_EQ(Info().backends(0).give_backs(), 0u);
 }
 
+TEST_F(GiveBackTest, WhatComesFreeByItselfIsTaken) {
+  Restart(1.2);
+  CreateAndView("scene-no-a");
+  bool all_free = false;
+  backend_->OnNextRefusal([&] {
+    v1::DeleteSceneRequest request;
+    request.set_scene("scene-no-a");
+    v1::DeleteSceneResponse response;
+    EXPECT_OK(Call(&v1::SceneService::Stub::DeleteScene, request, &response));
+    all_free = Becomes(2000, [this] { return backend_->used_bytes() == 0; });
+  });
+
+  EXPECT_OK(Create(SceneRequest("scene-no-b"))) << "nobody is left to give";
+
+  EXPECT_TRUE(all_free) << "after it was refused";
+  EXPECT_EQ(Info().backends(0).give_backs(), 0u);
+}
+
 TEST_F(GiveBackTest, ManyScenesTakeTurnsOnASmallDevice) {
   Restart(4.2);
   std::vector<std::string> ids;
