@@ -11,6 +11,7 @@
 #include "server/rpc/call.h"
 #include "server/rpc/file_parts.h"
 #include "server/rpc/part_stream.h"
+#include "server/rpc/store_upload.h"
 #include "server/rpc/unary_call.h"
 #include "server/rpc/upload_stream.h"
 #include "server/rpc/uploads.h"
@@ -117,16 +118,14 @@ grpc::ServerUnaryReactor* MeshService::AppendUpload(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* MeshService::FinishUpload(grpc::CallbackServerContext* context,
                                                     const v1::FinishUploadRequest* request,
                                                     v1::Mesh* response) {
-  return RunUnary(
-      env_, context, "MeshService/FinishUpload", *request, response, [=, this](const CallInfo&) {
-        const auto upload = env_->uploads->Take(request->upload_id());
-        if (!upload.ok()) return upload.status();
-        const auto mesh =
-            (*upload)->Finish(env_->meshes, [context] { return context->IsCancelled(); });
-        if (!mesh.ok()) return mesh.status();
-        *response = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
-        return absl::OkStatus();
-      });
+  return RunUnary(env_, context, "MeshService/FinishUpload", *request, response,
+                  [=, this](const CallInfo&, ReplyRoom& room) {
+                    const auto upload = env_->uploads->Take(request->upload_id());
+                    if (!upload.ok()) return upload.status();
+                    return StoreUpload(
+                        *env_, **upload, [context] { return context->IsCancelled(); }, room,
+                        *response);
+                  });
 }
 
 grpc::ServerUnaryReactor* MeshService::GetMesh(grpc::CallbackServerContext* context,

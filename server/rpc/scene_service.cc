@@ -59,6 +59,14 @@ absl::StatusOr<PageKey> FromToken(const std::string& token) {
   return PageKey{nanos, token.substr(dot + 1)};
 }
 
+// The most that a new scene's reply takes: its labels may be large, the rest is not.
+uint64_t SceneReplyBytes(const v1::CreateSceneRequest& request) {
+  constexpr uint64_t kAllButLabels = 6 << 10;
+  v1::Scene scene;
+  *scene.mutable_labels() = request.labels();
+  return kAllButLabels + ReplyBytes(scene);
+}
+
 class SceneServiceImpl final : public SceneServiceBase {
  public:
   explicit SceneServiceImpl(ServerEnv* env) : env_(env) {}
@@ -66,7 +74,9 @@ class SceneServiceImpl final : public SceneServiceBase {
   UnaryReactor* CreateScene(Context* context, const v1::CreateSceneRequest* request,
                             v1::Scene* response) override {
     return RunUnary(env_, context, "SceneService/CreateScene", *request, response,
-                    [=, this](const CallInfo& call) { return Create(call, *request, response); });
+                    [=, this](const CallInfo& call, ReplyRoom& room) {
+                      return Create(call, *request, room, response);
+                    });
   }
 
   UnaryReactor* GetScene(Context* context, const v1::GetSceneRequest* request,
@@ -186,7 +196,7 @@ class SceneServiceImpl final : public SceneServiceBase {
         });
   }
 
-  absl::Status Create(const CallInfo& call, const v1::CreateSceneRequest& request,
+  absl::Status Create(const CallInfo& call, const v1::CreateSceneRequest& request, ReplyRoom& room,
                       v1::Scene* response) {
     if (auto s = CheckCreateScene(request); !s.ok()) return s;
     if (auto s = CheckSceneMetadata(*call.context, request.scene_id()); !s.ok()) return s;
@@ -196,6 +206,7 @@ class SceneServiceImpl final : public SceneServiceBase {
         SceneConfigFromProto(request, **mesh, call.caller.name, env_->options.scene_idle_ttl);
     if (!config.ok()) return config.status();
     config->memory = env_->memory;
+    if (auto s = room.Hold(SceneReplyBytes(request)); !s.ok()) return s;
     // The mesh may have been deleted since it was found.
     const auto scene = env_->scenes->Create(
         *std::move(config), [&] { return env_->meshes.Find(request.mesh()).status(); },

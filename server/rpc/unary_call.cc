@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
-#include "server/rpc/reply_room.h"
 #include "server/rpc/server_env.h"
 #include "server/wire/grpc_status.h"
 
@@ -37,9 +36,11 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
         request_room_(std::move(room)),
         reply_room_(env) {}
 
-  void Run(const std::function<absl::Status(const CallInfo&)>& work) {
+  void Run(const UnaryWork& work) {
     absl::Status result = CheckCancelled(*call_.context);
-    if (result.ok()) result = CatchBadAlloc("the request", [&] { return work(call_); });
+    if (result.ok()) {
+      result = CatchBadAlloc("the request", [&] { return work(call_, reply_room_); });
+    }
     Empty(request_);
     request_room_.Release();
     if (result.ok()) result = reply_room_.Hold(ReplyBytes(*response_));
@@ -63,7 +64,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 
 grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* context,
                                    std::string_view rpc, const Message& request, Message* response,
-                                   std::function<absl::Status(const CallInfo&)> work) {
+                                   UnaryWork work) {
   absl::StatusOr<CallInfo> call = BeginCall(*env, context, rpc);
   if (!call.ok()) return Refuse(context, ToGrpcStatus(call.status()));
   auto room = AdmitRequest(*env, request);

@@ -6,14 +6,13 @@
 
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
-#include "server/engine/scene_registry.h"
 #include "server/rpc/call.h"
 #include "server/rpc/first_message.h"
 #include "server/rpc/reply_room.h"
 #include "server/rpc/server_env.h"
+#include "server/rpc/store_upload.h"
 #include "server/rpc/uploads.h"
 #include "server/wire/grpc_status.h"
-#include "server/wire/mesh_header.h"
 
 namespace latticed {
 namespace {
@@ -67,13 +66,11 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
   }
 
   absl::Status Store() {
-    const auto mesh = upload_->Finish(env_->meshes, [this] { return context_->IsCancelled(); });
-    if (!mesh.ok()) return mesh.status();
-    *response_ = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
     request_ = v1::UploadMeshRequest();  // its bytes
-    absl::Status room = reply_room_.Hold(ReplyBytes(*response_));
-    if (!room.ok()) *response_ = v1::Mesh();
-    return room;
+    absl::Status status = StoreUpload(
+        *env_, *upload_, [this] { return context_->IsCancelled(); }, reply_room_, *response_);
+    if (!status.ok()) *response_ = v1::Mesh();
+    return status;
   }
 
   void End(const absl::Status& result) {

@@ -107,7 +107,8 @@ absl::Status Upload::CheckComplete() const {
 }
 
 absl::StatusOr<std::shared_ptr<const StoredMesh>> Upload::Finish(
-    MeshStore& store, const std::function<bool()>& cancelled) {
+    MeshStore& store, const std::function<bool()>& cancelled,
+    const std::function<absl::Status(const StoredMesh&)>& admit) {
   absl::MutexLock lock(&mutex_);
   if (absl::Status status = CheckCompleteLocked(); !status.ok()) return status;
   auto bytes = std::make_shared<const std::string>(std::exchange(bytes_, {}));
@@ -123,6 +124,7 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> Upload::Finish(
   stored.bytes = std::move(bytes);
   stored.bounds = mesh->ComputeBounds();
   stored.mesh = std::make_shared<const PolygonMesh>(*std::move(mesh));
+  if (absl::Status status = admit(stored); !status.ok()) return status;
   return store.Add(std::move(stored), std::move(reservation_));
 }
 

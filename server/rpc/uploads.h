@@ -52,9 +52,11 @@ class Upload {
   // kInvalidArgument, reason SIZE_MISMATCH, while bytes are missing.
   [[nodiscard]] absl::Status CheckComplete() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Verifies, parses and stores: seconds for large files, so not on a gRPC thread. Call once.
-  // kCancelled where `cancelled` says so between its steps.
+  // kCancelled where `cancelled` says so between its steps. `admit` is asked before the mesh is stored,
+  // and what it refuses is not.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Finish(
-      MeshStore& store, const std::function<bool()>& cancelled) ABSL_LOCKS_EXCLUDED(mutex_);
+      MeshStore& store, const std::function<bool()>& cancelled,
+      const std::function<absl::Status(const StoredMesh&)>& admit) ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
   absl::Status AppendLocked(std::string_view data) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

@@ -33,8 +33,9 @@ class UntakenRepliesTest : public SceneFixture {
   using LatticeCall = UntakenCall<grpc::ClientAsyncResponseReader<v1::LatticeState>>;
   using DownloadCall = UntakenCall<grpc::ClientReader<v1::DownloadMeshResponse>>;
 
-  void SetUp() override {
-    StartServer({.memory_bytes = kMemory});
+  void SetUp() override { Start(kMemory); }
+  void Start(uint64_t memory_bytes) {
+    StartServer({.memory_bytes = memory_bytes});
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);  // or windows grow on a fast link
     channel_ = grpc::CreateCustomChannel(server_->address(), grpc::InsecureChannelCredentials(),
@@ -79,6 +80,77 @@ class UntakenRepliesTest : public SceneFixture {
     call->reader = meshes_->DownloadMesh(&call->context, request);
     return call;
   }
+  static void AddLongLabels(google::protobuf::Map<std::string, std::string>& labels) {
+    for (size_t i = 0; i < limits::kMaxLabels; ++i) {
+      labels[fmt::format("k{:062}", i)] = std::string(limits::kMaxLabelValueBytes, 'v');
+    }
+  }
+  // A server with room for `bytes` of replies beside those that `untaken_` holds.
+  void StartWithRoomFor(uint64_t bytes) {
+    CreateLargeLattice();
+    for (int i = 0; i <= kRoomFor; ++i) untaken_.push_back(AskForLattice());
+    v1::LatticeState reply;
+    const absl::Status refused = client::FromGrpc(Take(*untaken_.back(), &reply));
+    ExpectRefused(refused, absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
+    const uint64_t one = error::DetailsOf(refused).asked_bytes;
+    untaken_.pop_back();
+    TakeAll();
+    Start((kRoomFor * one + bytes) * limits::kUntakenRepliesShare);
+    CreateLargeLattice();
+    for (int i = 0; i < kRoomFor; ++i) untaken_.push_back(AskForLattice());
+    ASSERT_EQ(Finished("SceneService/GetLattice", "OK"), kRoomFor);
+  }
+  void TakeAll() {
+    for (const auto& call : untaken_) {
+      v1::LatticeState reply;
+      EXPECT_OK(client::FromGrpc(Take(*call, &reply)));
+    }
+    untaken_.clear();
+  }
+
+  // Two hundred groups of long names: a reply of more than 16 KiB.
+  static std::string GroupsObj() {
+    std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 1\n";
+    for (int i = 0; i < 200; ++i) obj += fmt::format("g {:080}\nf 1 2 3\n", i);
+    return obj;
+  }
+  absl::Status UploadAtOnce(const std::string& obj) {
+    grpc::ClientContext context;
+    v1::Mesh mesh;
+    const auto writer = meshes_->UploadMesh(&context, &mesh);
+    v1::UploadMeshRequest request;
+    request.mutable_header()->set_format(v1::MESH_FORMAT_OBJ);
+    request.mutable_header()->set_total_bytes(obj.size());
+    writer->Write(request);
+    request.set_data(obj);
+    writer->Write(request);
+    writer->WritesDone();
+    return client::FromGrpc(writer->Finish());
+  }
+  absl::Status UploadInCalls(const std::string& obj) {
+    grpc::ClientContext begin, append, finish;
+    v1::BeginUploadRequest request;
+    request.mutable_header()->set_format(v1::MESH_FORMAT_OBJ);
+    request.mutable_header()->set_total_bytes(obj.size());
+    v1::BeginUploadResponse begun;
+    EXPECT_OK(client::FromGrpc(meshes_->BeginUpload(&begin, request, &begun)));
+    v1::AppendUploadRequest part;
+    part.set_upload_id(begun.upload_id());
+    part.set_data(obj);
+    v1::AppendUploadResponse appended;
+    EXPECT_OK(client::FromGrpc(meshes_->AppendUpload(&append, part, &appended)));
+    v1::FinishUploadRequest end;
+    end.set_upload_id(begun.upload_id());
+    v1::Mesh mesh;
+    return client::FromGrpc(meshes_->FinishUpload(&finish, end, &mesh));
+  }
+  int Meshes() {
+    grpc::ClientContext context;
+    v1::ListMeshesResponse meshes;
+    EXPECT_OK(client::FromGrpc(meshes_->ListMeshes(&context, {}, &meshes)));
+    return meshes.meshes_size();
+  }
+
   int Finished(const std::string& method, const std::string& code) {
     const std::string metrics = server_->metrics();
     const std::string series =
@@ -87,6 +159,7 @@ class UntakenRepliesTest : public SceneFixture {
     return at == std::string::npos ? 0 : std::stoi(metrics.substr(at + series.size()));
   }
 
+  std::vector<std::unique_ptr<LatticeCall>> untaken_;
   grpc::CompletionQueue queue_;
   std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<v1::SceneService::Stub> scenes_;
@@ -164,6 +237,45 @@ TEST_F(UntakenRepliesTest, OfStreamsOfParts) {
     }
   }
   EXPECT_EQ(whole, kRoomFor);
+}
+
+// What is refused for its reply has not happened.
+TEST_F(UntakenRepliesTest, NoSceneIsMadeWhoseReplyHasNoRoom) {
+  StartWithRoomFor(16'384);
+  v1::CreateSceneRequest request = SceneRequest("scene-two");
+  AddLongLabels(*request.mutable_labels());
+  const uint64_t reserved = Info().reserved_host_bytes();
+
+  ExpectRefused(Create(request), absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
+
+  v1::GetSceneRequest get;
+  get.set_scene("scene-two");
+  v1::Scene scene;
+  EXPECT_THAT(Call(&v1::SceneService::Stub::GetScene, get, &scene),
+              StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_EQ(Info().reserved_host_bytes(), reserved);
+  EXPECT_OK(Create(SceneRequest("scene-tre"))) << "small replies need no room";
+  TakeAll();
+  EXPECT_OK(OnceIdle([&] { return Create(request, &scene); }));
+  EXPECT_EQ(scene.labels_size(), static_cast<int>(limits::kMaxLabels));
+}
+
+TEST_F(UntakenRepliesTest, NoMeshIsStoredWhoseReplyHasNoRoom) {
+  StartWithRoomFor(16'384);
+  const std::string obj = GroupsObj();
+  const int meshes = Meshes();
+  const uint64_t reserved = Info().reserved_host_bytes();
+
+  for (const absl::Status& status : {UploadAtOnce(obj), UploadInCalls(obj)}) {
+    ExpectRefused(status, absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
+  }
+
+  EXPECT_EQ(Meshes(), meshes);
+  EXPECT_EQ(Info().reserved_host_bytes(), reserved);
+  TakeAll();
+  EXPECT_OK(OnceIdle([&] { return UploadAtOnce(obj); }));
+  EXPECT_OK(OnceIdle([&] { return UploadInCalls(obj); }));
+  EXPECT_EQ(Meshes(), meshes + 1);
 }
 
 }  // namespace
