@@ -56,6 +56,11 @@ std::string Fields(std::string_view method) {
   return text;
 }
 
+// Not compressed, and so long.
+std::string MessageOf(std::string_view bytes) {
+  return BigEndian(0, 1) + BigEndian(bytes.size(), 4) + std::string(bytes);
+}
+
 int Connect(const std::string& address) {
   const size_t colon = address.rfind(':');
   sockaddr_in to{.sin_family = AF_INET,
@@ -76,18 +81,39 @@ int Connect(const std::string& address) {
 
 UnfinishedCalls::UnfinishedCalls(const std::string& address, std::string_view method, int count,
                                  size_t bytes, Settings settings)
-    : bytes_(bytes),
+    : UnfinishedCalls(
+          address, method,
+          {.bytes = bytes > kMessageHeader ? MessageOf(std::string(bytes - kMessageHeader, 'x'))
+                                           : std::string(),
+           .sent = bytes > kMessageHeader ? bytes - 1 : 0},
+          settings) {
+  SendFrame(kSettings, 0, 0, "");
+  for (int i = 0; i < count; ++i) Begin();
+}
+
+UnfinishedCalls::UnfinishedCalls(const std::string& address, std::string_view method,
+                                 std::string_view request)
+    : UnfinishedCalls(address, method,
+                      {.bytes = MessageOf(request), .sent = kMessageHeader + request.size()},
+                      Settings::kAcknowledged) {
+  SendFrame(kSettings, 0, 0, BigEndian(kInitialWindowSize, 2) + BigEndian(0, 4));
+}
+
+UnfinishedCalls::UnfinishedCalls(const std::string& address, std::string_view method,
+                                 Message message, Settings settings)
+    : method_(method),
+      message_(std::move(message)),
       settings_(settings),
       socket_(Connect(address)),
       window_(kFirstWindow),
       stream_window_(kFirstWindow) {
   SendBytes("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n");
-  SendFrame(kSettings, 0, 0, "");
-  for (uint32_t i = 0; i < static_cast<uint32_t>(count); ++i) {
-    const uint32_t stream = 2 * i + 1;
-    SendFrame(kHeaders, kEndHeaders, stream, Fields(method));
-    calls_[stream].window = stream_window_;
-  }
+}
+
+void UnfinishedCalls::Begin() {
+  const uint32_t stream = calls_.empty() ? 1 : calls_.rbegin()->first + 2;
+  SendFrame(kHeaders, kEndHeaders, stream, Fields(method_));
+  calls_[stream].window = stream_window_;
 }
 
 UnfinishedCalls::~UnfinishedCalls() { close(socket_); }
@@ -115,8 +141,13 @@ size_t UnfinishedCalls::ended() const {
 
 size_t UnfinishedCalls::sent() const {
   return static_cast<size_t>(std::ranges::count_if(calls_, [this](const auto& call) {
-    return !call.second.ended && call.second.sent == bytes_ - 1;
+    return !call.second.ended && call.second.sent == message_.sent;
   }));
+}
+
+size_t UnfinishedCalls::answered() const {
+  return static_cast<size_t>(
+      std::ranges::count_if(calls_, [](const auto& call) { return call.second.answered; }));
 }
 
 void UnfinishedCalls::SendBytes(std::string_view bytes) {
@@ -137,14 +168,11 @@ void UnfinishedCalls::SendData() {
   for (auto& [stream, call] : calls_) {
     while (!call.ended && !closed_) {
       const auto most = static_cast<size_t>(std::max<int64_t>(std::min(window_, call.window), 0));
-      const size_t size = std::min({most, kMostFrame, bytes_ - 1 - call.sent});
-      if (size <= kMessageHeader && (call.sent == 0 || size == 0)) break;
-      std::string data(size, 'x');
-      // Not compressed, and so long.
-      if (call.sent == 0) {
-        data.replace(0, kMessageHeader, BigEndian(0, 1) + BigEndian(bytes_ - kMessageHeader, 4));
-      }
-      SendFrame(kData, 0, stream, data);
+      const size_t size = std::min({most, kMostFrame, message_.sent - call.sent});
+      if (size == 0) break;
+      const bool last = call.sent + size == message_.bytes.size();
+      SendFrame(kData, last ? kEndStream : 0, stream,
+                std::string_view(message_.bytes).substr(call.sent, size));
       call.sent += size;
       call.window -= static_cast<int64_t>(size);
       window_ -= static_cast<int64_t>(size);
@@ -184,6 +212,7 @@ void UnfinishedCalls::Take(uint8_t type, uint8_t flags, uint32_t stream, std::st
     closed_ = true;
   } else if (call != calls_.end()) {
     const bool ends = type == kReset || (type == kHeaders && (flags & kEndStream) != 0);
+    call->second.answered = call->second.answered || (type == kHeaders && !ends);
     call->second.ended = call->second.ended || ends;
     if (type == kReset) reset_codes_.insert(ReadBigEndian(payload));
   }

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A connection that begins calls and never sends the last byte of their messages, or nothing at all:
-// HTTP/2 by hand, since no gRPC client does that. It keeps to the server's windows.
+// A connection that begins calls and never sends the last byte of their messages, or nothing at all, or
+// sends all and takes no byte of a reply: HTTP/2 by hand, since no gRPC client does that. It keeps to
+// the server's windows.
 //
 // Threads  one
 #ifndef LATTICED_TESTS_SERVER_UNFINISHED_CALLS_H_
@@ -26,19 +27,25 @@ class UnfinishedCalls {
   // sends. Fails the test where `address` (IPv4:port) does not answer.
   UnfinishedCalls(const std::string& address, std::string_view method, int count, size_t bytes,
                   Settings settings = Settings::kAcknowledged);
+  // Calls of `method` with that request, as bytes, each begun by Begin; its window for replies is 0.
+  UnfinishedCalls(const std::string& address, std::string_view method, std::string_view request);
   ~UnfinishedCalls();
   UnfinishedCalls(const UnfinishedCalls&) = delete;
   UnfinishedCalls& operator=(const UnfinishedCalls&) = delete;
 
+  // One call more.
+  void Begin();
   // Sends what the server's windows allow and hears what it says until `done`. False when that
   // takes a minute, or the server closes the connection.
   bool Run(const std::function<bool()>& done);
 
   // Of messages, of calls that the server has not ended.
   size_t held_bytes() const;
-  // Calls that the server has ended, and those of which all but the last byte is sent.
+  // Calls that the server has ended, those of which all is sent that will be, and those whose reply has
+  // begun: its headers, which need no window.
   size_t ended() const;
   size_t sent() const;
+  size_t answered() const;
   // What the server said: its SETTINGS_MAX_CONCURRENT_STREAMS, and the codes that it reset calls with.
   uint32_t max_calls() const { return max_calls_; }
   const std::set<uint32_t>& reset_codes() const { return reset_codes_; }
@@ -46,9 +53,17 @@ class UnfinishedCalls {
  private:
   struct Call {
     int64_t window = 0;
-    size_t sent = 0;  // of `bytes_`
+    size_t sent = 0;  // of the message
+    bool answered = false;
     bool ended = false;
   };
+  // With the header of its message.
+  struct Message {
+    std::string bytes;
+    size_t sent = 0;  // of these, at most
+  };
+  UnfinishedCalls(const std::string& address, std::string_view method, Message message,
+                  Settings settings);
   void SendFrame(uint8_t type, uint8_t flags, uint32_t stream, std::string_view payload);
   void SendBytes(std::string_view bytes);
   // Whatever the windows allow.
@@ -58,7 +73,8 @@ class UnfinishedCalls {
   void Take(uint8_t type, uint8_t flags, uint32_t stream, std::string_view payload);
   void TakeSettings(std::string_view payload);
 
-  const size_t bytes_;
+  const std::string method_;
+  const Message message_;
   const Settings settings_;
   int socket_ = -1;
   bool closed_ = false;
