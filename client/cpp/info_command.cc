@@ -48,6 +48,8 @@ void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
                                   FormatBytes(limits.max_host_bytes()))});
   table.AddRow({"retired snapshots", fmt::format("{}, that slow readers were being sent",
                                                  FormatCount(info.retired_snapshots()))});
+  table.AddRow({"forgotten undo steps", fmt::format("{}, for want of host memory",
+                                                    FormatCount(info.forgotten_undo_steps()))});
   table.AddRow({"segments", fmt::format("{} to {}", limits.min_segments(), limits.max_segments())});
   table.AddRow(
       {"control points",

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The commands that need a running server, against one in this process that they reach by address.
+#include <cstdint>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "tests/client/latticectl_server_fixture.h"
 
@@ -21,8 +24,40 @@ class LatticectlServerTest : public LatticectlServer {
 TEST_F(LatticectlServerTest, InfoSaysWhatTheServerIs) {
   EXPECT_THAT(Run({"info"}), HasSubstr("cpu"));
   EXPECT_THAT(Run({"info"}), HasSubstr("0, that slow readers"));
-  EXPECT_THAT(Run({"info"}), HasSubstr("connections        up to 409, of up to 128 calls each"));
+  EXPECT_THAT(Run({"info"}), HasSubstr("0, for want of host memory"));
+  EXPECT_THAT(Run({"info"}), HasSubstr("connections           up to 409, of up to 128 calls each"));
   EXPECT_EQ(RunJson({"info"})["limits"]["maxSegments"], 32);
+}
+
+TEST_F(LatticectlServerTest, InfoSaysHowManyUndoStepsWereForgotten) {
+  const auto at = [](const InProcessServer& server, std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--server", server.address()});
+    return MustRun(arguments);
+  };
+  const auto info = [&](const InProcessServer& server) {
+    return nlohmann::json::parse(at(server, {"info", "--json"}));
+  };
+  const auto number = [](const nlohmann::json& text) {
+    return std::stoull(text.get<std::string>());
+  };
+  const std::vector<std::string> create{"scene",     "create", Path("vase.obj"), "--id",
+                                        "scene-one", "--size", "16,16,16"};
+  Options options = QuietOptions();
+  {
+    const auto roomy = StartServer(options);
+    at(*roomy, create);
+    options.memory_bytes = number(info(*roomy)["reservedHostBytes"]) + (uint64_t{1} << 20);
+  }
+  const auto server = StartServer(options);
+  at(*server, create);
+
+  for (int n = 0; n < 40; ++n) at(*server, {"edit", "reset", "scene-one"});
+
+  const uint64_t forgotten = number(info(*server)["forgottenUndoSteps"]);
+  EXPECT_GT(forgotten, 0u);
+  EXPECT_THAT(
+      at(*server, {"info"}),
+      HasSubstr(fmt::format("forgotten undo steps  {}, for want of host memory", forgotten)));
 }
 
 TEST_F(LatticectlServerTest, HealthIsToldByTheExitCodeAndNeedsNoToken) {
