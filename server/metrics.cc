@@ -86,6 +86,10 @@ void AddEngine(const EngineCounts& counts, MetricFamilies& out) {
       .Add(counts.undo_steps_forgotten);
   out.Counter("latticed_revisions_merged_total", "Revisions that a view skipped for a newer one.")
       .Add(counts.revisions_merged);
+  out.Counter("latticed_evaluations_total", "Evaluations of views begun.").Add(counts.evaluations);
+  out.Counter("latticed_evaluations_overlapped_total",
+              "Of these, while the revision before was being encoded: on a device of its own.")
+      .Add(counts.evaluations_beside);
   out.Counter("latticed_updates_begun_total", "Updates of watchers begun.")
       .Add(counts.updates_begun);
   out.Counter("latticed_updates_finished_total", "Of these, sent in full.")

@@ -24,6 +24,9 @@ struct EngineCounts {
   // Revisions that a view skipped: a newer one was there when its turn came.
   std::atomic<uint64_t> revisions_merged = 0;
 
+  // Evaluations of views begun, and those of them beside an encoding of the same view (scene_view.h).
+  std::atomic<uint64_t> evaluations = 0, evaluations_beside = 0;
+
   // Of watchers: update_begin and update_end sent; given up on the way for a newer one in less
   // detail; begun with restart, since what they replace was not finished.
   std::atomic<uint64_t> updates_begun = 0, updates_finished = 0, updates_superseded = 0,

@@ -184,7 +184,11 @@ absl::Status SceneView::Evaluate(ViewWork& work, const WorkHooks& hooks) {
   {
     const MutexLock lock(&mutex_);
     ++evaluations_;
-    if (encoding_) ++evaluations_beside_;
+    ++residency_->counts().evaluations;
+    if (encoding_) {
+      ++evaluations_beside_;
+      ++residency_->counts().evaluations_beside;
+    }
   }
   absl::Status status;
   absl::Duration of_others;

@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // While a device is at work for a scene no lock is held across it: what needs no device is answered,
-// the same scene is edited, and another one is evaluated, encoded and sent.
+// the same scene is edited, and another one is evaluated, encoded and sent. And an update is sent while
+// the next one of the same view is at work, on the host's own cores as well.
 #include <memory>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "tests/server/engine/staged_backend.h"
@@ -79,6 +81,68 @@ TEST_P(DeviceWorkTest, OthersGoOnMeanwhile) {
   gates_->Open(GetParam());
   held.ReadUntilRevision(2);
   EXPECT_EQ(held.log.begins.back().view().segments(), 3);
+}
+
+class SendingTest : public SceneFixture,
+                    public ::testing::WithParamInterface<std::tuple<bool, Stage>> {
+ protected:
+  void SetUp() override {
+    auto backend = std::make_unique<StagedBackend>(/*on_device=*/std::get<0>(GetParam()));
+    gates_ = &backend->gates();
+    ASSERT_NO_FATAL_FAILURE(StartServerOn(std::move(backend)));
+    mesh_ = Upload(PlaneObj(40));
+    ASSERT_OK(Create(SceneRequest()));
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);  // or windows grow on a fast link
+    stub_ = v1::SceneService::NewStub(grpc::CreateCustomChannel(
+        server_->address(), grpc::InsecureChannelCredentials(), arguments));
+  }
+  void TearDown() override { gates_->OpenAll(); }
+
+  // Moves all 64 control points, and every chunk with them.
+  void MoveAll(uint64_t sequence) {
+    v1::EditBatch batch = Move("carol", sequence, 0, 0.1);
+    for (uint32_t i = 1; i < 64; ++i) {
+      batch.mutable_edits(0)->mutable_move_control_points()->add_indices(i);
+    }
+    ASSERT_OK(Apply(batch));
+  }
+
+  StageGates* gates_ = nullptr;  // of the server's backend
+};
+std::string NameOf(const ::testing::TestParamInfo<SendingTest::ParamType>& test) {
+  const auto [on_device, stage] = test.param;
+  return std::string(on_device ? "Device" : "Host") +
+         (stage == Stage::kEvaluate ? "Evaluates" : "Encodes");
+}
+INSTANTIATE_TEST_SUITE_P(Stages, SendingTest,
+                         ::testing::Combine(::testing::Bool(),
+                                            ::testing::Values(Stage::kEvaluate, Stage::kEncode)),
+                         NameOf);
+
+TEST_P(SendingTest, GoesOnWhileTheNextUpdateIsAtWork) {
+  const Stage stage = std::get<1>(GetParam());
+  DeformClient client(*stub_);
+  v1::WatchRequest watch;
+  watch.set_scene("scene-one");
+  watch.set_max_unacked_updates(0);
+  client.Open(watch);
+  client.ReadUntilRevision(0);
+  MoveAll(1);
+  client.ReadUntil([&] { return client.log.begins.size() == 2; });
+
+  const int begun = gates_->begun(stage);
+  gates_->HoldNext(stage);
+  MoveAll(2);
+  ASSERT_TRUE(gates_->WaitForBegun(stage, begun + 1));
+  EXPECT_THAT(server_->metrics(), HasSubstr("\nlatticed_updates_begun_total 2\n"));
+  EXPECT_THAT(server_->metrics(), HasSubstr("\nlatticed_updates_finished_total 1\n"))
+      << "more is to be sent than windows hold";
+  client.ReadUntilRevision(1);
+
+  EXPECT_EQ(gates_->ended(stage), begun) << "revision 2 is at work";
+  gates_->Open(stage);
+  client.ReadUntilRevision(2);
 }
 
 }  // namespace
