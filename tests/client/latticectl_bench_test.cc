@@ -6,6 +6,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <sstream>
+#include <string>
+#include <vector>
+
 #include "tests/client/latticectl_server_fixture.h"
 
 namespace latticed::client {
@@ -182,6 +186,12 @@ TEST_F(LatticectlBench, PrintsATableAndAppendsItToADocument) {
   const auto document = ReadFile(Path("load.md"));
   ASSERT_OK(document);
   EXPECT_THAT(*document, HasSubstr("| server: encode |"));
+  EXPECT_THAT(*document, HasSubstr("\n* next bottleneck: "));
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::string name = line.substr(0, line.find("  "));
+    EXPECT_THAT(*document, HasSubstr(name)) << "what it prints it keeps";
+  }
   EXPECT_NE(document->find("## 1 scene"), document->rfind("## 1 scene"));
 }
 

@@ -9,10 +9,16 @@
 #include <vector>
 
 #include "client/cpp/load/load_plan.h"
+#include "client/cpp/load/report_output.h"
+#include "client/cpp/load/time_shares.h"
+#include "fmt/format.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::client {
 namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 // An update of that revision, of one chunk of 100 bytes.
 void TakeUpdate(uint64_t revision, bool restart, UpdateLog* log) {
@@ -86,6 +92,35 @@ TEST(ServerStages, AddsTheEditThatMadeAnUpdatesRevisionToTheUpdate) {
       << "revision 5 once, and 6 is nobody's that is counted";
   EXPECT_NEAR(stages.arrival_to_bytes.Summarise().p50, 10 + 3, 1e-9);
   EXPECT_NEAR(stages.arrival_to_bytes.Summarise().max, 20 + 3, 1e-9);
+}
+
+TEST(TimeShares, AreWhatEveryStageTakesTheLongestFirst) {
+  LoadReport report;
+  EXPECT_TRUE(TimeShares(report).empty());
+  const auto add = [](LatencyRecorder& recorder, int ms) { recorder.Add(absl::Milliseconds(ms)); };
+  add(report.stages.apply, 1);
+  add(report.stages.queue, 12);
+  add(report.stages.evaluate, 4);
+  add(report.stages.encode, 6);
+  add(report.stages.send, 3);
+  add(report.editors.update_end, 21);
+  const auto texts = [&report] {
+    std::vector<std::string> texts;
+    for (const auto& [key, name, ms] : TimeShares(report))
+      texts.push_back(fmt::format("{} {}", key, ms));
+    return texts;
+  };
+
+  EXPECT_THAT(texts(),
+              ElementsAre("encode 6", "way 5", "evaluate 4", "send 3", "wait 2", "apply 1"));
+  add(report.editors.decoded, 100);
+  EXPECT_EQ(texts().front(), "decode 79");
+  EXPECT_THAT(
+      LoadMarkdown({}, report),
+      HasSubstr("* where the time goes: decoding 79.00 ms, encoding 6.00 ms, on the way 5.00 "
+                "ms, evaluating 4.00 ms, sending 3.00 ms, waiting for a turn 2.00 ms, "
+                "applying 1.00 ms, the median of each\n"
+                "* next bottleneck: decoding, 79 % of these 100.00 ms\n"));
 }
 
 TEST(MakeLoadEdit, ComesBackToWhereItBegan) {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/cpp/load/time_shares.h"
 #include "client/cpp/text_table.h"
 #include "client/cpp/view_flags.h"
 #include "fmt/format.h"
@@ -100,6 +101,21 @@ std::string CpuText(const LoadReport& report) {
   return result;
 }
 
+std::vector<Row> TimeRows(const LoadReport& report) {
+  const std::vector<TimeShare> shares = TimeShares(report);
+  if (shares.empty()) return {};
+  std::string text;
+  double sum = 0;
+  for (const auto& [key, name, ms] : shares) {
+    text += fmt::format("{} {:.2f} ms, ", name, ms);
+    sum += ms;
+  }
+  const TimeShare& longest = shares.front();
+  return {{"where the time goes", text + "the median of each"},
+          {"next bottleneck", fmt::format("{}, {:.0f} % of these {:.2f} ms", longest.name,
+                                          sum > 0 ? 100 * longest.ms / sum : 0, sum)}};
+}
+
 std::vector<Row> FactRows(const LoadReport& report) {
   std::vector<Row> rows{
       {"edits", fmt::format("{} in {:.2f} s, {:.1f}/s; {} replaced before they were sent{}",
@@ -115,6 +131,7 @@ std::vector<Row> FactRows(const LoadReport& report) {
                      FormatCount(group.restarted),
                      CountedIfAny(group.unseen, "edits not seen yet"))});
   }
+  for (Row& row : TimeRows(report)) rows.push_back(std::move(row));
   rows.push_back({"processor", CpuText(report)});
   rows.push_back(
       {"verified",
@@ -231,6 +248,9 @@ void PrintLoadJson(const LoadPlan& plan, const LoadReport& report, std::ostream&
                         {"normals", report.verified.normals},
                         {"worstPosition", report.verified.worst_position},
                         {"worstNormal", report.verified.worst_normal}}}};
+  const auto shares = TimeShares(report);
+  for (const TimeShare& share : shares) json["timeGoesMs"][share.key] = share.ms;
+  if (!shares.empty()) json["bottleneck"] = shares.front().key;
   for (const auto& stage : Stages(report.stages))
     json["server"][stage.key] = ToJson(stage.recorder);
   out << json.dump(2) << '\n';
