@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <random>
 #include <utility>
 
@@ -170,6 +171,17 @@ absl::Status CheckCancelled(const grpc::CallbackServerContext& context) {
     return absl::DeadlineExceededError("the caller's deadline has passed");
   }
   return context.IsCancelled() ? absl::CancelledError("the caller cancelled") : absl::OkStatus();
+}
+
+// Both are plain members of gRPC's call, which handlers see as const. Clear keeps what a message has
+// allocated.
+void FreeMessage(const google::protobuf::Message& message) {
+  const std::unique_ptr<google::protobuf::Message> empty(message.New());
+  message.GetReflection()->Swap(const_cast<google::protobuf::Message*>(&message), empty.get());
+}
+
+void FreeMessage(const grpc::ByteBuffer& message) {
+  const_cast<grpc::ByteBuffer&>(message).Clear();
 }
 
 absl::StatusOr<MemoryReservation> AdmitRequest(const ServerEnv& env,

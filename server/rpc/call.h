@@ -54,6 +54,11 @@ void LogFinished(const CallInfo& call, const grpc::Status& status);
 // Whether the caller still waits, for long work to ask: kDeadlineExceeded, kCancelled.
 [[nodiscard]] absl::Status CheckCancelled(const grpc::CallbackServerContext& context);
 
+// Frees what a message of gRPC's holds, once nobody reads it any more: gRPC keeps it until its call has
+// ended, which is as late as the client likes.
+void FreeMessage(const google::protobuf::Message& message);
+void FreeMessage(const grpc::ByteBuffer& message);
+
 // Room for a parsed request while it waits for a worker. kResourceExhausted OUT_OF_MEMORY.
 [[nodiscard]] absl::StatusOr<MemoryReservation> AdmitRequest(
     const ServerEnv& env, const google::protobuf::Message& request);

@@ -138,6 +138,7 @@ void DeformStream::OnReadDone(bool ok) {
   }
   v1::DeformRequest request;
   absl::Status status = ParseMessage(bytes_, &request);
+  bytes_.Clear();  // or they stay until the next message is here
   if (status.ok() && stream != nullptr && MayTakeLong(request)) {
     stream->Touch();
     return HandOver(std::move(request));

@@ -156,7 +156,7 @@ grpc::ServerUnaryReactor* MeshService::DeleteMesh(grpc::CallbackServerContext* c
 
 grpc::ServerWriteReactor<v1::DownloadMeshResponse>* MeshService::DownloadMesh(
     grpc::CallbackServerContext* context, const v1::DownloadMeshRequest* request) {
-  return new Download(env_, context, "MeshService/DownloadMesh", "",
+  return new Download(env_, context, "MeshService/DownloadMesh", *request, "",
                       [=, this](const auto&) { return OpenDownload(*env_, *request); });
 }
 

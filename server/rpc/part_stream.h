@@ -6,9 +6,9 @@
 //   new PartStream -> open() on a worker -> next(), write, next(), write, … -> Finish
 //
 // One message is out at a time, so that a slow client holds one part and no more, which has its
-// room (ReplyRoom).
+// room (ReplyRoom). What the request holds is kept until open() has run.
 //
-// Errors   those of open and next; kResourceExhausted OUT_OF_MEMORY
+// Errors   those of open and next; kResourceExhausted OUT_OF_MEMORY, also where too many requests wait
 // Threads  open and next run one after the other; `cancelled` may be asked from any thread
 #ifndef LATTICED_SERVER_RPC_PART_STREAM_H_
 #define LATTICED_SERVER_RPC_PART_STREAM_H_
@@ -40,8 +40,9 @@ class PartStream final : public grpc::ServerWriteReactor<Message> {
   // The long work before the first message; it looks at `cancelled` now and then.
   using Open = std::function<absl::StatusOr<Next>(const Cancelled&)>;
 
+  // `request` is open's to read.
   PartStream(ServerEnv* env, grpc::CallbackServerContext* context, std::string_view rpc,
-             const std::string& scene, Open open)
+             const google::protobuf::Message& request, const std::string& scene, Open open)
       : room_(*env) {
     auto call = BeginCall(*env, context, rpc);
     if (!call.ok()) {
@@ -50,11 +51,19 @@ class PartStream final : public grpc::ServerWriteReactor<Message> {
     }
     call_ = *std::move(call);
     call_.scene = scene;
-    env->workers.Post([this, open = std::move(open)] {
-      if (cancelled_) return End(grpc::Status::CANCELLED);
+    auto admitted = AdmitRequest(*env, request);
+    if (!admitted.ok()) {
+      End(ToGrpcStatus(admitted.status()));
+      return;
+    }
+    request_room_ = *std::move(admitted);
+    env->workers.Post([this, &request, open = std::move(open)] {
       auto next = CatchBadAlloc("the request", [&]() -> absl::StatusOr<Next> {
+        if (cancelled_) return absl::CancelledError("the caller cancelled");
         return open([this] { return cancelled_.load(); });
       });
+      FreeMessage(request);
+      request_room_.Release();
       if (!next.ok()) return End(ToGrpcStatus(next.status()));
       next_ = *std::move(next);
       WriteNext();
@@ -84,6 +93,7 @@ class PartStream final : public grpc::ServerWriteReactor<Message> {
 
   CallInfo call_;
   std::atomic<bool> cancelled_ = false;
+  MemoryReservation request_room_;  // while it waits
   Next next_;
   Message message_;
   ReplyRoom room_;  // for the largest so far

@@ -159,13 +159,13 @@ class SceneServiceImpl final : public SceneServiceBase {
   grpc::ServerWriteReactor<v1::TopologyPart>* GetTopology(
       Context* context, const v1::GetTopologyRequest* request) override {
     return new PartStream<v1::TopologyPart>(
-        env_, context, "SceneService/GetTopology", request->scene(),
+        env_, context, "SceneService/GetTopology", *request, request->scene(),
         [=, this](const auto&) { return OpenTopology(*context, *request); });
   }
 
   grpc::ServerWriteReactor<v1::ExportResponse>* Export(Context* context,
                                                        const v1::ExportRequest* request) override {
-    return new PartStream<v1::ExportResponse>(env_, context, "SceneService/Export",
+    return new PartStream<v1::ExportResponse>(env_, context, "SceneService/Export", *request,
                                               request->scene(),
                                               [=, this](const Cancelled& cancelled) {
                                                 return OpenExport(*context, *request, cancelled);

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/unary_call.h"
 
-#include <memory>
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
@@ -13,12 +12,6 @@ namespace latticed {
 namespace {
 
 using google::protobuf::Message;
-
-// With what it has allocated, which Clear keeps.
-void Empty(Message& message) {
-  const std::unique_ptr<Message> empty(message.New());
-  message.GetReflection()->Swap(&message, empty.get());
-}
 
 grpc::ServerUnaryReactor* Refuse(grpc::CallbackServerContext* context, const grpc::Status& status) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
@@ -31,7 +24,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   UnaryCall(const ServerEnv& env, CallInfo call, MemoryReservation room, const Message& request,
             Message* response)
       : call_(std::move(call)),
-        request_(const_cast<Message&>(request)),
+        request_(request),
         response_(response),
         request_room_(std::move(room)),
         reply_room_(env) {}
@@ -41,10 +34,10 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
     if (result.ok()) {
       result = CatchBadAlloc("the request", [&] { return work(call_, reply_room_); });
     }
-    Empty(request_);
+    FreeMessage(request_);
     request_room_.Release();
     if (result.ok()) result = reply_room_.Hold(ReplyBytes(*response_));
-    if (!result.ok()) Empty(*response_);
+    if (!result.ok()) FreeMessage(*response_);
     const grpc::Status status = ToGrpcStatus(result);
     LogFinished(call_, status);
     Finish(status);
@@ -54,7 +47,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 
  private:
   const CallInfo call_;
-  Message& request_;  // a plain member of gRPC's holder, which handlers see as const
+  const Message& request_;
   Message* const response_;
   MemoryReservation request_room_;
   ReplyRoom reply_room_;

@@ -21,12 +21,14 @@
 
 namespace latticed {
 
-// What such a call opens with: a message of the type Request.
+// What such a call opens with: a message of the type Request, whose bytes are given back.
 template <typename Request>
 absl::StatusOr<OpenRequest> ReadOpenRequest(ServerEnv* env, CallInfo& call,
                                             const grpc::ByteBuffer& bytes) {
   Request request;
-  if (auto s = ParseMessage(bytes, &request); !s.ok()) return s;
+  const absl::Status parsed = ParseMessage(bytes, &request);
+  FreeMessage(bytes);
+  if (!parsed.ok()) return parsed;
   call.scene = request.scene();
   return FromProto(env, *call.context, request);
 }

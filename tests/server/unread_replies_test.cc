@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/limits.h"
@@ -29,13 +30,37 @@ class UnreadRepliesTest : public SceneFixture {
   static constexpr int kSize = 32, kPoints = kSize * kSize * kSize;
 
   void SetUp() override {
-    StartServer({.memory_bytes = uint64_t{64} << 20});
+    StartServer({.memory_bytes = uint64_t{1} << 30});
     v1::CreateSceneRequest request = SceneRequest();
     v1::LatticeAxes& size = *request.add_lattices()->mutable_fit()->mutable_size();
     size.set_u(kSize);
     size.set_v(kSize);
     size.set_w(kSize);
     ASSERT_OK(Create(request));
+    ASSERT_OK(Create(SceneRequest("scene-two")));
+  }
+
+  // A hundred calls on each connection, whose replies begin and are never taken, one after the other.
+  void ExpectNothingKept(const std::string& rpc, const std::string& request, size_t connections) {
+    constexpr size_t kCalls = 100;
+    size_t before = 0;
+    for (size_t c = 0; c < connections; ++c) {
+      open_.push_back(std::make_unique<UnfinishedCalls>(
+          server_->address(), "/latticed.v1.SceneService/" + rpc, request));
+      UnfinishedCalls& connection = *open_.back();
+      for (size_t n = 1; n <= kCalls; ++n) {
+        connection.Begin();
+        ASSERT_TRUE(connection.Run([&] { return connection.answered() == n; }));
+        if (before == 0) before = AllocatedBytes();  // what the first one makes is for all
+      }
+      EXPECT_EQ(connection.sent(), kCalls);
+    }
+    const size_t all = connections * kCalls * request.size();
+
+    const size_t after = AllocatedBytes();
+
+    for (const auto& connection : open_) EXPECT_EQ(connection->ended(), 0u) << "their replies wait";
+    EXPECT_LT(after - std::min(before, after), all / 8) << "of " << all;
   }
 
   // All control points as they are: as large as an edit can be.
@@ -46,33 +71,49 @@ class UnreadRepliesTest : public SceneFixture {
         state.lattice().control_points();
     return batch.SerializeAsString();
   }
+
+  std::vector<std::unique_ptr<UnfinishedCalls>> open_;
 };
 
+// A request that any rpc takes: what it does not know, it ignores.
+template <typename Request>
+std::string Padded(Request request) {
+  constexpr int kLater = 1'000;
+  request.GetReflection()->MutableUnknownFields(&request)->AddLengthDelimited(
+      kLater, std::string(900'000, 'x'));
+  return request.SerializeAsString();
+}
+
 TEST_F(UnreadRepliesTest, OfLargeRequestsKeepNothingOfThem) {
-  constexpr size_t kConnections = 3, kCalls = 100;
   const std::string request = ReplaceAll();
   ASSERT_GT(request.size(), size_t{kPoints} * 24);
   ASSERT_LT(request.size(), limits::kMaxMessageBytes);
-  std::vector<std::unique_ptr<UnfinishedCalls>> connections;
-  size_t before = 0;
-  for (size_t c = 0; c < kConnections; ++c) {
-    connections.push_back(std::make_unique<UnfinishedCalls>(
-        server_->address(), "/latticed.v1.SceneService/ApplyEdits", request));
-    for (size_t n = 1; n <= kCalls; ++n) {
-      connections[c]->Begin();
-      ASSERT_TRUE(connections[c]->Run([&] { return connections[c]->answered() == n; }));
-      if (before == 0) before = AllocatedBytes();  // the edit is made; the others repeat it
-    }
-  }
 
-  const size_t more = AllocatedBytes() - std::min(before, AllocatedBytes());
+  ExpectNothingKept("ApplyEdits", request, 3);
 
-  for (const auto& connection : connections) {
-    EXPECT_EQ(connection->ended(), 0u) << "their replies wait";
-    EXPECT_EQ(connection->sent(), kCalls);
-  }
-  EXPECT_LT(more, size_t{16} << 20) << "of " << kConnections * kCalls * request.size();
   EXPECT_EQ(Get().revision(), 1u) << "and others are answered";
+}
+
+TEST_F(UnreadRepliesTest, OfStreamsKeepNothingOfTheirRequests) {
+  v1::GetUpdateRequest update;
+  update.set_scene("scene-two");
+  v1::ExportRequest file;
+  file.set_scene("scene-two");
+  file.set_format(v1::EXPORT_FORMAT_PLY);
+  file.mutable_view()->set_segments(1);
+  v1::WatchRequest watch;
+  watch.set_scene("scene-two");
+  watch.set_max_unacked_updates(0);
+  v1::DeformRequest deform;
+  *deform.mutable_watch() = watch;
+
+  for (const auto& [rpc, request] : {std::pair("GetUpdate", Padded(update)),
+                                     {"Export", Padded(file)},
+                                     {"Watch", Padded(watch)},
+                                     {"Deform", Padded(deform)}}) {
+    SCOPED_TRACE(rpc);
+    ExpectNothingKept(rpc, request, 1);
+  }
 }
 
 }  // namespace
