@@ -75,8 +75,7 @@ CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context,
   if (traceparent.size() == kTraceparentBytes && IsSaneId(traceparent)) {
     call.traceparent = traceparent;
   }
-  const std::string scene = Metadata(*context, "latticed-scene");
-  if (IsSaneId(scene)) call.scene = scene;
+  NoteScene(call, Metadata(*context, "latticed-scene"));
   context->AddInitialMetadata(kRequestId, call.request_id);
   context->AddInitialMetadata("latticed-node", env.node);
   context->AddTrailingMetadata(kRequestId, call.request_id);
@@ -137,6 +136,10 @@ absl::StatusOr<CallInfo> BeginCall(const ServerEnv& env, grpc::CallbackServerCon
     return status;
   }
   return call;
+}
+
+void NoteScene(CallInfo& call, const std::string& scene) {
+  if (IsSaneId(scene)) call.scene = scene;
 }
 
 void LogFinished(const CallInfo& call, const grpc::Status& status) {

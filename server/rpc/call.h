@@ -43,6 +43,9 @@ struct CallInfo {
                                                  grpc::CallbackServerContext* context,
                                                  std::string_view rpc);
 
+// The scene that a request names, for the log: unless it is no id, as long as a message may be.
+void NoteScene(CallInfo& call, const std::string& scene);
+
 // Counts the end of a call and logs it: faults of the server as errors, refusals as info, the rest
 // at debug.
 void LogFinished(const CallInfo& call, const grpc::Status& status);

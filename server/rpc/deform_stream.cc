@@ -199,7 +199,7 @@ absl::Status DeformStream::Open(const v1::DeformRequest& request) {
   if (!request.has_watch()) {
     return error::FailedPrecondition("STREAM_NOT_OPENED", "the first message must be watch");
   }
-  call_.scene = request.watch().scene();
+  NoteScene(call_, request.watch().scene());
   auto open = FromProto(env_, *context_, request.watch());
   if (!open.ok()) return open.status();
   editor_id_ = request.watch().editor_id();

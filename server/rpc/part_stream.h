@@ -50,7 +50,7 @@ class PartStream final : public grpc::ServerWriteReactor<Message> {
       return;
     }
     call_ = *std::move(call);
-    call_.scene = scene;
+    NoteScene(call_, scene);
     auto admitted = AdmitRequest(*env, request);
     if (!admitted.ok()) {
       End(ToGrpcStatus(admitted.status()));

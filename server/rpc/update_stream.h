@@ -29,7 +29,7 @@ absl::StatusOr<OpenRequest> ReadOpenRequest(ServerEnv* env, CallInfo& call,
   const absl::Status parsed = ParseMessage(bytes, &request);
   FreeMessage(bytes);
   if (!parsed.ok()) return parsed;
-  call.scene = request.scene();
+  NoteScene(call, request.scene());
   return FromProto(env, *call.context, request);
 }
 

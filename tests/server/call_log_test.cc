@@ -112,5 +112,42 @@ TEST_F(CallLogTest, StreamsThatAreRefusedOrCancelled) {
   ExpectLine("watch-1", "SceneService/Watch", "CANCELLED");
 }
 
+TEST_F(CallLogTest, WhatIsNoIdIsNotLogged) {
+  const std::string scene(500'000, 'x');
+  {
+    grpc::ClientContext context;
+    Name(context, "topology-2");
+    v1::GetTopologyRequest request;
+    request.set_scene(scene);
+    const auto reader = scenes_->GetTopology(&context, request);
+    EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+  }
+  {
+    grpc::ClientContext context;
+    Name(context, "watch-2");
+    v1::WatchRequest request;
+    request.set_scene(scene);
+    EXPECT_EQ(scenes_->Watch(&context, request)->Finish().error_code(),
+              grpc::StatusCode::NOT_FOUND);
+  }
+  {
+    grpc::ClientContext context;
+    Name(context, "deform-2");
+    const auto stream = scenes_->Deform(&context);
+    v1::DeformRequest request;
+    request.mutable_watch()->set_scene(scene);
+    stream->Write(request);
+    EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+  }
+
+  for (const char* id : {"topology-2", "watch-2", "deform-2"}) {
+    std::vector<Line> lines = sink_->Of(id);
+    ASSERT_EQ(lines.size(), 1u) << id;
+    EXPECT_EQ(lines[0]["scene"], "") << id;
+    EXPECT_EQ(lines[0]["code"], "NOT_FOUND") << id;
+    for (const auto& [name, value] : lines[0]) EXPECT_LE(value.size(), 1'024u) << id << " " << name;
+  }
+}
+
 }  // namespace
 }  // namespace latticed::testing
