@@ -143,7 +143,7 @@ export class App {
     const { header, tools, side, view, bottom } = this.page;
     const nav = new NavGizmo((direction) => this.viewport.rig.lookFrom(direction));
     this.viewport.onFrame(() => nav.update(this.viewport.rig.basis()));
-    this.viewport.onDrawn(() => this.hud.drawn());
+    this.viewport.onDrawn((seen) => void this.hud.drawn(seen));
     const [left, right] = this.toolbars;
     const title = document.createElement('strong');
     title.textContent = 'latticed';

@@ -21,7 +21,7 @@ export class Hud {
   constructor() {
     for (const [name, unit, hint] of [
       ['updates', 'updates/s', 'Updates of the surface in the last second'],
-      ['latency', 'ms edit → pixel', 'Median time from an edit to the frame that shows it'],
+      ['latency', 'ms edit → pixel', 'Median time from an edit until a frame that shows it is drawn'],
       ['bytes', 'per update', 'Bytes of the newest update'],
       ['patches', 'patches', 'Patches that the newest update sent, each counted once, of all'],
     ] as const) {
@@ -45,11 +45,13 @@ export class Hud {
     this.showRate();
   }
 
-  /** A frame shows what was updated before it. */
-  drawn(): void {
-    if (this.undrawn === undefined) return;
-    this.latencies = [...this.latencies, performance.now() - this.undrawn].slice(-LATENCIES);
+  /** A frame shows what was updated before it, when its pixels are there. */
+  async drawn(seen: Promise<void>): Promise<void> {
+    const edit = this.undrawn;
     this.undrawn = undefined;
+    if (edit === undefined) return;
+    await seen;
+    this.latencies = [...this.latencies, performance.now() - edit].slice(-LATENCIES);
     this.values['latency'].textContent = median(this.latencies).toFixed(0);
   }
 

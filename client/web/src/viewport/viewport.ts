@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The canvas: a renderer, the scene and its cameras. Frames are drawn when something has changed, and only then.
+// The canvas: a renderer, the scene and its cameras. Frames are drawn when something has changed, and only then; where the
+// graphics processor has enough to do, when it is through with that.
 import { Box3, Color, DirectionalLight, Group, HemisphereLight, Scene, Vector3, WebGLRenderer } from 'three';
 import type { TransformView } from '../edit/transform_session';
 import { snapStep } from '../edit/transform_session';
 import type { Basis, Vec3 } from '../lattice/vec';
 import { CameraRig } from './camera_rig';
+import { FrameQueue } from './frame_queue';
 import { jacobianAt, pixelsPerUnit, project, projectAll, rayAt, type Ray, type ScreenSize } from './projection';
 
 const MAX_PIXEL_RATIO = 2; // beyond, a screen shows no more and a laptop's GPU has four times the work
@@ -20,12 +22,15 @@ export class Viewport {
   readonly content = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
   private readonly light = new Group();
   private readonly frameListeners = new Set<() => void>();
-  private readonly drawnListeners = new Set<() => void>();
+  private readonly drawnListeners = new Set<(seen: Promise<void>) => void>();
+  private readonly frames: FrameQueue;
+  private isWanted = false;
   private pending = 0;
 
   constructor(readonly element: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: true, powerPreference: 'high-performance' });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO));
+    this.frames = new FrameQueue(this.renderer.getContext() as WebGL2RenderingContext);
     const canvas = this.renderer.domElement;
     canvas.tabIndex = 0;
     canvas.setAttribute('aria-label', 'The deformed surface and its lattice. Press ? for the keys.');
@@ -42,17 +47,18 @@ export class Viewport {
 
   /** Asks for a frame; however often, one is drawn. */
   invalidate(): void {
-    this.pending ||= requestAnimationFrame(() => this.draw());
+    this.isWanted = true;
+    this.tickSoon();
   }
 
-  /** Calls `listener` before each frame; the function returned ends that. */
+  /** Calls `listener` before each frame, and each time that one has to wait; the function returned ends that. */
   onFrame(listener: () => void): () => void {
     this.frameListeners.add(listener);
     return () => this.frameListeners.delete(listener);
   }
 
-  /** Calls `listener` after each frame; the function returned ends that. */
-  onDrawn(listener: () => void): () => void {
+  /** Calls `listener` after each frame's calls, with when its pixels are there; the function returned ends that. */
+  onDrawn(listener: (seen: Promise<void>) => void): () => void {
     this.drawnListeners.add(listener);
     return () => this.drawnListeners.delete(listener);
   }
@@ -118,14 +124,28 @@ export class Viewport {
     this.rig.camera.updateMatrixWorld();
   }
 
-  private draw(): void {
-    cancelAnimationFrame(this.pending);
+  private tickSoon(): void {
+    this.pending ||= requestAnimationFrame(() => this.tick());
+  }
+
+  /** What is not drawn follows at once: the page must not be as slow as its pixels. */
+  private tick(): void {
     this.pending = 0;
+    this.frames.poll();
+    if (this.isWanted && !this.frames.isFull) this.draw();
+    else if (this.isWanted) for (const listener of this.frameListeners) listener();
+    if (this.isWanted || !this.frames.isEmpty) this.tickSoon();
+  }
+
+  private draw(): void {
+    this.isWanted = false;
     for (const listener of this.frameListeners) listener();
     this.rig.updateDepthRange(this.content);
     this.light.quaternion.copy(this.rig.camera.quaternion);
     this.renderer.render(this.scene, this.rig.camera);
-    for (const listener of this.drawnListeners) listener();
+    const seen = this.frames.add();
+    for (const listener of this.drawnListeners) listener(seen);
+    this.tickSoon();
   }
 
   /** Light that turns with the camera, so that the side one looks at is never dark. */

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+
+interface Told {
+  readonly fence: WebGLSync;
+  readonly finished: () => void;
+}
+
+/**
+ * Frames that the graphics processor was told to draw and has not finished. A browser takes several, and each waits for
+ * those before it: where one takes long, what is seen is that many frames old.
+ */
+export class FrameQueue {
+  private static readonly LONG_MS = 50; // shorter ones may overlap: a processor that waits for the next call loses frames
+
+  private readonly told: Told[] = [];
+  private busySince = 0;
+  private lastMs = 0; // that a frame took
+
+  constructor(private readonly gl: WebGL2RenderingContext) {}
+
+  get isEmpty(): boolean {
+    return this.told.length === 0;
+  }
+
+  /** Whether another frame would have to wait. */
+  get isFull(): boolean {
+    return this.told.length >= (this.lastMs > FrameQueue.LONG_MS ? 1 : 2);
+  }
+
+  /** To be called after a frame's calls; resolves once poll() finds that all of them are done. */
+  add(): Promise<void> {
+    const { gl } = this;
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    if (fence === null) return Promise.resolve(); // the context is lost
+    gl.flush();
+    if (this.isEmpty) this.busySince = performance.now();
+    return new Promise((finished) => this.told.push({ fence, finished }));
+  }
+
+  /** Looks which frames are done: a browser tells in the next task at the earliest. */
+  poll(): void {
+    const { gl, told } = this;
+    const unfinished = told.findIndex(({ fence }) => gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED);
+    const done = told.splice(0, unfinished < 0 ? told.length : unfinished);
+    if (done.length === 0) return;
+    const now = performance.now();
+    this.lastMs = (now - this.busySince) / done.length;
+    this.busySince = now;
+    for (const { fence, finished } of done) {
+      gl.deleteSync(fence);
+      finished();
+    }
+  }
+}
