@@ -5,6 +5,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { GesturePhase } from 'latticed/v1/edit_pb';
+import { fitLattice } from '@src/lattice/identity';
+import { Lattice } from '@src/lattice/lattice';
 import { refusal } from './support/fake_stream';
 import { cubeLattice, SessionFixture } from './support/session_fixture';
 
@@ -144,6 +146,50 @@ test('another structure drops what waits for the old one, says so, and ends the 
   fixture.session.apply(move(0.1));
   assert.equal(fixture.stream.edits[1].structureId, 2n);
   fixture.session.close();
+});
+
+const like = cubeLattice();
+const unit = { min: [0, 0, 0], max: [1, 1, 1] } as const;
+for (const [what, lattice] of [
+  ['degree', fitLattice(unit, { size: [3, 3, 3], degree: [1, 2, 2], padding: 0 })],
+  ['frame', fitLattice({ ...unit, max: [1, 1, 2] }, { size: [3, 3, 3], degree: [2, 2, 2], padding: 0 })],
+  ['knots', new Lattice(like.frame, like.degree, like.size, [Float64Array.of(0, 0, 0, 2, 2, 2), like.knots[1], like.knots[2]], like.points)],
+] as const) {
+  test(`a lattice of another ${what} is another, also with as many control points and under the same id`, async (t) => {
+    const fixture = await SessionFixture.live();
+    t.after(() => fixture.session.close());
+    const shown: Lattice[] = [];
+    let ended = 0;
+    fixture.session.on('lattice', (other) => shown.push(other));
+    const gesture = fixture.session.gesture({ ended: () => ++ended });
+    gesture.update(move(0.1));
+    gesture.update(move(0.2));
+    fixture.accept(fixture.stream.edits[0].sequence, 1n); // the second goes
+    gesture.update(move(0.3)); // waits
+
+    fixture.state(lattice, 1n, 2n);
+    fixture.accept(fixture.stream.edits[1].sequence, 3n);
+
+    assert.deepEqual(shown.map(({ degree, size, frame, knots }) => ({ degree, size, frame, knots })),
+      [{ degree: lattice.degree, size: lattice.size, frame: lattice.frame, knots: lattice.knots }]);
+    assert.equal(fixture.session.lattice, shown[0]);
+    assert.equal(ended, 1);
+    assert.equal(fixture.stream.edits.length, 2);
+    assert.deepEqual(fixture.said, ['The lattice got other control points meanwhile, so unsent edits were dropped.']);
+  });
+}
+
+test('a lattice that is the same is none, however often it comes', async (t) => {
+  const fixture = await SessionFixture.live();
+  t.after(() => fixture.session.close());
+  fixture.session.on('lattice', () => assert.fail('another lattice'));
+  const gesture = fixture.session.gesture();
+  gesture.update(move(0.1));
+  fixture.state(cubeLattice(), 1n, 1n);
+  gesture.update(move(0.2));
+  fixture.accept(fixture.stream.edits[0].sequence, 2n);
+  assert.equal(fixture.stream.edits.length, 2);
+  assert.deepEqual(fixture.said, []);
 });
 
 test('another structure ends the open gesture, which is told and said, also where all of it was answered', async (t) => {

@@ -117,8 +117,8 @@ export class EditQueue {
     while (this.answered[0] && this.answered[0].revision! <= revision) this.answered.shift();
   }
 
-  /** Drops what waits for another structure; returns how many steps that were. */
-  dropOther(structureId: bigint): number {
+  /** Drops what waits for another structure, for any without an id; returns how many steps that were. */
+  dropOther(structureId?: bigint): number {
     const dropped = this.waiting.filter(({ message }) => message.structureId !== structureId);
     const kept = this.waiting.filter(({ message }) => message.structureId === structureId);
     this.waiting.splice(0, this.waiting.length, ...kept);

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { Lattice } from '../lattice/lattice';
+import { sameStructure } from '../lattice/same_structure';
 import type { Targets } from './edit_targets';
 
 /** An own edit that the server's lattice does not hold yet, or is not known to. */
@@ -32,9 +33,9 @@ export class LatticeModel {
     return this.shownLattice;
   }
 
-  /** Takes a whole lattice; returns whether it has another structure, so that `shown` is another object. */
+  /** Takes a whole lattice; returns whether more than control points differ, so that `shown` is another object. */
   takeState(lattice: Lattice, structureId: bigint, revision: bigint): boolean {
-    const changed = structureId !== this.structureId || lattice.count !== this.server.count;
+    const changed = structureId !== this.structureId || !sameStructure(lattice, this.server);
     this.server = lattice;
     this.structureId = structureId;
     this.revision = revision;

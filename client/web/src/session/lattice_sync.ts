@@ -73,11 +73,12 @@ export class LatticeSync {
     const lattice = toLattice(state.lattice!);
     const first = !this.model;
     const { isRestored } = this;
+    const known = this.model?.structureId;
     if (isRestored) this.repeat(lattice, state.structureId);
     this.model ??= new LatticeModel(lattice, state.structureId, state.revision, (structure) => this.queue.overlays(structure));
     const changed = this.model.takeState(lattice, state.structureId, state.revision);
     this.queue.reached(state.revision);
-    if (changed) this.letGo(state.structureId);
+    if (changed) this.letGo(state.structureId === known ? undefined : state.structureId);
     const moved = this.model.refresh();
     if (first) this.listener.ready();
     else if (changed) this.listener.structureChanged(this.model.shown);
@@ -148,8 +149,8 @@ export class LatticeSync {
     }
   }
 
-  /** Of another structure than this. */
-  private letGo(structureId: bigint): void {
+  /** Of another structure than this, of all where it is absent: one may come under the id of the one before. */
+  private letGo(structureId?: bigint): void {
     const ended = this.openGesture?.abandon();
     if (this.queue.dropOther(structureId)) this.listener.refused(LatticeSync.DROPPED);
     else if (ended) this.listener.refused(LatticeSync.CHANGED);
