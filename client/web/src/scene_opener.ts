@@ -10,7 +10,7 @@ import { sampleFile, type SampleName } from './intake/samples';
 import type { MeshLayers } from './intake/corner_layers';
 import { layerTexture, uvGrid } from './intake/layer_texture';
 import { hasColours, meshLayers } from './intake/mesh_layers';
-import type { UploadedMesh } from './intake/services';
+import type { Services, UploadedMesh } from './intake/services';
 import type { Fit } from './lattice/identity';
 import type { Lattice } from './lattice/lattice';
 import { latticeFromJson, latticeToJson } from './lattice/lattice_json';
@@ -19,7 +19,7 @@ import type { SessionStatus, ViewRequest } from './session/scene_session';
 import { FitDialog } from './ui/fit_dialog';
 import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
-import { inWords } from './wire/words';
+import { bytes, inWords } from './wire/words';
 
 const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
 
@@ -31,6 +31,8 @@ interface OpenMesh {
   companions: readonly File[];
   /** Of the companions, those that this browser does not keep, or not yet. */
   unkept: readonly File[];
+  /** Ends when what this page writes of them is written, or could not be. */
+  writing: Promise<void>;
   /** Whether what this browser keeps beside the mesh of earlier drops belongs to it too. */
   takesKept: boolean;
   /** Whether it was dropped on this page, and not opened by a link or after a reload. */
@@ -43,7 +45,8 @@ interface OpenMesh {
 function openMesh(known: Partial<OpenMesh> = {}): OpenMesh {
   const { companions = [] } = known;
   const takesKept = companions.length === 0;
-  return { id: '', companions, unkept: companions, takesKept, isDropped: false, left: new AbortController(), ...known };
+  const unknown = { id: '', writing: Promise.resolve(), isDropped: false, left: new AbortController() };
+  return { ...unknown, companions, unkept: companions, takesKept, ...known };
 }
 
 export class SceneOpener {
@@ -53,7 +56,9 @@ export class SceneOpener {
   private textureTurn = 0;
   private readonly person = randomPerson();
 
-  constructor(private readonly app: App) {}
+  constructor(private readonly app: App) {
+    app.services.onCompanionsKept((mesh) => void this.companionsCame(mesh).catch(() => undefined)); // there after a reload
+  }
 
   /** Opens the scene that the page's address names; without one the page asks for a mesh. */
   async openFromAddress(): Promise<void> {
@@ -96,21 +101,22 @@ export class SceneOpener {
     const turn = ++this.textureTurn;
     const isAsked = (): boolean => turn === this.textureTurn && scene === this.app.scene;
     try {
-      const { texture, corners, notes } = await this.makeTexture(mesh);
+      const { texture, corners, notes } = await this.makeTexture(mesh, scene.session.sceneId);
       if (!isAsked()) return texture.dispose();
       scene.session.surface.setTexture(texture, corners);
       for (const note of notes) this.app.toasts.tell(note);
       this.texture?.dispose();
       this.texture = texture;
       this.app.viewport.invalidate();
-      void this.keepCompanions(mesh);
+      mesh.writing = this.keepCompanions(mesh, mesh.writing);
     } catch (error) {
       if (isAsked()) throw error; // of other pictures, or of a scene that has gone, nobody asks
     }
   }
 
-  private async makeTexture(mesh: OpenMesh): Promise<Pick<MeshLayers, 'corners' | 'notes'> & { texture: DataArrayTexture }> {
-    mesh.file ??= await this.app.services.downloadMesh(mesh.id, mesh.left.signal);
+  private async makeTexture(mesh: OpenMesh, scene: string): Promise<Pick<MeshLayers, 'corners' | 'notes'> & { texture: DataArrayTexture }> {
+    const id = await this.idOf(mesh, scene);
+    mesh.file ??= await this.app.services.downloadMesh(id, mesh.left.signal);
     const grid = uvGrid();
     const { corners, layers, notes } = await meshLayers(mesh.file, mesh.companions, grid);
     const lacksPictures = !mesh.isDropped && mesh.companions.length === 0 && layers.some(({ picture }) => picture === grid);
@@ -119,7 +125,8 @@ export class SceneOpener {
   }
 
   /** Those that were of use: they are there after a reload and in other windows. */
-  private async keepCompanions(mesh: OpenMesh): Promise<void> {
+  private async keepCompanions(mesh: OpenMesh, before: Promise<void>): Promise<void> {
+    await before;
     const { companions, unkept, takesKept } = mesh;
     if (unkept.length === 0) return;
     Object.assign(mesh, { unkept: [], takesKept: true }); // what is dropped from now on is written after these
@@ -129,6 +136,22 @@ export class SceneOpener {
       Object.assign(mesh, { unkept: byName(unkept, mesh.unkept), takesKept });
       this.app.toasts.fail(`After a reload this mesh will be without what was dropped beside it: ${inWords(error)}`);
     }
+  }
+
+  /** Another window has kept some beside this mesh: they are shown here too, but not in place of another look. */
+  private async companionsCame(id: string): Promise<void> {
+    const { mesh, app } = this;
+    if (id !== mesh.id || !mesh.takesKept) return;
+    let kept: Awaited<ReturnType<Services['keptMesh']>>;
+    let writing: Promise<void>;
+    do { // what is read before this page has written is without that
+      await (writing = mesh.writing);
+      kept = await app.services.keptMesh(id);
+    } while (writing !== mesh.writing);
+    mesh.file ??= kept.file;
+    mesh.companions = byName(kept.companions, mesh.unkept);
+    const { colouring } = app.settings.value;
+    if (mesh === this.mesh && (colouring === 'plain' || colouring === 'texture')) await this.showIfColoured(mesh);
   }
 
   private async take(files: readonly File[]): Promise<void> {
@@ -211,11 +234,15 @@ export class SceneOpener {
     else if (before.id !== facts?.mesh) this.mesh = openMesh({ id: facts?.mesh ?? '' });
     if (this.mesh !== before) before.left.abort();
     // Nobody has asked: who chooses the texture is told what is wrong with it.
-    if (this.mesh !== before || wasTextured) void this.showIfColoured(this.mesh, id).catch(() => undefined);
+    if (this.mesh !== before || wasTextured) void this.recallColours(this.mesh, id).catch(() => undefined);
   }
 
-  private async showIfColoured(mesh: OpenMesh, scene: string): Promise<void> {
+  private async recallColours(mesh: OpenMesh, scene: string): Promise<void> {
     if (mesh.takesKept) await this.recall(mesh, scene);
+    await this.showIfColoured(mesh);
+  }
+
+  private async showIfColoured(mesh: OpenMesh): Promise<void> {
     const { file, companions } = mesh;
     const isColoured = file === undefined ? companions.length > 0 : await hasColours(file, companions);
     if (isColoured && mesh === this.mesh) this.showColours();
@@ -224,11 +251,21 @@ export class SceneOpener {
   /** Fills in what this browser has of a scene's mesh, or what the server has in one file. */
   private async recall(mesh: OpenMesh, scene: string): Promise<void> {
     const { services } = this.app;
-    mesh.id ||= (await services.describeScene(scene)).mesh; // restored meanwhile
-    const { file, companions } = await services.keptMesh(mesh.id).catch(() => ({ file: undefined, companions: [] }));
+    const id = await this.idOf(mesh, scene);
+    const { file, companions } = await services.keptMesh(id).catch(() => ({ file: undefined, companions: [] }));
     mesh.companions = byName(companions, mesh.companions); // others may have come meanwhile
     mesh.file ??= file;
-    if (mesh.companions.length === 0) mesh.file ??= await services.picturedMesh(mesh.id, mesh.left.signal);
+    if (mesh.companions.length > 0 || mesh.file !== undefined) return;
+    const pictured = await services.picturedMesh(id, mesh.left.signal);
+    mesh.file ??= pictured?.file;
+    if (pictured === undefined || mesh.file !== undefined || mesh !== this.mesh) return;
+    const size = bytes(pictured.bytes);
+    this.app.toasts.tell(`The colours of this mesh are inside its file of ${size}: choose the texture to fetch it.`);
+  }
+
+  /** A scene that was about to be restored when it was opened has been restored since. */
+  private async idOf(mesh: OpenMesh, scene: string): Promise<string> {
+    return (mesh.id ||= (await this.app.services.describeScene(scene)).mesh);
   }
 }
 

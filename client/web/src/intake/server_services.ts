@@ -7,6 +7,7 @@ import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
 import { MeshFormat, MeshHeaderSchema, type Mesh, type MeshHeader } from 'latticed/v1/mesh_pb';
 import type { Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
+import { CompanionNews } from '../session/companion_news';
 import { IndexedSceneStore } from '../session/indexed_scene_store';
 import { openSession } from '../session/open_session';
 import { storedMesh } from '../session/scene_store';
@@ -27,11 +28,11 @@ const FORMATS: Record<MeshFormatName, MeshFormat> = {
   drc: MeshFormat.DRACO,
 };
 
-const MOST_FETCHED_UNASKED = 64n << 20n; // bytes of a mesh: what is shown without them is the shape, plain
+const MOST_FETCHED_UNASKED = 64 << 20; // bytes of a mesh: what is shown without them is the shape, plain
 
 const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
 
-export function serverServices(server: LatticedServer): Services {
+export function serverServices(server: LatticedServer, news = new CompanionNews()): Services {
   return {
     async mostMeshBytes() {
       const { limits } = await server.server.getServerInfo({});
@@ -67,12 +68,19 @@ export function serverServices(server: LatticedServer): Services {
       const file = stored && meshFile(fromBinary(MeshHeaderSchema, stored.header), stored.content);
       return { ...(file && { file }), companions };
     },
-    keepCompanions: (mesh, files, beside) => IndexedSceneStore.ofPage().saveCompanions(mesh, files, beside),
+    async keepCompanions(mesh, files, beside) {
+      await IndexedSceneStore.ofPage().saveCompanions(mesh, files, beside);
+      news.tell(mesh);
+    },
+    onCompanionsKept: (listener) => news.onNews(listener),
     async picturedMesh(id, signal) {
       const { format, hasUvs, totalBytes } = await server.meshes.getMesh({ mesh: id }, { signal });
-      if (format !== MeshFormat.GLB || !hasUvs || totalBytes > MOST_FETCHED_UNASKED) return undefined;
+      if (format !== MeshFormat.GLB || !hasUvs) return undefined;
+      const bytes = Number(totalBytes);
+      if (bytes > MOST_FETCHED_UNASKED) return { bytes };
       const { header, content } = await server.downloads.get(id, signal);
-      return meshFile(header, content);
+      const file = meshFile(header, content);
+      return { bytes, ...(file && { file }) };
     },
     async describeScene(sceneId) {
       const { mesh, defaultView } = await server.scenes.getScene({ scene: sceneId });

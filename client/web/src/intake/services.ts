@@ -28,6 +28,13 @@ export interface SceneFacts {
   readonly view: ViewRequest;
 }
 
+export interface PicturedMesh {
+  /** Absent where it is too large to be fetched unasked. */
+  readonly file?: MeshFile;
+  /** Of the file. */
+  readonly bytes: number;
+}
+
 export interface Services {
   /** The largest mesh that the server takes, in bytes; 0: any. */
   mostMeshBytes(): Promise<number>;
@@ -41,8 +48,10 @@ export interface Services {
   keptMesh(mesh: string): Promise<{ readonly file?: MeshFile; readonly companions: readonly File[] }>;
   /** Keeps pictures and materials for keptMesh, in place of all others or `beside` those of other names. Rejects in words. */
   keepCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void>;
-  /** The file of a mesh that may have its pictures inside, where that is not too large to be fetched unasked. */
-  picturedMesh(mesh: string, signal: AbortSignal): Promise<MeshFile | undefined>;
+  /** Calls `listener` where another window of this browser has kept pictures or materials beside a mesh. */
+  onCompanionsKept(listener: (mesh: string) => void): void;
+  /** Of a mesh that may have its pictures inside, and undefined of others. */
+  picturedMesh(mesh: string, signal: AbortSignal): Promise<PicturedMesh | undefined>;
   describeScene(sceneId: string): Promise<SceneFacts>;
   openSession(sceneId: string, options: SessionOptions): Promise<SceneSession>;
   /** The deformed surface as a file; of control nets, `view` says nothing. `progress` in bytes. Rejects with an Error in words. */

@@ -50,10 +50,11 @@ export async function quarters(of: Page, x = 0, y = 0): Promise<string> {
   return names.join(' ');
 }
 
-/** The square with a picture inside. */
-export function squareGlb(content: Buffer): Buffer {
+/** The square with a picture inside, and so many bytes that nothing uses. */
+export function squareGlb(content: Buffer, unused = 0): Buffer {
   const glb = new GlbMaker();
   const primitives = [{ ...glb.square(), material: 0 }];
   const source = glb.image(content);
+  if (unused > 0) glb.image(Buffer.alloc(unused));
   return glb.file({ ...ONE_NODE, meshes: [{ primitives }], materials: [TEXTURED], textures: [{ source }] });
 }

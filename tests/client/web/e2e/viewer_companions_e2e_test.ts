@@ -6,7 +6,11 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
+import { MeshFormat } from 'latticed/v1/mesh_pb';
 import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
+import { randomId } from '@src/wire/ids';
+import { LatticedServer } from '@src/wire/latticed_server';
+import { uploadMesh } from '@src/wire/upload';
 import { launch, limitStorage, openPage } from './browser';
 import { lookAtColours, paint, quarters, squareGlb } from './colours';
 import { ServerProcess } from './server_process';
@@ -124,6 +128,99 @@ test('a picture that is dropped after a reload, before the mesh is here again, i
   release();
   await page.unrouteAll({ behavior: 'wait' });
   await keptScene(page);
+});
+
+/** Drops the sheet with the picture of red, green, blue and white, or alone; waits until it is shown. */
+async function openSheet(of: Page, isPictured: boolean): Promise<void> {
+  const pictures = isPictured ? [['sheet.mtl', MTL], ['squares.png', picture]] as const : [];
+  await dropFiles(of, [...pictures, ['sheet.obj', materialSheet()]]);
+  await createScene(of);
+  if (isPictured) await lookAtColours(of);
+}
+
+const colouringOf = (of: Page): Promise<string> => of.evaluate(() => window.latticed.settings.value.colouring);
+
+test('a picture that is dropped on a scene just restored, before its mesh is known, is shown and kept', async (t) => {
+  const { page: fresh, errors: freshErrors } = await openPage(browser, server.origin);
+  t.after(() => fresh.close());
+  await openSheet(fresh, true);
+  await keptBeside(fresh, 'squares.png', picture);
+  await keptScene(fresh);
+  const address = fresh.url();
+  await fresh.goto('about:blank');
+  await server.kill();
+  await server.restart();
+  let asked = 0;
+  let release!: () => void;
+  const released = new Promise<void>((resolve) => (release = resolve));
+  await fresh.route('**/GetScene', (route) => void (asked++ === 0 ? Promise.resolve() : released).then(() => route.continue()));
+  await fresh.goto(address);
+  await fresh.locator('.connection[data-state=restored]').waitFor();
+  await fresh.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
+  assert.equal(await fresh.evaluate(() => (window.latticed.opener as unknown as { mesh: { id: string } }).mesh.id), '');
+
+  await dropFiles(fresh, [['squares.png', other]]);
+  await fresh.waitForFunction(() => window.latticed.settings.value.colouring === 'texture');
+  release();
+  await fresh.unrouteAll({ behavior: 'wait' });
+
+  assert.deepEqual(await keptBeside(fresh, 'squares.png', other), ['sheet.mtl', 'squares.png']);
+  await lookAtColours(fresh);
+  assert.equal(await quarters(fresh), 'white blue green red');
+  assert.deepEqual(await fresh.locator('.toast-error').allInnerTexts(), []);
+  freshErrors.length = errors.length = 0; // of calls for the scene that was lost
+});
+
+test('pictures that are dropped in one window come to the browser\'s other windows of the mesh, but not in place of another look', async (t) => {
+  const context = await browser.newContext({ viewport: { width: 480, height: 360 } });
+  t.after(() => context.close());
+  const [first, second, third] = [await context.newPage(), await context.newPage(), await context.newPage()];
+  await first.goto(server.origin);
+  await openSheet(first, false);
+  for (const window of [second, third]) {
+    await window.goto(first.url());
+    await live(window);
+  }
+  await third.evaluate(() => window.latticed.settings.set({ colouring: 'displacement' }));
+  /** Waits until this window shows the sheet so. */
+  const comesTo = async (window: Page, colours: string): Promise<void> => {
+    await lookAtColours(window);
+    for (const end = Date.now() + 60_000; ; await window.waitForTimeout(20)) {
+      const shown = await quarters(window);
+      if (shown === colours) return;
+      assert.ok(Date.now() < end, `${shown} is not ${colours}`);
+    }
+  };
+
+  await dropFiles(first, [['sheet.mtl', MTL], ['squares.png', picture]]);
+  await comesTo(second, 'red green blue white');
+  await dropFiles(second, [['squares.png', other]]);
+  await comesTo(first, 'white blue green red');
+  await comesTo(second, 'white blue green red');
+
+  assert.equal(await colouringOf(third), 'displacement');
+  await third.evaluate(() => window.latticed.settings.set({ colouring: 'texture' }));
+  await comesTo(third, 'white blue green red');
+});
+
+test('a GLB above 64 MiB that another browser uploaded is shown plain, says where its colours are, and has them on demand', async (t) => {
+  const direct = new LatticedServer(server.origin);
+  const header = { name: 'large.glb', format: MeshFormat.GLB };
+  const mesh = await uploadMesh(direct, header, new Blob([new Uint8Array(squareGlb(picture, 64 << 20))]));
+  const sceneId = randomId();
+  await direct.scenes.createScene({ sceneId, mesh: mesh.id, lattices: [{ source: { case: 'fit', value: {} } }] });
+
+  const { page: elsewhere, errors: errorsElsewhere } = await openPage(browser, `${server.origin}/?scene=${sceneId}`);
+  t.after(() => elsewhere.close());
+  await live(elsewhere);
+  await elsewhere.getByText('The colours of this mesh are inside its file of 67.1 MB: choose the texture to fetch it.').waitFor();
+  assert.equal(await colouringOf(elsewhere), 'plain');
+
+  await elsewhere.keyboard.press('n'); // the panel
+  await elsewhere.getByLabel('Colour', { exact: true }).selectOption('texture');
+  await lookAtColours(elsewhere);
+  assert.equal(await quarters(elsewhere), 'red green blue white');
+  assert.deepEqual(errorsElsewhere, []);
 });
 
 test('a mesh that is dropped again alone has what was dropped beside it before; with other pictures it has these alone', async () => {
