@@ -7,6 +7,7 @@ import { Box3, Color, DirectionalLight, Group, HemisphereLight, Scene, Vector3, 
 import type { TransformView } from '../edit/transform_session';
 import { snapStep } from '../edit/transform_session';
 import type { Basis, Vec3 } from '../lattice/vec';
+import { wantsAntialiasing } from './antialiasing';
 import { CameraRig } from './camera_rig';
 import { FrameQueue } from './frame_queue';
 import { jacobianAt, pixelsPerUnit, project, projectAll, rayAt, type Ray, type ScreenSize } from './projection';
@@ -28,9 +29,7 @@ export class Viewport {
   private pending = 0;
 
   constructor(readonly element: HTMLElement) {
-    // Where a pixel is half of one, edges are smooth enough without four samples of each.
-    const antialias = window.devicePixelRatio < MAX_PIXEL_RATIO;
-    this.renderer = new WebGLRenderer({ antialias, powerPreference: 'high-performance' });
+    this.renderer = new WebGLRenderer({ antialias: wantsAntialiasing(), powerPreference: 'high-performance' });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO));
     this.frames = new FrameQueue(this.renderer.getContext() as WebGL2RenderingContext);
     const canvas = this.renderer.domElement;

@@ -22,7 +22,7 @@ interface Watched {
   times: [drawn: number, seen: number][];
 }
 
-const LONG = 75; // ms; of a graphics card that draws faster, two may overlap
+const LONG = 75; // ms; of frames that are drawn faster, two may overlap
 
 type WatchedWindow = Window & { watched: Watched };
 
@@ -64,6 +64,14 @@ before(async () => {
 after(async () => {
   await browser?.close();
   await server?.kill();
+});
+
+test('software OpenGL, three times slower with it, draws without antialiasing', async () => {
+  const samples = await page.evaluate(() => {
+    const gl = window.latticed.viewport.renderer.getContext();
+    return gl.getParameter(gl.SAMPLES) as number;
+  });
+  assert.equal(samples, 0);
 });
 
 test('while a point is dragged no frame waits behind two, and where one takes long behind none', async () => {
