@@ -155,7 +155,7 @@ for (const [what, lattice] of [
   ['frame', fitLattice({ ...unit, max: [1, 1, 2] }, { size: [3, 3, 3], degree: [2, 2, 2], padding: 0 })],
   ['knots', new Lattice(like.frame, like.degree, like.size, [Float64Array.of(0, 0, 0, 2, 2, 2), like.knots[1], like.knots[2]], like.points)],
 ] as const) {
-  test(`a lattice of another ${what} is another, also with as many control points and under the same id`, async (t) => {
+  test(`a lattice that differs in its ${what} is another, also with as many control points and under the same id`, async (t) => {
     const fixture = await SessionFixture.live();
     t.after(() => fixture.session.close());
     const shown: Lattice[] = [];

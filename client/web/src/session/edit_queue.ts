@@ -117,7 +117,7 @@ export class EditQueue {
     while (this.answered[0] && this.answered[0].revision! <= revision) this.answered.shift();
   }
 
-  /** Drops what waits for another structure, for any without an id; returns how many steps that were. */
+  /** Drops what waits for another structure than this, or for any where it is absent; returns how many steps that were. */
   dropOther(structureId?: bigint): number {
     const dropped = this.waiting.filter(({ message }) => message.structureId !== structureId);
     const kept = this.waiting.filter(({ message }) => message.structureId === structureId);
