@@ -97,6 +97,7 @@ export class App {
   /** Shows a scene in place of the one before. */
   show(session: SceneSession): void {
     this.scene?.dispose();
+    this.toasts.clearErrors(); // of the scene before, or of what could not be opened
     const refresh = (): void => this.refresh();
     this.scene = new SceneView(this.viewport, session, this.settings, {
       changed: refresh,

@@ -14,6 +14,8 @@ interface Bound<T> {
   readonly label: string;
   get(): T;
   set(value: T): void;
+  /** Whether the value means nothing as other things are. */
+  isIdle?: (() => boolean) | undefined;
 }
 
 /** A label in front of anything. */
@@ -102,6 +104,7 @@ export function slider(bound: Bound<number>, range: Range, when: 'input' | 'chan
   });
   const refresh = (): void => {
     input.value = String(bound.get());
+    input.disabled = bound.isIdle?.() ?? false;
     output.textContent = shown(bound.get());
   };
   return { element: field(bound.label, input, output), refresh };

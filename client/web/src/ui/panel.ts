@@ -203,9 +203,10 @@ export class Panel {
       label: string,
       min: number,
       max: number,
+      isIdle?: () => boolean,
     ): HTMLElement =>
       this.keep(
-        slider({ label, get: () => view()[key], set: (n) => change({ [key]: n }) }, { min, max, step: 1 }, 'change'),
+        slider({ label, get: () => view()[key], set: (n) => change({ [key]: n }), isIdle }, { min, max, step: 1 }, 'change'),
       );
     const encoding = choice(
       { label: 'Encoding', get: () => view().encoding, set: (name) => change({ encoding: name }) },
@@ -220,8 +221,8 @@ export class Panel {
       bits('segments', 'Segments', 1, 32),
       this.keep(normals),
       this.keep(encoding),
-      bits('positionBits', 'Position bits', 8, 16),
-      bits('normalBits', 'Normal bits', 6, 12),
+      bits('positionBits', 'Position bits', 8, 16, () => view().encoding === 'raw'),
+      bits('normalBits', 'Normal bits', 6, 12, () => view().encoding === 'raw' || view().normals === 'none'),
     ];
   }
 }

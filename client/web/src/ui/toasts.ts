@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What happened, in words, at the edge of the view for a while; errors stay until they are closed.
+// What happened, in words, at the edge of the view for a while; errors stay until they are closed, or another scene is shown.
 import { h } from './dom';
 import { icon } from './icons';
 
@@ -23,6 +23,11 @@ export class Toasts {
   fail(text: string): void {
     this.forget(text);
     this.add(text, 'toast toast-error');
+  }
+
+  /** Takes errors away that are of no meaning any more. */
+  clearErrors(): void {
+    for (const toast of [...this.list.querySelectorAll('.toast-error')]) toast.remove();
   }
 
   /** The same again does not stack up. */

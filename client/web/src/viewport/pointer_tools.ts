@@ -160,8 +160,10 @@ export class PointerTools {
     );
     const modifiers = { shift: event.shiftKey, ctrl: event.ctrlKey || event.metaKey };
     if (this.press === undefined) {
-      if (editor.transforming) editor.pointerMoved(...place, modifiers);
-      else if (event.target === viewport.canvas && event.buttons === 0) this.hoverAt(event);
+      if (editor.transforming) {
+        this.hover(undefined);
+        editor.pointerMoved(...place, modifiers);
+      } else if (event.target === viewport.canvas && event.buttons === 0) this.hoverAt(event);
       return;
     }
     const { press } = this;

@@ -88,6 +88,20 @@ test('G 1 Tab 2 Tab - . 5 Enter moves by three numbers', async () => {
   assert.equal(await page.evaluate(() => document.activeElement?.tagName), 'BODY'); // Tab went nowhere else
 });
 
+test('the point below the pointer is not marked while a transform runs', async () => {
+  const hovered = (): Promise<number | undefined> =>
+    page.evaluate(() => (window.latticed.scene as unknown as { cage: { hovered: number | undefined } }).cage.hovered);
+  const [x, y] = await onScreen(page, 3);
+  await page.mouse.move(x, y);
+  assert.equal(await hovered(), 3);
+  await press('g');
+  await page.mouse.move(x + 30, y);
+  assert.equal(await hovered(), undefined);
+  await press('Escape');
+  await page.mouse.move(x, y);
+  assert.equal(await hovered(), 3);
+});
+
 test('R R rolls the plane with the pointer: distances to the pivot stay', async () => {
   await press('Shift+W');
   const pivot = await page.evaluate(() => window.latticed.scene!.editor.pivot());

@@ -292,7 +292,14 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
     const { uniforms } = window.latticed.scene!.session.surface as unknown as { uniforms: { octahedralMax: { value: number } } };
     return uniforms.octahedralMax.value === 2 ** 11 - 2; // what the shader undoes
   });
+  const idle = (): Promise<(string | null)[]> => // nothing of the stream depends on them
+    page.locator('input[type=range]:disabled').evaluateAll((sliders) => sliders.map((slider) => slider.getAttribute('aria-label')));
+  assert.deepEqual(await idle(), []);
+  await page.getByRole('combobox', { name: 'Normals' }).selectOption('none');
+  assert.deepEqual(await idle(), ['Normal bits']);
+  await page.getByRole('combobox', { name: 'Normals' }).selectOption('smooth');
   await page.getByRole('combobox', { name: 'Encoding' }).selectOption('raw');
+  assert.deepEqual(await idle(), ['Position bits', 'Normal bits']);
   await waitForStep(1 - 1e-9, 1 + 1e-9); // floats are world units
   await page.evaluate(() => {
     const seen: unknown[] = [];
