@@ -96,8 +96,8 @@ test('while a point is dragged no frame waits behind two, and where one takes lo
 
 test('where nothing changes nothing is drawn', async () => {
   await page.waitForFunction(() => {
-    const { session } = window.latticed.scene!;
-    return session.status.state === 'live' && document.querySelector('[data-hud=updates]')!.textContent === '0';
+    const { isWanted, frames } = window.latticed.viewport as unknown as { isWanted: boolean; frames: { isEmpty: boolean } };
+    return !isWanted && frames.isEmpty && document.querySelector('[data-hud=updates]')!.textContent === '0';
   });
   await watch();
   await page.evaluate(() => new Promise((resolve) => {
