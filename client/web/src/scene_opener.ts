@@ -41,6 +41,8 @@ interface OpenMesh {
   readonly left: AbortController;
 }
 
+type MadeTexture = Pick<MeshLayers, 'corners' | 'notes'> & { readonly texture: DataArrayTexture };
+
 /** A mesh that is dropped with companions has these alone. */
 function openMesh(known: Partial<OpenMesh> = {}): OpenMesh {
   const { companions = [] } = known;
@@ -114,7 +116,7 @@ export class SceneOpener {
     }
   }
 
-  private async makeTexture(mesh: OpenMesh, scene: string): Promise<Pick<MeshLayers, 'corners' | 'notes'> & { texture: DataArrayTexture }> {
+  private async makeTexture(mesh: OpenMesh, scene: string): Promise<MadeTexture> {
     const id = await this.idOf(mesh, scene);
     mesh.file ??= await this.app.services.downloadMesh(id, mesh.left.signal);
     const grid = uvGrid();
