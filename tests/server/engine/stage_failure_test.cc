@@ -11,13 +11,16 @@ namespace {
 
 using StageFailureTest = StagedScene;
 
+// For want of what no waiting brings: where it is memory, the call is tried again (residency.h).
+absl::Status Refusal() { return error::LimitExceeded("slots", 1); }
+
 class RefusedSlotTest : public StageFailureTest, public ::testing::WithParamInterface<Stage> {};
 
 TEST_P(RefusedSlotTest, OneSlotDoesWhereTheBackendRefusesTwo) {
   const auto client = Watch();
   MoveAndHoldEncoding(kCorner);
   const int begun = gates().begun(GetParam());
-  gates().FailNext(GetParam(), absl::ResourceExhaustedError("the device is full"));
+  gates().FailNext(GetParam(), Refusal());
 
   Move(kOtherCorner);
   ASSERT_TRUE(gates().WaitForEnded(GetParam(), begun + 1));
@@ -45,11 +48,24 @@ INSTANTIATE_TEST_SUITE_P(Stages, RefusedSlotTest,
                                                                               : "CreateView");
                          });
 
-TEST_F(StageFailureTest, TheNextUpdateHoldsWhatCouldNotBeEncodedForWantOfMemory) {
+TEST_F(StageFailureTest, WhatIsRefusedForWantOfMemoryIsTriedAgain) {
+  const auto client = Watch();
+  for (const Stage stage : {Stage::kEvaluate, Stage::kEncode}) {
+    gates().FailNext(stage, error::OutOfMemory("the stage", 2, 1));
+    Move(kCorner);
+    client->RunToUpdate();
+    ExpectRightAtHead(*client);
+  }
+
+  EXPECT_OK(view_->failure());
+  EXPECT_EQ(client->updates().size(), 3u) << "the first one's, and one of each edit";
+}
+
+TEST_F(StageFailureTest, TheNextUpdateHoldsWhatCouldNotBeEncoded) {
   const auto client = Watch();
   MoveAndHoldEncoding(kCorner);
   MoveAndWaitForEvaluation(kOtherCorner);
-  gates().FailNext(Stage::kEncode, absl::ResourceExhaustedError("no memory"));
+  gates().FailNext(Stage::kEncode, Refusal());
 
   gates().Open(Stage::kEncode);
   client->RunToUpdate();
