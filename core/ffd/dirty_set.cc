@@ -16,31 +16,51 @@ constexpr auto kPatchesPerChunk = static_cast<uint32_t>(limits::kPatchesPerChunk
 
 DirtySet::DirtySet(std::shared_ptr<const DeformPlan> plan)
     : plan_(std::move(plan)),
-      box_dirty_(plan_->boxes.size()),
       chunk_dirty_(plan_->chunk_count()),
-      patch_dirty_(plan_->patches.size()) {}
-
-void DirtySet::MarkControlPoints(std::span<const uint32_t> indices) {
+      box_dirty_(plan_->boxes.size()),
+      patch_dirty_(plan_->patches.size()) {
   const LatticeStructure& s = plan_->structure;
-  std::vector<bool> moved(static_cast<size_t>(s.control_point_count()));
-  for (const uint32_t index : indices) moved[index] = true;
-  for (uint32_t b = 0; b < plan_->outside_box(); ++b) {
-    if (box_dirty_[b]) continue;
-    const std::array<int, 3>& span = plan_->boxes[b].span;
-    bool touched = false;
-    for (int k = span[2] - s.degree[2]; k <= span[2] && !touched; ++k) {
-      for (int j = span[1] - s.degree[1]; j <= span[1] && !touched; ++j) {
-        for (int i = span[0] - s.degree[0]; i <= span[0] && !touched; ++i) {
-          touched = moved[static_cast<size_t>(s.Index(i, j, k))];
-        }
-      }
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const std::vector<double>& knots = s.knots[axis];
+    std::vector<uint32_t>& below = boxes_below_[axis];
+    below.assign(static_cast<size_t>(s.size[axis]) + 1, 0);
+    for (auto span = static_cast<size_t>(s.degree[axis]); span + 1 < below.size(); ++span) {
+      below[span + 1] = below[span] + (knots[span + 1] > knots[span] ? 1 : 0);
     }
-    if (touched) MarkBox(b);
   }
 }
 
+void DirtySet::MarkControlPoints(std::span<const uint32_t> indices) {
+  const std::array<int, 3>& size = plan_->structure.size;
+  const uint32_t row = boxes_below_[0].back(), layer = row * boxes_below_[1].back();
+  for (size_t begin = 0, end = 0; begin < indices.size(); begin = end) {
+    const int first = static_cast<int>(indices[begin]), line = first / size[0];
+    // Neighbours along u together, as in an edit of all.
+    int last = first;
+    for (end = begin + 1; end < indices.size(); ++end, ++last) {
+      if (static_cast<int>(indices[end]) != last + 1 || (last + 1) / size[0] != line) break;
+    }
+    const Range u{BoxesOf(0, first % size[0]).first, BoxesOf(0, last % size[0]).last},
+        v = BoxesOf(1, line % size[1]), w = BoxesOf(2, line / size[1]);
+    for (uint32_t k = w.first; k < w.last; ++k) {
+      for (uint32_t j = v.first; j < v.last; ++j) {
+        for (uint32_t i = u.first; i < u.last; ++i) {
+          const uint32_t box = i + row * j + layer * k;
+          if (box_dirty_[box] == 0) MarkBox(box);
+        }
+      }
+    }
+  }
+}
+
+DirtySet::Range DirtySet::BoxesOf(size_t axis, int index) const {
+  const int degree = plan_->structure.degree[axis], last = plan_->structure.size[axis] - 1;
+  const auto below = [&](int span) { return boxes_below_[axis][static_cast<size_t>(span)]; };
+  return {below(index), below(std::min(index + degree, last) + 1)};
+}
+
 void DirtySet::MarkBox(uint32_t box) {
-  box_dirty_[box] = true;
+  box_dirty_[box] = 1;
   ++box_count_;
   MarkOwnPatches(plan_->box_patches[box], plan_->box_patches[box + 1]);
   for (const uint32_t patch : plan_->box_borrowers[box]) {
@@ -69,7 +89,7 @@ void DirtySet::MarkChunk(uint32_t chunk) {
 
 void DirtySet::MarkAll() {
   for (uint32_t b = 0; b < plan_->boxes.size(); ++b) {
-    if (!box_dirty_[b]) MarkBox(b);
+    if (box_dirty_[b] == 0) MarkBox(b);
   }
 }
 

@@ -13,6 +13,8 @@
 #ifndef LATTICED_CORE_FFD_DIRTY_SET_H_
 #define LATTICED_CORE_FFD_DIRTY_SET_H_
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -40,13 +42,22 @@ class DirtySet {
   uint64_t patches() const { return patch_count_; }
 
  private:
+  // Of knot boxes along an axis, `last` not among them.
+  struct Range {
+    uint32_t first, last;
+  };
+  // Those that the control points of this index along the axis influence.
+  Range BoxesOf(size_t axis, int index) const;
   void MarkBox(uint32_t box);
   // The run [first, last) of a box's own patches: there are many.
   void MarkOwnPatches(uint32_t first, uint32_t last);
   void MarkChunk(uint32_t chunk);
 
   std::shared_ptr<const DeformPlan> plan_;
-  std::vector<bool> box_dirty_, chunk_dirty_;
+  // By axis: how many boxes along it have a lower span than this one.
+  std::array<std::vector<uint32_t>, 3> boxes_below_;
+  std::vector<bool> chunk_dirty_;
+  std::vector<uint8_t> box_dirty_;    // bytes: asked again and again
   std::vector<uint8_t> patch_dirty_;  // bytes: a run of them is counted and set at once
   uint64_t box_count_ = 0, patch_count_ = 0, chunk_count_ = 0;
 };
