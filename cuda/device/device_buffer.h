@@ -19,6 +19,7 @@
 
 #include "cuda/device/cuda_status.h"
 #include "cuda/device/device_memory.h"
+#include "cuda/device/device_reservation.h"
 #include "cuda/device/device_span.h"
 
 namespace latticed {
@@ -37,21 +38,27 @@ class DeviceBuffer {
     if (!data.ok()) return data.status();
     return DeviceBuffer(std::move(memory), purpose, static_cast<T*>(*data), count, stream);
   }
+  // The same of bytes reserved.
+  [[nodiscard]] static absl::StatusOr<DeviceBuffer> Create(DeviceReservation& from,
+                                                           std::string_view purpose, size_t count,
+                                                           cudaStream_t stream) {
+    const auto data = from.Allocate(purpose, count * sizeof(T), stream);
+    if (!data.ok()) return data.status();
+    return DeviceBuffer(from.memory(), purpose, static_cast<T*>(*data), count, stream);
+  }
   // Of the host's elements, which must stay until the stream has reached the copy; pageable memory
   // is staged by the runtime and may go at once.
   [[nodiscard]] static absl::StatusOr<DeviceBuffer> Upload(std::shared_ptr<DeviceMemory> memory,
                                                            std::string_view purpose,
                                                            std::span<const T> from,
                                                            cudaStream_t stream) {
-    auto buffer = Create(std::move(memory), purpose, from.size(), stream);
-    if (!buffer.ok() || from.empty()) return buffer;
-    if (auto s = CudaStatus(cudaMemcpyAsync(buffer->data_, from.data(), from.size_bytes(),
-                                            cudaMemcpyHostToDevice, stream),
-                            purpose);
-        !s.ok()) {
-      return s;
-    }
-    return buffer;
+    return Filled(Create(std::move(memory), purpose, from.size(), stream), from);
+  }
+  [[nodiscard]] static absl::StatusOr<DeviceBuffer> Upload(DeviceReservation& room,
+                                                           std::string_view purpose,
+                                                           std::span<const T> from,
+                                                           cudaStream_t stream) {
+    return Filled(Create(room, purpose, from.size(), stream), from);
   }
   ~DeviceBuffer() { Reset(); }
   DeviceBuffer(const DeviceBuffer&) = delete;  // one owner
@@ -82,6 +89,17 @@ class DeviceBuffer {
   DeviceBuffer(std::shared_ptr<DeviceMemory> memory, std::string_view purpose, T* data, size_t size,
                cudaStream_t stream)
       : memory_(std::move(memory)), purpose_(purpose), data_(data), size_(size), stream_(stream) {}
+  static absl::StatusOr<DeviceBuffer> Filled(absl::StatusOr<DeviceBuffer> buffer,
+                                             std::span<const T> from) {
+    if (!buffer.ok() || from.empty()) return buffer;
+    if (auto s = CudaStatus(cudaMemcpyAsync(buffer->data_, from.data(), from.size_bytes(),
+                                            cudaMemcpyHostToDevice, buffer->stream_),
+                            buffer->purpose_);
+        !s.ok()) {
+      return s;
+    }
+    return buffer;
+  }
   void Reset() {
     if (memory_ != nullptr) memory_->Free(data_, purpose_, size_bytes(), stream_);
     data_ = nullptr;

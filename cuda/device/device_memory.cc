@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <string>
 #include <utility>
 
 #include "core/base/error.h"
@@ -59,7 +58,7 @@ DeviceMemory::DeviceMemory(int device, uint64_t device_bytes, uint64_t budget_by
                            RefuseAllocation refuse, bool poison, cudaMemPool_t pool)
     : device_(device),
       device_bytes_(device_bytes),
-      budget_bytes_(budget_bytes),
+      budget_(device, budget_bytes),
       refuse_(std::move(refuse)),
       poison_(poison),
       pool_(pool) {}
@@ -68,26 +67,31 @@ DeviceMemory::~DeviceMemory() { static_cast<void>(cudaMemPoolDestroy(pool_)); }
 
 absl::StatusOr<void*> DeviceMemory::Allocate(std::string_view purpose, size_t bytes,
                                              cudaStream_t stream) {
+  if (auto s = budget_.Reserve(purpose, bytes); !s.ok()) return s;
+  auto data = AllocateReserved(purpose, bytes, stream);
+  if (!data.ok()) budget_.GiveBack(bytes);
+  return data;
+}
+
+absl::StatusOr<void*> DeviceMemory::AllocateReserved(std::string_view purpose, size_t bytes,
+                                                     cudaStream_t stream) {
   if (bytes == 0) return nullptr;
-  const std::scoped_lock lock(mutex_);
-  const uint64_t free = budget_bytes_ - used_bytes_;
-  if (bytes > free || (refuse_ && refuse_(purpose, bytes))) {
-    return error::OutOfDeviceMemory(purpose, device_, bytes, free);
-  }
+  const auto out_of_memory = [&](uint64_t free_on_device) {
+    return error::OutOfDeviceMemory(purpose, device_, bytes,
+                                    std::min(budget_.free_bytes() + bytes, free_on_device));
+  };
+  if (refuse_ && refuse_(purpose, bytes)) return out_of_memory(device_bytes_);
   const DeviceGuard guard(device_);
   void* data = nullptr;
   const cudaError_t result = cudaMallocFromPoolAsync(&data, bytes, pool_, stream);
   if (result == cudaErrorMemoryAllocation) {
     // Others use the device too.
     static_cast<void>(cudaGetLastError());
-    return error::OutOfDeviceMemory(
-        purpose, device_, bytes,
-        std::min<uint64_t>(free, LookAtDevice().value_or(OnDevice{}).free));
+    return out_of_memory(LookAtDevice().value_or(OnDevice{}).free);
   }
   if (auto s = CudaStatus(result, purpose); !s.ok()) return s;
   if (poison_) static_cast<void>(cudaMemsetAsync(data, 0xff, bytes, stream));
-  used_bytes_ += bytes;
-  use_[std::string(purpose)] += bytes;
+  budget_.Use(purpose, bytes);
   return data;
 }
 
@@ -95,19 +99,7 @@ void DeviceMemory::Free(void* data, std::string_view purpose, size_t bytes, cuda
   if (data == nullptr) return;
   const DeviceGuard guard(device_);
   static_cast<void>(cudaFreeAsync(data, stream));
-  const std::scoped_lock lock(mutex_);
-  used_bytes_ -= bytes;
-  use_[std::string(purpose)] -= bytes;
-}
-
-uint64_t DeviceMemory::free_bytes() const {
-  const std::scoped_lock lock(mutex_);
-  return budget_bytes_ - used_bytes_;
-}
-
-MemoryUse DeviceMemory::use() const {
-  const std::scoped_lock lock(mutex_);
-  return use_;
+  budget_.Return(purpose, bytes);
 }
 
 }  // namespace latticed

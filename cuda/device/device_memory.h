@@ -6,6 +6,8 @@
 // A block is usable on `stream` from Allocate on, and elsewhere once that stream has reached it.
 // Free returns it when the stream gets there. Neither waits. Blocks stay with the pool.
 //
+// Blocks that are needed together are reserved together: device_reservation.h.
+//
 // Errors   kResourceExhausted with asked and free bytes, before anything is allocated where the
 //          budget would not hold it; the CUDA error state is clean afterwards
 // Threads  safe
@@ -17,11 +19,11 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string_view>
 
 #include "absl/status/statusor.h"
 #include "core/backend.h"
+#include "cuda/device/device_budget.h"
 
 namespace latticed {
 
@@ -43,14 +45,22 @@ class DeviceMemory {
   // `purpose` as in MemoryUse.
   [[nodiscard]] absl::StatusOr<void*> Allocate(std::string_view purpose, size_t bytes,
                                                cudaStream_t stream);
-  // Of a pointer, purpose and size that Allocate gave; null is nothing.
+  // As DeviceBudget says. Of reserved bytes AllocateReserved makes a block; where it fails they stay
+  // reserved.
+  [[nodiscard]] absl::Status Reserve(std::string_view what, uint64_t bytes) {
+    return budget_.Reserve(what, bytes);
+  }
+  void GiveBack(uint64_t bytes) { budget_.GiveBack(bytes); }
+  [[nodiscard]] absl::StatusOr<void*> AllocateReserved(std::string_view purpose, size_t bytes,
+                                                       cudaStream_t stream);
+  // Of a pointer, purpose and size that one of these two gave; null is nothing.
   void Free(void* data, std::string_view purpose, size_t bytes, cudaStream_t stream);
 
   int device() const { return device_; }
   uint64_t device_bytes() const { return device_bytes_; }  // of the device in all
-  uint64_t budget_bytes() const { return budget_bytes_; }
-  uint64_t free_bytes() const;
-  MemoryUse use() const;
+  uint64_t budget_bytes() const { return budget_.bytes(); }
+  uint64_t free_bytes() const { return budget_.free_bytes(); }
+  MemoryUse use() const { return budget_.use(); }
 
  private:
   DeviceMemory(int device, uint64_t device_bytes, uint64_t budget_bytes, RefuseAllocation refuse,
@@ -58,13 +68,10 @@ class DeviceMemory {
 
   int device_;
   uint64_t device_bytes_;
-  uint64_t budget_bytes_;
+  DeviceBudget budget_;
   RefuseAllocation refuse_;
   bool poison_;
   cudaMemPool_t pool_;
-  mutable std::mutex mutex_;
-  uint64_t used_bytes_ = 0;  // these two guarded by mutex_
-  MemoryUse use_;
 };
 
 }  // namespace latticed

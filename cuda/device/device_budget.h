@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How much of a device's memory may be taken, and what takes it. Whoever needs several blocks reserves
+// the bytes of all of them first, so that none is allocated where not all would fit.
+//
+//   free --Reserve--> reserved --Use--> used     GiveBack and Return go the other way
+//
+// Errors   kResourceExhausted with asked and free bytes
+// Threads  safe
+#ifndef LATTICED_CUDA_DEVICE_DEVICE_BUDGET_H_
+#define LATTICED_CUDA_DEVICE_DEVICE_BUDGET_H_
+
+#include <cstdint>
+#include <mutex>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "core/backend.h"
+
+namespace latticed {
+
+class DeviceBudget {
+ public:
+  // `device`: its number, for errors.
+  DeviceBudget(int device, uint64_t bytes) : device_(device), bytes_(bytes) {}
+
+  // All of `bytes` or none; `what` needs them.
+  [[nodiscard]] absl::Status Reserve(std::string_view what, uint64_t bytes);
+  // Bytes that were reserved and are not used.
+  void GiveBack(uint64_t bytes);
+  // Bytes that were reserved are in use from now on; `purpose` as in MemoryUse.
+  void Use(std::string_view purpose, uint64_t bytes);
+  // Bytes that were in use are free.
+  void Return(std::string_view purpose, uint64_t bytes);
+
+  uint64_t bytes() const { return bytes_; }
+  uint64_t free_bytes() const;  // neither reserved nor used
+  MemoryUse use() const;        // of what is used
+
+ private:
+  const int device_;
+  const uint64_t bytes_;
+  mutable std::mutex mutex_;
+  uint64_t taken_bytes_ = 0;  // reserved or used; these two guarded by mutex_
+  MemoryUse use_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DEVICE_DEVICE_BUDGET_H_

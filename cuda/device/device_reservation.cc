@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/device/device_reservation.h"
+
+#include "core/base/error.h"
+
+namespace latticed {
+
+absl::StatusOr<DeviceReservation> DeviceReservation::Create(std::shared_ptr<DeviceMemory> memory,
+                                                            std::string_view what, uint64_t bytes) {
+  if (auto s = memory->Reserve(what, bytes); !s.ok()) return s;
+  return DeviceReservation(std::move(memory), what, bytes);
+}
+
+DeviceReservation::~DeviceReservation() {
+  if (left_ > 0) memory_->GiveBack(left_);
+}
+
+absl::StatusOr<void*> DeviceReservation::Allocate(std::string_view purpose, size_t bytes,
+                                                  cudaStream_t stream) {
+  if (bytes > left_) {
+    const uint64_t more = bytes - left_;
+    if (auto s = memory_->Reserve(what_, more); !s.ok()) return s;
+    left_ += more;
+  }
+  auto data = memory_->AllocateReserved(purpose, bytes, stream);
+  if (!data.ok()) return OfAll(data.status());
+  left_ -= bytes;
+  taken_ += bytes;
+  return data;
+}
+
+absl::Status DeviceReservation::OfAll(const absl::Status& status) const {
+  const error::Details details = error::DetailsOf(status);
+  if (!absl::IsResourceExhausted(status) || details.asked_bytes == 0) return status;
+  // What the blocks before it took is free again once all are refused.
+  return error::OutOfDeviceMemory(what_, memory_->device(), left_ + taken_,
+                                  details.free_bytes + taken_);
+}
+
+}  // namespace latticed

@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Bytes of a device's budget for blocks that are needed together, asked for before the first is
+// allocated. What no block took goes back when this goes; blocks stay with their buffers.
+//
+// Errors   kResourceExhausted with the bytes of all blocks and those that are free for them, also where
+//          the budget would hold a block and the device does not
+// Threads  one at a time
+#ifndef LATTICED_CUDA_DEVICE_DEVICE_RESERVATION_H_
+#define LATTICED_CUDA_DEVICE_DEVICE_RESERVATION_H_
+
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <utility>
+
+#include "cuda/device/device_memory.h"
+
+namespace latticed {
+
+class DeviceReservation {
+ public:
+  // `what`: a literal that names all blocks together.
+  [[nodiscard]] static absl::StatusOr<DeviceReservation> Create(
+      std::shared_ptr<DeviceMemory> memory, std::string_view what, uint64_t bytes);
+  ~DeviceReservation();
+  DeviceReservation(const DeviceReservation&) = delete;  // gives back once
+  DeviceReservation& operator=(const DeviceReservation&) = delete;
+  DeviceReservation(DeviceReservation&& other) noexcept
+      : memory_(std::move(other.memory_)),
+        what_(other.what_),
+        left_(std::exchange(other.left_, 0)),
+        taken_(other.taken_) {}
+  DeviceReservation& operator=(DeviceReservation&&) = delete;
+
+  // As DeviceMemory::Allocate, of the bytes reserved; more than are left is asked of the budget.
+  [[nodiscard]] absl::StatusOr<void*> Allocate(std::string_view purpose, size_t bytes,
+                                               cudaStream_t stream);
+  const std::shared_ptr<DeviceMemory>& memory() const { return memory_; }
+
+ private:
+  DeviceReservation(std::shared_ptr<DeviceMemory> memory, std::string_view what, uint64_t bytes)
+      : memory_(std::move(memory)), what_(what), left_(bytes) {}
+  // `status` of one block, told of all.
+  absl::Status OfAll(const absl::Status& status) const;
+
+  std::shared_ptr<DeviceMemory> memory_;
+  std::string_view what_;
+  uint64_t left_;
+  uint64_t taken_ = 0;  // by blocks
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_DEVICE_DEVICE_RESERVATION_H_
