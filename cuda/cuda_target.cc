@@ -44,11 +44,14 @@ absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpe
   if (auto status = Validate(spec); !status.ok()) return status;
   const DeviceGuard guard(context_->device());
   try {
+    auto room = ReserveView(spec);
+    if (!room.ok()) return room.status();
     auto lane = context_->lanes().Borrow(Priority());
     if (!lane.ok()) return lane.status();
-    auto kernel = CreateKernel(spec, *lane);
+    auto kernel = CreateKernel(spec, *lane, *room);
     if (!kernel.ok()) return kernel.status();
-    auto view = CudaView::Create(plan_, spec, context_, *std::move(lane), *std::move(kernel));
+    auto view =
+        CudaView::Create(plan_, spec, context_, *std::move(lane), *std::move(kernel), *room);
     if (!view.ok()) return view.status();
     return std::unique_ptr<DeformView>(*std::move(view));
   } catch (const std::bad_alloc&) {
@@ -56,16 +59,35 @@ absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpe
   }
 }
 
+absl::StatusOr<DeviceReservation> CudaTarget::ReserveView(const ViewSpec& spec) const {
+  for (;;) {
+    const uint64_t bytes = ViewBytes(spec);
+    auto room = DeviceReservation::Create(context_->memory(), "the view", bytes);
+    // Before a refusal is told: what both need of the plan another view may have brought meanwhile.
+    if (room.ok() || ViewBytes(spec) == bytes) return room;
+  }
+}
+
+uint64_t CudaTarget::ViewBytes(const ViewSpec& spec) const {
+  const bool fused = pipeline_ == Pipeline::kFused;
+  const uint64_t of_kernel = fused ? CudaFusedKernel::DeviceBytesFor(*plan_)
+                                   : CudaGemmStages::DeviceBytesFor(
+                                         pipeline_, plan_->structure.patch_degree(), spec.segments);
+  const size_t own_order = fused ? CudaFusedKernel::LaneOrderBytes(*plan_, spec) : 0;
+  return device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth) + of_kernel +
+         CudaView::DeviceBytesFor(*plan_, spec, own_order);
+}
+
 StreamPriority CudaTarget::Priority() const {
   return plan_->patches.size() <= kSmallScene ? StreamPriority::kGreatest : StreamPriority::kLeast;
 }
 
 absl::StatusOr<std::unique_ptr<CudaVertexKernel>> CudaTarget::CreateKernel(
-    const ViewSpec& spec, const std::shared_ptr<CudaLane>& lane) {
+    const ViewSpec& spec, const std::shared_ptr<CudaLane>& lane, DeviceReservation& from) {
   if (pipeline_ == Pipeline::kFused) {
-    return CudaFusedKernel::Create(plan_, device_plan_, spec, *context_, lane);
+    return CudaFusedKernel::Create(plan_, device_plan_, spec, *context_, lane, from);
   }
-  return CudaGemmKernel::Create(plan_, device_plan_, pipeline_, spec, context_, lane);
+  return CudaGemmKernel::Create(plan_, device_plan_, pipeline_, spec, context_, lane, from);
 }
 
 absl::StatusOr<std::vector<double>> CudaTarget::ControlNets(std::span<const Vec3d> control_points,

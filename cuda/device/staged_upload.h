@@ -14,7 +14,7 @@
 
 #include "cuda/device/cuda_context.h"
 #include "cuda/device/device_buffer.h"
-#include "cuda/device/kernel_call.h"
+#include "cuda/device/upload_kernel.h"
 
 namespace latticed {
 
@@ -24,6 +24,11 @@ class StagedUpload {
   [[nodiscard]] static absl::StatusOr<StagedUpload> Create(CudaContext& context,
                                                            std::shared_ptr<CudaLane> lane,
                                                            size_t bytes);
+  // The same, its memory on the device of bytes reserved: DeviceBytesFor(bytes).
+  [[nodiscard]] static absl::StatusOr<StagedUpload> Create(CudaContext& context,
+                                                           std::shared_ptr<CudaLane> lane,
+                                                           size_t bytes, DeviceReservation& from);
+  static size_t DeviceBytesFor(size_t bytes);
   ~StagedUpload();
   StagedUpload(StagedUpload&&) = default;
   StagedUpload& operator=(StagedUpload&&) = delete;

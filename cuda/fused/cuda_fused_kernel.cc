@@ -18,27 +18,48 @@ namespace {
 using kernels::LaneFormat;
 using kernels::WireChunk;
 
-absl::StatusOr<DeviceBuffer<float>> Floats(CudaContext& context, const CudaLane& lane,
+absl::StatusOr<DeviceBuffer<float>> Floats(DeviceReservation& from, const CudaLane& lane,
                                            size_t count) {
-  return DeviceBuffer<float>::Create(context.memory(), "box_polynomials", count,
-                                     lane.stream().get());
+  return DeviceBuffer<float>::Create(from, "box_polynomials", count, lane.stream().get());
+}
+
+size_t WireListBytes(const DeformPlan& plan) { return plan.chunk_count() * sizeof(WireChunk); }
+
+size_t CoefficientCount(const DeformPlan& plan) {
+  const std::array<int, 3>& d = plan.structure.degree;  // in any order
+  return plan.boxes.size() * 3 * static_cast<size_t>(kernels::CoefficientStride(d[0], d[1], d[2]));
+}
+
+LaneFormat FormatFor(const ViewSpec& spec) {
+  if (spec.format == VertexFormat::kFloat32) return LaneFormat::kFloat32;
+  const bool wide = spec.normals != NormalMode::kNone && spec.normal_bits > 8;
+  return wide ? LaneFormat::kQuantised16 : LaneFormat::kQuantised8;
+}
+
+// Points of all chunks, the padding of the last one included.
+size_t PaddedPoints(const DeformPlan& plan, const ViewSpec& spec) {
+  return plan.chunk_count() * limits::kPatchesPerChunk *
+         static_cast<size_t>(PointsPerPatch(spec.segments));
 }
 
 }  // namespace
 
+uint64_t CudaFusedKernel::DeviceBytesFor(const DeformPlan& plan) {
+  return StagedUpload::DeviceBytesFor(WireListBytes(plan)) +
+         (CoefficientCount(plan) + plan.boxes.size()) * sizeof(float);
+}
+
 absl::StatusOr<std::unique_ptr<CudaFusedKernel>> CudaFusedKernel::Create(
     std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
-    const ViewSpec& spec, CudaContext& context, std::shared_ptr<CudaLane> lane) {
-  const auto tables = device_plan->Tables(spec.normals == NormalMode::kSmooth);
+    const ViewSpec& spec, CudaContext& context, std::shared_ptr<CudaLane> lane,
+    DeviceReservation& from) {
+  const auto tables = device_plan->Tables(spec.normals == NormalMode::kSmooth, from);
   if (!tables.ok()) return tables.status();
-  auto wire_chunks = StagedUpload::Create(context, lane, plan->chunk_count() * sizeof(WireChunk));
+  auto wire_chunks = StagedUpload::Create(context, lane, WireListBytes(*plan), from);
   if (!wire_chunks.ok()) return wire_chunks.status();
-  const int* degree = device_plan->fused_tables().degree;
-  const auto stride =
-      static_cast<size_t>(kernels::CoefficientStride(degree[0], degree[1], degree[2]));
-  auto coefficients = Floats(context, *lane, plan->boxes.size() * 3 * stride);
+  auto coefficients = Floats(from, *lane, CoefficientCount(*plan));
   if (!coefficients.ok()) return coefficients.status();
-  auto bounds = Floats(context, *lane, plan->boxes.size());
+  auto bounds = Floats(from, *lane, plan->boxes.size());
   if (!bounds.ok()) return bounds.status();
   std::unique_ptr<CudaFusedKernel> kernel(
       new CudaFusedKernel(std::move(plan), std::move(device_plan), spec, std::move(lane), *tables,
@@ -64,38 +85,31 @@ absl::Status CudaFusedKernel::CountBlocksAtOnce(int device) {
   const kernels::FusedLaunch any{.tables = device_plan_->fused_tables(),
                                  .segments = spec_.segments,
                                  .normals = NormalsOf(spec_.normals),
-                                 .output = {.format = Format()}};
+                                 .output = {.format = FormatFor(spec_)}};
   int blocks = 0;
   const auto error = kernels::FusedCall(any).CountBlocksAtOnce(blocks);
   blocks_at_once_ = std::max(*multiprocessors * blocks, 1);
   return CudaStatus(error, "the blocks of a multiprocessor");
 }
 
-LaneFormat CudaFusedKernel::Format() const {
-  if (spec_.format == VertexFormat::kFloat32) return LaneFormat::kFloat32;
-  const bool wide = spec_.normals != NormalMode::kNone && spec_.normal_bits > 8;
-  return wide ? LaneFormat::kQuantised16 : LaneFormat::kQuantised8;
-}
-
-size_t CudaFusedKernel::PaddedPoints() const {
-  return plan_->chunk_count() * limits::kPatchesPerChunk *
-         static_cast<size_t>(PointsPerPatch(spec_.segments));
-}
-
-size_t CudaFusedKernel::OwnOrderBytes() const {
-  switch (Format()) {
+size_t CudaFusedKernel::LaneOrderBytes(const DeformPlan& plan, const ViewSpec& spec) {
+  switch (FormatFor(spec)) {
     case LaneFormat::kFloat32:
-      return PaddedPoints() * BytesPerPoint(spec_);
+      return PaddedPoints(plan, spec) * BytesPerPoint(spec);
     case LaneFormat::kQuantised8:
-      return PaddedPoints() * 2 * sizeof(uint32_t);
+      return PaddedPoints(plan, spec) * 2 * sizeof(uint32_t);
     case LaneFormat::kQuantised16:
-      return PaddedPoints() * 3 * sizeof(uint32_t);
+      return PaddedPoints(plan, spec) * 3 * sizeof(uint32_t);
   }
   return 0;
 }
 
+size_t CudaFusedKernel::FirstPlaneBytes() const {
+  return PaddedPoints(*plan_, spec_) * 2 * sizeof(uint32_t);
+}
+
 kernels::BoxPolynomials CudaFusedKernel::Polynomials(const QuantisationBox& box) const {
-  const bool floats = Format() == LaneFormat::kFloat32;
+  const bool floats = FormatFor(spec_) == LaneFormat::kFloat32;
   return {.scale = floats ? 1 : 1 / box.range,
           .offset = floats ? Vec3d{} : (plan_->local_origin - box.origin) / box.range,
           .coefficients = buffers_.coefficients.data(),
@@ -103,11 +117,11 @@ kernels::BoxPolynomials CudaFusedKernel::Polynomials(const QuantisationBox& box)
 }
 
 kernels::FusedOutput CudaFusedKernel::Output(uint8_t* vertices) const {
-  return {.format = Format(),
+  return {.format = FormatFor(spec_),
           .top = static_cast<float>((uint32_t{1} << spec_.position_bits) - 1),
           .normal_bits = spec_.normal_bits,
           .vertices = vertices,
-          .second_plane = vertices + PaddedPoints() * 2 * sizeof(uint32_t)};
+          .second_plane = vertices + FirstPlaneBytes()};
 }
 
 absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const QuantisationBox& box,
@@ -122,7 +136,8 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
       .attached = frame.attached().data,
       .chunks = frame.chunks(),
       .chunk_count = static_cast<uint32_t>(chunks.size()),
-      .blocks = kernels::DivideChunks(chunks.size(), spec_.segments, Format(), blocks_at_once_),
+      .blocks =
+          kernels::DivideChunks(chunks.size(), spec_.segments, FormatFor(spec_), blocks_at_once_),
       .patch_count = static_cast<uint32_t>(plan_->patches.size()),
       .segments = spec_.segments,
       .normals = NormalsOf(spec_.normals),
@@ -159,9 +174,9 @@ absl::Status CudaFusedKernel::ToWireOrder(DeviceSpan<const uint8_t> vertices,
   sent.Update(buffers_.wire_chunks.Sent());
   if (!sent.ok()) return sent;
   const kernels::WireOrder order{
-      .format = Format(),
+      .format = FormatFor(spec_),
       .vertices = vertices.data,
-      .second_plane = vertices.data + PaddedPoints() * 2 * sizeof(uint32_t),
+      .second_plane = vertices.data + FirstPlaneBytes(),
       .chunks = reinterpret_cast<const WireChunk*>(buffers_.wire_chunks.device_data()),
       .chunk_count = static_cast<uint32_t>(chunks.size()),
       .patch_count = static_cast<uint32_t>(plan_->patches.size()),

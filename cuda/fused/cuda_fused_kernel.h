@@ -21,15 +21,19 @@ namespace latticed {
 
 class CudaFusedKernel : public CudaVertexKernel {
  public:
-  // `device_plan` was made for kFused.
+  // `device_plan` was made for kFused. Of bytes reserved: DeviceBytesFor, and the plan's BytesToCome.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaFusedKernel>> Create(
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
-      const ViewSpec& spec, CudaContext& context, std::shared_ptr<CudaLane> lane);
+      const ViewSpec& spec, CudaContext& context, std::shared_ptr<CudaLane> lane,
+      DeviceReservation& from);
+  static uint64_t DeviceBytesFor(const DeformPlan& plan);
+  // Of all vertices in lane order.
+  static size_t LaneOrderBytes(const DeformPlan& plan, const ViewSpec& spec);
 
   absl::Status Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                         std::span<const uint32_t> chunks, DeviceSpan<uint8_t> vertices) override;
   MemoryUse memory() const override;
-  size_t OwnOrderBytes() const override;
+  size_t OwnOrderBytes() const override { return LaneOrderBytes(*plan_, spec_); }
   absl::Status ToWireOrder(DeviceSpan<const uint8_t> vertices, std::span<const uint32_t> chunks,
                            DeviceSpan<uint8_t> out) override;
 
@@ -45,11 +49,10 @@ class CudaFusedKernel : public CudaVertexKernel {
   absl::Status CountBlocksAtOnce(int device);
   // One by one, each stage marked: between kernels of a graph nothing can be.
   absl::Status LaunchByStages(std::span<kernels::KernelCall> calls);
-  kernels::LaneFormat Format() const;
   kernels::BoxPolynomials Polynomials(const QuantisationBox& box) const;
   kernels::FusedOutput Output(uint8_t* vertices) const;
-  // Points of all chunks, the padding of the last one included.
-  size_t PaddedPoints() const;
+  // Of the second plane of quantised vertices.
+  size_t FirstPlaneBytes() const;
 
   std::shared_ptr<const DeformPlan> plan_;
   std::shared_ptr<DevicePlan> device_plan_;

@@ -19,14 +19,18 @@ struct Nets {
   DeviceBuffer<Vec3d> centres;
 };
 
-absl::StatusOr<Nets> Allocate(CudaContext& context, const CudaLane& lane, size_t m,
+uint64_t BytesOf(size_t m, size_t patches) {
+  return (2 * 3 * m * sizeof(double) + sizeof(Vec3d)) * patches;
+}
+
+absl::StatusOr<Nets> Allocate(DeviceReservation& from, const CudaLane& lane, size_t m,
                               size_t patches) {
   const cudaStream_t stream = lane.stream().get();
-  auto samples = DeviceBuffer<double>::Create(context.memory(), "samples", 3 * m * patches, stream);
+  auto samples = DeviceBuffer<double>::Create(from, "samples", 3 * m * patches, stream);
   if (!samples.ok()) return samples.status();
-  auto control = DeviceBuffer<double>::Create(context.memory(), "samples", 3 * m * patches, stream);
+  auto control = DeviceBuffer<double>::Create(from, "samples", 3 * m * patches, stream);
   if (!control.ok()) return control.status();
-  auto centres = DeviceBuffer<Vec3d>::Create(context.memory(), "samples", patches, stream);
+  auto centres = DeviceBuffer<Vec3d>::Create(from, "samples", patches, stream);
   if (!centres.ok()) return centres.status();
   return Nets{*std::move(samples), *std::move(control), *std::move(centres)};
 }
@@ -62,20 +66,23 @@ absl::Status Download(const DeviceBuffer<T>& from, std::span<T> to, cudaStream_t
 }  // namespace
 
 absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const DeformPlan>& plan,
-                                                    DevicePlan& device_plan, CudaContext& context,
+                                                    const DevicePlan& device_plan,
+                                                    CudaContext& context,
                                                     std::span<const Vec3d> control_points,
                                                     size_t first, size_t last) {
   // The net does not depend on the segments: any of the stages has inv(B).
   const auto stage = context.Stage(plan->structure.patch_degree(), 1);
   if (!stage.ok()) return stage.status();
-  const auto tables = device_plan.Tables(false);
-  if (!tables.ok()) return tables.status();
   const auto lane = context.lanes().Borrow();
   if (!lane.ok()) return lane.status();
-  auto frame = CudaFrame::Create(plan, context, *lane);
-  if (!frame.ok()) return frame.status();
   const size_t m = (*stage)->m(), tile_patches = std::min(kTilePatches, last - first);
-  const auto buffers = Allocate(context, **lane, m, tile_patches);
+  auto room =
+      DeviceReservation::Create(context.memory(), "the control nets",
+                                CudaFrame::DeviceBytesFor(*plan) + BytesOf(m, tile_patches));
+  if (!room.ok()) return room.status();
+  auto frame = CudaFrame::Create(plan, context, *lane, *room);
+  if (!frame.ok()) return frame.status();
+  const auto buffers = Allocate(*room, **lane, m, tile_patches);
   if (!buffers.ok()) return buffers.status();
 
   std::vector<double> nets(3 * m * (last - first)), control(3 * m * tile_patches);
@@ -85,7 +92,8 @@ absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const 
   for (size_t begin = first; begin < last; begin += tile_patches) {
     const size_t count = std::min(tile_patches, last - begin);
     absl::Status status =
-        Compute({*tables, frame->control_points().data, begin, count}, **stage, **lane, *buffers);
+        Compute({device_plan.tables(), frame->control_points().data, begin, count}, **stage, **lane,
+                *buffers);
     if (status.ok()) {
       status = Download(buffers->control, std::span(control).first(3 * m * count), stream);
     }

@@ -21,8 +21,8 @@ namespace latticed {
 
 // As DeformTarget::ControlNets, whose arguments are checked already.
 [[nodiscard]] absl::StatusOr<std::vector<double>> CudaControlNets(
-    const std::shared_ptr<const DeformPlan>& plan, DevicePlan& device_plan, CudaContext& context,
-    std::span<const Vec3d> control_points, size_t first, size_t last);
+    const std::shared_ptr<const DeformPlan>& plan, const DevicePlan& device_plan,
+    CudaContext& context, std::span<const Vec3d> control_points, size_t first, size_t last);
 
 }  // namespace latticed
 

@@ -16,6 +16,7 @@ namespace {
 constexpr size_t kTileBytes = size_t{512} << 20;
 // And never more than this part of a small budget.
 constexpr size_t kTileShare = 4;
+constexpr char kPurpose[] = "samples";
 
 template <typename T>
 DeviceMatrix<T> Matrix(const DeviceBuffer<T>& buffer, size_t rows, size_t patches) {
@@ -27,13 +28,13 @@ DeviceMatrix<T> Matrix(const DeviceBuffer<T>& buffer, size_t rows, size_t patche
 absl::StatusOr<std::unique_ptr<CudaGemmKernel>> CudaGemmKernel::Create(
     std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
     Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,
-    std::shared_ptr<CudaLane> lane) {
+    std::shared_ptr<CudaLane> lane, DeviceReservation& from) {
   auto stage = context->Stage(plan->structure.patch_degree(), spec.segments);
   if (!stage.ok()) return stage.status();
   auto stages = CudaGemmStages::Create(pipeline, *std::move(stage),
-                                       spec.normals != NormalMode::kNone, *context, *lane);
+                                       spec.normals != NormalMode::kNone, from, *lane);
   if (!stages.ok()) return stages.status();
-  const auto tables = device_plan->Tables(spec.normals == NormalMode::kSmooth);
+  const auto tables = device_plan->Tables(spec.normals == NormalMode::kSmooth, from);
   if (!tables.ok()) return tables.status();
   return std::unique_ptr<CudaGemmKernel>(
       new CudaGemmKernel(std::move(plan), std::move(device_plan), spec, std::move(context),
@@ -67,23 +68,27 @@ absl::Status CudaGemmKernel::Allocate() {
   const size_t columns = 3 * tile_patches_, m = stages_.stage().m(), q = stages_.stage().q();
   const bool in_double = stages_.in_double();
   Buffers made;
-  absl::Status status;
-  const auto allocate = [&]<typename T>(DeviceBuffer<T>& buffer, size_t count, bool wanted) {
-    if (!status.ok() || !wanted) return;
-    auto result =
-        DeviceBuffer<T>::Create(context_->memory(), "samples", count, lane_->stream().get());
+  const auto for_each = [&](const auto& use) {
+    use(made.samples, m * columns);
+    if (smooth()) use(made.by_normal, m * columns);
+    if (in_double) use(made.samples_d, m * columns);
+    if (in_double && smooth()) use(made.by_normal_d, m * columns);
+    if (in_double) use(made.control_d, m * columns);
+    use(made.surface, stages_.rows() * columns);
+    if (smooth()) use(made.across, q * columns);
+    if (spec_.normals != NormalMode::kNone) use(made.ill, kernels::IllWords(q * tile_patches_));
+    use(made.centres, tile_patches_);
+  };
+  uint64_t bytes = 0;
+  for_each([&]<typename T>(const DeviceBuffer<T>&, size_t count) { bytes += count * sizeof(T); });
+  auto room = DeviceReservation::Create(context_->memory(), kPurpose, bytes);
+  absl::Status status = room.status();
+  for_each([&]<typename T>(DeviceBuffer<T>& buffer, size_t count) {
+    if (!status.ok()) return;
+    auto result = DeviceBuffer<T>::Create(*room, kPurpose, count, lane_->stream().get());
     status = result.status();
     if (result.ok()) buffer = *std::move(result);
-  };
-  allocate(made.samples, m * columns, true);
-  allocate(made.by_normal, m * columns, smooth());
-  allocate(made.samples_d, m * columns, in_double);
-  allocate(made.by_normal_d, m * columns, in_double && smooth());
-  allocate(made.control_d, m * columns, in_double);
-  allocate(made.surface, stages_.rows() * columns, true);
-  allocate(made.across, q * columns, smooth());
-  allocate(made.ill, kernels::IllWords(q * tile_patches_), spec_.normals != NormalMode::kNone);
-  allocate(made.centres, tile_patches_, true);
+  });
   if (status.ok()) buffers_ = std::move(made);
   return status;
 }

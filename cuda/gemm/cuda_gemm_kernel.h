@@ -5,8 +5,8 @@
 // points. Twin of core/cpu/gemm_kernel.h.
 //
 // Patches go through in tiles of one size, whatever is asked: cuBLAS may round differently for
-// another shape, and the same control points must give the same bits. A tile's buffers are
-// allocated at the first evaluation and stay with the view.
+// another shape, and the same control points must give the same bits. A tile's buffers are asked
+// for together at the first evaluation and stay with the view.
 //
 // Errors   those of cuda_gemm_stages.h; kResourceExhausted for the buffers
 // Threads  one at a time; enqueues on the lane, nothing waits
@@ -24,10 +24,12 @@ namespace latticed {
 
 class CudaGemmKernel : public CudaVertexKernel {
  public:
+  // Of bytes reserved: CudaGemmStages::DeviceBytesFor, and the plan's BytesToCome. What is shared with
+  // other views, the stage and the lane's workspace, is asked for by itself.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaGemmKernel>> Create(
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
       Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,
-      std::shared_ptr<CudaLane> lane);
+      std::shared_ptr<CudaLane> lane, DeviceReservation& from);
 
   absl::Status Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                         std::span<const uint32_t> chunks, DeviceSpan<uint8_t> vertices) override;

@@ -4,10 +4,18 @@
 
 #include <utility>
 
+#include "core/ffd/bernstein.h"
+#include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/cuda_status.h"
 #include "cuda/gemm/gemm_kernels.h"
 
 namespace latticed {
+namespace {
+
+// Of [Bb; Bbu; Bbv].
+size_t OwnElements(size_t m, size_t q) { return 3 * q * m; }
+
+}  // namespace
 
 CudaGemmStages::CudaGemmStages(Pipeline pipeline, std::shared_ptr<const DeviceStage> stage,
                                bool derivatives, CudaGemm* gemm, cudaStream_t stream)
@@ -17,20 +25,25 @@ CudaGemmStages::CudaGemmStages(Pipeline pipeline, std::shared_ptr<const DeviceSt
       gemm_(gemm),
       stream_(stream) {}
 
+uint64_t CudaGemmStages::DeviceBytesFor(Pipeline pipeline, int degree, int segments) {
+  if (pipeline != Pipeline::kGemm12) return 0;
+  return OwnElements(static_cast<size_t>(BernsteinCount(degree)),
+                     static_cast<size_t>(PointsPerPatch(segments))) *
+         (sizeof(double) + sizeof(float));
+}
+
 absl::StatusOr<CudaGemmStages> CudaGemmStages::Create(Pipeline pipeline,
                                                       std::shared_ptr<const DeviceStage> stage,
-                                                      bool derivatives, CudaContext& context,
+                                                      bool derivatives, DeviceReservation& from,
                                                       CudaLane& lane) {
   const auto gemm = lane.gemm();
   if (!gemm.ok()) return gemm.status();
   CudaGemmStages stages(pipeline, std::move(stage), derivatives, *gemm, lane.stream().get());
   if (pipeline != Pipeline::kGemm12) return stages;
-  const size_t elements = 3 * stages.stage_->q() * stages.stage_->m();
-  auto product =
-      DeviceBuffer<double>::Create(context.memory(), "stage_matrices", elements, stages.stream_);
+  const size_t elements = OwnElements(stages.stage_->m(), stages.stage_->q());
+  auto product = DeviceBuffer<double>::Create(from, "stage_matrices", elements, stages.stream_);
   if (!product.ok()) return product.status();
-  auto own_stack =
-      DeviceBuffer<float>::Create(context.memory(), "stage_matrices", elements, stages.stream_);
+  auto own_stack = DeviceBuffer<float>::Create(from, "stage_matrices", elements, stages.stream_);
   if (!own_stack.ok()) return own_stack.status();
   stages.product_ = *std::move(product);
   stages.own_stack_ = *std::move(own_stack);

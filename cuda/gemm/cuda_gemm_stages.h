@@ -19,10 +19,13 @@ namespace latticed {
 
 class CudaGemmStages {
  public:
-  // `derivatives`: Pu and Pv are wanted too. pipeline is not kFused.
+  // `derivatives`: Pu and Pv are wanted too. pipeline is not kFused. Of bytes reserved:
+  // DeviceBytesFor.
   [[nodiscard]] static absl::StatusOr<CudaGemmStages> Create(
       Pipeline pipeline, std::shared_ptr<const DeviceStage> stage, bool derivatives,
-      CudaContext& context, CudaLane& lane);
+      DeviceReservation& from, CudaLane& lane);
+  // `degree`: of a patch.
+  static uint64_t DeviceBytesFor(Pipeline pipeline, int degree, int segments);
 
   // Rows of [P; Pu; Pv]: q, or 3q with derivatives.
   size_t rows() const { return rows_; }

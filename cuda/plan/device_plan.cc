@@ -99,13 +99,18 @@ absl::Status DevicePlan::AddTables(Pipeline pipeline, TableUpload& upload) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth) {
+uint64_t DevicePlan::BytesToCome(bool smooth) const {
+  const bool all_here = !smooth || CornerNormalsNow() != nullptr;
+  return all_here ? 0 : plan_->patches.size() * sizeof(kernels::CornerNormals);
+}
+
+absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth, DeviceReservation& from) {
   kernels::PlanTables tables = tables_;
   if (!smooth) return tables;
   tables.corner_normals = CornerNormalsNow();
   if (tables.corner_normals != nullptr) return tables;
   // Uploaded without the lock: who asks for MemoryBytes does not wait for it.
-  auto made = UploadNormals();
+  auto made = UploadNormals(from);
   const std::scoped_lock lock(mutex_);
   // Before a refusal is told: another's copy may be what has taken the room.
   if (corner_normals_.size() == 0) {
@@ -116,10 +121,11 @@ absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth) {
   return tables;
 }
 
-absl::StatusOr<DeviceBuffer<kernels::CornerNormals>> DevicePlan::UploadNormals() const {
+absl::StatusOr<DeviceBuffer<kernels::CornerNormals>> DevicePlan::UploadNormals(
+    DeviceReservation& from) const {
   const CudaStream& stream = context_->stream();
   auto made = DeviceBuffer<kernels::CornerNormals>::Upload(
-      context_->memory(), kPlanPurpose, InterpolateNormals(*plan_), stream.get());
+      from, kPlanPurpose, InterpolateNormals(*plan_), stream.get());
   if (!made.ok()) return made;
   if (auto s = stream.Synchronize("the plan's normals"); !s.ok()) return s;
   return made;

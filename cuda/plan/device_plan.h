@@ -34,9 +34,13 @@ class DevicePlan {
       std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
       std::shared_ptr<CudaContext> context);
 
-  // The first `smooth` call uploads the corner normals, and waits for that. Two at once may both
-  // upload them; one of the two is kept.
-  [[nodiscard]] absl::StatusOr<kernels::PlanTables> Tables(bool smooth);
+  // Without corner normals.
+  const kernels::PlanTables& tables() const { return tables_; }
+  // The first `smooth` call uploads the corner normals, of bytes reserved, and waits for that. Two at
+  // once may both upload them; one of the two is kept.
+  [[nodiscard]] absl::StatusOr<kernels::PlanTables> Tables(bool smooth, DeviceReservation& from);
+  // What Tables allocates: nothing where all is here already.
+  uint64_t BytesToCome(bool smooth) const;
   // Not for kFused.
   const kernels::SharedPointTables& shared_points() const { return shared_points_; }
   // For kFused alone.
@@ -48,7 +52,8 @@ class DevicePlan {
       : plan_(std::move(plan)), context_(std::move(context)) {}
   absl::Status AddTables(Pipeline pipeline, TableUpload& upload);
   // Null until they are here.
-  [[nodiscard]] absl::StatusOr<DeviceBuffer<kernels::CornerNormals>> UploadNormals() const;
+  [[nodiscard]] absl::StatusOr<DeviceBuffer<kernels::CornerNormals>> UploadNormals(
+      DeviceReservation& from) const;
   const kernels::CornerNormals* CornerNormalsNow() const;
 
   std::shared_ptr<const DeformPlan> plan_;

@@ -14,12 +14,27 @@ size_t ChunkListAt(const DeformPlan& plan) {
   return (bytes + sizeof(uint32_t) - 1) / sizeof(uint32_t) * sizeof(uint32_t);
 }
 
+size_t BytesOf(const DeformPlan& plan) {
+  return ChunkListAt(plan) + plan.chunk_count() * sizeof(uint32_t);
+}
+
 }  // namespace
+
+size_t CudaFrame::DeviceBytesFor(const DeformPlan& plan) {
+  return StagedUpload::DeviceBytesFor(BytesOf(plan));
+}
 
 absl::StatusOr<CudaFrame> CudaFrame::Create(std::shared_ptr<const DeformPlan> plan,
                                             CudaContext& context, std::shared_ptr<CudaLane> lane) {
-  const size_t bytes = ChunkListAt(*plan) + plan->chunk_count() * sizeof(uint32_t);
-  auto upload = StagedUpload::Create(context, std::move(lane), bytes);
+  auto room = DeviceReservation::Create(context.memory(), "an evaluation", DeviceBytesFor(*plan));
+  if (!room.ok()) return room.status();
+  return Create(std::move(plan), context, std::move(lane), *room);
+}
+
+absl::StatusOr<CudaFrame> CudaFrame::Create(std::shared_ptr<const DeformPlan> plan,
+                                            CudaContext& context, std::shared_ptr<CudaLane> lane,
+                                            DeviceReservation& from) {
+  auto upload = StagedUpload::Create(context, std::move(lane), BytesOf(*plan), from);
   if (!upload.ok()) return upload.status();
   return CudaFrame(std::move(plan), *std::move(upload));
 }

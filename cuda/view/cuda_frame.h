@@ -23,6 +23,12 @@ class CudaFrame {
   [[nodiscard]] static absl::StatusOr<CudaFrame> Create(std::shared_ptr<const DeformPlan> plan,
                                                         CudaContext& context,
                                                         std::shared_ptr<CudaLane> lane);
+  // The same, its memory on the device of bytes reserved: DeviceBytesFor.
+  [[nodiscard]] static absl::StatusOr<CudaFrame> Create(std::shared_ptr<const DeformPlan> plan,
+                                                        CudaContext& context,
+                                                        std::shared_ptr<CudaLane> lane,
+                                                        DeviceReservation& from);
+  static size_t DeviceBytesFor(const DeformPlan& plan);
 
   // Takes what the next copy brings; nothing is enqueued. Then Send or SendCall, once, and then
   // Sent, whether the kernels that read it were launched or not.

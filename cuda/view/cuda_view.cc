@@ -20,19 +20,27 @@ constexpr size_t kHostChunks = 256;
 // them takes as long.
 constexpr size_t kHostChunksAThread = 3, kMostHostThreads = 16;
 
+size_t VertexBytes(const DeformPlan& plan, const ViewSpec& spec, size_t own_order_bytes) {
+  return own_order_bytes > 0 ? own_order_bytes : MakeVertexLayout(plan, spec).total_bytes();
+}
+
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<CudaView>> CudaView::Create(
-    std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
-    std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
-    std::unique_ptr<CudaVertexKernel> kernel) {
-  auto frame = CudaFrame::Create(plan, *context, lane);
+uint64_t CudaView::DeviceBytesFor(const DeformPlan& plan, const ViewSpec& spec,
+                                  size_t own_order_bytes) {
+  return CudaFrame::DeviceBytesFor(plan) + VertexBytes(plan, spec, own_order_bytes);
+}
+
+absl::StatusOr<std::unique_ptr<CudaView>> CudaView::Create(std::shared_ptr<const DeformPlan> plan,
+                                                           const ViewSpec& spec,
+                                                           std::shared_ptr<CudaContext> context,
+                                                           std::shared_ptr<CudaLane> lane,
+                                                           std::unique_ptr<CudaVertexKernel> kernel,
+                                                           DeviceReservation& from) {
+  auto frame = CudaFrame::Create(plan, *context, lane, from);
   if (!frame.ok()) return frame.status();
-  const size_t own_bytes = kernel->OwnOrderBytes();
   auto vertices = DeviceBuffer<uint8_t>::Create(
-      context->memory(), "vertices",
-      own_bytes > 0 ? own_bytes : MakeVertexLayout(*plan, spec).total_bytes(),
-      lane->stream().get());
+      from, "vertices", VertexBytes(*plan, spec, kernel->OwnOrderBytes()), lane->stream().get());
   if (!vertices.ok()) return vertices.status();
   return std::unique_ptr<CudaView>(new CudaView(std::move(plan), spec, std::move(context),
                                                 std::move(lane), std::move(kernel),

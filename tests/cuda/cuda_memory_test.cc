@@ -129,36 +129,6 @@ TEST_F(CudaMemory, MoreThanTheDeviceHasLeavesItUsable) {
   EXPECT_OK(DeviceBuffer<uint8_t>::Create(*memory, "vertices", kMiB, stream->get()));
 }
 
-TEST_F(CudaMemory, APlanThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
-  const auto large = MakeCudaBackend({.memory_bytes = 256 * kMiB});
-  ASSERT_OK(large);
-  for (const Pipeline pipeline : kPipelines) {
-    SCOPED_TRACE(PipelineName(pipeline));
-    const auto target = (*large)->Prepare(plan_, pipeline);
-    ASSERT_OK(target);
-    const uint64_t bytes = (*target)->memory().at("device_plan");
-    const auto enough = MakeCudaBackend({.memory_bytes = bytes});
-    const auto small = MakeCudaBackend({.memory_bytes = bytes - 1});
-    ASSERT_OK(enough);
-    ASSERT_OK(small);
-
-    const auto refused = (*small)->Prepare(plan_, pipeline);
-
-    ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
-    EXPECT_EQ(error::DetailsOf(refused.status()).asked_bytes, bytes);
-    EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, bytes - 1);
-    EXPECT_EQ((*small)->devices().front().use, MemoryUse());
-    EXPECT_OK((*enough)->Prepare(plan_, pipeline));
-  }
-}
-
-// The budget's, counted to the byte by us: after the first use, since lanes keep their workspaces.
-void ExpectSameUse(const Backend& backend, const DeviceState& before) {
-  const DeviceState state = backend.devices().front();
-  EXPECT_EQ(state.free_bytes, before.free_bytes);
-  EXPECT_EQ(state.use, before.use);
-}
-
 TEST_F(CudaMemory, EveryFailedAllocationIsRefusedCleanly) {
   const auto backend = MakeRefusingBackend();
   ASSERT_OK(backend);

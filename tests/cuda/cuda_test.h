@@ -47,6 +47,13 @@ class CudaTest : public ::testing::Test {
   const uint32_t seed_;
 };
 
+// The budget's, counted to the byte by us: after the first use, since lanes keep their workspaces.
+inline void ExpectSameUse(const Backend& backend, const DeviceState& before) {
+  const DeviceState state = backend.devices().front();
+  EXPECT_EQ(state.free_bytes, before.free_bytes);
+  EXPECT_EQ(state.use, before.use);
+}
+
 }  // namespace latticed::testing
 
 #endif  // LATTICED_TESTS_CUDA_CUDA_TEST_H_

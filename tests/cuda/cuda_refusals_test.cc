@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What does not fit a device is refused before anything is allocated, with all bytes that it asks for
+// and those that are free.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+
+#include "core/base/error.h"
+#include "cuda/cuda_backend.h"
+#include "fmt/format.h"
+#include "tests/cuda/cuda_test.h"
+
+namespace latticed::testing {
+namespace {
+
+// Two of which are the first to need the plan's normals.
+const std::array kSpecs{
+    ViewSpec{.segments = 4, .normals = NormalMode::kSmooth},
+    ViewSpec{.segments = 32, .normal_bits = 12},
+    ViewSpec{.segments = 7, .normals = NormalMode::kSmooth, .format = VertexFormat::kFloat32}};
+
+class CudaRefusals : public CudaTest {
+ protected:
+  CudaRefusals() : CudaTest(3) {}
+};
+
+TEST_F(CudaRefusals, APlanThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
+  const auto large = MakeCudaBackend({.memory_bytes = 256 * kMiB});
+  ASSERT_OK(large);
+  for (const Pipeline pipeline : kPipelines) {
+    SCOPED_TRACE(PipelineName(pipeline));
+    const auto target = (*large)->Prepare(plan_, pipeline);
+    ASSERT_OK(target);
+    const uint64_t bytes = (*target)->memory().at("device_plan");
+    const auto enough = MakeCudaBackend({.memory_bytes = bytes});
+    const auto small = MakeCudaBackend({.memory_bytes = bytes - 1});
+    ASSERT_OK(enough);
+    ASSERT_OK(small);
+
+    const auto refused = (*small)->Prepare(plan_, pipeline);
+
+    ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
+    EXPECT_EQ(error::DetailsOf(refused.status()).asked_bytes, bytes);
+    EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, bytes - 1);
+    EXPECT_EQ((*small)->devices().front().use, MemoryUse());
+    EXPECT_OK((*enough)->Prepare(plan_, pipeline));
+  }
+}
+
+TEST_F(CudaRefusals, AViewThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
+  const auto large = MakeCudaBackend({.memory_bytes = 256 * kMiB});
+  ASSERT_OK(large);
+  for (const ViewSpec& spec : kSpecs) {
+    SCOPED_TRACE(fmt::format("{} segments", spec.segments));
+    uint64_t plan_bytes = 0, view_bytes = 0;
+    {
+      const auto target = (*large)->Prepare(plan_, Pipeline::kFused);
+      ASSERT_OK(target);
+      plan_bytes = (*target)->memory().at("device_plan");
+      const uint64_t free_before = (*large)->devices().front().free_bytes;
+      const auto view = (*target)->CreateView(spec);
+      ASSERT_OK(view);
+      view_bytes = free_before - (*large)->devices().front().free_bytes;
+    }
+    const auto enough = MakeCudaBackend({.memory_bytes = plan_bytes + view_bytes});
+    const auto small = MakeCudaBackend({.memory_bytes = plan_bytes + view_bytes - 1});
+    ASSERT_OK(enough);
+    ASSERT_OK(small);
+    const auto target = (*small)->Prepare(plan_, Pipeline::kFused);
+    ASSERT_OK(target);
+    const DeviceState before = (*small)->devices().front();
+
+    const auto refused = (*target)->CreateView(spec);
+
+    ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
+    EXPECT_EQ(error::DetailsOf(refused.status()).asked_bytes, view_bytes);
+    EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, view_bytes - 1);
+    ExpectSameUse(**small, before);
+    const auto target_of_enough = (*enough)->Prepare(plan_, Pipeline::kFused);
+    ASSERT_OK(target_of_enough);
+    const auto fits = (*target_of_enough)->CreateView(spec);
+    EXPECT_OK(fits);
+    EXPECT_EQ((*enough)->devices().front().free_bytes, 0u);
+  }
+}
+
+// Also where the budget has room and the device has not, which the last block finds out.
+TEST_F(CudaRefusals, ARefusalNamesAllThatIsNeededTogether) {
+  std::string refused_purpose;
+  const auto backend = MakeCudaBackend(
+      {.memory_bytes = 256 * kMiB, .refuse_allocation = [&](std::string_view purpose, uint64_t) {
+         return purpose == refused_purpose;
+       }});
+  ASSERT_OK(backend);
+  const auto state = [&] { return (*backend)->devices().front(); };
+  for (const Pipeline pipeline : kPipelines) {
+    SCOPED_TRACE(PipelineName(pipeline));
+    const auto target = (*backend)->Prepare(plan_, pipeline);
+    ASSERT_OK(target);
+    const auto living = (*target)->CreateView(kSpecs.front());
+    ASSERT_OK(living);  // keeps what is of no view
+    const auto evaluate = [&](DeformView& view) {
+      return view.Evaluate(points_, BoxFor(*plan_, points_), AllChunks(*plan_));
+    };
+    {
+      const auto view = (*target)->CreateView(kSpecs.front());
+      ASSERT_OK(view);
+      ASSERT_OK(evaluate(**view));  // its lane stays
+    }
+    const DeviceState before = state();
+    uint64_t view_bytes = 0;
+    {
+      const auto view = (*target)->CreateView(kSpecs.front());
+      ASSERT_OK(view);
+      view_bytes = before.free_bytes - state().free_bytes;
+      if (pipeline != Pipeline::kFused) {
+        refused_purpose = "samples";
+        const absl::Status no_samples = evaluate(**view);
+        refused_purpose.clear();
+
+        ASSERT_THAT(no_samples, StatusIs(absl::StatusCode::kResourceExhausted));
+        ASSERT_OK(evaluate(**view));
+        EXPECT_EQ(error::DetailsOf(no_samples).asked_bytes, state().use.at("samples"));
+      }
+    }
+    ExpectSameUse(**backend, before);
+
+    refused_purpose = "vertices";
+    const auto no_view = (*target)->CreateView(kSpecs.front());
+    refused_purpose.clear();
+
+    ASSERT_THAT(no_view, StatusIs(absl::StatusCode::kResourceExhausted));
+    EXPECT_EQ(error::DetailsOf(no_view.status()).asked_bytes, view_bytes);
+    EXPECT_EQ(error::DetailsOf(no_view.status()).free_bytes, before.free_bytes);
+    ExpectSameUse(**backend, before);
+  }
+}
+
+}  // namespace
+}  // namespace latticed::testing
