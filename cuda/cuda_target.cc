@@ -75,7 +75,7 @@ uint64_t CudaTarget::ViewBytes(const ViewSpec& spec) const {
                                          pipeline_, plan_->structure.patch_degree(), spec.segments);
   const size_t own_order = fused ? CudaFusedKernel::LaneOrderBytes(*plan_, spec) : 0;
   return device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth) + of_kernel +
-         CudaView::DeviceBytesFor(*plan_, spec, own_order);
+         CudaView::DeviceBytesFor(*plan_, spec, own_order, device_plan_->chunk_needs() != nullptr);
 }
 
 StreamPriority CudaTarget::Priority() const {
@@ -107,7 +107,8 @@ uint64_t CudaTarget::EncoderBytes(const ViewSpec& spec) const {
 }
 
 MemoryUse CudaTarget::memory() const {
-  return {{"plan", plan_->MemoryBytes()}, {"device_plan", device_plan_->MemoryBytes()}};
+  return {{"plan", plan_->MemoryBytes() + device_plan_->HostMemoryBytes()},
+          {"device_plan", device_plan_->MemoryBytes()}};
 }
 
 }  // namespace latticed

@@ -337,18 +337,22 @@ absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(std::shared_ptr<const
   return Planner(std::move(mesh), structure, *std::move(split), stop).Run();
 }
 
-std::vector<bool> AttachedSeams(const DeformPlan& plan, std::span<const Vec3d> control_points) {
-  std::vector<bool> attached(plan.seams.size(), true);
-  for (size_t s = 0; s < plan.seams.size(); ++s) {
-    const Seam& seam = plan.seams[s];
-    for (int k = seam.first[2]; k <= seam.last[2] && attached[s]; ++k) {
-      for (int j = seam.first[1]; j <= seam.last[1] && attached[s]; ++j) {
-        for (int i = seam.first[0]; i <= seam.last[0] && attached[s]; ++i) {
-          const auto index = static_cast<size_t>(plan.structure.Index(i, j, k));
-          attached[s] = control_points[index] == plan.identity_points[index];
-        }
+bool IsAttached(const DeformPlan& plan, const Seam& seam, std::span<const Vec3d> control_points) {
+  for (int k = seam.first[2]; k <= seam.last[2]; ++k) {
+    for (int j = seam.first[1]; j <= seam.last[1]; ++j) {
+      for (int i = seam.first[0]; i <= seam.last[0]; ++i) {
+        const auto index = static_cast<size_t>(plan.structure.Index(i, j, k));
+        if (control_points[index] != plan.identity_points[index]) return false;
       }
     }
+  }
+  return true;
+}
+
+std::vector<bool> AttachedSeams(const DeformPlan& plan, std::span<const Vec3d> control_points) {
+  std::vector<bool> attached(plan.seams.size());
+  for (size_t s = 0; s < plan.seams.size(); ++s) {
+    attached[s] = IsAttached(plan, plan.seams[s], control_points);
   }
   return attached;
 }

@@ -115,7 +115,9 @@ struct DeformPlan {
     std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
     StopCheck stop = NeverStop);
 
-// For each seam, whether both sides still take the outside's points (DESIGN §2, bit test).
+// Whether both sides of a seam still take the outside's points (DESIGN §2, bit test); and of each.
+[[nodiscard]] bool IsAttached(const DeformPlan& plan, const Seam& seam,
+                              std::span<const Vec3d> control_points);
 [[nodiscard]] std::vector<bool> AttachedSeams(const DeformPlan& plan,
                                               std::span<const Vec3d> control_points);
 

@@ -51,8 +51,12 @@ kernels::KernelCall StagedUpload::SendCall(size_t bytes) const {
   return kernels::UploadCall(pinned_.data(), bytes, device_.data());
 }
 
-absl::Status StagedUpload::Send(size_t bytes) const {
-  return CudaStatus(SendCall(bytes).Launch(lane_->stream().get()), "the copy of an edit");
+kernels::KernelCall StagedUpload::SendCall(const kernels::PagedUpload& upload) const {
+  return kernels::UploadCall(pinned_.data(), upload, device_.data());
+}
+
+absl::Status StagedUpload::Send(kernels::KernelCall call) const {
+  return CudaStatus(call.Launch(lane_->stream().get()), "the copy of an edit");
 }
 
 absl::Status StagedUpload::Sent() const { return copied_.Record(lane_->stream().get()); }

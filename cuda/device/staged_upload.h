@@ -37,8 +37,11 @@ class StagedUpload {
   [[nodiscard]] absl::StatusOr<uint8_t*> Begin();
   // The first `bytes` of them go to the device. Sent must follow, at once or once the kernels that
   // read them are on the stream: between the copy and a dependent launch nothing may stand.
-  [[nodiscard]] absl::Status Send(size_t bytes) const;
+  [[nodiscard]] absl::Status Send(size_t bytes) const { return Send(SendCall(bytes)); }
+  [[nodiscard]] absl::Status Send(kernels::KernelCall call) const;
   kernels::KernelCall SendCall(size_t bytes) const;
+  // Of the pages named and what lies behind all pages alone.
+  kernels::KernelCall SendCall(const kernels::PagedUpload& upload) const;
   [[nodiscard]] absl::Status Sent() const;
 
   const uint8_t* device_data() const { return device_.data(); }

@@ -9,6 +9,8 @@
 #define LATTICED_CUDA_DEVICE_UPLOAD_KERNEL_H_
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 
 #include "cuda/device/kernel_call.h"
 
@@ -18,6 +20,16 @@ namespace latticed::kernels {
 // aligned to. `pinned` is host memory that the device can read.
 inline constexpr size_t kUploadUnit = 16;
 KernelCall UploadCall(const void* pinned, size_t bytes, void* to);
+
+// Of the first `paged_bytes` only some pages, each to its own place, and all of what lies behind them
+// up to `bytes`. Pages begin at multiples of kUploadPage, and so many at most are named.
+inline constexpr size_t kUploadPage = 768, kMostUploadPages = 256;
+struct PagedUpload {
+  std::span<const uint16_t> pages;
+  size_t paged_bytes;  // a multiple of kUploadUnit
+  size_t bytes;
+};
+KernelCall UploadCall(const void* pinned, const PagedUpload& upload, void* to);
 
 }  // namespace latticed::kernels
 

@@ -6,8 +6,9 @@
 //
 // All that a box needs is loaded at once, then contracted axis by axis through shared memory: the
 // kernel is over when two loads in a row are, and it stands before every evaluation. By a dependent
-// launch after the copy of the control points: what it reads of the plan is loaded meanwhile. The
-// fused kernel may begin once that copy is over, for it reads the list of chunks before it waits.
+// launch after the copy of the control points: what it reads of the plan is loaded meanwhile, unless
+// that copy has to bring the list of boxes first. The fused kernel may begin once that copy is over,
+// for it reads the list of chunks before it waits.
 #include "core/base/limits.h"
 #include "cuda/device/dependent_launch.cuh"
 #include "cuda/device/launch.cuh"
@@ -25,6 +26,7 @@ struct Arguments {
   PlanTables plan;
   FusedTables tables;
   const Vec3d* control_points;
+  BoxList boxes;
   BoxPolynomials out;
 };
 
@@ -202,26 +204,36 @@ class BoxWarp {
   const int count_, lane_;
 };
 
+// Of all boxes, or of those listed: two kernels, so that the former's registers are its own.
+template <bool kListed>
 __global__ void __launch_bounds__(kBlockThreads)
     BoxPolynomialsKernel(const __grid_constant__ Arguments arguments) {
   // Bytes, since Vec3d has a constructor.
   __shared__ alignas(Vec3d) unsigned char tiles[kBoxesPerBlock * kMost * sizeof(Vec3d)];
-  const auto box = static_cast<uint32_t>(Item() / kLanes);
-  if (box >= arguments.tables.box_count) return;
+  auto box = static_cast<uint32_t>(Item() / kLanes);
+  if (box >= (kListed ? arguments.boxes.count : arguments.tables.box_count)) return;
+  if constexpr (kListed) {
+    // To wait and let begin once more, as all do, changes nothing.
+    WaitForKernelBefore();
+    LetNextKernelBegin();
+    box = arguments.boxes.numbers[box];
+  }
   BoxWarp(arguments, box, reinterpret_cast<Vec3d*>(tiles) + threadIdx.x / kLanes * kMost).Run();
 }
 
 }  // namespace
 
 KernelCall BoxPolynomialsCall(const PlanTables& plan, const FusedTables& tables,
-                              const Vec3d* control_points, const BoxPolynomials& polynomials) {
-  const size_t threads = size_t{tables.box_count} * kLanes;
-  return {BoxPolynomialsKernel,
+                              const Vec3d* control_points, const BoxList& boxes,
+                              const BoxPolynomials& polynomials) {
+  const bool listed = boxes.numbers != nullptr;
+  const size_t threads = size_t{listed ? boxes.count : tables.box_count} * kLanes;
+  return {listed ? BoxPolynomialsKernel<true> : BoxPolynomialsKernel<false>,
           Order::kDependent,
           Blocks(threads),
           kBlockThreads,
           0,
-          Arguments{plan, tables, control_points, polynomials}};
+          Arguments{plan, tables, control_points, boxes, polynomials}};
 }
 
 }  // namespace latticed::kernels

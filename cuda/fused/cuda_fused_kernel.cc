@@ -142,12 +142,14 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
       .segments = spec_.segments,
       .normals = NormalsOf(spec_.normals),
       .output = Output(vertices.data)};
+  const kernels::BoxList boxes{frame.boxes().data, static_cast<uint32_t>(frame.boxes().size)};
   std::array calls{frame.SendCall(),
-                   kernels::BoxPolynomialsCall(tables_, launch.tables, launch.control_points,
+                   kernels::BoxPolynomialsCall(tables_, launch.tables, launch.control_points, boxes,
                                                launch.polynomials),
                    kernels::FusedCall(launch)};
-  return lane_->marks_stages() ? LaunchByStages(calls)
-                               : graph_.Launch(calls, lane_->stream().get());
+  if (lane_->marks_stages()) return LaunchByStages(calls);
+  LaunchGraph& graph = boxes.numbers == nullptr ? graph_ : part_graph_;
+  return graph.Launch(calls, lane_->stream().get());
 }
 
 absl::Status CudaFusedKernel::LaunchByStages(std::span<kernels::KernelCall> calls) {

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pipeline kFused on the device: box polynomials, then vertices of the chunks asked, in the lane
-// order of fused_kernels.h. Twin of core/cpu/fused_view_kernel.h.
+// Pipeline kFused on the device: box polynomials, of all boxes or those that the frame names, then
+// vertices of the chunks asked, in the lane order of fused_kernels.h. Twin of
+// core/cpu/fused_view_kernel.h.
 //
 // Errors   those of device_buffer.h and staged_upload.h
 // Threads  one at a time; enqueues on the lane, and waits only where ToWireOrder's list is still on
@@ -33,6 +34,9 @@ class CudaFusedKernel : public CudaVertexKernel {
   absl::Status Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                         std::span<const uint32_t> chunks, DeviceSpan<uint8_t> vertices) override;
   MemoryUse memory() const override;
+  std::shared_ptr<const ChunkNeeds> chunk_needs() const override {
+    return device_plan_->chunk_needs();
+  }
   size_t OwnOrderBytes() const override { return LaneOrderBytes(*plan_, spec_); }
   absl::Status ToWireOrder(DeviceSpan<const uint8_t> vertices, std::span<const uint32_t> chunks,
                            DeviceSpan<uint8_t> out) override;
@@ -61,7 +65,8 @@ class CudaFusedKernel : public CudaVertexKernel {
   kernels::PlanTables tables_;
   Buffers buffers_;
   int blocks_at_once_ = 1;  // that the device holds
-  LaunchGraph graph_;
+  // Of evaluations that bring the whole lattice, and of those that bring a part: other kernels.
+  LaunchGraph graph_, part_graph_;
 };
 
 }  // namespace latticed

@@ -38,9 +38,15 @@ struct BoxPolynomials {
 LATTICED_HD constexpr int CoefficientStride(int d0, int d1, int d2) {
   return ((d0 + 1) * (d1 + 1) * (d2 + 1) + 3) / 4 * 4;
 }
-// After the copy of the control points.
+// Boxes, each once, or, where `numbers` is null, all of the plan.
+struct BoxList {
+  const uint32_t* numbers;
+  uint32_t count;
+};
+// After the copy of the control points, which may bring the list too.
 KernelCall BoxPolynomialsCall(const PlanTables& plan, const FusedTables& tables,
-                              const Vec3d* control_points, const BoxPolynomials& polynomials);
+                              const Vec3d* control_points, const BoxList& boxes,
+                              const BoxPolynomials& polynomials);
 
 enum class LaneFormat { kFloat32, kQuantised8, kQuantised16 };
 

@@ -78,9 +78,9 @@ absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const 
   const size_t m = (*stage)->m(), tile_patches = std::min(kTilePatches, last - first);
   auto room =
       DeviceReservation::Create(context.memory(), "the control nets",
-                                CudaFrame::DeviceBytesFor(*plan) + BytesOf(m, tile_patches));
+                                CudaFrame::DeviceBytesFor(*plan, false) + BytesOf(m, tile_patches));
   if (!room.ok()) return room.status();
-  auto frame = CudaFrame::Create(plan, context, *lane, *room);
+  auto frame = CudaFrame::Create(plan, nullptr, context, *lane, *room);
   if (!frame.ok()) return frame.status();
   const auto buffers = Allocate(*room, **lane, m, tile_patches);
   if (!buffers.ok()) return buffers.status();

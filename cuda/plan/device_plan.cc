@@ -9,6 +9,7 @@
 #include "core/ffd/direct_ffd.h"
 #include "cuda/plan/device_boxes.h"
 #include "cuda/plan/device_shared_points.h"
+#include "cuda/plan/lattice_part.h"
 #include "cuda/plan/pack_patches.h"
 
 namespace latticed {
@@ -93,6 +94,7 @@ absl::Status DevicePlan::AddTables(Pipeline pipeline, TableUpload& upload) {
   upload.Add(PackFacetNormals(plan), tables_.facet_normals);
   if (pipeline == Pipeline::kFused) {
     AddBoxes(plan_, packed->seam_uses, upload, fused_tables_);
+    if (LatticePart::IsWorthwhile(s)) chunk_needs_ = std::make_shared<const ChunkNeeds>(plan);
   } else {
     AddSharedPoints(plan, upload, shared_points_);
   }
@@ -139,6 +141,10 @@ const kernels::CornerNormals* DevicePlan::CornerNormalsNow() const {
 size_t DevicePlan::MemoryBytes() const {
   const std::scoped_lock lock(mutex_);
   return block_.size_bytes() + corner_normals_.size_bytes();
+}
+
+size_t DevicePlan::HostMemoryBytes() const {
+  return chunk_needs_ == nullptr ? 0 : chunk_needs_->MemoryBytes();
 }
 
 }  // namespace latticed

@@ -21,6 +21,7 @@
 #include "cuda/device/cuda_context.h"
 #include "cuda/device/device_buffer.h"
 #include "cuda/device/table_upload.h"
+#include "cuda/plan/chunk_needs.h"
 #include "cuda/plan/fused_tables.h"
 #include "cuda/plan/plan_tables.h"
 #include "cuda/plan/shared_point_tables.h"
@@ -45,7 +46,10 @@ class DevicePlan {
   const kernels::SharedPointTables& shared_points() const { return shared_points_; }
   // For kFused alone.
   const kernels::FusedTables& fused_tables() const { return fused_tables_; }
-  size_t MemoryBytes() const;
+  // Of a large lattice, for kFused; else null.
+  const std::shared_ptr<const ChunkNeeds>& chunk_needs() const { return chunk_needs_; }
+  size_t MemoryBytes() const;  // of the device
+  size_t HostMemoryBytes() const;
 
  private:
   DevicePlan(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaContext> context)
@@ -62,6 +66,7 @@ class DevicePlan {
   kernels::PlanTables tables_{};
   kernels::FusedTables fused_tables_{};
   kernels::SharedPointTables shared_points_{};
+  std::shared_ptr<const ChunkNeeds> chunk_needs_;
   mutable std::mutex mutex_;
   DeviceBuffer<kernels::CornerNormals> corner_normals_;  // guarded by mutex_
 };

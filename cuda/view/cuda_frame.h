@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What an edit changes, on the device, in one copy: the control points relative to the plan's local
-// origin, which seams are attached, and which chunks are to be evaluated.
+// origin, which seams are attached, and which chunks are to be evaluated. Of a large lattice, where
+// few chunks are named, only the control points that these need, and which boxes these are.
+//
+//   | control points | seams | chunks | boxes |      the first in pages: lattice_part.h
 //
 // Errors   those of staged_upload.h
 // Threads  one at a time; Send and Sent enqueue, Stage and Upload wait for the last Sent
@@ -10,10 +13,13 @@
 #define LATTICED_CUDA_VIEW_CUDA_FRAME_H_
 
 #include <memory>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "core/ffd/deform_plan.h"
 #include "cuda/device/staged_upload.h"
+#include "cuda/plan/lattice_part.h"
 
 namespace latticed {
 
@@ -23,43 +29,54 @@ class CudaFrame {
   [[nodiscard]] static absl::StatusOr<CudaFrame> Create(std::shared_ptr<const DeformPlan> plan,
                                                         CudaContext& context,
                                                         std::shared_ptr<CudaLane> lane);
-  // The same, its memory on the device of bytes reserved: DeviceBytesFor.
-  [[nodiscard]] static absl::StatusOr<CudaFrame> Create(std::shared_ptr<const DeformPlan> plan,
-                                                        CudaContext& context,
-                                                        std::shared_ptr<CudaLane> lane,
-                                                        DeviceReservation& from);
-  static size_t DeviceBytesFor(const DeformPlan& plan);
+  // The same, its memory on the device of bytes reserved: DeviceBytesFor. `chunk_needs`: what chunks
+  // need, for kernels that read no more of a large lattice; else null.
+  [[nodiscard]] static absl::StatusOr<CudaFrame> Create(
+      std::shared_ptr<const DeformPlan> plan, std::shared_ptr<const ChunkNeeds> chunk_needs,
+      CudaContext& context, std::shared_ptr<CudaLane> lane, DeviceReservation& from);
+  static size_t DeviceBytesFor(const DeformPlan& plan, bool has_chunk_needs);
 
   // Takes what the next copy brings; nothing is enqueued. Then Send or SendCall, once, and then
   // Sent, whether the kernels that read it were launched or not.
   [[nodiscard]] absl::Status Stage(std::span<const Vec3d> control_points,
                                    std::span<const uint32_t> chunks);
-  [[nodiscard]] absl::Status Send() const { return upload_.Send(bytes_); }
-  kernels::KernelCall SendCall() const { return upload_.SendCall(bytes_); }
+  [[nodiscard]] absl::Status Send() const { return upload_.Send(SendCall()); }
+  kernels::KernelCall SendCall() const;
   [[nodiscard]] absl::Status Sent() const { return upload_.Sent(); }
   // All three, for kernels that read no list of chunks.
   [[nodiscard]] absl::Status Upload(std::span<const Vec3d> control_points);
 
   DeviceSpan<const Vec3d> control_points() const;
-  DeviceSpan<const uint8_t> attached() const;  // 1 or 0, per seam of the plan
+  // 1 or 0, per seam of the plan; where boxes() are not all, of those that the chunks are on.
+  DeviceSpan<const uint8_t> attached() const;
   // Null where all chunks of the plan were named.
-  const uint32_t* chunks() const { return all_chunks_ ? nullptr : ChunkList(); }
+  const uint32_t* chunks() const { return all_chunks_ ? nullptr : ListAt(ChunksAt()); }
+  // The knot boxes whose control points are sent; null data: all.
+  DeviceSpan<const uint32_t> boxes() const;
   size_t DeviceBytes() const { return upload_.DeviceBytes(); }
   size_t PinnedBytes() const { return upload_.PinnedBytes(); }
 
  private:
-  CudaFrame(std::shared_ptr<const DeformPlan> plan, StagedUpload upload)
-      : plan_(std::move(plan)), upload_(std::move(upload)) {}
+  CudaFrame(std::shared_ptr<const DeformPlan> plan, std::optional<LatticePart> part,
+            StagedUpload upload)
+      : plan_(std::move(plan)), part_(std::move(part)), upload_(std::move(upload)) {}
   size_t points() const { return static_cast<size_t>(plan_->structure.control_point_count()); }
-  size_t ChunksAt() const;  // in upload_
-  const uint32_t* ChunkList() const {
-    return reinterpret_cast<const uint32_t*>(upload_.device_data() + ChunksAt());
+  // In upload_.
+  size_t SeamsAt() const;
+  size_t ChunksAt() const;
+  const uint32_t* ListAt(size_t place) const {
+    return reinterpret_cast<const uint32_t*>(upload_.device_data() + place);
   }
+  void StagePoints(std::span<const Vec3d> control_points, size_t first, size_t last,
+                   uint8_t* staged) const;
+  void StageSeams(std::span<const Vec3d> control_points, uint8_t* staged) const;
 
   std::shared_ptr<const DeformPlan> plan_;
-  StagedUpload upload_;  // control points, then seams, then chunks
-  size_t bytes_ = 0;     // staged
-  bool all_chunks_ = true;
+  std::optional<LatticePart> part_;  // where it may be all that is sent
+  StagedUpload upload_;
+  // What is staged.
+  size_t bytes_ = 0, boxes_at_ = 0;
+  bool all_chunks_ = true, only_part_ = false;
 };
 
 }  // namespace latticed

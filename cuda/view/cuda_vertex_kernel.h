@@ -10,6 +10,7 @@
 #define LATTICED_CUDA_VIEW_CUDA_VERTEX_KERNEL_H_
 
 #include <cstdint>
+#include <memory>
 #include <span>
 
 #include "absl/status/status.h"
@@ -32,6 +33,8 @@ class CudaVertexKernel {
                                               std::span<const uint32_t> chunks,
                                               DeviceSpan<uint8_t> vertices) = 0;
   virtual MemoryUse memory() const = 0;
+  // For the frames that it is given: null where it reads the whole lattice.
+  virtual std::shared_ptr<const ChunkNeeds> chunk_needs() const { return nullptr; }
 
   // Bytes of `vertices` where they are not those of the wire layout, else 0. A kernel that keeps an
   // order of its own writes chunks in wire order, one after the other, by ToWireOrder.

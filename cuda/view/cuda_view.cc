@@ -27,8 +27,9 @@ size_t VertexBytes(const DeformPlan& plan, const ViewSpec& spec, size_t own_orde
 }  // namespace
 
 uint64_t CudaView::DeviceBytesFor(const DeformPlan& plan, const ViewSpec& spec,
-                                  size_t own_order_bytes) {
-  return CudaFrame::DeviceBytesFor(plan) + VertexBytes(plan, spec, own_order_bytes);
+                                  size_t own_order_bytes, bool has_chunk_needs) {
+  return CudaFrame::DeviceBytesFor(plan, has_chunk_needs) +
+         VertexBytes(plan, spec, own_order_bytes);
 }
 
 absl::StatusOr<std::unique_ptr<CudaView>> CudaView::Create(std::shared_ptr<const DeformPlan> plan,
@@ -37,7 +38,7 @@ absl::StatusOr<std::unique_ptr<CudaView>> CudaView::Create(std::shared_ptr<const
                                                            std::shared_ptr<CudaLane> lane,
                                                            std::unique_ptr<CudaVertexKernel> kernel,
                                                            DeviceReservation& from) {
-  auto frame = CudaFrame::Create(plan, *context, lane, from);
+  auto frame = CudaFrame::Create(plan, kernel->chunk_needs(), *context, lane, from);
   if (!frame.ok()) return frame.status();
   auto vertices = DeviceBuffer<uint8_t>::Create(
       from, "vertices", VertexBytes(*plan, spec, kernel->OwnOrderBytes()), lane->stream().get());

@@ -29,13 +29,14 @@ namespace latticed {
 
 class CudaView : public DeformView {
  public:
-  // The kernel works on `lane`. Of bytes reserved: DeviceBytesFor, what the kernel's OwnOrderBytes say.
+  // The kernel works on `lane`. Of bytes reserved: DeviceBytesFor, what the kernel's OwnOrderBytes and
+  // chunk_needs say.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaView>> Create(
       std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
       std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
       std::unique_ptr<CudaVertexKernel> kernel, DeviceReservation& from);
   static uint64_t DeviceBytesFor(const DeformPlan& plan, const ViewSpec& spec,
-                                 size_t own_order_bytes);
+                                 size_t own_order_bytes, bool has_chunk_needs);
   ~CudaView() override;
 
   const ViewSpec& spec() const override { return contract_.spec(); }

@@ -223,6 +223,66 @@ TEST_P(Watertight, RandomCasesAfterRandomEdits) {
   }
 }
 
+// Backends may bring to a device, and make polynomials of, what the dirty chunks need alone.
+std::vector<Scenario> LargeLattices() {
+  return {{"inside", TorusMesh(16, 8), {.extra = {14, 15, 14}}, 2},
+          {"partly outside",
+           TorusMesh(16, 8),
+           {.degree = {3, 1, 2}, .extra = {20, 22, 21}, .scale = 0.8},
+           2},
+          {"repeated knots",
+           TorusMesh(10, 6),
+           {.degree = {2, 3, 2}, .extra = {16, 15, 16}, .knots = KnotKind::kRepeated},
+           3}};
+}
+
+TEST_P(Watertight, LargeLatticesAfterRandomEdits) {
+  const bool all_patches_each_time = GetParam().pipeline != Pipeline::kFused;
+  for (const Scenario& scenario : LargeLattices()) {
+    Run(scenario, {.segments = scenario.segments, .position_bits = 16},
+        all_patches_each_time ? 6 : 60, 6);
+    if (HasFailure()) return;
+  }
+}
+
+// Chunks need not be the dirty ones: those that are named come to the control points that are given,
+// whatever earlier calls named and gave.
+TEST_P(Watertight, AnyChunksOfALargeLatticeComeToTheControlPointsGiven) {
+  for (const Scenario& scenario : LargeLattices()) {
+    const LatticeStructure structure =
+        MakeStructure(scenario.mesh.ComputeBounds(), scenario.options);
+    const Plan plan = MakeTestPlan(scenario.mesh, structure);
+    ASSERT_NE(plan, nullptr);
+    const ViewSpec spec{.segments = scenario.segments, .format = VertexFormat::kFloat32};
+    const auto some = MakeView(plan, spec), full = MakeView(plan, spec);
+    ASSERT_NE(some, nullptr);
+    ASSERT_NE(full, nullptr);
+    const std::vector<uint32_t> all = AllChunks(*plan);
+    const QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.5, kSeed));
+    ASSERT_OK(some->Evaluate(plan->identity_points, box, all));
+    std::mt19937 random(kSeed);
+    for (uint32_t round = 0; round < 6; ++round) {
+      SCOPED_TRACE(fmt::format("{}: round {}, seed {}", scenario.name, round, kSeed));
+      const std::vector<Vec3d> points = Jitter(structure, 0.02, kSeed + round);
+      std::vector<uint32_t> chunks = all;
+      std::ranges::shuffle(chunks, random);
+      chunks.resize(std::max<size_t>(1, all.size() >> round));
+      std::ranges::sort(chunks);
+      ASSERT_OK(full->Evaluate(points, box, all));
+      const auto expected = ReadAll(*plan, *full);
+
+      ASSERT_OK(some->Evaluate(points, box, chunks));
+
+      std::vector<uint8_t> bytes;
+      for (const uint32_t chunk : chunks) {
+        bytes.resize(expected[chunk].size());
+        ASSERT_OK(some->Read(chunk, bytes));
+        ASSERT_TRUE(bytes == expected[chunk]) << "chunk " << chunk;
+      }
+    }
+  }
+}
+
 TEST_P(Watertight, AttachedSeamsHoldUntilTheirControlPointsMove) {
   const PolygonMesh mesh = TorusMesh(8, 6);
   const LatticeStructure structure =

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One control point of an 8 x 8 x 8 lattice moves: only dirty chunks are evaluated. The row's time
-// is from the call of Evaluate until the vertices are in device memory, by the host's clock;
-// device_ms is by events. Points that touch the most, the median and the least patches (of those
-// that touch any), and all chunks by the same call.
+// One control point of an 8 x 8 x 8 lattice moves, or of the same mesh's in a lattice of as many control
+// points as there may be: only dirty chunks are evaluated. The row's time is from the call of Evaluate
+// until the vertices are in device memory, by the host's clock; device_ms is by events, and ms:copy,
+// where the evaluation is divided for it, until the control points are on the device. Points that touch
+// the most, the median and the least patches (of those that touch any), and all chunks by the same call.
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -18,6 +19,7 @@ namespace {
 
 constexpr int kRuns = 100;
 constexpr size_t kComparedChunks = 64;
+constexpr int kLargeSize = 32;  // an axis: 32,768 control points
 
 // Where in the order of control points by dirty patches.
 enum class Pick { kMost, kMedian, kLeast, kAll };
@@ -59,9 +61,18 @@ absl::Status CompareWithFull(const Scenario& scenario, DeformView& view,
   return absl::InternalError("dirty chunks differ from a full evaluation");
 }
 
-void OnePoint(benchmark::State& state, Pipeline pipeline, VertexFormat format, Pick pick) {
+const Scenario& SmallLattice() { return ModelScenario(PaperModels().back(), {2, 2, 2}); }
+
+const Scenario& LargeLattice() {
+  static const auto* const scenario =
+      new Scenario(MakeScenario(fmt::format("lattice-{}", kLargeSize), SmallLattice().plan->mesh,
+                                {kLargeSize, kLargeSize, kLargeSize}, {2, 2, 2}));
+  return *scenario;
+}
+
+void OnePoint(benchmark::State& state, const Scenario& scenario, Pipeline pipeline,
+              VertexFormat format, Pick pick) {
   Gpu& gpu = **TheGpu();
-  const Scenario& scenario = ModelScenario(PaperModels().back(), {2, 2, 2});
   const auto view = MakeGpuView(gpu, scenario, pipeline, GpuSpec(format, NormalMode::kFacet, 10));
   if (!view.ok()) return Skip(state, view.status());
   const Edit edit = PickEdit(scenario, pick);
@@ -78,6 +89,9 @@ void OnePoint(benchmark::State& state, Pipeline pipeline, VertexFormat format, P
   const auto patches = static_cast<double>(edit.patches);
   SetTime(state, launch);
   state.counters["device_ms"] = device.median;
+  state.counters["ms:copy"] = StageMs(gpu.Stages(**view, work, kRuns), "copy");
+  state.counters["control_points"] =
+      static_cast<double>(scenario.plan->structure.control_point_count());
   state.counters["dirty_patches"] = patches;
   state.counters["dirty_chunks"] = static_cast<double>(edit.chunks.size());
   state.counters["dirty_share"] = patches / static_cast<double>(scenario.plan->patches.size());
@@ -94,13 +108,17 @@ void RegisterGpuEditBenches() {
          {std::pair{"float32", VertexFormat::kFloat32}, {"quantised", VertexFormat::kQuantised}}) {
       RegisterOnce(fmt::format("gpu/one-control-point/fused/{}/{}", format_name, name),
                    [pick = pick, format = format](benchmark::State& state) {
-                     OnePoint(state, Pipeline::kFused, format, pick);
+                     OnePoint(state, SmallLattice(), Pipeline::kFused, format, pick);
+                   });
+      RegisterOnce(fmt::format("gpu/one-control-point-of-32768/fused/{}/{}", format_name, name),
+                   [pick = pick, format = format](benchmark::State& state) {
+                     OnePoint(state, LargeLattice(), Pipeline::kFused, format, pick);
                    });
     }
   }
   // For comparison: this pipeline evaluates all patches whatever is dirty.
   RegisterOnce("gpu/one-control-point/gemm/float32/most", [](benchmark::State& state) {
-    OnePoint(state, Pipeline::kGemm, VertexFormat::kFloat32, Pick::kMost);
+    OnePoint(state, SmallLattice(), Pipeline::kGemm, VertexFormat::kFloat32, Pick::kMost);
   });
 }
 

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The part of a large lattice that some chunks are made from: their knot boxes, the control points of
+// these by pages, and the seams that they are on. An evaluation of few chunks brings this part to the device and makes these boxes'
+// polynomials, whatever earlier ones brought: what it reads is always its own, whether those before it
+// failed, were left out or named other chunks.
+//
+//   control points   | 0 … 31 | 32 … 63 | …      page by page
+//
+// Of 32 x 32 x 32, all take the host 37 us to stage; the median control point's part 3, with the search
+// for it. On an H200 786 KB should take 16 us over the bus and 27,000 boxes a dozen rounds of all
+// multiprocessors. Worth its while above 4,096 control points only: so many come in 2 us, their boxes
+// fit one round, and to read the list of boxes before one begins takes a microsecond.
+//
+// Threads  one at a time
+#ifndef LATTICED_CUDA_PLAN_LATTICE_PART_H_
+#define LATTICED_CUDA_PLAN_LATTICE_PART_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/ffd/deform_plan.h"
+#include "cuda/plan/chunk_needs.h"
+
+namespace latticed {
+
+class LatticePart {
+ public:
+  static constexpr size_t kPagePoints = 32;
+  // With more there is little to gain.
+  static constexpr size_t kMostPages = 256;
+  static constexpr int kLargeLattice = 4'096;  // control points
+  static bool IsWorthwhile(const LatticeStructure& structure) {
+    return structure.control_point_count() > kLargeLattice;
+  }
+
+  // `chunk_needs` are those of the plan.
+  LatticePart(std::shared_ptr<const DeformPlan> plan,
+              std::shared_ptr<const ChunkNeeds> chunk_needs);
+
+  // From now on the part is that of these chunks; false, and of none, where it has too many pages.
+  [[nodiscard]] bool Select(std::span<const uint32_t> chunks);
+
+  // Each once; the outside box among them.
+  std::span<const uint32_t> boxes() const { return boxes_; }
+  std::span<const uint16_t> pages() const { return pages_; }
+  std::span<const uint32_t> seams() const { return seams_; }
+  // Of any selection: a page has the first control point of so many boxes at most.
+  static size_t MostBoxes(const DeformPlan& plan);
+
+ private:
+  void Clear();
+  void AddBox(uint32_t box);
+  void AddPagesOf(const KnotBox& box);
+  void AddSeam(uint32_t seam);
+
+  std::shared_ptr<const DeformPlan> plan_;
+  std::shared_ptr<const ChunkNeeds> chunk_needs_;
+  std::vector<uint8_t> has_box_, has_page_, has_seam_;
+  std::vector<uint32_t> boxes_, seams_;
+  std::vector<uint16_t> pages_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_PLAN_LATTICE_PART_H_
