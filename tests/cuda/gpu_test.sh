@@ -71,19 +71,24 @@ readonly sanitized=(
 readonly not_raced=(
   backend_watertight_test '*SmoothFloats*/cuda*:*AnyChunks*/cuda_fused'
   backend_spanned_test '*cuda*-*RealMeshes*')
-if command -v compute-sanitizer >/dev/null; then
-  for tool in racecheck memcheck initcheck synccheck; do
-    only=() skipped='' programs=("${sanitized[@]}" "${not_raced[@]}")
-    # Races are in kernels, which the tests of memory run by the hundred: racecheck takes minutes for
-    # these, and for the products of cuBLAS, which are not ours.
-    if [[ $tool == racecheck ]]; then
-      only=(--kernel-name kns=latticed) skipped=':CudaMemory.*:CudaRefusals.*:CudaSpanned.EveryFailed*' programs=("${sanitized[@]}")
-    fi
-    for ((i = 0; i < ${#programs[@]}; i += 2)); do
-      run "$tool, ${programs[i]}" compute-sanitizer --tool "$tool" "${only[@]}" --error-exitcode 1 \
-        "$folder/${programs[i]}" --gtest_filter="${programs[i + 1]}$skipped"
-    done
+sanitize() {  # RUN TOOL
+  local only=() skipped='' programs=("${sanitized[@]}" "${not_raced[@]}") i
+  # Races are in kernels, which the tests of memory run by the hundred: racecheck takes minutes for
+  # these, and for the products of cuBLAS, which are not ours.
+  if [[ $2 == racecheck ]]; then
+    only=(--kernel-name kns=latticed) skipped=':CudaMemory.*:CudaRefusals.*:CudaSpanned.EveryFailed*' programs=("${sanitized[@]}")
+  fi
+  for ((i = 0; i < ${#programs[@]}; i += 2)); do
+    "$1" "$2, ${programs[i]}" compute-sanitizer --tool "$2" "${only[@]}" --error-exitcode 1 \
+      "$folder/${programs[i]}" --gtest_filter="${programs[i + 1]}$skipped"
   done
+}
+if command -v compute-sanitizer >/dev/null; then
+  for tool in racecheck memcheck synccheck; do sanitize run "$tool"; done
+  wait
+  # Beside other programs, and never without them, initcheck says of a kernel that was launched early
+  # that the control points it waited for are not there.
+  sanitize run_alone initcheck
 else
   unchecked=', but nothing was checked with compute-sanitizer: it is not installed'
 fi
