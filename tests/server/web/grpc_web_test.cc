@@ -3,6 +3,7 @@
 //
 // gRPC-Web over real sockets: every kind of rpc, and every way that one goes wrong.
 #include <gmock/gmock.h>
+#include <google/protobuf/descriptor.h>
 
 #include "absl/strings/escaping.h"
 #include "client/cpp/latticed_client_status.h"
@@ -24,6 +25,16 @@ std::string Reason(const GrpcWebAnswer& answer) {
   if (found == answer.trailers.end() || !absl::Base64Unescape(found->second, &details)) return "";
   const grpc::Status status(static_cast<grpc::StatusCode>(answer.code), "", details);
   return error::DetailsOf(client::FromGrpc(status)).reason;
+}
+
+EventLog LogOf(const GrpcWebAnswer& answer) {
+  EventLog log;
+  for (const std::string& message : answer.messages) {
+    v1::SceneEvent event;
+    EXPECT_TRUE(event.ParseFromString(message));
+    log.Take(event);
+  }
+  return log;
 }
 
 TEST_F(WebTest, CallsAUnaryRpcWithMetadataBothWays) {
@@ -55,14 +66,93 @@ TEST_F(WebTest, StreamsAnUpdate) {
       Call("latticed.v1.SceneService/GetUpdate", Frame(request.SerializeAsString()));
 
   EXPECT_EQ(answer.code, 0);
-  EventLog log;
-  for (const std::string& message : answer.messages) {
-    v1::SceneEvent event;
-    ASSERT_TRUE(event.ParseFromString(message));
-    log.Take(event);
-  }
+  const EventLog log = LogOf(answer);
   ASSERT_EQ(log.ends.size(), 1);
   EXPECT_EQ(log.chunks.size(), log.begins[0].chunk_count());
+}
+
+// An empty message is for each method's own code to answer or to refuse.
+TEST_F(WebTest, EveryMethodOfEveryServiceIsReached) {
+  ServeScene();
+  int methods = 0;
+  for (const auto* file :
+       {v1::ListMeshesRequest::descriptor()->file(), v1::WatchRequest::descriptor()->file(),
+        v1::ServerInfo::descriptor()->file()}) {
+    for (int i = 0; i < file->service_count(); ++i) {
+      for (int m = 0; m < file->service(i)->method_count(); ++m, ++methods) {
+        const google::protobuf::MethodDescriptor& method = *file->service(i)->method(m);
+        const std::string rpc = method.service()->full_name() + "/" + method.name();
+
+        const GrpcWebAnswer answer = Call(rpc, Frame(""), {{"grpc-timeout", "60S"}});
+
+        EXPECT_EQ(answer.http.status, 200) << rpc;
+        EXPECT_NE(answer.code, 12) << rpc;
+        if (answer.code == 0) {
+          EXPECT_EQ(answer.messages.size(), 1) << rpc;
+        } else {
+          EXPECT_NE(Reason(answer), "") << rpc << " says " << answer.code;
+        }
+      }
+    }
+  }
+  EXPECT_GE(methods, 23);
+}
+
+TEST_F(WebTest, ListsAndDeletesMeshesAndExportsScenes) {
+  ServeScene();
+  v1::ExportRequest request;
+  request.set_scene(kScene);
+  request.set_format(v1::EXPORT_FORMAT_PLY);
+  v1::DeleteMeshRequest remove;
+  remove.set_mesh(mesh_id_);
+  remove.set_force(true);
+  const auto meshes = [this] {
+    const GrpcWebAnswer answer = Call("latticed.v1.MeshService/ListMeshes", Frame(""));
+    v1::ListMeshesResponse list;
+    EXPECT_EQ(answer.code, 0);
+    EXPECT_TRUE(answer.messages.size() == 1 && list.ParseFromString(answer.messages[0]));
+    return list;
+  };
+
+  const std::string download = Get(fmt::format("/export/{}.ply", kScene)).body;
+  const GrpcWebAnswer exported =
+      Call("latticed.v1.SceneService/Export", Frame(request.SerializeAsString()));
+  ASSERT_EQ(meshes().meshes_size(), 1);
+  EXPECT_EQ(meshes().meshes(0).id(), mesh_id_);
+  const GrpcWebAnswer removed =
+      Call("latticed.v1.MeshService/DeleteMesh", Frame(remove.SerializeAsString()));
+
+  EXPECT_EQ(exported.code, 0);
+  std::string file;
+  for (const std::string& message : exported.messages) {
+    v1::ExportResponse part;
+    ASSERT_TRUE(part.ParseFromString(message));
+    file += part.data();
+  }
+  EXPECT_TRUE(file == download) << file.size() << " bytes, and by /export " << download.size();
+  EXPECT_EQ(removed.code, 0);
+  EXPECT_EQ(meshes().meshes_size(), 0);
+}
+
+// Nothing more can follow a body, which half-closes the stream: it ends after what was sent.
+TEST_F(WebTest, ABodyOfDeformIsEditsAndTheirUpdate) {
+  ServeScene();
+  v1::DeformRequest request;
+  *request.mutable_watch() = Watch();
+  std::string body = Frame(request.SerializeAsString());
+  for (uint64_t i = 1; i <= 3; ++i) {
+    *request.mutable_edit() = Move(i, 62, 0.5);
+    body += Frame(request.SerializeAsString());
+  }
+
+  const GrpcWebAnswer answer = Call("latticed.v1.SceneService/Deform", body);
+
+  EXPECT_EQ(answer.code, 0);
+  const EventLog log = LogOf(answer);
+  EXPECT_EQ(log.results.size(), 3);
+  ASSERT_FALSE(log.ends.empty());
+  EXPECT_EQ(log.ends.back().revision(), 3);
+  EXPECT_EQ(log.ends.back().applied_sequence(), 3);
 }
 
 // Browsers cannot stream up, but one body may hold several messages.
