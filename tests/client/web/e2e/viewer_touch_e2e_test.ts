@@ -7,12 +7,12 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, beforeEach, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { distance, type Vec3 } from '@src/lattice/vec';
+import { add, distance, scale, sub, type Vec3 } from '@src/lattice/vec';
 import { launch } from './browser';
 import { swipe, type Place } from './fingers';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { camera, controlPoint, createScene, dropFiles, frames, onScreen, placeOf, upperHandle } from './viewer_page';
+import { camera, controlPoint, createScene, dropFiles, frames, live, onScreen, placeOf, upperHandle } from './viewer_page';
 
 const CORNER = 63; // the last of 4 x 4 x 4 control points
 const BESIDE = 62;
@@ -48,6 +48,26 @@ async function distanceOfCamera(): Promise<number> {
 
 function shifted([x, y]: Place, dx: number, dy: number): Place {
   return [x + dx, y + dy];
+}
+
+/** The way in the plane across Z, from the corner at rest, that a finger's way on the screen means. */
+async function wayAcrossZ(right: number, down: number): Promise<Vec3> {
+  const pixelsAlong = async (unit: Vec3): Promise<[number, number]> => {
+    const step = 1e-3;
+    const [ax, ay] = await placeOf(page, sub(rest, scale(unit, step)));
+    const [bx, by] = await placeOf(page, add(rest, scale(unit, step)));
+    return [(bx - ax) / (2 * step), (by - ay) / (2 * step)];
+  };
+  const [xRight, xDown] = await pixelsAlong([1, 0, 0]);
+  const [yRight, yDown] = await pixelsAlong([0, 1, 0]);
+  const area = xRight * yDown - yRight * xDown;
+  return [(right * yDown - yRight * down) / area, (xRight * down - right * xDown) / area, 0];
+}
+
+/** Taps a button of the transform that runs, and waits until it shows that it is on or off. */
+async function tapSwitch(name: string, pressed: boolean): Promise<void> {
+  await page.getByRole('button', { name, exact: true }).tap();
+  await page.getByRole('button', { name, exact: true, pressed }).waitFor();
 }
 
 before(async () => {
@@ -163,6 +183,46 @@ test('fingers select one by one, also below a handle, drag a point, and steer a 
   await page.getByRole('button', { name: 'Cancel' }).tap();
   await page.locator('.transform-bar').waitFor({ state: 'hidden' });
   assert.deepEqual(await controlPoint(page, CORNER), rest);
+});
+
+test('buttons keep a move to a plane, make it fine, snap it and confirm it, and the server has its lattice', async () => {
+  await page.setViewportSize({ width: 1024, height: 768 });
+  const step = await page.evaluate(([x, y, z]) => {
+    const axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] as const;
+    return window.latticed.viewport.transformView([x, y, z], axes, axes).snapStep;
+  }, rest);
+  const way = await wayAcrossZ(56, 32);
+  const swiped = async (): Promise<Vec3> => {
+    await swipe(page, [[[400, 400], [456, 432]]]);
+    return sub(await controlPoint(page, CORNER), rest);
+  };
+  const assertWay = (got: Vec3, wanted: Vec3): void => assert.ok(distance(got, wanted) < 1e-4, `${got} is not ${wanted}`);
+  await page.getByRole('button', { name: 'Transform', exact: true }).tap();
+  await page.getByRole('menuitem', { name: 'Move G' }).tap();
+  await page.locator('.transform-bar').waitFor();
+
+  await tapSwitch('Plane', true);
+  await tapSwitch('Z', true);
+  assertWay(await swiped(), way);
+  await tapSwitch('Fine', true);
+  assertWay(await swiped(), scale(way, 1.1));
+  await tapSwitch('Fine', false);
+  await tapSwitch('Snap', true);
+  const snapped = scale(way, 2.1).map((x) => Math.round(x / step) * step) as unknown as Vec3;
+  assertWay(await swiped(), snapped);
+  assert.ok(distance(snapped, scale(way, 2.1)) > 1e-3, 'it is on a step by itself');
+  await page.getByRole('button', { name: 'Confirm' }).tap();
+  await page.locator('.transform-bar').waitFor({ state: 'hidden' });
+
+  const other = await browser.newPage(); // in a window of its own: this one stays in front
+  await other.goto(page.url());
+  await live(other);
+  await other.waitForFunction(([i, x, y, z]) => {
+    const { points } = window.latticed.scene!.session.lattice;
+    return Math.hypot(points[3 * i] - x, points[3 * i + 1] - y, points[3 * i + 2] - z) < 1e-9;
+  }, [CORNER, ...(await controlPoint(page, CORNER))] as const);
+  assertWay(sub(await controlPoint(other, CORNER), rest), snapped);
+  await other.close();
 });
 
 test('on a tablet the help scrolls below its button, and an edge glows where there is more', async () => {
