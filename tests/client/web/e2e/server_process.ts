@@ -29,6 +29,21 @@ export class ServerProcess {
     return `127.0.0.1:${this.grpcPort}`;
   }
 
+  /** What the server has logged. */
+  get logged(): string {
+    return this.log;
+  }
+
+  /** Stops the process where it is, as a machine does that has no time for it; connections stay. */
+  halt(): void {
+    this.child!.kill('SIGSTOP');
+  }
+
+  /** Lets it go on. */
+  goOn(): void {
+    this.child!.kill('SIGCONT');
+  }
+
   async restart(): Promise<void> {
     this.child = spawn(process.env.LATTICED!, [
       '--listen', this.grpcAddress, '--http', `127.0.0.1:${this.port}`, ...this.options]);

@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Pages of others in Chromium, of the same site (another port) and of another, that try to use a server of this computer.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+import assert from 'node:assert/strict';
+import { createServer, type Server } from 'node:http';
+import type { AddressInfo } from 'node:net';
+import { after, before, test } from 'node:test';
+import { create, toBinary } from '@bufbuild/protobuf';
+import { EditBatchSchema } from 'latticed/v1/edit_pb';
+import { MeshFormat } from 'latticed/v1/mesh_pb';
+import type { Browser, Page } from 'playwright-core';
+import { randomId } from '@src/wire/ids';
+import { LatticedServer } from '@src/wire/latticed_server';
+import { uploadMesh } from '@src/wire/upload';
+import { launch } from './browser';
+import { ServerProcess } from './server_process';
+import { torusObj } from './torus';
+
+const SCENE = 'a-scene-of-this-computer';
+
+let server: ServerProcess;
+let direct: LatticedServer;
+let browser: Browser;
+let foreign: Server;
+let edit: number[]; // a framed message that moves a control point
+
+/** Every way of a page to reach a server; each says what came of it. */
+const WAYS: Record<string, { attempt: (page: Page) => Promise<string>; refused: string }> = {
+  'fetch with CORS': { attempt: (page) => post(page, 'cors'), refused: 'TypeError: Failed to fetch' },
+  'fetch without CORS': { attempt: (page) => post(page, 'no-cors'), refused: 'opaque' },
+  'an image': { attempt: loadImage, refused: 'no image' },
+  'a form': { attempt: submitForm, refused: 'answered' },
+  'a WebSocket': { attempt: openSocket, refused: 'closed with 1006' },
+};
+
+function post(page: Page, mode: RequestMode): Promise<string> {
+  return page.evaluate(
+    ([url, bytes, how]) =>
+      fetch(url, {
+        method: 'POST', mode: how, body: Uint8Array.from(bytes), headers: { 'content-type': 'application/grpc-web+proto' },
+      }).then(async (answer) => `${answer.type}${/grpc-status: *(\d+)/.exec(await answer.text())?.[0] ?? ''}`, String),
+    [`${server.origin}/latticed.v1.SceneService/ApplyEdits`, edit, mode] as const,
+  );
+}
+
+function loadImage(page: Page): Promise<string> {
+  return page.evaluate((url) => new Promise<string>((resolve) => {
+    const image = new Image();
+    image.onload = () => resolve('an image');
+    image.onerror = () => resolve('no image');
+    image.src = url;
+  }), `${server.origin}/export/${SCENE}.obj`);
+}
+
+/** Into a frame, so that the page stays. */
+function submitForm(page: Page): Promise<string> {
+  return page.evaluate((url) => new Promise<string>((resolve) => {
+    const frame = document.createElement('iframe');
+    const form = document.createElement('form');
+    Object.assign(frame, { name: 'answer' });
+    Object.assign(form, { method: 'POST', action: url, target: 'answer', enctype: 'text/plain' });
+    document.body.append(frame, form);
+    frame.onload = () => resolve('answered');
+    form.submit();
+  }), `${server.origin}/latticed.v1.SceneService/ApplyEdits`);
+}
+
+function openSocket(page: Page): Promise<string> {
+  return page.evaluate((url) => new Promise<string>((resolve) => {
+    const socket = new WebSocket(url, 'latticed.v1');
+    socket.onopen = () => resolve('open');
+    socket.onclose = ({ code }) => resolve(`closed with ${code}`);
+  }), `${server.origin.replace('http', 'ws')}/ws/latticed.v1.SceneService/Deform?latticed-scene=${SCENE}`);
+}
+
+/** Rpcs that have begun since the server did. */
+async function rpcs(): Promise<number> {
+  const [, admin] = / admin=(\S+)/.exec(server.logged)!;
+  const text = await (await fetch(`http://${admin}/metrics`)).text();
+  const samples = [...text.matchAll(/^latticed_rpc_started_total\S* (\d+)/gm)];
+  assert.ok(samples.length > 0, text);
+  return samples.reduce((sum, [, count]) => sum + Number(count), 0);
+}
+
+async function revision(): Promise<bigint> {
+  return (await direct.scenes.getScene({ scene: SCENE })).revision;
+}
+
+/** Requests that the server says that it has stopped. */
+function stopped(): number {
+  return server.logged.split('\n').filter((line) => line.includes('HTTP request stopped')).length;
+}
+
+before(async () => {
+  server = await ServerProcess.start(process.env.LATTICED_VIEWER!, ['--admin', '127.0.0.1:0']);
+  direct = new LatticedServer(server.origin);
+  const mesh = await uploadMesh(direct, { format: MeshFormat.OBJ }, new Blob([torusObj(12, 8)]));
+  const { structureId } = await direct.scenes.createScene({ mesh: mesh.id, sceneId: SCENE });
+  const message = toBinary(EditBatchSchema, create(EditBatchSchema, {
+    scene: SCENE, editorId: randomId(), sequence: 1n, structureId,
+    edits: [{ edit: { case: 'moveControlPoints', value: { indices: [0], offset: { z: 1 } } } }],
+  }));
+  edit = [0, 0, 0, message.length >> 8, message.length & 255, ...message];
+  foreign = createServer((_, answer) => answer.setHeader('content-type', 'text/html').end('<!doctype html><body>'));
+  await new Promise<void>((resolve) => foreign.listen(0, '127.0.0.1', resolve));
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  foreign?.close();
+  await server?.kill();
+});
+
+for (const host of ['127.0.0.1', 'localhost']) {
+  test(`a page of another port of ${host} reaches no rpc, and the log says that it was stopped`, async () => {
+    const page = await browser.newPage();
+    await page.goto(`http://${host}:${(foreign.address() as AddressInfo).port}/`);
+    const before = await rpcs();
+    for (const [way, { attempt, refused }] of Object.entries(WAYS)) {
+      const lines = stopped();
+      assert.equal(await attempt(page), refused, way);
+      for (const end = Date.now() + 60_000; stopped() === lines; await page.waitForTimeout(20))
+        assert.ok(Date.now() < end, `nothing was logged of ${way}`);
+    }
+    assert.equal(await rpcs(), before);
+    assert.equal(await revision(), 0n);
+    await page.close();
+  });
+}
+
+test("the server's own page does the same, and it is done", async () => {
+  const page = await browser.newPage();
+  await page.goto(server.origin);
+
+  assert.equal(await WAYS['a WebSocket'].attempt(page), 'open');
+  assert.equal(await WAYS['fetch with CORS'].attempt(page), 'basicgrpc-status: 0');
+
+  assert.equal(await revision(), 1n);
+});
