@@ -52,10 +52,11 @@ sed "${edits[@]}" "$root/docker/haproxy.cfg" >haproxy.cfg
 haproxy -c -q -f haproxy.cfg || fail "HAProxy does not take it"
 haproxy -db -f haproxy.cfg >haproxy.txt 2>&1 &
 pids+=($!)
-# A second one, which cuts streams before their heartbeats come.
+# A second one, which cuts streams before their heartbeats come, and says so.
 cut_port=$((port + 100))
 while (exec 3<>"/dev/tcp/127.0.0.1/$cut_port") 2>/dev/null; do ((++cut_port)); done
-sed "s/127.0.0.1:$port/127.0.0.1:$cut_port/; s/60s/2s/" haproxy.cfg >cutting.cfg
+sed "s/127.0.0.1:$port/127.0.0.1:$cut_port/; s/60s/2s/; /^defaults/a\  log stdout format raw local0\n  option httplog" \
+  haproxy.cfg >cutting.cfg
 haproxy -db -f cutting.cfg >cutting.txt 2>&1 &
 pids+=($!)
 
@@ -81,14 +82,34 @@ for name in a:localhost b:127.0.0.1; do
 done
 latticectl quickstart --server "localhost:$port" --tls-ca ca.pem --sample knot --steps 3 --output quickstart
 
-# What it cuts goes on.
+# What it cuts goes on. A line of HAProxy's has who let it wait for too long, c or s, and while what: D is for data.
+metric() { curl -sS "http://$(listened a admin)/metrics" | awk -v name="$1" 'index($1, name) == 1 { sum += $2 } END { print sum + 0 }'; }
+was_cut() { grep -Eq " [cs]D[^ ]* .*SceneService/$1 " cutting.txt; }
+until_true() { for _ in {1..600}; do "$@" && return || sleep 0.1; done; return 1; }
+exceeds() { (($(metric "$1") > $2)); }  # METRIC NUMBER
 ask=(--server "localhost:$cut_port" --tls-ca ca.pem)
+watches='latticed_rpc_started_total{method="SceneService/Watch"}'
 latticectl sample vase --resolution 1 -o vase.obj
 latticectl scene create vase.obj --id a-scene-that-is-cut "${ask[@]}"
 latticectl watch a-scene-that-is-cut --json "${ask[@]}" >watch.txt 2>&1 &
 pids+=($!)
-sleep 5
+until_true was_cut Watch || fail "HAProxy cut no watch"
+until_true exceeds "$watches" 1 || fail "a watch that was cut did not begin again"
 latticectl edit move a-scene-that-is-cut --point 0,0,0 --by 0,0,1 "${ask[@]}"
-for _ in {1..600}; do grep -q '"revision": *1' watch.txt && break || sleep 0.1; done
-grep -q '"revision": *1' watch.txt || fail "a watch that the proxy had cut did not see the edit"
-echo "haproxy: gRPC, gRPC-Web and WebSockets go to the server of the name"
+until_true grep -q '"revision": *1' watch.txt || fail "a watch that the proxy had cut did not see the edit"
+
+# A server that stands still for a while with an edit on its way to it: the proxy cuts the stream, and the client sends
+# the edit again, which counts once.
+steps=200
+before=$(metric latticed_edits_total)
+latticectl quickstart "${ask[@]}" --sample knot --steps "$steps" --output cut >drag.txt 2>&1 &
+drag=$!
+pids+=("$drag")
+until_true exceeds latticed_edits_total "$((before + 5))" || fail "no edits came"
+kill -STOP "${pids[0]}"
+until_true was_cut Deform || { kill -CONT "${pids[0]}"; fail "HAProxy did not cut the stream of edits"; }
+kill -CONT "${pids[0]}"
+wait "$drag" || fail "a stream of edits that the proxy had cut did not go on"
+edits=$(($(metric latticed_edits_total) - before))
+((edits == steps)) || fail "$steps edits count as $edits"
+echo "haproxy: gRPC, gRPC-Web and WebSockets go to the server of the name, and what is cut goes on"
