@@ -18,15 +18,18 @@ step() {  # NAME COMMAND…: runs it, keeps its time; a failure ends the run
   echo "$((SECONDS - start)) s"
 }
 
-# A copy of the working tree without anything built: what a new user has. The address that it prints shows the sample;
-# another run ends that server, and then its own.
+# A copy of the working tree without anything built: what a new user has. The address that it prints shows the sample,
+# in Chromium as well; another run ends that server, and then its own.
 ci_fresh_run() {
   mkdir -p build/ci/tree
   [[ -d ../shared ]] && ln -sfn "$(readlink -f ../shared)" build/ci/shared
   sources | tar -cf - -T - | tar -xf - -C build/ci/tree
   build/ci/tree/dev run | tee build/ci/run.txt
-  local status=0
-  /usr/bin/python3 tests/support/served_viewer.py "$(sed -n 's/^ *in a browser *//p' build/ci/run.txt)" || status=$?
+  local status=0 address
+  address=$(sed -n 's/^ *in a browser *//p' build/ci/run.txt)
+  /usr/bin/python3 tests/support/served_viewer.py "$address" || status=$?
+  CHROMIUM=${CHROMIUM:-$(command -v chromium)} LATTICED_REQUIRE_CHROMIUM=1 \
+    node tests/support/opened_viewer.mjs "$ci_build/client/web" "$address" || status=$?
   build/ci/tree/dev run --once && return $status
 }
 ci_tests() {
