@@ -5,15 +5,16 @@
 # usage: gpu_server_test.sh [FOLDER]
 # The server on a real device, by the programs in FOLDER (that of this script: an unpacked bundle's
 # bin), with a small budget: device memory by purpose, scenes moved out and used again, a view beyond
-# the budget refused with what all of it asks and what is free, updates that the load generator verifies. What these
-# do in every case, tests/server shows with devices that are made up.
+# the budget refused with what all of it asks and what is free, updates that the load generator verifies;
+# the page that --http serves, and an update by gRPC-Web. What these do in every case, tests/server shows
+# with devices that are made up.
 set -euo pipefail
 folder=${1:-$(dirname "$(readlink -f "$0")")}
 readonly most_scenes=60
 work=$(mktemp -d)
 
-"$folder/latticed" --backend cuda --gpu-memory 24MiB --listen 127.0.0.1:0 --admin 127.0.0.1:0 \
-  >"$work/log" 2>&1 &
+"$folder/latticed" --backend cuda --gpu-memory 24MiB --listen 127.0.0.1:0 --http 127.0.0.1:0 \
+  --admin 127.0.0.1:0 >"$work/log" 2>&1 &
 readonly server=$!
 trap 'kill "$server" 2>/dev/null; wait; rm -rf "$work"' EXIT
 
@@ -31,19 +32,39 @@ export LATTICED_SERVER
 readonly admin=$(said admin)
 
 ctl() { "$folder/latticectl" "$@" >"$work/ctl.log" 2>&1; }
+# The answer, with its head, to a request whose body is read from a file, if there is one.
+ask() {  # ADDRESS METHOD PATH [TYPE FILE]
+  exec 3<>"/dev/tcp/${1%:*}/${1##*:}"
+  printf '%s %s HTTP/1.1\r\nHost: %s\r\nConnection: close\r\n' "$2" "$3" "$1" >&3
+  if (($# > 3)); then printf 'Content-Type: %s\r\nContent-Length: %d\r\n' "$4" "$(wc -c <"$5")" >&3; fi
+  { printf '\r\n'; if (($# > 3)); then cat "$5"; fi; } >&3
+  cat <&3
+  exec 3>&-
+}
 metric() {  # NAME: the sum of its samples
-  exec 3<>"/dev/tcp/${admin%:*}/${admin##*:}"
-  printf 'GET /metrics HTTP/1.1\r\nHost: %s\r\nConnection: close\r\n\r\n' "$admin" >&3
-  tr -d '\r' <&3 | awk -v name="$1" '$1 == name || index($1, name "{") == 1 { sum += $2 } END { print sum + 0 }'
+  ask "$admin" GET /metrics | tr -d '\r' | awk -v name="$1" '$1 == name || index($1, name "{") == 1 { sum += $2 } END { print sum + 0 }'
 }
 create_and_use() {  # SCENE
   ctl scene create "$work/knot.obj" --id "$1" --segments 6 || fail "scene create $1"
   ctl export "$1" -o "$work/$1.ply" || fail "export $1"
 }
 
+ctl info --health || fail "the server is not healthy"
 ctl sample knot -o "$work/knot.obj" || fail "sample"
 create_and_use scene-0001
 ctl scene show scene-0001 && grep -q 'bytes of device_' "$work/ctl.log" || fail "no device memory is told"
+
+http=$(said http)
+ask "$http" GET / >"$work/page"
+# Without the viewer, which a build without npm lacks, the page says that.
+viewer='without its viewer'
+[[ -e $folder/../share/latticed/viewer/index.html ]] && viewer='<script type="module"'
+grep -q "$viewer" "$work/page" || fail "no page, or another than that of $viewer"
+printf '\0\0\0\0\x0c\x0a\x0ascene-0001' >"$work/request"  # a frame of 12 bytes: the first field's, of 10
+ask "$http" POST /latticed.v1.SceneService/GetUpdate application/grpc-web+proto "$work/request" >"$work/update"
+grep -aq 'grpc-status: 0' "$work/update" || fail "no update by gRPC-Web"
+(($(wc -c <"$work/update") > 100000)) || fail "an update of $(wc -c <"$work/update") bytes by gRPC-Web"
+echo "an update by gRPC-Web: $(wc -c <"$work/update") bytes"
 
 for ((i = 2; $(metric latticed_give_backs_total) == 0; ++i)); do
   ((i <= most_scenes)) || fail "no scene was moved out"
