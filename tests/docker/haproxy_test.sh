@@ -83,7 +83,9 @@ done
 latticectl quickstart --server "localhost:$port" --tls-ca ca.pem --sample knot --steps 3 --output quickstart
 
 # What it cuts goes on. A line of HAProxy's has who let it wait for too long, c or s, and while what: D is for data.
-metric() { curl -sS "http://$(listened a admin)/metrics" | awk -v name="$1" 'index($1, name) == 1 { sum += $2 } END { print sum + 0 }'; }
+metric() {  # SAMPLE, of the server a
+  curl -sS "http://$(listened a admin)/metrics" | awk -v name="$1" '$1 == name { value = $2 } END { print value + 0 }'
+}
 was_cut() { grep -Eq " [cs]D[^ ]* .*SceneService/$1 " cutting.txt; }
 until_true() { for _ in {1..600}; do "$@" && return || sleep 0.1; done; return 1; }
 exceeds() { (($(metric "$1") > $2)); }  # METRIC NUMBER
@@ -98,18 +100,18 @@ until_true exceeds "$watches" 1 || fail "a watch that was cut did not begin agai
 latticectl edit move a-scene-that-is-cut --point 0,0,0 --by 0,0,1 "${ask[@]}"
 until_true grep -q '"revision": *1' watch.txt || fail "a watch that the proxy had cut did not see the edit"
 
-# A server that stands still for a while with an edit on its way to it: the proxy cuts the stream, and the client sends
-# the edit again, which counts once.
-steps=200
-before=$(metric latticed_edits_total)
+# A server that stands still in the middle of a drag: the proxy cuts the stream, the client opens another and sends what
+# is unanswered again, and each edit counts once.
+steps=200 applied='latticed_edits_total{result="applied"}'
+before=$(metric "$applied")
 latticectl quickstart "${ask[@]}" --sample knot --steps "$steps" --output cut >drag.txt 2>&1 &
 drag=$!
 pids+=("$drag")
-until_true exceeds latticed_edits_total "$((before + 5))" || fail "no edits came"
+until_true exceeds "$applied" "$((before + 5))" || fail "no edits came"
 kill -STOP "${pids[0]}"
 until_true was_cut Deform || { kill -CONT "${pids[0]}"; fail "HAProxy did not cut the stream of edits"; }
 kill -CONT "${pids[0]}"
 wait "$drag" || fail "a stream of edits that the proxy had cut did not go on"
-edits=$(($(metric latticed_edits_total) - before))
+edits=$(($(metric "$applied") - before))
 ((edits == steps)) || fail "$steps edits count as $edits"
 echo "haproxy: gRPC, gRPC-Web and WebSockets go to the server of the name, and what is cut goes on"
