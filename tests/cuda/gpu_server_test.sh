@@ -42,7 +42,8 @@ ask() {  # ADDRESS METHOD PATH [TYPE FILE]
   exec 3>&-
 }
 metric() {  # NAME: the sum of its samples
-  ask "$admin" GET /metrics | tr -d '\r' | awk -v name="$1" '$1 == name || index($1, name "{") == 1 { sum += $2 } END { print sum + 0 }'
+  ask "$admin" GET /metrics | tr -d '\r' |
+    awk -v name="$1" '$1 == name || index($1, name "{") == 1 { sum += $2 } END { print sum + 0 }'
 }
 create_and_use() {  # SCENE
   ctl scene create "$work/knot.obj" --id "$1" --segments 6 || fail "scene create $1"
