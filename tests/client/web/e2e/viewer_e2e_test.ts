@@ -79,6 +79,7 @@ test('a file that is no mesh is refused in words, on the page', async () => {
     .getByText(/vertex|vertices/i)
     .waitFor();
   await page.getByRole('button', { name: 'Cancel' }).click();
+  await page.locator('dialog').waitFor({ state: 'detached' }); // with a frame: until then its fields are there too
   await dropFiles(page, [['part.step', 'ISO-10303-21;']]);
   await page.locator('.toast-error').getByText('part.step is no mesh').waitFor();
   errors.length = 0; // the refused call is in the console too
@@ -202,9 +203,11 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   await other.locator('.toast-error').getByRole('button', { name: 'Close' }).click();
   await other.keyboard.press('k');
   await other.getByLabel('Knot', { exact: true }).press('Enter');
-  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 80);
-  await settled();
-  await followsDefinition(page, OBJ);
+  for (const each of [page, other]) {
+    await each.waitForFunction(() => window.latticed.scene!.session.lattice.count === 80);
+    await settled(each);
+    await followsDefinition(each, OBJ);
+  }
   await shot('viewer_second_window', other);
   assert.deepEqual(otherErrors, []);
   await other.close();

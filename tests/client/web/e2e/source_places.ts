@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where each point of a page's patches lies on the mesh before any deformation.
+import type { Page } from 'playwright-core';
+import type {} from '@src/main'; // window.latticed
+import { add, cross, dot, scale, type Basis, type Vec3 } from '@src/lattice/vec';
+import type { PatchOrigins, PatchSource } from '@src/surface/patch_source';
+
+export interface SourcePlaces {
+  /** One for each point of each patch, in the order of the page's points. */
+  readonly places: readonly Vec3[];
+  /** How far the patches are from covering each face once: 0 where they do. */
+  readonly uncovered: number;
+}
+
+const ANSWER_MS = 3000; // then another call takes another connection: a test may have frozen this one
+
+/** Corners and barycentrics of each patch, as the server tells the page; undefined where it has another topology by now. */
+async function originsOf(page: Page, topology: string): Promise<PatchOrigins | undefined> {
+  const told = await page.evaluate(async ([id, ms]) => {
+    const { patches } = window.latticed.scene!.session.surface as unknown as { patches: { source: PatchSource } };
+    const late = new Promise<undefined>((resolve) => setTimeout(resolve, ms));
+    const origins = await Promise.race([patches.source.origins(id), late]).catch(() => undefined);
+    return origins && { corners: [...origins.corners], barycentrics: [...origins.barycentrics] };
+  }, [topology, ANSWER_MS] as const);
+  return told && { corners: Uint32Array.from(told.corners), barycentrics: Float64Array.from(told.barycentrics) };
+}
+
+/**
+ * Undefined where the server does not tell.
+ * @param pattern Of a patch's points, three numbers each that add up to the segments.
+ * @param obj The mesh, of triangles.
+ */
+export async function sourcePlaces(
+  page: Page, topology: string, pattern: readonly number[], obj: string,
+): Promise<SourcePlaces | undefined> {
+  const origins = await originsOf(page, topology);
+  if (origins === undefined) return undefined;
+  const { corners, barycentrics } = origins;
+  const triangles = trianglesOf(obj);
+  const segments = pattern[0] + pattern[1] + pattern[2];
+  const covered = triangles.map(() => 0);
+  const places: Vec3[] = [];
+  for (let patch = 0; patch < corners.length / 3; ++patch) {
+    const face = Math.floor(corners[3 * patch] / 3);
+    const source = [0, 1, 2].map((k) => triangles[face][corners[3 * patch + k] % 3]);
+    const weights = [0, 1, 2].map((k) => [...barycentrics.subarray(9 * patch + 3 * k, 9 * patch + 3 * k + 3)] as unknown as Vec3);
+    covered[face] += Math.abs(dot(weights[0], cross(weights[1], weights[2]))); // its part of the face's area
+    const ends = weights.map((each) => blend(source, each));
+    for (let at = 0; at < pattern.length; at += 3) {
+      places.push(blend(ends, [0, 1, 2].map((k) => pattern[at + k] / segments)));
+    }
+  }
+  return { places, uncovered: Math.max(...covered.map((part) => Math.abs(1 - part))) };
+}
+
+function blend([a, b, c]: readonly Vec3[], [i, j, k]: readonly number[]): Vec3 {
+  return add(scale(a, i), add(scale(b, j), scale(c, k)));
+}
+
+/** Corners are numbered along faces, here of three each. */
+function trianglesOf(obj: string): Basis[] {
+  const numbers = (line: string): number[] => line.split(' ').slice(1).map((word) => parseFloat(word));
+  const lines = obj.split('\n');
+  const vertices = lines.filter((line) => line.startsWith('v ')).map((line) => numbers(line) as unknown as Vec3);
+  return lines.filter((line) => line.startsWith('f ')).map((line) => {
+    const corners = numbers(line).map((number) => vertices[number - 1]);
+    if (corners.length !== 3) throw new Error(`no triangle: ${line}`);
+    return corners as unknown as Basis;
+  });
+}
