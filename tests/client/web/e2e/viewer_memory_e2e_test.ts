@@ -7,6 +7,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
+import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { launch, openPage } from './browser';
 import { followsDefinition } from './definition';
 import { assertFlat } from './page_memory';
@@ -18,6 +19,10 @@ const OBJ = torusObj(12, 8);
 const A_FRAME = 4; // steps of a mouse, at 240 a second; the page hears of them as one move
 const AN_UPDATE = 8; // steps after which an update is waited for, so that a slow machine's page does as much as a quick one's
 const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
+const INNER = 42; // moves all of the surface
+const SMALL_OBJ = torusObj(3, 3);
+const UPDATES = 10_000; // each of which may leave 200 bytes of objects
+const FRAME_MS = 200; // of a slow screen: more frames take longer than all of the updates
 
 let server: ServerProcess;
 let browser: Browser;
@@ -124,5 +129,62 @@ test('1,000 steps of a drag by the mouse leave what the page takes as it is, and
   assert.deepEqual(await drawn(), onGpu);
   assert.notDeepEqual(await controlPoint(page, CORNER), place);
   await followsDefinition(page, OBJ);
+  assert.deepEqual(errors, []);
+});
+
+test('10,000 updates of the surface, beside cage, panel and head-up line, leave what the page takes as it is', async () => {
+  /** A gesture around and around, each of whose steps waits for the update that holds the one before. */
+  const drag = (steps: number): Promise<{ received: number; frames: number; rate: number }> =>
+    page.evaluate(async ([inner, count]) => {
+      const { viewport, scene } = window.latticed;
+      const { session } = scene!;
+      const [indices, seen] = [Uint32Array.of(inner), { received: 0, frames: 0 }];
+      let wake = (): void => {};
+      const ends = [
+        session.on('update', ({ patchesSent, msFromEdit }) => {
+          if (patchesSent > 0) ++seen.received;
+          if (msFromEdit !== undefined) wake();
+        }),
+        viewport.onDrawn(() => ++seen.frames)];
+      const gesture = session.gesture();
+      for (let step = 0; step < count; ++step) {
+        const angle = (2 * Math.PI * step) / 60;
+        const updated = new Promise<void>((resolve) => (wake = resolve));
+        gesture.update({ kind: 'move', indices, offset: [Math.cos(angle), Math.sin(angle), Math.sin(2 * angle)] });
+        await updated;
+      }
+      const rate = Number(document.querySelector('[data-hud=updates]')!.textContent);
+      gesture.commit();
+      for (const end of ends) end();
+      return { ...seen, rate };
+    }, [INNER, steps] as const);
+  /** The surface comes, and is drawn or not: frames take longer than all the rest without a graphics card. */
+  const show = async (segments: number, surface: boolean): Promise<void> => {
+    await page.evaluate(([n, isDrawn]) => {
+      const { settings } = window.latticed;
+      settings.set({ panel: true, surface: isDrawn, view: { ...settings.value.view, segments: n } });
+    }, [segments, surface] as const);
+    await page.waitForFunction((n) =>
+      (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout?.segments === n, segments);
+  };
+  await dropFiles(page, [['small.obj', SMALL_OBJ]]);
+  await createScene(page);
+  await page.evaluate((inner) => window.latticed.scene!.editor.selection.select([inner]), INNER);
+  await page.evaluate((ms) => {
+    window.requestAnimationFrame = (draw) => window.setTimeout(() => draw(performance.now()), ms);
+  }, FRAME_MS);
+  await show(1, false); // what stays of every update does not go with its points
+  await page.locator('.panel').waitFor();
+  assert.ok(await page.evaluate(() => window.latticed.settings.value.cage));
+  await drag(300);
+  const onGpu = await drawn();
+  let seen = { received: 0, frames: 0, rate: 0 };
+
+  await assertFlat(page, async () => (seen = await drag(UPDATES)));
+
+  assert.ok(seen.received >= UPDATES && seen.frames > 10 && seen.rate > 0, JSON.stringify(seen));
+  assert.deepEqual(await drawn(), onGpu);
+  await show(2, true);
+  await followsDefinition(page, SMALL_OBJ);
   assert.deepEqual(errors, []);
 });
