@@ -24,7 +24,7 @@ test('one decoder reads every stream of the server\'s writer to the integers tha
   execFileSync(process.env.LATTICED_WRITE_STREAMS!, [folder]);
   const decoder = await ChunkDecoder.create(wasm);
   const names = readdirSync(folder).filter((name) => name.endsWith('.drc'));
-  assert.equal(names.length, 1594);
+  assert.equal(names.length, 1758);
   for (const name of names) {
     const bytes = readFileSync(join(folder, name.replace('.drc', '.bin')));
     const expected = new Uint32Array(bytes.buffer, bytes.byteOffset, bytes.length / 4);
