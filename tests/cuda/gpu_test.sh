@@ -47,8 +47,8 @@ run_alone "what is left of the device's memory, 2,000 scenes" "$folder/cuda_back
   --gtest_filter="$looks_at_device"
 
 # What takes longest comes first.
-for suite in watertight accuracy view encoders spanned; do
-  run "conformance, $suite" "$folder/backend_${suite}_test" --gtest_filter='*cuda*:Backends.*'
+for suite in Watertight Accuracy Agreement View WrittenChunks Spanned; do
+  run "conformance, $suite" "$folder/backend_test" --gtest_filter="*/$suite.*cuda*:Backends.*"
 done
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
   --gtest_filter="CudaMemory.*:CudaRefusals.*-$looks_at_device"
@@ -61,16 +61,16 @@ run "statuses, pinned memory" "$folder/cuda_backend_test" --gtest_filter='CudaSt
 run "the server, by its command line" "$folder/gpu_server_test.sh" "$folder"
 
 # Small sizes; and without the allocation that is meant to fail, which memcheck would report.
-readonly sanitized=(
-  cuda_backend_test '*-*MoreThanTheDevice*:*Cycles*:*Repeated*:*ManyScenes*:*AllSizes*:*AllPairs*:*LargestChunk*:CudaSoak.*:CudaLost.*'
-  backend_view_test '*cuda*'
-  backend_watertight_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
-  backend_accuracy_test '*AllDegreeMixes*/cuda*:*AllSegments*/cuda_*fused:*FillNoLanes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*'
-  backend_encoders_test '*cuda*')
+readonly sanitized=(  # NAME PROGRAM FILTER …
+  memory cuda_backend_test '*-*MoreThanTheDevice*:*Cycles*:*Repeated*:*ManyScenes*:*AllSizes*:*AllPairs*:*LargestChunk*:CudaSoak.*:CudaLost.*'
+  view backend_test '*/View.*cuda*'
+  watertight backend_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
+  accuracy backend_test '*AllDegreeMixes*/cuda*:*AllSegments*/cuda_*fused:*FillNoLanes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*'
+  encoders backend_test '*/WrittenChunks.*cuda*')
 # The same kernels again, which racecheck takes minutes for.
 readonly not_raced=(
-  backend_watertight_test '*SmoothFloats*/cuda*:*AnyChunks*/cuda_fused'
-  backend_spanned_test '*cuda*-*RealMeshes*')
+  'large lattices' backend_test '*SmoothFloats*/cuda*:*AnyChunks*/cuda_fused'
+  spanned backend_test '*/Spanned.*cuda*-*RealMeshes*')
 sanitize() {  # RUN TOOL
   local only=() skipped='' programs=("${sanitized[@]}" "${not_raced[@]}") i
   # Races are in kernels, which the tests of memory run by the hundred: racecheck takes minutes for
@@ -78,9 +78,9 @@ sanitize() {  # RUN TOOL
   if [[ $2 == racecheck ]]; then
     only=(--kernel-name kns=latticed) skipped=':CudaMemory.*:CudaRefusals.*:CudaSpanned.EveryFailed*' programs=("${sanitized[@]}")
   fi
-  for ((i = 0; i < ${#programs[@]}; i += 2)); do
+  for ((i = 0; i < ${#programs[@]}; i += 3)); do
     "$1" "$2, ${programs[i]}" compute-sanitizer --tool "$2" "${only[@]}" --error-exitcode 1 \
-      "$folder/${programs[i]}" --gtest_filter="${programs[i + 1]}$skipped"
+      "$folder/${programs[i + 1]}" --gtest_filter="${programs[i + 2]}$skipped"
   done
 }
 if command -v compute-sanitizer >/dev/null; then
