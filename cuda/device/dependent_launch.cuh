@@ -11,8 +11,8 @@
 
 namespace latticed::kernels {
 
-// In the first kernel, by all its blocks: the next one may begin. What it may read is not touched by
-// this, only by WaitForKernelBefore.
+// In the first kernel, by all its blocks, after its own wait: the next one may begin, and read what
+// the kernels before this one wrote, for these are done. What this one writes only after its wait.
 __device__ __forceinline__ void LetNextKernelBegin() {
   NV_IF_TARGET(NV_PROVIDES_SM_90, (asm volatile("griddepcontrol.launch_dependents;");))
 }

@@ -114,7 +114,7 @@ class FusedBlock {
       size = MakeFrame(uses, patch, facet);
       ahead.BringVertices();
     }
-    // Up to here only of the plan was read.
+    // Until here the plan was read, and the list of chunks: it came before the kernel waited for.
     WaitForKernelBefore();
     if (frames) Shared::Frame(kWeakBelow, lane_) = WeakBelow(launch_, patch.Box(), size);
     features.Evaluate(warp_, lane_);

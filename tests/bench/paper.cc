@@ -106,6 +106,8 @@ Section Stages(const std::vector<Row>& rows) {
                                  Ms(t.fused)});
   }
   section.notes = {
+      "Models: the sample knot, cut to the paper's numbers of patches and named after its models, "
+      "which are not to be had.",
       "Paper: Table 3 on its GTX 465, smallest and largest model; single stages and other models "
       "are not in our sources.",
       "Rearranging includes normals. Shared points make the surface watertight; the paper has no "
