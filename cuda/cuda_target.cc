@@ -44,10 +44,11 @@ absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpe
   if (auto status = Validate(spec); !status.ok()) return status;
   const DeviceGuard guard(context_->device());
   try {
-    auto room = ReserveView(spec);
-    if (!room.ok()) return room.status();
     auto lane = context_->lanes().Borrow(Priority());
     if (!lane.ok()) return lane.status();
+    auto room = DeviceReservation::Create(context_->memory(), "the view",
+                                          [&] { return ViewBytes(spec, **lane); });
+    if (!room.ok()) return room.status();
     auto kernel = CreateKernel(spec, *lane, *room);
     if (!kernel.ok()) return kernel.status();
     auto view =
@@ -59,20 +60,12 @@ absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpe
   }
 }
 
-absl::StatusOr<DeviceReservation> CudaTarget::ReserveView(const ViewSpec& spec) const {
-  for (;;) {
-    const uint64_t bytes = ViewBytes(spec);
-    auto room = DeviceReservation::Create(context_->memory(), "the view", bytes);
-    // Before a refusal is told: what both need of the plan another view may have brought meanwhile.
-    if (room.ok() || ViewBytes(spec) == bytes) return room;
-  }
-}
-
-uint64_t CudaTarget::ViewBytes(const ViewSpec& spec) const {
+uint64_t CudaTarget::ViewBytes(const ViewSpec& spec, const CudaLane& lane) const {
   const bool fused = pipeline_ == Pipeline::kFused;
-  const uint64_t of_kernel = fused ? CudaFusedKernel::DeviceBytesFor(*plan_)
-                                   : CudaGemmStages::DeviceBytesFor(
-                                         pipeline_, plan_->structure.patch_degree(), spec.segments);
+  const uint64_t of_kernel =
+      fused ? CudaFusedKernel::DeviceBytesFor(*plan_)
+            : CudaGemmStages::BytesToCome(pipeline_, plan_->structure.patch_degree(), spec.segments,
+                                          *context_, lane);
   const size_t own_order = fused ? CudaFusedKernel::LaneOrderBytes(*plan_, spec) : 0;
   return device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth) + of_kernel +
          CudaView::DeviceBytesFor(*plan_, spec, own_order, device_plan_->chunk_needs() != nullptr);

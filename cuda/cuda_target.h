@@ -39,10 +39,9 @@ class CudaTarget : public DeformTarget {
  private:
   CudaTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
              std::shared_ptr<CudaContext> context);
-  // All that a view has to itself on the device, and what it is the first to need of the plan; not
-  // what GEMM pipelines share, nor what they take at the first evaluation.
-  uint64_t ViewBytes(const ViewSpec& spec) const;
-  absl::StatusOr<DeviceReservation> ReserveView(const ViewSpec& spec) const;
+  // All that a view on `lane` has to itself on the device, and what it is the first to need of that
+  // which views share; not what GEMM pipelines take at the first evaluation.
+  uint64_t ViewBytes(const ViewSpec& spec, const CudaLane& lane) const;
   StreamPriority Priority() const;
   absl::StatusOr<std::unique_ptr<CudaVertexKernel>> CreateKernel(
       const ViewSpec& spec, const std::shared_ptr<CudaLane>& lane, DeviceReservation& from);

@@ -32,19 +32,33 @@ absl::StatusOr<std::shared_ptr<CudaContext>> CudaContext::Create(int device,
 }
 
 absl::StatusOr<std::shared_ptr<const DeviceStage>> CudaContext::Stage(int degree, int segments) {
-  const std::pair key(degree, segments);
-  {
-    const std::scoped_lock lock(mutex_);
-    if (auto known = stages_[key].lock(); known != nullptr) return known;
-  }
+  auto room = DeviceReservation::Create(memory_, "stage_matrices",
+                                        [&] { return StageBytesToCome(degree, segments); });
+  if (!room.ok()) return room.status();
+  return Stage(degree, segments, *room);
+}
+
+absl::StatusOr<std::shared_ptr<const DeviceStage>> CudaContext::Stage(int degree, int segments,
+                                                                      DeviceReservation& from) {
+  if (auto known = StageNow(degree, segments); known != nullptr) return known;
   // Uploaded without the lock: others, of other sizes, do not wait for it.
-  auto made = DeviceStage::Create(degree, segments, memory_, stream_);
+  auto made = DeviceStage::Create(degree, segments, from, stream_);
   const std::scoped_lock lock(mutex_);
+  std::weak_ptr<const DeviceStage>& kept = stages_[{degree, segments}];
   // Before a refusal is told: another's copy may be what has taken the room.
-  if (auto known = stages_[key].lock(); known != nullptr) return known;
+  if (auto known = kept.lock(); known != nullptr) return known;
   if (!made.ok()) return made;
-  stages_[key] = *made;
+  kept = *made;
   return made;
+}
+
+uint64_t CudaContext::StageBytesToCome(int degree, int segments) {
+  return StageNow(degree, segments) != nullptr ? 0 : DeviceStage::DeviceBytesFor(degree, segments);
+}
+
+std::shared_ptr<const DeviceStage> CudaContext::StageNow(int degree, int segments) {
+  const std::scoped_lock lock(mutex_);
+  return stages_[{degree, segments}].lock();
 }
 
 }  // namespace latticed

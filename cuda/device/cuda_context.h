@@ -40,10 +40,17 @@ class CudaContext {
   // Uploaded once, shared while anyone holds them. Two who ask at once may both upload them; one of
   // the two is kept.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeviceStage>> Stage(int degree, int segments);
+  // The same of bytes reserved: StageBytesToCome.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeviceStage>> Stage(int degree, int segments,
+                                                                         DeviceReservation& from);
+  // What Stage allocates: nothing while anyone holds them.
+  uint64_t StageBytesToCome(int degree, int segments);
 
  private:
   CudaContext(int device, const CudaOptions& options, std::shared_ptr<DeviceMemory> memory,
               CudaStream stream);
+  // Null where nobody holds them.
+  std::shared_ptr<const DeviceStage> StageNow(int degree, int segments);
 
   int device_;
   std::shared_ptr<DeviceMemory> memory_;

@@ -11,10 +11,6 @@
 namespace latticed {
 namespace {
 
-// The products are tall and thin, hardly split along m: less than the 32 MiB that cuBLAS would
-// take.
-constexpr size_t kWorkspaceBytes = size_t{4} << 20;
-
 bool FitsInt(size_t n) { return n <= static_cast<size_t>(std::numeric_limits<int>::max()); }
 
 template <typename T>
@@ -34,12 +30,11 @@ int Int(size_t n) { return static_cast<int>(n); }
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<CudaGemm>> CudaGemm::Create(std::shared_ptr<DeviceMemory> memory,
+absl::StatusOr<std::unique_ptr<CudaGemm>> CudaGemm::Create(DeviceReservation& from,
                                                            cudaStream_t stream) {
   const auto library = CublasLibrary::Get();
   if (!library.ok()) return library.status();
-  auto workspace =
-      DeviceBuffer<uint8_t>::Create(std::move(memory), "gemm_workspace", kWorkspaceBytes, stream);
+  auto workspace = DeviceBuffer<uint8_t>::Create(from, "gemm_workspace", kWorkspaceBytes, stream);
   if (!workspace.ok()) return workspace.status();
   cublasHandle_t handle = nullptr;
   if (auto s = CublasStatus((*library)->create(&handle), "cuBLAS"); !s.ok()) return s;

@@ -26,9 +26,13 @@ namespace latticed {
 
 class CudaGemm {
  public:
-  // On the current device.
-  [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaGemm>> Create(
-      std::shared_ptr<DeviceMemory> memory, cudaStream_t stream);
+  // The products are tall and thin, hardly split along m: less than the 32 MiB that cuBLAS would
+  // take.
+  static constexpr size_t kWorkspaceBytes = size_t{4} << 20;
+
+  // On the current device. Of bytes reserved: kWorkspaceBytes.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaGemm>> Create(DeviceReservation& from,
+                                                                        cudaStream_t stream);
   ~CudaGemm();
   CudaGemm(const CudaGemm&) = delete;  // owns the handle
   CudaGemm& operator=(const CudaGemm&) = delete;

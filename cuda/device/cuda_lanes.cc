@@ -12,8 +12,14 @@ constexpr int kMostIdleHandles = 4;
 }  // namespace
 
 absl::StatusOr<CudaGemm*> CudaLane::gemm() {
+  auto room = DeviceReservation::Create(memory_, "gemm_workspace", GemmBytesToCome());
+  if (!room.ok()) return room.status();
+  return gemm(*room);
+}
+
+absl::StatusOr<CudaGemm*> CudaLane::gemm(DeviceReservation& from) {
   if (gemm_ == nullptr) {
-    auto made = CudaGemm::Create(memory_, stream_.get());
+    auto made = CudaGemm::Create(from, stream_.get());
     if (!made.ok()) return made.status();
     gemm_ = *std::move(made);
   }

@@ -30,6 +30,10 @@ class CudaLane {
   const CudaStream& stream() const { return stream_; }
   // Made on first use: the fused pipeline multiplies no matrices.
   [[nodiscard]] absl::StatusOr<CudaGemm*> gemm();
+  // The same of bytes reserved: GemmBytesToCome.
+  [[nodiscard]] absl::StatusOr<CudaGemm*> gemm(DeviceReservation& from);
+  // What gemm allocates: nothing once it is made.
+  uint64_t GemmBytesToCome() const { return has_gemm() ? 0 : CudaGemm::kWorkspaceBytes; }
   bool has_gemm() const { return gemm_ != nullptr; }
   // Waits for the device.
   void DropGemm() { gemm_.reset(); }

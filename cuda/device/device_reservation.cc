@@ -12,6 +12,16 @@ absl::StatusOr<DeviceReservation> DeviceReservation::Create(std::shared_ptr<Devi
   return DeviceReservation(std::move(memory), what, bytes);
 }
 
+absl::StatusOr<DeviceReservation> DeviceReservation::Create(
+    const std::shared_ptr<DeviceMemory>& memory, std::string_view what,
+    absl::FunctionRef<uint64_t()> bytes) {
+  for (;;) {
+    const uint64_t asked = bytes();
+    auto room = Create(memory, what, asked);
+    if (room.ok() || bytes() == asked) return room;
+  }
+}
+
 DeviceReservation::~DeviceReservation() {
   if (left_ > 0) memory_->GiveBack(left_);
 }

@@ -15,6 +15,7 @@
 #include <string_view>
 #include <utility>
 
+#include "absl/functional/function_ref.h"
 #include "cuda/device/device_memory.h"
 
 namespace latticed {
@@ -24,6 +25,11 @@ class DeviceReservation {
   // `what`: a literal that names all blocks together.
   [[nodiscard]] static absl::StatusOr<DeviceReservation> Create(
       std::shared_ptr<DeviceMemory> memory, std::string_view what, uint64_t bytes);
+  // The same of what `bytes` tells, some of which others may bring: where it tells another number
+  // after a refusal, theirs may be what has taken the room, and it is asked for anew.
+  [[nodiscard]] static absl::StatusOr<DeviceReservation> Create(
+      const std::shared_ptr<DeviceMemory>& memory, std::string_view what,
+      absl::FunctionRef<uint64_t()> bytes);
   ~DeviceReservation();
   DeviceReservation(const DeviceReservation&) = delete;  // gives back once
   DeviceReservation& operator=(const DeviceReservation&) = delete;

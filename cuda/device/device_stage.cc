@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/ffd/bernstein.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/table_upload.h"
 
@@ -24,8 +25,9 @@ std::vector<uchar4> Pack(const std::vector<Triple>& triples) {
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<const DeviceStage>> DeviceStage::Create(
-    int degree, int segments, std::shared_ptr<DeviceMemory> memory, const CudaStream& stream) {
+absl::StatusOr<std::shared_ptr<const DeviceStage>> DeviceStage::Create(int degree, int segments,
+                                                                       DeviceReservation& from,
+                                                                       const CudaStream& stream) {
   const auto host = StageMatrices::Get(degree, segments);
   if (!host.ok()) return host.status();
   std::shared_ptr<DeviceStage> stage(new DeviceStage(*host));
@@ -36,11 +38,20 @@ absl::StatusOr<std::shared_ptr<const DeviceStage>> DeviceStage::Create(
   upload.Add((*host)->bernstein_f, stage->bernstein_f_);
   upload.Add((*host)->bernstein, stage->bernstein_);
   upload.Add((*host)->inverse, stage->inverse_);
-  auto block = upload.Send(std::move(memory), "stage_matrices", stream.get());
+  auto block = upload.Send(from, "stage_matrices", stream.get());
   if (!block.ok()) return block.status();
   stage->block_ = *std::move(block);
   if (auto s = stream.Synchronize("the stage matrices"); !s.ok()) return s;
   return stage;
+}
+
+uint64_t DeviceStage::DeviceBytesFor(int degree, int segments) {
+  const auto m = static_cast<size_t>(BernsteinCount(degree)),
+             q = static_cast<size_t>(PointsPerPatch(segments));
+  // As Create adds them.
+  return TableUpload::BlockBytes({m * sizeof(uchar4), q * sizeof(uchar4), 3 * q * m * sizeof(float),
+                                  3 * q * m * sizeof(float), 3 * q * m * sizeof(double),
+                                  m * m * sizeof(double)});
 }
 
 }  // namespace latticed

@@ -19,9 +19,10 @@ namespace latticed {
 
 class DeviceStage {
  public:
-  // Waits for the stream.
+  // Of bytes reserved: DeviceBytesFor. Waits for the stream.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<const DeviceStage>> Create(
-      int degree, int segments, std::shared_ptr<DeviceMemory> memory, const CudaStream& stream);
+      int degree, int segments, DeviceReservation& from, const CudaStream& stream);
+  static uint64_t DeviceBytesFor(int degree, int segments);
 
   int degree() const { return host_->degree; }
   int segments() const { return host_->segments; }

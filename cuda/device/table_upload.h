@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <string_view>
 #include <type_traits>
@@ -23,6 +24,7 @@
 #include "absl/status/statusor.h"
 #include "cuda/device/cuda_status.h"
 #include "cuda/device/device_buffer.h"
+#include "cuda/device/device_reservation.h"
 
 namespace latticed {
 
@@ -36,18 +38,33 @@ class TableUpload {
     to = nullptr;
     if (table.empty()) return;
     const auto elements = std::make_shared<const std::vector<T>>(std::move(table));
-    const size_t at = (size_ + kAlignment - 1) / kAlignment * kAlignment;
+    const size_t at = PlaceAfter(size_);
     const size_t bytes = elements->size() * sizeof(T);
     size_ = at + bytes;
     const auto set_place = [&to](const uint8_t* place) { to = reinterpret_cast<const T*>(place); };
     tables_.push_back({at, bytes, {elements, elements->data()}, set_place});
   }
 
+  // Of a block with tables of so many bytes, in this order.
+  static size_t BlockBytes(std::initializer_list<size_t> tables) {
+    size_t size = 0;
+    for (const size_t bytes : tables) size = PlaceAfter(size) + bytes;
+    return size;
+  }
+
   // The block, to be kept as long as the tables are read.
   [[nodiscard]] absl::StatusOr<DeviceBuffer<uint8_t>> Send(std::shared_ptr<DeviceMemory> memory,
                                                            std::string_view purpose,
                                                            cudaStream_t stream) const {
-    auto block = DeviceBuffer<uint8_t>::Create(std::move(memory), purpose, size_, stream);
+    auto room = DeviceReservation::Create(std::move(memory), purpose, size_);
+    if (!room.ok()) return room.status();
+    return Send(*room, purpose, stream);
+  }
+  // The same of bytes reserved: BlockBytes.
+  [[nodiscard]] absl::StatusOr<DeviceBuffer<uint8_t>> Send(DeviceReservation& from,
+                                                           std::string_view purpose,
+                                                           cudaStream_t stream) const {
+    auto block = DeviceBuffer<uint8_t>::Create(from, purpose, size_, stream);
     if (!block.ok()) return block;
     for (const Table& table : tables_) {
       uint8_t* const place = block->data() + table.at;
@@ -70,6 +87,9 @@ class TableUpload {
     std::shared_ptr<const void> elements;
     std::function<void(const uint8_t* place)> set_place;
   };
+  static size_t PlaceAfter(size_t size) {
+    return (size + kAlignment - 1) / kAlignment * kAlignment;
+  }
 
   std::vector<Table> tables_;
   size_t size_ = 0;

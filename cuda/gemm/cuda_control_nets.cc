@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/ffd/bernstein.h"
 #include "cuda/gemm/gemm_kernels.h"
 #include "cuda/view/cuda_frame.h"
 
@@ -35,8 +36,8 @@ absl::StatusOr<Nets> Allocate(DeviceReservation& from, const CudaLane& lane, siz
   return Nets{*std::move(samples), *std::move(control), *std::move(centres)};
 }
 
-absl::Status Compute(const kernels::Tile& tile, const DeviceStage& stage, CudaLane& lane,
-                     const Nets& nets) {
+absl::Status Compute(const kernels::Tile& tile, const DeviceStage& stage, const CudaLane& lane,
+                     CudaGemm& gemm, const Nets& nets) {
   const size_t m = stage.m(), columns = 3 * tile.count;
   const kernels::Samples<double> samples{.points = stage.samples(),
                                          .degree = stage.degree(),
@@ -49,11 +50,9 @@ absl::Status Compute(const kernels::Tile& tile, const DeviceStage& stage, CudaLa
       !s.ok()) {
     return s;
   }
-  const auto gemm = lane.gemm();
-  if (!gemm.ok()) return gemm.status();
-  return (*gemm)->Multiply(stage.inverse(),
-                           DeviceMatrix<const double>{nets.samples.data(), m, columns, m},
-                           DeviceMatrix<double>{nets.control.data(), m, columns, m});
+  return gemm.Multiply(stage.inverse(),
+                       DeviceMatrix<const double>{nets.samples.data(), m, columns, m},
+                       DeviceMatrix<double>{nets.control.data(), m, columns, m});
 }
 
 template <typename T>
@@ -71,15 +70,20 @@ absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const 
                                                     std::span<const Vec3d> control_points,
                                                     size_t first, size_t last) {
   // The net does not depend on the segments: any of the stages has inv(B).
-  const auto stage = context.Stage(plan->structure.patch_degree(), 1);
-  if (!stage.ok()) return stage.status();
+  const int degree = plan->structure.patch_degree(), any_segments = 1;
+  const auto m = static_cast<size_t>(BernsteinCount(degree));
+  const size_t tile_patches = std::min(kTilePatches, last - first);
   const auto lane = context.lanes().Borrow();
   if (!lane.ok()) return lane.status();
-  const size_t m = (*stage)->m(), tile_patches = std::min(kTilePatches, last - first);
-  auto room =
-      DeviceReservation::Create(context.memory(), "the control nets",
-                                CudaFrame::DeviceBytesFor(*plan, false) + BytesOf(m, tile_patches));
+  auto room = DeviceReservation::Create(context.memory(), "the control nets", [&] {
+    return CudaFrame::DeviceBytesFor(*plan, false) + BytesOf(m, tile_patches) +
+           context.StageBytesToCome(degree, any_segments) + (*lane)->GemmBytesToCome();
+  });
   if (!room.ok()) return room.status();
+  const auto stage = context.Stage(degree, any_segments, *room);
+  if (!stage.ok()) return stage.status();
+  const auto gemm = (*lane)->gemm(*room);
+  if (!gemm.ok()) return gemm.status();
   auto frame = CudaFrame::Create(plan, nullptr, context, *lane, *room);
   if (!frame.ok()) return frame.status();
   const auto buffers = Allocate(*room, **lane, m, tile_patches);
@@ -93,7 +97,7 @@ absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const 
     const size_t count = std::min(tile_patches, last - begin);
     absl::Status status =
         Compute({device_plan.tables(), frame->control_points().data, begin, count}, **stage, **lane,
-                *buffers);
+                **gemm, *buffers);
     if (status.ok()) {
       status = Download(buffers->control, std::span(control).first(3 * m * count), stream);
     }

@@ -29,7 +29,7 @@ absl::StatusOr<std::unique_ptr<CudaGemmKernel>> CudaGemmKernel::Create(
     std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
     Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,
     std::shared_ptr<CudaLane> lane, DeviceReservation& from) {
-  auto stage = context->Stage(plan->structure.patch_degree(), spec.segments);
+  auto stage = context->Stage(plan->structure.patch_degree(), spec.segments, from);
   if (!stage.ok()) return stage.status();
   auto stages = CudaGemmStages::Create(pipeline, *std::move(stage),
                                        spec.normals != NormalMode::kNone, from, *lane);

@@ -24,8 +24,7 @@ namespace latticed {
 
 class CudaGemmKernel : public CudaVertexKernel {
  public:
-  // Of bytes reserved: CudaGemmStages::DeviceBytesFor, and the plan's BytesToCome. What is shared with
-  // other views, the stage and the lane's workspace, is asked for by itself.
+  // Of bytes reserved: CudaGemmStages::BytesToCome, and the plan's BytesToCome.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaGemmKernel>> Create(
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
       Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,

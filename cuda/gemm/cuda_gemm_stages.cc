@@ -25,18 +25,21 @@ CudaGemmStages::CudaGemmStages(Pipeline pipeline, std::shared_ptr<const DeviceSt
       gemm_(gemm),
       stream_(stream) {}
 
-uint64_t CudaGemmStages::DeviceBytesFor(Pipeline pipeline, int degree, int segments) {
-  if (pipeline != Pipeline::kGemm12) return 0;
-  return OwnElements(static_cast<size_t>(BernsteinCount(degree)),
-                     static_cast<size_t>(PointsPerPatch(segments))) *
-         (sizeof(double) + sizeof(float));
+uint64_t CudaGemmStages::BytesToCome(Pipeline pipeline, int degree, int segments,
+                                     CudaContext& context, const CudaLane& lane) {
+  const size_t own = pipeline == Pipeline::kGemm12
+                         ? OwnElements(static_cast<size_t>(BernsteinCount(degree)),
+                                       static_cast<size_t>(PointsPerPatch(segments)))
+                         : 0;
+  return context.StageBytesToCome(degree, segments) + lane.GemmBytesToCome() +
+         own * (sizeof(double) + sizeof(float));
 }
 
 absl::StatusOr<CudaGemmStages> CudaGemmStages::Create(Pipeline pipeline,
                                                       std::shared_ptr<const DeviceStage> stage,
                                                       bool derivatives, DeviceReservation& from,
                                                       CudaLane& lane) {
-  const auto gemm = lane.gemm();
+  const auto gemm = lane.gemm(from);
   if (!gemm.ok()) return gemm.status();
   CudaGemmStages stages(pipeline, std::move(stage), derivatives, *gemm, lane.stream().get());
   if (pipeline != Pipeline::kGemm12) return stages;

@@ -19,13 +19,15 @@ namespace latticed {
 
 class CudaGemmStages {
  public:
-  // `derivatives`: Pu and Pv are wanted too. pipeline is not kFused. Of bytes reserved:
-  // DeviceBytesFor.
+  // `derivatives`: Pu and Pv are wanted too. pipeline is not kFused. Of bytes reserved: BytesToCome,
+  // of which the stage may have taken its part.
   [[nodiscard]] static absl::StatusOr<CudaGemmStages> Create(
       Pipeline pipeline, std::shared_ptr<const DeviceStage> stage, bool derivatives,
       DeviceReservation& from, CudaLane& lane);
-  // `degree`: of a patch.
-  static uint64_t DeviceBytesFor(Pipeline pipeline, int degree, int segments);
+  // What such stages allocate: their own matrices, and of what is shared, the context's stage and the
+  // lane's workspace, what is not there already. `degree`: of a patch.
+  static uint64_t BytesToCome(Pipeline pipeline, int degree, int segments, CudaContext& context,
+                              const CudaLane& lane);
 
   // Rows of [P; Pu; Pv]: q, or 3q with derivatives.
   size_t rows() const { return rows_; }

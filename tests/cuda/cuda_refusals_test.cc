@@ -25,6 +25,26 @@ const std::array kSpecs{
 class CudaRefusals : public CudaTest {
  protected:
   CudaRefusals() : CudaTest(3) {}
+
+  // What a plan and the first view of a device take.
+  struct FirstView {
+    uint64_t plan_bytes = 0, view_bytes = 0;
+  };
+  FirstView MakeFirstView(Pipeline pipeline, const ViewSpec& spec) {
+    FirstView bytes;
+    const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
+    EXPECT_OK(backend);
+    if (!backend.ok()) return bytes;
+    const auto target = (*backend)->Prepare(plan_, pipeline);
+    EXPECT_OK(target);
+    if (!target.ok()) return bytes;
+    bytes.plan_bytes = (*target)->memory().at("device_plan");
+    const uint64_t free_before = (*backend)->devices().front().free_bytes;
+    const auto view = (*target)->CreateView(spec);
+    EXPECT_OK(view);
+    bytes.view_bytes = free_before - (*backend)->devices().front().free_bytes;
+    return bytes;
+  }
 };
 
 TEST_F(CudaRefusals, APlanThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
@@ -50,40 +70,58 @@ TEST_F(CudaRefusals, APlanThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
   }
 }
 
+// Also the first on its device, which brings what it will share with others: stage matrices and a
+// workspace of cuBLAS.
 TEST_F(CudaRefusals, AViewThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
-  const auto large = MakeCudaBackend({.memory_bytes = 256 * kMiB});
-  ASSERT_OK(large);
-  for (const ViewSpec& spec : kSpecs) {
-    SCOPED_TRACE(fmt::format("{} segments", spec.segments));
-    uint64_t plan_bytes = 0, view_bytes = 0;
-    {
-      const auto target = (*large)->Prepare(plan_, Pipeline::kFused);
+  for (const Pipeline pipeline : kPipelines) {
+    for (const ViewSpec& spec : kSpecs) {
+      SCOPED_TRACE(fmt::format("{}, {} segments", PipelineName(pipeline), spec.segments));
+      const FirstView first = MakeFirstView(pipeline, spec);
+      ASSERT_GT(first.view_bytes, pipeline == Pipeline::kFused ? 0 : 4 * kMiB);
+      const auto enough = MakeCudaBackend({.memory_bytes = first.plan_bytes + first.view_bytes});
+      const auto small = MakeCudaBackend({.memory_bytes = first.plan_bytes + first.view_bytes - 1});
+      ASSERT_OK(enough);
+      ASSERT_OK(small);
+      const auto target = (*small)->Prepare(plan_, pipeline);
       ASSERT_OK(target);
-      plan_bytes = (*target)->memory().at("device_plan");
-      const uint64_t free_before = (*large)->devices().front().free_bytes;
-      const auto view = (*target)->CreateView(spec);
-      ASSERT_OK(view);
-      view_bytes = free_before - (*large)->devices().front().free_bytes;
-    }
-    const auto enough = MakeCudaBackend({.memory_bytes = plan_bytes + view_bytes});
-    const auto small = MakeCudaBackend({.memory_bytes = plan_bytes + view_bytes - 1});
-    ASSERT_OK(enough);
-    ASSERT_OK(small);
-    const auto target = (*small)->Prepare(plan_, Pipeline::kFused);
-    ASSERT_OK(target);
-    const DeviceState before = (*small)->devices().front();
+      const DeviceState before = (*small)->devices().front();
 
-    const auto refused = (*target)->CreateView(spec);
+      const auto refused = (*target)->CreateView(spec);
+
+      ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
+      EXPECT_EQ(error::DetailsOf(refused.status()).asked_bytes, first.view_bytes);
+      EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, first.view_bytes - 1);
+      ExpectSameUse(**small, before);
+      const auto target_of_enough = (*enough)->Prepare(plan_, pipeline);
+      ASSERT_OK(target_of_enough);
+      const auto fits = (*target_of_enough)->CreateView(spec);
+      EXPECT_OK(fits);
+      EXPECT_EQ((*enough)->devices().front().free_bytes, 0u);
+    }
+  }
+}
+
+TEST_F(CudaRefusals, ControlNetsThatDoNotFitAreRefusedBeforeAnythingIsAllocated) {
+  for (const Pipeline pipeline : kPipelines) {
+    SCOPED_TRACE(PipelineName(pipeline));
+    const uint64_t plan_bytes = MakeFirstView(pipeline, kSpecs.front()).plan_bytes;
+    const auto none = MakeCudaBackend({.memory_bytes = plan_bytes});
+    ASSERT_OK(none);
+    const auto target = (*none)->Prepare(plan_, pipeline);
+    ASSERT_OK(target);
+    const DeviceState before = (*none)->devices().front();
+
+    const auto refused = (*target)->ControlNets(points_, 0, 2);
 
     ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
-    EXPECT_EQ(error::DetailsOf(refused.status()).asked_bytes, view_bytes);
-    EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, view_bytes - 1);
-    ExpectSameUse(**small, before);
-    const auto target_of_enough = (*enough)->Prepare(plan_, Pipeline::kFused);
+    EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, 0u);
+    ExpectSameUse(**none, before);
+    const uint64_t net_bytes = error::DetailsOf(refused.status()).asked_bytes;
+    const auto enough = MakeCudaBackend({.memory_bytes = plan_bytes + net_bytes});
+    ASSERT_OK(enough);
+    const auto target_of_enough = (*enough)->Prepare(plan_, pipeline);
     ASSERT_OK(target_of_enough);
-    const auto fits = (*target_of_enough)->CreateView(spec);
-    EXPECT_OK(fits);
-    EXPECT_EQ((*enough)->devices().front().free_bytes, 0u);
+    EXPECT_OK((*target_of_enough)->ControlNets(points_, 0, 2));
   }
 }
 
