@@ -70,17 +70,26 @@ absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
       uint8_t* const data = block->second;
       free_.erase(block);
       free_bytes_ -= size;
+      lent_bytes_ += size;
       return PinnedBuffer(shared_from_this(), data, size);
     }
   }
   const auto data = Pin(size);
   if (!data.ok()) return data.status();
+  const std::scoped_lock lock(mutex_);
+  lent_bytes_ += size;
   return PinnedBuffer(shared_from_this(), *data, size);
+}
+
+uint64_t PinnedMemory::lent_bytes() const {
+  const std::scoped_lock lock(mutex_);
+  return lent_bytes_;
 }
 
 void PinnedMemory::Return(uint8_t* data, size_t size) {
   {
     const std::scoped_lock lock(mutex_);
+    lent_bytes_ -= size;
     if (free_bytes_ + size <= kMostFreeBytes) {
       free_.emplace(size, data);
       free_bytes_ += size;

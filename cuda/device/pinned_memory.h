@@ -67,15 +67,18 @@ class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
   // At least `bytes`: the next power of two, so that updates of all sizes find a block that served
   // another. Pins only where none is left.
   [[nodiscard]] absl::StatusOr<PinnedBuffer> Borrow(size_t bytes);
+  // Of the blocks that are not back yet.
+  uint64_t lent_bytes() const;
 
  private:
   friend class PinnedBuffer;
   void Return(uint8_t* data, size_t size);
 
   RefuseAllocation refuse_;
-  std::mutex mutex_;
-  std::multimap<size_t, uint8_t*> free_;  // by size; these two guarded by mutex_
+  mutable std::mutex mutex_;
+  std::multimap<size_t, uint8_t*> free_;  // by size; these three guarded by mutex_
   size_t free_bytes_ = 0;
+  uint64_t lent_bytes_ = 0;
 };
 
 }  // namespace latticed

@@ -7,10 +7,15 @@
 
 #include <array>
 #include <cstdlib>
+#include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "cuda/cuda_backend.h"
+#include "cuda/cuda_target.h"
+#include "cuda/device/cuda_context.h"
 #include "cuda/device/cuda_device.h"
 #include "cuda/device/device_buffer.h"
 #include "fmt/format.h"
@@ -28,6 +33,9 @@ const std::array kSpecs{
     ViewSpec{.segments = 32, .normal_bits = 12},
     ViewSpec{.segments = 7, .normals = NormalMode::kSmooth, .format = VertexFormat::kFloat32},
     ViewSpec{.segments = 10, .normals = NormalMode::kNone, .format = VertexFormat::kFloat32}};
+// Those of them whose scenes have the most different buffers: integers, which are encoded as streams
+// too, and floats, with smooth normals and without any.
+const std::array kRefusedSpecs{kSpecs[0], kSpecs[4], kSpecs[5]};
 
 class CudaMemory : public CudaTest {
  protected:
@@ -39,14 +47,29 @@ class CudaMemory : public CudaTest {
     std::unique_ptr<DeformView> view;
   };
 
-  // Refuses one allocation once left_ others are made; none where that is below 0. One thread: the
-  // test's few chunks are then too many for the host's Draco writer.
-  absl::StatusOr<std::unique_ptr<Backend>> MakeRefusingBackend() {
-    return MakeCudaBackend({.memory_bytes = 256 * kMiB,
-                            .threads = 1,
-                            .refuse_allocation = [this](std::string_view, uint64_t) {
-                              return left_ >= 0 && left_-- == 0;
-                            }});
+  // What is behind a backend of one device, whose pinned bytes that does not tell. Refuses one
+  // allocation once left_ others are made; none where that is below 0. One thread: the test's few
+  // chunks are then too many for the host's Draco writer.
+  absl::StatusOr<std::shared_ptr<CudaContext>> MakeRefusingDevice() {
+    return CudaContext::Create(0, {.memory_bytes = 256 * kMiB,
+                                   .threads = 1,
+                                   .refuse_allocation = [this](std::string_view, uint64_t) {
+                                     return left_ >= 0 && left_-- == 0;
+                                   }});
+  }
+  // All that anyone holds, of the device's memory and pinned.
+  struct Held {
+    MemoryUse use;
+    uint64_t free_bytes = 0, pinned_bytes = 0;
+  };
+  static Held HeldOn(const CudaContext& device) {
+    return {device.memory()->use(), device.memory()->free_bytes(), device.pinned().lent_bytes()};
+  }
+  static void ExpectSameHeld(const CudaContext& device, const Held& before) {
+    const Held now = HeldOn(device);
+    EXPECT_EQ(now.use, before.use);
+    EXPECT_EQ(now.free_bytes, before.free_bytes);
+    EXPECT_EQ(now.pinned_bytes, before.pinned_bytes);
   }
   // Evaluate, control nets, encode.
   absl::StatusOr<Bytes> Use(const Scene& scene) {
@@ -64,19 +87,31 @@ class CudaMemory : public CudaTest {
     return bytes;
   }
   absl::StatusOr<Scene> Make(Backend& backend, Pipeline pipeline) {
-    auto target = backend.Prepare(plan_, pipeline);
-    if (!target.ok()) return target.status();
-    auto view = (*target)->CreateView(spec_);
-    if (!view.ok()) return view.status();
-    return Scene{*std::move(target), *std::move(view)};
+    return MakeScene(backend.Prepare(plan_, pipeline));
+  }
+  absl::StatusOr<Scene> Make(const std::shared_ptr<CudaContext>& device, Pipeline pipeline) {
+    return MakeScene(CudaTarget::Create(plan_, pipeline, device));
   }
   // One whole use: prepare, view and the above; nothing of it is left.
-  absl::StatusOr<Bytes> Use(Backend& backend, Pipeline pipeline) {
-    const auto scene = Make(backend, pipeline);
+  template <typename Device>
+  absl::StatusOr<Bytes> Use(Device& device, Pipeline pipeline) {
+    const auto scene = Make(device, pipeline);
     if (!scene.ok()) return scene.status();
     return Use(*scene);
   }
 
+  // Every pipeline with every one of kRefusedSpecs.
+  static std::vector<std::pair<ViewSpec, Pipeline>> RefusedScenes() {
+    std::vector<std::pair<ViewSpec, Pipeline>> scenes;
+    for (const ViewSpec& spec : kRefusedSpecs) {
+      for (const Pipeline pipeline : kPipelines) scenes.emplace_back(spec, pipeline);
+    }
+    return scenes;
+  }
+  static std::string Told(const ViewSpec& spec, Pipeline pipeline, int allocation) {
+    return fmt::format("{}, {} segments, allocation {}", PipelineName(pipeline), spec.segments,
+                       allocation);
+  }
   // Whether the allocation that it was to refuse came.
   bool Refused() { return std::exchange(left_, -1) < 0; }
 
@@ -84,6 +119,15 @@ class CudaMemory : public CudaTest {
   std::vector<Encoding> encodings_{Encoding::kQuantised, Encoding::kDracoPoints,
                                    Encoding::kDracoMesh, Encoding::kRaw};
   int left_ = -1;
+
+ private:
+  template <typename Target>
+  absl::StatusOr<Scene> MakeScene(absl::StatusOr<std::shared_ptr<Target>> target) {
+    if (!target.ok()) return target.status();
+    auto view = (*target)->CreateView(spec_);
+    if (!view.ok()) return view.status();
+    return Scene{*std::move(target), *std::move(view)};
+  }
 };
 
 TEST_F(CudaMemory, BuffersAreCountedByPurposeAndGivenBack) {
@@ -130,55 +174,60 @@ TEST_F(CudaMemory, MoreThanTheDeviceHasLeavesItUsable) {
 }
 
 TEST_F(CudaMemory, EveryFailedAllocationIsRefusedCleanly) {
-  const auto backend = MakeRefusingBackend();
-  ASSERT_OK(backend);
-  for (const Pipeline pipeline : kPipelines) {
-    const auto expected = Use(**backend, pipeline);
+  const auto device = MakeRefusingDevice();
+  ASSERT_OK(device);
+  for (const auto& [spec, pipeline] : RefusedScenes()) {
+    spec_ = spec;
+    const auto expected = Use(*device, pipeline);
     ASSERT_OK(expected);
-    const DeviceState unused = (*backend)->devices().front();
+    ASSERT_GT(expected->size(), 0u);
+    const Held unused = HeldOn(**device);
+    EXPECT_EQ(unused.pinned_bytes, 0u);
     int refused = 0;
     for (int at = 0;; ++at) {
-      SCOPED_TRACE(fmt::format("{}, allocation {}", PipelineName(pipeline), at));
+      SCOPED_TRACE(Told(spec, pipeline, at));
       left_ = at;
-      const auto failed = Use(**backend, pipeline);
+      const auto failed = Use(*device, pipeline);
       if (!Refused()) break;
-      ExpectSameUse(**backend, unused);
+      ExpectSameHeld(**device, unused);
       ASSERT_THAT(failed, StatusIs(absl::StatusCode::kResourceExhausted));
       ++refused;
-      const auto again = Use(**backend, pipeline);
+      const auto again = Use(*device, pipeline);
       ASSERT_OK(again);
       ASSERT_TRUE(*again == *expected);
-      ExpectSameUse(**backend, unused);
+      ExpectSameHeld(**device, unused);
     }
-    EXPECT_GT(refused, 12) << PipelineName(pipeline);
+    EXPECT_GT(refused, 12) << Told(spec, pipeline, -1);
   }
 }
 
 TEST_F(CudaMemory, RefusalsLeaveALivingSceneAsItWas) {
-  const auto backend = MakeRefusingBackend();
-  ASSERT_OK(backend);
-  for (const Pipeline pipeline : kPipelines) {
-    const auto living = Make(**backend, pipeline);
+  const auto device = MakeRefusingDevice();
+  ASSERT_OK(device);
+  for (const auto& [spec, pipeline] : RefusedScenes()) {
+    spec_ = spec;
+    const auto living = Make(*device, pipeline);
     ASSERT_OK(living);
     const auto expected = Use(*living);
     ASSERT_OK(expected);
-    ASSERT_OK(Use(**backend, pipeline));  // a second scene at once has a lane of its own
-    const DeviceState one_scene = (*backend)->devices().front();
+    ASSERT_OK(Use(*device, pipeline));  // a second scene at once has a lane of its own
+    const Held one_scene = HeldOn(**device);
+    EXPECT_GT(one_scene.pinned_bytes, 0u);
     int refused = 0;
     for (int at = 0;; ++at) {
-      SCOPED_TRACE(fmt::format("{}, allocation {}", PipelineName(pipeline), at));
+      SCOPED_TRACE(Told(spec, pipeline, at));
       left_ = at;
-      const auto failed = Use(**backend, pipeline);
+      const auto failed = Use(*device, pipeline);
       if (!Refused()) break;
-      ExpectSameUse(**backend, one_scene);
+      ExpectSameHeld(**device, one_scene);
       ASSERT_THAT(failed, StatusIs(absl::StatusCode::kResourceExhausted));
       ++refused;
     }
-    EXPECT_GT(refused, 10) << PipelineName(pipeline);
+    EXPECT_GT(refused, 10) << Told(spec, pipeline, -1);
     const auto again = Use(*living);
     ASSERT_OK(again);
     EXPECT_TRUE(*again == *expected);
-    ExpectSameUse(**backend, one_scene);
+    ExpectSameHeld(**device, one_scene);
   }
 }
 

@@ -50,6 +50,18 @@ TEST_F(PinnedMemoryTest, ABlockServesTheNextOfAboutItsSize) {
   EXPECT_NE(Borrow(4'350'000).data(), first) << "it is in use";
 }
 
+TEST_F(PinnedMemoryTest, WhatIsLentIsCountedUntilItIsBack) {
+  EXPECT_EQ(memory_->lent_bytes(), 0u);
+  {
+    const PinnedBuffer first = Borrow(4096);
+    PinnedBuffer second = Borrow(5000);
+    EXPECT_EQ(memory_->lent_bytes(), 4096u + 8192u);
+    second = Borrow(1);
+    EXPECT_EQ(memory_->lent_bytes(), 4096u + 4096u);
+  }
+  EXPECT_EQ(memory_->lent_bytes(), 0u);
+}
+
 TEST_F(PinnedMemoryTest, ABlockIsKeptFromUsersOfMuchLess) {
   const uint8_t* const large = Borrow(8 * kMiB).data();
   EXPECT_NE(Borrow(3 * kMiB).data(), large);
