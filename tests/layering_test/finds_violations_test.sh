@@ -32,6 +32,10 @@ expect_violation cuda/bad.cc "$licence
 #  include \"core/cpu/cpu_backend.h\""
 expect_violation cuda/bad.cu "$licence
 #include \"absl/status/status.h\""
+expect_violation cuda/device/bad.cc "$licence
+  static_cast<void>(cudaDeviceSynchronize());"
+expect_violation cuda/gemm/bad.cu "$licence
+  cudaFree(samples);"
 expect_violation client/cpp/latticed_client_bad.cc "$licence
 #include \"server/in_process.h\""
 expect_violation server/bad.cc "$licence

@@ -4,7 +4,8 @@
 #
 # usage: layering_test.sh ROOT
 # Reads every source under ROOT and fails where an #include goes up a layer (the arrows of the table
-# below), a C++ file asks for a backend with #if, a file is longer than 400 lines or lacks its licence.
+# below), a C++ file asks for a backend with #if, the CUDA backend waits for a whole device, a file is
+# longer than 400 lines or lacks its licence.
 set -euo pipefail
 cd "$1"
 
@@ -109,5 +110,10 @@ while read -r line; do fail "$line: backends are chosen by CMake and by name, ne
   printf '%s\n' "${code[@]}" | grep -v '^core/base/host_device.h$' |
     xargs grep -nE '^[[:space:]]*#[[:space:]]*(if|ifdef|ifndef|elif)\b.*(LATTICED_(CUDA|CPU|BACKEND)|__CUDACC__|__CUDA_ARCH__|ENABLE_(GPU|CUDA))' |
     grep -v '#ifndef LATTICED_[A-Z0-9_]*_\(CU\)\?H_$')
+
+# Neither by name nor by calls that do so by the way.
+while read -r line; do fail "$line: waits for all of the device, where a stream or an event is meant"; done < <(
+  printf '%s\n' "${code[@]}" | grep '^cuda/' |
+    xargs grep -HnE '\b((cudaDevice|cudaThread|cudaCtx|cuCtx)Synchronize|cudaDeviceReset)\b|\bcuda(Free|Memcpy|Memset) *\(')
 
 ((failures == 0)) && echo "layering: ${#files[@]} sources, every arrow goes down" || { echo "$failures violations"; exit 1; }
