@@ -5,7 +5,6 @@
 // thread: libdraco beside our writer, from floats and from integers, under each instruction set.
 // All streams are decoded and compared before any is timed.
 #include <array>
-#include <cstring>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,9 +14,9 @@
 #include "core/codec/draco_kernel.h"
 #include "core/codec/octahedral.h"
 #include "core/codec/quantise_vertices.h"
-#include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
+#include "tests/bench/row_order.h"
 #include "tests/bench/scenario.h"
 #include "tests/support/instruction_sets.h"
 
@@ -64,26 +63,6 @@ ChunkData MakeChunk(size_t points, std::vector<uint8_t> integers) {
   return chunk;
 }
 
-// The points of a chunk in rows that all run the same way.
-std::vector<uint8_t> RowByRow(const ChunkData& chunk) {
-  const auto patch_points = static_cast<size_t>(PointsPerPatch(kSegments));
-  std::vector<uint8_t> rows(chunk.integers.size());
-  const auto copy_plane = [&](size_t begin, size_t width) {
-    for (size_t i = 0; i < chunk.points; ++i) {
-      const int in_patch = static_cast<int>(i % patch_points);
-      int row = 0;
-      while (row < kSegments && RowBegin(kSegments, row + 1) <= in_patch) ++row;
-      const int column = in_patch - RowBegin(kSegments, row);
-      const size_t from =
-          i - i % patch_points + static_cast<size_t>(PointIndex(kSegments, row, column));
-      std::memcpy(&rows[begin + width * i], &chunk.integers[begin + width * from], width);
-    }
-  };
-  for (size_t c = 0; c < 3; ++c) copy_plane(2 * c * chunk.points, 2);
-  for (size_t c = 0; c < 2; ++c) copy_plane((6 + c) * chunk.points, 1);
-  return rows;
-}
-
 const std::vector<ChunkData>& Chunks(bool row_by_row) {
   static const auto* chunks = [] {
     const Scenario& scenario = SmallScenario(2);
@@ -97,8 +76,8 @@ const std::vector<ChunkData>& Chunks(bool row_by_row) {
       const size_t points = ChunkPoints(*scenario.plan, c, kSegments);
       std::vector<uint8_t> bytes(points * BytesPerPoint(spec));
       CheckOk(view->Read(c, bytes));
+      (*both)[1].push_back(MakeChunk(points, RowByRow(bytes, spec)));
       (*both)[0].push_back(MakeChunk(points, std::move(bytes)));
-      (*both)[1].push_back(MakeChunk(points, RowByRow((*both)[0].back())));
     }
     return both;
   }();
