@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fmt/format.h"
+#include "tests/bench/model_scenarios.h"
 
 namespace latticed::bench {
 namespace {
@@ -63,6 +64,13 @@ void AddCodec(Targets& targets) {
        "encode/torus-17k/draco-points/2t", true, 1.7},
   };
   targets.insert(targets.end(), rows.begin(), rows.end());
+  for (const char* model : kModelNames) {
+    for (const char* normals : {"facet", "smooth"}) {
+      const std::string its = fmt::format("codec/bytes/{}/{}/12-8", model, normals);
+      targets.push_back({fmt::format("bytes row by row / serpentine, {}, {}", model, normals),
+                         its + ":row_by_row_bytes_point", its + bytes, true, 1 / 0.9});
+    }
+  }
 }
 
 void AddStreaming(Targets& targets) {
