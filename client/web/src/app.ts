@@ -8,6 +8,7 @@ import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
 import type { SceneSession, SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
+import type { PatchFacts } from './surface/surface';
 import { Commands, letterOf } from './ui/commands';
 import { acceptDrops } from './ui/drop_zone';
 import { HeatLegend } from './ui/heat_legend';
@@ -46,6 +47,11 @@ const CONNECTIONS: Record<SessionStatus['state'], string> = {
   retrying: 'trying again',
   restored: 'live, restored',
   failed: 'not connected',
+};
+
+const LACKS: Record<PatchFacts, string> = {
+  rest: 'Displacement, knot boxes and rest shape cannot be shown.',
+  uvs: 'The texture cannot be shown.',
 };
 
 export class App {
@@ -105,6 +111,7 @@ export class App {
       pullMissed: (error) =>
         error === undefined ? this.toasts.tell('There is no surface here to pull.') : this.toasts.fail(inWords(error)),
     });
+    session.surface.onFailed = (what, error) => this.toasts.fail(`${LACKS[what]} ${inWords(error)}`);
     this.scene.setDark(this.theme.dark);
     this.start.hidden = true;
     document.body.classList.remove('no-scene');

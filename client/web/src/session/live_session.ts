@@ -42,7 +42,7 @@ export class LiveSession implements SceneSession {
       refused: (text, idle) => this.listeners.emit('refused', text, idle),
     });
     parts.keeper.onNotKept = (text) => this.listeners.emit('notKept', text);
-    this.on('status', ({ state }) => (state === 'live' || state === 'restored') && this.keep());
+    this.on('status', ({ state }) => (state === 'live' || state === 'restored') && this.connected());
     this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners, failed);
   }
 
@@ -124,6 +124,11 @@ export class LiveSession implements SceneSession {
     this.listeners.emit('lattice', this.lattice);
     this.resolveReady();
     this.keep();
+  }
+
+  private connected(): void {
+    this.keep();
+    this.parts.surface.reconnected();
   }
 
   private structureChanged(lattice: Lattice): void {

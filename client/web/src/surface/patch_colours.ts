@@ -3,11 +3,13 @@
 import { Color, type DataTexture } from 'three';
 import type { PatchOrigins, PatchSource, RestCorners } from './patch_source';
 import { patchTexture } from './patch_texture';
+import type { PatchFacts } from './surface';
 import type { TopologyLayout } from './topology_layout';
 
 /**
  * What is known of every patch besides its points: corners at rest, the colour of its knot box, texture coordinates.
- * Fetched when first wanted; until then, and where fetching fails, it is absent and the surface is drawn without it.
+ * Fetched when first wanted; until then, and where fetching fails, it is absent and the surface is drawn without it. What
+ * has failed is asked for again when it is chosen again, and when the server is there again.
  */
 export class PatchColours {
   restCorners: DataTexture | undefined;
@@ -16,11 +18,18 @@ export class PatchColours {
   restOrigin: readonly [number, number, number] | undefined;
   private layout: TopologyLayout | undefined;
   private corners: Float32Array | undefined;
-  private asked = { rest: false, uvs: false };
-  private generation = 0;  // answers of an earlier one are of no use
+  private readonly asks = new Map<PatchFacts, symbol>();  // the newest of each; answers to earlier ones are of no use
+  private readonly told = new Map<PatchFacts, string>();  // why each failed, of those that have not come since
 
-  /** @param changed Told when something has come. */
-  constructor(private readonly source: PatchSource, private readonly changed: () => void) {}
+  /**
+   * @param changed Told when something has come.
+   * @param failed Told when something could not be had, once for each cause until it is chosen again.
+   */
+  constructor(
+    private readonly source: PatchSource,
+    private readonly changed: () => void,
+    private readonly failed: (what: PatchFacts, error: unknown) => void,
+  ) {}
 
   /** The layout of what is drawn; says whether its patches are others, which they are where their number is. */
   setLayout(layout: TopologyLayout): boolean {
@@ -35,7 +44,7 @@ export class PatchColours {
     this.corners = corners;
     this.uvs?.dispose();
     this.uvs = undefined;
-    this.asked.uvs = false;
+    this.asks.delete('uvs');
   }
 
   /** The lattice has other knots: nothing is asked for until a layout of theirs comes. */
@@ -45,35 +54,54 @@ export class PatchColours {
   }
 
   forget(): void {
-    ++this.generation;
     for (const texture of [this.restCorners, this.boxColours, this.uvs]) texture?.dispose();
     this.restCorners = this.boxColours = this.uvs = this.restOrigin = undefined;
-    this.asked = { rest: false, uvs: false };
+    this.asks.clear();
+  }
+
+  /** The look is another: what has failed may be asked for again, and said again. */
+  chosenAnew(): void {
+    for (const what of this.told.keys()) this.asks.delete(what);
+    this.told.clear();
+  }
+
+  /** The server is there again: what has not come may be asked for again, for answers may be lost. */
+  reconnected(): void {
+    if (!this.restCorners) this.asks.delete('rest');
+    if (!this.uvs) this.asks.delete('uvs');
   }
 
   wantRest(): void {
-    if (this.asked.rest || !this.layout) return;
-    this.asked.rest = true;
-    void this.fetch(() => this.source.restCorners(), (rest) => this.takeRest(rest));
+    if (this.asks.has('rest') || !this.layout) return;
+    void this.ask('rest', () => this.source.restCorners(), (rest) => this.takeRest(rest));
   }
 
   wantUvs(): void {
-    if (this.asked.uvs || !this.corners || !this.layout) return;
-    this.asked.uvs = true;
+    if (this.asks.has('uvs') || !this.corners || !this.layout) return;
     const { id } = this.layout;
-    void this.fetch(() => this.source.origins(id), (origins) => this.takeOrigins(origins));
+    void this.ask('uvs', () => this.source.origins(id), (origins) => this.takeOrigins(origins));
   }
 
-  private async fetch<T>(ask: () => Promise<T>, take: (answer: T) => void): Promise<void> {
-    const { generation } = this;
+  private async ask<T>(what: PatchFacts, fetch: () => Promise<T>, take: (answer: T) => void): Promise<void> {
+    const mine = Symbol(what);
+    this.asks.set(what, mine);
     try {
-      const answer = await ask();
-      if (generation !== this.generation) return;
+      const answer = await fetch();
+      if (this.asks.get(what) !== mine) return;
       take(answer);
-      this.changed();
     } catch (error) {
-      console.warn('latticed: the surface is drawn without what is known of its patches:', error);
+      if (this.asks.get(what) === mine) this.tell(what, error);
+      return;
     }
+    this.told.delete(what);
+    this.changed();
+  }
+
+  private tell(what: PatchFacts, error: unknown): void {
+    const cause = String(error);
+    if (this.told.get(what) === cause) return;
+    this.told.set(what, cause);
+    this.failed(what, error);
   }
 
   private takeRest({ origin, corners }: RestCorners): void {

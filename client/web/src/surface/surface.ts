@@ -13,6 +13,9 @@ export interface SurfaceLook {
   readonly colour?: number;
 }
 
+/** What is known of patches besides their points: their shape at rest, texture coordinates. */
+export type PatchFacts = 'rest' | 'uvs';
+
 /** The deformed surface as three draws it: one geometry for all chunks, written in place. */
 export interface Surface {
   /** World coordinates less `origin`, which is its position. */
@@ -25,6 +28,8 @@ export interface Surface {
   readonly displacementRange: number;
   /** Called when it looks otherwise without an update: what a look asked for has come. */
   onChanged?: () => void;
+  /** Called when what a look asked for cannot be had: it is drawn without. Once for each cause until another look is chosen. */
+  onFailed?: (what: PatchFacts, error: unknown) => void;
   setLook(look: SurfaceLook): void;
   /**
    * Base colours in layers, with u v layer for each corner of the mesh, v from the texture's first row on; without both:

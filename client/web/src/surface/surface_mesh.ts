@@ -5,7 +5,7 @@ import { PatchColours } from './patch_colours';
 import type { PatchSource } from './patch_source';
 import { patternTexture } from './patch_texture';
 import { PointBuffer } from './point_buffer';
-import type { SurfaceLook } from './surface';
+import type { PatchFacts, SurfaceLook } from './surface';
 import { FRAGMENT_SHADER, VERTEX_SHADER } from './surface_shader';
 import type { SurfaceSink } from './surface_sink';
 import type { Grid, SurfaceUpdate } from './surface_update';
@@ -33,6 +33,7 @@ export class SurfaceMesh implements SurfaceSink {
   private readonly ghost = new Mesh(undefined, this.ghostMaterial);
   private readonly patches: PatchColours;
   onChanged?: () => void;
+  onFailed?: (what: PatchFacts, error: unknown) => void;
   private extents = new Float32Array();
   private layout: TopologyLayout | undefined;
   private grid: Grid | undefined;
@@ -43,7 +44,7 @@ export class SurfaceMesh implements SurfaceSink {
     this.patches = new PatchColours(source, () => {
       this.dress();
       this.onChanged?.();
-    });
+    }, (what, error) => this.onFailed?.(what, error));
     this.ghostMaterial.uniforms.opacity = { value: 0.2 };
     this.ghost.visible = false;
     this.ghost.renderOrder = 1;
@@ -118,8 +119,15 @@ export class SurfaceMesh implements SurfaceSink {
     this.dress();
   }
 
+  reconnected(): void {
+    this.patches.reconnected();
+    this.dress();
+  }
+
   setLook(look: SurfaceLook): void {
-    this.look = { ...this.look, ...look };
+    const before = this.look;
+    this.look = { ...before, ...look };
+    if (this.look.colouring !== before.colouring || this.look.ghost !== before.ghost) this.patches.chosenAnew();
     if (look.colour !== undefined) this.uniforms.baseColour.value.setHex(look.colour);
     this.uniforms.wireframe.value = this.look.wireframe ? 1 : 0;
     this.uniforms.patchEdges.value = this.look.patchEdges ? 1 : 0;

@@ -8,4 +8,6 @@ export interface SurfaceSink extends Surface {
   apply(update: SurfaceUpdate): void;
   /** The knots have changed: patches are others. */
   structureChanged(): void;
+  /** The server is there again: what a look asked for and has not come is asked for again. */
+  reconnected(): void;
 }

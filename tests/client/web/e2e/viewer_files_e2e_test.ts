@@ -238,6 +238,19 @@ test('a token that may only look sees the scene; its edit goes back, in words', 
   await looker.close();
 });
 
+test('a token that may only look is told what the heat map asks of it', async () => {
+  const { page: looker } = await openPage(browser, `${server.origin}/${new URL(page.url()).search}#token=${TOKENS.read}`);
+  await live(looker);
+
+  await looker.keyboard.press('n'); // the panel
+  await looker.getByLabel('Colour', { exact: true }).selectOption('displacement');
+
+  const words = 'Displacement, knot boxes and rest shape cannot be shown. ' +
+    'The token of this page does not allow that: it takes the role "edit".';
+  await looker.locator('.toast-error').getByText(words).waitFor();
+  await looker.close();
+});
+
 test('a download that fails is said in the dialog', async () => {
   await page.keyboard.press('Control+e');
   await server.kill();

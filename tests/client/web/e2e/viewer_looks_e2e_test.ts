@@ -115,6 +115,21 @@ function hue(colour: Vec3): string {
   return b > 2 * g && b > 2 * r ? 'dark blue' : `${colour}`;
 }
 
+test('a heat map whose first call is lost is said to be missing, and is there once the page has connected again', async () => {
+  const CALL = '**/latticed.v1.SceneService/CreateScene';
+  await page.route(CALL, (route) => route.abort());
+  await page.evaluate(() => window.latticed.settings.set({ colouring: 'displacement' }));
+  await page.locator('.toast-error').getByText('Displacement, knot boxes and rest shape cannot be shown.').waitFor();
+  await page.unroute(CALL);
+  errors.length = 0; // the lost call is in the console too
+
+  await page.evaluate(() => window.dispatchEvent(new Event('online')));
+
+  await page.waitForFunction(() => window.latticed.scene!.session.surface.displacementRange > 0);
+  assert.equal(hue((await coloursAt([[-0.95, -0.95, 0]]))[0]), 'dark blue');
+  await page.locator('.toast-error').getByRole('button', { name: 'Close' }).click();
+});
+
 test('the heat map is red at the corner that was moved, cold at the others, and its legend says how far that is', async () => {
   const corner: Vec3 = [1, 1, 0];
   const most = distance(deformed(shown.lattice, corner), corner);

@@ -30,6 +30,7 @@ export interface Options {
   readonly name?: string;
   readonly store?: MemorySceneStore;
   readonly backOff?: BackOff;
+  readonly patches?: PatchSource;
 }
 
 /** A session whose server is the test; its lattice has 3 x 3 x 3 points over the unit cube. */
@@ -38,7 +39,7 @@ export class SessionFixture {
   readonly sockets = new FakeStreams();
   readonly watches = new FakeStreams();
   readonly store: MemorySceneStore;
-  readonly surface = new SurfaceMesh(noPatches);
+  readonly surface: SurfaceMesh;
   readonly said: string[] = [];
   readonly notKept: string[] = [];
   readonly states: string[] = [];
@@ -48,6 +49,7 @@ export class SessionFixture {
 
   constructor(options: Options = {}) {
     this.store = options.store ?? new MemorySceneStore();
+    this.surface = new SurfaceMesh(options.patches ?? noPatches);
     this.server.features = options.features ?? [];
     this.server.meshes.set('mesh-1', new Uint8Array([1, 2, 3]));
     this.session = new LiveSession('scene-0001', {
