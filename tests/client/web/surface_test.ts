@@ -172,6 +172,26 @@ test('10,000 updates write into the same buffer, and ranges do not pile up while
   assert.equal(data.updateRanges.length, 2);
 });
 
+test('all of a chunk is sent that is written after a coarser one of the same first point, and before the next frame', () => {
+  const buffer = new PointBuffer();
+  const layoutOf = (segments: number): TopologyLayout => {
+    const points = ((segments + 1) * (segments + 2)) / 2;
+    return new TopologyLayout(create(TopologySchema, {
+      topologyId: `${segments}`, segments, patchCount: 4n, pointCount: BigInt(4 * points),
+      chunkRuns: [{ chunkCount: 1, patchesPerChunk: 4 }], pattern: { points: Array(3 * points).fill(0) },
+    }));
+  };
+  const data = (buffer.prepare(layoutOf(10), false).getAttribute('position') as InterleavedBufferAttribute).data;
+  data.onUploadCallback();
+  for (const segments of [1, 10, 1]) {
+    const layout = layoutOf(segments);
+    buffer.prepare(layout, false);
+    buffer.write(layout.firstPointOf(0), new Uint16Array(6 * layout.pointCount).fill(segments));
+  }
+
+  assert.deepEqual(data.updateRanges, [{ start: 0, count: 6 * 4 * 66 }]); // of four patches of 66 points
+});
+
 test('triangles are the pattern for every patch; coarser layouts share the buffer, finer ones get a larger', () => {
   const buffer = new PointBuffer();
   const layout = new TopologyLayout(topology);

@@ -24,7 +24,7 @@ export class PointBuffer {
   private buffer: InterleavedBuffer | undefined;
   private isFloat = false;
   private readonly drawn: Drawn[] = [];  // the newest first
-  private readonly dirty = new Set<number>();  // first points of what was written since the last upload
+  private readonly dirty = new Map<number, { count: number }>();  // what was written since the last upload, by its first point
 
   /** Buffers and geometries made so far; tests count them. */
   made = 0;
@@ -51,9 +51,12 @@ export class PointBuffer {
     if (!buffer) throw new Error('write before prepare');
     const start = NUMBERS_PER_POINT * firstPoint;
     (buffer.array as PointNumbers).set(points, start);
-    if (!this.dirty.has(firstPoint)) {  // a hidden page draws nothing: ranges must not pile up
-      this.dirty.add(firstPoint);
+    const range = this.dirty.get(firstPoint);  // a hidden page draws nothing: ranges must not pile up
+    if (range) {
+      range.count = Math.max(range.count, points.length);  // a chunk of another layout may begin at the same point
+    } else {
       buffer.addUpdateRange(start, points.length);
+      this.dirty.set(firstPoint, buffer.updateRanges.at(-1)!);
     }
     buffer.needsUpdate = true;
   }
