@@ -5,7 +5,8 @@
 # usage: gpu_test.sh [FOLDER]
 # All tests that need a GPU, by the test programs in FOLDER (that of this script: an unpacked bundle's
 # bin): the conformance suite with CUDA required, what only CUDA has, and parts of both under
-# compute-sanitizer where it is installed. Needs no network and installs nothing.
+# compute-sanitizer where it is installed. Needs no network and installs nothing. With
+# LATTICED_REQUIRE_SANITIZER=1 nothing runs and it fails where compute-sanitizer is not installed.
 #
 # Programs run beside each other on the one device, $LATTICED_GPU_TESTS_AT_ONCE of them, for they wait
 # for the host more than for it; but those alone that look at how much memory the device has left, or
@@ -14,6 +15,9 @@ set -euo pipefail
 folder=${1:-$(dirname "$(readlink -f "$0")")}
 export LATTICED_REQUIRE_BACKENDS=${LATTICED_REQUIRE_BACKENDS:-cpu,cuda}
 readonly at_once=${LATTICED_GPU_TESTS_AT_ONCE:-$((1 + $(nproc) / 4))}
+
+command -v compute-sanitizer >/dev/null || [[ ${LATTICED_REQUIRE_SANITIZER:-0} != 1 ]] ||
+  { echo "LATTICED_REQUIRE_SANITIZER is 1, but compute-sanitizer is not installed" >&2; exit 1; }
 
 work=$(mktemp -d)
 trap 'jobs -rp | xargs -r kill 2>/dev/null || true; rm -rf "$work"' EXIT
