@@ -201,6 +201,31 @@ void RegisterScale(bool large) {
   }
 }
 
+// What a plan takes of the device's memory once there is a view with such normals; nothing is timed.
+void PlanMemory(benchmark::State& state, Pipeline pipeline, NormalMode normals) {
+  const Scenario& scenario = ModelScenario(PaperModels().back(), {2, 2, 2});
+  const auto target = (**TheGpu()).backend().Prepare(scenario.plan, pipeline);
+  CheckOk(target.status());
+  CheckOk((*target)->CreateView({.segments = 1, .normals = normals}).status());
+  const auto bytes = static_cast<double>((*target)->memory().at("device_plan"));
+  const auto patches = static_cast<double>(scenario.plan->patches.size());
+  SetTime(state, {});
+  state.counters["patches"] = patches;
+  state.counters["bytes_patch"] = bytes / patches;
+}
+
+void RegisterPlanMemory() {
+  const PaperModel& model = PaperModels().back();
+  for (const Pipeline pipeline :
+       {Pipeline::kFused, Pipeline::kGemm, Pipeline::kGemm12, Pipeline::kControlNet}) {
+    for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
+      RegisterOnce(fmt::format("gpu/plan-memory/{}-{}/{}/{}", model.name, model.patches,
+                               PipelineName(pipeline), NormalsName({.normals = normals})),
+                   [=](benchmark::State& state) { PlanMemory(state, pipeline, normals); });
+    }
+  }
+}
+
 void Floors(benchmark::State& state) {
   const GpuFloors& floors = (**TheGpu()).floors();
   SetTime(state, {});
@@ -224,6 +249,7 @@ void RegisterGpuBenches(bool large) {
   RegisterTensorProduct();
   RegisterTessellationShaders();
   RegisterShapes();
+  RegisterPlanMemory();
   RegisterGpuEditBenches();
   RegisterGpuEncodeBenches();
   RegisterScale(large);

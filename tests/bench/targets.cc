@@ -106,6 +106,10 @@ void AddGpu(Targets& targets) {
        tree + facet + kernels, false, 1.8},
       {"GPU smooth / facet normals, quantised, kernels",
        tree + "quantised/smooth/10segments" + kernels, tree + quantised + kernels, false, 1.8},
+      {"GPU 113,663 plan, facet normals, bytes a patch",
+       "gpu/plan-memory/tree-113663/fused/facet:bytes_patch", "", false, 64},
+      {"GPU 113,663 plan, smooth normals, bytes a patch",
+       "gpu/plan-memory/tree-113663/fused/smooth:bytes_patch", "", false, 96},
   };
   targets.insert(targets.end(), gpu.begin(), gpu.end());
   for (const char* row : {"float32/most", "float32/median", "quantised/most", "quantised/median"}) {
