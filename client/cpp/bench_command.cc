@@ -100,7 +100,8 @@ absl::StatusOr<LoadReport> Measure(Session& session, const BenchFlags& flags, co
       plan, scenes.scenes(), [&session] { return session.NewClient(); },
       {.fused = flags.pipeline.empty() || flags.pipeline == "fused",
        .server_inside = flags.session.server.empty(),
-       .server_process = flags.server_process},
+       .server_process = flags.server_process,
+       .superseded = [&session] { return session.Counter("latticed_updates_superseded_total"); }},
       stop);
   const bool timed = flags.seconds > 0;
   ProgressBar bar(console, timed ? "milliseconds" : "edits", ProgressBar::Unit::kCount);
@@ -163,8 +164,10 @@ void AddPaceFlags(CLI::App& command, BenchFlags& flags) {
       ->check(CLI::Range(0.1, 60'000.0))
       ->excludes(rate);
   command
-      .add_option("--points", flags.points,
-                  "What an edit moves: all control points' region, or one")
+      .add_option(
+          "--points", flags.points,
+          "What an edit moves: every second control point, so that all chunks change, or one, "
+          "each in its turn")
       ->check(CLI::IsMember({"all", "one"}))
       ->capture_default_str();
 }
@@ -180,8 +183,10 @@ void AddBenchCommand(CLI::App& app, CommandLine& line) {
       "--interval)");
   command->footer(
       "Counted as \"edits merged\": those that share their update with a later one; as \"updates "
-      "restarted\": those begun in place of one that was superseded before its end, since its "
-      "reader was slow or it gave way to less detail (--max-points, --max-bytes-per-second).");
+      "restarted\": those that say so (UpdateBegin.restart), begun in place of one that a newer "
+      "one superseded before its end, since its reader was slow or it gave way to less detail "
+      "(--max-points, --max-bytes-per-second); as \"updates superseded\": the latter alone, of "
+      "all streams, as a server in this process counts them.");
   command->add_option("meshes", flags->meshes, "Files, or names of 'latticectl sample'")
       ->capture_default_str();
   command->add_option("--resolution", flags->resolution, "Of sample meshes")

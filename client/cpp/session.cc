@@ -3,6 +3,7 @@
 #include "client/cpp/session.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 
 #include "client/cpp/files.h"
 #include "core/base/error.h"
@@ -90,6 +91,17 @@ std::unique_ptr<Client> Session::NewClient() const {
   Connection connection = connection_;
   connection.alone = true;
   return Client::Connect(connection);
+}
+
+std::optional<uint64_t> Session::Counter(std::string_view name) const {
+  if (server_ == nullptr) return std::nullopt;
+  const std::string text = server_->metrics();
+  const std::string label = fmt::format("\n{} ", name);
+  const size_t at = text.find(label);
+  if (at == std::string::npos) return std::nullopt;
+  uint64_t value = 0;
+  std::from_chars(text.data() + at + label.size(), text.data() + text.size(), value);
+  return value;
 }
 
 absl::Status Session::Explain(const absl::Status& status) const {

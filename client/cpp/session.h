@@ -6,9 +6,12 @@
 #ifndef LATTICED_CLIENT_CPP_SESSION_H_
 #define LATTICED_CLIENT_CPP_SESSION_H_
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 
 #include "absl/status/statusor.h"
 #include "client/cpp/interruption.h"
@@ -53,6 +56,8 @@ class Session {
   Client& client() { return *client_; }
   // Another client of the server, with a connection of its own, which no interruption cancels.
   [[nodiscard]] std::unique_ptr<Client> NewClient() const;
+  // A counter of a server in this process, as its /metrics has it; none of another server.
+  std::optional<uint64_t> Counter(std::string_view name) const;
   // Adds to an error what a person can do about it.
   absl::Status Explain(const absl::Status& status) const;
 

@@ -15,6 +15,7 @@
 namespace latticed::client {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -41,6 +42,7 @@ TEST_F(LatticectlBench, ClosedLoopOfScenesEditorsAndWatchersCountsEveryEdit) {
     EXPECT_EQ(result["editors"][latency]["count"], 2 * 2 * 10) << latency;
     EXPECT_EQ(result["watchers"][latency]["count"], 2 * 3 * 10) << latency;
   }
+  EXPECT_FALSE(result["server"].contains("updatesSuperseded")) << "not in this process";
   const auto& end = result["watchers"]["updateEnd"];
   EXPECT_GT(end["p50Ms"], 0.0);
   EXPECT_LE(end["p50Ms"], end["p90Ms"]);
@@ -78,7 +80,15 @@ TEST_F(LatticectlBench, OpenLoopSendsEveryEdit) {
   EXPECT_EQ(result["editors"]["decoded"]["count"], 40);  // the first editor's
   EXPECT_GE(result["seconds"], 0.095);                   // the last one is due then
   EXPECT_EQ(result["pace"], "open loop, 200 edits/s an editor");
-  EXPECT_EQ(result["moved"], "one point");
+  EXPECT_EQ(result["moved"], "one control point");
+}
+
+TEST_F(LatticectlBench, AnEditOfEverySecondControlPointChangesAllChunks) {
+  const auto result = Bench({"--edits", "5"});
+  EXPECT_EQ(result["moved"], "every second control point");
+  const auto& median = result["editors"]["medianUpdate"];
+  EXPECT_GT(median["allChunks"], 1);
+  EXPECT_EQ(median["chunks"], median["allChunks"]);
 }
 
 TEST_F(LatticectlBench, UpdatesAreVerifiedWhetherTheyWereDecodedOrNot) {
@@ -117,6 +127,8 @@ TEST_F(LatticectlBench, AnEditThatNoChunkShowsHasAnUpdateWithoutBytes) {
   const auto result = Bench(flags);
   EXPECT_EQ(result["editors"]["updates"], 1);
   EXPECT_EQ(result["editors"]["bytes"], 0);
+  EXPECT_EQ(result["editors"]["medianUpdate"]["chunks"], 0);
+  EXPECT_GT(result["editors"]["medianUpdate"]["allChunks"], 0);
   EXPECT_FALSE(result["cpu"]["client"].contains("secondsPerGigabyte"));
   std::vector<std::string> bench{"bench", Path("vase.obj"), "--segments", "2"};
   bench.insert(bench.end(), flags.begin(), flags.end());
@@ -152,25 +164,51 @@ TEST_F(LatticectlBench, StalledAndSlowWatchersAreToldApart) {
   EXPECT_EQ(slow["editsUnseen"].get<int>() + slow["updateEnd"]["count"].get<int>(), 20);
 }
 
-TEST_F(LatticectlBench, UpdatesThatGiveWayToLessDetailAreRestarted) {
-  const auto server = StartServer();
-  ASSERT_NE(server, nullptr);
+class LatticectlBenchOfLessDetail : public LatticectlBench {
+ protected:
   // All detail, 1.5 MB, follows 80 ms after an edit and takes three times as long as the next edit is
   // away. A machine that is too busy to begin it before that gets more time.
-  nlohmann::json result;
-  for (const double interval : {0.2, 0.8, 3.2}) {
-    result = nlohmann::json::parse(
-        MustRun({"bench", Path("vase.obj"), "--segments", "8", "--encoding", "raw", "--rate",
-                 fmt::format("{}", 1 / interval), "--edits", "4", "--max-bytes-per-second",
-                 fmt::format("{:.0f}", 500000 / interval), "--json", "--server",
-                 server->address()}),
-        nullptr, /*allow_exceptions=*/false);
-    EXPECT_EQ(result["editors"]["editsUnseen"], 0);
-    if (result["editors"]["updatesRestarted"] > 0) break;
+  nlohmann::json BenchUntilAny(const std::string& count,
+                               const std::vector<std::string>& flags) const {
+    const nlohmann::json::json_pointer counted(count);
+    nlohmann::json result;
+    for (const double interval : {0.2, 0.8, 3.2}) {
+      std::vector<std::string> all{"bench",
+                                   Path("vase.obj"),
+                                   "--segments",
+                                   "8",
+                                   "--encoding",
+                                   "raw",
+                                   "--rate",
+                                   fmt::format("{}", 1 / interval),
+                                   "--edits",
+                                   "4",
+                                   "--max-bytes-per-second",
+                                   fmt::format("{:.0f}", 500000 / interval),
+                                   "--json"};
+      all.insert(all.end(), flags.begin(), flags.end());
+      result = nlohmann::json::parse(MustRun(all), nullptr, /*allow_exceptions=*/false);
+      EXPECT_EQ(result["editors"]["editsUnseen"], 0);
+      if (result.value(counted, 0) > 0) break;
+    }
+    return result;
   }
+};
+
+TEST_F(LatticectlBenchOfLessDetail, UpdatesThatGiveWayAreRestarted) {
+  const auto server = StartServer();
+  ASSERT_NE(server, nullptr);
+
+  const auto result = BenchUntilAny("/editors/updatesRestarted", {"--server", server->address()});
 
   EXPECT_GT(result["editors"]["updatesRestarted"], 0);
   EXPECT_THAT(server->metrics(), Not(HasSubstr("latticed_updates_restarted_total 0\n")));
+}
+
+TEST_F(LatticectlBenchOfLessDetail, AServerInThisProcessTellsHowManyItSuperseded) {
+  const auto result = BenchUntilAny("/server/updatesSuperseded", {"--backend", "cpu"});
+
+  EXPECT_GT(result["server"]["updatesSuperseded"], 0);
 }
 
 TEST_F(LatticectlBench, PrintsATableAndAppendsItToADocument) {
@@ -180,8 +218,11 @@ TEST_F(LatticectlBench, PrintsATableAndAppendsItToADocument) {
   const std::string text = Run(bench);
   EXPECT_THAT(text, HasSubstr("1 scene of vase"));
   EXPECT_THAT(text, HasSubstr("editors: edit to update end"));
-  EXPECT_THAT(text, HasSubstr("0 edits merged, 0 updates restarted"));
-  EXPECT_THAT(MustRun({"bench", "--help"}), HasSubstr("superseded"));
+  EXPECT_THAT(text, HasSubstr("closed loop; every second control point moved, draco"));
+  EXPECT_THAT(text, ContainsRegex("[0-9]+ of [0-9]+ chunks in the median update; "
+                                  "0 edits merged, 0 updates restarted"));
+  EXPECT_THAT(MustRun(bench), HasSubstr("0 updates superseded by one in less detail"));
+  EXPECT_THAT(MustRun({"bench", "--help"}), HasSubstr("UpdateBegin.restart"));
   Run(bench);
   const auto document = ReadFile(Path("load.md"));
   ASSERT_OK(document);

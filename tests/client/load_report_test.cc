@@ -20,13 +20,16 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// An update of that revision, of one chunk of 100 bytes.
-void TakeUpdate(uint64_t revision, bool restart, UpdateLog* log) {
+// An update of that revision, of chunks of 100 bytes.
+void TakeUpdate(uint64_t revision, bool restart, UpdateLog* log, int chunks = 1) {
   v1::SceneEvent event;
   event.mutable_update_begin()->set_revision(revision);
   event.mutable_update_begin()->set_restart(restart);
   log->Take(event);
-  event.mutable_chunks()->add_chunks()->set_data(std::string(100, 'x'));
+  event.mutable_chunks();
+  for (int i = 0; i < chunks; ++i) {
+    event.mutable_chunks()->add_chunks()->set_data(std::string(100, 'x'));
+  }
   log->Take(event);
   event.mutable_update_end()->set_revision(revision);
   event.mutable_update_end()->mutable_timings()->set_queue_us(3000);
@@ -74,6 +77,28 @@ TEST(StreamGroup, AnUpdateAnswersAllEditsThatItHolds) {
   stages.Add(log, {}, 2);
   EXPECT_EQ(stages.encode.count(), 3u);
   EXPECT_EQ(stages.encode.Summarise().p50, 1.5);
+}
+
+TEST(StreamGroup, TellsHowManyOfTheChunksTheMedianUpdateHas) {
+  StreamGroup group;
+  EXPECT_EQ(group.MedianChunks().all, 0u);
+  const auto add = [&group](std::vector<uint32_t> runs, const std::vector<int>& updates) {
+    UpdateLog log;
+    v1::SceneEvent event;
+    for (const uint32_t chunks : runs) {
+      event.mutable_topology()->add_chunk_runs()->set_chunk_count(chunks);
+    }
+    log.Take(event);
+    uint64_t revision = 1;
+    TakeUpdate(revision, false, &log);  // the warm-up's
+    for (const int chunks : updates) TakeUpdate(++revision, false, &log, chunks);
+    group.Add(log, {}, /*first_revision=*/1);
+  };
+  add({3, 2}, {5, 1, 3});
+  add({1}, {0, 1});
+
+  EXPECT_EQ(group.MedianChunks().sent, 3u) << "of 0, 1/5, 3/5, 1 and 1";
+  EXPECT_EQ(group.MedianChunks().all, 5u);
 }
 
 TEST(ServerStages, AddsTheEditThatMadeAnUpdatesRevisionToTheUpdate) {

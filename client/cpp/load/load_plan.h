@@ -42,7 +42,8 @@ struct LoadPlan {
   absl::Duration period;                               // open and interval
   uint64_t edits = 100;                                // of each editor
   absl::Duration duration = absl::InfiniteDuration();  // ends earlier
-  bool all_points = true;  // moved by an edit: every second control point, or one after the other
+  // Moved by an edit: every second control point, so that all chunks change, or one after the other.
+  bool all_points = true;
   Decoding decoding = Decoding::kFirst;
   v1::ViewOptions view;
 };

@@ -14,6 +14,7 @@ void StreamGroup::Add(const UpdateLog& log, std::span<const TimedEdit> edits,
     if (update.revision <= first_revision) continue;
     ++updates;
     bytes += update.bytes;
+    chunks.push_back({update.chunks, update.all_chunks});
     const size_t first = next;
     for (; next < edits.size() && edits[next].revision <= update.revision; ++next) {
       first_chunk.Add(update.first_chunk - edits[next].due);
@@ -25,6 +26,14 @@ void StreamGroup::Add(const UpdateLog& log, std::span<const TimedEdit> edits,
   unseen += edits.size() - next;
   restarted += static_cast<uint64_t>(std::ranges::count_if(
       log.restarts(), [first_revision](uint64_t r) { return r > first_revision; }));
+}
+
+SentChunks StreamGroup::MedianChunks() const {
+  if (chunks.empty()) return {};
+  std::vector<SentChunks> sorted = chunks;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) / 2);
+  std::ranges::nth_element(sorted, middle, {}, &SentChunks::share);
+  return *middle;
 }
 
 void ServerStages::Add(const UpdateLog& log, std::span<const AppliedEdit> applied,

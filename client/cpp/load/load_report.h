@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "absl/time/time.h"
 #include "client/cpp/load/edit_log.h"
@@ -20,6 +21,14 @@
 #include "client/cpp/load/verified_points.h"
 
 namespace latticed::client {
+
+// Chunks that an update has brought, of all that the surface has.
+struct SentChunks {
+  uint64_t sent = 0, all = 0;
+  double share() const {
+    return all == 0 ? 0 : static_cast<double>(sent) / static_cast<double>(all);
+  }
+};
 
 // Streams of one kind. A latency is counted for every edit of a scene and every stream of it: from
 // when the edit was due to the first update that holds it.
@@ -33,10 +42,13 @@ struct StreamGroup {
   uint64_t restarted = 0;
   uint64_t unseen = 0;  // edits whose update had not come at the end
   LatencyRecorder first_chunk, update_end, decoded;
+  std::vector<SentChunks> chunks;  // of each update
 
   // One stream more. `edits` are its scene's, by revision; updates up to `first_revision` are the
   // warm-up's.
   void Add(const UpdateLog& log, std::span<const TimedEdit> edits, uint64_t first_revision);
+  // By their share; zeros where there was no update.
+  SentChunks MedianChunks() const;
 };
 
 // Times on the server, as update_end and edit_result tell them: of the batches, and of the updates
@@ -70,6 +82,9 @@ struct LoadReport {
   StreamGroup editors, watchers, slow;
   ServerStages stages;
   CpuTimes cpu;
+  // Updates that the server gave up on their way for a newer one in less detail, as it counts them
+  // itself (latticed_updates_superseded_total); known of one in this process.
+  std::optional<uint64_t> superseded;
   VerifiedPoints verified;
 
   uint64_t updates() const { return editors.updates + watchers.updates + slow.updates; }

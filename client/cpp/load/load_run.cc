@@ -33,11 +33,13 @@ absl::StatusOr<LoadReport> LoadRun::Run(const Progress& progress) {
   if (auto status = Prepare(); !status.ok()) return status;
   const auto cpu_before = ReadCpuTimes();
   if (!cpu_before.ok()) return cpu_before.status();
+  const std::optional<uint64_t> superseded_before = options_.superseded();
   const absl::Time begin = absl::Now();
   Measure(progress);
   absl::Status status = Settle();
   LoadReport report;
   report.duration = absl::Now() - begin;
+  report.superseded = options_.superseded();
   auto cpu = ReadCpuTimes();
   for (const auto& scene : scenes_) scene->Close();
   if (!status.ok()) return status;
@@ -47,6 +49,7 @@ absl::StatusOr<LoadReport> LoadRun::Run(const Progress& progress) {
     scene->AddTo(&report);
   }
   if (report.edits == 0) return Stopped();
+  if (report.superseded.has_value()) *report.superseded -= superseded_before.value_or(0);
   report.cpu = *cpu;
   report.cpu.own -= cpu_before->own;
   if (report.cpu.server.has_value()) *report.cpu.server -= *cpu_before->server;

@@ -14,7 +14,10 @@
 #ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_RUN_H_
 #define LATTICED_CLIENT_CPP_LOAD_LOAD_RUN_H_
 
+#include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -33,6 +36,8 @@ class LoadRun {
     bool fused = true;           // the scenes' pipeline
     bool server_inside = false;  // of this process
     int server_process = 0;      // else its id, where it runs on this machine and is known
+    // What a server in this process has counted as superseded so far; none of another.
+    std::function<std::optional<uint64_t>()> superseded = [] { return std::nullopt; };
   };
 
   LoadRun(const LoadPlan& plan, const std::vector<LoadScene>& scenes,

@@ -30,7 +30,9 @@ std::optional<double> PerGigabyte(absl::Duration cpu, const LoadReport& report) 
   return absl::ToDoubleSeconds(cpu) * kGigabyte / static_cast<double>(report.bytes());
 }
 
-const char* MovedText(const LoadPlan& plan) { return plan.all_points ? "all points" : "one point"; }
+const char* MovedText(const LoadPlan& plan) {
+  return plan.all_points ? "every second control point" : "one control point";
+}
 
 std::string CountedIfAny(uint64_t count, const char* what) {
   return count == 0 ? "" : fmt::format(", {} {}", FormatCount(count), what);
@@ -123,13 +125,20 @@ std::vector<Row> FactRows(const LoadReport& report) {
                             PerSecond(report.edits, report), FormatCount(report.replaced),
                             CountedIfAny(report.unsent, "due and not sent when it was stopped"))}};
   for (const auto& [name, group] : Groups(report)) {
+    const SentChunks chunks = group.MedianChunks();
     rows.push_back(
         {fmt::format("{} ({})", name, group.streams),
-         fmt::format("{} updates, {:.1f}/s; {:.1f} MB/s; {} edits merged, {} updates restarted{}",
+         fmt::format("{} updates, {:.1f}/s; {:.1f} MB/s; {} of {} chunks in the median update; {} "
+                     "edits merged, {} updates restarted{}",
                      FormatCount(group.updates), PerSecond(group.updates, report),
-                     PerSecond(group.bytes, report) / 1e6, FormatCount(group.merged),
+                     PerSecond(group.bytes, report) / 1e6, FormatCount(chunks.sent),
+                     FormatCount(chunks.all), FormatCount(group.merged),
                      FormatCount(group.restarted),
                      CountedIfAny(group.unseen, "edits not seen yet"))});
+  }
+  if (report.superseded.has_value()) {
+    rows.push_back({"server", fmt::format("{} updates superseded by one in less detail",
+                                          FormatCount(*report.superseded))});
   }
   for (Row& row : TimeRows(report)) rows.push_back(std::move(row));
   rows.push_back({"processor", CpuText(report)});
@@ -153,11 +162,13 @@ nlohmann::json ToJson(const LatencyRecorder& recorder) {
 }
 
 nlohmann::json ToJson(const StreamGroup& group, const LoadReport& report) {
+  const SentChunks chunks = group.MedianChunks();
   nlohmann::json json{{"streams", group.streams},
                       {"updates", group.updates},
                       {"updatesPerSecond", PerSecond(group.updates, report)},
                       {"bytes", group.bytes},
                       {"bytesPerSecond", PerSecond(group.bytes, report)},
+                      {"medianUpdate", {{"chunks", chunks.sent}, {"allChunks", chunks.all}}},
                       {"editsMerged", group.merged},
                       {"updatesRestarted", group.restarted},
                       {"editsUnseen", group.unseen}};
@@ -199,8 +210,8 @@ std::string LoadTitle(const LoadPlan& plan, const LoadReport& report) {
     title += fmt::format(", {} slow ({:g} MB/s)", plan.slow, plan.slow_rate / 1e6);
   }
   if (plan.stalled > 0) title += fmt::format(", {} stalled", plan.stalled);
-  return title + fmt::format("{}; {}; {}, {}", plan.scenes > 1 ? " each" : "", LoadModeText(plan),
-                             MovedText(plan), EncodingName(report.encoding));
+  return title + fmt::format("{}; {}; {} moved, {}", plan.scenes > 1 ? " each" : "",
+                             LoadModeText(plan), MovedText(plan), EncodingName(report.encoding));
 }
 
 void PrintLoadText(const LoadPlan& plan, const LoadReport& report, std::ostream& out) {
@@ -253,6 +264,7 @@ void PrintLoadJson(const LoadPlan& plan, const LoadReport& report, std::ostream&
   if (!shares.empty()) json["bottleneck"] = shares.front().key;
   for (const auto& stage : Stages(report.stages))
     json["server"][stage.key] = ToJson(stage.recorder);
+  if (report.superseded.has_value()) json["server"]["updatesSuperseded"] = *report.superseded;
   out << json.dump(2) << '\n';
 }
 

@@ -29,6 +29,12 @@ std::vector<uint32_t> SpreadChunks(size_t count, size_t most, size_t offset) {
 
 void UpdateLog::Take(const v1::SceneEvent& event) {
   switch (event.event_case()) {
+    case v1::SceneEvent::kTopology:
+      all_chunks_ = 0;
+      for (const v1::ChunkRun& run : event.topology().chunk_runs()) {
+        all_chunks_ += run.chunk_count();
+      }
+      break;
     case v1::SceneEvent::kUpdateBegin:
       if (event.update_begin().restart()) restarts_.push_back(event.update_begin().revision());
       current_ = {.first_chunk = absl::InfiniteFuture()};
@@ -54,6 +60,8 @@ void UpdateLog::TakeEnd(const v1::UpdateEnd& end) {
   if (current_chunks_.empty()) current_.first_chunk = current_.end;
   current_.revision = end.revision();
   current_.timings = end.timings();
+  current_.chunks = current_chunks_.size();
+  current_.all_chunks = all_chunks_;
   updates_.push_back(std::exchange(current_, {}));
   newest_chunks_ = std::exchange(current_chunks_, {});
   const std::lock_guard lock(mutex_);

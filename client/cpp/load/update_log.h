@@ -31,6 +31,7 @@ struct LoggedUpdate {
   absl::Time end;
   absl::Time decoded = absl::InfinitePast();  // not decoded
   uint64_t bytes = 0;                         // of chunk data
+  uint64_t chunks = 0, all_chunks = 0;        // that it has brought, of those of the surface
   v1::UpdateTimings timings;
 };
 
@@ -71,6 +72,7 @@ class UpdateLog {
 
   LoggedUpdate current_;
   std::vector<uint32_t> current_chunks_, newest_chunks_;
+  uint64_t all_chunks_ = 0;
   std::vector<LoggedUpdate> updates_;
   std::vector<SampledUpdate> samples_;
   uint64_t sampled_from_ = 0;
