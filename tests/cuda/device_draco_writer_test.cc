@@ -7,7 +7,9 @@
 
 #include <algorithm>
 
+#include "core/base/limits.h"
 #include "core/codec/draco_writer.h"
+#include "core/ffd/tessellation_pattern.h"
 #include "tests/core/codec/chunk_fixtures.h"
 #include "tests/cuda/cuda_test.h"
 
@@ -110,6 +112,16 @@ TEST_F(DeviceDracoWriterTest, AllSizesAndBits) {
       ExpectTheHostsBytes(chunks, All(chunks), false);
       if (HasFatalFailure()) return;
     }
+  }
+}
+
+// Whole chunks, as a scene has them.
+TEST_F(DeviceDracoWriterTest, EveryNumberOfSegments) {
+  for (int segments = limits::kMinSegments; segments <= limits::kMaxSegments; ++segments) {
+    const int points = limits::kPatchesPerChunk * PointsPerPatch(segments);
+    const auto chunks = AllKinds(static_cast<size_t>(points), 12, 8);
+    ExpectTheHostsBytes(chunks, All(chunks), false);
+    if (HasFatalFailure()) FAIL() << segments << " segments";
   }
 }
 
