@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A long update lets shorter ones of other scenes ahead, in the order of one worker.
+// A long update lets shorter ones of other scenes ahead, in the order of each worker.
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <numeric>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -20,9 +22,13 @@ namespace latticed::testing {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::Gt;
+using ::testing::Pair;
 
 class FairTurnsTest : public ::testing::Test {
  protected:
+  explicit FairTurnsTest(int workers = 1) : registry_(&backend_, workers) {}
+
   void TearDown() override {
     for (const Stage stage : {Stage::kEvaluate, Stage::kEncode}) gates().Open(stage);
   }
@@ -52,21 +58,46 @@ class FairTurnsTest : public ::testing::Test {
     ASSERT_OK(watched.scene->ApplyEdits(
         MoveBatch(*watched.scene, "alice", 1, std::move(all), {0, 0, 0.01})));
   }
-  // Edits the first, and the others once that is held at the gate of `stage`; then lets all go.
-  void EditWhileOneIsHeld(Stage stage, const std::vector<const Watched*>& scenes) {
-    before_ = gates().order(stage).size();
+  // Edits the first scenes, one for each worker, and the others once these are held at the gate of
+  // `stage`; then lets all go.
+  void EditWhileHeld(Stage stage, const std::vector<const Watched*>& scenes, int held = 1) {
     const int begun = gates().begun(stage);
     gates().Close(stage);
-    Edit(*scenes.front());
-    ASSERT_TRUE(gates().WaitForBegun(stage, begun + 1));
-    for (size_t i = 1; i < scenes.size(); ++i) Edit(*scenes[i]);
+    for (int i = 0; i < held; ++i) {
+      Edit(*scenes[static_cast<size_t>(i)]);
+      ASSERT_TRUE(gates().WaitForBegun(stage, begun + i + 1));
+    }
+    before_ = gates().history().size();
+    for (size_t i = static_cast<size_t>(held); i < scenes.size(); ++i) Edit(*scenes[i]);
     gates().Open(stage);
     for (const Watched* scene : scenes) scene->client->RunToHead();
   }
-  // Of the calls that ended since.
+  // The evaluating and encoding that ended since.
+  std::vector<StagedCall> Calls() {
+    const std::vector<StagedCall> all = gates().history();
+    std::vector<StagedCall> some;
+    std::copy_if(all.begin() + static_cast<std::ptrdiff_t>(before_), all.end(),
+                 std::back_inserter(some), [](const StagedCall& call) {
+                   return call.stage == Stage::kEvaluatePart || call.stage == Stage::kEvaluate ||
+                          call.stage == Stage::kEncode;
+                 });
+    return some;
+  }
   std::vector<size_t> Order(Stage stage) {
-    const std::vector<size_t> all = gates().order(stage);
-    return {all.begin() + static_cast<std::ptrdiff_t>(before_), all.end()};
+    std::vector<size_t> order;
+    for (const StagedCall& call : Calls()) {
+      if (call.stage == stage) order.push_back(call.chunks);
+    }
+    return order;
+  }
+  // The first `count` steps, of those on `thread` where one is given.
+  std::vector<std::pair<Stage, size_t>> FirstSteps(size_t count, std::thread::id thread = {}) {
+    std::vector<std::pair<Stage, size_t>> steps;
+    for (const StagedCall& call : Calls()) {
+      if (thread != std::thread::id() && call.thread != thread) continue;
+      if (steps.size() < count) steps.emplace_back(call.stage, call.chunks);
+    }
+    return steps;
   }
   static void ExpectRight(const Watched& watched) {
     const auto fresh = EvaluateAfresh(*watched.scene->State(), *watched.client->view());
@@ -77,7 +108,7 @@ class FairTurnsTest : public ::testing::Test {
   }
 
   StagedBackend backend_{/*on_device=*/false};
-  SceneRegistry registry_{&backend_, /*workers=*/1};
+  SceneRegistry registry_;
   size_t before_ = 0;
 };
 
@@ -86,7 +117,7 @@ TEST_F(FairTurnsTest, AShortUpdateWaitsForOneBatchOfALongEncoding) {
   ASSERT_GT(large.chunks(), 2 * 256u);
   ASSERT_LE(large.chunks(), 3 * 256u);
 
-  EditWhileOneIsHeld(Stage::kEncode, {&large, &small});
+  EditWhileHeld(Stage::kEncode, {&large, &small});
 
   EXPECT_THAT(Order(Stage::kEncode),
               ElementsAre(large.chunks(), small.chunks(), large.chunks(), large.chunks()));
@@ -97,10 +128,67 @@ TEST_F(FairTurnsTest, AShortUpdateWaitsForOneBatchOfALongEncoding) {
 TEST_F(FairTurnsTest, AShortUpdateWaitsForOnePartOfALongEvaluation) {
   const Watched large = Watch(48, 32), small = Watch(8, 1);
 
-  EditWhileOneIsHeld(Stage::kEvaluate, {&large, &small});
+  EditWhileHeld(Stage::kEvaluate, {&large, &small});
 
-  EXPECT_THAT(Order(Stage::kEvaluate), ElementsAre(small.chunks(), large.chunks()));
+  EXPECT_THAT(FirstSteps(4), ElementsAre(Pair(Stage::kEvaluatePart, large.chunks()),
+                                         Pair(Stage::kEvaluate, small.chunks()),
+                                         Pair(Stage::kEncode, small.chunks()),
+                                         Pair(Stage::kEvaluatePart, large.chunks())));
   ExpectRight(large);
+  ExpectRight(small);
+}
+
+// Where the last batch of one ends, the next of the long ones is first in the queue.
+TEST_F(FairTurnsTest, BesideTwoLongOnesItWaitsForOneBatchAndOnePart) {
+  const Watched ending = Watch(40, 1), large = Watch(48, 32), small = Watch(8, 1);
+  ASSERT_LE(ending.chunks(), 256u) << "more than a batch";
+  ASSERT_GT(ending.chunks(), 2 * small.chunks());
+
+  EditWhileHeld(Stage::kEncode, {&ending, &large, &small});
+
+  EXPECT_THAT(
+      FirstSteps(4),
+      ElementsAre(Pair(Stage::kEncode, ending.chunks()), Pair(Stage::kEvaluatePart, large.chunks()),
+                  Pair(Stage::kEvaluate, small.chunks()), Pair(Stage::kEncode, small.chunks())));
+  ExpectRight(ending);
+  ExpectRight(large);
+  ExpectRight(small);
+}
+
+class FairTurnsOfTwoWorkersTest : public FairTurnsTest {
+ protected:
+  FairTurnsOfTwoWorkersTest() : FairTurnsTest(2) {}
+  // On the worker that took it up.
+  void ExpectAfterOne(Stage stage, const Watched& small) {
+    const std::vector<StagedCall> calls = Calls();
+    const auto its = std::ranges::find(calls, small.chunks(), &StagedCall::chunks);
+    ASSERT_NE(its, calls.end());
+    EXPECT_THAT(FirstSteps(3, its->thread),
+                ElementsAre(Pair(stage, Gt(small.chunks())), Pair(Stage::kEvaluate, small.chunks()),
+                            Pair(Stage::kEncode, small.chunks())));
+  }
+};
+
+TEST_F(FairTurnsOfTwoWorkersTest, BesideTwoLongEncodingsItWaitsForOneBatch) {
+  const Watched one = Watch(90, 1), other = Watch(91, 1), small = Watch(8, 1);
+  ASSERT_GT(one.chunks(), 2 * 256u);
+
+  EditWhileHeld(Stage::kEncode, {&one, &other, &small}, /*held=*/2);
+
+  ExpectAfterOne(Stage::kEncode, small);
+  ExpectRight(one);
+  ExpectRight(other);
+  ExpectRight(small);
+}
+
+TEST_F(FairTurnsOfTwoWorkersTest, BesideTwoLongEvaluationsItWaitsForOnePart) {
+  const Watched one = Watch(48, 32), other = Watch(49, 32), small = Watch(8, 1);
+
+  EditWhileHeld(Stage::kEvaluate, {&one, &other, &small}, /*held=*/2);
+
+  ExpectAfterOne(Stage::kEvaluatePart, small);
+  ExpectRight(one);
+  ExpectRight(other);
   ExpectRight(small);
 }
 
@@ -131,7 +219,7 @@ TEST_F(FairTurnsTest, ALongerOneWaitsForAsMuchAsItTakesItself) {
   ASSERT_GT(m, 256u);
   ASSERT_GT(l, 5 * 256u);
 
-  EditWhileOneIsHeld(Stage::kEncode, {&large, &medium});
+  EditWhileHeld(Stage::kEncode, {&large, &medium});
 
   std::vector<size_t> order = Order(Stage::kEncode);
   order.resize(6);
@@ -145,7 +233,7 @@ TEST_F(FairTurnsTest, OnesOfTheSameSizeGoByTurnsOfAnUpdate) {
   const size_t a = first.chunks(), b = second.chunks();
   ASSERT_NE(a, b);
 
-  EditWhileOneIsHeld(Stage::kEncode, {&first, &second});
+  EditWhileHeld(Stage::kEncode, {&first, &second});
 
   EXPECT_THAT(Order(Stage::kEncode), ElementsAre(a, a, a, b, b, b));
 }
@@ -159,7 +247,7 @@ TEST_F(FairTurnsTest, AScenesOwnViewsAreNotLetAhead) {
   WatcherClient other(large.scene, options);
   other.RunToHead();
 
-  EditWhileOneIsHeld(Stage::kEncode, {&large});
+  EditWhileHeld(Stage::kEncode, {&large});
   other.RunToHead();
 
   EXPECT_EQ(Order(Stage::kEncode).size(), 6u) << "three batches of each";

@@ -43,7 +43,15 @@ class StagedView : public DeformView {
   absl::Status EvaluateInParts(std::span<const Vec3d> control_points, const QuantisationBox& box,
                                std::span<const uint32_t> chunks, Between between) override {
     absl::Status status = gates_->Begin(Stage::kEvaluate);
-    if (status.ok()) status = inner_->EvaluateInParts(control_points, box, chunks, between);
+    absl::Status of_parts;
+    if (status.ok()) {
+      status = inner_->EvaluateInParts(control_points, box, chunks, [&](uint64_t points) {
+        of_parts.Update(gates_->Begin(Stage::kEvaluatePart));
+        gates_->End(Stage::kEvaluatePart, chunks_);
+        between(points);
+      });
+    }
+    status.Update(of_parts);
     gates_->End(Stage::kEvaluate, chunks_);
     return status;
   }
@@ -207,12 +215,20 @@ int StageGates::begun(Stage stage) {
 
 int StageGates::ended(Stage stage) {
   const MutexLock lock(&mutex_);
-  return static_cast<int>(gates_[static_cast<size_t>(stage)].ended.size());
+  return gates_[static_cast<size_t>(stage)].ended;
 }
 
 std::vector<size_t> StageGates::order(Stage stage) {
+  std::vector<size_t> order;
+  for (const StagedCall& call : history()) {
+    if (call.stage == stage) order.push_back(call.chunks);
+  }
+  return order;
+}
+
+std::vector<StagedCall> StageGates::history() {
   const MutexLock lock(&mutex_);
-  return gates_[static_cast<size_t>(stage)].ended;
+  return history_;
 }
 
 int StageGates::encoded_chunks() {
@@ -235,8 +251,7 @@ bool StageGates::WaitForBegun(Stage stage, int count) {
 bool StageGates::WaitForEnded(Stage stage, int count) {
   const MutexLock lock(&mutex_);
   const Gate& gate = gates_[static_cast<size_t>(stage)];
-  return mutex_.AwaitFor([&gate, count] { return gate.ended.size() >= static_cast<size_t>(count); },
-                         kLong);
+  return mutex_.AwaitFor([&gate, count] { return gate.ended >= count; }, kLong);
 }
 
 absl::Status StageGates::Begin(Stage stage) {
@@ -266,7 +281,8 @@ absl::Status StageGates::Begin(Stage stage) {
 
 void StageGates::End(Stage stage, size_t chunks) {
   const MutexLock lock(&mutex_);
-  gates_[static_cast<size_t>(stage)].ended.push_back(chunks);
+  ++gates_[static_cast<size_t>(stage)].ended;
+  history_.push_back({stage, chunks, std::this_thread::get_id()});
 }
 
 StagedBackend::StagedBackend(bool on_device)

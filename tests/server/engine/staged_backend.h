@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -19,7 +20,24 @@
 
 namespace latticed::testing {
 
-enum class Stage { kPrepare, kCreateView, kEvaluate, kEncode, kDestroyView, kFreeChunk };
+// kEvaluatePart is within kEvaluate: a part of it, before others are let ahead.
+enum class Stage {
+  kPrepare,
+  kCreateView,
+  kEvaluatePart,
+  kEvaluate,
+  kEncode,
+  kDestroyView,
+  kFreeChunk
+};
+inline constexpr size_t kStages = 7;
+
+// A call that has ended, by the chunks of its plan, and where it ran.
+struct StagedCall {
+  Stage stage = Stage::kPrepare;
+  size_t chunks = 0;
+  std::thread::id thread;
+};
 
 // Where every call of a stage passes. Threads: safe.
 class StageGates {
@@ -44,6 +62,8 @@ class StageGates {
   int ended(Stage stage);
   // By the chunks of their plans, those that have ended, in order.
   std::vector<size_t> order(Stage stage);
+  // The same of all stages together.
+  std::vector<StagedCall> history();
   // False when it takes longer than twenty seconds.
   bool WaitForBegun(Stage stage, int count);
   bool WaitForEnded(Stage stage, int count);
@@ -66,14 +86,15 @@ class StageGates {
     absl::Status failure;
     int failures = 0;  // to come
     int begun = 0;
-    std::vector<size_t> ended;
+    int ended = 0;
     void Open() {
       open = true;
       hold_next = holds_one = false;
     }
   };
   Mutex mutex_;
-  std::array<Gate, 6> gates_ ABSL_GUARDED_BY(mutex_);
+  std::array<Gate, kStages> gates_ ABSL_GUARDED_BY(mutex_);
+  std::vector<StagedCall> history_ ABSL_GUARDED_BY(mutex_);
   absl::Duration delay_ ABSL_GUARDED_BY(mutex_);
   VertexDigest digest_mask_ ABSL_GUARDED_BY(mutex_);
   int encoded_chunks_ ABSL_GUARDED_BY(mutex_) = 0;
