@@ -60,8 +60,8 @@ size_t EndOfRawSymbols(const Stream& stream, size_t at) {
 }
 
 // Whether libdraco picked its tagged scheme for positions or normals of a cloud. A head takes 17
-// bytes and 6 an attribute; prediction, its transform and that symbols are coded come before the
-// scheme, the bounds of positions, 8 bytes, after their symbols.
+// bytes and 6 an attribute; prediction, its transform and that symbols are coded, which libdraco's
+// always are, come before the scheme; the bounds of positions, 8 bytes, come after their symbols.
 bool HasTaggedSymbols(const Stream& stream) {
   constexpr size_t kHead = 17, kAttribute = 6, kScheme = 3, kBounds = 8;
   const size_t positions = kHead + 2 * kAttribute;
