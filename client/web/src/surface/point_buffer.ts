@@ -74,9 +74,13 @@ export class PointBuffer {
   private allocate(points: number, float: boolean): void {
     this.dispose();
     const numbers = NUMBERS_PER_POINT * points;
-    this.buffer = new InterleavedBuffer(float ? new Float32Array(numbers) : new Uint16Array(numbers), NUMBERS_PER_POINT);
-    this.buffer.setUsage(DynamicDrawUsage);
-    this.buffer.onUpload(() => this.dirty.clear());
+    const buffer = new InterleavedBuffer(float ? new Float32Array(numbers) : new Uint16Array(numbers), NUMBERS_PER_POINT);
+    buffer.setUsage(DynamicDrawUsage);
+    buffer.onUpload(() => {
+      this.dirty.clear();
+      buffer.clearUpdateRanges();  // three leaves them after the first upload, of everything
+    });
+    this.buffer = buffer;
     this.dirty.clear();
     this.isFloat = float;
     ++this.made;

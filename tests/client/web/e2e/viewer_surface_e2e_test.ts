@@ -11,7 +11,8 @@ import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
 import { distance, type Vec3 } from '@src/lattice/vec';
 import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { launch, openPage } from './browser';
-import { followsDefinition } from './definition';
+import { followsDefinition, settled } from './definition';
+import { uploaded, watchUploads } from './gpu_buffer';
 import { normalsFollowDefinition } from './normals_definition';
 import { ServerProcess } from './server_process';
 import { plainSheetObj } from './sheet';
@@ -198,5 +199,62 @@ test('normals of each kind are those of the definition after an edit, in integer
     await followsDefinition(page, torus);
     await shot(`viewer_normals_${encoding}_none`);
   }
+  assert.deepEqual(errors, []);
+});
+
+const FINE = 10;
+
+/** Asks for segments, and waits until the surface has them. */
+async function setSegments(segments: number): Promise<void> {
+  await page.evaluate((n) => {
+    const { settings } = window.latticed;
+    settings.set({ view: { ...settings.value.view, segments: n, normals: 'smooth' } });
+  }, segments);
+  await page.waitForFunction((n) => {
+    const { drawnLayout } = window.latticed.scene!.session.surface as unknown as SurfaceMesh;
+    return drawnLayout!.segments === n;
+  }, segments);
+}
+
+function move(index: number, offset: Vec3): Promise<void> {
+  return page.evaluate(
+    ([i, by]) => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(i), offset: by }), [index, offset] as const);
+}
+
+test('the GPU has what was received: after an edit of one point, of which a part is sent, and after layouts that it was not shown', async () => {
+  const torus = torusObj(12, 8);
+  let sent = 0;
+  const wrong = async (): Promise<number> => {
+    const now = await uploaded(page);
+    sent += now.sent;
+    return now.wrong;
+  };
+  await page.evaluate(() => window.latticed.settings.set({ view: { ...window.latticed.settings.value.view, encoding: 'quantised' } }));
+  await watchUploads(page);
+  await dropFiles(page, [['torus.obj', torus]]);
+  await createScene(page);
+  await setSegments(FINE);
+  await followsDefinition(page, torus);
+  assert.equal(await settled(wrong, (bytes) => bytes === 0), 0);
+  const chunks = await page.evaluate(() => (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout!.chunkCount);
+  assert.ok(chunks > 2, `${chunks} chunks`);
+
+  sent = 0;
+  await move(63, [-0.1, -0.1, -0.1]); // inwards: in the grid that there is
+  await followsDefinition(page, torus);
+  assert.equal(await settled(wrong, (bytes) => bytes === 0), 0);
+  const { all } = await uploaded(page);
+  assert.ok(sent > 0 && sent < all, `${sent} bytes were sent, of ${all}`);
+
+  await page.evaluate(() => window.latticed.settings.set({ surface: false })); // nothing is sent while nothing is drawn
+  await setSegments(1);
+  await move(0, [-0.3, 0.2, -0.1]);
+  await followsDefinition(page, torus);
+  await setSegments(FINE);
+  await followsDefinition(page, torus);
+  assert.ok(await wrong() > 0);
+  await page.evaluate(() => window.latticed.settings.set({ surface: true }));
+
+  assert.equal(await settled(wrong, (bytes) => bytes === 0), 0);
   assert.deepEqual(errors, []);
 });
