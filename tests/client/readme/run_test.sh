@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: run_test.sh BUILD
-# Every fenced block of the READMEs as it stands there, beside a real server, in a folder that looks like the tree
-# after ./dev run; and what each leaves. A block that is neither run nor in `exempt` is a failure. Skips (77) where
+# Every fenced block of the READMEs as it stands there, beside a real server, in a folder outside of the tree that
+# looks like it after ./dev run; and what each leaves. A block that is neither run nor in `exempt` is a failure. Skips (77) where
 # some cannot run, after the others, and fails there under LATTICED_REQUIRE_PYTHON, _NODE and _CURL.
 set -euo pipefail
 here=$(dirname "$(readlink -f "$0")")
@@ -72,7 +72,7 @@ python_client() {
 
 cpp_client() {
   # What is in its environment spares time alone.
-  CMAKE_BUILD_TYPE=Debug CMAKE_CXX_COMPILER_LAUNCHER=$(command -v ccache || true) \
+  CMAKE_BUILD_TYPE=Debug CMAKE_CXX_COMPILER_LAUNCHER=$(command -v ccache || true) CCACHE_BASEDIR=$work CCACHE_NOHASHDIR=1 \
     run "README.md, From C++, Node, Blender, and other languages, 1" shell
   expect_lift
   [[ $(head -c 3 lifted.ply) == ply ]] || fail "no lifted.ply"
@@ -101,8 +101,8 @@ blender_addon() {
   [[ -s build/latticed_blender.zip ]] || fail "no add-on"
 }
 
-work=$build/readme
-rm -rf "$work"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
 mkdir -p "$work/build" "$work/client"
 cp -r "$root"/client/{blender,cpp,node,python} "$work/client"
 cp -r "$root/proto" "$work"
