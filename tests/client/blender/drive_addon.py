@@ -38,6 +38,13 @@ def wait_for(condition, what):
         time.sleep(0.01)
 
 
+def runs_by_timer():
+    """Whether Blender calls the timer's function, and again after that: where it returns None, Blender removes it."""
+    from latticed_blender.live import tick
+
+    return bpy.app.timers.is_registered(tick) and tick() is not None
+
+
 def objects():
     """Undo makes new ones of the same names."""
     return bpy.data.objects["Torus"], bpy.data.objects["Lattice"]
@@ -115,6 +122,7 @@ def connect(interpolation):
     if result() is not None:
         result().data.clear_geometry()
     check(bpy.ops.latticed.connect() == {"FINISHED"}, "it did not connect")
+    check(runs_by_timer(), "it connected, and no timer shows what comes")
     wait_for(lambda: result().data.vertices, "connecting")
     return coordinates(result().data)
 
@@ -205,12 +213,26 @@ def follows_the_view(rest):
     wait_for(lambda: not result().data.use_auto_smooth, "no normals")
 
 
+def leaves_no_timer():
+    """Neither when it disconnects, nor when the add-on is disabled."""
+    from latticed_blender.live import tick
+
+    bpy.context.scene.latticed.address = os.environ["LATTICED_SERVER"]
+    connect("KEY_BSPLINE")
+    check(bpy.ops.latticed.disconnect() == {"FINISHED"}, "it did not disconnect")
+    check(not runs_by_timer(), "it is disconnected, and its timer goes on")
+    connect("KEY_BSPLINE")
+    bpy.ops.preferences.addon_disable(module="latticed_blender")
+    check(not bpy.app.timers.is_registered(tick), "the add-on is disabled, and its timer stays")
+
+
 def says_what_is_wrong():
     from latticed_blender.live import LIVE
 
     settings = bpy.context.scene.latticed
     bpy.data.objects.remove(objects()[1])
     wait_for(lambda: LIVE.status == "Disconnected: the lattice is gone", "noticing that the lattice is gone")
+    check(not runs_by_timer(), "the lattice is gone, and the timer goes on")
     try:
         bpy.ops.latticed.connect()
         check(False, "it connected without a lattice")
@@ -241,8 +263,7 @@ def main(addon):
     follows_other_structures(random)
     follows_the_view(rest)
     says_what_is_wrong()
-    check(bpy.ops.latticed.disconnect() == {"FINISHED"}, "it did not disconnect")
-    bpy.ops.preferences.addon_disable(module="latticed_blender")
+    leaves_no_timer()
 
 
 main(sys.argv[sys.argv.index("--") + 1])
