@@ -14,13 +14,13 @@ node_18_unpack() {
   if [[ -z $version ]]; then
     grep -qs '^VERSION_CODENAME=bookworm$' /etc/os-release &&
       die "apt knows of no nodejs 18, which Debian 12 has"
-    echo "skipped, this machine's distribution has no Node 18" | tee -a build/ci/skipped.txt
+    not_run "this machine's distribution has no Node 18"
     return
   fi
   library=$(apt-cache show "nodejs=$version" | sed -n 's/^Depends:.*\(libnode[0-9]*\).*/\1/p')
   mapfile -t needs < <(apt-cache show "$library=$version" | sed -n 's/^Depends: //p' | sed 's/ ([^)]*)//g; s/, /\n/g')
   if ! plan=$(apt-get install --simulate --no-install-recommends "${needs[@]}" 2>&1) || grep -q '^Inst nodejs ' <<<"$plan"; then
-    echo "skipped, what Debian's Node 18 needs cannot be installed beside this machine's Node" | tee -a build/ci/skipped.txt
+    not_run "what Debian's Node 18 needs cannot be installed beside this machine's Node"
     return
   fi
   need "what Node 18 needs" "${needs[@]}"

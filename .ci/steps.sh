@@ -7,15 +7,19 @@ readonly tsan_targets=(scene_engine_test stage_overlap_test stage_failure_test m
 
 source .ci/node_18.sh
 
-ci_names=() ci_seconds=()
+ci_names=() ci_seconds=() ci_step=
 step() {  # NAME COMMAND…: runs it, keeps its time; a failure ends the run
-  local name=$1 log start=$SECONDS
+  local log start=$SECONDS
+  ci_step=$1
   shift
-  log=build/ci/${name//[^A-Za-z0-9]/-}.txt
-  printf '%-44s' "$name"
-  ("$@") >"$log" 2>&1 || { echo "FAILED"; tail -n 150 "$log"; die "$name failed; all of it: $log"; }
-  ci_names+=("$name") ci_seconds+=($((SECONDS - start)))
-  echo "$((SECONDS - start)) s"
+  log=build/ci/${ci_step//[^A-Za-z0-9]/-}.txt
+  printf '%-44s' "$ci_step"
+  ("$@") >"$log" 2>&1 || { echo "FAILED"; tail -n 150 "$log"; die "$ci_step failed; all of it: $log"; }
+  ci_names+=("$ci_step") ci_seconds+=($((SECONDS - start)))
+  echo "$((SECONDS - start)) s$(grep -qsF "$ci_step: " build/ci/skipped.txt && echo ', NOT RUN')"
+}
+not_run() {  # WHY: this machine cannot run the step; said when it ends, and last of all
+  printf '%s: %s\n' "$ci_step" "$*" | tee -a build/ci/skipped.txt
 }
 
 # A copy of the working tree without anything built: what a new user has. The address that it prints shows the sample,
@@ -71,11 +75,12 @@ ci_skipped() {
   awk '/: Skipped$/ { getline reason; ++count[reason] } END { for (r in count) printf "%7d  skipped: %s\n", count[r], r }' \
     "$ci_build/Testing/Temporary/LastTest.log" | sort -rn
 }
-# Some sandboxes forbid what containers are made of; LATTICED_REQUIRE_CONTAINER makes that a failure.
+# Some sandboxes forbid what containers are made of: there the step is not run, and CI ends by saying so;
+# LATTICED_REQUIRE_CONTAINER makes that a failure. Where they are allowed, all that fails is a failure.
 ci_container() {
   local why
   if ! why=$(unshare --mount --pid --fork --mount-proc true 2>&1) && [[ -z ${LATTICED_REQUIRE_CONTAINER:-} ]]; then
-    echo "skipped, this machine allows no containers: $why" | tee -a build/ci/skipped.txt
+    not_run "this machine allows no containers: $why"
     return
   fi
   tests/docker/container_test.sh build/ci/container
@@ -104,5 +109,5 @@ verb_ci() {
   grep 'tests passed' build/ci/tests.txt
   ci_skipped
   sed -n 's/^-- \(CUDA backend\)/\1/p' "$ci_build/configure.txt"
-  [[ ! -f build/ci/skipped.txt ]] || cat build/ci/skipped.txt
+  [[ ! -f build/ci/skipped.txt ]] || sed 's/^/NOT RUN, /' build/ci/skipped.txt
 }
