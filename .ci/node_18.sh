@@ -39,7 +39,8 @@ node_18_viewer() {
     cd "$web" && node --preserve-symlinks --preserve-symlinks-main build.mjs tests tests &&
     export LATTICED=$programs/server/latticed LATTICECTL=$programs/client/cpp/latticectl &&
     LATTICED_WRITE_STREAMS=$programs/tests/core/codec/draco3d_write_streams node --test tests/unit &&
-    LATTICED_VIEWER=$viewer CHROMIUM=$(command -v chromium) node --test tests/e2e/connection_e2e_test.mjs
+    LATTICED_VIEWER=$viewer CHROMIUM=$(command -v chromium) \
+      node --test tests/e2e/connection_e2e_test.mjs tests/e2e/viewer_e2e_test.mjs
 }
 
 node_18_example() {
