@@ -90,13 +90,16 @@ test('what is too large for the server is refused in words: how much it is, and 
   errors.length = 0; // the refused call is in the console too
 });
 
-test('an STL file that the button\'s dialog chooses becomes a scene', async () => {
+/** A tetrahedron, 1 wide. */
+function tetrahedronStl(): string {
   const corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
   const facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map((facet) =>
     `facet normal 0 0 0\nouter loop\n${facet.map((i) => `vertex ${corners[i].join(' ')}`).join('\n')}\nendloop\nendfacet`);
+  return `solid one\n${facets.join('\n')}\nendsolid one\n`;
+}
 
-  await choose([['tetrahedron.stl', `solid one\n${facets.join('\n')}\nendsolid one\n`]], () =>
-    page.getByRole('button', { name: 'Open a mesh' }).click());
+/** Waits for the dialog that offers a lattice for it, takes it, and sees the whole of it. */
+async function tetrahedronShown(): Promise<void> {
   await page.getByText('tetrahedron.stl: 4 vertices, 4 faces, 1 × 1 × 1').waitFor();
   await createScene(page);
 
@@ -105,6 +108,18 @@ test('an STL file that the button\'s dialog chooses becomes a scene', async () =
     return [...min.toArray(), ...max.toArray()];
   });
   bounds.forEach((x, i) => assert.ok(Math.abs(x - Math.floor(i / 3)) < 1e-3, `${bounds}`));
+}
+
+test('an STL file that the button\'s dialog chooses becomes a scene', async () => {
+  await choose([['tetrahedron.stl', tetrahedronStl()]], () => page.getByRole('button', { name: 'Open a mesh' }).click());
+
+  await tetrahedronShown();
+});
+
+test('an STL file that is dropped becomes a scene', async () => {
+  await dropFiles(page, [['tetrahedron.stl', tetrahedronStl()]]);
+
+  await tetrahedronShown();
 });
 
 test('an OBJ file and its picture are chosen together, by the key', async () => {
