@@ -12,25 +12,22 @@ Vec3d Permute(Vec3d v, const std::array<int, 3>& axes) {
   return {v[axes[0]], v[axes[1]], v[axes[2]]};
 }
 
-// A bound of ||cof J|| over the box: half the squared Frobenius norm of a bound of J.
+// A bound of ||cof J|| over the box: half the square of a bound of ||J||, Frobenius, to which each
+// coefficient adds its length times that of the gradient of its powers.
 double CofactorBound(const std::array<Vec3d, 64>& c, const std::array<int, 3>& degree,
                      const std::array<Vec3d, 3>& gradient) {
-  std::array<Vec3d, 3> slope{};  // bound of |dR / dl_axis|, by component
+  const double g[3] = {Norm(gradient[0]), Norm(gradient[1]), Norm(gradient[2])};
+  double slope = 0;
   for (int a = 0; a <= degree[0]; ++a) {
     for (int b = 0; b <= degree[1]; ++b) {
       for (int d = 0; d <= degree[2]; ++d) {
-        const Vec3d v = c[static_cast<size_t>((a * (degree[1] + 1) + b) * (degree[2] + 1) + d)];
-        const Vec3d size{std::abs(v.x), std::abs(v.y), std::abs(v.z)};
+        const Vec3d& v = c[static_cast<size_t>((a * (degree[1] + 1) + b) * (degree[2] + 1) + d)];
         const double power = std::exp2(1 - (a + b + d));  // |l| <= 1/2
-        slope[0] += (a * power) * size;
-        slope[1] += (b * power) * size;
-        slope[2] += (d * power) * size;
+        slope += (a * g[0] + b * g[1] + d * g[2]) * power * Norm(v);
       }
     }
   }
-  double norm = 0;
-  for (size_t i = 0; i < 3; ++i) norm += Norm(slope[i]) * Norm(gradient[i]);
-  return 0.5 * norm * norm;
+  return 0.5 * slope * slope;
 }
 
 }  // namespace

@@ -30,12 +30,10 @@ struct Arguments {
   BoxPolynomials out;
 };
 
-// One number an axis, permuted.
+// The index-th of (d0 + 1)(d1 + 1)(d2 + 1) triples, one number an axis, permuted; the last fastest.
 struct Triple {
   int at[3];
 };
-
-// The index-th of (d0 + 1)(d1 + 1)(d2 + 1) triples, the last axis fastest.
 __device__ Triple TripleAt(const int* degree, int index) {
   const int n1 = degree[1] + 1, n2 = degree[2] + 1;
   return {{index / (n1 * n2), index / n2 % n1, index % n2}};
@@ -43,13 +41,26 @@ __device__ Triple TripleAt(const int* degree, int index) {
 
 class BoxWarp {
  public:
+  // Divisions come here, before anything is waited for.
   __device__ BoxWarp(const Arguments& a, uint32_t box, Vec3d* tile)
       : a_(a),
         box_(box),
         tile_(tile),
         degree_(a.tables.degree),
         count_((degree_[0] + 1) * (degree_[1] + 1) * (degree_[2] + 1)),
-        lane_(static_cast<int>(threadIdx.x % kLanes)) {}
+        lane_(static_cast<int>(threadIdx.x % kLanes)) {
+    float gradient[3];
+#pragma unroll
+    for (int i = 0; i < 3; ++i) {
+      const Vec3f g = ToFloat(a.tables.boxes[box].gradient[i]);
+      gradient[i] = norm3df(g.x, g.y, g.z);
+    }
+#pragma unroll
+    for (int k = 0; k < kMine; ++k) {
+      power_[k] = TripleAt(degree_, min(Mine(k), count_ - 1));
+      slope_[k] = SlopeOf(power_[k], gradient);
+    }
+  }
 
   __device__ void Run() {
     if (box_ == a_.plan.outside_box) {
@@ -69,59 +80,73 @@ class BoxWarp {
     double of[kMine][kSide];
   };
 
+  __device__ int Mine(int k) const { return lane_ + k * kLanes; }
+
+  // ||grad l0^a l1^b l2^c|| in the box, where |l| <= 1/2, is no more.
+  __device__ static float SlopeOf(const Triple& power, const float (&gradient)[3]) {
+    const int(&at)[3] = power.at;
+    const float sum = static_cast<float>(at[0]) * gradient[0] +
+                      static_cast<float>(at[1]) * gradient[1] +
+                      static_cast<float>(at[2]) * gradient[2];
+    return sum * ldexpf(1, 1 - at[0] - at[1] - at[2]);
+  }
+
   __device__ void ContractControlPoints() {
     int span[3];  // by permuted axis
     for (int i = 0; i < 3; ++i) span[i] = a_.plan.boxes[box_].span[a_.tables.axis[i]];
+    const Vec3d* from[kMine];
+#pragma unroll
+    for (int k = 0; k < kMine; ++k) from[k] = ControlPoint(span, power_[k]);
     const int n1 = degree_[1] + 1, n2 = degree_[2] + 1;
-    const Column last = LoadColumn(2, span[2], 1), middle = LoadColumn(1, span[1], n2),
-                 first = LoadColumn(0, span[0], n1 * n2);
-    // Up to here only of the plan was read.
+    const Column last = LoadColumn(2, span[2]), middle = LoadColumn(1, span[1]),
+                 first = LoadColumn(0, span[0]);
+    // Until here only the plan was read.
     WaitForKernelBefore();
     LetNextKernelBegin();
-    LoadControlPoints(span);
+#pragma unroll
+    for (int k = 0; k < kMine; ++k) {
+      if (Mine(k) < count_) tile_[Mine(k)] = *from[k];
+    }
+    __syncwarp();
     Contract(last, 2, 1);
     Contract(middle, 1, n2);
     Contract(first, 0, n1 * n2);
   }
 
-  // Of permuted axis i, along which neighbours lie `stride` apart.
-  __device__ Column LoadColumn(int i, int span, int stride) const {
+  // Of permuted axis i.
+  __device__ Column LoadColumn(int i, int span) const {
     Column column;
 #pragma unroll
     for (int k = 0; k < kMine; ++k) {
-      const int power = (lane_ + k * kLanes) / stride % (degree_[i] + 1);
 #pragma unroll
       for (int r = 0; r < kSide; ++r) {
-        column.of[k][r] = a_.tables.basis[i][16 * span + 4 * r + power];
+        column.of[k][r] = a_.tables.basis[i][16 * span + 4 * r + power_[k].at[i]];
       }
     }
     return column;
   }
 
-  __device__ void LoadControlPoints(const int* span) {
-    for (int index = lane_; index < count_; index += kLanes) {
-      const Triple local = TripleAt(degree_, index);
-      int at[3];  // by axis of the lattice
-      for (int i = 0; i < 3; ++i) {
-        for (int axis = 0; axis < 3; ++axis) {
-          if (a_.tables.axis[i] == axis) at[axis] = span[i] - degree_[i] + local.at[i];
-        }
+  // That of the box's control points which is `local`, of a box that ends at `span`.
+  __device__ const Vec3d* ControlPoint(const int* span, const Triple& local) const {
+    int at[3];  // by axis of the lattice
+#pragma unroll
+    for (int i = 0; i < 3; ++i) {
+#pragma unroll
+      for (int axis = 0; axis < 3; ++axis) {
+        if (a_.tables.axis[i] == axis) at[axis] = span[i] - degree_[i] + local.at[i];
       }
-      const int* size = a_.plan.size;
-      tile_[index] = a_.control_points[at[0] + size[0] * (at[1] + size[1] * at[2])];
     }
-    __syncwarp();
+    const int* size = a_.plan.size;
+    return a_.control_points + (at[0] + size[0] * (at[1] + size[1] * at[2]));
   }
 
-  // From basis functions to powers along permuted axis i.
+  // From basis functions to powers along permuted axis i, along which neighbours lie `stride` apart.
   __device__ void Contract(const Column& column, int i, int stride) {
     Vec3d sums[kMine];
 #pragma unroll
     for (int k = 0; k < kMine; ++k) {
-      const int index = lane_ + k * kLanes;
-      if (index >= count_) continue;
-      const int power = index / stride % (degree_[i] + 1);
-      const Vec3d* line = tile_ + index - power * stride;
+      if (Mine(k) >= count_) continue;
+      const Vec3d* line = tile_ + Mine(k) - power_[k].at[i] * stride;
 #pragma unroll
       for (int r = 0; r < kSide; ++r) {
         if (r <= degree_[i]) sums[k] += column.of[k][r] * line[r * stride];
@@ -130,7 +155,7 @@ class BoxWarp {
     __syncwarp();
 #pragma unroll
     for (int k = 0; k < kMine; ++k) {
-      if (lane_ + k * kLanes < count_) tile_[lane_ + k * kLanes] = sums[k];
+      if (Mine(k) < count_) tile_[Mine(k)] = sums[k];
     }
     __syncwarp();
   }
@@ -138,15 +163,16 @@ class BoxWarp {
   // l0, l1, l2 scaled to the box.
   __device__ void SetIdentity() {
     const FusedBox& box = a_.tables.boxes[box_];
-    for (int index = lane_; index < count_; index += kLanes) {
-      const Triple power = TripleAt(degree_, index);
-      const int degree = power.at[0] + power.at[1] + power.at[2];
+#pragma unroll
+    for (int k = 0; k < kMine; ++k) {
+      if (Mine(k) >= count_) continue;
+      const int(&power)[3] = power_[k].at, degree = power[0] + power[1] + power[2];
       Vec3d c = degree == 0 ? box.centre : Vec3d{};
       if (degree == 1) {
-        const int axis = a_.tables.axis[power.at[0] == 1 ? 0 : power.at[1] == 1 ? 1 : 2];
+        const int axis = a_.tables.axis[power[0] == 1 ? 0 : power[1] == 1 ? 1 : 2];
         c[axis] = 1 / box.inverse_width[axis];
       }
-      tile_[index] = c;
+      tile_[Mine(k)] = c;
     }
     __syncwarp();
   }
@@ -154,47 +180,26 @@ class BoxWarp {
   __device__ void Store() {
     const int stride = CoefficientStride(degree_[0], degree_[1], degree_[2]);
     float* row = a_.out.coefficients + size_t{box_} * 3 * static_cast<size_t>(stride);
-    float slope[3][3] = {};  // this lane's part of a bound of |dR / dl_i|, by component
-    for (int index = lane_; index < stride; index += kLanes) {
+    float slope = 0;  // this lane's part of a bound of ||J||
+#pragma unroll
+    for (int k = 0; k < kMine; ++k) {
+      const int index = Mine(k);
+      if (index >= stride) continue;
       Vec3d c;
       if (index < count_) c = a_.out.scale * tile_[index];
       if (index == 0) c += a_.out.offset;
-      const float v[3] = {static_cast<float>(c.x), static_cast<float>(c.y),
-                          static_cast<float>(c.z)};
-      const Triple power = TripleAt(degree_, index);
-      // |l| <= 1/2.
-      const float size = ldexpf(1, 1 - power.at[0] - power.at[1] - power.at[2]);
-      for (int k = 0; k < 3; ++k) {
-        row[k * stride + index] = v[k];
-        for (int i = 0; i < 3; ++i) {
-          slope[i][k] += static_cast<float>(power.at[i]) * size * fabsf(v[k]);
-        }
-      }
+      const Vec3f v = ToFloat(c);
+      row[index] = v.x;
+      row[stride + index] = v.y;
+      row[2 * stride + index] = v.z;
+      slope += slope_[k] * norm3df(v.x, v.y, v.z);
     }
-    StoreBound(slope);
-  }
-
-  // ||cof J|| <= ||J||^2 / 2, Frobenius.
-  __device__ void StoreBound(float (&slope)[3][3]) {
-    float norm = 0;
 #pragma unroll
-    for (int i = 0; i < 3; ++i) {
-#pragma unroll
-      for (int k = 0; k < 3; ++k) {
-#pragma unroll
-        for (int step = kLanes / 2; step > 0; step /= 2) {
-          slope[i][k] += __shfl_xor_sync(kAllLanes, slope[i][k], step);
-        }
-      }
-      norm += norm3df(slope[i][0], slope[i][1], slope[i][2]) * Gradient(i);
+    for (int step = kLanes / 2; step > 0; step /= 2) {
+      slope += __shfl_xor_sync(kAllLanes, slope, step);
     }
-    if (lane_ == 0) a_.out.cofactor_bounds[box_] = 0.5f * norm * norm;
-  }
-
-  // Length of the gradient of l_i by world position.
-  __device__ float Gradient(int i) const {
-    const Vec3f gradient = ToFloat(a_.tables.boxes[box_].gradient[i]);
-    return norm3df(gradient.x, gradient.y, gradient.z);
+    // ||cof J|| <= ||J||^2 / 2, Frobenius.
+    if (lane_ == 0) a_.out.cofactor_bounds[box_] = 0.5f * slope * slope;
   }
 
   const Arguments& a_;
@@ -202,6 +207,8 @@ class BoxWarp {
   Vec3d* const tile_;  // control points, then coefficients
   const int* const degree_;
   const int count_, lane_;
+  Triple power_[kMine];  // of the lane's numbers; that of the last one where there are fewer
+  float slope_[kMine];   // of their powers, by world position
 };
 
 // Of all boxes, or of those listed: two kernels, so that the former's registers are its own.
