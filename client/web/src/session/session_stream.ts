@@ -7,6 +7,7 @@ import type { DeformRequestInit, WatchRequestInit } from '../wire/scene_stream';
 import { ServerError } from '../wire/server_error';
 import { fromView, toView } from '../wire/view_message';
 import { inWords } from '../wire/words';
+import { AckPace } from './ack_pace';
 import type { LatticeSync } from './lattice_sync';
 import type { Listeners } from './listeners';
 import { Presences } from './presences';
@@ -25,6 +26,7 @@ export class SessionStream implements ConnectionHost {
   private static readonly PROBE_MS = 5000;
 
   private readonly receiver: UpdateReceiver;
+  private readonly acks = new AckPace();
   private readonly presences = new Presences((selected) => this.showPresence(selected));
   private readonly connection: SceneConnection;
   private readonly endWakes: (() => void) | undefined;
@@ -91,6 +93,7 @@ export class SessionStream implements ConnectionHost {
       if (isAnotherRun) this.sync.restored();
     }
     this.bootId = hello.bootId;
+    this.acks.opened();
     this.sync.opened();
     this.presences.opened();
     this.listeners.emit('presence', this.presences.others);
@@ -173,7 +176,7 @@ export class SessionStream implements ConnectionHost {
     const upload = performance.now() - start;
     this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;
     if (update.view && end.fullDetail) this.grantedView = toView(update.view);
-    this.send({ message: { case: 'control', value: { ackedUpdateId: end.updateId } } });
+    this.send({ message: { case: 'control', value: { ackedUpdateId: this.acks.take(end.updateId, update.unseen) } } });
     const msFromEdit = this.sync.ageOf(end.appliedSequence);
     const { evaluateUs = 0, encodeUs = 0 } = end.timings ?? {};
     this.listeners.emit('update', {

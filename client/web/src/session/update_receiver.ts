@@ -16,12 +16,15 @@ interface Incoming {
   readonly chunks: Map<number, PendingChunk>;
   layout?: TopologyLayout;
   grid?: Grid;
+  unseen?: bigint;
   bytes: number;
 }
 
 /** An update that is whole and decoded. */
 export interface ReceivedUpdate {
   readonly end: UpdateEnd;
+  /** The newest update that ended before and was not handed on by itself. */
+  readonly unseen: bigint | undefined;
   /** In force; absent where the update began without. */
   readonly view: ViewOptions | undefined;
   /** Absent where no chunk changed. */
@@ -94,7 +97,10 @@ export class UpdateReceiver {
     const update = this.incoming;
     if (!update) return;
     this.incoming = undefined;
-    if (this.ended) this.merge(this.ended.update, update);
+    if (this.ended) {
+      this.merge(this.ended.update, update);
+      update.unseen = this.ended.end.updateId;
+    }
     const ended = { update, end: message, at: performance.now(), cancelled: false };
     if (this.ended) this.ended.cancelled = true;
     this.ended = ended;
@@ -124,7 +130,8 @@ export class UpdateReceiver {
       const { layout, grid, view } = update;
       const surface = layout && grid && chunks.length ? { layout, grid, normals: hasNormals(view), chunks } : undefined;
       const patches = chunks.reduce((sum, { index }) => sum + layout!.patchesOf(index), 0);
-      this.received({ end, view, surface, bytes: update.bytes, patches, transferMs: at - update.begun, decodeMs });
+      this.received({
+        end, unseen: update.unseen, view, surface, bytes: update.bytes, patches, transferMs: at - update.begun, decodeMs });
       for (const { decoded } of chunks) this.pool.giveBack(decoded);
     } catch (error) {
       if (!ended.cancelled) this.failed(error as Error);
