@@ -310,21 +310,30 @@ void SceneView::ForgetSlot(size_t slot) {
   slot_memory_[slot].clear();
 }
 
-std::shared_ptr<const Snapshot> SceneView::PinNewest(uint64_t at_least) {
+std::shared_ptr<const Snapshot> SceneView::PinNewest(uint64_t at_least, bool takes_next) {
   const MutexLock lock(&mutex_);
-  newest_taken_ = true;
   const auto newest = ring_.newest();
-  if (newest != nullptr && newest->revision >= at_least) return ring_.PinNewest(absl::Now());
+  if (newest != nullptr && newest->revision >= at_least) {
+    if (takes_next) newest_taken_ = true;
+    return ring_.PinNewest(absl::Now());
+  }
+  newest_taken_ = true;
   awaited_ = true;
   return nullptr;
+}
+
+void SceneView::TakeNext() {
+  const MutexLock lock(&mutex_);
+  newest_taken_ = true;
 }
 
 bool SceneView::WaitForNewer(uint64_t number) {
   const MutexLock lock(&mutex_);
   const auto newest = ring_.newest();
-  if (awaited_ || newest == nullptr || newest->number != number) return false;
-  awaited_ = true;
-  return encoding_;
+  if (newest == nullptr || newest->number != number) return false;
+  const bool taken = std::exchange(newest_taken_, true);
+  const bool awaited = std::exchange(awaited_, true);
+  return !taken || (!awaited && encoding_);
 }
 
 std::shared_ptr<const Snapshot> SceneView::newest() const {

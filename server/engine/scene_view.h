@@ -103,9 +103,12 @@ class SceneView {
       ABSL_LOCKS_EXCLUDED(mutex_);
 
   // The newest snapshot, pinned; null while it is below `at_least` or there is none. The caller
-  // tells the scene (RequestWork) afterwards: now a newer one is worth evaluating.
-  [[nodiscard]] std::shared_ptr<const Snapshot> PinNewest(uint64_t at_least)
+  // tells the scene (RequestWork) afterwards: now a newer one is worth evaluating, unless the
+  // watcher may not take that either (`takes_next`), for it would be old when it may.
+  [[nodiscard]] std::shared_ptr<const Snapshot> PinNewest(uint64_t at_least, bool takes_next = true)
       ABSL_LOCKS_EXCLUDED(mutex_);
+  // The watcher of the newest snapshot may take the next one now; RequestWork as above.
+  void TakeNext() ABSL_LOCKS_EXCLUDED(mutex_);
   // A watcher has all of snapshot `number` and would take a newer one. Whether the caller should
   // tell the scene.
   [[nodiscard]] bool WaitForNewer(uint64_t number) ABSL_LOCKS_EXCLUDED(mutex_);

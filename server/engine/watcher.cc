@@ -136,7 +136,13 @@ absl::Status Watcher::CheckAck(uint64_t update_id) const {
 
 absl::Status Watcher::Ack(uint64_t update_id) {
   if (auto s = CheckAck(update_id); !s.ok()) return s;
+  const size_t with_next = current_.has_value() && !current_->begun ? 2 : 1;
+  const bool waited = !AcksAllow(with_next);
   std::erase_if(unacked_, [update_id](uint64_t id) { return id <= update_id; });
+  if (waited && active_ && AcksAllow(with_next)) {
+    view_->TakeNext();
+    scene_->RequestWork();
+  }
   return absl::OkStatus();
 }
 
@@ -202,10 +208,12 @@ std::optional<WatcherEvent> Watcher::NextLattice() {
   return LatticeWhole{std::move(state)};
 }
 
-bool Watcher::MayBegin() const {
-  if (!active_) return false;
-  return options_.max_unacked_updates == 0 || unacked_.size() < options_.max_unacked_updates;
+bool Watcher::AcksAllow(size_t updates) const {
+  const size_t most = options_.max_unacked_updates;
+  return most == 0 || unacked_.size() + updates <= most;
 }
+
+bool Watcher::MayBegin() const { return active_ && AcksAllow(1); }
 
 bool Watcher::Comparable(const Snapshot& snapshot) const {
   return had_.has_value() && had_->view == snapshot.view &&
@@ -228,7 +236,7 @@ void Watcher::BeginUpdate(absl::Time now) {
   if (covered_.has_value() && had_->view != view_->key()) {
     at_least = std::max(at_least, std::min(*covered_ + 1, scene_->State()->revision));
   }
-  const auto snapshot = view_->PinNewest(at_least);
+  const auto snapshot = view_->PinNewest(at_least, /*takes_next=*/AcksAllow(2));
   scene_->RequestWork();
   if (snapshot == nullptr) return;
   if (ceiling_.has_value() && snapshot->revision > *ceiling_) {

@@ -156,6 +156,7 @@ class Watcher {
   void DropUpdate();
   std::optional<WatcherEvent> NextLattice();
   void BeginUpdate(absl::Time now);
+  bool AcksAllow(size_t updates) const;  // so many more to be begun
   bool MayBegin() const;
   bool HasNothingNew(const Snapshot& newest) const;
   bool Comparable(const Snapshot& snapshot) const;

@@ -286,25 +286,6 @@ TEST_P(SceneEngineTest, TokensOfAnotherRunViewOrStructureResumeNothing) {
   EXPECT_FALSE((*Watcher::Create(scene, options))->resumed());
 }
 
-TEST_P(SceneEngineTest, NoMoreThanTheUnackedUpdatesAreBegun) {
-  const auto scene = MakeScene();
-  WatcherOptions options = Options();
-  options.max_unacked_updates = 2;
-  WatcherClient client(scene, options);
-  client.RunToUpdate();
-  ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", 1, {62}, {0.01, 0, 0})));
-  client.RunToUpdate();
-  ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", 2, {62}, {0.01, 0, 0})));
-  absl::SleepFor(absl::Milliseconds(50));
-  while (client.Step()) continue;
-
-  EXPECT_EQ(client.updates().size(), 2u);
-  EXPECT_THAT(client.watcher().Ack(3), StatusIs(absl::StatusCode::kInvalidArgument));
-  ASSERT_OK(client.watcher().Ack(1));
-  client.RunToUpdate();
-  EXPECT_EQ(client.updates().back().end.revision, 2u);
-}
-
 TEST_P(SceneEngineTest, AViewChangeTakesEffectWithTheNextUpdate) {
   const auto scene = MakeScene();
   WatcherClient client(scene, Options());
