@@ -2,11 +2,11 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: run_e2e.sh LATTICED WEB VIEWER: the program, the viewer's build folder, the viewer
+# usage: run_e2e.sh LATTICED LATTICECTL WEB VIEWER: the programs, the viewer's build folder, the viewer
 # The viewer in Chromium against the server. Skips (77) where there is no Chromium, and fails there under
 # LATTICED_REQUIRE_CHROMIUM. Screenshots are left in WEB/shots.
 set -euo pipefail
-export LATTICED=$1 LATTICED_PAGE=$2/tests/page LATTICED_VIEWER=$3 LATTICED_SHOTS=$2/shots
+export LATTICED=$1 LATTICECTL=$2 LATTICED_PAGE=$3/tests/page LATTICED_VIEWER=$4 LATTICED_SHOTS=$3/shots
 export CHROMIUM=${CHROMIUM:-$(command -v chromium || true)}
 
 if [[ -z $CHROMIUM ]]; then
@@ -15,5 +15,5 @@ if [[ -z $CHROMIUM ]]; then
   exit 77
 fi
 mkdir -p "$LATTICED_SHOTS"
-cd "$2"
+cd "$3"
 node --test tests/e2e

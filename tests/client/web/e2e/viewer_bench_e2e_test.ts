@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The viewer's benchmark, short: that it measures, not how much.
+import assert from 'node:assert/strict';
+import { execFile } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { promisify } from 'node:util';
+
+const run = promisify(execFile);
+const NUMBERS_FROM = 4; // after mesh, patches, encoding, what was moved
+
+test('the bench fills its table of every encoding, with every part of the way to the pixels', async (t) => {
+  const folder = mkdtempSync(join(tmpdir(), 'latticed-bench-'));
+  t.after(() => rmSync(folder, { recursive: true }));
+  const file = join(folder, 'viewer.md');
+
+  await run(process.execPath, ['tests/viewer_bench.mjs', '--markdown', file, '--mesh', 'knot', '--updates', '3', '--frames', '1']);
+
+  const table = readFileSync(file, 'utf8').split('\n').filter((line) => line.startsWith('|'));
+  const [header, , ...rows] = table.map((line) => line.split('|').slice(1, -1).map((cell) => cell.trim()));
+  assert.deepEqual(rows.map(([mesh, patches, encoding, moved]) => [mesh, patches, encoding, moved].join()),
+    ['quantised', 'raw', 'draco'].flatMap((encoding) => ['all points', 'one point'].map((moved) => `knot.obj,1060,${encoding},${moved}`)));
+  for (const row of rows) {
+    assert.equal(row.length, header.length);
+    assert.ok(row.slice(NUMBERS_FROM).every((cell) => Number.isFinite(Number.parseFloat(cell))), row.join());
+    const [points, bytes, pixels] = ['edit to points', 'MB', 'edit to pixels'].map((name) => Number(row[header.indexOf(name)]));
+    assert.ok(points > 0 && bytes > 0 && pixels > 0, row.join());
+  }
+});
+
+test('the bench says so where there is no such mesh', async () => {
+  await assert.rejects(run(process.execPath, ['tests/viewer_bench.mjs', '--mesh', 'none']), /no such mesh/);
+});
