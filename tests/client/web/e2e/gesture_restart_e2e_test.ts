@@ -4,12 +4,9 @@
 // A server that keeps nothing is killed in the middle of what a person does with the mouse, and started again.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
-import { after, before, beforeEach, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
-import { LatticedServer } from '@src/wire/latticed_server';
-import { launch } from './browser';
-import { allHave, keeps, keepToasts, shownBy, toldOf, whoRestored } from './restarts';
-import { ServerProcess } from './server_process';
+import { beforeEach, test } from 'node:test';
+import type { Page } from 'playwright-core';
+import { allHave, keeps, keepToasts, shownBy, stageOfFile, toldOf, whoRestored } from './restarts';
 import { torusObj } from './torus';
 import { controlPoint, createScene, dropFiles, frames, onScreen, placeOf } from './viewer_page';
 
@@ -17,27 +14,14 @@ const OBJ = torusObj(12, 8);
 const CORNER = 63; // the last of 4 x 4 x 4 control points
 const LET_GO = 'The server was restarted, so what was being moved was let go where it was.';
 
-let server: ServerProcess;
-let direct: LatticedServer;
-let browser: Browser;
+const stage = stageOfFile();
 let page: Page;
 let scene: string;
 
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  direct = new LatticedServer(server.origin);
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
-});
-
 beforeEach(async () => {
   await page?.close();
-  page = await browser.newPage({ viewport: { width: 640, height: 480 } });
-  await page.goto(server.origin);
+  page = await stage.browser.newPage({ viewport: { width: 640, height: 480 } });
+  await page.goto(stage.server.origin);
   await dropFiles(page, [['torus.obj', OBJ]]);
   await createScene(page);
   scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
@@ -52,13 +36,13 @@ beforeEach(async () => {
 
 /** Kills the server, and waits until the page has seen it. */
 async function powerCut(): Promise<void> {
-  await server.kill();
+  await stage.server.kill();
   await page.locator('.connection[data-state=retrying]').waitFor();
 }
 
 /** Starts the server again, and waits until the page has restored its scene and let go of what was moved. */
 async function powerBack(): Promise<void> {
-  await server.restart();
+  await stage.server.restart();
   assert.equal(await whoRestored(page), 'this browser');
   await toldOf(page, LET_GO);
   await page.locator('.connection[data-state=restored]').waitFor();
@@ -68,7 +52,7 @@ async function powerBack(): Promise<void> {
 /** Waits until a coordinate of the server's control points is another than it was. */
 async function serverFollows(index: number, from: number): Promise<void> {
   for (const end = Date.now() + 60_000; ; await page.waitForTimeout(20)) {
-    const { lattice } = await direct.scenes.getLattice({ scene });
+    const { lattice } = await stage.direct.scenes.getLattice({ scene });
     if (lattice!.controlPoints[index] !== from) return;
     assert.ok(Date.now() < end, `the server has ${from} still`);
   }
@@ -85,9 +69,9 @@ async function goesOnFrom(points: readonly number[]): Promise<void> {
   await page.evaluate((index) => window.latticed.scene!.editor.selection.select([index]), CORNER);
   for (const key of ['g', 'z', '1', 'Enter']) await page.keyboard.press(key);
   const moved = points.map((value, i) => (i === 3 * CORNER + 2 ? value + 1 : value));
-  await allHave(direct, scene, [page], moved, OBJ);
+  await allHave(stage.direct, scene, [page], moved, OBJ);
   await page.keyboard.press('Control+z');
-  await allHave(direct, scene, [page], points, OBJ);
+  await allHave(stage.direct, scene, [page], points, OBJ);
 }
 
 test('a move by G whose server is killed goes on in the cage, and is let go once where it was when the server is back', async () => {
@@ -111,7 +95,7 @@ test('a move by G whose server is killed goes on in the cage, and is let go once
   await page.mouse.move(x - 100, y + 80, { steps: 4 });
   await page.keyboard.press('Enter');
   await page.mouse.click(20, 460);
-  await allHave(direct, scene, [page], moved, OBJ);
+  await allHave(stage.direct, scene, [page], moved, OBJ);
   const [shownX, shownY] = await onScreen(page, CORNER);
   assert.ok(Math.hypot(shownX - (x - 60), shownY - (y + 30)) < 1, `${[shownX, shownY]}, where the pointer was at ${[x - 60, y + 30]}`);
   await hasNothingToUndo();
@@ -136,7 +120,7 @@ test('a move by G that goes on while the server comes back is let go at one plac
   await moving;
 
   const there = await shownBy(page);
-  await allHave(direct, scene, [page], there, OBJ);
+  await allHave(stage.direct, scene, [page], there, OBJ);
   assert.deepEqual(there.slice(0, 3 * CORNER), rest.slice(0, 3 * CORNER)); // what the scene was made again without is sent
   const [shownX, shownY] = await onScreen(page, CORNER);
   const along = (x - shownX) / 60;
@@ -164,7 +148,7 @@ test('a pull of the surface whose server is killed ends with a word where the se
   await powerBack();
   await page.mouse.move(x - 120, y + 90, { steps: 4 });
   await page.mouse.up();
-  await allHave(direct, scene, [page], left, OBJ);
+  await allHave(stage.direct, scene, [page], left, OBJ);
 
   const [againX, againY] = await placeOf(page, held);
   await page.mouse.move(againX, againY);
@@ -173,7 +157,7 @@ test('a pull of the surface whose server is killed ends with a word where the se
   await page.waitForFunction(([index, from]) => window.latticed.scene!.session.lattice.points[index] !== from, [middle, left[middle]] as const);
   await page.mouse.up();
   await page.keyboard.press('Control+z');
-  await allHave(direct, scene, [page], left, OBJ);
+  await allHave(stage.direct, scene, [page], left, OBJ);
   await hasNothingToUndo();
   await page.keyboard.press('p');
   await goesOnFrom(left);

@@ -4,25 +4,20 @@
 // Two windows on one scene when the server, which keeps nothing, is killed and started again: one of them is quicker and
 // restores the scene, the other goes on with it. Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import type { Browser, BrowserContext, Page } from 'playwright-core';
+import { test } from 'node:test';
+import type { BrowserContext, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
-import { LatticedServer } from '@src/wire/latticed_server';
-import { launch } from './browser';
-import { allHave, keeps, keepToasts, shownBy, whoRestored } from './restarts';
-import { ServerProcess } from './server_process';
+import { allHave, keeps, keepToasts, shownBy, stageOfFile, whoRestored } from './restarts';
 import { torusObj } from './torus';
 import { createScene, dropFiles, live } from './viewer_page';
 
 const OBJ = torusObj(12, 8);
 
-let server: ServerProcess;
-let direct: LatticedServer;
-let browser: Browser;
+const stage = stageOfFile();
 
 async function openWindow(context: BrowserContext, path: string): Promise<Page> {
   const page = await context.newPage();
-  await page.goto(server.origin + path);
+  await page.goto(stage.server.origin + path);
   return page;
 }
 
@@ -39,22 +34,11 @@ function moved(points: readonly number[], index: number, quarters: number): numb
   return points.map((value, i) => (i === 3 * index + 2 ? value - quarters / 4 : value));
 }
 
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  direct = new LatticedServer(server.origin);
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
-});
-
 for (const [whose, isOther] of [['one browser', false], ['two browsers', true]] as const) {
   test(`two windows of ${whose}: a scene is restored once, both say so, and edits of either one are right in the other`, async (t) => {
     const view = { viewport: { width: 480, height: 360 } };
-    const context = await browser.newContext(view);
-    const otherContext = isOther ? await browser.newContext(view) : context;
+    const context = await stage.browser.newContext(view);
+    const otherContext = isOther ? await stage.browser.newContext(view) : context;
     t.after(async () => {
       await context.close();
       if (isOther) await otherContext.close();
@@ -74,25 +58,25 @@ for (const [whose, isOther] of [['one browser', false], ['two browsers', true]] 
     }
     await move(first, 0, 1);
     let expected = await shownBy(first);
-    await allHave(direct, scene, windows, expected, OBJ);
+    await allHave(stage.direct, scene, windows, expected, OBJ);
 
-    await server.kill();
+    await stage.server.kill();
     for (const page of windows) await page.locator('.connection[data-state=retrying]').waitFor();
     await move(first, 21, 1); // people go on meanwhile
     await move(second, 63, 2);
-    await server.restart();
+    await stage.server.restart();
 
     const said = await Promise.all(windows.map(whoRestored));
     assert.deepEqual(said.sort(), ['another window', 'this browser']);
     expected = moved(moved(expected, 21, 1), 63, 2);
-    await allHave(direct, scene, windows, expected, OBJ);
-    assert.deepEqual((await direct.scenes.listScenes({})).scenes.map(({ id }) => id), [scene]);
+    await allHave(stage.direct, scene, windows, expected, OBJ);
+    assert.deepEqual((await stage.direct.scenes.listScenes({})).scenes.map(({ id }) => id), [scene]);
     await move(first, 5, 3);
     await move(second, 42, 1);
     expected = moved(moved(expected, 5, 3), 42, 1);
-    await allHave(direct, scene, windows, expected, OBJ);
+    await allHave(stage.direct, scene, windows, expected, OBJ);
     await second.evaluate(() => window.latticed.scene!.session.undo());
     expected = moved(expected, 42, -1);
-    await allHave(direct, scene, windows, expected, OBJ);
+    await allHave(stage.direct, scene, windows, expected, OBJ);
   });
 }

@@ -3,13 +3,38 @@
 //
 // Pages whose server, which keeps nothing, is killed and started again.
 import assert from 'node:assert/strict';
-import type { Page } from 'playwright-core';
+import { after, before } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
-import type { LatticedServer } from '@src/wire/latticed_server';
+import { LatticedServer } from '@src/wire/latticed_server';
+import { launch } from './browser';
 import { followsDefinition } from './definition';
+import { ServerProcess } from './server_process';
 import { promised } from './viewer_page';
 
 const RESTORED = 'The server was restarted; (this browser|another window) restored mesh and lattice';
+
+export interface Stage {
+  server: ServerProcess;
+  /** Calls of the server that no page makes. */
+  direct: LatticedServer;
+  browser: Browser;
+}
+
+/** What all tests of a file have from before the first until after the last. */
+export function stageOfFile(): Stage {
+  const stage = {} as Stage;
+  before(async () => {
+    stage.server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
+    stage.direct = new LatticedServer(stage.server.origin);
+    stage.browser = await launch();
+  });
+  after(async () => {
+    await stage.browser?.close();
+    await stage.server?.kill();
+  });
+  return stage;
+}
 
 /** The control points that a page shows. */
 export function shownBy(page: Page): Promise<number[]> {

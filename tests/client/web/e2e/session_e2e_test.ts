@@ -98,21 +98,6 @@ test('an edit moves the surface to where EvaluatePoints says, in every encoding'
   assert.deepEqual(errors, []);
 });
 
-test('every look draws', async () => {
-  const plain = await page.evaluate(() => window.harness.pixels());
-  for (const look of [{ colouring: 'boxes' }, { colouring: 'displacement' }, { colouring: 'plain', wireframe: true },
-    { wireframe: false, patchEdges: true }, { patchEdges: false, ghost: true }] as const) {
-    const name = Object.entries(look).map(([key, value]) => `${key}-${value}`).join('_');
-    await page.evaluate((one) => window.harness.surface.setLook(one), look);
-    await page.waitForTimeout(400);
-    const drawn = await page.evaluate(() => window.harness.pixels());
-    await shot(name);
-    assert.notDeepEqual(drawn, plain, name);
-  }
-  await page.evaluate(() => window.harness.surface.setLook({ ghost: false }));
-  assert.deepEqual(errors, []);
-});
-
 test('a texture lies on the faces whose corners say so', async () => {
   const colour = async (red: number): Promise<number[]> => {
     await page.evaluate(([faces, middle]) => window.harness.paint(faces, middle), [FACES, red] as const);
