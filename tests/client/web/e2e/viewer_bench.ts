@@ -9,7 +9,7 @@
 // of those that are missing).
 import { execFileSync } from 'node:child_process';
 import { appendFileSync, existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { cpus, tmpdir } from 'node:os';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 import type { Page } from 'playwright-core';
@@ -114,7 +114,7 @@ const server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
 const direct = new LatticedServer(server.origin);
 const browser = await launch();
 const lines = [
-  `${cpus()[0].model}, ${cpus().length} threads for server, browser and software OpenGL; Chromium ${browser.version()}, a window of`,
+  `Software OpenGL; Chromium ${browser.version()}, a window of`,
   `${VIEWPORT.width} x ${VIEWPORT.height}. The viewer's own page: a mesh is dropped, what is selected follows the mouse (G), ${SEGMENTS} segments.`, '',
   '| mesh | patches | encoding | moved | edit to points | p95 | server | transfer | decode | write | MB | updates/s | edit to pixels | p95 | drawing | updates/s, drawn |',
   '|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|'];
