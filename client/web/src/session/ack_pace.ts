@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /**
- * Which update is acknowledged when one is taken in, where the server begins no more than two without: so that it sends
+ * Which update is acknowledged when one is taken in, where the server begins no more than AT_ONCE without: so that it sends
  * the next one while this one is decoded. Where that one comes before its time, so that it takes the place of one that
  * nobody has seen, they go one at a time for a while: the newest is acknowledged with the one after it.
  */
 export class AckPace {
+  static readonly AT_ONCE = 2;
   /** So many updates go by before two at once are tried again: a reader that is slow for long gets one in 33 in vain. */
   static readonly ALONE = 32;
 

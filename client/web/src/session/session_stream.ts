@@ -82,7 +82,9 @@ export class SessionStream implements ConnectionHost {
   // ConnectionHost
 
   request(): WatchRequestInit {
-    return { scene: this.sceneId, editorId: this.editorId, view: fromView(this.view), resumeToken: this.resumeToken };
+    return {
+      scene: this.sceneId, editorId: this.editorId, view: fromView(this.view), resumeToken: this.resumeToken,
+      maxUnackedUpdates: AckPace.AT_ONCE };
   }
 
   opened(hello: Hello): void {
@@ -176,7 +178,9 @@ export class SessionStream implements ConnectionHost {
     const upload = performance.now() - start;
     this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;
     if (update.view && end.fullDetail) this.grantedView = toView(update.view);
-    this.send({ message: { case: 'control', value: { ackedUpdateId: this.acks.take(end.updateId, update.unseen) } } });
+    if (!update.ofLostStream) {
+      this.send({ message: { case: 'control', value: { ackedUpdateId: this.acks.take(end.updateId, update.unseen) } } });
+    }
     const msFromEdit = this.sync.ageOf(end.appliedSequence);
     const { evaluateUs = 0, encodeUs = 0 } = end.timings ?? {};
     this.listeners.emit('update', {

@@ -20,10 +20,21 @@ interface Incoming {
   bytes: number;
 }
 
+/** One that has ended, while it is decoded. */
+interface Ended {
+  readonly update: Incoming;
+  readonly end: UpdateEnd;
+  readonly at: number;  // performance.now()
+  cancelled: boolean;
+  ofLostStream: boolean;
+}
+
 /** An update that is whole and decoded. */
 export interface ReceivedUpdate {
   readonly end: UpdateEnd;
-  /** The newest update that ended before and was not handed on by itself. */
+  /** Its number means nothing to the stream that is open now. */
+  readonly ofLostStream: boolean;
+  /** The newest update of the same stream that ended before and was not handed on by itself. */
   readonly unseen: bigint | undefined;
   /** In force; absent where the update began without. */
   readonly view: ViewOptions | undefined;
@@ -48,7 +59,7 @@ export class UpdateReceiver {
   private readonly layouts = new Map<string, TopologyLayout>();
   private readonly grids = new Map<bigint, Grid>();
   private incoming: Incoming | undefined;
-  private ended: { update: Incoming; end: UpdateEnd; at: number; cancelled: boolean } | undefined;
+  private ended: Ended | undefined;
 
   /**
    * @param received Gets whole updates in order; what it throws goes to failed.
@@ -99,9 +110,9 @@ export class UpdateReceiver {
     this.incoming = undefined;
     if (this.ended) {
       this.merge(this.ended.update, update);
-      update.unseen = this.ended.end.updateId;
+      if (!this.ended.ofLostStream) update.unseen = this.ended.end.updateId;
     }
-    const ended = { update, end: message, at: performance.now(), cancelled: false };
+    const ended = { update, end: message, at: performance.now(), cancelled: false, ofLostStream: false };
     if (this.ended) this.ended.cancelled = true;
     this.ended = ended;
     void this.finish(ended);
@@ -111,6 +122,7 @@ export class UpdateReceiver {
   reset(): void {
     this.drop(this.incoming);
     this.incoming = undefined;
+    if (this.ended) this.ended.ofLostStream = true;
   }
 
   /** Nothing more is handed on. */
@@ -120,7 +132,7 @@ export class UpdateReceiver {
     this.ended = undefined;
   }
 
-  private async finish(ended: { update: Incoming; end: UpdateEnd; at: number; cancelled: boolean }): Promise<void> {
+  private async finish(ended: Ended): Promise<void> {
     const { update, end, at } = ended;
     try {
       const chunks = await decodedOf(update);
@@ -131,7 +143,7 @@ export class UpdateReceiver {
       const surface = layout && grid && chunks.length ? { layout, grid, normals: hasNormals(view), chunks } : undefined;
       const patches = chunks.reduce((sum, { index }) => sum + layout!.patchesOf(index), 0);
       this.received({
-        end, unseen: update.unseen, view, surface, bytes: update.bytes, patches, transferMs: at - update.begun, decodeMs });
+        end, ofLostStream: ended.ofLostStream, unseen: update.unseen, view, surface, bytes: update.bytes, patches, transferMs: at - update.begun, decodeMs });
       for (const { decoded } of chunks) this.pool.giveBack(decoded);
     } catch (error) {
       if (!ended.cancelled) this.failed(error as Error);

@@ -89,12 +89,11 @@ export class PatchColours {
       const answer = await fetch();
       if (this.asks.get(what) !== mine) return;
       take(answer);
+      this.told.delete(what);
+      this.changed();
     } catch (error) {
       if (this.asks.get(what) === mine) this.tell(what, error);
-      return;
     }
-    this.told.delete(what);
-    this.changed();
   }
 
   private tell(what: PatchFacts, error: unknown): void {

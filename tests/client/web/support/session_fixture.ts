@@ -31,6 +31,8 @@ export interface Options {
   readonly store?: MemorySceneStore;
   readonly backOff?: BackOff;
   readonly patches?: PatchSource;
+  /** Whether the one worker decodes what it gets at once, which it does unless told otherwise. */
+  readonly decodesAtOnce?: boolean;
 }
 
 /** A session whose server is the test; its lattice has 3 x 3 x 3 points over the unit cube. */
@@ -38,6 +40,7 @@ export class SessionFixture {
   readonly server = new FakeServer();
   readonly sockets = new FakeStreams();
   readonly watches = new FakeStreams();
+  readonly worker: FakeWorker;
   readonly store: MemorySceneStore;
   readonly surface: SurfaceMesh;
   readonly said: string[] = [];
@@ -50,11 +53,12 @@ export class SessionFixture {
   constructor(options: Options = {}) {
     this.store = options.store ?? new MemorySceneStore();
     this.surface = new SurfaceMesh(options.patches ?? noPatches);
+    this.worker = new FakeWorker(decoderWasm, options.decodesAtOnce ?? true);
     this.server.features = options.features ?? [];
     this.server.meshes.set('mesh-1', new Uint8Array([1, 2, 3]));
     this.session = new LiveSession('scene-0001', {
       server: this.server.client, info: this.server.info(), streams: [this.sockets.open, this.watches.open],
-      pool: new DecodePool([new FakeWorker(decoderWasm, true)], decoderWasm), surface: this.surface,
+      pool: new DecodePool([this.worker], decoderWasm), surface: this.surface,
       keeper: new SceneKeeper(this.server.client, this.store, 'scene-0001'),
       backOff: options.backOff ?? { firstMs: 1, lastMs: 2 },
       wakes: (connection) => {
