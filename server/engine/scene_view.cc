@@ -318,22 +318,24 @@ std::shared_ptr<const Snapshot> SceneView::PinNewest(uint64_t at_least, bool tak
     return ring_.PinNewest(absl::Now());
   }
   newest_taken_ = true;
-  awaited_ = true;
+  awaited_ = awaited_ || takes_next;
   return nullptr;
 }
 
-void SceneView::TakeNext() {
+bool SceneView::TakeNext(uint64_t number) {
   const MutexLock lock(&mutex_);
-  newest_taken_ = true;
+  const auto newest = ring_.newest();
+  if (newest == nullptr || newest->number != number) return false;
+  return !std::exchange(newest_taken_, true);
 }
 
-bool SceneView::WaitForNewer(uint64_t number) {
+bool SceneView::WaitForNewer(uint64_t number, bool takes_next) {
   const MutexLock lock(&mutex_);
   const auto newest = ring_.newest();
   if (newest == nullptr || newest->number != number) return false;
   const bool taken = std::exchange(newest_taken_, true);
-  const bool awaited = std::exchange(awaited_, true);
-  return !taken || (!awaited && encoding_);
+  const bool awaited = std::exchange(awaited_, awaited_ || takes_next);
+  return !taken || (!awaited && awaited_ && encoding_);
 }
 
 std::shared_ptr<const Snapshot> SceneView::newest() const {

@@ -107,11 +107,12 @@ class SceneView {
   // watcher may not take that either (`takes_next`), for it would be old when it may.
   [[nodiscard]] std::shared_ptr<const Snapshot> PinNewest(uint64_t at_least, bool takes_next = true)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // The watcher of the newest snapshot may take the next one now; RequestWork as above.
-  void TakeNext() ABSL_LOCKS_EXCLUDED(mutex_);
-  // A watcher has all of snapshot `number` and would take a newer one. Whether the caller should
-  // tell the scene.
-  [[nodiscard]] bool WaitForNewer(uint64_t number) ABSL_LOCKS_EXCLUDED(mutex_);
+  // The watcher to which snapshot `number` is sent may take the next one now. Whether the caller
+  // should tell the scene.
+  [[nodiscard]] bool TakeNext(uint64_t number) ABSL_LOCKS_EXCLUDED(mutex_);
+  // A watcher has all of snapshot `number` and would take a newer one, and the one after it, if it
+  // `takes_next`. Whether the caller should tell the scene.
+  [[nodiscard]] bool WaitForNewer(uint64_t number, bool takes_next) ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] std::shared_ptr<const Snapshot> newest() const ABSL_LOCKS_EXCLUDED(mutex_);
   void Unpin(uint64_t number) ABSL_LOCKS_EXCLUDED(mutex_);
   // For a watcher that takes more of it; null when it was retired.
@@ -182,7 +183,7 @@ class SceneView {
   std::array<ChunkSet, 2> stale_ ABSL_GUARDED_BY(mutex_) = {ChunkSet::All(), ChunkSet::All()};
 
   bool newest_taken_ ABSL_GUARDED_BY(mutex_) = true;
-  bool awaited_ ABSL_GUARDED_BY(mutex_) = false;  // a watcher has all that was published
+  bool awaited_ ABSL_GUARDED_BY(mutex_) = false;  // by one who has all and takes two
   uint64_t next_number_ ABSL_GUARDED_BY(mutex_) = 1;
   SnapshotRing ring_ ABSL_GUARDED_BY(mutex_);
   std::array<MemoryUse, 2> slot_memory_ ABSL_GUARDED_BY(mutex_);

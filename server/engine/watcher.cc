@@ -84,6 +84,7 @@ void Watcher::SwitchTo(const ViewKey& key) {
   if (active_) {
     view->AddActive();
     view_->RemoveActive();
+    scene_->RequestWork();
   }
   view_ = std::move(view);
 }
@@ -136,13 +137,11 @@ absl::Status Watcher::CheckAck(uint64_t update_id) const {
 
 absl::Status Watcher::Ack(uint64_t update_id) {
   if (auto s = CheckAck(update_id); !s.ok()) return s;
-  const size_t with_next = current_.has_value() && !current_->begun ? 2 : 1;
-  const bool waited = !AcksAllow(with_next);
   std::erase_if(unacked_, [update_id](uint64_t id) { return id <= update_id; });
-  if (waited && active_ && AcksAllow(with_next)) {
-    view_->TakeNext();
-    scene_->RequestWork();
-  }
+  // Where no update is under way, BeginUpdate asks for what it may take.
+  if (!active_ || !current_.has_value() || current_view_ != view_) return absl::OkStatus();
+  const size_t with_next = current_->begun ? 1 : 2;
+  if (AcksAllow(with_next) && view_->TakeNext(current_->number)) scene_->RequestWork();
   return absl::OkStatus();
 }
 
@@ -227,7 +226,7 @@ bool Watcher::HasNothingNew(const Snapshot& newest) const {
 void Watcher::BeginUpdate(absl::Time now) {
   ChooseDetail(now);
   if (const auto newest = view_->newest(); newest != nullptr && HasNothingNew(*newest)) {
-    if (view_->WaitForNewer(newest->number)) scene_->RequestWork();
+    if (view_->WaitForNewer(newest->number, AcksAllow(2))) scene_->RequestWork();
     return;
   }
   uint64_t at_least = std::max(options_.min_revision, covered_.value_or(0));

@@ -77,6 +77,53 @@ TEST_P(AcknowledgementTest, AnotherWatcherIsSentEveryRevisionMeanwhile) {
   ExpectRight(*slow);
 }
 
+TEST_P(AcknowledgementTest, NothingIsEvaluatedBesideAnEncodingThatMustBeAcknowledgedFirst) {
+  const auto client = WatchUnacked(1);
+  ASSERT_OK(client->watcher().Ack(1));
+  while (client->Step()) continue;
+  MoveAndHoldEncoding(kCorner);
+  const uint64_t evaluations = view_->evaluations();
+
+  Move(kOtherCorner);
+  while (client->Step()) continue;
+  absl::SleepFor(kAWhile);
+  gates().Open(Stage::kEncode);
+  client->RunToUpdate();
+  absl::SleepFor(kAWhile);
+
+  EXPECT_EQ(client->updates().back().end.revision, 1u);
+  EXPECT_EQ(view_->evaluations(), evaluations);
+  Move(kCorner);
+  ASSERT_OK(client->watcher().Ack(2));
+  client->RunToUpdate();
+  EXPECT_EQ(client->updates().back().end.revision, 3u);
+  EXPECT_EQ(view_->evaluations(), evaluations + 1);
+  ExpectRight(*client);
+}
+
+TEST_P(AcknowledgementTest, WhatWasEvaluatedForAnotherMakesOneUpdateOldAndNotAllThatFollow) {
+  const auto slow = WatchUnacked(1);
+  auto quick = WatchUnacked(0);
+  Move(kCorner);
+  quick->RunToUpdate();
+  quick = nullptr;
+  Move(kOtherCorner);
+  while (view_->newest()->revision < 2) absl::SleepFor(absl::Milliseconds(1));
+  Move(kCorner);
+  ASSERT_OK(slow->watcher().Ack(1));
+  slow->RunToUpdate();
+  EXPECT_EQ(slow->updates().back().end.revision, 2u);
+
+  const uint64_t evaluations = view_->evaluations();
+  Move(kOtherCorner);
+  absl::SleepFor(kAWhile);
+  EXPECT_EQ(view_->evaluations(), evaluations);
+  ASSERT_OK(slow->watcher().Ack(2));
+  slow->RunToUpdate();
+  EXPECT_EQ(slow->updates().back().end.revision, 4u);
+  ExpectRight(*slow);
+}
+
 INSTANTIATE_TEST_SUITE_P(Stages, AcknowledgementTest, ::testing::Bool(), [](const auto& on_device) {
   return std::string(on_device.param ? "Overlap" : "FollowEachOther");
 });
