@@ -26,6 +26,13 @@ class AcknowledgementTest : public StagedScene, public ::testing::WithParamInter
     view_ = *scene_->AcquireView(client->watcher().view().key);
     return client;
   }
+  // Acknowledges update `id`, and is sent `revision` next.
+  void AckAndExpect(WatcherClient& client, uint64_t id, uint64_t revision) {
+    ASSERT_OK(client.watcher().Ack(id));
+    client.RunToUpdate();
+    EXPECT_EQ(client.updates().back().end.revision, revision);
+    ExpectRight(client);
+  }
 };
 
 TEST_P(AcknowledgementTest, NoMoreThanTheUnackedUpdatesAreBegun) {
@@ -38,9 +45,7 @@ TEST_P(AcknowledgementTest, NoMoreThanTheUnackedUpdatesAreBegun) {
 
   EXPECT_EQ(client->updates().size(), 2u);
   EXPECT_THAT(client->watcher().Ack(3), StatusIs(absl::StatusCode::kInvalidArgument));
-  ASSERT_OK(client->watcher().Ack(1));
-  client->RunToUpdate();
-  EXPECT_EQ(client->updates().back().end.revision, 2u);
+  AckAndExpect(*client, 1, 2);
 }
 
 TEST_P(AcknowledgementTest, WhatFollowsIsTheNewestAndNothingIsEvaluatedBefore) {
@@ -52,12 +57,8 @@ TEST_P(AcknowledgementTest, WhatFollowsIsTheNewestAndNothingIsEvaluatedBefore) {
   while (client->Step()) continue;
   EXPECT_EQ(view_->evaluations(), evaluations);
 
-  ASSERT_OK(client->watcher().Ack(1));
-  client->RunToUpdate();
-
-  EXPECT_EQ(client->updates().back().end.revision, 2u);
+  AckAndExpect(*client, 1, 2);
   EXPECT_EQ(view_->evaluations(), evaluations + 1);
-  ExpectRight(*client);
 }
 
 TEST_P(AcknowledgementTest, AnotherWatcherIsSentEveryRevisionMeanwhile) {
@@ -71,10 +72,7 @@ TEST_P(AcknowledgementTest, AnotherWatcherIsSentEveryRevisionMeanwhile) {
   while (slow->Step()) continue;
   EXPECT_EQ(slow->updates().size(), 1u);
 
-  ASSERT_OK(slow->watcher().Ack(1));
-  slow->RunToUpdate();
-  EXPECT_EQ(slow->updates().back().end.revision, 3u);
-  ExpectRight(*slow);
+  AckAndExpect(*slow, 1, 3);
 }
 
 TEST_P(AcknowledgementTest, NothingIsEvaluatedBesideAnEncodingThatMustBeAcknowledgedFirst) {
@@ -94,11 +92,8 @@ TEST_P(AcknowledgementTest, NothingIsEvaluatedBesideAnEncodingThatMustBeAcknowle
   EXPECT_EQ(client->updates().back().end.revision, 1u);
   EXPECT_EQ(view_->evaluations(), evaluations);
   Move(kCorner);
-  ASSERT_OK(client->watcher().Ack(2));
-  client->RunToUpdate();
-  EXPECT_EQ(client->updates().back().end.revision, 3u);
+  AckAndExpect(*client, 2, 3);
   EXPECT_EQ(view_->evaluations(), evaluations + 1);
-  ExpectRight(*client);
 }
 
 TEST_P(AcknowledgementTest, WhatWasEvaluatedForAnotherMakesOneUpdateOldAndNotAllThatFollow) {
@@ -110,18 +105,13 @@ TEST_P(AcknowledgementTest, WhatWasEvaluatedForAnotherMakesOneUpdateOldAndNotAll
   Move(kOtherCorner);
   while (view_->newest()->revision < 2) absl::SleepFor(absl::Milliseconds(1));
   Move(kCorner);
-  ASSERT_OK(slow->watcher().Ack(1));
-  slow->RunToUpdate();
-  EXPECT_EQ(slow->updates().back().end.revision, 2u);
+  AckAndExpect(*slow, 1, 2);
 
   const uint64_t evaluations = view_->evaluations();
   Move(kOtherCorner);
   absl::SleepFor(kAWhile);
   EXPECT_EQ(view_->evaluations(), evaluations);
-  ASSERT_OK(slow->watcher().Ack(2));
-  slow->RunToUpdate();
-  EXPECT_EQ(slow->updates().back().end.revision, 4u);
-  ExpectRight(*slow);
+  AckAndExpect(*slow, 2, 4);
 }
 
 INSTANTIATE_TEST_SUITE_P(Stages, AcknowledgementTest, ::testing::Bool(), [](const auto& on_device) {
