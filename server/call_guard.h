@@ -60,6 +60,8 @@ class CallGuard {
   void LookAround();
   void Receive(Looked& here, uint64_t received, Clock::time_point now);
   void Ask(int descriptor, Looked& here, Clock::time_point now);
+  // Once calls have come.
+  void SeeWhetherHeadersAreBounded();
   // False where the process has no descriptor left for it.
   bool Cut(int descriptor, uint64_t inode, int64_t calls);
 
@@ -67,6 +69,7 @@ class CallGuard {
   // Of the thread.
   std::map<int, Looked> looked_;  // by descriptor
   bool kernel_counts_ = false;    // what connections receive
+  uint64_t looks_at_calls_ = 0;
   OpenCalls open_calls_;
   Clock::time_point logs_again_;
 

@@ -50,6 +50,8 @@ inline constexpr size_t kMaxChunkBatchBytes = size_t{960} << 10;
 // Transport. Clients have a few calls under way, and a stream a window; calls above wait at the client,
 // which may open another connection, as proxies do.
 inline constexpr int kMaxCallsPerConnection = 128;
+// Of a header, each field as HTTP/2 counts it: its name, its value and 32.
+inline constexpr uint32_t kMaxHeaderBytes = 8'192;
 // What a call takes besides its messages, those that wait for a worker and those of which nothing has
 // come alike.
 inline constexpr uint64_t kCallBytes = 20'480;

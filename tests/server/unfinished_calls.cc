@@ -20,9 +20,9 @@ namespace {
 
 // RFC 9113: frame types, flags, a setting, and what holds before the server's settings come.
 constexpr uint8_t kData = 0, kHeaders = 1, kReset = 3, kSettings = 4, kPing = 6, kGoaway = 7,
-                  kWindowUpdate = 8;
+                  kWindowUpdate = 8, kContinuation = 9;
 constexpr uint8_t kAck = 1, kEndStream = 1, kEndHeaders = 4;
-constexpr uint32_t kMaxConcurrentStreams = 3, kInitialWindowSize = 4;
+constexpr uint32_t kMaxConcurrentStreams = 3, kInitialWindowSize = 4, kMaxFrameSize = 5;
 constexpr int64_t kFirstWindow = 65'535;
 constexpr size_t kFrameHeader = 9, kMostFrame = 16'384, kMessageHeader = 5;
 constexpr absl::Duration kPatience = absl::Seconds(60);
@@ -116,6 +116,40 @@ void UnfinishedCalls::Begin() {
   calls_[stream].window = stream_window_;
 }
 
+void UnfinishedCalls::BeginWith(std::string_view block, size_t frame_bytes, bool ends) {
+  const uint32_t stream = calls_.empty() ? 1 : calls_.rbegin()->first + 2;
+  const std::string all = Fields(method_) + std::string(block);
+  for (size_t at = 0; at < all.size() && !closed_; at += frame_bytes) {
+    const bool last = ends && at + frame_bytes >= all.size();
+    SendFrame(at == 0 ? kHeaders : kContinuation, last ? kEndHeaders : 0, stream,
+              std::string_view(all).substr(at, frame_bytes));
+  }
+  calls_[stream].window = stream_window_;
+}
+
+void UnfinishedCalls::BeginPartOfFrame(std::string_view block, size_t frame_bytes) {
+  const uint32_t stream = calls_.empty() ? 1 : calls_.rbegin()->first + 2;
+  SendBytes(BigEndian(frame_bytes, 3) + BigEndian(kHeaders, 1) + BigEndian(kEndHeaders, 1) +
+            BigEndian(stream, 4) + Fields(method_) + std::string(block));
+  calls_[stream].window = stream_window_;
+}
+
+void UnfinishedCalls::BeginInPieces(std::string_view block) {
+  const std::string_view first = block.substr(0, block.size() / 2);
+  BeginPartOfFrame(first, Fields(method_).size() + block.size());
+  absl::SleepFor(absl::Milliseconds(2));
+  SendBytes(block.substr(first.size()));
+}
+
+void UnfinishedCalls::SendHeaderOfNoCall(std::string_view block) {
+  SendFrame(kHeaders, kEndHeaders, 2, block);
+}
+
+bool UnfinishedCalls::AnswersPing() {
+  SendFrame(kPing, 0, 0, BigEndian(0, 8));
+  return Run([this, expected = ++pings_] { return answers_ == expected; });
+}
+
 UnfinishedCalls::~UnfinishedCalls() { close(socket_); }
 
 bool UnfinishedCalls::Run(const std::function<bool()>& done) {
@@ -204,6 +238,8 @@ void UnfinishedCalls::Take(uint8_t type, uint8_t flags, uint32_t stream, std::st
     TakeSettings(payload);
   } else if (type == kPing && (flags & kAck) == 0) {
     SendFrame(kPing, kAck, 0, payload);
+  } else if (type == kPing) {
+    ++answers_;
   } else if (type == kWindowUpdate) {
     const int64_t more = ReadBigEndian(payload);
     if (stream == 0) window_ += more;
@@ -224,6 +260,7 @@ void UnfinishedCalls::TakeSettings(std::string_view payload) {
     const uint32_t name = ReadBigEndian(payload.substr(at, kName));
     const uint32_t value = ReadBigEndian(payload.substr(at + kName, kValue));
     if (name == kMaxConcurrentStreams) max_calls_ = value;
+    if (name == kMaxFrameSize) max_frame_ = value;
     if (name != kInitialWindowSize) continue;
     const int64_t size = value;
     for (auto& [stream, call] : calls_) call.window += size - stream_window_;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A connection that begins calls and never sends the last byte of their messages, or nothing at all, or
-// sends all and takes no byte of a reply: HTTP/2 by hand, since no gRPC client does that. It keeps to
-// the server's windows.
+// sends all and takes no byte of a reply, or sends headers as it likes: HTTP/2 by hand, since no gRPC
+// client does that. It keeps to the server's windows.
 //
 // Threads  one
 #ifndef LATTICED_TESTS_SERVER_UNFINISHED_CALLS_H_
@@ -35,6 +35,17 @@ class UnfinishedCalls {
 
   // One call more.
   void Begin();
+  // One call more whose header has that block (RFC 7541) behind its own, in frames of so many bytes, and
+  // ends or not.
+  void BeginWith(std::string_view block, size_t frame_bytes, bool ends);
+  // One call more: that is what comes of the frame of its header, which would have so many bytes.
+  void BeginPartOfFrame(std::string_view block, size_t frame_bytes);
+  // Of one frame, half of which comes a moment later.
+  void BeginInPieces(std::string_view block);
+  // A header of no call, in one frame: its number is no client's.
+  void SendHeaderOfNoCall(std::string_view block);
+  // Whether the server has taken all that was sent, and says so.
+  bool AnswersPing();
   // Sends what the server's windows allow and hears what it says until `done`. False when that
   // takes a minute, or the server closes the connection.
   bool Run(const std::function<bool()>& done);
@@ -46,8 +57,9 @@ class UnfinishedCalls {
   size_t ended() const;
   size_t sent() const;
   size_t answered() const;
-  // What the server said: its SETTINGS_MAX_CONCURRENT_STREAMS, and the codes that it reset calls with.
+  // What the server said: its SETTINGS_MAX_CONCURRENT_STREAMS and SETTINGS_MAX_FRAME_SIZE, and the codes that it reset calls with.
   uint32_t max_calls() const { return max_calls_; }
+  uint32_t max_frame() const { return max_frame_; }
   const std::set<uint32_t>& reset_codes() const { return reset_codes_; }
 
  private:
@@ -81,7 +93,8 @@ class UnfinishedCalls {
   std::string heard_;  // not taken yet
   int64_t window_ = 0, stream_window_ = 0;
   std::map<uint32_t, Call> calls_;
-  uint32_t max_calls_ = 0;
+  uint32_t max_calls_ = 0, max_frame_ = 0;
+  int pings_ = 0, answers_ = 0;
   std::set<uint32_t> reset_codes_;
 };
 
