@@ -110,4 +110,10 @@ Vec3d BoxPolynomials::LocalDirection(uint32_t box, Vec3d world) const {
   return Permute({d.x / width.x, d.y / width.y, d.z / width.z}, basis_.axes());
 }
 
+Vec3d BoxPolynomials::LocalConormal(uint32_t box, Vec3d world_normal) const {
+  const std::array<Vec3d, 3> row = basis_.Gradients(box);
+  return {Dot(Cross(row[1], row[2]), world_normal), Dot(Cross(row[2], row[0]), world_normal),
+          Dot(Cross(row[0], row[1]), world_normal)};
+}
+
 }  // namespace latticed::fused

@@ -30,6 +30,9 @@ class BoxPolynomials {
   Vec3d Local(uint32_t box, const PlanVertex& vertex) const;
   // The same of a world direction.
   Vec3d LocalDirection(uint32_t box, Vec3d world) const;
+  // cof(A) N of a normal N of the world, A the Jacobian of box-local coordinates by world position:
+  // what the cofactor matrix of the polynomial's own Jacobian takes to cof(J) N.
+  Vec3d LocalConormal(uint32_t box, Vec3d world_normal) const;
 
  private:
   std::shared_ptr<const DeformPlan> plan_;

@@ -5,14 +5,16 @@
 // DESIGN §2 "The fused pipeline"
 //
 //   per frame  each knot box's control points become a polynomial about the box centre, in double
-//   per group  of 16 patches of one box, in SIMD lanes (fused_kernel.h):
+//   per group  of 16 patches of one box, in SIMD lanes (fused_kernel.h); with few segments R and its
+//              Jacobian at each point (fused_direct-inl.h), otherwise:
 //     compose  the box polynomial with each patch's affine map, exactly, into the bivariate power
 //              basis of (x, t): x along the longest edge, t across it along the in-plane
 //              perpendicular, so that normals do not depend on the triangle's shape
 //     rows     collapse to polynomials in x, rows t and -t together; points by Horner with
 //              derivative
-//     edges    each from its own univariate polynomial about its midpoint, each corner by itself:
-//              the same operations on the same bits whichever patch asks, hence no cracks
+//     edges    each from its own univariate polynomial about its midpoint, each corner by itself
+//   In either form the points of edges and corners are the same operations on the same bits whichever
+//   patch asks, hence no cracks.
 //   Edges and corners owned by another box (knot planes, seams) are evaluated there first and
 //   copied in. Points whose normal is ill-conditioned go to the definition in double (DirectFfd).
 //

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// All points of a group: rows of the composed polynomials, then edges and corners over them.
+// All points of a group: rows of the composed polynomials, then edges and corners over them; where
+// points are few, fused_direct-inl.h takes less time.
 // Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_GROUP_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_FUSED_GROUP_INL_H_
@@ -10,17 +11,14 @@
 #define LATTICED_CORE_CPU_FUSED_GROUP_INL_H_
 #endif
 
-#include "core/base/limits.h"
+#include "core/cpu/fused_edge-inl.h"
 #include "core/cpu/fused_polynomial-inl.h"
+#include "core/cpu/fused_vertices-inl.h"
 #include "core/ffd/tessellation_pattern.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
 namespace HWY_NAMESPACE {
-
-// Normals shorter than this part of the box's bound are taken from the definition, which then
-// decides exactly; direct_ffd.h has the same 1e4 as the largest condition of a normal.
-constexpr float kWeakNormal = 1e-4f;
 
 // Powers t^j and j t^(j-1), the same for all lanes.
 template <int N>
@@ -84,32 +82,6 @@ HWY_INLINE void HornerWithSlope(const V* c, V x, V& value, V& slope) {
   }
 }
 
-struct V3 {
-  V x, y, z;
-};
-HWY_INLINE V3 CrossLanes(const V3& a, const V3& b) {
-  return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
-          hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
-}
-HWY_INLINE V DotLanes(const V3& a, const V3& b) {
-  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
-}
-
-// x86's estimate has 12 bits or more, others have 8: what one Newton step doubles must be 24.
-constexpr int kNewtonSteps =
-    HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128 ? 1 : 2;
-
-HWY_INLINE V InverseSqrt(V x) {
-  const D d;
-  V estimate = hn::ApproximateReciprocalSqrt(x);
-  for (int step = 0; step < kNewtonSteps; ++step) {
-    const V half = hn::Mul(hn::Set(d, 0.5f), estimate);
-    const V error = hn::NegMulAdd(hn::Mul(x, estimate), estimate, hn::Set(d, 1.0f));
-    estimate = hn::MulAdd(half, error, estimate);
-  }
-  return estimate;
-}
-
 // The polynomials of one row, all components.
 template <int N, bool kSmooth>
 struct Row {
@@ -124,16 +96,12 @@ class GroupKernel {
 
  public:
   GroupKernel(GroupArguments& arguments, size_t lane)
-      : args_(arguments), lane_(lane), segments_(arguments.segments) {
-    const PatchLanes& p = *args_.patches;
-    shear_ = Load(p.shear);
-    inverse_height_ = Load(p.inverse_height);
-    if constexpr (kNormals) {
-      const V bound = hn::Set(D(), kWeakNormal * args_.box->cofactor_bound);
-      const V limit = kSmooth ? bound : hn::Mul(bound, Load(p.along_length));
-      weak_below_ = hn::Mul(limit, limit);
-    }
-  }
+      : args_(arguments),
+        lane_(lane),
+        segments_(arguments.segments),
+        shear_(Load(args_.patches->shear)),
+        inverse_height_(Load(args_.patches->inverse_height)),
+        vertices_(arguments, lane, kSmooth ? Broadcast(1.0f) : Load(args_.patches->along_length)) {}
 
   void Run() {
     ComposeAll();
@@ -196,22 +164,22 @@ class GroupKernel {
   HWY_INLINE void EvaluatePointOfRow(const Row<kDegree, kSmooth>& r, V x, float b1, float b2,
                                      size_t point) {
     if constexpr (!kNormals) {
-      for (size_t c = 0; c < 3; ++c) Store(c, point, Horner<kDegree>(r.position[c], x));
+      for (size_t c = 0; c < 3; ++c) vertices_.Store(c, point, Horner<kDegree>(r.position[c], x));
       return;
     }
     V3 position, along;
     HornerWithSlope<kDegree>(r.position[0], x, position.x, along.x);
     HornerWithSlope<kDegree>(r.position[1], x, position.y, along.y);
     HornerWithSlope<kDegree>(r.position[2], x, position.z, along.z);
-    Store(0, point, position.x);
-    Store(1, point, position.y);
-    Store(2, point, position.z);
+    vertices_.Store(0, point, position.x);
+    vertices_.Store(1, point, position.y);
+    vertices_.Store(2, point, position.z);
     const V3 across{hn::Mul(Horner<kDegree - 1>(r.across[0], x), inverse_height_),
                     hn::Mul(Horner<kDegree - 1>(r.across[1], x), inverse_height_),
                     hn::Mul(Horner<kDegree - 1>(r.across[2], x), inverse_height_)};
     V3 normal = CrossLanes(along, across);
     if constexpr (kSmooth) normal = CarrySmooth(r, x, b1, b2, along, across, normal);
-    StoreNormal(normal, point);
+    vertices_.StoreNormal(normal, point);
   }
 
   // cof(J) N = n_f P_a x P_c + n_a P_c x P_f + n_c P_f x P_a for N given in the frame.
@@ -236,87 +204,29 @@ class GroupKernel {
                       hn::MulAdd(Load(n[1]), Broadcast(b1), hn::Mul(Load(n[2]), Broadcast(b2))));
   }
 
-  HWY_INLINE void StoreNormal(const V3& normal, size_t point) {
-    const V length2 = DotLanes(normal, normal);
-    const V scale = InverseSqrt(length2);
-    Store(3, point, hn::Mul(normal.x, scale));
-    Store(4, point, hn::Mul(normal.y, scale));
-    Store(5, point, hn::Mul(normal.z, scale));
-    // Written so that NaN counts as weak too.
-    const auto strong = hn::Gt(length2, weak_below_);
-    if (HWY_UNLIKELY(!hn::AllTrue(D(), strong))) NoteWeak(hn::Not(strong), point);
-  }
-
-  template <class M>
-  HWY_NOINLINE void NoteWeak(M weak, size_t point) {
-    HWY_ALIGN float flags[kLanes];
-    hn::Store(hn::IfThenElseZero(weak, Broadcast(1.0f)), D(), flags);
-    for (size_t i = 0; i < hn::Lanes(D()); ++i) {
-      if (flags[i] == 0) continue;
-      args_.weak[args_.weak_count++] = {static_cast<uint16_t>(point),
-                                        static_cast<uint16_t>(lane_ + i)};
-    }
-  }
-
   void EvaluateAllEdges() {
     const TessellationPattern& pattern = TessellationPattern::Get(segments_);
+    V corners[3][3];
+    for (size_t e = 0; e < 3; ++e) LoadPoint(args_.patches->corners[e], lane_, corners[e]);
     for (size_t e = 0; e < 3; ++e) {
       const auto& points = pattern.edge_points[e];
-      EdgePoints<D0, D1, D2>(*args_.box, args_.patches->edges[e], lane_, segments_,
-                             [&](size_t k, size_t c, V value)
-                                 HWY_ATTR { Store(c, points[k], value); });
-      V l[3];
-      for (size_t a = 0; a < 3; ++a) l[a] = Load(args_.patches->corners[e].point[a]);
+      const auto store = [&](size_t k, size_t c, V value)
+                             HWY_ATTR { vertices_.Store(c, points[k], value); };
+      ComposedEdgePoints<D0, D1, D2>(*args_.box, EdgeLine(corners[e], corners[(e + 1) % 3]),
+                                     segments_, store);
       for (int c = 0; c < 3; ++c) {
-        Store(static_cast<size_t>(c), points[0], EvaluatePoint<D0, D1, D2>(*args_.box, l, c));
+        V value;
+        EvaluatePoint<D0, D1, D2, false>(*args_.box, corners[e], c, &value);
+        store(0, static_cast<size_t>(c), value);
       }
     }
   }
 
-  HWY_INLINE void Store(size_t component, size_t point, V value) const {
-    hn::Store(value, D(), args_.scratch.Row(component, point) + lane_);
-  }
-
- public:
-  // Calls store(k, component, value) for the interior points k = 1 … segments - 1 of an edge.
-  template <int E0, int E1, int E2, class StorePoint>
-  static HWY_INLINE void EdgePoints(const BoxPolynomial& box, const EdgeLanes& edge, size_t lane,
-                                    int segments, const StorePoint& store) {
-    constexpr int kN = E0 + E1 + E2;
-    if (segments < 2) return;
-    const D d;
-    V m[3], direction[3];
-    for (size_t a = 0; a < 3; ++a) {
-      m[a] = hn::Load(d, edge.midpoint[a].data() + lane);
-      direction[a] = hn::Load(d, edge.direction[a].data() + lane);
-    }
-    for (int c = 0; c < 3; ++c) {
-      V p[kN + 1];
-      ComposeEdge<E0, E1, E2, 0>(box, m, direction, c, p);
-      for (int low = 1; 2 * low <= segments; ++low) {
-        const int high = segments - low;
-        const float tau = static_cast<float>(high) / static_cast<float>(segments) - 0.5f;
-        const V t = hn::Set(d, tau), t2 = hn::Set(d, tau * tau);
-        V even = p[kN - kN % 2], odd = p[kN - 1 + kN % 2];
-        LATTICED_UNROLL for (int k = kN - kN % 2 - 2; k >= 0; k -= 2) {
-          even = hn::MulAdd(even, t2, p[k]);
-        }
-        LATTICED_UNROLL for (int k = kN - 3 + kN % 2; k >= 1; k -= 2) {
-          odd = hn::MulAdd(odd, t2, p[k]);
-        }
-        store(static_cast<size_t>(low), static_cast<size_t>(c), hn::NegMulAdd(odd, t, even));
-        if (high != low) {
-          store(static_cast<size_t>(high), static_cast<size_t>(c), hn::MulAdd(odd, t, even));
-        }
-      }
-    }
-  }
-
- private:
   GroupArguments& args_;
   const size_t lane_;
   const int segments_;
-  V shear_, inverse_height_, weak_below_;
+  const V shear_, inverse_height_;
+  GroupVertices vertices_;
   V composed_[3][Terms(kDegree)];
   V composed_normal_[3][kSmooth ? Terms(kDegree - 1) : 1];
 };

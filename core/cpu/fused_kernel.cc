@@ -9,6 +9,7 @@
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // After foreach_target, as Highway asks.
+#include "core/cpu/fused_direct-inl.h"
 #include "core/cpu/fused_group-inl.h"
 #include "core/cpu/fused_kernel.h"
 #include "core/cpu/fused_store-inl.h"
@@ -23,31 +24,48 @@ struct Instance {
   static void Group(GroupArguments& arguments) {
     for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(D())) {
       if (!arguments.normals) {
-        GroupKernel<D0, D1, D2, false, false>(arguments, lane).Run();
+        GroupAt<false, false>(arguments, lane);
       } else if (arguments.smooth == nullptr) {
-        GroupKernel<D0, D1, D2, true, false>(arguments, lane).Run();
+        GroupAt<true, false>(arguments, lane);
       } else {
-        GroupKernel<D0, D1, D2, true, true>(arguments, lane).Run();
+        GroupAt<true, true>(arguments, lane);
       }
+    }
+  }
+
+  template <bool kNormals, bool kSmooth>
+  static void GroupAt(GroupArguments& arguments, size_t lane) {
+    if (arguments.segments <= kMostDirectSegments) {
+      DirectGroupKernel<D0, D1, D2, kNormals, kSmooth>(arguments, lane).Run();
+    } else {
+      GroupKernel<D0, D1, D2, kNormals, kSmooth>(arguments, lane).Run();
     }
   }
 
   static void Edges(const BoxPolynomial& box, const EdgeLanes& edges, int segments, float* out) {
     for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(D())) {
-      GroupKernel<D0, D1, D2, false, false>::template EdgePoints<D0, D1, D2>(
-          box, edges, lane, segments, [&](size_t k, size_t c, V value) HWY_ATTR {
-            hn::Store(value, D(), out + ((k - 1) * 3 + c) * kLanes + lane);
-          });
+      V from[3], to[3];
+      LoadPoint(edges.from, lane, from);
+      LoadPoint(edges.to, lane, to);
+      const EdgeLine line(from, to);
+      const auto store = [&](size_t k, size_t c, V value) HWY_ATTR {
+        hn::Store(value, D(), out + ((k - 1) * 3 + c) * kLanes + lane);
+      };
+      if (segments <= kMostDirectSegments) {
+        DirectEdgePoints<D0, D1, D2>(box, line, segments, store);
+      } else {
+        ComposedEdgePoints<D0, D1, D2>(box, line, segments, store);
+      }
     }
   }
 
   static void Corners(const BoxPolynomial& box, const CornerLanes& corners, float* out) {
     for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(D())) {
-      V l[3];
-      for (size_t a = 0; a < 3; ++a) l[a] = hn::Load(D(), corners.point[a].data() + lane);
+      V point[3], value;
+      LoadPoint(corners, lane, point);
       for (size_t c = 0; c < 3; ++c) {
-        hn::Store(EvaluatePoint<D0, D1, D2>(box, l, static_cast<int>(c)), D(),
-                  out + c * kLanes + lane);
+        EvaluatePoint<D0, D1, D2, false>(box, point, static_cast<int>(c), &value);
+        hn::Store(value, D(), out + c * kLanes + lane);
       }
     }
   }

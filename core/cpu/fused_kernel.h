@@ -27,30 +27,32 @@ struct alignas(64) BoxPolynomial {
   float cofactor_bound = 0;
 };
 
-// A straight segment in box-local coordinates: midpoint + tau * direction, tau in [-1/2, 1/2].
-struct alignas(64) EdgeLanes {
-  std::array<Lanes, 3> midpoint, direction;
-};
+// In box-local coordinates.
 struct alignas(64) CornerLanes {
   std::array<Lanes, 3> point;
+};
+struct alignas(64) EdgeLanes {
+  CornerLanes from, to;
 };
 
 // point(x, t) = center + x * along + t * across, with x = b1 + shear * b2 - 1/2, t = b2 - 1/2;
 // `along` is corner 0 -> corner 1, `across` its in-plane perpendicular up to corner 2.
 struct alignas(64) PatchLanes {
+  std::array<CornerLanes, 3> corners;
+  // Of the facet normal, see BoxPolynomials::LocalConormal.
+  std::array<Lanes, 3> conormal;
   std::array<Lanes, 3> center, along, across;
   Lanes shear;
   Lanes along_length;    // world length of `along`
   Lanes inverse_height;  // 1 / world length of `across`
-  std::array<EdgeLanes, 3> edges;
-  std::array<CornerLanes, 3> corners;
 };
 
 // Smooth normals: the facet normal as a direction in box-local coordinates, and the vertex normal
-// at each corner in the frame (facet normal / |along|, along^, across^ / |along|).
+// at each corner in the frame (facet normal / |along|, along^, across^ / |along|), and its conormal.
 struct alignas(64) SmoothLanes {
   std::array<Lanes, 3> facet;
-  std::array<std::array<Lanes, 3>, 3> normal;  // [component][corner]
+  std::array<std::array<Lanes, 3>, 3> normal;    // [component][corner]
+  std::array<std::array<Lanes, 3>, 3> conormal;  // [component][corner]
 };
 
 // Vertices of one group before they are stored: row[component][point] of 16 lanes; components are
@@ -83,8 +85,8 @@ struct GroupArguments {
 // All points of a group, edges and corners from the group's own box.
 void EvaluateGroup(GroupArguments& arguments);
 
-// Interior points of 16 edges: out[(k - 1) * 3 + component][lane] for k = 1 … segments - 1, running
-// along the direction.
+// Inner points of 16 edges: out[(k - 1) * 3 + component][lane] for k = 1 … segments - 1, from one
+// end to the other.
 void EvaluateEdges(const std::array<int, 3>& degree, const BoxPolynomial& box,
                    const EdgeLanes& edges, int segments, float* out);
 // 16 corners: out[component][lane].

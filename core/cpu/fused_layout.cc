@@ -15,11 +15,6 @@ void SetLane(std::array<Lanes, 3>& field, size_t lane, Vec3d value) {
   field[2][lane] = f.z;
 }
 
-void PackEdge(EdgeLanes& edge, size_t lane, Vec3d from, Vec3d to) {
-  SetLane(edge.midpoint, lane, 0.5 * (from + to));
-  SetLane(edge.direction, lane, to - from);
-}
-
 // Height of a patch below this part of its longest edge is rounding: the perpendicular keeps its
 // direction and gets this length, so that its polynomials stay normal numbers.
 constexpr double kSmallestHeight = 0x1p-40;
@@ -82,7 +77,6 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
     local[c] = polynomials_.Local(patch.box, vertex);
     SetLane(out.corners[c].point, lane, local[c]);
   }
-  for (size_t e = 0; e < 3; ++e) PackEdge(out.edges[e], lane, local[e], local[(e + 1) % 3]);
 
   // The frame, in the world: the longest edge, and its perpendicular in the plane of the *source*
   // triangle, which is known well however thin the patch is.
@@ -112,6 +106,9 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
   SetLane(out.center, lane, local[0] + 0.5 * local_along + 0.5 * local_across);
   SetLane(out.along, lane, local_along);
   SetLane(out.across, lane, local_across);
+  // Without a height there is no area, or none to tell from the facet's: from the definition.
+  const Vec3d normal = height > 0 ? facet : Vec3d{};
+  SetLane(out.conormal, lane, polynomials_.LocalConormal(patch.box, normal));
   out.shear[lane] = static_cast<float>(shear);
   out.along_length[lane] = static_cast<float>(length);
   out.inverse_height[lane] = height > 0 ? static_cast<float>(1 / height) : 0.0f;
@@ -130,6 +127,10 @@ void FusedLayout::PackSmooth(size_t group, size_t lane, uint32_t p, Vec3d facet,
     Vec3d n;
     for (size_t k = 0; k < 3; ++k) {
       n += source.barycentrics[c][k] * ToDouble(plan_->vertex_normals[source.corners[k]]);
+    }
+    const Vec3d conormal = polynomials_.LocalConormal(plan_->patches[p].box, n);
+    for (size_t a = 0; a < 3; ++a) {
+      out.conormal[a][c][lane] = static_cast<float>(conormal[static_cast<int>(a)]);
     }
     out.normal[0][c][lane] = static_cast<float>(Dot(n, facet) / length);
     out.normal[1][c][lane] = static_cast<float>(Dot(n, unit_along));
@@ -169,8 +170,10 @@ uint32_t FusedLayout::EdgeFeature(uint32_t edge, uint32_t box) {
   const auto& ends = plan_->edges[edge].vertex;
   const Vec3d from = polynomials_.Local(box, plan_->vertices[ends[0]]);
   const Vec3d to = polynomials_.Local(box, plan_->vertices[ends[1]]);
-  it->second = AddFeature(edges, open_edges_, box,
-                          [&](EdgeLanes& lanes, size_t lane) { PackEdge(lanes, lane, from, to); });
+  it->second = AddFeature(edges, open_edges_, box, [&](EdgeLanes& lanes, size_t lane) {
+    SetLane(lanes.from.point, lane, from);
+    SetLane(lanes.to.point, lane, to);
+  });
   return it->second;
 }
 

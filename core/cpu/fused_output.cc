@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/cpu/fused_output.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "core/base/limits.h"
@@ -29,13 +30,23 @@ FusedOutput::FusedOutput(const DeformPlan& plan, const FusedLayout& layout,
   offset_ = {offset.x, offset.y, offset.z};
 }
 
+// Calls f(lane, lanes, planes) for the runs of a group's patches that lie in one chunk.
+template <class F>
+void FusedOutput::ForRuns(const Group& group, const F& f) const {
+  for (size_t lane = 0; lane < group.lanes;) {
+    const size_t patch = group.first_patch + lane;
+    const size_t of_chunk = limits::kPatchesPerChunk - patch % limits::kPatchesPerChunk;
+    const size_t lanes = std::min(group.lanes - lane, of_chunk);
+    f(lane, lanes, PatchPlanes(patch));
+    lane += lanes;
+  }
+}
+
 void FusedOutput::Prefetch(const Group& group) const {
   if (spec_.format != VertexFormat::kQuantised) return;  // whole lines, by streaming stores
-  for (size_t l = 0; l < group.lanes; ++l) {
-    for (const Plane& plane : PatchPlanes(group.first_patch + l)) {
-      PrefetchToWrite(plane.bytes, plane.size);
-    }
-  }
+  ForRuns(group, [](size_t, size_t lanes, const std::array<Plane, 5>& planes) {
+    for (const Plane& plane : planes) PrefetchToWrite(plane.bytes, lanes * plane.stride);
+  });
 }
 
 void FusedOutput::Store(uint32_t group, const GroupScratch& scratch) const {
@@ -66,10 +77,13 @@ void FusedOutput::StoreInPlanes(const Group& group, const GroupScratch& scratch)
                       .position_bits = spec_.position_bits,
                       .normal_bits = normals ? spec_.normal_bits : 0,
                       .lanes = group.lanes};
-  for (size_t l = 0; l < group.lanes; ++l) {
-    const std::array<Plane, 5> planes = PatchPlanes(group.first_patch + l);
-    for (size_t plane = 0; plane < 5; ++plane) q.destination[l][plane] = planes[plane].bytes;
-  }
+  ForRuns(group, [&](size_t lane, size_t lanes, const std::array<Plane, 5>& planes) {
+    for (size_t l = 0; l < lanes; ++l) {
+      for (size_t plane = 0; plane < 5; ++plane) {
+        q.destination[lane + l][plane] = planes[plane].bytes + l * planes[plane].stride;
+      }
+    }
+  });
   StoreQuantised(q);
 }
 

@@ -35,10 +35,13 @@ class FusedOutput {
   void Store(uint32_t group, const GroupScratch& scratch) const;
 
  private:
+  // Of a patch; the next one of its chunk begins `stride` behind.
   struct Plane {
     uint8_t* bytes;
-    size_t size;
+    size_t stride;
   };
+  template <class F>
+  void ForRuns(const Group& group, const F& f) const;
   std::array<Plane, 5> PatchPlanes(size_t patch) const;
   void StoreInPlanes(const Group& group, const GroupScratch& scratch) const;
   void StoreByPoint(const Group& group, const GroupScratch& scratch) const;

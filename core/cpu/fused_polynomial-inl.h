@@ -13,18 +13,11 @@
 #define LATTICED_CORE_CPU_FUSED_POLYNOMIAL_INL_H_
 #endif
 
-#include "core/cpu/fused_kernel.h"
-#include "hwy/highway.h"
+#include "core/cpu/fused_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
 namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using D = hn::CappedTag<float, kLanes>;
-using V = hn::Vec<D>;
-
-#define LATTICED_UNROLL _Pragma("GCC unroll 64")
 
 constexpr int Terms(int degree) { return (degree + 1) * (degree + 2) / 2; }
 constexpr int At(int i, int j) { return (i + j) * (i + j + 1) / 2 + j; }
@@ -60,10 +53,6 @@ HWY_INLINE void Powers(AffineMap& map) {
     MultiplyLinearAdd<1, 0>(map.l[2], map.l[2], zero, map.square);
     if constexpr (D2 >= 3) MultiplyLinearAdd<2, 0>(map.square, map.l[2], zero, map.cube);
   }
-}
-
-HWY_INLINE V Coefficient(const BoxPolynomial& box, int index, int component) {
-  return hn::Set(D(), box.coefficient[static_cast<size_t>(index)][static_cast<size_t>(component)]);
 }
 
 // out (degree D2) = sum_c coefficient[first + c] * l2^c
@@ -149,81 +138,6 @@ HWY_INLINE void Compose(const BoxPolynomial& box, const AffineMap& map, int comp
     ComposeMiddle<D1, D2, 0, kDerivative>(box, map, A * kStride, component, r, d_r);
     HornerStep<kDegree, D1 + D2, kDerivative>(p, d_p, map.l[0], map.normal[0], r, d_r, out, d_out);
   }
-}
-
-// out (degree N + 1) = p (degree N) * (m + d tau) + r (degree R): univariate.
-template <int N, int R>
-HWY_INLINE void MultiplyLinearAdd1(const V* p, V m, V d, const V* r, V* out) {
-  LATTICED_UNROLL for (int k = 0; k <= N + 1; ++k) {
-    V sum = k <= R ? r[k] : hn::Zero(D());
-    if (k <= N) sum = hn::MulAdd(p[k], m, sum);
-    if (k > 0) sum = hn::MulAdd(p[k - 1], d, sum);
-    out[k] = sum;
-  }
-}
-
-template <int D2, int C>
-HWY_INLINE void EdgeLast(const BoxPolynomial& box, const V* m, const V* d, int first, int component,
-                         V* out) {
-  const V c = Coefficient(box, first + C, component);
-  if constexpr (C == D2) {
-    out[0] = c;
-  } else {
-    V p[D2 - C];
-    EdgeLast<D2, C + 1>(box, m, d, first, component, p);
-    MultiplyLinearAdd1<D2 - C - 1, 0>(p, m[2], d[2], &c, out);
-  }
-}
-
-template <int D1, int D2, int B>
-HWY_INLINE void EdgeMiddle(const BoxPolynomial& box, const V* m, const V* d, int first,
-                           int component, V* out) {
-  if constexpr (B == D1) {
-    EdgeLast<D2, 0>(box, m, d, first + B * (D2 + 1), component, out);
-  } else {
-    constexpr int kDegree = D2 + D1 - B - 1;
-    V p[kDegree + 1], r[D2 + 1];
-    EdgeMiddle<D1, D2, B + 1>(box, m, d, first, component, p);
-    EdgeLast<D2, 0>(box, m, d, first + B * (D2 + 1), component, r);
-    MultiplyLinearAdd1<kDegree, D2>(p, m[1], d[1], r, out);
-  }
-}
-
-// The polynomial in tau of one component along an edge, degree D0 + D1 + D2. Exchanging the edge's
-// ends flips d and with it, exactly, every odd coefficient: so both patches of an edge get the same
-// bits without agreeing on a direction.
-template <int D0, int D1, int D2, int A>
-HWY_INLINE void ComposeEdge(const BoxPolynomial& box, const V* m, const V* d, int component,
-                            V* out) {
-  constexpr int kStride = (D1 + 1) * (D2 + 1);
-  if constexpr (A == D0) {
-    EdgeMiddle<D1, D2, 0>(box, m, d, A * kStride, component, out);
-  } else {
-    constexpr int kDegree = D2 + D1 + D0 - A - 1;
-    V p[kDegree + 1], r[D1 + D2 + 1];
-    ComposeEdge<D0, D1, D2, A + 1>(box, m, d, component, p);
-    EdgeMiddle<D1, D2, 0>(box, m, d, A * kStride, component, r);
-    MultiplyLinearAdd1<kDegree, D1 + D2>(p, m[0], d[0], r, out);
-  }
-}
-
-// R at one point per lane.
-template <int D0, int D1, int D2>
-HWY_INLINE V EvaluatePoint(const BoxPolynomial& box, const V* l, int component) {
-  V outer = hn::Zero(D());
-  LATTICED_UNROLL for (int a = D0; a >= 0; --a) {
-    V middle = hn::Zero(D());
-    LATTICED_UNROLL for (int b = D1; b >= 0; --b) {
-      const int first = (a * (D1 + 1) + b) * (D2 + 1);
-      V inner = Coefficient(box, first + D2, component);
-      LATTICED_UNROLL for (int c = D2 - 1; c >= 0; --c) {
-        inner = hn::MulAdd(inner, l[2], Coefficient(box, first + c, component));
-      }
-      middle = hn::MulAdd(middle, l[1], inner);
-    }
-    outer = hn::MulAdd(outer, l[0], middle);
-  }
-  return outer;
 }
 
 }  // namespace HWY_NAMESPACE

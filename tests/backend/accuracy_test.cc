@@ -171,6 +171,25 @@ TEST_P(Accuracy, RealMeshesMatchDefinition) {
   }
 }
 
+// Squares of areas are beyond what a float holds.
+TEST_P(Accuracy, HugeAndTinyLatticesMatchDefinition) {
+  constexpr std::array<std::pair<double, double>, 6> kScales{
+      {{1e-3, 1e-9}, {1e-3, 1e10}, {1, 1e-9}, {1, 1e10}, {1e14, 1e-9}, {1e14, 3e3}}};
+  for (const auto& [of_mesh, of_lattice] : kScales) {
+    SCOPED_TRACE(fmt::format("mesh {}, lattice {}, seed {}", of_mesh, of_lattice, kSeed));
+    PolygonMesh mesh = TorusMesh(6, 5);
+    for (Vec3d& p : mesh.positions) p = of_mesh * p;
+    const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
+    const Plan plan = MakeTestPlan(std::move(mesh), structure);
+    std::vector<Vec3d> points = Jitter(structure, kNoise, kSeed);
+    for (Vec3d& p : points) p = of_lattice * p;
+    for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
+      ExpectMatchesDefinition(plan, points, FloatView(3, normals));
+      ExpectMatchesDefinition(plan, points, FloatView(6, normals));
+    }
+  }
+}
+
 TEST_P(Accuracy, CollapsedLatticesHaveUnitNormals) {
   PolygonMesh mesh = TorusMesh(6, 5);
   const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});

@@ -24,8 +24,9 @@ ViewSpec Float32(NormalMode normals, bool lane_order, int segments = 10) {
           .lane_order = lane_order};
 }
 
-ViewSpec Quantised(NormalMode normals) {
-  return {.normals = normals,
+ViewSpec Quantised(NormalMode normals, int segments = 10) {
+  return {.segments = segments,
+          .normals = normals,
           .format = VertexFormat::kQuantised,
           .position_bits = 12,
           .normal_bits = 8};
@@ -76,6 +77,23 @@ void Register(const char* scenario_name, int degree, std::vector<Case> cases,
   }
 }
 
+// About where a patch's own polynomial begins to pay.
+void RegisterFewSegments() {
+  std::vector<Case> cases, other_degrees;
+  for (const int segments : {1, 2, 3, 4, 5, 6}) {
+    const ViewSpec facet = Float32(NormalMode::kFacet, true, segments);
+    other_degrees.push_back({Pipeline::kFused, facet, 1});
+    cases.push_back(other_degrees.back());
+    cases.push_back({Pipeline::kFused, Float32(NormalMode::kSmooth, true, segments), 1});
+    cases.push_back({Pipeline::kFused, Quantised(NormalMode::kFacet, segments), 1});
+  }
+  Register("torus-17k", 2, cases, []() -> const Scenario& { return SmallScenario(2); });
+  for (const int degree : {1, 3}) {
+    Register("torus-17k", degree, other_degrees,
+             [degree]() -> const Scenario& { return SmallScenario(degree); });
+  }
+}
+
 }  // namespace
 
 void RegisterEvaluateBenches() {
@@ -91,7 +109,6 @@ void RegisterEvaluateBenches() {
             {Pipeline::kFused, streamed, 1},
             {Pipeline::kFused, streamed, 2},
             {Pipeline::kFused, Quantised(NormalMode::kSmooth), 1},
-            {Pipeline::kFused, Float32(NormalMode::kFacet, true, 4), 1},
             {Pipeline::kFused, Float32(NormalMode::kFacet, true, 20), 1},
             {Pipeline::kGemm, point, 1},
             {Pipeline::kGemm, point, 2},
@@ -108,6 +125,7 @@ void RegisterEvaluateBenches() {
             {Pipeline::kFused, streamed, 1},
             {Pipeline::kGemm, point, 1}},
            []() -> const Scenario& { return LargeScenario(); });
+  RegisterFewSegments();
 }
 
 }  // namespace latticed::bench
