@@ -105,7 +105,7 @@ class SceneView {
   // The newest snapshot, pinned; null while it is below `at_least` or there is none. The caller
   // tells the scene (RequestWork) afterwards: now a newer one is worth evaluating, unless the
   // watcher may not take that either (`takes_next`), for it would be old when it may.
-  [[nodiscard]] std::shared_ptr<const Snapshot> PinNewest(uint64_t at_least, bool takes_next = true)
+  [[nodiscard]] std::shared_ptr<const Snapshot> PinNewest(uint64_t at_least, bool takes_next)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // The watcher to which snapshot `number` is sent may take the next one now. Whether the caller
   // should tell the scene.

@@ -65,7 +65,7 @@ TEST_F(ReleaseTest, OfAViewThatMakesRoomForAnother) {
 
 TEST_F(ReleaseTest, OfASnapshotThatItsLastReaderLetsGo) {
   const auto client = Watch();
-  const uint64_t number = view_->PinNewest(0)->number;
+  const uint64_t number = view_->PinNewest(0, /*takes_next=*/true)->number;
   Move(kCorner);
   client->RunToHead();
   gates().Close(Stage::kFreeChunk);
@@ -80,7 +80,7 @@ TEST_F(ReleaseTest, OfASnapshotThatItsLastReaderLetsGo) {
 TEST_F(ReleaseTest, OfASnapshotThatIsRetired) {
   const auto client = Watch();
   for (int reader = 0; reader < limits::kMaxSnapshotsPerView; ++reader) {
-    ASSERT_NE(view_->PinNewest(0), nullptr);
+    ASSERT_NE(view_->PinNewest(0, /*takes_next=*/true), nullptr);
     if (reader + 1 == limits::kMaxSnapshotsPerView) break;
     Move(kCorner);
     client->RunToHead();
