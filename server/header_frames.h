@@ -11,7 +11,7 @@
 //
 //   a frame     one that goes on in another has too much, as soon as it has a field; so has a frame
 //               without end that belongs to no call
-//   kMaxHeaderBytes of fields, and twice that as they come, where they may be shorter or longer
+//   of kMaxHeaderBytes of fields, in twice as many bytes at most
 //
 // or it is an error of its connection. Clients need no more: 8 KiB are what the settings allow, and
 // frames may be 16 KiB.

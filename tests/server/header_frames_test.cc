@@ -63,14 +63,13 @@ TEST_F(HeaderFramesTest, OfSomeKilobytesAreAllowed) {
 }
 
 // Also before the client has the server's settings, which say how much that is.
-TEST_F(HeaderFramesTest, OfTooManyBytesEndTheirCall) {
+TEST_F(HeaderFramesTest, OfTooManyBytesEndTheirConnection) {
   for (const Settings settings : {Settings::kAcknowledged, Settings::kIgnored}) {
     for (const std::string& block : {Field(9'000), Field(9'000) + Field(16'000), Numbers(10'000),
                                      Field(4'000) + Field(4'000)}) {
       const auto connection = Connect(settings);
       connection->BeginWith(block, kFrame, /*ends=*/true);
       ExpectClosed(*connection);
-      EXPECT_EQ(connection->ended(), 1u);
     }
   }
 }

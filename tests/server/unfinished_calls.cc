@@ -33,6 +33,10 @@ std::string BigEndian(uint64_t value, int bytes) {
   return text;
 }
 
+std::string FrameHead(size_t payload, uint8_t type, uint8_t flags, uint32_t stream) {
+  return BigEndian(payload, 3) + BigEndian(type, 1) + BigEndian(flags, 1) + BigEndian(stream, 4);
+}
+
 uint32_t ReadBigEndian(std::string_view bytes) {
   uint32_t value = 0;
   for (const char byte : bytes) value = value << 8 | static_cast<uint8_t>(byte);
@@ -110,28 +114,27 @@ UnfinishedCalls::UnfinishedCalls(const std::string& address, std::string_view me
   SendBytes("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n");
 }
 
-void UnfinishedCalls::Begin() {
+uint32_t UnfinishedCalls::AddCall() {
   const uint32_t stream = calls_.empty() ? 1 : calls_.rbegin()->first + 2;
-  SendFrame(kHeaders, kEndHeaders, stream, Fields(method_));
   calls_[stream].window = stream_window_;
+  return stream;
 }
 
+void UnfinishedCalls::Begin() { BeginWith("", kMostFrame, /*ends=*/true); }
+
 void UnfinishedCalls::BeginWith(std::string_view block, size_t frame_bytes, bool ends) {
-  const uint32_t stream = calls_.empty() ? 1 : calls_.rbegin()->first + 2;
+  const uint32_t stream = AddCall();
   const std::string all = Fields(method_) + std::string(block);
   for (size_t at = 0; at < all.size() && !closed_; at += frame_bytes) {
     const bool last = ends && at + frame_bytes >= all.size();
     SendFrame(at == 0 ? kHeaders : kContinuation, last ? kEndHeaders : 0, stream,
               std::string_view(all).substr(at, frame_bytes));
   }
-  calls_[stream].window = stream_window_;
 }
 
 void UnfinishedCalls::BeginPartOfFrame(std::string_view block, size_t frame_bytes) {
-  const uint32_t stream = calls_.empty() ? 1 : calls_.rbegin()->first + 2;
-  SendBytes(BigEndian(frame_bytes, 3) + BigEndian(kHeaders, 1) + BigEndian(kEndHeaders, 1) +
-            BigEndian(stream, 4) + Fields(method_) + std::string(block));
-  calls_[stream].window = stream_window_;
+  SendBytes(FrameHead(frame_bytes, kHeaders, kEndHeaders, AddCall()) + Fields(method_) +
+            std::string(block));
 }
 
 void UnfinishedCalls::BeginInPieces(std::string_view block) {
@@ -194,8 +197,7 @@ void UnfinishedCalls::SendBytes(std::string_view bytes) {
 
 void UnfinishedCalls::SendFrame(uint8_t type, uint8_t flags, uint32_t stream,
                                 std::string_view payload) {
-  SendBytes(BigEndian(payload.size(), 3) + BigEndian(type, 1) + BigEndian(flags, 1) +
-            BigEndian(stream, 4) + std::string(payload));
+  SendBytes(FrameHead(payload.size(), type, flags, stream) + std::string(payload));
 }
 
 void UnfinishedCalls::SendData() {

@@ -57,7 +57,8 @@ class UnfinishedCalls {
   size_t ended() const;
   size_t sent() const;
   size_t answered() const;
-  // What the server said: its SETTINGS_MAX_CONCURRENT_STREAMS and SETTINGS_MAX_FRAME_SIZE, and the codes that it reset calls with.
+  // What the server said: its SETTINGS_MAX_CONCURRENT_STREAMS and SETTINGS_MAX_FRAME_SIZE, and the
+  // codes that it reset calls with.
   uint32_t max_calls() const { return max_calls_; }
   uint32_t max_frame() const { return max_frame_; }
   const std::set<uint32_t>& reset_codes() const { return reset_codes_; }
@@ -76,6 +77,8 @@ class UnfinishedCalls {
   };
   UnfinishedCalls(const std::string& address, std::string_view method, Message message,
                   Settings settings);
+  // The number of one call more.
+  uint32_t AddCall();
   void SendFrame(uint8_t type, uint8_t flags, uint32_t stream, std::string_view payload);
   void SendBytes(std::string_view bytes);
   // Whatever the windows allow.
