@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One component of a box polynomial along a straight edge, and at a point: positions that do not
-// depend on the patch that asks.
+// One component of a box polynomial along a straight edge: positions that do not depend on the patch
+// that asks.
 //
 //   l(tau) = midpoint + tau direction,  tau in [-1/2, 1/2]
 //
@@ -91,25 +91,6 @@ __device__ __forceinline__ void SplitPowers(const float* p, float tau2, float& e
   for (int k = kEven - 2; k >= 0; k -= 2) even = fmaf(even, tau2, p[k]);
 #pragma unroll
   for (int k = kOdd - 2; k >= 1; k -= 2) odd = fmaf(odd, tau2, p[k]);
-}
-
-template <int D0, int D1, int D2>
-__device__ __forceinline__ float EvaluatePoint(const float* c, const float* l) {
-  float outer = 0.0f;
-#pragma unroll
-  for (int a = D0; a >= 0; --a) {
-    float middle = 0.0f;
-#pragma unroll
-    for (int b = D1; b >= 0; --b) {
-      const float* row = c + (a * (D1 + 1) + b) * (D2 + 1);
-      float inner = row[D2];
-#pragma unroll
-      for (int k = D2 - 1; k >= 0; --k) inner = fmaf(inner, l[2], row[k]);
-      middle = fmaf(middle, l[1], inner);
-    }
-    outer = fmaf(outer, l[0], middle);
-  }
-  return outer;
 }
 
 }  // namespace latticed::kernels

@@ -6,27 +6,15 @@
 #ifndef LATTICED_CUDA_FUSED_FUSED_FEATURES_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_FEATURES_CUH_
 
+#include "cuda/fused/fused_coefficients.cuh"
 #include "cuda/fused/fused_edge.cuh"
+#include "cuda/fused/fused_point.cuh"
 #include "cuda/fused/fused_shared.cuh"
 
 namespace latticed::kernels {
 
 // Warps 0 and 1 evaluate edges, and one of them corners; warp 2 makes the patches' frames meanwhile.
 constexpr int kEdgeWarps = 2, kFrameWarp = 2;
-
-// One component of a box's polynomial.
-template <int kStride>
-__device__ __forceinline__ void LoadCoefficients(const FusedLaunch& launch, uint32_t box,
-                                                 int component, float* c) {
-  const size_t row = size_t{box} * 3 + static_cast<unsigned>(component);
-  const auto* from = reinterpret_cast<const float4*>(launch.polynomials.coefficients +
-                                                     row * static_cast<size_t>(kStride));
-#pragma unroll
-  for (int k = 0; k < kStride / 4; ++k) {
-    const float4 v = from[k];
-    c[4 * k] = v.x, c[4 * k + 1] = v.y, c[4 * k + 2] = v.z, c[4 * k + 3] = v.w;
-  }
-}
 
 template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
 class FeatureKernel {
@@ -97,7 +85,7 @@ class FeatureKernel {
     for (int component = 0; component < 3; ++component) {
       float c[kStride];
       LoadCoefficients<kStride>(launch_, box, component, c);
-      at[component] = EvaluatePoint<D0, D1, D2>(c, l);
+      PointJet<D0, D1, D2, false>::Evaluate(c, l, at + component);
     }
     Shared::Set(Shared::CornerAt(number), sink_.MakePosition({at[0], at[1], at[2]}));
   }

@@ -12,18 +12,41 @@
 #ifndef LATTICED_CUDA_FUSED_FUSED_GEOMETRY_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_GEOMETRY_CUH_
 
+#include <limits>
+
 #include "core/ffd/carried_normal.h"
 #include "cuda/fused/fused_kernels.h"
 
 namespace latticed::kernels {
 
+constexpr int kLanes = 32;  // patches of a chunk, and threads of a warp
 // Height of a patch below this part of its longest edge is rounding: the perpendicular keeps its
 // direction and gets this length.
 constexpr double kSmallestHeight = 0x1p-40;
-// Normals shorter than this part of the box's bound are taken from the definition, which then
-// decides exactly. So are those whose squares would underflow.
+// Normals shorter than this part of their bound are taken from the definition, which then decides
+// exactly. So are all where the bound is not between these two: squares or products might not be what
+// a float holds.
 constexpr double kWeakNormal = 1 / kMaxNormalCondition;
-constexpr double kTinyNormal = 1e-18;
+constexpr double kShortestNormal = 1e-30, kLongestNormal = 1e37;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// Of normals of a patch that come with the length that products give them.
+struct NormalRange {
+  float weak_below;  // |n|_1 of those that the definition must answer: not above it, or NaN
+  float scale;       // makes others of a length whose square a float holds
+};
+// None is longer than `bound`.
+__device__ inline NormalRange RangeOfNormals(double bound) {
+  // The L1 norm is compared, which is not below the length by which weakness is defined.
+  constexpr double kSqrt3 = 1.7320508075688773;
+  const bool fits = bound >= kShortestNormal && bound <= kLongestNormal;  // not where it is NaN
+  return {fits ? static_cast<float>(kSqrt3 * kWeakNormal * bound) : kInfinity,
+          1 / static_cast<float>(bound)};
+}
+
+__device__ __forceinline__ float3 CrossProduct(float3 a, float3 b) {
+  return {fmaf(a.y, b.z, -a.z * b.y), fmaf(a.z, b.x, -a.x * b.z), fmaf(a.x, b.y, -a.y * b.x)};
+}
 
 __device__ inline uint32_t SeamOf(const FusedTables& tables, uint32_t key) {
   uint32_t low = 0, high = tables.seam_use_count;
@@ -70,8 +93,8 @@ enum FrameRow {
   kAlong = 3,
   kAcross = 6,
   kShear = 9,
-  kWeakBelow,    // |n|_1 of normals that the definition must answer
-  kNormalScale,  // 1 / |across|: keeps squares of thin patches' normals off zero
+  kWeakBelow,  // of the patch's NormalRange, as the next
+  kNormalScale,
   kFacetRows,
   kFacet = kFacetRows,         // direction of the facet normal; smooth only, as what follows
   kVertexNormal = kFacet + 3,  // [3 corners][3]: by facet normal, along and across; see CarryNormal
@@ -101,8 +124,8 @@ struct FrameSize {
   double length, height;  // of the longest edge, and over it
 };
 
-// All rows but kWeakBelow, from nothing but the plan. `corner`: the vertices of the patch; `facet`: its
-// facet normal.
+// All rows but those of the normals' range, from nothing but the plan. `corner`: the vertices of the
+// patch; `facet`: its facet normal.
 template <bool kSmooth>
 __device__ inline FrameSize WriteFrame(const FusedLaunch& launch, uint32_t patch, uint32_t box,
                                        Vec3d facet, const DeviceVertex* const (&corner)[3],
@@ -130,19 +153,10 @@ __device__ inline FrameSize WriteFrame(const FusedLaunch& launch, uint32_t patch
     rows[(kAcross + i) * lanes] = static_cast<float>(c);
   }
   rows[kShear * lanes] = static_cast<float>(shear);
-  rows[kNormalScale * lanes] = height > 0 ? static_cast<float>(1 / height) : 0.0f;
   if constexpr (kSmooth) {
     WriteSmoothRows(launch, patch, box, facet, along, across, rows, lanes);
   }
   return {length, height};
-}
-
-// After the polynomials, whose bound it takes.
-__device__ inline float WeakBelow(const FusedLaunch& launch, uint32_t box, FrameSize size) {
-  // sqrt(3): the L1 norm is compared, which is not below the length by which weakness is defined.
-  const double bound = 1.7320508075688773 * kWeakNormal *
-                       static_cast<double>(launch.polynomials.cofactor_bounds[box]);
-  return static_cast<float>(fmax(bound * size.length, kTinyNormal) * size.height);
 }
 
 }  // namespace latticed::kernels

@@ -14,6 +14,7 @@
 
 #include "cuda/device/dependent_launch.cuh"
 #include "cuda/fused/fused_ahead.cuh"
+#include "cuda/fused/fused_coefficients.cuh"
 #include "cuda/fused/fused_features.cuh"
 #include "cuda/fused/fused_rows.cuh"
 #include "cuda/plan/definition_normal.cuh"
@@ -116,7 +117,7 @@ class FusedBlock {
     }
     // Until here the plan was read, and the list of chunks: it came before the kernel waited for.
     WaitForKernelBefore();
-    if (frames) Shared::Frame(kWeakBelow, lane_) = WeakBelow(launch_, patch.Box(), size);
+    if (frames) BoundNormals(patch.Box(), size);
     features.Evaluate(warp_, lane_);
     __syncthreads();
     Compose(patch.Box());
@@ -137,6 +138,13 @@ class FusedBlock {
                                            &Shared::Vertex(uses.Corner(2))};
     return WriteFrame<kSmooth>(launch_, patch_index_, patch.Box(), UnpackDirection(facet), corner,
                                &Shared::Frame(0, lane_), kLanes);
+  }
+  // By the polynomials.
+  __device__ __forceinline__ void BoundNormals(uint32_t box, FrameSize size) const {
+    const NormalRange range = RangeOfNormals(double{launch_.polynomials.cofactor_bounds[box]} *
+                                             size.length * size.height);
+    Shared::Frame(kWeakBelow, lane_) = range.weak_below;
+    Shared::Frame(kNormalScale, lane_) = range.scale;
   }
   __device__ __forceinline__ RowTurns Turns() const {
     const ChunkPart part = PartOf(launch_.blocks, blockIdx.x);

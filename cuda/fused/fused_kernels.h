@@ -59,6 +59,9 @@ struct FusedOutput {
   uint8_t* second_plane;  // kQuantised16
 };
 
+// Up to so many points are evaluated one by one: direct_kernel.cuh.
+inline constexpr int kMostDirectSegments = 3;
+
 inline constexpr int kFusedWarps = 3;  // of a block
 
 // Which blocks the chunks of a launch are: the first `whole` one each, the others `parts` each, which

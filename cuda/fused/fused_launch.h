@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the four files of fused kernels define between them.
+// What the files of fused kernels define between them.
 #ifndef LATTICED_CUDA_FUSED_FUSED_LAUNCH_H_
 #define LATTICED_CUDA_FUSED_FUSED_LAUNCH_H_
 
@@ -9,7 +9,9 @@
 
 namespace latticed::kernels {
 
-// As FusedCall, for one kind of normals and format; without normals the facet kernel serves.
+// As FusedCall, by direct_kernel.cuh.
+KernelCall DirectCall(const FusedLaunch& launch);
+// The same by fused_kernel.cuh, for one kind of normals and format; without normals the facet kernel serves.
 template <bool kSmooth, bool kFloat>
 KernelCall FusedCallByDegree(const FusedLaunch& launch);
 extern template KernelCall FusedCallByDegree<false, false>(const FusedLaunch&);

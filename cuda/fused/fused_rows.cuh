@@ -12,8 +12,6 @@
 #ifndef LATTICED_CUDA_FUSED_FUSED_ROWS_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_ROWS_CUH_
 
-#include <limits>
-
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/fused/fused_row_polynomial.cuh"
 #include "cuda/fused/fused_shared.cuh"
@@ -21,16 +19,11 @@
 
 namespace latticed::kernels {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // NaN where either is.
 __device__ __forceinline__ float MinOrNan(float a, float b) {
   float result;
   asm("min.NaN.f32 %0, %1, %2;" : "=f"(result) : "f"(a), "f"(b));
   return result;
-}
-
-__device__ __forceinline__ float3 CrossProduct(float3 a, float3 b) {
-  return {fmaf(a.y, b.z, -a.z * b.y), fmaf(a.z, b.x, -a.x * b.z), fmaf(a.x, b.y, -a.y * b.x)};
 }
 
 // One row of a patch: polynomials in x of all components.

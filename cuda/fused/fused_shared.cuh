@@ -12,8 +12,6 @@
 
 namespace latticed::kernels {
 
-constexpr int kLanes = 32;
-
 template <int N, bool kSmooth, bool kFloat>
 class FusedShared {
  public:

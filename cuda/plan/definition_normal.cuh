@@ -27,8 +27,10 @@ __device__ inline Vec3d RestNormal(const PlanTables& plan, size_t patch, Vec3d b
   return smooth ? RestSmoothNormal(plan, patch, b) : UnpackDirection(plan.facet_normals[patch]);
 }
 
-__device__ inline CarriedNormal CarryAt(const PlanTables& plan, const Vec3d* control_points,
-                                        size_t patch, Vec3d b, bool smooth) {
+// Not inlined, for it is called twice, by kernels of many instances.
+__device__ __noinline__ inline CarriedNormal CarryAt(const PlanTables& plan,
+                                                     const Vec3d* control_points, size_t patch,
+                                                     Vec3d b, bool smooth) {
   const DevicePatch p = plan.patches[patch];
   Vec3d jacobian[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   if (p.Box() != plan.outside_box) {

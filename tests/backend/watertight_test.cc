@@ -190,8 +190,10 @@ TEST_P(Watertight, SmoothFloatsAfterRandomEdits) {
 }
 
 TEST_P(Watertight, ThousandEditsWithoutNormals) {
-  const Scenario scenario{"thousand edits", TorusMesh(4, 4), {.scale = 0.8}, 2};
-  Run(scenario, {.segments = 2, .normals = NormalMode::kNone, .position_bits = 16}, 1'000);
+  for (const int segments : {2, 6}) {
+    const Scenario scenario{"thousand edits", TorusMesh(4, 4), {.scale = 0.8}, segments};
+    Run(scenario, {.segments = segments, .normals = NormalMode::kNone, .position_bits = 16}, 500);
+  }
 }
 
 // The products evaluate all patches at every edit, so they get fewer.
@@ -229,7 +231,7 @@ std::vector<Scenario> LargeLattices() {
           {"partly outside",
            TorusMesh(16, 8),
            {.degree = {3, 1, 2}, .extra = {20, 22, 21}, .scale = 0.8},
-           2},
+           6},
           {"repeated knots",
            TorusMesh(10, 6),
            {.degree = {2, 3, 2}, .extra = {16, 15, 16}, .knots = KnotKind::kRepeated},

@@ -126,7 +126,7 @@ void RegisterShapes() {
          {std::array{1, 1, 1}, std::array{3, 3, 3}, std::array{1, 2, 3}}) {
       RegisterModel(model, degree, Pipeline::kFused, format, NormalMode::kFacet);
     }
-    for (const int segments : {1, 4, 20}) {
+    for (const int segments : {1, 2, 3, 4, 20}) {
       RegisterModel(model, {2, 2, 2}, Pipeline::kFused, format, NormalMode::kFacet, segments);
     }
   }

@@ -32,7 +32,8 @@ const std::array kSpecs{
     ViewSpec{.segments = 10, .normals = NormalMode::kNone},
     ViewSpec{.segments = 32, .normal_bits = 12},
     ViewSpec{.segments = 7, .normals = NormalMode::kSmooth, .format = VertexFormat::kFloat32},
-    ViewSpec{.segments = 10, .normals = NormalMode::kNone, .format = VertexFormat::kFloat32}};
+    ViewSpec{.segments = 10, .normals = NormalMode::kNone, .format = VertexFormat::kFloat32},
+    ViewSpec{.segments = 3, .normals = NormalMode::kSmooth, .normal_bits = 12}};
 // Those of them whose scenes have the most different buffers: integers, which are encoded as streams
 // too, and floats, with smooth normals and without any.
 const std::array kRefusedSpecs{kSpecs[0], kSpecs[4], kSpecs[5]};

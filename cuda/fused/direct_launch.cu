@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/fused/call_by_degree.h"
+#include "cuda/fused/direct_kernel.cuh"
+#include "cuda/fused/fused_launch.h"
+
+namespace latticed::kernels {
+
+KernelCall DirectCall(const FusedLaunch& launch) {
+  return CallByDegree(launch.tables.degree, [&]<int D0, int D1, int D2> {
+    const unsigned blocks = (launch.chunk_count + kDirectWarps - 1) / kDirectWarps;
+    return KernelCall(&DirectKernel<D0, D1, D2>, Order::kDependent, blocks, kDirectThreads, 0,
+                      launch);
+  });
+}
+
+}  // namespace latticed::kernels

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One component of a box's polynomial R at one point, and of its Jacobian, by Horner's rule. Twin of
+// core/cpu/fused_point-inl.h.
+#ifndef LATTICED_CUDA_FUSED_FUSED_POINT_CUH_
+#define LATTICED_CUDA_FUSED_FUSED_POINT_CUH_
+
+#include "cuda/fused/fused_kernels.h"
+
+namespace latticed::kernels {
+
+// `c` as BoxPolynomials has it, l box-local coordinates. jet[0] = R, and with kSlopes
+// jet[1 + i] = dR / dl_(2 - i). The bits of R do not depend on kSlopes.
+template <int D0, int D1, int D2, bool kSlopes>
+class PointJet {
+ public:
+  static constexpr int kSize = kSlopes ? 4 : 1;
+
+  __device__ static __forceinline__ void Evaluate(const float* c, const float* l, float* jet) {
+    constexpr int kEntries = kSlopes ? 3 : 1, kPlane = (D1 + 1) * (D2 + 1);
+    Middle(c + D0 * kPlane, l, jet);
+#pragma unroll
+    for (int a = D0 - 1; a >= 0; --a) {
+      float next[kEntries];
+      Middle(c + a * kPlane, l, next);
+      Step<kEntries>(l[0], next, a == D0 - 1, jet);
+    }
+  }
+
+ private:
+  // One step of Horner's rule, sum * l + next, on a value and its derivatives: the first kEntries by
+  // the coordinates within, and with kSlopes the one by l itself behind them.
+  template <int kEntries>
+  __device__ static __forceinline__ void Step(float l, const float* next, bool first, float* sum) {
+    if constexpr (kSlopes) sum[kEntries] = first ? sum[0] : fmaf(sum[kEntries], l, sum[0]);
+#pragma unroll
+    for (int i = 0; i < kEntries; ++i) sum[i] = fmaf(sum[i], l, next[i]);
+  }
+
+  __device__ static __forceinline__ void Inner(const float* row, const float* l, float* jet) {
+    jet[0] = row[D2];
+#pragma unroll
+    for (int k = D2 - 1; k >= 0; --k) Step<1>(l[2], row + k, k == D2 - 1, jet);
+  }
+
+  __device__ static __forceinline__ void Middle(const float* plane, const float* l, float* jet) {
+    constexpr int kEntries = kSlopes ? 2 : 1;
+    Inner(plane + D1 * (D2 + 1), l, jet);
+#pragma unroll
+    for (int b = D1 - 1; b >= 0; --b) {
+      float next[kEntries];
+      Inner(plane + b * (D2 + 1), l, next);
+      Step<kEntries>(l[1], next, b == D1 - 1, jet);
+    }
+  }
+};
+
+}  // namespace latticed::kernels
+
+#endif  // LATTICED_CUDA_FUSED_FUSED_POINT_CUH_
