@@ -31,13 +31,6 @@ absl::StatusOr<std::shared_ptr<CudaContext>> CudaContext::Create(int device,
       new CudaContext(device, options, *std::move(memory), *std::move(stream)));
 }
 
-absl::StatusOr<std::shared_ptr<const DeviceStage>> CudaContext::Stage(int degree, int segments) {
-  auto room = DeviceReservation::Create(memory_, "stage_matrices",
-                                        [&] { return StageBytesToCome(degree, segments); });
-  if (!room.ok()) return room.status();
-  return Stage(degree, segments, *room);
-}
-
 absl::StatusOr<std::shared_ptr<const DeviceStage>> CudaContext::Stage(int degree, int segments,
                                                                       DeviceReservation& from) {
   if (auto known = StageNow(degree, segments); known != nullptr) return known;

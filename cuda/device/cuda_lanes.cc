@@ -11,12 +11,6 @@ constexpr int kMostIdleHandles = 4;
 
 }  // namespace
 
-absl::StatusOr<CudaGemm*> CudaLane::gemm() {
-  auto room = DeviceReservation::Create(memory_, "gemm_workspace", GemmBytesToCome());
-  if (!room.ok()) return room.status();
-  return gemm(*room);
-}
-
 absl::StatusOr<CudaGemm*> CudaLane::gemm(DeviceReservation& from) {
   if (gemm_ == nullptr) {
     auto made = CudaGemm::Create(from, stream_.get());
@@ -39,7 +33,7 @@ absl::StatusOr<std::shared_ptr<CudaLane>> CudaLanes::Borrow(StreamPriority prior
   if (lane == nullptr) {
     auto stream = CudaStream::Create(priority);
     if (!stream.ok()) return stream.status();
-    lane = std::make_unique<CudaLane>(priority, *std::move(stream), memory_);
+    lane = std::make_unique<CudaLane>(priority, *std::move(stream));
   }
   // The list lives as long as any lane.
   return std::shared_ptr<CudaLane>(lane.release(), [lanes = shared_from_this()](CudaLane* used) {

@@ -23,14 +23,12 @@ namespace latticed {
 
 class CudaLane {
  public:
-  CudaLane(StreamPriority priority, CudaStream stream, std::shared_ptr<DeviceMemory> memory)
-      : priority_(priority), stream_(std::move(stream)), memory_(std::move(memory)) {}
+  CudaLane(StreamPriority priority, CudaStream stream)
+      : priority_(priority), stream_(std::move(stream)) {}
 
   StreamPriority priority() const { return priority_; }
   const CudaStream& stream() const { return stream_; }
-  // Made on first use: the fused pipeline multiplies no matrices.
-  [[nodiscard]] absl::StatusOr<CudaGemm*> gemm();
-  // The same of bytes reserved: GemmBytesToCome.
+  // Made on first use, of bytes reserved: GemmBytesToCome. The fused pipeline multiplies no matrices.
   [[nodiscard]] absl::StatusOr<CudaGemm*> gemm(DeviceReservation& from);
   // What gemm allocates: nothing once it is made.
   uint64_t GemmBytesToCome() const { return has_gemm() ? 0 : CudaGemm::kWorkspaceBytes; }
@@ -50,7 +48,6 @@ class CudaLane {
  private:
   const StreamPriority priority_;
   CudaStream stream_;  // before the rest: the workspace goes back on it
-  std::shared_ptr<DeviceMemory> memory_;
   std::unique_ptr<CudaGemm> gemm_;
   StageMark stage_mark_;
 };

@@ -7,28 +7,16 @@
 #include "cuda/device/cuda_status.h"
 
 namespace latticed {
-namespace {
-
-constexpr char kPurpose[] = "staging";
-
-}  // namespace
 
 size_t StagedUpload::DeviceBytesFor(size_t bytes) {
   return (bytes + kernels::kUploadUnit - 1) / kernels::kUploadUnit * kernels::kUploadUnit;
 }
 
 absl::StatusOr<StagedUpload> StagedUpload::Create(CudaContext& context,
-                                                  std::shared_ptr<CudaLane> lane, size_t bytes) {
-  auto room = DeviceReservation::Create(context.memory(), kPurpose, DeviceBytesFor(bytes));
-  if (!room.ok()) return room.status();
-  return Create(context, std::move(lane), bytes, *room);
-}
-
-absl::StatusOr<StagedUpload> StagedUpload::Create(CudaContext& context,
                                                   std::shared_ptr<CudaLane> lane, size_t bytes,
                                                   DeviceReservation& from) {
   bytes = DeviceBytesFor(bytes);
-  auto device = DeviceBuffer<uint8_t>::Create(from, kPurpose, bytes, lane->stream().get());
+  auto device = DeviceBuffer<uint8_t>::Create(from, "staging", bytes, lane->stream().get());
   if (!device.ok()) return device.status();
   auto pinned = context.pinned().Borrow(bytes);
   if (!pinned.ok()) return pinned.status();

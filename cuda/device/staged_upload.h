@@ -20,11 +20,8 @@ namespace latticed {
 
 class StagedUpload {
  public:
-  // Copies on the stream of `lane`.
-  [[nodiscard]] static absl::StatusOr<StagedUpload> Create(CudaContext& context,
-                                                           std::shared_ptr<CudaLane> lane,
-                                                           size_t bytes);
-  // The same, its memory on the device of bytes reserved: DeviceBytesFor(bytes).
+  // Copies on the stream of `lane`. Its memory on the device is of bytes reserved:
+  // DeviceBytesFor(bytes).
   [[nodiscard]] static absl::StatusOr<StagedUpload> Create(CudaContext& context,
                                                            std::shared_ptr<CudaLane> lane,
                                                            size_t bytes, DeviceReservation& from);

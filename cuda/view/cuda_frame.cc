@@ -40,14 +40,6 @@ size_t CudaFrame::DeviceBytesFor(const DeformPlan& plan, bool has_chunk_needs) {
 }
 
 absl::StatusOr<CudaFrame> CudaFrame::Create(std::shared_ptr<const DeformPlan> plan,
-                                            CudaContext& context, std::shared_ptr<CudaLane> lane) {
-  auto room =
-      DeviceReservation::Create(context.memory(), "an evaluation", DeviceBytesFor(*plan, false));
-  if (!room.ok()) return room.status();
-  return Create(std::move(plan), nullptr, context, std::move(lane), *room);
-}
-
-absl::StatusOr<CudaFrame> CudaFrame::Create(std::shared_ptr<const DeformPlan> plan,
                                             std::shared_ptr<const ChunkNeeds> chunk_needs,
                                             CudaContext& context, std::shared_ptr<CudaLane> lane,
                                             DeviceReservation& from) {

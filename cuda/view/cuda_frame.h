@@ -25,12 +25,8 @@ namespace latticed {
 
 class CudaFrame {
  public:
-  // Copies on the stream of `lane`.
-  [[nodiscard]] static absl::StatusOr<CudaFrame> Create(std::shared_ptr<const DeformPlan> plan,
-                                                        CudaContext& context,
-                                                        std::shared_ptr<CudaLane> lane);
-  // The same, its memory on the device of bytes reserved: DeviceBytesFor. `chunk_needs`: what chunks
-  // need, for kernels that read no more of a large lattice; else null.
+  // Copies on the stream of `lane`. Its memory on the device is of bytes reserved: DeviceBytesFor.
+  // `chunk_needs`: what chunks need, for kernels that read no more of a large lattice; else null.
   [[nodiscard]] static absl::StatusOr<CudaFrame> Create(
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<const ChunkNeeds> chunk_needs,
       CudaContext& context, std::shared_ptr<CudaLane> lane, DeviceReservation& from);

@@ -18,7 +18,10 @@ absl::StatusOr<DeviceLattice> DeviceLattice::Create(std::shared_ptr<const Deform
                                                     CudaContext& context) {
   auto lane = context.lanes().Borrow();
   if (!lane.ok()) return lane.status();
-  auto frame = CudaFrame::Create(plan, context, *lane);
+  auto room = DeviceReservation::Create(context.memory(), "comparator",
+                                        CudaFrame::DeviceBytesFor(*plan, false));
+  if (!room.ok()) return room.status();
+  auto frame = CudaFrame::Create(plan, nullptr, context, *lane, *room);
   if (!frame.ok()) return frame.status();
   std::vector<double> knots;
   for (const auto& axis : plan->structure.knots) {

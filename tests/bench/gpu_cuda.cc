@@ -188,11 +188,15 @@ class CudaGpu : public Gpu {
   }
 
   GpuTimes Formula24(int n, int segments, int runs) override {
-    const auto stage = context_->Stage(n, segments);
-    CheckOk(stage.status());
     const auto lane = context_->lanes().Borrow();
     CheckOk(lane.status());
-    const auto gemm = (*lane)->gemm();
+    auto room = DeviceReservation::Create(
+        context_->memory(), "formula (24)",
+        context_->StageBytesToCome(n, segments) + (*lane)->GemmBytesToCome());
+    CheckOk(room.status());
+    const auto stage = context_->Stage(n, segments, *room);
+    CheckOk(stage.status());
+    const auto gemm = (*lane)->gemm(*room);
     CheckOk(gemm.status());
     const cudaStream_t stream = (*lane)->stream().get();
     const size_t rows = 3 * (*stage)->q(), m = (*stage)->m();

@@ -49,6 +49,14 @@ class CudaSharing : public CudaTest {
     EXPECT_EQ(other_one.wait_for(kLong), std::future_status::ready) << "waits for another's upload";
     opened_.set_value();
   }
+  // Of degree 6.
+  static absl::StatusOr<std::shared_ptr<const DeviceStage>> Stage(CudaContext& context,
+                                                                  int segments) {
+    auto room = DeviceReservation::Create(context.memory(), "the stage",
+                                          context.StageBytesToCome(6, segments));
+    if (!room.ok()) return room.status();
+    return context.Stage(6, segments, *room);
+  }
   // Makes a view and evaluates it.
   absl::StatusOr<std::unique_ptr<DeformView>> View(DeformTarget& target) {
     auto view = target.CreateView(kSmooth);
@@ -73,13 +81,13 @@ class CudaSharing : public CudaTest {
 TEST_F(CudaSharing, StageMatricesThatAreHereAreFoundWhileOthersAreBrought) {
   const auto context = CudaContext::Create(0, Gated());
   ASSERT_OK(context);
-  const auto here = (*context)->Stage(6, 4);
+  const auto here = Stage(**context, 4);
   ASSERT_OK(here);
 
   WhileHeld(
-      "stage_matrices", [&] { EXPECT_OK((*context)->Stage(6, 5)); },
+      "stage_matrices", [&] { EXPECT_OK(Stage(**context, 5)); },
       [&] {
-        const auto found = (*context)->Stage(6, 4);
+        const auto found = Stage(**context, 4);
         ASSERT_OK(found);
         EXPECT_EQ(*found, *here);
       });
