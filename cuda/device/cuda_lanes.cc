@@ -16,6 +16,7 @@ absl::StatusOr<CudaGemm*> CudaLane::gemm(DeviceReservation& from) {
     auto made = CudaGemm::Create(from, stream_.get());
     if (!made.ok()) return made.status();
     gemm_ = *std::move(made);
+    from.LeaveBehind(CudaGemm::kWorkspaceBytes);
   }
   return gemm_.get();
 }

@@ -43,7 +43,7 @@ absl::StatusOr<void*> DeviceReservation::Allocate(std::string_view purpose, size
 absl::Status DeviceReservation::OfAll(const absl::Status& status) const {
   const error::Details details = error::DetailsOf(status);
   if (!absl::IsResourceExhausted(status) || details.asked_bytes == 0) return status;
-  // What the blocks before it took is free again once all are refused.
+  // What the blocks before it took, and did not leave behind, is free again once all are refused.
   return error::OutOfDeviceMemory(what_, memory_->device(), left_ + taken_,
                                   details.free_bytes + taken_);
 }

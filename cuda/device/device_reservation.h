@@ -5,7 +5,7 @@
 // allocated. What no block took goes back when this goes; blocks stay with their buffers.
 //
 // Errors   kResourceExhausted with the bytes of all blocks and those that are free for them, also where
-//          the budget would hold a block and the device does not
+//          the budget would hold a block and the device does not; what is left behind is of neither
 // Threads  one at a time
 #ifndef LATTICED_CUDA_DEVICE_DEVICE_RESERVATION_H_
 #define LATTICED_CUDA_DEVICE_DEVICE_RESERVATION_H_
@@ -43,6 +43,9 @@ class DeviceReservation {
   // As DeviceMemory::Allocate, of the bytes reserved; more than are left is asked of the budget.
   [[nodiscard]] absl::StatusOr<void*> Allocate(std::string_view purpose, size_t bytes,
                                                cudaStream_t stream);
+  // So many of the bytes taken stay where a later block is refused, with what outlives that: whoever
+  // asks again finds them.
+  void LeaveBehind(uint64_t bytes) { taken_ -= bytes; }
   const std::shared_ptr<DeviceMemory>& memory() const { return memory_; }
 
  private:
@@ -54,7 +57,7 @@ class DeviceReservation {
   std::shared_ptr<DeviceMemory> memory_;
   std::string_view what_;
   uint64_t left_;
-  uint64_t taken_ = 0;  // by blocks
+  uint64_t taken_ = 0;  // by blocks that go where a later one is refused
 };
 
 }  // namespace latticed

@@ -113,6 +113,8 @@ absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth, DeviceReserv
   if (tables.corner_normals != nullptr) return tables;
   // Uploaded without the lock: who asks for MemoryBytes does not wait for it.
   auto made = UploadNormals(from);
+  // In the plan, or free at once where another's are there: not once a later block is refused.
+  if (made.ok()) from.LeaveBehind(made->size_bytes());
   const std::scoped_lock lock(mutex_);
   // Before a refusal is told: another's copy may be what has taken the room.
   if (corner_normals_.size() == 0) {

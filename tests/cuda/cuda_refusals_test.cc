@@ -177,5 +177,51 @@ TEST_F(CudaRefusals, ARefusalNamesAllThatIsNeededTogether) {
   }
 }
 
+// A lane keeps its workspace of cuBLAS, 4 MiB, and a plan its normals, 36 bytes a patch: the next
+// view finds them.
+TEST_F(CudaRefusals, WhatARefusedViewLeavesBehindIsToldNeitherAsAskedNorAsFree) {
+  ASSERT_EQ(plan_->patches.size(), 602u);
+  constexpr uint64_t kWorkspace = 4'194'304, kNormals = 21'672;
+  // Stage matrices, the edit's copy and the vertices.
+  constexpr uint64_t kOfProducts = 27'264 + 2'496 + 72'240;
+  // The list of chunks, box polynomials, the edit's copy and the vertices of 19 whole chunks.
+  constexpr uint64_t kOfFused = 304 + 6'460 + 2'496 + 72'960;
+  struct Refused {
+    Pipeline pipeline;
+    NormalMode normals;
+    uint64_t left_behind, asked;
+  };
+  for (const Refused& expected :
+       {Refused{Pipeline::kGemm, NormalMode::kFacet, kWorkspace, kOfProducts},
+        Refused{Pipeline::kFused, NormalMode::kSmooth, kNormals, kOfFused},
+        Refused{Pipeline::kGemm, NormalMode::kSmooth, kWorkspace + kNormals, kOfProducts}}) {
+    SCOPED_TRACE(
+        fmt::format("{}, {} bytes", PipelineName(expected.pipeline), expected.left_behind));
+    const ViewSpec spec{.segments = 4, .normals = expected.normals};
+    bool refuse = true;
+    const auto backend = MakeCudaBackend(
+        {.memory_bytes = 256 * kMiB, .refuse_allocation = [&](std::string_view purpose, uint64_t) {
+           return purpose == "vertices" && refuse;  // the last block
+         }});
+    ASSERT_OK(backend);
+    const auto free_bytes = [&] { return (*backend)->devices().front().free_bytes; };
+    const auto target = (*backend)->Prepare(plan_, expected.pipeline);
+    ASSERT_OK(target);
+    const uint64_t free_before = free_bytes();
+
+    const auto refused = (*target)->CreateView(spec);
+
+    ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
+    const uint64_t free_after = free_before - expected.left_behind;
+    EXPECT_EQ(free_bytes(), free_after);
+    EXPECT_EQ(error::DetailsOf(refused.status()).asked_bytes, expected.asked);
+    EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, free_after);
+    refuse = false;
+    const auto view = (*target)->CreateView(spec);
+    ASSERT_OK(view);
+    EXPECT_EQ(free_after - free_bytes(), expected.asked);
+  }
+}
+
 }  // namespace
 }  // namespace latticed::testing
