@@ -45,7 +45,7 @@ run() {  # NAME COMMAND…, as soon as there is room beside the others
 }
 
 nvidia-smi -L 2>/dev/null || echo "nvidia-smi says nothing of a GPU"
-readonly looks_at_device='CudaSoak.*:CudaMemory.CyclesOfUseLeaveNothingBehind'
+readonly looks_at_device='CudaSoak.*:*.CyclesOfUseLeaveNothingBehind'
 run_alone "a device that is lost" "$folder/cuda_backend_test" --gtest_filter='CudaLost.*'
 run_alone "what is left of the device's memory, 2,000 scenes" "$folder/cuda_backend_test" \
   --gtest_filter="$looks_at_device"
@@ -57,7 +57,7 @@ done
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
   --gtest_filter="CudaMemory.*:CudaRefusals.*:CudaEdits.*:CudaPurposes.*-$looks_at_device"
 run "what views share, made at once" "$folder/cuda_backend_test" --gtest_filter='CudaSharing.*'
-run "one scene on several devices" "$folder/cuda_backend_test" --gtest_filter='CudaSpanned.*'
+run "one scene on several devices" "$folder/cuda_backend_test" --gtest_filter="CudaSpanned.*-$looks_at_device"
 run "Draco streams, byte for byte the host's" "$folder/cuda_backend_test" --gtest_filter='DeviceDracoWriterTest.*:RansEntry*'
 run "statuses, pinned memory" "$folder/cuda_backend_test" --gtest_filter='CudaStatusTest.*:PinnedMemoryTest.*'
 # A benchmark's comparator, built where libepoxy was; skips where there is no OpenGL.
