@@ -82,6 +82,13 @@ for name in a:localhost b:127.0.0.1; do
 done
 latticectl quickstart --server "localhost:$port" --tls-ca ca.pem --sample knot --steps 3 --output quickstart
 
+# Longer headers than the servers take do not come to them.
+token() { printf "y%.0s" $(seq "$1"); }
+ask=(--server "localhost:$port" --tls-ca ca.pem)
+latticectl info "${ask[@]}" --token "$(token 4000)" >/dev/null || fail "a token of 4,000 bytes is too long"
+latticectl info "${ask[@]}" --token "$(token 7000)" >long.txt 2>&1 && fail "a token of 7,000 bytes is not too long"
+grep -q 'headers are too long' long.txt || fail "of a token of 7,000 bytes nobody says that it is too long"
+
 # What it cuts goes on. A line of HAProxy's has who let it wait for too long, c or s, and while what: D is for data.
 metric() {  # SAMPLE, of the server a
   curl -sS "http://$(listened a admin)/metrics" | awk -v name="$1" '$1 == name { value = $2 } END { print value + 0 }'
