@@ -24,7 +24,6 @@ namespace {
 
 constexpr uint32_t kSeed = 20140311;
 constexpr double kNoise = 0.08;  // of the frame
-constexpr int kSegments = 4;
 constexpr std::array kPipelines{Pipeline::kFused, Pipeline::kGemm, Pipeline::kGemm12,
                                 Pipeline::kControlNet};
 
@@ -76,24 +75,31 @@ class Agreement : public ::testing::TestWithParam<std::string> {
     plan_ = MakeTestPlan(std::move(mesh), structure);
     ASSERT_NE(plan_, nullptr);
     points_ = Jitter(structure, kNoise, kSeed);
-    for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
-      const Definition definition(*plan_, points_, kSegments, normals, stride);
-      const ViewSpec usual{.segments = kSegments, .normals = normals};
-      ViewSpec floats = usual, finest = usual;
-      floats.format = VertexFormat::kFloat32;
-      finest.position_bits = 16, finest.normal_bits = 12;
-      for (const ViewSpec& spec : {floats, usual, finest}) {
-        SCOPED_TRACE(fmt::format("degree {}, normals {}, {} bits, seed {}",
-                                 fmt::join(options.degree, " "), static_cast<int>(normals),
-                                 spec.format == VertexFormat::kFloat32 ? 32 : spec.position_bits,
-                                 kSeed));
-        Compare(definition, spec);
+    for (const int segments : kFewAndMany) {
+      for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
+        SCOPED_TRACE(fmt::format("degree {}, {} segments, normals {}, seed {}",
+                                 fmt::join(options.degree, " "), segments,
+                                 static_cast<int>(normals), kSeed));
+        CompareFormats({.segments = segments, .normals = normals}, stride);
         if (HasFatalFailure()) return;
       }
     }
   }
 
  private:
+  void CompareFormats(const ViewSpec& usual, size_t stride) {
+    const Definition definition(*plan_, points_, usual.segments, usual.normals, stride);
+    ViewSpec floats = usual, finest = usual;
+    floats.format = VertexFormat::kFloat32;
+    finest.position_bits = 16, finest.normal_bits = 12;
+    for (const ViewSpec& spec : {floats, usual, finest}) {
+      SCOPED_TRACE(
+          fmt::format("{} bits", spec.format == VertexFormat::kFloat32 ? 32 : spec.position_bits));
+      Compare(definition, spec);
+      if (HasFatalFailure()) return;
+    }
+  }
+
   std::vector<Evaluated> EvaluateBy(Backend& backend, const ViewSpec& spec) {
     std::vector<Evaluated> all;
     for (const Pipeline pipeline : kPipelines) {

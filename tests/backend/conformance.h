@@ -26,6 +26,8 @@
 namespace latticed::testing {
 
 inline constexpr double kUnitTolerance = 1e-6;
+// Segments: few points may be evaluated one by one; 6 are the fewest that every backend composes.
+inline constexpr std::array kFewAndMany = {3, 6};
 
 struct Subject {
   std::string backend;

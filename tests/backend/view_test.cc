@@ -39,20 +39,7 @@ class View : public BackendTest {
     return view;
   }
 
-  Plan plan_;
-  std::vector<Vec3d> points_;
-  QuantisationBox box_;
-};
-
-TEST_P(View, IntegersAreTheFloatsRounded) {
-  const ViewSpec floats{.segments = 5, .format = VertexFormat::kFloat32};
-  const Vertices exact = EvaluateAll(plan_, points_, floats);
-  for (int bits : {8, 11, 12, 16}) {
-    const ViewSpec spec{.segments = 5, .position_bits = bits};
-    SCOPED_TRACE(fmt::format("{} bits", bits));
-
-    const Vertices got = EvaluateAll(plan_, points_, spec);
-
+  void ExpectRounded(const Vertices& got, const Vertices& exact, int bits) const {
     ASSERT_EQ(got.integers.size(), exact.positions.size());
     const double step = box_.step(bits);
     // Half a step, and what float32 may lose before it.
@@ -65,14 +52,8 @@ TEST_P(View, IntegersAreTheFloatsRounded) {
       }
     }
   }
-}
 
-TEST_P(View, OctahedralNormalsAreWithinTheirCell) {
-  const Vertices exact =
-      EvaluateAll(plan_, points_, {.segments = 4, .format = VertexFormat::kFloat32});
-  for (int bits : {6, 8, 9, 12}) {
-    const Vertices got = EvaluateAll(plan_, points_, {.segments = 4, .normal_bits = bits});
-
+  static void ExpectWithinCells(const Vertices& got, const Vertices& exact, int bits) {
     ASSERT_EQ(got.octahedral.size(), exact.normals.size());
     // Half a cell's diagonal, stretched by at most sqrt(3) from the octahedron to the sphere; cells
     // on the rim name a direction twice.
@@ -82,7 +63,40 @@ TEST_P(View, OctahedralNormalsAreWithinTheirCell) {
       ASSERT_LE(s, static_cast<uint32_t>(OctahedralMax(bits)));
       const Vec3d n =
           ToDouble(DequantiseNormal({static_cast<int32_t>(s), static_cast<int32_t>(t)}, bits));
-      ASSERT_LE(Norm(n - exact.normals[i]), tolerance) << bits << " bits, point " << i;
+      ASSERT_LE(Norm(n - exact.normals[i]), tolerance) << "point " << i;
+    }
+  }
+
+  Plan plan_;
+  std::vector<Vec3d> points_;
+  QuantisationBox box_;
+};
+
+TEST_P(View, IntegersAreTheFloatsRounded) {
+  for (const int segments : kFewAndMany) {
+    const Vertices exact =
+        EvaluateAll(plan_, points_, {.segments = segments, .format = VertexFormat::kFloat32});
+    for (const int bits : {8, 11, 12, 16}) {
+      SCOPED_TRACE(fmt::format("{} segments, {} bits", segments, bits));
+
+      const Vertices got =
+          EvaluateAll(plan_, points_, {.segments = segments, .position_bits = bits});
+
+      ExpectRounded(got, exact, bits);
+    }
+  }
+}
+
+TEST_P(View, OctahedralNormalsAreWithinTheirCell) {
+  for (const int segments : kFewAndMany) {
+    const Vertices exact =
+        EvaluateAll(plan_, points_, {.segments = segments, .format = VertexFormat::kFloat32});
+    for (const int bits : {6, 8, 9, 12}) {
+      SCOPED_TRACE(fmt::format("{} segments, {} bits", segments, bits));
+
+      const Vertices got = EvaluateAll(plan_, points_, {.segments = segments, .normal_bits = bits});
+
+      ExpectWithinCells(got, exact, bits);
     }
   }
 }

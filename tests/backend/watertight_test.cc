@@ -27,26 +27,22 @@ struct Scenario {
   std::string_view name;
   PolygonMesh mesh;
   LatticeOptions options;
-  int segments;
 };
 
 std::vector<Scenario> Scenarios() {
   return {
-      {"inside", TorusMesh(7, 5), {.degree = {2, 2, 2}, .extra = {2, 2, 2}}, 4},
-      {"partly outside", TorusMesh(7, 5), {.degree = {2, 1, 3}, .scale = 0.7}, 3},
+      {"inside", TorusMesh(7, 5), {.degree = {2, 2, 2}, .extra = {2, 2, 2}}},
+      {"partly outside", TorusMesh(7, 5), {.degree = {2, 1, 3}, .scale = 0.7}},
       {"repeated knots",
        TorusMesh(6, 5),
-       {.degree = {3, 2, 1}, .extra = {3, 3, 3}, .knots = KnotKind::kRepeated},
-       3},
+       {.degree = {3, 2, 1}, .extra = {3, 3, 3}, .knots = KnotKind::kRepeated}},
       {"aligned with knot planes",
        CubeMesh(4),
-       {.degree = {2, 3, 1}, .extra = {3, 3, 3}, .scale = 1.0},
-       2},
+       {.degree = {2, 3, 1}, .extra = {3, 3, 3}, .scale = 1.0}},
       {"aligned, half outside",
        CubeMesh(4),
-       {.degree = {1, 2, 1}, .extra = {1, 1, 1}, .scale = 1.0, .shift = {0.5, 0, 0}},
-       4},
-      {"unconnected", TriangleSoup(40, kSeed), {.degree = {1, 1, 2}, .extra = {4, 4, 4}}, 5},
+       {.degree = {1, 2, 1}, .extra = {1, 1, 1}, .scale = 1.0, .shift = {0.5, 0, 0}}},
+      {"unconnected", TriangleSoup(40, kSeed), {.degree = {1, 1, 2}, .extra = {4, 4, 4}}},
   };
 }
 
@@ -139,7 +135,8 @@ class Watertight : public BackendTest {
     std::mt19937 random(kSeed);
     DirtySet dirty(plan);
     for (int edit = 0; edit <= edits; ++edit) {
-      SCOPED_TRACE(fmt::format("{}: edit {}, seed {}", scenario.name, edit, kSeed));
+      SCOPED_TRACE(fmt::format("{}, {} segments: edit {}, seed {}", scenario.name, spec.segments,
+                               edit, kSeed));
       if (edit % compare_every == 0 || edit == edits) {
         ASSERT_OK(full->Evaluate(points, box, AllChunks(*plan)));
         const auto expected = ReadAll(*plan, *full);
@@ -152,6 +149,36 @@ class Watertight : public BackendTest {
       const std::vector<uint32_t> chunks = dirty.Chunks();
       ASSERT_OK(incremental->Evaluate(points, box, chunks));
       for (uint32_t chunk : chunks) ASSERT_OK(incremental->Read(chunk, watched[chunk]));
+    }
+  }
+
+  // Ever fewer chunks, each time to other control points, against a full evaluation.
+  void EvaluateAnyChunks(const Plan& plan, const ViewSpec& spec) {
+    const auto some = MakeView(plan, spec), full = MakeView(plan, spec);
+    ASSERT_NE(some, nullptr);
+    ASSERT_NE(full, nullptr);
+    const std::vector<uint32_t> all = AllChunks(*plan);
+    const QuantisationBox box = BoxFor(*plan, Jitter(plan->structure, 0.5, kSeed));
+    ASSERT_OK(some->Evaluate(plan->identity_points, box, all));
+    std::mt19937 random(kSeed);
+    for (uint32_t round = 0; round < 6; ++round) {
+      SCOPED_TRACE(fmt::format("round {}", round));
+      const std::vector<Vec3d> points = Jitter(plan->structure, 0.02, kSeed + round);
+      std::vector<uint32_t> chunks = all;
+      std::ranges::shuffle(chunks, random);
+      chunks.resize(std::max<size_t>(1, all.size() >> round));
+      std::ranges::sort(chunks);
+      ASSERT_OK(full->Evaluate(points, box, all));
+      const auto expected = ReadAll(*plan, *full);
+
+      ASSERT_OK(some->Evaluate(points, box, chunks));
+
+      std::vector<uint8_t> bytes;
+      for (const uint32_t chunk : chunks) {
+        bytes.resize(expected[chunk].size());
+        ASSERT_OK(some->Read(chunk, bytes));
+        ASSERT_TRUE(bytes == expected[chunk]) << "chunk " << chunk;
+      }
     }
   }
 
@@ -170,29 +197,32 @@ class Watertight : public BackendTest {
 
 TEST_P(Watertight, QuantisedAfterRandomEdits) {
   for (const Scenario& scenario : Scenarios()) {
-    Run(scenario,
-        {.segments = scenario.segments,
-         .normals = NormalMode::kFacet,
-         .position_bits = 16,
-         .normal_bits = 10},
-        30);
+    for (const int segments : kFewAndMany) {
+      Run(scenario,
+          {.segments = segments,
+           .normals = NormalMode::kFacet,
+           .position_bits = 16,
+           .normal_bits = 10},
+          20);
+    }
   }
 }
 
 TEST_P(Watertight, SmoothFloatsAfterRandomEdits) {
   for (const Scenario& scenario : Scenarios()) {
-    Run(scenario,
-        {.segments = scenario.segments,
-         .normals = NormalMode::kSmooth,
-         .format = VertexFormat::kFloat32},
-        10);
+    for (const int segments : kFewAndMany) {
+      Run(scenario,
+          {.segments = segments, .normals = NormalMode::kSmooth, .format = VertexFormat::kFloat32},
+          6);
+    }
   }
 }
 
 TEST_P(Watertight, ThousandEditsWithoutNormals) {
-  for (const int segments : {2, 6}) {
-    const Scenario scenario{"thousand edits", TorusMesh(4, 4), {.scale = 0.8}, segments};
-    Run(scenario, {.segments = segments, .normals = NormalMode::kNone, .position_bits = 16}, 500);
+  const Scenario scenario{"thousand edits", TorusMesh(4, 4), {.scale = 0.8}};
+  for (const int segments : kFewAndMany) {
+    Run(scenario, {.segments = segments, .normals = NormalMode::kNone, .position_bits = 16}, 1'000,
+        2);
   }
 }
 
@@ -203,7 +233,7 @@ TEST_P(Watertight, RealMeshesAfterAThousandEdits) {
   const int edits = GetParam().pipeline == Pipeline::kFused ? 1'000 : 10;
   for (auto& [name, mesh] : meshes) {
     const LatticeOptions options{.extra = {5, 5, 5}, .scale = 0.9};
-    Run({name, std::move(mesh), options, 2},
+    Run({name, std::move(mesh), options},
         {.segments = 2, .normals = NormalMode::kNone, .position_bits = 16}, edits, edits / 2);
     if (HasFailure()) return;
   }
@@ -220,30 +250,31 @@ TEST_P(Watertight, RandomCasesAfterRandomEdits) {
                   .format = seed % 4 ? VertexFormat::kQuantised : VertexFormat::kFloat32,
                   .position_bits = 16};
     const std::string name = fmt::format("case {}", seed);
-    Run({name, std::move(one.mesh), one.options, one.segments}, spec, 6);
+    Run({name, std::move(one.mesh), one.options}, spec, 6);
     if (HasFailure()) return;
   }
 }
 
 // Backends may bring to a device, and make polynomials of, what the dirty chunks need alone.
 std::vector<Scenario> LargeLattices() {
-  return {{"inside", TorusMesh(16, 8), {.extra = {14, 15, 14}}, 2},
-          {"partly outside",
-           TorusMesh(16, 8),
-           {.degree = {3, 1, 2}, .extra = {20, 22, 21}, .scale = 0.8},
-           6},
-          {"repeated knots",
-           TorusMesh(10, 6),
-           {.degree = {2, 3, 2}, .extra = {16, 15, 16}, .knots = KnotKind::kRepeated},
-           3}};
+  return {
+      {"inside", TorusMesh(16, 8), {.extra = {14, 15, 14}}},
+      {"partly outside",
+       TorusMesh(16, 8),
+       {.degree = {3, 1, 2}, .extra = {20, 22, 21}, .scale = 0.8}},
+      {"repeated knots",
+       TorusMesh(10, 6),
+       {.degree = {2, 3, 2}, .extra = {16, 15, 16}, .knots = KnotKind::kRepeated}},
+  };
 }
 
 TEST_P(Watertight, LargeLatticesAfterRandomEdits) {
   const bool all_patches_each_time = GetParam().pipeline != Pipeline::kFused;
   for (const Scenario& scenario : LargeLattices()) {
-    Run(scenario, {.segments = scenario.segments, .position_bits = 16},
-        all_patches_each_time ? 6 : 60, 6);
-    if (HasFailure()) return;
+    for (const int segments : kFewAndMany) {
+      Run(scenario, {.segments = segments, .position_bits = 16}, all_patches_each_time ? 6 : 60, 6);
+      if (HasFailure()) return;
+    }
   }
 }
 
@@ -255,32 +286,10 @@ TEST_P(Watertight, AnyChunksOfALargeLatticeComeToTheControlPointsGiven) {
         MakeStructure(scenario.mesh.ComputeBounds(), scenario.options);
     const Plan plan = MakeTestPlan(scenario.mesh, structure);
     ASSERT_NE(plan, nullptr);
-    const ViewSpec spec{.segments = scenario.segments, .format = VertexFormat::kFloat32};
-    const auto some = MakeView(plan, spec), full = MakeView(plan, spec);
-    ASSERT_NE(some, nullptr);
-    ASSERT_NE(full, nullptr);
-    const std::vector<uint32_t> all = AllChunks(*plan);
-    const QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.5, kSeed));
-    ASSERT_OK(some->Evaluate(plan->identity_points, box, all));
-    std::mt19937 random(kSeed);
-    for (uint32_t round = 0; round < 6; ++round) {
-      SCOPED_TRACE(fmt::format("{}: round {}, seed {}", scenario.name, round, kSeed));
-      const std::vector<Vec3d> points = Jitter(structure, 0.02, kSeed + round);
-      std::vector<uint32_t> chunks = all;
-      std::ranges::shuffle(chunks, random);
-      chunks.resize(std::max<size_t>(1, all.size() >> round));
-      std::ranges::sort(chunks);
-      ASSERT_OK(full->Evaluate(points, box, all));
-      const auto expected = ReadAll(*plan, *full);
-
-      ASSERT_OK(some->Evaluate(points, box, chunks));
-
-      std::vector<uint8_t> bytes;
-      for (const uint32_t chunk : chunks) {
-        bytes.resize(expected[chunk].size());
-        ASSERT_OK(some->Read(chunk, bytes));
-        ASSERT_TRUE(bytes == expected[chunk]) << "chunk " << chunk;
-      }
+    for (const int segments : kFewAndMany) {
+      SCOPED_TRACE(fmt::format("{}, {} segments, seed {}", scenario.name, segments, kSeed));
+      EvaluateAnyChunks(plan, {.segments = segments, .format = VertexFormat::kFloat32});
+      if (HasFailure()) return;
     }
   }
 }
@@ -294,13 +303,14 @@ TEST_P(Watertight, AttachedSeamsHoldUntilTheirControlPointsMove) {
   std::vector<Vec3d> points = IdentityControlPoints(structure);
   // An inner control point: no basis value on any face.
   points[static_cast<size_t>(structure.Index(2, 2, 2))] += Vec3d{0.3, 0, 0};
-  const ViewSpec spec{.segments = 3, .normals = NormalMode::kNone, .position_bits = 16};
-
   const std::vector<bool> attached = AttachedSeams(*plan, points);
-  const Vertices vertices = EvaluateAll(plan, points, spec);
-
   for (bool seam : attached) EXPECT_TRUE(seam);
-  EXPECT_EQ(Neighbours(*plan, 3, attached).CountCracks(vertices.integers), 0u);
+  for (const int segments : kFewAndMany) {
+    const Vertices vertices = EvaluateAll(
+        plan, points, {.segments = segments, .normals = NormalMode::kNone, .position_bits = 16});
+
+    EXPECT_EQ(Neighbours(*plan, segments, attached).CountCracks(vertices.integers), 0u);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, Watertight, ::testing::ValuesIn(Subjects()), SubjectName);
