@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/call_guard.h"
 
-#include <grpcpp/grpcpp.h>
 #include <linux/tcp.h>
 #include <netinet/in.h>
 #include <pthread.h>
@@ -18,14 +17,14 @@
 #include "core/base/limits.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
-#include "server/header_frames.h"
 #include "server/open_calls.h"
 
 namespace latticed {
 namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(50);
-constexpr int64_t kAllowed = limits::kMaxCallsPerConnection, kMost = 2 * kAllowed;
+constexpr int64_t kAllowed = limits::kMaxCallsPerConnection, kMost = 2 * kAllowed,
+                  kMostAtOnce = 8 * kAllowed;
 constexpr auto kMostOver = std::chrono::seconds(2);
 // A call takes the head of an HTTP/2 frame at least.
 constexpr uint64_t kLeastCallBytes = 9;
@@ -37,8 +36,6 @@ constexpr auto kAskEvery = std::chrono::milliseconds(250),
 constexpr int kLonger = 4;
 static_assert(kReadBy + kReadBy / kLonger >=
               std::chrono::milliseconds(limits::kKeepaliveTimeoutMs));
-// gRPC counts a call before it parses its header.
-constexpr uint64_t kSurely = 4;
 constexpr auto kLogEvery = std::chrono::seconds(1);
 
 // 0 where nothing came, where it has ended, and where the kernel does not say (before Linux 4.1).
@@ -116,25 +113,21 @@ void CallGuard::Ask(int descriptor, Looked& here, Clock::time_point now) {
   const auto calls = OpenCalls::Of(here.number);
   if (!calls.has_value()) here.number = kNoSocket;  // not known yet, or of one that had its address
   here.calls = calls.value_or(0);
-  if (here.calls > 0 && ++looks_at_calls_ == kSurely) SeeWhetherHeadersAreBounded();
-  const bool over = here.calls > kAllowed;
+  const bool over = here.calls > kAllowed, far_over = here.calls > kMost;
+  const bool twice = std::exchange(here.far_over, far_over) && far_over;
   here.over_since = over ? std::min(here.over_since, now) : Clock::time_point::max();
-  if (here.calls > kMost || now - here.over_since > kMostOver) {
+  if (twice || here.calls > kMostAtOnce || now - here.over_since > kMostOver) {
     here.cut = Cut(descriptor, here.inode, here.calls);
     here.again = here.cut ? Clock::time_point::max() : now + kAskEvery;
+    return;
+  }
+  if (far_over) {
+    here.again = now;  // at the next tick
     return;
   }
   if (over || !kernel_counts_) here.wait = kAskEvery;
   here.again = here.wait > kReadBy ? Clock::time_point::max() : now + here.wait;
   here.wait *= kLonger;
-}
-
-void CallGuard::SeeWhetherHeadersAreBounded() {
-  if (HeadersAreBounded()) return;
-  LogEvent(
-      spdlog::level::warn,
-      "headers of calls are not bounded, have a proxy in front that bounds them",
-      {{"why", "no function of this gRPC library can be replaced"}, {"grpc", grpc::Version()}});
 }
 
 bool CallGuard::Cut(int descriptor, uint64_t inode, int64_t calls) {

@@ -3,6 +3,7 @@
 #include "server/grpc_server.h"
 
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
 
@@ -15,6 +16,7 @@
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
 #include "server/engine/scene_registry.h"
+#include "server/header_frames.h"
 #include "server/rpc/mesh_service.h"
 #include "server/rpc/scene_service.h"
 #include "server/rpc/server_service.h"
@@ -81,9 +83,17 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, limits::kKeepaliveTimeoutMs);
 }
 
+void WarnOfLongHeaders() {
+  if (HeadersAreBounded()) return;
+  LogEvent(
+      spdlog::level::warn, "headers of calls are not bounded: have a proxy in front that does",
+      {{"why", "no function of this gRPC library can be replaced"}, {"grpc", grpc::Version()}});
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
+  WarnOfLongHeaders();
   EnablePlugins();
   const Options& options = env->options;
   absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials = Credentials(options);

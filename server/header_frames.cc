@@ -15,14 +15,15 @@
 #include "absl/status/status.h"
 #include "core/base/limits.h"
 #include "server/base/mutex.h"
+#include "server/header_probe.h"
 
 struct grpc_metadata_batch;
 
 namespace grpc_core {
 
 // As gRPC 1.51 declares it, as far as names and arguments of what is replaced go. Each connection has
-// one, whose calls come one after the other.
-class HPackParser {
+// one, whose calls come one after the other. Visible, or the library would not see it.
+class __attribute__((visibility("default"))) HPackParser {
  public:
   enum class Boundary : uint8_t { kNone, kEndOfHeaders, kEndOfStream };
   enum class Priority : uint8_t { kNone, kIncluded };
@@ -57,7 +58,13 @@ Function* GrpcsOwn(const char* name) {
   return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
 }
 
+// Of a server's connections.
 std::atomic<bool> frames_begin_here = false, frames_are_parsed_here = false;
+
+// Without a write, which all threads would wait for, where it is set.
+void Set(std::atomic<bool>& flag) {
+  if (!flag.load(std::memory_order_relaxed)) flag = true;
+}
 
 // Of frames that have not ended, which come in pieces.
 class OpenFrames {
@@ -84,7 +91,7 @@ class OpenFrames {
   }
 
  private:
-  std::atomic<size_t> open_ = 0;  // bytes_.size(), not below 1 for whom it concerns
+  std::atomic<size_t> open_ = 0;  // bytes_.size(), 1 or more for whoever has an entry
   Mutex mutex_;
   std::unordered_map<const HPackParser*, size_t> bytes_ ABSL_GUARDED_BY(mutex_);
 };
@@ -96,7 +103,11 @@ OpenFrames& Open() {
 
 }  // namespace
 
-bool HeadersAreBounded() { return frames_begin_here.load() && frames_are_parsed_here.load(); }
+bool HeadersAreBounded() {
+  static const bool bounded =
+      SendHeader([] { return frames_begin_here.load() && frames_are_parsed_here.load(); });
+  return bounded;
+}
 
 }  // namespace latticed
 
@@ -113,8 +124,9 @@ void HPackParser::BeginFrame(grpc_metadata_batch* metadata, uint32_t most_bytes,
   static const auto own =
       latticed::GrpcsOwn<void(HPackParser*, grpc_metadata_batch*, uint32_t, Boundary, Priority,
                               LogInfo)>(latticed::kBeginFrame);
+  latticed::Open().Forget(this);  // of one that had its address
   if (!log_info.is_client) {
-    latticed::frames_begin_here = true;
+    latticed::Set(latticed::frames_begin_here);
     most_bytes = std::min(most_bytes, latticed::limits::kMaxHeaderBytes);
     // Of a frame without metadata, which is of no call, gRPC says the contrary: that it ends the header
     // where it does not. With this it is an error where a field does not end.
@@ -127,7 +139,7 @@ void HPackParser::BeginFrame(grpc_metadata_batch* metadata, uint32_t most_bytes,
 absl::Status HPackParser::Parse(const grpc_slice& slice, bool is_last) {
   static const auto own =
       latticed::GrpcsOwn<absl::Status(HPackParser*, const grpc_slice&, bool)>(latticed::kParse);
-  latticed::frames_are_parsed_here = true;
+  latticed::Set(latticed::frames_are_parsed_here);
   constexpr size_t kMost = size_t{2} * latticed::limits::kMaxHeaderBytes;
   if (latticed::Open().Add(this, GRPC_SLICE_LENGTH(slice), is_last) > kMost) {
     return absl::ResourceExhaustedError("the frame of a header is too long");

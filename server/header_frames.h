@@ -9,12 +9,13 @@
 // So three functions of gRPC's have namesakes here, which the dynamic linker finds first, since a program
 // comes before its libraries, and which call gRPC's. A header may be
 //
-//   a frame     one that goes on in another has too much, as soon as it has a field; so has a frame
-//               without end that belongs to no call
+//   a frame     one that goes on in another has too much as soon as it has a field; the same of a header
+//               that belongs to no call, where a field does not end in its frame
 //   of kMaxHeaderBytes of fields, in twice as many bytes at most
 //
-// or it is an error of its connection. Clients need no more: 8 KiB are what the settings allow, and
-// frames may be 16 KiB.
+// or it is an error of its connection, as with gRPC by itself. Clients need no more: 8 KiB are what the
+// settings allow, and frames may be 16 KiB. With any other gRPC header_frames_stub.cc is
+// here: how these functions return, and what they take, is that version's.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_HEADER_FRAMES_H_
@@ -22,8 +23,8 @@
 
 namespace latticed {
 
-// Whether gRPC was seen to come here, as it has where a call came over a network. Not where its library
-// is another version, or is linked with -Bsymbolic.
+// Whether gRPC comes here: the first time by a header of its own, in some milliseconds. It does not
+// where its library is linked with -Bsymbolic-functions.
 [[nodiscard]] bool HeadersAreBounded();
 
 }  // namespace latticed

@@ -56,8 +56,8 @@ class Connection:
             + frame(WINDOW_UPDATE, 0, 0, MOST_WINDOW.to_bytes(4, "big"))
         )
 
-    def begin(self, method, count=1):
-        fields = head(method)
+    def begin(self, method, count=1, more=b""):
+        fields = head(method) + more
         frames = [frame(HEADERS, END_HEADERS, self.stream + 2 * i, fields) for i in range(count)]
         self.socket.sendall(b"".join(frames))
         self.stream += 2 * count

@@ -133,6 +133,7 @@ class SceneFixture : public ::testing::Test {
 
   v1::ServerInfo Info() {
     grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
     v1::ServerInfo info;
     EXPECT_OK(client::FromGrpc(
         v1::ServerService::NewStub(server_->channel())->GetServerInfo(&context, {}, &info)));

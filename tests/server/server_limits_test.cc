@@ -156,7 +156,7 @@ class ConnectionsTest : public ServerLimitsTest {
   // One that begins nothing; those of calls that have ended may be in its way for a moment.
   std::unique_ptr<UnfinishedCalls> Connect() {
     std::unique_ptr<UnfinishedCalls> connection;
-    const bool connected = testing::Becomes(100, [&] {
+    const bool connected = testing::Becomes(2'000, [&] {
       connection = std::make_unique<UnfinishedCalls>(server_->address(), "", 0, 0);
       return connection->Run([&] { return connection->max_calls() > 0; });
     });

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -127,6 +128,7 @@ void UnfinishedCalls::BeginWith(std::string_view block, size_t frame_bytes, bool
   const std::string all = Fields(method_) + std::string(block);
   for (size_t at = 0; at < all.size() && !closed_; at += frame_bytes) {
     const bool last = ends && at + frame_bytes >= all.size();
+    in_header_ = !last;
     SendFrame(at == 0 ? kHeaders : kContinuation, last ? kEndHeaders : 0, stream,
               std::string_view(all).substr(at, frame_bytes));
   }
@@ -191,6 +193,7 @@ void UnfinishedCalls::SendBytes(std::string_view bytes) {
   while (!bytes.empty() && !closed_) {
     const ssize_t taken = send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     closed_ = taken <= 0;
+    EXPECT_TRUE(taken > 0 || errno != EAGAIN) << "the server takes nothing for a minute";
     if (!closed_) bytes.remove_prefix(static_cast<size_t>(taken));
   }
 }
@@ -239,7 +242,7 @@ void UnfinishedCalls::Take(uint8_t type, uint8_t flags, uint32_t stream, std::st
   if (type == kSettings && (flags & kAck) == 0) {
     TakeSettings(payload);
   } else if (type == kPing && (flags & kAck) == 0) {
-    SendFrame(kPing, kAck, 0, payload);
+    if (!in_header_) SendFrame(kPing, kAck, 0, payload);
   } else if (type == kPing) {
     ++answers_;
   } else if (type == kWindowUpdate) {
@@ -268,7 +271,7 @@ void UnfinishedCalls::TakeSettings(std::string_view payload) {
     for (auto& [stream, call] : calls_) call.window += size - stream_window_;
     stream_window_ = size;
   }
-  if (settings_ == Settings::kAcknowledged) SendFrame(kSettings, kAck, 0, "");
+  if (settings_ == Settings::kAcknowledged && !in_header_) SendFrame(kSettings, kAck, 0, "");
 }
 
 }  // namespace latticed::testing

@@ -93,6 +93,8 @@ class UnfinishedCalls {
   const Settings settings_;
   int socket_ = -1;
   bool closed_ = false;
+  // Between frames of one nothing may be sent (RFC 9113, 6.10): the server would close for that.
+  bool in_header_ = false;
   std::string heard_;  // not taken yet
   int64_t window_ = 0, stream_window_ = 0;
   std::map<uint32_t, Call> calls_;
