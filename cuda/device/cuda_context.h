@@ -37,8 +37,8 @@ class CudaContext {
   const std::shared_ptr<const ChunkEncoder>& encoder() const { return encoder_; }
   CpuArena& arena() { return arena_; }
 
-  // Uploaded once, of bytes reserved: StageBytesToCome. Shared while anyone holds them. Two who ask at
-  // once may both upload them; one of the two is kept.
+  // Stage matrices, uploaded once, of bytes reserved: StageBytesToCome. Shared while anyone holds them.
+  // Two who ask at once may both upload them; one of the two is kept.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeviceStage>> Stage(int degree, int segments,
                                                                          DeviceReservation& from);
   // What Stage allocates: nothing while anyone holds them.

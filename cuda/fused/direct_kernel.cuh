@@ -25,8 +25,10 @@ namespace latticed::kernels {
 
 constexpr int kDirectWarps = 4;  // of a block, a chunk each
 constexpr int kDirectThreads = kDirectWarps * kLanes;
+static_assert(PointsPerPatch(kMostDirectSegments) <= 32);  // a bit each
 
-// Blocks that a multiprocessor holds at once, as far as registers go, of degrees that sum to N.
+// Blocks that a multiprocessor holds at once, as far as registers go, of degrees that sum to N. With six
+// and seven, of fewer registers, 2x2x2 takes as long.
 template <int N>
 constexpr int DirectBlocksAtOnce() {
   return N <= 6 ? 5 : 4;

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the fused kernel makes of the plan's tables, in double, before it goes on in float: which box
-// owns a point, box-local coordinates, and the sliver-proof frame of a patch.       DESIGN §2
+// What the fused kernels make of the plan's tables, in double, before they go on in float: which box
+// owns a point, box-local coordinates, the sliver-proof frame of a patch, and which of its normals a
+// float can tell.                                                                   DESIGN §2
 //
 //   point(x, t) = centre + (x + shear t) along + t across,   x = b1 + b2/2 - 1/2,  t = b2 - 1/2
 //
@@ -37,7 +38,7 @@ struct NormalRange {
 };
 // None is longer than `bound`.
 __device__ inline NormalRange RangeOfNormals(double bound) {
-  // The L1 norm is compared, which is not below the length by which weakness is defined.
+  // The L1 norm is compared: up to sqrt(3) times the length by which weakness is defined.
   constexpr double kSqrt3 = 1.7320508075688773;
   const bool fits = bound >= kShortestNormal && bound <= kLongestNormal;  // not where it is NaN
   return {fits ? static_cast<float>(kSqrt3 * kWeakNormal * bound) : kInfinity,

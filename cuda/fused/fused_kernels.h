@@ -59,7 +59,8 @@ struct FusedOutput {
   uint8_t* second_plane;  // kQuantised16
 };
 
-// Up to so many points are evaluated one by one: direct_kernel.cuh.
+// Up to so many, points are evaluated one by one, by direct_kernel.cuh: at 2x2x2 that takes 0.66 to 0.9
+// of the time, and more from 4 on.
 inline constexpr int kMostDirectSegments = 3;
 
 inline constexpr int kFusedWarps = 3;  // of a block
@@ -86,7 +87,7 @@ struct FusedLaunch {
   const uint8_t* attached;  // per seam
   const uint32_t* chunks;   // null: 0 … chunk_count - 1
   uint32_t chunk_count;
-  FusedBlocks blocks;
+  FusedBlocks blocks;    // of fused_kernel.cuh
   uint32_t patch_count;  // of the plan
   int segments;
   Normals normals;

@@ -11,7 +11,8 @@ namespace latticed::kernels {
 
 // As FusedCall, by direct_kernel.cuh.
 KernelCall DirectCall(const FusedLaunch& launch);
-// The same by fused_kernel.cuh, for one kind of normals and format; without normals the facet kernel serves.
+// The same by fused_kernel.cuh, for one kind of normals and format; without normals the facet kernel
+// serves.
 template <bool kSmooth, bool kFloat>
 KernelCall FusedCallByDegree(const FusedLaunch& launch);
 extern template KernelCall FusedCallByDegree<false, false>(const FusedLaunch&);
