@@ -14,8 +14,8 @@
 //   of kMaxHeaderBytes of fields, in twice as many bytes at most
 //
 // or it is an error of its connection, as with gRPC by itself. Clients need no more: 8 KiB are what the
-// settings allow, and frames may be 16 KiB. With any other gRPC header_frames_stub.cc is
-// here: how these functions return, and what they take, is that version's.
+// settings allow, and frames may be 16 KiB. With any other gRPC header_frames_stub.cc is here: how these
+// functions return, and what they take, is that version's.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_HEADER_FRAMES_H_

@@ -15,8 +15,6 @@ namespace latticed::kernels {
 template <int D0, int D1, int D2, bool kSlopes>
 class PointJet {
  public:
-  static constexpr int kSize = kSlopes ? 4 : 1;
-
   __device__ static __forceinline__ void Evaluate(const float* c, const float* l, float* jet) {
     constexpr int kEntries = kSlopes ? 3 : 1, kPlane = (D1 + 1) * (D2 + 1);
     Middle(c + D0 * kPlane, l, jet);
