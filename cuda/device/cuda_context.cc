@@ -39,7 +39,11 @@ absl::StatusOr<std::shared_ptr<const DeviceStage>> CudaContext::Stage(int degree
   const std::scoped_lock lock(mutex_);
   std::weak_ptr<const DeviceStage>& kept = stages_[{degree, segments}];
   // Before a refusal is told: another's copy may be what has taken the room.
-  if (auto known = kept.lock(); known != nullptr) return known;
+  if (auto known = kept.lock(); known != nullptr) {
+    // Our copy is free before any later block is refused.
+    if (made.ok()) from.LeaveBehind((*made)->MemoryBytes());
+    return known;
+  }
   if (!made.ok()) return made;
   kept = *made;
   return made;

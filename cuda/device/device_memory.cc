@@ -68,17 +68,17 @@ DeviceMemory::~DeviceMemory() { static_cast<void>(cudaMemPoolDestroy(pool_)); }
 absl::StatusOr<void*> DeviceMemory::Allocate(std::string_view purpose, size_t bytes,
                                              cudaStream_t stream) {
   if (auto s = budget_.Reserve(purpose, bytes); !s.ok()) return s;
-  auto data = AllocateReserved(purpose, bytes, stream);
+  auto data = AllocateReserved(purpose, bytes, bytes, stream);
   if (!data.ok()) budget_.GiveBack(bytes);
   return data;
 }
 
 absl::StatusOr<void*> DeviceMemory::AllocateReserved(std::string_view purpose, size_t bytes,
-                                                     cudaStream_t stream) {
+                                                     uint64_t reserved_bytes, cudaStream_t stream) {
   if (bytes == 0) return nullptr;
   const auto out_of_memory = [&](uint64_t free_on_device) {
-    return error::OutOfDeviceMemory(purpose, device_, bytes,
-                                    std::min(budget_.free_bytes() + bytes, free_on_device));
+    return error::OutOfDeviceMemory(
+        purpose, device_, bytes, std::min(budget_.free_bytes() + reserved_bytes, free_on_device));
   };
   if (refuse_ && refuse_(purpose, bytes)) return out_of_memory(device_bytes_);
   const DeviceGuard guard(device_);

@@ -46,12 +46,13 @@ class DeviceMemory {
   [[nodiscard]] absl::StatusOr<void*> Allocate(std::string_view purpose, size_t bytes,
                                                cudaStream_t stream);
   // As DeviceBudget says. Of reserved bytes AllocateReserved makes a block; where it fails they stay
-  // reserved.
+  // reserved, and count as free in what is told, as all `reserved_bytes` of the caller do.
   [[nodiscard]] absl::Status Reserve(std::string_view what, uint64_t bytes) {
     return budget_.Reserve(what, bytes);
   }
   void GiveBack(uint64_t bytes) { budget_.GiveBack(bytes); }
   [[nodiscard]] absl::StatusOr<void*> AllocateReserved(std::string_view purpose, size_t bytes,
+                                                       uint64_t reserved_bytes,
                                                        cudaStream_t stream);
   // Of a pointer, purpose and size that one of these two gave; null is nothing.
   void Free(void* data, std::string_view purpose, size_t bytes, cudaStream_t stream);

@@ -30,22 +30,22 @@ absl::StatusOr<void*> DeviceReservation::Allocate(std::string_view purpose, size
                                                   cudaStream_t stream) {
   if (bytes > left_) {
     const uint64_t more = bytes - left_;
-    if (auto s = memory_->Reserve(what_, more); !s.ok()) return s;
+    if (auto s = memory_->Reserve(what_, more); !s.ok()) return OfAll(s, more, left_ + taken_);
     left_ += more;
   }
-  auto data = memory_->AllocateReserved(purpose, bytes, stream);
-  if (!data.ok()) return OfAll(data.status());
+  auto data = memory_->AllocateReserved(purpose, bytes, left_, stream);
+  if (!data.ok()) return OfAll(data.status(), 0, taken_);
   left_ -= bytes;
   taken_ += bytes;
   return data;
 }
 
-absl::Status DeviceReservation::OfAll(const absl::Status& status) const {
+absl::Status DeviceReservation::OfAll(const absl::Status& status, uint64_t more,
+                                      uint64_t freed) const {
   const error::Details details = error::DetailsOf(status);
   if (!absl::IsResourceExhausted(status) || details.asked_bytes == 0) return status;
-  // What the blocks before it took, and did not leave behind, is free again once all are refused.
-  return error::OutOfDeviceMemory(what_, memory_->device(), left_ + taken_,
-                                  details.free_bytes + taken_);
+  return error::OutOfDeviceMemory(what_, memory_->device(), left_ + taken_ + more,
+                                  details.free_bytes + freed);
 }
 
 }  // namespace latticed

@@ -43,16 +43,17 @@ class DeviceReservation {
   // As DeviceMemory::Allocate, of the bytes reserved; more than are left is asked of the budget.
   [[nodiscard]] absl::StatusOr<void*> Allocate(std::string_view purpose, size_t bytes,
                                                cudaStream_t stream);
-  // So many of the bytes taken stay where a later block is refused, with what outlives that: whoever
-  // asks again finds them.
+  // So many of the bytes taken do not come free by the refusal of a later block: they stay, with what
+  // outlives that, and whoever asks again finds them; or they are free already.
   void LeaveBehind(uint64_t bytes) { taken_ -= bytes; }
   const std::shared_ptr<DeviceMemory>& memory() const { return memory_; }
 
  private:
   DeviceReservation(std::shared_ptr<DeviceMemory> memory, std::string_view what, uint64_t bytes)
       : memory_(std::move(memory)), what_(what), left_(bytes) {}
-  // `status` of one block, told of all.
-  absl::Status OfAll(const absl::Status& status) const;
+  // `status` of one block, told of all, which want so many bytes `more` than are reserved or taken;
+  // `freed`: of these, what is free once all are refused and `status` does not know of.
+  absl::Status OfAll(const absl::Status& status, uint64_t more, uint64_t freed) const;
 
   std::shared_ptr<DeviceMemory> memory_;
   std::string_view what_;

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/error.h"
 #include "cuda/cuda_backend.h"
 #include "cuda/device/cuda_context.h"
 #include "fmt/format.h"
@@ -91,6 +92,36 @@ TEST_F(CudaSharing, StageMatricesThatAreHereAreFoundWhileOthersAreBrought) {
         ASSERT_OK(found);
         EXPECT_EQ(*found, *here);
       });
+}
+
+// Its copy is free again, once, when a later block is refused.
+TEST_F(CudaSharing, WhoBringsStageMatricesSecondTakesTheFirstOnes) {
+  const auto context = CudaContext::Create(0, Gated());
+  ASSERT_OK(context);
+  const std::shared_ptr<DeviceMemory>& memory = (*context)->memory();
+  constexpr uint64_t kVertices = 256 * kMiB;  // all of the budget
+  std::shared_ptr<const DeviceStage> kept;
+  absl::Status refused;
+
+  WhileHeld(
+      "stage_matrices",
+      [&] {
+        auto room = DeviceReservation::Create(memory, "a view", (*context)->StageBytesToCome(6, 5));
+        ASSERT_OK(room);
+        const auto stage = (*context)->Stage(6, 5, *room);
+        ASSERT_OK(stage);
+        EXPECT_EQ(*stage, kept);
+        refused = room->Allocate("vertices", kVertices, nullptr).status();
+      },
+      [&] {
+        const auto stage = Stage(**context, 5);
+        ASSERT_OK(stage);
+        kept = *stage;
+      });
+
+  ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_EQ(error::DetailsOf(refused).asked_bytes, kVertices);
+  EXPECT_EQ(error::DetailsOf(refused).free_bytes, memory->free_bytes());
 }
 
 TEST_F(CudaSharing, ASceneTellsItsMemoryWhileItsNormalsAreBrought) {
