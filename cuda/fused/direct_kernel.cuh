@@ -8,18 +8,20 @@
 //   normal     cof(J) N = n0 J1 x J2 + n1 J2 x J0 + n2 J0 x J1, J the Jacobian of R of the patch's own
 //              box and n the conormal of N there, interpolated from the corners
 //
-// Comes after box_polynomials_kernel.cu, by a dependent launch. A warp is a chunk, a lane a patch;
-// corners and edges are evaluated by every patch that has them.
+// Comes after box_polynomials_kernel.cu, by a dependent launch. A warp is a chunk, a lane a patch, and
+// corners and edges are evaluated by every patch that has them. Points are taken by three, for it is
+// loads of coefficients that take longest: four cycles of a multiprocessor for four numbers of each lane.
 #ifndef LATTICED_CUDA_FUSED_DIRECT_KERNEL_CUH_
 #define LATTICED_CUDA_FUSED_DIRECT_KERNEL_CUH_
 
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/dependent_launch.cuh"
 #include "cuda/fused/direct_patch.cuh"
+#include "cuda/fused/fused_ahead.cuh"
 #include "cuda/fused/fused_coefficients.cuh"
 #include "cuda/fused/fused_point.cuh"
 #include "cuda/fused/fused_store.cuh"
-#include "cuda/plan/definition_normal.cuh"
+#include "cuda/fused/weak_normal.cuh"
 
 namespace latticed::kernels {
 
@@ -27,26 +29,19 @@ constexpr int kDirectWarps = 4;  // of a block, a chunk each
 constexpr int kDirectThreads = kDirectWarps * kLanes;
 static_assert(PointsPerPatch(kMostDirectSegments) <= 32);  // a bit each
 
-// Blocks that a multiprocessor holds at once, as far as registers go, of degrees that sum to N. With six
-// and seven, of fewer registers, 2x2x2 takes as long.
+// Blocks that a multiprocessor holds at once, as far as registers go, of degrees that sum to N. With one
+// more, of fewer registers, it takes 1.04 (1x1x1) to 1.12 times as long (2x2x2); with blocks of two
+// warps and as many registers 0.97 to 1.00 times (3x3x3).
 template <int N>
 constexpr int DirectBlocksAtOnce() {
-  return N <= 6 ? 5 : 4;
+  return N <= 6 ? 4 : 3;
 }
-
-// A point of a patch, by the corner that comes first.
-struct DirectPoint {
-  int index;  // in the pattern
-  float barycentric[3];
-  float place[3];  // in coordinates of the patch's box
-  uint32_t owner;  // the box that gives its position
-};
 
 // The k-th point of the line between two places in `segments` steps, from its first end on: bit for
 // bit the same when the ends change places.
 __device__ __forceinline__ void PlaceOnEdge(const float* from, const float* to, int k, int segments,
-                                            float step, float* place) {
-  const float tau = static_cast<float>(2 * k - segments) * (0.5f * step);
+                                            float* place) {
+  const float tau = static_cast<float>(2 * k - segments) * (0.5f / static_cast<float>(segments));
 #pragma unroll
   for (int i = 0; i < 3; ++i) {
     const float middle = 0.5f * (from[i] + to[i]);
@@ -54,21 +49,51 @@ __device__ __forceinline__ void PlaceOnEdge(const float* from, const float* to, 
   }
 }
 
+// Three points of a patch, which go into each other when its corners are rotated: barycentric
+// coordinates by corners r, r + 1, r + 2, times segments.
+struct DirectTriple {
+  int segments;
+  int steps[3];
+
+  // The corners. Next: all others, each once, the rim's first; false when there are no more.
+  __device__ explicit DirectTriple(int segments) : segments(segments), steps{segments, 0, 0} {}
+  __device__ __forceinline__ bool Next() {
+    do {
+      ++steps[1];
+      if (steps[1] + steps[2] >= segments) {
+        steps[1] = 1;
+        ++steps[2];
+        if (steps[2] + 1 >= segments) return false;
+      }
+      steps[0] = segments - steps[1] - steps[2];
+    } while (!IsFirst());
+    return true;
+  }
+  // Then points are steps[1] along edges, from corner r on.
+  __device__ bool IsOnRim() const { return steps[2] == 0; }
+  // In the pattern.
+  __device__ __forceinline__ int Index(int r) const {
+    return PointIndex(segments, steps[2 - r], steps[r == 2 ? 2 : 1 - r]);
+  }
+
+ private:
+  // Of the three that name the same points; of one that is the same thrice, the middle. On the rim
+  // Next gives none twice.
+  __device__ bool IsFirst() const {
+    const int a = steps[0], b = steps[1], c = steps[2];
+    return c == 0 || (a > b && a >= c) || (a == b && b == c);
+  }
+};
+
 // Normals of one lane's weak points, by the definition. `weak`: bit i is point i. Not inlined, so that
 // its registers are no business of the kernel's.
 template <bool kFloat>
 __device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, unsigned weak,
                                                 uint32_t chunk, unsigned lane) {
-  const VertexSink<kFloat> sink(launch, chunk, lane);
-  const double over = 1.0 / launch.segments;
   for (int row = 0; row <= launch.segments; ++row) {
     for (int column = 0; column <= launch.segments - row; ++column) {
-      const int point = PointIndex(launch.segments, row, column);
-      if ((weak >> point & 1) == 0) continue;
-      const Vec3d b{(launch.segments - row - column) * over, column * over, row * over};
-      const Vec3d n = DefinitionNormal(launch.plan, launch.control_points, chunk * kLanes + lane, b,
-                                       launch.normals == Normals::kSmooth);
-      sink.StoreNormal(sink.Place(point), ToFloat(n));
+      if ((weak >> PointIndex(launch.segments, row, column) & 1) == 0) continue;
+      ReplaceNormal<kFloat>(launch, chunk, lane, row, column);
     }
   }
 }
@@ -83,19 +108,16 @@ class DirectWarp {
         chunk_(chunk),
         lane_(lane),
         // Lanes after the last patch repeat it.
-        patch_(launch, min(chunk * kLanes + lane, launch.patch_count - 1)),
-        step_(1 / static_cast<float>(launch.segments)) {}
+        patch_(launch, min(chunk * kLanes + lane, launch.patch_count - 1)) {}
 
   __device__ __forceinline__ void Run() {
     // Until here the plan was read, and the list of chunks: it came before the kernel waited for.
     WaitForKernelBefore();
     range_ = patch_.Range();
-    // One loop, so that the work on a point is there once.
-#pragma unroll 1
-    for (int left = PointsPerPatch(segments()); left > 0; --left) {
-      Evaluate(turn_ < 3 ? RimPoint() : InnerPoint());
-      Next();
-    }
+    DirectTriple triple(launch_.segments);
+    do {
+      Evaluate(triple);
+    } while (triple.Next());
     if (weak_ == 0 || launch_.normals == Normals::kNone) return;
     if (chunk_ * kLanes + lane_ >= launch_.patch_count) return;
     if (IsFloat()) {
@@ -106,95 +128,106 @@ class DirectWarp {
   }
 
  private:
-  __device__ int segments() const { return launch_.segments; }
+  // Of one point R and, from the last coordinate on, its derivatives; by component.
+  using Jet = float[3][4];
+
   __device__ bool IsFloat() const { return launch_.output.format == LaneFormat::kFloat32; }
 
-  // Edge by edge, each with its first corner, then row by row within.
-  __device__ __forceinline__ void Next() {
-    if (turn_ == 3) {
-      if (++column_ == segments() - row_) ++row_, column_ = 1;
-    } else if (++k_ == segments()) {
-      patch_.Turn();
-      ++turn_, k_ = 0;
-    }
-  }
-  __device__ __forceinline__ DirectPoint RimPoint() const {
-    DirectPoint point;
-    point.index = EdgePoint(segments(), turn_, k_);
-    point.barycentric[1] = static_cast<float>(k_) * step_;
-    point.barycentric[0] = 1 - point.barycentric[1];
-    point.barycentric[2] = 0;
-    PlaceOnEdge(patch_.corner(0).place, patch_.corner(1).place, k_, segments(), step_, point.place);
-    point.owner = k_ == 0 ? patch_.OwnerOfCorner(turn_) : patch_.OwnerOfEdge(turn_);
-    return point;
-  }
-  __device__ __forceinline__ DirectPoint InnerPoint() const {
-    DirectPoint point;
-    point.index = PointIndex(segments(), row_, column_);
-    point.barycentric[0] = static_cast<float>(segments() - row_ - column_) * step_;
-    point.barycentric[1] = static_cast<float>(column_) * step_;
-    point.barycentric[2] = static_cast<float>(row_) * step_;
+  __device__ __forceinline__ void Evaluate(const DirectTriple& triple) {
+    const float step = 1 / static_cast<float>(launch_.segments);
+    const float weight[3] = {static_cast<float>(triple.steps[0]) * step,
+                             static_cast<float>(triple.steps[1]) * step,
+                             static_cast<float>(triple.steps[2]) * step};
+    float place[3][3];
 #pragma unroll
-    for (int i = 0; i < 3; ++i) {
-      point.place[i] = Blend(point, patch_.corner(0).place[i], patch_.corner(1).place[i],
-                             patch_.corner(2).place[i]);
-    }
-    point.owner = patch_.box();
-    return point;
-  }
-  __device__ __forceinline__ static float Blend(const DirectPoint& point, float a, float b,
-                                                float c) {
-    const float* w = point.barycentric;
-    return fmaf(a, w[0], fmaf(b, w[1], c * w[2]));
-  }
-
-  __device__ __forceinline__ void Evaluate(const DirectPoint& point) {
-    float jet[3][4];
+    for (int r = 0; r < 3; ++r) PlacePoint(triple, weight, r, place[r]);
+    Jet jet[3];
 #pragma unroll
     for (int component = 0; component < 3; ++component) {
       float c[kStride];
       LoadCoefficients<kStride>(launch_, patch_.box(), component, c);
-      PointJet<D0, D1, D2, true>::Evaluate(c, point.place, jet[component]);
-    }
-    float3 position{jet[0][0], jet[1][0], jet[2][0]};
-    if (point.owner != patch_.box()) position = PositionIn(point.owner);
-    const float3 normal =
-        Carry(point, {jet[0][3], jet[1][3], jet[2][3]}, {jet[0][2], jet[1][2], jet[2][2]},
-              {jet[0][1], jet[1][1], jet[2][1]});
-    const float norm1 = fabsf(normal.x) + fabsf(normal.y) + fabsf(normal.z);
-    const bool strong = norm1 > range_.weak_below && norm1 < kInfinity;  // not where it is NaN
-    if (!strong) weak_ |= 1u << point.index;
-    if (IsFloat()) {
-      Store<true>(point.index, position, normal, norm1);
-    } else {
-      Store<false>(point.index, position, normal, norm1);
-    }
-  }
-
-  // Of the rim's point, where another box than the patch's own gives it.
-  __device__ __forceinline__ float3 PositionIn(uint32_t owner) const {
-    float from[3], to[3], place[3], at[3];
-    patch_.PlaceCorner(0, owner, from);
-    patch_.PlaceCorner(1, owner, to);
-    PlaceOnEdge(from, to, k_, segments(), step_, place);
 #pragma unroll
-    for (int component = 0; component < 3; ++component) {
-      float c[kStride];
-      LoadCoefficients<kStride>(launch_, owner, component, c);
-      PointJet<D0, D1, D2, false>::Evaluate(c, place, at + component);
+      for (int r = 0; r < 3; ++r) {
+        PointJet<D0, D1, D2, true>::Evaluate(c, place[r], jet[r][component]);
+      }
     }
-    return {at[0], at[1], at[2]};
+    if (triple.IsOnRim()) TakeFromOwners(triple, jet);
+    if (IsFloat()) {
+      Store<true>(triple, weight, jet);
+    } else {
+      Store<false>(triple, weight, jet);
+    }
   }
 
-  // cof(J) N; j0, j1, j2 are columns of J.
-  __device__ __forceinline__ float3 Carry(const DirectPoint& point, float3 j0, float3 j1,
-                                          float3 j2) const {
+  // Of the triple's point that is turned by r corners.
+  __device__ __forceinline__ void PlacePoint(const DirectTriple& triple, const float* weight, int r,
+                                             float* place) const {
+    const float* const a = patch_.corner(r).place;
+    const float* const b = patch_.corner((r + 1) % 3).place;
+    const float* const c = patch_.corner((r + 2) % 3).place;
+    if (triple.IsOnRim()) return PlaceOnEdge(a, b, triple.steps[1], launch_.segments, place);
+#pragma unroll
+    for (int i = 0; i < 3; ++i) place[i] = Blend(weight, a[i], b[i], c[i]);
+  }
+  __device__ __forceinline__ static float Blend(const float* weight, float a, float b, float c) {
+    return fmaf(a, weight[0], fmaf(b, weight[1], c * weight[2]));
+  }
+
+  // Positions on the rim, where another box than the patch's own gives them.
+  __device__ __forceinline__ void TakeFromOwners(const DirectTriple& triple, Jet* jet) const {
+    const int k = triple.steps[1];
+#pragma unroll 1
+    for (int r = 0; r < 3; ++r) {
+      const uint32_t owner = k == 0 ? patch_.OwnerOfCorner(r) : patch_.OwnerOfEdge(r);
+      if (owner == patch_.box()) continue;
+      float from[3], to[3], place[3];
+      patch_.PlaceCorner(r, owner, from);
+      patch_.PlaceCorner(r == 2 ? 0 : r + 1, owner, to);
+      PlaceOnEdge(from, to, k, launch_.segments, place);
+#pragma unroll
+      for (int component = 0; component < 3; ++component) {
+        float c[kStride], position;
+        LoadCoefficients<kStride>(launch_, owner, component, c);
+        PointJet<D0, D1, D2, false>::Evaluate(c, place, &position);
+#pragma unroll
+        for (int q = 0; q < 3; ++q) {
+          if (q == r) jet[q][component][0] = position;
+        }
+      }
+    }
+  }
+
+  template <bool kFloat>
+  __device__ __forceinline__ void Store(const DirectTriple& triple, const float* weight,
+                                        const Jet* jet) {
+    using Vertex = typename VertexSink<kFloat>::Vertex;
+    const VertexSink<kFloat> sink(launch_, chunk_, lane_);
+    unsigned places[3];
+    Vertex vertices[3];
+#pragma unroll
+    for (int r = 0; r < 3; ++r) {
+      const int index = triple.Index(r);
+      const float3 normal = Carry(weight, r, jet[r]);
+      const float norm1 = fabsf(normal.x) + fabsf(normal.y) + fabsf(normal.z);
+      const bool strong = norm1 > range_.weak_below && norm1 < kInfinity;  // not where it is NaN
+      if (!strong) weak_ |= 1u << index;
+      places[r] = sink.Place(index);
+      vertices[r] = sink.MakeVertex(sink.MakePosition({jet[r][0][0], jet[r][1][0], jet[r][2][0]}),
+                                    normal, norm1, range_.scale);
+    }
+    sink.Store(places, vertices);
+  }
+
+  // cof(J) N.
+  __device__ __forceinline__ float3 Carry(const float* weight, int r, const Jet& jet) const {
     float n[3];
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
-      n[i] = Blend(point, patch_.corner(0).conormal[i], patch_.corner(1).conormal[i],
-                   patch_.corner(2).conormal[i]);
+      n[i] = Blend(weight, patch_.corner(r).conormal[i], patch_.corner((r + 1) % 3).conormal[i],
+                   patch_.corner((r + 2) % 3).conormal[i]);
     }
+    const float3 j0{jet[0][3], jet[1][3], jet[2][3]}, j1{jet[0][2], jet[1][2], jet[2][2]},
+        j2{jet[0][1], jet[1][1], jet[2][1]};
     // The first two terms are one product.
     const float3 side{fmaf(n[0], j1.x, -n[1] * j0.x), fmaf(n[0], j1.y, -n[1] * j0.y),
                       fmaf(n[0], j1.z, -n[1] * j0.z)};
@@ -202,21 +235,11 @@ class DirectWarp {
     return {fmaf(n[2], last.x, sum.x), fmaf(n[2], last.y, sum.y), fmaf(n[2], last.z, sum.z)};
   }
 
-  template <bool kFloat>
-  __device__ __forceinline__ void Store(int index, float3 position, float3 normal,
-                                        float norm1) const {
-    const VertexSink<kFloat> sink(launch_, chunk_, lane_);
-    sink.Store({sink.Place(index)},
-               {sink.MakeVertex(sink.MakePosition(position), normal, norm1, range_.scale)});
-  }
-
   const FusedLaunch& launch_;
   const uint32_t chunk_;
   const unsigned lane_;
-  DirectPatch patch_;
+  const DirectPatch patch_;
   NormalRange range_;
-  const float step_;  // between points, in barycentric coordinates
-  int turn_ = 0, k_ = 0, row_ = 1, column_ = 1;
   unsigned weak_ = 0;  // bit i: point i of the pattern
 };
 
@@ -226,7 +249,14 @@ __global__ void __launch_bounds__(kDirectThreads, (DirectBlocksAtOnce<D0 + D1 + 
   const uint32_t index = blockIdx.x * kDirectWarps + threadIdx.x / kLanes;
   if (index >= launch.chunk_count) return;
   const uint32_t chunk = launch.chunks != nullptr ? launch.chunks[index] : index;
-  DirectWarp<D0, D1, D2>(launch, chunk, threadIdx.x % kLanes).Run();
+  const unsigned lane = threadIdx.x % kLanes;
+  PlanAhead ahead(launch, index + launch.blocks.at_once * kDirectWarps, lane);
+  ahead.BringPartOf(launch.plan.facet_normals);
+  if (launch.normals == Normals::kSmooth) ahead.BringPartOf(launch.plan.corner_normals);
+  ahead.BringPatches();
+  DirectWarp<D0, D1, D2> warp(launch, chunk, lane);
+  ahead.BringVertices();
+  warp.Run();
 }
 
 }  // namespace latticed::kernels

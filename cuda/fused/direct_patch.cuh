@@ -33,37 +33,36 @@ class DirectPatch {
   __device__ uint32_t box() const { return patch_.Box(); }
   // Of its normals, by the polynomials.
   __device__ __forceinline__ NormalRange Range() const {
-    return RangeOfNormals(double{launch_.polynomials.cofactor_bounds[box()]} * per_unit_);
+    const double bound = double{launch_.polynomials.cofactor_bounds[box()]} * per_unit_;
+    return RangeOfNormals(bound, bound);
   }
 
-  // Corners are counted from the one that comes first now, edges begin at the corner of their number.
   __device__ const DirectCorner& corner(int c) const { return corner_[c]; }
+  // In coordinates of any box.
   __device__ __forceinline__ void PlaceCorner(int c, uint32_t box, float* place) const {
-    const DeviceVertex& vertex = launch_.plan.vertices[patch_.Vertex(c)];
+    const DevicePatch corner{{Word(c), 0, 0, 0}};
+    const DeviceVertex& vertex = launch_.plan.vertices[corner.Vertex(0)];
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
       place[i] = static_cast<float>(LocalCoordinate(launch_, vertex, box, i));
     }
   }
-  // The box that owns the first corner, or the inner points of its edge; `turn`: which one that is in
-  // the plan.
-  __device__ __forceinline__ uint32_t OwnerOfCorner(int turn) const {
-    return OwnerOf(launch_, {index_, box(), static_cast<uint32_t>(turn), patch_.CornerSteps(turn),
-                             patch_.CornerOnSeam(turn)});
+  // The box that owns a corner, or the inner points of the edge that begins there.
+  __device__ __forceinline__ uint32_t OwnerOfCorner(int c) const {
+    return OwnerOf(launch_, {index_, box(), static_cast<uint32_t>(c), patch_.CornerSteps(c),
+                             patch_.CornerOnSeam(c)});
   }
-  __device__ __forceinline__ uint32_t OwnerOfEdge(int turn) const {
-    return OwnerOf(launch_, {index_, box(), static_cast<uint32_t>(turn) + 3, patch_.EdgeSteps(0),
-                             patch_.EdgeOnSeam(0)});
-  }
-  // The next corner comes first: registers have no index.
-  __device__ __forceinline__ void Turn() {
-    const DirectCorner first = corner_[0];
-    corner_[0] = corner_[1], corner_[1] = corner_[2], corner_[2] = first;
-    const uint32_t word = patch_.word[0];
-    patch_.word[0] = patch_.word[1], patch_.word[1] = patch_.word[2], patch_.word[2] = word;
+  __device__ __forceinline__ uint32_t OwnerOfEdge(int e) const {
+    const DevicePatch edge{{Word(e), 0, 0, 0}};
+    return OwnerOf(launch_, {index_, box(), static_cast<uint32_t>(e) + 3, edge.EdgeSteps(0),
+                             edge.EdgeOnSeam(0)});
   }
 
  private:
+  // Registers have no index.
+  __device__ __forceinline__ uint32_t Word(int c) const {
+    return c == 0 ? patch_.word[0] : c == 1 ? patch_.word[1] : patch_.word[2];
+  }
   // Of the facet normal, the same thrice.
   __device__ __forceinline__ void SetConormals() {
     const Vec3d* row = launch_.tables.boxes[box()].gradient;
@@ -92,7 +91,7 @@ class DirectPatch {
 
   const FusedLaunch& launch_;
   const uint32_t index_;
-  DevicePatch patch_;
+  const DevicePatch patch_;
   const PackedDirection facet_;
   double per_unit_;
   DirectCorner corner_[3];

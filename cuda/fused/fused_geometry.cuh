@@ -36,11 +36,12 @@ struct NormalRange {
   float weak_below;  // |n|_1 of those that the definition must answer: not above it, or NaN
   float scale;       // makes others of a length whose square a float holds
 };
-// None is longer than `bound`.
-__device__ inline NormalRange RangeOfNormals(double bound) {
+// None is longer than `bound`, and nothing on the way to one than `largest`.
+__device__ inline NormalRange RangeOfNormals(double bound, double largest) {
   // The L1 norm is compared: up to sqrt(3) times the length by which weakness is defined.
   constexpr double kSqrt3 = 1.7320508075688773;
-  const bool fits = bound >= kShortestNormal && bound <= kLongestNormal;  // not where it is NaN
+  const bool fits = bound >= kShortestNormal && bound <= kLongestNormal &&
+                    largest <= kLongestNormal;  // not where one is NaN
   return {fits ? static_cast<float>(kSqrt3 * kWeakNormal * bound) : kInfinity,
           1 / static_cast<float>(bound)};
 }

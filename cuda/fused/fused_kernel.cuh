@@ -17,7 +17,7 @@
 #include "cuda/fused/fused_coefficients.cuh"
 #include "cuda/fused/fused_features.cuh"
 #include "cuda/fused/fused_rows.cuh"
-#include "cuda/plan/definition_normal.cuh"
+#include "cuda/fused/weak_normal.cuh"
 
 namespace latticed::kernels {
 
@@ -57,7 +57,7 @@ struct RowTurns {
 // inlined, so that its registers are no business of the kernel's.
 template <bool kFloat>
 __device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, const unsigned* weak,
-                                                uint32_t chunk, RowTurns turns, bool smooth) {
+                                                uint32_t chunk, RowTurns turns) {
   const int thread = static_cast<int>(threadIdx.x) % kLanes;
   int first = 0;  // points of the rows before
   for (int row = 0; row <= launch.segments; ++row) {
@@ -67,13 +67,8 @@ __device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, const
     for (int item = (thread - first) & (kLanes - 1); item < points; item += kLanes) {
       const int column = item % columns;
       const auto lane = static_cast<unsigned>(__fns(weak[row], 0, item / columns + 1));
-      const uint32_t patch = chunk * kLanes + lane;
-      if (patch >= launch.patch_count) continue;
-      const double over = 1.0 / launch.segments;
-      const Vec3d b{(launch.segments - row - column) * over, column * over, row * over};
-      const Vec3d n = DefinitionNormal(launch.plan, launch.control_points, patch, b, smooth);
-      const VertexSink<kFloat> sink(launch, chunk, lane);
-      sink.StoreNormal(sink.Place(PointIndex(launch.segments, row, column)), ToFloat(n));
+      if (chunk * kLanes + lane >= launch.patch_count) continue;
+      ReplaceNormal<kFloat>(launch, chunk, lane, row, column);
     }
     first += points;
   }
@@ -103,8 +98,13 @@ class FusedBlock {
     const bool frames = warp_ == kFrameWarp;
     const PackedDirection facet =
         frames ? launch_.plan.facet_normals[patch_index_] : PackedDirection{};
-    PlanAhead<kSmooth> ahead(launch_, index_, lane_);
-    if (frames) ahead.BringPatches();
+    PlanAhead ahead(launch_, index_ + launch_.blocks.at_once, lane_);
+    if (frames) {
+      ahead.BringPartOf(launch_.tables.feature_uses);
+      ahead.BringPartOf(launch_.plan.facet_normals);
+      if constexpr (kSmooth) ahead.BringPartOf(launch_.plan.corner_normals);
+      ahead.BringPatches();
+    }
     FeatureKernel<D0, D1, D2, kSmooth, kFloat> features(launch_, chunk_);
     features.Begin(uses, patch, warp_, lane_);
     __syncthreads();
@@ -127,7 +127,7 @@ class FusedBlock {
     for (int low = turns.first; 2 * low <= launch_.segments; low += turns.of) rows.Run(low);
     if (!rows.any_weak() || launch_.normals == Normals::kNone) return;
     __syncwarp();
-    ReplaceWeakNormals<kFloat>(launch_, &Shared::Weak(0), chunk_, turns, kSmooth);
+    ReplaceWeakNormals<kFloat>(launch_, &Shared::Weak(0), chunk_, turns);
   }
 
  private:
@@ -141,8 +141,10 @@ class FusedBlock {
   }
   // By the polynomials.
   __device__ __forceinline__ void BoundNormals(uint32_t box, FrameSize size) const {
-    const NormalRange range = RangeOfNormals(double{launch_.polynomials.cofactor_bounds[box]} *
-                                             size.length * size.height);
+    const double by_length = double{launch_.polynomials.cofactor_bounds[box]} * size.length;
+    const double bound = by_length * size.height;
+    // Vertex normals come by way of P_facet x P_along, and the facet normal's length is one.
+    const NormalRange range = RangeOfNormals(bound, kSmooth ? by_length : bound);
     Shared::Frame(kWeakBelow, lane_) = range.weak_below;
     Shared::Frame(kNormalScale, lane_) = range.scale;
   }

@@ -59,9 +59,9 @@ struct FusedOutput {
   uint8_t* second_plane;  // kQuantised16
 };
 
-// Up to so many, points are evaluated one by one, by direct_kernel.cuh: at 2x2x2 that takes 0.66 to 0.9
-// of the time, and more from 4 on.
-inline constexpr int kMostDirectSegments = 3;
+// Up to so many, points are evaluated one by one, by direct_kernel.cuh: at 2x2x2 that takes 0.61 to 0.96
+// of the time up to 4, and more from 5 on.
+inline constexpr int kMostDirectSegments = 6;
 
 inline constexpr int kFusedWarps = 3;  // of a block
 

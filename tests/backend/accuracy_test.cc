@@ -64,7 +64,7 @@ TEST_P(Accuracy, AllKindsOfKnotsMatchDefinition) {
 }
 
 TEST_P(Accuracy, AllSegmentsAndNormalsMatchDefinition) {
-  for (int segments : {1, 2, 3, 4, 10, 16, 32}) {
+  for (int segments : {1, 2, 3, 4, 5, 6, 10, 16, 32}) {
     for (NormalMode normals : {NormalMode::kNone, NormalMode::kFacet, NormalMode::kSmooth}) {
       SCOPED_TRACE(fmt::format("{} segments, normals {}", segments, static_cast<int>(normals)));
       Check(TorusMesh(5, 4), {.degree = {2, 2, 2}, .extra = {1, 1, 0}},
@@ -194,6 +194,22 @@ TEST_P(Accuracy, HugeAndTinyLatticesMatchDefinition) {
       for (const int segments : kFewAndMany) {
         ExpectMatchesDefinition(plan, points, FloatView(segments, normals));
       }
+    }
+  }
+}
+
+// A thin patch's normals are what a float holds, and products on the way to them are not.
+TEST_P(Accuracy, HugeLatticesOfThinMeshesMatchDefinition) {
+  PolygonMesh mesh = TorusMesh(6, 5);
+  for (Vec3d& p : mesh.positions) p = {100 * p.x, 1e-4 * p.y, 1e-4 * p.z};
+  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
+  const Plan plan = MakeTestPlan(std::move(mesh), structure);
+  std::vector<Vec3d> points = Jitter(structure, kNoise, kSeed);
+  for (Vec3d& p : points) p = 3e18 * p;
+  for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
+    for (const int segments : kFewAndMany) {
+      SCOPED_TRACE(fmt::format("seed {}", kSeed));
+      ExpectMatchesDefinition(plan, points, FloatView(segments, normals));
     }
   }
 }

@@ -26,8 +26,9 @@
 namespace latticed::testing {
 
 inline constexpr double kUnitTolerance = 1e-6;
-// Segments: few points may be evaluated one by one; 6 are the fewest that every backend composes.
-inline constexpr std::array kFewAndMany = {3, 6};
+// Segments: 3 are the most that every backend evaluates point by point, whatever the degrees; 7 are the
+// fewest that each composes.
+inline constexpr std::array kFewAndMany = {3, 7};
 
 struct Subject {
   std::string backend;

@@ -126,8 +126,14 @@ void RegisterShapes() {
          {std::array{1, 1, 1}, std::array{3, 3, 3}, std::array{1, 2, 3}}) {
       RegisterModel(model, degree, Pipeline::kFused, format, NormalMode::kFacet);
     }
-    for (const int segments : {1, 2, 3, 4, 20}) {
-      RegisterModel(model, {2, 2, 2}, Pipeline::kFused, format, NormalMode::kFacet, segments);
+    RegisterModel(model, {2, 2, 2}, Pipeline::kFused, format, NormalMode::kFacet, 20);
+    // About where `fused` begins to compose (MostDirectSegments).
+    for (const int segments : {1, 2, 3, 4, 5, 6}) {
+      for (const std::array<int, 3> degree :
+           {std::array{1, 1, 1}, std::array{2, 2, 2}, std::array{3, 3, 3}}) {
+        RegisterModel(model, degree, Pipeline::kFused, format, NormalMode::kFacet, segments);
+      }
+      RegisterModel(model, {2, 2, 2}, Pipeline::kFused, format, NormalMode::kSmooth, segments);
     }
   }
   for (const std::array<int, 3> degree :
