@@ -27,7 +27,7 @@ namespace latticed::kernels {
 
 constexpr int kDirectWarps = 4;  // of a block, a chunk each
 constexpr int kDirectThreads = kDirectWarps * kLanes;
-static_assert(PointsPerPatch(kMostDirectSegments) <= 32);  // a bit each
+static_assert(PointsPerPatch(MostDirectSegments(9, Normals::kSmooth)) <= 32);  // a bit each
 
 // Blocks that a multiprocessor holds at once, as far as registers go, of degrees that sum to N. With one
 // more, of fewer registers, it takes 1.04 (1x1x1) to 1.12 times as long (2x2x2); with blocks of two

@@ -59,9 +59,15 @@ struct FusedOutput {
   uint8_t* second_plane;  // kQuantised16
 };
 
-// Up to so many, points are evaluated one by one, by direct_kernel.cuh: at 2x2x2 that takes 0.61 to 0.96
-// of the time up to 4, and more from 5 on.
-inline constexpr int kMostDirectSegments = 6;
+// Up to so many segments, points of patches whose degrees sum to N are evaluated one by one, by
+// direct_kernel.cuh. Of the time of the other form that takes, as measured at 113,663 patches:
+//   1x1x1   0.80 to 0.87 up to 2 segments, 0.98 (float32) and 1.05 at 3, 1.01 and 1.14 at 4
+//   2x2x2   0.61 to 0.96 up to 4, 1.07 and 1.14 at 5; with vertex normals 0.49 to 0.89 up to 5, 0.95
+//           and 1.02 at 6
+//   3x3x3   0.35 to 0.88 up to 5, 0.85 and 1.07 at 6
+LATTICED_HD constexpr int MostDirectSegments(int n, Normals normals) {
+  return 2 + n / 3 + (normals == Normals::kSmooth ? 1 : 0);
+}
 
 inline constexpr int kFusedWarps = 3;  // of a block
 

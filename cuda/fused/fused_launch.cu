@@ -18,7 +18,9 @@ FusedBlocks DivideChunks(size_t chunk_count, int segments, LaneFormat format, in
 }
 
 KernelCall FusedCall(const FusedLaunch& launch) {
-  if (launch.segments <= kMostDirectSegments) return DirectCall(launch);
+  const auto& degree = launch.tables.degree;
+  const int sum = degree[0] + degree[1] + degree[2];
+  if (launch.segments <= MostDirectSegments(sum, launch.normals)) return DirectCall(launch);
   const bool floats = launch.output.format == LaneFormat::kFloat32;
   if (launch.normals == Normals::kSmooth) {
     return floats ? FusedCallByDegree<true, true>(launch) : FusedCallByDegree<true, false>(launch);
