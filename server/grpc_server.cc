@@ -85,9 +85,9 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
 
 void WarnOfLongHeaders() {
   if (HeadersAreBounded()) return;
-  LogEvent(
-      spdlog::level::warn, "headers of calls are not bounded: have a proxy in front that does",
-      {{"why", "no function of this gRPC library can be replaced"}, {"grpc", grpc::Version()}});
+  LogEvent(spdlog::level::warn,
+           "headers of calls may be of any length: have a proxy in front that bounds them",
+           {{"why", "latticed bounds none with this gRPC library"}, {"grpc", grpc::Version()}});
 }
 
 }  // namespace

@@ -73,7 +73,8 @@ bool SendHeader(absl::FunctionRef<bool()> seen) {
   grpc_init();
   {
     IdleServer server(ends[0]);
-    if (write(ends[1], kHeader.data(), kHeader.size()) == static_cast<ssize_t>(kHeader.size())) {
+    if (send(ends[1], kHeader.data(), kHeader.size(), MSG_NOSIGNAL) ==
+        static_cast<ssize_t>(kHeader.size())) {
       for (int look = 0; look < kLooks && !seen(); ++look) server.Work();
     }
   }

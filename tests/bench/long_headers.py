@@ -62,11 +62,15 @@ def measure(program, what, connections, task):
     """`task` of a server's port, on so many threads."""
     flags = ["--listen", "127.0.0.1:0", "--insecure", "--backend", "cpu", "--drain-delay", "0s"]
     log = tempfile.NamedTemporaryFile("r")  # no pipe: a server waits for who does not read that
-    server = subprocess.Popen([program, *flags], stdout=log.fileno(), stderr=subprocess.STDOUT)
+    with open(log.name, "a", encoding="utf-8") as end:  # of its own, which reading does not move
+        server = subprocess.Popen([program, *flags], stdout=end, stderr=subprocess.STDOUT)
     try:
-        while not (serves := re.search(r"serving address=127\.0\.0\.1:(\d+)", log.read())):
-            log.seek(0)
+        text = ""
+        while not (serves := re.search(r"serving address=127\.0\.0\.1:(\d+)", text)):
+            if server.poll() is not None:
+                raise SystemExit(text)
             time.sleep(0.1)
+            text += log.read()
         port = int(serves[1])
         start = time.monotonic()
         with futures.ThreadPoolExecutor(connections) as pool:

@@ -17,7 +17,7 @@ from concurrent import futures
 
 SETTLE_S, MEASURE_S = 3, 15
 GUARD = "call-guard\n"
-DATA, HEADERS, SETTINGS, PING, WINDOW_UPDATE = 0, 1, 4, 6, 8
+DATA, HEADERS, RST_STREAM, SETTINGS, PING, WINDOW_UPDATE = 0, 1, 3, 4, 6, 8
 ACK, END_STREAM, END_HEADERS = 1, 1, 4
 MOST_WINDOW = 2**31 - 1 - 65_535
 
@@ -26,13 +26,13 @@ def frame(kind, flags, stream, payload=b""):
     return len(payload).to_bytes(3, "big") + bytes([kind, flags]) + stream.to_bytes(4, "big") + payload
 
 
-def head(method):
+def head(method, authority="bench"):
     """The fields of a call, RFC 7541: literal, not indexed."""
     fields = {
         ":method": "POST",
         ":scheme": "http",
         ":path": "/latticed.v1." + method,
-        ":authority": "bench",
+        ":authority": authority,
         "te": "trailers",
         "content-type": "application/grpc",
     }
@@ -44,11 +44,14 @@ def head(method):
 class Connection:
     """Makes calls, and hears no more of the answers than it must."""
 
-    def __init__(self, port, acknowledges=True):
-        self.socket = socket.create_connection(("127.0.0.1", port))
-        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    def __init__(self, port, acknowledges=True, wrap=lambda plain: plain, authority="bench"):
+        plain = socket.create_connection(("127.0.0.1", port))
+        plain.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.socket = wrap(plain)
         self.acknowledges = acknowledges
+        self.authority = authority
         self.stream = 1
+        self.ended = (0, None)  # the last stream that was ended from there, and by what kind of frame
         self.heard = b""
         self.socket.sendall(
             b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
@@ -57,7 +60,7 @@ class Connection:
         )
 
     def begin(self, method, count=1, more=b""):
-        fields = head(method) + more
+        fields = head(method, self.authority) + more
         frames = [frame(HEADERS, END_HEADERS, self.stream + 2 * i, fields) for i in range(count)]
         self.socket.sendall(b"".join(frames))
         self.stream += 2 * count
@@ -78,6 +81,8 @@ class Connection:
             if len(self.heard) < size:
                 break
             kind, flags, payload = self.heard[3], self.heard[4], self.heard[9:size]
+            if kind == RST_STREAM or (kind in (DATA, HEADERS) and flags & END_STREAM):
+                self.ended = (int.from_bytes(self.heard[5:9], "big"), kind)
             self.heard = self.heard[size:]
             if self.acknowledges and kind in (SETTINGS, PING) and not flags & ACK:
                 self.socket.sendall(frame(kind, ACK, 0, payload if kind == PING else b""))

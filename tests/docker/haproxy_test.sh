@@ -82,12 +82,27 @@ for name in a:localhost b:127.0.0.1; do
 done
 latticectl quickstart --server "localhost:$port" --tls-ca ca.pem --sample knot --steps 3 --output quickstart
 
-# Longer headers than the servers take do not come to them.
-token() { printf "y%.0s" $(seq "$1"); }
+# Longer headers than the servers take do not come to them, and all that may come they do take.
+times() { printf "$1%.0s" $(seq "$2"); }  # TEXT TIMES
 ask=(--server "localhost:$port" --tls-ca ca.pem)
-latticectl info "${ask[@]}" --token "$(token 4000)" >/dev/null || fail "a token of 4,000 bytes is too long"
-latticectl info "${ask[@]}" --token "$(token 7000)" >long.txt 2>&1 && fail "a token of 7,000 bytes is not too long"
+latticectl info "${ask[@]}" --token "$(times y 4700)" >/dev/null || fail "a token of 4,700 bytes is too long"
+latticectl info "${ask[@]}" --token "$(times y 7000)" >long.txt 2>&1 && fail "a token of 7,000 bytes is not too long"
 grep -q 'headers are too long' long.txt || fail "of a token of 7,000 bytes nobody says that it is too long"
+latticectl info "${ask[@]}" --token "$(times y, 70)" >/dev/null || fail "a list of 70 in one field is too long"
+call_with() {  # NUMBER of fields more, and the body's: who is refused while one comes may not hear why
+  local fields=() n
+  for ((n = 0; n < $1; ++n)); do fields+=(-H "x-$n: y"); done
+  curl -sS --http2 --cacert ca.pem -D head.txt -o answer -H 'content-type: application/grpc' -H 'te: trailers' \
+    "${fields[@]}" "${@:2}" "https://localhost:$port/latticed.v1.ServerService/GetServerInfo"
+}
+printf '\0\0\0\0\0' >body
+call_with 50 --data-binary @body
+grep -qi '^grpc-status: 0' head.txt || fail "50 fields more are too many"
+call_with 70 -X POST
+grep -qi '^grpc-status: 3' head.txt && grep -qi '^content-type: application/grpc' head.txt || fail "70 fields more are not too many"
+
+# Trailers that are too long end the connection of their client, and no other's.
+PYTHONPATH=$root/tests/bench python3 "$root/tests/docker/long_trailers.py" "$port" ca.pem || fail "trailers end calls of others"
 
 # What it cuts goes on. A line of HAProxy's has who let it wait for too long, c or s, and while what: D is for data.
 metric() {  # SAMPLE, of the server a
