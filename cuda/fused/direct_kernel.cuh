@@ -14,6 +14,7 @@
 #ifndef LATTICED_CUDA_FUSED_DIRECT_KERNEL_CUH_
 #define LATTICED_CUDA_FUSED_DIRECT_KERNEL_CUH_
 
+#include "core/base/limits.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/dependent_launch.cuh"
 #include "cuda/fused/direct_patch.cuh"
@@ -27,7 +28,8 @@ namespace latticed::kernels {
 
 constexpr int kDirectWarps = 4;  // of a block, a chunk each
 constexpr int kDirectThreads = kDirectWarps * kLanes;
-static_assert(PointsPerPatch(MostDirectSegments(9, Normals::kSmooth)) <= 32);  // a bit each
+// A bit each.
+static_assert(PointsPerPatch(MostDirectSegments(3 * limits::kMaxDegree, Normals::kSmooth)) <= 32);
 
 // Blocks that a multiprocessor holds at once, as far as registers go, of degrees that sum to N. With one
 // more, of fewer registers, it takes 1.04 (1x1x1) to 1.12 times as long (2x2x2); with blocks of two
@@ -55,7 +57,8 @@ struct DirectTriple {
   int segments;
   int steps[3];
 
-  // The corners. Next: all others, each once, the rim's first; false when there are no more.
+  // The corners. Next: all others, each once but the middle, thrice at a time, the rim's first; false
+  // when there are no more.
   __device__ explicit DirectTriple(int segments) : segments(segments), steps{segments, 0, 0} {}
   __device__ __forceinline__ bool Next() {
     do {

@@ -26,7 +26,7 @@ class PlanAhead {
   template <typename T>
   __device__ __forceinline__ void BringPartOf(const T* table) const {
     constexpr unsigned kLine = 128, kLines = kLanes * sizeof(T) / kLine;
-    static_assert(kLines <= kLanes);
+    static_assert(kLines <= kLanes && kLanes * sizeof(T) % kLine == 0);
     if (!is_whole_ || lane_ >= kLines) return;
     Bring(reinterpret_cast<const char*>(table + first_) + lane_ * kLine);
   }

@@ -65,6 +65,7 @@ struct FusedOutput {
 //   2x2x2   0.61 to 0.96 up to 4, 1.07 and 1.14 at 5; with vertex normals 0.49 to 0.89 up to 5, 0.95
 //           and 1.02 at 6
 //   3x3x3   0.35 to 0.88 up to 5, 0.85 and 1.07 at 6
+// Of other degrees, and vertex normals of these, by analogy.
 LATTICED_HD constexpr int MostDirectSegments(int n, Normals normals) {
   return 2 + n / 3 + (normals == Normals::kSmooth ? 1 : 0);
 }
@@ -93,7 +94,7 @@ struct FusedLaunch {
   const uint8_t* attached;  // per seam
   const uint32_t* chunks;   // null: 0 … chunk_count - 1
   uint32_t chunk_count;
-  FusedBlocks blocks;    // of fused_kernel.cuh
+  FusedBlocks blocks;    // direct_kernel.cuh divides none
   uint32_t patch_count;  // of the plan
   int segments;
   Normals normals;

@@ -173,7 +173,9 @@ TEST_P(Accuracy, RealMeshesMatchDefinition) {
       ASSERT_NE(plan, nullptr);
       const std::vector<Vec3d> points = Jitter(structure, kNoise, kSeed);
       ExpectMatchesDefinition(plan, points, FloatView(10, NormalMode::kFacet), 97);
-      ExpectMatchesDefinition(plan, points, FloatView(4, NormalMode::kSmooth), 89);
+      for (const int segments : kFewAndMany) {
+        ExpectMatchesDefinition(plan, points, FloatView(segments, NormalMode::kSmooth), 89);
+      }
     }
   }
 }
@@ -208,7 +210,8 @@ TEST_P(Accuracy, HugeLatticesOfThinMeshesMatchDefinition) {
   for (Vec3d& p : points) p = 3e18 * p;
   for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
     for (const int segments : kFewAndMany) {
-      SCOPED_TRACE(fmt::format("seed {}", kSeed));
+      SCOPED_TRACE(fmt::format("{} segments, normals {}, seed {}", segments,
+                               static_cast<int>(normals), kSeed));
       ExpectMatchesDefinition(plan, points, FloatView(segments, normals));
     }
   }

@@ -218,6 +218,14 @@ TEST_P(Watertight, SmoothFloatsAfterRandomEdits) {
   }
 }
 
+// As many segments as CUDA evaluates point by point.
+TEST_P(Watertight, MostPointsOneByOneAfterRandomEdits) {
+  Run({"six segments", TorusMesh(8, 6), {.degree = {3, 3, 3}, .scale = 0.8}},
+      {.segments = 6, .normals = NormalMode::kSmooth, .position_bits = 16}, 6);
+  Run({"four segments", TorusMesh(8, 6), {.degree = {2, 2, 2}, .scale = 0.8}},
+      {.segments = 4, .format = VertexFormat::kFloat32}, 6);
+}
+
 TEST_P(Watertight, ThousandEditsWithoutNormals) {
   const Scenario scenario{"thousand edits", TorusMesh(4, 4), {.scale = 0.8}};
   for (const int segments : kFewAndMany) {

@@ -10,7 +10,7 @@ set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/../.." && pwd)
 build=$(readlink -f "$1")
 PATH=$PATH:/usr/sbin  # where Debian has it
-for program in haproxy curl openssl; do
+for program in haproxy curl openssl python3; do
   command -v "$program" >/dev/null && continue
   echo "skipped, for want of $program"
   [[ -n ${LATTICED_REQUIRE_HAPROXY:-} ]] && exit 1
