@@ -18,6 +18,7 @@
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/dependent_launch.cuh"
 #include "cuda/fused/direct_patch.cuh"
+#include "cuda/fused/direct_triple.h"
 #include "cuda/fused/fused_ahead.cuh"
 #include "cuda/fused/fused_coefficients.cuh"
 #include "cuda/fused/fused_point.cuh"
@@ -50,43 +51,6 @@ __device__ __forceinline__ void PlaceOnEdge(const float* from, const float* to, 
     place[i] = k == 0 ? from[i] : fmaf(to[i] - from[i], tau, middle);
   }
 }
-
-// Three points of a patch, which go into each other when its corners are rotated: barycentric
-// coordinates by corners r, r + 1, r + 2, times segments.
-struct DirectTriple {
-  int segments;
-  int steps[3];
-
-  // The corners. Next: all others, each once but the middle, thrice at a time, the rim's first; false
-  // when there are no more.
-  __device__ explicit DirectTriple(int segments) : segments(segments), steps{segments, 0, 0} {}
-  __device__ __forceinline__ bool Next() {
-    do {
-      ++steps[1];
-      if (steps[1] + steps[2] >= segments) {
-        steps[1] = 1;
-        ++steps[2];
-        if (steps[2] + 1 >= segments) return false;
-      }
-      steps[0] = segments - steps[1] - steps[2];
-    } while (!IsFirst());
-    return true;
-  }
-  // Then points are steps[1] along edges, from corner r on.
-  __device__ bool IsOnRim() const { return steps[2] == 0; }
-  // In the pattern.
-  __device__ __forceinline__ int Index(int r) const {
-    return PointIndex(segments, steps[2 - r], steps[r == 2 ? 2 : 1 - r]);
-  }
-
- private:
-  // Of the three that name the same points; of one that is the same thrice, the middle. On the rim
-  // Next gives none twice.
-  __device__ bool IsFirst() const {
-    const int a = steps[0], b = steps[1], c = steps[2];
-    return c == 0 || (a > b && a >= c) || (a == b && b == c);
-  }
-};
 
 // Normals of one lane's weak points, by the definition. `weak`: bit i is point i. Not inlined, so that
 // its registers are no business of the kernel's.
