@@ -134,6 +134,8 @@ void RegisterShapes() {
         RegisterModel(model, degree, Pipeline::kFused, format, NormalMode::kFacet, segments);
       }
       RegisterModel(model, {2, 2, 2}, Pipeline::kFused, format, NormalMode::kSmooth, segments);
+      RegisterModel(PaperModels().front(), {2, 2, 2}, Pipeline::kFused, format, NormalMode::kFacet,
+                    segments);
     }
   }
   for (const std::array<int, 3> degree :

@@ -5,7 +5,8 @@
 // points as there may be: only dirty chunks are evaluated. The row's time is from the call of Evaluate
 // until the vertices are in device memory, by the host's clock; device_ms is by events, and ms:copy,
 // where the evaluation is divided for it, until the control points are on the device. Points that touch
-// the most, the median and the least patches (of those that touch any), and all chunks by the same call.
+// the most, the median and the least patches (of those that touch any), and all chunks by the same call;
+// with 10 segments, and with 4, as a view may have while its lattice is dragged.
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -18,6 +19,7 @@ namespace latticed::bench {
 namespace {
 
 constexpr int kRuns = 100;
+constexpr int kSegments = 10, kFewSegments = 4;
 constexpr size_t kComparedChunks = 64;
 constexpr int kLargeSize = 32;  // an axis: 32,768 control points
 
@@ -71,9 +73,9 @@ const Scenario& LargeLattice() {
 }
 
 void OnePoint(benchmark::State& state, const Scenario& scenario, Pipeline pipeline,
-              VertexFormat format, Pick pick) {
+              const ViewSpec& spec, Pick pick) {
   Gpu& gpu = **TheGpu();
-  const auto view = MakeGpuView(gpu, scenario, pipeline, GpuSpec(format, NormalMode::kFacet, 10));
+  const auto view = MakeGpuView(gpu, scenario, pipeline, spec);
   if (!view.ok()) return Skip(state, view.status());
   const Edit edit = PickEdit(scenario, pick);
   std::array<std::vector<Vec3d>, 2> turns{scenario.control_points[0], scenario.control_points[0]};
@@ -106,19 +108,27 @@ void RegisterGpuEditBenches() {
                                    {"all", Pick::kAll}}) {
     for (const auto& [format_name, format] :
          {std::pair{"float32", VertexFormat::kFloat32}, {"quantised", VertexFormat::kQuantised}}) {
+      const ViewSpec spec = GpuSpec(format, NormalMode::kFacet, kSegments),
+                     few = GpuSpec(format, NormalMode::kFacet, kFewSegments);
       RegisterOnce(fmt::format("gpu/one-control-point/fused/{}/{}", format_name, name),
-                   [pick = pick, format = format](benchmark::State& state) {
-                     OnePoint(state, SmallLattice(), Pipeline::kFused, format, pick);
+                   [pick = pick, spec](benchmark::State& state) {
+                     OnePoint(state, SmallLattice(), Pipeline::kFused, spec, pick);
+                   });
+      RegisterOnce(fmt::format("gpu/one-control-point/fused/{}/{}/{}segments", format_name, name,
+                               kFewSegments),
+                   [pick = pick, few](benchmark::State& state) {
+                     OnePoint(state, SmallLattice(), Pipeline::kFused, few, pick);
                    });
       RegisterOnce(fmt::format("gpu/one-control-point-of-32768/fused/{}/{}", format_name, name),
-                   [pick = pick, format = format](benchmark::State& state) {
-                     OnePoint(state, LargeLattice(), Pipeline::kFused, format, pick);
+                   [pick = pick, spec](benchmark::State& state) {
+                     OnePoint(state, LargeLattice(), Pipeline::kFused, spec, pick);
                    });
     }
   }
   // For comparison: this pipeline evaluates all patches whatever is dirty.
   RegisterOnce("gpu/one-control-point/gemm/float32/most", [](benchmark::State& state) {
-    OnePoint(state, SmallLattice(), Pipeline::kGemm, VertexFormat::kFloat32, Pick::kMost);
+    OnePoint(state, SmallLattice(), Pipeline::kGemm,
+             GpuSpec(VertexFormat::kFloat32, NormalMode::kFacet, kSegments), Pick::kMost);
   });
 }
 
