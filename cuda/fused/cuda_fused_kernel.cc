@@ -128,20 +128,19 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
                                        std::span<const uint32_t> chunks,
                                        DeviceSpan<uint8_t> vertices) {
   if (chunks.empty()) return absl::OkStatus();
-  const kernels::FusedLaunch launch{
-      .plan = tables_,
-      .tables = device_plan_->fused_tables(),
-      .polynomials = Polynomials(box),
-      .control_points = frame.control_points().data,
-      .attached = frame.attached().data,
-      .chunks = frame.chunks(),
-      .chunk_count = static_cast<uint32_t>(chunks.size()),
-      .blocks =
-          kernels::DivideChunks(chunks.size(), spec_.segments, FormatFor(spec_), blocks_at_once_),
-      .patch_count = static_cast<uint32_t>(plan_->patches.size()),
-      .segments = spec_.segments,
-      .normals = NormalsOf(spec_.normals),
-      .output = Output(vertices.data)};
+  kernels::FusedLaunch launch{.plan = tables_,
+                              .tables = device_plan_->fused_tables(),
+                              .polynomials = Polynomials(box),
+                              .control_points = frame.control_points().data,
+                              .attached = frame.attached().data,
+                              .chunks = frame.chunks(),
+                              .chunk_count = static_cast<uint32_t>(chunks.size()),
+                              .blocks = {},
+                              .patch_count = static_cast<uint32_t>(plan_->patches.size()),
+                              .segments = spec_.segments,
+                              .normals = NormalsOf(spec_.normals),
+                              .output = Output(vertices.data)};
+  launch.blocks = kernels::DivideChunks(launch, blocks_at_once_);
   const kernels::BoxList boxes{frame.boxes().data, static_cast<uint32_t>(frame.boxes().size)};
   std::array calls{frame.SendCall(),
                    kernels::BoxPolynomialsCall(tables_, launch.tables, launch.control_points, boxes,

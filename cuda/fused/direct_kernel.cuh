@@ -8,9 +8,10 @@
 //   normal     cof(J) N = n0 J1 x J2 + n1 J2 x J0 + n2 J0 x J1, J the Jacobian of R of the patch's own
 //              box and n the conormal of N there, interpolated from the corners
 //
-// Comes after box_polynomials_kernel.cu, by a dependent launch. A warp is a chunk, a lane a patch, and
-// corners and edges are evaluated by every patch that has them. Points are taken by three, for it is
-// loads of coefficients that take longest: four cycles of a multiprocessor for four numbers of each lane.
+// Comes after box_polynomials_kernel.cu, by a dependent launch. A warp is a chunk, or a part of one where
+// chunks are few, and a lane a patch; corners and edges are evaluated by every patch that has them. Points
+// are taken by three, for it is loads of coefficients that take longest: four cycles of a multiprocessor
+// for four numbers of each lane.
 #ifndef LATTICED_CUDA_FUSED_DIRECT_KERNEL_CUH_
 #define LATTICED_CUDA_FUSED_DIRECT_KERNEL_CUH_
 
@@ -27,7 +28,6 @@
 
 namespace latticed::kernels {
 
-constexpr int kDirectWarps = 4;  // of a block, a chunk each
 constexpr int kDirectThreads = kDirectWarps * kLanes;
 // A bit each.
 static_assert(PointsPerPatch(MostDirectSegments(3 * limits::kMaxDegree, Normals::kSmooth)) <= 32);
@@ -70,20 +70,25 @@ class DirectWarp {
   static constexpr int kStride = CoefficientStride(D0, D1, D2);
 
  public:
-  __device__ __forceinline__ DirectWarp(const FusedLaunch& launch, uint32_t chunk, unsigned lane)
+  __device__ __forceinline__ DirectWarp(const FusedLaunch& launch, FusedBlocks::Part part,
+                                        unsigned lane)
       : launch_(launch),
-        chunk_(chunk),
+        part_(part),
+        chunk_(launch.chunks != nullptr ? launch.chunks[part.index] : part.index),
         lane_(lane),
         // Lanes after the last patch repeat it.
-        patch_(launch, min(chunk * kLanes + lane, launch.patch_count - 1)) {}
+        patch_(launch, min(chunk_ * kLanes + lane, launch.patch_count - 1)) {}
 
   __device__ __forceinline__ void Run() {
     // Until here the plan was read, and the list of chunks: it came before the kernel waited for.
     WaitForKernelBefore();
     range_ = patch_.Range();
     DirectTriple triple(launch_.segments);
+    uint32_t others = part_.part;  // whose turns come first
     do {
+      if (others-- > 0) continue;
       Evaluate(triple);
+      others = part_.parts - 1;
     } while (triple.Next());
     if (weak_ == 0 || launch_.normals == Normals::kNone) return;
     if (chunk_ * kLanes + lane_ >= launch_.patch_count) return;
@@ -203,6 +208,7 @@ class DirectWarp {
   }
 
   const FusedLaunch& launch_;
+  const FusedBlocks::Part part_;
   const uint32_t chunk_;
   const unsigned lane_;
   const DirectPatch patch_;
@@ -213,15 +219,15 @@ class DirectWarp {
 template <int D0, int D1, int D2>
 __global__ void __launch_bounds__(kDirectThreads, (DirectBlocksAtOnce<D0 + D1 + D2>()))
     DirectKernel(const __grid_constant__ FusedLaunch launch) {
-  const uint32_t index = blockIdx.x * kDirectWarps + threadIdx.x / kLanes;
-  if (index >= launch.chunk_count) return;
-  const uint32_t chunk = launch.chunks != nullptr ? launch.chunks[index] : index;
+  const uint32_t number = blockIdx.x * kDirectWarps + threadIdx.x / kLanes;
+  if (number >= launch.blocks.Count(launch.chunk_count)) return;
+  const FusedBlocks::Part part = launch.blocks.PartOf(number);
   const unsigned lane = threadIdx.x % kLanes;
-  PlanAhead ahead(launch, index + launch.blocks.at_once * kDirectWarps, lane);
+  PlanAhead ahead(launch, part.index + launch.blocks.at_once, lane);
   ahead.BringPartOf(launch.plan.facet_normals);
   if (launch.normals == Normals::kSmooth) ahead.BringPartOf(launch.plan.corner_normals);
   ahead.BringPatches();
-  DirectWarp<D0, D1, D2> warp(launch, chunk, lane);
+  DirectWarp<D0, D1, D2> warp(launch, part, lane);
   ahead.BringVertices();
   warp.Run();
 }

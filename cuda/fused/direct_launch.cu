@@ -7,7 +7,8 @@
 namespace latticed::kernels {
 
 KernelCall DirectCall(const FusedLaunch& launch) {
-  const unsigned blocks = (launch.chunk_count + kDirectWarps - 1) / kDirectWarps;
+  const unsigned blocks =
+      (launch.blocks.Count(launch.chunk_count) + kDirectWarps - 1) / kDirectWarps;
   return CallByDegree(launch.tables.degree, [&]<int D0, int D1, int D2> {
     return KernelCall(&DirectKernel<D0, D1, D2>, Order::kDependent, blocks, kDirectThreads, 0,
                       launch);

@@ -33,16 +33,6 @@ constexpr int BlocksAtOnce() {
   return kSmooth ? kVertex[N - kLeastSum] : kFacet[N - kLeastSum];
 }
 
-// A block's chunk, by its place in the launch, and which part of it.
-struct ChunkPart {
-  uint32_t index, part, parts;
-};
-__device__ __forceinline__ ChunkPart PartOf(const FusedBlocks& blocks, uint32_t block) {
-  if (block < blocks.whole) return {block, 0, 1};
-  const uint32_t rest = block - blocks.whole;
-  return {blocks.whole + rest / blocks.parts, rest % blocks.parts, blocks.parts};
-}
-
 // Which pairs of rows, `row` and segments - row, are a warp's: one in `of`, from `first` on.
 struct RowTurns {
   int first, of;
@@ -149,7 +139,7 @@ class FusedBlock {
     Shared::Frame(kNormalScale, lane_) = range.scale;
   }
   __device__ __forceinline__ RowTurns Turns() const {
-    const ChunkPart part = PartOf(launch_.blocks, blockIdx.x);
+    const FusedBlocks::Part part = launch_.blocks.PartOf(blockIdx.x);
     return {static_cast<int>(part.part * kFusedWarps) + warp_,
             static_cast<int>(part.parts * kFusedWarps)};
   }
@@ -214,7 +204,7 @@ class FusedBlock {
 template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
 __global__ void __launch_bounds__(kFusedThreads, (BlocksAtOnce<D0 + D1 + D2, kSmooth>()))
     FusedKernel(const __grid_constant__ FusedLaunch launch) {
-  const uint32_t index = PartOf(launch.blocks, blockIdx.x).index;
+  const uint32_t index = launch.blocks.PartOf(blockIdx.x).index;
   FusedBlock<D0, D1, D2, kSmooth, kFloat>(launch, index).Run();
 }
 

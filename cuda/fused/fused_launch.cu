@@ -4,23 +4,40 @@
 
 #include <algorithm>
 
-namespace latticed::kernels {
+#include "core/ffd/tessellation_pattern.h"
 
-FusedBlocks DivideChunks(size_t chunk_count, int segments, LaneFormat format, int at_once) {
-  const size_t row_pairs = static_cast<size_t>(segments) / 2 + 1;
-  const size_t useful = (row_pairs + kFusedWarps - 1) / kFusedWarps;
-  const auto room = static_cast<size_t>(at_once);
-  const size_t left = format == LaneFormat::kFloat32 ? chunk_count % room : 0;
-  const size_t divided = chunk_count <= room ? chunk_count : left;
-  const size_t parts = divided == 0 ? 1 : std::clamp<size_t>(room / divided, 1, useful);
-  return {static_cast<uint32_t>(chunk_count - divided), static_cast<uint32_t>(parts),
-          static_cast<uint32_t>(at_once)};
+namespace latticed::kernels {
+namespace {
+
+// By direct_kernel.cuh. Whatever chunks there are, or their borders would not have the same bits.
+bool IsDirect(const FusedLaunch& launch) {
+  const auto& degree = launch.tables.degree;
+  const int sum = degree[0] + degree[1] + degree[2];
+  return launch.segments <= MostDirectSegments(sum, launch.normals);
+}
+
+// Parts of a chunk that have work each.
+int MostParts(const FusedLaunch& launch) {
+  const auto divided_up = [](int work, int share) { return (work + share - 1) / share; };
+  return IsDirect(launch) ? divided_up(PointsPerPatch(launch.segments), 3)
+                          : divided_up(launch.segments / 2 + 1, kFusedWarps);  // pairs of rows
+}
+
+}  // namespace
+
+FusedBlocks DivideChunks(const FusedLaunch& launch, int blocks_at_once) {
+  const bool direct = IsDirect(launch), floats = launch.output.format == LaneFormat::kFloat32;
+  const uint32_t chunks = launch.chunk_count;
+  const auto room = static_cast<uint32_t>(blocks_at_once * (direct ? kDirectWarps : 1));
+  const uint32_t left = floats && !direct ? chunks % room : 0;
+  const uint32_t divided = chunks <= room ? chunks : left;
+  const auto most = static_cast<uint32_t>(MostParts(launch));
+  const uint32_t parts = divided == 0 ? 1 : std::clamp(room / divided, 1u, most);
+  return {chunks - divided, parts, room};
 }
 
 KernelCall FusedCall(const FusedLaunch& launch) {
-  const auto& degree = launch.tables.degree;
-  const int sum = degree[0] + degree[1] + degree[2];
-  if (launch.segments <= MostDirectSegments(sum, launch.normals)) return DirectCall(launch);
+  if (IsDirect(launch)) return DirectCall(launch);
   const bool floats = launch.output.format == LaneFormat::kFloat32;
   if (launch.normals == Normals::kSmooth) {
     return floats ? FusedCallByDegree<true, true>(launch) : FusedCallByDegree<true, false>(launch);
