@@ -118,6 +118,19 @@ void RegisterModels() {
   }
 }
 
+// About where `fused` begins to compose (MostDirectSegments).
+void RegisterFewSegments(VertexFormat format) {
+  for (const int segments : {1, 2, 3, 4, 5, 6}) {
+    for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
+      for (const std::array<int, 3> degree :
+           {std::array{1, 1, 1}, std::array{2, 2, 2}, std::array{3, 3, 3}}) {
+        RegisterModel(PaperModels().back(), degree, Pipeline::kFused, format, normals, segments);
+      }
+      RegisterModel(PaperModels().front(), {2, 2, 2}, Pipeline::kFused, format, normals, segments);
+    }
+  }
+}
+
 // Other degrees and segments, of the largest model.
 void RegisterShapes() {
   const PaperModel& model = PaperModels().back();
@@ -127,16 +140,7 @@ void RegisterShapes() {
       RegisterModel(model, degree, Pipeline::kFused, format, NormalMode::kFacet);
     }
     RegisterModel(model, {2, 2, 2}, Pipeline::kFused, format, NormalMode::kFacet, 20);
-    // About where `fused` begins to compose (MostDirectSegments).
-    for (const int segments : {1, 2, 3, 4, 5, 6}) {
-      for (const std::array<int, 3> degree :
-           {std::array{1, 1, 1}, std::array{2, 2, 2}, std::array{3, 3, 3}}) {
-        RegisterModel(model, degree, Pipeline::kFused, format, NormalMode::kFacet, segments);
-      }
-      RegisterModel(model, {2, 2, 2}, Pipeline::kFused, format, NormalMode::kSmooth, segments);
-      RegisterModel(PaperModels().front(), {2, 2, 2}, Pipeline::kFused, format, NormalMode::kFacet,
-                    segments);
-    }
+    RegisterFewSegments(format);
   }
   for (const std::array<int, 3> degree :
        {std::array{1, 1, 1}, std::array{3, 3, 3}, std::array{1, 2, 3}}) {
