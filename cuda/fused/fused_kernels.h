@@ -61,11 +61,11 @@ struct FusedOutput {
 
 // Up to so many segments, points of patches whose degrees sum to N are evaluated one by one, by
 // direct_kernel.cuh. Of the time of the other form that takes, as measured at 113,663 patches:
-//   1x1x1   0.80 to 0.87 up to 2 segments, 0.98 (float32) and 1.05 at 3, 1.01 and 1.14 at 4
-//   2x2x2   0.61 to 0.96 up to 4, 1.07 and 1.14 at 5; with vertex normals 0.49 to 0.89 up to 5, 0.95
-//           and 1.02 at 6
-//   3x3x3   0.35 to 0.88 up to 5, 0.85 and 1.07 at 6
-// Of other degrees, and vertex normals of these, by analogy.
+//           facet normals                              vertex normals
+//   1x1x1   0.78 to 0.86 up to 2, 0.96 and 1.05 at 3   0.65 to 0.92 up to 4, 0.97 and 1.03 at 5
+//   2x2x2   0.63 to 0.96 up to 4, 1.09 and 1.15 at 5   0.50 to 0.89 up to 5, 0.96 and 1.03 at 6
+//   3x3x3   0.35 to 0.87 up to 5, 0.85 and 1.06 at 6   0.19 to 0.46 up to 6
+// where the first of two numbers is float32's. Other degrees by analogy.
 LATTICED_HD constexpr int MostDirectSegments(int n, Normals normals) {
   return 2 + n / 3 + (normals == Normals::kSmooth ? 1 : 0);
 }
