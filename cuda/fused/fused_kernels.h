@@ -70,12 +70,12 @@ LATTICED_HD constexpr int MostDirectSegments(int n, Normals normals) {
   return 2 + n / 3 + (normals == Normals::kSmooth ? 1 : 0);
 }
 
-// Of a block: of the kernel that composes, a chunk, and of the one that does not, a chunk each.
+// Of a block: together a chunk, where patches are composed, and point by point a chunk each; or a part.
 inline constexpr int kFusedWarps = 3, kDirectWarps = 4;
 
 // Which blocks the chunks of a launch are, or which warps, point by point: the first `whole` one each, the
 // others `parts` each, which take a chunk's rows by turns, or its points by three. Every part does again
-// what comes before them, where a chunk spends half of its time.
+// what comes before them: where it is composed, half of a chunk's time.
 struct FusedBlocks {
   uint32_t whole, parts;
   uint32_t at_once;  // that the device holds
@@ -109,7 +109,8 @@ struct FusedLaunch {
 // Divides chunks where multiprocessors would be idle: where there are fewer than the device holds at once,
 // and, composed, those that are left when it has been full. The latter of float32 alone, whose rows take
 // longer: 2 % there, and quantised up to 3 % slower. Point by point the former takes an edit of 128
-// chunks and 4 segments from 0.0317 to 0.0265 ms; parts for two turns of the device are slower.
+// chunks and 4 segments from 0.0317 to 0.0267 ms; parts for two turns of the device are no faster, and
+// slower from 535 chunks on.
 // `blocks_at_once`: of FusedCall, that the device holds.
 FusedBlocks DivideChunks(const FusedLaunch& launch, int blocks_at_once);
 // After the polynomials of all boxes that own points of the chunks. At least one chunk. Of no kernel

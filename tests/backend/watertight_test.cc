@@ -302,6 +302,37 @@ TEST_P(Watertight, AnyChunksOfALargeLatticeComeToTheControlPointsGiven) {
   }
 }
 
+// A GPU divides chunks where they are few.
+TEST_P(Watertight, FewChunksOfManyHaveTheSameBits) {
+  PolygonMesh mesh = TorusMesh(300, 170);
+  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {.extra = {5, 5, 5}});
+  const Plan plan = MakeTestPlan(std::move(mesh), structure);
+  ASSERT_NE(plan, nullptr);
+  const std::vector<uint32_t> all = AllChunks(*plan), few{0, 7, 1'000, all.back()};
+  ASSERT_GE(all.size(), 3'000u);
+  const ViewSpec spec{.segments = 2, .format = VertexFormat::kFloat32};
+  const std::vector<Vec3d> points = Jitter(structure, 0.05, kSeed);
+  const QuantisationBox box = BoxFor(*plan, points);
+  const auto view = MakeView(plan, spec);
+  ASSERT_NE(view, nullptr);
+  const auto read = [&] {
+    std::vector<std::vector<uint8_t>> bytes;
+    for (const uint32_t chunk : few) {
+      bytes.emplace_back(ChunkPoints(*plan, chunk, spec.segments) * BytesPerPoint(spec));
+      EXPECT_OK(view->Read(chunk, bytes.back()));
+    }
+    return bytes;
+  };
+  ASSERT_OK(view->Evaluate(points, box, all));
+  const auto expected = read();
+  ASSERT_OK(view->Evaluate(plan->identity_points, box, all));
+  EXPECT_NE(read(), expected);
+
+  ASSERT_OK(view->Evaluate(points, box, few));
+
+  EXPECT_EQ(read(), expected) << "seed " << kSeed;
+}
+
 TEST_P(Watertight, AttachedSeamsHoldUntilTheirControlPointsMove) {
   const PolygonMesh mesh = TorusMesh(8, 6);
   const LatticeStructure structure =

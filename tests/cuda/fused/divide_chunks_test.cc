@@ -74,12 +74,13 @@ TEST(DivideChunks, FewChunksAreAsManyPartsAsTheDeviceHoldsAndAsHaveWork) {
 }
 
 TEST(DivideChunks, OfManyChunksAloneTheLastFloatsThatAreComposedAreDivided) {
+  constexpr int kComposedAtOnce = 660;
   const auto divide = [](int segments, LaneFormat format) {
-    return DivideChunks(Launch(3'552, segments, format), kBlocksAtOnce);
+    return DivideChunks(Launch(3'552, segments, format), kComposedAtOnce);
   };
 
-  EXPECT_EQ(divide(10, LaneFormat::kFloat32).whole, 3'168u);
-  EXPECT_EQ(divide(10, LaneFormat::kFloat32).parts, 1u);
+  EXPECT_EQ(divide(10, LaneFormat::kFloat32).whole, 3'300u);
+  EXPECT_EQ(divide(10, LaneFormat::kFloat32).parts, 2u);
   EXPECT_EQ(divide(10, LaneFormat::kQuantised8).whole, 3'552u);
   EXPECT_EQ(divide(4, LaneFormat::kFloat32).whole, 3'552u);
 }
