@@ -4,6 +4,7 @@
 // latticectl apply with the server in its own process: the identity lattice reproduces the mesh, in
 // every format, encoding and pipeline, and a moved lattice moves it as the definition says.
 #include <cmath>
+#include <filesystem>
 
 #include "absl/strings/match.h"
 #include "client/cpp/lattice_json.h"

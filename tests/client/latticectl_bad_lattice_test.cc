@@ -4,6 +4,7 @@
 // A bad lattice given to latticectl: exit code 1, one sentence that names the field, no output
 // file.
 #include <algorithm>
+#include <filesystem>
 
 #include "client/cpp/lattice_json.h"
 #include "tests/client/latticectl_fixture.h"

@@ -5,17 +5,14 @@
 #ifndef LATTICED_TESTS_CLIENT_LATTICECTL_FIXTURE_H_
 #define LATTICED_TESTS_CLIENT_LATTICECTL_FIXTURE_H_
 
-#include <unistd.h>
-
-#include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "client/cpp/files.h"
 #include "client/cpp/latticectl_app.h"
-#include "fmt/format.h"
 #include "tests/support/status_matchers.h"
+#include "tests/support/temporary_folder.h"
 
 namespace latticed::client {
 
@@ -26,14 +23,7 @@ struct RunResult {
 
 class LatticectlTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) / fmt::format("latticectl-{}", getpid());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string Path(const std::string& name) const { return folder_.Path(name); }
 
   static int RunAt(Console console, const std::vector<std::string>& arguments) {
     std::vector<const char*> argv{"latticectl"};
@@ -55,7 +45,7 @@ class LatticectlTest : public ::testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 }  // namespace latticed::client

@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include "fmt/format.h"
 #include "tests/client/latticectl_server_fixture.h"
 
 namespace latticed::client {

@@ -2,22 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/base/auth.h"
 
-#include <unistd.h>
-
-#include <fstream>
-
 #include <grpcpp/generic/generic_stub.h>
 
 #include "core/base/sha256.h"
 #include "fmt/format.h"
 #include "tests/server/test_env.h"
 #include "tests/support/status_matchers.h"
+#include "tests/support/temporary_folder.h"
 
 namespace latticed {
 namespace {
 
 using ::latticed::testing::Reason;
 using ::latticed::testing::StatusIs;
+using ::latticed::testing::TemporaryFolder;
 using ::latticed::testing::TestEnv;
 using ::latticed::testing::TestOptions;
 using ::testing::HasSubstr;
@@ -79,11 +77,9 @@ class TokenServerTest : public ::testing::Test {
  protected:
   TokenServerTest() : env_(WithTokens()) {}
 
-  static Options WithTokens() {
+  Options WithTokens() const {
     Options options = TestOptions();
-    // Each process its own file: CTest runs them side by side.
-    options.token_file = fmt::format("{}latticed-{}.tokens", ::testing::TempDir(), getpid());
-    std::ofstream(options.token_file) << TokenLines();
+    options.token_file = folder_.Write("tokens", TokenLines());
     return options;
   }
 
@@ -125,6 +121,7 @@ class TokenServerTest : public ::testing::Test {
     return methods;
   }
 
+  TemporaryFolder folder_;
   TestEnv env_;
 };
 

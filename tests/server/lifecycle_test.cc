@@ -10,7 +10,6 @@
 #include <array>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <future>
 #include <thread>
 
@@ -22,6 +21,7 @@
 #include "tests/server/unfinished_calls.h"
 #include "tests/support/becomes.h"
 #include "tests/support/status_matchers.h"
+#include "tests/support/temporary_folder.h"
 
 namespace latticed {
 namespace {
@@ -29,6 +29,7 @@ namespace {
 using ::latticed::testing::Health;
 using ::latticed::testing::Reason;
 using ::latticed::testing::StatusIs;
+using ::latticed::testing::TemporaryFolder;
 using ::latticed::testing::TestEnv;
 using ::latticed::testing::TestOptions;
 using ::testing::HasSubstr;
@@ -107,7 +108,8 @@ TEST(StartTest, TakenPortIsRefused) {
 
 TEST(StartTest, ServesOnAUnixSocket) {
   Options options = TestOptions();
-  options.listen = fmt::format("unix:{}/latticed-{}.socket", ::testing::TempDir(), getpid());
+  const TemporaryFolder folder;
+  options.listen = "unix:" + folder.Path("latticed.socket");
   const auto server = InProcessServer::Serve(options);
   ASSERT_OK(server);
   grpc::ClientContext context;
@@ -137,14 +139,9 @@ TEST(StartTest, UnreadableKeyIsRefused) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--tls-cert")));
 }
 
-std::string ReadFile(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 TEST(TlsTest, ServesOverTlsOnly) {
-  const std::string prefix = fmt::format("{}latticed-{}-", ::testing::TempDir(), getpid());
-  const std::string cert = prefix + "cert.pem", key = prefix + "key.pem";
+  const TemporaryFolder folder;
+  const std::string cert = folder.Path("cert.pem"), key = folder.Path("key.pem");
   const std::string command = fmt::format(
       "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost "
       "-addext subjectAltName=DNS:localhost -keyout {} -out {} >/dev/null 2>&1",
@@ -154,7 +151,7 @@ TEST(TlsTest, ServesOverTlsOnly) {
   options.tls_cert = cert;
   options.tls_key = key;
   TestEnv env(options);
-  grpc::SslCredentialsOptions tls{.pem_root_certs = ReadFile(cert)};
+  grpc::SslCredentialsOptions tls{.pem_root_certs = folder.Read("cert.pem")};
   grpc::ChannelArguments arguments;
   arguments.SetSslTargetNameOverride("localhost");
   const auto stub = v1::ServerService::NewStub(

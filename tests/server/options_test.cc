@@ -2,19 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/base/options.h"
 
-#include <unistd.h>
-
 #include <cstdlib>
-#include <fstream>
 #include <vector>
 
-#include "fmt/format.h"
 #include "tests/support/status_matchers.h"
+#include "tests/support/temporary_folder.h"
 
 namespace latticed {
 namespace {
 
 using ::latticed::testing::StatusIs;
+using ::latticed::testing::TemporaryFolder;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -32,13 +30,6 @@ class Variable {
  private:
   const char* name_;
 };
-
-// Each process its own file: CTest runs them side by side.
-std::string WriteConfig(const std::string& text) {
-  const std::string path = fmt::format("{}latticed-{}.toml", ::testing::TempDir(), getpid());
-  std::ofstream(path) << text;
-  return path;
-}
 
 TEST(OptionsTest, DefaultsAreLoopbackAndAuto) {
   const auto parsed = Parse({});
@@ -97,7 +88,9 @@ TEST(OptionsTest, SpanPatchesIsAboveZero) {
 }
 
 TEST(OptionsTest, FlagBeatsEnvironmentBeatsFile) {
-  const std::string path = WriteConfig("threads = 1\nbackend = \"cpu\"\nlog-level = \"debug\"\n");
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.Write("latticed.toml", "threads = 1\nbackend = \"cpu\"\nlog-level = \"debug\"\n");
   const Variable threads("LATTICED_THREADS", "2");
   const Variable backend("LATTICED_BACKEND", "auto");
 
@@ -113,7 +106,8 @@ TEST(OptionsTest, PrintedConfigReadsBack) {
   const auto printed = Parse({"--memory=1GiB", "--heartbeat-interval=3s", "--print-config"});
   ASSERT_OK(printed);
   ASSERT_TRUE(printed->text.has_value());
-  const std::string path = WriteConfig(*printed->text);
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("latticed.toml", *printed->text);
 
   const auto parsed = Parse({"--config", path.c_str()});
 
@@ -144,8 +138,9 @@ TEST(OptionsTest, ListsMayRepeatAndReplaceTheEnvironments) {
   const auto from_environment = Parse({});
   const auto from_flags = Parse({"--cors-origin", "https://a.example",
                                  "--cors-origin=https://b.example", "--allowed-hosts", "one,two"});
-  const auto from_file =
-      Parse({"--config", WriteConfig("allowed-hosts = [\"three\", \"four\"]\n").c_str()});
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("latticed.toml", "allowed-hosts = [\"three\", \"four\"]\n");
+  const auto from_file = Parse({"--config", path.c_str()});
 
   ASSERT_OK(from_environment);
   ASSERT_OK(from_flags);
@@ -204,7 +199,8 @@ TEST(OptionsTest, BadValuesAreRefusedByName) {
 }
 
 TEST(OptionsTest, UnknownKeysOfTheFileAreRefused) {
-  const std::string path = WriteConfig("lisen = \"127.0.0.1:1\"\n");
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("latticed.toml", "lisen = \"127.0.0.1:1\"\n");
 
   EXPECT_THAT(Parse({"--config", path.c_str()}),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("lisen")));

@@ -84,7 +84,7 @@ TEST_F(WebTest, EditsOverAWebSocketAsThroughTheStub) {
 
 TEST_F(WebTlsTest, EditsOverAWebSocketOverTlsAsThroughTheStub) {
   ServeScene();
-  Window window(http(), kScene, "latticed.v1", Path("server.crt"));
+  Window window(http(), kScene, "latticed.v1", folder_.Path("server.crt"));
   ASSERT_EQ(window.socket.status(), 101);
   ASSERT_TRUE(window.Open(Watch("page")));
   window.ReadUntilRevision(0);

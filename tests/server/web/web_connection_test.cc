@@ -17,7 +17,7 @@ constexpr char kInfo[] = "latticed.v1.ServerService/GetServerInfo";
 
 TEST_F(WebTlsTest, ServesOverTls) {
   Serve();
-  WebClient client(http(), Path("server.crt"));
+  WebClient client(http(), folder_.Path("server.crt"));
 
   EXPECT_EQ(client.Get("/").status, 200);
   EXPECT_EQ(CallGrpcWeb(client, kInfo, Frame("")).code, 0);
@@ -31,11 +31,13 @@ TEST_F(WebTlsTest, ServesOverTls) {
 
 TEST_F(WebTlsTest, AsksForAClientCertificate) {
   ASSERT_TRUE(MakeCertificate("client"));
-  options_.tls_client_ca = Path("client.crt");
+  options_.tls_client_ca = folder_.Path("client.crt");
   Serve();
 
-  EXPECT_EQ(WebClient(http(), Path("server.crt")).Get("/").status, 0);
-  EXPECT_EQ(WebClient(http(), Path("server.crt"), Path("client.pem")).Get("/").status, 200);
+  EXPECT_EQ(WebClient(http(), folder_.Path("server.crt")).Get("/").status, 0);
+  EXPECT_EQ(
+      WebClient(http(), folder_.Path("server.crt"), folder_.Path("client.pem")).Get("/").status,
+      200);
 }
 
 TEST_F(WebTest, TakenPortsAreRefusedByName) {
@@ -118,11 +120,11 @@ TEST_F(WebTlsTest, ConnectionsAboveTheLimitAreToldSoOverTls) {
   Serve();
   std::vector<std::unique_ptr<WebClient>> clients;
   for (int i = 0; i < 6; ++i) {
-    clients.push_back(std::make_unique<WebClient>(http(), Path("server.crt")));
+    clients.push_back(std::make_unique<WebClient>(http(), folder_.Path("server.crt")));
     ASSERT_EQ(clients.back()->Get("/").status, 200) << i;
   }
 
-  EXPECT_EQ(WebClient(http(), Path("server.crt")).Get("/").status, 503);
+  EXPECT_EQ(WebClient(http(), folder_.Path("server.crt")).Get("/").status, 503);
 }
 
 TEST_F(WebTest, WhatIsNoHttpIsRefused) {
@@ -194,7 +196,7 @@ TEST_F(WebTlsTest, ARefusalInTheMiddleOfABodyIsReadOverTls) {
   std::string body = Frame(request.SerializeAsString());
   request.set_data(std::string(size_t{512} << 10, '#'));
   for (int i = 0; i < 8; ++i) body += Frame(request.SerializeAsString());
-  WebClient client(http(), Path("server.crt"));
+  WebClient client(http(), folder_.Path("server.crt"));
 
   const GrpcWebAnswer answer = CallGrpcWeb(client, "latticed.v1.MeshService/UploadMesh", body);
 

@@ -5,11 +5,7 @@
 #ifndef LATTICED_TESTS_SERVER_WEB_WEB_FIXTURE_H_
 #define LATTICED_TESTS_SERVER_WEB_WEB_FIXTURE_H_
 
-#include <unistd.h>
-
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "core/base/sha256.h"
@@ -17,17 +13,14 @@
 #include "tests/server/stream_support.h"
 #include "tests/server/web/web_client.h"
 #include "tests/support/status_matchers.h"
+#include "tests/support/temporary_folder.h"
 
 namespace latticed::testing {
 
 class WebTest : public StreamTest {
  protected:
   void SetUp() override {
-    folder_ =
-        std::filesystem::path(::testing::TempDir()) / fmt::format("latticed-web-{}", getpid());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_ / "web");
-    Write("web/index.html", "<!doctype html>viewer");
+    folder_.Write("web/index.html", "<!doctype html>viewer");
     options_.backend = "cpu";
     options_.threads = 2;
     options_.log_level = "off";
@@ -36,12 +29,9 @@ class WebTest : public StreamTest {
     options_.drain_delay = absl::ZeroDuration();
     options_.http = "127.0.0.1:0";
     options_.admin = "127.0.0.1:0";
-    options_.web_root = (folder_ / "web").string();
+    options_.web_root = folder_.Path("web");
   }
-  void TearDown() override {
-    server_.reset();
-    std::filesystem::remove_all(folder_);
-  }
+  void TearDown() override { server_.reset(); }
 
   void Serve() {
     server_.reset();
@@ -57,8 +47,8 @@ class WebTest : public StreamTest {
   }
   // One token, "secret-edit".
   void AskForTokens() {
-    Write("tokens", fmt::format("{} edit editor\n", Sha256Hex("secret-edit")));
-    options_.token_file = (folder_ / "tokens").string();
+    options_.token_file =
+        folder_.Write("tokens", fmt::format("{} edit editor\n", Sha256Hex("secret-edit")));
   }
 
   std::string http() const { return server_->http_address(); }
@@ -74,16 +64,7 @@ class WebTest : public StreamTest {
     return CallGrpcWeb(client, rpc, body, fields);
   }
 
-  void Write(const std::string& name, const std::string& text) const {
-    std::filesystem::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-  }
-  std::string Read(const std::string& name) const {
-    std::ifstream file(folder_ / name, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  }
-
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
   Options options_;
 };
 
@@ -93,28 +74,26 @@ class WebTlsTest : public WebTest {
   void SetUp() override {
     WebTest::SetUp();
     ASSERT_TRUE(MakeCertificate("server"));
-    options_.tls_cert = Path("server.pem");
-    options_.tls_key = Path("server.pem");
+    options_.tls_cert = options_.tls_key = folder_.Path("server.pem");
   }
 
   void ServeScene() {
     ASSERT_NO_FATAL_FAILURE(Serve());
     grpc::ChannelArguments arguments;
     arguments.SetSslTargetNameOverride("localhost");
-    const auto credentials = grpc::SslCredentials({.pem_root_certs = Read("server.crt")});
+    const auto credentials = grpc::SslCredentials({.pem_root_certs = folder_.Read("server.crt")});
     const auto channel = grpc::CreateCustomChannel(server_->address(), credentials, arguments);
     meshes_ = v1::MeshService::NewStub(channel);
     scenes_ = v1::SceneService::NewStub(channel);
     ASSERT_NO_FATAL_FAILURE(CreateScene(8));
   }
 
-  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
   // NAME.pem: a key, and a certificate signed by itself.
   bool MakeCertificate(const std::string& name) const {
     const std::string command = fmt::format(
         "cd '{0}' && openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost "
         "-keyout {1}.pem -out {1}.crt >/dev/null 2>&1 && cat {1}.crt >>{1}.pem",
-        folder_.string(), name);
+        folder_.path().string(), name);
     return std::system(command.c_str()) == 0;
   }
 };

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <cstring>
+#include <filesystem>
 #include <thread>
 
 #include "server/web/admin_pages.h"
@@ -32,11 +33,11 @@ TEST_F(WebTest, ServesTheViewerAsAPageThatTrustsNobody) {
 }
 
 TEST_F(WebTest, FilesHaveTheirMediaTypes) {
-  Write("web/app.js", "let a");
-  Write("web/draco/decoder.wasm", "asm");
-  Write("web/style.css", "body{}");
-  Write("web/a b.svg", "<svg/>");
-  Write("web/unknown.bin", "?");
+  folder_.Write("web/app.js", "let a");
+  folder_.Write("web/draco/decoder.wasm", "asm");
+  folder_.Write("web/style.css", "body{}");
+  folder_.Write("web/a b.svg", "<svg/>");
+  folder_.Write("web/unknown.bin", "?");
   Serve();
 
   EXPECT_EQ(Get("/app.js").fields.at("content-type"), "text/javascript; charset=utf-8");
@@ -47,14 +48,14 @@ TEST_F(WebTest, FilesHaveTheirMediaTypes) {
 }
 
 TEST_F(WebTest, AFileThatTheBrowserHasIsNotSentAgain) {
-  Write("web/app.js", "one");
+  folder_.Write("web/app.js", "one");
   Serve();
   WebClient client(http());
 
   const WebAnswer first = client.Get("/app.js");
   const std::string etag = first.fields.at("etag");
   const WebAnswer second = client.Get("/app.js", {{"if-none-match", "\"other\", " + etag}});
-  Write("web/app.js", "another");
+  folder_.Write("web/app.js", "another");
   const WebAnswer third = client.Get("/app.js", {{"if-none-match", etag}});
 
   EXPECT_EQ(first.fields.at("cache-control"), "no-cache");
@@ -78,16 +79,16 @@ TEST_F(WebTest, HeadTellsTheSizeWithoutTheFile) {
 TEST_F(WebTest, ALargeFileComesWhole) {
   std::string bytes(3'000'001, 'x');
   bytes[2'999'999] = 'y';
-  Write("web/large.bin", bytes);
+  folder_.Write("web/large.bin", bytes);
   Serve();
 
   EXPECT_TRUE(Get("/large.bin").body == bytes);
 }
 
 TEST_F(WebTest, NothingOutsideOfTheFolderIsServed) {
-  Write("secret", "secret");
-  Write("web/.hidden", "secret");
-  std::filesystem::create_symlink(folder_ / "secret", folder_ / "web/link");
+  folder_.Write("secret", "secret");
+  folder_.Write("web/.hidden", "secret");
+  std::filesystem::create_symlink(folder_.path() / "secret", folder_.path() / "web/link");
   Serve();
 
   for (const std::string target :
@@ -100,7 +101,7 @@ TEST_F(WebTest, NothingOutsideOfTheFolderIsServed) {
 }
 
 TEST_F(WebTest, WithoutAViewerThePageSaysSo) {
-  std::filesystem::remove(folder_ / "web/index.html");
+  std::filesystem::remove(folder_.path() / "web/index.html");
   Serve();
 
   const WebAnswer page = Get("/");
@@ -211,7 +212,7 @@ TEST_F(WebTlsTest, DownloadsOverTlsWhatTheStubExports) {
   for (v1::ExportResponse part; reader->Read(&part);) native += part.data();
   ASSERT_TRUE(reader->Finish().ok());
 
-  WebClient client(http(), Path("server.crt"));
+  WebClient client(http(), folder_.Path("server.crt"));
   const WebAnswer file = client.Get(fmt::format("/export/{}.ply?segments=32", kScene));
 
   EXPECT_EQ(file.status, 200);

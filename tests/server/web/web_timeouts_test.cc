@@ -97,7 +97,7 @@ TEST_F(WebTimeoutsTest, AnAnswerThatIsNotRead) {
   options_.http_timeouts.write = kShort;
   options_.transport_memory_bytes = uint64_t{16} << 20;  // six connections of 2.5 MiB
   Serve();
-  Write("web/large.bin", std::string(kBytes, 'x'));
+  folder_.Write("web/large.bin", std::string(kBytes, 'x'));
   std::vector<std::unique_ptr<WebClient>> clients;
   for (int i = 0; i < 6; ++i) {
     clients.push_back(std::make_unique<WebClient>(http()));
@@ -143,7 +143,7 @@ TEST_F(WebTimeoutsTest, AWebSocketThatAnswersNoPing) {
 
 TEST_F(WebTimeoutsTest, AHandshakeThatDoesNotCome) {
   options_.http_timeouts.head = kShort;
-  const std::string pem = (folder_ / "server.pem").string();
+  const std::string pem = folder_.Path("server.pem");
   ASSERT_EQ(std::system(fmt::format("openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj "
                                     "/CN=localhost -keyout '{0}' -out '{0}.crt' >/dev/null 2>&1 "
                                     "&& cat '{0}.crt' >>'{0}'",
