@@ -36,10 +36,19 @@ ci_fresh_run() {
     node tests/support/opened_viewer.mjs "$ci_build/client/web" "$address" || status=$?
   build/ci/tree/dev run --once && return $status
 }
+# ci_ctest FOLDER ARGUMENTS…: what failed tests printed comes last, after the list of all that were skipped
+ci_ctest() {
+  local folder=$1
+  ctest --test-dir "$folder" --output-on-failure -j "$jobs" "${@:2}" && return
+  awk 'NR == FNR { sub(/^[0-9]+:/, ""); failed[$0]; next }
+    / Testing: / { name = $0; sub(/^[^:]*: /, "", name); isShown = name in failed }
+    isShown' "$folder"/Testing/Temporary/LastTest{sFailed,}.log
+  return 1
+}
 ci_tests() {
   LATTICED_REQUIRE_OPENGL=1 LATTICED_REQUIRE_PYTHON=1 LATTICED_REQUIRE_NODE=1 LATTICED_REQUIRE_GO=1 \
     LATTICED_REQUIRE_BLENDER=1 LATTICED_REQUIRE_CHROMIUM=1 LATTICED_REQUIRE_CURL=1 LATTICED_REQUIRE_HAPROXY=1 \
-    ctest --test-dir "$ci_build" --output-on-failure -j "$jobs"
+    ci_ctest "$ci_build"
 }
 # Real meshes and long edits are for accuracy, which the release build has shown; here they take minutes.
 # Libraries are unity builds here and for the fuzzers, as for clang-tidy.
@@ -51,7 +60,7 @@ ci_sanitized() {  # KIND TESTS TARGETS…: of which TESTS, an expression for nam
   build "build/ci/$kind" "$@"
   ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 \
     TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp" GTEST_FILTER='-*RealMesh*:*ThousandEdits*' \
-    ctest --test-dir "build/ci/$kind" --output-on-failure -j "$jobs" -R "$tests" -E layering
+    ci_ctest "build/ci/$kind" -R "$tests" -E layering
 }
 ci_fuzz() {
   CC=clang-14 CXX=clang++-14 configure build/ci/fuzz -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 \
