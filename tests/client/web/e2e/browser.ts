@@ -1,5 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import type { TestContext } from 'node:test';
 import { chromium, type Browser, type BrowserContext, type Page } from 'playwright-core';
 
 const OPTIONS = {
@@ -14,9 +18,15 @@ export function launch(more: readonly string[] = []): Promise<Browser> {
   return chromium.launch({ ...OPTIONS, args: [...OPTIONS.args, ...more] });
 }
 
-/** The same as a person has it, with a folder for what pages keep. */
-export function launchWithProfile(folder: string): Promise<BrowserContext> {
-  return chromium.launchPersistentContext(folder, OPTIONS);
+/** The same as a person has it, with a folder for what pages keep, which goes after the test: it is written to until the end. */
+export async function launchWithProfile(t: TestContext): Promise<BrowserContext> {
+  const folder = mkdtempSync(join(tmpdir(), 'latticed-profile-'));
+  const context = await chromium.launchPersistentContext(folder, OPTIONS);
+  t.after(async () => {
+    await context.close();
+    rmSync(folder, { recursive: true });
+  });
+  return context;
 }
 
 /** A page whose errors are kept: a test fails on them. */

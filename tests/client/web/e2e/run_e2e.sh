@@ -2,9 +2,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: run_e2e.sh LATTICED LATTICECTL WEB VIEWER: the programs, the viewer's build folder, the viewer
-# The viewer in Chromium against the server. Skips (77) where there is no Chromium, and fails there under
-# LATTICED_REQUIRE_CHROMIUM. Screenshots are left in WEB/shots.
+# usage: run_e2e.sh LATTICED LATTICECTL WEB VIEWER NAME: the programs, the viewer's build folder, the viewer, which tests
+# The viewer in Chromium against the server: the tests of NAME_e2e_test.ts. Skips (77) where there is no Chromium, and
+# fails there under LATTICED_REQUIRE_CHROMIUM. Screenshots are left in WEB/shots.
 set -euo pipefail
 export LATTICED=$1 LATTICECTL=$2 LATTICED_PAGE=$3/tests/page LATTICED_VIEWER=$4 LATTICED_SHOTS=$3/shots
 export CHROMIUM=${CHROMIUM:-$(command -v chromium || true)}
@@ -16,4 +16,4 @@ if [[ -z $CHROMIUM ]]; then
 fi
 mkdir -p "$LATTICED_SHOTS"
 cd "$3"
-node --test tests/e2e
+node --test --test-reporter=spec "tests/e2e/$5_e2e_test.mjs"

@@ -4,9 +4,6 @@
 // What Chromium keeps for the page: of other versions of it, of several windows, and where there is little room.
 // Environment: LATTICED, CHROMIUM; LATTICED_PAGE, the folder of the page.
 import assert from 'node:assert/strict';
-import { mkdtempSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, BrowserContext, Page } from 'playwright-core';
 import { launch, launchWithProfile, limitStorage } from './browser';
@@ -145,10 +142,7 @@ test('pictures that two windows keep beside one mesh are there all, the newest o
 });
 
 test('what is kept beside a mesh before the mesh is counts as room that can be freed', async (t) => {
-  const profile = mkdtempSync(join(tmpdir(), 'latticed-profile-'));
-  t.after(() => rmSync(profile, { recursive: true }));
-  context = await launchWithProfile(profile);
-  t.after(() => context.close());
+  context = await launchWithProfile(t);
   const page = await openHarness();
   await limitStorage(page, 10e6);
   const saveMesh = (mesh: string, megabytes: number): Promise<void> => page.evaluate(([id, size]) =>

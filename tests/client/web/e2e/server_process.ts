@@ -55,10 +55,12 @@ export class ServerProcess {
     throw new Error(`latticed did not start: ${this.log}`);
   }
 
-  /** As a power cut would. */
+  /** As a power cut would; of a process that has ended already it does nothing. */
   async kill(): Promise<void> {
-    const gone = new Promise((resolve) => this.child!.once('exit', resolve));
-    this.child!.kill('SIGKILL');
+    const child = this.child!;
+    if (child.exitCode !== null || child.signalCode !== null) return;
+    const gone = new Promise((resolve) => child.once('exit', resolve));
+    child.kill('SIGKILL');
     await gone;
   }
 }

@@ -4,8 +4,6 @@
 // A session in Chromium against the real server.
 // Environment: LATTICED, CHROMIUM; LATTICED_PAGE, the folder of the page; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
-import { mkdtempSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test, type TestContext } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
@@ -42,11 +40,7 @@ function worst(of = page): Promise<number> {
 
 /** A page of a browser of its own, which has 10 MB to keep meshes in. */
 async function storingPage(t: TestContext): Promise<Page> {
-  const profile = mkdtempSync(join(tmpdir(), 'latticed-profile-'));
-  t.after(() => rmSync(profile, { recursive: true }));
-  const context = await launchWithProfile(profile);
-  t.after(() => context.close());
-  const storing = await context.newPage();
+  const storing = await (await launchWithProfile(t)).newPage();
   await storing.goto(server.origin);
   await limitStorage(storing, 10e6);
   return storing;
