@@ -33,7 +33,7 @@ class Watched {
     this.fixture.stream.hello();
   }
 
-  /** Sends a whole update of one chunk, of one triangle. */
+  /** Sends a whole update of one chunk, of one triangle, after which the stream could be resumed by its number. */
   sendTriangle(updateId: bigint): void {
     const { stream } = this.fixture;
     const pattern = { points: [1, 0, 0, 0, 1, 0, 0, 0, 1], triangles: [0, 1, 2] };
@@ -43,7 +43,7 @@ class Watched {
     stream.event({ case: 'updateBegin', value: { updateId, view: { encoding: Encoding.QUANTISED, normals: NormalMode.NONE } } });
     stream.event({ case: 'chunks', value: {
       updateId, topologyId: 't', quantisationId: 1n, chunks: [{ index: 0, data: new Uint8Array(18) }] } });
-    stream.event({ case: 'updateEnd', value: { updateId } });
+    stream.event({ case: 'updateEnd', value: { updateId, resumeToken: Uint8Array.of(Number(updateId)) } });
   }
 
   /** Sends whole updates, each before the one ahead of it can be decoded, and returns what is then acknowledged. */
@@ -91,6 +91,25 @@ test('an update of a lost stream that was still being decoded is shown, and the 
   watched.sendTriangle(1n);
   await until(async () => (await watched.fixture.worker.work(), shown === 2));
   assert.deepEqual(watched.acks, [1n]);
+});
+
+test('where what came could not be read all is asked for anew, whatever was still being decoded', async (t) => {
+  const watched = await Watched.live(t, { decodesAtOnce: false, backOff: { firstMs: 300, lastMs: 300 } }); // it is decoded before
+  const { sockets, worker } = watched.fixture;
+  let shown = 0;
+  watched.fixture.session.on('update', () => ++shown);
+  watched.sendTriangle(57n);
+  watched.fixture.stream.event({ case: 'updateBegin', value: { updateId: 58n } });
+  watched.fixture.stream.event({ case: 'chunks', value: { updateId: 58n, topologyId: 'no such', chunks: [{ index: 0 }] } });
+  assert.match(watched.fixture.session.status.text, /cannot be shown/);
+  await until(async () => (await worker.work(), shown === 1 && sockets.opened.length === 2));
+  assert.deepEqual([...sockets.newest.request.resumeToken!], []);
+
+  watched.fixture.stream.hello();
+  watched.sendTriangle(1n);
+  await until(async () => (await worker.work(), watched.acks.length > 0));
+  await watched.reconnect();
+  assert.deepEqual([...sockets.newest.request.resumeToken!], [1]);
 });
 
 test('where the first update of the new stream takes its place, that one is acknowledged', async (t) => {

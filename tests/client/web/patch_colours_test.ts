@@ -124,3 +124,19 @@ test('texture coordinates that could not be had are told of, and are there when 
 
   assert.deepEqual(failed, ['uvs: no answer']);
 });
+
+test('another picture in the same places is drawn at once, in others when their coordinates are here', async (context) => {
+  const { fixture: { surface }, patches } = await shown(context);
+  const picture = (): DataArrayTexture => new DataArrayTexture(new Uint8Array(4), 1, 1, 1);
+  surface.setLook({ colouring: 'texture' });
+  surface.setTexture(picture(), new Float32Array(9));
+  patches.uvs[0].resolve(ORIGINS);
+  await until(() => surface.isTextured);
+
+  surface.setTexture(picture(), new Float32Array(9));
+  assert.deepEqual([surface.isTextured, patches.uvs.length], [true, 1]);
+  surface.setTexture(picture(), new Float32Array(9).fill(1));
+  assert.deepEqual([surface.isTextured, patches.uvs.length], [false, 2]);
+  patches.uvs[1].resolve(ORIGINS);
+  await until(() => surface.isTextured);
+});

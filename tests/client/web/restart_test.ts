@@ -4,7 +4,7 @@
 // A server that was restarted and keeps nothing, where another window was quicker to restore the scene.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Code } from '@connectrpc/connect';
+import { Code, ConnectError } from '@connectrpc/connect';
 import { GesturePhase } from 'latticed/v1/edit_pb';
 import { fitLattice } from '@src/lattice/identity';
 import type { LatticeEdit } from '@src/session/lattice_edit';
@@ -126,6 +126,26 @@ async function streamEnds(fixture: SessionFixture): Promise<void> {
   fixture.stream.end();
   await until(() => fixture.sockets.opened.length === length + 1);
 }
+
+test('a server that goes once more while this window restores the scene is asked again after a pause', async (t) => {
+  const fixture = await SessionFixture.live();
+  t.after(() => fixture.session.close());
+  const gone = new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001');
+  fixture.server.bootId = 'boot-2';
+  fixture.server.refusal = new ConnectError('reset', Code.Unavailable);
+  fixture.stream.end(gone);
+  await until(() => fixture.sockets.opened.length === 2);
+  assert.equal(fixture.session.status.state, 'retrying');
+  assert.match(fixture.session.status.text, /cannot be reached\. Trying again …$/);
+
+  fixture.server.refusal = undefined;
+  fixture.stream.end(gone);
+  await until(() => fixture.sockets.opened.length === 3);
+  fixture.stream.hello('boot-2');
+
+  assert.match(fixture.session.status.text, /this browser restored/);
+  assert.deepEqual([...fixture.server.scenes.keys()], ['scene-0001']);
+});
 
 test('own edits go again, and who restored the scene stays known, where its first stream does not open', async (t) => {
   const fixture = await SessionFixture.live();

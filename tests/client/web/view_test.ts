@@ -180,6 +180,18 @@ test('the surface is pulled in the plane of the view, also where the pointer was
   assert.deepEqual(log, [{ kind: 'drag', points: [HELD], targets: Float64Array.of(2, 2.5, 3) }, 'commit']);
 });
 
+test('a pull that was let go before its pick was answered is made then; one that was taken back is not', async () => {
+  for (const [letGo, wanted] of [['end', ['drag', 'commit']], ['cancel', []]] as const) {
+    const { log, shown, drag } = pullOf(() => Promise.resolve(HELD));
+    drag.move(430, 285);
+    drag[letGo]();
+    await new Promise((resolve) => setTimeout(resolve));
+
+    assert.deepEqual(log.map((entry) => (typeof entry === 'string' ? entry : entry.kind)), wanted);
+    assert.equal(shown.at(-1), undefined);
+  }
+});
+
 test('a pull is said in words, with how far it is out of reach where the server says so', async () => {
   const { shown, drag, answer } = pullOf(() => Promise.resolve(HELD));
   await new Promise((resolve) => setTimeout(resolve));

@@ -152,6 +152,45 @@ test('over gRPC-Web edits, controls and heartbeats are calls, a refusal is an ev
   assert.equal(events.length, 3);
 });
 
+test('over gRPC-Web what is sent before the watch is open goes then, and one call after the other, the newest of each', async (t) => {
+  const controls: string[] = [];
+  const answers: (() => void)[] = [];
+  let open!: () => void;
+  const opened = new Promise<void>((resolve) => (open = resolve));
+  const transport = createRouterTransport(({ service }) => {
+    service(SceneService, {
+      watch: async function* (_, context) {
+        await opened;
+        yield create(SceneEventSchema, { event: { case: 'hello', value: { watchId: 'w-1' } } });
+        await new Promise((resolve) => context.signal.addEventListener('abort', resolve));
+      },
+      controlWatch: async ({ view, ackedUpdateId, presence }) => {
+        controls.push([view?.segments, ackedUpdateId, presence?.selectedIndices].join());
+        await new Promise<void>((resolve) => answers.push(resolve));
+        return create(ControlWatchResponseSchema);
+      },
+    });
+  });
+  const stream = new WatchStream(new LatticedServer('http://test', undefined, transport), { scene: 'scene-0001' },
+    { event: () => undefined, end: () => undefined });
+  t.after(() => stream.close());
+  const setSegments = (segments: number): void => stream.send({ message: { case: 'control', value: { view: { segments } } } });
+
+  setSegments(3);
+  stream.send({ message: { case: 'presence', value: { selectedIndices: [7] } } });
+  setSegments(4);
+  open();
+  await until(() => controls.length === 1);
+  for (const segments of [5, 6]) setSegments(segments);
+  stream.send({ message: { case: 'control', value: { ackedUpdateId: 9n } } });
+  await new Promise((resolve) => setTimeout(resolve, 20));
+  assert.deepEqual(controls, ['4,,7']);
+  answers[0]();
+  await until(() => controls.length === 2);
+
+  assert.deepEqual(controls, ['4,,7', '6,9,']);
+});
+
 test('over gRPC-Web a call is not waited for longer than 15 seconds: then the stream ends, with what may stand in the way', async () => {
   const timeouts: (number | undefined)[] = [];
   const transport = createRouterTransport(({ service }) => {

@@ -6,25 +6,35 @@ import { join } from 'node:path';
 import type { TestContext } from 'node:test';
 import { chromium, type Browser, type BrowserContext, type Page } from 'playwright-core';
 
+const PATIENCE_MS = 120_000; // of whoever waits for a page; Playwright's 30 s are few where a machine does other things too
 const OPTIONS = {
   executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+  timeout: PATIENCE_MS,
   args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist',
     '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
     '--disable-background-timer-throttling', '--disable-renderer-backgrounding'],
 };
 
 /** Debian's Chromium with software OpenGL, whose contexts keep nothing on disk. Environment: CHROMIUM, another program. */
-export function launch(more: readonly string[] = []): Promise<Browser> {
-  return chromium.launch({ ...OPTIONS, args: [...OPTIONS.args, ...more] });
+export async function launch(more: readonly string[] = []): Promise<Browser> {
+  const browser = await chromium.launch({ ...OPTIONS, args: [...OPTIONS.args, ...more] });
+  const newContext = browser.newContext.bind(browser);
+  browser.newContext = async (options) => patient(await newContext(options)); // newPage calls it too
+  return browser;
+}
+
+function patient(context: BrowserContext): BrowserContext {
+  context.setDefaultTimeout(PATIENCE_MS);
+  return context;
 }
 
 /** The same as a person has it, with a folder for what pages keep, which goes after the test: it is written to until the end. */
 export async function launchWithProfile(t: TestContext): Promise<BrowserContext> {
   const folder = mkdtempSync(join(tmpdir(), 'latticed-profile-'));
-  const context = await chromium.launchPersistentContext(folder, OPTIONS);
+  const context = patient(await chromium.launchPersistentContext(folder, OPTIONS));
   t.after(async () => {
     await context.close();
-    rmSync(folder, { recursive: true });
+    rmSync(folder, { recursive: true, maxRetries: 10 });
   });
   return context;
 }

@@ -153,6 +153,7 @@ test('when the browser says that its network is back, the page opens another con
   const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
   const opened = sockets.length;
 
+  proxy.freeze(); // Chromium lets an open WebSocket go on while its page is offline
   await page.context().setOffline(true);
   await move([0, 0.125, 0]);
   await page.context().setOffline(false);

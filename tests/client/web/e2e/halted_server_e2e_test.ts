@@ -8,6 +8,7 @@ import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import { distance, type Vec3 } from '@src/lattice/vec';
+import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { launch, openPage } from './browser';
 import { followsDefinition, shownBy } from './definition';
@@ -48,6 +49,7 @@ before(async () => {
     const { settings } = window.latticed;
     settings.set({ gizmo: 'none', view: { ...settings.value.view, segments: 2 } }); // quick frames
   });
+  await page.waitForFunction(() => (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout?.segments === 2);
   await followsDefinition(page, OBJ);
 });
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { spawn, type ChildProcess } from 'node:child_process';
-import { connect, createServer, type AddressInfo } from 'node:net';
+import { connect, createServer } from 'node:net';
 import type { Certificate } from './certificate';
 
 /** The server under test, on the CPU; it may be killed and started again at the same address. */
@@ -16,7 +16,7 @@ export class ServerProcess {
   /** With more options of the program, over TLS where there is a certificate. Environment: LATTICED, the program. */
   static async start(webRoot: string, more: readonly string[] = [], certificate?: Certificate): Promise<ServerProcess> {
     const options = ['--web-root', webRoot, '--backend', 'cpu', ...(certificate?.serverOptions ?? []), ...more];
-    const server = new ServerProcess(await freePort(), await freePort(), certificate ? 'https' : 'http', options);
+    const server = new ServerProcess(await freePort(20_000), await freePort(26_000), certificate ? 'https' : 'http', options);
     await server.restart();
     return server;
   }
@@ -48,7 +48,7 @@ export class ServerProcess {
     this.child = spawn(process.env.LATTICED!, [
       '--listen', this.grpcAddress, '--http', `127.0.0.1:${this.port}`, ...this.options]);
     for (const stream of [this.child.stdout!, this.child.stderr!]) stream.on('data', (data: Buffer) => (this.log += data.toString()));
-    for (let attempt = 0; attempt < 200; ++attempt) {
+    for (let attempt = 0; attempt < 200 && this.child.exitCode === null; ++attempt) {
       if (await isOpen(this.port)) return;
       await new Promise((resolve) => setTimeout(resolve, 50));
     }
@@ -76,11 +76,16 @@ function isOpen(port: number): Promise<boolean> {
   });
 }
 
-function freePort(): Promise<number> {
-  return new Promise((resolve, reject) => {
-    const server = createServer().once('error', reject).listen(0, '127.0.0.1', () => {
-      const { port } = server.address() as AddressInfo;
-      server.close(() => resolve(port));
-    });
+/** One of 6,000 ports, below those that the system gives to others: a server that is started again finds it free. */
+async function freePort(first: 20_000 | 26_000): Promise<number> {
+  for (;;) {
+    const port = first + Math.floor(6000 * Math.random());
+    if (await canListen(port)) return port;
+  }
+}
+
+function canListen(port: number): Promise<boolean> {
+  return new Promise((resolve) => {
+    const server = createServer().once('error', () => resolve(false)).listen(port, '127.0.0.1', () => server.close(() => resolve(true)));
   });
 }

@@ -29,12 +29,14 @@ async function shot(name: string, of = page): Promise<void> {
   if (process.env.LATTICED_SHOTS) await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
 }
 
-/** Waits until all detail of the newest edit is there. */
+/** Waits until all own edits are answered, and all detail of the newest one is there. */
 async function settled(of = page): Promise<void> {
   await of.waitForFunction(() => {
     const { scene } = window.latticed;
+    const { sync } = scene!.session as unknown as { sync: { queue: { unanswered: number }; model: { revision: bigint } } };
     const seen = (window as { seen?: { revision: number; fullDetail: boolean; at: number } }).seen;
-    return scene !== undefined && seen !== undefined && seen.fullDetail && performance.now() - seen.at > 400;
+    return sync.queue.unanswered === 0 && seen !== undefined && seen.revision >= Number(sync.model.revision) && seen.fullDetail &&
+      performance.now() - seen.at > 400;
   });
 }
 
@@ -239,8 +241,8 @@ test('the surface itself is pulled: what was pressed comes along to where the po
   await page.keyboard.press('p');
   await page.mouse.move(x, y);
   await page.mouse.down();
-  for (let step = 1; step <= 8; ++step) await page.mouse.move(x - 5 * step, y + 4 * step);
-  await page.waitForTimeout(300); // the pick is on its way while the pointer moves
+  for (let step = 1; step <= 8; ++step) await page.mouse.move(x - 5 * step, y + 4 * step); // the pick is on its way
+  await page.locator('.hint.running').getByText(/^Pull/).waitFor();
   await page.mouse.move(x - 41, y + 32);
   await page.mouse.up();
   await page.keyboard.press('p');

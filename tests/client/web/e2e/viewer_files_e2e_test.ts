@@ -15,7 +15,7 @@ import { distance, sub, type Vec3 } from '@src/lattice/vec';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { sheetObj } from './sheet';
-import { controlPoint, createScene, dropFiles, live } from './viewer_page';
+import { controlPoint, createScene, dropFiles, live, uploaded } from './viewer_page';
 
 /** A grey pixel. */
 const DOT = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mNoAAAAggCB2kUIOwAAAABJRU5ErkJggg==', 'base64');
@@ -55,6 +55,7 @@ before(async () => {
     '--token-file', join(folder, 'tokens'), '--memory', '24MiB', '--max-mesh-bytes', '1MiB']);
   browser = await launch();
   ({ page, errors } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`));
+  page.on('filechooser', () => {}); // who begins to listen with the key that opens it may be late
 });
 
 after(async () => {
@@ -80,8 +81,8 @@ test('what is too large for the server is refused in words: how much it is, and 
   await toast.getByRole('button', { name: 'Close' }).click();
 
   await page.locator('[data-sample=knot]').click();
-  for (const axis of ['u', 'v', 'w']) await page.getByLabel(`Points along ${axis}`).fill('30');
   await page.getByText('5,760 faces').waitFor();
+  for (const axis of ['u', 'v', 'w']) await page.getByLabel(`Points along ${axis}`).fill('30');
   await page.getByRole('button', { name: 'Create scene' }).click();
   const error = page.locator('.fit .error');
   await error.getByText(/^Too large for the server: \S+ MB of memory are wanted for the scene's plan, and \S+ MB are free\.$/).waitFor();
@@ -229,6 +230,72 @@ test('a lattice of another frame that is chosen makes another scene of the mesh,
       return Math.hypot(x, y - 2.2, at - height) < 1e-9;
     }, z);
   }
+});
+
+test('the button that creates has the focus when the mesh is there, but not in place of a field that somebody is at', async () => {
+  const field = page.getByLabel('Points along v');
+  for (const isUsed of [false, true]) {
+    let release!: () => void;
+    const released = new Promise<void>((resolve) => (release = resolve));
+    await page.route('**/FinishUpload', (route) => void released.then(() => route.continue()));
+    await dropFiles(page, [['tetrahedron.stl', tetrahedronStl()]]);
+    await field.waitFor();
+    if (isUsed) await field.click();
+    release();
+    await uploaded(page);
+    await page.unrouteAll({ behavior: 'wait' });
+
+    const focused = isUsed ? field : page.getByRole('button', { name: 'Create scene' });
+    assert.ok(await focused.evaluate((element) => element === document.activeElement));
+    await page.getByRole('button', { name: 'Cancel' }).click();
+    await page.locator('dialog.fit').waitFor({ state: 'detached' });
+  }
+});
+
+test('of two scenes the one that was asked for last is shown, also where the other one answers later', async () => {
+  const scenes = [new URL(page.url()).search];
+  await dropFiles(page, [['tetrahedron.stl', tetrahedronStl()]]);
+  await createScene(page);
+  scenes.push(new URL(page.url()).search);
+  const { page: fresh, errors: freshErrors } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`);
+  const ask = (search: string): Promise<void> => fresh.evaluate((to) => {
+    history.pushState(null, '', to + location.hash);
+    window.dispatchEvent(new PopStateEvent('popstate'));
+  }, search);
+  const isShown = (search: string): Promise<boolean> =>
+    fresh.evaluate((of) => of.endsWith(window.latticed.scene!.session.sceneId), search);
+  let asked = 0;
+  let release!: () => void;
+  const released = new Promise<void>((resolve) => (release = resolve));
+  await fresh.route('**/GetScene', (route) => void (asked++ > 0 ? Promise.resolve() : released).then(() => route.continue()));
+
+  await ask(scenes[0]);
+  for (const end = Date.now() + 60_000; asked === 0; await fresh.waitForTimeout(10)) assert.ok(Date.now() < end);
+  await ask(scenes[1]);
+  await live(fresh);
+  assert.ok(await isShown(scenes[1]));
+  const [late] = await Promise.all([fresh.waitForEvent('websocket'), release()]);
+  await late.waitForEvent('close');
+
+  assert.ok(await isShown(scenes[1]));
+  assert.equal(await fresh.locator('.connection').getAttribute('data-state'), 'live');
+  assert.deepEqual(freshErrors, []);
+  await fresh.close();
+});
+
+test('a decoder that cannot be fetched is said, and fetched with the next scene that is opened', async () => {
+  const { page: fresh } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`);
+  await fresh.route('**/draco_decoder.wasm', (route) => route.abort());
+  await dropFiles(fresh, [['tetrahedron.stl', tetrahedronStl()]]);
+  await uploaded(fresh);
+  await fresh.getByRole('button', { name: 'Create scene' }).click();
+  await fresh.locator('.fit .error').getByText('The decoder draco_decoder.wasm cannot be fetched: no answer.').waitFor();
+  await fresh.unrouteAll({ behavior: 'wait' });
+
+  await createScene(fresh);
+
+  await live(fresh);
+  await fresh.close();
 });
 
 test('a link to a scene that is not there is said on the page', async () => {

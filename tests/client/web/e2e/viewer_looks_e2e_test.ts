@@ -13,7 +13,7 @@ import { add, distance, scale, type Vec3 } from '@src/lattice/vec';
 import { launch, openPage } from './browser';
 import { deformed, followsDefinition, shownBy, type Shown } from './definition';
 import { ServerProcess } from './server_process';
-import { changesView, createScene, dropFiles, placeOf } from './viewer_page';
+import { changesView, createScene, dropFiles, placeOf, uploaded } from './viewer_page';
 
 const CORNER = 31; // the last of 4 x 4 x 2 control points
 const PULL: Vec3 = [-1, 0, 0];
@@ -76,6 +76,7 @@ before(async () => {
   browser = await launch();
   ({ page, errors } = await openPage(browser, server.origin));
   await dropFiles(page, [['sheet.obj', sheet()]]);
+  await uploaded(page);
   await page.getByLabel('Degree along w').selectOption('1');
   await page.getByLabel('Points along w').fill('2');
   await page.getByLabel('Points along w').press('Tab');
@@ -152,6 +153,7 @@ test('the heat map is red at the corner that was moved, cold at the others, and 
 
   assert.deepEqual(colours.map(hue), ['red', 'yellow', 'green', 'blue']);
   assert.deepEqual(cold.map(hue), Array(4).fill('dark blue'));
+  await page.locator('.heat-legend').waitFor(); // with the next frame
   const end = Number(await page.locator('.heat-legend span').last().innerText());
   assert.ok(Math.abs(end / most - 1) < 0.01, `${end} is not ${most}`);
 });

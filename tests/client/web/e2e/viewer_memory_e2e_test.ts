@@ -46,6 +46,7 @@ before(async () => {
     settings.set({ view: { ...settings.value.view, segments: 2 } });
     scene!.editor.selection.select([corner]);
   }, CORNER);
+  await page.waitForFunction(() => (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout?.segments === 2);
   await frames(page);
 });
 
@@ -63,6 +64,7 @@ test('200 moves of the mouse over the view, without a press, leave what the page
       const angle = (2 * Math.PI * move) / 40;
       const [x, y] = [0.5 + 0.4 * Math.sin(3 * angle), 0.5 + 0.4 * Math.sin(2 * angle)];
       await page.mouse.move(...(move % 20 === 0 ? corner : [box.x + x * box.width, box.y + y * box.height] as const));
+      if (move % 20 === 0) await frames(page); // the handle that is marked there is drawn
     }
   };
   await hover(1);

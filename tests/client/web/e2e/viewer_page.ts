@@ -21,10 +21,15 @@ export function dropFiles(page: Page, files: readonly (readonly [name: string, c
   );
 }
 
+/** Waits until the dialog has the mesh: until then it may take the focus for its button. */
+export function uploaded(page: Page): Promise<void> {
+  return page.getByText(/vertices, .* faces/).waitFor();
+}
+
 /** Takes the lattice that the dialog offers, and waits until the scene is shown. */
 export async function createScene(page: Page): Promise<void> {
   const before = await page.evaluate(() => window.latticed.scene?.session.sceneId);
-  await page.getByText(/vertices, .* faces/).waitFor();
+  await uploaded(page);
   await page.getByRole('button', { name: 'Create scene' }).click();
   await page.waitForFunction((id) => {
     const { scene } = window.latticed;
@@ -48,9 +53,19 @@ export async function promised<T, A = undefined>(of: Page, ask: (about: A) => Pr
   }
 }
 
-/** Two frames: the first takes in what has changed. */
-export function frames(of: Page): Promise<unknown> {
-  return of.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+/**
+ * Waits until what has changed is taken in and drawn: handles are pressed where they were drawn last. Where a graphics
+ * processor has enough to do, frames wait.
+ */
+export function frames(of: Page): Promise<void> {
+  return of.evaluate(() => new Promise((resolve) => {
+    const { viewport } = window.latticed as unknown as { viewport: { isWanted: boolean } };
+    const next = (left: number): void => {
+      if (left > 0 || viewport.isWanted) requestAnimationFrame(() => next(left - 1));
+      else resolve();
+    };
+    next(2); // the first takes in what has changed
+  }));
 }
 
 /** Where a control point is in the world. */

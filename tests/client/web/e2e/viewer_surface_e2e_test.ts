@@ -239,6 +239,7 @@ test('the GPU has what was received: after an edit of one point, of which a part
   const chunks = await page.evaluate(() => (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout!.chunkCount);
   assert.ok(chunks > 2, `${chunks} chunks`);
 
+  await uploaded(page);
   sent = 0;
   await move(63, [-0.1, -0.1, -0.1]); // inwards: in the grid that there is
   await followsDefinition(page, torus);

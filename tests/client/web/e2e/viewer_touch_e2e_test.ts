@@ -159,9 +159,11 @@ for (const what of ['a point', 'a handle']) {
 test('fingers select one by one, also below a handle, drag a point, and steer a transform that buttons end', async () => {
   await page.setViewportSize({ width: 1024, height: 768 });
   await page.locator('[data-command=toggling]').tap();
+  await page.locator('[data-command=toggling][aria-pressed=true]').waitFor();
   await page.touchscreen.tap(...(await onScreen(page, BESIDE)));
   assert.deepEqual(await selected(), [BESIDE, CORNER]);
   await page.locator('[data-command=toggling]').tap();
+  await page.locator('[data-command=toggling][aria-pressed=false]').waitFor();
 
   const [x, y] = await onScreen(page, 0);
   await swipe(page, [[[x, y], [x + 40, y - 20]]]);

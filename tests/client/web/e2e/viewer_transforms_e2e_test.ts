@@ -142,6 +142,7 @@ test('the wheel turns the reach of soft selection while a transform runs, and do
 test('a handle moves along its axis; Escape and a right click let go of it without an effect', async () => {
   const tip = await upperHandle(page, rest);
   const hold = async (): Promise<void> => {
+    await frames(page);
     await page.mouse.move(...tip);
     await page.mouse.down();
     await page.mouse.move(tip[0], tip[1] - 40, { steps: 4 });

@@ -13,7 +13,7 @@ import { behindSurface } from './behind_surface';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { camera, changesView, colourAt, controlPoint, createScene, dropFiles, frames, onScreen, placeOf } from './viewer_page';
+import { camera, changesView, colourAt, controlPoint, createScene, dropFiles, frames, onScreen, placeOf, uploaded } from './viewer_page';
 
 const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
 const INNER = [21, 22, 25, 26, 37, 38, 41, 42];
@@ -51,6 +51,15 @@ async function boxOverAll(): Promise<number[]> {
   return selected();
 }
 
+/** Undoes what was done last, and waits until a control point is back. */
+async function undo(place: Vec3, index = CORNER): Promise<void> {
+  await press('Control+z');
+  await page.waitForFunction(([i, x, y, z]) => {
+    const { points } = window.latticed.scene!.session.lattice;
+    return Math.hypot(points[3 * i] - x, points[3 * i + 1] - y, points[3 * i + 2] - z) < 1e-9;
+  }, [index, ...place] as const);
+}
+
 /** Drags where there is nothing, right and down. */
 async function dragEmpty(button: 'left' | 'right'): Promise<void> {
   await page.mouse.move(70, 380);
@@ -70,6 +79,7 @@ before(async () => {
   ({ page, errors } = await openPage(browser, server.origin));
   await page.setViewportSize({ width: 640, height: 480 });
   await dropFiles(page, [['torus.obj', torusObj(12, 8)]]);
+  await uploaded(page);
   await page.getByLabel('Degree along w').selectOption('1');
   await page.getByLabel('Padding').fill('25');
   await page.getByLabel('Padding').press('Tab');
@@ -222,9 +232,10 @@ test('visible only, a box takes exactly the points that the surface does not hid
   // A point that comes out from behind the surface can be selected at once.
   const back = (await behindSurface(page)).hidden.at(-1)!; // of the upper ones
   await select(back);
+  const rest = await controlPoint(page, back);
   await press('g', 'z', '.', '7', 'Enter');
   assert.ok((await boxOverAll()).includes(back));
-  await press('Control+z');
+  await undo(rest, back);
 });
 
 test('inner points that are hidden are neither drawn nor selected, until they are shown again', async () => {
@@ -258,6 +269,7 @@ test('inner points that are hidden are neither drawn nor selected, until they ar
 });
 
 test('every look is drawn by its key or choice, and a heat map has its legend', async () => {
+  const rest = await controlPoint(page, CORNER);
   await select(CORNER);
   await press('g', 'z', '2', 'Enter', 'Alt+a');
   for (const key of 'etjzc') await changesView(page, 1000, () => press(key));
@@ -267,11 +279,12 @@ test('every look is drawn by its key or choice, and a heat map has its legend', 
   await press('n');
   for (const look of ['displacement', 'boxes'] as const) {
     await changesView(page, 5000, () => page.getByLabel('Colour', { exact: true }).selectOption(look).then(() => {}));
-    assert.equal(await page.locator('.heat-legend').isVisible(), look === 'displacement');
+    await page.locator('.heat-legend').waitFor({ state: look === 'displacement' ? 'visible' : 'hidden' });
   }
   await shot('viewer_boxes');
   await page.getByLabel('Colour', { exact: true }).selectOption('plain');
-  await press('n', 'Control+z');
+  await press('n');
+  await undo(rest);
 });
 
 test('bits and encoding of the panel are those of what comes, which the head-up line counts', async () => {
@@ -307,6 +320,7 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
     Object.assign(window, { seen });
   });
   await page.locator('[data-hud=updates]').getByText(/^0$/).waitFor();
+  const rest = await controlPoint(page, CORNER);
   await select(CORNER);
   await press('n', 'g', 'z', '1', 'Enter');
   await page.locator('[data-hud=updates]').getByText(/^[1-9]/).waitFor();
@@ -317,7 +331,7 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
   }));
   assert.deepEqual(told, [inUnits(bytes), `${patchesSent.toLocaleString('en')} / ${patchesAll.toLocaleString('en')}`]);
   assert.ok(patchesSent <= patchesAll && bytes >= patchesSent * 12, `${bytes} bytes of ${patchesSent} patches`);
-  await press('Control+z');
+  await undo(rest);
 });
 
 test('the page is dark or light as the system is, or as one says', async () => {

@@ -64,7 +64,11 @@ class Harness {
 
   async open(sceneId: string, view?: ViewRequest): Promise<void> {
     this.session = await openSession(this.server, sceneId, {
-      ...(view && { view }), onStatus: ({ state }) => this.statuses.push(state) });
+      ...(view && { view }),
+      onStatus: ({ state }) => {
+        this.statuses.push(state);
+        if (state === 'restored') this.updates.length = 0;  // revisions begin anew
+      } });
     this.session.on('update', (info) => {
       this.updates.push(info);
       if (info.patchesSent > 0) ++this.received;
@@ -82,8 +86,10 @@ class Harness {
     while (!holds()) await new Promise<void>((resolve) => this.waiting.push(resolve));
   }
 
-  /** Waits for the update that holds every edit so far. */
+  /** Waits for the update that holds every edit so far, which the server has when it has answered it. */
   async settled(): Promise<void> {
+    const { queue } = (this.session as unknown as { sync: { queue: { readonly unanswered: number } } }).sync;
+    while (queue.unanswered > 0) await new Promise((resolve) => setTimeout(resolve, 5));
     const { revision } = await this.server.scenes.getScene({ scene: this.session.sceneId });
     await this.until(() => (this.updates.at(-1)?.revision ?? -1) >= Number(revision) && this.updates.at(-1)!.fullDetail);
   }
