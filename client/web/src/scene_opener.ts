@@ -15,7 +15,7 @@ import type { Fit } from './lattice/identity';
 import type { Lattice } from './lattice/lattice';
 import { latticeFromJson, latticeToJson } from './lattice/lattice_json';
 import { sameStructure } from './lattice/same_structure';
-import type { SessionStatus, ViewRequest } from './session/scene_session';
+import type { SceneSession, SessionStatus, ViewRequest } from './session/scene_session';
 import { FitDialog } from './ui/fit_dialog';
 import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
@@ -56,6 +56,7 @@ export class SceneOpener {
   private fitting: FitDialog | undefined;
   private texture: DataArrayTexture | undefined;
   private textureTurn = 0;
+  private openTurn = 0;
   private readonly person = randomPerson();
 
   constructor(private readonly app: App) {
@@ -211,25 +212,25 @@ export class SceneOpener {
 
   private async create(mesh: OpenMesh, lattice: Fit | Lattice, view: ViewRequest): Promise<void> {
     const id = await this.app.services.createScene(mesh.id, lattice, view);
-    await this.open(id, mesh);
+    if (!(await this.open(id, mesh))) return;
     history.pushState(null, '', `?scene=${id}${location.hash}`); // the fragment may hold the token
   }
 
-  /** Opens a scene and shows it in the colours of its mesh, as far as this browser has them. */
-  private async open(id: string, known?: OpenMesh): Promise<void> {
+  /**
+   * Opens a scene and shows it in the colours of its mesh, as far as this browser has them; false where another one was
+   * asked for meanwhile.
+   */
+  private async open(id: string, known?: OpenMesh): Promise<boolean> {
+    const turn = ++this.openTurn;
     const { services, settings } = this.app;
     // A scene that is about to be restored is not there yet.
     const facts = await services.describeScene(id).catch(() => undefined);
+    const view = () => ({ ...settings.value.view, ...facts?.view });
+    const session = await this.connect(id, view(), () => turn === this.openTurn);
+    if (session === undefined) return false;
     const wasTextured = settings.value.colouring === 'texture';
     if (wasTextured) settings.set({ colouring: 'plain' }); // of the mesh before
-    if (facts !== undefined) settings.set({ view: { ...settings.value.view, ...facts.view } });
-    const onStatus = (status: SessionStatus): void => this.app.showStatus(status);
-    const shown = this.app.scene?.session;
-    const options = { ...this.person, view: settings.value.view, onStatus };
-    const session = await services.openSession(id, options).catch((error: unknown) => {
-      if (shown !== undefined) onStatus(shown.status);
-      throw error;
-    });
+    settings.set({ view: view() });
     this.app.show(session);
     const { mesh: before } = this;
     if (known !== undefined) this.mesh = known;
@@ -237,6 +238,26 @@ export class SceneOpener {
     if (this.mesh !== before) before.left.abort();
     // Nobody has asked: who chooses the texture is told what is wrong with it.
     if (this.mesh !== before || wasTextured) void this.recallColours(this.mesh, id).catch(() => undefined);
+    return true;
+  }
+
+  /** Undefined where nobody asks for it any more. */
+  private async connect(id: string, view: ViewRequest, isAsked: () => boolean): Promise<SceneSession | undefined> {
+    const shown = this.app.scene?.session;
+    let session: SceneSession | undefined;
+    const onStatus = (status: SessionStatus): void => {
+      if (isAsked() || (session !== undefined && session === this.app.scene?.session)) this.app.showStatus(status);
+    };
+    try {
+      session = await this.app.services.openSession(id, { ...this.person, view, onStatus });
+    } catch (error) {
+      if (!isAsked()) return undefined;
+      if (shown !== undefined) onStatus(shown.status);
+      throw error;
+    }
+    if (isAsked()) return session;
+    session.close();
+    return undefined;
   }
 
   private async recallColours(mesh: OpenMesh, scene: string): Promise<void> {

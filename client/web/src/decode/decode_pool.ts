@@ -52,11 +52,12 @@ export class DecodePool {
 
   /** Workers for this machine: one for each thread but one, six at most. */
   static async inBrowser(folder: URL): Promise<DecodePool> {
-    const response = await fetch(new URL('draco_decoder.wasm', folder));
-    if (!response.ok) throw new Error(`draco_decoder.wasm: HTTP status ${response.status}`);
+    const response = await fetch(new URL('draco_decoder.wasm', folder)).catch(() => undefined);
+    if (!response?.ok) throw new Error(`The decoder draco_decoder.wasm cannot be fetched: ${response?.status ?? 'no answer'}`);
+    const wasm = await response.arrayBuffer();
     const count = Math.min(Math.max((navigator.hardwareConcurrency || 2) - 1, 1), 6);
     const workers = Array.from({ length: count }, () => new Worker(new URL('decode_worker.js', folder), { type: 'module' }));
-    return new DecodePool(workers as DecodeWorker[], await response.arrayBuffer());
+    return new DecodePool(workers as DecodeWorker[], wasm);
   }
 
   /** Decodes one chunk. `data` is the pool's from then on. */

@@ -26,6 +26,14 @@ export interface SessionOptions {
 
 let pool: Promise<DecodePool> | undefined;  // one for the page: workers are dear
 
+function poolOfPage(): Promise<DecodePool> {
+  pool ??= DecodePool.inBrowser(new URL('./', import.meta.url)).catch((error: unknown) => {
+    pool = undefined;  // its files may come the next time
+    throw error;
+  });
+  return pool;
+}
+
 /**
  * Opens a scene that exists on the server, or that this browser can restore.
  *
@@ -33,17 +41,18 @@ let pool: Promise<DecodePool> | undefined;  // one for the page: workers are dea
  */
 export async function openSession(server: LatticedServer, sceneId: string, options: SessionOptions = {}): Promise<SceneSession> {
   options.onStatus?.({ state: 'connecting', text: 'Connecting …' });
-  pool ??= DecodePool.inBrowser(new URL('./', import.meta.url));
+  const [info, decoders] = await Promise.all([server.server.getServerInfo({}), poolOfPage()])
+    .catch((error: unknown) => { throw new Error(inWords(error)); });
   const keeper = new SceneKeeper(server, IndexedSceneStore.ofPage(), sceneId);
   let lattice: () => Lattice = () => { throw new Error('no lattice yet'); };
   const session = new LiveSession(sceneId, {
     server,
-    info: await server.server.getServerInfo({}).catch((error: unknown) => { throw new Error(inWords(error)); }),
+    info,
     streams: [
       (open, handlers) => new DeformSocket(server.origin, server.token, open, handlers),
       (open, handlers) => new WatchStream(server, open, handlers),
     ],
-    pool: await pool,
+    pool: decoders,
     surface: new SurfaceMesh(new ServerPatches(server, sceneId, () => lattice())),
     keeper,
     wakes: followPage,

@@ -14,6 +14,9 @@ export interface BackOff {
 
 type Timer = ReturnType<typeof setTimeout>;
 
+/** Another stream at once, another after a pause, or none. */
+export type AfterEnd = 'open' | 'retry' | 'stop';
+
 export interface ConnectionHost {
   /** What opens the next stream. */
   request(): WatchRequestInit;
@@ -22,8 +25,8 @@ export interface ConnectionHost {
   event(event: SceneEvent): void;
   /** A stream is lost and will be opened again. */
   retrying(error: ServerError | undefined): void;
-  /** Ended by an error that time does not mend; true: open again at once. */
-  ended(error: ServerError): Promise<boolean>;
+  /** Ended by an error that time does not mend. */
+  ended(error: ServerError): Promise<AfterEnd>;
   /** What another call to the server fails with; undefined where it is answered. */
   probe(): Promise<ServerError | undefined>;
 }
@@ -159,7 +162,9 @@ export class SceneConnection implements Wakeable {
   }
 
   private async endedBy(error: ServerError): Promise<void> {
-    if (await this.host.ended(error)) this.open();
+    const next = await this.host.ended(error);
+    if (next === 'open') this.open();
+    else if (next === 'retry') this.retry();
   }
 
   /** @param leastMs What does not answer is left alone so long, and a person can read why. */

@@ -11,7 +11,7 @@ import { AckPace } from './ack_pace';
 import type { LatticeSync } from './lattice_sync';
 import type { Listeners } from './listeners';
 import { Presences } from './presences';
-import { SceneConnection, type ConnectionHost } from './scene_connection';
+import { SceneConnection, type AfterEnd, type ConnectionHost } from './scene_connection';
 import type { Restored } from './scene_keeper';
 import type { SessionEvents, SessionStatus, ViewRequest } from './scene_session';
 import type { SessionParts } from './session_parts';
@@ -35,6 +35,7 @@ export class SessionStream implements ConnectionHost {
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
   private restored: Restored | undefined;  // for this stream, or the next one that opens
   private bootId = '';  // the run of the server that had the stream before
+  private startsAnew = false;  // until an update of a stream that does
   private presenceAllowed: boolean;
   private shown: SessionStatus = { state: 'connecting', text: 'Connecting …' };
 
@@ -121,11 +122,11 @@ export class SessionStream implements ConnectionHost {
     this.tell('retrying', error ? `${inWords(error)}${advice} Trying again …` : 'The connection ended. Connecting again …');
   }
 
-  async ended(error: ServerError): Promise<boolean> {
+  async ended(error: ServerError): Promise<AfterEnd> {
     this.lost();
     if (error.code === Code.PermissionDenied && this.presenceAllowed) {  // a token that may only look
       this.presenceAllowed = false;
-      return true;
+      return 'open';
     }
     try {
       const restored = error.code === Code.NotFound ? await this.parts.keeper.restore(this.sync.shown) : undefined;
@@ -133,13 +134,17 @@ export class SessionStream implements ConnectionHost {
         this.restored = restored;
         this.resumeToken = new Uint8Array();
         this.sync.restored();
-        return true;
+        return 'open';
       }
       this.fail(error);
     } catch (failure) {
+      if (failure instanceof ServerError && failure.isPassing) {  // the server, or the way to it, went once more
+        this.retrying(failure);
+        return 'retry';
+      }
       this.fail(failure);
     }
-    return false;
+    return 'stop';
   }
 
   async probe(): Promise<ServerError | undefined> {
@@ -176,7 +181,8 @@ export class SessionStream implements ConnectionHost {
     const start = performance.now();
     if (surface) this.parts.surface.apply(surface);
     const upload = performance.now() - start;
-    this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;
+    if (!update.ofLostStream) this.startsAnew = false;
+    if (!this.startsAnew) this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;
     if (update.view && end.fullDetail) this.grantedView = toView(update.view);
     if (!update.ofLostStream) {
       this.send({ message: { case: 'control', value: { ackedUpdateId: this.acks.take(end.updateId, update.unseen) } } });
@@ -209,6 +215,7 @@ export class SessionStream implements ConnectionHost {
   /** What came cannot be read: everything is asked for anew. */
   private useless(error: Error): void {
     this.resumeToken = new Uint8Array();
+    this.startsAnew = true;
     this.lost();
     this.tell('retrying', `What the server sent cannot be shown (${error.message}). Asking again …`);
     this.connection.reopen();

@@ -41,7 +41,9 @@ export class PatchColours {
 
   /** u v layer per corner of the mesh. */
   setUvs(corners: Float32Array | undefined): void {
+    const isSame = corners?.length === this.corners?.length && corners?.every((value, i) => value === this.corners![i]);
     this.corners = corners;
+    if (isSame) return;  // other pictures in the same places: nothing is drawn without them meanwhile
     this.uvs?.dispose();
     this.uvs = undefined;
     this.asks.delete('uvs');

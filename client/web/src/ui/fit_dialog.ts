@@ -35,6 +35,7 @@ export class FitDialog {
   });
   private readonly dialog: HTMLDialogElement;
   private mesh: UploadedMesh | undefined;
+  private isUsed = false;
 
   constructor(private readonly parts: FitDialogParts) {
     const { file } = parts;
@@ -57,6 +58,9 @@ export class FitDialog {
       ),
     );
     this.dialog.addEventListener('close', () => this.abort.abort());
+    for (const kind of ['pointerdown', 'keydown', 'input']) {
+      this.dialog.addEventListener(kind, () => (this.isUsed = true), { once: true });
+    }
     onEnter(this.dialog, () => void this.submit());
     this.check();
     void this.upload();
@@ -80,7 +84,7 @@ export class FitDialog {
     this.facts.textContent = `${name}: ${vertices.toLocaleString('en')} vertices, ${faces.toLocaleString('en')} faces, ${extent}`;
     this.bar.hidden = true;
     this.check();
-    this.create.focus();
+    if (!this.isUsed) this.create.focus(); // whoever is at a field goes on there
   }
 
   private async submit(): Promise<void> {

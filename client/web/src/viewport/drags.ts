@@ -115,7 +115,8 @@ export interface PullListener {
 export class PullDrag implements Drag {
   private pull: SurfacePull | undefined;
   private at: Place;
-  private over = false;
+  private isReleased = false;
+  private isCancelled = false;
 
   constructor(
     private readonly viewport: Viewport,
@@ -126,10 +127,11 @@ export class PullDrag implements Drag {
     this.at = from;
     const ray = viewport.ray(...from);
     void editor.session.pick(ray.origin, ray.direction).then((point) => {
-      if (this.over) return;
+      if (this.isCancelled) return;
       if (point === undefined) return listener.missed();
       this.pull = new SurfacePull(editor.session, point, () => listener.pulled(this.pull), () => this.letGo());
       this.update();
+      if (this.isReleased) this.end(); // it was quicker than the answer
     }, (error: unknown) => listener.missed(error));
   }
 
@@ -139,13 +141,13 @@ export class PullDrag implements Drag {
   }
 
   end(): void {
-    this.over = true;
+    this.isReleased = true;
     this.pull?.commit();
     this.listener.pulled(undefined);
   }
 
   cancel(): void {
-    this.over = true;
+    this.isCancelled = true;
     this.pull?.cancel();
     this.listener.pulled(undefined);
   }

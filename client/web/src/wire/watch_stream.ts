@@ -13,6 +13,8 @@ import { STREAM_PLACES, takeStreamPlace } from './stream_places';
 
 const LIMIT = `without WebSockets a browser shows ${STREAM_PLACES} of its windows at once`;
 
+type Controls = Partial<Pick<ControlWatchRequest, 'ackedUpdateId' | 'view' | 'pause' | 'presence'>>;
+
 /**
  * Watch, ApplyEdits and ControlWatch over gRPC-Web in place of Deform: where something on the way lets no WebSocket
  * pass. The same events; a refused edit is an edit_result here too.
@@ -23,6 +25,8 @@ export class WatchStream implements SceneStream {
   private readonly abort = new AbortController();
   private watchId = '';
   private ended = false;
+  private unsent: Controls | undefined;  // the newest of each, for when the watch is open and no call is under way
+  private isControlling = false;
 
   constructor(
     private readonly server: LatticedServer,
@@ -35,9 +39,9 @@ export class WatchStream implements SceneStream {
   send(init: DeformRequestInit): void {
     const { message } = create(DeformRequestSchema, init);
     if (message.case === 'edit') void this.edit(message.value);
-    else if (message.case === 'control') void this.control(message.value);
-    else if (message.case === 'presence') void this.control({ presence: message.value });
-    else if (message.case === 'heartbeat') void this.control();
+    else if (message.case === 'control') this.control(message.value);
+    else if (message.case === 'presence') this.control({ presence: message.value });
+    else if (message.case === 'heartbeat') this.control({});
   }
 
   close(): void {
@@ -54,6 +58,7 @@ export class WatchStream implements SceneStream {
         if (this.ended) return;
         if (event.event.case === 'hello') this.watchId = event.event.value.watchId;
         this.handlers.event(event);
+        if (event.event.case === 'hello') void this.sendControls();
       }
       this.end(undefined);
     } catch (error) {
@@ -81,18 +86,28 @@ export class WatchStream implements SceneStream {
     }
   }
 
-  private async control(request: Partial<ControlWatchRequest> = {}): Promise<void> {
-    if (!this.watchId) return;
+  private control({ ackedUpdateId, view, pause, presence }: Partial<ControlWatchRequest>): void {
+    this.unsent = {
+      ...this.unsent,
+      ...(ackedUpdateId !== undefined && { ackedUpdateId }), ...(view && { view }), ...(pause !== undefined && { pause }),
+      ...(presence && { presence }),
+    };
+    void this.sendControls();
+  }
+
+  /** One call after the other: two at once may arrive in either order. */
+  private async sendControls(): Promise<void> {
+    if (!this.watchId || this.isControlling) return;
+    this.isControlling = true;
     try {
-      const { ackedUpdateId, view, pause, presence } = request;
-      await this.server.scenes.controlWatch({
-        watchId: this.watchId, scene: this.open.scene ?? '',
-        ...(ackedUpdateId !== undefined && { ackedUpdateId }), ...(view && { view }), ...(pause !== undefined && { pause }),
-        ...(presence && { presence }),
-      }, this.callOptions);
+      for (let controls = this.unsent; controls && !this.ended; controls = this.unsent) {
+        this.unsent = undefined;
+        await this.server.scenes.controlWatch({ watchId: this.watchId, scene: this.open.scene ?? '', ...controls }, this.callOptions);
+      }
     } catch (error) {
       this.end(failureOf(error));
     }
+    this.isControlling = false;
   }
 
   private get callOptions(): CallOptions {
