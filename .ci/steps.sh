@@ -36,13 +36,14 @@ ci_fresh_run() {
     node tests/support/opened_viewer.mjs "$ci_build/client/web" "$address" || status=$?
   build/ci/tree/dev run --once && return $status
 }
-# ci_ctest FOLDER ARGUMENTS…: what failed tests printed comes last, after the list of all that were skipped
+# ci_ctest FOLDER ARGUMENTS…: what failed tests printed, and their names, come after the list of all that were skipped
 ci_ctest() {
-  local folder=$1
+  local folder=$1 failed=$1/Testing/Temporary/LastTestsFailed.log
   ctest --test-dir "$folder" --output-on-failure -j "$jobs" "${@:2}" && return
   awk 'NR == FNR { sub(/^[0-9]+:/, ""); failed[$0]; next }
     / Testing: / { name = $0; sub(/^[^:]*: /, "", name); isShown = name in failed }
-    isShown' "$folder"/Testing/Temporary/LastTest{sFailed,}.log
+    isShown' "$failed" "$folder/Testing/Temporary/LastTest.log"
+  printf 'failed: %s\n' "$(paste -sd ' ' "$failed")"
   return 1
 }
 ci_tests() {

@@ -66,9 +66,12 @@ export class SceneOpener {
   /** Opens the scene that the page's address names; without one the page asks for a mesh. */
   async openFromAddress(): Promise<void> {
     const id = new URLSearchParams(location.search).get('scene');
-    if (id === null || id === this.app.scene?.session.sceneId) return;
+    if (id === null) return;
+    const isAsked = this.ask();
+    const { scene } = this.app;
+    if (id === scene?.session.sceneId) return this.app.showStatus(scene.session.status); // and not another's that was on its way
     try {
-      await this.open(id);
+      await this.open(id, isAsked);
     } catch (error) {
       this.app.toasts.fail(`The scene ${id} could not be opened. ${inWords(error)}`);
     }
@@ -190,8 +193,9 @@ export class SceneOpener {
       file,
       upload: (progress, signal) => services.upload(file, progress, signal),
       create: async (mesh, fit) => {
-        await this.create(openMesh({ id: mesh.id, file, companions, isDropped: true }), fit, viewFor(mesh));
-        void this.tellRest(file).catch(() => undefined); // the scene is open; what a server takes need not be what JSON.parse does
+        const isShown = await this.create(openMesh({ id: mesh.id, file, companions, isDropped: true }), fit, viewFor(mesh));
+        // What a server takes need not be what JSON.parse does.
+        if (isShown) void this.tellRest(file).catch(() => undefined);
       },
     });
   }
@@ -210,27 +214,32 @@ export class SceneOpener {
     else await this.create(this.mesh, lattice, this.app.settings.value.view);
   }
 
-  private async create(mesh: OpenMesh, lattice: Fit | Lattice, view: ViewRequest): Promise<void> {
-    const id = await this.app.services.createScene(mesh.id, lattice, view);
-    if (!(await this.open(id, mesh))) return;
-    history.pushState(null, '', `?scene=${id}${location.hash}`); // the fragment may hold the token
+  /** A scene is asked for; the function returned says whether it still is, and no other one. */
+  private ask(): () => boolean {
+    const turn = ++this.openTurn;
+    return () => turn === this.openTurn;
   }
 
-  /**
-   * Opens a scene and shows it in the colours of its mesh, as far as this browser has them; false where another one was
-   * asked for meanwhile.
-   */
-  private async open(id: string, known?: OpenMesh): Promise<boolean> {
-    const turn = ++this.openTurn;
+  /** Whether the scene is shown: not where another one was asked for meanwhile. */
+  private async create(mesh: OpenMesh, lattice: Fit | Lattice, view: ViewRequest): Promise<boolean> {
+    const isAsked = this.ask();
+    const id = await this.app.services.createScene(mesh.id, lattice, view);
+    if (!isAsked() || !(await this.open(id, isAsked, mesh))) return false;
+    history.pushState(null, '', `?scene=${id}${location.hash}`); // the fragment may hold the token
+    return true;
+  }
+
+  /** Opens a scene and shows it, if it is still asked for, in the colours of its mesh, as far as this browser has them. */
+  private async open(id: string, isAsked: () => boolean, known?: OpenMesh): Promise<boolean> {
     const { services, settings } = this.app;
     // A scene that is about to be restored is not there yet.
     const facts = await services.describeScene(id).catch(() => undefined);
-    const view = () => ({ ...settings.value.view, ...facts?.view });
-    const session = await this.connect(id, view(), () => turn === this.openTurn);
+    const view = { ...settings.value.view, ...facts?.view };
+    const session = await this.connect(id, view, isAsked);
     if (session === undefined) return false;
     const wasTextured = settings.value.colouring === 'texture';
     if (wasTextured) settings.set({ colouring: 'plain' }); // of the mesh before
-    settings.set({ view: view() });
+    settings.set({ view });
     this.app.show(session);
     const { mesh: before } = this;
     if (known !== undefined) this.mesh = known;
@@ -241,7 +250,7 @@ export class SceneOpener {
     return true;
   }
 
-  /** Undefined where nobody asks for it any more. */
+  /** Undefined where it is no longer asked for. */
   private async connect(id: string, view: ViewRequest, isAsked: () => boolean): Promise<SceneSession | undefined> {
     const shown = this.app.scene?.session;
     let session: SceneSession | undefined;

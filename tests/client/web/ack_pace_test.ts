@@ -94,7 +94,7 @@ test('an update of a lost stream that was still being decoded is shown, and the 
 });
 
 test('where what came could not be read all is asked for anew, whatever was still being decoded', async (t) => {
-  const watched = await Watched.live(t, { decodesAtOnce: false, backOff: { firstMs: 300, lastMs: 300 } }); // it is decoded before
+  const watched = await Watched.live(t, { decodesAtOnce: false, backOff: { firstMs: 1000, lastMs: 1000 } }); // it is decoded before
   const { sockets, worker } = watched.fixture;
   let shown = 0;
   watched.fixture.session.on('update', () => ++shown);
@@ -102,7 +102,9 @@ test('where what came could not be read all is asked for anew, whatever was stil
   watched.fixture.stream.event({ case: 'updateBegin', value: { updateId: 58n } });
   watched.fixture.stream.event({ case: 'chunks', value: { updateId: 58n, topologyId: 'no such', chunks: [{ index: 0 }] } });
   assert.match(watched.fixture.session.status.text, /cannot be shown/);
-  await until(async () => (await worker.work(), shown === 1 && sockets.opened.length === 2));
+  await until(async () => (await worker.work(), shown === 1));
+  assert.equal(sockets.opened.length, 1);
+  await until(() => sockets.opened.length === 2);
   assert.deepEqual([...sockets.newest.request.resumeToken!], []);
 
   watched.fixture.stream.hello();

@@ -128,15 +128,16 @@ async function streamEnds(fixture: SessionFixture): Promise<void> {
 }
 
 test('a server that goes once more while this window restores the scene is asked again after a pause', async (t) => {
-  const fixture = await SessionFixture.live();
+  const fixture = await SessionFixture.live({ backOff: { firstMs: 400, lastMs: 400 } });
   t.after(() => fixture.session.close());
   const gone = new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001');
   fixture.server.bootId = 'boot-2';
   fixture.server.refusal = new ConnectError('reset', Code.Unavailable);
   fixture.stream.end(gone);
+  await until(() => /cannot be reached\. Trying again …$/.test(fixture.session.status.text));
+  await new Promise((resolve) => setTimeout(resolve));
+  assert.equal(fixture.sockets.opened.length, 1);
   await until(() => fixture.sockets.opened.length === 2);
-  assert.equal(fixture.session.status.state, 'retrying');
-  assert.match(fixture.session.status.text, /cannot be reached\. Trying again …$/);
 
   fixture.server.refusal = undefined;
   fixture.stream.end(gone);
@@ -145,6 +146,18 @@ test('a server that goes once more while this window restores the scene is asked
 
   assert.match(fixture.session.status.text, /this browser restored/);
   assert.deepEqual([...fixture.server.scenes.keys()], ['scene-0001']);
+});
+
+test('what this browser cannot read of the scene is not tried again, in words', async (t) => {
+  const fixture = await SessionFixture.live();
+  t.after(() => fixture.session.close());
+  fixture.server.bootId = 'boot-2';
+  fixture.store.scene = () => Promise.reject(new Error('another window has a newer version of this page: reload this one'));
+  fixture.stream.end(new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001'));
+  await until(() => fixture.session.status.state === 'failed');
+
+  assert.equal(fixture.session.status.text, 'another window has a newer version of this page: reload this one.');
+  assert.equal(fixture.sockets.opened.length, 1);
 });
 
 test('own edits go again, and who restored the scene stays known, where its first stream does not open', async (t) => {

@@ -60,7 +60,7 @@ export class SceneConnection implements Wakeable {
 
   open(): void {
     if (this.closed) return;
-    this.stopRetry();
+    this.drop();  // while a host was asked another may have been opened, or waited for
     this.heard = false;
     this.silenceMs = SceneConnection.FIRST_EVENT_MS;
     this.stream = this.kinds[this.kind]!(this.host.request(), {
@@ -170,6 +170,7 @@ export class SceneConnection implements Wakeable {
   /** @param leastMs What does not answer is left alone so long, and a person can read why. */
   private retry(leastMs = 0): void {
     if (this.closed) return;
+    this.stopRetry();
     const { firstMs, lastMs } = this.backOff;
     if (performance.now() - this.openedAt > lastMs) this.attempts = 0;
     this.openedAt = Infinity;

@@ -68,7 +68,7 @@ export class SceneKeeper {
   /**
    * Makes the scene again, with `lattice` or the newest that was saved, unless another window was quicker: says whose it
    * is. Undefined where the same run of the server that had it says that it is gone, so that somebody deleted it, or
-   * where nothing was saved. Rejects with a ServerError.
+   * where nothing was saved. Rejects with a ServerError where a call failed, or with an error of the page itself.
    */
   async restore(lattice?: Lattice): Promise<Restored | undefined> {
     try {
@@ -85,7 +85,7 @@ export class SceneKeeper {
       await this.store.saveScene(restored).catch((error: unknown) => this.warn(error));
       return { by: 'here', bootId };
     } catch (error) {
-      throw ServerError.fromConnect(error);
+      throw error instanceof ConnectError ? ServerError.fromConnect(error) : error;
     }
   }
 

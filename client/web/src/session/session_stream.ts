@@ -132,14 +132,14 @@ export class SessionStream implements ConnectionHost {
       const restored = error.code === Code.NotFound ? await this.parts.keeper.restore(this.sync.shown) : undefined;
       if (restored) {
         this.restored = restored;
-        this.resumeToken = new Uint8Array();
+        this.startAnew();
         this.sync.restored();
         return 'open';
       }
       this.fail(error);
     } catch (failure) {
-      if (failure instanceof ServerError && failure.isPassing) {  // the server, or the way to it, went once more
-        this.retrying(failure);
+      if (failure instanceof ServerError && failure.isPassing && failure.code !== Code.ResourceExhausted) {
+        this.tell('retrying', `${inWords(failure)} Trying again …`);
         return 'retry';
       }
       this.fail(failure);
@@ -214,11 +214,16 @@ export class SessionStream implements ConnectionHost {
 
   /** What came cannot be read: everything is asked for anew. */
   private useless(error: Error): void {
-    this.resumeToken = new Uint8Array();
-    this.startsAnew = true;
+    this.startAnew();
     this.lost();
     this.tell('retrying', `What the server sent cannot be shown (${error.message}). Asking again …`);
     this.connection.reopen();
+  }
+
+  /** The next stream is sent everything, whatever of those before is still being decoded. */
+  private startAnew(): void {
+    this.resumeToken = new Uint8Array();
+    this.startsAnew = true;
   }
 
   private lost(): void {

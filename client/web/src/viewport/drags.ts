@@ -113,10 +113,13 @@ export interface PullListener {
 
 /** Pulls the surface at the point pressed, in the plane through it that faces the viewer. */
 export class PullDrag implements Drag {
+  private static readonly TOO_QUICK = 'The surface was let go before the server had found the point that was pressed.';
+
   private pull: SurfacePull | undefined;
   private at: Place;
   private isReleased = false;
   private isCancelled = false;
+  private hasMoved = false;
 
   constructor(
     private readonly viewport: Viewport,
@@ -127,16 +130,17 @@ export class PullDrag implements Drag {
     this.at = from;
     const ray = viewport.ray(...from);
     void editor.session.pick(ray.origin, ray.direction).then((point) => {
-      if (this.isCancelled) return;
+      if (this.isCancelled || (this.isReleased && !this.hasMoved)) return;
       if (point === undefined) return listener.missed();
+      if (this.isReleased) return listener.missed(new Error(PullDrag.TOO_QUICK));
       this.pull = new SurfacePull(editor.session, point, () => listener.pulled(this.pull), () => this.letGo());
       this.update();
-      if (this.isReleased) this.end(); // it was quicker than the answer
     }, (error: unknown) => listener.missed(error));
   }
 
   move(x: number, y: number): void {
     this.at = [x, y];
+    this.hasMoved ||= x !== this.from[0] || y !== this.from[1];
     this.update();
   }
 

@@ -150,6 +150,7 @@ test('a connection that neither carries anything nor ends is noticed, and anothe
 });
 
 test('when the browser says that its network is back, the page opens another connection', async () => {
+  await begin('60s'); // long before it would notice the silence
   const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
   const opened = sockets.length;
 

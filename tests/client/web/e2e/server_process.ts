@@ -49,7 +49,7 @@ export class ServerProcess {
       '--listen', this.grpcAddress, '--http', `127.0.0.1:${this.port}`, ...this.options]);
     for (const stream of [this.child.stdout!, this.child.stderr!]) stream.on('data', (data: Buffer) => (this.log += data.toString()));
     for (let attempt = 0; attempt < 200 && this.child.exitCode === null; ++attempt) {
-      if (await isOpen(this.port)) return;
+      if ((await isOpen(this.port)) && this.child.exitCode === null) return;
       await new Promise((resolve) => setTimeout(resolve, 50));
     }
     throw new Error(`latticed did not start: ${this.log}`);

@@ -36,7 +36,12 @@ function watch(): Promise<void> {
     const watched: Watched = { drawn: 0, seen: 0, ahead: [], times: [] };
     if (!('watched' in window)) {
       let looked = 0; // when the page looked last which frames are done
-      window.latticed.viewport.onFrame(() => (looked = performance.now()));
+      const { frames } = window.latticed.viewport as unknown as { frames: { poll(): void } };
+      const poll = frames.poll.bind(frames);
+      frames.poll = () => {
+        looked = performance.now();
+        poll();
+      };
       window.latticed.viewport.onDrawn((seen) => {
         const { watched: now } = window as unknown as WatchedWindow;
         const number = now.drawn++;

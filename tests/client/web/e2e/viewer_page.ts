@@ -58,11 +58,13 @@ export async function promised<T, A = undefined>(of: Page, ask: (about: A) => Pr
  * processor has enough to do, frames wait.
  */
 export function frames(of: Page): Promise<void> {
-  return of.evaluate(() => new Promise((resolve) => {
+  return of.evaluate(() => new Promise((resolve, reject) => {
     const { viewport } = window.latticed as unknown as { viewport: { isWanted: boolean } };
+    const end = performance.now() + 60_000;
     const next = (left: number): void => {
-      if (left > 0 || viewport.isWanted) requestAnimationFrame(() => next(left - 1));
-      else resolve();
+      if (left <= 0 && !viewport.isWanted) resolve();
+      else if (performance.now() > end) reject(new Error('a frame is wanted, again and again'));
+      else requestAnimationFrame(() => next(left - 1));
     };
     next(2); // the first takes in what has changed
   }));
