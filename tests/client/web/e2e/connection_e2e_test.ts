@@ -8,7 +8,6 @@ import { after, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import type { Vec3 } from '@src/lattice/vec';
-import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { launch, openPage } from './browser';
 import { followsDefinition } from './definition';
@@ -16,7 +15,7 @@ import { ServerProcess } from './server_process';
 import { tapSockets, type TappedSocket } from './socket_tap';
 import { TcpProxy } from './tcp_proxy';
 import { torusObj } from './torus';
-import { controlPoint, createScene, dropFiles } from './viewer_page';
+import { controlPoint, createScene, dropFiles, segmentsCome } from './viewer_page';
 
 const OBJ = torusObj(24, 12);
 const CORNER = 63; // the last of 4 x 4 x 4 control points: one of eight knot boxes has it
@@ -95,7 +94,7 @@ async function begin(heartbeat: string): Promise<void> {
     session.setView({ segments: 1 }); // reading a surface back must not keep the page from heartbeats
     return session.sceneId;
   });
-  await page.waitForFunction(() => (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout?.segments === 1);
+  await segmentsCome(page, 1);
 }
 
 async function end(): Promise<void> {

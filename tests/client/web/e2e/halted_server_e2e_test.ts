@@ -8,13 +8,12 @@ import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import { distance, type Vec3 } from '@src/lattice/vec';
-import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { launch, openPage } from './browser';
 import { followsDefinition, shownBy } from './definition';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { colourAt, controlPoint, createScene, dropFiles, frames, onScreen, placeOf, upperHandle } from './viewer_page';
+import { colourAt, controlPoint, createScene, dropFiles, frames, onScreen, placeOf, segmentsCome, upperHandle } from './viewer_page';
 
 const OBJ = torusObj(12, 8);
 const CORNER = 63; // the last of 4 x 4 x 4 control points
@@ -49,7 +48,7 @@ before(async () => {
     const { settings } = window.latticed;
     settings.set({ gizmo: 'none', view: { ...settings.value.view, segments: 2 } }); // quick frames
   });
-  await page.waitForFunction(() => (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout?.segments === 2);
+  await segmentsCome(page, 2);
   await followsDefinition(page, OBJ);
 });
 

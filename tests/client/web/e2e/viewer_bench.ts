@@ -17,7 +17,7 @@ import { LatticedServer } from '@src/wire/latticed_server';
 import { launch, openPage } from './browser';
 import { DragMeter, type Measured } from './drag_meter';
 import { ServerProcess } from './server_process';
-import { createScene, dropFiles, live, uploaded } from './viewer_page';
+import { createScene, dropFiles, live, meshUploaded } from './viewer_page';
 
 type Size = readonly [number, number, number]; // control points along u, v, w
 
@@ -72,7 +72,7 @@ const spread = (values: readonly number[]): string[] => [ms(percentile(values, 0
 /** What a person does: drops the mesh, says how many control points, creates the scene. */
 async function openSubject(page: Page, { name, content, size }: Subject): Promise<void> {
   await dropFiles(page, [[name, content]]);
-  await uploaded(page);
+  await meshUploaded(page);
   for (const [axis, count] of size.entries()) {
     await page.getByLabel(`Points along ${'uvw'[axis]}`).fill(`${count}`);
     await page.getByLabel(`Points along ${'uvw'[axis]}`).press('Tab');

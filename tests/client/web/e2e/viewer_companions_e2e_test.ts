@@ -104,8 +104,7 @@ test('pictures dropped beside an OBJ are shown after a reload, a restart of the 
   await server.kill();
   await server.restart();
   await page.goto(address);
-  await page.locator('.connection[data-state=restored]').waitFor();
-  await page.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
+  await live(page, 'restored');
   await comesTo(page, 'red green blue white');
   errors.length = 0; // of calls for the scene that was lost
 });
@@ -162,8 +161,7 @@ test('a picture that is dropped on a scene just restored, before its mesh is kno
   const released = new Promise<void>((resolve) => (release = resolve));
   await fresh.route('**/GetScene', (route) => void (asked++ === 0 ? Promise.resolve() : released).then(() => route.continue()));
   await fresh.goto(address);
-  await fresh.locator('.connection[data-state=restored]').waitFor();
-  await fresh.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
+  await live(fresh, 'restored');
   assert.equal(await fresh.evaluate(() => (window.latticed.opener as unknown as { mesh: { id: string } }).mesh.id), '');
 
   await dropFiles(fresh, [['squares.png', other]]);

@@ -15,7 +15,7 @@ import { distance, sub, type Vec3 } from '@src/lattice/vec';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { sheetObj } from './sheet';
-import { controlPoint, createScene, dropFiles, live, uploaded } from './viewer_page';
+import { controlPoint, createScene, dropFiles, live, meshUploaded } from './viewer_page';
 
 /** A grey pixel. */
 const DOT = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mNoAAAAggCB2kUIOwAAAABJRU5ErkJggg==', 'base64');
@@ -243,7 +243,7 @@ test('the button that creates has the focus when the mesh is there, but not in p
     await finished;
     if (isUsed) await field.click();
     release();
-    await uploaded(page);
+    await meshUploaded(page);
     await page.unrouteAll({ behavior: 'wait' });
 
     const focused = isUsed ? field : page.getByRole('button', { name: 'Create scene' });
@@ -289,7 +289,7 @@ test('a decoder that cannot be fetched is said, and fetched with the next scene 
   const { page: fresh } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`);
   await fresh.route('**/draco_decoder.wasm', (route) => route.abort());
   await dropFiles(fresh, [['tetrahedron.stl', tetrahedronStl()]]);
-  await uploaded(fresh);
+  await meshUploaded(fresh);
   await fresh.getByRole('button', { name: 'Create scene' }).click();
   await fresh.locator('.fit .error').getByText('The decoder draco_decoder.wasm cannot be fetched: no answer.').waitFor();
   await fresh.unrouteAll({ behavior: 'wait' });

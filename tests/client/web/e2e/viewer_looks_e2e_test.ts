@@ -13,7 +13,7 @@ import { add, distance, scale, type Vec3 } from '@src/lattice/vec';
 import { launch, openPage } from './browser';
 import { deformed, followsDefinition, shownBy, type Shown } from './definition';
 import { ServerProcess } from './server_process';
-import { changesView, createScene, dropFiles, placeOf, uploaded } from './viewer_page';
+import { changesView, createScene, dropFiles, meshUploaded, placeOf, segmentsCome } from './viewer_page';
 
 const CORNER = 31; // the last of 4 x 4 x 2 control points
 const PULL: Vec3 = [-1, 0, 0];
@@ -76,7 +76,7 @@ before(async () => {
   browser = await launch();
   ({ page, errors } = await openPage(browser, server.origin));
   await dropFiles(page, [['sheet.obj', sheet()]]);
-  await uploaded(page);
+  await meshUploaded(page);
   await page.getByLabel('Degree along w').selectOption('1');
   await page.getByLabel('Points along w').fill('2');
   await page.getByLabel('Points along w').press('Tab');
@@ -88,10 +88,7 @@ before(async () => {
     scene!.frameAll();
     scene!.session.apply({ kind: 'move', indices: Uint32Array.of(corner), offset });
   }, [CORNER, PULL, SEGMENTS] as const);
-  await page.waitForFunction((segments) => {
-    const { drawnLayout } = window.latticed.scene!.session.surface as unknown as { drawnLayout: { segments: number } };
-    return drawnLayout.segments === segments;
-  }, SEGMENTS);
+  await segmentsCome(page, SEGMENTS);
   await followsDefinition(page, sheet());
   shown = await shownBy(page);
   [background, plain] = await coloursAt([OUTSIDE[0], [-0.5, -0.4, 0]]);

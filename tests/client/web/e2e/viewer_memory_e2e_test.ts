@@ -7,13 +7,12 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
-import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { launch, openPage } from './browser';
 import { followsDefinition } from './definition';
 import { assertFlat } from './page_memory';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { controlPoint, createScene, dropFiles, frames, onScreen } from './viewer_page';
+import { controlPoint, createScene, dropFiles, frames, onScreen, segmentsCome } from './viewer_page';
 
 const OBJ = torusObj(12, 8);
 const A_FRAME = 4; // steps of a mouse, at 240 a second; the page hears of them as one move
@@ -46,7 +45,7 @@ before(async () => {
     settings.set({ view: { ...settings.value.view, segments: 2 } });
     scene!.editor.selection.select([corner]);
   }, CORNER);
-  await page.waitForFunction(() => (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout?.segments === 2);
+  await segmentsCome(page, 2);
   await frames(page);
 });
 
@@ -166,8 +165,7 @@ test('10,000 updates of the surface, beside cage, panel and head-up line, leave 
       const { settings } = window.latticed;
       settings.set({ panel: true, surface: isDrawn, view: { ...settings.value.view, segments: n } });
     }, [segments, surface] as const);
-    await page.waitForFunction((n) =>
-      (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout?.segments === n, segments);
+    await segmentsCome(page, segments);
   };
   await dropFiles(page, [['small.obj', SMALL_OBJ]]);
   await createScene(page);

@@ -5,6 +5,7 @@
 import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import type { Basis, Vec3 } from '@src/lattice/vec';
+import type { SurfaceMesh } from '@src/surface/surface_mesh';
 
 /** Drops files, of text or bytes, onto the page. */
 export function dropFiles(page: Page, files: readonly (readonly [name: string, content: string | Buffer])[]): Promise<void> {
@@ -22,14 +23,14 @@ export function dropFiles(page: Page, files: readonly (readonly [name: string, c
 }
 
 /** Waits until the dialog has the mesh: until then it may take the focus for its button. */
-export function uploaded(page: Page): Promise<void> {
+export function meshUploaded(page: Page): Promise<void> {
   return page.getByText(/vertices, .* faces/).waitFor();
 }
 
 /** Takes the lattice that the dialog offers, and waits until the scene is shown. */
 export async function createScene(page: Page): Promise<void> {
   const before = await page.evaluate(() => window.latticed.scene?.session.sceneId);
-  await uploaded(page);
+  await meshUploaded(page);
   await page.getByRole('button', { name: 'Create scene' }).click();
   await page.waitForFunction((id) => {
     const { scene } = window.latticed;
@@ -37,11 +38,25 @@ export async function createScene(page: Page): Promise<void> {
   }, before);
 }
 
-/** Waits until the page's scene is connected, its surface is here, and the camera looks at it. */
-export async function live(of: Page): Promise<void> {
-  await of.locator('.connection[data-state=live]').waitFor();
+/** Waits until the page's scene is connected, or restored, its surface is here, and the camera looks at it. */
+export async function live(of: Page, state: 'live' | 'restored' = 'live'): Promise<void> {
+  await of.locator(`.connection[data-state=${state}]`).waitFor();
   await of.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
   await frames(of);
+}
+
+/** Waits until the surface is here with so many segments: what was asked for comes some time later. */
+export async function segmentsCome(of: Page, segments: number): Promise<void> {
+  await of.waitForFunction((n) =>
+    (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout?.segments === n, segments);
+}
+
+/** Waits until a control point is at a place, as the server says. */
+export async function pointComesTo(of: Page, index: number, place: Vec3): Promise<void> {
+  await of.waitForFunction(([i, x, y, z]) => {
+    const { points } = window.latticed.scene!.session.lattice;
+    return Math.hypot(points[3 * i] - x, points[3 * i + 1] - y, points[3 * i + 2] - z) < 1e-9;
+  }, [index, ...place] as const);
 }
 
 /** Waits until what the page promises holds, and returns it: for waitForFunction a promise holds at once. */

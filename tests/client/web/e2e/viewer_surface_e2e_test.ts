@@ -17,7 +17,7 @@ import { normalsFollowDefinition } from './normals_definition';
 import { ServerProcess } from './server_process';
 import { plainSheetObj } from './sheet';
 import { torusObj } from './torus';
-import { colourAt, createScene, dropFiles, frames, live, placeOf } from './viewer_page';
+import { colourAt, createScene, dropFiles, frames, live, placeOf, segmentsCome } from './viewer_page';
 
 /** Two planes at right angles, whose ridge goes along y. */
 const ROOF = ['-1 -1 0', '-1 1 0', '0 -1 1', '0 1 1', '1 -1 0', '1 1 0'].map((at) => `v ${at}\n`).join('') + 'f 1 3 4 2\nf 3 5 6 4\n';
@@ -210,10 +210,7 @@ async function setSegments(segments: number): Promise<void> {
     const { settings } = window.latticed;
     settings.set({ view: { ...settings.value.view, segments: n, normals: 'smooth' } });
   }, segments);
-  await page.waitForFunction((n) => {
-    const { drawnLayout } = window.latticed.scene!.session.surface as unknown as SurfaceMesh;
-    return drawnLayout!.segments === n;
-  }, segments);
+  await segmentsCome(page, segments);
 }
 
 function move(index: number, offset: Vec3): Promise<void> {

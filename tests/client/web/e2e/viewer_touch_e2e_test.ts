@@ -12,7 +12,7 @@ import { launch } from './browser';
 import { swipe, type Place } from './fingers';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { camera, controlPoint, createScene, dropFiles, frames, live, onScreen, placeOf, upperHandle } from './viewer_page';
+import { camera, controlPoint, createScene, dropFiles, frames, live, onScreen, placeOf, pointComesTo, upperHandle } from './viewer_page';
 
 const CORNER = 63; // the last of 4 x 4 x 4 control points
 const BESIDE = 62;
@@ -219,10 +219,7 @@ test('buttons keep a move to a plane, make it fine, snap it and confirm it, and 
   const other = await browser.newPage(); // in a window of its own: this one stays in front
   await other.goto(page.url());
   await live(other);
-  await other.waitForFunction(([i, x, y, z]) => {
-    const { points } = window.latticed.scene!.session.lattice;
-    return Math.hypot(points[3 * i] - x, points[3 * i + 1] - y, points[3 * i + 2] - z) < 1e-9;
-  }, [CORNER, ...(await controlPoint(page, CORNER))] as const);
+  await pointComesTo(other, CORNER, await controlPoint(page, CORNER));
   assertWay(sub(await controlPoint(other, CORNER), rest), snapped);
   await other.close();
 });

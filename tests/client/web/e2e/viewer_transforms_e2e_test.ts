@@ -10,7 +10,7 @@ import { add, distance, length, scale, sub, type Vec3 } from '@src/lattice/vec';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { controlPoint, createScene, dropFiles, frames, onScreen, placeOf, upperHandle } from './viewer_page';
+import { controlPoint, createScene, dropFiles, frames, onScreen, placeOf, pointComesTo, upperHandle } from './viewer_page';
 
 const CORNER = 63; // the last of 4 x 4 x 4 control points
 const BESIDE = 62;
@@ -29,12 +29,8 @@ function select(...indices: number[]): Promise<void> {
   return page.evaluate((list) => window.latticed.scene!.editor.selection.select(list), indices);
 }
 
-/** Waits until a control point is at a place, as the server says. */
-async function comesTo(index: number, place: Vec3): Promise<void> {
-  await page.waitForFunction(([i, x, y, z]) => {
-    const { points } = window.latticed.scene!.session.lattice;
-    return Math.hypot(points[3 * i] - x, points[3 * i + 1] - y, points[3 * i + 2] - z) < 1e-9;
-  }, [index, ...place] as const);
+function comesTo(index: number, place: Vec3): Promise<void> {
+  return pointComesTo(page, index, place);
 }
 
 function assertNear(got: Vec3, wanted: Vec3, most = 1e-9): void {

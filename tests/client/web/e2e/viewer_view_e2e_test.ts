@@ -13,7 +13,9 @@ import { behindSurface } from './behind_surface';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { camera, changesView, colourAt, controlPoint, createScene, dropFiles, frames, onScreen, placeOf, uploaded } from './viewer_page';
+import {
+  camera, changesView, colourAt, controlPoint, createScene, dropFiles, frames, meshUploaded, onScreen, placeOf, pointComesTo,
+} from './viewer_page';
 
 const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
 const INNER = [21, 22, 25, 26, 37, 38, 41, 42];
@@ -54,10 +56,7 @@ async function boxOverAll(): Promise<number[]> {
 /** Undoes what was done last, and waits until a control point is back. */
 async function undo(place: Vec3, index = CORNER): Promise<void> {
   await press('Control+z');
-  await page.waitForFunction(([i, x, y, z]) => {
-    const { points } = window.latticed.scene!.session.lattice;
-    return Math.hypot(points[3 * i] - x, points[3 * i + 1] - y, points[3 * i + 2] - z) < 1e-9;
-  }, [index, ...place] as const);
+  await pointComesTo(page, index, place);
 }
 
 /** Drags where there is nothing, right and down. */
@@ -79,7 +78,7 @@ before(async () => {
   ({ page, errors } = await openPage(browser, server.origin));
   await page.setViewportSize({ width: 640, height: 480 });
   await dropFiles(page, [['torus.obj', torusObj(12, 8)]]);
-  await uploaded(page);
+  await meshUploaded(page);
   await page.getByLabel('Degree along w').selectOption('1');
   await page.getByLabel('Padding').fill('25');
   await page.getByLabel('Padding').press('Tab');

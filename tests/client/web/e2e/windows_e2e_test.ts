@@ -75,7 +75,7 @@ after(async () => {
 test('twelve windows of one browser edit and pick at once: all have one lattice, and the surface that the definition says', async () => {
   const context = await browser.newContext({ viewport: { width: 320, height: 240 } });
   const windows = await Promise.all(Array.from({ length: 12 }, () => openWindow(context)));
-  await Promise.all(windows.map(live));
+  await Promise.all(windows.map((page) => live(page)));
   const before = await controlPoints();
 
   const hits = await Promise.all(windows.map(async (page, i) => {
@@ -100,7 +100,7 @@ test('where no WebSocket passes five windows edit and pick; a sixth says what to
   const context = await browser.newContext({ viewport: { width: 320, height: 240 } });
   await stopWebSockets(context);
   const windows = await Promise.all(Array.from({ length: 5 }, () => openWindow(context)));
-  await Promise.all(windows.map(live));
+  await Promise.all(windows.map((page) => live(page)));
   const before = await controlPoints();
 
   const sixth = await openWindow(context);
