@@ -60,7 +60,7 @@ export class SceneConnection implements Wakeable {
 
   open(): void {
     if (this.closed) return;
-    this.drop();  // while a host was asked another may have been opened, or waited for
+    this.drop();  // one is open at a time, also where another came while a host was asked
     this.heard = false;
     this.silenceMs = SceneConnection.FIRST_EVENT_MS;
     this.stream = this.kinds[this.kind]!(this.host.request(), {
@@ -90,7 +90,6 @@ export class SceneConnection implements Wakeable {
   networkBack(): void {
     if (!this.stream && !this.timers.retry) return;
     if (this.stream) this.host.retrying(undefined);
-    this.drop();
     this.kind = 0;  // what the network before let through says nothing of this one
     this.doubted = false;
     this.open();

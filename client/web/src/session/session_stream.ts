@@ -138,6 +138,7 @@ export class SessionStream implements ConnectionHost {
       }
       this.fail(error);
     } catch (failure) {
+      // Where there is no room, the whole mesh would go up anew each time.
       if (failure instanceof ServerError && failure.isPassing && failure.code !== Code.ResourceExhausted) {
         this.tell('retrying', `${inWords(failure)} Trying again …`);
         return 'retry';

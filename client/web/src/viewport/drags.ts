@@ -119,7 +119,6 @@ export class PullDrag implements Drag {
   private at: Place;
   private isReleased = false;
   private isCancelled = false;
-  private hasMoved = false;
 
   constructor(
     private readonly viewport: Viewport,
@@ -130,7 +129,7 @@ export class PullDrag implements Drag {
     this.at = from;
     const ray = viewport.ray(...from);
     void editor.session.pick(ray.origin, ray.direction).then((point) => {
-      if (this.isCancelled || (this.isReleased && !this.hasMoved)) return;
+      if (this.isCancelled || (this.isReleased && !this.isAway)) return;
       if (point === undefined) return listener.missed();
       if (this.isReleased) return listener.missed(new Error(PullDrag.TOO_QUICK));
       this.pull = new SurfacePull(editor.session, point, () => listener.pulled(this.pull), () => this.letGo());
@@ -140,7 +139,6 @@ export class PullDrag implements Drag {
 
   move(x: number, y: number): void {
     this.at = [x, y];
-    this.hasMoved ||= x !== this.from[0] || y !== this.from[1];
     this.update();
   }
 
@@ -162,8 +160,12 @@ export class PullDrag implements Drag {
     this.listener.pulled(undefined);
   }
 
+  private get isAway(): boolean {
+    return this.at[0] !== this.from[0] || this.at[1] !== this.from[1];
+  }
+
   private update(): void {
-    if (this.pull === undefined || (this.at[0] === this.from[0] && this.at[1] === this.from[1])) return;
+    if (this.pull === undefined || !this.isAway) return;
     const held = this.pull.point.position as Vec3;
     const { basis, jacobian } = this.viewport.transformView(held, WORLD_BASIS, WORLD_BASIS);
     const way = [this.at[0] - this.from[0], this.at[1] - this.from[1]] as const;
