@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
 
 namespace latticed {
@@ -72,17 +73,11 @@ uint64_t HostBytes(const MemoryUse& use) {
 }
 
 absl::Status Validate(const ViewSpec& spec) {
-  if (auto s =
-          CheckRange("view.segments", spec.segments, limits::kMinSegments, limits::kMaxSegments);
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CheckRange("view.segments", spec.segments, limits::kMinSegments, limits::kMaxSegments));
   if (spec.format == VertexFormat::kFloat32) return absl::OkStatus();
-  if (auto s = CheckRange("view.position_bits", spec.position_bits, limits::kMinPositionBits,
-                          limits::kMaxPositionBits);
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(CheckRange("view.position_bits", spec.position_bits,
+                                      limits::kMinPositionBits, limits::kMaxPositionBits));
   if (spec.normals == NormalMode::kNone) return absl::OkStatus();
   return CheckRange("view.normal_bits", spec.normal_bits, limits::kMinNormalBits,
                     limits::kMaxNormalBits);

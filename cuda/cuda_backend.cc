@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/view/device_group.h"
 #include "cuda/cuda_target.h"
 #include "cuda/device/cuda_context.h"
@@ -35,9 +36,8 @@ class CudaBackend : public Backend {
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
-    auto target = CudaTarget::Create(std::move(plan), pipeline, context_);
-    if (!target.ok()) return target.status();
-    return std::shared_ptr<DeformTarget>(*std::move(target));
+    LATTICED_ASSIGN_OR_RETURN(auto target, CudaTarget::Create(std::move(plan), pipeline, context_));
+    return std::shared_ptr<DeformTarget>(std::move(target));
   }
 
  private:
@@ -53,9 +53,8 @@ absl::StatusOr<std::unique_ptr<Backend>> MakeCudaBackend(const CudaOptions& opti
   if (options.devices.empty()) return absl::InvalidArgumentError("devices: name at least one");
   std::vector<std::unique_ptr<Backend>> devices;
   for (const int device : options.devices) {
-    auto context = CudaContext::Create(device, options);
-    if (!context.ok()) return context.status();
-    devices.push_back(std::make_unique<CudaBackend>(*std::move(context)));
+    LATTICED_ASSIGN_OR_RETURN(auto context, CudaContext::Create(device, options));
+    devices.push_back(std::make_unique<CudaBackend>(std::move(context)));
   }
   return MakeDeviceGroup(std::move(devices), options.span_patches);
 }

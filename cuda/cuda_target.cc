@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "core/view/view_contract.h"
 #include "cuda/fused/cuda_fused_kernel.h"
 #include "cuda/gemm/cuda_control_nets.h"
@@ -31,9 +32,8 @@ absl::StatusOr<std::shared_ptr<CudaTarget>> CudaTarget::Create(
   try {
     std::shared_ptr<CudaTarget> target(
         new CudaTarget(std::move(plan), pipeline, std::move(context)));
-    auto tables = DevicePlan::Create(target->plan_, pipeline, target->context_);
-    if (!tables.ok()) return tables.status();
-    target->device_plan_ = *std::move(tables);
+    LATTICED_ASSIGN_OR_RETURN(target->device_plan_,
+                              DevicePlan::Create(target->plan_, pipeline, target->context_));
     return target;
   } catch (const std::bad_alloc&) {
     return error::AllocationFailed("the plan");
@@ -41,20 +41,17 @@ absl::StatusOr<std::shared_ptr<CudaTarget>> CudaTarget::Create(
 }
 
 absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpec& spec) {
-  if (auto status = Validate(spec); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(Validate(spec));
   const DeviceGuard guard(context_->device());
   try {
-    auto lane = context_->lanes().Borrow(Priority());
-    if (!lane.ok()) return lane.status();
-    auto room = DeviceReservation::Create(context_->memory(), "the view",
-                                          [&] { return ViewBytes(spec, **lane); });
-    if (!room.ok()) return room.status();
-    auto kernel = CreateKernel(spec, *lane, *room);
-    if (!kernel.ok()) return kernel.status();
-    auto view =
-        CudaView::Create(plan_, spec, context_, *std::move(lane), *std::move(kernel), *room);
-    if (!view.ok()) return view.status();
-    return std::unique_ptr<DeformView>(*std::move(view));
+    LATTICED_ASSIGN_OR_RETURN(auto lane, context_->lanes().Borrow(Priority()));
+    LATTICED_ASSIGN_OR_RETURN(auto room,
+                              DeviceReservation::Create(context_->memory(), "the view",
+                                                        [&] { return ViewBytes(spec, *lane); }));
+    LATTICED_ASSIGN_OR_RETURN(auto kernel, CreateKernel(spec, lane, room));
+    LATTICED_ASSIGN_OR_RETURN(auto view, CudaView::Create(plan_, spec, context_, std::move(lane),
+                                                          std::move(kernel), room));
+    return std::unique_ptr<DeformView>(std::move(view));
   } catch (const std::bad_alloc&) {
     return error::AllocationFailed("the view");
   }
@@ -85,7 +82,7 @@ absl::StatusOr<std::unique_ptr<CudaVertexKernel>> CudaTarget::CreateKernel(
 
 absl::StatusOr<std::vector<double>> CudaTarget::ControlNets(std::span<const Vec3d> control_points,
                                                             size_t first, size_t last) {
-  if (auto s = CheckControlNets(*plan_, control_points, first, last); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
   if (first == last) return std::vector<double>();
   const DeviceGuard guard(context_->device());
   try {

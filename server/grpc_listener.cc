@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
 
@@ -23,11 +24,11 @@ GrpcListener::GrpcListener(const Options& options, std::unique_ptr<Acceptor> acc
 absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
     const Options& options, std::unique_ptr<Acceptor> acceptor) {
   std::unique_ptr<GrpcListener> result(new GrpcListener(options, std::move(acceptor)));
-  auto listener =
+  LATTICED_ASSIGN_OR_RETURN(
+      auto listener,
       SocketListener::Open("--listen", options.listen,
-                           [listener = result.get()](int socket) { listener->Take(socket); });
-  if (!listener.ok()) return listener.status();
-  result->listener_ = *std::move(listener);
+                           [listener = result.get()](int socket) { listener->Take(socket); }));
+  result->listener_ = std::move(listener);
   return result;
 }
 

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
 #include "server/engine/scene_registry.h"
@@ -43,16 +44,13 @@ absl::StatusOr<std::string> ReadFile(const std::string& flag, const std::string&
 
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> Credentials(const Options& options) {
   if (options.tls_cert.empty()) return grpc::InsecureServerCredentials();
-  absl::StatusOr<std::string> cert = ReadFile("--tls-cert", options.tls_cert);
-  if (!cert.ok()) return cert.status();
-  absl::StatusOr<std::string> key = ReadFile("--tls-key", options.tls_key);
-  if (!key.ok()) return key.status();
+  LATTICED_ASSIGN_OR_RETURN(std::string cert, ReadFile("--tls-cert", options.tls_cert));
+  LATTICED_ASSIGN_OR_RETURN(std::string key, ReadFile("--tls-key", options.tls_key));
   grpc::SslServerCredentialsOptions tls;
-  tls.pem_key_cert_pairs.push_back({*std::move(key), *std::move(cert)});
+  tls.pem_key_cert_pairs.push_back({std::move(key), std::move(cert)});
   if (!options.tls_client_ca.empty()) {
-    absl::StatusOr<std::string> ca = ReadFile("--tls-client-ca", options.tls_client_ca);
-    if (!ca.ok()) return ca.status();
-    tls.pem_root_certs = *std::move(ca);
+    LATTICED_ASSIGN_OR_RETURN(std::string ca, ReadFile("--tls-client-ca", options.tls_client_ca));
+    tls.pem_root_certs = std::move(ca);
     tls.client_certificate_request = GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY;
   }
   return grpc::SslServerCredentials(tls);
@@ -96,8 +94,8 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   WarnOfLongHeaders();
   EnablePlugins();
   const Options& options = env->options;
-  absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials = Credentials(options);
-  if (!credentials.ok()) return credentials.status();
+  LATTICED_ASSIGN_OR_RETURN(std::shared_ptr<grpc::ServerCredentials> credentials,
+                            Credentials(options));
   std::unique_ptr<GrpcServer> result(new GrpcServer(env));
   result->services_.push_back(std::make_unique<ServerService>(env));
   result->services_.push_back(std::make_unique<MeshService>(env));
@@ -107,11 +105,11 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   Configure(options, builder);
   std::unique_ptr<GrpcListener::Acceptor> acceptor;
   if (IsUnixSocket(options.listen)) {
-    builder.AddListeningPort(options.listen, *credentials);
+    builder.AddListeningPort(options.listen, credentials);
   } else {
     using FromSocket = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
     acceptor = builder.experimental().AddExternalConnectionAcceptor(FromSocket::FROM_FD,
-                                                                    *std::move(credentials));
+                                                                    std::move(credentials));
   }
   for (const auto& service : result->services_) builder.RegisterService(service.get());
   result->server_ = builder.BuildAndStart();
@@ -121,9 +119,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
         options.listen));
   }
   if (acceptor != nullptr) {
-    auto listener = GrpcListener::Open(options, std::move(acceptor));
-    if (!listener.ok()) return listener.status();
-    result->listener_ = *std::move(listener);
+    LATTICED_ASSIGN_OR_RETURN(result->listener_, GrpcListener::Open(options, std::move(acceptor)));
   }
   result->SetServing(true);
   env->scenes->residency().health().SetObserver(

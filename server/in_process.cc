@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/backends.h"
 #include "server/base/auth.h"
@@ -70,13 +71,10 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
   std::unique_ptr<InProcessServer> result(new InProcessServer);
   result->env_ = std::make_unique<ServerEnv>(std::move(options));
   ServerEnv& env = *result->env_;
-  absl::StatusOr<Authenticator> authenticator = LoadTokens(env.options.token_file);
-  if (!authenticator.ok()) return authenticator.status();
-  env.authenticator = std::make_shared<const Authenticator>(*std::move(authenticator));
+  LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator, LoadTokens(env.options.token_file));
+  env.authenticator = std::make_shared<const Authenticator>(std::move(authenticator));
   if (backends.empty()) {
-    auto made = MakeBackends(env.options);
-    if (!made.ok()) return made.status();
-    backends = *std::move(made);
+    LATTICED_ASSIGN_OR_RETURN(backends, MakeBackends(env.options));
   }
   env.backends = std::move(backends);
   env.scenes = std::make_shared<SceneRegistry>(
@@ -84,9 +82,8 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
       SceneRegistry::Options{.max_scenes = static_cast<size_t>(env.options.max_scenes),
                              .on_tick = [uploads = env.uploads] { uploads->DropExpired(); },
                              .on_give_back = LogGiveBack});
-  absl::StatusOr<std::unique_ptr<GrpcServer>> server = GrpcServer::Start(&env);
-  if (!server.ok()) return server.status();
-  result->server_ = *std::move(server);
+  LATTICED_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server, GrpcServer::Start(&env));
+  result->server_ = std::move(server);
   if (absl::Status status = result->StartWeb(); !status.ok()) return status;
   return result;
 }
@@ -99,10 +96,10 @@ absl::Status InProcessServer::StartWeb() {
   hooks.metrics = [env = env_.get(), server = server_.get()](const ConnectionCounts& http) {
     return MetricsText(*env, server->connections(), http);
   };
-  auto web = web::WebServer::Start(env_->options, {server_->InProcessChannel(), env_->peer_key},
-                                   std::move(hooks));
-  if (!web.ok()) return web.status();
-  web_ = *std::move(web);
+  LATTICED_ASSIGN_OR_RETURN(
+      auto web, web::WebServer::Start(env_->options, {server_->InProcessChannel(), env_->peer_key},
+                                      std::move(hooks)));
+  web_ = std::move(web);
   return absl::OkStatus();
 }
 

@@ -16,6 +16,7 @@
 #include "client/cpp/text_table.h"
 #include "client/cpp/units_flags.h"
 #include "client/cpp/view_flags.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -54,32 +55,26 @@ absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, c
   TemporaryScene made(client);
   v1::MeshHeader header;
   *header.mutable_units() = ToProto(flags.units);
-  auto mesh = made.Upload(file, std::move(header), console);
-  if (!mesh.ok()) return mesh.status();
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, made.Upload(file, std::move(header), console));
   // A mesh that was there has the units of its first upload; what is written has those asked for.
-  if (!flags.units.up_axis.empty()) mesh->set_up_axis(ToProto(flags.units).up_axis());
-  if (flags.units.meters_per_unit > 0) mesh->set_meters_per_unit(flags.units.meters_per_unit);
+  if (!flags.units.up_axis.empty()) mesh.set_up_axis(ToProto(flags.units).up_axis());
+  if (flags.units.meters_per_unit > 0) mesh.set_meters_per_unit(flags.units.meters_per_unit);
   v1::CreateSceneRequest request;
   *request.add_lattices()->mutable_lattice() = std::move(lattice);
   request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
-  const auto scene = made.Create(std::move(request));
-  if (!scene.ok()) return scene.status();
-  return FetchSurface(client, scene->id(), ToProto(flags.view), *mesh, file, console);
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(std::move(request)));
+  return FetchSurface(client, scene.id(), ToProto(flags.view), mesh, file, console);
 }
 
 absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
   const absl::Time start = absl::Now();
-  const auto file = ReadMeshFile(flags.mesh);
-  if (!file.ok()) return file.status();
-  const auto json = ReadFile(flags.lattice);
-  if (!json.ok()) return json.status();
-  auto lattice = LatticeFromJson(*json, flags.lattice);
-  if (!lattice.ok()) return lattice.status();
-  auto session = Session::Open(flags.session, &line.interruption);
-  if (!session.ok()) return session.status();
-  const auto surface = Deform(session->client(), flags, *file, *std::move(lattice), line.console);
-  if (!surface.ok()) return session->Explain(surface.status());
-  if (auto status = WriteMeshFile(flags.output, surface->mesh); !status.ok()) return status;
+  LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
+  LATTICED_ASSIGN_OR_RETURN(const auto json, ReadFile(flags.lattice));
+  LATTICED_ASSIGN_OR_RETURN(auto lattice, LatticeFromJson(json, flags.lattice));
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session, &line.interruption));
+  const auto surface = Deform(session.client(), flags, file, std::move(lattice), line.console);
+  if (!surface.ok()) return session.Explain(surface.status());
+  LATTICED_RETURN_IF_ERROR(WriteMeshFile(flags.output, surface->mesh));
   PrintResult(flags, *surface, absl::Now() - start, line.console);
   return absl::OkStatus();
 }

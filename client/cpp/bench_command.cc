@@ -17,6 +17,7 @@
 #include "client/cpp/sample_or_file.h"
 #include "client/cpp/session.h"
 #include "client/cpp/view_flags.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/sample_meshes.h"
 #include "fmt/format.h"
 
@@ -92,9 +93,8 @@ absl::StatusOr<LoadReport> Measure(Session& session, const BenchFlags& flags, co
   LoadScenes scenes(session.client());
   for (int i = 0; i < plan.scenes; ++i) {
     const std::string& mesh = flags.meshes[static_cast<size_t>(i) % flags.meshes.size()];
-    auto file = SampleOrFile(mesh, flags.resolution);
-    if (!file.ok()) return file.status();
-    if (auto s = scenes.Make(*std::move(file), request, console); !s.ok()) return s;
+    LATTICED_ASSIGN_OR_RETURN(auto file, SampleOrFile(mesh, flags.resolution));
+    LATTICED_RETURN_IF_ERROR(scenes.Make(std::move(file), request, console));
   }
   LoadRun run(
       plan, scenes.scenes(), [&session] { return session.NewClient(); },
@@ -110,13 +110,12 @@ absl::StatusOr<LoadReport> Measure(Session& session, const BenchFlags& flags, co
 
 absl::Status Run(const BenchFlags& flags, CommandLine& line) {
   const std::stop_token stop = line.interruption.Catch();
-  auto session = Session::Open(flags.session, stop);
-  if (!session.ok()) return session.status();
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session, stop));
   const LoadPlan plan = ToPlan(flags);
-  auto report = Measure(*session, flags, plan, stop, line.console);
-  if (!report.ok()) return session->Explain(report.status());
+  auto report = Measure(session, flags, plan, stop, line.console);
+  if (!report.ok()) return session.Explain(report.status());
   report->meshes = MeshNames(flags);
-  if (auto status = Print(flags, plan, *report, line.console); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(Print(flags, plan, *report, line.console));
   return stop.stop_requested() ? absl::CancelledError("interrupted") : absl::OkStatus();
 }
 

@@ -4,6 +4,7 @@
 
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "core/base/status_macros.h"
 
 namespace latticed::client {
 
@@ -18,13 +19,11 @@ absl::StatusOr<DragResult> RunDrag(DeformStream& stream, int steps,
   DragResult result;
   for (int step = 0; step < steps; ++step) {
     const absl::Time begin = absl::Now();
-    const auto sequence = stream.Send(make_edit(step));
-    if (!sequence.ok()) return sequence.status();
-    const auto update = stream.WaitFor(*sequence);
-    if (!update.ok()) return update.status();
+    LATTICED_ASSIGN_OR_RETURN(const auto sequence, stream.Send(make_edit(step)));
+    LATTICED_ASSIGN_OR_RETURN(const auto update, stream.WaitFor(sequence));
     result.latencies.Add(absl::Now() - begin);
-    result.bytes += update->bytes;
-    result.chunks += update->chunk_count;
+    result.bytes += update.bytes;
+    result.chunks += update.chunk_count;
     progress(static_cast<uint64_t>(step) + 1, static_cast<uint64_t>(steps));
   }
   return result;

@@ -16,6 +16,7 @@
 #include "client/cpp/ray_flags.h"
 #include "client/cpp/session.h"
 #include "core/base/sha256.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -117,17 +118,15 @@ absl::StatusOr<v1::Vec3> DeformedPosition(const EditFlags& flags, const v1::Surf
 
 absl::Status MakeDrag(const EditFlags& flags, const v1::LatticeState&, Session& session,
                       v1::Edit* edit) {
-  const auto point = HoldOf(flags, session);
-  if (!point.ok()) return point.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto point, HoldOf(flags, session));
   v1::DragPoints& drag = *edit->mutable_drag_points();
-  *drag.add_points() = *point;
+  *drag.add_points() = point;
   drag.mutable_targets()->Add(flags.vector.begin(), flags.vector.end());
   if (flags.by.empty()) return absl::OkStatus();
-  const auto position = DeformedPosition(flags, *point, session);
-  if (!position.ok()) return position.status();
-  drag.add_targets(position->x() + flags.by[0]);
-  drag.add_targets(position->y() + flags.by[1]);
-  drag.add_targets(position->z() + flags.by[2]);
+  LATTICED_ASSIGN_OR_RETURN(const auto position, DeformedPosition(flags, point, session));
+  drag.add_targets(position.x() + flags.by[0]);
+  drag.add_targets(position.y() + flags.by[1]);
+  drag.add_targets(position.z() + flags.by[2]);
   return absl::OkStatus();
 }
 
@@ -158,19 +157,18 @@ absl::Status MakeRedo(const EditFlags&, const v1::LatticeState&, Session&, v1::E
 }
 
 absl::Status Run(const EditFlags& flags, EditMaker make, Console console) {
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
-  const auto lattice = session->client().GetLattice(flags.scene);
-  if (!lattice.ok()) return session->Explain(lattice.status());
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+  const auto lattice = session.client().GetLattice(flags.scene);
+  if (!lattice.ok()) return session.Explain(lattice.status());
   v1::EditBatch batch;
   batch.set_scene(flags.scene);
   batch.set_editor_id(flags.editor.empty() ? StableEditorId() : flags.editor);
   // Rises from call to call, also for an editor that is used again.
   batch.set_sequence(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
   batch.set_structure_id(lattice->structure_id());
-  if (auto s = make(flags, *lattice, *session, batch.add_edits()); !s.ok()) return s;
-  const auto result = session->client().ApplyEdits(batch);
-  if (!result.ok()) return session->Explain(result.status());
+  LATTICED_RETURN_IF_ERROR(make(flags, *lattice, session, batch.add_edits()));
+  const auto result = session.client().ApplyEdits(batch);
+  if (!result.ok()) return session.Explain(result.status());
   if (flags.json) {
     console.out << MessageJson(*result);
   } else {

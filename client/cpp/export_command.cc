@@ -14,6 +14,7 @@
 #include "client/cpp/session.h"
 #include "client/cpp/text_table.h"
 #include "client/cpp/view_flags.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -45,8 +46,7 @@ std::string CheckOutput(const std::string& path) {
 }
 
 absl::Status Run(const ExportFlags& flags, Console console) {
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
   v1::ExportRequest request;
   request.set_scene(flags.scene);
   request.set_revision(flags.revision);
@@ -55,10 +55,10 @@ absl::Status Run(const ExportFlags& flags, Console console) {
   absl::StatusOr<Client::ExportedFile> file;
   {
     ProgressBar bar(console, "export", ProgressBar::Unit::kBytes);
-    file = session->client().Export(request, bar.callback());
+    file = session.client().Export(request, bar.callback());
   }
-  if (!file.ok()) return session->Explain(file.status());
-  if (auto status = WriteFile(flags.output, file->bytes); !status.ok()) return status;
+  if (!file.ok()) return session.Explain(file.status());
+  LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, file->bytes));
   if (flags.json) {
     console.out << MessageJson(file->header);
   } else {

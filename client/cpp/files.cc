@@ -9,6 +9,7 @@
 #include <memory>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/codec/draco_decode.h"
 #include "fmt/format.h"
 
@@ -56,10 +57,9 @@ absl::Status WriteFile(const std::string& path, std::string_view bytes) {
 absl::StatusOr<MeshFile> ReadMeshFile(const std::string& path) {
   const auto format = MeshFormatFromFileName(path);
   if (!format.ok()) return InFile(path, format.status());
-  auto bytes = ReadFile(path);
-  if (!bytes.ok()) return bytes.status();
-  if (bytes->empty()) return CannotRead(path, "it is empty");
-  return MeshFile{path, *format, *std::move(bytes)};
+  LATTICED_ASSIGN_OR_RETURN(auto bytes, ReadFile(path));
+  if (bytes.empty()) return CannotRead(path, "it is empty");
+  return MeshFile{path, *format, std::move(bytes)};
 }
 
 absl::StatusOr<PolygonMesh> ParseMesh(const MeshFile& file) {
@@ -70,10 +70,8 @@ absl::StatusOr<PolygonMesh> ParseMesh(const MeshFile& file) {
 }
 
 absl::Status WriteMeshFile(const std::string& path, const TriangleMesh& mesh) {
-  const auto format = MeshFormatFromFileName(path);
-  if (!format.ok()) return format.status();
-  const auto bytes =
-      *format == MeshFormat::kDraco ? WriteDracoMesh(mesh) : WriteMesh(*format, mesh);
+  LATTICED_ASSIGN_OR_RETURN(const auto format, MeshFormatFromFileName(path));
+  const auto bytes = format == MeshFormat::kDraco ? WriteDracoMesh(mesh) : WriteMesh(format, mesh);
   if (!bytes.ok()) return InFile(path, bytes.status());
   return WriteFile(path, *bytes);
 }

@@ -9,6 +9,7 @@
 #include "client/cpp/session.h"
 #include "client/cpp/text_table.h"
 #include "client/cpp/view_flags.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -61,15 +62,14 @@ void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
 }
 
 absl::Status Run(const InfoFlags& flags, Console console) {
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
   if (flags.health) {
-    if (auto s = session->client().CheckHealth(); !s.ok()) return session->Explain(s);
+    if (auto s = session.client().CheckHealth(); !s.ok()) return session.Explain(s);
     console.out << "serving\n";
     return absl::OkStatus();
   }
-  const auto info = session->client().GetServerInfo();
-  if (!info.ok()) return session->Explain(info.status());
+  const auto info = session.client().GetServerInfo();
+  if (!info.ok()) return session.Explain(info.status());
   if (flags.json) {
     console.out << MessageJson(*info);
   } else {

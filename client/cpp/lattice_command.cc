@@ -9,6 +9,7 @@
 #include "client/cpp/files.h"
 #include "client/cpp/json_output.h"
 #include "client/cpp/lattice_json.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -22,28 +23,25 @@ struct LatticeFlags {
 };
 
 absl::Status Run(const LatticeFlags& flags, Console console) {
-  const auto file = ReadMeshFile(flags.mesh);
-  if (!file.ok()) return file.status();
-  const auto mesh = ParseMesh(*file);
-  if (!mesh.ok()) return mesh.status();
-  const auto lattice = FitLattice(mesh->ComputeBounds(), ParseAxes(flags.fit.size),
-                                  ParseAxes(flags.fit.degree), flags.fit.padding);
-  if (!lattice.ok()) return lattice.status();
-  const auto json = ToJson(ToProto(*lattice));
-  if (!json.ok()) return json.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, ParseMesh(file));
+  LATTICED_ASSIGN_OR_RETURN(const auto lattice,
+                            FitLattice(mesh.ComputeBounds(), ParseAxes(flags.fit.size),
+                                       ParseAxes(flags.fit.degree), flags.fit.padding));
+  LATTICED_ASSIGN_OR_RETURN(const auto json, ToJson(ToProto(lattice)));
   if (flags.output.empty()) {
-    console.out << *json;
+    console.out << json;
     return absl::OkStatus();
   }
-  if (auto status = WriteFile(flags.output, *json); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, json));
   if (flags.json) {
     console.out << nlohmann::json{{"output", flags.output},
-                                  {"controlPoints", lattice->control_points.size()}}
+                                  {"controlPoints", lattice.control_points.size()}}
                        .dump(2)
                 << '\n';
   } else {
     console.out << fmt::format("{}: {} control points\n", flags.output,
-                               lattice->control_points.size());
+                               lattice.control_points.size());
   }
   return absl::OkStatus();
 }

@@ -9,6 +9,7 @@
 #include "client/cpp/latticed_client_reply.h"
 #include "client/cpp/latticed_client_status.h"
 #include "core/base/sha256.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "grpcpp/create_channel.h"
@@ -111,13 +112,13 @@ absl::Status Client::CheckHealth() {
   using grpc::health::v1::HealthCheckResponse;
   const auto stub = Health::NewStub(channel_);
   // How it is at this moment: not made again.
-  const auto response = CallOnce(
-      *stub, &Health::Stub::Check, [&] { return NewContext(); },
-      grpc::health::v1::HealthCheckRequest(), stop_);
-  if (!response.ok()) return response.status();
-  if (response->status() == HealthCheckResponse::SERVING) return absl::OkStatus();
+  LATTICED_ASSIGN_OR_RETURN(const auto response,
+                            CallOnce(
+                                *stub, &Health::Stub::Check, [&] { return NewContext(); },
+                                grpc::health::v1::HealthCheckRequest(), stop_));
+  if (response.status() == HealthCheckResponse::SERVING) return absl::OkStatus();
   return absl::UnavailableError(fmt::format(
-      "the server says {}", HealthCheckResponse::ServingStatus_Name(response->status())));
+      "the server says {}", HealthCheckResponse::ServingStatus_Name(response.status())));
 }
 
 absl::StatusOr<v1::Mesh> Client::GetMesh(const std::string& id) {
@@ -132,11 +133,11 @@ absl::StatusOr<std::vector<v1::Mesh>> Client::ListMeshes(const std::string& filt
   request.set_filter(filter);
   std::vector<v1::Mesh> meshes;
   do {
-    const auto page = Call(
-        *meshes_, &v1::MeshService::Stub::ListMeshes, [&] { return NewContext(); }, request, stop_);
-    if (!page.ok()) return page.status();
-    meshes.insert(meshes.end(), page->meshes().begin(), page->meshes().end());
-    request.set_page_token(page->next_page_token());
+    LATTICED_ASSIGN_OR_RETURN(const auto page, Call(
+                                                   *meshes_, &v1::MeshService::Stub::ListMeshes,
+                                                   [&] { return NewContext(); }, request, stop_));
+    meshes.insert(meshes.end(), page.meshes().begin(), page.meshes().end());
+    request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());
   return meshes;
 }
@@ -169,12 +170,11 @@ absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& fil
   request.set_filter(filter);
   std::vector<v1::Scene> scenes;
   do {
-    const auto page = Call(
-        *scenes_, &v1::SceneService::Stub::ListScenes, [&] { return NewContext(); }, request,
-        stop_);
-    if (!page.ok()) return page.status();
-    scenes.insert(scenes.end(), page->scenes().begin(), page->scenes().end());
-    request.set_page_token(page->next_page_token());
+    LATTICED_ASSIGN_OR_RETURN(const auto page, Call(
+                                                   *scenes_, &v1::SceneService::Stub::ListScenes,
+                                                   [&] { return NewContext(); }, request, stop_));
+    scenes.insert(scenes.end(), page.scenes().begin(), page.scenes().end());
+    request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());
   return scenes;
 }

@@ -5,6 +5,8 @@
 #include <array>
 #include <utility>
 
+#include "core/base/status_macros.h"
+
 namespace latticed::client {
 namespace {
 
@@ -93,7 +95,7 @@ absl::StatusOr<TriangleMesh> AssembleMesh(const v1::Topology& topology, DecodedP
 
 absl::Status CarryAttributes(const PolygonMesh& source, const v1::Topology& topology,
                              const v1::TopologyPart& provenance, TriangleMesh* mesh) {
-  if (auto status = CheckProvenance(source, topology, provenance); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckProvenance(source, topology, provenance));
   if (source.has_uvs()) CarryUvs(source, topology, provenance, mesh);
   if (source.face_groups.empty()) return absl::OkStatus();
   mesh->group_names = source.group_names;

@@ -8,6 +8,7 @@
 #include "client/cpp/latticed_client.h"
 #include "client/cpp/latticed_client_status.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -26,10 +27,9 @@ absl::StatusOr<std::unique_ptr<DeformStream>> DeformStream::Open(Client* client,
       new DeformStream(client, std::move(watch), std::move(observer)));
   stream->stream_.Start();
   // The first complete update: what edits are relative to is then known, and errors are told here.
-  auto first = stream->Next();
-  if (!first.ok()) return first.status();
-  if (first->ended() && client->stop_.stop_requested()) return Stopped();
-  stream->first_update_ = std::move(first->update);
+  LATTICED_ASSIGN_OR_RETURN(auto first, stream->Next());
+  if (first.ended() && client->stop_.stop_requested()) return Stopped();
+  stream->first_update_ = std::move(first.update);
   return stream;
 }
 
@@ -100,10 +100,9 @@ void DeformStream::HalfClose() {
 
 absl::StatusOr<DeformStream::Step> DeformStream::Next() {
   for (;;) {
-    auto event = stream_.Read();
-    if (!event.ok()) return event.status();
-    if (!event->has_value()) return Step{};
-    auto step = Take(**std::move(event));
+    LATTICED_ASSIGN_OR_RETURN(auto event, stream_.Read());
+    if (!event.has_value()) return Step{};
+    auto step = Take(*std::move(event));
     if (!step.ok()) Cancel();
     if (!step.ok() || !step->ended()) return step;
   }
@@ -133,9 +132,7 @@ absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
     default:
       break;
   }
-  auto update = surface_.Apply(std::move(event));
-  if (!update.ok()) return update.status();
-  step.update = *std::move(update);
+  LATTICED_ASSIGN_OR_RETURN(step.update, surface_.Apply(std::move(event)));
   if (step.update.has_value()) {
     Remember(*step.update);
     Acknowledge(step.update->end.update_id());
@@ -185,9 +182,8 @@ absl::StatusOr<CompleteUpdate> DeformStream::WaitFor(uint64_t sequence) {
     if (newest_update_.has_value() && newest_update_->end.applied_sequence() >= sequence) {
       return *newest_update_;
     }
-    const auto step = Next();
-    if (!step.ok()) return step.status();
-    if (step->ended()) return absl::CancelledError("the stream ended before the edit was seen");
+    LATTICED_ASSIGN_OR_RETURN(const auto step, Next());
+    if (step.ended()) return absl::CancelledError("the stream ended before the edit was seen");
   }
 }
 

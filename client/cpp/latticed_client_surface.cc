@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -39,11 +40,8 @@ absl::StatusOr<std::optional<CompleteUpdate>> Surface::Apply(v1::SceneEvent even
     case v1::SceneEvent::kChunks:
       status = TakeChunks(std::move(*event.mutable_chunks()));
       break;
-    case v1::SceneEvent::kUpdateEnd: {
-      auto update = TakeEnd(event.update_end());
-      if (!update.ok()) return update.status();
-      return *std::move(update);
-    }
+    case v1::SceneEvent::kUpdateEnd:
+      return TakeEnd(event.update_end());
     default:
       break;  // hello, results and heartbeats are the stream's; others are of later versions
   }

@@ -8,6 +8,7 @@
 #include "client/cpp/latticed_client.h"
 #include "client/cpp/latticed_client_reply.h"
 #include "client/cpp/latticed_client_status.h"
+#include "core/base/status_macros.h"
 
 namespace latticed::client {
 namespace {
@@ -23,10 +24,9 @@ absl::StatusOr<std::unique_ptr<WatchStream>> WatchStream::Open(Client* client,
   std::unique_ptr<WatchStream> stream(
       new WatchStream(client, std::move(watch), std::move(observer)));
   stream->stream_.Start();
-  auto first = stream->Next();
-  if (!first.ok()) return first.status();
-  if (!first->has_value() && client->stop_.stop_requested()) return Stopped();
-  stream->first_update_ = *std::move(first);
+  LATTICED_ASSIGN_OR_RETURN(auto first, stream->Next());
+  if (!first.has_value() && client->stop_.stop_requested()) return Stopped();
+  stream->first_update_ = std::move(first);
   return stream;
 }
 
@@ -62,10 +62,9 @@ absl::Status WatchStream::ControlPresence(const v1::Presence& presence) {
 
 absl::StatusOr<std::optional<CompleteUpdate>> WatchStream::Next() {
   for (;;) {
-    auto event = stream_.Read();
-    if (!event.ok()) return event.status();
-    if (!event->has_value()) return std::nullopt;
-    auto update = Take(**std::move(event));
+    LATTICED_ASSIGN_OR_RETURN(auto event, stream_.Read());
+    if (!event.has_value()) return std::nullopt;
+    auto update = Take(*std::move(event));
     if (!update.ok()) Cancel();
     if (!update.ok() || update->has_value()) return update;
   }

@@ -11,6 +11,7 @@
 #include "client/cpp/surface_mesh.h"
 #include "client/cpp/text_table.h"
 #include "client/cpp/units_flags.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/mesh_units.h"
 #include "fmt/format.h"
 
@@ -50,10 +51,8 @@ absl::Status CheckUnits(const v1::Mesh& mesh, const UnitsFlags& flags) {
 }
 
 absl::Status RunUpload(const MeshFlags& flags, Console console) {
-  const auto file = ReadMeshFile(flags.file);
-  if (!file.ok()) return file.status();
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.file));
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
   v1::MeshHeader header;
   header.set_name(flags.name);
   for (const std::string& label : flags.labels) {
@@ -62,9 +61,9 @@ absl::Status RunUpload(const MeshFlags& flags, Console console) {
     (*header.mutable_labels())[entry.first] = entry.second;
   }
   *header.mutable_units() = ToProto(flags.units);
-  const auto mesh = Upload(session->client(), *file, std::move(header), console);
-  if (!mesh.ok()) return session->Explain(mesh.status());
-  if (auto status = CheckUnits(*mesh, flags.units); !status.ok()) return status;
+  const auto mesh = Upload(session.client(), file, std::move(header), console);
+  if (!mesh.ok()) return session.Explain(mesh.status());
+  LATTICED_RETURN_IF_ERROR(CheckUnits(*mesh, flags.units));
   if (flags.json) {
     console.out << MessageJson(*mesh);
   } else {
@@ -74,10 +73,9 @@ absl::Status RunUpload(const MeshFlags& flags, Console console) {
 }
 
 absl::Status RunList(const MeshFlags& flags, Console console) {
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
-  const auto meshes = session->client().ListMeshes(flags.filter);
-  if (!meshes.ok()) return session->Explain(meshes.status());
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+  const auto meshes = session.client().ListMeshes(flags.filter);
+  if (!meshes.ok()) return session.Explain(meshes.status());
   if (flags.json) {
     PrintJsonArray(*meshes, console.out);
   } else {
@@ -87,18 +85,17 @@ absl::Status RunList(const MeshFlags& flags, Console console) {
 }
 
 absl::Status RunDelete(const MeshFlags& flags, Console console) {
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
   std::vector<std::string> deleted;
   absl::Status status;
   for (const std::string& id : flags.ids) {
-    status = session->client().DeleteMesh(id, flags.force);
+    status = session.client().DeleteMesh(id, flags.force);
     if (!status.ok()) break;
     deleted.push_back(id);
     if (!flags.json) console.out << fmt::format("mesh {} is deleted\n", id);
   }
   if (flags.json) PrintDeleted(deleted, console.out);
-  return session->Explain(status);
+  return session.Explain(status);
 }
 
 }  // namespace

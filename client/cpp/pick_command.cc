@@ -10,6 +10,7 @@
 #include "client/cpp/json_output.h"
 #include "client/cpp/ray_flags.h"
 #include "client/cpp/session.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "fmt/ranges.h"
 
@@ -24,10 +25,9 @@ struct PickFlags {
 };
 
 absl::Status Run(const PickFlags& flags, Console console) {
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
-  const auto point = session->client().Pick(PickRequestOf(flags.scene, flags.ray));
-  if (!point.ok()) return session->Explain(point.status());
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+  const auto point = session.client().Pick(PickRequestOf(flags.scene, flags.ray));
+  if (!point.ok()) return session.Explain(point.status());
   if (flags.json) {
     console.out << MessageJson(*point);
     return absl::OkStatus();

@@ -21,6 +21,7 @@
 #include "client/cpp/surface_mesh.h"
 #include "client/cpp/temporary_scene.h"
 #include "client/cpp/text_table.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/sample_meshes.h"
 #include "fmt/format.h"
 
@@ -85,14 +86,14 @@ absl::Status WriteSurface(Client& client, const v1::Scene& scene, const v1::Mesh
                           Report* report) {
   v1::ViewOptions view;
   view.set_encoding(v1::ENCODING_RAW);
-  const auto surface = FetchSurface(client, scene.id(), view, mesh, file, console);
-  if (!surface.ok()) return surface.status();
-  report->patches = surface->patches;
-  report->points = surface->mesh.positions.size();
-  report->triangles = surface->mesh.triangles.size();
+  LATTICED_ASSIGN_OR_RETURN(const auto surface,
+                            FetchSurface(client, scene.id(), view, mesh, file, console));
+  report->patches = surface.patches;
+  report->points = surface.mesh.positions.size();
+  report->triangles = surface.mesh.triangles.size();
   for (const char* extension : {".ply", ".glb"}) {
     report->files.push_back(stem + extension);
-    if (auto status = WriteMeshFile(stem + extension, surface->mesh); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(WriteMeshFile(stem + extension, surface.mesh));
   }
   return absl::OkStatus();
 }
@@ -101,12 +102,11 @@ absl::StatusOr<DragResult> Drag(Client& client, const v1::Scene& scene, int step
                                 Console console) {
   v1::WatchRequest watch;
   watch.set_scene(scene.id());
-  const auto stream = client.Deform(std::move(watch));
-  if (!stream.ok()) return stream.status();
-  const v1::Lattice lattice = (*stream)->surface().lattice().lattice();
+  LATTICED_ASSIGN_OR_RETURN(const auto stream, client.Deform(std::move(watch)));
+  const v1::Lattice lattice = stream->surface().lattice().lattice();
   ProgressBar bar(console, "drag", ProgressBar::Unit::kCount);
   return RunDrag(
-      **stream, steps, [&](int step) { return MakeStep(lattice, step, steps); }, bar.callback());
+      *stream, steps, [&](int step) { return MakeStep(lattice, step, steps); }, bar.callback());
 }
 
 void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out) {
@@ -143,27 +143,17 @@ void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out
 }
 
 absl::StatusOr<Report> RunOn(Client& client, const QuickstartFlags& flags, Console console) {
-  const auto file = SampleOrFile(flags.sample);
-  if (!file.ok()) return file.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto file, SampleOrFile(flags.sample));
   TemporaryScene made(client);
-  const auto mesh = made.Upload(*file, {}, console);
-  if (!mesh.ok()) return mesh.status();
-  const auto scene = made.Create(SceneRequest());
-  if (!scene.ok()) return scene.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, made.Upload(file, {}, console));
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(SceneRequest()));
   Report report;
   const std::string folder = flags.output + "/";
-  if (auto status = WriteSurface(client, *scene, *mesh, *file, folder + "rest", console, &report);
-      !status.ok()) {
-    return status;
-  }
-  auto drag = Drag(client, *scene, flags.steps, console);
-  if (!drag.ok()) return drag.status();
-  report.drag = *std::move(drag);
-  if (auto status =
-          WriteSurface(client, *scene, *mesh, *file, folder + "deformed", console, &report);
-      !status.ok()) {
-    return status;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      WriteSurface(client, scene, mesh, file, folder + "rest", console, &report));
+  LATTICED_ASSIGN_OR_RETURN(report.drag, Drag(client, scene, flags.steps, console));
+  LATTICED_RETURN_IF_ERROR(
+      WriteSurface(client, scene, mesh, file, folder + "deformed", console, &report));
   made.Keep();  // to be looked at
   return report;
 }
@@ -175,10 +165,9 @@ absl::Status Run(const QuickstartFlags& flags, CommandLine& line) {
     return absl::UnknownError(
         fmt::format("cannot make the folder {}: {}", flags.output, failure.message()));
   }
-  auto session = Session::Open(flags.session, &line.interruption);
-  if (!session.ok()) return session.status();
-  const auto report = RunOn(session->client(), flags, line.console);
-  if (!report.ok()) return session->Explain(report.status());
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session, &line.interruption));
+  const auto report = RunOn(session.client(), flags, line.console);
+  if (!report.ok()) return session.Explain(report.status());
   Print(flags, *report, line.console.out);
   return absl::OkStatus();
 }

@@ -9,6 +9,7 @@
 #include "client/cpp/files.h"
 #include "client/cpp/json_output.h"
 #include "client/cpp/text_table.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/obj_io.h"
 #include "core/mesh/sample_meshes.h"
 #include "fmt/format.h"
@@ -24,19 +25,17 @@ struct SampleFlags {
 };
 
 absl::Status Run(const SampleFlags& flags, Console console) {
-  const auto mesh = MakeSampleMesh(flags.name, flags.resolution);
-  if (!mesh.ok()) return mesh.status();
-  if (auto status = WriteFile(flags.output, WriteObj(*mesh)); !status.ok()) return status;
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, MakeSampleMesh(flags.name, flags.resolution));
+  LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, WriteObj(mesh)));
   if (flags.json) {
     console.out << nlohmann::json{{"output", flags.output},
-                                  {"vertices", mesh->positions.size()},
-                                  {"faces", mesh->face_count()}}
+                                  {"vertices", mesh.positions.size()},
+                                  {"faces", mesh.face_count()}}
                        .dump(2)
                 << '\n';
   } else {
     console.out << fmt::format("{}: {} vertices, {} faces\n", flags.output,
-                               FormatCount(mesh->positions.size()),
-                               FormatCount(mesh->face_count()));
+                               FormatCount(mesh.positions.size()), FormatCount(mesh.face_count()));
   }
   return absl::OkStatus();
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/base/status_macros.h"
 #include "core/mesh/obj_io.h"
 
 namespace latticed::client {
@@ -11,9 +12,8 @@ namespace latticed::client {
 absl::StatusOr<MeshFile> SampleOrFile(const std::string& name, int resolution) {
   const auto names = SampleMeshNames();
   if (std::find(names.begin(), names.end(), name) == names.end()) return ReadMeshFile(name);
-  const auto mesh = MakeSampleMesh(name, resolution);
-  if (!mesh.ok()) return mesh.status();
-  return MeshFile{name + ".obj", MeshFormat::kObj, WriteObj(*mesh)};
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, MakeSampleMesh(name, resolution));
+  return MeshFile{name + ".obj", MeshFormat::kObj, WriteObj(mesh)};
 }
 
 }  // namespace latticed::client

@@ -11,6 +11,7 @@
 #include "client/cpp/surface_mesh.h"
 #include "client/cpp/text_table.h"
 #include "client/cpp/view_flags.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -82,11 +83,8 @@ void Print(const v1::Scene& scene, bool json, std::ostream& out) {
 absl::StatusOr<v1::LatticeSource> Source(const SceneFlags& flags) {
   v1::LatticeSource source;
   if (!flags.lattice.empty()) {
-    const auto json = ReadFile(flags.lattice);
-    if (!json.ok()) return json.status();
-    auto lattice = LatticeFromJson(*json, flags.lattice);
-    if (!lattice.ok()) return lattice.status();
-    *source.mutable_lattice() = *std::move(lattice);
+    LATTICED_ASSIGN_OR_RETURN(const auto json, ReadFile(flags.lattice));
+    LATTICED_ASSIGN_OR_RETURN(*source.mutable_lattice(), LatticeFromJson(json, flags.lattice));
     return source;
   }
   *source.mutable_fit() = ToProto(flags.fit);
@@ -94,34 +92,30 @@ absl::StatusOr<v1::LatticeSource> Source(const SceneFlags& flags) {
 }
 
 absl::Status RunCreate(const SceneFlags& flags, Console console) {
-  auto source = Source(flags);
-  if (!source.ok()) return source.status();
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
+  LATTICED_ASSIGN_OR_RETURN(auto source, Source(flags));
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
   v1::CreateSceneRequest request;
   request.set_scene_id(flags.id);
   request.set_mesh(flags.mesh);
   if (!IsMeshId(flags.mesh)) {
-    const auto file = ReadMeshFile(flags.mesh);
-    if (!file.ok()) return file.status();
-    const auto mesh = Upload(session->client(), *file, {}, console);
-    if (!mesh.ok()) return session->Explain(mesh.status());
+    LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
+    const auto mesh = Upload(session.client(), file, {}, console);
+    if (!mesh.ok()) return session.Explain(mesh.status());
     request.set_mesh(mesh->id());
   }
-  *request.add_lattices() = *std::move(source);
+  *request.add_lattices() = std::move(source);
   *request.mutable_default_view() = ToProto(flags.view);
   request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
-  const auto scene = session->client().CreateScene(std::move(request));
-  if (!scene.ok()) return session->Explain(scene.status());
+  const auto scene = session.client().CreateScene(std::move(request));
+  if (!scene.ok()) return session.Explain(scene.status());
   Print(*scene, flags.json, console.out);
   return absl::OkStatus();
 }
 
 absl::Status RunList(const SceneFlags& flags, Console console) {
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
-  const auto scenes = session->client().ListScenes(flags.filter);
-  if (!scenes.ok()) return session->Explain(scenes.status());
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+  const auto scenes = session.client().ListScenes(flags.filter);
+  if (!scenes.ok()) return session.Explain(scenes.status());
   if (flags.json) {
     PrintJsonArray(*scenes, console.out);
   } else {
@@ -131,19 +125,17 @@ absl::Status RunList(const SceneFlags& flags, Console console) {
 }
 
 absl::Status RunShow(const SceneFlags& flags, Console console) {
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
-  const auto scene = session->client().GetScene(flags.id);
-  if (!scene.ok()) return session->Explain(scene.status());
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+  const auto scene = session.client().GetScene(flags.id);
+  if (!scene.ok()) return session.Explain(scene.status());
   Print(*scene, flags.json, console.out);
   return absl::OkStatus();
 }
 
 absl::Status RunDelete(const SceneFlags& flags, Console console) {
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
-  const auto status = session->client().DeleteScene(flags.id);
-  if (!status.ok()) return session->Explain(status);
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+  const auto status = session.client().DeleteScene(flags.id);
+  if (!status.ok()) return session.Explain(status);
   if (flags.json) {
     PrintDeleted({flags.id}, console.out);
   } else {

@@ -7,6 +7,7 @@
 
 #include "client/cpp/files.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/options.h"
 #include "server/in_process.h"
@@ -22,9 +23,7 @@ absl::StatusOr<Connection> ToConnection(const SessionFlags& flags) {
       {flags.tls_key, connection.tls_key_pem}};
   for (const auto& [path, pem] : files) {
     if (path.empty()) continue;
-    auto bytes = ReadFile(path);
-    if (!bytes.ok()) return bytes.status();
-    pem = *std::move(bytes);
+    LATTICED_ASSIGN_OR_RETURN(pem, ReadFile(path));
   }
   return connection;
 }
@@ -68,19 +67,16 @@ absl::StatusOr<Session> Session::Open(const SessionFlags& flags, Interruption* i
 absl::StatusOr<Session> Session::Open(const SessionFlags& flags, std::stop_token stop) {
   Session session;
   if (!flags.server.empty()) {
-    auto connection = ToConnection(flags);
-    if (!connection.ok()) return connection.status();
+    LATTICED_ASSIGN_OR_RETURN(auto connection, ToConnection(flags));
     session.address_ = flags.server;
-    session.connection_ = *std::move(connection);
+    session.connection_ = std::move(connection);
   } else {
     Options options;
     options.backend = flags.backend;
     options.log_level = "warn";  // its log is this program's error output
     options.drain_delay = absl::ZeroDuration();
     options.max_connections = 1'000'000;  // all of them are this program's
-    auto server = InProcessServer::Start(options);
-    if (!server.ok()) return server.status();
-    session.server_ = *std::move(server);
+    LATTICED_ASSIGN_OR_RETURN(session.server_, InProcessServer::Start(options));
     session.connection_.address = session.server_->address();
   }
   session.client_ = Client::Connect(session.connection_, std::move(stop));

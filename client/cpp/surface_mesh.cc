@@ -8,6 +8,7 @@
 #include "client/cpp/latticed_client_mesh.h"
 #include "client/cpp/progress_bar.h"
 #include "client/cpp/units_flags.h"
+#include "core/base/status_macros.h"
 
 namespace latticed::client {
 
@@ -26,24 +27,20 @@ absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& s
   request.set_scene(scene);
   *request.mutable_view() = view;
   ProgressBar bar(console, "surface", ProgressBar::Unit::kNone);
-  const auto surface = client.GetUpdate(request, bar.callback());
-  if (!surface.ok()) return surface.status();
-  auto points = surface->Decode();
-  if (!points.ok()) return points.status();
-  auto assembled = AssembleMesh(surface->topology(), *std::move(points));
-  if (!assembled.ok()) return assembled.status();
-  FetchedSurface result{.mesh = *std::move(assembled),
-                        .patches = surface->topology().patch_count(),
-                        .revision = surface->revision(),
-                        .bytes = surface->bytes()};
+  LATTICED_ASSIGN_OR_RETURN(const auto surface, client.GetUpdate(request, bar.callback()));
+  LATTICED_ASSIGN_OR_RETURN(auto points, surface.Decode());
+  LATTICED_ASSIGN_OR_RETURN(auto assembled, AssembleMesh(surface.topology(), std::move(points)));
+  FetchedSurface result{.mesh = std::move(assembled),
+                        .patches = surface.topology().patch_count(),
+                        .revision = surface.revision(),
+                        .bytes = surface.bytes()};
   result.mesh.units = MeshUnits{UpAxisName(mesh.up_axis()), mesh.meters_per_unit()};
   if (!mesh.has_uvs() && mesh.groups_size() == 0) return result;
 
-  const auto source = ParseMesh(file);
-  if (!source.ok()) return source.status();
-  const auto provenance = client.GetTopology(scene, surface->topology().topology_id());
-  if (!provenance.ok()) return provenance.status();
-  const auto status = CarryAttributes(*source, surface->topology(), *provenance, &result.mesh);
+  LATTICED_ASSIGN_OR_RETURN(const auto source, ParseMesh(file));
+  LATTICED_ASSIGN_OR_RETURN(const auto provenance,
+                            client.GetTopology(scene, surface.topology().topology_id()));
+  const auto status = CarryAttributes(source, surface.topology(), provenance, &result.mesh);
   if (!status.ok()) return status;
   return result;
 }

@@ -11,6 +11,7 @@
 #include "client/cpp/session.h"
 #include "client/cpp/text_table.h"
 #include "client/cpp/view_flags.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -48,19 +49,18 @@ void PrintUpdate(const CompleteUpdate& update, const Surface& surface, bool json
 }
 
 absl::Status Run(const WatchFlags& flags, Console console) {
-  auto session = Session::Open(flags.session);
-  if (!session.ok()) return session.status();
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
   v1::WatchRequest request;
   request.set_scene(flags.scene);
   *request.mutable_view() = ToProto(flags.view);
-  const auto watch = session->client().Watch(std::move(request));
-  if (!watch.ok()) return session->Explain(watch.status());
+  const auto watch = session.client().Watch(std::move(request));
+  if (!watch.ok()) return session.Explain(watch.status());
   std::optional<CompleteUpdate> update = (*watch)->first_update();
   for (uint64_t count = 0; update.has_value();) {
     PrintUpdate(*update, (*watch)->surface(), flags.json, console.out);
     if (++count >= flags.updates) return absl::OkStatus();
     auto next = (*watch)->Next();
-    if (!next.ok()) return session->Explain(next.status());
+    if (!next.ok()) return session.Explain(next.status());
     update = *std::move(next);
   }
   return absl::OkStatus();

@@ -5,7 +5,7 @@
 //
 //   StopPoll poll(stop);
 //   for (…) {
-//     if (auto s = poll.Step(); !s.ok()) return s;   // asks once in kStepsPerCheck steps
+//     LATTICED_RETURN_IF_ERROR(poll.Step());   // asks once in kStepsPerCheck steps
 //     …
 //   }
 //
@@ -18,6 +18,7 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "core/base/status_macros.h"
 
 namespace latticed {
 

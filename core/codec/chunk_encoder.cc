@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/codec/chunk_connectivity.h"
 #include "core/codec/draco_writer.h"
 
@@ -31,9 +32,7 @@ QuantisedVertices QuantisedVertices::FromBytes(std::span<const uint8_t> bytes, s
 absl::StatusOr<std::vector<uint8_t>> ChunkEncoder::EncodePoints(const QuantisedVertices& vertices,
                                                                 double range) const {
   std::vector<uint8_t> stream;
-  if (auto status = Encode({&vertices, 1}, range, nullptr, {&stream, 1}); !status.ok()) {
-    return status;
-  }
+  LATTICED_RETURN_IF_ERROR(Encode({&vertices, 1}, range, nullptr, {&stream, 1}));
   return stream;
 }
 
@@ -42,9 +41,7 @@ absl::StatusOr<std::vector<uint8_t>> ChunkEncoder::EncodeMesh(
     std::span<const std::array<uint32_t, 3>> triangles) const {
   const ChunkConnectivity connectivity(vertices.point_count, triangles);
   std::vector<uint8_t> stream;
-  if (auto status = Encode({&vertices, 1}, range, &connectivity, {&stream, 1}); !status.ok()) {
-    return status;
-  }
+  LATTICED_RETURN_IF_ERROR(Encode({&vertices, 1}, range, &connectivity, {&stream, 1}));
   return stream;
 }
 

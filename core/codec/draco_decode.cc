@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/codec/draco_announcement.h"
 #include "draco/compression/decode.h"
 #include "fmt/format.h"
@@ -23,14 +24,13 @@ absl::Status MalformedChunk(std::string_view problem) {
 
 absl::StatusOr<std::unique_ptr<draco::PointCloud>> DecodeCloud(std::span<const uint8_t> bytes,
                                                                bool skip_transforms) {
-  const auto announcement = ReadDracoAnnouncement(bytes);
-  if (!announcement.ok()) return announcement.status();
-  if (announcement->points > limits::kMaxChunkPoints) {
+  LATTICED_ASSIGN_OR_RETURN(const auto announcement, ReadDracoAnnouncement(bytes));
+  if (announcement.points > limits::kMaxChunkPoints) {
     return MalformedChunk(fmt::format("announces {} points, a chunk has {} at most",
-                                      announcement->points, limits::kMaxChunkPoints));
+                                      announcement.points, limits::kMaxChunkPoints));
   }
-  if (announcement->is_kd_tree) return MalformedChunk("is a k-d tree, a chunk keeps its order");
-  if (auto size = CheckDracoSize(*announcement, bytes.size()); !size.ok()) return size;
+  if (announcement.is_kd_tree) return MalformedChunk("is a k-d tree, a chunk keeps its order");
+  LATTICED_RETURN_IF_ERROR(CheckDracoSize(announcement, bytes.size()));
   draco::Decoder decoder;
   if (skip_transforms) {
     decoder.SetSkipAttributeTransform(Kind::POSITION);
@@ -69,25 +69,19 @@ absl::StatusOr<std::vector<T>> Values(const draco::PointCloud& cloud, Kind::Type
 }  // namespace
 
 absl::StatusOr<DecodedChunk> DecodeDracoChunk(std::span<const uint8_t> bytes) {
-  const auto cloud = DecodeCloud(bytes, /*skip_transforms=*/false);
-  if (!cloud.ok()) return cloud.status();
-  auto positions = Values<float>(**cloud, Kind::POSITION, 3);
-  if (!positions.ok()) return positions.status();
-  auto normals = Values<float>(**cloud, Kind::NORMAL, 3);
-  if (!normals.ok()) return normals.status();
-  if (positions->empty() && (*cloud)->num_points() > 0) return MalformedChunk("has no positions");
-  return DecodedChunk{*std::move(positions), *std::move(normals)};
+  LATTICED_ASSIGN_OR_RETURN(const auto cloud, DecodeCloud(bytes, /*skip_transforms=*/false));
+  LATTICED_ASSIGN_OR_RETURN(auto positions, Values<float>(*cloud, Kind::POSITION, 3));
+  LATTICED_ASSIGN_OR_RETURN(auto normals, Values<float>(*cloud, Kind::NORMAL, 3));
+  if (positions.empty() && cloud->num_points() > 0) return MalformedChunk("has no positions");
+  return DecodedChunk{std::move(positions), std::move(normals)};
 }
 
 absl::StatusOr<DecodedIntegers> DecodeDracoChunkIntegers(std::span<const uint8_t> bytes) {
-  const auto cloud = DecodeCloud(bytes, /*skip_transforms=*/true);
-  if (!cloud.ok()) return cloud.status();
-  auto positions = Values<uint32_t>(**cloud, Kind::POSITION, 3);
-  if (!positions.ok()) return positions.status();
-  auto normals = Values<uint32_t>(**cloud, Kind::NORMAL, 2);
-  if (!normals.ok()) return normals.status();
-  if (positions->empty() && (*cloud)->num_points() > 0) return MalformedChunk("has no positions");
-  return DecodedIntegers{*std::move(positions), *std::move(normals)};
+  LATTICED_ASSIGN_OR_RETURN(const auto cloud, DecodeCloud(bytes, /*skip_transforms=*/true));
+  LATTICED_ASSIGN_OR_RETURN(auto positions, Values<uint32_t>(*cloud, Kind::POSITION, 3));
+  LATTICED_ASSIGN_OR_RETURN(auto normals, Values<uint32_t>(*cloud, Kind::NORMAL, 2));
+  if (positions.empty() && cloud->num_points() > 0) return MalformedChunk("has no positions");
+  return DecodedIntegers{std::move(positions), std::move(normals)};
 }
 
 }  // namespace latticed

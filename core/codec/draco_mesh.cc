@@ -9,6 +9,7 @@
 
 #include "core/base/bounds.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "core/codec/draco_announcement.h"
 #include "core/codec/draco_decode.h"
 #include "core/codec/draco_geometry.h"
@@ -55,21 +56,12 @@ absl::StatusOr<PolygonMesh> ToPolygonMesh(const draco::Mesh& mesh) {
   if (positions == nullptr || positions->num_components() != 3) {
     return MalformedMesh("has no positions of three components");
   }
-  if (auto status = CopyAttribute<Vec3d, 3, double>(mesh, positions, result.positions,
-                                                    result.corner_vertices);
-      !status.ok()) {
-    return status;
-  }
-  if (auto status = CopyAttribute<Vec3f, 3, float>(mesh, mesh.GetNamedAttribute(Kind::NORMAL),
-                                                   result.normals, result.corner_normals);
-      !status.ok()) {
-    return status;
-  }
-  if (auto status = CopyAttribute<Vec2f, 2, float>(mesh, mesh.GetNamedAttribute(Kind::TEX_COORD),
-                                                   result.uvs, result.corner_uvs);
-      !status.ok()) {
-    return status;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CopyAttribute<Vec3d, 3, double>(mesh, positions, result.positions, result.corner_vertices));
+  LATTICED_RETURN_IF_ERROR(CopyAttribute<Vec3f, 3, float>(
+      mesh, mesh.GetNamedAttribute(Kind::NORMAL), result.normals, result.corner_normals));
+  LATTICED_RETURN_IF_ERROR(CopyAttribute<Vec2f, 2, float>(
+      mesh, mesh.GetNamedAttribute(Kind::TEX_COORD), result.uvs, result.corner_uvs));
   result.face_offsets.resize(mesh.num_faces() + size_t{1});
   for (uint32_t f = 0; f <= mesh.num_faces(); ++f) result.face_offsets[f] = 3 * f;
   return result;
@@ -81,11 +73,11 @@ constexpr int kLeastUvBits = 12;
 }  // namespace
 
 absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes) {
-  const auto announcement =
-      ReadDracoAnnouncement({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
-  if (!announcement.ok()) return announcement.status();
-  if (!announcement->is_mesh) return MalformedMesh("is a point cloud; a mesh is needed");
-  if (auto size = CheckDracoSize(*announcement, bytes.size()); !size.ok()) return size;
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto announcement,
+      ReadDracoAnnouncement({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}));
+  if (!announcement.is_mesh) return MalformedMesh("is a point cloud; a mesh is needed");
+  LATTICED_RETURN_IF_ERROR(CheckDracoSize(announcement, bytes.size()));
   draco::DecoderBuffer buffer;
   buffer.Init(bytes.data(), bytes.size());
   try {
@@ -126,9 +118,8 @@ absl::StatusOr<std::string> WriteDracoMesh(const TriangleMesh& mesh, int positio
   for (const Vec3f n : mesh.normals)
     geometry.normals.insert(geometry.normals.end(), {n.x, n.y, n.z});
   for (const Vec2f uv : mesh.uvs) geometry.uvs.insert(geometry.uvs.end(), {uv.x, uv.y});
-  const auto stream = EncodeDraco(geometry, TriangleSpan(mesh.triangles));
-  if (!stream.ok()) return stream.status();
-  return std::string(stream->begin(), stream->end());
+  LATTICED_ASSIGN_OR_RETURN(const auto stream, EncodeDraco(geometry, TriangleSpan(mesh.triangles)));
+  return std::string(stream.begin(), stream.end());
 }
 
 }  // namespace latticed

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/codec/chunk_connectivity.h"
 #include "core/codec/chunk_encoder.h"
 #include "core/codec/draco_geometry.h"
@@ -58,9 +59,8 @@ class ReferenceEncoder final : public ChunkEncoder {
     std::optional<TriangleSpan> triangles;
     if (connectivity != nullptr) triangles = connectivity->triangles();
     for (size_t i = 0; i < chunks.size(); ++i) {
-      auto stream = EncodeDraco(ToGeometry(chunks[i], range), triangles);
-      if (!stream.ok()) return stream.status();
-      streams[i] = *std::move(stream);
+      LATTICED_ASSIGN_OR_RETURN(auto stream, EncodeDraco(ToGeometry(chunks[i], range), triangles));
+      streams[i] = std::move(stream);
     }
     return absl::OkStatus();
   }

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/cpu/cpu_context.h"
 #include "core/cpu/cpu_gemm.h"
 #include "core/cpu/cpu_target.h"
@@ -47,9 +48,8 @@ class CpuBackend : public Backend {
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
-    auto target = CpuTarget::Create(std::move(plan), pipeline, context_);
-    if (!target.ok()) return target.status();
-    return std::shared_ptr<DeformTarget>(*std::move(target));
+    LATTICED_ASSIGN_OR_RETURN(auto target, CpuTarget::Create(std::move(plan), pipeline, context_));
+    return std::shared_ptr<DeformTarget>(std::move(target));
   }
 
  private:

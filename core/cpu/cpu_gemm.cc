@@ -8,6 +8,7 @@
 #include <array>
 #include <mutex>
 
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -35,7 +36,7 @@ blasint Int(size_t n) { return static_cast<blasint>(n); }
 }  // namespace
 
 absl::Status CpuGemm(MatrixView<const float> a, MatrixView<const float> b, MatrixView<float> c) {
-  if (auto status = CheckShapes(a, b, c); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckShapes(a, b, c));
   UseOneThread();
   cblas_sgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, Int(c.rows), Int(c.columns),
               Int(a.columns), 1.0f, a.data, Int(a.stride), b.data, Int(b.stride), 0.0f, c.data,
@@ -44,7 +45,7 @@ absl::Status CpuGemm(MatrixView<const float> a, MatrixView<const float> b, Matri
 }
 
 absl::Status CpuGemm(MatrixView<const double> a, MatrixView<const double> b, MatrixView<double> c) {
-  if (auto status = CheckShapes(a, b, c); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckShapes(a, b, c));
   UseOneThread();
   cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, Int(c.rows), Int(c.columns),
               Int(a.columns), 1.0, a.data, Int(a.stride), b.data, Int(b.stride), 0.0, c.data,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "core/cpu/cpu_gemm.h"
 #include "core/cpu/cpu_view.h"
 #include "core/cpu/fused_view_kernel.h"
@@ -27,12 +28,9 @@ absl::Status ControlNet(const DeformPlan& plan, const PatchSampler& sampler,
   const size_t m = stage.m;
   std::vector<double> samples(3 * m), net(3 * m);
   const Vec3d centre = sampler.Sample(patch, samples.data(), nullptr, {}, m);
-  if (auto s = CpuGemm(MatrixView<const double>{stage.inverse.data(), m, m, m},
-                       MatrixView<const double>{samples.data(), m, 3, m},
-                       MatrixView<double>{net.data(), m, 3, m});
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(CpuGemm(MatrixView<const double>{stage.inverse.data(), m, m, m},
+                                   MatrixView<const double>{samples.data(), m, 3, m},
+                                   MatrixView<double>{net.data(), m, 3, m}));
   const Vec3d origin = centre + plan.local_origin;
   for (size_t i = 0; i < m; ++i) {
     for (size_t axis = 0; axis < 3; ++axis) {
@@ -65,19 +63,18 @@ absl::StatusOr<std::shared_ptr<CpuTarget>> CpuTarget::Create(std::shared_ptr<con
 }
 
 absl::StatusOr<std::unique_ptr<DeformView>> CpuTarget::CreateView(const ViewSpec& spec) {
-  if (auto status = Validate(spec); !status.ok()) return status;
-  const auto stage = StageMatrices::Get(plan_->structure.patch_degree(), spec.segments);
-  if (!stage.ok()) return stage.status();
+  LATTICED_RETURN_IF_ERROR(Validate(spec));
+  LATTICED_ASSIGN_OR_RETURN(const auto stage,
+                            StageMatrices::Get(plan_->structure.patch_degree(), spec.segments));
   try {
     std::unique_ptr<VertexKernel> kernel;
     if (fused_ != nullptr) {
       kernel = std::make_unique<FusedViewKernel>(fused_, spec, context_);
     } else {
-      kernel = std::make_unique<GemmKernel>(plan_, shared_, **stage, pipeline_, spec, context_);
+      kernel = std::make_unique<GemmKernel>(plan_, shared_, *stage, pipeline_, spec, context_);
     }
-    auto view = CpuView::Create(plan_, spec, std::move(kernel), context_);
-    if (!view.ok()) return view.status();
-    return std::unique_ptr<DeformView>(*std::move(view));
+    LATTICED_ASSIGN_OR_RETURN(auto view, CpuView::Create(plan_, spec, std::move(kernel), context_));
+    return std::unique_ptr<DeformView>(std::move(view));
   } catch (const std::bad_alloc&) {
     return error::AllocationFailed("the view");
   }
@@ -85,18 +82,18 @@ absl::StatusOr<std::unique_ptr<DeformView>> CpuTarget::CreateView(const ViewSpec
 
 absl::StatusOr<std::vector<double>> CpuTarget::ControlNets(std::span<const Vec3d> control_points,
                                                            size_t first, size_t last) {
-  if (auto s = CheckControlNets(*plan_, control_points, first, last); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
   // The net does not depend on the segments: any entry of the cache has inv(B).
-  const auto stage = StageMatrices::Get(plan_->structure.patch_degree(), 1);
-  if (!stage.ok()) return stage.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto stage,
+                            StageMatrices::Get(plan_->structure.patch_degree(), 1));
   try {
-    const PatchSampler sampler(*plan_, **stage, control_points);
-    const size_t doubles = 3 * (*stage)->m;
+    const PatchSampler sampler(*plan_, *stage, control_points);
+    const size_t doubles = 3 * stage->m;
     std::vector<double> nets((last - first) * doubles);
     std::mutex mutex;
     absl::Status first_error;
     context_->arena.ForEach(last - first, [&](size_t i) {
-      auto status = ControlNet(*plan_, sampler, **stage, first + i, nets.data() + i * doubles);
+      auto status = ControlNet(*plan_, sampler, *stage, first + i, nets.data() + i * doubles);
       if (status.ok()) return;
       const std::scoped_lock lock(mutex);
       first_error.Update(status);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "core/view/view_layout.h"
 
 namespace latticed {
@@ -15,11 +16,12 @@ absl::StatusOr<std::unique_ptr<CpuView>> CpuView::Create(std::shared_ptr<const D
                                                          std::unique_ptr<VertexKernel> kernel,
                                                          std::shared_ptr<CpuContext> context) {
   const size_t own_bytes = kernel->OwnOrderBytes();
-  auto vertices = HostBuffer::Create(
-      "vertices", own_bytes > 0 ? own_bytes : MakeVertexLayout(*plan, spec).total_bytes());
-  if (!vertices.ok()) return vertices.status();
+  LATTICED_ASSIGN_OR_RETURN(
+      auto vertices,
+      HostBuffer::Create("vertices",
+                         own_bytes > 0 ? own_bytes : MakeVertexLayout(*plan, spec).total_bytes()));
   return std::unique_ptr<CpuView>(new CpuView(std::move(plan), spec, std::move(kernel),
-                                              std::move(context), *std::move(vertices)));
+                                              std::move(context), std::move(vertices)));
 }
 
 CpuView::CpuView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
@@ -41,7 +43,7 @@ absl::Status CpuView::Evaluate(std::span<const Vec3d> control_points, const Quan
 absl::Status CpuView::EvaluateInParts(std::span<const Vec3d> control_points,
                                       const QuantisationBox& box, std::span<const uint32_t> chunks,
                                       Between between) {
-  if (auto s = contract_.CheckEvaluate(control_points, box, chunks); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(contract_.CheckEvaluate(control_points, box, chunks));
   try {
     if (auto status = kernel_->Evaluate(control_points, box, chunks, vertices_.span(), between);
         !status.ok()) {
@@ -57,7 +59,7 @@ absl::Status CpuView::EvaluateInParts(std::span<const Vec3d> control_points,
 }
 
 absl::Status CpuView::Read(uint32_t chunk, std::span<uint8_t> out) {
-  if (auto status = contract_.CheckRead(chunk, out.size()); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(contract_.CheckRead(chunk, out.size()));
   if (kernel_->OwnOrderBytes() > 0) {
     kernel_->ReadChunk(vertices_.span(), chunk, out);
   } else {
@@ -74,7 +76,7 @@ std::span<const uint8_t> CpuView::ChunkBytes(uint32_t chunk) const {
 absl::StatusOr<std::vector<SharedBytes>> CpuView::Encode(std::span<const uint32_t> chunks,
                                                          Encoding encoding,
                                                          std::span<VertexDigest> digests) {
-  if (auto status = contract_.CheckEncode(chunks, encoding); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(contract_.CheckEncode(chunks, encoding));
   const auto bytes_of = [&](size_t i, std::vector<uint8_t>& scratch) -> std::span<const uint8_t> {
     if (kernel_->OwnOrderBytes() == 0) return ChunkBytes(chunks[i]);
     scratch.resize(layout_.ChunkBytes(chunks[i]));

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/cpu/copy_shared_points.h"
 #include "core/view/view_layout.h"
 
@@ -40,7 +41,7 @@ GemmKernel::GemmKernel(std::shared_ptr<const DeformPlan> plan,
 absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                                   std::span<const uint32_t> /*named: always all*/,
                                   std::span<uint8_t> vertices, DeformView::Between between) {
-  if (auto status = stages_.Begin(); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(stages_.Begin());
   const Frame frame{{plan_, stage_, control_points},
                     {plan_, control_points},
                     MakeVertexWriter(plan_, spec_, box),
@@ -78,17 +79,13 @@ absl::Status GemmKernel::EvaluateChunk(const Frame& frame, size_t chunk, Tile& t
         smooth ? frame.direct.RestFacetNormal(first + t) : Vec3d{}, count * m);
   }
   const MatrixView<float> surface{tile.surface.data(), rows, columns, rows};
-  if (auto s = stages_.Apply({tile.samples.data(), m, columns, m}, surface, tile.scratch);
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      stages_.Apply({tile.samples.data(), m, columns, m}, surface, tile.scratch));
   if (smooth) {
     tile.across.resize(stage_.q * columns);
     const MatrixView<float> across{tile.across.data(), stage_.q, columns, stage_.q};
-    if (auto s = stages_.Apply({tile.by_normal.data(), m, columns, m}, across, tile.scratch);
-        !s.ok()) {
-      return s;
-    }
+    LATTICED_RETURN_IF_ERROR(
+        stages_.Apply({tile.by_normal.data(), m, columns, m}, across, tile.scratch));
   }
   for (size_t t = 0; t < count; ++t) WritePatch(frame, tile, first + t, t, count);
   return absl::OkStatus();

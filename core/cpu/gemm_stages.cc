@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/base/status_macros.h"
 #include "core/cpu/cpu_gemm.h"
 
 namespace latticed {
@@ -49,11 +50,8 @@ absl::Status GemmStages::Apply(MatrixView<const double> samples, MatrixView<floa
   if (pipeline_ == Pipeline::kControlNet) {
     scratch.control.resize(m * columns);
     const MatrixView<double> control{scratch.control.data(), m, columns, m};
-    if (auto s =
-            CpuGemm(MatrixView<const double>{stage_.inverse.data(), m, m, m}, samples, control);
-        !s.ok()) {
-      return s;
-    }
+    LATTICED_RETURN_IF_ERROR(
+        CpuGemm(MatrixView<const double>{stage_.inverse.data(), m, m, m}, samples, control));
     Round(control.data, m * columns, scratch.rounded);
     return CpuGemm(Rows(stage_.bernstein_f, 0, out.rows),
                    MatrixView<const float>{scratch.rounded.data(), m, columns, m}, out);

@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/base/vec.h"
 
 namespace latticed {
@@ -27,7 +28,7 @@ inline constexpr double kMaxControlCoordinate = 1e3 * limits::kMaxCoordinate;
 
 [[nodiscard]] inline absl::Status CheckControlPoint(Vec3d p, std::string_view field) {
   for (int c = 0; c < 3; ++c) {
-    if (auto status = CheckControlCoordinate(p[c], field); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(CheckControlCoordinate(p[c], field));
   }
   return absl::OkStatus();
 }

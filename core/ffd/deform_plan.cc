@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/adjacency_index.h"
 #include "core/ffd/bspline_basis.h"
 #include "core/ffd/knot_split.h"
@@ -62,15 +63,13 @@ class Planner {
     plan_->mesh_bounds = plan_->mesh->ComputeBounds();
     plan_->local_origin = plan_->mesh_bounds.center();
     plan_->identity_points = IdentityControlPoints(plan_->structure);
-    auto normals = UnitCornerNormals(*plan_->mesh, stop_);
-    if (!normals.ok()) return normals.status();
-    plan_->vertex_normals = *std::move(normals);
+    LATTICED_ASSIGN_OR_RETURN(plan_->vertex_normals, UnitCornerNormals(*plan_->mesh, stop_));
     MakeBoxes();
-    if (auto s = AssignPieces(); !s.ok()) return s;
-    if (auto s = SortPatches(); !s.ok()) return s;
-    if (auto s = MakeEdges(); !s.ok()) return s;
-    if (auto s = AssignOwners(); !s.ok()) return s;
-    if (auto s = FindBorrowers(); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(AssignPieces());
+    LATTICED_RETURN_IF_ERROR(SortPatches());
+    LATTICED_RETURN_IF_ERROR(MakeEdges());
+    LATTICED_RETURN_IF_ERROR(AssignOwners());
+    LATTICED_RETURN_IF_ERROR(FindBorrowers());
     return std::move(plan_);
   }
 
@@ -128,7 +127,7 @@ class Planner {
   absl::Status AssignPieces() {
     piece_box_.reserve(split_.pieces.size());
     for (const SplitPiece& piece : split_.pieces) {
-      if (auto s = poll_.Step(); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(poll_.Step());
       Vec3d high = split_.vertices[piece.vertex[0]].parameter;
       bool inside = true;
       for (const uint32_t v : piece.vertex) {
@@ -150,7 +149,7 @@ class Planner {
     // Box and Morton code, then the piece: sorted together, no comparison looks elsewhere.
     std::vector<std::pair<uint64_t, uint32_t>> order(count);
     for (size_t p = 0; p < count; ++p) {
-      if (auto s = poll_.Step(); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(poll_.Step());
       const auto& v = split_.pieces[p].vertex;
       const bool outside = piece_box_[p] == plan_->outside_box();
       Vec3d centroid;
@@ -166,7 +165,7 @@ class Planner {
     plan_->sources.reserve(count);
     plan_->box_patches.assign(plan_->boxes.size() + 1, 0);
     for (const auto& [key, p] : order) {
-      if (auto s = poll_.Step(); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(poll_.Step());
       AddPatch(split_.pieces[p], piece_box_[p]);
     }
     std::partial_sum(plan_->box_patches.begin(), plan_->box_patches.end(),
@@ -201,7 +200,7 @@ class Planner {
     ids.Reserve(split_.vertices.size(), plan_->patches.size() * 3 / 2 + 16);
     plan_->edges.reserve(plan_->patches.size() * 3 / 2 + 16);
     for (Patch& patch : plan_->patches) {
-      if (auto s = poll_.Step(); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(poll_.Step());
       for (size_t e = 0; e < 3; ++e) {
         uint32_t a = patch.vertex[e], b = patch.vertex[(e + 1) % 3];
         patch.edge_reversed[e] =
@@ -227,7 +226,7 @@ class Planner {
     }
     plan_->vertices.reserve(split_.vertices.size());
     for (size_t v = 0; v < split_.vertices.size(); ++v) {
-      if (auto s = poll_.Step(); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(poll_.Step());
       const Vec3d p = split_.vertices[v].parameter;
       PlanVertex vertex{.world = split_.vertices[v].world, .parameter = p};
       vertex.box = (vertex_use[v] & kInside) ? LowerBox(p) : plan_->outside_box();
@@ -235,7 +234,7 @@ class Planner {
       plan_->vertices.push_back(vertex);
     }
     for (size_t e = 0; e < plan_->edges.size(); ++e) {
-      if (auto s = poll_.Step(); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(poll_.Step());
       PlanEdge& edge = plan_->edges[e];
       const Vec3d a = split_.vertices[edge.vertex[0]].parameter;
       const Vec3d b = split_.vertices[edge.vertex[1]].parameter;
@@ -277,7 +276,7 @@ class Planner {
   absl::Status FindBorrowers() {
     plan_->box_borrowers.resize(plan_->boxes.size());
     for (size_t p = 0; p < plan_->patches.size(); ++p) {
-      if (auto s = poll_.Step(); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(poll_.Step());
       const Patch& patch = plan_->patches[p];
       if (patch.box == plan_->outside_box()) continue;  // takes every point from its own box
       for (size_t i = 0; i < 3; ++i) {
@@ -328,13 +327,12 @@ size_t DeformPlan::MemoryBytes() const {
 absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(std::shared_ptr<const PolygonMesh> mesh,
                                                            const LatticeStructure& structure,
                                                            StopCheck stop) {
-  if (auto status = Validate(structure); !status.ok()) return status;
-  auto split = SplitAtKnots(*mesh, structure, stop);
-  if (!split.ok()) return split.status();
-  if (split->pieces.empty()) {
+  LATTICED_RETURN_IF_ERROR(Validate(structure));
+  LATTICED_ASSIGN_OR_RETURN(auto split, SplitAtKnots(*mesh, structure, stop));
+  if (split.pieces.empty()) {
     return error::InvalidField("mesh", "no face has three corners at different positions");
   }
-  return Planner(std::move(mesh), structure, *std::move(split), stop).Run();
+  return Planner(std::move(mesh), structure, std::move(split), stop).Run();
 }
 
 bool IsAttached(const DeformPlan& plan, const Seam& seam, std::span<const Vec3d> control_points) {

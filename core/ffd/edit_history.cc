@@ -9,6 +9,7 @@
 #include "absl/strings/cord.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/knot_insertion.h"
 #include "fmt/format.h"
 
@@ -85,7 +86,7 @@ bool EditHistory::IsPutOff(const absl::Status& status) {
 
 absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint now,
                                                const AdmitStructure& admit) {
-  if (auto status = CheckEditor(batch); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckEditor(batch));
   if (const EditSummary* last = ledger_.Find(batch.editor_id); last != nullptr) {
     if (batch.sequence == last->sequence) {
       if (!last->status.ok()) return last->status;
@@ -125,7 +126,7 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
                                    const AdmitStructure& admit, EditSummary& summary) {
   CommitIdleGestures(now);
   if (!batch.refusal.ok()) return batch.refusal;
-  if (auto status = CheckPreconditions(batch); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckPreconditions(batch));
   absl::Status status;
   if (const Undo* undo = Lone<Undo>(batch); undo != nullptr) {
     status = UndoStep(batch.editor_id, undo->scope, admit);
@@ -147,7 +148,7 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
 }
 
 absl::Status EditHistory::CheckPreconditions(const EditBatch& batch) const {
-  if (auto status = CheckGesture(batch); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckGesture(batch));
   if (batch.structure_id != structure_id_) {
     return error::Aborted(
         "STRUCTURE_CHANGED",
@@ -173,8 +174,7 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, EditSumma
   }
   for (size_t n = 0; n < batch.edits.size(); ++n) {
     const std::string field = fmt::format("edits[{}]", n);
-    if (auto status = ApplyEdit(batch.edits[n], initial_, field, target); !status.ok())
-      return status;
+    LATTICED_RETURN_IF_ERROR(ApplyEdit(batch.edits[n], initial_, field, target));
   }
   if (batch.edits.empty()) {  // a bare commit: what was undone may still be redone
     if (gesture != kNoStep) layers_.Close(gesture, false);
@@ -219,16 +219,16 @@ void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
 // now.
 absl::Status EditHistory::Insert(EditStep step, const InsertKnot& edit, std::string_view field,
                                  const AdmitStructure& admit) {
-  auto refined = WithKnotInserted(lattice(), edit.axis, edit.value, field);
-  if (!refined.ok()) return refined.status();
-  if (auto status = admit(refined->structure); !status.ok()) return status;
+  LATTICED_ASSIGN_OR_RETURN(auto refined,
+                            WithKnotInserted(lattice(), edit.axis, edit.value, field));
+  LATTICED_RETURN_IF_ERROR(admit(refined.structure));
   CommitGestures("", "");
   // Undone steps above this one may come back only if their indices mean the same as before.
-  const bool same = step.structural.has_value() && step.structural->structure == refined->structure;
+  const bool same = step.structural.has_value() && step.structural->structure == refined.structure;
   if (!same) step.id = ++clock_;
   step.written_at = ++clock_;
-  step.positions = std::move(refined->control_points);
-  step.structural = {std::move(refined->structure), edit};
+  step.positions = std::move(refined.control_points);
+  step.structural = {std::move(refined.structure), edit};
   ++structure_id_;
   layers_.Push(std::move(step));
   return absl::OkStatus();
@@ -260,7 +260,7 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
   }
   const bool structural = steps[found].structural.has_value();
   if (structural) {
-    if (auto status = admit(layers_.StructureWithout(found)); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(admit(layers_.StructureWithout(found)));
   }
   Undone undone{layers_.Remove(found), std::string(editor_id), ++clock_};
   if (structural) ++structure_id_;

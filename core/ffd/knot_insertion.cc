@@ -11,6 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/bspline_basis.h"
 #include "core/ffd/lattice_edit.h"
 #include "fmt/format.h"
@@ -100,7 +101,7 @@ class Inserter {
 absl::StatusOr<Lattice> WithKnotInserted(const Lattice& lattice, int axis, double value,
                                          std::string_view field) {
   const LatticeStructure& s = lattice.structure;
-  if (auto status = Check(s, axis, value, field); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(Check(s, axis, value, field));
   const auto a = static_cast<size_t>(axis);
   const int span = FindLowerSpan(s.knots[a].data(), s.degree[a], s.size[a], value);
   const std::vector<double> weights = Weights(s, a, value, span);
@@ -110,7 +111,7 @@ absl::StatusOr<Lattice> WithKnotInserted(const Lattice& lattice, int axis, doubl
   knots.insert(std::upper_bound(knots.begin(), knots.end(), value), value);
   ++result.structure.size[a];
   // Cannot fail on a valid lattice, but nothing invalid may enter a scene.
-  if (auto status = Validate(result.structure); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(Validate(result.structure));
 
   const Inserter inserter(lattice, result.structure, a);
   const auto& size = result.structure.size;
@@ -137,9 +138,7 @@ absl::StatusOr<Lattice> WithKnotsOf(const Lattice& lattice, const LatticeStructu
                         lattice.structure.knots[a].begin(), lattice.structure.knots[a].end(),
                         std::back_inserter(missing));
     for (const double knot : missing) {
-      auto next = WithKnotInserted(refined, axis, knot, "knot");
-      if (!next.ok()) return next.status();
-      refined = *std::move(next);
+      LATTICED_ASSIGN_OR_RETURN(refined, WithKnotInserted(refined, axis, knot, "knot"));
     }
   }
   return refined;

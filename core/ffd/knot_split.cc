@@ -9,6 +9,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/adjacency_index.h"
 #include "core/ffd/convex_triangulation.h"
 #include "core/mesh/triangulate.h"
@@ -50,12 +51,12 @@ class Splitter {
   }
 
   absl::StatusOr<SplitMesh> Run() {
-    if (auto s = AddMeshVertices(); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(AddMeshVertices());
     std::vector<Vec3d> polygon;
     std::vector<std::array<uint32_t, 3>> triangles;
     for (size_t face = 0; face < mesh_.face_count(); ++face) {
       const uint32_t begin = mesh_.face_offsets[face], end = mesh_.face_offsets[face + 1];
-      if (auto s = poll_.Step(end - begin); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(poll_.Step(end - begin));
       if (end - begin == 3) {
         triangles.assign(1, {0, 1, 2});
       } else {
@@ -70,7 +71,7 @@ class Splitter {
       for (const auto& [a, b, c] : triangles) {
         SplitTriangle(static_cast<uint32_t>(face), {begin + a, begin + b, begin + c});
       }
-      if (auto s = poll_.Step(result_.pieces.size() - pieces_before); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(poll_.Step(result_.pieces.size() - pieces_before));
       if (result_.pieces.size() > limits::kMaxPatches) {
         return error::WithDetails(
             absl::ResourceExhaustedError(fmt::format(
@@ -88,7 +89,7 @@ class Splitter {
     ids.reserve(mesh_.positions.size());
     vertex_of_position_.reserve(mesh_.positions.size());
     for (const Vec3d& world : mesh_.positions) {
-      if (auto s = poll_.Step(); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(poll_.Step());
       const auto [it, added] =
           ids.try_emplace(KeyOf(world), static_cast<uint32_t>(result_.vertices.size()));
       if (added) result_.vertices.push_back({world, Snap(map_.ToParameter(world))});

@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/control_point_range.h"
 #include "fmt/format.h"
 
@@ -52,9 +53,7 @@ absl::Status ValidateKnots(const std::vector<double>& knots, int degree, int siz
 }
 
 absl::Status ValidateFrame(const LatticeFrame& frame) {
-  if (auto status = CheckControlPoint(frame.origin, "lattice.frame.origin"); !status.ok()) {
-    return status;
-  }
+  LATTICED_RETURN_IF_ERROR(CheckControlPoint(frame.origin, "lattice.frame.origin"));
   double product = 1;
   for (size_t a = 0; a < 3; ++a) {
     auto status = CheckControlPoint(frame.edges[a], fmt::format("lattice.frame.{}", kAxis[a]));
@@ -99,15 +98,13 @@ absl::Status Validate(const LatticeStructure& s) {
                              limits::kMaxControlPoints);
   }
   for (size_t a = 0; a < 3; ++a) {
-    if (auto status = ValidateKnots(s.knots[a], s.degree[a], s.size[a], kAxis[a]); !status.ok()) {
-      return status;
-    }
+    LATTICED_RETURN_IF_ERROR(ValidateKnots(s.knots[a], s.degree[a], s.size[a], kAxis[a]));
   }
   return ValidateFrame(s.frame);
 }
 
 absl::Status Validate(const Lattice& lattice) {
-  if (auto status = Validate(lattice.structure); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(Validate(lattice.structure));
   const auto expected = static_cast<size_t>(lattice.structure.control_point_count());
   if (lattice.control_points.size() != expected) {
     return error::InvalidField("lattice.control_points",
@@ -115,7 +112,7 @@ absl::Status Validate(const Lattice& lattice) {
                                            lattice.control_points.size(), expected));
   }
   for (const Vec3d p : lattice.control_points) {
-    if (auto status = CheckControlPoint(p, "lattice.control_points"); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(CheckControlPoint(p, "lattice.control_points"));
   }
   return absl::OkStatus();
 }

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/control_point_range.h"
 #include "core/ffd/direct_manipulation.h"
 #include "core/ffd/knot_insertion.h"
@@ -47,7 +48,7 @@ absl::Status CheckCount(size_t got, size_t expected, const std::string& field) {
 }
 
 absl::Status Write(EditTarget& target, uint32_t index, Vec3d position, const std::string& field) {
-  if (auto status = CheckControlPoint(position, field); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckControlPoint(position, field));
   target.lattice.control_points[index] = position;
   target.written[index] = true;
   return absl::OkStatus();
@@ -65,7 +66,7 @@ absl::Status CheckListed(const std::vector<Vec3d>& positions, size_t n, const st
 
 absl::Status WriteListed(EditTarget& target, uint32_t index, const std::vector<Vec3d>& positions,
                          size_t n, const std::string& field) {
-  if (auto status = CheckListed(positions, n, field); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckListed(positions, n, field));
   return Write(target, index, positions[n], field);
 }
 
@@ -170,9 +171,8 @@ absl::Status Apply(const Reset& edit, const Lattice& initial, std::string_view f
   if (edit.to == ResetTo::kIdentity) {
     return WriteAll(IdentityControlPoints(target.lattice.structure), path, target);
   }
-  auto refined = WithKnotsOf(initial, target.lattice.structure);
-  if (!refined.ok()) return refined.status();
-  return WriteAll(refined->control_points, path, target);
+  LATTICED_ASSIGN_OR_RETURN(auto refined, WithKnotsOf(initial, target.lattice.structure));
+  return WriteAll(refined.control_points, path, target);
 }
 
 absl::Status NotAlone(std::string_view field, std::string_view name) {

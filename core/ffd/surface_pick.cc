@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/bounds.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/bezier_box.h"
 #include "core/ffd/carried_normal.h"
 #include "core/ffd/direct_ffd.h"
@@ -139,7 +140,7 @@ class Search {
     Begin();
     StopPoll poll(stop);
     while (!steps_.empty() && steps_.top().layer <= LayerOf(nearest_)) {
-      if (auto s = poll.Step(); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(poll.Step());
       const Step step = steps_.top();
       steps_.pop();
       if (step.entry > nearest_) continue;

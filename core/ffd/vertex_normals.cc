@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/base/status_macros.h"
 
 namespace latticed {
 namespace {
@@ -36,7 +37,7 @@ absl::StatusOr<std::vector<Vec3f>> UnitCornerNormals(const PolygonMesh& mesh, St
     return around[{p.x + 0.0, p.y + 0.0, p.z + 0.0}];
   };
   for (size_t f = 0; f < mesh.face_count(); ++f) {
-    if (auto s = poll.Step(); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(poll.Step());
     area[f] = AreaVector(mesh, f);
     for (uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
       sum_at(c) += area[f];
@@ -44,7 +45,7 @@ absl::StatusOr<std::vector<Vec3f>> UnitCornerNormals(const PolygonMesh& mesh, St
   }
   std::vector<Vec3f> normals(mesh.corner_count());
   for (size_t f = 0; f < mesh.face_count(); ++f) {
-    if (auto s = poll.Step(); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(poll.Step());
     for (uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
       Vec3d given;
       if (mesh.has_normals() && mesh.corner_normals[c] != PolygonMesh::kNoAttribute) {

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/glb_layout.h"
 #include "core/mesh/little_endian.h"
 #include "core/mesh/mesh_reading.h"
@@ -68,14 +69,13 @@ absl::StatusOr<Chunks> SplitChunks(std::string_view bytes) {
   }
   bytes = bytes.substr(0, length);
   Chunks chunks;
-  absl::StatusOr<std::string_view> text = TakeChunk(bytes, glb::kHeaderBytes, glb::kJsonChunk);
-  if (!text.ok()) return text.status();
-  chunks.text = *text;
-  const size_t next = glb::kHeaderBytes + glb::kChunkHeaderBytes + glb::Aligned(text->size());
+  LATTICED_ASSIGN_OR_RETURN(std::string_view text,
+                            TakeChunk(bytes, glb::kHeaderBytes, glb::kJsonChunk));
+  chunks.text = text;
+  const size_t next = glb::kHeaderBytes + glb::kChunkHeaderBytes + glb::Aligned(text.size());
   if (next >= bytes.size()) return chunks;
-  absl::StatusOr<std::string_view> binary = TakeChunk(bytes, next, glb::kBinaryChunk);
-  if (!binary.ok()) return binary.status();
-  chunks.binary = *binary;
+  LATTICED_ASSIGN_OR_RETURN(std::string_view binary, TakeChunk(bytes, next, glb::kBinaryChunk));
+  chunks.binary = binary;
   return chunks;
 }
 
@@ -263,21 +263,20 @@ GlbDocument& GlbDocument::operator=(GlbDocument&&) noexcept = default;
 GlbDocument::~GlbDocument() = default;
 
 absl::StatusOr<GlbDocument> GlbDocument::Parse(std::string_view bytes) {
-  absl::StatusOr<Chunks> chunks = SplitChunks(bytes);
-  if (!chunks.ok()) return chunks.status();
-  if (NestsTooDeep(chunks->text)) {
+  LATTICED_ASSIGN_OR_RETURN(Chunks chunks, SplitChunks(bytes));
+  if (NestsTooDeep(chunks.text)) {
     return Malformed("the JSON chunk", fmt::format("nested deeper than {}", kMaxNesting));
   }
-  const json document = json::parse(chunks->text, nullptr, /*allow_exceptions=*/false);
+  const json document = json::parse(chunks.text, nullptr, /*allow_exceptions=*/false);
   if (!document.is_object()) return Malformed("the JSON chunk", "not a JSON object");
   if (absl::Status status = CheckExtensions(document); !status.ok()) return status;
-  if (absl::Status status = CheckBuffers(document, chunks->binary); !status.ok()) return status;
+  if (absl::Status status = CheckBuffers(document, chunks.binary); !status.ok()) return status;
 
   GlbDocument result;
   try {  // neither nlohmann's accessors nor tinygltf promise not to throw on wrong types
     const std::string glb =
         PackGlb(ReducedDocument(document).dump(-1, ' ', false, json::error_handler_t::replace),
-                chunks->binary);
+                chunks.binary);
     tinygltf::TinyGLTF loader;
     std::string problem, warning;
     const bool loaded = loader.LoadBinaryFromMemory(

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/glb_document.h"
 #include "core/mesh/glb_io.h"
 #include "core/mesh/glb_layout.h"
@@ -39,9 +40,8 @@ class GlbReader {
         budget_(kFreeBudget + kBudgetPerByte * file_bytes) {}
 
   absl::StatusOr<PolygonMesh> Read() {
-    absl::StatusOr<std::vector<int>> roots = Roots();
-    if (!roots.ok()) return roots.status();
-    if (absl::Status status = ReadNodes(*roots); !status.ok()) return status;
+    LATTICED_ASSIGN_OR_RETURN(std::vector<int> roots, Roots());
+    if (absl::Status status = ReadNodes(roots); !status.ok()) return status;
     const auto fill = [this](std::vector<uint32_t>* list) {
       if (!list->empty()) list->resize(mesh_.corner_count(), PolygonMesh::kNoAttribute);
     };
@@ -154,9 +154,8 @@ class GlbReader {
                              std::map<int, Slots>* slots_of, GlbAccessor* accessor, Slots** slots) {
     const auto it = primitive.attributes.find(name);
     if (it == primitive.attributes.end()) return absl::OkStatus();
-    absl::StatusOr<GlbAccessor> opened = document_.Open(it->second, components);
-    if (!opened.ok()) return opened.status();
-    *accessor = *opened;
+    LATTICED_ASSIGN_OR_RETURN(GlbAccessor opened, document_.Open(it->second, components));
+    *accessor = opened;
     *slots = &(*slots_of)[it->second];
     if ((*slots)->empty()) {
       if (absl::Status status = Spend(accessor->count); !status.ok()) return status;
@@ -183,9 +182,8 @@ class GlbReader {
     }
     GlbAccessor indices;
     if (primitive.indices != -1) {
-      absl::StatusOr<GlbAccessor> opened = document_.OpenIndices(primitive.indices);
-      if (!opened.ok()) return opened.status();
-      indices = *opened;
+      LATTICED_ASSIGN_OR_RETURN(GlbAccessor opened, document_.OpenIndices(primitive.indices));
+      indices = opened;
     }
     return ReadTriangles(v, indices, mode, transform);
   }
@@ -263,9 +261,8 @@ class GlbReader {
 }  // namespace
 
 absl::StatusOr<PolygonMesh> ReadGlb(std::string_view bytes) {
-  absl::StatusOr<GlbDocument> document = GlbDocument::Parse(bytes);
-  if (!document.ok()) return document.status();
-  return GlbReader(*document, bytes.size()).Read();
+  LATTICED_ASSIGN_OR_RETURN(GlbDocument document, GlbDocument::Parse(bytes));
+  return GlbReader(document, bytes.size()).Read();
 }
 
 }  // namespace latticed

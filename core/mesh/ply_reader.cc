@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/little_endian.h"
 #include "core/mesh/mesh_reading.h"
 #include "core/mesh/ply_header.h"
@@ -312,9 +313,8 @@ class PlyReader {
 }  // namespace
 
 absl::StatusOr<PolygonMesh> ReadPly(std::string_view bytes) {
-  absl::StatusOr<PlyHeader> header = ReadPlyHeader(bytes);
-  if (!header.ok()) return header.status();
-  return PlyReader(bytes, *std::move(header)).Read();
+  LATTICED_ASSIGN_OR_RETURN(PlyHeader header, ReadPlyHeader(bytes));
+  return PlyReader(bytes, std::move(header)).Read();
 }
 
 }  // namespace latticed

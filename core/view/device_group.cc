@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/plan_slice.h"
 #include "core/view/chunk_shares.h"
 #include "core/view/spanned_target.h"
@@ -66,10 +67,10 @@ class DeviceGroup : public Backend {
       std::vector<SpannedTarget::Part> parts;
       for (size_t d = 0; d < devices_.size(); ++d) {
         if (bounds[d] == bounds[d + 1]) continue;
-        auto target =
-            devices_[d]->Prepare(SlicePlan(*plan, bounds[d], bounds[d + 1]), Pipeline::kFused);
-        if (!target.ok()) return target.status();
-        parts.push_back({static_cast<uint32_t>(bounds[d]), *std::move(target)});
+        LATTICED_ASSIGN_OR_RETURN(
+            auto target,
+            devices_[d]->Prepare(SlicePlan(*plan, bounds[d], bounds[d + 1]), Pipeline::kFused));
+        parts.push_back({static_cast<uint32_t>(bounds[d]), std::move(target)});
       }
       return std::make_shared<SpannedTarget>(plan, std::move(parts));
     } catch (const std::bad_alloc&) {

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "core/view/spanned_view.h"
 #include "core/view/view_contract.h"
 
@@ -15,9 +16,8 @@ absl::StatusOr<std::unique_ptr<DeformView>> SpannedTarget::CreateView(const View
   try {
     std::vector<SpannedView::Part> views;
     for (const Part& part : parts_) {
-      auto view = part.target->CreateView(spec);
-      if (!view.ok()) return view.status();
-      views.push_back({part.first_chunk, *std::move(view)});
+      LATTICED_ASSIGN_OR_RETURN(auto view, part.target->CreateView(spec));
+      views.push_back({part.first_chunk, std::move(view)});
     }
     return std::make_unique<SpannedView>(plan_, spec, std::move(views));
   } catch (const std::bad_alloc&) {
@@ -27,7 +27,7 @@ absl::StatusOr<std::unique_ptr<DeformView>> SpannedTarget::CreateView(const View
 
 absl::StatusOr<std::vector<double>> SpannedTarget::ControlNets(
     std::span<const Vec3d> control_points, size_t first, size_t last) {
-  if (auto s = CheckControlNets(*plan_, control_points, first, last); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
   try {
     std::vector<double> nets;
     for (const Part& part : parts_) {

@@ -10,6 +10,7 @@
 
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "core/view/rising.h"
 
 namespace latticed {
@@ -34,7 +35,7 @@ size_t SpannedView::PartOf(uint32_t chunk) const {
 
 absl::Status SpannedView::Evaluate(std::span<const Vec3d> control_points,
                                    const QuantisationBox& box, std::span<const uint32_t> chunks) {
-  if (auto s = contract_.CheckEvaluate(control_points, box, chunks); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(contract_.CheckEvaluate(control_points, box, chunks));
   absl::Status status;
   try {
     status = EvaluateParts(control_points, box, chunks);
@@ -65,13 +66,13 @@ absl::Status SpannedView::EvaluateParts(std::span<const Vec3d> control_points,
     }
     next = end;
     if (named.empty()) continue;
-    if (auto s = parts_[p].view->Evaluate(control_points, box, named); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(parts_[p].view->Evaluate(control_points, box, named));
   }
   return absl::OkStatus();
 }
 
 absl::Status SpannedView::Read(uint32_t chunk, std::span<uint8_t> out) {
-  if (auto status = contract_.CheckRead(chunk, out.size()); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(contract_.CheckRead(chunk, out.size()));
   const Part& part = parts_[PartOf(chunk)];
   return part.view->Read(chunk - part.first_chunk, out);
 }
@@ -154,7 +155,7 @@ void SpannedView::Gather(Share& share, std::span<SharedBytes> results,
 absl::StatusOr<std::vector<SharedBytes>> SpannedView::Encode(std::span<const uint32_t> chunks,
                                                              Encoding encoding,
                                                              std::span<VertexDigest> digests) {
-  if (auto status = contract_.CheckEncode(chunks, encoding); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(contract_.CheckEncode(chunks, encoding));
   if (chunks.empty()) return std::vector<SharedBytes>();
   try {
     std::vector<SharedBytes> results(chunks.size());

@@ -3,6 +3,7 @@
 #include "core/view/view_contract.h"
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "core/view/rising.h"
 #include "fmt/format.h"
 
@@ -23,9 +24,9 @@ absl::Status ViewContract::CheckChunk(uint32_t chunk) const {
 absl::Status ViewContract::CheckEvaluate(std::span<const Vec3d> control_points,
                                          const QuantisationBox& box,
                                          std::span<const uint32_t> chunks) const {
-  if (auto status = CheckControlPoints(plan_, control_points); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckControlPoints(plan_, control_points));
   if (!chunks.empty()) {
-    if (auto status = CheckChunk(chunks.back()); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(CheckChunk(chunks.back()));
   }
   if (!Rise(chunks)) {
     return error::InvalidField("chunks", "must rise, each chunk once");
@@ -40,7 +41,7 @@ absl::Status ViewContract::CheckEvaluate(std::span<const Vec3d> control_points,
 }
 
 absl::Status ViewContract::CheckRead(uint32_t chunk, size_t bytes) const {
-  if (auto status = CheckChunk(chunk); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckChunk(chunk));
   if (!box_) return NotEvaluated();
   const size_t needed = ChunkPoints(plan_, chunk, spec_.segments) * BytesPerPoint(spec_);
   if (bytes == needed) return absl::OkStatus();
@@ -54,7 +55,7 @@ absl::Status ViewContract::CheckEncode(std::span<const uint32_t> chunks, Encodin
     return error::InvalidField("encoding", "its vertex format must be the view's");
   }
   for (uint32_t chunk : chunks) {
-    if (auto status = CheckChunk(chunk); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(CheckChunk(chunk));
   }
   return absl::OkStatus();
 }

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "core/view/vertex_digest.h"
 
@@ -96,11 +97,9 @@ absl::Status ViewEncoder::EncodeDraco(std::span<const uint32_t> chunks,
       connectivity = &connectivity_.at(last_patch - first_patch);
     }
     const size_t count = end - begin;
-    if (auto status = encoder_->Encode(std::span(vertices).subspan(begin, count), range,
-                                       connectivity, std::span(streams).subspan(begin, count));
-        !status.ok()) {
-      return status;
-    }
+    LATTICED_RETURN_IF_ERROR(encoder_->Encode(std::span(vertices).subspan(begin, count), range,
+                                              connectivity,
+                                              std::span(streams).subspan(begin, count)));
   }
   for (size_t p = 0; p < places.size(); ++p) {
     results[places[p]] = MakeSharedBytes(std::move(streams[p]));

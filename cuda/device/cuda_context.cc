@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device/cuda_context.h"
 
+#include "core/base/status_macros.h"
 #include "core/view/allowed_threads.h"
 
 namespace latticed {
@@ -20,15 +21,14 @@ CudaContext::CudaContext(int device, const CudaOptions& options,
 
 absl::StatusOr<std::shared_ptr<CudaContext>> CudaContext::Create(int device,
                                                                  const CudaOptions& options) {
-  if (auto status = CheckDevice(device); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckDevice(device));
   const DeviceGuard guard(device);
-  auto memory = DeviceMemory::Create(device, options.memory_bytes, options.refuse_allocation,
-                                     options.poison_memory);
-  if (!memory.ok()) return memory.status();
-  auto stream = CudaStream::Create();
-  if (!stream.ok()) return stream.status();
+  LATTICED_ASSIGN_OR_RETURN(
+      auto memory, DeviceMemory::Create(device, options.memory_bytes, options.refuse_allocation,
+                                        options.poison_memory));
+  LATTICED_ASSIGN_OR_RETURN(auto stream, CudaStream::Create());
   return std::shared_ptr<CudaContext>(
-      new CudaContext(device, options, *std::move(memory), *std::move(stream)));
+      new CudaContext(device, options, std::move(memory), std::move(stream)));
 }
 
 absl::StatusOr<std::shared_ptr<const DeviceStage>> CudaContext::Stage(int degree, int segments,

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 #include "fmt/format.h"
 
@@ -22,16 +23,11 @@ DeviceGuard::~DeviceGuard() {
 absl::StatusOr<CudaStream> CudaStream::Create(StreamPriority priority) {
   constexpr std::string_view kWhat = "a stream";
   int least = 0, greatest = 0;
-  if (auto s = CudaStatus(cudaDeviceGetStreamPriorityRange(&least, &greatest), kWhat); !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(CudaStatus(cudaDeviceGetStreamPriorityRange(&least, &greatest), kWhat));
   cudaStream_t stream = nullptr;
   const int number = priority == StreamPriority::kGreatest ? greatest : least;
-  if (auto s =
-          CudaStatus(cudaStreamCreateWithPriority(&stream, cudaStreamNonBlocking, number), kWhat);
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(cudaStreamCreateWithPriority(&stream, cudaStreamNonBlocking, number), kWhat));
   return CudaStream(stream);
 }
 
@@ -45,10 +41,8 @@ absl::Status CudaStream::Synchronize(std::string_view what) const {
 
 absl::StatusOr<CudaEvent> CudaEvent::Create() {
   cudaEvent_t event = nullptr;
-  if (auto s = CudaStatus(cudaEventCreateWithFlags(&event, cudaEventDisableTiming), "an event");
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(cudaEventCreateWithFlags(&event, cudaEventDisableTiming), "an event"));
   return CudaEvent(event);
 }
 
@@ -66,18 +60,15 @@ absl::Status CudaEvent::Synchronize() const {
 
 absl::Status CheckDevice(int device) {
   int count = 0;
-  if (auto s = CudaStatus(cudaGetDeviceCount(&count), "no CUDA device"); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CudaStatus(cudaGetDeviceCount(&count), "no CUDA device"));
   if (device < 0 || device >= count) {
     return error::Unavailable(
         "NO_DEVICE",
         fmt::format("no CUDA device {}: this machine has {}, counted from 0", device, count), 0);
   }
   int pools = 0;
-  if (auto s = CudaStatus(cudaDeviceGetAttribute(&pools, cudaDevAttrMemoryPoolsSupported, device),
-                          "the device");
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(CudaStatus(
+      cudaDeviceGetAttribute(&pools, cudaDevAttrMemoryPoolsSupported, device), "the device"));
   if (pools == 0) {
     return error::Unavailable("NO_DEVICE",
                               fmt::format("CUDA device {} has no memory pools", device), 0);
@@ -89,7 +80,7 @@ absl::StatusOr<int> CountMultiprocessors(int device) {
   int count = 0;
   const cudaError_t failure =
       cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, device);
-  if (auto s = CudaStatus(failure, "the device"); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CudaStatus(failure, "the device"));
   return count;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 #include "fmt/format.h"
 
@@ -32,25 +33,21 @@ int Int(size_t n) { return static_cast<int>(n); }
 
 absl::StatusOr<std::unique_ptr<CudaGemm>> CudaGemm::Create(DeviceReservation& from,
                                                            cudaStream_t stream) {
-  const auto library = CublasLibrary::Get();
-  if (!library.ok()) return library.status();
-  auto workspace = DeviceBuffer<uint8_t>::Create(from, "gemm_workspace", kWorkspaceBytes, stream);
-  if (!workspace.ok()) return workspace.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto library, CublasLibrary::Get());
+  LATTICED_ASSIGN_OR_RETURN(auto workspace, DeviceBuffer<uint8_t>::Create(from, "gemm_workspace",
+                                                                          kWorkspaceBytes, stream));
   cublasHandle_t handle = nullptr;
-  if (auto s = CublasStatus((*library)->create(&handle), "cuBLAS"); !s.ok()) return s;
-  std::unique_ptr<CudaGemm> gemm(new CudaGemm(**library, handle, *std::move(workspace)));
-  if (auto s = gemm->Configure(stream); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CublasStatus(library->create(&handle), "cuBLAS"));
+  std::unique_ptr<CudaGemm> gemm(new CudaGemm(*library, handle, std::move(workspace)));
+  LATTICED_RETURN_IF_ERROR(gemm->Configure(stream));
   return gemm;
 }
 
 absl::Status CudaGemm::Configure(cudaStream_t stream) {
   // The stream first: setting it puts the default workspace back.
-  if (auto s = CublasStatus(library_.set_stream(handle_, stream), "cuBLAS"); !s.ok()) return s;
-  if (auto s = CublasStatus(library_.set_workspace(handle_, workspace_.data(), kWorkspaceBytes),
-                            "cuBLAS");
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(CublasStatus(library_.set_stream(handle_, stream), "cuBLAS"));
+  LATTICED_RETURN_IF_ERROR(
+      CublasStatus(library_.set_workspace(handle_, workspace_.data(), kWorkspaceBytes), "cuBLAS"));
   return CublasStatus(library_.set_atomics_mode(handle_, CUBLAS_ATOMICS_NOT_ALLOWED), "cuBLAS");
 }
 
@@ -58,7 +55,7 @@ CudaGemm::~CudaGemm() { static_cast<void>(library_.destroy(handle_)); }
 
 absl::Status CudaGemm::Multiply(DeviceMatrix<const float> a, DeviceMatrix<const float> b,
                                 DeviceMatrix<float> c) {
-  if (auto s = CheckShapes(a, b, c); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CheckShapes(a, b, c));
   const float one = 1, zero = 0;
   return CublasStatus(library_.sgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns),
                                      Int(a.columns), &one, a.data, Int(a.stride), b.data,
@@ -68,7 +65,7 @@ absl::Status CudaGemm::Multiply(DeviceMatrix<const float> a, DeviceMatrix<const 
 
 absl::Status CudaGemm::Multiply(DeviceMatrix<const double> a, DeviceMatrix<const double> b,
                                 DeviceMatrix<double> c) {
-  if (auto s = CheckShapes(a, b, c); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CheckShapes(a, b, c));
   const double one = 1, zero = 0;
   return CublasStatus(library_.dgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns),
                                      Int(a.columns), &one, a.data, Int(a.stride), b.data,

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "core/base/status_macros.h"
+
 namespace latticed {
 namespace {
 
@@ -13,9 +15,7 @@ constexpr int kMostIdleHandles = 4;
 
 absl::StatusOr<CudaGemm*> CudaLane::gemm(DeviceReservation& from) {
   if (gemm_ == nullptr) {
-    auto made = CudaGemm::Create(from, stream_.get());
-    if (!made.ok()) return made.status();
-    gemm_ = *std::move(made);
+    LATTICED_ASSIGN_OR_RETURN(gemm_, CudaGemm::Create(from, stream_.get()));
     from.LeaveBehind(CudaGemm::kWorkspaceBytes);
   }
   return gemm_.get();
@@ -32,9 +32,8 @@ absl::StatusOr<std::shared_ptr<CudaLane>> CudaLanes::Borrow(StreamPriority prior
     }
   }
   if (lane == nullptr) {
-    auto stream = CudaStream::Create(priority);
-    if (!stream.ok()) return stream.status();
-    lane = std::make_unique<CudaLane>(priority, *std::move(stream));
+    LATTICED_ASSIGN_OR_RETURN(auto stream, CudaStream::Create(priority));
+    lane = std::make_unique<CudaLane>(priority, std::move(stream));
   }
   // The list lives as long as any lane.
   return std::shared_ptr<CudaLane>(lane.release(), [lanes = shared_from_this()](CudaLane* used) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -93,7 +94,7 @@ absl::Status CublasStatus(cublasStatus_t status, std::string_view what) {
   if (status == CUBLAS_STATUS_NOT_INITIALIZED || status == CUBLAS_STATUS_EXECUTION_FAILED ||
       status == CUBLAS_STATUS_INTERNAL_ERROR) {
     // The runtime knows why: a lost context, for example.
-    if (auto cuda = LastCudaStatus(what); !cuda.ok()) return cuda;
+    LATTICED_RETURN_IF_ERROR(LastCudaStatus(what));
   }
   if (status == CUBLAS_STATUS_ALLOC_FAILED) return error::AllocationFailed(what);
   return absl::InternalError(fmt::format("{}: {}", what, CublasName(status)));

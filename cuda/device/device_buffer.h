@@ -17,6 +17,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 #include "cuda/device/device_memory.h"
 #include "cuda/device/device_reservation.h"
@@ -34,17 +35,16 @@ class DeviceBuffer {
   [[nodiscard]] static absl::StatusOr<DeviceBuffer> Create(std::shared_ptr<DeviceMemory> memory,
                                                            std::string_view purpose, size_t count,
                                                            cudaStream_t stream) {
-    const auto data = memory->Allocate(purpose, count * sizeof(T), stream);
-    if (!data.ok()) return data.status();
-    return DeviceBuffer(std::move(memory), purpose, static_cast<T*>(*data), count, stream);
+    LATTICED_ASSIGN_OR_RETURN(const auto data,
+                              memory->Allocate(purpose, count * sizeof(T), stream));
+    return DeviceBuffer(std::move(memory), purpose, static_cast<T*>(data), count, stream);
   }
   // The same of bytes reserved.
   [[nodiscard]] static absl::StatusOr<DeviceBuffer> Create(DeviceReservation& from,
                                                            std::string_view purpose, size_t count,
                                                            cudaStream_t stream) {
-    const auto data = from.Allocate(purpose, count * sizeof(T), stream);
-    if (!data.ok()) return data.status();
-    return DeviceBuffer(from.memory(), purpose, static_cast<T*>(*data), count, stream);
+    LATTICED_ASSIGN_OR_RETURN(const auto data, from.Allocate(purpose, count * sizeof(T), stream));
+    return DeviceBuffer(from.memory(), purpose, static_cast<T*>(data), count, stream);
   }
   // Of the host's elements, which must stay until the stream has reached the copy; pageable memory
   // is staged by the runtime and may go at once.
@@ -92,12 +92,10 @@ class DeviceBuffer {
   static absl::StatusOr<DeviceBuffer> Filled(absl::StatusOr<DeviceBuffer> buffer,
                                              std::span<const T> from) {
     if (!buffer.ok() || from.empty()) return buffer;
-    if (auto s = CudaStatus(cudaMemcpyAsync(buffer->data_, from.data(), from.size_bytes(),
-                                            cudaMemcpyHostToDevice, buffer->stream_),
-                            buffer->purpose_);
-        !s.ok()) {
-      return s;
-    }
+    LATTICED_RETURN_IF_ERROR(
+        CudaStatus(cudaMemcpyAsync(buffer->data_, from.data(), from.size_bytes(),
+                                   cudaMemcpyHostToDevice, buffer->stream_),
+                   buffer->purpose_));
     return buffer;
   }
   void Reset() {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "cuda/device/cuda_device.h"
 #include "cuda/device/cuda_status.h"
 
@@ -18,10 +19,8 @@ struct OnDevice {
 };
 absl::StatusOr<OnDevice> LookAtDevice() {
   OnDevice bytes;
-  if (auto s = CudaStatus(cudaMemGetInfo(&bytes.free, &bytes.total), "the device's memory");
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(cudaMemGetInfo(&bytes.free, &bytes.total), "the device's memory"));
   return bytes;
 }
 
@@ -32,26 +31,25 @@ absl::StatusOr<std::shared_ptr<DeviceMemory>> DeviceMemory::Create(int device,
                                                                    RefuseAllocation refuse,
                                                                    bool poison) {
   const DeviceGuard guard(device);
-  const auto bytes = LookAtDevice();
-  if (!bytes.ok()) return bytes.status();
-  if (budget_bytes == 0) budget_bytes = bytes->free / 10 * 9;
+  LATTICED_ASSIGN_OR_RETURN(const auto bytes, LookAtDevice());
+  if (budget_bytes == 0) budget_bytes = bytes.free / 10 * 9;
   cudaMemPoolProps properties{};
   properties.allocType = cudaMemAllocationTypePinned;
   properties.location = {cudaMemLocationTypeDevice, device};
   cudaMemPool_t pool = nullptr;
-  if (auto s = CudaStatus(cudaMemPoolCreate(&pool, &properties), "the device's memory"); !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(cudaMemPoolCreate(&pool, &properties), "the device's memory"));
   // Not given back at every synchronisation: edits allocate nothing, new views reuse.
   uint64_t keep = std::numeric_limits<uint64_t>::max();
-  if (auto s = CudaStatus(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep),
-                          "the device's memory");
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep),
+                 "the device's memory");
       !s.ok()) {
     static_cast<void>(cudaMemPoolDestroy(pool));
     return s;
   }
   return std::shared_ptr<DeviceMemory>(
-      new DeviceMemory(device, bytes->total, budget_bytes, std::move(refuse), poison, pool));
+      new DeviceMemory(device, bytes.total, budget_bytes, std::move(refuse), poison, pool));
 }
 
 DeviceMemory::DeviceMemory(int device, uint64_t device_bytes, uint64_t budget_bytes,
@@ -67,7 +65,7 @@ DeviceMemory::~DeviceMemory() { static_cast<void>(cudaMemPoolDestroy(pool_)); }
 
 absl::StatusOr<void*> DeviceMemory::Allocate(std::string_view purpose, size_t bytes,
                                              cudaStream_t stream) {
-  if (auto s = budget_.Reserve(purpose, bytes); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(budget_.Reserve(purpose, bytes));
   auto data = AllocateReserved(purpose, bytes, bytes, stream);
   if (!data.ok()) budget_.GiveBack(bytes);
   return data;
@@ -89,7 +87,8 @@ absl::StatusOr<void*> DeviceMemory::AllocateReserved(std::string_view purpose, s
     static_cast<void>(cudaGetLastError());
     return out_of_memory(LookAtDevice().value_or(OnDevice{}).free);
   }
-  if (auto s = CudaStatus(result, purpose); !s.ok()) return s;
+  if (auto s = CudaStatus(result, purpose))
+    ;
   if (poison_) static_cast<void>(cudaMemsetAsync(data, 0xff, bytes, stream));
   budget_.Use(purpose, bytes);
   return data;

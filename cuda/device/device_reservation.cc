@@ -3,12 +3,13 @@
 #include "cuda/device/device_reservation.h"
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 
 namespace latticed {
 
 absl::StatusOr<DeviceReservation> DeviceReservation::Create(std::shared_ptr<DeviceMemory> memory,
                                                             std::string_view what, uint64_t bytes) {
-  if (auto s = memory->Reserve(what, bytes); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(memory->Reserve(what, bytes));
   return DeviceReservation(std::move(memory), what, bytes);
 }
 

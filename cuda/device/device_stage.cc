@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/status_macros.h"
 #include "core/ffd/bernstein.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/table_upload.h"
@@ -28,20 +29,17 @@ std::vector<uchar4> Pack(const std::vector<Triple>& triples) {
 absl::StatusOr<std::shared_ptr<const DeviceStage>> DeviceStage::Create(int degree, int segments,
                                                                        DeviceReservation& from,
                                                                        const CudaStream& stream) {
-  const auto host = StageMatrices::Get(degree, segments);
-  if (!host.ok()) return host.status();
-  std::shared_ptr<DeviceStage> stage(new DeviceStage(*host));
+  LATTICED_ASSIGN_OR_RETURN(const auto host, StageMatrices::Get(degree, segments));
+  std::shared_ptr<DeviceStage> stage(new DeviceStage(host));
   TableUpload upload;
-  upload.Add(Pack((*host)->samples), stage->samples_);
+  upload.Add(Pack(host->samples), stage->samples_);
   upload.Add(Pack(TessellationPattern::Get(segments).points), stage->pattern_);
-  upload.Add((*host)->stack, stage->stack_);
-  upload.Add((*host)->bernstein_f, stage->bernstein_f_);
-  upload.Add((*host)->bernstein, stage->bernstein_);
-  upload.Add((*host)->inverse, stage->inverse_);
-  auto block = upload.Send(from, "stage_matrices", stream.get());
-  if (!block.ok()) return block.status();
-  stage->block_ = *std::move(block);
-  if (auto s = stream.Synchronize("the stage matrices"); !s.ok()) return s;
+  upload.Add(host->stack, stage->stack_);
+  upload.Add(host->bernstein_f, stage->bernstein_f_);
+  upload.Add(host->bernstein, stage->bernstein_);
+  upload.Add(host->inverse, stage->inverse_);
+  LATTICED_ASSIGN_OR_RETURN(stage->block_, upload.Send(from, "stage_matrices", stream.get()));
+  LATTICED_RETURN_IF_ERROR(stream.Synchronize("the stage matrices"));
   return stage;
 }
 

@@ -10,6 +10,7 @@
 #include <cstdlib>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 
 namespace latticed {
@@ -74,11 +75,10 @@ absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
       return PinnedBuffer(shared_from_this(), data, size);
     }
   }
-  const auto data = Pin(size);
-  if (!data.ok()) return data.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto data, Pin(size));
   const std::scoped_lock lock(mutex_);
   lent_bytes_ += size;
-  return PinnedBuffer(shared_from_this(), *data, size);
+  return PinnedBuffer(shared_from_this(), data, size);
 }
 
 uint64_t PinnedMemory::lent_bytes() const {

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 
 namespace latticed {
@@ -16,13 +17,11 @@ absl::StatusOr<StagedUpload> StagedUpload::Create(CudaContext& context,
                                                   std::shared_ptr<CudaLane> lane, size_t bytes,
                                                   DeviceReservation& from) {
   bytes = DeviceBytesFor(bytes);
-  auto device = DeviceBuffer<uint8_t>::Create(from, "staging", bytes, lane->stream().get());
-  if (!device.ok()) return device.status();
-  auto pinned = context.pinned().Borrow(bytes);
-  if (!pinned.ok()) return pinned.status();
-  auto copied = CudaEvent::Create();
-  if (!copied.ok()) return copied.status();
-  return StagedUpload(std::move(lane), *std::move(device), *std::move(pinned), *std::move(copied));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto device, DeviceBuffer<uint8_t>::Create(from, "staging", bytes, lane->stream().get()));
+  LATTICED_ASSIGN_OR_RETURN(auto pinned, context.pinned().Borrow(bytes));
+  LATTICED_ASSIGN_OR_RETURN(auto copied, CudaEvent::Create());
+  return StagedUpload(std::move(lane), std::move(device), std::move(pinned), std::move(copied));
 }
 
 StagedUpload::~StagedUpload() {
@@ -31,7 +30,7 @@ StagedUpload::~StagedUpload() {
 }
 
 absl::StatusOr<uint8_t*> StagedUpload::Begin() {
-  if (auto s = copied_.Synchronize(); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(copied_.Synchronize());
   return pinned_.data();
 }
 

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 #include "cuda/device/device_buffer.h"
 #include "cuda/device/device_reservation.h"
@@ -56,9 +57,9 @@ class TableUpload {
   [[nodiscard]] absl::StatusOr<DeviceBuffer<uint8_t>> Send(std::shared_ptr<DeviceMemory> memory,
                                                            std::string_view purpose,
                                                            cudaStream_t stream) const {
-    auto room = DeviceReservation::Create(std::move(memory), purpose, size_);
-    if (!room.ok()) return room.status();
-    return Send(*room, purpose, stream);
+    LATTICED_ASSIGN_OR_RETURN(auto room,
+                              DeviceReservation::Create(std::move(memory), purpose, size_));
+    return Send(room, purpose, stream);
   }
   // The same of bytes reserved: BlockBytes.
   [[nodiscard]] absl::StatusOr<DeviceBuffer<uint8_t>> Send(DeviceReservation& from,
@@ -68,12 +69,9 @@ class TableUpload {
     if (!block.ok()) return block;
     for (const Table& table : tables_) {
       uint8_t* const place = block->data() + table.at;
-      if (auto s = CudaStatus(cudaMemcpyAsync(place, table.elements.get(), table.bytes,
-                                              cudaMemcpyHostToDevice, stream),
-                              purpose);
-          !s.ok()) {
-        return s;
-      }
+      LATTICED_RETURN_IF_ERROR(CudaStatus(
+          cudaMemcpyAsync(place, table.elements.get(), table.bytes, cudaMemcpyHostToDevice, stream),
+          purpose));
       table.set_place(place);
     }
     return block;

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "core/base/status_macros.h"
 #include "core/codec/byte_writer.h"
 #include "core/codec/draco_container.h"
 #include "cuda/device/cuda_status.h"
@@ -43,11 +44,10 @@ absl::StatusOr<DeviceDracoWriter> DeviceDracoWriter::Create(const DracoShape& sh
   const auto last = HeadBytes(shape.last_points, shape.normal_bits, shape.connectivity[1]);
   std::vector<uint8_t> both = head;
   both.insert(both.end(), last.begin(), last.end());
-  auto heads =
-      DeviceBuffer<uint8_t>::Upload(context->memory(), "draco", both, lane->stream().get());
-  if (!heads.ok()) return heads.status();
+  LATTICED_ASSIGN_OR_RETURN(auto heads, DeviceBuffer<uint8_t>::Upload(context->memory(), "draco",
+                                                                      both, lane->stream().get()));
   return DeviceDracoWriter(
-      shape, std::move(context), std::move(lane), *std::move(heads),
+      shape, std::move(context), std::move(lane), std::move(heads),
       {static_cast<uint32_t>(head.size()), static_cast<uint32_t>(last.size())});
 }
 
@@ -72,10 +72,8 @@ kernels::DracoFrame DeviceDracoWriter::Frame(double range) const {
 
 absl::Status DeviceDracoWriter::Fetch(void* to, const void* from, size_t bytes) const {
   const cudaStream_t stream = lane_->stream().get();
-  if (auto s = CudaStatus(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, stream), kWhat);
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, stream), kWhat));
   return lane_->stream().Synchronize(kWhat);
 }
 
@@ -96,27 +94,21 @@ absl::Status DeviceDracoWriter::Code(const kernels::DracoWork& work,
   const size_t digest_bytes = batch.digests.size() * sizeof(VertexDigest),
                place_bytes = work.count * sizeof(kernels::DracoPlace);
   if (exchanged_.size() < digest_bytes + place_bytes) {
-    auto pinned = context_->pinned().Borrow(digest_bytes + place_bytes);
-    if (!pinned.ok()) return pinned.status();
-    exchanged_ = *std::move(pinned);
+    LATTICED_ASSIGN_OR_RETURN(exchanged_, context_->pinned().Borrow(digest_bytes + place_bytes));
   }
   if (digest_bytes > 0) {
     std::memcpy(exchanged_.data(), batch.digests.data(), digest_bytes);
-    if (auto s = CudaStatus(cudaMemcpyAsync(work.digests, exchanged_.data(), digest_bytes,
-                                            cudaMemcpyHostToDevice, stream),
-                            kWhat);
-        !s.ok()) {
-      return s;
-    }
+    LATTICED_RETURN_IF_ERROR(
+        CudaStatus(cudaMemcpyAsync(work.digests, exchanged_.data(), digest_bytes,
+                                   cudaMemcpyHostToDevice, stream),
+                   kWhat));
   }
   for (const auto launch :
        {kernels::LaunchDracoDigests, kernels::LaunchDracoSymbols, kernels::LaunchDracoRans}) {
-    if (auto s = CudaStatus(launch(work, stream), kWhat); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(CudaStatus(launch(work, stream), kWhat));
   }
-  if (auto s = CudaStatus(kernels::LaunchDracoPlaces(work, frame, places, stream), kWhat);
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(kernels::LaunchDracoPlaces(work, frame, places, stream), kWhat));
   // The digests that were found lie before the places.
   const auto* from = reinterpret_cast<const uint8_t*>(places) - digest_bytes;
   return Fetch(exchanged_.data(), from, digest_bytes + place_bytes);
@@ -126,17 +118,13 @@ absl::StatusOr<std::shared_ptr<const PinnedBuffer>> DeviceDracoWriter::Pack(
     const kernels::DracoWork& work, const kernels::DracoFrame& frame,
     const kernels::DracoPlace* places, size_t bytes) {
   const cudaStream_t stream = lane_->stream().get();
-  const auto packed = DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", bytes, stream);
-  if (!packed.ok()) return packed.status();
-  auto pinned = context_->pinned().Borrow(bytes);
-  if (!pinned.ok()) return pinned.status();
-  if (auto s =
-          CudaStatus(kernels::LaunchDracoPack(work, frame, places, packed->data(), stream), kWhat);
-      !s.ok()) {
-    return s;
-  }
-  if (auto s = Fetch(pinned->data(), packed->data(), bytes); !s.ok()) return s;
-  return std::make_shared<const PinnedBuffer>(*std::move(pinned));
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto packed, DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", bytes, stream));
+  LATTICED_ASSIGN_OR_RETURN(auto pinned, context_->pinned().Borrow(bytes));
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(kernels::LaunchDracoPack(work, frame, places, packed.data(), stream), kWhat));
+  LATTICED_RETURN_IF_ERROR(Fetch(pinned.data(), packed.data(), bytes));
+  return std::make_shared<const PinnedBuffer>(std::move(pinned));
 }
 
 absl::Status DeviceDracoWriter::Round(const Vertices& vertices, const kernels::DracoFrame& frame,
@@ -145,16 +133,14 @@ absl::Status DeviceDracoWriter::Round(const Vertices& vertices, const kernels::D
   kernels::DracoWork work = Work(vertices, batch);
   DeviceBuffer<uint32_t> list;
   if (!AreAll(batch.numbers)) {
-    auto uploaded = DeviceBuffer<uint32_t>::Upload(
-        context_->memory(), "draco", std::span<const uint32_t>(batch.numbers), stream);
-    if (!uploaded.ok()) return uploaded.status();
-    list = *std::move(uploaded);
+    LATTICED_ASSIGN_OR_RETURN(
+        list, DeviceBuffer<uint32_t>::Upload(context_->memory(), "draco",
+                                             std::span<const uint32_t>(batch.numbers), stream));
     work.numbers = list.data();
   }
-  const auto scratch =
-      DracoScratch::Create(*context_, stream, entry_room, !batch.digests.empty(), work);
-  if (!scratch.ok()) return scratch.status();
-  if (auto s = Code(work, frame, scratch->places(), batch); !s.ok()) return s;
+  LATTICED_ASSIGN_OR_RETURN(const auto scratch, DracoScratch::Create(*context_, stream, entry_room,
+                                                                     !batch.digests.empty(), work));
+  LATTICED_RETURN_IF_ERROR(Code(work, frame, scratch.places(), batch));
 
   const size_t digest_bytes = batch.digests.size() * sizeof(VertexDigest);
   std::vector<VertexDigest> found(batch.digests.size());
@@ -164,9 +150,7 @@ absl::Status DeviceDracoWriter::Round(const Vertices& vertices, const kernels::D
   const size_t bytes = places.back().at + kernels::RoundUpTo16(places.back().size);
   std::shared_ptr<const PinnedBuffer> block;
   if (bytes > 0) {
-    auto packed = Pack(work, frame, scratch->places(), bytes);
-    if (!packed.ok()) return packed.status();
-    block = *std::move(packed);
+    LATTICED_ASSIGN_OR_RETURN(block, Pack(work, frame, scratch.places(), bytes));
   }
   for (size_t i = 0; i < places.size(); ++i) {
     if (places[i].size > 0) {
@@ -193,7 +177,7 @@ absl::Status DeviceDracoWriter::Encode(const Vertices& vertices, std::span<const
     }
     batch.results.resize(left.size());
     batch.deferred.resize(left.size());
-    if (auto s = Round(vertices, frame, entry_room, batch); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(Round(vertices, frame, entry_room, batch));
     std::vector<size_t> deferred;
     for (size_t k = 0; k < left.size(); ++k) {
       if (batch.deferred[k]) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/status_macros.h"
+
 namespace latticed {
 namespace {
 
@@ -73,16 +75,13 @@ absl::StatusOr<DracoScratch> DracoScratch::Create(CudaContext& context, cudaStre
   if (entry_room == 0) entry_room = UsualEntries(work);
   work.entry_room = std::max(entry_room, MostEntries(work));
   kernels::DracoPlace* places = nullptr;
-  auto block = DeviceBuffer<uint8_t>::Create(context.memory(), "draco",
-                                             Divide(nullptr, digests, work, places), stream);
-  if (!block.ok()) return block.status();
-  Divide(block->data(), digests, work, places);
-  if (auto s = CudaStatus(cudaMemsetAsync(work.control, 0, sizeof(*work.control), stream),
-                          "the encoding");
-      !s.ok()) {
-    return s;
-  }
-  return DracoScratch(*std::move(block), places);
+  LATTICED_ASSIGN_OR_RETURN(
+      auto block, DeviceBuffer<uint8_t>::Create(context.memory(), "draco",
+                                                Divide(nullptr, digests, work, places), stream));
+  Divide(block.data(), digests, work, places);
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(cudaMemsetAsync(work.control, 0, sizeof(*work.control), stream), "the encoding"));
+  return DracoScratch(std::move(block), places);
 }
 
 }  // namespace latticed

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/view/view_layout.h"
 #include "cuda/device/cuda_device.h"
 #include "cuda/device/cuda_status.h"
@@ -53,18 +54,16 @@ absl::StatusOr<std::unique_ptr<CudaFusedKernel>> CudaFusedKernel::Create(
     std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
     const ViewSpec& spec, CudaContext& context, std::shared_ptr<CudaLane> lane,
     DeviceReservation& from) {
-  const auto tables = device_plan->Tables(spec.normals == NormalMode::kSmooth, from);
-  if (!tables.ok()) return tables.status();
-  auto wire_chunks = StagedUpload::Create(context, lane, WireListBytes(*plan), from);
-  if (!wire_chunks.ok()) return wire_chunks.status();
-  auto coefficients = Floats(from, *lane, CoefficientCount(*plan));
-  if (!coefficients.ok()) return coefficients.status();
-  auto bounds = Floats(from, *lane, plan->boxes.size());
-  if (!bounds.ok()) return bounds.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto tables,
+                            device_plan->Tables(spec.normals == NormalMode::kSmooth, from));
+  LATTICED_ASSIGN_OR_RETURN(auto wire_chunks,
+                            StagedUpload::Create(context, lane, WireListBytes(*plan), from));
+  LATTICED_ASSIGN_OR_RETURN(auto coefficients, Floats(from, *lane, CoefficientCount(*plan)));
+  LATTICED_ASSIGN_OR_RETURN(auto bounds, Floats(from, *lane, plan->boxes.size()));
   std::unique_ptr<CudaFusedKernel> kernel(
-      new CudaFusedKernel(std::move(plan), std::move(device_plan), spec, std::move(lane), *tables,
-                          {*std::move(wire_chunks), *std::move(coefficients), *std::move(bounds)}));
-  if (auto s = kernel->CountBlocksAtOnce(context.device()); !s.ok()) return s;
+      new CudaFusedKernel(std::move(plan), std::move(device_plan), spec, std::move(lane), tables,
+                          {std::move(wire_chunks), std::move(coefficients), std::move(bounds)}));
+  LATTICED_RETURN_IF_ERROR(kernel->CountBlocksAtOnce(context.device()));
   return kernel;
 }
 
@@ -80,15 +79,14 @@ CudaFusedKernel::CudaFusedKernel(std::shared_ptr<const DeformPlan> plan,
       buffers_(std::move(buffers)) {}
 
 absl::Status CudaFusedKernel::CountBlocksAtOnce(int device) {
-  const auto multiprocessors = CountMultiprocessors(device);
-  if (!multiprocessors.ok()) return multiprocessors.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto multiprocessors, CountMultiprocessors(device));
   const kernels::FusedLaunch any{.tables = device_plan_->fused_tables(),
                                  .segments = spec_.segments,
                                  .normals = NormalsOf(spec_.normals),
                                  .output = {.format = FormatFor(spec_)}};
   int blocks = 0;
   const auto error = kernels::FusedCall(any).CountBlocksAtOnce(blocks);
-  blocks_at_once_ = std::max(*multiprocessors * blocks, 1);
+  blocks_at_once_ = std::max(multiprocessors * blocks, 1);
   return CudaStatus(error, "the blocks of a multiprocessor");
 }
 
@@ -153,7 +151,7 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
 
 absl::Status CudaFusedKernel::LaunchByStages(std::span<kernels::KernelCall> calls) {
   for (kernels::KernelCall& call : calls) {
-    if (auto s = CudaStatus(call.Launch(lane_->stream().get()), "an evaluation"); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(CudaStatus(call.Launch(lane_->stream().get()), "an evaluation"));
     if (&call == &calls.front()) lane_->Enqueued("copy");
   }
   return absl::OkStatus();
@@ -163,12 +161,11 @@ absl::Status CudaFusedKernel::ToWireOrder(DeviceSpan<const uint8_t> vertices,
                                           std::span<const uint32_t> chunks,
                                           DeviceSpan<uint8_t> out) {
   const VertexLayout layout = MakeVertexLayout(*plan_, spec_);
-  const auto to = buffers_.wire_chunks.Begin();
-  if (!to.ok()) return to.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto to, buffers_.wire_chunks.Begin());
   uint64_t offset = 0;
   for (size_t i = 0; i < chunks.size(); ++i) {
     const WireChunk chunk{offset, chunks[i]};
-    std::memcpy(*to + i * sizeof(chunk), &chunk, sizeof(chunk));
+    std::memcpy(to + i * sizeof(chunk), &chunk, sizeof(chunk));
     offset += layout.ChunkBytes(chunks[i]);
   }
   absl::Status sent = buffers_.wire_chunks.Send(chunks.size() * sizeof(WireChunk));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/ffd/bernstein.h"
 #include "cuda/gemm/gemm_kernels.h"
 #include "cuda/view/cuda_frame.h"
@@ -27,13 +28,13 @@ uint64_t BytesOf(size_t m, size_t patches) {
 absl::StatusOr<Nets> Allocate(DeviceReservation& from, const CudaLane& lane, size_t m,
                               size_t patches) {
   const cudaStream_t stream = lane.stream().get();
-  auto samples = DeviceBuffer<double>::Create(from, "samples", 3 * m * patches, stream);
-  if (!samples.ok()) return samples.status();
-  auto control = DeviceBuffer<double>::Create(from, "samples", 3 * m * patches, stream);
-  if (!control.ok()) return control.status();
-  auto centres = DeviceBuffer<Vec3d>::Create(from, "samples", patches, stream);
-  if (!centres.ok()) return centres.status();
-  return Nets{*std::move(samples), *std::move(control), *std::move(centres)};
+  LATTICED_ASSIGN_OR_RETURN(auto samples,
+                            DeviceBuffer<double>::Create(from, "samples", 3 * m * patches, stream));
+  LATTICED_ASSIGN_OR_RETURN(auto control,
+                            DeviceBuffer<double>::Create(from, "samples", 3 * m * patches, stream));
+  LATTICED_ASSIGN_OR_RETURN(auto centres,
+                            DeviceBuffer<Vec3d>::Create(from, "samples", patches, stream));
+  return Nets{std::move(samples), std::move(control), std::move(centres)};
 }
 
 absl::Status Compute(const kernels::Tile& tile, const DeviceStage& stage, const CudaLane& lane,
@@ -45,11 +46,8 @@ absl::Status Compute(const kernels::Tile& tile, const DeviceStage& stage, const 
                                          .positions = nets.samples.data(),
                                          .by_normal = nullptr,
                                          .centres = nets.centres.data()};
-  if (auto s =
-          CudaStatus(kernels::LaunchSamples(tile, samples, lane.stream().get()), "the samples");
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(kernels::LaunchSamples(tile, samples, lane.stream().get()), "the samples"));
   return gemm.Multiply(stage.inverse(),
                        DeviceMatrix<const double>{nets.samples.data(), m, columns, m},
                        DeviceMatrix<double>{nets.control.data(), m, columns, m});
@@ -73,36 +71,30 @@ absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const 
   const int degree = plan->structure.patch_degree(), any_segments = 1;
   const auto m = static_cast<size_t>(BernsteinCount(degree));
   const size_t tile_patches = std::min(kTilePatches, last - first);
-  const auto lane = context.lanes().Borrow();
-  if (!lane.ok()) return lane.status();
-  auto room = DeviceReservation::Create(context.memory(), "the control nets", [&] {
-    return CudaFrame::DeviceBytesFor(*plan, false) + BytesOf(m, tile_patches) +
-           context.StageBytesToCome(degree, any_segments) + (*lane)->GemmBytesToCome();
-  });
-  if (!room.ok()) return room.status();
-  const auto stage = context.Stage(degree, any_segments, *room);
-  if (!stage.ok()) return stage.status();
-  const auto gemm = (*lane)->gemm(*room);
-  if (!gemm.ok()) return gemm.status();
-  auto frame = CudaFrame::Create(plan, nullptr, context, *lane, *room);
-  if (!frame.ok()) return frame.status();
-  const auto buffers = Allocate(*room, **lane, m, tile_patches);
-  if (!buffers.ok()) return buffers.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto lane, context.lanes().Borrow());
+  LATTICED_ASSIGN_OR_RETURN(
+      auto room, DeviceReservation::Create(context.memory(), "the control nets", [&] {
+        return CudaFrame::DeviceBytesFor(*plan, false) + BytesOf(m, tile_patches) +
+               context.StageBytesToCome(degree, any_segments) + lane->GemmBytesToCome();
+      }));
+  LATTICED_ASSIGN_OR_RETURN(const auto stage, context.Stage(degree, any_segments, room));
+  LATTICED_ASSIGN_OR_RETURN(const auto gemm, lane->gemm(room));
+  LATTICED_ASSIGN_OR_RETURN(auto frame, CudaFrame::Create(plan, nullptr, context, lane, room));
+  LATTICED_ASSIGN_OR_RETURN(const auto buffers, Allocate(room, *lane, m, tile_patches));
 
   std::vector<double> nets(3 * m * (last - first)), control(3 * m * tile_patches);
   std::vector<Vec3d> centres(tile_patches);
-  const cudaStream_t stream = (*lane)->stream().get();
-  if (auto s = frame->Upload(control_points); !s.ok()) return s;
+  const cudaStream_t stream = lane->stream().get();
+  LATTICED_RETURN_IF_ERROR(frame.Upload(control_points));
   for (size_t begin = first; begin < last; begin += tile_patches) {
     const size_t count = std::min(tile_patches, last - begin);
-    absl::Status status =
-        Compute({device_plan.tables(), frame->control_points().data, begin, count}, **stage, **lane,
-                **gemm, *buffers);
+    absl::Status status = Compute({device_plan.tables(), frame.control_points().data, begin, count},
+                                  *stage, *lane, *gemm, buffers);
     if (status.ok()) {
-      status = Download(buffers->control, std::span(control).first(3 * m * count), stream);
+      status = Download(buffers.control, std::span(control).first(3 * m * count), stream);
     }
-    if (status.ok()) status = Download(buffers->centres, std::span(centres).first(count), stream);
-    status.Update((*lane)->stream().Synchronize("the control nets"));
+    if (status.ok()) status = Download(buffers.centres, std::span(centres).first(count), stream);
+    status.Update(lane->stream().Synchronize("the control nets"));
     if (!status.ok()) return status;
     double* out = nets.data() + 3 * m * (begin - first);
     for (size_t t = 0; t < count; ++t) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/view/view_layout.h"
 #include "cuda/device/cuda_status.h"
 
@@ -29,16 +30,16 @@ absl::StatusOr<std::unique_ptr<CudaGemmKernel>> CudaGemmKernel::Create(
     std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
     Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,
     std::shared_ptr<CudaLane> lane, DeviceReservation& from) {
-  auto stage = context->Stage(plan->structure.patch_degree(), spec.segments, from);
-  if (!stage.ok()) return stage.status();
-  auto stages = CudaGemmStages::Create(pipeline, *std::move(stage),
-                                       spec.normals != NormalMode::kNone, from, *lane);
-  if (!stages.ok()) return stages.status();
-  const auto tables = device_plan->Tables(spec.normals == NormalMode::kSmooth, from);
-  if (!tables.ok()) return tables.status();
+  LATTICED_ASSIGN_OR_RETURN(auto stage,
+                            context->Stage(plan->structure.patch_degree(), spec.segments, from));
+  LATTICED_ASSIGN_OR_RETURN(auto stages,
+                            CudaGemmStages::Create(pipeline, std::move(stage),
+                                                   spec.normals != NormalMode::kNone, from, *lane));
+  LATTICED_ASSIGN_OR_RETURN(const auto tables,
+                            device_plan->Tables(spec.normals == NormalMode::kSmooth, from));
   return std::unique_ptr<CudaGemmKernel>(
       new CudaGemmKernel(std::move(plan), std::move(device_plan), spec, std::move(context),
-                         std::move(lane), *std::move(stages), *tables));
+                         std::move(lane), std::move(stages), tables));
 }
 
 CudaGemmKernel::CudaGemmKernel(std::shared_ptr<const DeformPlan> plan,
@@ -96,19 +97,16 @@ absl::Status CudaGemmKernel::Allocate() {
 absl::Status CudaGemmKernel::Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                                       std::span<const uint32_t> /*chunks: always all*/,
                                       DeviceSpan<uint8_t> vertices) {
-  if (auto s = frame.Send(); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(frame.Send());
   lane_->Enqueued("copy");
-  if (auto s = Allocate(); !s.ok()) return s;
-  if (auto s = stages_.Begin(); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(Allocate());
+  LATTICED_RETURN_IF_ERROR(stages_.Begin());
   lane_->Enqueued("stack");
   const VertexWriter writer = MakeVertexWriter(*plan_, spec_, box);
   for (size_t first = 0; first < plan_->patches.size(); first += tile_patches_) {
     const size_t count = std::min(tile_patches_, plan_->patches.size() - first);
-    if (auto s =
-            EvaluateTile({tables_, frame.control_points().data, first, count}, writer, vertices);
-        !s.ok()) {
-      return s;
-    }
+    LATTICED_RETURN_IF_ERROR(
+        EvaluateTile({tables_, frame.control_points().data, first, count}, writer, vertices));
   }
   const kernels::SharedPositions shared{.tables = device_plan_->shared_points(),
                                         .attached = frame.attached().data,
@@ -123,7 +121,7 @@ absl::Status CudaGemmKernel::Evaluate(const CudaFrame& frame, const Quantisation
 
 absl::Status CudaGemmKernel::EvaluateTile(const kernels::Tile& tile, const VertexWriter& writer,
                                           DeviceSpan<uint8_t> vertices) {
-  if (auto s = stages_.in_double() ? ControlNetProducts(tile) : Products(tile); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(stages_.in_double() ? ControlNetProducts(tile) : Products(tile));
   lane_->Enqueued("products");
   const DeviceStage& stage = stages_.stage();
   const kernels::Surface surface{.products = buffers_.surface.data(),
@@ -151,15 +149,12 @@ absl::Status CudaGemmKernel::Products(const kernels::Tile& tile) {
                                         .positions = buffers_.samples.data(),
                                         .by_normal = buffers_.by_normal.data(),
                                         .centres = buffers_.centres.data()};
-  if (auto s =
-          CudaStatus(kernels::LaunchSamples(tile, samples, lane_->stream().get()), "the samples");
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(kernels::LaunchSamples(tile, samples, lane_->stream().get()), "the samples"));
   lane_->Enqueued("samples");
-  if (auto s = stages_.Apply(Matrix(buffers_.samples, stage.m(), tile.count),
-                             Matrix(buffers_.surface, stages_.rows(), tile.count));
-      !s.ok() || !smooth()) {
+  LATTICED_RETURN_IF_ERROR(stages_.Apply(Matrix(buffers_.samples, stage.m(), tile.count),
+                                         Matrix(buffers_.surface, stages_.rows(), tile.count));
+                           !s.ok() || !smooth()) {
     return s;
   }
   return stages_.Apply(Matrix(buffers_.by_normal, stage.m(), tile.count),
@@ -176,10 +171,8 @@ absl::Status CudaGemmKernel::ControlNetProducts(const kernels::Tile& tile) {
                                          .by_normal = buffers_.by_normal_d.data(),
                                          .centres = buffers_.centres.data()};
   if (auto s =
-          CudaStatus(kernels::LaunchSamples(tile, samples, lane_->stream().get()), "the samples");
-      !s.ok()) {
-    return s;
-  }
+          CudaStatus(kernels::LaunchSamples(tile, samples, lane_->stream().get()), "the samples"))
+    ;
   lane_->Enqueued("samples");
   const DeviceMatrix<double> control = Matrix(buffers_.control_d, m, tile.count);
   if (auto s = stages_.Apply(Matrix(buffers_.samples_d, m, tile.count), control,

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/ffd/bernstein.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/cuda_status.h"
@@ -39,17 +40,16 @@ absl::StatusOr<CudaGemmStages> CudaGemmStages::Create(Pipeline pipeline,
                                                       std::shared_ptr<const DeviceStage> stage,
                                                       bool derivatives, DeviceReservation& from,
                                                       CudaLane& lane) {
-  const auto gemm = lane.gemm(from);
-  if (!gemm.ok()) return gemm.status();
-  CudaGemmStages stages(pipeline, std::move(stage), derivatives, *gemm, lane.stream().get());
+  LATTICED_ASSIGN_OR_RETURN(const auto gemm, lane.gemm(from));
+  CudaGemmStages stages(pipeline, std::move(stage), derivatives, gemm, lane.stream().get());
   if (pipeline != Pipeline::kGemm12) return stages;
   const size_t elements = OwnElements(stages.stage_->m(), stages.stage_->q());
-  auto product = DeviceBuffer<double>::Create(from, "stage_matrices", elements, stages.stream_);
-  if (!product.ok()) return product.status();
-  auto own_stack = DeviceBuffer<float>::Create(from, "stage_matrices", elements, stages.stream_);
-  if (!own_stack.ok()) return own_stack.status();
-  stages.product_ = *std::move(product);
-  stages.own_stack_ = *std::move(own_stack);
+  LATTICED_ASSIGN_OR_RETURN(
+      auto product, DeviceBuffer<double>::Create(from, "stage_matrices", elements, stages.stream_));
+  LATTICED_ASSIGN_OR_RETURN(auto own_stack, DeviceBuffer<float>::Create(from, "stage_matrices",
+                                                                        elements, stages.stream_));
+  stages.product_ = std::move(product);
+  stages.own_stack_ = std::move(own_stack);
   return stages;
 }
 
@@ -66,11 +66,8 @@ absl::Status CudaGemmStages::Begin() {
   const size_t m = stage_->m(), q = stage_->q();
   const DeviceMatrix<double> product{product_.data(), 3 * q, m, 3 * q};
   for (size_t first = 0; first < 3 * q; first += q) {
-    if (auto s = gemm_->Multiply(stage_->bernstein().Rows(first, q), stage_->inverse(),
-                                 product.Rows(first, q));
-        !s.ok()) {
-      return s;
-    }
+    LATTICED_RETURN_IF_ERROR(gemm_->Multiply(stage_->bernstein().Rows(first, q), stage_->inverse(),
+                                             product.Rows(first, q)));
   }
   return CudaStatus(
       kernels::LaunchRound(product_.data(), product_.size(), own_stack_.data(), stream_),
@@ -85,11 +82,9 @@ absl::Status CudaGemmStages::Apply(DeviceMatrix<const float> samples, DeviceMatr
   for (size_t first = 0; first < out.rows; first += q) {
     for (size_t axis = 0; axis < 3; ++axis) {
       const size_t column = axis * patches;
-      if (auto s = gemm_->Multiply(OwnStack().Rows(first, q), samples.Columns(column, patches),
-                                   out.Rows(first, q).Columns(column, patches));
-          !s.ok()) {
-        return s;
-      }
+      LATTICED_RETURN_IF_ERROR(gemm_->Multiply(OwnStack().Rows(first, q),
+                                               samples.Columns(column, patches),
+                                               out.Rows(first, q).Columns(column, patches)));
     }
   }
   return absl::OkStatus();
@@ -97,13 +92,10 @@ absl::Status CudaGemmStages::Apply(DeviceMatrix<const float> samples, DeviceMatr
 
 absl::Status CudaGemmStages::Apply(DeviceMatrix<const double> samples, DeviceMatrix<double> control,
                                    DeviceMatrix<float> rounded, DeviceMatrix<float> out) {
-  if (auto s = gemm_->Multiply(stage_->inverse(), samples, control); !s.ok()) return s;
-  if (auto s = CudaStatus(
-          kernels::LaunchRound(control.data, control.rows * control.columns, rounded.data, stream_),
-          "the control nets");
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(gemm_->Multiply(stage_->inverse(), samples, control));
+  LATTICED_RETURN_IF_ERROR(CudaStatus(
+      kernels::LaunchRound(control.data, control.rows * control.columns, rounded.data, stream_),
+      "the control nets"));
   return gemm_->Multiply(stage_->bernstein_f().Rows(0, out.rows), rounded, out);
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/status_macros.h"
 #include "core/ffd/direct_ffd.h"
 #include "cuda/plan/device_boxes.h"
 #include "cuda/plan/device_shared_points.h"
@@ -65,11 +66,10 @@ absl::StatusOr<std::shared_ptr<DevicePlan>> DevicePlan::Create(
   const CudaStream& stream = context->stream();
   std::shared_ptr<DevicePlan> result(new DevicePlan(std::move(plan), std::move(context)));
   TableUpload upload;
-  if (auto s = result->AddTables(pipeline, upload); !s.ok()) return s;
-  auto block = upload.Send(result->context_->memory(), kPlanPurpose, stream.get());
-  if (!block.ok()) return block.status();
-  result->block_ = *std::move(block);
-  if (auto s = stream.Synchronize("the plan"); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(result->AddTables(pipeline, upload));
+  LATTICED_ASSIGN_OR_RETURN(result->block_,
+                            upload.Send(result->context_->memory(), kPlanPurpose, stream.get()));
+  LATTICED_RETURN_IF_ERROR(stream.Synchronize("the plan"));
   return result;
 }
 
@@ -86,14 +86,13 @@ absl::Status DevicePlan::AddTables(Pipeline pipeline, TableUpload& upload) {
     tables_.parameter_by_world[a] = map.DirectionToParameter(axis);
   }
   tables_.outside_box = plan.outside_box();
-  auto packed = PackPatches(plan);
-  if (!packed.ok()) return packed.status();
-  upload.Add(std::move(packed->patches), tables_.patches);
+  LATTICED_ASSIGN_OR_RETURN(auto packed, PackPatches(plan));
+  upload.Add(std::move(packed.patches), tables_.patches);
   upload.Add(PackVertices(plan), tables_.vertices);
   upload.Add(PackSpans(plan), tables_.boxes);
   upload.Add(PackFacetNormals(plan), tables_.facet_normals);
   if (pipeline == Pipeline::kFused) {
-    AddBoxes(plan_, packed->seam_uses, upload, fused_tables_);
+    AddBoxes(plan_, packed.seam_uses, upload, fused_tables_);
     if (LatticePart::IsWorthwhile(s)) chunk_needs_ = std::make_shared<const ChunkNeeds>(plan);
   } else {
     AddSharedPoints(plan, upload, shared_points_);
@@ -131,7 +130,7 @@ absl::StatusOr<DeviceBuffer<kernels::CornerNormals>> DevicePlan::UploadNormals(
   auto made = DeviceBuffer<kernels::CornerNormals>::Upload(
       from, kPlanPurpose, InterpolateNormals(*plan_), stream.get());
   if (!made.ok()) return made;
-  if (auto s = stream.Synchronize("the plan's normals"); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(stream.Synchronize("the plan's normals"));
   return made;
 }
 

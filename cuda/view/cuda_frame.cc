@@ -6,6 +6,8 @@
 #include <cstring>
 #include <utility>
 
+#include "core/base/status_macros.h"
+
 namespace latticed {
 namespace {
 
@@ -45,10 +47,10 @@ absl::StatusOr<CudaFrame> CudaFrame::Create(std::shared_ptr<const DeformPlan> pl
                                             DeviceReservation& from) {
   std::optional<LatticePart> part;
   if (chunk_needs != nullptr) part.emplace(plan, std::move(chunk_needs));
-  auto upload =
-      StagedUpload::Create(context, std::move(lane), BytesOf(*plan, part.has_value()), from);
-  if (!upload.ok()) return upload.status();
-  return CudaFrame(std::move(plan), std::move(part), *std::move(upload));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto upload,
+      StagedUpload::Create(context, std::move(lane), BytesOf(*plan, part.has_value()), from));
+  return CudaFrame(std::move(plan), std::move(part), std::move(upload));
 }
 
 size_t CudaFrame::SeamsAt() const { return SeamsOf(*plan_); }
@@ -77,25 +79,24 @@ void CudaFrame::StageSeams(std::span<const Vec3d> control_points, uint8_t* stage
 
 absl::Status CudaFrame::Stage(std::span<const Vec3d> control_points,
                               std::span<const uint32_t> chunks) {
-  const auto begin = upload_.Begin();
-  if (!begin.ok()) return begin.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto begin, upload_.Begin());
   all_chunks_ = chunks.size() == plan_->chunk_count();
   only_part_ = part_.has_value() && !all_chunks_ && !chunks.empty() && part_->Select(chunks);
   if (only_part_) {
     for (const size_t page : part_->pages()) {
       const size_t first = page * LatticePart::kPagePoints;
       StagePoints(control_points, first, std::min(first + LatticePart::kPagePoints, points()),
-                  *begin);
+                  begin);
     }
   } else {
-    StagePoints(control_points, 0, points(), *begin);
+    StagePoints(control_points, 0, points(), begin);
   }
-  StageSeams(control_points, *begin + SeamsAt());
-  uint8_t* to = *begin + SeamsAt() + plan_->seams.size();
-  if (!all_chunks_) to = Append(chunks, *begin + ChunksAt());
-  boxes_at_ = static_cast<size_t>(to - *begin);
+  StageSeams(control_points, begin + SeamsAt());
+  uint8_t* to = begin + SeamsAt() + plan_->seams.size();
+  if (!all_chunks_) to = Append(chunks, begin + ChunksAt());
+  boxes_at_ = static_cast<size_t>(to - begin);
   if (only_part_) to = Append(part_->boxes(), to);
-  bytes_ = static_cast<size_t>(to - *begin);
+  bytes_ = static_cast<size_t>(to - begin);
   return absl::OkStatus();
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "core/codec/draco_writer.h"
 #include "core/view/view_layout.h"
 
@@ -38,14 +39,15 @@ absl::StatusOr<std::unique_ptr<CudaView>> CudaView::Create(std::shared_ptr<const
                                                            std::shared_ptr<CudaLane> lane,
                                                            std::unique_ptr<CudaVertexKernel> kernel,
                                                            DeviceReservation& from) {
-  auto frame = CudaFrame::Create(plan, kernel->chunk_needs(), *context, lane, from);
-  if (!frame.ok()) return frame.status();
-  auto vertices = DeviceBuffer<uint8_t>::Create(
-      from, "vertices", VertexBytes(*plan, spec, kernel->OwnOrderBytes()), lane->stream().get());
-  if (!vertices.ok()) return vertices.status();
+  LATTICED_ASSIGN_OR_RETURN(auto frame,
+                            CudaFrame::Create(plan, kernel->chunk_needs(), *context, lane, from));
+  LATTICED_ASSIGN_OR_RETURN(auto vertices,
+                            DeviceBuffer<uint8_t>::Create(
+                                from, "vertices", VertexBytes(*plan, spec, kernel->OwnOrderBytes()),
+                                lane->stream().get()));
   return std::unique_ptr<CudaView>(new CudaView(std::move(plan), spec, std::move(context),
                                                 std::move(lane), std::move(kernel),
-                                                *std::move(frame), *std::move(vertices)));
+                                                std::move(frame), std::move(vertices)));
 }
 
 CudaView::CudaView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
@@ -72,7 +74,7 @@ CudaView::~CudaView() {
 
 absl::Status CudaView::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                                 std::span<const uint32_t> chunks) {
-  if (auto s = contract_.CheckEvaluate(control_points, box, chunks); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(contract_.CheckEvaluate(control_points, box, chunks));
   const DeviceGuard guard(context_->device());
   try {
     absl::Status status = frame_.Stage(control_points, chunks);
@@ -92,7 +94,7 @@ absl::Status CudaView::Evaluate(std::span<const Vec3d> control_points, const Qua
 }
 
 absl::Status CudaView::Read(uint32_t chunk, std::span<uint8_t> out) {
-  if (auto status = contract_.CheckRead(chunk, out.size()); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(contract_.CheckRead(chunk, out.size()));
   const DeviceGuard guard(context_->device());
   return staging_.Fetch(*kernel_, vertices_.span(), {&chunk, 1},
                         [&](size_t, std::span<const std::span<const uint8_t>> bytes) {
@@ -104,7 +106,7 @@ absl::Status CudaView::Read(uint32_t chunk, std::span<uint8_t> out) {
 absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32_t> chunks,
                                                           Encoding encoding,
                                                           std::span<VertexDigest> digests) {
-  if (auto status = contract_.CheckEncode(chunks, encoding); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(contract_.CheckEncode(chunks, encoding));
   const DeviceGuard guard(context_->device());
   try {
     std::vector<SharedBytes> results(chunks.size());

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 
 namespace latticed {
@@ -31,20 +32,17 @@ size_t DeviceStaging::BatchEnd(std::span<const uint32_t> chunks, size_t first) c
 
 absl::Status DeviceStaging::Reserve(Slot& slot, size_t bytes, bool own_order) {
   if (!slot.copied.has_value()) {
-    auto event = CudaEvent::Create();
-    if (!event.ok()) return event.status();
-    slot.copied.emplace(*std::move(event));
+    LATTICED_ASSIGN_OR_RETURN(auto event, CudaEvent::Create());
+    slot.copied.emplace(std::move(event));
   }
   if (slot.pinned.size() < bytes) {
-    auto pinned = context_->pinned().Borrow(bytes);
-    if (!pinned.ok()) return pinned.status();
-    slot.pinned = *std::move(pinned);
+    LATTICED_ASSIGN_OR_RETURN(slot.pinned, context_->pinned().Borrow(bytes));
   }
   if (!own_order || slot.wire.size() >= bytes) return absl::OkStatus();
-  auto wire = DeviceBuffer<uint8_t>::Create(context_->memory(), "staging", slot.pinned.size(),
-                                            lane_->stream().get());
-  if (!wire.ok()) return wire.status();
-  slot.wire = *std::move(wire);
+  LATTICED_ASSIGN_OR_RETURN(
+      auto wire, DeviceBuffer<uint8_t>::Create(context_->memory(), "staging", slot.pinned.size(),
+                                               lane_->stream().get()));
+  slot.wire = std::move(wire);
   return absl::OkStatus();
 }
 
@@ -55,7 +53,7 @@ absl::Status DeviceStaging::Copy(Slot& slot, CudaVertexKernel& kernel,
   const cudaStream_t stream = lane_->stream().get();
   size_t total = 0;
   for (uint32_t chunk : chunks) total += layout_.ChunkBytes(chunk);
-  if (auto s = Reserve(slot, total, own_order); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(Reserve(slot, total, own_order));
   batch.bytes.clear();
   size_t at = 0, run = 0;  // where this chunk goes, and where its run of neighbours began
   for (size_t i = 0; i < chunks.size(); ++i) {
@@ -65,16 +63,13 @@ absl::Status DeviceStaging::Copy(Slot& slot, CudaVertexKernel& kernel,
     if (own_order) continue;
     if (i + 1 < chunks.size() && chunks[i + 1] == chunks[i] + 1) continue;
     const size_t end = layout_.ChunkOffset(chunks[i]) + bytes, run_bytes = at - run;
-    if (auto s = CopyToHost(slot.pinned.data() + run, vertices.data + end - run_bytes, run_bytes,
-                            stream);
-        !s.ok()) {
-      return s;
-    }
+    LATTICED_RETURN_IF_ERROR(
+        CopyToHost(slot.pinned.data() + run, vertices.data + end - run_bytes, run_bytes, stream));
     run = at;
   }
   if (own_order) {
-    if (auto s = kernel.ToWireOrder(vertices, chunks, slot.wire.span()); !s.ok()) return s;
-    if (auto s = CopyToHost(slot.pinned.data(), slot.wire.data(), total, stream); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(kernel.ToWireOrder(vertices, chunks, slot.wire.span()));
+    LATTICED_RETURN_IF_ERROR(CopyToHost(slot.pinned.data(), slot.wire.data(), total, stream));
   }
   return slot.copied->Record(stream);
 }
@@ -91,14 +86,14 @@ absl::Status DeviceStaging::Run(CudaVertexKernel& kernel, DeviceSpan<const uint8
     return Copy(slots_[slot], kernel, vertices, named, batches[slot]);
   };
   if (chunks.empty()) return absl::OkStatus();
-  if (auto s = copy_next(turn); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(copy_next(turn));
   for (bool more = true; more; turn ^= 1) {
-    if (auto s = slots_[turn].copied->Synchronize(); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(slots_[turn].copied->Synchronize());
     more = next < chunks.size();
     if (more) {
-      if (auto s = copy_next(turn ^ 1); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(copy_next(turn ^ 1));
     }
-    if (auto s = use(batches[turn].first, batches[turn].bytes); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(use(batches[turn].first, batches[turn].bytes));
   }
   return absl::OkStatus();
 }

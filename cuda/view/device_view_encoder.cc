@@ -7,6 +7,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "core/base/status_macros.h"
+
 namespace latticed {
 
 absl::Status DeviceViewEncoder::MakeWriter(Encoding encoding) {
@@ -18,9 +20,7 @@ absl::Status DeviceViewEncoder::MakeWriter(Encoding encoding) {
   if (encoding == Encoding::kDracoMesh) {
     shape.connectivity = {&host_.Connectivity(0), &host_.Connectivity(last)};
   }
-  auto writer = DeviceDracoWriter::Create(shape, context_, lane_);
-  if (!writer.ok()) return writer.status();
-  writer_ = *std::move(writer);
+  LATTICED_ASSIGN_OR_RETURN(writer_, DeviceDracoWriter::Create(shape, context_, lane_));
   writer_encoding_ = encoding;
   return absl::OkStatus();
 }
@@ -34,14 +34,14 @@ absl::Status DeviceViewEncoder::EncodeBatch(const Source& source, std::span<cons
   }
   size_t bytes = 0;
   for (const uint32_t chunk : chunks) bytes += layout_.ChunkBytes(chunk);
-  const auto wire =
-      DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", bytes, lane_->stream().get());
-  if (!wire.ok()) return wire.status();
-  if (auto s = source.kernel.ToWireOrder(source.vertices, chunks, wire->span()); !s.ok()) return s;
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto wire,
+      DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", bytes, lane_->stream().get()));
+  LATTICED_RETURN_IF_ERROR(source.kernel.ToWireOrder(source.vertices, chunks, wire.span()));
   std::vector<uint32_t> numbers(chunks.size());
   std::iota(numbers.begin(), numbers.end(), 0u);
   const auto count = static_cast<uint32_t>(chunks.size());
-  return writer_->Encode({wire->span(), chunks.back() == last ? count - 1 : count}, numbers,
+  return writer_->Encode({wire.span(), chunks.back() == last ? count - 1 : count}, numbers,
                          source.range, digests, results);
 }
 
@@ -70,7 +70,7 @@ absl::Status DeviceViewEncoder::Encode(CudaVertexKernel& kernel, DeviceSpan<cons
                                        double range, std::span<VertexDigest> digests,
                                        std::span<SharedBytes> results) {
   if (!writer_.has_value() || writer_encoding_ != encoding) {
-    if (auto s = MakeWriter(encoding); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(MakeWriter(encoding));
   }
   const Source source{kernel, vertices, range};
   if (std::ranges::is_sorted(chunks)) return EncodeBatches(source, chunks, digests, results);
@@ -86,9 +86,7 @@ absl::Status DeviceViewEncoder::Encode(CudaVertexKernel& kernel, DeviceSpan<cons
   const auto sorted_chunks = sorted(chunks);
   auto sorted_digests = sorted(digests);
   std::vector<SharedBytes> sorted_results(chunks.size());
-  if (auto s = EncodeBatches(source, sorted_chunks, sorted_digests, sorted_results); !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(EncodeBatches(source, sorted_chunks, sorted_digests, sorted_results));
   for (size_t k = 0; k < order.size(); ++k) {
     results[order[k]] = std::move(sorted_results[k]);
     if (!digests.empty()) digests[order[k]] = sorted_digests[k];

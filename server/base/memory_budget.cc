@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 
 namespace latticed {
 
@@ -25,7 +26,7 @@ MemoryReservation& MemoryReservation::operator=(MemoryReservation&& other) noexc
 
 absl::Status MemoryReservation::Resize(std::string_view what, uint64_t bytes) {
   if (budget_ != nullptr) {
-    if (auto status = budget_->Exchange(what, bytes_, bytes); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(budget_->Exchange(what, bytes_, bytes));
   }
   bytes_ = bytes;
   return absl::OkStatus();
@@ -37,7 +38,7 @@ void MemoryReservation::Release() {
 }
 
 absl::StatusOr<MemoryReservation> MemoryBudget::Reserve(std::string_view what, uint64_t bytes) {
-  if (auto status = Exchange(what, 0, bytes); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(Exchange(what, 0, bytes));
   return MemoryReservation(shared_from_this(), bytes);
 }
 
@@ -63,7 +64,7 @@ absl::StatusOr<MemoryReservation> Reserve(const std::shared_ptr<MemoryBudget>& b
 absl::Status MemoryBudget::KeepAtLeast(std::string_view what, uint64_t bytes) {
   const std::scoped_lock lock(mutex_);
   if (bytes <= kept_) return absl::OkStatus();
-  if (auto s = ExchangeLocked(what, kept_, bytes); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(ExchangeLocked(what, kept_, bytes));
   kept_ = bytes;
   return absl::OkStatus();
 }

@@ -6,6 +6,7 @@
 
 #include "absl/time/clock.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 
 namespace latticed {
 
@@ -19,7 +20,7 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh
     if (stored->format == mesh.format && stored->layout == mesh.layout) return stored;
     return error::AlreadyExists("mesh in another format or layout", mesh.id);
   }
-  if (auto status = reservation.Resize("the mesh", bytes); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", bytes));
   mesh.memory = std::move(reservation);
   mesh.create_time = absl::Now();
   auto stored = std::make_shared<const StoredMesh>(std::move(mesh));

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "core/base/status_macros.h"
 #include "server/engine/chunk_blocks.h"
 #include "server/engine/scene.h"
 
@@ -44,16 +45,15 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
   const size_t most = vertices.encode_batch();
   const std::vector<uint32_t> order = vertices.EncodeOrder(chunks);
   for (size_t done = 0; done < order.size();) {
-    if (auto s = between({done, order.size() - done, most, absl::Now() - start}); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(between({done, order.size() - done, most, absl::Now() - start}));
     const auto batch = std::span(order).subspan(done, std::min(most, order.size() - done));
     std::vector<VertexDigest> digests(batch.size());
     for (size_t i = 0; comparable && i < batch.size(); ++i) {
       digests[i] = snapshot->chunks[batch[i]].digest;
     }
-    auto encoded = vertices.Encode(batch, key.encoding, digests);
-    if (!encoded.ok()) return encoded.status();
+    LATTICED_ASSIGN_OR_RETURN(auto encoded, vertices.Encode(batch, key.encoding, digests));
     for (size_t i = 0; i < batch.size(); ++i) {
-      SharedBytes& data = (*encoded)[i];
+      SharedBytes& data = encoded[i];
       const SharedBytes& had = snapshot->chunks[batch[i]].data;
       const bool same = comparable && (data.data == nullptr || SameBytes(had, data));
       if (same) {

@@ -7,6 +7,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/time/clock.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "server/engine/resident_target.h"
 
 namespace latticed {
@@ -21,9 +22,8 @@ constexpr absl::Duration kPoll = absl::Milliseconds(5);
 
 absl::StatusOr<std::shared_ptr<ResidentTarget>> Residency::Prepare(
     std::shared_ptr<const DeformPlan> plan, Pipeline pipeline) {
-  auto made = PrepareInner(plan, pipeline);
-  if (!made.ok()) return made.status();
-  return std::make_shared<ResidentTarget>(this, std::move(plan), *std::move(made));
+  LATTICED_ASSIGN_OR_RETURN(auto made, PrepareInner(plan, pipeline));
+  return std::make_shared<ResidentTarget>(this, std::move(plan), std::move(made));
 }
 
 bool Residency::MayFitNow(const absl::Status& refusal, std::optional<absl::Time>& give_up) {

@@ -28,6 +28,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "core/backend.h"
+#include "core/base/status_macros.h"
 #include "server/engine/device_health.h"
 #include "server/engine/engine_counts.h"
 
@@ -66,7 +67,7 @@ class Residency {
   auto Run(Call call) -> decltype(call()) {
     std::optional<absl::Time> give_up;
     while (true) {
-      if (auto lost = health_.status(); !lost.ok()) return lost;
+      LATTICED_RETURN_IF_ERROR(health_.status());
       auto answer = call();
       const absl::Status status = StatusOf(answer);
       health_.Note(status);

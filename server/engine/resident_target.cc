@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "server/engine/resident_view.h"
 
 namespace latticed {
@@ -23,26 +24,23 @@ absl::StatusOr<std::shared_ptr<DeformTarget>> ResidentTarget::Inner() {
     const MutexLock lock(&mutex_);
     if (inner_ != nullptr) return inner_;
   }
-  auto made = residency_->PrepareInner(plan_, pipeline_);
-  if (!made.ok()) return made;
+  LATTICED_ASSIGN_OR_RETURN(auto made, residency_->PrepareInner(plan_, pipeline_));
   const MutexLock lock(&mutex_);
-  if (inner_ == nullptr) inner_ = *std::move(made);
+  if (inner_ == nullptr) inner_ = std::move(made);
   return inner_;
 }
 
 absl::StatusOr<std::unique_ptr<DeformView>> ResidentTarget::CreateView(const ViewSpec& spec) {
-  const auto inner = Inner();
-  if (!inner.ok()) return inner.status();
-  auto made = residency_->Run([&] { return (*inner)->CreateView(spec); });
-  if (!made.ok()) return made.status();
-  return std::make_unique<ResidentView>(shared_from_this(), *inner, *std::move(made));
+  LATTICED_ASSIGN_OR_RETURN(const auto inner, Inner());
+  LATTICED_ASSIGN_OR_RETURN(auto made,
+                            residency_->Run([&] { return inner->CreateView(spec); }));
+  return std::make_unique<ResidentView>(shared_from_this(), inner, std::move(made));
 }
 
 absl::StatusOr<std::vector<double>> ResidentTarget::ControlNets(
     std::span<const Vec3d> control_points, size_t first, size_t last) {
-  const auto inner = Inner();
-  if (!inner.ok()) return inner.status();
-  return residency_->Run([&] { return (*inner)->ControlNets(control_points, first, last); });
+  LATTICED_ASSIGN_OR_RETURN(const auto inner, Inner());
+  return residency_->Run([&] { return inner->ControlNets(control_points, first, last); });
 }
 
 std::shared_ptr<DeformTarget> ResidentTarget::InnerNow() const {

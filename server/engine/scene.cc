@@ -10,6 +10,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/dirty_set.h"
 #include "server/engine/update_pipeline.h"
 
@@ -39,24 +40,23 @@ Scene::~Scene() = default;
 
 absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config, Residency* residency,
                                                      UpdatePipeline* pipeline, StopCheck stop) {
-  if (auto s = Validate(config.lattice); !s.ok()) return s;
-  if (auto s = Validate(config.default_view.key.spec); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(Validate(config.lattice));
+  LATTICED_RETURN_IF_ERROR(Validate(config.default_view.key.spec));
   Lattice lattice = std::exchange(config.lattice, {});
   const LatticeStructure structure = lattice.structure;
   const std::shared_ptr<Scene> scene(
       new Scene(std::move(config), std::move(lattice), residency, pipeline));
-  auto state = scene->Prepare(structure, stop);
-  if (!state.ok()) return state.status();
+  LATTICED_ASSIGN_OR_RETURN(auto state, scene->Prepare(structure, stop));
 
   const MutexLock edit_lock(&scene->edit_mutex_);
-  state->revision = scene->history_.revision();
-  state->structure_id = scene->history_.structure_id();
-  state->control_points =
+  state.revision = scene->history_.revision();
+  state.structure_id = scene->history_.structure_id();
+  state.control_points =
       std::make_shared<const std::vector<Vec3d>>(scene->history_.lattice().control_points);
-  state->box = FitQuantisationBox(BoundsOf(*state), 1);
-  state->commit_time = absl::Now();
+  state.box = FitQuantisationBox(BoundsOf(state), 1);
+  state.commit_time = absl::Now();
   const MutexLock lock(&scene->mutex_);
-  scene->state_ = std::make_shared<const SceneState>(*std::move(state));
+  scene->state_ = std::make_shared<const SceneState>(std::move(state));
   return scene;
 }
 
@@ -67,25 +67,24 @@ absl::StatusOr<SceneState> Scene::Prepare(const LatticeStructure& structure, Sto
 absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& structure,
                                                    StopCheck stop) const {
   // Before the plan, which may take seconds.
-  if (auto s = residency_->health().status(); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(residency_->health().status());
   SceneState state;
   const uint64_t least = LeastPlanBytes(*config_.mesh);
-  auto memory = residency_->Run([&] { return Reserve(config_.memory, "the scene's plan", least); });
-  if (!memory.ok()) return memory.status();
+  LATTICED_ASSIGN_OR_RETURN(auto memory, residency_->Run([&] {
+    return Reserve(config_.memory, "the scene's plan", least);
+  }));
   ProbeMemory(least);
-  auto plan = MakePlan(config_.mesh, structure, stop);
-  if (!plan.ok()) return plan.status();
-  auto target = residency_->Prepare(*plan, config_.pipeline);
-  if (!target.ok()) return target.status();
-  if (auto s = stop(); !s.ok()) return s;
-  state.patch_tree = std::make_shared<const PatchTree>(**plan);
-  const uint64_t bytes = HostBytes((*target)->memory()) + state.patch_tree->MemoryBytes() +
+  LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, structure, stop));
+  LATTICED_ASSIGN_OR_RETURN(auto target, residency_->Prepare(plan, config_.pipeline));
+  LATTICED_RETURN_IF_ERROR(stop());
+  state.patch_tree = std::make_shared<const PatchTree>(*plan);
+  const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
                          LatticeBytes(structure) + LeastHistoryBytes(structure);
-  auto room = residency_->Run([&] { return memory->Resize("the scene's plan", bytes); });
+  auto room = residency_->Run([&] { return memory.Resize("the scene's plan", bytes); });
   if (!room.ok()) return room;
-  state.memory = std::make_shared<const MemoryReservation>(*std::move(memory));
-  state.plan = *std::move(plan);
-  state.target = *std::move(target);
+  state.memory = std::make_shared<const MemoryReservation>(std::move(memory));
+  state.plan = std::move(plan);
+  state.target = std::move(target);
   state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*state.plan));
   return state;
 }
@@ -332,7 +331,7 @@ void Scene::WakeListeners() {
 }
 
 absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key) {
-  if (auto s = Validate(key.spec); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(Validate(key.spec));
   std::shared_ptr<SceneView> replaced;  // destroyed without the lock
   const MutexLock lock(&mutex_);
   state_->target->Touch();

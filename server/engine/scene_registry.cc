@@ -8,6 +8,7 @@
 #include "absl/time/clock.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/engine/watch_control.h"
 
@@ -82,7 +83,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     const auto free = [&]()
                           ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !creating_.contains(id); };
     while (!mutex_.AwaitFor(free, kStopCheckInterval)) {
-      if (auto s = stop(); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(stop());
     }
     if (const auto found = scenes_.find(id); found != scenes_.end()) {
       if (found->second->config().fingerprint == config.fingerprint) return found->second;
@@ -92,7 +93,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
       return error::LimitExceeded("scenes", options_.max_scenes);
     }
     if (admit != nullptr) {
-      if (auto s = admit(); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(admit());
     }
     creating_[id] = mesh_id;
   }
@@ -184,7 +185,7 @@ absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
           "MESH_IN_USE",
           fmt::format("{} scene(s) use the mesh; delete them first, or set force", scenes));
     }
-    if (auto s = remove(); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(remove());
     for (auto& [id, mesh] : creating_) {
       if (mesh == mesh_id) mesh.clear();
     }

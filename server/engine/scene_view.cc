@@ -7,6 +7,7 @@
 
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "server/engine/chunk_blocks.h"
 #include "server/engine/scene.h"
@@ -180,7 +181,7 @@ absl::Status SceneView::Evaluate(ViewWork& work, const WorkHooks& hooks) {
     return room_.Make(*state.target, key_, {.slots = SlotBytes(), .chunks = ring_.held_bytes()});
   });
   if (!room.ok()) return room;
-  if (auto s = slot.Prepare(state, key_.spec); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(slot.Prepare(state, key_.spec));
   {
     const MutexLock lock(&mutex_);
     ++evaluations_;

@@ -11,6 +11,7 @@
 #include "core/backend.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/codec/draco_decode.h"
 #include "core/ffd/tessellation_pattern.h"
 
@@ -118,12 +119,11 @@ absl::StatusOr<TriangleMesh> AssembleSurface(const SceneState& state, int segmen
   if (points > PolygonMesh::kNoAttribute) {
     return error::LimitExceeded("points of an export", PolygonMesh::kNoAttribute);
   }
-  auto view = state.target->CreateView(spec);
-  if (!view.ok()) return view.status();
+  LATTICED_ASSIGN_OR_RETURN(auto view, state.target->CreateView(spec));
   std::vector<uint32_t> chunks(plan.chunk_count());
   std::iota(chunks.begin(), chunks.end(), 0u);
   if (cancelled()) return CancelledError();
-  if (auto s = (*view)->Evaluate(*state.control_points, state.box, chunks); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(view->Evaluate(*state.control_points, state.box, chunks));
 
   TriangleMesh mesh;
   mesh.positions.reserve(points);
@@ -132,7 +132,7 @@ absl::StatusOr<TriangleMesh> AssembleSurface(const SceneState& state, int segmen
   for (const uint32_t chunk : chunks) {
     if (cancelled()) return CancelledError();
     bytes.resize(ChunkPoints(plan, chunk, segments) * BytesPerPoint(spec));
-    if (auto s = (*view)->Read(chunk, bytes); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(view->Read(chunk, bytes));
     AppendVertices(bytes, BytesPerPoint(spec), plan.local_origin, mesh);
   }
   const TessellationPattern& pattern = TessellationPattern::Get(segments);
@@ -155,9 +155,9 @@ absl::StatusOr<std::string> WriteControlNets(const SceneState& state, const Canc
   for (size_t first = 0; first < plan.patches.size(); first += kNetBlock) {
     if (cancelled()) return CancelledError();
     const size_t last = std::min(first + kNetBlock, plan.patches.size());
-    const auto nets = state.target->ControlNets(*state.control_points, first, last);
-    if (!nets.ok()) return nets.status();
-    out.append(reinterpret_cast<const char*>(nets->data()), nets->size() * sizeof(double));
+    LATTICED_ASSIGN_OR_RETURN(const auto nets,
+                              state.target->ControlNets(*state.control_points, first, last));
+    out.append(reinterpret_cast<const char*>(nets.data()), nets.size() * sizeof(double));
   }
   return out;
 }
@@ -165,13 +165,13 @@ absl::StatusOr<std::string> WriteControlNets(const SceneState& state, const Canc
 absl::StatusOr<std::string> ExportSurface(const SceneState& state, const ExportSpec& spec,
                                           const Cancelled& cancelled) {
   if (!spec.format.has_value()) return WriteControlNets(state, cancelled);
-  auto mesh = AssembleSurface(state, spec.segments, spec.normals, cancelled);
-  if (!mesh.ok()) return mesh.status();
-  mesh->units = spec.units;
+  LATTICED_ASSIGN_OR_RETURN(auto mesh,
+                            AssembleSurface(state, spec.segments, spec.normals, cancelled));
+  mesh.units = spec.units;
   if (*spec.format == MeshFormat::kDraco) {
-    return WriteDracoMesh(*mesh, spec.position_bits, spec.normal_bits);
+    return WriteDracoMesh(mesh, spec.position_bits, spec.normal_bits);
   }
-  return WriteMesh(*spec.format, *mesh);
+  return WriteMesh(*spec.format, mesh);
 }
 
 std::string_view ExportMediaType(std::optional<MeshFormat> format) {

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "server/engine/scene.h"
 
 namespace latticed {
@@ -11,9 +12,7 @@ namespace latticed {
 absl::Status VertexSlot::Prepare(const SceneState& state, const ViewSpec& spec) {
   if (view_ != nullptr && structure_id_ == state.structure_id) return absl::OkStatus();
   view_.reset();
-  auto made = state.target->CreateView(spec);
-  if (!made.ok()) return made.status();
-  view_ = *std::move(made);
+  LATTICED_ASSIGN_OR_RETURN(view_, state.target->CreateView(spec));
   structure_id_ = state.structure_id;
   return absl::OkStatus();
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
 
 namespace latticed {
@@ -27,15 +28,11 @@ absl::Status ViewRoom::Make(const DeformTarget& target, const ViewKey& key, cons
   const uint64_t vertices = target.evaluates_on_device() ? 0 : VertexBytes(target.plan(), key);
   const uint64_t bytes = std::max(vertices, kept.slots) + std::max(chunks, kept.chunks);
   if (budget_ != nullptr && IsDraco(key.encoding)) {
-    if (auto s = budget_->KeepAtLeast("the view's encoder", target.EncoderBytes(key.spec));
-        !s.ok()) {
-      return s;
-    }
+    LATTICED_RETURN_IF_ERROR(
+        budget_->KeepAtLeast("the view's encoder", target.EncoderBytes(key.spec)));
   }
   if (reservation_.bytes() > 0) return reservation_.Resize("the view", bytes);
-  auto reservation = Reserve(budget_, "the view", bytes);
-  if (!reservation.ok()) return reservation.status();
-  reservation_ = *std::move(reservation);
+  LATTICED_ASSIGN_OR_RETURN(reservation_, Reserve(budget_, "the view", bytes));
   return absl::OkStatus();
 }
 

@@ -10,6 +10,7 @@
 #include "absl/strings/str_split.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
 #include "server/engine/topology_id.h"
@@ -49,7 +50,7 @@ Watcher::Watcher(std::shared_ptr<Scene> scene, WatcherOptions options)
 absl::StatusOr<std::unique_ptr<Watcher>> Watcher::Create(std::shared_ptr<Scene> scene,
                                                          WatcherOptions options) {
   std::unique_ptr<Watcher> watcher(new Watcher(std::move(scene), std::move(options)));
-  if (auto s = watcher->UseView(watcher->options_.view); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(watcher->UseView(watcher->options_.view));
   watcher->had_ = watcher->ParseToken(watcher->options_.resume_token);
   watcher->resumed_ = watcher->had_.has_value();
   // An idle view may hold an older snapshot than this client saw elsewhere: revisions never go
@@ -65,12 +66,11 @@ Watcher::~Watcher() {
 }
 
 absl::Status Watcher::UseView(const WatchView& asked) {
-  if (auto s = CheckMaxPoints(asked, *scene_->State()->plan); !s.ok()) return s;
-  auto view = scene_->AcquireView(asked.key);
-  if (!view.ok()) return view.status();
+  LATTICED_RETURN_IF_ERROR(CheckMaxPoints(asked, *scene_->State()->plan));
+  LATTICED_ASSIGN_OR_RETURN(auto view, scene_->AcquireView(asked.key));
   if (active_) view_->RemoveActive();
   active_ = false;
-  full_view_ = view_ = *std::move(view);
+  full_view_ = view_ = std::move(view);
   asked_ = asked;
   detail_ = LevelOfDetail(asked);
   UpdateActivity();
@@ -136,7 +136,7 @@ absl::Status Watcher::CheckAck(uint64_t update_id) const {
 }
 
 absl::Status Watcher::Ack(uint64_t update_id) {
-  if (auto s = CheckAck(update_id); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CheckAck(update_id));
   std::erase_if(unacked_, [update_id](uint64_t id) { return id <= update_id; });
   // Where no update is under way, BeginUpdate asks for what it may take.
   if (!active_ || !current_.has_value() || current_view_ != view_) return absl::OkStatus();

@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "server/net/tcp_listener.h"
 
 namespace latticed {
@@ -26,14 +27,14 @@ absl::StatusOr<std::unique_ptr<SocketListener>> SocketListener::Open(const std::
                                                                      const std::string& listen,
                                                                      OnSocket on_socket) {
   auto impl = std::make_unique<Impl>();
-  auto listener =
+  LATTICED_ASSIGN_OR_RETURN(
+      auto listener,
       TcpListener::Open(impl->context, flag, listen,
                         [on_socket = std::move(on_socket)](boost::asio::ip::tcp::socket socket) {
                           socket.native_non_blocking(true);
                           on_socket(socket.release());
-                        });
-  if (!listener.ok()) return listener.status();
-  impl->listener = *std::move(listener);
+                        }));
+  impl->listener = std::move(listener);
   impl->thread = std::thread([&context = impl->context] { RunUntilDone(context); });
   return std::unique_ptr<SocketListener>(new SocketListener(std::move(impl)));
 }

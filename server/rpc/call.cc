@@ -11,6 +11,7 @@
 #include "absl/time/clock.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
 #include "server/rpc/call_counts.h"
@@ -84,10 +85,9 @@ CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context,
 }
 
 absl::Status Admit(const ServerEnv& env, CallInfo& call) {
-  absl::StatusOr<Caller> caller =
-      env.authenticator->Authenticate(Metadata(*call.context, "authorization"));
-  if (!caller.ok()) return caller.status();
-  call.caller = *std::move(caller);
+  LATTICED_ASSIGN_OR_RETURN(
+      Caller caller, env.authenticator->Authenticate(Metadata(*call.context, "authorization")));
+  call.caller = std::move(caller);
   if (call.caller.name.empty()) call.caller.name = PeerName(*call.context);
   if (absl::Status status = CheckRole(call.caller, call.rpc); !status.ok()) return status;
   if (env.drain.begun()) {

@@ -13,6 +13,7 @@
 #include "absl/time/time.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "server/rpc/call.h"
 #include "server/rpc/call_counts.h"
 #include "server/rpc/first_message.h"
@@ -200,16 +201,14 @@ absl::Status DeformStream::Open(const v1::DeformRequest& request) {
     return error::FailedPrecondition("STREAM_NOT_OPENED", "the first message must be watch");
   }
   NoteScene(call_, request.watch().scene());
-  auto open = FromProto(env_, *context_, request.watch());
-  if (!open.ok()) return open.status();
+  LATTICED_ASSIGN_OR_RETURN(auto open, FromProto(env_, *context_, request.watch()));
   editor_id_ = request.watch().editor_id();
-  auto stream = SceneStream::Open(env_, open->scene, open->options, this);
-  if (!stream.ok()) return stream.status();
+  LATTICED_ASSIGN_OR_RETURN(auto stream, SceneStream::Open(env_, open.scene, open.options, this));
   {
     const absl::MutexLock lock(&mutex_);
-    stream_ = *stream;
+    stream_ = stream;
   }
-  (*stream)->Start();
+  stream->Start();
   return absl::OkStatus();
 }
 
@@ -239,11 +238,10 @@ absl::Status DeformStream::Handle(const v1::DeformRequest& request, SceneStream&
 
 absl::Status DeformStream::Control(const v1::ControlWatchRequest& request, SceneStream& stream) {
   if (request.has_presence()) {
-    if (auto s = CheckRole(call_.caller, "SceneService/ApplyEdits"); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(CheckRole(call_.caller, "SceneService/ApplyEdits"));
   }
-  const auto command = FromProto(request, stream.scene());
-  if (!command.ok()) return command.status();
-  const absl::Status status = stream.Control(*command);
+  LATTICED_ASSIGN_OR_RETURN(const auto command, FromProto(request, stream.scene()));
+  const absl::Status status = stream.Control(command);
   // A stream that has ended meanwhile has its status already.
   return absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
@@ -282,7 +280,7 @@ void DeformStream::HandleEdit(v1::EditBatch batch, Clock::time_point arrival,
 }
 
 absl::StatusOr<EditSummary> DeformStream::Apply(const v1::EditBatch& batch) {
-  if (auto s = CheckRole(call_.caller, "SceneService/ApplyEdits"); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CheckRole(call_.caller, "SceneService/ApplyEdits"));
   const auto stream = Stream();
   if (!batch.scene().empty() && batch.scene() != stream->scene().id()) {
     return error::InvalidField("scene", "is not the scene of the stream", "SCENE_MISMATCH");

@@ -4,6 +4,7 @@
 // EvaluatePoints: the definition in double at points of the surface or of the rest world.
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/direct_ffd.h"
 #include "fmt/format.h"
 #include "server/wire/converters.h"
@@ -31,13 +32,13 @@ absl::Status EvaluateSurface(const SceneState& state, const v1::SurfacePoints& p
                              limits::kMaxEvaluatePoints);
   }
   for (int i = 0; i < points.points_size(); ++i) {
-    const auto rest = RestPointFromProto(*state.plan->mesh, points.points(i),
-                                         fmt::format("surface_points.points[{}]", i));
-    if (!rest.ok()) return rest.status();
-    const DeformedPoint deformed = Evaluate(state, rest->position, response);
-    const Vec3d normal = ApplyCofactor(deformed.jacobian, rest->normal);
+    LATTICED_ASSIGN_OR_RETURN(const auto rest,
+                              RestPointFromProto(*state.plan->mesh, points.points(i),
+                                                 fmt::format("surface_points.points[{}]", i)));
+    const DeformedPoint deformed = Evaluate(state, rest.position, response);
+    const Vec3d normal = ApplyCofactor(deformed.jacobian, rest.normal);
     const double length = Norm(normal);
-    const double condition = CofactorNorm(deformed.jacobian) * Norm(rest->normal);
+    const double condition = CofactorNorm(deformed.jacobian) * Norm(rest.normal);
     const bool defined = length > 0 && condition <= kMaxNormalCondition * length;
     Append(defined ? normal / length : Vec3d{}, *response->mutable_normals());
   }
@@ -46,12 +47,12 @@ absl::Status EvaluateSurface(const SceneState& state, const v1::SurfacePoints& p
 
 absl::Status EvaluateWorldPoints(const SceneState& state, const v1::WorldPoints& message,
                                  v1::EvaluatePointsResponse* response) {
-  const auto points =
-      PointsFromProto(message.positions(), limits::kMaxEvaluatePoints, "world_points.positions");
-  if (!points.ok()) return points.status();
-  if (points->empty())
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto points,
+      PointsFromProto(message.positions(), limits::kMaxEvaluatePoints, "world_points.positions"));
+  if (points.empty())
     return error::OutOfRange("world_points.positions", 0, 1, limits::kMaxEvaluatePoints);
-  for (const Vec3d point : *points) Evaluate(state, point, response);
+  for (const Vec3d point : points) Evaluate(state, point, response);
   return absl::OkStatus();
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "server/base/labels.h"
 #include "server/engine/scene_registry.h"
 #include "server/rpc/call.h"
@@ -35,26 +36,25 @@ absl::Status DeleteMeshNow(ServerEnv& env, const CallInfo& call,
         "force: deletes the scenes of others as well, so it needs the role 'admin'",
         RoleName(Role::kAdmin));
   }
-  const auto mesh = env.meshes.Find(request.mesh());
-  if (!mesh.ok()) return mesh.status();  // and held, to be destroyed after the locks
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto mesh,
+      env.meshes.Find(request.mesh()));  // and held, to be destroyed after the locks
   return env.scenes->DeleteMesh(request.mesh(), request.force(),
                                 [&] { return env.meshes.Remove(request.mesh()); });
 }
 
 absl::Status ListMeshesNow(ServerEnv& env, const v1::ListMeshesRequest& request,
                            v1::ListMeshesResponse& response) {
-  const absl::StatusOr<size_t> page_size = PageSize(request.page_size());
-  if (!page_size.ok()) return page_size.status();
-  const absl::StatusOr<LabelFilter> filter = LabelFilter::Parse(request.filter());
-  if (!filter.ok()) return filter.status();
+  LATTICED_ASSIGN_OR_RETURN(const size_t page_size, PageSize(request.page_size()));
+  LATTICED_ASSIGN_OR_RETURN(const LabelFilter filter, LabelFilter::Parse(request.filter()));
   if (!request.page_token().empty() && !IsSha256Hex(request.page_token())) {
     return error::InvalidField("page_token", "is none that this server gave out");
   }
-  const auto accept = [&filter](const StoredMesh& mesh) { return filter->Matches(mesh.labels); };
+  const auto accept = [&filter](const StoredMesh& mesh) { return filter.Matches(mesh.labels); };
   // A page token is the last id of the page before; one more mesh than asked tells whether another
   // page follows.
-  PageRoom room(*page_size);
-  for (const auto& mesh : env.meshes.List(request.page_token(), *page_size + 1, accept)) {
+  PageRoom room(page_size);
+  for (const auto& mesh : env.meshes.List(request.page_token(), page_size + 1, accept)) {
     v1::Mesh item = ToProto(*mesh, env.scenes->UseOfMesh(mesh->id), false);
     if (!room.Take(item.ByteSizeLong())) {
       response.set_next_page_token(response.meshes().rbegin()->id());
@@ -69,14 +69,13 @@ using Download = PartStream<v1::DownloadMeshResponse>;
 
 absl::StatusOr<Download::Next> OpenDownload(ServerEnv& env,
                                             const v1::DownloadMeshRequest& request) {
-  auto mesh = env.meshes.Find(request.mesh());
-  if (!mesh.ok()) return mesh.status();
-  const size_t size = (*mesh)->bytes->size();
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, env.meshes.Find(request.mesh()));
+  const size_t size = mesh->bytes->size();
   if (request.offset() > size) {
     return error::OutOfRange("offset", static_cast<double>(request.offset()), 0,
                              static_cast<double>(size));
   }
-  return FileParts<v1::DownloadMeshResponse>(HeaderOf(**mesh), {*mesh, (*mesh)->bytes.get()},
+  return FileParts<v1::DownloadMeshResponse>(HeaderOf(*mesh), {mesh, mesh->bytes.get()},
                                              request.offset());
 }
 
@@ -92,9 +91,9 @@ grpc::ServerUnaryReactor* MeshService::BeginUpload(grpc::CallbackServerContext* 
                                                    v1::BeginUploadResponse* response) {
   return RunUnary(env_, context, "MeshService/BeginUpload", *request, response,
                   [=, this](const CallInfo& call) {
-                    auto upload = env_->uploads->Admit(request->header(), call.caller.name);
-                    if (!upload.ok()) return upload.status();
-                    response->set_upload_id(env_->uploads->Keep(*std::move(upload)));
+                    LATTICED_ASSIGN_OR_RETURN(
+                        auto upload, env_->uploads->Admit(request->header(), call.caller.name));
+                    response->set_upload_id(env_->uploads->Keep(std::move(upload)));
                     SetTime(env_->uploads->ExpireTime(), *response->mutable_expire_time());
                     return absl::OkStatus();
                   });
@@ -103,29 +102,27 @@ grpc::ServerUnaryReactor* MeshService::BeginUpload(grpc::CallbackServerContext* 
 grpc::ServerUnaryReactor* MeshService::AppendUpload(grpc::CallbackServerContext* context,
                                                     const v1::AppendUploadRequest* request,
                                                     v1::AppendUploadResponse* response) {
-  return RunUnary(env_, context, "MeshService/AppendUpload", *request, response,
-                  [=, this](const CallInfo&) {
-                    const auto upload = env_->uploads->Find(request->upload_id());
-                    if (!upload.ok()) return upload.status();
-                    const auto committed = (*upload)->AppendAt(request->offset(), request->data());
-                    if (!committed.ok()) return committed.status();
-                    response->set_committed(*committed);
-                    SetTime(env_->uploads->ExpireTime(), *response->mutable_expire_time());
-                    return absl::OkStatus();
-                  });
+  return RunUnary(
+      env_, context, "MeshService/AppendUpload", *request, response, [=, this](const CallInfo&) {
+        LATTICED_ASSIGN_OR_RETURN(const auto upload, env_->uploads->Find(request->upload_id()));
+        LATTICED_ASSIGN_OR_RETURN(const auto committed,
+                                  upload->AppendAt(request->offset(), request->data()));
+        response->set_committed(committed);
+        SetTime(env_->uploads->ExpireTime(), *response->mutable_expire_time());
+        return absl::OkStatus();
+      });
 }
 
 grpc::ServerUnaryReactor* MeshService::FinishUpload(grpc::CallbackServerContext* context,
                                                     const v1::FinishUploadRequest* request,
                                                     v1::Mesh* response) {
-  return RunUnary(env_, context, "MeshService/FinishUpload", *request, response,
-                  [=, this](const CallInfo&, ReplyRoom& room) {
-                    const auto upload = env_->uploads->Take(request->upload_id());
-                    if (!upload.ok()) return upload.status();
-                    return StoreUpload(
-                        *env_, **upload, [context] { return context->IsCancelled(); }, room,
-                        *response);
-                  });
+  return RunUnary(
+      env_, context, "MeshService/FinishUpload", *request, response,
+      [=, this](const CallInfo&, ReplyRoom& room) {
+        LATTICED_ASSIGN_OR_RETURN(const auto upload, env_->uploads->Take(request->upload_id()));
+        return StoreUpload(
+            *env_, *upload, [context] { return context->IsCancelled(); }, room, *response);
+      });
 }
 
 grpc::ServerUnaryReactor* MeshService::GetMesh(grpc::CallbackServerContext* context,
@@ -133,9 +130,8 @@ grpc::ServerUnaryReactor* MeshService::GetMesh(grpc::CallbackServerContext* cont
                                                v1::Mesh* response) {
   return RunUnary(env_, context, "MeshService/GetMesh", *request, response,
                   [=, this](const CallInfo&) {
-                    const auto mesh = env_->meshes.Find(request->mesh());
-                    if (!mesh.ok()) return mesh.status();
-                    *response = ToProto(**mesh, env_->scenes->UseOfMesh((*mesh)->id), true);
+                    LATTICED_ASSIGN_OR_RETURN(const auto mesh, env_->meshes.Find(request->mesh()));
+                    *response = ToProto(*mesh, env_->scenes->UseOfMesh(mesh->id), true);
                     return absl::OkStatus();
                   });
 }

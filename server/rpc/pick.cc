@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/surface_pick.h"
 #include "server/wire/converters.h"
@@ -18,18 +19,17 @@ namespace {
 
 absl::StatusOr<Ray> RayFromProto(const v1::PickRequest& request) {
   if (!request.has_ray()) return error::InvalidField("ray", "is required");
-  const auto origin = FromProto(request.ray().origin(), "ray.origin");
-  if (!origin.ok()) return origin.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto origin, FromProto(request.ray().origin(), "ray.origin"));
   for (int axis = 0; axis < 3; ++axis) {
-    if (std::abs((*origin)[axis]) > limits::kMaxCoordinate) {
-      return error::OutOfRange("ray.origin", (*origin)[axis], -limits::kMaxCoordinate,
+    if (std::abs(origin[axis]) > limits::kMaxCoordinate) {
+      return error::OutOfRange("ray.origin", origin[axis], -limits::kMaxCoordinate,
                                limits::kMaxCoordinate);
     }
   }
-  const auto direction = FromProto(request.ray().direction(), "ray.direction");
-  if (!direction.ok()) return direction.status();
-  if (*direction == Vec3d{}) return error::InvalidField("ray.direction", "must not be zero");
-  return Ray{*origin, *direction};
+  LATTICED_ASSIGN_OR_RETURN(const auto direction,
+                            FromProto(request.ray().direction(), "ray.direction"));
+  if (direction == Vec3d{}) return error::InvalidField("ray.direction", "must not be zero");
+  return Ray{origin, direction};
 }
 
 // Each 0 to 1, their sum 1 to rounding: what EvaluatePoints and drag_points take.
@@ -50,14 +50,13 @@ std::array<double, 3> InSourceTriangle(const PatchSource& source,
 
 absl::Status Pick(const SceneState& state, const v1::PickRequest& request, StopCheck stop,
                   v1::SurfacePoint* response) {
-  const auto ray = RayFromProto(request);
-  if (!ray.ok()) return ray.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto ray, RayFromProto(request));
   const DeformPlan& plan = *state.plan;
-  const auto hit = PickSurface(plan, *state.patch_tree, *state.control_points, *ray, stop);
-  if (!hit.ok()) return hit.status();
-  if (!hit->has_value()) return error::NothingHit();
+  LATTICED_ASSIGN_OR_RETURN(const auto hit,
+                            PickSurface(plan, *state.patch_tree, *state.control_points, ray, stop));
+  if (!hit.has_value()) return error::NothingHit();
 
-  const auto& [patch, barycentrics] = **hit;
+  const auto& [patch, barycentrics] = *hit;
   const PatchSource& source = plan.sources[patch];
   response->set_face(source.face);
   for (const uint32_t corner : source.corners) response->add_corners(corner);

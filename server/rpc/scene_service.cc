@@ -13,6 +13,7 @@
 
 #include "absl/strings/numbers.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/labels.h"
 #include "server/engine/scene_registry.h"
@@ -113,14 +114,14 @@ class SceneServiceImpl final : public SceneServiceBase {
     return OnScene(
         "SceneService/ApplyEdits", context, request, response, [=](Scene& scene) -> absl::Status {
           const auto begun = Clock::now();
-          const auto summary = scene.ApplyEdits(BatchFromProto(*request, *scene.config().mesh),
-                                                [context] { return CheckCancelled(*context); });
-          if (!summary.ok()) return summary.status();
-          *response = ToProto(*summary);
+          LATTICED_ASSIGN_OR_RETURN(
+              const auto summary, scene.ApplyEdits(BatchFromProto(*request, *scene.config().mesh),
+                                                   [context] { return CheckCancelled(*context); }));
+          *response = ToProto(summary);
           response->mutable_timings()->set_queue_us(
               Microseconds(absl::FromChrono(begun - arrived)));
           response->mutable_timings()->set_apply_us(
-              Microseconds(absl::FromChrono(summary->commit_time.value_or(Clock::now()) - begun)));
+              Microseconds(absl::FromChrono(summary.commit_time.value_or(Clock::now()) - begun)));
           return absl::OkStatus();
         });
   }
@@ -198,21 +199,20 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   absl::Status Create(const CallInfo& call, const v1::CreateSceneRequest& request, ReplyRoom& room,
                       v1::Scene* response) {
-    if (auto s = CheckCreateScene(request); !s.ok()) return s;
-    if (auto s = CheckSceneMetadata(*call.context, request.scene_id()); !s.ok()) return s;
-    const auto mesh = env_->meshes.Find(request.mesh());
-    if (!mesh.ok()) return mesh.status();
-    auto config =
-        SceneConfigFromProto(request, **mesh, call.caller.name, env_->options.scene_idle_ttl);
-    if (!config.ok()) return config.status();
-    config->memory = env_->memory;
-    if (auto s = room.Hold(SceneReplyBytes(request)); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(CheckCreateScene(request));
+    LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(*call.context, request.scene_id()));
+    LATTICED_ASSIGN_OR_RETURN(const auto mesh, env_->meshes.Find(request.mesh()));
+    LATTICED_ASSIGN_OR_RETURN(auto config, SceneConfigFromProto(request, *mesh, call.caller.name,
+                                                                env_->options.scene_idle_ttl));
+    config.memory = env_->memory;
+    LATTICED_RETURN_IF_ERROR(room.Hold(SceneReplyBytes(request)));
     // The mesh may have been deleted since it was found.
-    const auto scene = env_->scenes->Create(
-        *std::move(config), [&] { return env_->meshes.Find(request.mesh()).status(); },
-        [&] { return CheckCancelled(*call.context); });
-    if (!scene.ok()) return scene.status();
-    *response = ToProto(**scene);
+    LATTICED_ASSIGN_OR_RETURN(
+        const auto scene,
+        env_->scenes->Create(
+            std::move(config), [&] { return env_->meshes.Find(request.mesh()).status(); },
+            [&] { return CheckCancelled(*call.context); }));
+    *response = ToProto(*scene);
     return absl::OkStatus();
   }
 
@@ -222,17 +222,14 @@ class SceneServiceImpl final : public SceneServiceBase {
   }
 
   absl::Status List(const v1::ListScenesRequest& request, v1::ListScenesResponse* response) const {
-    const auto size = PageSize(request.page_size());
-    if (!size.ok()) return size.status();
-    const auto filter = LabelFilter::Parse(request.filter());
-    if (!filter.ok()) return filter.status();
-    const auto after = FromToken(request.page_token());
-    if (!after.ok()) return after.status();
+    LATTICED_ASSIGN_OR_RETURN(const auto size, PageSize(request.page_size()));
+    LATTICED_ASSIGN_OR_RETURN(const auto filter, LabelFilter::Parse(request.filter()));
+    LATTICED_ASSIGN_OR_RETURN(const auto after, FromToken(request.page_token()));
     auto scenes = AllScenes([&](const Scene& scene) {
-      return filter->Matches(scene.config().labels) && KeyOf(scene) > *after;
+      return filter.Matches(scene.config().labels) && KeyOf(scene) > after;
     });
     std::ranges::sort(scenes, {}, [](const auto& scene) { return KeyOf(*scene); });
-    PageRoom room(*size);
+    PageRoom room(size);
     PageKey last;
     for (const auto& scene : scenes) {
       v1::Scene item = ToProto(*scene);
@@ -248,10 +245,9 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   absl::StatusOr<PartStream<v1::TopologyPart>::Next> OpenTopology(
       const Context& context, const v1::GetTopologyRequest& request) const {
-    const auto scene = FindScene(*env_, context, request.scene());
-    if (!scene.ok()) return scene.status();
-    const auto plan = (*scene)->State()->plan;
-    if (!IsTopologyOf(request.topology_id(), (*scene)->config().mesh_id, plan->structure)) {
+    LATTICED_ASSIGN_OR_RETURN(const auto scene, FindScene(*env_, context, request.scene()));
+    const auto plan = scene->State()->plan;
+    if (!IsTopologyOf(request.topology_id(), scene->config().mesh_id, plan->structure)) {
       return error::NotFound("topology", request.topology_id());
     }
     return [plan, id = request.topology_id(),
@@ -265,9 +261,8 @@ class SceneServiceImpl final : public SceneServiceBase {
 
   absl::StatusOr<PartStream<v1::ExportResponse>::Next> OpenExport(
       const Context& context, const v1::ExportRequest& request, const Cancelled& cancelled) const {
-    const auto scene = FindScene(*env_, context, request.scene());
-    if (!scene.ok()) return scene.status();
-    const auto state = (*scene)->State();
+    LATTICED_ASSIGN_OR_RETURN(const auto scene, FindScene(*env_, context, request.scene()));
+    const auto state = scene->State();
     if (request.revision() != 0 && request.revision() != state->revision) {
       return error::WithDetails(
           absl::AbortedError(fmt::format("revision: got {}, the scene is at {}", request.revision(),
@@ -275,30 +270,29 @@ class SceneServiceImpl final : public SceneServiceBase {
           {.reason = "REVISION_CHANGED",
            .metadata = {{"revision", fmt::to_string(state->revision)}}});
     }
-    auto spec = ExportSpecFromProto(request, (*scene)->config().default_view);
-    if (!spec.ok()) return spec.status();
+    LATTICED_ASSIGN_OR_RETURN(auto spec,
+                              ExportSpecFromProto(request, scene->config().default_view));
     // A mesh that is gone takes its scene along: then the export is the last of it, without units.
-    if (const auto mesh = env_->meshes.Find((*scene)->config().mesh_id); mesh.ok()) {
-      spec->units = {(*mesh)->up_axis, (*mesh)->meters_per_unit};
+    if (const auto mesh = env_->meshes.Find(scene->config().mesh_id); mesh.ok()) {
+      spec.units = {(*mesh)->up_axis, (*mesh)->meters_per_unit};
     }
-    const auto hold = (*scene)->Hold();
-    const uint64_t most = ExportMemoryBytes(*state->plan, *spec);
-    auto room =
-        env_->scenes->residency().Run([&] { return env_->memory->Reserve("the export", most); });
-    if (!room.ok()) return room.status();
-    auto bytes = ExportSurface(*state, *spec, cancelled);
-    if (!bytes.ok()) return bytes.status();
+    const auto hold = scene->Hold();
+    const uint64_t most = ExportMemoryBytes(*state->plan, spec);
+    LATTICED_ASSIGN_OR_RETURN(auto room, env_->scenes->residency().Run([&] {
+      return env_->memory->Reserve("the export", most);
+    }));
+    LATTICED_ASSIGN_OR_RETURN(auto bytes, ExportSurface(*state, spec, cancelled));
 
     v1::ExportHeader header;
     header.set_revision(state->revision);
-    header.set_media_type(std::string(ExportMediaType(spec->format)));
-    header.set_file_name(fmt::format("{}.{}", (*scene)->id(), ExportExtension(spec->format)));
-    header.set_bytes(bytes->size());
+    header.set_media_type(std::string(ExportMediaType(spec.format)));
+    header.set_file_name(fmt::format("{}.{}", scene->id(), ExportExtension(spec.format)));
+    header.set_bytes(bytes.size());
     struct File {
       std::string bytes;
       MemoryReservation room;
     };
-    const auto file = std::make_shared<const File>(File{*std::move(bytes), *std::move(room)});
+    const auto file = std::make_shared<const File>(File{std::move(bytes), std::move(room)});
     return FileParts<v1::ExportResponse>(std::move(header), {file, &file->bytes});
   }
 

@@ -9,6 +9,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "server/base/random_id.h"
 #include "server/engine/scene_registry.h"
 #include "server/engine/view_room.h"
@@ -74,15 +75,14 @@ absl::StatusOr<std::shared_ptr<SceneStream>> SceneStream::Open(ServerEnv* env,
   }
   const std::shared_ptr<SceneStream> stream(new SceneStream(env, std::move(scene), options, sink));
   const uint64_t bytes = MostMessageBytes(*stream->scene_->State(), options.watcher.view.key);
-  auto room = env->scenes->residency().Run(
-      [&] { return Reserve(env->memory, "the stream's messages", bytes); });
-  if (!room.ok()) return room.status();
+  LATTICED_ASSIGN_OR_RETURN(auto room, env->scenes->residency().Run([&] {
+    return Reserve(env->memory, "the stream's messages", bytes);
+  }));
   options.watcher.boot_id = env->boot_id;
-  auto watcher = Watcher::Create(stream->scene_, options.watcher);
-  if (!watcher.ok()) return watcher.status();
+  LATTICED_ASSIGN_OR_RETURN(auto watcher, Watcher::Create(stream->scene_, options.watcher));
   const absl::MutexLock lock(&stream->mutex_);
-  stream->room_ = *std::move(room);
-  stream->watcher_ = *std::move(watcher);
+  stream->room_ = std::move(room);
+  stream->watcher_ = std::move(watcher);
   return stream;
 }
 
@@ -142,9 +142,8 @@ absl::StatusOr<std::optional<grpc::ByteBuffer>> SceneStream::NextBuffer() {
     return buffer;
   }
   if (auto presence = NextPresence(); presence.has_value()) return presence;
-  const auto event = watcher_->Next(absl::Now());
-  if (!event.ok()) return event.status();
-  if (event->has_value()) return EncodeEvent(**event);
+  LATTICED_ASSIGN_OR_RETURN(const auto event, watcher_->Next(absl::Now()));
+  if (event.has_value()) return EncodeEvent(*event);
   WakeAt(std::min(watcher_->wake_at(), presence_.wake_at()));
   return std::nullopt;
 }
@@ -240,23 +239,22 @@ absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Wait
   Hear();
   // What can be refused comes first, so that a refused command has changed nothing.
   if (command.presence.has_value()) {
-    if (auto s = CheckPresence(*command.presence); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(CheckPresence(*command.presence));
     if (presence_room_.bytes() == 0) {
-      auto room = Reserve(env_->memory, "the stream's presence", kPresenceBytes);
-      if (!room.ok()) return room.status();
-      presence_room_ = *std::move(room);
+      LATTICED_ASSIGN_OR_RETURN(presence_room_,
+                                Reserve(env_->memory, "the stream's presence", kPresenceBytes));
     }
   }
   if (command.view.has_value()) {
-    if (auto s = watcher_->CheckAck(command.acked_update_id.value_or(0)); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(watcher_->CheckAck(command.acked_update_id.value_or(0)));
     const uint64_t bytes = MostMessageBytes(*scene_->State(), command.view->key);
     if (bytes > room_.bytes()) {
-      if (auto s = room_.Resize("the stream's messages", bytes); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(room_.Resize("the stream's messages", bytes));
     }
-    if (auto s = watcher_->SetView(*command.view); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(watcher_->SetView(*command.view));
   }
   if (command.acked_update_id.has_value()) {
-    if (auto s = watcher_->Ack(*command.acked_update_id); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(watcher_->Ack(*command.acked_update_id));
   }
   if (command.pause.has_value()) watcher_->SetPaused(*command.pause);
   if (command.presence.has_value()) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/store_upload.h"
 
+#include "core/base/status_macros.h"
 #include "server/engine/scene_registry.h"
 #include "server/rpc/server_env.h"
 #include "server/wire/mesh_header.h"
@@ -20,11 +21,11 @@ absl::Status StoreUpload(ServerEnv& env, Upload& upload, const std::function<boo
   const auto describe = [&env](const StoredMesh& mesh) {
     return ToProto(mesh, env.scenes->UseOfMesh(mesh.id), true);
   };
-  const auto mesh = upload.Finish(env.meshes, cancelled, [&](const StoredMesh& made) {
-    return room.Hold(ReplyBytes(describe(made)) + kStillToCome);
-  });
-  if (!mesh.ok()) return mesh.status();
-  reply = describe(**mesh);
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh,
+                            upload.Finish(env.meshes, cancelled, [&](const StoredMesh& made) {
+                              return room.Hold(ReplyBytes(describe(made)) + kStillToCome);
+                            }));
+  reply = describe(*mesh);
   // More than was taken only where the mesh was there before, with labels of its own.
   return room.Hold(ReplyBytes(reply));
 }

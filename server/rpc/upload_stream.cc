@@ -6,6 +6,7 @@
 
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "server/rpc/call.h"
 #include "server/rpc/first_message.h"
 #include "server/rpc/reply_room.h"
@@ -51,9 +52,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
 
   absl::Status TakeHeader() {
     if (!request_.has_header()) return NotOpened();
-    auto upload = env_->uploads->Admit(request_.header(), call_.caller.name);
-    if (!upload.ok()) return upload.status();
-    upload_ = *std::move(upload);
+    LATTICED_ASSIGN_OR_RETURN(upload_, env_->uploads->Admit(request_.header(), call_.caller.name));
     StartSendInitialMetadata();  // tells a client that waits for it that its bytes are welcome
     return absl::OkStatus();
   }

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/sha256.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/random_id.h"
 #include "server/wire/mesh_header.h"
@@ -112,18 +113,16 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> Upload::Finish(
   absl::MutexLock lock(&mutex_);
   if (absl::Status status = CheckCompleteLocked(); !status.ok()) return status;
   auto bytes = std::make_shared<const std::string>(std::exchange(bytes_, {}));
-  absl::StatusOr<std::string> id = Hash(*bytes, cancelled);
-  if (!id.ok()) return id.status();
-  if (absl::Status status = CheckSha256(header_, *id); !status.ok()) return status;
-  absl::StatusOr<PolygonMesh> mesh = ReadUpload(header_, *bytes);
-  if (!mesh.ok()) return mesh.status();
+  LATTICED_ASSIGN_OR_RETURN(std::string id, Hash(*bytes, cancelled));
+  if (absl::Status status = CheckSha256(header_, id); !status.ok()) return status;
+  LATTICED_ASSIGN_OR_RETURN(PolygonMesh mesh, ReadUpload(header_, *bytes));
   if (cancelled()) return absl::CancelledError("the caller cancelled the upload");
   StoredMesh stored = Describe(header_);
-  stored.id = *std::move(id);
+  stored.id = std::move(id);
   stored.owner = owner_;
   stored.bytes = std::move(bytes);
-  stored.bounds = mesh->ComputeBounds();
-  stored.mesh = std::make_shared<const PolygonMesh>(*std::move(mesh));
+  stored.bounds = mesh.ComputeBounds();
+  stored.mesh = std::make_shared<const PolygonMesh>(std::move(mesh));
   if (absl::Status status = admit(stored); !status.ok()) return status;
   return store.Add(std::move(stored), std::move(reservation_));
 }
@@ -136,10 +135,9 @@ absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Admit(const v1::MeshHeader&
   if (live_.size() >= limits::kMaxUploads) {
     return error::LimitExceeded("uploads at a time", limits::kMaxUploads);
   }
-  absl::StatusOr<MemoryReservation> reservation =
-      meshes_->memory().Reserve("the upload", header.total_bytes());
-  if (!reservation.ok()) return reservation.status();
-  auto upload = std::make_shared<Upload>(header, owner, *std::move(reservation), clock_);
+  LATTICED_ASSIGN_OR_RETURN(MemoryReservation reservation,
+                            meshes_->memory().Reserve("the upload", header.total_bytes()));
+  auto upload = std::make_shared<Upload>(header, owner, std::move(reservation), clock_);
   live_.push_back(upload);
   return upload;
 }

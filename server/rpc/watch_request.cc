@@ -8,6 +8,7 @@
 #include <grpcpp/support/proto_buffer_reader.h>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/engine/scene_registry.h"
 #include "server/rpc/call.h"
@@ -38,16 +39,15 @@ absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env,
                                                  const grpc::CallbackServerContext& context,
                                                  const std::string& id) {
   if (id.empty()) return error::InvalidField("scene", "is required");
-  if (auto s = CheckSceneMetadata(context, id); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(context, id));
   return env.scenes->Find(id);
 }
 
 absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServerContext& context,
                                       const v1::WatchRequest& request) {
-  auto scene = FindScene(*env, context, request.scene());
-  if (!scene.ok()) return scene.status();
-  auto view = WatchViewFromProto(request.view(), (*scene)->config().default_view, "view");
-  if (!view.ok()) return view.status();
+  LATTICED_ASSIGN_OR_RETURN(auto scene, FindScene(*env, context, request.scene()));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto view, WatchViewFromProto(request.view(), scene->config().default_view, "view"));
   if (request.editor_id().size() > kMaxEditorIdBytes) {
     return error::InvalidField("editor_id", fmt::format("at most {} bytes", kMaxEditorIdBytes));
   }
@@ -56,9 +56,9 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServer
   if (unacked < 0 || unacked > kMaxUnackedUpdates) {
     return error::OutOfRange("max_unacked_updates", unacked, 0, kMaxUnackedUpdates);
   }
-  OpenRequest open{.scene = *std::move(scene)};
+  OpenRequest open{.scene = std::move(scene)};
   open.options.watcher = {.editor_id = request.editor_id(),
-                          .view = *std::move(view),
+                          .view = std::move(view),
                           .resume_token = request.resume_token(),
                           .max_unacked_updates = static_cast<size_t>(unacked)};
   return open;
@@ -66,13 +66,12 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServer
 
 absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServerContext& context,
                                       const v1::GetUpdateRequest& request) {
-  auto scene = FindScene(*env, context, request.scene());
-  if (!scene.ok()) return scene.status();
-  auto view = WatchViewFromProto(request.view(), (*scene)->config().default_view, "view");
-  if (!view.ok()) return view.status();
-  const uint64_t revision = std::max(request.min_revision(), (*scene)->State()->revision);
-  OpenRequest open{.scene = *std::move(scene)};
-  open.options.watcher = {.view = *std::move(view),
+  LATTICED_ASSIGN_OR_RETURN(auto scene, FindScene(*env, context, request.scene()));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto view, WatchViewFromProto(request.view(), scene->config().default_view, "view"));
+  const uint64_t revision = std::max(request.min_revision(), scene->State()->revision);
+  OpenRequest open{.scene = std::move(scene)};
+  open.options.watcher = {.view = std::move(view),
                           .max_unacked_updates = 0,
                           .min_revision = revision,
                           .only_full_detail = true};
@@ -88,14 +87,12 @@ absl::StatusOr<WatchCommand> FromProto(const v1::ControlWatchRequest& request, c
   if (request.has_acked_update_id()) command.acked_update_id = request.acked_update_id();
   if (request.has_pause()) command.pause = request.pause();
   if (request.has_view()) {
-    auto view = WatchViewFromProto(request.view(), scene.config().default_view, "view");
-    if (!view.ok()) return view.status();
-    command.view = *std::move(view);
+    LATTICED_ASSIGN_OR_RETURN(
+        auto view, WatchViewFromProto(request.view(), scene.config().default_view, "view"));
+    command.view = std::move(view);
   }
   if (request.has_presence()) {
-    auto presence = FromProto(request.presence());
-    if (!presence.ok()) return presence.status();
-    command.presence = *std::move(presence);
+    LATTICED_ASSIGN_OR_RETURN(command.presence, FromProto(request.presence()));
   }
   return command;
 }

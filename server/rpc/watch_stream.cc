@@ -3,6 +3,7 @@
 #include "server/rpc/watch_stream.h"
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "server/engine/scene_registry.h"
 #include "server/rpc/call.h"
 #include "server/rpc/server_env.h"
@@ -21,12 +22,10 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* NewWatchStream(ServerEnv* env,
 absl::Status ControlWatch(ServerEnv* env, const v1::ControlWatchRequest& request,
                           v1::ControlWatchResponse* response) {
   if (request.watch_id().empty()) return error::InvalidField("watch_id", "is required");
-  auto watch = env->scenes->FindWatch(request.watch_id());
-  if (!watch.ok()) return watch.status();
-  const Scene& scene = (*watch)->scene();
-  const auto command = FromProto(request, scene);
-  if (!command.ok()) return command.status();
-  if (auto s = (*watch)->Control(*command); !s.ok()) return s;
+  LATTICED_ASSIGN_OR_RETURN(auto watch, env->scenes->FindWatch(request.watch_id()));
+  const Scene& scene = watch->scene();
+  LATTICED_ASSIGN_OR_RETURN(const auto command, FromProto(request, scene));
+  LATTICED_RETURN_IF_ERROR(watch->Control(command));
   response->set_head_revision(scene.State()->revision);
   return absl::OkStatus();
 }

@@ -9,6 +9,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_split.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "google/rpc/error_info.pb.h"
 #include "google/rpc/status.pb.h"
@@ -115,10 +116,9 @@ void DeformSocket::OnEnd(grpc::Status status, CallMetadata /*trailers*/) {
 
 // What the query says of the call, among what the browser's own fields say.
 absl::StatusOr<CallMetadata> MetadataOf(const HttpRequest& request) {
-  auto parameters = QueryParameters(request.query, kQueryMetadata);
-  if (!parameters.ok()) return parameters.status();
+  LATTICED_ASSIGN_OR_RETURN(auto parameters, QueryParameters(request.query, kQueryMetadata));
   HttpFields fields = request.fields;
-  fields.insert(fields.end(), parameters->begin(), parameters->end());
+  fields.insert(fields.end(), parameters.begin(), parameters.end());
   return ToMetadata(fields);
 }
 

@@ -8,6 +8,7 @@
 #include "absl/strings/numbers.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "latticed/v1/surface.pb.h"
 #include "server/web/call_metadata.h"
@@ -54,18 +55,15 @@ absl::StatusOr<v1::NormalMode> NormalsOf(std::string_view text) {
 
 // What the query asks of the surface; what it does not name is as the scene's default view has it.
 absl::StatusOr<v1::ViewOptions> ViewOf(const std::string& query) {
-  const auto parameters = QueryParameters(query, kParameters);
-  if (!parameters.ok()) return parameters.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto parameters, QueryParameters(query, kParameters));
   v1::ViewOptions view;
-  for (const auto& [name, value] : *parameters) {
+  for (const auto& [name, value] : parameters) {
     if (name == "segments") {
-      const auto segments = SegmentsOf(value);
-      if (!segments.ok()) return segments.status();
-      view.set_segments(*segments);
+      LATTICED_ASSIGN_OR_RETURN(const auto segments, SegmentsOf(value));
+      view.set_segments(segments);
     } else {
-      const auto normals = NormalsOf(value);
-      if (!normals.ok()) return normals.status();
-      view.set_normals(*normals);
+      LATTICED_ASSIGN_OR_RETURN(const auto normals, NormalsOf(value));
+      view.set_normals(normals);
     }
   }
   return view;

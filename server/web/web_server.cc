@@ -10,6 +10,7 @@
 
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "server/base/telemetry.h"
 #include "server/web/connection_set.h"
 #include "server/web/http_listener.h"
@@ -60,14 +61,13 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
   std::unique_ptr<WebServer> server(
       new WebServer(std::make_unique<Impl>(options, std::move(channel), std::move(admin))));
   Impl& impl = *server->impl_;
-  auto tls = MakeTlsContext(options);
-  if (!tls.ok()) return tls.status();
-  impl.tls = *std::move(tls);
+  LATTICED_ASSIGN_OR_RETURN(impl.tls, MakeTlsContext(options));
   if (!options.http.empty()) {
-    auto listener = ListenForHttp(impl.context, "--http", options.http, impl.tls.get(),
-                                  &impl.connections, options.http_timeouts, impl.routes.handler());
-    if (!listener.ok()) return listener.status();
-    impl.http = *std::move(listener);
+    LATTICED_ASSIGN_OR_RETURN(
+        auto listener,
+        ListenForHttp(impl.context, "--http", options.http, impl.tls.get(), &impl.connections,
+                      options.http_timeouts, impl.routes.handler()));
+    impl.http = std::move(listener);
   }
   if (!options.admin.empty()) {
     const HttpHandler answer = [&impl](const std::shared_ptr<HttpExchange>& exchange) {
@@ -76,10 +76,10 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
                           ? *std::move(stopped)
                           : AdminAnswer(impl.admin_hooks, exchange->request(), impl.counts()));
     };
-    auto listener = ListenForHttp(impl.context, "--admin", options.admin, nullptr,
-                                  &impl.admin_connections, options.http_timeouts, answer);
-    if (!listener.ok()) return listener.status();
-    impl.admin = *std::move(listener);
+    LATTICED_ASSIGN_OR_RETURN(
+        auto listener, ListenForHttp(impl.context, "--admin", options.admin, nullptr,
+                                     &impl.admin_connections, options.http_timeouts, answer));
+    impl.admin = std::move(listener);
   }
   for (int i = 0; i < kThreads; ++i) {
     impl.threads.emplace_back([&impl] { RunUntilDone(impl.context); });

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "google/protobuf/unknown_field_set.h"
 
@@ -80,15 +81,13 @@ v1::Bounds ToProto(const Bounds& bounds) {
 absl::StatusOr<Bounds> FromProto(const v1::Bounds& bounds, std::string_view field) {
   Bounds result;
   if (!bounds.has_min() && !bounds.has_max()) return result;
-  const auto min = FromProto(bounds.min(), fmt::format("{}.min", field));
-  if (!min.ok()) return min.status();
-  const auto max = FromProto(bounds.max(), fmt::format("{}.max", field));
-  if (!max.ok()) return max.status();
-  if (min->x > max->x || min->y > max->y || min->z > max->z) {
+  LATTICED_ASSIGN_OR_RETURN(const auto min, FromProto(bounds.min(), fmt::format("{}.min", field)));
+  LATTICED_ASSIGN_OR_RETURN(const auto max, FromProto(bounds.max(), fmt::format("{}.max", field)));
+  if (min.x > max.x || min.y > max.y || min.z > max.z) {
     return error::InvalidField(field, "min must not be above max on any axis");
   }
-  result.min = *min;
-  result.max = *max;
+  result.min = min;
+  result.max = max;
   return result;
 }
 
@@ -142,16 +141,14 @@ absl::StatusOr<LatticeStructure> StructureFromProto(const v1::Lattice& lattice,
 }
 
 absl::StatusOr<Lattice> FromProto(const v1::Lattice& lattice, std::string_view field) {
-  auto structure = StructureFromProto(lattice, field);
-  if (!structure.ok()) return structure.status();
-  Lattice result{.structure = *std::move(structure), .control_points = {}};
+  LATTICED_ASSIGN_OR_RETURN(auto structure, StructureFromProto(lattice, field));
+  Lattice result{.structure = std::move(structure), .control_points = {}};
   if (lattice.control_points().empty()) {
     result.control_points = IdentityControlPoints(result.structure);
   } else {
-    auto points = PointsFromProto(lattice.control_points(), limits::kMaxControlPoints,
-                                  fmt::format("{}.control_points", field));
-    if (!points.ok()) return points.status();
-    result.control_points = *std::move(points);
+    LATTICED_ASSIGN_OR_RETURN(result.control_points,
+                              PointsFromProto(lattice.control_points(), limits::kMaxControlPoints,
+                                              fmt::format("{}.control_points", field)));
   }
   if (auto status = Validate(result); !status.ok()) return Reroot(status, "lattice", field);
   return result;

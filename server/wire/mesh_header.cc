@@ -9,6 +9,7 @@
 #include "absl/strings/ascii.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/base/utf8.h"
 #include "core/codec/draco_decode.h"
 #include "core/mesh/mesh_io.h"
@@ -101,15 +102,14 @@ void FillGroups(const PolygonMesh& mesh, v1::Mesh& out) {
 }  // namespace
 
 absl::Status CheckHeader(const v1::MeshHeader& header, uint64_t max_mesh_bytes) {
-  const absl::StatusOr<UploadFormat> format = FromProto(header.format(), "header.format");
-  if (!format.ok()) return format.status();
+  LATTICED_ASSIGN_OR_RETURN(const UploadFormat format, FromProto(header.format(), "header.format"));
   if (header.total_bytes() == 0 || header.total_bytes() > max_mesh_bytes) {
     return error::OutOfRange("header.total_bytes", static_cast<double>(header.total_bytes()), 1,
                              static_cast<double>(max_mesh_bytes));
   }
   if (absl::Status status = CheckUnits(header.units()); !status.ok()) return status;
   if (absl::Status status = CheckWords(header); !status.ok()) return status;
-  if (header.has_raw_layout() != (*format == UploadFormat::kRaw)) {
+  if (header.has_raw_layout() != (format == UploadFormat::kRaw)) {
     return error::InvalidField("header.raw_layout",
                                "goes with MESH_FORMAT_RAW, and only with that");
   }

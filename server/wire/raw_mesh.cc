@@ -11,6 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -174,10 +175,9 @@ absl::StatusOr<PolygonMesh> ReadRawMesh(const v1::RawLayout& layout, std::string
   RawReader reader(bytes);
   PolygonMesh mesh;
   mesh.positions = TakePositions(reader, sizes);
-  absl::StatusOr<std::vector<uint32_t>> offsets =
-      TakeFaceOffsets(reader, sizes, layout.face_size());
-  if (!offsets.ok()) return offsets.status();
-  mesh.face_offsets = *std::move(offsets);
+  LATTICED_ASSIGN_OR_RETURN(std::vector<uint32_t> offsets,
+                            TakeFaceOffsets(reader, sizes, layout.face_size()));
+  mesh.face_offsets = std::move(offsets);
   mesh.corner_vertices = reader.Take<uint32_t>(sizes.corners);
   if (sizes.normals > 0) {
     mesh.normals = reader.Take<Vec3f>(sizes.normals);

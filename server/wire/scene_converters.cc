@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/sha256.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
@@ -72,7 +73,7 @@ std::string Fingerprint(const v1::CreateSceneRequest& request, const std::string
 }  // namespace
 
 absl::Status CheckCreateScene(const v1::CreateSceneRequest& request) {
-  if (auto s = CheckSceneId(request.scene_id()); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CheckSceneId(request.scene_id()));
   if (request.mesh().empty()) return error::InvalidField("mesh", "is required");
   if (request.lattices_size() > 1) {
     return error::Unsupported("lattices", "more than one lattice a scene");
@@ -85,25 +86,25 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
                                                  const StoredMesh& mesh, const std::string& owner,
                                                  absl::Duration default_idle_ttl) {
   const v1::LatticeSource fit_with_defaults;
-  auto lattice = FromProto(request.lattices_size() == 1 ? request.lattices(0) : fit_with_defaults,
-                           mesh.bounds, "lattices[0]");
-  if (!lattice.ok()) return lattice.status();
-  auto view = DefaultViewFromProto(request.default_view(), DefaultView(mesh.mesh->has_normals()),
-                                   "default_view");
-  if (!view.ok()) return view.status();
-  const auto pipeline = FromProto(request.diagnostics().pipeline(), "diagnostics.pipeline");
-  if (!pipeline.ok()) return pipeline.status();
-  const auto idle_ttl = IdleTtl(request, default_idle_ttl);
-  if (!idle_ttl.ok()) return idle_ttl.status();
+  LATTICED_ASSIGN_OR_RETURN(
+      auto lattice,
+      FromProto(request.lattices_size() == 1 ? request.lattices(0) : fit_with_defaults, mesh.bounds,
+                "lattices[0]"));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto view, DefaultViewFromProto(request.default_view(), DefaultView(mesh.mesh->has_normals()),
+                                      "default_view"));
+  LATTICED_ASSIGN_OR_RETURN(const auto pipeline,
+                            FromProto(request.diagnostics().pipeline(), "diagnostics.pipeline"));
+  LATTICED_ASSIGN_OR_RETURN(const auto idle_ttl, IdleTtl(request, default_idle_ttl));
 
   SceneConfig config;
   config.id = request.scene_id();
   config.mesh_id = mesh.id;
   config.mesh = mesh.mesh;
-  config.lattice = *std::move(lattice);
-  config.default_view = *view;
-  config.pipeline = *pipeline;
-  config.idle_ttl = *idle_ttl;
+  config.lattice = std::move(lattice);
+  config.default_view = view;
+  config.pipeline = pipeline;
+  config.idle_ttl = idle_ttl;
   config.labels = LabelsOf(request);
   config.owner = owner;
   config.fingerprint = Fingerprint(request, owner);
@@ -146,14 +147,12 @@ v1::LatticeState LatticeStateToProto(const SceneState& state) {
 
 absl::StatusOr<ExportSpec> ExportSpecFromProto(const v1::ExportRequest& request,
                                                const WatchView& defaults) {
-  const auto format = FromProto(request.format(), "format");
-  if (!format.ok()) return format.status();
-  const auto view = WatchViewFromProto(request.view(), defaults, "view");
-  if (!view.ok()) return view.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto format, FromProto(request.format(), "format"));
+  LATTICED_ASSIGN_OR_RETURN(const auto view, WatchViewFromProto(request.view(), defaults, "view"));
   ExportSpec spec;
-  spec.format = *format;
-  spec.segments = view->key.spec.segments;
-  spec.normals = view->key.spec.normals;
+  spec.format = format;
+  spec.segments = view.key.spec.segments;
+  spec.normals = view.key.spec.normals;
   if (request.view().position_bits() != 0) spec.position_bits = request.view().position_bits();
   if (request.view().normal_bits() != 0) spec.normal_bits = request.view().normal_bits();
   return spec;

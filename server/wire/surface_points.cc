@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -62,8 +63,8 @@ absl::Status CheckBarycentrics(const v1::SurfacePoint& point, const std::string&
 
 absl::StatusOr<RestPoint> RestPointFromProto(const PolygonMesh& mesh, const v1::SurfacePoint& point,
                                              const std::string& field) {
-  if (auto s = CheckCorners(mesh, point, field); !s.ok()) return s;
-  if (auto s = CheckBarycentrics(point, field); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CheckCorners(mesh, point, field));
+  LATTICED_RETURN_IF_ERROR(CheckBarycentrics(point, field));
   const auto world = [&mesh](uint32_t corner) {
     return mesh.positions[mesh.corner_vertices[corner]];
   };

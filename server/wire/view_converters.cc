@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -21,28 +22,19 @@ absl::Status TakeInRange(int32_t value, int lowest, int highest, std::string_vie
 }
 
 absl::Status TakeDragBits(const v1::ViewOptions& options, std::string_view field, WatchView& view) {
-  if (auto status = TakeInRange(options.drag_position_bits(), limits::kMinPositionBits,
-                                limits::kMaxPositionBits, field, "drag_position_bits",
-                                view.drag_position_bits);
-      !status.ok()) {
-    return status;
-  }
+  LATTICED_RETURN_IF_ERROR(TakeInRange(options.drag_position_bits(), limits::kMinPositionBits,
+                                       limits::kMaxPositionBits, field, "drag_position_bits",
+                                       view.drag_position_bits));
   return TakeInRange(options.drag_normal_bits(), limits::kMinNormalBits, limits::kMaxNormalBits,
                      field, "drag_normal_bits", view.drag_normal_bits);
 }
 
 absl::Status TakeBits(const v1::ViewOptions& options, std::string_view field, ViewSpec& spec) {
-  if (auto status = TakeInRange(options.segments(), limits::kMinSegments, limits::kMaxSegments,
-                                field, "segments", spec.segments);
-      !status.ok()) {
-    return status;
-  }
-  if (auto status =
-          TakeInRange(options.position_bits(), limits::kMinPositionBits, limits::kMaxPositionBits,
-                      field, "position_bits", spec.position_bits);
-      !status.ok()) {
-    return status;
-  }
+  LATTICED_RETURN_IF_ERROR(TakeInRange(options.segments(), limits::kMinSegments,
+                                       limits::kMaxSegments, field, "segments", spec.segments));
+  LATTICED_RETURN_IF_ERROR(TakeInRange(options.position_bits(), limits::kMinPositionBits,
+                                       limits::kMaxPositionBits, field, "position_bits",
+                                       spec.position_bits));
   return TakeInRange(options.normal_bits(), limits::kMinNormalBits, limits::kMaxNormalBits, field,
                      "normal_bits", spec.normal_bits);
 }
@@ -63,17 +55,17 @@ WatchView DefaultView(bool mesh_has_normals) {
 absl::StatusOr<WatchView> DefaultViewFromProto(const v1::ViewOptions& options,
                                                const WatchView& defaults, std::string_view field) {
   WatchView view = defaults;
-  const auto normals =
-      FromProto(options.normals(), defaults.key.spec.normals, fmt::format("{}.normals", field));
-  if (!normals.ok()) return normals.status();
-  const auto encoding =
-      FromProto(options.encoding(), defaults.key.encoding, fmt::format("{}.encoding", field));
-  if (!encoding.ok()) return encoding.status();
-  if (auto status = TakeBits(options, field, view.key.spec); !status.ok()) return status;
-  if (auto status = TakeDragBits(options, field, view); !status.ok()) return status;
-  view.key.spec.normals = *normals;
-  view.key.encoding = *encoding;
-  view.key.spec.format = FormatOf(*encoding);
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto normals,
+      FromProto(options.normals(), defaults.key.spec.normals, fmt::format("{}.normals", field)));
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto encoding,
+      FromProto(options.encoding(), defaults.key.encoding, fmt::format("{}.encoding", field)));
+  LATTICED_RETURN_IF_ERROR(TakeBits(options, field, view.key.spec));
+  LATTICED_RETURN_IF_ERROR(TakeDragBits(options, field, view));
+  view.key.spec.normals = normals;
+  view.key.encoding = encoding;
+  view.key.spec.format = FormatOf(encoding);
   if (options.max_points() != 0) view.max_points = options.max_points();
   if (options.max_bytes_per_second() != 0) {
     view.max_bytes_per_second = options.max_bytes_per_second();

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 #include "tests/bench/bezier_net_launch.h"
 
@@ -20,13 +21,12 @@ BezierNetMaker::BezierNetMaker(int m, DeviceLattice lattice, Buffers buffers)
 absl::StatusOr<std::unique_ptr<BezierNetMaker>> BezierNetMaker::Create(
     const std::shared_ptr<const DeformPlan>& plan, CudaContext& context) {
   const DeviceGuard guard(context.device());
-  auto lattice = DeviceLattice::Create(plan, context);
-  if (!lattice.ok()) return lattice.status();
+  LATTICED_ASSIGN_OR_RETURN(auto lattice, DeviceLattice::Create(plan, context));
   const std::vector<NetPatch> patches = MakeNetPatches(*plan);
   const std::vector<NetTables> tables{MakeNetTables(plan->structure.patch_degree())};
   const int m = tables[0].m;
   const size_t points = patches.size() * static_cast<size_t>(m + 1);
-  const cudaStream_t stream = lattice->stream();
+  const cudaStream_t stream = lattice.stream();
   Buffers buffers;
   absl::Status status;
   const auto keep = [&](auto made, auto& to) {
@@ -37,14 +37,14 @@ absl::StatusOr<std::unique_ptr<BezierNetMaker>> BezierNetMaker::Create(
   keep(DeviceBuffer<NetPatch>::Upload(memory, kPurpose, patches, stream), buffers.patches);
   keep(DeviceBuffer<NetTables>::Upload(memory, kPurpose, tables, stream), buffers.tables);
   keep(DeviceBuffer<NetPoint>::Create(memory, kPurpose, points, stream), buffers.nets);
-  status.Update(lattice->lane().stream().Synchronize("the comparator's tables"));
+  status.Update(lattice.lane().stream().Synchronize("the comparator's tables"));
   if (!status.ok()) return status;
   return std::unique_ptr<BezierNetMaker>(
-      new BezierNetMaker(m, *std::move(lattice), std::move(buffers)));
+      new BezierNetMaker(m, std::move(lattice), std::move(buffers)));
 }
 
 absl::Status BezierNetMaker::Enqueue(std::span<const Vec3d> control_points) {
-  if (auto s = lattice_.Send(control_points); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(lattice_.Send(control_points));
   const NetJob job{.patches = buffers_.patches.data(),
                    .count = buffers_.patches.size(),
                    .volume = lattice_.volume(),

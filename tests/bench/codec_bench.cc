@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/status_macros.h"
 #include "core/codec/draco_decode.h"
 #include "core/codec/draco_geometry.h"
 #include "core/codec/draco_kernel.h"
@@ -86,12 +87,11 @@ const std::vector<ChunkData>& Chunks(bool row_by_row) {
 
 absl::Status Verify(const std::vector<ChunkData>& chunks, const Streams& streams) {
   for (size_t i = 0; i < chunks.size(); ++i) {
-    const auto decoded = DecodeDracoChunkIntegers(streams[i]);
-    if (!decoded.ok()) return decoded.status();
+    LATTICED_ASSIGN_OR_RETURN(const auto decoded, DecodeDracoChunkIntegers(streams[i]));
     const QuantisedVertices v = chunks[i].vertices();
     for (size_t p = 0; p < v.point_count; ++p) {
-      const uint32_t* position = &decoded->positions[3 * p];
-      const uint32_t* normal = &decoded->normals[2 * p];
+      const uint32_t* position = &decoded.positions[3 * p];
+      const uint32_t* normal = &decoded.normals[2 * p];
       if (position[0] != v.x[p] || position[1] != v.y[p] || position[2] != v.z[p] ||
           normal[0] != v.s[p] || normal[1] != v.t[p]) {
         return absl::InternalError(fmt::format("chunk {} decodes to other integers", i));

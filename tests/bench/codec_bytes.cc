@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 
+#include "core/base/status_macros.h"
 #include "core/codec/draco_decode.h"
 #include "core/codec/draco_writer.h"
 #include "tests/bench/row_order.h"
@@ -103,9 +104,9 @@ absl::StatusOr<CodecBytes> CodecBytes::Count(const Scenario& scenario, const Vie
     for (size_t i = 0; i < chunks.size(); ++i) {
       const uint32_t chunk = scenario.all_chunks[first + i];
       chunks[i].resize(ChunkPoints(*scenario.plan, chunk, spec.segments) * BytesPerPoint(spec));
-      if (auto s = view->Read(chunk, chunks[i]); !s.ok()) return s;
+      LATTICED_RETURN_IF_ERROR(view->Read(chunk, chunks[i]));
     }
-    if (auto s = sums.AddGroup(chunks, spec, scenario.box.range); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(sums.AddGroup(chunks, spec, scenario.box.range));
   }
   return sums;
 }
@@ -119,13 +120,12 @@ absl::Status CodecBytes::AddGroup(std::span<const std::vector<uint8_t>> chunks,
   std::vector<std::vector<uint8_t>> rows;
   for (const auto& bytes : chunks) rows.push_back(RowByRow(bytes, spec));
   const auto vertices = ToVertices(chunks, spec);
-  const auto streams = Written(vertices, range),
-             row_streams = Written(ToVertices(rows, spec), range);
-  if (!streams.ok()) return streams.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto streams, Written(vertices, range),
+                            row_streams = Written(ToVertices(rows, spec), range));
   if (!row_streams.ok()) return row_streams.status();
   for (const Stream& stream : *row_streams) row_by_row += stream.size();
-  for (size_t i = 0; i < streams->size(); ++i) {
-    if (auto s = AddChunk(vertices[i], (*streams)[i], range); !s.ok()) return s;
+  for (size_t i = 0; i < streams.size(); ++i) {
+    LATTICED_RETURN_IF_ERROR(AddChunk(vertices[i], streams[i], range));
   }
   return absl::OkStatus();
 }
@@ -136,13 +136,12 @@ absl::Status CodecBytes::AddChunk(const QuantisedVertices& vertices, const Strea
   if (!HoldsIntegers(stream, vertices)) {
     return absl::InternalError("a stream decodes to other integers");
   }
-  const auto theirs = reference->EncodePoints(vertices, range);
-  if (!theirs.ok()) return theirs.status();
-  const bool tagged = HasTaggedSymbols(*theirs);
-  const int64_t more = static_cast<int64_t>(stream.size()) - static_cast<int64_t>(theirs->size());
+  LATTICED_ASSIGN_OR_RETURN(const auto theirs, reference->EncodePoints(vertices, range));
+  const bool tagged = HasTaggedSymbols(theirs);
+  const int64_t more = static_cast<int64_t>(stream.size()) - static_cast<int64_t>(theirs.size());
   points += vertices.point_count;
   ours += stream.size();
-  libdraco += theirs->size();
+  libdraco += theirs.size();
   ++chunks;
   if (more > 0) ++larger, larger_bytes += static_cast<size_t>(more);
   if (tagged) ++tagged_chunks;

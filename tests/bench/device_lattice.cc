@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/status_macros.h"
+
 namespace latticed::bench {
 
 DeviceLattice::DeviceLattice(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaLane> lane,
@@ -16,22 +18,21 @@ DeviceLattice::DeviceLattice(std::shared_ptr<const DeformPlan> plan, std::shared
 
 absl::StatusOr<DeviceLattice> DeviceLattice::Create(std::shared_ptr<const DeformPlan> plan,
                                                     CudaContext& context) {
-  auto lane = context.lanes().Borrow();
-  if (!lane.ok()) return lane.status();
-  auto room = DeviceReservation::Create(context.memory(), "comparator",
-                                        CudaFrame::DeviceBytesFor(*plan, false));
-  if (!room.ok()) return room.status();
-  auto frame = CudaFrame::Create(plan, nullptr, context, *lane, *room);
-  if (!frame.ok()) return frame.status();
+  LATTICED_ASSIGN_OR_RETURN(auto lane, context.lanes().Borrow());
+  LATTICED_ASSIGN_OR_RETURN(auto room,
+                            DeviceReservation::Create(context.memory(), "comparator",
+                                                      CudaFrame::DeviceBytesFor(*plan, false)));
+  LATTICED_ASSIGN_OR_RETURN(auto frame, CudaFrame::Create(plan, nullptr, context, lane, room));
   std::vector<double> knots;
   for (const auto& axis : plan->structure.knots) {
     knots.insert(knots.end(), axis.begin(), axis.end());
   }
-  const CudaStream& stream = (*lane)->stream();
-  auto uploaded = DeviceBuffer<double>::Upload(context.memory(), "comparator", knots, stream.get());
-  if (!uploaded.ok()) return uploaded.status();
-  if (auto s = stream.Synchronize("the comparator's knots"); !s.ok()) return s;
-  return DeviceLattice(std::move(plan), *std::move(lane), *std::move(frame), *std::move(uploaded));
+  const CudaStream& stream = lane->stream();
+  LATTICED_ASSIGN_OR_RETURN(
+      auto uploaded,
+      DeviceBuffer<double>::Upload(context.memory(), "comparator", knots, stream.get()));
+  LATTICED_RETURN_IF_ERROR(stream.Synchronize("the comparator's knots"));
+  return DeviceLattice(std::move(plan), std::move(lane), std::move(frame), std::move(uploaded));
 }
 
 VolumeView DeviceLattice::volume() const {

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "server/engine/scene_registry.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/watched_scene.h"
@@ -44,9 +45,8 @@ class SwitchedBackend : public Backend {
   std::string description() const override { return inner_->description(); }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
-    auto target = inner_->Prepare(std::move(plan), pipeline);
-    if (!target.ok()) return target.status();
-    return std::make_shared<SwitchedTarget>(*std::move(target), overlap_);
+    LATTICED_ASSIGN_OR_RETURN(auto target, inner_->Prepare(std::move(plan), pipeline));
+    return std::make_shared<SwitchedTarget>(std::move(target), overlap_);
   }
 
  private:

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/sample_meshes.h"
 #include "fmt/format.h"
 
@@ -26,31 +27,29 @@ absl::StatusOr<SharedMesh> Knot(int resolution) {
   int subdivisions = 0;
   while ((resolution >> subdivisions) > kMaxSampleResolution) ++subdivisions;
   const int rounding = (1 << subdivisions) - 1;
-  auto mesh = MakeSampleMesh(
-      "knot", std::min((resolution + rounding) >> subdivisions, kMaxSampleResolution));
-  if (!mesh.ok()) return mesh.status();
-  *mesh = Fans(*mesh);
-  for (int i = 0; i < subdivisions; ++i) *mesh = Subdivide(*mesh);
-  return std::make_shared<const PolygonMesh>(*std::move(mesh));
+  LATTICED_ASSIGN_OR_RETURN(auto mesh,
+                            MakeSampleMesh("knot", std::min((resolution + rounding) >> subdivisions,
+                                                            kMaxSampleResolution)));
+  mesh = Fans(mesh);
+  for (int i = 0; i < subdivisions; ++i) mesh = Subdivide(mesh);
+  return std::make_shared<const PolygonMesh>(std::move(mesh));
 }
 
 absl::StatusOr<SharedPlan> PlanOf(SharedMesh mesh, std::array<int, 3> degree) {
   std::array<int, 3> size{};
   for (size_t axis = 0; axis < 3; ++axis) size[axis] = kBoxesPerAxis + degree[axis];
-  const auto lattice = FitLattice(mesh->ComputeBounds(), size, degree, kPadding);
-  if (!lattice.ok()) return lattice.status();
-  return MakePlan(std::move(mesh), lattice->structure);
+  LATTICED_ASSIGN_OR_RETURN(const auto lattice,
+                            FitLattice(mesh->ComputeBounds(), size, degree, kPadding));
+  return MakePlan(std::move(mesh), lattice.structure);
 }
 
 // patches = by_area r² + by_length r: triangles, and what the planes add along their curves.
 absl::StatusOr<int> ResolutionFor(size_t patches, std::array<int, 3> degree) {
-  const auto mesh = Knot(kProbeResolution);
-  if (!mesh.ok()) return mesh.status();
-  const auto probe = PlanOf(*mesh, degree);
-  if (!probe.ok()) return probe.status();
-  const double r = kProbeResolution, triangles = static_cast<double>((*mesh)->face_count());
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, Knot(kProbeResolution));
+  LATTICED_ASSIGN_OR_RETURN(const auto probe, PlanOf(mesh, degree));
+  const double r = kProbeResolution, triangles = static_cast<double>(mesh->face_count());
   const double by_area = triangles / (r * r);
-  const double by_length = (static_cast<double>((*probe)->patches.size()) - triangles) / r;
+  const double by_length = (static_cast<double>(probe->patches.size()) - triangles) / r;
   const double wanted = static_cast<double>(patches);
   const double half = by_length / (2 * by_area);
   return std::max(kMinSampleResolution,
@@ -125,23 +124,18 @@ absl::StatusOr<PolygonMesh> Trim(const DeformPlan& plan, size_t patches) {
 }
 
 absl::StatusOr<SharedPlan> MakeRoughPlan(size_t patches, std::array<int, 3> degree) {
-  const auto resolution = ResolutionFor(patches, degree);
-  if (!resolution.ok()) return resolution.status();
-  for (int r = *resolution;; ++r) {
-    auto mesh = Knot(r);
-    if (!mesh.ok()) return mesh.status();
-    auto plan = PlanOf(*std::move(mesh), degree);
+  LATTICED_ASSIGN_OR_RETURN(const auto resolution, ResolutionFor(patches, degree));
+  for (int r = resolution;; ++r) {
+    LATTICED_ASSIGN_OR_RETURN(auto mesh, Knot(r));
+    auto plan = PlanOf(std::move(mesh), degree);
     if (!plan.ok() || (*plan)->patches.size() >= patches) return plan;
   }
 }
 
 absl::StatusOr<SharedPlan> MakeExactPlan(size_t patches, std::array<int, 3> degree) {
-  const auto rough = MakeRoughPlan(patches, degree);
-  if (!rough.ok()) return rough.status();
-  auto trimmed = Trim(**rough, patches);
-  if (!trimmed.ok()) return trimmed.status();
-  auto plan =
-      MakePlan(std::make_shared<const PolygonMesh>(*std::move(trimmed)), (*rough)->structure);
+  LATTICED_ASSIGN_OR_RETURN(const auto rough, MakeRoughPlan(patches, degree));
+  LATTICED_ASSIGN_OR_RETURN(auto trimmed, Trim(*rough, patches));
+  auto plan = MakePlan(std::make_shared<const PolygonMesh>(std::move(trimmed)), rough->structure);
   if (!plan.ok() || (*plan)->patches.size() == patches) return plan;
   return absl::InternalError(
       fmt::format("the trimmed mesh has {} patches, wanted {}", (*plan)->patches.size(), patches));

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/view/spanned_view.h"
 #include "cuda/cuda_backend.h"
 #include "cuda/view/cuda_view.h"
@@ -113,7 +114,7 @@ class CudaGpu : public Gpu {
     CheckOk(work(0));
     const auto vertices = (*maker)->Download();
     CheckOk(vertices.status());
-    if (auto s = check(*vertices); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(check(*vertices));
     return TensorTimes{.stages = Stages((*maker)->lane(), work, runs),
                        .whole = Times((*maker)->lane(), work, runs)};
   }
@@ -274,14 +275,12 @@ class CudaGpu : public Gpu {
 
 absl::StatusOr<Gpu*> MakeGpu() {
   const CudaOptions options{.encoder = nullptr, .refuse_allocation = {}};
-  auto backend = MakeCudaBackend(options);
-  if (!backend.ok()) return backend.status();
+  LATTICED_ASSIGN_OR_RETURN(auto backend, MakeCudaBackend(options));
   CudaOptions own = options;
   own.memory_bytes = kOwnBytes;
-  auto context = CudaContext::Create(own.devices.front(), own);
-  if (!context.ok()) return context.status();
+  LATTICED_ASSIGN_OR_RETURN(auto context, CudaContext::Create(own.devices.front(), own));
   CheckCuda(cudaSetDevice(own.devices.front()), "the device");
-  return new CudaGpu(*std::move(backend), *std::move(context));  // until the process ends
+  return new CudaGpu(std::move(backend), std::move(context));  // until the process ends
 }
 
 }  // namespace

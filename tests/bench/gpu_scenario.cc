@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/ffd/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/bench/exact_mesh.h"
@@ -63,7 +64,7 @@ absl::StatusOr<std::unique_ptr<DeformView>> Verified(
   if (absl::IsUnimplemented(view.status())) return view;
   CheckOk(view.status());
   CheckOk((*view)->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
-  if (auto verified = Verify(scenario, pipeline, **view); !verified.ok()) return verified;
+  LATTICED_RETURN_IF_ERROR(Verify(scenario, pipeline, **view));
   return view;
 }
 
@@ -83,21 +84,20 @@ absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Backend& backend, const 
 }
 
 absl::StatusOr<TensorRun> MeasureTensorProduct(Gpu& gpu, const Scenario& scenario, int runs) {
-  const auto surfaces = MakeTensorSurfaces(*scenario.plan);
-  if (!surfaces.ok()) return surfaces.status();
-  const size_t stride = std::max<size_t>(1, surfaces->count() / kVerifiedSurfaces);
+  LATTICED_ASSIGN_OR_RETURN(const auto surfaces, MakeTensorSurfaces(*scenario.plan));
+  const size_t stride = std::max<size_t>(1, surfaces.count() / kVerifiedSurfaces);
   const auto check = [&](std::span<const TensorVertex> vertices) {
     const auto precision =
-        CompareTensor(*scenario.plan, scenario.control_points[0], *surfaces, vertices, stride);
+        CompareTensor(*scenario.plan, scenario.control_points[0], surfaces, vertices, stride);
     return precision.ok() ? CheckTensor(*precision) : precision.status();
   };
-  const auto times =
-      gpu.TensorProduct(scenario.plan, *surfaces, scenario.control_points, check, runs);
-  if (!times.ok()) return times.status();
-  return TensorRun{.surfaces = surfaces->count(),
-                   .points = surfaces->points.size(),
-                   .triangles = surfaces->triangles,
-                   .times = *times};
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto times,
+      gpu.TensorProduct(scenario.plan, surfaces, scenario.control_points, check, runs));
+  return TensorRun{.surfaces = surfaces.count(),
+                   .points = surfaces.points.size(),
+                   .triangles = surfaces.triangles,
+                   .times = times};
 }
 
 absl::StatusOr<ShaderTimes> MeasureShaderAlgorithm(Gpu& gpu, const Scenario& scenario, int runs) {

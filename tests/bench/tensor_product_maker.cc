@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 #include "tests/bench/tensor_product_launch.h"
 
@@ -21,11 +22,10 @@ absl::StatusOr<std::unique_ptr<TensorProductMaker>> TensorProductMaker::Create(
     const std::shared_ptr<const DeformPlan>& plan, const TensorSurfaces& surfaces,
     CudaContext& context) {
   const DeviceGuard guard(context.device());
-  auto lattice = DeviceLattice::Create(plan, context);
-  if (!lattice.ok()) return lattice.status();
+  LATTICED_ASSIGN_OR_RETURN(auto lattice, DeviceLattice::Create(plan, context));
   const std::vector<TensorInverse> inverse{MakeTensorInverse()};
   const size_t count = surfaces.count();
-  const cudaStream_t stream = lattice->stream();
+  const cudaStream_t stream = lattice.stream();
   Buffers buffers;
   absl::Status status;
   const auto keep = [&](auto made, auto& to) {
@@ -44,14 +44,14 @@ absl::StatusOr<std::unique_ptr<TensorProductMaker>> TensorProductMaker::Create(
        buffers.control);
   keep(DeviceBuffer<TensorVertex>::Create(memory, kPurpose, surfaces.points.size(), stream),
        buffers.vertices);
-  status.Update(lattice->lane().stream().Synchronize("the comparator's tables"));
+  status.Update(lattice.lane().stream().Synchronize("the comparator's tables"));
   if (!status.ok()) return status;
   return std::unique_ptr<TensorProductMaker>(
-      new TensorProductMaker(surfaces.most_lines, *std::move(lattice), std::move(buffers)));
+      new TensorProductMaker(surfaces.most_lines, std::move(lattice), std::move(buffers)));
 }
 
 absl::Status TensorProductMaker::Enqueue(std::span<const Vec3d> control_points) {
-  if (auto s = lattice_.Send(control_points); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(lattice_.Send(control_points));
   lane().Enqueued("copy");
   const TensorJob job{.surfaces = buffers_.surfaces.data(),
                       .count = buffers_.centres.size(),
@@ -62,11 +62,8 @@ absl::Status TensorProductMaker::Enqueue(std::span<const Vec3d> control_points) 
                       .centres = buffers_.centres.data(),
                       .control = buffers_.control.data(),
                       .vertices = buffers_.vertices.data()};
-  if (auto s = CudaStatus(LaunchTensorControl(job, lattice_.stream()),
-                          "the comparator's control points");
-      !s.ok()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(LaunchTensorControl(job, lattice_.stream()), "the comparator's control points"));
   lane().Enqueued("control points");
   return CudaStatus(LaunchTensorTessellation(job, most_lines_, lattice_.stream()),
                     "the comparator's vertices");

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/ffd/direct_ffd.h"
 
 namespace latticed::bench {
@@ -74,9 +75,8 @@ absl::StatusOr<TensorSurfaces> MakeTensorSurfaces(const DeformPlan& plan) {
   if (plan.structure.patch_degree() != kTensorDegree) {
     return absl::UnimplementedError("the comparator knows patches of degree 6 alone");
   }
-  auto polygons = FindSubPolygons(plan);
-  if (!polygons.ok()) return polygons.status();
-  TensorSurfaces result{.polygons = *std::move(polygons)};
+  LATTICED_ASSIGN_OR_RETURN(auto polygons, FindSubPolygons(plan));
+  TensorSurfaces result{.polygons = std::move(polygons)};
   const FrameMap map(plan.structure);
   const DirectFfd rest(plan, plan.identity_points);
   for (const SubPolygon& polygon : result.polygons) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/status_macros.h"
 #include "core/ffd/direct_ffd.h"
 #include "fmt/format.h"
 
@@ -108,7 +109,7 @@ absl::StatusOr<TensorPrecision> CompareTensor(const DeformPlan& plan,
   }
   Comparison comparison(plan, control_points);
   for (size_t surface = 0; surface < surfaces.count(); surface += stride) {
-    if (auto s = comparison.Add(surfaces, surface, vertices); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(comparison.Add(surfaces, surface, vertices));
   }
   return comparison.result();
 }

@@ -6,6 +6,7 @@
 
 #include "absl/time/clock.h"
 #include "client/cpp/latticed_client_status.h"
+#include "core/base/status_macros.h"
 
 namespace latticed::client {
 
@@ -13,10 +14,12 @@ absl::StatusOr<std::unique_ptr<LoadEditor>> ClosedLoopEditor::Open(std::unique_p
                                                                    v1::WatchRequest request,
                                                                    const Context& context) {
   std::unique_ptr<ClosedLoopEditor> editor(new ClosedLoopEditor(std::move(client), context));
-  auto stream = editor->client_->Deform(
-      std::move(request), [self = editor.get()](const auto& event) { self->log_.Take(event); });
-  if (!stream.ok()) return stream.status();
-  editor->stream_ = *std::move(stream);
+  LATTICED_ASSIGN_OR_RETURN(
+      auto stream,
+      editor->client_->Deform(std::move(request), [self = editor.get()](const auto& event) {
+        self->log_.Take(event);
+      }));
+  editor->stream_ = std::move(stream);
   return editor;
 }
 
@@ -37,7 +40,7 @@ void ClosedLoopEditor::Start(absl::Time begin) {
 absl::Status ClosedLoopEditor::WaitFor(uint64_t revision) {
   if (thread_.joinable()) return log_.WaitFor(revision);
   while (log_.revision() < revision) {  // nobody else reads yet
-    if (auto status = TakeNext(); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(TakeNext());
   }
   return absl::OkStatus();
 }
@@ -50,18 +53,18 @@ void ClosedLoopEditor::Close() {
 
 absl::Status ClosedLoopEditor::Edit() {
   for (uint64_t step = 0; step < context_.plan->edits && !context_.control->Ended(); ++step) {
-    if (auto status = EditOnce(step); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(EditOnce(step));
   }
   return absl::OkStatus();
 }
 
 absl::Status ClosedLoopEditor::EditOnce(uint64_t step) {
   const absl::Time due = absl::Now();
-  const auto sequence =
-      stream_->Send(MakeLoadEdit(*context_.lattice, context_.plan->all_points, step));
-  if (!sequence.ok()) return sequence.status();
-  while (applied_sequence_ < *sequence) {
-    if (auto status = TakeNext(); !status.ok()) return status;
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto sequence,
+      stream_->Send(MakeLoadEdit(*context_.lattice, context_.plan->all_points, step)));
+  while (applied_sequence_ < sequence) {
+    LATTICED_RETURN_IF_ERROR(TakeNext());
   }
   context_.edits->Add({due}, context_.number, step, result_);
   context_.control->CountEdits(1);
@@ -77,14 +80,13 @@ absl::Status ClosedLoopEditor::Watch() {
 }
 
 absl::Status ClosedLoopEditor::TakeNext() {
-  auto step = stream_->Next();
-  if (!step.ok()) return step.status();
-  if (step->ended()) return absl::UnavailableError("the server has ended a stream");
-  if (step->result.has_value()) {
-    result_ = *std::move(step->result);
+  LATTICED_ASSIGN_OR_RETURN(auto step, stream_->Next());
+  if (step.ended()) return absl::UnavailableError("the server has ended a stream");
+  if (step.result.has_value()) {
+    result_ = *std::move(step.result);
     return FromRpc(result_.status());
   }
-  applied_sequence_ = step->update->end.applied_sequence();
+  applied_sequence_ = step.update->end.applied_sequence();
   absl::Status status;
   if (context_.decodes) status = log_.DecodeNewest(stream_->surface());
   if (context_.control->begun()) log_.SampleNewest(stream_->surface());

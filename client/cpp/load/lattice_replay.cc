@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -44,7 +45,7 @@ LatticeReplay::LatticeReplay(const LoadPlan& plan, const v1::LatticeState& befor
 
 absl::StatusOr<std::span<const Vec3d>> LatticeReplay::At(uint64_t revision) {
   for (; next_ < edits_.size() && edits_[next_].revision <= revision; ++next_) {
-    if (auto status = Apply(edits_[next_]); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(Apply(edits_[next_]));
   }
   return history_.lattice().control_points;
 }

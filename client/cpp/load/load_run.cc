@@ -10,6 +10,7 @@
 #include "absl/time/clock.h"
 #include "client/cpp/latticed_client_status.h"
 #include "client/cpp/load/cpu_time.h"
+#include "core/base/status_macros.h"
 
 namespace latticed::client {
 namespace {
@@ -30,9 +31,8 @@ LoadRun::LoadRun(const LoadPlan& plan, const std::vector<LoadScene>& scenes,
 }
 
 absl::StatusOr<LoadReport> LoadRun::Run(const Progress& progress) {
-  if (auto status = Prepare(); !status.ok()) return status;
-  const auto cpu_before = ReadCpuTimes();
-  if (!cpu_before.ok()) return cpu_before.status();
+  LATTICED_RETURN_IF_ERROR(Prepare());
+  LATTICED_ASSIGN_OR_RETURN(const auto cpu_before, ReadCpuTimes());
   const std::optional<uint64_t> superseded_before = options_.superseded();
   const absl::Time begin = absl::Now();
   Measure(progress);
@@ -51,17 +51,17 @@ absl::StatusOr<LoadReport> LoadRun::Run(const Progress& progress) {
   if (report.edits == 0) return Stopped();
   if (report.superseded.has_value()) *report.superseded -= superseded_before.value_or(0);
   report.cpu = *cpu;
-  report.cpu.own -= cpu_before->own;
-  if (report.cpu.server.has_value()) *report.cpu.server -= *cpu_before->server;
+  report.cpu.own -= cpu_before.own;
+  if (report.cpu.server.has_value()) *report.cpu.server -= *cpu_before.server;
   return report;
 }
 
 absl::Status LoadRun::Prepare() {
   for (const auto& scene : scenes_) {
-    if (auto status = scene->Open(); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(scene->Open());
   }
   for (const auto& scene : scenes_) {
-    if (auto status = scene->WarmUp(); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(scene->WarmUp());
   }
   return control_.Ended() ? Stopped() : absl::OkStatus();
 }
@@ -87,8 +87,8 @@ void LoadRun::Measure(const Progress& progress) {
 
 absl::Status LoadRun::Settle() {
   for (const auto& scene : scenes_) {
-    if (auto status = control_.status(); !status.ok()) return status;
-    if (auto status = scene->Settle(); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(control_.status());
+    LATTICED_RETURN_IF_ERROR(scene->Settle());
   }
   return control_.status();
 }
@@ -96,9 +96,8 @@ absl::Status LoadRun::Settle() {
 absl::StatusOr<CpuTimes> LoadRun::ReadCpuTimes() const {
   CpuTimes times{.own = OwnCpuTime(), .own_holds_server = options_.server_inside};
   if (options_.server_process == 0) return times;
-  const auto server = CpuTimeOf(options_.server_process);
-  if (!server.ok()) return server.status();
-  times.server = *server;
+  LATTICED_ASSIGN_OR_RETURN(const auto server, CpuTimeOf(options_.server_process));
+  times.server = server;
   return times;
 }
 

@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "core/base/status_macros.h"
+
 namespace latticed::client {
 
 absl::StatusOr<std::unique_ptr<LoadWatcher>> LoadWatcher::Open(std::unique_ptr<Client> client,
@@ -12,10 +14,11 @@ absl::StatusOr<std::unique_ptr<LoadWatcher>> LoadWatcher::Open(std::unique_ptr<C
                                                                LoadControl* control) {
   std::unique_ptr<LoadWatcher> watcher(new LoadWatcher(std::move(client), options, control));
   if (options.pace == Pace::kStalled) request.set_max_unacked_updates(0);
-  auto stream = watcher->client_->Watch(
-      std::move(request), [self = watcher.get()](const auto& event) { self->Take(event); });
-  if (!stream.ok()) return stream.status();
-  watcher->stream_ = *std::move(stream);
+  LATTICED_ASSIGN_OR_RETURN(
+      auto stream,
+      watcher->client_->Watch(std::move(request),
+                              [self = watcher.get()](const auto& event) { self->Take(event); }));
+  watcher->stream_ = std::move(stream);
   watcher->open_ = true;
   if (options.pace != Pace::kStalled) {
     watcher->thread_ = std::thread([self = watcher.get()] { self->Read(); });

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "core/base/status_macros.h"
 
 namespace latticed::client {
 
@@ -14,11 +15,11 @@ absl::StatusOr<std::unique_ptr<LoadEditor>> PeriodicEditor::Open(std::unique_ptr
                                                                  const Context& context) {
   Client* const shared = client.get();
   std::string scene = request.scene();
-  auto watcher = LoadWatcher::Open(std::move(client), std::move(request),
-                                   {.decodes = context.decodes}, context.control);
-  if (!watcher.ok()) return watcher.status();
+  LATTICED_ASSIGN_OR_RETURN(auto watcher,
+                            LoadWatcher::Open(std::move(client), std::move(request),
+                                              {.decodes = context.decodes}, context.control));
   return std::unique_ptr<LoadEditor>(
-      new PeriodicEditor(shared, std::move(scene), *std::move(watcher), context));
+      new PeriodicEditor(shared, std::move(scene), std::move(watcher), context));
 }
 
 PeriodicEditor::PeriodicEditor(Client* client, std::string scene,
@@ -54,7 +55,7 @@ absl::Status PeriodicEditor::Edit(absl::Time first_due) {
     std::vector<absl::Time> due;
     for (; step <= newest; ++step) due.push_back(due_at(step));
     v1::EditBatch batch = MakeLoadEdit(*context_.lattice, plan.all_points, newest);
-    if (auto status = Apply(std::move(batch), newest, due); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(Apply(std::move(batch), newest, due));
   }
   if (step < plan.edits && context_.control->Stopped() && absl::Now() >= due_at(step)) {
     context_.edits->AddUnsent(NewestDue(step, first_due) - step + 1);
@@ -76,9 +77,8 @@ absl::Status PeriodicEditor::Apply(v1::EditBatch batch, uint64_t step,
     batch.set_gesture_id("load");
     batch.set_gesture_phase(v1::GESTURE_PHASE_UPDATE);
   }
-  const auto result = client_->ApplyEdits(batch);
-  if (!result.ok()) return result.status();
-  context_.edits->Add(due, context_.number, step, *result);
+  LATTICED_ASSIGN_OR_RETURN(const auto result, client_->ApplyEdits(batch));
+  context_.edits->Add(due, context_.number, step, result);
   context_.control->CountEdits(due.size());
   return absl::OkStatus();
 }

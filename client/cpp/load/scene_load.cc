@@ -8,6 +8,7 @@
 
 #include "client/cpp/load/lattice_replay.h"
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -43,20 +44,13 @@ v1::WatchRequest SceneLoad::Request() const {
 }
 
 absl::Status SceneLoad::Open() {
-  auto lattice = client_->GetLattice(scene_);
-  if (!lattice.ok()) return lattice.status();
-  lattice_ = *std::move(lattice);
+  LATTICED_ASSIGN_OR_RETURN(lattice_, client_->GetLattice(scene_));
   using Pace = LoadWatcher::Pace;
-  if (auto status = OpenEditors(); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(OpenEditors());
   const bool decode_all = plan_.decoding == Decoding::kAll;
-  if (auto status = OpenWatchers(plan_.watchers, {.decodes = decode_all}); !status.ok()) {
-    return status;
-  }
-  if (auto status =
-          OpenWatchers(plan_.slow, {.pace = Pace::kSlow, .bytes_per_second = plan_.slow_rate});
-      !status.ok()) {
-    return status;
-  }
+  LATTICED_RETURN_IF_ERROR(OpenWatchers(plan_.watchers, {.decodes = decode_all}));
+  LATTICED_RETURN_IF_ERROR(
+      OpenWatchers(plan_.slow, {.pace = Pace::kSlow, .bytes_per_second = plan_.slow_rate}));
   return OpenWatchers(plan_.stalled, {.pace = Pace::kStalled});
 }
 
@@ -98,7 +92,7 @@ absl::Status SceneLoad::WarmUp() {
     if (!result.ok()) return About(result.status(), scene_);
     first_revision_ = result->revision();
     warm_up_.push_back({.revision = first_revision_, .editor = kWarmUpEditor, .step = step});
-    if (auto status = WaitForAll(first_revision_); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(WaitForAll(first_revision_));
   }
   return absl::OkStatus();
 }
@@ -173,11 +167,8 @@ absl::Status SceneLoad::VerifySamples(SurfaceVerifier& verifier) const {
   edits.insert(edits.end(), edits_.applied().begin(), edits_.applied().end());
   LatticeReplay replay(plan_, lattice_, std::move(edits));
   for (const SampledUpdate& sample : Samples()) {
-    const auto control_points = replay.At(sample.surface.revision());
-    if (!control_points.ok()) return control_points.status();
-    if (auto s = verifier.CheckPast(sample.surface, sample.chunks, *control_points); !s.ok()) {
-      return s;
-    }
+    LATTICED_ASSIGN_OR_RETURN(const auto control_points, replay.At(sample.surface.revision()));
+    LATTICED_RETURN_IF_ERROR(verifier.CheckPast(sample.surface, sample.chunks, control_points));
   }
   return absl::OkStatus();
 }

@@ -10,6 +10,7 @@
 
 #include "client/cpp/load/update_log.h"
 #include "core/base/bounds.h"
+#include "core/base/status_macros.h"
 #include "core/codec/octahedral.h"
 #include "core/ffd/vertex_normals.h"
 #include "fmt/format.h"
@@ -54,16 +55,16 @@ absl::Status Mismatch(const char* what, const Surface& surface, double of_allowe
 }  // namespace
 
 absl::Status SurfaceVerifier::Check(const Surface& surface, size_t offset) {
-  if (auto status = Prepare(surface); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(Prepare(surface));
   return Compare(surface, SpreadChunks(surface.chunk_count(), kChunks, offset),
                  {surface.revision(), Diagonal(ControlPointsOf(surface.lattice().lattice()))});
 }
 
 absl::Status SurfaceVerifier::CheckPast(const Surface& surface, std::span<const uint32_t> chunks,
                                         std::span<const Vec3d> control_points) {
-  if (auto status = Prepare(surface); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(Prepare(surface));
   if (past_ != surface.revision()) {
-    if (auto status = PutBack(control_points); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(PutBack(control_points));
     past_ = surface.revision();
   }
   return Compare(surface, chunks, {put_back_.revision(), Diagonal(control_points)});
@@ -79,46 +80,36 @@ absl::Status SurfaceVerifier::PutBack(std::span<const Vec3d> control_points) {
   for (const Vec3d point : control_points) {
     for (int axis = 0; axis < 3; ++axis) all.Add(point[axis]);
   }
-  auto result = client_->ApplyEdits(batch);
-  if (!result.ok()) return result.status();
-  put_back_ = *std::move(result);
+  LATTICED_ASSIGN_OR_RETURN(put_back_, client_->ApplyEdits(batch));
   return absl::OkStatus();
 }
 
 absl::Status SurfaceVerifier::Compare(const Surface& surface, std::span<const uint32_t> chunks,
                                       const Truth& truth) {
-  const auto sample = TakeSample(surface, chunks);
-  if (!sample.ok()) return sample.status();
-  if (sample->points.positions.empty()) return absl::OkStatus();
-  const auto definition = client_->EvaluatePoints(sample->request);
-  if (!definition.ok()) return definition.status();
-  if (definition->revision() != truth.revision) {
+  LATTICED_ASSIGN_OR_RETURN(const auto sample, TakeSample(surface, chunks));
+  if (sample.points.positions.empty()) return absl::OkStatus();
+  LATTICED_ASSIGN_OR_RETURN(const auto definition, client_->EvaluatePoints(sample.request));
+  if (definition.revision() != truth.revision) {
     return absl::AbortedError(fmt::format("scene {} is edited by somebody else: revision {} of {}",
-                                          scene_, truth.revision, definition->revision()));
+                                          scene_, truth.revision, definition.revision()));
   }
-  auto status = ComparePositions(surface, *sample, *definition, truth.diagonal);
-  if (status.ok()) status = CompareNormals(surface, *sample, *definition);
+  auto status = ComparePositions(surface, sample, definition, truth.diagonal);
+  if (status.ok()) status = CompareNormals(surface, sample, definition);
   if (status.ok()) ++result_.updates;
   return status;
 }
 
 absl::Status SurfaceVerifier::Prepare(const Surface& surface) {
   if (lattice_.structure_id() == 0) {
-    auto lattice = client_->GetLattice(scene_);
-    if (!lattice.ok()) return lattice.status();
-    lattice_ = *std::move(lattice);
+    LATTICED_ASSIGN_OR_RETURN(lattice_, client_->GetLattice(scene_));
   }
   if (provenance_.topology_id() != surface.topology().topology_id()) {
-    auto topology = client_->GetTopology(scene_, surface.topology().topology_id());
-    if (!topology.ok()) return topology.status();
-    provenance_ = *std::move(topology);
+    LATTICED_ASSIGN_OR_RETURN(provenance_,
+                              client_->GetTopology(scene_, surface.topology().topology_id()));
   }
   if (!IsSmooth(surface) || !corner_normals_.empty()) return absl::OkStatus();
-  const auto mesh = ParseMesh(*mesh_);
-  if (!mesh.ok()) return mesh.status();
-  auto normals = UnitCornerNormals(*mesh);
-  if (!normals.ok()) return normals.status();
-  corner_normals_ = *std::move(normals);
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, ParseMesh(*mesh_));
+  LATTICED_ASSIGN_OR_RETURN(corner_normals_, UnitCornerNormals(mesh));
   return absl::OkStatus();
 }
 
@@ -127,16 +118,15 @@ absl::StatusOr<SurfaceVerifier::Sample> SurfaceVerifier::TakeSample(
   Sample sample;
   sample.request.set_scene(scene_);
   for (const uint32_t chunk : chunks) {
-    if (auto status = AddChunk(surface, chunk, &sample); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(AddChunk(surface, chunk, &sample));
   }
   return sample;
 }
 
 absl::Status SurfaceVerifier::AddChunk(const Surface& surface, size_t chunk, Sample* sample) const {
-  const auto decoded = surface.Decode(chunk);
-  if (!decoded.ok()) return decoded.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto decoded, surface.Decode(chunk));
   const Surface::PatchRange patches = surface.PatchesOf(chunk);
-  const size_t count = decoded->positions.size();
+  const size_t count = decoded.positions.size();
   const size_t per_patch = count / patches.count;
   size_t stride = (count + kPointsPerChunk - 1) / kPointsPerChunk;
   while (std::gcd(stride, per_patch) > 1) ++stride;  // so that patches differ in their points
@@ -145,8 +135,8 @@ absl::Status SurfaceVerifier::AddChunk(const Surface& surface, size_t chunk, Sam
     if (provenance_.on_lattice_face(static_cast<int>(patch))) continue;
     *sample->request.mutable_surface_points()->add_points() =
         SurfacePointOf(surface, patch, i % per_patch);
-    sample->points.positions.push_back(decoded->positions[i]);
-    if (!decoded->normals.empty()) sample->points.normals.push_back(decoded->normals[i]);
+    sample->points.positions.push_back(decoded.positions[i]);
+    if (!decoded.normals.empty()) sample->points.normals.push_back(decoded.normals[i]);
     const auto pattern = surface.topology().pattern().points().begin() +
                          static_cast<std::ptrdiff_t>(3 * (i % per_patch));
     sample->at_patch_edge.push_back(std::find(pattern, pattern + 3, 0u) != pattern + 3);

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "tests/bench/shaders/gl_context.h"
 
 namespace latticed::bench {
@@ -26,7 +27,7 @@ class GlBuffer {
     glCreateBuffers(1, &buffer.id_);
     buffer.bytes_ = bytes;
     glNamedBufferStorage(buffer.id_, static_cast<GLsizeiptr>(bytes), from, 0);
-    if (auto s = GlStatus("a buffer"); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(GlStatus("a buffer"));
     return buffer;
   }
   ~GlBuffer() { Reset(); }

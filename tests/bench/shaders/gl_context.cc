@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::bench {
@@ -86,13 +87,13 @@ absl::StatusOr<std::unique_ptr<GlContext>> GlContext::Make(void* device) {
     return absl::UnavailableError("an EGL device has no OpenGL 4.5 without a surface");
   }
   std::unique_ptr<GlContext> made(new GlContext(display, context));
-  if (auto s = made->MakeCurrent(); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(made->MakeCurrent());
   made->description_ = fmt::format("{}, {}", GlString(GL_RENDERER), GlString(GL_VERSION));
   return made;
 }
 
 absl::StatusOr<std::unique_ptr<GlContext>> GlContext::Create(ShaderDevice wanted) {
-  if (auto s = CheckLibraries(); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(CheckLibraries());
   std::array<EGLDeviceEXT, kMostDevices> devices{};
   EGLint count = 0;
   if (eglQueryDevicesEXT(kMostDevices, devices.data(), &count) != EGL_TRUE) count = 0;

@@ -14,6 +14,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/base/status_macros.h"
 #include "tests/bench/shaders/gl_context.h"
 
 namespace latticed::bench {
@@ -22,7 +23,7 @@ class GlTarget {
  public:
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<GlTarget>> Create(int size) {
     std::unique_ptr<GlTarget> target(new GlTarget(size));
-    if (auto s = GlStatus("a picture"); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(GlStatus("a picture"));
     return target;
   }
   ~GlTarget() {

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 
+#include "core/base/status_macros.h"
 #include "tests/bench/shaders/gl_context.h"
 #include "tests/bench/shaders/shader_tessellator.h"
 #include "tests/bench/shaders/shader_verify.h"
@@ -44,32 +45,30 @@ absl::StatusOr<ShaderPrecision> Compare(const Scenario& scenario, ShaderTessella
   ShaderPrecision worst;
   for (size_t first = 0; first < patches; first += stride) {
     const size_t count = std::min(kTogether, patches - first);
-    const auto vertices = tessellator.Capture(first, count);
-    if (!vertices.ok()) return vertices.status();
-    const auto found =
-        CompareShaders(*scenario.plan, scenario.control_points[0], first, count, *vertices);
-    if (!found.ok()) return found.status();
-    worst.Include(*found);
+    LATTICED_ASSIGN_OR_RETURN(const auto vertices, tessellator.Capture(first, count));
+    LATTICED_ASSIGN_OR_RETURN(
+        const auto found,
+        CompareShaders(*scenario.plan, scenario.control_points[0], first, count, vertices));
+    worst.Include(found);
   }
   return worst;
 }
 
 absl::Status MeasureSource(const Scenario& scenario, std::span<const NetPoint> nets,
                            NetSource source, int runs, ShaderTimes& times) {
-  const auto tessellator = ShaderTessellator::Create(
-      {.degree = scenario.plan->structure.patch_degree(), .level = kShaderLevel, .source = source},
-      nets);
-  if (!tessellator.ok()) return tessellator.status();
-  const auto precision = Compare(scenario, **tessellator);
-  if (!precision.ok()) return precision.status();
-  if (auto s = CheckShaders(*precision); !s.ok()) return s;
-  const auto captured = (*tessellator)->TimeCaptured(runs);
-  if (!captured.ok()) return captured.status();
-  const auto drawn = (*tessellator)->TimeDrawn(Extent(scenario), runs);
-  if (!drawn.ok()) return drawn.status();
-  times.triangles = (*tessellator)->triangles_per_patch();
-  times.distinct_points = precision->distinct_points;
-  (source == NetSource::kBuffer ? times.buffer : times.vertices) = {*captured, *drawn};
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto tessellator,
+      ShaderTessellator::Create({.degree = scenario.plan->structure.patch_degree(),
+                                 .level = kShaderLevel,
+                                 .source = source},
+                                nets));
+  LATTICED_ASSIGN_OR_RETURN(const auto precision, Compare(scenario, *tessellator));
+  LATTICED_RETURN_IF_ERROR(CheckShaders(precision));
+  LATTICED_ASSIGN_OR_RETURN(const auto captured, tessellator->TimeCaptured(runs));
+  LATTICED_ASSIGN_OR_RETURN(const auto drawn, tessellator->TimeDrawn(Extent(scenario), runs));
+  times.triangles = tessellator->triangles_per_patch();
+  times.distinct_points = precision.distinct_points;
+  (source == NetSource::kBuffer ? times.buffer : times.vertices) = {captured, drawn};
   return absl::OkStatus();
 }
 
@@ -79,15 +78,13 @@ absl::StatusOr<ShaderTimes> MeasureShaders(const Scenario& scenario, std::span<c
                                            ShaderDevice device, int runs) {
   const auto& context = TheContext(device);
   if (!context.ok()) return context.status();
-  if (auto s = (*context)->MakeCurrent(); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR((*context)->MakeCurrent());
   ShaderTimes times{.device = (*context)->description()};
   const int points = BernsteinCount(scenario.plan->structure.patch_degree()) + 1;
   if (points <= kMostPatchVertices) {
-    if (auto s = MeasureSource(scenario, nets, NetSource::kVertices, runs, times); !s.ok()) {
-      return s;
-    }
+    LATTICED_RETURN_IF_ERROR(MeasureSource(scenario, nets, NetSource::kVertices, runs, times));
   }
-  if (auto s = MeasureSource(scenario, nets, NetSource::kBuffer, runs, times); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(MeasureSource(scenario, nets, NetSource::kBuffer, runs, times));
   return times;
 }
 

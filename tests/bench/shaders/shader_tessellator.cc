@@ -7,6 +7,7 @@
 #include <chrono>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "tests/bench/shaders/gl_query.h"
 
 namespace latticed::bench {
@@ -84,7 +85,7 @@ absl::StatusOr<std::unique_ptr<ShaderTessellator>> ShaderTessellator::Create(
   std::unique_ptr<ShaderTessellator> tessellator(
       new ShaderTessellator(spec, nets.size() / static_cast<size_t>(stride), std::move(programs),
                             std::move(buffer), std::move(target)));
-  if (auto s = tessellator->MakeCaptureBuffers(); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(tessellator->MakeCaptureBuffers());
   return tessellator;
 }
 
@@ -93,15 +94,13 @@ absl::Status ShaderTessellator::MakeCaptureBuffers() {
   Use(programs_.drawn);
   triangles_ = GlQuery(GL_PRIMITIVES_GENERATED).Count([&] { DrawPatches(0, 1); });
   const size_t bytes = triangles_ * kVertices * sizeof(Captured);
-  if (auto s = GlStatus("the first patch"); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(GlStatus("the first patch"));
   if (bytes == 0) return absl::InternalError("OpenGL makes no triangle of a patch");
   batch_ = std::clamp<size_t>(spec_.capture_bytes / bytes, 1, std::max<size_t>(patches_, 1));
-  auto captured = GlBuffer::Create(batch_ * bytes, nullptr);
-  if (!captured.ok()) return captured.status();
-  captured_ = *std::move(captured);
-  auto probed = GlBuffer::Create(batch_ * triangles_ * kVertices * sizeof(Probed), nullptr);
-  if (!probed.ok()) return probed.status();
-  probed_ = *std::move(probed);
+  LATTICED_ASSIGN_OR_RETURN(captured_, GlBuffer::Create(batch_ * bytes, nullptr));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto probed, GlBuffer::Create(batch_ * triangles_ * kVertices * sizeof(Probed), nullptr));
+  probed_ = std::move(probed);
   return absl::OkStatus();
 }
 
@@ -151,7 +150,7 @@ absl::StatusOr<std::vector<ShaderVertex>> ShaderTessellator::Capture(size_t firs
           {captured[i].position, captured[i].normal, probed[i].coordinate, probed[i].patch});
     }
   }
-  if (auto s = GlStatus("transform feedback"); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(GlStatus("transform feedback"));
   return vertices;
 }
 
@@ -173,15 +172,14 @@ void ShaderTessellator::DrawAll(float extent) const {
 absl::StatusOr<std::vector<uint8_t>> ShaderTessellator::Draw(float extent) {
   DrawAll(extent);
   auto pixels = target_->Read();
-  if (auto s = GlStatus("the picture"); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(GlStatus("the picture"));
   return pixels;
 }
 
 absl::StatusOr<GpuTimes> ShaderTessellator::Time(int runs,
                                                  const std::function<void()>& commands) const {
   using Clock = std::chrono::steady_clock;
-  const auto flushed = GlBuffer::Create(kFlushBytes, nullptr);
-  if (!flushed.ok()) return flushed.status();
+  LATTICED_ASSIGN_OR_RETURN(const auto flushed, GlBuffer::Create(kFlushBytes, nullptr));
   const GlQuery elapsed(GL_TIME_ELAPSED);
   for (const auto start = Clock::now();
        std::chrono::duration<double, std::milli>(Clock::now() - start).count() < kWarmUpMs;) {
@@ -191,11 +189,11 @@ absl::StatusOr<GpuTimes> ShaderTessellator::Time(int runs,
   std::vector<double> times;
   for (int run = 0; run < runs; ++run) {
     const auto value = static_cast<GLuint>(run);
-    glClearNamedBufferData(flushed->id(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &value);
+    glClearNamedBufferData(flushed.id(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &value);
     glFinish();
     times.push_back(static_cast<double>(elapsed.Count(commands)) * kMsPerNs);
   }
-  if (auto s = GlStatus("the timed patches"); !s.ok()) return s;
+  LATTICED_RETURN_IF_ERROR(GlStatus("the timed patches"));
   return MedianAndLeast(std::move(times));
 }
 

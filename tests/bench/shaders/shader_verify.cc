@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "core/base/status_macros.h"
 #include "core/ffd/direct_ffd.h"
 #include "fmt/format.h"
 
@@ -89,7 +90,7 @@ absl::StatusOr<ShaderPrecision> CompareShaders(const DeformPlan& plan,
   result.distinct_points = DistinctPoints(vertices.first(per_patch));
   for (size_t patch = first; patch < first + count; ++patch) {
     const auto of_patch = vertices.subspan((patch - first) * per_patch, per_patch);
-    if (auto s = CheckPattern(patch, of_patch); !s.ok()) return s;
+    LATTICED_RETURN_IF_ERROR(CheckPattern(patch, of_patch));
     const double aspect = Aspect(plan, patch);
     for (const ShaderVertex& v : of_patch) {
       const double b1 = double{v.coordinate.y}, b2 = double{v.coordinate.z};
