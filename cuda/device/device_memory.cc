@@ -41,9 +41,8 @@ absl::StatusOr<std::shared_ptr<DeviceMemory>> DeviceMemory::Create(int device,
       CudaStatus(cudaMemPoolCreate(&pool, &properties), "the device's memory"));
   // Not given back at every synchronisation: edits allocate nothing, new views reuse.
   uint64_t keep = std::numeric_limits<uint64_t>::max();
-  LATTICED_RETURN_IF_ERROR(
-      CudaStatus(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep),
-                 "the device's memory");
+  if (auto s = CudaStatus(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep),
+                          "the device's memory");
       !s.ok()) {
     static_cast<void>(cudaMemPoolDestroy(pool));
     return s;
@@ -87,8 +86,7 @@ absl::StatusOr<void*> DeviceMemory::AllocateReserved(std::string_view purpose, s
     static_cast<void>(cudaGetLastError());
     return out_of_memory(LookAtDevice().value_or(OnDevice{}).free);
   }
-  if (auto s = CudaStatus(result, purpose))
-    ;
+  LATTICED_RETURN_IF_ERROR(CudaStatus(result, purpose));
   if (poison_) static_cast<void>(cudaMemsetAsync(data, 0xff, bytes, stream));
   budget_.Use(purpose, bytes);
   return data;

@@ -153,10 +153,8 @@ absl::Status CudaGemmKernel::Products(const kernels::Tile& tile) {
       CudaStatus(kernels::LaunchSamples(tile, samples, lane_->stream().get()), "the samples"));
   lane_->Enqueued("samples");
   LATTICED_RETURN_IF_ERROR(stages_.Apply(Matrix(buffers_.samples, stage.m(), tile.count),
-                                         Matrix(buffers_.surface, stages_.rows(), tile.count));
-                           !s.ok() || !smooth()) {
-    return s;
-  }
+                                         Matrix(buffers_.surface, stages_.rows(), tile.count)));
+  if (!smooth()) return absl::OkStatus();
   return stages_.Apply(Matrix(buffers_.by_normal, stage.m(), tile.count),
                        Matrix(buffers_.across, stage.q(), tile.count));
 }
@@ -170,17 +168,14 @@ absl::Status CudaGemmKernel::ControlNetProducts(const kernels::Tile& tile) {
                                          .positions = buffers_.samples_d.data(),
                                          .by_normal = buffers_.by_normal_d.data(),
                                          .centres = buffers_.centres.data()};
-  if (auto s =
-          CudaStatus(kernels::LaunchSamples(tile, samples, lane_->stream().get()), "the samples"))
-    ;
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(kernels::LaunchSamples(tile, samples, lane_->stream().get()), "the samples"));
   lane_->Enqueued("samples");
   const DeviceMatrix<double> control = Matrix(buffers_.control_d, m, tile.count);
-  if (auto s = stages_.Apply(Matrix(buffers_.samples_d, m, tile.count), control,
-                             Matrix(buffers_.samples, m, tile.count),
-                             Matrix(buffers_.surface, stages_.rows(), tile.count));
-      !s.ok() || !smooth()) {
-    return s;
-  }
+  LATTICED_RETURN_IF_ERROR(stages_.Apply(Matrix(buffers_.samples_d, m, tile.count), control,
+                                         Matrix(buffers_.samples, m, tile.count),
+                                         Matrix(buffers_.surface, stages_.rows(), tile.count)));
+  if (!smooth()) return absl::OkStatus();
   return stages_.Apply(Matrix(buffers_.by_normal_d, m, tile.count), control,
                        Matrix(buffers_.by_normal, m, tile.count),
                        Matrix(buffers_.across, stage.q(), tile.count));
