@@ -32,8 +32,7 @@ absl::StatusOr<std::shared_ptr<DeformTarget>> ResidentTarget::Inner() {
 
 absl::StatusOr<std::unique_ptr<DeformView>> ResidentTarget::CreateView(const ViewSpec& spec) {
   LATTICED_ASSIGN_OR_RETURN(const auto inner, Inner());
-  LATTICED_ASSIGN_OR_RETURN(auto made,
-                            residency_->Run([&] { return inner->CreateView(spec); }));
+  LATTICED_ASSIGN_OR_RETURN(auto made, residency_->Run([&] { return inner->CreateView(spec); }));
   return std::make_unique<ResidentView>(shared_from_this(), inner, std::move(made));
 }
 
