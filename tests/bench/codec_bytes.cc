@@ -120,10 +120,9 @@ absl::Status CodecBytes::AddGroup(std::span<const std::vector<uint8_t>> chunks,
   std::vector<std::vector<uint8_t>> rows;
   for (const auto& bytes : chunks) rows.push_back(RowByRow(bytes, spec));
   const auto vertices = ToVertices(chunks, spec);
-  LATTICED_ASSIGN_OR_RETURN(const auto streams, Written(vertices, range),
-                            row_streams = Written(ToVertices(rows, spec), range));
-  if (!row_streams.ok()) return row_streams.status();
-  for (const Stream& stream : *row_streams) row_by_row += stream.size();
+  LATTICED_ASSIGN_OR_RETURN(const auto streams, Written(vertices, range));
+  LATTICED_ASSIGN_OR_RETURN(const auto row_streams, Written(ToVertices(rows, spec), range));
+  for (const Stream& stream : row_streams) row_by_row += stream.size();
   for (size_t i = 0; i < streams.size(); ++i) {
     LATTICED_RETURN_IF_ERROR(AddChunk(vertices[i], streams[i], range));
   }
