@@ -58,7 +58,7 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServer
   }
   OpenRequest open{.scene = std::move(scene)};
   open.options.watcher = {.editor_id = request.editor_id(),
-                          .view = std::move(view),
+                          .view = view,
                           .resume_token = request.resume_token(),
                           .max_unacked_updates = static_cast<size_t>(unacked)};
   return open;
@@ -71,7 +71,7 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServer
       auto view, WatchViewFromProto(request.view(), scene->config().default_view, "view"));
   const uint64_t revision = std::max(request.min_revision(), scene->State()->revision);
   OpenRequest open{.scene = std::move(scene)};
-  open.options.watcher = {.view = std::move(view),
+  open.options.watcher = {.view = view,
                           .max_unacked_updates = 0,
                           .min_revision = revision,
                           .only_full_detail = true};
@@ -89,7 +89,7 @@ absl::StatusOr<WatchCommand> FromProto(const v1::ControlWatchRequest& request, c
   if (request.has_view()) {
     LATTICED_ASSIGN_OR_RETURN(
         auto view, WatchViewFromProto(request.view(), scene.config().default_view, "view"));
-    command.view = std::move(view);
+    command.view = view;
   }
   if (request.has_presence()) {
     LATTICED_ASSIGN_OR_RETURN(command.presence, FromProto(request.presence()));
