@@ -30,7 +30,7 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
-#include "server/base/mutex.h"
+#include "core/base/mutex.h"
 #include "server/open_calls.h"
 
 namespace latticed {

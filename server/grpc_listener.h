@@ -20,8 +20,8 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
+#include "core/base/mutex.h"
 #include "server/base/connection_counts.h"
-#include "server/base/mutex.h"
 #include "server/base/options.h"
 #include "server/call_guard.h"
 #include "server/net/socket_listener.h"

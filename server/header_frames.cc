@@ -14,7 +14,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "core/base/limits.h"
-#include "server/base/mutex.h"
+#include "core/base/mutex.h"
 #include "server/header_probe.h"
 
 struct grpc_metadata_batch;

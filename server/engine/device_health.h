@@ -14,7 +14,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
-#include "server/base/mutex.h"
+#include "core/base/mutex.h"
 
 namespace latticed {
 

@@ -30,7 +30,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "absl/container/flat_hash_set.h"
 #include "absl/time/time.h"
-#include "server/base/mutex.h"
+#include "core/base/mutex.h"
 
 namespace latticed {
 

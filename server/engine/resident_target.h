@@ -18,7 +18,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
 #include "core/backend.h"
-#include "server/base/mutex.h"
+#include "core/base/mutex.h"
 #include "server/engine/residency.h"
 
 namespace latticed {

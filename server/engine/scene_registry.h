@@ -23,7 +23,7 @@
 #include "absl/status/statusor.h"
 #include "core/backend.h"
 #include "core/base/limits.h"
-#include "server/base/mutex.h"
+#include "core/base/mutex.h"
 #include "server/engine/residency.h"
 #include "server/engine/scene.h"
 #include "server/engine/update_pipeline.h"

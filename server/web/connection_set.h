@@ -14,8 +14,8 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/time/time.h"
+#include "core/base/mutex.h"
 #include "server/base/connection_counts.h"
-#include "server/base/mutex.h"
 
 namespace latticed::web {
 

@@ -10,7 +10,7 @@
 #include <map>
 #include <optional>
 
-#include "server/base/mutex.h"
+#include "core/base/mutex.h"
 
 namespace latticed::web {
 namespace {

@@ -7,9 +7,9 @@
 #include <variant>
 
 #include "absl/time/clock.h"
+#include "core/base/mutex.h"
 #include "fmt/format.h"
 #include "server/backends.h"
-#include "server/base/mutex.h"
 
 namespace latticed::bench {
 namespace {

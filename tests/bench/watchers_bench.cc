@@ -15,8 +15,8 @@
 
 #include "absl/time/clock.h"
 #include "client/cpp/latticed_client.h"
+#include "core/base/mutex.h"
 #include "core/mesh/obj_io.h"
-#include "server/base/mutex.h"
 #include "server/in_process.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/scenario.h"

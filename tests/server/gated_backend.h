@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "core/cpu/cpu_backend.h"
-#include "server/base/mutex.h"
 
 namespace latticed::testing {
 

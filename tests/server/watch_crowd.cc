@@ -12,7 +12,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include "absl/time/clock.h"
-#include "server/base/mutex.h"
+#include "core/base/mutex.h"
 
 namespace latticed::testing {
 namespace {

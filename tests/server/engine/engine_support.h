@@ -15,7 +15,7 @@
 
 #include "absl/status/status.h"
 #include "absl/time/clock.h"
-#include "server/base/mutex.h"
+#include "core/base/mutex.h"
 #include "server/engine/scene_registry.h"
 #include "server/engine/watcher.h"
 

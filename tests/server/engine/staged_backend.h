@@ -16,7 +16,7 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "core/backend.h"
-#include "server/base/mutex.h"
+#include "core/base/mutex.h"
 
 namespace latticed::testing {
 

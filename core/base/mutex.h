@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The lock of the scene engine: absl::Mutex's conditional waiting and annotations over std::mutex.
-// A packaged libabsl is not instrumented, so that ThreadSanitizer does not see its Mutex and takes
-// all that it guards for races; std::mutex it sees.
+// The one mutex of this tree: absl::Mutex's annotations and conditional waiting, over std::mutex.
+// ThreadSanitizer sees std::mutex. It does not see the absl::Mutex of a packaged libabsl, which is not
+// instrumented, and would report every access that one guards as a race.
 //
 // Threads  safe
-#ifndef LATTICED_SERVER_BASE_MUTEX_H_
-#define LATTICED_SERVER_BASE_MUTEX_H_
+#ifndef LATTICED_CORE_BASE_MUTEX_H_
+#define LATTICED_CORE_BASE_MUTEX_H_
 
 #include <condition_variable>
 #include <mutex>
@@ -30,8 +30,8 @@ class ABSL_LOCKABLE Mutex {
     mutex_.unlock();
   }
 
-  // Called with the lock held, and holds it again when `condition` does; others may hold it
-  // meanwhile. Whoever unlocks has the condition looked at again.
+  // Waits until `condition` holds. The caller holds the lock before and after; other threads may hold
+  // it in between. Every Unlock makes waiters evaluate their condition again.
   template <typename Condition>
   void Await(Condition condition) {
     std::unique_lock lock(mutex_, std::adopt_lock);
@@ -40,7 +40,7 @@ class ABSL_LOCKABLE Mutex {
     --waiting_;
     lock.release();
   }
-  // The same for at most `most`; returns whether the condition holds.
+  // As Await, but waits no longer than `most`. Returns whether the condition holds.
   template <typename Condition>
   bool AwaitFor(Condition condition, absl::Duration most) {
     std::unique_lock lock(mutex_, std::adopt_lock);
@@ -72,4 +72,4 @@ class ABSL_SCOPED_LOCKABLE MutexLock {
 
 }  // namespace latticed
 
-#endif  // LATTICED_SERVER_BASE_MUTEX_H_
+#endif  // LATTICED_CORE_BASE_MUTEX_H_
