@@ -71,10 +71,8 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServer
       auto view, WatchViewFromProto(request.view(), scene->config().default_view, "view"));
   const uint64_t revision = std::max(request.min_revision(), scene->State()->revision);
   OpenRequest open{.scene = std::move(scene)};
-  open.options.watcher = {.view = view,
-                          .max_unacked_updates = 0,
-                          .min_revision = revision,
-                          .only_full_detail = true};
+  open.options.watcher = {
+      .view = view, .max_unacked_updates = 0, .min_revision = revision, .only_full_detail = true};
   open.options.only_update = revision;
   return open;
 }
