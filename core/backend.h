@@ -35,7 +35,7 @@
 
 namespace latticed {
 
-// How vertices are computed; all give the same answer within DESIGN §2's precision.
+// How vertices are computed; all give the same answer within the precision of core/README.md.
 enum class Pipeline {
   kFused,       // lattice to vertices in one pass
   kGemm,        // formulas (24), (25): one product each; the reference

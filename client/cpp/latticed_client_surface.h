@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The surface that a watcher has: SceneEvents in, complete updates out. An update that has not
-// ended changes nothing (WIRE, "Guarantees").
+// ended changes nothing (proto/latticed/v1/event.proto).
 //
 // Errors   kDataLoss when events contradict each other: nothing of that stream can be trusted then
 // Threads  one at a time

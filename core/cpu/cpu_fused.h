@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The fused pipeline on the CPU: from control points to vertices in one pass.
-// DESIGN §2 "The fused pipeline"
 //
 //   per frame  each knot box's control points become a polynomial about the box centre, in double
 //   per group  of 16 patches of one box, in SIMD lanes (fused_kernel.h); with few segments R and its

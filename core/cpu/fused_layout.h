@@ -8,7 +8,6 @@
 //   feature  an edge or corner evaluated in its owner's box for others' sake; 16 to a feature group
 //   fix      "lane l of this group takes edge or corner `slot` from feature f": on knot planes
 //            always; on a seam from the outside's feature while attached, from the inside's after
-//            (DESIGN §2)
 //
 // Threads  immutable after construction
 #ifndef LATTICED_CORE_CPU_FUSED_LAYOUT_H_

@@ -6,7 +6,7 @@
 //
 //   facet   Pu x Pv
 //   smooth  with N the interpolated vertex normal, e1, e2 the rest edges and f the facet normal,
-//           cof(J) N ~ (N.f) Pu x Pv + (N.e1) Pv x Pf + (N.e2) Pf x Pu        DESIGN §2 "Normals"
+//           cof(J) N ~ (N.f) Pu x Pv + (N.e1) Pv x Pf + (N.e2) Pf x Pu
 //   Where the float products cancel beyond kMostCondition, the definition in double answers: folds,
 //   collapsed lattices and extreme slivers.
 //

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How a normal travels through the deformation, in double.                      DESIGN §2 "Normals"
+// How a normal travels through the deformation, in double.
 //
 //   n' = cof(J) n / |…|       kappa = ||cof J||_F |n| / |cof(J) n|, the condition of n'
 //

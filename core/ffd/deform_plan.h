@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The plan: everything about (mesh, lattice structure) that control points cannot change. Made once
-// on the host in double, shared by all backends, views and revisions.        DESIGN §2 "Splitting"
+// on the host in double, shared by all backends, views and revisions.
 //
 //   boxes     the non-empty cells of the knot grid, u fastest, then one pseudo box for what lies
 //             outside the frame, under the identity map
@@ -115,7 +115,7 @@ struct DeformPlan {
     std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
     StopCheck stop = NeverStop);
 
-// Whether both sides of a seam still take the outside's points (DESIGN §2, bit test); and of each.
+// Whether both sides of a seam still take the outside's points, compared bit by bit; and of each.
 [[nodiscard]] bool IsAttached(const DeformPlan& plan, const Seam& seam,
                               std::span<const Vec3d> control_points);
 [[nodiscard]] std::vector<bool> AttachedSeams(const DeformPlan& plan,

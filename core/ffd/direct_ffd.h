@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The definition of the deformation, in double: what every backend and pipeline is measured
-// against, and what answers single points.                          DESIGN §2 "Normals",
-// "Precision"
+// against, and what answers single points.
 //
 //   inside the domain   x -> R(u(x)),  J = dR/du * du/dx         formula (1)
 //   outside             x -> x,        J = I

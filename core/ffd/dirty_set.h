@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The chunks that edits touched since the last update.                     DESIGN §2 "Local
-// support"
+// The chunks that edits touched since the last update.
 //
 // Control point (i,j,k) influences the boxes whose spans are in i … i+nu, j … j+nv, k … k+nw. Dirty
 // are the chunks of patches in those boxes, and of patches elsewhere with a vertex or edge owned by

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The edited lattice of a scene: batches in, lattice and undo history out.  WIRE.md "Edits"
+// The edited lattice of a scene: batches in, lattice and undo history out.
 //
 // Gestures  batches of one editor with one gesture_id are one undo step. Each update starts from
 //           the positions that its points had when the gesture first touched them, and what the

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cutting a mesh at the knot planes, watertight.                              DESIGN §2 "Splitting"
+// Cutting a mesh at the knot planes, watertight.
 //
 // All in double, in parameter space. Each source triangle is cut at the u planes, then v, then w,
 // ascending, the six faces of the frame included. What remains of it in a cell is a convex polygon,

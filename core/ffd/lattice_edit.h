@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Edits of a lattice, as a client writes them, and their effect on one lattice.        WIRE.md
-// "Edits"
+// Edits of a lattice, as a client writes them, and their effect on one lattice.
 //
 // Layout   positions in world coordinates; matrices 4x4 column-major, affine, acting on columns
 // Errors   kInvalidArgument naming the field, such as "edits[2].set_control_points.indices[5]"; a

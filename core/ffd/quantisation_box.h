@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The cube whose grid all streamed positions of a scene are rounded to.             DESIGN §4
+// The cube whose grid all streamed positions of a scene are rounded to.
 //
 //   position = origin + integer * step,   step = range / (2^bits - 1),   integer in 0 … 2^bits - 1
 //

@@ -5,7 +5,7 @@
 //
 // Each plan vertex, and each plan edge without its ends, has one owner: the lowest patch of its
 // owner box that uses it (the lowest of all where that box has none). All others copy its
-// positions, so that the sides of an edge have the same bits.               DESIGN §2 "Watertight"
+// positions, so that the sides of an edge have the same bits.
 // On a seam: attached, the lowest outside patch owns it; detached, each side has an owner of its
 // own. Normals are not shared.
 //

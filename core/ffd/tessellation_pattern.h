@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tessellation pattern of a patch: s segments per edge.                 DESIGN §2 "Point order"
+// The tessellation pattern of a patch: s segments per edge.
 //
 //   q = (s+1)(s+2)/2 points, s^2 triangles
 //   rows r = 0..s of b2 = r/s; row r has s - r + 1 points; even rows run from corner 0 to corner 1,

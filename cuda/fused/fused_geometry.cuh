@@ -3,7 +3,7 @@
 //
 // What the fused kernels make of the plan's tables, in double, before they go on in float: which box
 // owns a point, box-local coordinates, the sliver-proof frame of a patch, and which of its normals a
-// float can tell.                                                                   DESIGN §2
+// float can tell.
 //
 //   point(x, t) = centre + (x + shear t) along + t across,   x = b1 + b2/2 - 1/2,  t = b2 - 1/2
 //

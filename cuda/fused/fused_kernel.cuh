@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The fused kernel: from box polynomials to vertices, nothing in memory between.   DESIGN §2 "fused"
+// The fused kernel: from box polynomials to vertices, nothing in memory between.
 //
 // Comes after box_polynomials_kernel.cu, by a dependent launch. A block is a chunk, 32 patches, a
 // lane each (or a chunk is several blocks, which do 1 and 2 alike); its three warps

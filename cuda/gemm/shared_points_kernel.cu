@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Watertight: shared positions are their owners', bit for bit.                 DESIGN §2
+// Watertight: shared positions are their owners', bit for bit.
 //
 // A block a run of patches, a thread a point: first the corners, then the inner points of the edges
 // that are copied. The few records of seams and orphans are not sorted: item i is point

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// SceneService.Deform over a WebSocket, for browsers, which cannot stream up.     WIRE.md "HTTP"
+// SceneService.Deform over a WebSocket, for browsers, which cannot stream up.
 //
 //   GET /ws/latticed.v1.SceneService/Deform?latticed-scene=<id>
 //   binary frames: a DeformRequest each, there; a SceneEvent each, back

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// HTTP of the server, on two ports.                                                  WIRE.md "HTTP"
+// HTTP of the server, on two ports.
 //
 //   --http    the viewer's files; POST /<service>/<method>: gRPC-Web; GET /ws/…: the WebSocket of
 //             Deform; GET /export/<scene>.<format>. TLS and tokens as for gRPC; Host and Origin are

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The one conversion of statuses into what clients see.                         WIRE.md "Errors"
+// The one conversion of statuses into what clients see.
 //
 //   absl::Status + error::Details  ->  google.rpc.Status  ->  grpc::Status
 //

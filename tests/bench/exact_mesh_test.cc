@@ -43,7 +43,7 @@ TEST(ExactMeshTest, SubdivisionKeepsTheSurfaceAndSharesMiddles) {
 
 TEST(WorkTest, CountsAreThoseOfTheDesign) {
   EXPECT_EQ(CompositionWork({2, 2, 2}), 1080);
-  // DESIGN §2: 63 multiply-adds a point at 2 x 2 x 2, 10 segments, without the normal.
+  // 63 multiply-adds a point at 2 x 2 x 2, 10 segments, without the normal.
   EXPECT_NEAR(FusedWork({2, 2, 2}, 10) / 66 - kNormalWork, 63, 0.5);
   // And direct evaluation is cheaper below 4 segments.
   EXPECT_EQ(FusedWork({2, 2, 2}, 3), 10 * (DirectWork({2, 2, 2}) + kNormalWork));

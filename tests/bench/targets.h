@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the design promises (DESIGN §6), each as a ratio of two benchmarks of one run or as one
+// The numbers to reach, each as a ratio of two benchmarks of one run or as one
 // value.
 #ifndef LATTICED_TESTS_BENCH_TARGETS_H_
 #define LATTICED_TESTS_BENCH_TARGETS_H_

@@ -3,7 +3,6 @@
 //
 // Compares the vertices of the tensor-product comparator (tensor_product.h) with the definition in
 // double (core/ffd/direct_ffd.h), each at its own (s, t), found again in the patches of its polygon.
-//                                                                      DESIGN §2 "Precision"
 //
 //   position error  largest |p - definition| / diagonal of the deformed points
 //   normal error    largest angle / (kappa aspect), kappa <= 100, aspect <= 1,000

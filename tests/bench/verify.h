@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Compares a view with the definition in double (core/ffd/direct_ffd.h).  DESIGN §2 "Precision"
+// Compares a view with the definition in double (core/ffd/direct_ffd.h).
 //
 //   D  = max(diagonal of the deformed points, diagonal of control points that influence a patch)
 //   position error = largest |p - definition| / D

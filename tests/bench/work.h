@@ -12,11 +12,11 @@
 //     normal       12 a point: cross product, square, scaling
 //   below 4 segments direct evaluation takes less: value and three derivatives of R per component,
 //     (nv+1)(nw+1)(2nu-1) + (nw+1)(3nv-1) + 4nw-1, and 18 for both tangents
-//   Sliver-proof frames and shared points come on top (DESIGN §2 counts 82 a point for 63), as do
+//   Sliver-proof frames and shared points come on top (82 a point for 63), as do
 //   comparisons, conversions and addresses: what is here, no form of this method goes below.
 //
 //   two-stage        Method 1: (6), (17)      3 m²f + 9 m q f
-//   (DESIGN §2)      Method 2: (24), (25)     3 m²q + 9 m q f     equal at f = q
+//                    Method 2: (24), (25)     3 m²q + 9 m q f     equal at f = q
 //   (20) as printed counts a product of a number and a vector once: m²f + 3mqf against
 //   3 m²q + 3mqf, equal at f = 3q.
 #ifndef LATTICED_TESTS_BENCH_WORK_H_

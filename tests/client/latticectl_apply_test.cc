@@ -72,7 +72,7 @@ class LatticectlApply : public LatticectlTest {
   }
 };
 
-// DESIGN §2: 1e-6 of the diagonal for any pipeline.
+// 1e-6 of the diagonal for any pipeline.
 constexpr double kFloatTolerance = 1e-6 * 3;
 // Half a step of 12 bits in a box of range 2 or 4, in three coordinates.
 constexpr double kQuantisedTolerance = 4.0 / 4095;

@@ -284,7 +284,7 @@ TEST_F(CudaMemory, CyclesOfUseLeaveNothingBehind) {
   EXPECT_LE(before, after + 64 * kMiB);
 }
 
-// DESIGN §6: 64 bytes a patch, 96 where a view asked for smooth normals.
+// 64 bytes a patch, 96 where a view asked for smooth normals.
 TEST_F(CudaMemory, PlansTakeFewBytesAPatch) {
   const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
   ASSERT_OK(backend);

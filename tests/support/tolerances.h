@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // How far from the definition in double (core/ffd/direct_ffd.h) the vertices of a pipeline may be;
-// two backends or pipelines agree within the sum.                        DESIGN §2 "Precision"
+// two backends or pipelines agree within the sum.
 //
 //   position  PositionTolerance() * D, D = max(diagonal of the deformed bounds, diagonal of the
 //             control points that influence the mesh)

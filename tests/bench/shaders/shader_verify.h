@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Compares captured vertices with the definition in double (core/ffd/direct_ffd.h), each at the very
-// coordinates that the tessellator gave it.                              DESIGN §2 "Precision"
+// coordinates that the tessellator gave it.
 //
 //   position error  largest |p - definition| / diagonal of the deformed points
 //   normal error    largest angle / (kappa aspect), kappa <= 100, aspect <= 1,000

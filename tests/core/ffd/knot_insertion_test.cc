@@ -95,7 +95,7 @@ TEST(KnotInsertionTest, KeepsTheShapeAtEveryDegreeClampedAndUnclamped) {
           t[a] = begin + unit(random) * (lattice.structure.domain_end(a) - begin);
         }
         const double moved = Norm(Evaluate(refined, t) - Evaluate(lattice, t));
-        // DESIGN §2; far from the origin a coordinate itself has no more than its own last bits.
+        // Knot insertion keeps the shape to 1e-12 of the diagonal; far from the origin a coordinate itself has no more than its own last bits.
         const double rounding = 4 * std::numeric_limits<double>::epsilon() * Norm(bounds.max);
         ASSERT_LE(moved, 1e-12 * bounds.diagonal() + rounding)
             << "degrees " << degree[0] << degree[1] << degree[2] << " clamped " << clamped;
