@@ -3,6 +3,7 @@
 //
 // Ties it together: the page, the settings, the view and the scene that is open.
 import { makeCommands } from './commands/all_commands';
+import type { CommandTarget } from './commands/command_makers';
 import { SceneOpener } from './scene_opener';
 import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
@@ -54,7 +55,7 @@ const LACKS: Record<PatchFacts, string> = {
   uvs: 'The texture cannot be shown.',
 };
 
-export class App {
+export class App implements CommandTarget {
   readonly settings = rememberedSettings(localStorage);
   readonly viewport: Viewport;
   readonly toasts: Toasts;

@@ -3,7 +3,6 @@
 //
 // From a file, a sample or a link to an open scene.
 import type { DataArrayTexture } from 'three';
-import type { App } from './app';
 import { shownAtRest } from './intake/glb_json';
 import { fileKind, readMeshFile, type MeshFile } from './intake/mesh_file';
 import { sampleFile, type SampleName } from './intake/samples';
@@ -20,6 +19,7 @@ import { FitDialog } from './ui/fit_dialog';
 import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
 import { bytes, inWords } from './wire/words';
+import type { Workspace } from './workspace';
 
 const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
 
@@ -59,7 +59,7 @@ export class SceneOpener {
   private openTurn = 0;
   private readonly person = randomPerson();
 
-  constructor(private readonly app: App) {
+  constructor(private readonly app: Workspace) {
     app.services.onCompanionsKept((mesh) => void this.companionsCame(mesh).catch(() => undefined)); // there after a reload
   }
 

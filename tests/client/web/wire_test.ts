@@ -9,7 +9,6 @@ import { EditResultSchema, type EditBatch } from 'latticed/v1/edit_pb';
 import { SceneEventSchema, type SceneEvent } from 'latticed/v1/event_pb';
 import { MeshSchema, MeshService } from 'latticed/v1/mesh_pb';
 import { ControlWatchResponseSchema, SceneService, type ControlWatchRequest } from 'latticed/v1/scene_pb';
-import { downloadMesh } from '@src/wire/download';
 import { downloadExport } from '@src/wire/export_download';
 import { randomUuid } from '@src/wire/ids';
 import { LatticedServer } from '@src/wire/latticed_server';
@@ -89,7 +88,7 @@ test('a mesh goes up in parts of 768 KiB and comes down as it was', async () => 
   const server = new LatticedServer('http://test', undefined, transport);
 
   await uploadMesh(server, { name: 'large' }, new Blob([sent]));
-  const { header, content } = await downloadMesh(server, 'mesh-1');
+  const { header, content } = await server.downloads.get('mesh-1');
 
   assert.deepEqual([sizes.length, sizes[0], sizes[25]], [26, 768 * 1024, 20_000_000 - 25 * 768 * 1024]);
   assert.equal(header.name, 'large');

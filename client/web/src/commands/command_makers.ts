@@ -2,15 +2,22 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Commands that come in kinds: on the open scene, of a setting, of a tool.
-import type { App } from '../app';
+import type { SceneOpener } from '../scene_opener';
 import type { SceneView } from '../scene_view';
 import type { Settings } from '../state/settings';
-import type { Command, CommandGroup } from '../ui/commands';
+import type { Command, CommandGroup, Commands } from '../ui/commands';
 import type { IconName } from '../ui/icons';
+import type { Workspace } from '../workspace';
+
+/** The page, as commands see it. */
+export interface CommandTarget extends Workspace {
+  readonly opener: SceneOpener;
+  readonly commands: Commands;
+}
 
 /** A command on the open scene, which waits for one. */
 export function onScene(
-  app: App,
+  app: CommandTarget,
   group: CommandGroup,
   id: string,
   label: string,
@@ -29,7 +36,7 @@ export function onScene(
 
 /** A command that turns a setting on and off. */
 export function onOff(
-  app: App,
+  app: CommandTarget,
   group: CommandGroup,
   key: keyof Settings & string,
   label: string,
@@ -46,7 +53,7 @@ export function onOff(
   };
 }
 
-export function tool(app: App, name: Settings['tool'], label: string, keys: string[], icon: IconName): Command {
+export function tool(app: CommandTarget, name: Settings['tool'], label: string, keys: string[], icon: IconName): Command {
   const { settings } = app;
   // Pressed again, a tool gives way to the plain pointer.
   const run = (): void => settings.set({ tool: settings.value.tool === name ? 'select' : name });

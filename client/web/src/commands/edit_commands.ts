@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { App } from '../app';
 import type { Command } from '../ui/commands';
 import { showKnotDialog } from '../ui/knot_dialog';
-import { onScene } from './command_makers';
+import { onScene, type CommandTarget } from './command_makers';
 
-export function editCommands(app: App): Command[] {
+export function editCommands(app: CommandTarget): Command[] {
   return [
     onScene(app, 'Edit', 'undo', 'Undo', ({ session }) => session.undo(), { keys: ['Ctrl+Z'], icon: 'undo' }),
     onScene(app, 'Edit', 'redo', 'Redo', ({ session }) => session.redo(), {

@@ -1,14 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { App } from '../app';
 import { MESH_ENDINGS } from '../intake/mesh_file';
 import { EXPORT_FORMATS } from '../intake/services';
 import type { Command } from '../ui/commands';
 import { showExportDialog } from '../ui/export_dialog';
 import { chooseFiles } from '../ui/start_screen';
-import { onScene } from './command_makers';
+import { onScene, type CommandTarget } from './command_makers';
 
-export function fileCommands(app: App): Command[] {
+export function fileCommands(app: CommandTarget): Command[] {
   const open = (accept: string) => () => chooseFiles(accept, (files) => app.opener.takeFiles(files));
   return [
     { id: 'open', label: 'Open mesh…', group: 'File', keys: ['Ctrl+O'], icon: 'open', run: open(MESH_ENDINGS) },
@@ -46,7 +45,7 @@ export function fileCommands(app: App): Command[] {
 }
 
 /** Without the address's fragment, which may hold this person's token. */
-async function copyLink(app: App): Promise<void> {
+async function copyLink(app: CommandTarget): Promise<void> {
   const link = location.origin + location.pathname + location.search;
   try {
     await navigator.clipboard.writeText(link);

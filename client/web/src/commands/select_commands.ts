@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { App } from '../app';
 import type { Editor } from '../edit/editor';
 import { AXIS_NAMES, type Axis } from '../lattice/grid';
 import type { SceneView } from '../scene_view';
 import type { Command } from '../ui/commands';
-import { onOff, onScene, tool } from './command_makers';
+import { onOff, onScene, tool, type CommandTarget } from './command_makers';
 
-export function selectCommands(app: App): Command[] {
+export function selectCommands(app: CommandTarget): Command[] {
   const selection = (
     id: string,
     label: string,
@@ -47,7 +46,7 @@ export function selectCommands(app: App): Command[] {
 }
 
 /** Out of a tool first, then of the selection. */
-function leave({ settings }: App, { selection }: Editor): void {
+function leave({ settings }: CommandTarget, { selection }: Editor): void {
   if (settings.value.tool === 'select') selection.none();
   else settings.set({ tool: 'select' });
 }

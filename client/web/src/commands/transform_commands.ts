@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { App } from '../app';
 import type { MotionKind } from '../edit/motion';
 import { AXIS_NAMES, type Axis } from '../lattice/grid';
 import type { Settings } from '../state/settings';
 import type { Command } from '../ui/commands';
-import { onScene, tool } from './command_makers';
+import { onScene, tool, type CommandTarget } from './command_makers';
 
-export function transformCommands(app: App): Command[] {
+export function transformCommands(app: CommandTarget): Command[] {
   const { settings } = app;
   const begin = (kind: MotionKind, label: string, key: string): Command =>
     onScene(
@@ -55,7 +54,7 @@ export function transformCommands(app: App): Command[] {
   ];
 }
 
-function mirror({ settings }: App, name: string, axis: Axis): Command {
+function mirror({ settings }: CommandTarget, name: string, axis: Axis): Command {
   const run = (): void => {
     const mirror = [...settings.value.mirror] as [boolean, boolean, boolean];
     mirror[axis] = !mirror[axis];
@@ -72,7 +71,7 @@ function mirror({ settings }: App, name: string, axis: Axis): Command {
 }
 
 function cycle<K extends 'orientation' | 'pivot'>(
-  { settings }: App,
+  { settings }: CommandTarget,
   key: K,
   label: string,
   chord: string,

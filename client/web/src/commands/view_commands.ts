@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { App } from '../app';
 import type { Vec3 } from '../lattice/vec';
 import type { Command } from '../ui/commands';
 import { showHelp } from '../ui/help';
 import type { IconName } from '../ui/icons';
-import { onOff, onScene } from './command_makers';
+import { onOff, onScene, type CommandTarget } from './command_makers';
 
-export function viewCommands(app: App): Command[] {
+export function viewCommands(app: CommandTarget): Command[] {
   const { viewport, settings } = app;
   const look = (id: string, label: string, from: Vec3, key: string, icon?: IconName): Command => ({
     id,

@@ -12,7 +12,7 @@ export class LatticedServer {
   readonly scenes: Client<typeof SceneService>;
   readonly meshes: Client<typeof MeshService>;
   readonly server: Client<typeof ServerService>;
-  readonly downloads = new MeshDownloads(this);
+  readonly downloads: MeshDownloads;
 
   /**
    * @param origin Scheme, host and port, "http://localhost:8080".
@@ -26,6 +26,7 @@ export class LatticedServer {
     this.scenes = createClient(SceneService, transport);
     this.meshes = createClient(MeshService, transport);
     this.server = createClient(ServerService, transport);
+    this.downloads = new MeshDownloads(this.meshes);
   }
 }
 

@@ -1,9 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { downloadMesh } from './download';
-import type { LatticedServer } from './latticed_server';
+import { create } from '@bufbuild/protobuf';
+import type { Client } from '@connectrpc/connect';
+import { MeshHeaderSchema, type MeshHeader, type MeshService } from 'latticed/v1/mesh_pb';
 
-type DownloadedMesh = Awaited<ReturnType<typeof downloadMesh>>;
+type MeshClient = Client<typeof MeshService>;
+
+/** A mesh as it was uploaded. */
+interface DownloadedMesh {
+  readonly header: MeshHeader;
+  readonly content: Blob;
+}
 
 interface Download {
   readonly mesh: Promise<DownloadedMesh>;
@@ -16,7 +23,7 @@ interface Download {
 export class MeshDownloads {
   private readonly underWay = new Map<string, Download>();
 
-  constructor(private readonly server: LatticedServer) {}
+  constructor(private readonly meshes: MeshClient) {}
 
   /** A mesh as it was uploaded, and what it is. Rejects with the signal's reason; nothing is sent that nobody waits for. */
   async get(id: string, signal?: AbortSignal): Promise<DownloadedMesh> {
@@ -35,7 +42,7 @@ export class MeshDownloads {
 
   private begin(id: string): Download {
     const abort = new AbortController();
-    const download: Download = { mesh: downloadMesh(this.server, id, abort.signal), abort, waiting: 0 };
+    const download: Download = { mesh: downloadMesh(this.meshes, id, abort.signal), abort, waiting: 0 };
     this.underWay.set(id, download);
     const forget = (): void => this.forget(id, download);
     download.mesh.then(forget, forget);
@@ -50,4 +57,27 @@ export class MeshDownloads {
   private forget(id: string, download: Download): void {
     if (this.underWay.get(id) === download) this.underWay.delete(id);
   }
+}
+
+const PIECE_BYTES = 8 << 20;  // the page holds one piece in memory; the browser may keep the others on disk
+
+/** Downloads one mesh. */
+async function downloadMesh(
+  meshes: MeshClient, mesh: string, signal?: AbortSignal,
+): Promise<DownloadedMesh> {
+  let header = create(MeshHeaderSchema);
+  const pieces: Blob[] = [];
+  let parts: Uint8Array<ArrayBuffer>[] = [];
+  let bytes = 0;
+  for await (const { message } of meshes.downloadMesh({ mesh }, { ...(signal && { signal }) })) {
+    if (message.case === 'header') header = message.value;
+    if (message.case !== 'data') continue;
+    parts.push(message.value as Uint8Array<ArrayBuffer>);
+    bytes += message.value.length;
+    if (bytes < PIECE_BYTES) continue;
+    pieces.push(new Blob(parts));
+    parts = [];
+    bytes = 0;
+  }
+  return { header, content: new Blob([...pieces, ...parts]) };
 }

@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The parts of the page that the opener and the commands work on.
+import type { Services } from './intake/services';
+import type { SceneView } from './scene_view';
+import type { SceneSession, SessionStatus } from './session/scene_session';
+import type { Settings } from './state/settings';
+import type { Store } from './state/store';
+import type { Toasts } from './ui/toasts';
+import type { Viewport } from './viewport/viewport';
+
+export interface Workspace {
+  readonly settings: Store<Settings>;
+  readonly viewport: Viewport;
+  readonly toasts: Toasts;
+  readonly services: Services;
+  /** The scene that is open. */
+  readonly scene: SceneView | undefined;
+  /** Replaces the open scene. */
+  show(session: SceneSession): void;
+  showStatus(status: SessionStatus): void;
+}
