@@ -15,7 +15,7 @@ fail() { echo "readme_test: $*"; exit 1; }
 source "$root/tests/support/readme_blocks.sh"
 
 declare -A exempt=(
-  ["README.md, Two commands, 1"]="./dev ci runs ./dev run in a fresh copy of the tree, asks the address that it prints, and runs all tests"
+  ["README.md, Quick start, 1"]="./dev ci runs ./dev run in a fresh copy of the tree, asks the address that it prints, and runs all tests"
   ["docker/README.md, Containers, 1"]="Docker's engine and a GPU; compose_test reads the file, container_test.sh brings it up"
   ["docker/README.md, Without Docker, without a registry, 1"]="tests/docker/container_test.sh runs it, where the image is"
   ["docker/README.md, Without Docker, without a registry, 2"]="tests/docker/container_test.sh runs it, where the image is"
@@ -60,7 +60,7 @@ picture() {
   for name in rest deformed; do
     "$latticectl" apply narrow.obj --lattice narrow.json --server "$LATTICED_SERVER" --segments 5 -o "build/quickstart/$name.ply"
   done
-  OPENBLAS_NUM_THREADS=1 run "README.md, Two commands, 2" shell
+  OPENBLAS_NUM_THREADS=1 run "README.md, Quick start, 2" shell
   [[ $(head -c 4 out.png) == *PNG && $(stat -c %s out.png) -gt 2000 ]] || fail "no picture in out.png"
 }
 
@@ -119,7 +119,7 @@ for name in "${!exempt[@]}"; do
   echo "== $name: exempt, ${exempt[$name]}"
 done
 own_mesh
-if can_run python "README.md, Two commands, 2"; then picture; fi
+if can_run python "README.md, Quick start, 2"; then picture; fi
 if can_run python "README.md, From Python, "{1,2}; then python_client; fi
 cpp_client
 if can_run node "README.md, From C++, Node, Blender, and other languages, 2"; then node_client; fi
