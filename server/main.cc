@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <string>
 
-#include "core/base/blas_environment.h"
 #include "server/base/options.h"
 #include "server/base/telemetry.h"
 #include "server/base/version.h"
@@ -20,7 +19,7 @@ namespace {
 constexpr int kExitFailure = 1;
 constexpr int kExitUsage = 2;
 
-// A handler and not sigwait: threads that a library starts before main (OpenBLAS does) have no
+// A handler and not sigwait: threads that a library starts before main have no
 // signal blocked, and one of them would get it, and the program would die of it.
 sem_t stop_semaphore;
 std::atomic<int> stop_signal = 0;
@@ -57,7 +56,6 @@ int Fail(const absl::Status& status, int code) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  latticed::EnsureBlasEnvironment(argv);
   const auto command_line = latticed::ParseCommandLine(argc, argv);
   if (!command_line.ok()) return Fail(command_line.status(), kExitUsage);
   if (command_line->text.has_value()) {

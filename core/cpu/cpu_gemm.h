@@ -5,12 +5,12 @@
 //
 //   A: rows x inner    B: inner x columns    C: rows x columns    all column-major
 //
-// OpenBLAS runs on the calling thread only; oneTBB makes the threads around it. OpenBLAS chooses its
-// kernels once, when the library is loaded, from OPENBLAS_CORETYPE or the processor. Version 0.3.21
-// (Debian 12) takes unknown processors for a Prescott, which is three to five times slower: see
-// core/base/blas_environment.h.
+// OpenBLAS is loaded by the first call, and runs on the calling thread only; oneTBB makes the threads
+// around it. OpenBLAS chooses its kernels when it is loaded, from OPENBLAS_CORETYPE or the processor.
+// Version 0.3.21 (Debian 12) takes unknown processors for a Prescott, which is three to five times
+// slower, so this file sets OPENBLAS_CORETYPE before main unless the user has set it.
 //
-// Errors   kInternal for shapes that do not fit, naming them
+// Errors   kInternal for shapes that do not fit, naming them; kUnavailable without OpenBLAS
 // Threads  safe from any thread; synchronous
 #ifndef LATTICED_CORE_CPU_CPU_GEMM_H_
 #define LATTICED_CORE_CPU_CPU_GEMM_H_
@@ -27,7 +27,7 @@ namespace latticed {
 [[nodiscard]] absl::Status CpuGemm(MatrixView<const double> a, MatrixView<const double> b,
                                    MatrixView<double> c);
 
-// The kernels that OpenBLAS chose: "SkylakeX", "Haswell", "Prescott", …
+// The kernels that OpenBLAS chose: "SkylakeX", "Haswell", "Prescott", …; "missing" without OpenBLAS
 [[nodiscard]] std::string CpuBlasCoreName();
 
 }  // namespace latticed

@@ -4,13 +4,13 @@
 // What no implementation can beat on this machine: writing the vertices once by streaming stores;
 // and for the form of the paper, its product alone, in tiles that stay in the L2 cache, without
 // samples, normals or rearranging (formula (25); an upper bound of any blocked form's speed).
-#include <cblas.h>
-
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <thread>
 #include <vector>
 
+#include "core/cpu/cpu_gemm.h"
 #include "fmt/format.h"
 #include "hwy/aligned_allocator.h"
 #include "hwy/cache_control.h"
@@ -57,8 +57,10 @@ void BlockedProduct(benchmark::State& state) {
   std::vector<float> product(size_t{kRows} * kColumns);
   for (auto _ : state) {
     for (size_t patch = 0; patch < kPaperPatches; patch += kTile) {
-      cblas_sgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, kRows, kColumns, kInner, 1.0f,
-                  stack.data(), kRows, samples.data(), kInner, 0.0f, product.data(), kRows);
+      const absl::Status status =
+          CpuGemm({stack.data(), kRows, kInner, kRows}, {samples.data(), kInner, kColumns, kInner},
+                  {product.data(), kRows, kColumns, kRows});
+      if (!status.ok()) return state.SkipWithError(std::string(status.message()).c_str());
     }
     benchmark::DoNotOptimize(product.data());
   }

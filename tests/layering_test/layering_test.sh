@@ -47,7 +47,7 @@ readonly guarded=(
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
   '^hwy/' '^(core/(cpu|codec|view)|tests)/'
   '^prometheus/' '^server/metric'
-  '^cblas' '^core/cpu/cpu_gemm|^tests/bench/'
+  '^cblas' '^core/cpu/cpu_gemm'
   '^cublas' '^cuda/device/cuda_(gemm|status)'
   '^epoxy/' '^tests/bench/shaders/'
   '^(cuda_runtime|cuda\.h|cuda_fp16)' '^(cuda|tests/(bench|cuda))/')
