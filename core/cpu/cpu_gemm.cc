@@ -4,8 +4,6 @@
 
 #include <cblas.h>
 
-#include <algorithm>
-#include <array>
 #include <mutex>
 
 #include "core/base/status_macros.h"
@@ -54,18 +52,5 @@ absl::Status CpuGemm(MatrixView<const double> a, MatrixView<const double> b, Mat
 }
 
 std::string CpuBlasCoreName() { return openblas_get_corename(); }
-
-std::string_view BetterBlasCoreType(std::string_view core_name) {
-#if defined(__x86_64__)
-  // OpenBLAS' x86 cores with AVX2 or better kernels.
-  constexpr std::array<std::string_view, 5> kGoodCores{"Haswell", "Zen", "SkylakeX", "Cooperlake",
-                                                       "Sapphirerapids"};
-  if (std::find(kGoodCores.begin(), kGoodCores.end(), core_name) != kGoodCores.end()) return {};
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl")) return "SKYLAKEX";
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return "HASWELL";
-#endif
-  static_cast<void>(core_name);
-  return {};
-}
 
 }  // namespace latticed

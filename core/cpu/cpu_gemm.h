@@ -5,11 +5,10 @@
 //
 //   A: rows x inner    B: inner x columns    C: rows x columns    all column-major
 //
-// OpenBLAS is kept to one thread inside; ours come from oneTBB around it. It chooses its kernels
-// once, when the library is loaded, from OPENBLAS_CORETYPE or the processor: version 0.3.21 (Debian
-// 12) takes processors that it does not know for a Prescott, three to five times slower. A program
-// that cares asks BetterBlasCoreType() at start, sets OPENBLAS_CORETYPE to it and executes itself
-// again.
+// OpenBLAS runs on the calling thread only; oneTBB makes the threads around it. OpenBLAS chooses its
+// kernels once, when the library is loaded, from OPENBLAS_CORETYPE or the processor. Version 0.3.21
+// (Debian 12) takes unknown processors for a Prescott, which is three to five times slower: see
+// core/base/blas_environment.h.
 //
 // Errors   kInternal for shapes that do not fit, naming them
 // Threads  safe from any thread; synchronous
@@ -17,7 +16,6 @@
 #define LATTICED_CORE_CPU_CPU_GEMM_H_
 
 #include <string>
-#include <string_view>
 
 #include "absl/status/status.h"
 #include "core/base/matrix_view.h"
@@ -31,10 +29,6 @@ namespace latticed {
 
 // The kernels that OpenBLAS chose: "SkylakeX", "Haswell", "Prescott", …
 [[nodiscard]] std::string CpuBlasCoreName();
-
-// The value of OPENBLAS_CORETYPE that this processor deserves when `core_name` has no AVX2 kernels
-// and the processor does; empty when there is nothing to gain.
-[[nodiscard]] std::string_view BetterBlasCoreType(std::string_view core_name);
 
 }  // namespace latticed
 

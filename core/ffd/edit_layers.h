@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Undo steps as layers over a base lattice. A control point has the position of the topmost layer
-// that holds it, else that of the base:
+// Undo steps as layers over a base lattice. A control point has the position in the topmost layer
+// that holds it, else its position in the base:
 //
-//   step 3 (editor B)   .  .  p  .      taking step 2 out gives point 0 the base's position back
-//   and step 2 (editor A)   p  .  p  .      leaves point 2 to step 3 base                p  p  p  p
+//   point               0  1  2  3
+//   step 3 (editor B)   .  .  p  .     Removing step 2 gives point 0 its position in the base,
+//   step 2 (editor A)   p  .  p  .     and does not change point 2, which step 3 holds.
+//   base                p  p  p  p
 //
 // A step that changes the structure holds every point, and indices above it are of its structure,
 // so nothing below it can be taken out before it.

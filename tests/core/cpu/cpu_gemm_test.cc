@@ -47,17 +47,7 @@ TEST(CpuGemm, RefusesShapesThatDoNotFit) {
   EXPECT_THAT(CpuGemm(view(2, 3, 1), view(3, 2, 3), view(2, 2, 2)), StatusIs(kInternal));
 }
 
-TEST(CpuBlas, NamesItsCoreAndABetterOne) {
-  EXPECT_FALSE(CpuBlasCoreName().empty());
-  EXPECT_EQ(BetterBlasCoreType("SkylakeX"), "");
-  EXPECT_EQ(BetterBlasCoreType("Zen"), "");
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-    EXPECT_THAT(std::string(BetterBlasCoreType("Prescott")),
-                ::testing::AnyOf("SKYLAKEX", "HASWELL"));
-  }
-#endif
-}
+TEST(CpuBlas, NamesItsCore) { EXPECT_FALSE(CpuBlasCoreName().empty()); }
 
 }  // namespace
 }  // namespace latticed
