@@ -65,7 +65,7 @@ def compiler():
 
 class BuildWithProtos(build_py):
     def run(self):
-        # What is left of an earlier build would be packed too.
+        # Files of an earlier build would be packed too.
         shutil.rmtree(Path(self.build_lib) / "latticed", ignore_errors=True)
         super().run()
         out, include = Path(self.build_lib).resolve(), googleapis()

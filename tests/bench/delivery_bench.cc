@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "client/cpp/latticed_client.h"
+#include "client/cpp/library/latticed_client.h"
 #include "core/mesh/obj_io.h"
 #include "fmt/format.h"
 #include "server/in_process.h"

@@ -23,7 +23,7 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
-#include "client/cpp/latticed_client.h"
+#include "client/cpp/library/latticed_client.h"
 #include "core/mesh/obj_io.h"
 #include "fmt/format.h"
 #include "latticed/v1/scene.grpc.pb.h"

@@ -14,7 +14,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include "absl/time/clock.h"
-#include "client/cpp/latticed_client.h"
+#include "client/cpp/library/latticed_client.h"
 #include "core/base/mutex.h"
 #include "core/mesh/obj_io.h"
 #include "server/in_process.h"

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "absl/strings/match.h"
-#include "client/cpp/lattice_json.h"
+#include "client/cpp/latticectl/lattice_json.h"
 #include "core/mesh/mesh_io.h"
 #include "tests/client/latticectl_fixture.h"
 

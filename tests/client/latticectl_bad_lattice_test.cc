@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "client/cpp/lattice_json.h"
+#include "client/cpp/latticectl/lattice_json.h"
 #include "tests/client/latticectl_fixture.h"
 
 namespace latticed::client {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "client/cpp/files.h"
-#include "client/cpp/latticectl_app.h"
+#include "client/cpp/latticectl/files.h"
+#include "client/cpp/latticectl/latticectl_app.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/temporary_folder.h"
 

@@ -13,7 +13,7 @@
 #include <sstream>
 
 #include "absl/time/clock.h"
-#include "client/cpp/interruption.h"
+#include "client/cpp/latticectl/interruption.h"
 #include "core/base/sha256.h"
 #include "latticed/v1/mesh.grpc.pb.h"
 #include "latticed/v1/scene.grpc.pb.h"

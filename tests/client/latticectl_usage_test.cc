@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>
 
-#include "client/cpp/lattice_json.h"
+#include "client/cpp/latticectl/lattice_json.h"
 #include "core/ffd/lattice.h"
 #include "tests/client/latticectl_fixture.h"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The stream against a server that breaks: what it sends when it opens itself again.
-#include "client/cpp/latticed_client_stream.h"
+#include "client/cpp/library/stream.h"
 
 #include <algorithm>
 #include <memory>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cpp/latticed_client.h"
+#include "client/cpp/library/latticed_client.h"
 #include "google/rpc/error_info.pb.h"
 #include "tests/client/fake_server.h"
 #include "tests/support/status_matchers.h"

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cpp/latticed_client_surface.h"
+#include "client/cpp/library/surface.h"
 
 #include <cstring>
 #include <string>
 
-#include "client/cpp/latticed_client_mesh.h"
+#include "client/cpp/library/mesh.h"
 #include "core/codec/chunk_encoder.h"
 #include "core/codec/octahedral.h"
 #include "tests/support/status_matchers.h"

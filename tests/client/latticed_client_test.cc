@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The client's unary calls and uploads against a real server in this process.
-#include "client/cpp/latticed_client.h"
+#include "client/cpp/library/latticed_client.h"
 
 #include <unistd.h>
 

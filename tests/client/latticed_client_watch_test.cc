@@ -3,7 +3,7 @@
 //
 // A watch without edits: acknowledgements and heartbeats by ControlWatch, and what it does when its
 // stream breaks.
-#include "client/cpp/latticed_client_watch.h"
+#include "client/cpp/library/watch.h"
 
 #include <condition_variable>
 #include <memory>
@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "client/cpp/latticed_client.h"
+#include "client/cpp/library/latticed_client.h"
 #include "tests/client/fake_server.h"
 #include "tests/support/status_matchers.h"
 

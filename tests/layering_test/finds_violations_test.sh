@@ -36,8 +36,10 @@ expect_violation cuda/device/bad.cc "$licence
   static_cast<void>(cudaDeviceSynchronize());"
 expect_violation cuda/gemm/bad.cu "$licence
   cudaFree(samples);"
-expect_violation client/cpp/latticed_client_bad.cc "$licence
+expect_violation client/cpp/library/bad.cc "$licence
 #include \"server/in_process.h\""
+expect_violation client/cpp/latticectl/bad.cc "$licence
+#include \"client/cpp/load/load_run.h\""
 expect_violation server/bad.cc "$licence
 #ifdef LATTICED_CUDA"
 expect_violation server/web_bad.cc "$licence

@@ -33,8 +33,9 @@ declare -A allowed=(
   [server/rpc]="core/ latticed/v1/ server/base/ server/engine/ server/wire/ server/rpc/"
   [server/web]="core/base/ latticed/v1/ server/base/ server/net/ server/wire/ server/web/"
   [server]="core/ cuda/cuda_backend.h latticed/v1/ server/"
-  [client/library]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/"
-  [client]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/ server/in_process.h server/base/options.h"
+  [client/library]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/library/"
+  [client/latticectl]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/library/ client/cpp/latticectl/ server/in_process.h server/base/options.h"
+  [client/load]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/"
   [tests]="core/ cuda/ server/ client/ latticed/v1/ tests/"
 )
 
@@ -59,7 +60,8 @@ set_layer() {  # FILE
     core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
     server/base/* | server/net/* | server/engine/* | server/wire/* | server/rpc/* | server/web/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
-    client/cpp/latticed_client*) layer=client/library ;; client/*) layer=client ;;
+    client/cpp/library/* | client/cpp/latticectl/* | client/cpp/load/*) layer=${1#*/cpp/} layer=client/${layer%%/*} ;;
+    client/*) layer=client ;;
     *) layer=none ;;
   esac
 }

@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "client/cpp/latticed_client_status.h"
+#include "client/cpp/library/status.h"
 #include "core/base/limits.h"
 #include "fmt/format.h"
 #include "tests/server/test_env.h"

@@ -9,7 +9,7 @@
 
 #include <string>
 
-#include "client/cpp/latticed_client_status.h"
+#include "client/cpp/library/status.h"
 #include "core/base/error.h"
 #include "tests/support/status_matchers.h"
 

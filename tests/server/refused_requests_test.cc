@@ -5,7 +5,7 @@
 // the editor's sequence; arms of later versions and missing scenes are named alike everywhere.
 #include <limits>
 
-#include "client/cpp/latticed_client_status.h"
+#include "client/cpp/library/status.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "google/protobuf/unknown_field_set.h"

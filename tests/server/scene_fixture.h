@@ -16,7 +16,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "client/cpp/latticed_client_status.h"
+#include "client/cpp/library/status.h"
 #include "core/base/error.h"
 #include "fmt/format.h"
 #include "latticed/v1/mesh.grpc.pb.h"

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "client/cpp/latticed_client_status.h"
+#include "client/cpp/library/status.h"
 #include "fmt/format.h"
 
 namespace latticed::testing {

@@ -61,7 +61,7 @@ class BlenderLattice:
 
 
 class LatticeMap:
-    """Of the lattices of one structure, and one mesh, which it covers.
+    """Maps lattices of one structure to the lattice that covers one mesh.
 
     ValueError where the lattice or its object has no volume."""
 

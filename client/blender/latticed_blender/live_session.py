@@ -41,7 +41,7 @@ class SourceMesh:
 
 @dataclass(frozen=True)
 class Surface:
-    """What the server sent: positions and normals (points, 3), normals None where the view has none, and
+    """A surface from the server: positions and normals (points, 3), normals None where the view has none, and
     triangles (triangles, 3), the same object as long as only points move."""
 
     positions: npt.NDArray[np.float32]
@@ -88,7 +88,7 @@ class LiveSession:
         grid: Optional[BlenderLattice] = None,
         view: Optional[latticed.View] = None,
     ) -> None:
-        """What is to be shown from here on; None: as before."""
+        """Sets what is shown from here on; None leaves it as before."""
         with self._changed:
             if mesh is not None and not mesh.same(self._mesh):
                 self._mesh = mesh

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a person sees: the tab "latticed" of the 3D view's sidebar."""
+"""The tab "latticed" of the 3D view's sidebar."""
 import textwrap
 
 import bpy

@@ -8,10 +8,10 @@
 #define LATTICED_CLIENT_CPP_LOAD_EDIT_LOG_H_
 
 #include <cstdint>
-#include <mutex>
 #include <vector>
 
 #include "absl/time/time.h"
+#include "core/base/mutex.h"
 #include "latticed/v1/edit.pb.h"
 
 namespace latticed::client {
@@ -36,7 +36,7 @@ class EditLog {
   // An edit that was applied, and those due before it that it has replaced unsent.
   void Add(const std::vector<absl::Time>& due, int editor, uint64_t step,
            const v1::EditResult& result) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(&mutex_);
     for (const absl::Time time : due) edits_.push_back({time, result.revision()});
     replaced_ += due.size() - 1;
     applied_.push_back({result.revision(), editor, step,
@@ -45,7 +45,7 @@ class EditLog {
   }
   // Edits that were due and could not be sent before the run was stopped.
   void AddUnsent(uint64_t edits) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(&mutex_);
     unsent_ += edits;
   }
 
@@ -55,7 +55,7 @@ class EditLog {
   const std::vector<AppliedEdit>& applied() const { return applied_; }
 
  private:
-  std::mutex mutex_;
+  Mutex mutex_;  // while editors add; not needed to read when all are done
   std::vector<TimedEdit> edits_;
   std::vector<AppliedEdit> applied_;
   uint64_t replaced_ = 0, unsent_ = 0;

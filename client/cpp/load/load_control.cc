@@ -8,44 +8,43 @@ namespace latticed::client {
 
 LoadControl::LoadControl(const std::stop_token& stop)
     : stop_(stop), wake_on_stop_(stop, [this] {
-        const std::lock_guard lock(mutex_);
-        changed_.notify_all();
+        const MutexLock lock(&mutex_);  // its release wakes who sleeps
       }) {}
 
 void LoadControl::Begin(absl::Time deadline) {
   begun_ = true;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(&mutex_);
   deadline_ = deadline;
-  changed_.notify_all();
 }
 
 bool LoadControl::SleepUntil(absl::Time time) {
-  std::unique_lock lock(mutex_);
-  while (!StoppedLocked() && time < deadline_) {
-    if (absl::Now() >= time) return true;
-    changed_.wait_until(lock, absl::ToChronoTime(time));
+  const MutexLock lock(&mutex_);
+  const auto ended = [&] { return StoppedLocked() || time >= deadline_; };
+  while (!ended()) {
+    const absl::Duration left = time - absl::Now();
+    if (left <= absl::ZeroDuration()) return true;
+    mutex_.AwaitFor(ended, left);
   }
   return false;
 }
 
 bool LoadControl::Ended() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(&mutex_);
   return StoppedLocked() || absl::Now() >= deadline_;
 }
 
 bool LoadControl::Stopped() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(&mutex_);
   return StoppedLocked();
 }
 
 void LoadControl::Fail(const absl::Status& status) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(&mutex_);
   if (status_.ok()) status_ = status;
-  changed_.notify_all();
 }
 
 absl::Status LoadControl::status() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(&mutex_);
   return status_;
 }
 

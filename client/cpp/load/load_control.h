@@ -9,14 +9,13 @@
 #define LATTICED_CLIENT_CPP_LOAD_LOAD_CONTROL_H_
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <stop_token>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
+#include "core/base/mutex.h"
 
 namespace latticed::client {
 
@@ -46,15 +45,16 @@ class LoadControl {
   uint64_t edits() const { return edits_; }
 
  private:
-  bool StoppedLocked() const { return stop_.stop_requested() || !status_.ok(); }
+  bool StoppedLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return stop_.stop_requested() || !status_.ok();
+  }
 
   const std::stop_token stop_;
   std::atomic<uint64_t> edits_ = 0;
   std::atomic<bool> begun_ = false;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  absl::Time deadline_ = absl::InfiniteFuture();
-  absl::Status status_;
+  mutable Mutex mutex_;
+  absl::Time deadline_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
+  absl::Status status_ ABSL_GUARDED_BY(mutex_);
   const std::stop_callback<std::function<void()>> wake_on_stop_;  // last: uses all
 };
 

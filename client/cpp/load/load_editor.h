@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "client/cpp/latticed_client.h"
+#include "client/cpp/library/latticed_client.h"
 #include "client/cpp/load/edit_log.h"
 #include "client/cpp/load/load_control.h"
 #include "client/cpp/load/load_plan.h"

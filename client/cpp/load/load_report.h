@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "absl/time/time.h"
+#include "client/cpp/latticectl/latency_recorder.h"
 #include "client/cpp/load/edit_log.h"
-#include "client/cpp/load/latency_recorder.h"
 #include "client/cpp/load/load_plan.h"
 #include "client/cpp/load/update_log.h"
 #include "client/cpp/load/verified_points.h"

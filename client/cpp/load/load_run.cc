@@ -2,13 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/load/load_run.h"
 
-#include <condition_variable>
-#include <mutex>
 #include <thread>
 
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
-#include "client/cpp/latticed_client_status.h"
+#include "client/cpp/library/status.h"
 #include "client/cpp/load/cpu_time.h"
 #include "core/base/status_macros.h"
 

@@ -12,8 +12,8 @@
 #include <memory>
 #include <vector>
 
+#include "client/cpp/latticectl/temporary_scene.h"
 #include "client/cpp/load/scene_load.h"
-#include "client/cpp/temporary_scene.h"
 
 namespace latticed::client {
 

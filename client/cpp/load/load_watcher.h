@@ -14,7 +14,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/synchronization/notification.h"
-#include "client/cpp/latticed_client.h"
+#include "client/cpp/library/latticed_client.h"
 #include "client/cpp/load/load_control.h"
 #include "client/cpp/load/update_log.h"
 

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "client/cpp/latticectl/text_table.h"
+#include "client/cpp/latticectl/view_flags.h"
 #include "client/cpp/load/time_shares.h"
-#include "client/cpp/text_table.h"
-#include "client/cpp/view_flags.h"
 #include "fmt/format.h"
 
 namespace latticed::client {

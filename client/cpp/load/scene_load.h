@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "client/cpp/files.h"
+#include "client/cpp/latticectl/files.h"
 #include "client/cpp/load/load_editor.h"
 #include "client/cpp/load/load_report.h"
 #include "client/cpp/load/load_watcher.h"

@@ -33,8 +33,8 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "client/cpp/files.h"
-#include "client/cpp/latticed_client.h"
+#include "client/cpp/latticectl/files.h"
+#include "client/cpp/library/latticed_client.h"
 #include "client/cpp/load/verified_points.h"
 #include "core/ffd/carried_normal.h"
 

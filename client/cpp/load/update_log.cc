@@ -7,12 +7,13 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
 namespace {
 
-constexpr auto kPatience = std::chrono::seconds(60);
+constexpr absl::Duration kPatience = absl::Seconds(60);
 // Of a sampled update.
 constexpr size_t kBroughtChunks = 3, kAnyChunks = 1;
 
@@ -64,14 +65,13 @@ void UpdateLog::TakeEnd(const v1::UpdateEnd& end) {
   current_.all_chunks = all_chunks_;
   updates_.push_back(std::exchange(current_, {}));
   newest_chunks_ = std::exchange(current_chunks_, {});
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(&mutex_);
   revision_ = end.revision();
-  changed_.notify_all();
 }
 
 absl::Status UpdateLog::DecodeNewest(const Surface& surface) {
   for (const uint32_t chunk : newest_chunks_) {
-    if (const auto points = surface.Decode(chunk); !points.ok()) return points.status();
+    LATTICED_RETURN_IF_ERROR(surface.Decode(chunk).status());
   }
   updates_.back().decoded = absl::Now();
   return absl::OkStatus();
@@ -89,14 +89,14 @@ void UpdateLog::SampleNewest(const Surface& surface) {
 }
 
 uint64_t UpdateLog::revision() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(&mutex_);
   return revision_;
 }
 
 absl::Status UpdateLog::WaitFor(uint64_t revision) const {
-  std::unique_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   const bool in_time =
-      changed_.wait_for(lock, kPatience, [&] { return revision_ >= revision || !status_.ok(); });
+      mutex_.AwaitFor([&] { return revision_ >= revision || !status_.ok(); }, kPatience);
   if (!status_.ok()) return status_;
   if (in_time) return absl::OkStatus();
   return absl::DeadlineExceededError(
@@ -104,9 +104,8 @@ absl::Status UpdateLog::WaitFor(uint64_t revision) const {
 }
 
 void UpdateLog::Fail(const absl::Status& status) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(&mutex_);
   status_ = status;
-  changed_.notify_all();
 }
 
 }  // namespace latticed::client

@@ -12,15 +12,14 @@
 #ifndef LATTICED_CLIENT_CPP_LOAD_UPDATE_LOG_H_
 #define LATTICED_CLIENT_CPP_LOAD_UPDATE_LOG_H_
 
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
-#include "client/cpp/latticed_client_surface.h"
+#include "client/cpp/library/surface.h"
+#include "core/base/mutex.h"
 #include "latticed/v1/event.pb.h"
 
 namespace latticed::client {
@@ -77,10 +76,9 @@ class UpdateLog {
   std::vector<SampledUpdate> samples_;
   uint64_t sampled_from_ = 0;
   std::vector<uint64_t> restarts_;
-  mutable std::mutex mutex_;  // of what follows
-  mutable std::condition_variable changed_;
-  uint64_t revision_ = 0;
-  absl::Status status_;
+  mutable Mutex mutex_;
+  uint64_t revision_ ABSL_GUARDED_BY(mutex_) = 0;
+  absl::Status status_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace latticed::client

@@ -17,7 +17,7 @@ const definition = loadSync(['latticed/v1/mesh.proto', 'latticed/v1/scene.proto'
 });
 const { v1 } = (grpc.loadPackageDefinition(definition) as unknown as MeshProtos & SceneProtos).latticed;
 
-// What grpc waits before it connects anew, and how it notices a connection that vanished silently.
+// How long grpc waits before it connects again, and how it notices a connection that vanished silently.
 const options: grpc.ChannelOptions = {
   'grpc.initial_reconnect_backoff_ms': 100,
   'grpc.max_reconnect_backoff_ms': 5_000,

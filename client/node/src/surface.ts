@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a watcher has: SceneEvents in, complete updates out. Chunks that an update does not hold stay
-// as they are; an update that has not ended changes nothing.
+// The surface that a watcher holds: SceneEvents in, complete updates out. An update replaces only the
+// chunks it holds, and only when it has ended.
 import type { SceneEvent__Output } from './generated/latticed/v1/SceneEvent.js';
 import type { Topology__Output } from './generated/latticed/v1/Topology.js';
 import type { UpdateEnd__Output } from './generated/latticed/v1/UpdateEnd.js';

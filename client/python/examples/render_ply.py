@@ -107,7 +107,7 @@ def write_png(path, grey):
 
 
 def picture(out, meshes, height=HEIGHT):
-    """Of (positions, normals, triangles) of each mesh, side by side, `height` pixels."""
+    """Draws meshes, each (positions, normals, triangles), side by side, `height` pixels high."""
     boxes = [numpy.ptp(m[0] @ rotation().T, axis=0) for m in meshes]
     height *= SUPERSAMPLING
     scale = 0.92 * height / max(box[1] for box in boxes)

@@ -53,7 +53,7 @@ class Connection:
         self.scenes: Any = scene_pb2_grpc.SceneServiceStub(self._channel)  # type: ignore[no-untyped-call]
 
     def metadata(self, scene: str = "") -> List[Tuple[str, str]]:
-        """Of a call about `scene`, the routing key; empty: about none."""
+        """The metadata of a call; `scene` is its routing key, or empty where the call names no scene."""
         pairs = [("latticed-scene", scene)] if scene else []
         if self._token:
             pairs.append(("authorization", f"Bearer {self._token}"))

@@ -89,7 +89,7 @@ class DeformStream(UpdateStream, EditCalls[int]):
             return answer
 
     def set_view(self, view: View) -> None:
-        """What updates show from the next one on."""
+        """Changes the view, from the next update on."""
         options = view.for_watching(self._scene_default)
         with self._changed:
             self._watch.view.CopyFrom(options)

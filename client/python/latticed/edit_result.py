@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the server says of edits."""
+"""The server's answer to edits."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class EditResult:
 
     @classmethod
     def from_proto(cls, result: Any) -> EditResult:
-        """Of a latticed.v1.EditResult that is no refusal."""
+        """Converts a latticed.v1.EditResult that is not a refusal."""
         return cls(
             result.sequence,
             result.revision,

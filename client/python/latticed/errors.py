@@ -52,7 +52,7 @@ class LatticedError(Exception):
 
     @classmethod
     def from_status(cls, status: Any, request_id: str = "") -> LatticedError:
-        """Of a google.rpc.Status, EditResult.status for instance."""
+        """Converts a google.rpc.Status, for example EditResult.status."""
         details: Dict[str, Any] = {"metadata": {}}
         for packed in status.details:
             info, bad, retry, quota = ErrorInfo(), BadRequest(), RetryInfo(), QuotaFailure()
@@ -72,7 +72,7 @@ class LatticedError(Exception):
 
     @classmethod
     def from_rpc(cls, error: Any) -> LatticedError:
-        """Of the grpc.RpcError that a call raised."""
+        """Converts the grpc.RpcError that a call raised."""
         trailers = dict(error.trailing_metadata() or ())
         status = Status()
         if _DETAILS in trailers:
@@ -82,5 +82,5 @@ class LatticedError(Exception):
 
     @classmethod
     def data_loss(cls, message: str) -> LatticedError:
-        """What the server sent contradicts itself: nothing of that stream can be trusted."""
+        """The server's messages contradict each other: the stream cannot be trusted."""
         return cls(grpc.StatusCode.DATA_LOSS, message)

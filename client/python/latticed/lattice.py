@@ -18,7 +18,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def vector(xyz: npt.ArrayLike) -> common_pb2.Vec3:
-    """Of three numbers."""
+    """Converts three numbers."""
     numbers = np.asarray(xyz, dtype=float)
     if numbers.shape != (3,):
         raise ValueError(f"x, y and z are wanted, not the shape {numbers.shape}")
@@ -63,7 +63,7 @@ class Lattice:
 
     @property
     def indices(self) -> npt.NDArray[np.int64]:
-        """What edits call each control point, shape (nw, nv, nu): indices[-1] are those of the top layer."""
+        """The index of each control point in edits, shape (nw, nv, nu): indices[-1] is the top layer."""
         return np.arange(self.control_points.size // 3).reshape(self.control_points.shape[:3])
 
     def rest(self) -> FloatArray:
@@ -91,7 +91,7 @@ class Lattice:
 
     @classmethod
     def from_proto(cls, lattice: Any, structure_id: int = 0, revision: int = 0) -> Lattice:
-        """Of a latticed.v1.Lattice; control points, sizes and knots that it leaves open are filled in."""
+        """Converts a latticed.v1.Lattice, and fills in control points, sizes and knots that it leaves open."""
         nu, nv, nw = _axes(lattice.size) if lattice.HasField("size") else (4, 4, 4)
         degree = _axes(lattice.degree) if lattice.HasField("degree") else (2, 2, 2)
         frame = lattice.frame

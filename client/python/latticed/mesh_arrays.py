@@ -28,7 +28,7 @@ def _corners(faces: Faces) -> Tuple[int, npt.NDArray[np.uint32], npt.NDArray[np.
 
 
 def _numbers(name: str, values: npt.ArrayLike) -> npt.NDArray[np.uint32]:
-    """Of vertices or groups."""
+    """Checks and converts the numbers of vertices or groups."""
     numbers = np.asarray(values)
     if numbers.size and not np.issubdtype(numbers.dtype, np.integer):
         raise ValueError(f"{name} hold integers, not {numbers.dtype}")
@@ -40,7 +40,7 @@ def _numbers(name: str, values: npt.ArrayLike) -> npt.NDArray[np.uint32]:
 def _attribute(
     name: str, values: npt.ArrayLike, width: int, vertices: int, corners: int
 ) -> Tuple[mesh_pb2.AttributeDomain, npt.NDArray[np.float32]]:
-    """Whose attribute it is (AttributeDomain), and its numbers."""
+    """The attribute's domain (AttributeDomain) and its numbers."""
     array = np.asarray(values, dtype="<f4")
     if array.ndim not in (2, 3) or array.shape[-1] != width:
         raise ValueError(

@@ -11,7 +11,7 @@ from latticed.v1 import event_pb2
 
 @dataclass(frozen=True)
 class Presence:
-    """What a stream shows of its editor with show(), and what others shows of other editors."""
+    """An editor as others see it: show() sends it, `others` holds those of other editors."""
 
     name: str = ""  # for people, at most 64 characters
     colour: int = 0  # 0xRRGGBB
@@ -19,7 +19,7 @@ class Presence:
 
     @classmethod
     def from_proto(cls, presence: Any) -> Presence:
-        """Of a latticed.v1.Presence of somebody who is there."""
+        """Converts a latticed.v1.Presence of an editor who is present."""
         return cls(presence.name, presence.colour, tuple(presence.selected_indices))
 
     def to_proto(self) -> event_pb2.Presence:

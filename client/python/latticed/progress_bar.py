@@ -39,7 +39,7 @@ class ProgressBar:
 
 
 def progress_function(progress: Progress, label: str) -> ProgressFunction:
-    """What to call for `progress`."""
+    """The function to call for `progress`."""
     if callable(progress):
         return progress
     if progress or (progress is None and sys.stderr is not None and sys.stderr.isatty()):

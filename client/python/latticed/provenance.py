@@ -16,7 +16,7 @@ from latticed.topology import Topology
 
 @dataclass(frozen=True)
 class Provenance:
-    """Of every patch, in the order of update.points.
+    """The source of every patch, in the order of update.points.
 
     topology         of which it tells
     faces            (patches,): face of the source mesh
@@ -44,7 +44,7 @@ class Provenance:
 
     @classmethod
     def from_parts(cls, topology: Topology, parts: List[Any]) -> Provenance:
-        """Of the latticed.v1.TopologyPart that GetTopology sends."""
+        """Converts the latticed.v1.TopologyPart that GetTopology sends."""
 
         def joined(name: str, kind: Any) -> npt.NDArray[Any]:
             return np.concatenate([np.array(getattr(part, name), dtype=kind) for part in parts])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a client writes to a Deform stream."""
+"""The requests that a client writes to a Deform stream."""
 from __future__ import annotations
 
 import queue

@@ -67,7 +67,7 @@ class Scene(EditCalls[EditResult]):
 
     @property
     def default_view(self) -> View:
-        """What watchers see who do not say, every field filled in."""
+        """The view of watchers who name none, every field filled in."""
         return View.from_proto(self.info.default_view)
 
     @property

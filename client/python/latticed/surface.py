@@ -17,7 +17,7 @@ from latticed.view import View
 
 
 class Surface:
-    """What a watcher has. An update that has not ended changes nothing. One thread at a time.
+    """The surface that a watcher holds. Only a complete update changes it. One thread at a time.
 
     Errors: LatticedError DATA_LOSS where events contradict each other.
     """

@@ -14,7 +14,7 @@ from latticed.v1 import surface_pb2
 
 @dataclass(frozen=True)
 class SurfacePoint:
-    """What Scene.pick finds, and what drags take hold of."""
+    """A point of the surface: Scene.pick returns one, and a drag holds one."""
 
     face: int  # of the source mesh
     corners: Tuple[int, int, int]  # three of that face, numbered as in Provenance
@@ -24,7 +24,7 @@ class SurfacePoint:
 
     @classmethod
     def from_proto(cls, point: Any) -> SurfacePoint:
-        """Of a latticed.v1.SurfacePoint."""
+        """Converts a latticed.v1.SurfacePoint."""
 
         def array(name: str) -> Optional[npt.NDArray[np.float64]]:
             v = getattr(point, name)

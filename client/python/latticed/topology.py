@@ -41,6 +41,6 @@ class Topology:
 
     @functools.cached_property
     def triangles(self) -> npt.NDArray[np.uint32]:
-        """Of the whole surface, (triangles, 3): numbers of points in update.points.reshape(-1, 3)."""
+        """The triangles of the whole surface, (triangles, 3): numbers of points in update.points.reshape(-1, 3)."""
         first = np.arange(self.patches, dtype=np.uint32) * np.uint32(len(self.weights))
         return (first[:, None, None] + self.pattern).reshape(-1, 3)

@@ -46,7 +46,7 @@ class Update:
 
     @property
     def bytes(self) -> int:
-        """Of all chunks, as they were sent."""
+        """The bytes of all chunks, as they were sent."""
         return sum(len(chunk.data) for chunk in self._chunks)
 
     @functools.cached_property
@@ -56,7 +56,7 @@ class Update:
 
     @property
     def origin(self) -> npt.NDArray[np.float64]:
-        """What relative_points are relative to, x, y, z."""
+        """The origin of relative_points, x, y, z."""
         return self._chunks[0].origin
 
     @property

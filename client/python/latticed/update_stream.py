@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""What streams of updates have in common: a thread that reads, the newest update, and a new beginning
-after a break."""
+"""The base of streams of updates: a thread that reads, the newest update, and reopening after a break."""
 from __future__ import annotations
 
 import threading

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a watcher sees of a scene."""
+"""A watcher's view of a scene."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ def _name(number: Any, numbers: Dict[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class View:
-    """What is left at 0 or empty is as in the scene's default view, whose own defaults stand here."""
+    """A field of 0 or empty takes the scene's default view; the comments name that view's own defaults."""
 
     segments: int = 0  # subdivisions of a patch's edge, 1 to 32; 10
     normals: str = ""  # "none", "facet" or "smooth"; smooth where the mesh has vertex normals, else facet
@@ -75,7 +75,7 @@ class View:
 
     @classmethod
     def from_proto(cls, options: Any) -> View:
-        """Of a latticed.v1.ViewOptions."""
+        """Converts a latticed.v1.ViewOptions."""
         return cls(
             options.segments,
             _name(options.normals, _NORMALS),

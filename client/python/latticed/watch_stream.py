@@ -21,7 +21,7 @@ class WatchStream(UpdateStream):
     """See UpdateStream; made by Scene.watch."""
 
     def set_view(self, view: View) -> None:
-        """What updates show from the next one on."""
+        """Changes the view, from the next update on."""
         options = view.for_watching(self._scene_default)
         self._control(scene_pb2.ControlWatchRequest(view=options))
         with self._changed:

@@ -30,7 +30,7 @@ class CuttingProxy:
             self._sockets.clear()
 
     def lose_answers(self):
-        """Of the connections that there are; others work."""
+        """Drops the answers of the present connections; later connections work."""
         with self._lock:
             self._deaf |= set(self._sockets)
 

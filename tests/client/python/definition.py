@@ -43,6 +43,6 @@ def deform(lattice, points):
 
 
 def area(update):
-    """Of all triangles."""
+    """The area of all triangles."""
     a, b, c = update.points.reshape(-1, 3)[update.triangles].transpose(1, 0, 2)
     return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2

@@ -80,7 +80,7 @@ def grid(random, interpolation=("KEY_BSPLINE", "KEY_LINEAR", "KEY_CARDINAL"), co
 
 
 def blender_deform(lattice, points):
-    """What Blender's modifier does, in double precision."""
+    """Blender's lattice modifier, in double precision."""
     linear, origin = lattice.to_mesh[:3, :3], lattice.to_mesh[:3, 3]
     places = (np.linalg.solve(linear, (points - origin).T).T - lattice.first) / lattice.spacing
     moves = (lattice.deformed - lattice.rest) @ linear.T

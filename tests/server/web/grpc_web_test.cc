@@ -6,7 +6,7 @@
 #include <google/protobuf/descriptor.h>
 
 #include "absl/strings/escaping.h"
-#include "client/cpp/latticed_client_status.h"
+#include "client/cpp/library/status.h"
 #include "core/base/error.h"
 #include "latticed/v1/server.pb.h"
 #include "tests/server/web/web_fixture.h"

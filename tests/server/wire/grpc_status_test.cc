@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "absl/status/status.h"
-#include "client/cpp/latticed_client_status.h"
+#include "client/cpp/library/status.h"
 #include "core/base/error.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/error_info.pb.h"

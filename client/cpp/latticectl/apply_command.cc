@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "client/cpp/latticectl/commands.h"
+#include "client/cpp/latticectl/json_output.h"
+#include "client/cpp/latticectl/lattice_json.h"
+#include "client/cpp/latticectl/session.h"
+#include "client/cpp/latticectl/surface_mesh.h"
+#include "client/cpp/latticectl/temporary_scene.h"
+#include "client/cpp/latticectl/text_table.h"
+#include "client/cpp/latticectl/units_flags.h"
+#include "client/cpp/latticectl/view_flags.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct ApplyFlags {
+  std::string mesh, lattice, output, pipeline;
+  UnitsFlags units;
+  ViewFlags view{.encoding = "raw"};
+  SessionFlags session;
+  bool json = false;
+};
+
+void PrintResult(const ApplyFlags& flags, const FetchedSurface& surface, absl::Duration time,
+                 Console console) {
+  const uint64_t points = surface.mesh.positions.size(), triangles = surface.mesh.triangles.size();
+  if (flags.json) {
+    console.out << nlohmann::json{{"output", flags.output},
+                                  {"patches", surface.patches},
+                                  {"points", points},
+                                  {"triangles", triangles},
+                                  {"streamedBytes", surface.bytes},
+                                  {"seconds", absl::ToDoubleSeconds(time)}}
+                       .dump(2)
+                << '\n';
+    return;
+  }
+  console.out << fmt::format("{}: {} patches, {} points, {} triangles; {} streamed, {:.2f} s\n",
+                             flags.output, FormatCount(surface.patches), FormatCount(points),
+                             FormatCount(triangles), FormatBytes(surface.bytes),
+                             absl::ToDoubleSeconds(time));
+}
+
+absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, const MeshFile& file,
+                                      v1::Lattice lattice, Console console) {
+  TemporaryScene made(client);
+  v1::MeshHeader header;
+  *header.mutable_units() = ToProto(flags.units);
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, made.Upload(file, std::move(header), console));
+  // A mesh that was there has the units of its first upload; what is written has those asked for.
+  if (!flags.units.up_axis.empty()) mesh.set_up_axis(ToProto(flags.units).up_axis());
+  if (flags.units.meters_per_unit > 0) mesh.set_meters_per_unit(flags.units.meters_per_unit);
+  v1::CreateSceneRequest request;
+  *request.add_lattices()->mutable_lattice() = std::move(lattice);
+  request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(std::move(request)));
+  return FetchSurface(client, scene.id(), ToProto(flags.view), mesh, file, console);
+}
+
+absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
+  const absl::Time start = absl::Now();
+  LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
+  LATTICED_ASSIGN_OR_RETURN(const auto json, ReadFile(flags.lattice));
+  LATTICED_ASSIGN_OR_RETURN(auto lattice, LatticeFromJson(json, flags.lattice));
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session, &line.interruption));
+  const auto surface = Deform(session.client(), flags, file, std::move(lattice), line.console);
+  if (!surface.ok()) return session.Explain(surface.status());
+  LATTICED_RETURN_IF_ERROR(WriteMeshFile(flags.output, surface->mesh));
+  PrintResult(flags, *surface, absl::Now() - start, line.console);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddApplyCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<ApplyFlags>();
+  CLI::App* command = app.add_subcommand("apply", "Deforms a mesh by a lattice");
+  command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")->required();
+  command->add_option("--lattice", flags->lattice, "JSON file of the lattice")->required();
+  command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB or DRC file to write")
+      ->required()
+      ->check(CheckMeshFileName);
+  AddUnitsFlags(*command, flags->units);
+  AddViewFlags(*command, flags->view);
+  AddPipelineFlag(*command, flags->pipeline);
+  AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
+  AddJsonFlag(*command, flags->json);
+  command->callback([flags, &line] { line.action = [flags, &line] { return Run(*flags, line); }; });
+}
+
+}  // namespace latticed::client

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The commands of latticectl, one file each. Add… declares a command's options; parsing a command
+// line that names it sets CommandLine::action, which does the work.
+#ifndef LATTICED_CLIENT_CPP_LATTICECTL_COMMANDS_H_
+#define LATTICED_CLIENT_CPP_LATTICECTL_COMMANDS_H_
+
+#include <functional>
+
+#include "absl/status/status.h"
+#include "client/cpp/latticectl/console.h"
+#include "client/cpp/latticectl/interruption.h"
+
+namespace CLI {
+class App;
+}
+
+namespace latticed::client {
+
+struct CommandLine {
+  Console console;
+  std::function<absl::Status()> action;
+  Interruption interruption;  // for commands that make what they must delete
+};
+
+void AddInfoCommand(CLI::App& app, CommandLine& line);
+void AddSampleCommand(CLI::App& app, CommandLine& line);
+void AddMeshCommands(CLI::App& app, CommandLine& line);  // upload, meshes [delete]
+void AddLatticeCommand(CLI::App& app, CommandLine& line);
+void AddApplyCommand(CLI::App& app, CommandLine& line);
+void AddSceneCommands(CLI::App& app, CommandLine& line);  // scene create|list|show|delete
+void AddEditCommands(CLI::App& app,
+                     CommandLine& line);  // edit move|set|drag|insert-knot|reset|undo|redo
+void AddPickCommand(CLI::App& app, CommandLine& line);
+void AddWatchCommand(CLI::App& app, CommandLine& line);
+void AddExportCommand(CLI::App& app, CommandLine& line);
+void AddBenchCommand(CLI::App& app, CommandLine& line);
+void AddQuickstartCommand(CLI::App& app, CommandLine& line);
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LATTICECTL_COMMANDS_H_

@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <ostream>
+
+#include "absl/strings/ascii.h"
+#include "client/cpp/latticectl/commands.h"
+#include "client/cpp/latticectl/files.h"
+#include "client/cpp/latticectl/json_output.h"
+#include "client/cpp/latticectl/progress_bar.h"
+#include "client/cpp/latticectl/session.h"
+#include "client/cpp/latticectl/text_table.h"
+#include "client/cpp/latticectl/view_flags.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct ExportFlags {
+  SessionFlags session;
+  std::string scene, output;
+  uint64_t revision = 0;
+  ViewFlags view;
+  bool json = false;
+};
+
+// UNSPECIFIED for another extension.
+v1::ExportFormat FormatOf(const std::string& path) {
+  static const auto* const kFormats = new std::map<std::string, v1::ExportFormat>{
+      {".ply", v1::EXPORT_FORMAT_PLY}, {".obj", v1::EXPORT_FORMAT_OBJ},
+      {".stl", v1::EXPORT_FORMAT_STL}, {".glb", v1::EXPORT_FORMAT_GLB},
+      {".drc", v1::EXPORT_FORMAT_DRC}, {".nets", v1::EXPORT_FORMAT_CONTROL_NETS}};
+  const auto found =
+      kFormats->find(absl::AsciiStrToLower(std::filesystem::path(path).extension().string()));
+  return found == kFormats->end() ? v1::EXPORT_FORMAT_UNSPECIFIED : found->second;
+}
+
+std::string CheckOutput(const std::string& path) {
+  return FormatOf(path) == v1::EXPORT_FORMAT_UNSPECIFIED
+             ? fmt::format("{}: known are .ply, .obj, .stl, .glb, .drc and .nets", path)
+             : "";
+}
+
+absl::Status Run(const ExportFlags& flags, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+  v1::ExportRequest request;
+  request.set_scene(flags.scene);
+  request.set_revision(flags.revision);
+  request.set_format(FormatOf(flags.output));
+  *request.mutable_view() = ToProto(flags.view);
+  absl::StatusOr<Client::ExportedFile> file;
+  {
+    ProgressBar bar(console, "export", ProgressBar::Unit::kBytes);
+    file = session.client().Export(request, bar.callback());
+  }
+  if (!file.ok()) return session.Explain(file.status());
+  LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, file->bytes));
+  if (flags.json) {
+    console.out << MessageJson(file->header);
+  } else {
+    console.out << fmt::format("{}: {}, revision {}\n", flags.output,
+                               FormatBytes(file->bytes.size()), file->header.revision());
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddExportCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<ExportFlags>();
+  CLI::App* command =
+      app.add_subcommand("export", "Writes the deformed surface of a scene to a file");
+  command->add_option("scene", flags->scene, "Id of the scene")->required();
+  command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB, DRC or control NETS file")
+      ->required()
+      ->check(CheckOutput);
+  command->add_option("--revision", flags->revision, "The revision that must be the newest");
+  AddViewFlags(*command, flags->view);
+  AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
+  AddJsonFlag(*command, flags->json);
+  command->callback(
+      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+}
+
+}  // namespace latticed::client

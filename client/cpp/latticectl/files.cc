@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/latticectl/files.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/codec/draco_decode.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+absl::Status CannotRead(const std::string& path, std::string_view why) {
+  return absl::NotFoundError(fmt::format("cannot read {}: {}", path, why));
+}
+
+absl::Status InFile(const std::string& path, const absl::Status& status) {
+  return absl::Status(status.code(), fmt::format("{}: {}", path, std::string(status.message())));
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> ReadFile(const std::string& path) {
+  std::error_code failure;
+  if (std::filesystem::is_directory(path, failure)) return CannotRead(path, "it is a folder");
+  const File file(std::fopen(path.c_str(), "rb"));
+  if (file == nullptr) return CannotRead(path, std::strerror(errno));
+  std::string bytes;
+  char buffer[1 << 16];
+  for (size_t count = 0; (count = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0;) {
+    bytes.append(buffer, count);
+  }
+  if (std::ferror(file.get()) != 0) return CannotRead(path, std::strerror(errno));
+  return bytes;
+}
+
+absl::Status WriteFile(const std::string& path, std::string_view bytes) {
+  File file(std::fopen(path.c_str(), "wb"));
+  if (file != nullptr && std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size() &&
+      std::fclose(file.release()) == 0) {
+    return absl::OkStatus();
+  }
+  return absl::UnknownError(fmt::format("cannot write {}: {}", path, std::strerror(errno)));
+}
+
+absl::StatusOr<MeshFile> ReadMeshFile(const std::string& path) {
+  const auto format = MeshFormatFromFileName(path);
+  if (!format.ok()) return InFile(path, format.status());
+  LATTICED_ASSIGN_OR_RETURN(auto bytes, ReadFile(path));
+  if (bytes.empty()) return CannotRead(path, "it is empty");
+  return MeshFile{path, *format, std::move(bytes)};
+}
+
+absl::StatusOr<PolygonMesh> ParseMesh(const MeshFile& file) {
+  auto mesh = file.format == MeshFormat::kDraco ? ReadDracoMesh(file.bytes)
+                                                : ReadMesh(file.format, file.bytes);
+  if (!mesh.ok()) return InFile(file.path, mesh.status());
+  return mesh;
+}
+
+absl::Status WriteMeshFile(const std::string& path, const TriangleMesh& mesh) {
+  LATTICED_ASSIGN_OR_RETURN(const auto format, MeshFormatFromFileName(path));
+  const auto bytes = format == MeshFormat::kDraco ? WriteDracoMesh(mesh) : WriteMesh(format, mesh);
+  if (!bytes.ok()) return InFile(path, bytes.status());
+  return WriteFile(path, *bytes);
+}
+
+v1::MeshFormat ToProto(MeshFormat format) {
+  switch (format) {
+    case MeshFormat::kObj:
+      return v1::MESH_FORMAT_OBJ;
+    case MeshFormat::kPly:
+      return v1::MESH_FORMAT_PLY;
+    case MeshFormat::kStl:
+      return v1::MESH_FORMAT_STL;
+    case MeshFormat::kGlb:
+      return v1::MESH_FORMAT_GLB;
+    case MeshFormat::kDraco:
+      return v1::MESH_FORMAT_DRACO;
+  }
+  return v1::MESH_FORMAT_UNSPECIFIED;
+}
+
+std::string CheckMeshFileName(const std::string& path) {
+  const auto format = MeshFormatFromFileName(path);
+  return format.ok() ? "" : fmt::format("{}: {}", path, std::string(format.status().message()));
+}
+
+}  // namespace latticed::client

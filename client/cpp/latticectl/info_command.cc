@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <ostream>
+
+#include "client/cpp/latticectl/commands.h"
+#include "client/cpp/latticectl/json_output.h"
+#include "client/cpp/latticectl/session.h"
+#include "client/cpp/latticectl/text_table.h"
+#include "client/cpp/latticectl/view_flags.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct InfoFlags {
+  SessionFlags session;
+  bool json = false;
+  bool health = false;
+};
+
+void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
+  TextTable table;
+  table.AddRow({"version", info.version()});
+  table.AddRow({"node", info.node()});
+  table.AddRow({"boot id", info.boot_id()});
+  for (const auto& backend : info.backends()) {
+    table.AddRow({"backend", fmt::format("{}: {}", backend.name(), backend.description())});
+    for (const auto& device : backend.devices()) {
+      if (device.budget_bytes() == 0) continue;
+      table.AddRow({fmt::format("memory of device {}", device.number()),
+                    fmt::format("{} free of {}", FormatBytes(device.free_bytes()),
+                                FormatBytes(device.budget_bytes()))});
+    }
+    if (!backend.lost().empty()) table.AddRow({"device lost", backend.lost()});
+  }
+  std::string encodings;
+  for (const int encoding : info.encodings()) {
+    encodings +=
+        (encodings.empty() ? "" : ", ") + EncodingName(static_cast<v1::Encoding>(encoding));
+  }
+  table.AddRow({"encodings", encodings});
+  const v1::ServerLimits& limits = info.limits();
+  table.AddRow({"largest upload", FormatBytes(limits.max_mesh_bytes())});
+  table.AddRow(
+      {"host memory", fmt::format("{} reserved of {}", FormatBytes(info.reserved_host_bytes()),
+                                  FormatBytes(limits.max_host_bytes()))});
+  table.AddRow({"retired snapshots", fmt::format("{}, that slow readers were being sent",
+                                                 FormatCount(info.retired_snapshots()))});
+  table.AddRow({"forgotten undo steps", fmt::format("{}, for want of host memory",
+                                                    FormatCount(info.forgotten_undo_steps()))});
+  table.AddRow({"segments", fmt::format("{} to {}", limits.min_segments(), limits.max_segments())});
+  table.AddRow(
+      {"control points",
+       fmt::format("up to {}", FormatCount(static_cast<uint64_t>(limits.max_control_points())))});
+  table.AddRow(
+      {"connections", fmt::format("up to {}, of up to {} calls each", limits.max_connections(),
+                                  limits.max_calls_per_connection())});
+  table.Print(out);
+}
+
+absl::Status Run(const InfoFlags& flags, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+  if (flags.health) {
+    if (auto s = session.client().CheckHealth(); !s.ok()) return session.Explain(s);
+    console.out << "serving\n";
+    return absl::OkStatus();
+  }
+  const auto info = session.client().GetServerInfo();
+  if (!info.ok()) return session.Explain(info.status());
+  if (flags.json) {
+    console.out << MessageJson(*info);
+  } else {
+    PrintInfo(*info, console.out);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddInfoCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<InfoFlags>();
+  CLI::App* command = app.add_subcommand("info", "Says what a server is and can do");
+  AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
+  AddJsonFlag(*command, flags->json);
+  command->add_flag("--health", flags->health,
+                    "Only ask whether it serves, without a token: for health checks");
+  command->callback(
+      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+}
+
+}  // namespace latticed::client

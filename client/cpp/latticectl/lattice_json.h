@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Lattices in files: the proto3 JSON of latticed.v1.Lattice, everything written out, doubles with
+// as many digits as bring the same bits back. Reading takes any proto3 JSON, so knots and control
+// points may be missing, and refuses names that the message does not have.
+#ifndef LATTICED_CLIENT_CPP_LATTICECTL_LATTICE_JSON_H_
+#define LATTICED_CLIENT_CPP_LATTICECTL_LATTICE_JSON_H_
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "core/ffd/lattice.h"
+#include "latticed/v1/lattice.pb.h"
+
+namespace CLI {
+class App;
+}
+
+namespace latticed::client {
+
+[[nodiscard]] v1::Lattice ToProto(const Lattice& lattice);
+[[nodiscard]] absl::StatusOr<std::string> ToJson(const v1::Lattice& lattice);
+// `path` is for the error message.
+[[nodiscard]] absl::StatusOr<v1::Lattice> LatticeFromJson(std::string_view json,
+                                                          const std::string& path);
+
+// --size 5,4,6 --degree 2,2,2 --padding 0.05.
+struct FitFlags {
+  std::string size = "4,4,4";
+  std::string degree = "2,2,2";
+  double padding = 0.05;
+};
+void AddFitFlags(CLI::App& command, FitFlags& flags);
+[[nodiscard]] v1::LatticeFit ToProto(const FitFlags& flags);
+// For CLI11: an error text for what is not three whole numbers, else nothing.
+[[nodiscard]] std::string CheckAxes(const std::string& text);
+// Of a text that CheckAxes has passed.
+[[nodiscard]] std::array<int, 3> ParseAxes(const std::string& text);
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LATTICECTL_LATTICE_JSON_H_

@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/latticectl/session.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+#include "client/cpp/latticectl/files.h"
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+#include "server/base/options.h"
+#include "server/in_process.h"
+
+namespace latticed::client {
+namespace {
+
+absl::StatusOr<Connection> ToConnection(const SessionFlags& flags) {
+  Connection connection{.address = flags.server, .token = flags.token, .tls = flags.tls};
+  const std::pair<const std::string&, std::string&> files[] = {
+      {flags.tls_ca, connection.tls_ca_pem},
+      {flags.tls_cert, connection.tls_cert_pem},
+      {flags.tls_key, connection.tls_key_pem}};
+  for (const auto& [path, pem] : files) {
+    if (path.empty()) continue;
+    LATTICED_ASSIGN_OR_RETURN(pem, ReadFile(path));
+  }
+  return connection;
+}
+
+}  // namespace
+
+void AddSessionFlags(CLI::App& command, SessionFlags& flags, ServerChoice choice) {
+  CLI::Option* server = command.add_option("--server", flags.server, "Address of a running server");
+  if (choice == ServerChoice::kRequired) {
+    flags.server = Options{}.listen;
+    server->envname("LATTICED_SERVER")->capture_default_str();
+  } else {
+    server->description("Address of a running server; without it one runs in this process");
+    CLI::Option* backend =
+        command.add_option("--backend", flags.backend, "Backend of the server in this process")
+            ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+            ->capture_default_str();
+    backend->excludes(server);
+  }
+  command.add_option("--token", flags.token, "Bearer token")->envname("LATTICED_TOKEN");
+  command.add_flag("--tls", flags.tls, "Use TLS with the system's roots");
+  command.add_option("--tls-ca", flags.tls_ca, "PEM file of roots to trust; implies TLS");
+  CLI::Option* cert =
+      command.add_option("--tls-cert", flags.tls_cert, "PEM file of the client's certificate");
+  CLI::Option* key = command.add_option("--tls-key", flags.tls_key, "PEM file of its key");
+  cert->needs(key);
+  key->needs(cert);
+}
+
+Session::Session() = default;
+Session::Session(Session&&) noexcept = default;
+Session::~Session() {
+  client_.reset();  // its channel before its server
+}
+
+absl::StatusOr<Session> Session::Open(const SessionFlags& flags, Interruption* interruption) {
+  const bool catches = interruption != nullptr && !flags.server.empty();
+  return Open(flags, catches ? interruption->Catch() : std::stop_token());
+}
+
+absl::StatusOr<Session> Session::Open(const SessionFlags& flags, std::stop_token stop) {
+  Session session;
+  if (!flags.server.empty()) {
+    LATTICED_ASSIGN_OR_RETURN(auto connection, ToConnection(flags));
+    session.address_ = flags.server;
+    session.connection_ = std::move(connection);
+  } else {
+    Options options;
+    options.backend = flags.backend;
+    options.log_level = "warn";  // its log is this program's error output
+    options.drain_delay = absl::ZeroDuration();
+    options.max_connections = 1'000'000;  // all of them are this program's
+    LATTICED_ASSIGN_OR_RETURN(session.server_, InProcessServer::Start(options));
+    session.connection_.address = session.server_->address();
+  }
+  session.client_ = Client::Connect(session.connection_, std::move(stop));
+  return session;
+}
+
+std::unique_ptr<Client> Session::NewClient() const {
+  Connection connection = connection_;
+  connection.alone = true;
+  return Client::Connect(connection);
+}
+
+std::optional<uint64_t> Session::Counter(std::string_view name) const {
+  if (server_ == nullptr) return std::nullopt;
+  const std::string text = server_->metrics();
+  const std::string label = fmt::format("\n{} ", name);
+  const size_t at = text.find(label);
+  if (at == std::string::npos) return std::nullopt;
+  uint64_t value = 0;
+  std::from_chars(text.data() + at + label.size(), text.data() + text.size(), value);
+  return value;
+}
+
+absl::Status Session::Explain(const absl::Status& status) const {
+  if (!absl::IsUnavailable(status) || address_.empty()) return status;
+  // A server that answered, but drains for instance, says itself what to do.
+  if (error::DetailsOf(status).metadata.contains("request_id")) return status;
+  return absl::UnavailableError(
+      fmt::format("{}; no answer from {}: start a server there with 'latticed --listen {}', or "
+                  "name another one with --server",
+                  std::string(status.message()), address_, address_));
+}
+
+}  // namespace latticed::client

@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "client/cpp/latticectl/commands.h"
+#include "client/cpp/latticectl/json_output.h"
+#include "client/cpp/latticectl/session.h"
+#include "client/cpp/latticectl/text_table.h"
+#include "client/cpp/latticectl/view_flags.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct WatchFlags {
+  SessionFlags session;
+  std::string scene;
+  ViewFlags view;
+  uint64_t updates = std::numeric_limits<uint64_t>::max();
+  bool json = false;
+};
+
+// One line an update, in JSON as well, and at once: a watch is endless.
+void PrintUpdate(const CompleteUpdate& update, const Surface& surface, bool json,
+                 std::ostream& out) {
+  const v1::UpdateTimings& timings = update.end.timings();
+  if (json) {
+    out << nlohmann::json{{"revision", update.end.revision()},
+                          {"headRevision", update.end.head_revision()},
+                          {"chunks", update.chunk_count},
+                          {"bytes", update.bytes},
+                          {"points", surface.topology().point_count()},
+                          {"evaluateUs", timings.evaluate_us()},
+                          {"encodeUs", timings.encode_us()},
+                          {"sendUs", timings.send_us()}}
+               .dump();
+  } else {
+    out << fmt::format("revision {}: {} chunks, {}; evaluated in {}, encoded in {}",
+                       update.end.revision(), FormatCount(update.chunk_count),
+                       FormatBytes(update.bytes), FormatMilliseconds(timings.evaluate_us() / 1e3),
+                       FormatMilliseconds(timings.encode_us() / 1e3));
+  }
+  out << std::endl;
+}
+
+absl::Status Run(const WatchFlags& flags, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+  v1::WatchRequest request;
+  request.set_scene(flags.scene);
+  *request.mutable_view() = ToProto(flags.view);
+  const auto watch = session.client().Watch(std::move(request));
+  if (!watch.ok()) return session.Explain(watch.status());
+  std::optional<CompleteUpdate> update = (*watch)->first_update();
+  for (uint64_t count = 0; update.has_value();) {
+    PrintUpdate(*update, (*watch)->surface(), flags.json, console.out);
+    if (++count >= flags.updates) return absl::OkStatus();
+    auto next = (*watch)->Next();
+    if (!next.ok()) return session.Explain(next.status());
+    update = *std::move(next);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddWatchCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<WatchFlags>();
+  CLI::App* command = app.add_subcommand("watch", "Prints a line for every update of a scene");
+  command->add_option("scene", flags->scene, "Id of the scene")->required();
+  command->add_option("--updates", flags->updates, "Ends after so many; by default never")
+      ->check(CLI::PositiveNumber);
+  AddViewFlags(*command, flags->view);
+  AddDragFlags(*command, flags->view);
+  AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
+  AddJsonFlag(*command, flags->json);
+  command->callback(
+      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+}
+
+}  // namespace latticed::client

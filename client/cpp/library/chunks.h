@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Chunks of every encoding, to points in world coordinates.
+//
+//   position = Quantisation.origin + value            RAW: float32, added in double
+//   position = Quantisation.origin + integer * step   QUANTISED, DRACO: in double
+//
+// Errors   kDataLoss for bytes that are not what the topology and view announce
+// Threads  pure functions
+#ifndef LATTICED_CLIENT_CPP_LIBRARY_CHUNKS_H_
+#define LATTICED_CLIENT_CPP_LIBRARY_CHUNKS_H_
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/base/vec.h"
+#include "latticed/v1/event.pb.h"
+#include "latticed/v1/view.pb.h"
+
+namespace latticed::client {
+
+// Points in stream order: patch after patch, each in the order of TessellationPattern.points.
+struct DecodedPoints {
+  std::vector<Vec3d> positions;  // world
+  std::vector<Vec3f> normals;    // unit, or empty
+};
+
+// Appends the points of one chunk to `points`. `view` is UpdateBegin.view, with nothing left open.
+[[nodiscard]] absl::Status DecodeChunk(std::string_view data, size_t point_count,
+                                       const v1::ViewOptions& view,
+                                       const v1::Quantisation& quantisation, DecodedPoints* points);
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LIBRARY_CHUNKS_H_

@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/library/latticed_client.h"
+
+#include <functional>
+#include <random>
+#include <utility>
+
+#include "client/cpp/library/reply.h"
+#include "client/cpp/library/status.h"
+#include "core/base/sha256.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+#include "grpc/health/v1/health.grpc.pb.h"
+#include "grpcpp/create_channel.h"
+#include "grpcpp/security/credentials.h"
+
+namespace latticed::client {
+namespace {
+
+std::string RandomHexDigits() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
+}
+
+using ContextMaker = std::function<std::unique_ptr<grpc::ClientContext>()>;
+
+template <typename Stub, typename Request, typename Response>
+using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Response*);
+
+// A request of `stop` cancels it.
+template <typename Stub, typename Request, typename Response>
+absl::StatusOr<Response> CallOnce(Stub& stub, Method<Stub, Request, Response> method,
+                                  const ContextMaker& new_context, const Request& request,
+                                  const std::stop_token& stop) {
+  const auto context = new_context();
+  const std::stop_callback cancel(stop, [&context] { context->TryCancel(); });
+  Response response;
+  const grpc::Status status = (stub.*method)(context.get(), request, &response);
+  if (!status.ok()) return FromGrpc(status, *context);
+  return response;
+}
+
+// Made again after a break: of a call that is no deletion twice is as once.
+template <typename Stub, typename Request, typename Response>
+absl::StatusOr<Response> Call(Stub& stub, Method<Stub, Request, Response> method,
+                              const ContextMaker& new_context, const Request& request,
+                              const std::stop_token& stop) {
+  absl::StatusOr<Response> response;
+  LATTICED_RETURN_IF_ERROR(WithRetries(stop, [&] {
+    response = CallOnce(stub, method, new_context, request, stop);
+    return response.status();
+  }));
+  return response;
+}
+
+}  // namespace
+
+std::string RandomSceneId() { return RandomHexDigits(); }
+
+std::string RandomEditorId() {
+  std::string hex = RandomHexDigits();
+  hex[12] = '4';                                       // version: random
+  hex[16] = "89ab"[static_cast<size_t>(hex[16]) % 4];  // variant: RFC 4122
+  return fmt::format("{}-{}-{}-{}-{}", hex.substr(0, 8), hex.substr(8, 4), hex.substr(12, 4),
+                     hex.substr(16, 4), hex.substr(20));
+}
+
+std::unique_ptr<Client> Client::Connect(const Connection& connection, std::stop_token stop) {
+  std::shared_ptr<grpc::ChannelCredentials> credentials = grpc::InsecureChannelCredentials();
+  if (connection.tls || !connection.tls_ca_pem.empty() || !connection.tls_cert_pem.empty()) {
+    credentials = grpc::SslCredentials(
+        {connection.tls_ca_pem, connection.tls_key_pem, connection.tls_cert_pem});
+  }
+  grpc::ChannelArguments arguments;
+  // grpc waits a second before it connects anew, and up to two minutes later on: long for a drag.
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 5'000);
+  // One that vanished without a word is noticed after these two together.
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  if (connection.alone) arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  return std::make_unique<Client>(
+      grpc::CreateCustomChannel(connection.address, credentials, arguments), connection.token,
+      std::move(stop));
+}
+
+Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop)
+    : channel_(std::move(channel)),
+      token_(std::move(token)),
+      stop_(std::move(stop)),
+      server_(v1::ServerService::NewStub(channel_)),
+      meshes_(v1::MeshService::NewStub(channel_)),
+      scenes_(v1::SceneService::NewStub(channel_)) {}
+
+std::unique_ptr<grpc::ClientContext> Client::NewContext(const std::string& scene) const {
+  auto context = std::make_unique<grpc::ClientContext>();
+  if (!token_.empty()) context->AddMetadata("authorization", "Bearer " + token_);
+  if (!scene.empty()) context->AddMetadata("latticed-scene", scene);
+  return context;
+}
+
+absl::StatusOr<v1::ServerInfo> Client::GetServerInfo() {
+  return Call(
+      *server_, &v1::ServerService::Stub::GetServerInfo, [&] { return NewContext(); },
+      v1::GetServerInfoRequest(), stop_);
+}
+
+absl::Status Client::CheckHealth() {
+  using grpc::health::v1::Health;
+  using grpc::health::v1::HealthCheckResponse;
+  const auto stub = Health::NewStub(channel_);
+  // How it is at this moment: not made again.
+  LATTICED_ASSIGN_OR_RETURN(const auto response,
+                            CallOnce(
+                                *stub, &Health::Stub::Check, [&] { return NewContext(); },
+                                grpc::health::v1::HealthCheckRequest(), stop_));
+  if (response.status() == HealthCheckResponse::SERVING) return absl::OkStatus();
+  return absl::UnavailableError(fmt::format(
+      "the server says {}", HealthCheckResponse::ServingStatus_Name(response.status())));
+}
+
+absl::StatusOr<v1::Mesh> Client::GetMesh(const std::string& id) {
+  v1::GetMeshRequest request;
+  request.set_mesh(id);
+  return Call(
+      *meshes_, &v1::MeshService::Stub::GetMesh, [&] { return NewContext(); }, request, stop_);
+}
+
+absl::StatusOr<std::vector<v1::Mesh>> Client::ListMeshes(const std::string& filter) {
+  v1::ListMeshesRequest request;
+  request.set_filter(filter);
+  std::vector<v1::Mesh> meshes;
+  do {
+    LATTICED_ASSIGN_OR_RETURN(const auto page, Call(
+                                                   *meshes_, &v1::MeshService::Stub::ListMeshes,
+                                                   [&] { return NewContext(); }, request, stop_));
+    meshes.insert(meshes.end(), page.meshes().begin(), page.meshes().end());
+    request.set_page_token(page.next_page_token());
+  } while (!request.page_token().empty());
+  return meshes;
+}
+
+absl::Status Client::DeleteMesh(const std::string& mesh, bool force) {
+  v1::DeleteMeshRequest request;
+  request.set_mesh(mesh);
+  request.set_force(force);
+  return CallOnce(*meshes_, &v1::MeshService::Stub::DeleteMesh, [&] { return NewContext(); },
+                  request, /*stop=*/{})
+      .status();
+}
+
+absl::StatusOr<v1::Scene> Client::CreateScene(v1::CreateSceneRequest request) {
+  if (stop_.stop_requested()) return Stopped();
+  if (request.scene_id().empty()) request.set_scene_id(RandomSceneId());
+  return Call(*scenes_, &v1::SceneService::Stub::CreateScene,
+              [&] { return NewContext(request.scene_id()); }, request, /*stop=*/{});
+}
+
+absl::StatusOr<v1::Scene> Client::GetScene(const std::string& id) {
+  v1::GetSceneRequest request;
+  request.set_scene(id);
+  return Call(
+      *scenes_, &v1::SceneService::Stub::GetScene, [&] { return NewContext(id); }, request, stop_);
+}
+
+absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& filter) {
+  v1::ListScenesRequest request;
+  request.set_filter(filter);
+  std::vector<v1::Scene> scenes;
+  do {
+    LATTICED_ASSIGN_OR_RETURN(const auto page, Call(
+                                                   *scenes_, &v1::SceneService::Stub::ListScenes,
+                                                   [&] { return NewContext(); }, request, stop_));
+    scenes.insert(scenes.end(), page.scenes().begin(), page.scenes().end());
+    request.set_page_token(page.next_page_token());
+  } while (!request.page_token().empty());
+  return scenes;
+}
+
+absl::Status Client::DeleteScene(const std::string& scene) {
+  v1::DeleteSceneRequest request;
+  request.set_scene(scene);
+  return CallOnce(*scenes_, &v1::SceneService::Stub::DeleteScene, [&] { return NewContext(scene); },
+                  request,
+                  /*stop=*/{})
+      .status();
+}
+
+absl::StatusOr<v1::LatticeState> Client::GetLattice(const std::string& scene) {
+  v1::GetLatticeRequest request;
+  request.set_scene(scene);
+  return Call(
+      *scenes_, &v1::SceneService::Stub::GetLattice, [&] { return NewContext(scene); }, request,
+      stop_);
+}
+
+absl::StatusOr<v1::EditResult> Client::ApplyEdits(const v1::EditBatch& batch) {
+  const Turns::Turn turn =
+      edit_turns_.Wait(fmt::format("{} {}", batch.scene(), batch.editor_id()), batch.sequence());
+  return Call(
+      *scenes_, &v1::SceneService::Stub::ApplyEdits, [&] { return NewContext(batch.scene()); },
+      batch, stop_);
+}
+
+absl::StatusOr<v1::EvaluatePointsResponse> Client::EvaluatePoints(
+    const v1::EvaluatePointsRequest& request) {
+  return Call(
+      *scenes_, &v1::SceneService::Stub::EvaluatePoints,
+      [&] { return NewContext(request.scene()); }, request, stop_);
+}
+
+absl::StatusOr<v1::SurfacePoint> Client::Pick(const v1::PickRequest& request) {
+  return Call(
+      *scenes_, &v1::SceneService::Stub::Pick, [&] { return NewContext(request.scene()); }, request,
+      stop_);
+}
+
+absl::StatusOr<std::unique_ptr<WatchStream>> Client::Watch(v1::WatchRequest watch,
+                                                           EventObserver observer) {
+  return WatchStream::Open(this, std::move(watch), std::move(observer));
+}
+
+absl::StatusOr<std::unique_ptr<DeformStream>> Client::Deform(v1::WatchRequest watch,
+                                                             EventObserver observer) {
+  return DeformStream::Open(this, std::move(watch), std::move(observer));
+}
+
+}  // namespace latticed::client

@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The C++ client of latticed: one object per server, one function per rpc, with the conveniences
+// that the protocol asks of clients: uploads in parts, all pages of lists, scene ids and routing
+// metadata, whole updates, streams that resume (stream.h), and calls that are made
+// again, four times in all, after what MayRetry names: all but deletions, which would not find again
+// what they have deleted.
+//
+//   auto client = Client::Connect({.address = "127.0.0.1:50151"});
+//   auto mesh = (*client)->UploadMesh(bytes, header);
+//   auto scene = (*client)->CreateScene(request);     // request.mesh = mesh->id()
+//   auto update = (*client)->GetUpdate({.scene = scene->id()});
+//
+// Errors   the server's, with reason and field in error::DetailsOf; kUnavailable without a server
+// Threads  any number may call
+#ifndef LATTICED_CLIENT_CPP_LIBRARY_LATTICED_CLIENT_H_
+#define LATTICED_CLIENT_CPP_LIBRARY_LATTICED_CLIENT_H_
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/cpp/library/stream.h"
+#include "client/cpp/library/surface.h"
+#include "client/cpp/library/turns.h"
+#include "client/cpp/library/watch.h"
+#include "grpcpp/channel.h"
+#include "latticed/v1/mesh.grpc.pb.h"
+#include "latticed/v1/scene.grpc.pb.h"
+#include "latticed/v1/server.grpc.pb.h"
+
+namespace latticed::client {
+
+struct Connection {
+  std::string address;       // host:port, or unix:path
+  std::string token;         // bearer token; empty: none is sent
+  bool tls = false;          // implied by the files
+  std::string tls_ca_pem;    // roots to trust; empty: the system's
+  std::string tls_cert_pem;  // client certificate and key, where the server asks for one
+  std::string tls_key_pem;
+  bool alone = false;  // not shared with other clients of this process
+};
+
+// Of `total` bytes or chunks, how many are done.
+using Progress = std::function<void(uint64_t done, uint64_t total)>;
+
+// 128 random bits as hexadecimal digits: a scene id.
+[[nodiscard]] std::string RandomSceneId();
+// A random UUID (version 4): an editor id.
+[[nodiscard]] std::string RandomEditorId();
+
+class Client {
+ public:
+  // Does not wait for the server: the first call tells whether it is there. A request of `stop`
+  // cancels the calls and streams under way and all that begin later, but neither deletions nor
+  // what would leave in doubt whether there is something to delete: a CreateScene that has begun,
+  // and the last part of an upload.
+  [[nodiscard]] static std::unique_ptr<Client> Connect(const Connection& connection,
+                                                       std::stop_token stop = {});
+  Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop = {});
+
+  [[nodiscard]] absl::StatusOr<v1::ServerInfo> GetServerInfo();
+  // By the standard health service, which asks for no token. kUnavailable unless it serves.
+  [[nodiscard]] absl::Status CheckHealth();
+
+  // Fills total_bytes and sha256 of the header in. Where the server has the same bytes in the same
+  // format already nothing is sent; but RAW always is, since the server alone compares layouts.
+  [[nodiscard]] absl::StatusOr<v1::Mesh> UploadMesh(std::string_view bytes, v1::MeshHeader header,
+                                                    const Progress& progress = {});
+  [[nodiscard]] absl::StatusOr<v1::Mesh> GetMesh(const std::string& mesh);
+  [[nodiscard]] absl::StatusOr<std::vector<v1::Mesh>> ListMeshes(const std::string& filter = "");
+  [[nodiscard]] absl::Status DeleteMesh(const std::string& mesh, bool force);
+
+  // An empty scene_id becomes a random one.
+  [[nodiscard]] absl::StatusOr<v1::Scene> CreateScene(v1::CreateSceneRequest request);
+  [[nodiscard]] absl::StatusOr<v1::Scene> GetScene(const std::string& scene);
+  [[nodiscard]] absl::StatusOr<std::vector<v1::Scene>> ListScenes(const std::string& filter = "");
+  [[nodiscard]] absl::Status DeleteScene(const std::string& scene);
+  [[nodiscard]] absl::StatusOr<v1::LatticeState> GetLattice(const std::string& scene);
+  // Of one editor and scene one batch is under way at a time, as the protocol asks: others wait,
+  // and of those that wait the one with the lowest sequence goes next.
+  [[nodiscard]] absl::StatusOr<v1::EditResult> ApplyEdits(const v1::EditBatch& batch);
+  [[nodiscard]] absl::StatusOr<v1::EvaluatePointsResponse> EvaluatePoints(
+      const v1::EvaluatePointsRequest& request);
+
+  // The first point of the surface on a ray; kNotFound, reason NOTHING_HIT, where it meets none.
+  [[nodiscard]] absl::StatusOr<v1::SurfacePoint> Pick(const v1::PickRequest& request);
+
+  // One complete update.
+  [[nodiscard]] absl::StatusOr<Surface> GetUpdate(const v1::GetUpdateRequest& request,
+                                                  const Progress& progress = {});
+  // All parts as one.
+  [[nodiscard]] absl::StatusOr<v1::TopologyPart> GetTopology(const std::string& scene,
+                                                             const std::string& topology_id);
+  struct ExportedFile {
+    v1::ExportHeader header;
+    std::string bytes;
+  };
+  [[nodiscard]] absl::StatusOr<ExportedFile> Export(const v1::ExportRequest& request,
+                                                    const Progress& progress = {});
+
+  // Watches: see WatchStream.
+  [[nodiscard]] absl::StatusOr<std::unique_ptr<WatchStream>> Watch(v1::WatchRequest watch,
+                                                                   EventObserver observer = {});
+  // Edits and watches: see DeformStream.
+  [[nodiscard]] absl::StatusOr<std::unique_ptr<DeformStream>> Deform(v1::WatchRequest watch,
+                                                                     EventObserver observer = {});
+
+ private:
+  friend class DeformStream;
+  friend class WatchStream;
+  // A context with the token, and the routing key where `scene` is not empty.
+  std::unique_ptr<grpc::ClientContext> NewContext(const std::string& scene = "") const;
+
+  const std::shared_ptr<grpc::Channel> channel_;
+  std::string token_;
+  std::stop_token stop_;
+  Turns edit_turns_;
+  std::unique_ptr<v1::ServerService::Stub> server_;
+  std::unique_ptr<v1::MeshService::Stub> meshes_;
+  std::unique_ptr<v1::SceneService::Stub> scenes_;
+};
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LIBRARY_LATTICED_CLIENT_H_

@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/library/status.h"
+
+#include <map>
+#include <string>
+#include <utility>
+
+#include "absl/strings/numbers.h"
+#include "absl/time/clock.h"
+#include "client/cpp/library/reply.h"
+#include "core/base/error.h"
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/error_info.pb.h"
+
+namespace latticed::client {
+namespace {
+
+constexpr int kAttempts = 4;
+constexpr absl::Duration kFirstPause = absl::Milliseconds(100);
+
+constexpr char kDomain[] = "latticed";
+constexpr char kRequestId[] = "latticed-request-id";
+
+// A number that the server put into the metadata for error::Details.
+uint64_t TakeNumber(std::map<std::string, std::string>& metadata, const std::string& key) {
+  const auto entry = metadata.extract(key);
+  uint64_t number = 0;
+  if (entry.empty() || !absl::SimpleAtoi(entry.mapped(), &number)) return 0;
+  return number;
+}
+
+void Read(const google::rpc::ErrorInfo& info, error::Details& details) {
+  details.reason = info.reason();
+  for (const auto& [key, value] : info.metadata()) details.metadata[key] = value;
+  details.asked_bytes = TakeNumber(details.metadata, "asked_bytes");
+  details.free_bytes = TakeNumber(details.metadata, "free_bytes");
+}
+
+// "memory: asked 5 bytes, free 3 bytes", all violations of them.
+std::string Describe(const google::rpc::QuotaFailure& quota) {
+  std::string text;
+  for (const auto& violation : quota.violations()) {
+    if (!text.empty()) text += "; ";
+    text += violation.subject() + ": " + violation.description();
+  }
+  return text;
+}
+
+error::Details DetailsIn(const google::rpc::Status& status) {
+  error::Details details;
+  for (const auto& any : status.details()) {
+    google::rpc::ErrorInfo info;
+    google::rpc::BadRequest bad_request;
+    google::rpc::RetryInfo retry;
+    google::rpc::QuotaFailure quota;
+    if (any.UnpackTo(&info) && info.domain() == kDomain) {
+      Read(info, details);
+    } else if (any.UnpackTo(&bad_request) && bad_request.field_violations_size() > 0) {
+      details.field = bad_request.field_violations(0).field();
+    } else if (any.UnpackTo(&quota) && details.asked_bytes == 0) {  // else it says nothing more
+      details.metadata["quota"] = Describe(quota);
+    } else if (any.UnpackTo(&retry)) {
+      details.retry_after_ms = static_cast<uint32_t>(retry.retry_delay().seconds() * 1000 +
+                                                     retry.retry_delay().nanos() / 1'000'000);
+    }
+  }
+  return details;
+}
+
+}  // namespace
+
+absl::Status FromRpc(const google::rpc::Status& status) {
+  if (status.code() == 0) return absl::OkStatus();
+  absl::Status result(static_cast<absl::StatusCode>(status.code()), status.message());
+  if (status.details_size() == 0) return result;
+  error::Details details = DetailsIn(status);
+  // Of another server, a proxy for instance: its field or delay counts all the same.
+  if (details.reason.empty()) details.reason = error::DetailsOf(result).reason;
+  return error::WithDetails(std::move(result), details);
+}
+
+absl::Status FromGrpc(const grpc::Status& status) {
+  if (status.ok()) return absl::OkStatus();
+  google::rpc::Status rpc;
+  if (!rpc.ParseFromString(status.error_details())) rpc.Clear();
+  rpc.set_code(status.error_code());
+  rpc.set_message(status.error_message());
+  return FromRpc(rpc);
+}
+
+absl::Status FromGrpc(const grpc::Status& status, const grpc::ClientContext& context) {
+  absl::Status result = FromGrpc(status);
+  if (result.ok()) return result;
+  const auto& trailers = context.GetServerTrailingMetadata();
+  const auto id = trailers.find(kRequestId);
+  if (id == trailers.end()) return result;
+  error::Details details = error::DetailsOf(result);
+  details.metadata["request_id"] = std::string(id->second.data(), id->second.size());
+  return error::WithDetails(std::move(result), details);
+}
+
+absl::Status Stopped() { return absl::CancelledError("the client was told to stop"); }
+
+bool MayRetry(const absl::Status& status) {
+  return absl::IsCancelled(status) || absl::IsInternal(status) || absl::IsUnavailable(status) ||
+         absl::IsUnknown(status);
+}
+
+absl::Status WithRetries(const std::stop_token& stop, const std::function<absl::Status()>& call) {
+  absl::Status status = call();
+  for (int attempt = 1; attempt < kAttempts && MayRetry(status); ++attempt) {
+    if (stop.stop_requested()) break;
+    absl::SleepFor(PauseAfter(attempt));
+    status = call();
+  }
+  return status;
+}
+
+absl::Duration PauseAfter(int failures) { return kFirstPause * (1 << (failures - 1)); }
+
+}  // namespace latticed::client

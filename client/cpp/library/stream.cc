@@ -1,0 +1,190 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/library/stream.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "client/cpp/library/latticed_client.h"
+#include "client/cpp/library/status.h"
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+constexpr size_t kMostRefusals = 1024;
+constexpr std::string_view kOutOfOrder = "OUT_OF_ORDER";
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<DeformStream>> DeformStream::Open(Client* client,
+                                                                 v1::WatchRequest watch,
+                                                                 EventObserver observer) {
+  if (watch.editor_id().empty()) watch.set_editor_id(RandomEditorId());
+  std::unique_ptr<DeformStream> stream(
+      new DeformStream(client, std::move(watch), std::move(observer)));
+  stream->stream_.Start();
+  // The first complete update: what edits are relative to is then known, and errors are told here.
+  LATTICED_ASSIGN_OR_RETURN(auto first, stream->Next());
+  if (first.ended() && client->stop_.stop_requested()) return Stopped();
+  stream->first_update_ = std::move(first.update);
+  return stream;
+}
+
+DeformStream::DeformStream(Client* client, v1::WatchRequest watch, EventObserver observer)
+    : client_(client),
+      stream_(
+          std::move(watch), [this] { return client_->NewContext(stream_.watch().scene()); },
+          [this](grpc::ClientContext* context, const v1::WatchRequest& request) {
+            return OpenRpc(context, request);
+          },
+          &surface_, client->stop_, std::move(observer)) {}
+
+std::unique_ptr<DeformStream::Rpc> DeformStream::OpenRpc(grpc::ClientContext* context,
+                                                         const v1::WatchRequest& watch) {
+  auto rpc = client_->scenes_->Deform(context);
+  v1::DeformRequest request;
+  *request.mutable_watch() = watch;
+  bool open = rpc->Write(request);
+  presence_.Begin();
+  if (presence_.shown().has_value()) {
+    *request.mutable_presence() = *presence_.shown();
+    open = open && rpc->Write(request);
+  }
+  if (!unanswered_.empty()) resent_ = unanswered_.back().sequence();
+  for (const v1::EditBatch& batch : unanswered_) {
+    *request.mutable_edit() = batch;
+    open = open && rpc->Write(request);
+  }
+  if (open && half_closed_) rpc->WritesDone();
+  return rpc;
+}
+
+absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
+  if (half_closed_ || stream_.rpc() == nullptr) {
+    return absl::FailedPreconditionError("the stream takes no more edits");
+  }
+  // Sequences and what an update says of them are one editor's: another's would never be seen.
+  if (!batch.editor_id().empty() && batch.editor_id() != editor_id()) {
+    return absl::InvalidArgumentError(
+        fmt::format("editor_id: this stream is editor {}'s; {} wants a stream of its own",
+                    editor_id(), batch.editor_id()));
+  }
+  if (batch.structure_id() == 0) batch.set_structure_id(surface_.lattice().structure_id());
+  batch.set_sequence(++last_sequence_);
+  v1::DeformRequest request;
+  *request.mutable_edit() = batch;
+  unanswered_.push_back(std::move(batch));
+  // A broken stream is noticed by Next, which opens it again and sends what is unanswered.
+  (void)stream_.rpc()->Write(request);
+  return last_sequence_;
+}
+
+absl::Status DeformStream::Show(v1::Presence presence) {
+  if (half_closed_ || stream_.rpc() == nullptr) {
+    return absl::FailedPreconditionError("the stream takes nothing any more");
+  }
+  presence.set_editor_id(editor_id());
+  v1::DeformRequest request;
+  *request.mutable_presence() = presence;
+  presence_.Show(std::move(presence));
+  (void)stream_.rpc()->Write(request);
+  return absl::OkStatus();
+}
+
+void DeformStream::HalfClose() {
+  if (!std::exchange(half_closed_, true) && stream_.rpc() != nullptr) stream_.rpc()->WritesDone();
+}
+
+absl::StatusOr<DeformStream::Step> DeformStream::Next() {
+  for (;;) {
+    LATTICED_ASSIGN_OR_RETURN(auto event, stream_.Read());
+    if (!event.has_value()) return Step{};
+    auto step = Take(*std::move(event));
+    if (!step.ok()) Cancel();
+    if (!step.ok() || !step->ended()) return step;
+  }
+}
+
+absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
+  Step step;
+  switch (event.event_case()) {
+    case v1::SceneEvent::kHello:
+      hello_ = event.hello();
+      return step;
+    case v1::SceneEvent::kPresence:
+      presence_.Take(event.presence());
+      return step;
+    case v1::SceneEvent::kEditResult:
+      step.result = event.edit_result();
+      if (IsLostAnswer(*step.result)) step.result->clear_status();
+      Answer(*step.result);
+      return step;
+    case v1::SceneEvent::kHeartbeat: {
+      if (half_closed_) return step;
+      v1::DeformRequest request;
+      request.mutable_heartbeat();
+      (void)stream_.rpc()->Write(request);
+      return step;
+    }
+    default:
+      break;
+  }
+  LATTICED_ASSIGN_OR_RETURN(step.update, surface_.Apply(std::move(event)));
+  if (step.update.has_value()) {
+    Remember(*step.update);
+    Acknowledge(step.update->end.update_id());
+  }
+  return step;
+}
+
+// Sent twice, and a later one was taken before the break: this one was too, with what is not known,
+// since the server keeps the last answer alone.
+bool DeformStream::IsLostAnswer(const v1::EditResult& result) const {
+  return result.sequence() <= resent_ && result.status().code() != 0 &&
+         error::DetailsOf(FromRpc(result.status())).reason == kOutOfOrder;
+}
+
+void DeformStream::Answer(const v1::EditResult& result) {
+  while (!unanswered_.empty() && unanswered_.front().sequence() <= result.sequence()) {
+    unanswered_.pop_front();
+  }
+  if (result.status().code() == 0) return;
+  refusals_[result.sequence()] = FromRpc(result.status());
+  if (refusals_.size() > kMostRefusals) refusals_.erase(refusals_.begin());
+}
+
+void DeformStream::Remember(const CompleteUpdate& update) {
+  stream_.Worked(update.end.resume_token());
+  // An editor that edited before this stream goes on above its old sequences.
+  last_sequence_ = std::max(last_sequence_, update.end.applied_sequence());
+  newest_update_ = update;
+}
+
+void DeformStream::Acknowledge(uint64_t update_id) {
+  if (half_closed_) return;
+  v1::DeformRequest request;
+  request.mutable_control()->set_acked_update_id(update_id);
+  (void)stream_.rpc()->Write(request);
+}
+
+absl::StatusOr<CompleteUpdate> DeformStream::WaitFor(uint64_t sequence) {
+  if (sequence == 0 || sequence > last_sequence_) {
+    return absl::InvalidArgumentError(
+        fmt::format("edit {} was never sent: the last one was {}", sequence, last_sequence_));
+  }
+  for (;;) {
+    // A refusal first: its sequence may lie below that of an edit which an update holds.
+    const auto refusal = refusals_.find(sequence);
+    if (refusal != refusals_.end()) return refusal->second;
+    if (newest_update_.has_value() && newest_update_->end.applied_sequence() >= sequence) {
+      return *newest_update_;
+    }
+    LATTICED_ASSIGN_OR_RETURN(const auto step, Next());
+    if (step.ended()) return absl::CancelledError("the stream ended before the edit was seen");
+  }
+}
+
+}  // namespace latticed::client

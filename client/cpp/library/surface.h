@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The surface that a watcher has: SceneEvents in, complete updates out. An update that has not
+// ended changes nothing (proto/latticed/v1/event.proto).
+//
+// Errors   kDataLoss when events contradict each other: nothing of that stream can be trusted then
+// Threads  one at a time
+#ifndef LATTICED_CLIENT_CPP_LIBRARY_SURFACE_H_
+#define LATTICED_CLIENT_CPP_LIBRARY_SURFACE_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/cpp/library/chunks.h"
+#include "latticed/v1/event.pb.h"
+
+namespace latticed::client {
+
+struct CompleteUpdate {
+  v1::UpdateEnd end;
+  size_t chunk_count = 0;
+  uint64_t bytes = 0;  // of chunk data
+};
+
+class Surface {
+ public:
+  // Takes one event in; an update when this event completes it.
+  [[nodiscard]] absl::StatusOr<std::optional<CompleteUpdate>> Apply(v1::SceneEvent event);
+  // Forgets an update that has begun: its stream has broken.
+  void DropPartialUpdate();
+
+  // Whether a complete update is here.
+  bool complete() const { return complete_; }
+  // Of the newest complete update.
+  const v1::Topology& topology() const { return topology_; }
+  const v1::ViewOptions& view() const { return view_; }
+  uint64_t revision() const { return revision_; }
+  // Bytes of all chunks that are here.
+  uint64_t bytes() const;
+  // How much of the update in progress is here, 0 to 1.
+  double progress() const;
+  // Of the newest edit heard of, deltas applied.
+  const v1::LatticeState& lattice() const { return lattice_; }
+
+  // The grid announced last: of all chunks, where no update is in progress.
+  const v1::Quantisation& quantisation() const;
+  size_t chunk_count() const { return chunks_.size(); }
+  struct PatchRange {
+    uint64_t first = 0, count = 0;
+  };
+  // Of a chunk below chunk_count().
+  PatchRange PatchesOf(size_t chunk) const;
+
+  // The newest complete update with these of its chunks alone, to be decoded one by one; to keep.
+  [[nodiscard]] Surface Excerpt(std::span<const uint32_t> chunks) const;
+
+  // All points of the newest complete update.
+  [[nodiscard]] absl::StatusOr<DecodedPoints> Decode() const;
+  // Those of one of its chunks.
+  [[nodiscard]] absl::StatusOr<DecodedPoints> Decode(size_t chunk) const;
+
+ private:
+  struct HeldChunk {
+    std::string data;
+    // As announced when the chunk came: an id may come again with other bits after a change of
+    // view.
+    std::shared_ptr<const v1::Quantisation> quantisation;
+  };
+
+  absl::Status TakeDelta(const v1::LatticeDelta& delta);
+  absl::Status TakeChunks(v1::Chunks chunks);
+  absl::StatusOr<CompleteUpdate> TakeEnd(v1::UpdateEnd end);
+  // Appends the points of a chunk.
+  absl::Status DecodeOnto(size_t chunk, uint64_t patches, DecodedPoints* points) const;
+
+  v1::LatticeState lattice_;
+  std::map<std::string, v1::Topology> announced_;  // topologies of updates to come
+  std::shared_ptr<const v1::Quantisation> quantisation_;
+
+  std::optional<v1::UpdateBegin> begin_;
+  std::string begun_topology_;
+  std::map<uint32_t, HeldChunk> begun_chunks_;
+  uint64_t begun_bytes_ = 0;
+
+  bool complete_ = false;
+  v1::Topology topology_;
+  v1::ViewOptions view_;
+  uint64_t revision_ = 0;
+  std::vector<HeldChunk> chunks_;
+};
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LIBRARY_SURFACE_H_

@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Rpcs of latticed_client.h that stream one way: uploads, updates, topologies, exports. All of them
+// may be called again after a broken connection.
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <utility>
+
+#include "client/cpp/library/latticed_client.h"
+#include "client/cpp/library/reply.h"
+#include "client/cpp/library/status.h"
+#include "core/base/limits.h"
+#include "core/base/sha256.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+void Report(const Progress& progress, uint64_t done, uint64_t total) {
+  if (progress) progress(done, total);
+}
+
+void AppendPart(const v1::TopologyPart& part, v1::TopologyPart* whole) {
+  whole->mutable_faces()->MergeFrom(part.faces());
+  whole->mutable_corners()->MergeFrom(part.corners());
+  whole->mutable_barycentrics()->MergeFrom(part.barycentrics());
+  whole->mutable_on_lattice_face()->MergeFrom(part.on_lattice_face());
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Mesh> Client::UploadMesh(std::string_view bytes, v1::MeshHeader header,
+                                            const Progress& progress) {
+  header.set_total_bytes(bytes.size());
+  header.set_sha256(Sha256Hex(bytes));
+  // A Mesh does not say its RawLayout: the same bytes may be another mesh.
+  if (header.format() != v1::MESH_FORMAT_RAW) {
+    if (auto present = GetMesh(header.sha256());
+        present.ok() && present->format() == header.format()) {
+      Report(progress, bytes.size(), bytes.size());
+      return present;
+    }
+  }
+  v1::Mesh mesh;
+  LATTICED_RETURN_IF_ERROR(WithRetries(stop_, [&] {
+    const auto context = NewContext();
+    std::optional<std::stop_callback<std::function<void()>>> cancel(
+        std::in_place, stop_, [&context] { context->TryCancel(); });
+    const auto writer = meshes_->UploadMesh(context.get(), &mesh);
+    v1::UploadMeshRequest request;
+    *request.mutable_header() = header;
+    bool open = writer->Write(request);
+    for (size_t sent = 0; open && sent < bytes.size();) {
+      const std::string_view part = bytes.substr(sent, limits::kMaxPartBytes);
+      if (sent + part.size() == bytes.size()) cancel.reset();  // the server may keep it from here
+      request.set_data(part.data(), part.size());
+      open = writer->Write(request);
+      sent += part.size();
+      Report(progress, sent, bytes.size());
+    }
+    if (open) writer->WritesDone();
+    return FromGrpc(writer->Finish(), *context);
+  }));
+  return mesh;
+}
+
+absl::StatusOr<Surface> Client::GetUpdate(const v1::GetUpdateRequest& request,
+                                          const Progress& progress) {
+  constexpr uint64_t kProgressSteps = 1000;
+  std::optional<Surface> surface;
+  LATTICED_RETURN_IF_ERROR(WithRetries(stop_, [&]() -> absl::Status {
+    surface.emplace();
+    const auto context = NewContext(request.scene());
+    const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
+    const auto reader = scenes_->GetUpdate(context.get(), request);
+    v1::SceneEvent event;
+    absl::Status trouble;
+    while (reader->Read(&event)) {
+      const auto update = surface->Apply(std::move(event));
+      if (!update.ok()) {
+        trouble = update.status();
+        context->TryCancel();
+        break;
+      }
+      event.Clear();
+      Report(progress, static_cast<uint64_t>(surface->progress() * double{kProgressSteps}),
+             kProgressSteps);
+    }
+    const absl::Status end = FromGrpc(reader->Finish(), *context);
+    return trouble.ok() ? end : trouble;
+  }));
+  if (!surface->complete()) return absl::DataLossError("the server sent no complete update");
+  return *std::move(surface);
+}
+
+absl::StatusOr<v1::TopologyPart> Client::GetTopology(const std::string& scene,
+                                                     const std::string& topology_id) {
+  v1::GetTopologyRequest request;
+  request.set_scene(scene);
+  request.set_topology_id(topology_id);
+  v1::TopologyPart whole;
+  LATTICED_RETURN_IF_ERROR(WithRetries(stop_, [&]() -> absl::Status {
+    whole.Clear();
+    whole.set_topology_id(topology_id);
+    const auto context = NewContext(scene);
+    const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
+    const auto reader = scenes_->GetTopology(context.get(), request);
+    v1::TopologyPart part;
+    while (reader->Read(&part)) {
+      whole.set_patch_count(part.patch_count());
+      AppendPart(part, &whole);
+    }
+    return FromGrpc(reader->Finish(), *context);
+  }));
+  if (static_cast<uint64_t>(whole.faces_size()) != whole.patch_count()) {
+    return absl::DataLossError("the server sent less than the whole topology");
+  }
+  return whole;
+}
+
+absl::StatusOr<Client::ExportedFile> Client::Export(const v1::ExportRequest& request,
+                                                    const Progress& progress) {
+  ExportedFile file;
+  LATTICED_RETURN_IF_ERROR(WithRetries(stop_, [&]() -> absl::Status {
+    file = {};
+    const auto context = NewContext(request.scene());
+    const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
+    const auto reader = scenes_->Export(context.get(), request);
+    v1::ExportResponse response;
+    while (reader->Read(&response)) {
+      if (response.has_header()) file.header = response.header();
+      if (response.has_data()) file.bytes += response.data();
+      Report(progress, file.bytes.size(), file.header.bytes());
+    }
+    return FromGrpc(reader->Finish(), *context);
+  }));
+  if (file.bytes.size() != file.header.bytes()) {
+    return absl::DataLossError(fmt::format("an export of {} bytes ended after {}",
+                                           file.header.bytes(), file.bytes.size()));
+  }
+  return file;
+}
+
+}  // namespace latticed::client
