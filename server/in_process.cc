@@ -16,11 +16,11 @@
 #include "server/backends.h"
 #include "server/base/auth.h"
 #include "server/base/telemetry.h"
-#include "server/engine/scene_registry.h"
-#include "server/grpc_server.h"
-#include "server/metrics.h"
+#include "server/edge/grpc_server.h"
+#include "server/edge/metrics.h"
 #include "server/rpc/server_env.h"
-#include "server/rpc/uploads.h"
+#include "server/stores/scene_registry.h"
+#include "server/stores/upload_store.h"
 #include "server/web/web_server.h"
 
 namespace latticed {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What the scenes of a server have done since it started. Counted where it happens, read by
-// server/metrics.h.
+// server/edge/metrics.h.
 //
 // Threads  safe, without locks
 #ifndef LATTICED_SERVER_ENGINE_ENGINE_COUNTS_H_

@@ -12,7 +12,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/dirty_set.h"
-#include "server/engine/update_pipeline.h"
+#include "server/engine/render/update_pipeline.h"
 
 namespace latticed {
 namespace {

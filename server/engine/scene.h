@@ -35,11 +35,11 @@
 #include "core/base/stop_check.h"
 #include "core/ffd/edit_history.h"
 #include "core/ffd/lattice.h"
-#include "server/engine/edit_log.h"
-#include "server/engine/presence.h"
-#include "server/engine/scene_room.h"
-#include "server/engine/scene_state.h"
-#include "server/engine/scene_view.h"
+#include "server/engine/memory/scene_room.h"
+#include "server/engine/render/scene_view.h"
+#include "server/engine/scene/edit_log.h"
+#include "server/engine/scene/presence.h"
+#include "server/engine/scene/scene_state.h"
 
 namespace latticed {
 

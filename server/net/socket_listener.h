@@ -4,8 +4,8 @@
 // A listening port with a thread of its own, for a server that asks for sockets and not for HTTP.
 //
 // Threads  safe
-#ifndef LATTICED_SERVER_NET_SOCKET_LISTENER_H_
-#define LATTICED_SERVER_NET_SOCKET_LISTENER_H_
+#ifndef LATTICED_SERVER_EDGE_SOCKET_LISTENER_H_
+#define LATTICED_SERVER_EDGE_SOCKET_LISTENER_H_
 
 #include <functional>
 #include <memory>
@@ -38,4 +38,4 @@ class SocketListener {
 
 }  // namespace latticed
 
-#endif  // LATTICED_SERVER_NET_SOCKET_LISTENER_H_
+#endif  // LATTICED_SERVER_EDGE_SOCKET_LISTENER_H_

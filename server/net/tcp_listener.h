@@ -6,8 +6,8 @@
 // socket alone.
 //
 // Threads  safe
-#ifndef LATTICED_SERVER_NET_TCP_LISTENER_H_
-#define LATTICED_SERVER_NET_TCP_LISTENER_H_
+#ifndef LATTICED_SERVER_EDGE_TCP_LISTENER_H_
+#define LATTICED_SERVER_EDGE_TCP_LISTENER_H_
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -60,4 +60,4 @@ class TcpListener : public std::enable_shared_from_this<TcpListener> {
 
 }  // namespace latticed
 
-#endif  // LATTICED_SERVER_NET_TCP_LISTENER_H_
+#endif  // LATTICED_SERVER_EDGE_TCP_LISTENER_H_

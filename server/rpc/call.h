@@ -17,7 +17,7 @@
 #include "absl/time/time.h"
 #include "google/protobuf/message.h"
 #include "server/base/auth.h"
-#include "server/base/memory_budget.h"
+#include "server/engine/memory/memory_budget.h"
 
 namespace latticed {
 

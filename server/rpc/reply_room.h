@@ -13,7 +13,7 @@
 
 #include "absl/status/status.h"
 #include "google/protobuf/message.h"
-#include "server/base/memory_budget.h"
+#include "server/engine/memory/memory_budget.h"
 
 namespace latticed {
 

@@ -37,11 +37,11 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "latticed/v1/scene.pb.h"
-#include "server/base/memory_budget.h"
-#include "server/engine/presence.h"
+#include "server/engine/memory/memory_budget.h"
 #include "server/engine/scene.h"
+#include "server/engine/scene/presence.h"
+#include "server/engine/watch/watcher.h"
 #include "server/engine/watch_control.h"
-#include "server/engine/watcher.h"
 
 namespace latticed {
 

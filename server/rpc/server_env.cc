@@ -13,9 +13,9 @@
 #include "core/base/limits.h"
 #include "server/base/auth.h"
 #include "server/base/random_id.h"
-#include "server/engine/scene_registry.h"
 #include "server/rpc/call_counts.h"
-#include "server/rpc/uploads.h"
+#include "server/stores/scene_registry.h"
+#include "server/stores/upload_store.h"
 
 namespace latticed {
 namespace {

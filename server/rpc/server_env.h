@@ -18,16 +18,16 @@
 #include "absl/time/time.h"
 #include "core/backend.h"
 #include "server/base/drain_signal.h"
-#include "server/base/mesh_store.h"
 #include "server/base/options.h"
 #include "server/base/worker_pool.h"
+#include "server/stores/mesh_store.h"
 
 namespace latticed {
 
 class Authenticator;  // server/base/auth.h
 class CallCounts;     // server/rpc/call_counts.h
-class SceneRegistry;  // server/engine/scene_registry.h
-class UploadStore;    // server/rpc/uploads.h
+class SceneRegistry;  // server/stores/scene_registry.h
+class UploadStore;    // server/stores/upload_store.h
 
 struct ServerEnv {
   explicit ServerEnv(Options options);

@@ -4,9 +4,9 @@
 
 #include "core/base/limits.h"
 #include "server/base/version.h"
-#include "server/engine/scene_registry.h"
 #include "server/rpc/call.h"
 #include "server/rpc/unary_call.h"
+#include "server/stores/scene_registry.h"
 #include "server/wire/time_converters.h"
 
 namespace latticed {

@@ -3,8 +3,8 @@
 #include "server/rpc/store_upload.h"
 
 #include "core/base/status_macros.h"
-#include "server/engine/scene_registry.h"
 #include "server/rpc/server_env.h"
+#include "server/stores/scene_registry.h"
 #include "server/wire/mesh_header.h"
 
 namespace latticed {

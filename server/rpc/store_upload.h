@@ -14,7 +14,7 @@
 #include "absl/status/status.h"
 #include "latticed/v1/mesh.pb.h"
 #include "server/rpc/reply_room.h"
-#include "server/rpc/uploads.h"
+#include "server/stores/upload_store.h"
 
 namespace latticed {
 

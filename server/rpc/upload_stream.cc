@@ -12,7 +12,7 @@
 #include "server/rpc/reply_room.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/store_upload.h"
-#include "server/rpc/uploads.h"
+#include "server/stores/upload_store.h"
 #include "server/wire/grpc_status.h"
 
 namespace latticed {

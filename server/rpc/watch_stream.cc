@@ -4,10 +4,10 @@
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
-#include "server/engine/scene_registry.h"
 #include "server/rpc/call.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/update_stream.h"
+#include "server/stores/scene_registry.h"
 
 namespace latticed {
 

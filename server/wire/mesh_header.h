@@ -14,8 +14,8 @@
 #include "absl/status/statusor.h"
 #include "core/mesh/polygon_mesh.h"
 #include "latticed/v1/mesh.pb.h"
-#include "server/base/mesh_store.h"
-#include "server/engine/scene_registry.h"
+#include "server/stores/mesh_store.h"
+#include "server/stores/scene_registry.h"
 
 namespace latticed {
 

@@ -10,7 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "latticed/v1/event.pb.h"
-#include "server/engine/presence.h"
+#include "server/engine/scene/presence.h"
 
 namespace latticed {
 

@@ -15,9 +15,9 @@
 #include "absl/time/time.h"
 #include "core/base/stop_check.h"
 #include "latticed/v1/scene.pb.h"
-#include "server/base/mesh_store.h"
 #include "server/engine/scene.h"
 #include "server/engine/surface_export.h"
+#include "server/stores/mesh_store.h"
 
 namespace latticed {
 

@@ -20,8 +20,8 @@
 #include "latticed/v1/scene.pb.h"
 #include "latticed/v1/surface.pb.h"
 #include "latticed/v1/view.pb.h"
-#include "server/base/mesh_store.h"
-#include "server/engine/snapshot.h"
+#include "server/engine/render/snapshot.h"
+#include "server/stores/mesh_store.h"
 
 namespace latticed {
 

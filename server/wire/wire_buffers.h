@@ -15,7 +15,7 @@
 #include <grpcpp/support/byte_buffer.h>
 
 #include "latticed/v1/event.pb.h"
-#include "server/engine/watcher.h"
+#include "server/engine/watch/watcher.h"
 
 namespace latticed {
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "server/engine/scene_registry.h"
+#include "server/stores/scene_registry.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/watched_scene.h"
 

@@ -17,7 +17,7 @@
 
 #include "absl/time/clock.h"
 #include "fmt/format.h"
-#include "server/engine/scene_registry.h"
+#include "server/stores/scene_registry.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/watched_scene.h"
 

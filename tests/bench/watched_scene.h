@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "absl/time/time.h"
-#include "server/engine/scene_registry.h"
-#include "server/engine/watcher.h"
+#include "server/engine/watch/watcher.h"
+#include "server/stores/scene_registry.h"
 #include "tests/bench/scenario.h"
 
 namespace latticed::bench {

@@ -28,9 +28,15 @@ declare -A allowed=(
   [cuda]="$below_backends cuda/"
   [server/base]="core/ server/base/"
   [server/net]="core/base/ server/base/ server/net/"
+  [server/engine/memory]="core/ server/engine/memory/"
+  [server/engine/scene]="core/ server/engine/scene/"
+  [server/engine/render]="core/ server/engine/memory/ server/engine/scene/ server/engine/render/"
+  [server/engine/watch]="core/ server/engine/scene/ server/engine/render/ server/engine/watch/"
   [server/engine]="core/ server/base/ server/engine/"
-  [server/wire]="core/ latticed/v1/ server/base/ server/engine/ server/wire/"
-  [server/rpc]="core/ latticed/v1/ server/base/ server/engine/ server/wire/ server/rpc/"
+  [server/stores]="core/ server/base/ server/engine/ server/stores/"
+  [server/wire]="core/ latticed/v1/ server/base/ server/engine/ server/stores/ server/wire/"
+  [server/rpc]="core/ latticed/v1/ server/base/ server/engine/ server/stores/ server/wire/ server/rpc/"
+  [server/edge]="core/ latticed/v1/ server/base/ server/net/ server/engine/ server/stores/ server/rpc/ server/wire/ server/edge/"
   [server/web]="core/base/ latticed/v1/ server/base/ server/net/ server/wire/ server/web/"
   [server]="core/ cuda/cuda_backend.h latticed/v1/ server/"
   [client/library]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/library/"
@@ -41,13 +47,13 @@ declare -A allowed=(
 
 # Third-party headers that only some layers may see: regular expression, then the files that may.
 readonly guarded=(
-  '^(grpcpp|grpc|google/protobuf|google/rpc)/' '^(server/(wire|rpc|web|[a-z_]+\.)|client/|tests/)'
+  '^(grpcpp|grpc|google/protobuf|google/rpc)/' '^(server/(wire|rpc|edge|web|[a-z_]+\.)|client/|tests/)'
   '^(spdlog|CLI)/' '^(server|client|tests)/'
   '^boost/' '^(server|tests/server)/web/|^server/net/'
   '^(draco|tiny_gltf|stb)' '^(core/(codec|mesh)|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
   '^hwy/' '^(core/(cpu|codec|view)|tests)/'
-  '^prometheus/' '^server/metric'
+  '^prometheus/' '^server/edge/metric'
   '^cblas' '^core/cpu/cpu_gemm'
   '^cublas' '^cuda/device/cuda_(gemm|status)'
   '^epoxy/' '^tests/bench/shaders/'
@@ -59,7 +65,7 @@ set_layer() {  # FILE
     core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
     core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
-    server/base/* | server/net/* | server/engine/* | server/wire/* | server/rpc/* | server/web/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
+    server/*/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
     client/cpp/library/* | client/cpp/latticectl/* | client/cpp/load/*) layer=${1#*/cpp/} layer=client/${layer%%/*} ;;
     client/*) layer=client ;;
     *) layer=none ;;

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/engine/device_health.h"
+#include "server/engine/render/device_health.h"
 #include "tests/server/device_fixture.h"
 #include "tests/server/health_probe.h"
 #include "tests/server/stream_support.h"

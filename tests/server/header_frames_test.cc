@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Headers of any length, by hand: those that fit begin a call, others end their connection at once.
-#include "server/header_frames.h"
+#include "server/edge/header_frames.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 //
 // Less detail while edits come: what is chosen, and what a watcher is sent. Through a stub:
 // level_of_detail_stream_test.cc.
-#include "server/engine/level_of_detail.h"
+#include "server/engine/watch/level_of_detail.h"
 
 #include <algorithm>
 #include <string>

@@ -3,7 +3,7 @@
 //
 // --memory: what does not fit is refused before it is made, says how much was asked and is free,
 // and changes nothing.
-#include "server/base/memory_budget.h"
+#include "server/engine/memory/memory_budget.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Presence between two editors through the stub, and its pace by a clock of the test's own.
-#include "server/engine/presence.h"
+#include "server/engine/scene/presence.h"
 
 #include <functional>
 #include <memory>

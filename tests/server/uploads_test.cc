@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Resumable uploads: unary calls that find each other by the upload's id.
-#include "server/rpc/uploads.h"
+#include "server/stores/upload_store.h"
 
 #include "core/base/error.h"
 #include "fmt/format.h"

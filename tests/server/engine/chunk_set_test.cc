@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/engine/chunk_set.h"
+#include "server/engine/render/chunk_set.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "server/engine/encode_snapshot.h"
+#include "server/engine/render/encode_snapshot.h"
 
 namespace latticed {
 namespace {

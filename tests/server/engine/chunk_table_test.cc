@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/engine/chunk_table.h"
+#include "server/engine/render/chunk_table.h"
 
 #include <memory>
 #include <vector>

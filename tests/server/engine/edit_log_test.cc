@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/engine/edit_log.h"
+#include "server/engine/scene/edit_log.h"
 
 #include <memory>
 #include <string>

@@ -16,8 +16,8 @@
 #include "absl/status/status.h"
 #include "absl/time/clock.h"
 #include "core/base/mutex.h"
-#include "server/engine/scene_registry.h"
-#include "server/engine/watcher.h"
+#include "server/engine/watch/watcher.h"
+#include "server/stores/scene_registry.h"
 
 namespace latticed::testing {
 

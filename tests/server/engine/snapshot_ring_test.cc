@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "server/engine/chunk_blocks.h"
-#include "server/engine/snapshot.h"
+#include "server/engine/render/chunk_blocks.h"
+#include "server/engine/render/snapshot.h"
 
 namespace latticed {
 namespace {

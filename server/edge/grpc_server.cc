@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/edge/grpc_server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
+
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <utility>
+
+#include "core/base/limits.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+#include "server/base/telemetry.h"
+#include "server/edge/header_frames.h"
+#include "server/rpc/mesh_service.h"
+#include "server/rpc/scene_service.h"
+#include "server/rpc/server_service.h"
+#include "server/stores/scene_registry.h"
+
+namespace latticed {
+namespace {
+
+// Clients may ping an idle connection this often; proxies and laptops make them want to.
+constexpr int kMinClientPingMs = 10'000;
+// We ping a silent client, to find those that vanished without a word.
+constexpr int kKeepaliveMs = 60'000;
+
+constexpr const char* kServiceNames[] = {"latticed.v1.MeshService", "latticed.v1.SceneService",
+                                         "latticed.v1.ServerService"};
+
+absl::StatusOr<std::string> ReadFile(const std::string& flag, const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string content{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (file.bad() || content.empty()) {
+    return absl::InvalidArgumentError(fmt::format("{}: cannot read '{}'", flag, path));
+  }
+  return content;
+}
+
+absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> Credentials(const Options& options) {
+  if (options.tls_cert.empty()) return grpc::InsecureServerCredentials();
+  LATTICED_ASSIGN_OR_RETURN(std::string cert, ReadFile("--tls-cert", options.tls_cert));
+  LATTICED_ASSIGN_OR_RETURN(std::string key, ReadFile("--tls-key", options.tls_key));
+  grpc::SslServerCredentialsOptions tls;
+  tls.pem_key_cert_pairs.push_back({std::move(key), std::move(cert)});
+  if (!options.tls_client_ca.empty()) {
+    LATTICED_ASSIGN_OR_RETURN(std::string ca, ReadFile("--tls-client-ca", options.tls_client_ca));
+    tls.pem_root_certs = std::move(ca);
+    tls.client_certificate_request = GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY;
+  }
+  return grpc::SslServerCredentials(tls);
+}
+
+// Once in a process, before the first server is built.
+void EnablePlugins() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    grpc::EnableDefaultHealthCheckService(true);
+    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  });
+}
+
+void Configure(const Options& options, grpc::ServerBuilder& builder) {
+  // Under pressure gRPC shrinks windows, then ends streams with RESOURCE_EXHAUSTED.
+  grpc::ResourceQuota quota("latticed");
+  quota.Resize(options.transport_memory_bytes);
+  builder.SetResourceQuota(quota);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, limits::kMaxCallsPerConnection);
+  builder.AddChannelArgument(GRPC_ARG_ENABLE_CHANNELZ, 1);  // CallGuard reads it
+  builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, static_cast<int>(limits::kMaxHeaderBytes));
+  builder.SetMaxReceiveMessageSize(static_cast<int>(limits::kMaxMessageBytes));
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                             kMinClientPingMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, limits::kKeepaliveTimeoutMs);
+}
+
+void WarnOfLongHeaders() {
+  if (HeadersAreBounded()) return;
+  LogEvent(spdlog::level::warn,
+           "headers of calls may be of any length: have a proxy in front that bounds them",
+           {{"why", "latticed bounds none with this gRPC library"}, {"grpc", grpc::Version()}});
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
+  WarnOfLongHeaders();
+  EnablePlugins();
+  const Options& options = env->options;
+  LATTICED_ASSIGN_OR_RETURN(std::shared_ptr<grpc::ServerCredentials> credentials,
+                            Credentials(options));
+  std::unique_ptr<GrpcServer> result(new GrpcServer(env));
+  result->services_.push_back(std::make_unique<ServerService>(env));
+  result->services_.push_back(std::make_unique<MeshService>(env));
+  result->services_.push_back(MakeSceneService(env));
+
+  grpc::ServerBuilder builder;
+  Configure(options, builder);
+  std::unique_ptr<GrpcListener::Acceptor> acceptor;
+  if (IsUnixSocket(options.listen)) {
+    builder.AddListeningPort(options.listen, credentials);
+  } else {
+    using FromSocket = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
+    acceptor = builder.experimental().AddExternalConnectionAcceptor(FromSocket::FROM_FD,
+                                                                    std::move(credentials));
+  }
+  for (const auto& service : result->services_) builder.RegisterService(service.get());
+  result->server_ = builder.BuildAndStart();
+  if (result->server_ == nullptr) {
+    return absl::UnavailableError(fmt::format(
+        "--listen: cannot serve on '{}': can the socket be made, is the key the certificate's?",
+        options.listen));
+  }
+  if (acceptor != nullptr) {
+    LATTICED_ASSIGN_OR_RETURN(result->listener_, GrpcListener::Open(options, std::move(acceptor)));
+  }
+  result->SetServing(true);
+  env->scenes->residency().health().SetObserver(
+      [server = result.get()](const absl::Status& why) { server->OnDeviceLost(why); });
+  return result;
+}
+
+GrpcServer::GrpcServer(ServerEnv* env) : env_(env) {}
+
+GrpcServer::~GrpcServer() {
+  env_->scenes->residency().health().SetObserver(nullptr);
+  Shutdown(absl::InfinitePast());
+}
+
+void GrpcServer::OnDeviceLost(const absl::Status& why) {
+  LogEvent(
+      spdlog::level::critical, "device lost, not serving any more",
+      {{"backend", std::string(env_->backend().name())}, {"error", std::string(why.message())}});
+  SetServing(false);
+}
+
+std::shared_ptr<grpc::Channel> GrpcServer::InProcessChannel() {
+  return server_->InProcessChannel(grpc::ChannelArguments());
+}
+
+void GrpcServer::SetServing(bool serving) {
+  serving_ = serving;
+  grpc::HealthCheckServiceInterface* health = server_->GetHealthCheckService();
+  health->SetServingStatus(serving);
+  for (const char* name : kServiceNames) health->SetServingStatus(name, serving);
+}
+
+std::string GrpcServer::address() const {
+  return listener_ == nullptr ? env_->options.listen : listener_->address();
+}
+
+ConnectionCounts GrpcServer::connections() const {
+  return listener_ == nullptr ? ConnectionCounts() : listener_->counts();
+}
+
+void GrpcServer::Shutdown(absl::Time deadline) {
+  if (listener_ != nullptr) listener_->Close();
+  if (server_ != nullptr) server_->Shutdown(absl::ToChronoTime(deadline));
+}
+
+}  // namespace latticed

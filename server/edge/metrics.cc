@@ -1,0 +1,198 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/edge/metrics.h"
+
+#include <prometheus/text_serializer.h>
+
+#include <utility>
+
+#include "fmt/format.h"
+#include "google/protobuf/descriptor.h"
+#include "server/edge/metric_families.h"
+#include "server/edge/process_stats.h"
+#include "server/engine/engine_counts.h"
+#include "server/rpc/call_counts.h"
+#include "server/rpc/server_env.h"
+#include "server/rpc/server_service.h"
+#include "server/stores/scene_registry.h"
+#include "server/stores/upload_store.h"
+
+namespace latticed {
+namespace {
+
+void AddServer(ServerEnv& env, const v1::ServerInfo& info, MetricFamilies& out) {
+  const bool lost = !env.scenes->residency().health().status().ok();
+  out.Gauge("latticed_build_info", "1; what runs is in the labels.")
+      .Add(1.0, {{"version", info.version()},
+                 {"commit", info.commit()},
+                 {"backend", info.backends(0).name()}});
+  out.Gauge("latticed_device_healthy",
+            "1 while the backend has its device; 0 from its loss to the next start.")
+      .Add(lost ? 0.0 : 1.0);
+  out.Gauge("latticed_draining", "1 once new calls are refused since the server stops.")
+      .Add(env.drain.begun() ? 1.0 : 0.0);
+}
+
+void AddStores(ServerEnv& env, const v1::ServerInfo& info, MetricFamilies& out) {
+  size_t watchers = 0;
+  const auto scenes = env.scenes->List("", env.scenes->size(), [](const Scene&) { return true; });
+  for (const auto& scene : scenes) watchers += scene->watcher_count();
+  out.Gauge("latticed_scenes", "Scenes.").Add(scenes.size());
+  out.Gauge("latticed_watchers", "Streams that watch a scene.").Add(watchers);
+  out.Gauge("latticed_meshes", "Meshes.").Add(env.meshes.size());
+  out.Gauge("latticed_uploads", "Uploads under way.").Add(env.uploads->size());
+  out.Counter("latticed_give_backs_total",
+              "Times that an unused scene gave memory back to make room for another.")
+      .Add(info.backends(0).give_backs());
+}
+
+void AddHostMemory(const v1::ServerInfo& info, MetricFamilies& out) {
+  const uint64_t budget = info.limits().max_host_bytes();
+  const uint64_t reserved = info.reserved_host_bytes();
+  auto bytes = out.Gauge("latticed_host_memory_bytes", "Host memory in use, by purpose.");
+  for (const auto& [purpose, size] : info.host_bytes()) bytes.Add(size, {{"purpose", purpose}});
+  out.Gauge("latticed_host_memory_budget_bytes", "--memory.").Add(budget);
+  out.Gauge("latticed_host_memory_reserved_bytes", "Of the budget, what is taken.").Add(reserved);
+  out.Gauge("latticed_host_memory_free_bytes", "Of the budget, what is free.")
+      .Add(budget > reserved ? budget - reserved : 0);
+}
+
+void AddDevices(const v1::ServerInfo& info, MetricFamilies& out) {
+  auto bytes = out.Gauge("latticed_device_memory_bytes", "Device memory in use, by purpose.");
+  auto budget =
+      out.Gauge("latticed_device_memory_budget_bytes",
+                "What scenes may take of a device: --gpu-memory; 0: no budget of its own.");
+  auto free = out.Gauge("latticed_device_memory_free_bytes",
+                        "Of the budget, or of the memory where there is none, what is free.");
+  for (const v1::DeviceInfo& device : info.backends(0).devices()) {
+    const std::string number = fmt::to_string(device.number());
+    budget.Add(device.budget_bytes(), {{"device", number}});
+    free.Add(device.free_bytes(), {{"device", number}});
+    for (const auto& [purpose, size] : device.bytes()) {
+      bytes.Add(size, {{"device", number}, {"purpose", purpose}});
+    }
+  }
+}
+
+void AddEngine(const EngineCounts& counts, MetricFamilies& out) {
+  out.Counter("latticed_edits_total",
+              "Batches of edits that reached a scene: applied; refused; repeated, and answered "
+              "from memory.")
+      .Add(counts.edits_applied, {{"result", "applied"}})
+      .Add(counts.edits_refused, {{"result", "refused"}})
+      .Add(counts.edits_repeated, {{"result", "repeated"}});
+  out.Counter("latticed_undo_steps_forgotten_total",
+              "Undo steps that scenes forgot since --memory had no room for them.")
+      .Add(counts.undo_steps_forgotten);
+  out.Counter("latticed_revisions_merged_total", "Revisions that a view skipped for a newer one.")
+      .Add(counts.revisions_merged);
+  out.Counter("latticed_evaluations_total", "Evaluations of views begun.").Add(counts.evaluations);
+  out.Counter("latticed_evaluations_overlapped_total",
+              "Of these, while the revision before was being encoded: on a device of its own.")
+      .Add(counts.evaluations_beside);
+  out.Counter("latticed_updates_begun_total", "Updates of watchers begun.")
+      .Add(counts.updates_begun);
+  out.Counter("latticed_updates_finished_total", "Of these, sent in full.")
+      .Add(counts.updates_finished);
+  out.Counter("latticed_updates_superseded_total",
+              "Of these, given up on the way for a newer one in less detail.")
+      .Add(counts.updates_superseded);
+  out.Counter("latticed_updates_restarted_total",
+              "Of these, in place of one that was begun and not finished.")
+      .Add(counts.updates_restarted);
+  out.Counter("latticed_snapshots_retired_total",
+              "Snapshots dropped while a watcher was too slow to take them.")
+      .Add(counts.snapshots_retired);
+  out.Counter("latticed_chunk_bytes_total", "Bytes of chunks handed to gRPC.")
+      .Add(counts.chunk_bytes);
+  out.Histogram("latticed_stage_duration_seconds",
+                "Stages of updates: evaluate and encode of every snapshot; queue, from the edit to "
+                "update_begin, and send, to update_end, of every watcher.")
+      .Add(counts.queue, {{"stage", "queue"}})
+      .Add(counts.evaluate, {{"stage", "evaluate"}})
+      .Add(counts.encode, {{"stage", "encode"}})
+      .Add(counts.send, {{"stage", "send"}});
+}
+
+void AddCalls(const CallCounts& calls, MetricFamilies& out) {
+  auto started = out.Counter("latticed_rpc_started_total", "Calls begun.");
+  auto finished = out.Counter("latticed_rpc_finished_total", "Calls ended, by status code.");
+  auto duration = out.Histogram("latticed_rpc_duration_seconds",
+                                "From the beginning of a call to its status; streams last as long "
+                                "as their client likes.");
+  for (const auto& [rpc, counts] : calls.rpcs()) {
+    if (counts.started == 0) continue;
+    started.Add(counts.started, {{"method", rpc}});
+    duration.Add(counts.duration, {{"method", rpc}});
+    for (size_t code = 0; code < counts.finished.size(); ++code) {
+      if (counts.finished[code] == 0) continue;
+      const auto name = absl::StatusCodeToString(static_cast<absl::StatusCode>(code));
+      finished.Add(counts.finished[code], {{"method", rpc}, {"code", name}});
+    }
+  }
+}
+
+void AddRefusals(const CallCounts& calls, MetricFamilies& out) {
+  auto refusals =
+      out.Counter("latticed_refusals_total",
+                  "Calls and edits refused, by ErrorReason; OUT_OF_MEMORY: by a budget.");
+  const auto* reasons = v1::ErrorReason_descriptor();
+  for (int i = 0; i < reasons->value_count(); ++i) {
+    const auto reason = static_cast<v1::ErrorReason>(reasons->value(i)->number());
+    const uint64_t count = calls.refusals(reason);
+    // What alerts look for is there from the start.
+    if (count == 0 && reason != v1::ERROR_REASON_OUT_OF_MEMORY) continue;
+    refusals.Add(count, {{"reason", CallCounts::NameOf(reason)}});
+  }
+}
+
+void AddConnections(const ConnectionCounts& grpc, const ConnectionCounts& http,
+                    MetricFamilies& out) {
+  auto open = out.Gauge("latticed_connections", "Connections, by port.");
+  auto most = out.Gauge("latticed_connections_limit", "Most connections, by port.");
+  auto refused = out.Counter("latticed_connections_refused_total",
+                             "Connections closed since there were as many, by port.");
+  for (const auto& [port, counts] : {std::pair("grpc", grpc), std::pair("http", http)}) {
+    if (counts.most == 0) continue;
+    open.Add(counts.open, {{"port", port}});
+    most.Add(counts.most, {{"port", port}});
+    refused.Add(counts.refused, {{"port", port}});
+  }
+  if (grpc.most == 0) return;
+  out.Counter("latticed_connections_cut_total",
+              "Connections closed for too many calls open, by port.")
+      .Add(grpc.cut, {{"port", "grpc"}});
+}
+
+void AddProcess(MetricFamilies& out) {
+  const ProcessStats stats = ReadProcessStats();
+  out.Counter("process_cpu_seconds_total", "Processor time, user and system.")
+      .Add(stats.cpu_seconds);
+  out.Gauge("process_start_time_seconds", "Start of the process since the epoch.")
+      .Add(stats.start_time_seconds);
+  out.Gauge("process_resident_memory_bytes", "Resident memory.").Add(stats.resident_bytes);
+  out.Gauge("process_virtual_memory_bytes", "Virtual memory.").Add(stats.virtual_bytes);
+  out.Gauge("process_open_fds", "Open file descriptors.").Add(stats.open_files);
+  out.Gauge("process_max_fds", "Most file descriptors.").Add(stats.max_files);
+  out.Gauge("process_threads", "Threads.").Add(stats.threads);
+}
+
+}  // namespace
+
+std::string MetricsText(ServerEnv& env, const ConnectionCounts& grpc,
+                        const ConnectionCounts& http) {
+  const v1::ServerInfo info = DescribeServer(env);
+  MetricFamilies families;
+  AddServer(env, info, families);
+  AddStores(env, info, families);
+  AddHostMemory(info, families);
+  AddDevices(info, families);
+  AddEngine(env.scenes->residency().counts(), families);
+  AddConnections(grpc, http, families);
+  AddCalls(*env.calls, families);
+  AddRefusals(*env.calls, families);
+  AddProcess(families);
+  return prometheus::TextSerializer().Serialize(std::move(families).Take());
+}
+
+}  // namespace latticed

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The chunks of a snapshot, in groups that snapshots share: an edit that reaches few of thousands
+// costs the next snapshot those, and a pointer for every group that it did not reach.
+//
+// Threads  may be read by any once nobody calls Set; a table that Share made may be written while
+//          the one that it was made of is read
+#ifndef LATTICED_SERVER_ENGINE_RENDER_CHUNK_TABLE_H_
+#define LATTICED_SERVER_ENGINE_RENDER_CHUNK_TABLE_H_
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/backend.h"
+
+namespace latticed {
+
+struct SnapshotChunk {
+  uint64_t revision = 0;  // at which its bytes last changed
+  SharedBytes data;
+  VertexDigest digest;  // of what `data` was made from
+};
+
+// A block that chunks are parts of: SharedBytes::block_bytes.
+struct BlockUse {
+  const void* owner = nullptr;
+  uint64_t bytes = 0;
+  uint64_t used = 0;  // by chunks
+};
+
+class ChunkTable {
+ public:
+  explicit ChunkTable(size_t size = 0);
+  ChunkTable(ChunkTable&&) = default;
+  ChunkTable& operator=(ChunkTable&&) = default;
+
+  // The same chunks; Set must not be called on this table afterwards.
+  [[nodiscard]] ChunkTable Share() const;
+
+  size_t size() const { return size_; }
+  const SnapshotChunk& operator[](size_t chunk) const {
+    return groups_[chunk / kGroup].chunks->at[chunk % kGroup];
+  }
+  void Set(size_t chunk, SnapshotChunk to);
+  // The same bytes and revision; where the digest is that already, the chunk stays shared.
+  void SetDigest(size_t chunk, const VertexDigest& to);
+  // Chunks whose revision is later, ascending.
+  [[nodiscard]] std::vector<uint32_t> ChangedAfter(uint64_t revision) const;
+  // Every block once, and the bytes of chunks that are parts of none: in a time of the groups, not of
+  // the chunks.
+  [[nodiscard]] std::vector<BlockUse> Blocks() const;
+  [[nodiscard]] uint64_t BytesOfNoBlock() const;
+
+ private:
+  static constexpr size_t kGroup = 64;
+  struct Chunks {
+    std::array<SnapshotChunk, kGroup> at;
+    uint64_t newest_revision = 0;  // or later
+    std::vector<BlockUse> blocks;  // each that chunks of this group are parts of
+    uint64_t bytes_of_no_block = 0;
+
+    void Add(const SharedBytes& data);
+    void Remove(const SharedBytes& data);
+  };
+  struct Group {
+    std::shared_ptr<Chunks> chunks;
+    bool shared = false;  // with a table that others read
+
+    Chunks& Own();
+  };
+
+  size_t size_;
+  std::vector<Group> groups_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_RENDER_CHUNK_TABLE_H_

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/render/encode_snapshot.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/status_macros.h"
+#include "server/engine/render/chunk_blocks.h"
+#include "server/engine/scene.h"
+
+namespace latticed {
+namespace {
+
+bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
+  return a.size == b.size && std::equal(a.data, a.data + a.size, b.data);
+}
+
+}  // namespace
+
+bool EncodeProgress::EndsWithin(absl::Duration time) const {
+  if (left <= batch) return true;
+  if (done == 0) return false;
+  return spent / static_cast<double>(done) * static_cast<double>(left) <= time;
+}
+
+absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
+    const ViewKey& key, const SceneState& state, std::span<const uint32_t> chunks,
+    DeformView& vertices, const Snapshot* before,
+    const std::function<absl::Status(const EncodeProgress&)>& between) {
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->view = key;
+  snapshot->revision = state.revision;
+  snapshot->structure_id = state.structure_id;
+  snapshot->box = state.box;
+  snapshot->plan = state.plan;
+  snapshot->edit_time = state.commit_time;
+  const bool same_plan = before != nullptr && before->structure_id == state.structure_id;
+  // Under another box the same integers are other positions.
+  const bool comparable = same_plan && before->box.id == state.box.id;
+  snapshot->chunks = same_plan ? before->chunks.Share() : ChunkTable(state.plan->chunk_count());
+
+  const absl::Time start = absl::Now();
+  const size_t most = vertices.encode_batch();
+  const std::vector<uint32_t> order = vertices.EncodeOrder(chunks);
+  for (size_t done = 0; done < order.size();) {
+    LATTICED_RETURN_IF_ERROR(between({done, order.size() - done, most, absl::Now() - start}));
+    const auto batch = std::span(order).subspan(done, std::min(most, order.size() - done));
+    std::vector<VertexDigest> digests(batch.size());
+    for (size_t i = 0; comparable && i < batch.size(); ++i) {
+      digests[i] = snapshot->chunks[batch[i]].digest;
+    }
+    LATTICED_ASSIGN_OR_RETURN(auto encoded, vertices.Encode(batch, key.encoding, digests));
+    for (size_t i = 0; i < batch.size(); ++i) {
+      SharedBytes& data = encoded[i];
+      const SharedBytes& had = snapshot->chunks[batch[i]].data;
+      const bool same = comparable && (data.data == nullptr || SameBytes(had, data));
+      if (same) {
+        // The same vertices have another digest where host and device take turns at encoding.
+        snapshot->chunks.SetDigest(batch[i], digests[i]);
+      } else {
+        snapshot->chunks.Set(batch[i], {snapshot->revision, std::move(data), digests[i]});
+      }
+    }
+    done += batch.size();
+  }
+  KeepBlocksFew(*snapshot);
+  snapshot->encode_time = absl::Now() - start;
+  return snapshot;
+}
+
+}  // namespace latticed

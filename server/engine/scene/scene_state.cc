@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/scene/scene_state.h"
+
+#include <algorithm>
+#include <array>
+
+namespace latticed {
+
+std::vector<bool> InfluentialPoints(const DeformPlan& plan) {
+  const LatticeStructure& s = plan.structure;
+  std::vector<bool> influential(static_cast<size_t>(s.control_point_count()));
+  for (uint32_t b = 0; b < plan.outside_box(); ++b) {
+    if (plan.box_patches[b] == plan.box_patches[b + 1]) continue;
+    const std::array<int, 3>& span = plan.boxes[b].span;
+    for (int k = span[2] - s.degree[2]; k <= span[2]; ++k) {
+      for (int j = span[1] - s.degree[1]; j <= span[1]; ++j) {
+        for (int i = span[0] - s.degree[0]; i <= span[0]; ++i) {
+          influential[static_cast<size_t>(s.Index(i, j, k))] = true;
+        }
+      }
+    }
+  }
+  return influential;
+}
+
+Bounds BoundsOf(const SceneState& state) {
+  Bounds bounds;
+  for (size_t i = 0; i < state.control_points->size(); ++i) {
+    if ((*state.influential)[i]) bounds.Extend((*state.control_points)[i]);
+  }
+  if (!state.plan->outside_bounds.empty()) bounds.Extend(state.plan->outside_bounds);
+  return bounds;
+}
+
+absl::Time BusyUntil(absl::Time before, absl::Time edit_time) {
+  // Two frames of a display and more; and as long as leaves time to send full detail within 300 ms.
+  constexpr absl::Duration kShortest = absl::Milliseconds(40), kLongest = absl::Milliseconds(80);
+  return edit_time + std::clamp(1.5 * (edit_time - before), kShortest, kLongest);
+}
+
+uint64_t BytesOn(int device, const DeformTarget& target, uint64_t bytes) {
+  const DeviceUse use = target.device_use();
+  uint64_t all = 0;
+  for (const auto& [number, part] : use) all += part;
+  const auto found = use.find(device);
+  if (found == use.end() || all == 0) return 0;
+  return static_cast<uint64_t>(static_cast<double>(bytes) * static_cast<double>(found->second) /
+                               static_cast<double>(all));
+}
+
+}  // namespace latticed

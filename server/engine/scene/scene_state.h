@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A scene at one revision, and what follows from it.
+//
+// Threads  immutable once it is a scene's; pure functions
+#ifndef LATTICED_SERVER_ENGINE_SCENE_SCENE_STATE_H_
+#define LATTICED_SERVER_ENGINE_SCENE_SCENE_STATE_H_
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "absl/time/time.h"
+#include "core/base/bounds.h"
+#include "core/ffd/deform_plan.h"
+#include "core/ffd/lattice.h"
+#include "core/ffd/patch_tree.h"
+#include "core/ffd/quantisation_box.h"
+#include "server/engine/memory/memory_budget.h"
+#include "server/engine/render/resident_target.h"
+
+namespace latticed {
+
+struct SceneState {
+  uint64_t revision = 0;
+  uint64_t structure_id = 1;  // names knots and frame; a new plan has a new one
+  std::shared_ptr<const DeformPlan> plan;
+  std::shared_ptr<const PatchTree> patch_tree;  // of the plan
+  std::shared_ptr<ResidentTarget> target;
+  std::shared_ptr<const MemoryReservation> memory;  // of plan, tree and target
+  std::shared_ptr<const std::vector<Vec3d>> control_points;
+  QuantisationBox box;
+  // Which control points influence any patch: what the box must hold, with the outside pieces.
+  std::shared_ptr<const std::vector<bool>> influential;
+  absl::Time commit_time;
+  // Of the edit that made the revision.
+  uint64_t patches_touched = 0;
+  bool gesture_open = false;
+  // Edits come until then, unless another state says otherwise: see BusyUntil.
+  absl::Time busy_until;
+  const LatticeStructure& structure() const { return plan->structure; }
+};
+
+// Control points with a non-zero basis function on a box that holds patches.
+[[nodiscard]] std::vector<bool> InfluentialPoints(const DeformPlan& plan);
+
+// What the quantisation box must hold: a B-spline volume stays in the hull of its control points.
+[[nodiscard]] Bounds BoundsOf(const SceneState& state);
+
+// Until when edits are said to come after one at `edit_time`, where the one before was at `before`:
+// they pause when none came for half as long again as between those two, but 40 to 80 ms.
+[[nodiscard]] absl::Time BusyUntil(absl::Time before, absl::Time edit_time);
+
+// Of a scene's `bytes` on all devices those on one, by where its target's are.
+[[nodiscard]] uint64_t BytesOn(int device, const DeformTarget& target, uint64_t bytes);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_SCENE_SCENE_STATE_H_

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How much detail a watcher is sent: all that it asks for, or, while edits come faster than that
+// can be sent, as many segments as keep to its limits.
+//
+//   bits                   the view's own; while a gesture is open those that it asks for then
+//   an update fits where   points <= max_points
+//                          bytes  <= max_bytes_per_second / kUpdatesPerSecond
+//   edits come             until SceneState::busy_until
+//   full detail            while none come, and where the update to come fits whole
+//   else                   the most segments with which all patches fit, at least 1; during a
+//                          drag they only fall, since another pattern sends everything anew
+//
+// Bytes follow from those of the newest snapshots; a pattern not seen yet is taken for one whose
+// neighbours are farther apart: a bit more a component for every halving of the segments.
+//
+// Threads  one at a time
+#ifndef LATTICED_SERVER_ENGINE_WATCH_LEVEL_OF_DETAIL_H_
+#define LATTICED_SERVER_ENGINE_WATCH_LEVEL_OF_DETAIL_H_
+
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "absl/time/time.h"
+#include "server/engine/render/snapshot.h"
+#include "server/engine/scene/scene_state.h"
+
+namespace latticed {
+
+class LevelOfDetail {
+ public:
+  // A fourth above the 20 a second at which a drag looks smooth, for what limits do not count.
+  static constexpr double kUpdatesPerSecond = 25;
+
+  explicit LevelOfDetail(const WatchView& asked) : asked_(asked) {}
+
+  // What the next update is to be of. `had`: what the watcher has all chunks of, under the state's
+  // structure and box; null where none.
+  ViewKey Choose(const SceneState& state, const ViewKey* had, absl::Time now);
+  // When Choose may say something else without a new state.
+  static absl::Time ChangesAt(const SceneState& state) { return state.busy_until; }
+  // Whether an update with all segments and `bytes` left to send is to give way to one of less:
+  // then that is what Choose says next.
+  bool GivesWay(const SceneState& state, uint64_t bytes, absl::Time now);
+  // Takes the bytes of a snapshot for those of the next ones under its key.
+  void Learn(const Snapshot& snapshot);
+
+ private:
+  bool limited() const { return asked_.max_points > 0 || asked_.max_bytes_per_second > 0; }
+  double UpdateBytes() const;
+  double BytesPerPointOf(const ViewSpec& spec) const;
+  bool Fits(uint64_t patches, const ViewSpec& spec) const;
+
+  WatchView asked_;
+  std::optional<int> reduced_;             // segments, during a drag
+  std::map<int, double> bytes_per_point_;  // measured, by segments
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_WATCH_LEVEL_OF_DETAIL_H_

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/stores/mesh_store.h"
+
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+
+namespace latticed {
+
+absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh,
+                                                                 MemoryReservation reservation) {
+  const uint64_t bytes = mesh.MemoryBytes();
+  absl::MutexLock lock(&mutex_);
+  const auto found = meshes_.find(mesh.id);
+  if (found != meshes_.end()) {
+    const auto& stored = found->second;
+    if (stored->format == mesh.format && stored->layout == mesh.layout) return stored;
+    return error::AlreadyExists("mesh in another format or layout", mesh.id);
+  }
+  LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", bytes));
+  mesh.memory = std::move(reservation);
+  mesh.create_time = absl::Now();
+  auto stored = std::make_shared<const StoredMesh>(std::move(mesh));
+  meshes_.emplace(stored->id, stored);
+  return stored;
+}
+
+absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Find(std::string_view id) const {
+  absl::MutexLock lock(&mutex_);
+  const auto found = meshes_.find(id);
+  if (found == meshes_.end()) return error::NotFound("mesh", id);
+  return found->second;
+}
+
+std::vector<std::shared_ptr<const StoredMesh>> MeshStore::List(
+    std::string_view after, size_t limit,
+    const std::function<bool(const StoredMesh&)>& accept) const {
+  std::vector<std::shared_ptr<const StoredMesh>> page;
+  absl::MutexLock lock(&mutex_);
+  for (auto it = meshes_.upper_bound(after); it != meshes_.end() && page.size() < limit; ++it) {
+    if (accept(*it->second)) page.push_back(it->second);
+  }
+  return page;
+}
+
+absl::Status MeshStore::Remove(std::string_view id) {
+  std::shared_ptr<const StoredMesh> removed;  // destroyed after the lock is released
+  absl::MutexLock lock(&mutex_);
+  const auto found = meshes_.find(id);
+  if (found == meshes_.end()) return error::NotFound("mesh", id);
+  removed = std::move(found->second);
+  meshes_.erase(found);
+  return absl::OkStatus();
+}
+
+size_t MeshStore::size() const {
+  absl::MutexLock lock(&mutex_);
+  return meshes_.size();
+}
+
+}  // namespace latticed

@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Uploaded meshes by id, within the memory budget. A mesh in use stays alive through its shared_ptr
+// after Remove, and counts against the budget as long.
+//
+// Threads  safe; no lock is held while a mesh is parsed, hashed or destroyed
+#ifndef LATTICED_SERVER_STORES_MESH_STORE_H_
+#define LATTICED_SERVER_STORES_MESH_STORE_H_
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "core/base/bounds.h"
+#include "core/mesh/polygon_mesh.h"
+#include "server/engine/memory/memory_budget.h"
+
+namespace latticed {
+
+// How the bytes of an upload are to be read; RAW is described by its own header.
+enum class UploadFormat { kObj, kPly, kStl, kGlb, kDraco, kRaw };
+
+struct StoredMesh {
+  std::string id;  // SHA-256 of `bytes`, 64 lower-case hex digits
+  std::string name;
+  UploadFormat format = UploadFormat::kObj;
+  std::shared_ptr<const PolygonMesh> mesh;
+  Bounds bounds;      // of mesh
+  std::string owner;  // name of the caller's token, empty without tokens
+  std::map<std::string, std::string> labels;
+  std::string up_axis;                       // as announced, carried through; empty: not said
+  double meters_per_unit = 0;                // 0: not said
+  std::shared_ptr<const std::string> bytes;  // the upload as it came
+  std::string layout;                        // of RAW: its RawLayout as bytes; else empty
+  absl::Time create_time;                    // set by MeshStore::Add
+  MemoryReservation memory;                  // MemoryBytes(), by MeshStore::Add
+
+  // Against the budget: the upload and its mesh.
+  uint64_t MemoryBytes() const { return bytes->size() + mesh->MemoryBytes(); }
+};
+
+class MeshStore {
+ public:
+  explicit MeshStore(std::shared_ptr<MemoryBudget> memory) : memory_(std::move(memory)) {}
+
+  // Keeps `mesh`, filling in its create time; the upload's reservation becomes the mesh's. The same
+  // bytes twice are one mesh, of which the first upload's name, labels and units stay; in another
+  // format or layout they are kAlreadyExists. kResourceExhausted with asked and free bytes.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Add(
+      StoredMesh mesh, MemoryReservation reservation);
+
+  // kNotFound.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Find(std::string_view id) const;
+
+  // Up to `limit` meshes with ids above `after` that `accept` takes, by id.
+  [[nodiscard]] std::vector<std::shared_ptr<const StoredMesh>> List(
+      std::string_view after, size_t limit,
+      const std::function<bool(const StoredMesh&)>& accept) const;
+
+  // kNotFound.
+  [[nodiscard]] absl::Status Remove(std::string_view id);
+
+  // What uploads and meshes share with everything else.
+  MemoryBudget& memory() const { return *memory_; }
+  size_t size() const;
+
+ private:
+  const std::shared_ptr<MemoryBudget> memory_;
+  mutable absl::Mutex mutex_;
+  std::map<std::string, std::shared_ptr<const StoredMesh>, std::less<>> meshes_
+      ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_STORES_MESH_STORE_H_

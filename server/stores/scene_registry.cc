@@ -1,0 +1,234 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/stores/scene_registry.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+#include "server/engine/watch_control.h"
+
+namespace latticed {
+namespace {
+
+constexpr absl::Duration kTickInterval = absl::Seconds(1);
+// How often who waits for another's scene asks whether to go on.
+constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
+
+}  // namespace
+
+SceneRegistry::SceneRegistry(Backend* backend, int workers, Options options)
+    : options_(std::move(options)),
+      residency_(backend, [this](const Residency::Lack& lack) { return MakeRoom(lack); }),
+      pipeline_(workers),
+      housekeeper_([this] { KeepHouse(); }) {}
+
+SceneRegistry::~SceneRegistry() {
+  {
+    const MutexLock lock(&mutex_);
+    stopping_ = true;
+  }
+  housekeeper_.join();
+}
+
+bool SceneRegistry::MakeRoom(const Residency::Lack& lack) {
+  struct Candidate {
+    std::shared_ptr<Scene> scene;
+    uint64_t bytes = 0;
+    uint64_t last_use = 0;
+  };
+  std::vector<Candidate> candidates;
+  uint64_t givable = 0;
+  for (auto& scene : List("", size(), [](const Scene&) { return true; })) {
+    const uint64_t bytes = scene->GivableBytes(lack.device);
+    if (bytes == 0) continue;
+    givable += bytes;
+    const uint64_t last_use = scene->State()->target->last_use();
+    candidates.push_back({std::move(scene), bytes, last_use});
+  }
+  // Nobody gives anything for one that cannot be served.
+  if (givable < lack.bytes) return false;
+  std::ranges::sort(candidates, {}, &Candidate::last_use);
+  for (const Candidate& candidate : candidates) {
+    if (!candidate.scene->GiveBack()) continue;
+    ++give_backs_;
+    if (options_.on_give_back != nullptr) options_.on_give_back(*candidate.scene, candidate.bytes);
+    return true;
+  }
+  return false;
+}
+
+void SceneRegistry::KeepHouse() {
+  while (true) {
+    {
+      const MutexLock lock(&mutex_);
+      const auto stopping = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stopping_; };
+      if (mutex_.AwaitFor(stopping, kTickInterval)) return;
+    }
+    Tick(absl::Now());
+  }
+}
+
+absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
+    SceneConfig config, const std::function<absl::Status()>& admit, StopCheck stop) {
+  const std::string id = config.id;
+  const std::string mesh_id = config.mesh_id;
+  {
+    const MutexLock lock(&mutex_);
+    // The one who retries should get the scene, not an error, so he waits for the first request.
+    const auto free = [&]()
+                          ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !creating_.contains(id); };
+    while (!mutex_.AwaitFor(free, kStopCheckInterval)) {
+      LATTICED_RETURN_IF_ERROR(stop());
+    }
+    if (const auto found = scenes_.find(id); found != scenes_.end()) {
+      if (found->second->config().fingerprint == config.fingerprint) return found->second;
+      return error::AlreadyExists("scene", id);
+    }
+    if (scenes_.size() + creating_.size() >= options_.max_scenes) {
+      return error::LimitExceeded("scenes", options_.max_scenes);
+    }
+    if (admit != nullptr) {
+      LATTICED_RETURN_IF_ERROR(admit());
+    }
+    creating_[id] = mesh_id;
+  }
+  auto scene = CatchBadAlloc(
+      "the scene", [&] { return Scene::Create(std::move(config), &residency_, &pipeline_, stop); });
+  const MutexLock lock(&mutex_);
+  const bool mesh_lives = creating_[id] == mesh_id;
+  creating_.erase(id);
+  if (!scene.ok()) return scene;
+  if (!mesh_lives) return error::NotFound("mesh", mesh_id);
+  scenes_[id] = *scene;
+  return scene;
+}
+
+absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Find(std::string_view id) const {
+  const MutexLock lock(&mutex_);
+  const auto found = scenes_.find(id);
+  if (found == scenes_.end()) return error::NotFound("scene", id);
+  return found->second;
+}
+
+absl::Status SceneRegistry::Delete(std::string_view id) {
+  std::shared_ptr<Scene> scene;
+  {
+    const MutexLock lock(&mutex_);
+    const auto found = scenes_.find(id);
+    if (found == scenes_.end()) return error::NotFound("scene", id);
+    scene = std::move(found->second);
+    scenes_.erase(found);
+  }
+  scene->Delete();
+  return absl::OkStatus();
+}
+
+std::vector<std::shared_ptr<Scene>> SceneRegistry::List(
+    std::string_view after, size_t limit, const std::function<bool(const Scene&)>& accept) const {
+  std::vector<std::shared_ptr<Scene>> page;
+  const MutexLock lock(&mutex_);
+  for (auto s = scenes_.upper_bound(after); s != scenes_.end() && page.size() < limit; ++s) {
+    if (accept(*s->second)) page.push_back(s->second);
+  }
+  return page;
+}
+
+size_t SceneRegistry::size() const {
+  const MutexLock lock(&mutex_);
+  return scenes_.size();
+}
+
+size_t SceneRegistry::CountOfMesh(std::string_view mesh_id) const {
+  const MutexLock lock(&mutex_);
+  return CountOfMeshLocked(mesh_id);
+}
+
+MeshUse SceneRegistry::UseOfMesh(std::string_view mesh_id) const {
+  const MutexLock lock(&mutex_);
+  MeshUse use{.scenes = CountOfMeshLocked(mesh_id)};
+  for (const auto& [id, scene] : scenes_) {
+    if (scene->config().mesh_id != mesh_id) continue;
+    use.device_bytes += DeviceBytes(scene->State()->target->memory());
+  }
+  return use;
+}
+
+MemoryUse SceneRegistry::memory() const {
+  MemoryUse total;
+  for (const auto& scene : List("", size(), [](const Scene&) { return true; })) {
+    for (const auto& [purpose, bytes] : scene->memory()) total[purpose] += bytes;
+  }
+  total.erase("mesh");
+  return total;
+}
+
+size_t SceneRegistry::CountOfMeshLocked(std::string_view mesh_id) const {
+  const auto made = std::ranges::count_if(
+      scenes_, [mesh_id](const auto& s) { return s.second->config().mesh_id == mesh_id; });
+  const auto in_making =
+      std::ranges::count_if(creating_, [mesh_id](const auto& c) { return c.second == mesh_id; });
+  return static_cast<size_t>(made + in_making);
+}
+
+absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
+                                       const std::function<absl::Status()>& remove) {
+  std::vector<std::shared_ptr<Scene>> gone;
+  {
+    const MutexLock lock(&mutex_);
+    if (const size_t scenes = CountOfMeshLocked(mesh_id); scenes > 0 && !force) {
+      return error::FailedPrecondition(
+          "MESH_IN_USE",
+          fmt::format("{} scene(s) use the mesh; delete them first, or set force", scenes));
+    }
+    LATTICED_RETURN_IF_ERROR(remove());
+    for (auto& [id, mesh] : creating_) {
+      if (mesh == mesh_id) mesh.clear();
+    }
+    gone = TakeWhere([mesh_id](const Scene& s) { return s.config().mesh_id == mesh_id; });
+  }
+  for (const auto& scene : gone) scene->Delete();
+  return absl::OkStatus();
+}
+
+void SceneRegistry::Tick(absl::Time now) {
+  for (const auto& scene : List("", size(), [](const Scene&) { return true; })) scene->Tick(now);
+  if (options_.on_tick != nullptr) options_.on_tick();
+  std::vector<std::shared_ptr<Scene>> gone;
+  {
+    const MutexLock lock(&mutex_);
+    gone = TakeWhere([now](const Scene& scene) { return scene.expire_time() <= now; });
+    std::erase_if(watches_, [](const auto& watch) { return watch.second.expired(); });
+  }
+  for (const auto& scene : gone) scene->Delete();
+}
+
+std::vector<std::shared_ptr<Scene>> SceneRegistry::TakeWhere(
+    const std::function<bool(const Scene&)>& condemned) {
+  std::vector<std::shared_ptr<Scene>> gone;
+  std::erase_if(scenes_, [&](const auto& entry) {
+    if (!condemned(*entry.second)) return false;
+    gone.push_back(entry.second);
+    return true;
+  });
+  return gone;
+}
+
+void SceneRegistry::AddWatch(std::string id, std::weak_ptr<WatchControl> watch) {
+  const MutexLock lock(&mutex_);
+  watches_[std::move(id)] = std::move(watch);
+}
+
+absl::StatusOr<std::shared_ptr<WatchControl>> SceneRegistry::FindWatch(std::string_view id) const {
+  const MutexLock lock(&mutex_);
+  const auto found = watches_.find(id);
+  auto watch = found == watches_.end() ? nullptr : found->second.lock();
+  if (watch == nullptr) return error::NotFound("watch", id);
+  return watch;
+}
+
+}  // namespace latticed

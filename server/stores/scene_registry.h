@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Scenes by id, watches by id, and the housekeeping of both.
+//
+// Errors   kNotFound for an unknown id
+// Threads  safe; no lock is held while a scene is planned, evaluated or destroyed
+#ifndef LATTICED_SERVER_STORES_SCENE_REGISTRY_H_
+#define LATTICED_SERVER_STORES_SCENE_REGISTRY_H_
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/backend.h"
+#include "core/base/limits.h"
+#include "core/base/mutex.h"
+#include "server/engine/render/residency.h"
+#include "server/engine/render/update_pipeline.h"
+#include "server/engine/scene.h"
+
+namespace latticed {
+
+class WatchControl;  // server/engine/watch_control.h
+
+// What the scenes of a mesh are to it, those in the making counted but without bytes.
+struct MeshUse {
+  size_t scenes = 0;
+  uint64_t device_bytes = 0;  // of their plans
+};
+
+class SceneRegistry {
+ public:
+  struct Options {
+    size_t max_scenes = limits::kDefaultMaxScenes;
+    // Called by every Tick, with no lock held: the housekeeping of others.
+    std::function<void()> on_tick;
+    // Called with no lock held when a scene has given back so many bytes, at most.
+    std::function<void(const Scene&, uint64_t)> on_give_back;
+  };
+  // `backend` outlives the registry. `workers` threads evaluate and encode.
+  SceneRegistry(Backend* backend, int workers) : SceneRegistry(backend, workers, Options()) {}
+  SceneRegistry(Backend* backend, int workers, Options options);
+  ~SceneRegistry();
+  SceneRegistry(const SceneRegistry&) = delete;  // its thread holds its address
+  SceneRegistry& operator=(const SceneRegistry&) = delete;
+
+  // Makes the scene of config.id, or returns the one that an equal request (config.fingerprint)
+  // made before, after waiting for it if need be. kAlreadyExists for another request with the id;
+  // kResourceExhausted LIMIT_EXCEEDED for one scene too many;
+  // else Scene::Create's errors. `admit`, where given, is asked before a scene is made, and what it
+  // refuses is not: while it runs no mesh is deleted by DeleteMesh. kNotFound when its mesh was
+  // deleted by force meanwhile. What `stop` says ends waiting and making, and leaves nothing; it is
+  // asked with the lock held, too.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Create(
+      SceneConfig config, const std::function<absl::Status()>& admit = nullptr,
+      StopCheck stop = NeverStop) ABSL_LOCKS_EXCLUDED(mutex_);
+  // kNotFound.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Find(std::string_view id) const
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // Ends its streams with kNotFound and forgets it. kNotFound.
+  [[nodiscard]] absl::Status Delete(std::string_view id) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Up to `limit` scenes with ids above `after` that `accept` takes, by id.
+  [[nodiscard]] std::vector<std::shared_ptr<Scene>> List(
+      std::string_view after, size_t limit, const std::function<bool(const Scene&)>& accept) const
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // Of the scenes of a mesh, those in the making as well.
+  [[nodiscard]] size_t CountOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] MeshUse UseOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
+  // Of all scenes, their meshes left out: scenes share them.
+  [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // Calls `remove` while no scene of the mesh can come up, so that none is left that names a
+  // deleted mesh. With `force` its scenes go as well, those in the making too; without,
+  // kFailedPrecondition MESH_IN_USE where there are some. Else remove's status.
+  [[nodiscard]] absl::Status DeleteMesh(std::string_view mesh_id, bool force,
+                                        const std::function<absl::Status()>& remove)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // The hook of eviction and time-outs; its own thread calls it about once a second.
+  void Tick(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
+
+  // Streams by watch id, for ControlWatch. An expired one is kNotFound.
+  void AddWatch(std::string id, std::weak_ptr<WatchControl> watch) ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<WatchControl>> FindWatch(std::string_view id) const
+      ABSL_LOCKS_EXCLUDED(mutex_);
+
+  Residency& residency() { return residency_; }
+  // How often a scene gave back what it had in memory, to make room for another.
+  uint64_t give_backs() const { return give_backs_.load(); }
+
+ private:
+  void KeepHouse() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Residency::MakeRoom: of the scenes there that nobody uses the one least recently used gives
+  // back.
+  bool MakeRoom(const Residency::Lack& lack) ABSL_LOCKS_EXCLUDED(mutex_);
+  std::vector<std::shared_ptr<Scene>> TakeWhere(const std::function<bool(const Scene&)>& condemned)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  size_t CountOfMeshLocked(std::string_view mesh_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const Options options_;
+  Residency residency_;
+  std::atomic<uint64_t> give_backs_ = 0;
+
+  mutable Mutex mutex_;
+  std::map<std::string, std::shared_ptr<Scene>, std::less<>> scenes_ ABSL_GUARDED_BY(mutex_);
+  // By scene id: of which mesh, emptied when that was deleted meanwhile.
+  std::map<std::string, std::string, std::less<>> creating_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  UpdatePipeline pipeline_;  // its threads use all of the above
+  std::thread housekeeper_;  // and so does it
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_STORES_SCENE_REGISTRY_H_

@@ -1,0 +1,191 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/stores/upload_store.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/sha256.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+#include "server/base/random_id.h"
+#include "server/wire/mesh_header.h"
+
+namespace latticed {
+namespace {
+
+constexpr size_t kHashBlockBytes = size_t{16} << 20;  // between looks at `cancelled`
+
+absl::Status SizeMismatch(uint64_t got, uint64_t announced) {
+  return error::InvalidField(
+      "data", fmt::format("{} bytes came, header.total_bytes announced {}", got, announced),
+      "SIZE_MISMATCH");
+}
+
+absl::Status Expired() {
+  return error::WithDetails(
+      absl::NotFoundError(fmt::format("the upload was dropped, since nothing came for {} seconds",
+                                      limits::kUploadIdleSeconds)),
+      {.reason = "NOT_FOUND"});
+}
+
+absl::StatusOr<std::string> Hash(std::string_view bytes, const std::function<bool()>& cancelled) {
+  Sha256 sha256;
+  for (size_t at = 0; at < bytes.size(); at += kHashBlockBytes) {
+    if (cancelled()) return absl::CancelledError("the caller cancelled the upload");
+    sha256.Update(bytes.substr(at, kHashBlockBytes));
+  }
+  return sha256.FinishHex();
+}
+
+}  // namespace
+
+Upload::Upload(v1::MeshHeader header, std::string owner, MemoryReservation reservation, Clock clock)
+    : header_(std::move(header)),
+      owner_(std::move(owner)),
+      clock_(std::move(clock)),
+      last_use_ns_(absl::ToUnixNanos(clock_())),
+      reservation_(std::move(reservation)) {}
+
+bool Upload::IsIdle() const {
+  return clock_() - absl::FromUnixNanos(last_use_ns_) >= absl::Seconds(limits::kUploadIdleSeconds);
+}
+
+bool Upload::Expire() {
+  if (!mutex_.TryLock()) return false;
+  expired_ = true;
+  std::string().swap(bytes_);  // an assignment would keep the memory
+  reservation_ = {};
+  mutex_.Unlock();
+  return true;
+}
+
+absl::Status Upload::AppendLocked(std::string_view data) {
+  if (expired_) return Expired();
+  if (data.empty() || data.size() > limits::kMaxPartBytes) {
+    return error::OutOfRange("data", static_cast<double>(data.size()), 1, limits::kMaxPartBytes);
+  }
+  const uint64_t committed = bytes_.size() + data.size();
+  if (committed > header_.total_bytes()) return SizeMismatch(committed, header_.total_bytes());
+  bytes_.append(data);
+  Touch();
+  return absl::OkStatus();
+}
+
+absl::Status Upload::Append(std::string_view data) {
+  absl::MutexLock lock(&mutex_);
+  return AppendLocked(data);
+}
+
+absl::StatusOr<uint64_t> Upload::AppendAt(uint64_t offset, std::string_view data) {
+  absl::MutexLock lock(&mutex_);
+  const uint64_t committed = bytes_.size();
+  if (data.empty()) return committed;
+  const bool came_before = offset < committed && data.size() <= committed - offset;
+  if (came_before) return committed;
+  if (offset != committed) {
+    return error::WithDetails(
+        absl::FailedPreconditionError(fmt::format(
+            "offset: got {}, {} bytes are committed; go on from there", offset, committed)),
+        {.reason = "OFFSET_MISMATCH",
+         .field = "offset",
+         .metadata = {{"committed", fmt::format("{}", committed)}}});
+  }
+  if (absl::Status status = AppendLocked(data); !status.ok()) return status;
+  return bytes_.size();
+}
+
+absl::Status Upload::CheckCompleteLocked() const {
+  if (expired_) return Expired();
+  if (bytes_.size() == header_.total_bytes()) return absl::OkStatus();
+  return SizeMismatch(bytes_.size(), header_.total_bytes());
+}
+
+absl::Status Upload::CheckComplete() const {
+  absl::MutexLock lock(&mutex_);
+  return CheckCompleteLocked();
+}
+
+absl::StatusOr<std::shared_ptr<const StoredMesh>> Upload::Finish(
+    MeshStore& store, const std::function<bool()>& cancelled,
+    const std::function<absl::Status(const StoredMesh&)>& admit) {
+  absl::MutexLock lock(&mutex_);
+  if (absl::Status status = CheckCompleteLocked(); !status.ok()) return status;
+  auto bytes = std::make_shared<const std::string>(std::exchange(bytes_, {}));
+  LATTICED_ASSIGN_OR_RETURN(std::string id, Hash(*bytes, cancelled));
+  if (absl::Status status = CheckSha256(header_, id); !status.ok()) return status;
+  LATTICED_ASSIGN_OR_RETURN(PolygonMesh mesh, ReadUpload(header_, *bytes));
+  if (cancelled()) return absl::CancelledError("the caller cancelled the upload");
+  StoredMesh stored = Describe(header_);
+  stored.id = std::move(id);
+  stored.owner = owner_;
+  stored.bytes = std::move(bytes);
+  stored.bounds = mesh.ComputeBounds();
+  stored.mesh = std::make_shared<const PolygonMesh>(std::move(mesh));
+  if (absl::Status status = admit(stored); !status.ok()) return status;
+  return store.Add(std::move(stored), std::move(reservation_));
+}
+
+absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Admit(const v1::MeshHeader& header,
+                                                           const std::string& owner) {
+  if (absl::Status status = CheckHeader(header, max_mesh_bytes_); !status.ok()) return status;
+  absl::MutexLock lock(&mutex_);
+  DropExpiredLocked();
+  if (live_.size() >= limits::kMaxUploads) {
+    return error::LimitExceeded("uploads at a time", limits::kMaxUploads);
+  }
+  LATTICED_ASSIGN_OR_RETURN(MemoryReservation reservation,
+                            meshes_->memory().Reserve("the upload", header.total_bytes()));
+  auto upload = std::make_shared<Upload>(header, owner, std::move(reservation), clock_);
+  live_.push_back(upload);
+  return upload;
+}
+
+size_t UploadStore::size() const {
+  absl::MutexLock lock(&mutex_);
+  return static_cast<size_t>(
+      std::ranges::count_if(live_, [](const auto& upload) { return !upload.expired(); }));
+}
+
+std::string UploadStore::Keep(std::shared_ptr<Upload> upload) {
+  std::string id = NewRandomId();
+  absl::MutexLock lock(&mutex_);
+  kept_[id] = std::move(upload);
+  return id;
+}
+
+absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Find(std::string_view id) {
+  absl::MutexLock lock(&mutex_);
+  DropExpiredLocked();
+  const auto found = kept_.find(id);
+  if (found == kept_.end()) return error::NotFound("upload", id);
+  found->second->Touch();
+  return found->second;
+}
+
+absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Take(std::string_view id) {
+  absl::MutexLock lock(&mutex_);
+  DropExpiredLocked();
+  const auto found = kept_.find(id);
+  if (found == kept_.end()) return error::NotFound("upload", id);
+  if (absl::Status status = found->second->CheckComplete(); !status.ok()) return status;
+  std::shared_ptr<Upload> upload = std::move(found->second);
+  kept_.erase(found);
+  return upload;
+}
+
+void UploadStore::DropExpired() {
+  absl::MutexLock lock(&mutex_);
+  DropExpiredLocked();
+}
+
+void UploadStore::DropExpiredLocked() {
+  std::erase_if(kept_, [](const auto& entry) { return entry.second->IsIdle(); });
+  std::erase_if(live_, [](const std::weak_ptr<Upload>& live) {
+    const std::shared_ptr<Upload> upload = live.lock();
+    return upload == nullptr || (upload->IsIdle() && upload->Expire());
+  });
+}
+
+}  // namespace latticed
