@@ -25,11 +25,6 @@
 namespace latticed {
 namespace {
 
-// Clients may ping an idle connection this often; proxies and laptops make them want to.
-constexpr int kMinClientPingMs = 10'000;
-// We ping a silent client, to find those that vanished without a word.
-constexpr int kKeepaliveMs = 60'000;
-
 constexpr const char* kServiceNames[] = {"latticed.v1.MeshService", "latticed.v1.SceneService",
                                          "latticed.v1.ServerService"};
 
@@ -69,15 +64,19 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
   // Under pressure gRPC shrinks windows, then ends streams with RESOURCE_EXHAUSTED.
   grpc::ResourceQuota quota("latticed");
   quota.Resize(options.transport_memory_bytes);
+  quota.SetMaxThreads(limits::kMaxGrpcThreads);
   builder.SetResourceQuota(quota);
+  // Only "identity": gRPC inflates a message before it compares its size with the limit.
+  builder.AddChannelArgument(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET,
+                             1 << GRPC_COMPRESS_NONE);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, limits::kMaxCallsPerConnection);
   builder.AddChannelArgument(GRPC_ARG_ENABLE_CHANNELZ, 1);  // CallGuard reads it
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, static_cast<int>(limits::kMaxHeaderBytes));
   builder.SetMaxReceiveMessageSize(static_cast<int>(limits::kMaxMessageBytes));
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
-                             kMinClientPingMs);
+                             limits::kMinClientPingMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, limits::kKeepaliveMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, limits::kKeepaliveTimeoutMs);
 }
 

@@ -114,6 +114,27 @@ TEST_F(ServerLimitsTest, AMessageThatGrpcRefusesHasNoDetails) {
   EXPECT_THAT(status.error_message(), HasSubstr("1048576")) << "but says what is allowed";
 }
 
+// gRPC inflates a message before it looks at its size: 1 MB of gzip may become 1 GB.
+TEST_F(ServerLimitsTest, ACompressedRequestIsRefused) {
+  v1::EditBatch batch = Move("alice", 1, 0, 0.5);
+  batch.set_scene(std::string(size_t{64} << 20, 'x'));
+  for (const auto algorithm : {GRPC_COMPRESS_GZIP, GRPC_COMPRESS_DEFLATE}) {
+    grpc::ClientContext unary_context, stream_context;
+    unary_context.set_compression_algorithm(algorithm);
+    stream_context.set_compression_algorithm(algorithm);
+    v1::EditResult result;
+
+    const grpc::Status unary = stub_->ApplyEdits(&unary_context, batch, &result);
+    const auto stream = stub_->Deform(&stream_context);
+    v1::DeformRequest request;
+    *request.mutable_edit() = batch;
+    stream->Write(request);
+
+    EXPECT_EQ(unary.error_code(), grpc::StatusCode::UNIMPLEMENTED) << unary.error_message();
+    EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  }
+}
+
 class TransportMemoryTest : public ServerLimitsTest {
  protected:
   static constexpr int kCalls = 64;
