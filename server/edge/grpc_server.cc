@@ -16,7 +16,6 @@
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
-#include "server/edge/header_frames.h"
 #include "server/rpc/mesh_service.h"
 #include "server/rpc/scene_service.h"
 #include "server/rpc/server_service.h"
@@ -70,7 +69,6 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET,
                              1 << GRPC_COMPRESS_NONE);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, limits::kMaxCallsPerConnection);
-  builder.AddChannelArgument(GRPC_ARG_ENABLE_CHANNELZ, 1);  // CallGuard reads it
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, static_cast<int>(limits::kMaxHeaderBytes));
   builder.SetMaxReceiveMessageSize(static_cast<int>(limits::kMaxMessageBytes));
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
@@ -80,17 +78,9 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, limits::kKeepaliveTimeoutMs);
 }
 
-void WarnOfLongHeaders() {
-  if (HeadersAreBounded()) return;
-  LogEvent(spdlog::level::warn,
-           "headers of calls may be of any length: have a proxy in front that bounds them",
-           {{"why", "latticed bounds none with this gRPC library"}, {"grpc", grpc::Version()}});
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
-  WarnOfLongHeaders();
   EnablePlugins();
   const Options& options = env->options;
   LATTICED_ASSIGN_OR_RETURN(std::shared_ptr<grpc::ServerCredentials> credentials,

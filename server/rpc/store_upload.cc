@@ -34,9 +34,9 @@ absl::StatusOr<std::string> Hash(std::string_view bytes, const std::function<boo
 
 absl::Status CheckSha256(const std::string& announced, const std::string& actual) {
   if (announced.empty() || absl::AsciiStrToLower(announced) == actual) return absl::OkStatus();
-  return error::InvalidField(
-      "header.sha256", fmt::format("announced {}, the bytes have {}", announced, actual),
-      "HASH_MISMATCH");
+  return error::InvalidField("header.sha256",
+                             fmt::format("announced {}, the bytes have {}", announced, actual),
+                             "HASH_MISMATCH");
 }
 
 // The mesh of the bytes, all but its memory and time.
@@ -61,8 +61,8 @@ absl::Status StoreUpload(ServerEnv& env, Upload& upload, const std::function<boo
     return ToProto(mesh, env.scenes->UseOfMesh(mesh.id), true);
   };
   LATTICED_ASSIGN_OR_RETURN(CompleteUpload complete, upload.Take());
-  LATTICED_ASSIGN_OR_RETURN(
-      StoredMesh made, Read(std::move(complete.header), std::move(complete.bytes), cancelled));
+  LATTICED_ASSIGN_OR_RETURN(StoredMesh made,
+                            Read(std::move(complete.header), std::move(complete.bytes), cancelled));
   LATTICED_RETURN_IF_ERROR(room.Hold(ReplyBytes(describe(made)) + kStillToCome));
   LATTICED_ASSIGN_OR_RETURN(const auto mesh,
                             env.meshes.Add(std::move(made), std::move(complete.reservation)));

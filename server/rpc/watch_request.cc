@@ -47,7 +47,8 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServer
   LATTICED_ASSIGN_OR_RETURN(
       auto view, WatchViewFromProto(request.view(), scene->config().default_view, "view"));
   if (request.editor_id().size() > limits::kMaxEditorIdBytes) {
-    return error::InvalidField("editor_id", fmt::format("at most {} bytes", limits::kMaxEditorIdBytes));
+    return error::InvalidField("editor_id",
+                               fmt::format("at most {} bytes", limits::kMaxEditorIdBytes));
   }
   const int unacked =
       request.has_max_unacked_updates() ? request.max_unacked_updates() : kDefaultUnackedUpdates;

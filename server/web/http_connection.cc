@@ -173,7 +173,8 @@ void HttpConnection::OnHead(error_code failure) {
   keep_alive_ = false;
   request_ = {};
   if (failure == http::error::header_limit) {
-    return Refuse(431, fmt::format("the head of a request has {} bytes at most", limits::kMaxHttpHeadBytes));
+    return Refuse(
+        431, fmt::format("the head of a request has {} bytes at most", limits::kMaxHttpHeadBytes));
   }
   if (failure.category() == http::make_error_code(http::error::end_of_stream).category() &&
       failure != http::error::end_of_stream && failure != http::error::partial_message) {

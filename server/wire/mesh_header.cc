@@ -85,8 +85,8 @@ void FillGroups(const PolygonMesh& mesh, v1::Mesh& out) {
   for (size_t i = 0; i < faces.size(); ++i) {
     v1::MeshGroup group;
     // Cut before it is mended, too: a file may have one name of any length.
-    const std::string name =
-        ValidUtf8(std::string_view(mesh.group_names[i]).substr(0, limits::kMaxShownGroupNameBytes + 4));
+    const std::string name = ValidUtf8(
+        std::string_view(mesh.group_names[i]).substr(0, limits::kMaxShownGroupNameBytes + 4));
     group.set_name(std::string(CutUtf8(name, limits::kMaxShownGroupNameBytes)));
     group.set_faces(faces[i]);
     bytes += group.ByteSizeLong() + kGroupOverheadBytes;

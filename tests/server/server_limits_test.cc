@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <chrono>
 #include <thread>
 
@@ -135,6 +134,18 @@ TEST_F(ServerLimitsTest, ACompressedRequestIsRefused) {
   }
 }
 
+TEST_F(ServerLimitsTest, HeadersThatAreTooLongAreRefused) {
+  const auto call = [this](size_t bytes) {
+    grpc::ClientContext context;
+    context.AddMetadata("x", std::string(bytes, 'x'));
+    v1::ServerInfo info;
+    return v1::ServerService::NewStub(server_->channel())->GetServerInfo(&context, {}, &info);
+  };
+
+  EXPECT_EQ(call(7'000).error_code(), grpc::StatusCode::OK);
+  EXPECT_EQ(call(limits::kMaxHeaderBytes).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+}
+
 class TransportMemoryTest : public ServerLimitsTest {
  protected:
   static constexpr int kCalls = 64;
@@ -253,63 +264,6 @@ TEST_F(ConnectionsTest, ACallTooManyWaitsForAnEnd) {
   EXPECT_EQ(get(std::chrono::minutes(1)), grpc::StatusCode::OK);
   for (const auto& context : contexts) context->TryCancel();
   for (const auto& call : calls) call->Finish();
-}
-
-// Of calls of which nothing has come, so that no handler knows of them, and of streams.
-TEST_F(ConnectionsTest, WhoIgnoresTheSettingsIsCut) {
-  constexpr char kUnary[] = "/latticed.v1.SceneService/ApplyEdits";
-  const auto begin = [this](std::string_view method, int calls) {
-    return std::make_unique<UnfinishedCalls>(server_->address(), method, calls, 1,
-                                             UnfinishedCalls::Settings::kIgnored);
-  };
-  const auto outlives = [](UnfinishedCalls& connection, absl::Duration time) {
-    return connection.Run([until = absl::Now() + time] { return absl::Now() > until; });
-  };
-  const auto over = begin(kUnary, 129);
-  EXPECT_TRUE(outlives(*over, absl::Milliseconds(300))) << "not so soon";
-  const auto allowed = begin(kUnary, 128), at_once = begin(kUnary, 257),
-             streams = begin("/latticed.v1.SceneService/Deform", 2'000);
-
-  EXPECT_FALSE(outlives(*at_once, absl::Seconds(50)));
-  EXPECT_FALSE(outlives(*streams, absl::Seconds(50)));
-  EXPECT_FALSE(outlives(*over, absl::Seconds(50))) << "of two seconds";
-  EXPECT_TRUE(outlives(*allowed, absl::Seconds(1)));
-  EXPECT_EQ(Metric("latticed_connections_cut_total"), 3);
-}
-
-// What is asked for may have ended since it was listed.
-TEST_F(ConnectionsTest, ThoseThatComeAndGoAreNoExcess) {
-  for (int i = 0; i < 300; ++i) {
-    UnfinishedCalls(server_->address(), "/latticed.v1.SceneService/ApplyEdits", 64, 1,
-                    UnfinishedCalls::Settings::kIgnored);
-  }
-
-  EXPECT_OK(client::FromGrpc(Ask(/*wait=*/true)));
-  EXPECT_EQ(Metric("latticed_connections_cut_total"), 0);
-}
-
-// A call that its client knows has ended may take its memory for a moment.
-TEST_F(ConnectionsTest, AsManyCallsAsAllowedAreNotCutHoweverFastTheyFollow) {
-  const auto stub = v1::ServerService::NewStub(server_->channel());
-  std::vector<std::thread> callers;
-  std::atomic<int> calls = 0, answers = 0;
-  const absl::Time end =
-      absl::Now() + absl::Seconds(3);  // more than a connection may have too many
-  for (int i = 0; i < 128; ++i) {
-    callers.emplace_back([&] {
-      while (absl::Now() < end) {
-        grpc::ClientContext context;
-        v1::ServerInfo info;
-        ++calls;
-        answers += stub->GetServerInfo(&context, {}, &info).ok() ? 1 : 0;
-      }
-    });
-  }
-  for (std::thread& caller : callers) caller.join();
-
-  EXPECT_GE(calls, 128);
-  EXPECT_EQ(answers, calls);
-  EXPECT_EQ(Metric("latticed_connections_cut_total"), 0);
 }
 
 class FirstMessageTest : public ServerLimitsTest {
