@@ -44,6 +44,19 @@ void LogEviction(const Scene& scene, uint64_t bytes) {
            {{"scene", scene.id()}, {"bytes", fmt::to_string(bytes)}});
 }
 
+void WarnOfOpenPorts(const Options& options) {
+  for (const auto& [flag, address] :
+       {std::pair("--listen", options.listen), std::pair("--http", options.http)}) {
+    if (address.empty() || IsLoopback(address)) continue;
+    LogEvent(
+        spdlog::level::warn,
+        "other machines can connect: on a network that is not trusted, put a proxy in front that "
+        "bounds headers, streams and rates, such as docker/haproxy.cfg",
+        {{"flag", flag}, {"address", address}});
+    return;
+  }
+}
+
 }  // namespace
 
 InProcessServer::InProcessServer() = default;
@@ -83,6 +96,7 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
                              .memory = env.memory,
                              .on_tick = [uploads = env.uploads] { uploads->DropExpired(); },
                              .on_evict = LogEviction});
+  WarnOfOpenPorts(env.options);
   LATTICED_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server, GrpcServer::Start(&env));
   result->server_ = std::move(server);
   if (absl::Status status = result->StartWeb(); !status.ok()) return status;

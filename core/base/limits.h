@@ -52,23 +52,37 @@ inline constexpr size_t kMaxChunkBatchBytes = size_t{960} << 10;
 inline constexpr int kMaxCallsPerConnection = 128;
 // Of a header, each field as HTTP/2 counts it: its name, its value and 32.
 inline constexpr uint32_t kMaxHeaderBytes = 8'192;
-// What a call takes besides its messages, those that wait for a worker and those of which nothing has
-// come alike.
+// A call takes this much besides its messages, whether it waits for a worker or nothing of it has come.
 inline constexpr uint64_t kCallBytes = 20'480;
-// What a connection takes at most besides what gRPC's own quota counts: of --listen, its calls; of
-// --http, a message in, one out, a piece of a body, TLS. There are as many as --transport-memory has
-// room for, and not more than a process has file descriptors for.
+// A connection takes at most this much besides what gRPC's own quota counts: on --listen, its calls; on
+// --http, a message in, one out, a piece of a body, TLS. --transport-memory divided by it is the most
+// connections, unless a process has fewer file descriptors.
 inline constexpr uint64_t kConnectionBytes = kMaxCallsPerConnection * kCallBytes;
 inline constexpr int kMaxConnections = 4'096;
+// gRPC's threads for services that block one thread per call; reflection is the only one. Calls beyond
+// it are refused with RESOURCE_EXHAUSTED.
+inline constexpr int kMaxGrpcThreads = 40;
+// The server pings a silent client this often, to find those that vanished without a word.
+inline constexpr int kKeepaliveMs = 60'000;
 // A client that answers nothing for so long has vanished.
 inline constexpr int kKeepaliveTimeoutMs = 20'000;
+// Clients may ping an idle connection this often; proxies and laptops make them want to.
+inline constexpr int kMinClientPingMs = 10'000;
+// HTTP/1.1: a request line with its fields. Browsers send cookies of other sites on localhost.
+inline constexpr size_t kMaxHttpHeadBytes = size_t{16} << 10;
+// Connections of --http beyond --max-connections that are told so; more are closed without a word.
+inline constexpr size_t kMaxRefusedHttpConnections = 64;
+// Of --admin: probes and scrapers only.
+inline constexpr size_t kMaxAdminConnections = 64;
+// Answers that a Deform stream queues for a slow reader; then its requests are not read.
+inline constexpr size_t kMaxQueuedAnswers = 64;
 // Below this a few connections of ordinary clients would be under pressure.
 inline constexpr uint64_t kMinTransportBytes = uint64_t{16} << 20;
-// Requests that wait for a worker, parsed, take up to this share of --memory more: beside it, so that
-// what frees memory has a turn.
+// Parsed requests that wait for a worker take up to one part in so many of --memory more. It is beside
+// --memory, so that requests that free memory are not refused.
 inline constexpr uint64_t kWaitingRequestsShare = 8;
-// So may replies that their clients have not taken yet, but for small ones: a call that has nothing but
-// such a reply takes 12 KB and the reply, no more than one of which nothing has come.
+// Replies that their clients have not taken yet may take as much again. Small replies are not counted: a
+// call that holds one takes no more than a call of which nothing has come.
 inline constexpr uint64_t kUntakenRepliesShare = 8;
 inline constexpr uint64_t kSmallReplyBytes = 8'192;
 
@@ -93,13 +107,27 @@ inline constexpr int kGestureTimeoutSeconds = 60;
 inline constexpr int kUploadIdleSeconds = 3'600;
 inline constexpr int kMaxPageSize = 1'000;
 inline constexpr int kDefaultPageSize = 100;
+// Items of one page of a list: its reply must fit in a message.
+inline constexpr size_t kMaxPageBytes = size_t{768} << 10;
 // Each upload under way holds its bytes.
 inline constexpr int kMaxUploads = 64;
-// Words of clients that are kept: names and labels.
+// Updates that a watcher may leave without acknowledgement.
+inline constexpr int kMaxUnackedUpdates = 100;
+
+// Words of clients that are kept: ids, names and labels. Ids of editors and requests: a UUID in its
+// 36-character form, with room for other names.
+inline constexpr size_t kMinSceneIdBytes = 8;
+inline constexpr size_t kMaxSceneIdBytes = 63;
+inline constexpr size_t kMaxEditorIdBytes = 64;
+inline constexpr size_t kMaxRequestIdBytes = 64;
 inline constexpr size_t kMaxNameBytes = 255;
 inline constexpr size_t kMaxLabels = 32;
 inline constexpr size_t kMaxLabelKeyBytes = 63;
 inline constexpr size_t kMaxLabelValueBytes = 255;
+// Groups of a mesh as a reply shows them: names in files have no bound, and the reply must fit in a
+// message.
+inline constexpr size_t kMaxShownGroupNameBytes = 255;
+inline constexpr size_t kMaxShownGroupBytes = size_t{768} << 10;
 
 }  // namespace latticed::limits
 

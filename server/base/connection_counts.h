@@ -14,7 +14,6 @@ struct ConnectionCounts {
   size_t open = 0;
   size_t most = 0;       // MostConnections; 0: no limit
   uint64_t refused = 0;  // since the start, for being one too many
-  uint64_t cut = 0;      // since the start, for too many calls open: of gRPC's port
 };
 
 }  // namespace latticed

@@ -80,7 +80,7 @@ absl::StatusOr<size_t> PageSize(int32_t page_size) {
 
 bool PageRoom::Take(size_t bytes) {
   constexpr size_t kOverheadBytes = 4;  // tag and length of an item in its list
-  if (items_ == 0 || (bytes_ > 0 && bytes_ + bytes + kOverheadBytes > kMaxPageBytes)) {
+  if (items_ == 0 || (bytes_ > 0 && bytes_ + bytes + kOverheadBytes > limits::kMaxPageBytes)) {
     return false;
   }
   --items_;

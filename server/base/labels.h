@@ -44,10 +44,7 @@ class LabelFilter {
 // 0 is limits::kDefaultPageSize.
 [[nodiscard]] absl::StatusOr<size_t> PageSize(int32_t page_size);
 
-// Of the items of a page together.
-inline constexpr size_t kMaxPageBytes = size_t{768} << 10;
-
-// What a page may still hold: so many items, and kMaxPageBytes of them, so that a reply is
+// What a page may still hold: so many items, and limits::kMaxPageBytes of them, so that a reply is
 // below a message's bound whatever labels its items carry.
 class PageRoom {
  public:

@@ -166,14 +166,6 @@ std::vector<std::string> EnvironmentFlags(const CLI::App& app,
   return flags;
 }
 
-// 127.x.y.z, not 127.example.com.
-bool IsLoopback(const std::string& listen) {
-  if (IsUnixSocket(listen)) return true;
-  const std::string host = listen.substr(0, listen.rfind(':'));
-  if (host == "localhost" || host == "[::1]") return true;
-  return host.rfind("127.", 0) == 0 && host.find_first_not_of("0123456789.") == std::string::npos;
-}
-
 bool IsHostAndPort(const std::string& address) {
   const size_t colon = address.rfind(':');
   uint32_t port = 0;
@@ -280,6 +272,15 @@ absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) 
 }
 
 bool IsUnixSocket(std::string_view address) { return address.starts_with("unix:"); }
+
+bool IsLoopback(std::string_view listen) {
+  if (IsUnixSocket(listen)) return true;
+  const std::string_view host = listen.substr(0, listen.rfind(':'));
+  if (host == "localhost" || host == "[::1]") return true;
+  // 127.x.y.z, not 127.example.com.
+  return host.starts_with("127.") &&
+         host.find_first_not_of("0123456789.") == std::string_view::npos;
+}
 
 size_t MostConnections(const Options& options) {
   if (options.max_connections > 0) return static_cast<size_t>(options.max_connections);

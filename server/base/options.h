@@ -69,6 +69,8 @@ struct CommandLine {
 [[nodiscard]] absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv);
 // "unix:PATH", a file whose permissions say who may connect.
 [[nodiscard]] bool IsUnixSocket(std::string_view address);
+// Whether only this machine can reach the address.
+[[nodiscard]] bool IsLoopback(std::string_view listen);
 // Of each of --listen and --http.
 [[nodiscard]] size_t MostConnections(const Options& options);
 // Checks ranges, and combinations such as an open port without TLS or tokens.

@@ -5,6 +5,7 @@
 #include <linux/tcp.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <utility>
@@ -15,11 +16,18 @@
 #include "server/base/telemetry.h"
 
 namespace latticed {
+namespace {
+
+// Of the socket that the descriptor is; no other socket has it. 0 where the descriptor is no socket.
+uint64_t SocketInode(int descriptor) {
+  struct stat state = {};
+  return fstat(descriptor, &state) == 0 && S_ISSOCK(state.st_mode) ? state.st_ino : 0;
+}
+
+}  // namespace
 
 GrpcListener::GrpcListener(const Options& options, std::unique_ptr<Acceptor> acceptor)
-    : most_(MostConnections(options)),
-      acceptor_(std::move(acceptor)),
-      guard_([this] { return sockets(); }) {}
+    : most_(MostConnections(options)), acceptor_(std::move(acceptor)) {}
 
 absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
     const Options& options, std::unique_ptr<Acceptor> acceptor) {
@@ -35,12 +43,7 @@ absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
 ConnectionCounts GrpcListener::counts() {
   const MutexLock lock(&mutex_);
   DropEnded();
-  return {.open = sockets_.size(), .most = most_, .refused = refused_, .cut = guard_.cut()};
-}
-
-CallGuard::Sockets GrpcListener::sockets() {
-  const MutexLock lock(&mutex_);
-  return {sockets_.begin(), sockets_.end()};
+  return {.open = sockets_.size(), .most = most_, .refused = refused_};
 }
 
 void GrpcListener::DropEnded() {
@@ -50,12 +53,12 @@ void GrpcListener::DropEnded() {
 
 bool GrpcListener::Enter(int socket) {
   const MutexLock lock(&mutex_);
-  sockets_.erase(socket);  // what had the descriptor has ended
+  sockets_.erase(socket);  // a connection that had the descriptor has ended
   if (sockets_.size() >= most_) DropEnded();
   if (sockets_.size() >= most_) {
     ++refused_;
     if (!std::exchange(full_, true)) {
-      LogEvent(spdlog::level::warn, "connections are refused, there are as many as may be",
+      LogEvent(spdlog::level::warn, "connections are refused: their limit is reached",
                {{"connections", fmt::to_string(most_)}});
     }
     return false;
@@ -67,11 +70,11 @@ bool GrpcListener::Enter(int socket) {
 
 void GrpcListener::Take(int socket) {
   if (!Enter(socket)) {
-    // Without a word: after the GOAWAY of a server that works, clients connect anew at once, and again.
+    // Without a GOAWAY: after one, clients would connect again at once.
     close(socket);
     return;
   }
-  // As gRPC's own listener sets it: what is sent to a client that vanished fails by then.
+  // As gRPC's own listener sets it: bytes to a client that vanished fail by then.
   const int patience_ms = limits::kKeepaliveTimeoutMs;
   setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, sizeof(patience_ms));
   Acceptor::NewConnectionParameters connection;

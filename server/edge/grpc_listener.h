@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The port of gRPC. Its connections are accepted here and handed over, since gRPC's own listener
-// (1.51) knows no most of them, and accepts nothing ever again once the process has had no file
-// descriptor for one (CVE-2023-4785).
+// The port of gRPC. It accepts connections and hands them to gRPC, because gRPC 1.51's own listener does
+// not limit their number, and stops accepting for good once the process has run out of file descriptors
+// (CVE-2023-4785).
 //
-// gRPC does not tell when a connection ends. One lives as long as its descriptor is the same socket.
+// gRPC does not say when a connection ends. It has ended when its descriptor is another socket or none:
+// the descriptor's inode tells.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_EDGE_GRPC_LISTENER_H_
@@ -23,7 +24,6 @@
 #include "core/base/mutex.h"
 #include "server/base/connection_counts.h"
 #include "server/base/options.h"
-#include "server/edge/call_guard.h"
 #include "server/net/socket_listener.h"
 
 namespace latticed {
@@ -32,24 +32,22 @@ class GrpcListener {
  public:
   using Acceptor = grpc::experimental::ExternalConnectionAcceptor;
 
-  // Accepts on options.listen for the server that `acceptor` is of, which has started. A connection
-  // too many is closed, which its client knows as UNAVAILABLE. kUnavailable, kInvalidArgument.
+  // Accepts on options.listen for the server of `acceptor`, which has started. Closes a connection too
+  // many, which its client sees as UNAVAILABLE. kUnavailable, kInvalidArgument.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<GrpcListener>> Open(
       const Options& options, std::unique_ptr<Acceptor> acceptor);
 
   const std::string& address() const { return listener_->address(); }
   [[nodiscard]] ConnectionCounts counts() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Hands over nothing after it. Before the end of the server.
+  // Hands over nothing afterwards. Call it before the server ends.
   void Close() { listener_->Close(); }
 
  private:
   GrpcListener(const Options& options, std::unique_ptr<Acceptor> acceptor);
   void Take(int socket) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Whether there is room for it; then it counts.
+  // Counts the connection, if there is a place for it.
   bool Enter(int socket) ABSL_LOCKS_EXCLUDED(mutex_);
   void DropEnded() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Some may have ended.
-  [[nodiscard]] CallGuard::Sockets sockets() ABSL_LOCKS_EXCLUDED(mutex_);
 
   const size_t most_;
   const std::unique_ptr<Acceptor> acceptor_;
@@ -59,9 +57,7 @@ class GrpcListener {
   uint64_t refused_ ABSL_GUARDED_BY(mutex_) = 0;
   bool full_ ABSL_GUARDED_BY(mutex_) = false;  // and that was logged
 
-  // Last: their threads use the rest.
-  CallGuard guard_;
-  std::unique_ptr<SocketListener> listener_;
+  std::unique_ptr<SocketListener> listener_;  // last: its thread uses the rest
 };
 
 }  // namespace latticed

@@ -16,7 +16,6 @@
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
-#include "server/edge/header_frames.h"
 #include "server/rpc/mesh_service.h"
 #include "server/rpc/scene_service.h"
 #include "server/rpc/server_service.h"
@@ -24,11 +23,6 @@
 
 namespace latticed {
 namespace {
-
-// Clients may ping an idle connection this often; proxies and laptops make them want to.
-constexpr int kMinClientPingMs = 10'000;
-// We ping a silent client, to find those that vanished without a word.
-constexpr int kKeepaliveMs = 60'000;
 
 constexpr const char* kServiceNames[] = {"latticed.v1.MeshService", "latticed.v1.SceneService",
                                          "latticed.v1.ServerService"};
@@ -69,29 +63,24 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
   // Under pressure gRPC shrinks windows, then ends streams with RESOURCE_EXHAUSTED.
   grpc::ResourceQuota quota("latticed");
   quota.Resize(options.transport_memory_bytes);
+  quota.SetMaxThreads(limits::kMaxGrpcThreads);
   builder.SetResourceQuota(quota);
+  // Only "identity": gRPC inflates a message before it compares its size with the limit.
+  builder.AddChannelArgument(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET,
+                             1 << GRPC_COMPRESS_NONE);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, limits::kMaxCallsPerConnection);
-  builder.AddChannelArgument(GRPC_ARG_ENABLE_CHANNELZ, 1);  // CallGuard reads it
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, static_cast<int>(limits::kMaxHeaderBytes));
   builder.SetMaxReceiveMessageSize(static_cast<int>(limits::kMaxMessageBytes));
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
-                             kMinClientPingMs);
+                             limits::kMinClientPingMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, limits::kKeepaliveMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, limits::kKeepaliveTimeoutMs);
-}
-
-void WarnOfLongHeaders() {
-  if (HeadersAreBounded()) return;
-  LogEvent(spdlog::level::warn,
-           "headers of calls may be of any length: have a proxy in front that bounds them",
-           {{"why", "latticed bounds none with this gRPC library"}, {"grpc", grpc::Version()}});
 }
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
-  WarnOfLongHeaders();
   EnablePlugins();
   const Options& options = env->options;
   LATTICED_ASSIGN_OR_RETURN(std::shared_ptr<grpc::ServerCredentials> credentials,

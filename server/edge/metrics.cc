@@ -155,10 +155,6 @@ void AddConnections(const ConnectionCounts& grpc, const ConnectionCounts& http,
     most.Add(counts.most, {{"port", port}});
     refused.Add(counts.refused, {{"port", port}});
   }
-  if (grpc.most == 0) return;
-  out.Counter("latticed_connections_cut_total",
-              "Connections closed for too many calls open, by port.")
-      .Add(grpc.cut, {{"port", "grpc"}});
 }
 
 void AddProcess(MetricFamilies& out) {

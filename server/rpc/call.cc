@@ -22,7 +22,6 @@ namespace latticed {
 namespace {
 
 constexpr char kRequestId[] = "latticed-request-id";
-constexpr size_t kMaxRequestIdBytes = 64;
 constexpr size_t kTraceparentBytes = 55;  // 00-<32 hex>-<16 hex>-<2 hex>
 constexpr uint32_t kDrainRetryMs = 1'000;
 
@@ -38,7 +37,7 @@ bool IsSaneId(const std::string& id) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
            c == '_' || c == '.';
   };
-  return !id.empty() && id.size() <= kMaxRequestIdBytes &&
+  return !id.empty() && id.size() <= limits::kMaxRequestIdBytes &&
          std::all_of(id.begin(), id.end(), allowed);
 }
 

@@ -13,6 +13,7 @@
 #include "absl/time/time.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
+#include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "server/rpc/call.h"
 #include "server/rpc/call_counts.h"
@@ -29,9 +30,6 @@ namespace latticed {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-// Answers that may wait for a slow reader before its requests are read no more.
-constexpr size_t kMaxBacklog = 64;
 
 // A drag of so many points takes well below a millisecond.
 constexpr int kQuickDragPoints = 64;
@@ -177,7 +175,7 @@ void DeformStream::FinishedReading() {
 
 void DeformStream::MaybeRead() {
   // Before the lock: the stream's mutex comes first.
-  if (Stream()->backlog() >= kMaxBacklog) return;
+  if (Stream()->backlog() >= limits::kMaxQueuedAnswers) return;
   const absl::MutexLock lock(&mutex_);
   if (reading_ || ended_) return;
   reading_ = true;

@@ -92,7 +92,10 @@ grpc::ServerUnaryReactor* MeshService::BeginUpload(grpc::CallbackServerContext* 
   return RunUnary(env_, context, "MeshService/BeginUpload", *request, response,
                   [=, this](const CallInfo& call) {
                     LATTICED_ASSIGN_OR_RETURN(
-                        auto upload, env_->uploads->Admit(request->header(), call.caller.name));
+                        UploadHeader header,
+                        FromProto(request->header(), env_->options.max_mesh_bytes));
+                    header.mesh.owner = call.caller.name;
+                    LATTICED_ASSIGN_OR_RETURN(auto upload, env_->uploads->Admit(std::move(header)));
                     response->set_upload_id(env_->uploads->Keep(std::move(upload)));
                     SetTime(env_->uploads->ExpireTime(), *response->mutable_expire_time());
                     return absl::OkStatus();

@@ -44,8 +44,7 @@ ServerEnv::ServerEnv(Options options_in)
       requests(
           std::make_shared<MemoryBudget>(options.memory_bytes / limits::kWaitingRequestsShare)),
       replies(std::make_shared<MemoryBudget>(options.memory_bytes / limits::kUntakenRepliesShare)),
-      meshes(memory),
-      uploads(std::make_shared<UploadStore>(&meshes, options.max_mesh_bytes)),
+      uploads(std::make_shared<UploadStore>(memory)),
       workers(static_cast<int>(
           std::clamp(std::thread::hardware_concurrency(), kMinWorkers, kMaxWorkers))) {}
 

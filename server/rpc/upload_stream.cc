@@ -3,6 +3,7 @@
 #include "server/rpc/upload_stream.h"
 
 #include <memory>
+#include <utility>
 
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
@@ -14,6 +15,7 @@
 #include "server/rpc/store_upload.h"
 #include "server/stores/upload_store.h"
 #include "server/wire/grpc_status.h"
+#include "server/wire/mesh_header.h"
 
 namespace latticed {
 namespace {
@@ -52,7 +54,10 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
 
   absl::Status TakeHeader() {
     if (!request_.has_header()) return NotOpened();
-    LATTICED_ASSIGN_OR_RETURN(upload_, env_->uploads->Admit(request_.header(), call_.caller.name));
+    LATTICED_ASSIGN_OR_RETURN(UploadHeader header,
+                              FromProto(request_.header(), env_->options.max_mesh_bytes));
+    header.mesh.owner = call_.caller.name;
+    LATTICED_ASSIGN_OR_RETURN(upload_, env_->uploads->Admit(std::move(header)));
     StartSendInitialMetadata();  // tells a client that waits for it that its bytes are welcome
     return absl::OkStatus();
   }

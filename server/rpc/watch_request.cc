@@ -8,6 +8,7 @@
 #include <grpcpp/support/proto_buffer_reader.h>
 
 #include "core/base/error.h"
+#include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/rpc/call.h"
@@ -21,9 +22,6 @@ namespace latticed {
 namespace {
 
 constexpr int kDefaultUnackedUpdates = 2;
-constexpr int kMaxUnackedUpdates = 100;
-// A UUID in its 36-character form, with room for other names.
-constexpr size_t kMaxEditorIdBytes = 64;
 
 }  // namespace
 
@@ -48,13 +46,14 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServer
   LATTICED_ASSIGN_OR_RETURN(auto scene, FindScene(*env, context, request.scene()));
   LATTICED_ASSIGN_OR_RETURN(
       auto view, WatchViewFromProto(request.view(), scene->config().default_view, "view"));
-  if (request.editor_id().size() > kMaxEditorIdBytes) {
-    return error::InvalidField("editor_id", fmt::format("at most {} bytes", kMaxEditorIdBytes));
+  if (request.editor_id().size() > limits::kMaxEditorIdBytes) {
+    return error::InvalidField("editor_id",
+                               fmt::format("at most {} bytes", limits::kMaxEditorIdBytes));
   }
   const int unacked =
       request.has_max_unacked_updates() ? request.max_unacked_updates() : kDefaultUnackedUpdates;
-  if (unacked < 0 || unacked > kMaxUnackedUpdates) {
-    return error::OutOfRange("max_unacked_updates", unacked, 0, kMaxUnackedUpdates);
+  if (unacked < 0 || unacked > limits::kMaxUnackedUpdates) {
+    return error::OutOfRange("max_unacked_updates", unacked, 0, limits::kMaxUnackedUpdates);
   }
   OpenRequest open{.scene = std::move(scene)};
   open.options.watcher = {.editor_id = request.editor_id(),

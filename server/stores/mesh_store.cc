@@ -13,7 +13,7 @@ namespace latticed {
 absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh,
                                                                  MemoryReservation reservation) {
   const uint64_t bytes = mesh.MemoryBytes();
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   const auto found = meshes_.find(mesh.id);
   if (found != meshes_.end()) {
     const auto& stored = found->second;
@@ -29,7 +29,7 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh
 }
 
 absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Find(std::string_view id) const {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   const auto found = meshes_.find(id);
   if (found == meshes_.end()) return error::NotFound("mesh", id);
   return found->second;
@@ -39,7 +39,7 @@ std::vector<std::shared_ptr<const StoredMesh>> MeshStore::List(
     std::string_view after, size_t limit,
     const std::function<bool(const StoredMesh&)>& accept) const {
   std::vector<std::shared_ptr<const StoredMesh>> page;
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   for (auto it = meshes_.upper_bound(after); it != meshes_.end() && page.size() < limit; ++it) {
     if (accept(*it->second)) page.push_back(it->second);
   }
@@ -48,7 +48,7 @@ std::vector<std::shared_ptr<const StoredMesh>> MeshStore::List(
 
 absl::Status MeshStore::Remove(std::string_view id) {
   std::shared_ptr<const StoredMesh> removed;  // destroyed after the lock is released
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   const auto found = meshes_.find(id);
   if (found == meshes_.end()) return error::NotFound("mesh", id);
   removed = std::move(found->second);
@@ -57,7 +57,7 @@ absl::Status MeshStore::Remove(std::string_view id) {
 }
 
 size_t MeshStore::size() const {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return meshes_.size();
 }
 

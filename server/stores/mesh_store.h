@@ -20,9 +20,9 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "core/base/bounds.h"
+#include "core/base/mutex.h"
 #include "core/mesh/polygon_mesh.h"
 #include "server/engine/memory/memory_budget.h"
 
@@ -31,18 +31,22 @@ namespace latticed {
 // How the bytes of an upload are to be read; RAW is described by its own header.
 enum class UploadFormat { kObj, kPly, kStl, kGlb, kDraco, kRaw };
 
-struct StoredMesh {
-  std::string id;  // SHA-256 of `bytes`, 64 lower-case hex digits
+// What is known of a mesh before its bytes come.
+struct MeshDescription {
   std::string name;
   UploadFormat format = UploadFormat::kObj;
-  std::shared_ptr<const PolygonMesh> mesh;
-  Bounds bounds;      // of mesh
-  std::string owner;  // name of the caller's token, empty without tokens
+  std::string layout;  // of RAW: its RawLayout as bytes; else empty
+  std::string owner;   // name of the caller's token, empty without tokens
   std::map<std::string, std::string> labels;
-  std::string up_axis;                       // as announced, carried through; empty: not said
-  double meters_per_unit = 0;                // 0: not said
+  std::string up_axis;         // as announced, carried through; empty: not said
+  double meters_per_unit = 0;  // 0: not said
+};
+
+struct StoredMesh : MeshDescription {
+  std::string id;  // SHA-256 of `bytes`, 64 lower-case hex digits
+  std::shared_ptr<const PolygonMesh> mesh;
+  Bounds bounds;                             // of mesh
   std::shared_ptr<const std::string> bytes;  // the upload as it came
-  std::string layout;                        // of RAW: its RawLayout as bytes; else empty
   absl::Time create_time;                    // set by MeshStore::Add
   MemoryReservation memory;                  // MemoryBytes(), by MeshStore::Add
 
@@ -52,8 +56,6 @@ struct StoredMesh {
 
 class MeshStore {
  public:
-  explicit MeshStore(std::shared_ptr<MemoryBudget> memory) : memory_(std::move(memory)) {}
-
   // Keeps `mesh`, filling in its create time; the upload's reservation becomes the mesh's. The same
   // bytes twice are one mesh, of which the first upload's name, labels and units stay; in another
   // format or layout they are kAlreadyExists. kResourceExhausted with asked and free bytes.
@@ -71,13 +73,10 @@ class MeshStore {
   // kNotFound.
   [[nodiscard]] absl::Status Remove(std::string_view id);
 
-  // What uploads and meshes share with everything else.
-  MemoryBudget& memory() const { return *memory_; }
   size_t size() const;
 
  private:
-  const std::shared_ptr<MemoryBudget> memory_;
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   std::map<std::string, std::shared_ptr<const StoredMesh>, std::less<>> meshes_
       ABSL_GUARDED_BY(mutex_);
 };

@@ -6,16 +6,12 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/random_id.h"
-#include "server/wire/mesh_header.h"
 
 namespace latticed {
 namespace {
-
-constexpr size_t kHashBlockBytes = size_t{16} << 20;  // between looks at `cancelled`
 
 absl::Status SizeMismatch(uint64_t got, uint64_t announced) {
   return error::InvalidField(
@@ -30,22 +26,12 @@ absl::Status Expired() {
       {.reason = "NOT_FOUND"});
 }
 
-absl::StatusOr<std::string> Hash(std::string_view bytes, const std::function<bool()>& cancelled) {
-  Sha256 sha256;
-  for (size_t at = 0; at < bytes.size(); at += kHashBlockBytes) {
-    if (cancelled()) return absl::CancelledError("the caller cancelled the upload");
-    sha256.Update(bytes.substr(at, kHashBlockBytes));
-  }
-  return sha256.FinishHex();
-}
-
 }  // namespace
 
-Upload::Upload(v1::MeshHeader header, std::string owner, MemoryReservation reservation, Clock clock)
-    : header_(std::move(header)),
-      owner_(std::move(owner)),
-      clock_(std::move(clock)),
+Upload::Upload(UploadHeader header, MemoryReservation reservation, Clock clock)
+    : clock_(std::move(clock)),
       last_use_ns_(absl::ToUnixNanos(clock_())),
+      header_(std::move(header)),
       reservation_(std::move(reservation)) {}
 
 bool Upload::IsIdle() const {
@@ -67,19 +53,19 @@ absl::Status Upload::AppendLocked(std::string_view data) {
     return error::OutOfRange("data", static_cast<double>(data.size()), 1, limits::kMaxPartBytes);
   }
   const uint64_t committed = bytes_.size() + data.size();
-  if (committed > header_.total_bytes()) return SizeMismatch(committed, header_.total_bytes());
+  if (committed > header_.total_bytes) return SizeMismatch(committed, header_.total_bytes);
   bytes_.append(data);
   Touch();
   return absl::OkStatus();
 }
 
 absl::Status Upload::Append(std::string_view data) {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return AppendLocked(data);
 }
 
 absl::StatusOr<uint64_t> Upload::AppendAt(uint64_t offset, std::string_view data) {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   const uint64_t committed = bytes_.size();
   if (data.empty()) return committed;
   const bool came_before = offset < committed && data.size() <= committed - offset;
@@ -92,71 +78,59 @@ absl::StatusOr<uint64_t> Upload::AppendAt(uint64_t offset, std::string_view data
          .field = "offset",
          .metadata = {{"committed", fmt::format("{}", committed)}}});
   }
-  if (absl::Status status = AppendLocked(data); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(AppendLocked(data));
   return bytes_.size();
 }
 
 absl::Status Upload::CheckCompleteLocked() const {
   if (expired_) return Expired();
-  if (bytes_.size() == header_.total_bytes()) return absl::OkStatus();
-  return SizeMismatch(bytes_.size(), header_.total_bytes());
+  if (bytes_.size() == header_.total_bytes) return absl::OkStatus();
+  return SizeMismatch(bytes_.size(), header_.total_bytes);
 }
 
 absl::Status Upload::CheckComplete() const {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return CheckCompleteLocked();
 }
 
-absl::StatusOr<std::shared_ptr<const StoredMesh>> Upload::Finish(
-    MeshStore& store, const std::function<bool()>& cancelled,
-    const std::function<absl::Status(const StoredMesh&)>& admit) {
-  absl::MutexLock lock(&mutex_);
-  if (absl::Status status = CheckCompleteLocked(); !status.ok()) return status;
-  auto bytes = std::make_shared<const std::string>(std::exchange(bytes_, {}));
-  LATTICED_ASSIGN_OR_RETURN(std::string id, Hash(*bytes, cancelled));
-  if (absl::Status status = CheckSha256(header_, id); !status.ok()) return status;
-  LATTICED_ASSIGN_OR_RETURN(PolygonMesh mesh, ReadUpload(header_, *bytes));
-  if (cancelled()) return absl::CancelledError("the caller cancelled the upload");
-  StoredMesh stored = Describe(header_);
-  stored.id = std::move(id);
-  stored.owner = owner_;
-  stored.bytes = std::move(bytes);
-  stored.bounds = mesh.ComputeBounds();
-  stored.mesh = std::make_shared<const PolygonMesh>(std::move(mesh));
-  if (absl::Status status = admit(stored); !status.ok()) return status;
-  return store.Add(std::move(stored), std::move(reservation_));
+absl::StatusOr<CompleteUpload> Upload::Take() {
+  const MutexLock lock(&mutex_);
+  LATTICED_RETURN_IF_ERROR(CheckCompleteLocked());
+  return CompleteUpload{
+      .header = std::move(header_),
+      .bytes = std::make_shared<const std::string>(std::exchange(bytes_, {})),
+      .reservation = std::move(reservation_),
+  };
 }
 
-absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Admit(const v1::MeshHeader& header,
-                                                           const std::string& owner) {
-  if (absl::Status status = CheckHeader(header, max_mesh_bytes_); !status.ok()) return status;
-  absl::MutexLock lock(&mutex_);
+absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Admit(UploadHeader header) {
+  const MutexLock lock(&mutex_);
   DropExpiredLocked();
   if (live_.size() >= limits::kMaxUploads) {
     return error::LimitExceeded("uploads at a time", limits::kMaxUploads);
   }
   LATTICED_ASSIGN_OR_RETURN(MemoryReservation reservation,
-                            meshes_->memory().Reserve("the upload", header.total_bytes()));
-  auto upload = std::make_shared<Upload>(header, owner, std::move(reservation), clock_);
+                            memory_->Reserve("the upload", header.total_bytes));
+  auto upload = std::make_shared<Upload>(std::move(header), std::move(reservation), clock_);
   live_.push_back(upload);
   return upload;
 }
 
 size_t UploadStore::size() const {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return static_cast<size_t>(
       std::ranges::count_if(live_, [](const auto& upload) { return !upload.expired(); }));
 }
 
 std::string UploadStore::Keep(std::shared_ptr<Upload> upload) {
   std::string id = NewRandomId();
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   kept_[id] = std::move(upload);
   return id;
 }
 
 absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Find(std::string_view id) {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   DropExpiredLocked();
   const auto found = kept_.find(id);
   if (found == kept_.end()) return error::NotFound("upload", id);
@@ -165,18 +139,18 @@ absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Find(std::string_view id) {
 }
 
 absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Take(std::string_view id) {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   DropExpiredLocked();
   const auto found = kept_.find(id);
   if (found == kept_.end()) return error::NotFound("upload", id);
-  if (absl::Status status = found->second->CheckComplete(); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(found->second->CheckComplete());
   std::shared_ptr<Upload> upload = std::move(found->second);
   kept_.erase(found);
   return upload;
 }
 
 void UploadStore::DropExpired() {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   DropExpiredLocked();
 }
 

@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Uploads under way: the bytes of a mesh as they come, from the header that admits them to the
-// stored mesh. A stream holds its Upload itself; unary uploads are kept by id in the UploadStore. One
-// that got no bytes for limits::kUploadIdleSeconds is dropped: its memory and place are others' then.
+// Uploads under way: the bytes of a mesh as they come, from the header that admits them until they are
+// complete. A stream holds its Upload itself; the UploadStore keeps unary uploads by id. An upload that
+// gets no bytes for limits::kUploadIdleSeconds is dropped and frees its memory and its place.
 //
-// Errors   those of MeshService.UploadMesh (mesh.proto)
 // Threads  safe; an Upload's appends are serialised by its lock
 #ifndef LATTICED_SERVER_STORES_UPLOAD_STORE_H_
 #define LATTICED_SERVER_STORES_UPLOAD_STORE_H_
@@ -22,51 +21,59 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/base/limits.h"
-#include "latticed/v1/mesh.pb.h"
+#include "core/base/mutex.h"
 #include "server/stores/mesh_store.h"
 
 namespace latticed {
 
+// What a client announces before the bytes.
+struct UploadHeader {
+  MeshDescription mesh;
+  uint64_t total_bytes = 0;
+  std::string sha256;  // 64 hex digits; empty: not announced
+};
+
+// All bytes of an upload, and the memory that is reserved for them.
+struct CompleteUpload {
+  UploadHeader header;
+  std::shared_ptr<const std::string> bytes;
+  MemoryReservation reservation;
+};
+
 class Upload {
  public:
   using Clock = std::function<absl::Time()>;
-  Upload(v1::MeshHeader header, std::string owner, MemoryReservation reservation, Clock clock);
+  Upload(UploadHeader header, MemoryReservation reservation, Clock clock);
 
-  // Puts off its end, as what adds bytes does.
+  // Puts off the expiry, as adding bytes does.
   void Touch() { last_use_ns_ = absl::ToUnixNanos(clock_()); }
   [[nodiscard]] bool IsIdle() const;
-  // Whether it is dropped, which it is not while it is in use: its memory is given back, and who goes
-  // on with it hears kNotFound.
+  // Frees the memory and returns true, unless the upload is in use. Later calls return kNotFound.
   bool Expire() ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Adds the next bytes: 1 to limits::kMaxPartBytes, and no more in all than announced.
+  // kInvalidArgument, reasons OUT_OF_RANGE and SIZE_MISMATCH; kNotFound once expired.
   [[nodiscard]] absl::Status Append(std::string_view data) ABSL_LOCKS_EXCLUDED(mutex_);
-  // The same for bytes that begin at `offset`; those that came before are ignored, and no bytes ask
-  // only for the answer: how many are committed.
+  // Adds bytes that begin at `offset` and returns how many are committed. Ignores bytes that came
+  // before; no bytes only ask for the answer. As Append; kFailedPrecondition, reason OFFSET_MISMATCH.
   [[nodiscard]] absl::StatusOr<uint64_t> AppendAt(uint64_t offset, std::string_view data)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // kInvalidArgument, reason SIZE_MISMATCH, while bytes are missing.
+  // kInvalidArgument, reason SIZE_MISMATCH, while bytes are missing; kNotFound once expired.
   [[nodiscard]] absl::Status CheckComplete() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // Verifies, parses and stores: seconds for large files, so not on a gRPC thread. Call once.
-  // kCancelled where `cancelled` says so between its steps. `admit` is asked before the mesh is stored,
-  // and what it refuses is not.
-  [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Finish(
-      MeshStore& store, const std::function<bool()>& cancelled,
-      const std::function<absl::Status(const StoredMesh&)>& admit) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Moves everything out. Call once. CheckComplete's errors.
+  [[nodiscard]] absl::StatusOr<CompleteUpload> Take() ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
   absl::Status AppendLocked(std::string_view data) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status CheckCompleteLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  const v1::MeshHeader header_;
-  const std::string owner_;
   const Clock clock_;
   std::atomic<int64_t> last_use_ns_;
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
+  UploadHeader header_ ABSL_GUARDED_BY(mutex_);
   bool expired_ ABSL_GUARDED_BY(mutex_) = false;
   MemoryReservation reservation_ ABSL_GUARDED_BY(mutex_);
   std::string bytes_ ABSL_GUARDED_BY(mutex_);
@@ -74,23 +81,23 @@ class Upload {
 
 class UploadStore {
  public:
-  UploadStore(MeshStore* meshes, uint64_t max_mesh_bytes, Upload::Clock clock = absl::Now)
-      : meshes_(meshes), max_mesh_bytes_(max_mesh_bytes), clock_(std::move(clock)) {}
+  explicit UploadStore(std::shared_ptr<MemoryBudget> memory, Upload::Clock clock = absl::Now)
+      : memory_(std::move(memory)), clock_(std::move(clock)) {}
 
-  // Decides from the header alone. Also drops what has expired.
-  [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Admit(const v1::MeshHeader& header,
-                                                              const std::string& owner)
+  // Reserves memory for all bytes. Also drops what has expired. kResourceExhausted, reasons
+  // LIMIT_EXCEEDED and OUT_OF_MEMORY.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Admit(UploadHeader header)
       ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Keeps an upload under a new, unguessable id.
   [[nodiscard]] std::string Keep(std::shared_ptr<Upload> upload) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Also puts off its expiry. kNotFound.
+  // Also puts off the expiry. kNotFound.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Find(std::string_view id)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Takes a complete upload out. kNotFound; CheckComplete's, and then it stays.
+  // Removes a complete upload from the store. kNotFound; CheckComplete's errors, which leave it there.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Take(std::string_view id)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Gives back the memory of uploads that are idle, streams' as well; the calls above do so too.
+  // Frees the memory of idle uploads, streams' as well; the calls above do so too.
   void DropExpired() ABSL_LOCKS_EXCLUDED(mutex_);
   // Under way, those of streams as well.
   [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
@@ -102,10 +109,9 @@ class UploadStore {
  private:
   void DropExpiredLocked() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  MeshStore* const meshes_;
-  const uint64_t max_mesh_bytes_;
+  const std::shared_ptr<MemoryBudget> memory_;
   const Upload::Clock clock_;
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   std::map<std::string, std::shared_ptr<Upload>, std::less<>> kept_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::weak_ptr<Upload>> live_ ABSL_GUARDED_BY(mutex_);  // streams' as well
 };

@@ -7,19 +7,16 @@
 #include <vector>
 
 #include "absl/time/clock.h"
+#include "core/base/limits.h"
 
 namespace latticed::web {
-namespace {
-
-constexpr size_t kMostRefused = 64;  // at once; they cost little, and not for long
-
-}  // namespace
 
 std::shared_ptr<ConnectionSet::Place> ConnectionSet::Enter() {
   const MutexLock lock(&mutex_);
   const bool served = served_ < most_;
   if (!served) ++refused_;
-  if (!served && connections_.size() - served_ >= kMostRefused) return nullptr;
+  if (!served && connections_.size() - served_ >= limits::kMaxRefusedHttpConnections)
+    return nullptr;
   if (served) ++served_;
   const uint64_t id = next_id_++;
   connections_.emplace(id, std::weak_ptr<Connection>());

@@ -21,6 +21,11 @@ bool IsGrpcWeb(std::string_view content_type) {
   return type == kMediaType || type == "application/grpc-web";
 }
 
+bool IsUncompressed(const HttpRequest& request) {
+  const std::string_view encoding = request.Field("grpc-encoding");
+  return encoding.empty() || encoding == "identity";
+}
+
 class GrpcWebCall final : public CallObserver, public std::enable_shared_from_this<GrpcWebCall> {
  public:
   GrpcWebCall(const RequestGuard& guard, std::shared_ptr<HttpExchange> exchange)
@@ -59,6 +64,9 @@ void GrpcWebCall::Start(const ServerChannel& server) {
   const auto deadline = Deadline(request.Field("grpc-timeout"), absl::Now());
   if (!metadata.ok()) return OnEnd(ToGrpcStatus(metadata.status()), {});
   if (!deadline.ok()) return OnEnd(ToGrpcStatus(deadline.status()), {});
+  if (!IsUncompressed(request)) {
+    return OnEnd(ToGrpcStatus(error::Unimplemented("compression of requests")), {});
+  }
   call_ = GenericCall::Start(
       server, {request.path, *metadata, request.peer, *deadline},
       [exchange = exchange_](std::function<void()> work) { exchange->Post(std::move(work)); },

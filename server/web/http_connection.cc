@@ -15,6 +15,7 @@
 #include <limits>
 #include <sstream>
 
+#include "core/base/limits.h"
 #include "fmt/format.h"
 #include "server/web/deadline.h"
 #include "server/web/http_answers.h"
@@ -25,7 +26,6 @@ namespace {
 
 namespace http = beast::http;
 
-constexpr size_t kMaxHeadBytes = size_t{16} << 10;
 constexpr size_t kReadBytes = size_t{64} << 10;
 
 std::string Text(beast::string_view text) { return {text.data(), text.size()}; }
@@ -142,7 +142,7 @@ void HttpConnection::AwaitRequest() {
 void HttpConnection::Watch() {
   if (reading_ || buffer_.size() > 0) return;
   reading_ = true;
-  transport_.async_read_some(buffer_.prepare(kMaxHeadBytes),
+  transport_.async_read_some(buffer_.prepare(limits::kMaxHttpHeadBytes),
                              [self = shared_from_this()](error_code failure, size_t bytes) {
                                self->reading_ = false;
                                if (self->state_ == State::kClosed) return;
@@ -157,7 +157,7 @@ void HttpConnection::ReadHead() {
   state_ = State::kHead;
   body_read_ = false;
   parser_.emplace();
-  parser_->header_limit(kMaxHeadBytes);
+  parser_->header_limit(limits::kMaxHttpHeadBytes);
   // Bodies are read in pieces, as fast as they are used.
   parser_->body_limit(std::numeric_limits<uint64_t>::max());
   Expect(read_, timeouts_.head);
@@ -173,7 +173,8 @@ void HttpConnection::OnHead(error_code failure) {
   keep_alive_ = false;
   request_ = {};
   if (failure == http::error::header_limit) {
-    return Refuse(431, fmt::format("the head of a request has {} bytes at most", kMaxHeadBytes));
+    return Refuse(
+        431, fmt::format("the head of a request has {} bytes at most", limits::kMaxHttpHeadBytes));
   }
   if (failure.category() == http::make_error_code(http::error::end_of_stream).category() &&
       failure != http::error::end_of_stream && failure != http::error::partial_message) {

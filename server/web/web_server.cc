@@ -22,14 +22,13 @@ namespace {
 
 // They move bytes; evaluating and encoding has threads of its own.
 constexpr int kThreads = 2;
-constexpr size_t kMaxAdminConnections = 64;
 
 }  // namespace
 
 struct WebServer::Impl {
   Impl(const Options& options, ServerChannel server, AdminHooks admin)
       : connections(MostConnections(options)),
-        admin_connections(kMaxAdminConnections),
+        admin_connections(limits::kMaxAdminConnections),
         routes(options, std::move(server)),
         admin_guard(options.admin, options.allowed_hosts, {}),
         admin_hooks(std::move(admin)),

@@ -6,7 +6,6 @@
 #include <limits>
 #include <vector>
 
-#include "absl/strings/ascii.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
@@ -24,9 +23,6 @@ namespace latticed {
 namespace {
 
 constexpr size_t kSha256HexDigits = 64;
-// What a reply shows of groups; the names of files have no bound of their own.
-constexpr size_t kMaxShownGroupNameBytes = 255;
-constexpr size_t kMaxShownGroupBytes = size_t{768} << 10;
 // Tag and length of a group in its Mesh.
 constexpr size_t kGroupOverheadBytes = 4;
 
@@ -89,71 +85,62 @@ void FillGroups(const PolygonMesh& mesh, v1::Mesh& out) {
   for (size_t i = 0; i < faces.size(); ++i) {
     v1::MeshGroup group;
     // Cut before it is mended, too: a file may have one name of any length.
-    const std::string name =
-        ValidUtf8(std::string_view(mesh.group_names[i]).substr(0, kMaxShownGroupNameBytes + 4));
-    group.set_name(std::string(CutUtf8(name, kMaxShownGroupNameBytes)));
+    const std::string name = ValidUtf8(
+        std::string_view(mesh.group_names[i]).substr(0, limits::kMaxShownGroupNameBytes + 4));
+    group.set_name(std::string(CutUtf8(name, limits::kMaxShownGroupNameBytes)));
     group.set_faces(faces[i]);
     bytes += group.ByteSizeLong() + kGroupOverheadBytes;
-    if (bytes > kMaxShownGroupBytes) return;
+    if (bytes > limits::kMaxShownGroupBytes) return;
     *out.add_groups() = std::move(group);
   }
 }
 
 }  // namespace
 
-absl::Status CheckHeader(const v1::MeshHeader& header, uint64_t max_mesh_bytes) {
-  LATTICED_ASSIGN_OR_RETURN(const UploadFormat format, FromProto(header.format(), "header.format"));
+absl::StatusOr<UploadHeader> FromProto(const v1::MeshHeader& header, uint64_t max_mesh_bytes) {
+  UploadHeader out;
+  LATTICED_ASSIGN_OR_RETURN(out.mesh.format, FromProto(header.format(), "header.format"));
   if (header.total_bytes() == 0 || header.total_bytes() > max_mesh_bytes) {
     return error::OutOfRange("header.total_bytes", static_cast<double>(header.total_bytes()), 1,
                              static_cast<double>(max_mesh_bytes));
   }
-  if (absl::Status status = CheckUnits(header.units()); !status.ok()) return status;
-  if (absl::Status status = CheckWords(header); !status.ok()) return status;
-  if (header.has_raw_layout() != (format == UploadFormat::kRaw)) {
+  LATTICED_RETURN_IF_ERROR(CheckUnits(header.units()));
+  LATTICED_RETURN_IF_ERROR(CheckWords(header));
+  if (header.has_raw_layout() != (out.mesh.format == UploadFormat::kRaw)) {
     return error::InvalidField("header.raw_layout",
                                "goes with MESH_FORMAT_RAW, and only with that");
   }
-  if (!header.has_raw_layout()) return absl::OkStatus();
-  return CheckRawLayout(header.raw_layout(), header.total_bytes());
-}
-
-absl::Status CheckSha256(const v1::MeshHeader& header, std::string_view sha256_hex) {
-  if (!header.has_sha256() || absl::AsciiStrToLower(header.sha256()) == sha256_hex) {
-    return absl::OkStatus();
+  if (header.has_raw_layout()) {
+    LATTICED_RETURN_IF_ERROR(CheckRawLayout(header.raw_layout(), header.total_bytes()));
   }
-  return error::InvalidField(
-      "header.sha256", fmt::format("announced {}, the bytes have {}", header.sha256(), sha256_hex),
-      "HASH_MISMATCH");
+  out.mesh.name = header.name();
+  out.mesh.labels = LabelsOf(header);
+  out.mesh.up_axis = UpAxisName(header.units().up_axis());
+  out.mesh.meters_per_unit = header.units().meters_per_unit();
+  out.mesh.layout = header.raw_layout().SerializeAsString();
+  out.total_bytes = header.total_bytes();
+  out.sha256 = header.sha256();
+  return out;
 }
 
-absl::StatusOr<PolygonMesh> ReadUpload(const v1::MeshHeader& header, std::string_view bytes) {
-  switch (header.format()) {
-    case v1::MESH_FORMAT_OBJ:
+absl::StatusOr<PolygonMesh> ReadUpload(const MeshDescription& described, std::string_view bytes) {
+  switch (described.format) {
+    case UploadFormat::kObj:
       return ReadMesh(MeshFormat::kObj, bytes);
-    case v1::MESH_FORMAT_PLY:
+    case UploadFormat::kPly:
       return ReadMesh(MeshFormat::kPly, bytes);
-    case v1::MESH_FORMAT_STL:
+    case UploadFormat::kStl:
       return ReadMesh(MeshFormat::kStl, bytes);
-    case v1::MESH_FORMAT_GLB:
+    case UploadFormat::kGlb:
       return ReadMesh(MeshFormat::kGlb, bytes);
-    case v1::MESH_FORMAT_DRACO:
+    case UploadFormat::kDraco:
       return ReadDracoMesh(bytes);
-    case v1::MESH_FORMAT_RAW:
-      return ReadRawMesh(header.raw_layout(), bytes);
-    default:
-      return error::InvalidField("header.format", "is not set");
+    case UploadFormat::kRaw:
+      v1::RawLayout layout;
+      layout.ParseFromString(described.layout);
+      return ReadRawMesh(layout, bytes);
   }
-}
-
-StoredMesh Describe(const v1::MeshHeader& header) {
-  StoredMesh mesh;
-  mesh.name = header.name();
-  mesh.format = FromProto(header.format(), "header.format").value_or(UploadFormat::kObj);
-  mesh.labels = LabelsOf(header);
-  mesh.up_axis = UpAxisName(header.units().up_axis());
-  mesh.meters_per_unit = header.units().meters_per_unit();
-  mesh.layout = header.raw_layout().SerializeAsString();
-  return mesh;
+  return absl::InternalError("no format");
 }
 
 v1::MeshHeader HeaderOf(const StoredMesh& mesh) {

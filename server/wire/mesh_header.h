@@ -16,19 +16,16 @@
 #include "latticed/v1/mesh.pb.h"
 #include "server/stores/mesh_store.h"
 #include "server/stores/scene_registry.h"
+#include "server/stores/upload_store.h"
 
 namespace latticed {
 
-// Everything that can be refused before the bytes come.
-[[nodiscard]] absl::Status CheckHeader(const v1::MeshHeader& header, uint64_t max_mesh_bytes);
-// Reason HASH_MISMATCH where the header announced another digest than `sha256_hex`.
-[[nodiscard]] absl::Status CheckSha256(const v1::MeshHeader& header, std::string_view sha256_hex);
-// The mesh in `bytes`; MALFORMED_FILE. The header has been checked.
-[[nodiscard]] absl::StatusOr<PolygonMesh> ReadUpload(const v1::MeshHeader& header,
+// A header that was checked: everything that can be refused before the bytes come is refused.
+[[nodiscard]] absl::StatusOr<UploadHeader> FromProto(const v1::MeshHeader& header,
+                                                     uint64_t max_mesh_bytes);
+// The mesh in `bytes`, read in the format and layout of `described`; MALFORMED_FILE.
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadUpload(const MeshDescription& described,
                                                      std::string_view bytes);
-
-// Name, format, layout, labels and units of a checked header; the rest is left for the caller.
-[[nodiscard]] StoredMesh Describe(const v1::MeshHeader& header);
 // The header that would upload `mesh` again.
 [[nodiscard]] v1::MeshHeader HeaderOf(const StoredMesh& mesh);
 // Groups are left out of lists.

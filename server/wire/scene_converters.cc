@@ -20,9 +20,6 @@
 namespace latticed {
 namespace {
 
-constexpr size_t kMinSceneIdBytes = 8;
-constexpr size_t kMaxSceneIdBytes = 63;
-
 Labels LabelsOf(const v1::CreateSceneRequest& request) {
   return {request.labels().begin(), request.labels().end()};
 }
@@ -30,12 +27,12 @@ Labels LabelsOf(const v1::CreateSceneRequest& request) {
 absl::Status CheckSceneId(const std::string& id) {
   const bool known = std::ranges::all_of(
       id, [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-'; });
-  if (known && id.size() >= kMinSceneIdBytes && id.size() <= kMaxSceneIdBytes) {
+  if (known && id.size() >= limits::kMinSceneIdBytes && id.size() <= limits::kMaxSceneIdBytes) {
     return absl::OkStatus();
   }
   return error::InvalidField(
       "scene_id", fmt::format("must be {} to {} of a-z 0-9 -, such as 128 random bits in hex",
-                              kMinSceneIdBytes, kMaxSceneIdBytes));
+                              limits::kMinSceneIdBytes, limits::kMaxSceneIdBytes));
 }
 
 absl::StatusOr<absl::Duration> IdleTtl(const v1::CreateSceneRequest& request,

@@ -3,9 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: compose_test.py
-# docker/compose.yaml beside docker/.env and the Dockerfile: which service a profile starts, and all of the GPU's
-# that shows without one. The CPU's is run by container_test.sh. Skips (77) where there is no yaml module, and
-# fails there under LATTICED_REQUIRE_PYTHON.
+# docker/compose.yaml beside docker/.env and the Dockerfiles: which services a profile starts, and all of the GPU's
+# and the proxy's that shows without running them. container_test.sh runs the CPU's service, haproxy_test.sh the
+# proxy's configuration. Skips (77) where there is no yaml module, and fails there under LATTICED_REQUIRE_PYTHON.
 import os
 import re
 import sys
@@ -32,21 +32,24 @@ def published(service):
     ]
 
 
+def exposed(dockerfile):
+    return re.search(r"^EXPOSE (.*)", dockerfile, re.M)[1].split()
+
+
 def check_profiles(services, default_profile):
     assert started(services, default_profile) == ["latticed"]
     assert started(services, "gpu") == ["latticed-gpu"]
+    assert started(services, "public") == ["latticed", "proxy"]
     assert services["latticed"]["image"] != services["latticed-gpu"]["image"]
 
 
-def check_confinement(service, dockerfile):
-    exposed = re.search(r"^EXPOSE (.*)", dockerfile, re.M)[1].split()
-    assert published(service) == [("127.0.0.1", port, port) for port in exposed]
+def check_confinement(service, dockerfile, address):
+    assert published(service) == [(address, port, port) for port in exposed(dockerfile)]
     assert service["read_only"] and service["cap_drop"] == ["ALL"]
     assert service["security_opt"] == ["no-new-privileges:true"]
 
 
 def check_build(build, dockerfile):
-    assert (DOCKER / build["context"] / build["dockerfile"]).samefile(DOCKER / "Dockerfile")
     assert set(build.get("args", {})) <= set(re.findall(r"^ARG (\w+)", dockerfile, re.M))
 
 
@@ -60,15 +63,29 @@ def check_gpu(service, dockerfile):
     assert arguments["RUNTIME_BASE"] == "nvidia/cuda:{}-runtime-{}".format(*devel.groups())
 
 
+def check_proxy(service, dockerfile, server):
+    configuration = (DOCKER / "haproxy.cfg").read_text()
+    (name,) = service["depends_on"]
+    places = re.findall(rf"^  server \w+ {name}:(\d+) .*check port (\d+)", configuration, re.M)
+    assert {port for place in places for port in place} == set(exposed(server))
+    (bind,) = re.findall(r"^  bind [\d.]+:(\d+) ssl crt (\S+)", configuration, re.M)
+    assert [bind[0]] == exposed(dockerfile)
+    (volume,) = service["volumes"]
+    assert volume.endswith(f":{bind[1]}:ro")
+
+
 def main():
     environment = dict(re.findall(r"^(\w+)=(.*)", (DOCKER / ".env").read_text(), re.M))
     services = yaml.safe_load((DOCKER / "compose.yaml").read_text())["services"]
-    dockerfile = (DOCKER / "Dockerfile").read_text()
     check_profiles(services, environment["COMPOSE_PROFILES"])
-    for service in services.values():
-        check_confinement(service, dockerfile)
-        check_build(service["build"], dockerfile)
-    check_gpu(services["latticed-gpu"], dockerfile)
+    dockerfiles = {}
+    for name, service in services.items():
+        build = service["build"]
+        dockerfiles[name] = (DOCKER / build["context"] / build["dockerfile"]).read_text()
+        check_confinement(service, dockerfiles[name], "0.0.0.0" if name == "proxy" else "127.0.0.1")
+        check_build(build, dockerfiles[name])
+    check_gpu(services["latticed-gpu"], dockerfiles["latticed-gpu"])
+    check_proxy(services["proxy"], dockerfiles["proxy"], dockerfiles["latticed"])
 
 
 main()

@@ -280,6 +280,13 @@ TEST(DaemonTest, AcceptsAgainAfterItHadNoFileLeft) {
   EXPECT_EQ(daemon.Wait(), 0);
 }
 
+TEST(DaemonTest, AnOpenPortIsLoggedWithTheProxy) {
+  Daemon daemon({"--listen=0.0.0.0:0", "--insecure", "--backend=cpu", "--drain-delay=0s"});
+
+  EXPECT_THAT(daemon.ReadLine(), HasSubstr("docker/haproxy.cfg"));
+  EXPECT_THAT(daemon.ReadLine(), HasSubstr("serving"));
+}
+
 TEST(DaemonTest, UsageErrorsExitTwoInOneSentence) {
   Daemon daemon({"--listen=0.0.0.0:0"});
 

@@ -4,7 +4,12 @@
 // Reflection, asked by the wire bytes of its messages, as grpcurl asks it.
 #include <grpcpp/generic/generic_stub.h>
 
+#include <filesystem>
+#include <iterator>
+
+#include "core/base/limits.h"
 #include "tests/server/test_env.h"
+#include "tests/support/becomes.h"
 
 namespace latticed::testing {
 namespace {
@@ -70,6 +75,48 @@ TEST(ReflectionTest, DescribesAMethodAndItsMessages) {
   EXPECT_TRUE(status.ok()) << status.error_message();
   EXPECT_NE(response.find("latticed/v1/scene.proto"), std::string::npos);
   EXPECT_NE(response.find("CreateSceneRequest"), std::string::npos);
+}
+
+int Threads() {
+  return static_cast<int>(
+      std::distance(std::filesystem::directory_iterator("/proc/self/task"), {}));
+}
+
+// A stream of reflection blocks a thread of gRPC's for as long as it is open.
+TEST(ReflectionTest, ManyStreamsTakeFewThreads) {
+  constexpr int kStreams = 120;  // on one connection
+  TestEnv env;
+  std::string response;
+  const std::string method = "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo";
+  ASSERT_TRUE(Ask(env, method, Field(7, "*"), &response).ok());
+  const int before = Threads();
+  grpc::GenericStub stub(env.channel());
+  grpc::CompletionQueue queue;
+  void* tag = nullptr;
+  bool ok = false;
+  struct Stream {
+    grpc::ClientContext context;
+    std::unique_ptr<grpc::GenericClientAsyncReaderWriter> call;
+  };
+  std::vector<Stream> streams(kStreams);
+  for (Stream& stream : streams) {
+    stream.call = stub.PrepareCall(&stream.context, method, &queue);
+    stream.call->StartCall(nullptr);
+    ASSERT_TRUE(queue.Next(&tag, &ok));
+  }
+
+  v1::ServerInfo info;
+  grpc::ClientContext context;
+  EXPECT_TRUE(env.info().GetServerInfo(&context, {}, &info).ok());
+  EXPECT_LE(Threads(), before + limits::kMaxGrpcThreads);
+
+  for (Stream& stream : streams) stream.context.TryCancel();
+  for (Stream& stream : streams) {
+    grpc::Status status;
+    stream.call->Finish(&status, nullptr);
+    ASSERT_TRUE(queue.Next(&tag, &ok));
+  }
+  EXPECT_TRUE(Becomes(1'000, [&] { return Ask(env, method, Field(7, "*"), &response).ok(); }));
 }
 
 }  // namespace

@@ -21,9 +21,9 @@ namespace {
 
 // RFC 9113: frame types, flags, a setting, and what holds before the server's settings come.
 constexpr uint8_t kData = 0, kHeaders = 1, kReset = 3, kSettings = 4, kPing = 6, kGoaway = 7,
-                  kWindowUpdate = 8, kContinuation = 9;
+                  kWindowUpdate = 8;
 constexpr uint8_t kAck = 1, kEndStream = 1, kEndHeaders = 4;
-constexpr uint32_t kMaxConcurrentStreams = 3, kInitialWindowSize = 4, kMaxFrameSize = 5;
+constexpr uint32_t kMaxConcurrentStreams = 3, kInitialWindowSize = 4;
 constexpr int64_t kFirstWindow = 65'535;
 constexpr size_t kFrameHeader = 9, kMostFrame = 16'384, kMessageHeader = 5;
 constexpr absl::Duration kPatience = absl::Seconds(60);
@@ -85,13 +85,12 @@ int Connect(const std::string& address) {
 }  // namespace
 
 UnfinishedCalls::UnfinishedCalls(const std::string& address, std::string_view method, int count,
-                                 size_t bytes, Settings settings)
+                                 size_t bytes)
     : UnfinishedCalls(
           address, method,
           {.bytes = bytes > kMessageHeader ? MessageOf(std::string(bytes - kMessageHeader, 'x'))
                                            : std::string(),
-           .sent = bytes > kMessageHeader ? bytes - 1 : 0},
-          settings) {
+           .sent = bytes > kMessageHeader ? bytes - 1 : 0}) {
   SendFrame(kSettings, 0, 0, "");
   for (int i = 0; i < count; ++i) Begin();
 }
@@ -99,60 +98,24 @@ UnfinishedCalls::UnfinishedCalls(const std::string& address, std::string_view me
 UnfinishedCalls::UnfinishedCalls(const std::string& address, std::string_view method,
                                  std::string_view request)
     : UnfinishedCalls(address, method,
-                      {.bytes = MessageOf(request), .sent = kMessageHeader + request.size()},
-                      Settings::kAcknowledged) {
+                      {.bytes = MessageOf(request), .sent = kMessageHeader + request.size()}) {
   SendFrame(kSettings, 0, 0, BigEndian(kInitialWindowSize, 2) + BigEndian(0, 4));
 }
 
 UnfinishedCalls::UnfinishedCalls(const std::string& address, std::string_view method,
-                                 Message message, Settings settings)
+                                 Message message)
     : method_(method),
       message_(std::move(message)),
-      settings_(settings),
       socket_(Connect(address)),
       window_(kFirstWindow),
       stream_window_(kFirstWindow) {
   SendBytes("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n");
 }
 
-uint32_t UnfinishedCalls::AddCall() {
+void UnfinishedCalls::Begin() {
   const uint32_t stream = calls_.empty() ? 1 : calls_.rbegin()->first + 2;
   calls_[stream].window = stream_window_;
-  return stream;
-}
-
-void UnfinishedCalls::Begin() { BeginWith("", kMostFrame, /*ends=*/true); }
-
-void UnfinishedCalls::BeginWith(std::string_view block, size_t frame_bytes, bool ends) {
-  const uint32_t stream = AddCall();
-  const std::string all = Fields(method_) + std::string(block);
-  for (size_t at = 0; at < all.size() && !closed_; at += frame_bytes) {
-    const bool last = ends && at + frame_bytes >= all.size();
-    in_header_ = !last;
-    SendFrame(at == 0 ? kHeaders : kContinuation, last ? kEndHeaders : 0, stream,
-              std::string_view(all).substr(at, frame_bytes));
-  }
-}
-
-void UnfinishedCalls::BeginPartOfFrame(std::string_view block, size_t frame_bytes) {
-  SendBytes(FrameHead(frame_bytes, kHeaders, kEndHeaders, AddCall()) + Fields(method_) +
-            std::string(block));
-}
-
-void UnfinishedCalls::BeginInPieces(std::string_view block) {
-  const std::string_view first = block.substr(0, block.size() / 2);
-  BeginPartOfFrame(first, Fields(method_).size() + block.size());
-  absl::SleepFor(absl::Milliseconds(2));
-  SendBytes(block.substr(first.size()));
-}
-
-void UnfinishedCalls::SendHeaderOfNoCall(std::string_view block) {
-  SendFrame(kHeaders, kEndHeaders, 2, block);
-}
-
-bool UnfinishedCalls::AnswersPing() {
-  SendFrame(kPing, 0, 0, BigEndian(0, 8));
-  return Run([this, expected = ++pings_] { return answers_ == expected; });
+  SendFrame(kHeaders, kEndHeaders, stream, Fields(method_));
 }
 
 UnfinishedCalls::~UnfinishedCalls() { close(socket_); }
@@ -242,9 +205,7 @@ void UnfinishedCalls::Take(uint8_t type, uint8_t flags, uint32_t stream, std::st
   if (type == kSettings && (flags & kAck) == 0) {
     TakeSettings(payload);
   } else if (type == kPing && (flags & kAck) == 0) {
-    if (!in_header_) SendFrame(kPing, kAck, 0, payload);
-  } else if (type == kPing) {
-    ++answers_;
+    SendFrame(kPing, kAck, 0, payload);
   } else if (type == kWindowUpdate) {
     const int64_t more = ReadBigEndian(payload);
     if (stream == 0) window_ += more;
@@ -265,13 +226,12 @@ void UnfinishedCalls::TakeSettings(std::string_view payload) {
     const uint32_t name = ReadBigEndian(payload.substr(at, kName));
     const uint32_t value = ReadBigEndian(payload.substr(at + kName, kValue));
     if (name == kMaxConcurrentStreams) max_calls_ = value;
-    if (name == kMaxFrameSize) max_frame_ = value;
     if (name != kInitialWindowSize) continue;
     const int64_t size = value;
     for (auto& [stream, call] : calls_) call.window += size - stream_window_;
     stream_window_ = size;
   }
-  if (settings_ == Settings::kAcknowledged && !in_header_) SendFrame(kSettings, kAck, 0, "");
+  SendFrame(kSettings, kAck, 0, "");
 }
 
 }  // namespace latticed::testing

@@ -117,11 +117,10 @@ TEST_F(ResumableUploadTest, UnknownUploadIsNotFound) {
 
 TEST(UploadStoreTest, IdleUploadsExpireAndGiveTheirBytesBack) {
   absl::Time now = absl::UnixEpoch();
-  MeshStore meshes(std::make_shared<MemoryBudget>(1'000));
-  UploadStore uploads(&meshes, 1'000, [&now] { return now; });
-  v1::MeshHeader header = ObjHeader("");
-  header.set_total_bytes(900);
-  auto upload = uploads.Admit(header, "");
+  const auto memory = std::make_shared<MemoryBudget>(1'000);
+  UploadStore uploads(memory, [&now] { return now; });
+  const UploadHeader header{.total_bytes = 900};
+  auto upload = uploads.Admit(header);
   ASSERT_OK(upload);
   const std::string id = uploads.Keep(*std::move(upload));
   upload = absl::UnknownError("moved away");
@@ -130,41 +129,40 @@ TEST(UploadStoreTest, IdleUploadsExpireAndGiveTheirBytesBack) {
   EXPECT_OK(uploads.Find(id));  // a use puts the expiry off
   now += absl::Minutes(59);
   EXPECT_OK(uploads.Find(id));
-  EXPECT_EQ(meshes.memory().used_bytes(), 900u);
-  EXPECT_THAT(uploads.Admit(header, ""), StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_EQ(memory->used_bytes(), 900u);
+  EXPECT_THAT(uploads.Admit(header), StatusIs(absl::StatusCode::kResourceExhausted));
   now += absl::Minutes(60);
 
   EXPECT_THAT(uploads.Find(id), StatusIs(absl::StatusCode::kNotFound));
-  EXPECT_EQ(meshes.memory().used_bytes(), 0u);
+  EXPECT_EQ(memory->used_bytes(), 0u);
 }
 
 TEST(UploadStoreTest, UploadsAtATimeAreLimited) {
-  MeshStore meshes(std::make_shared<MemoryBudget>(1'000'000));
-  UploadStore uploads(&meshes, 1'000);
-  v1::MeshHeader header = ObjHeader("x");
+  const auto memory = std::make_shared<MemoryBudget>(1'000'000);
+  UploadStore uploads(memory);
+  const UploadHeader header{.total_bytes = 1};
   std::vector<std::shared_ptr<Upload>> held;
   for (int i = 0; i < 64; ++i) {
-    auto upload = uploads.Admit(header, "");
+    auto upload = uploads.Admit(header);
     ASSERT_OK(upload);
     held.push_back(*std::move(upload));
   }
 
-  const auto refused = uploads.Admit(header, "");
+  const auto refused = uploads.Admit(header);
   EXPECT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
   EXPECT_EQ(error::DetailsOf(refused.status()).reason, "LIMIT_EXCEEDED");
   held.pop_back();
-  EXPECT_OK(uploads.Admit(header, ""));
+  EXPECT_OK(uploads.Admit(header));
 }
 
 TEST(UploadStoreTest, AStreamThatFallsSilentLosesItsPlace) {
   absl::Time now = absl::UnixEpoch();
-  MeshStore meshes(std::make_shared<MemoryBudget>(100'000));
-  UploadStore uploads(&meshes, 1'000, [&now] { return now; });
-  v1::MeshHeader header = ObjHeader("");
-  header.set_total_bytes(900);
+  const auto memory = std::make_shared<MemoryBudget>(100'000);
+  UploadStore uploads(memory, [&now] { return now; });
+  const UploadHeader header{.total_bytes = 900};
   std::vector<std::shared_ptr<Upload>> streams;
   for (int i = 0; i < 64; ++i) {
-    auto upload = uploads.Admit(header, "");
+    auto upload = uploads.Admit(header);
     ASSERT_OK(upload);
     streams.push_back(*std::move(upload));
   }
@@ -172,8 +170,8 @@ TEST(UploadStoreTest, AStreamThatFallsSilentLosesItsPlace) {
   EXPECT_OK(streams[0]->Append("v 0 0 0\n"));
   now += absl::Minutes(30);
 
-  EXPECT_OK(uploads.Admit(header, "")) << "63 places are free";
-  EXPECT_EQ(meshes.memory().used_bytes(), 900u) << "of the one that got bytes";
+  EXPECT_OK(uploads.Admit(header)) << "63 places are free";
+  EXPECT_EQ(memory->used_bytes(), 900u) << "of the one that got bytes";
   EXPECT_OK(streams[0]->Append("v 1 0 0\n"));
   EXPECT_THAT(streams[1]->Append("v 0 0 0\n"), StatusIs(absl::StatusCode::kNotFound));
   EXPECT_THAT(streams[1]->CheckComplete(), StatusIs(absl::StatusCode::kNotFound));
@@ -181,21 +179,21 @@ TEST(UploadStoreTest, AStreamThatFallsSilentLosesItsPlace) {
 
 TEST(UploadStoreTest, AnExpiredUploadGivesItsMemoryBackWithoutAnotherCall) {
   absl::Time now = absl::Now();
-  MeshStore meshes(std::make_shared<MemoryBudget>(1'000'000));
-  UploadStore uploads(&meshes, 1'000'000, [&now] { return now; });
-  auto upload = uploads.Admit(testing::ObjHeader(CubeObj()), "alice");
+  const auto memory = std::make_shared<MemoryBudget>(1'000'000);
+  UploadStore uploads(memory, [&now] { return now; });
+  auto upload = uploads.Admit({.total_bytes = CubeObj().size()});
   ASSERT_OK(upload);
   const std::string id = uploads.Keep(*std::move(upload));
   upload = absl::CancelledError("let go");
-  ASSERT_EQ(meshes.memory().used_bytes(), CubeObj().size());
+  ASSERT_EQ(memory->used_bytes(), CubeObj().size());
 
   now += absl::Minutes(59);
   uploads.DropExpired();
-  EXPECT_EQ(meshes.memory().used_bytes(), CubeObj().size());
+  EXPECT_EQ(memory->used_bytes(), CubeObj().size());
   now += absl::Minutes(2);
   uploads.DropExpired();
 
-  EXPECT_EQ(meshes.memory().used_bytes(), 0u);
+  EXPECT_EQ(memory->used_bytes(), 0u);
   EXPECT_THAT(uploads.Find(id), StatusIs(absl::StatusCode::kNotFound));
 }
 

@@ -266,6 +266,15 @@ TEST_F(WebTest, ABadTimeoutOrBinaryValueIsRefused) {
   EXPECT_THAT(binary.trailers.at("grpc-message"), HasSubstr("trace-bin"));
 }
 
+TEST_F(WebTest, ACompressedRequestIsRefused) {
+  Serve();
+
+  for (const std::string encoding : {"gzip", "deflate", "br"}) {
+    EXPECT_EQ(Call(kInfo, Frame(""), {{"grpc-encoding", encoding}}).code, 12) << encoding;
+  }
+  EXPECT_EQ(Call(kInfo, Frame(""), {{"grpc-encoding", "identity"}}).code, 0);
+}
+
 TEST_F(WebTest, OtherFormsOfGrpcAreNotTaken) {
   Serve();
 

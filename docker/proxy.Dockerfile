@@ -1,0 +1,14 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Debian's HAProxy with haproxy.cfg; the certificate is mounted: compose.yaml's profile "public".
+ARG RUNTIME_BASE=debian:bookworm-slim
+
+FROM ${RUNTIME_BASE}
+RUN apt-get update -q && DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends haproxy \
+    && rm -rf /var/lib/apt/lists/*
+COPY docker/haproxy.cfg /etc/haproxy/haproxy.cfg
+EXPOSE 443
+USER 65532:65532
+STOPSIGNAL SIGUSR1
+ENTRYPOINT ["haproxy", "-db", "-f", "/etc/haproxy/haproxy.cfg"]

@@ -1,0 +1,228 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# attacks.py PORT CUT_PORT CA ADMIN SCENE: hostile clients of the proxy at PORT of localhost, and of the one at
+# CUT_PORT, which cuts after 2 s who takes nothing. ADMIN, host:port, is the server's; it has the scene. Each
+# attack has an address of its own and runs in a process of its own. Meanwhile an honest client calls, and must
+# get an answer each time.
+import multiprocessing
+import re
+import sys
+import time
+import urllib.request
+
+from http2 import (
+    CONTINUATION,
+    DATA,
+    END_HEADERS,
+    END_STREAM,
+    HEADERS,
+    PING,
+    RST_STREAM,
+    Connection,
+    field,
+    frame,
+    head,
+    message,
+)
+
+INFO = "ServerService/GetServerInfo"
+MOST_S = 20  # of one attack
+FLOOD_S = 2
+ANSWER_S = 2  # the honest client waits no longer for one answer
+CANCEL = (8).to_bytes(4, "big")
+CLOSED = (ConnectionError, OSError)
+
+
+def expect(condition, what):
+    if not condition:
+        raise SystemExit(f"attacks.py: {what}")
+
+
+class Attack:
+    def __init__(self, port, ca, source):
+        self.port, self.ca, self.source = port, ca, source
+
+    def connect(self, **options):
+        return Connection(self.port, self.ca, self.source, **options)
+
+    def flood(self, connection, frames):
+        """Sends them again and again, and hears nothing; False when the proxy has closed the connection."""
+        end = time.monotonic() + FLOOD_S
+        connection.socket.settimeout(FLOOD_S)
+        try:
+            while time.monotonic() < end:
+                connection.send(frames)
+        except TimeoutError:  # the proxy takes no more
+            return True
+        except CLOSED:
+            return False
+        return True
+
+
+def long_headers(attack):
+    """A field of a megabyte in many frames, and fields that are long in one frame."""
+    connection = attack.connect()
+    endless = b"\0\x01x\x7f\xff\xff\xff\x7f"  # a field "x" of 2^28 bytes
+    connection.send(frame(HEADERS, 0, 1, head(INFO) + endless))
+    more = frame(CONTINUATION, 0, 1, b"y" * 16_000)
+    try:
+        connection.send(more * 64)
+    except CLOSED:
+        pass
+    expect(connection.is_closed(), "a header without end is taken")
+    many = [(f"x-{i}", "y" * 100) for i in range(70)]
+    expect(attack.connect().call(INFO, more=many) == 3, "70 long fields are taken")
+
+
+def continuations(attack):
+    """Frames of a header that never ends, empty and small."""
+    for payload in (b"", field("x", "y")):
+        connection = attack.connect()
+        connection.send(frame(HEADERS, 0, 1, head(INFO)))
+        expect(
+            not attack.flood(connection, frame(CONTINUATION, 0, 1, payload) * 1_000)
+            or connection.is_closed(),
+            "a flood of CONTINUATION frames goes on",
+        )
+
+
+def rapid_reset(attack):
+    """Calls that are cancelled as soon as they have begun, from several connections."""
+    end = time.monotonic() + FLOOD_S
+    refused = 0
+    while time.monotonic() < end:
+        try:
+            connection = attack.connect()
+            while time.monotonic() < end:
+                for _ in range(100):
+                    stream = connection.begin("SceneService/Deform")
+                    connection.send(frame(RST_STREAM, 0, stream, CANCEL))
+        except CLOSED:
+            refused += 1
+            time.sleep(0.02)
+    expect(refused > 0, "calls are begun and reset at any rate")
+
+
+def calls_never_begun(attack):
+    """Headers of calls without a byte of their messages: none of them reaches the server."""
+    connections = [attack.connect() for _ in range(20)]
+    streams = [[c.begin("SceneService/ApplyEdits") for _ in range(90)] for c in connections]
+    for connection, begun in zip(connections, streams):
+        for stream in begun:
+            connection.ending(stream)
+
+
+def slow_readers(attack):
+    """Watches whose events are not taken: they end, at the server as well."""
+    request = message(b"\x0a" + bytes([len(attack.scene)]) + attack.scene.encode())
+    connection = attack.connect(window=0)
+    streams = [connection.begin("SceneService/Watch") for _ in range(50)]
+    for stream in streams:
+        connection.send(frame(DATA, END_STREAM, stream, request))
+    for stream in streams:
+        connection.ending(stream)
+
+
+def compressed(attack):
+    """Messages that say that they are compressed."""
+    for encodings in (["gzip"], ["identity", "gzip"], ["identity,gzip"]):
+        more = [("grpc-encoding", encoding) for encoding in encodings]
+        expect(attack.connect().call(INFO, more=more) == 12, f"grpc-encoding {encodings} is taken")
+    expect(attack.connect().call(INFO, more=[("grpc-encoding", "identity")]) == 0, "identity is refused")
+
+
+def long_trailers(attack):
+    """Trailers that are longer than gRPC takes."""
+    for _ in range(8):
+        connection = attack.connect()
+        stream = connection.begin("SceneService/Deform")
+        connection.send(frame(DATA, 0, stream, message(b"")))
+        trailers = b"\0\x01x\x7f\xb1\x6c" + b"y" * 14_000
+        connection.send(frame(HEADERS, END_STREAM | END_HEADERS, stream, trailers))
+        connection.is_closed(0.2)
+
+
+def pings(attack):
+    """PINGs whose answers are not taken."""
+    attack.flood(attack.connect(), frame(PING, 0, 0, bytes(8)) * 1_000)
+
+
+def connections(attack):
+    """More connections than an address may have, which say nothing."""
+    held, refused = [], 0
+    for _ in range(100):
+        try:
+            held.append(attack.connect())
+        except CLOSED:
+            refused += 1
+    expect(len(held) <= 64 and refused >= 36, f"{len(held)} connections of one address are open")
+    expect(all(connection.is_closed() for connection in held), "connections that say nothing stay")
+
+
+def value(admin, metric):
+    with urllib.request.urlopen(f"http://{admin}/metrics", timeout=10) as answer:
+        found = re.search(rf"^{re.escape(metric)} (\S+)$", answer.read().decode(), re.M)
+    return float(found[1]) if found else 0.0
+
+
+def finished_watches(admin):
+    method = 'latticed_rpc_duration_seconds_count{method="SceneService/Watch"}'
+    return value(admin, method)
+
+
+def beside(name, run, attack, honest_port):
+    """Runs the attack. The honest client calls all the while, on a new connection each half second."""
+    process = multiprocessing.Process(target=run, args=(attack,), daemon=True)
+    process.start()
+    start, answers, slowest = time.monotonic(), 0, 0.0
+    connection = Connection(honest_port, attack.ca)
+    while process.is_alive() or answers == 0:
+        expect(time.monotonic() - start < MOST_S, f"{name}: not over after {MOST_S} s")
+        if answers % 12 == 11:
+            connection.close()
+            connection = Connection(honest_port, attack.ca)
+        begun = time.monotonic()
+        expect(connection.call(INFO) == 0, f"{name}: an honest call is refused")
+        slowest = max(slowest, time.monotonic() - begun)
+        answers += 1
+        time.sleep(0.04)
+    connection.close()
+    seconds = time.monotonic() - start
+    print(
+        f"{name}: {seconds:.1f} s, {answers} honest answers, the slowest after {slowest * 1000:.0f} ms",
+        flush=True,
+    )
+    expect(process.exitcode == 0, f"{name} failed")
+    expect(slowest < ANSWER_S, f"{name}: an honest answer took {slowest:.1f} s")
+
+
+def main(port, cut_port, ca, admin, scene):
+    attacks = [
+        long_headers,
+        continuations,
+        rapid_reset,
+        calls_never_begun,
+        compressed,
+        long_trailers,
+        pings,
+        connections,
+    ]
+    for number, run in enumerate(attacks):
+        beside(run.__name__, run, Attack(int(port), ca, f"127.0.1.{number + 1}"), int(port))
+    expect(
+        value(admin, 'latticed_rpc_started_total{method="SceneService/ApplyEdits"}') == 0,
+        "a call came through",
+    )
+    reader = Attack(int(cut_port), ca, "127.0.1.99")
+    reader.scene = scene
+    before = finished_watches(admin)
+    beside("slow_readers", slow_readers, reader, int(cut_port))
+    end = time.monotonic() + 5
+    while finished_watches(admin) < before + 50:
+        expect(time.monotonic() < end, "the server keeps watches that the proxy has cut")
+        time.sleep(0.1)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
