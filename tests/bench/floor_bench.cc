@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/cpu/cpu_gemm.h"
+#include "core/cpu/gemm/cpu_gemm.h"
 #include "fmt/format.h"
 #include "hwy/aligned_allocator.h"
 #include "hwy/cache_control.h"
