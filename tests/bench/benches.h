@@ -14,7 +14,7 @@
 #include <benchmark/benchmark.h>
 
 #include "absl/status/status.h"
-#include "tests/bench/gpu.h"
+#include "tests/bench/gpu/gpu.h"
 
 namespace latticed::bench {
 

@@ -58,7 +58,7 @@ readonly guarded=(
   '^prometheus/' '^server/edge/metric'
   '^cblas' '^core/cpu/gemm/cpu_gemm'
   '^cublas' '^cuda/device/cuda_(gemm|status)'
-  '^epoxy/' '^tests/bench/shaders/'
+  '^epoxy/' '^tests/bench/paper/shaders/'
   '^(cuda_runtime|cuda\.h|cuda_fp16)' '^(cuda|tests/(bench|cuda))/')
 
 # Sets $layer: $(…), a process for each of thousands of includes, would take most of the time.
