@@ -67,8 +67,6 @@ int Benchmarks(const Options& options) {
   RegisterDeliveryBenches();
   RegisterEngineBenches();
   RegisterFairnessBenches();
-  RegisterWatchersBenches();
-  RegisterPrecisionBenches();
   RegisterGpuBenches(options.large);
   SummaryReporter reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);

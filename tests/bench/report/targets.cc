@@ -81,8 +81,6 @@ void AddStreaming(Targets& targets) {
                          fmt::format("fairness/{}/{}:of_bound", backend, workers), "", false, 1});
     }
   }
-  targets.push_back({"p99 of 160 watchers, with 20 stalled and 20 slow / without",
-                     "watchers/160-with-20-stalled-20-slow:ratio_p99", "", false, 1.3});
 }
 
 // Both with the copy of control points and without: the design's numbers come from kernels alone.

@@ -6,15 +6,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <random>
 #include <vector>
 
-#include "core/ffd/direct_ffd.h"
 #include "tests/bench/exact_mesh.h"
 #include "tests/bench/paper/tensor/tensor_surfaces.h"
 #include "tests/bench/paper/tensor/tensor_verify.h"
@@ -35,7 +32,7 @@ Plan Tube() {
 }
 
 // Triangles across many knot boxes, whose planes leave polygons of up to nine corners.
-Plan LargeTriangles(std::array<int, 3> degree = {2, 2, 2}, double reach = 1.05) {
+Plan LargeTriangles() {
   std::mt19937 random(20130103);
   std::uniform_real_distribution<double> coordinate(-1, 1);
   auto mesh = std::make_shared<PolygonMesh>();
@@ -45,9 +42,9 @@ Plan LargeTriangles(std::array<int, 3> degree = {2, 2, 2}, double reach = 1.05) 
     if (corner % 3 == 2) mesh->face_offsets.push_back(corner + 1);
   }
   Bounds bounds;
-  bounds.Extend(Vec3d{-reach, -reach, -reach});
-  bounds.Extend(Vec3d{reach, reach, reach});
-  const auto lattice = FitLattice(bounds, {6, 6, 6}, degree, /*padding=*/0);
+  bounds.Extend(Vec3d{-1.05, -1.05, -1.05});
+  bounds.Extend(Vec3d{1.05, 1.05, 1.05});
+  const auto lattice = FitLattice(bounds, {6, 6, 6}, {2, 2, 2}, /*padding=*/0);
   EXPECT_TRUE(lattice.ok()) << lattice.status();
   if (!lattice.ok()) return nullptr;
   const auto plan = MakePlan(mesh, lattice->structure);
@@ -110,70 +107,6 @@ std::vector<TensorVertex> VerticesOnHost(const DeformPlan& plan, const TensorSur
   RunControl(job);
   RunTessellation(job, surfaces.most_lines);
   return vertices;
-}
-
-double Area(const DeformPlan& plan, const SubPolygon& polygon) {
-  double area = 0;
-  for (const uint32_t patch : polygon.patches) {
-    std::array<Vec3d, 3> corner;
-    for (size_t c = 0; c < 3; ++c) corner[c] = plan.vertices[plan.patches[patch].vertex[c]].world;
-    area += Norm(Cross(corner[1] - corner[0], corner[2] - corner[0])) / 2;
-  }
-  return area;
-}
-
-double Area(const ParameterRectangle& rectangle) {
-  return Norm(rectangle.along) * Norm(rectangle.across);
-}
-
-// Part of the rectangle that the trimmed grid covers.
-double Covered(const ParameterRectangle& rectangle) {
-  const TrimmedGrid grid = TrimGrid(rectangle.polygon, kTensorSegments);
-  double twice = 0;
-  for (const auto& [i, j, k] : grid.triangles) {
-    const TrimmedPoint a = grid.points[i], b = grid.points[j], c = grid.points[k];
-    twice += (b.s - a.s) * (c.t - a.t) - (c.s - a.s) * (b.t - a.t);
-  }
-  return twice / 2;
-}
-
-TEST(SubPolygonsTest, EveryPatchIsInOnePolygonAndTrimmedGridsCoverIt) {
-  const Plan plan = LargeTriangles();
-  ASSERT_NE(plan, nullptr);
-  const auto polygons = FindSubPolygons(*plan);
-  ASSERT_TRUE(polygons.ok()) << polygons.status();
-
-  const DirectFfd rest(*plan, plan->identity_points);
-  std::vector<int> polygons_of(plan->patches.size(), 0);
-  std::array<int, 10> of_corners{};
-  for (const SubPolygon& polygon : *polygons) {
-    for (const uint32_t patch : polygon.patches) ++polygons_of[patch];
-    ++of_corners.at(polygon.corners.size());
-    const ParameterRectangle rectangle =
-        RectangleOf(*plan, polygon, rest.RestFacetNormal(polygon.patches.front()));
-    const double area = Area(*plan, polygon), whole = Area(rectangle);
-    EXPECT_NEAR(Covered(rectangle) * whole, area, 1e-11 * whole);
-    EXPECT_LE(whole, (2 + 1e-9) * area);  // as the smallest rectangle of any convex polygon
-  }
-  EXPECT_EQ(std::count(polygons_of.begin(), polygons_of.end(), 1),
-            static_cast<ptrdiff_t>(plan->patches.size()));
-  for (size_t corners = 3; corners <= 7; ++corners) {
-    EXPECT_GT(of_corners.at(corners), 0) << corners << " corners";
-  }
-}
-
-TEST(SubPolygonsTest, ThereAreNoneOutsideTheFrame) {
-  const Plan plan = LargeTriangles({2, 2, 2}, 0.9);
-  ASSERT_NE(plan, nullptr);
-
-  EXPECT_EQ(FindSubPolygons(*plan).status().code(), absl::StatusCode::kUnimplemented);
-}
-
-TEST(TensorProductTest, OtherDegreesAreNotOfThePapersTables) {
-  const Plan plan = LargeTriangles({1, 2, 2});
-  ASSERT_NE(plan, nullptr);
-
-  EXPECT_EQ(MakeTensorSurfaces(*plan).status().code(), absl::StatusCode::kUnimplemented);
 }
 
 TEST(TensorProductTest, TrimmedSurfacesMatchTheDefinition) {
