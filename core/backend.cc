@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/backend.h"
 
-#include <array>
+#include <algorithm>
 #include <utility>
 
 #include "core/base/error.h"
@@ -13,13 +13,6 @@
 namespace latticed {
 namespace {
 
-constexpr std::array<std::pair<Pipeline, std::string_view>, 4> kPipelineNames{{
-    {Pipeline::kFused, "fused"},
-    {Pipeline::kGemm, "gemm"},
-    {Pipeline::kGemm12, "gemm12"},
-    {Pipeline::kControlNet, "control-net"},
-}};
-
 absl::Status CheckRange(std::string_view field, int got, int lowest, int highest) {
   if (got < lowest || got > highest) return error::OutOfRange(field, got, lowest, highest);
   return absl::OkStatus();
@@ -28,17 +21,17 @@ absl::Status CheckRange(std::string_view field, int got, int lowest, int highest
 }  // namespace
 
 std::string_view PipelineName(Pipeline pipeline) {
-  for (const auto& [value, name] : kPipelineNames) {
-    if (value == pipeline) return name;
+  switch (pipeline) {
+    case Pipeline::kFused:
+      return "fused";
+    case Pipeline::kGemm:
+      return "gemm";
+    case Pipeline::kGemm12:
+      return "gemm12";
+    case Pipeline::kControlNet:
+      return "control-net";
   }
   return "unknown";
-}
-
-absl::StatusOr<Pipeline> PipelineFromName(std::string_view name) {
-  for (const auto& [value, known] : kPipelineNames) {
-    if (known == name || (name == "control_net" && value == Pipeline::kControlNet)) return value;
-  }
-  return error::InvalidField("pipeline", "known are fused, gemm, gemm12 and control-net");
 }
 
 VertexFormat FormatOf(Encoding encoding) {
@@ -53,6 +46,30 @@ size_t BytesPerPoint(const ViewSpec& spec) {
   const bool normals = spec.normals != NormalMode::kNone;
   if (spec.format == VertexFormat::kFloat32) return (normals ? 6 : 3) * sizeof(float);
   return 3 * sizeof(uint16_t) + (normals ? (spec.normal_bits <= 8 ? 2u : 4u) : 0u);
+}
+
+std::vector<uint32_t> EncodeOrder(const ViewTraits& traits, std::span<const uint32_t> chunks) {
+  const size_t devices = traits.device_chunks.size();
+  std::vector<std::span<const uint32_t>> left(devices);
+  auto next = chunks.begin();
+  for (size_t d = 0; d < devices; ++d) {
+    const auto end = d + 1 < devices
+                         ? std::lower_bound(next, chunks.end(), traits.device_chunks[d + 1])
+                         : chunks.end();
+    left[d] = {next, end};
+    next = end;
+  }
+  const size_t most = std::max<size_t>(traits.encode_batch / devices, 1);
+  std::vector<uint32_t> order;
+  order.reserve(chunks.size());
+  while (order.size() < chunks.size()) {
+    for (auto& some : left) {
+      const auto batch = some.first(std::min(most, some.size()));
+      order.insert(order.end(), batch.begin(), batch.end());
+      some = some.subspan(batch.size());
+    }
+  }
+  return order;
 }
 
 SharedBytes MakeSharedBytes(std::vector<uint8_t> bytes) {

@@ -7,6 +7,7 @@
 //
 //   Backend --Prepare(plan, pipeline)--> DeformTarget --CreateView(spec)--> DeformView
 //
+//   DeformTarget::Traits  what to know of a view before it is made
 //   DeformView::Evaluate  control points -> vertices of the named chunks, kept by the backend
 //   DeformView::Read      vertices of one chunk -> host memory, in wire layout
 //   DeformView::Encode    vertices of chunks that changed -> encoded bytes in host memory
@@ -27,7 +28,6 @@
 #include <string_view>
 #include <vector>
 
-#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/ffd/deform_plan.h"
@@ -43,7 +43,6 @@ enum class Pipeline {
   kControlNet,  // formulas (6), (17): Bézier control points first
 };
 [[nodiscard]] std::string_view PipelineName(Pipeline pipeline);  // "fused", "gemm", …
-[[nodiscard]] absl::StatusOr<Pipeline> PipelineFromName(std::string_view name);
 
 enum class NormalMode { kNone, kFacet, kSmooth };
 
@@ -63,9 +62,6 @@ struct ViewSpec {
   VertexFormat format = VertexFormat::kQuantised;
   int position_bits = 12;  // ignored for kFloat32
   int normal_bits = 8;     // ignored for kFloat32
-  // Keep vertices in the backend's own lane order instead of point order where it has one: the
-  // fastest stores. Read and Encode still answer in point order.
-  bool lane_order = false;
 
   friend auto operator<=>(const ViewSpec&, const ViewSpec&) = default;
 };
@@ -110,6 +106,27 @@ struct DeviceState {
   MemoryUse use;              // of the budget; all on the device, so without a prefix
 };
 
+// What a backend tells its caller of the views of one spec.
+struct ViewTraits {
+  // Vertices lie in a device's memory, and evaluating takes none of the host's cores.
+  bool on_device = false;
+  // The most host memory that a view takes: vertices where no device keeps them, staging, scratch.
+  uint64_t host_bytes = 0;
+  // Host memory that encoding to Draco takes in all threads together. The backend keeps it for the
+  // next encoding, so all views of all specs take the largest of these, once.
+  uint64_t encoder_bytes = 0;
+  // Chunks best encoded in one call. More of them only delay whoever waits for the call's end.
+  size_t encode_batch = 256;
+  // The first chunk of each device, ascending from 0, where several share a plan. Each takes its
+  // part of encode_batch.
+  std::vector<uint32_t> device_chunks = {0};
+};
+
+// `chunks`, ascending, in the order in which to encode them, traits.encode_batch a call: each call has
+// work for every device.
+[[nodiscard]] std::vector<uint32_t> EncodeOrder(const ViewTraits& traits,
+                                                std::span<const uint32_t> chunks);
+
 class DeformView {
  public:
   virtual ~DeformView() = default;
@@ -122,17 +139,6 @@ class DeformView {
   [[nodiscard]] virtual absl::Status Evaluate(std::span<const Vec3d> control_points,
                                               const QuantisationBox& box,
                                               std::span<const uint32_t> chunks) = 0;
-
-  // The same; where the host's own cores take long for it, `between` is called on the caller's
-  // thread between parts of some milliseconds, with the points that are new since its last call: it
-  // may use other views meanwhile.
-  using Between = absl::FunctionRef<void(uint64_t points)>;
-  [[nodiscard]] virtual absl::Status EvaluateInParts(std::span<const Vec3d> control_points,
-                                                     const QuantisationBox& box,
-                                                     std::span<const uint32_t> chunks,
-                                                     Between /*between*/) {
-    return Evaluate(control_points, box, chunks);
-  }
 
   // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes.
   [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;
@@ -148,15 +154,6 @@ class DeformView {
     return Encode(chunks, encoding, {});
   }
 
-  // As many chunks are best encoded in one call; more only delay what waits for their end.
-  [[nodiscard]] virtual size_t encode_batch() const { return 256; }
-
-  // `chunks`, which rise, in the order in which they are best encoded, so many a call: as they are,
-  // but where several devices share them, so that each call has work for all.
-  [[nodiscard]] virtual std::vector<uint32_t> EncodeOrder(std::span<const uint32_t> chunks) const {
-    return {chunks.begin(), chunks.end()};
-  }
-
   [[nodiscard]] virtual MemoryUse memory() const = 0;
 };
 
@@ -165,15 +162,11 @@ class DeformTarget {
   virtual ~DeformTarget() = default;
   virtual const DeformPlan& plan() const = 0;
   virtual Pipeline pipeline() const = 0;
-  // Whether Evaluate runs elsewhere than on the host's cores: only then do an evaluation and the
-  // encoding and sending of another at once take less time than one after the other.
-  virtual bool evaluates_on_device() const = 0;
+  // Of the views that CreateView makes of `spec`, which must be valid.
+  [[nodiscard]] virtual ViewTraits Traits(const ViewSpec& spec) const = 0;
   // kInvalidArgument for a spec out of limits; kResourceExhausted with asked and free bytes.
   [[nodiscard]] virtual absl::StatusOr<std::unique_ptr<DeformView>> CreateView(
       const ViewSpec& spec) = 0;
-  // Working memory of the host that encoding such views as Draco streams takes in all threads
-  // together; the backend keeps it for the next. Of all its views the most counts.
-  [[nodiscard]] virtual uint64_t EncoderBytes(const ViewSpec& /*spec*/) const { return 0; }
   // Bézier control nets of patches [first, last): m x 3 doubles a patch, world coordinates, in the
   // order T_{n,0,0}, T_{n-1,1,0}, …, T_{0,0,n} of formula (3).
   [[nodiscard]] virtual absl::StatusOr<std::vector<double>> ControlNets(

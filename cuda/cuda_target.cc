@@ -92,8 +92,11 @@ absl::StatusOr<std::vector<double>> CudaTarget::ControlNets(std::span<const Vec3
   }
 }
 
-uint64_t CudaTarget::EncoderBytes(const ViewSpec& spec) const {
-  return EncoderBytesOf(*plan_, spec, *context_->encoder(), context_->arena());
+ViewTraits CudaTarget::Traits(const ViewSpec& spec) const {
+  return {.on_device = true,
+          .host_bytes = CudaView::HostBytesFor(*plan_, spec),
+          .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder(), context_->arena()),
+          .encode_batch = CudaView::EncodeBatch(*context_)};
 }
 
 MemoryUse CudaTarget::memory() const {

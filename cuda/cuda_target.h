@@ -25,9 +25,8 @@ class CudaTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
-  bool evaluates_on_device() const override { return true; }
+  ViewTraits Traits(const ViewSpec& spec) const override;
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override;
-  uint64_t EncoderBytes(const ViewSpec& spec) const override;
   // Waits for a lane of its own.
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
                                                   size_t first, size_t last) override;

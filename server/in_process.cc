@@ -27,7 +27,7 @@ namespace latticed {
 namespace {
 
 // Threads that evaluate and encode for views; each call uses the backend's own threads inside.
-constexpr int kPipelineWorkers = 2;
+constexpr int kRenderWorkers = 3;
 
 absl::StatusOr<Authenticator> LoadTokens(const std::string& path) {
   if (path.empty()) return Authenticator();
@@ -39,8 +39,8 @@ absl::StatusOr<Authenticator> LoadTokens(const std::string& path) {
   return Authenticator::FromText(text);
 }
 
-void LogGiveBack(const Scene& scene, uint64_t bytes) {
-  LogEvent(spdlog::level::info, "scene gave memory back for another",
+void LogEviction(const Scene& scene, uint64_t bytes) {
+  LogEvent(spdlog::level::info, "scene evicted: another needs its memory",
            {{"scene", scene.id()}, {"bytes", fmt::to_string(bytes)}});
 }
 
@@ -78,10 +78,11 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
   }
   env.backends = std::move(backends);
   env.scenes = std::make_shared<SceneRegistry>(
-      &env.backend(), kPipelineWorkers,
+      &env.backend(), kRenderWorkers,
       SceneRegistry::Options{.max_scenes = static_cast<size_t>(env.options.max_scenes),
+                             .memory = env.memory,
                              .on_tick = [uploads = env.uploads] { uploads->DropExpired(); },
-                             .on_give_back = LogGiveBack});
+                             .on_evict = LogEviction});
   LATTICED_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server, GrpcServer::Start(&env));
   result->server_ = std::move(server);
   if (absl::Status status = result->StartWeb(); !status.ok()) return status;
@@ -91,7 +92,7 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
 absl::Status InProcessServer::StartWeb() {
   if (env_->options.http.empty() && env_->options.admin.empty()) return absl::OkStatus();
   web::AdminHooks hooks;
-  hooks.health = [env = env_.get()] { return env->scenes->residency().health().status(); };
+  hooks.health = [env = env_.get()] { return env->scenes->health().status(); };
   hooks.ready = [server = server_.get()] { return server->serving(); };
   hooks.metrics = [env = env_.get(), server = server_.get()](const ConnectionCounts& http) {
     return MetricsText(*env, server->connections(), http);

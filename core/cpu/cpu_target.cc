@@ -18,6 +18,7 @@
 #include "core/ffd/stage_matrices.h"
 #include "core/view/view_contract.h"
 #include "core/view/view_encoder.h"
+#include "core/view/view_layout.h"
 
 namespace latticed {
 namespace {
@@ -105,8 +106,16 @@ absl::StatusOr<std::vector<double>> CpuTarget::ControlNets(std::span<const Vec3d
   }
 }
 
-uint64_t CpuTarget::EncoderBytes(const ViewSpec& spec) const {
-  return EncoderBytesOf(*plan_, spec, *context_->encoder, context_->arena);
+ViewTraits CpuTarget::Traits(const ViewSpec& spec) const {
+  ViewTraits traits{
+      .host_bytes = MakeVertexLayout(*plan_, spec).total_bytes() + ViewEncoder::MostBytes(spec),
+      .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder, context_->arena)};
+  if (pipeline_ == Pipeline::kFused) return traits;
+  const auto stage = StageMatrices::Get(plan_->structure.patch_degree(), spec.segments);
+  if (stage.ok()) {
+    traits.host_bytes += GemmKernel::MostBytes(**stage, context_->arena.most_threads());
+  }
+  return traits;
 }
 
 MemoryUse CpuTarget::memory() const {

@@ -24,9 +24,8 @@ class CpuTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
-  bool evaluates_on_device() const override { return false; }
+  ViewTraits Traits(const ViewSpec& spec) const override;
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override;
-  uint64_t EncoderBytes(const ViewSpec& spec) const override;
   // kInvalidArgument for a range of patches or a count of control points that does not fit.
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
                                                   size_t first, size_t last) override;

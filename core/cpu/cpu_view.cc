@@ -15,11 +15,8 @@ absl::StatusOr<std::unique_ptr<CpuView>> CpuView::Create(std::shared_ptr<const D
                                                          const ViewSpec& spec,
                                                          std::unique_ptr<VertexKernel> kernel,
                                                          std::shared_ptr<CpuContext> context) {
-  const size_t own_bytes = kernel->OwnOrderBytes();
   LATTICED_ASSIGN_OR_RETURN(
-      auto vertices,
-      HostBuffer::Create("vertices",
-                         own_bytes > 0 ? own_bytes : MakeVertexLayout(*plan, spec).total_bytes()));
+      auto vertices, HostBuffer::Create("vertices", MakeVertexLayout(*plan, spec).total_bytes()));
   return std::unique_ptr<CpuView>(new CpuView(std::move(plan), spec, std::move(kernel),
                                               std::move(context), std::move(vertices)));
 }
@@ -37,15 +34,9 @@ CpuView::CpuView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
 
 absl::Status CpuView::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                                std::span<const uint32_t> chunks) {
-  return EvaluateInParts(control_points, box, chunks, [](uint64_t) {});
-}
-
-absl::Status CpuView::EvaluateInParts(std::span<const Vec3d> control_points,
-                                      const QuantisationBox& box, std::span<const uint32_t> chunks,
-                                      Between between) {
   LATTICED_RETURN_IF_ERROR(contract_.CheckEvaluate(control_points, box, chunks));
   try {
-    if (auto status = kernel_->Evaluate(control_points, box, chunks, vertices_.span(), between);
+    if (auto status = kernel_->Evaluate(control_points, box, chunks, vertices_.span());
         !status.ok()) {
       contract_.Lost();
       return status;
@@ -60,12 +51,7 @@ absl::Status CpuView::EvaluateInParts(std::span<const Vec3d> control_points,
 
 absl::Status CpuView::Read(uint32_t chunk, std::span<uint8_t> out) {
   LATTICED_RETURN_IF_ERROR(contract_.CheckRead(chunk, out.size()));
-  if (kernel_->OwnOrderBytes() > 0) {
-    kernel_->ReadChunk(vertices_.span(), chunk, out);
-  } else {
-    const std::span<const uint8_t> bytes = ChunkBytes(chunk);
-    std::copy(bytes.begin(), bytes.end(), out.begin());
-  }
+  std::ranges::copy(ChunkBytes(chunk), out.begin());
   return absl::OkStatus();
 }
 
@@ -77,12 +63,7 @@ absl::StatusOr<std::vector<SharedBytes>> CpuView::Encode(std::span<const uint32_
                                                          Encoding encoding,
                                                          std::span<VertexDigest> digests) {
   LATTICED_RETURN_IF_ERROR(contract_.CheckEncode(chunks, encoding));
-  const auto bytes_of = [&](size_t i, std::vector<uint8_t>& scratch) -> std::span<const uint8_t> {
-    if (kernel_->OwnOrderBytes() == 0) return ChunkBytes(chunks[i]);
-    scratch.resize(layout_.ChunkBytes(chunks[i]));
-    kernel_->ReadChunk(vertices_.span(), chunks[i], scratch);
-    return scratch;
-  };
+  const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return ChunkBytes(chunks[i]); };
   try {
     std::vector<SharedBytes> results(chunks.size());
     const absl::Status status =

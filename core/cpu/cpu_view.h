@@ -30,8 +30,6 @@ class CpuView : public DeformView {
   const ViewSpec& spec() const override { return contract_.spec(); }
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                         std::span<const uint32_t> chunks) override;
-  absl::Status EvaluateInParts(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                               std::span<const uint32_t> chunks, Between between) override;
   absl::Status Read(uint32_t chunk, std::span<uint8_t> out) override;
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
                                                   Encoding encoding,
@@ -43,7 +41,6 @@ class CpuView : public DeformView {
           std::unique_ptr<VertexKernel> kernel, std::shared_ptr<CpuContext> context,
           HostBuffer vertices);
 
-  // In wire order views only.
   std::span<const uint8_t> ChunkBytes(uint32_t chunk) const;
 
   std::shared_ptr<const DeformPlan> plan_;

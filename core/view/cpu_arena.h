@@ -63,9 +63,9 @@ class CpuArena {
   }
 
  private:
-  // Threads that may begin a loop without waiting for a part of another's: those of the server's
-  // pipeline. The system shares the cores among them.
-  static constexpr int kCallers = 2;
+  // Threads that may begin a loop without waiting for a part of another's: the server's render workers.
+  // The system shares the cores among them.
+  static constexpr int kCallers = 3;
   // A loop wakes all threads of its arena, however few parts it has.
   static constexpr int kFewThreads = 32, kFewParts = 64;
 

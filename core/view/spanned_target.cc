@@ -45,10 +45,17 @@ absl::StatusOr<std::vector<double>> SpannedTarget::ControlNets(
   }
 }
 
-uint64_t SpannedTarget::EncoderBytes(const ViewSpec& spec) const {
-  uint64_t bytes = 0;
-  for (const Part& part : parts_) bytes += part.target->EncoderBytes(spec);
-  return bytes;
+ViewTraits SpannedTarget::Traits(const ViewSpec& spec) const {
+  ViewTraits sum{.encode_batch = 0, .device_chunks = {}};
+  for (const Part& part : parts_) {
+    const ViewTraits traits = part.target->Traits(spec);
+    sum.on_device = traits.on_device;
+    sum.host_bytes += traits.host_bytes;
+    sum.encoder_bytes += traits.encoder_bytes;
+    sum.encode_batch += traits.encode_batch;
+    sum.device_chunks.push_back(part.first_chunk);
+  }
+  return sum;
 }
 
 MemoryUse SpannedTarget::memory() const {

@@ -31,9 +31,8 @@ class SpannedTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return parts_.front().target->pipeline(); }
-  bool evaluates_on_device() const override { return parts_.front().target->evaluates_on_device(); }
+  ViewTraits Traits(const ViewSpec& spec) const override;  // sums of the parts'
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override;
-  uint64_t EncoderBytes(const ViewSpec& spec) const override;
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
                                                   size_t first, size_t last) override;
   MemoryUse memory() const override;

@@ -77,32 +77,6 @@ absl::Status SpannedView::Read(uint32_t chunk, std::span<uint8_t> out) {
   return part.view->Read(chunk - part.first_chunk, out);
 }
 
-size_t SpannedView::encode_batch() const {
-  size_t sum = 0;
-  for (const Part& part : parts_) sum += part.view->encode_batch();
-  return sum;
-}
-
-std::vector<uint32_t> SpannedView::EncodeOrder(std::span<const uint32_t> chunks) const {
-  std::vector<std::span<const uint32_t>> left(parts_.size());
-  auto next = chunks.begin();
-  for (size_t p = 0; p < parts_.size(); ++p) {
-    const auto end = std::lower_bound(next, chunks.end(), End(p));
-    left[p] = {next, end};
-    next = end;
-  }
-  std::vector<uint32_t> order;
-  order.reserve(chunks.size());
-  while (order.size() < chunks.size()) {
-    for (size_t p = 0; p < parts_.size(); ++p) {
-      const auto batch = left[p].first(std::min(parts_[p].view->encode_batch(), left[p].size()));
-      order.insert(order.end(), batch.begin(), batch.end());
-      left[p] = left[p].subspan(batch.size());
-    }
-  }
-  return order;
-}
-
 std::vector<SpannedView::Share> SpannedView::ShareOut(std::span<const uint32_t> chunks,
                                                       std::span<const VertexDigest> digests) const {
   std::vector<Share> shares(parts_.size());

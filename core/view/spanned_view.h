@@ -8,8 +8,7 @@
 //   part                 0                | 1                       | …
 //
 // Evaluate hands every part its own and waits for none: parts that enqueue run at once. A part with
-// nothing to do is not asked. Encode has a thread a part, and EncodeOrder deals chunks out so that each
-// of its calls has some for every part.
+// nothing to do is not asked. Encode has a thread a part.
 //
 // Errors   those of core/view/view_contract.h and of the parts. After one of Evaluate all chunks
 //          must be named, also those of the parts that did not fail
@@ -41,8 +40,6 @@ class SpannedView : public DeformView {
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
                                                   Encoding encoding,
                                                   std::span<VertexDigest> digests) override;
-  size_t encode_batch() const override;  // the sum of the parts'
-  std::vector<uint32_t> EncodeOrder(std::span<const uint32_t> chunks) const override;
   MemoryUse memory() const override;
 
   // For measurements.

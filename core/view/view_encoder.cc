@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "core/view/vertex_digest.h"
@@ -60,6 +61,13 @@ size_t ViewEncoder::MemoryBytes() const {
   size_t bytes = 0;
   for (const auto& [patches, connectivity] : connectivity_) bytes += connectivity.MemoryBytes();
   return bytes;
+}
+
+uint64_t ViewEncoder::MostBytes(const ViewSpec& spec) {
+  // Two connectivities: indices, and their code, which is no longer.
+  constexpr uint64_t kTriangleBytes = 2 * 2 * sizeof(std::array<uint32_t, 3>);
+  return kTriangleBytes * limits::kPatchesPerChunk *
+         static_cast<uint64_t>(TrianglesPerPatch(spec.segments));
 }
 
 std::vector<size_t> ViewEncoder::FindChanged(size_t count, BytesOf bytes_of,

@@ -21,7 +21,7 @@
 
 namespace latticed {
 
-// DeformTarget::EncoderBytes of a backend that encodes by `encoder` on the threads of `arena`.
+// ViewTraits::encoder_bytes of a backend that encodes by `encoder` on the threads of `arena`.
 [[nodiscard]] uint64_t EncoderBytesOf(const DeformPlan& plan, const ViewSpec& spec,
                                       const ChunkEncoder& encoder, const CpuArena& arena);
 
@@ -47,6 +47,8 @@ class ViewEncoder {
   const ChunkConnectivity& Connectivity(uint32_t chunk);
 
   size_t MemoryBytes() const;
+  // The largest MemoryBytes of a view of `spec`.
+  [[nodiscard]] static uint64_t MostBytes(const ViewSpec& spec);
 
  private:
   // Which of `count` chunks are not those that `digests` says, and brings it up to date.

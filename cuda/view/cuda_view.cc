@@ -33,6 +33,23 @@ uint64_t CudaView::DeviceBytesFor(const DeformPlan& plan, const ViewSpec& spec,
          VertexBytes(plan, spec, own_order_bytes);
 }
 
+uint64_t CudaView::HostBytesFor(const DeformPlan& plan, const ViewSpec& spec) {
+  constexpr uint64_t kRounding = 2;  // pinned blocks are powers of two
+  constexpr uint64_t kFramePointBytes = 64, kExchangedChunkBytes = 128;
+  if (plan.chunk_count() == 0) return 0;
+  const uint64_t staged = std::min(plan.chunk_count(), kHostChunks) *
+                          ChunkPoints(plan, 0, spec.segments) * BytesPerPoint(spec);
+  const auto points = static_cast<uint64_t>(plan.structure.control_point_count());
+  return kRounding *
+             (2 * staged + kFramePointBytes * points + kExchangedChunkBytes * plan.chunk_count()) +
+         ViewEncoder::MostBytes(spec);
+}
+
+size_t CudaView::EncodeBatch(const CudaContext& context) {
+  const bool on_device = context.encoder()->name() == kDracoWriterName;
+  return on_device ? DeviceViewEncoder::kMostChunks : kHostChunks;
+}
+
 absl::StatusOr<std::unique_ptr<CudaView>> CudaView::Create(std::shared_ptr<const DeformPlan> plan,
                                                            const ViewSpec& spec,
                                                            std::shared_ptr<CudaContext> context,
@@ -127,10 +144,6 @@ absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32
 
 bool CudaView::WritesOnDevice(Encoding encoding) const {
   return IsDraco(encoding) && context_->encoder()->name() == kDracoWriterName;
-}
-
-size_t CudaView::encode_batch() const {
-  return WritesOnDevice(Encoding::kDracoPoints) ? DeviceViewEncoder::kMostChunks : kHostChunks;
 }
 
 absl::Status CudaView::EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,

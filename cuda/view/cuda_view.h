@@ -37,6 +37,9 @@ class CudaView : public DeformView {
       std::unique_ptr<CudaVertexKernel> kernel, DeviceReservation& from);
   static uint64_t DeviceBytesFor(const DeformPlan& plan, const ViewSpec& spec,
                                  size_t own_order_bytes, bool has_chunk_needs);
+  // Of ViewTraits: host_bytes, encode_batch.
+  static uint64_t HostBytesFor(const DeformPlan& plan, const ViewSpec& spec);
+  static size_t EncodeBatch(const CudaContext& context);
   ~CudaView() override;
 
   const ViewSpec& spec() const override { return contract_.spec(); }
@@ -46,7 +49,6 @@ class CudaView : public DeformView {
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
                                                   Encoding encoding,
                                                   std::span<VertexDigest> digests) override;
-  size_t encode_batch() const override;
   MemoryUse memory() const override;
 
   // For measurements: the stream that Evaluate enqueues on, and its stages.

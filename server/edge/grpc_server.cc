@@ -122,7 +122,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
     LATTICED_ASSIGN_OR_RETURN(result->listener_, GrpcListener::Open(options, std::move(acceptor)));
   }
   result->SetServing(true);
-  env->scenes->residency().health().SetObserver(
+  env->scenes->health().SetObserver(
       [server = result.get()](const absl::Status& why) { server->OnDeviceLost(why); });
   return result;
 }
@@ -130,7 +130,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
 GrpcServer::GrpcServer(ServerEnv* env) : env_(env) {}
 
 GrpcServer::~GrpcServer() {
-  env_->scenes->residency().health().SetObserver(nullptr);
+  env_->scenes->health().SetObserver(nullptr);
   Shutdown(absl::InfinitePast());
 }
 

@@ -8,9 +8,9 @@
 
 #include "fmt/format.h"
 #include "google/protobuf/descriptor.h"
+#include "server/base/engine_counts.h"
 #include "server/edge/metric_families.h"
 #include "server/edge/process_stats.h"
-#include "server/engine/engine_counts.h"
 #include "server/rpc/call_counts.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/server_service.h"
@@ -21,7 +21,7 @@ namespace latticed {
 namespace {
 
 void AddServer(ServerEnv& env, const v1::ServerInfo& info, MetricFamilies& out) {
-  const bool lost = !env.scenes->residency().health().status().ok();
+  const bool lost = !env.scenes->health().status().ok();
   out.Gauge("latticed_build_info", "1; what runs is in the labels.")
       .Add(1.0, {{"version", info.version()},
                  {"commit", info.commit()},
@@ -87,9 +87,6 @@ void AddEngine(const EngineCounts& counts, MetricFamilies& out) {
   out.Counter("latticed_revisions_merged_total", "Revisions that a view skipped for a newer one.")
       .Add(counts.revisions_merged);
   out.Counter("latticed_evaluations_total", "Evaluations of views begun.").Add(counts.evaluations);
-  out.Counter("latticed_evaluations_overlapped_total",
-              "Of these, while the revision before was being encoded: on a device of its own.")
-      .Add(counts.evaluations_beside);
   out.Counter("latticed_updates_begun_total", "Updates of watchers begun.")
       .Add(counts.updates_begun);
   out.Counter("latticed_updates_finished_total", "Of these, sent in full.")
@@ -187,7 +184,7 @@ std::string MetricsText(ServerEnv& env, const ConnectionCounts& grpc,
   AddStores(env, info, families);
   AddHostMemory(info, families);
   AddDevices(info, families);
-  AddEngine(env.scenes->residency().counts(), families);
+  AddEngine(env.scenes->counts(), families);
   AddConnections(grpc, http, families);
   AddCalls(*env.calls, families);
   AddRefusals(*env.calls, families);

@@ -6,18 +6,15 @@
 #include <chrono>
 #include <utility>
 
-#include "absl/time/clock.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/dirty_set.h"
-#include "server/engine/render/update_pipeline.h"
 
 namespace latticed {
 namespace {
 
-// A view that nobody has watched for so long gives its memory back.
+// A view that nobody has watched for so long is dropped.
 constexpr absl::Duration kIdleView = absl::Seconds(60);
 
 uint64_t NextIncarnation() {
@@ -27,201 +24,158 @@ uint64_t NextIncarnation() {
 
 }  // namespace
 
-Scene::Scene(SceneConfig config, Lattice lattice, Residency* residency, UpdatePipeline* pipeline)
+Scene::Scene(SceneConfig config, Lattice lattice, MemoryReservation history,
+             const SceneContext& context)
     : config_(std::move(config)),
-      residency_(residency),
-      pipeline_(pipeline),
+      context_(context),
       incarnation_(NextIncarnation()),
-      history_(std::move(lattice)),
-      history_room_(config_.memory),
+      editor_(std::move(lattice)),
+      history_reservation_(std::move(history)),
       last_use_(absl::Now()) {}
 
 Scene::~Scene() = default;
 
-absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config, Residency* residency,
-                                                     UpdatePipeline* pipeline, StopCheck stop) {
+absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
+                                                     const SceneContext& context, StopCheck stop) {
   LATTICED_RETURN_IF_ERROR(Validate(config.lattice));
   LATTICED_RETURN_IF_ERROR(Validate(config.default_view.key.spec));
   Lattice lattice = std::exchange(config.lattice, {});
   const LatticeStructure structure = lattice.structure;
+  LATTICED_ASSIGN_OR_RETURN(auto history,
+                            context.backend->memory().Reserve("the scene's history", 0));
   const std::shared_ptr<Scene> scene(
-      new Scene(std::move(config), std::move(lattice), residency, pipeline));
-  LATTICED_ASSIGN_OR_RETURN(auto state, scene->Prepare(structure, stop));
+      new Scene(std::move(config), std::move(lattice), std::move(history), context));
+  LATTICED_ASSIGN_OR_RETURN(auto prepared, scene->Prepare(structure, stop));
 
   const MutexLock edit_lock(&scene->edit_mutex_);
-  state.revision = scene->history_.revision();
-  state.structure_id = scene->history_.structure_id();
-  state.control_points =
-      std::make_shared<const std::vector<Vec3d>>(scene->history_.lattice().control_points);
-  state.box = FitQuantisationBox(BoundsOf(state), 1);
-  state.commit_time = absl::Now();
+  auto state = scene->editor_.FirstState(std::move(prepared.state), absl::Now());
   const MutexLock lock(&scene->mutex_);
-  scene->state_ = std::make_shared<const SceneState>(std::move(state));
+  scene->head_ = {std::move(state), std::move(prepared.target)};
   return scene;
 }
 
-absl::StatusOr<SceneState> Scene::Prepare(const LatticeStructure& structure, StopCheck stop) const {
-  return CatchBadAlloc("the scene's plan", [&] { return PrepareUnguarded(structure, stop); });
-}
-
-absl::StatusOr<SceneState> Scene::PrepareUnguarded(const LatticeStructure& structure,
-                                                   StopCheck stop) const {
-  // Before the plan, which may take seconds.
-  LATTICED_RETURN_IF_ERROR(residency_->health().status());
-  SceneState state;
-  const uint64_t least = LeastPlanBytes(*config_.mesh);
-  LATTICED_ASSIGN_OR_RETURN(auto memory, residency_->Run([&] {
-    return Reserve(config_.memory, "the scene's plan", least);
-  }));
-  ProbeMemory(least);
-  LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, structure, stop));
-  LATTICED_ASSIGN_OR_RETURN(auto target, residency_->Prepare(plan, config_.pipeline));
-  LATTICED_RETURN_IF_ERROR(stop());
-  state.patch_tree = std::make_shared<const PatchTree>(*plan);
-  const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
-                         LatticeBytes(structure) + LeastHistoryBytes(structure);
-  auto room = residency_->Run([&] { return memory.Resize("the scene's plan", bytes); });
-  if (!room.ok()) return room;
-  state.memory = std::make_shared<const MemoryReservation>(std::move(memory));
-  state.plan = std::move(plan);
-  state.target = std::move(target);
-  state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*state.plan));
-  return state;
+absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure,
+                                               StopCheck stop) const {
+  return CatchBadAlloc("the scene's plan", [&]() -> absl::StatusOr<Prepared> {
+    RenderBackend& backend = *context_.backend;
+    // Before the plan, which may take seconds.
+    LATTICED_RETURN_IF_ERROR(backend.health().status());
+    const uint64_t least = LeastPlanBytes(*config_.mesh);
+    LATTICED_ASSIGN_OR_RETURN(auto memory, backend.memory().Reserve("the scene's plan", least));
+    ProbeMemory(least);
+    LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, structure, stop));
+    LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
+    LATTICED_RETURN_IF_ERROR(stop());
+    SceneState state;
+    state.patch_tree = std::make_shared<const PatchTree>(*plan);
+    state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*plan));
+    const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
+                           LatticeBytes(structure) + LeastHistoryBytes(structure);
+    LATTICED_RETURN_IF_ERROR(memory.Resize("the scene's plan", bytes));
+    auto slot = std::make_shared<TargetSlot>(&backend, std::move(target), plan, std::move(memory));
+    state.plan = std::move(plan);
+    return Prepared{std::move(state), std::move(slot)};
+  });
 }
 
 absl::StatusOr<EditSummary> Scene::ApplyEdits(const EditBatch& batch, StopCheck stop) {
-  std::optional<Candidate> candidate;
+  std::optional<PlanCandidate> candidate;
+  std::shared_ptr<TargetSlot> target;
   while (true) {
     std::optional<LatticeStructure> wanted;
-    auto summary = TryEdits(batch, candidate, wanted);
+    auto summary = TryEdits(batch, candidate, target, wanted);
     if (!wanted.has_value() && !summary.ok()) ++counts().edits_refused;
     if (!wanted.has_value()) return summary;
-    candidate.reset();  // first, so that both plans do not need memory together
-    auto state = Prepare(*wanted, stop);
-    if (IsStopped(state.status())) {
+    // First, so that both plans do not need memory together.
+    candidate.reset();
+    target = nullptr;
+    auto prepared = Prepare(*wanted, stop);
+    if (IsStopped(prepared.status())) {
       ++counts().edits_refused;
-      return state.status();
+      return prepared.status();
     }
-    candidate.emplace(Candidate{*std::move(wanted), std::move(state)});
+    if (prepared.ok()) {
+      candidate.emplace(PlanCandidate{*std::move(wanted), std::move(prepared->state)});
+      target = std::move(prepared->target);
+    } else {
+      candidate.emplace(PlanCandidate{*std::move(wanted), prepared.status()});
+    }
   }
 }
 
 absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
-                                            std::optional<Candidate>& candidate,
+                                            std::optional<PlanCandidate>& candidate,
+                                            std::shared_ptr<TargetSlot> target,
                                             std::optional<LatticeStructure>& wanted) {
   // Large plans take long to destroy: after the locks.
-  const auto retired = State();
+  const RenderInput retired = Head();
   const MutexLock edit_lock(&edit_mutex_);
   if (deleted()) return error::NotFound("scene", id());
-
-  const auto outcome = history_.Apply(batch, std::chrono::steady_clock::now(),
-                                      [&](const LatticeStructure& structure) -> absl::Status {
-                                        if (candidate && candidate->structure == structure) {
-                                          return candidate->state.status();
-                                        }
-                                        wanted = structure;
-                                        return EditHistory::PutOff();
-                                      });
-  if (!outcome.ok()) {
-    KeepHistoryInRoom();
-    return outcome.status();
+  auto commit = editor_.Apply(batch, *State(), candidate, wanted, std::chrono::steady_clock::now(),
+                              absl::Now);
+  if (!commit.ok()) {
+    FitHistory();
+    return commit.status();
   }
-  if (outcome->repeated) {
-    if (!outcome->summary.status.ok()) return outcome->summary.status;
+  if (commit->state == nullptr) {
     ++counts().edits_repeated;
-    return outcome->summary;
+    return commit->summary;
   }
-
-  SceneState next = outcome->structure_changed ? *std::move(candidate->state) : *State();
-  DirtySet dirty(next.plan);
-  if (outcome->structure_changed) {
-    dirty.MarkAll();
-  } else {
-    dirty.MarkControlPoints(outcome->changed);
-  }
-  const QuantisationBox before = State()->box;
-  next.revision = history_.revision();
-  next.structure_id = history_.structure_id();
-  next.control_points =
-      std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
-  next.commit_time = absl::Now();
-  next.gesture_open = history_.gesture_open();
-  const bool ends_gesture = !batch.gesture_id.empty() &&
-                            batch.gesture_phase != GesturePhase::kUpdate && !next.gesture_open;
-  next.busy_until =
-      ends_gesture ? next.commit_time : BusyUntil(State()->commit_time, next.commit_time);
-  next.box = NextQuantisationBox(before, BoundsOf(next), next.gesture_open).value_or(before);
-  // A RAW view's origin may move with the plan, and an id never names two origins.
-  if (outcome->structure_changed) next.box.id = before.id + 1;
-
-  history_.SetTouched(batch.editor_id, dirty.boxes(), dirty.patches());
-  EditSummary summary = outcome->summary;
-  summary.commit_time = std::chrono::steady_clock::now();
-  summary.boxes_touched = dirty.boxes();
-  summary.patches_touched = next.patches_touched = dirty.patches();
-  Commit(batch, *outcome, std::make_shared<const SceneState>(std::move(next)), dirty);
-  KeepHistoryInRoom();
-  return summary;
+  commit->summary.commit_time = std::chrono::steady_clock::now();
+  Publish(*commit, std::move(target));
+  FitHistory();
+  return commit->summary;
 }
 
-void Scene::Commit(const EditBatch& batch, const EditOutcome& outcome,
-                   std::shared_ptr<const SceneState> next, const DirtySet& dirty) {
-  auto delta = std::make_shared<LatticeDelta>();
-  delta->revision = next->revision;
-  delta->structure_id = next->structure_id;
-  delta->editor_id = batch.editor_id;
-  delta->sequence = batch.sequence;
-  delta->indices = outcome.changed;
-  delta->positions.reserve(outcome.changed.size());
-  for (const uint32_t index : outcome.changed) {
-    delta->positions.push_back((*next->control_points)[index]);
-  }
-  const std::vector<uint32_t> chunks = dirty.Chunks();
+void Scene::Publish(const Commit& commit, std::shared_ptr<TargetSlot> target) {
   {
     const MutexLock lock(&mutex_);
-    const bool all = outcome.structure_changed || next->box.id != state_->box.id;
-    state_ = std::move(next);
-    for (const auto& [key, view] : views_) all ? view->MarkAllDirty() : view->MarkDirty(chunks);
-    log_.Add(delta, outcome.structure_changed);
+    head_.state = commit.state;
+    if (commit.structure_changed) head_.target = std::move(target);
+    for (const auto& [key, view] : views_) {
+      commit.all_dirty ? view->MarkAllDirty() : view->MarkDirty(commit.dirty);
+    }
+    log_.Add(commit.delta, commit.structure_changed);
     last_use_ = absl::Now();
   }
   ++counts().edits_applied;
   RequestWork();  // first: each listener takes the time of a message
-  WakeListeners();
+  NotifyListeners();
 }
 
-void Scene::KeepHistoryInRoom() {
+void Scene::FitHistory() {
   const auto state = State();
   const auto log_bytes = [this] {
     const MutexLock lock(&mutex_);
     return log_.MemoryBytes();
   };
   do {
-    history_bytes_ = history_.MemoryBytes() + log_bytes();
-  } while (!history_room_.Make(history_bytes_, state->structure()) && ForgetOldest());
+    history_bytes_ = editor_.MemoryBytes() + log_bytes();
+  } while (!history_reservation_.Hold(history_bytes_, state->structure()) && ForgetOldest());
 }
 
 bool Scene::ForgetOldest() {
-  if (history_.ForgetOldestStep()) {
+  if (editor_.ForgetOldestStep()) {
     ++counts().undo_steps_forgotten;
     return true;
   }
   const MutexLock lock(&mutex_);
-  return log_.ForgetOldest() || history_.ForgetOldestEditor();
+  return log_.ForgetOldest() || editor_.ForgetOldestEditor();
 }
 
-std::shared_ptr<const SceneState> Scene::State() const {
+std::shared_ptr<const SceneState> Scene::State() const { return Head().state; }
+
+RenderInput Scene::Head() const {
   const MutexLock lock(&mutex_);
-  return state_;
+  return head_;
 }
 
 MemoryUse Scene::memory() const {
-  const auto state = State();
-  MemoryUse use = state->target->memory();
+  const RenderInput head = Head();
+  MemoryUse use = head.target->memory();
   use["mesh"] += config_.mesh->MemoryBytes();
-  if (!use.contains("plan")) use["plan"] = state->plan->MemoryBytes();
-  use["patch_tree"] += state->patch_tree->MemoryBytes();
-  use["lattice"] += LatticeBytes(state->structure());
+  use["patch_tree"] += head.state->patch_tree->MemoryBytes();
+  use["lattice"] += LatticeBytes(head.state->structure());
   use["history"] += history_bytes_.load();
   const MutexLock lock(&mutex_);
   for (const auto& [key, view] : views_) {
@@ -230,86 +184,89 @@ MemoryUse Scene::memory() const {
   return use;
 }
 
-bool Scene::WatchedLocked() const {
-  return std::ranges::any_of(listeners_, [](const auto& l) { return !l.expired(); });
+size_t Scene::WatchersLocked() const {
+  return static_cast<size_t>(
+      std::ranges::count_if(listeners_, [](const auto& l) { return !l.expired(); }));
 }
 
 bool Scene::InUseLocked() const {
   const bool viewed =
       std::ranges::any_of(views_, [](const auto& v) { return v.second.use_count() > 1; });
-  return viewed || WatchedLocked() || hold_.use_count() > 1;
+  return viewed || WatchersLocked() > 0 || hold_.use_count() > 1;
 }
 
-uint64_t Scene::GivableBytes(std::optional<int> device) const {
+uint64_t Scene::EvictableBytes(std::optional<int> device) const {
   const MutexLock lock(&mutex_);
   if (InUseLocked()) return 0;
-  const ResidentTarget& target = *state_->target;
-  uint64_t bytes = DeviceBytes(target.memory());
+  uint64_t bytes = DeviceBytes(head_.target->memory());
   for (const auto& [key, view] : views_) {
-    bytes += device.has_value() ? DeviceBytes(view->memory()) : view->GivableBytes();
+    bytes += device.has_value() ? DeviceBytes(view->memory()) : view->EvictableBytes();
   }
-  return device.has_value() ? BytesOn(*device, target, bytes) : bytes;
+  return device.has_value() ? head_.target->BytesOn(*device, bytes) : bytes;
 }
 
-bool Scene::GiveBack() {
-  std::map<ViewKey, std::shared_ptr<SceneView>> given;
-  std::shared_ptr<const SceneState> state;
+absl::Time Scene::last_use() const {
+  const MutexLock lock(&mutex_);
+  return last_use_;
+}
+
+bool Scene::Evict() {
+  std::map<ViewKey, std::shared_ptr<RenderView>> evicted;
+  std::shared_ptr<TargetSlot> target;
   {
     const MutexLock lock(&mutex_);
     if (InUseLocked()) return false;
-    given.swap(views_);
-    state = state_;
+    evicted.swap(views_);
+    target = head_.target;
   }
   const bool freed =
-      std::ranges::any_of(given, [](const auto& v) { return v.second->GivableBytes() > 0; });
-  given.clear();  // without the lock; their vertices are the target's
+      std::ranges::any_of(evicted, [](const auto& v) { return v.second->EvictableBytes() > 0; });
+  evicted.clear();  // without the lock; their vertices are the target's
   // Where somebody has come meanwhile, and uses it again, it stays.
-  return state->target->GiveBack() || freed;
+  return target->Evict() || freed;
 }
 
 absl::Time Scene::expire_time() const {
   const MutexLock lock(&mutex_);
-  return WatchedLocked() ? absl::InfiniteFuture() : last_use_ + config_.idle_ttl;
+  return WatchersLocked() > 0 ? absl::InfiniteFuture() : last_use_ + config_.idle_ttl;
 }
 
 size_t Scene::watcher_count() const {
   const MutexLock lock(&mutex_);
-  return static_cast<size_t>(
-      std::ranges::count_if(listeners_, [](const auto& l) { return !l.expired(); }));
+  return WatchersLocked();
 }
 
 void Scene::Delete() {
   deleted_ = true;
-  WakeListeners();
+  NotifyListeners();
 }
 
 void Scene::Tick(absl::Time now) {
-  // An edit in the making is activity enough; the next tick will do.
-  if (edit_mutex_.TryLock()) {
-    history_.CommitIdleGestures(std::chrono::steady_clock::now() +
-                                absl::ToChronoNanoseconds(now - absl::Now()));
-    const bool gestures_ended = State()->gesture_open && !history_.gesture_open();
-    if (gestures_ended) EndGestures();
-    edit_mutex_.Unlock();
-    if (gestures_ended) WakeListeners();
-  }
-  std::vector<std::shared_ptr<SceneView>> idle;  // destroyed without the lock
+  EndIdleGestures(now);
+  std::vector<std::shared_ptr<RenderView>> idle;  // destroyed without the lock
   const MutexLock lock(&mutex_);
   std::erase_if(listeners_, [](const auto& listener) { return listener.expired(); });
   if (!listeners_.empty()) last_use_ = now;
   std::erase_if(views_, [now, &idle](const auto& entry) {
     const auto& view = entry.second;
-    if (view.use_count() > 1 || now - view->last_watched() <= kIdleView) return false;
+    if (view.use_count() > 1 || now - view->board().last_watched(now) <= kIdleView) return false;
     idle.push_back(view);
     return true;
   });
 }
 
-void Scene::EndGestures() {
-  const MutexLock lock(&mutex_);
-  auto state = std::make_shared<SceneState>(*state_);
-  state->gesture_open = false;
-  state_ = std::move(state);
+void Scene::EndIdleGestures(absl::Time now) {
+  // An edit in the making is activity enough; the next tick will do.
+  if (!edit_mutex_.TryLock()) return;
+  auto ended = editor_.EndIdleGestures(
+      *State(), std::chrono::steady_clock::now() + absl::ToChronoNanoseconds(now - absl::Now()));
+  const bool any = ended != nullptr;
+  if (any) {
+    const MutexLock lock(&mutex_);
+    head_.state = std::move(ended);
+  }
+  edit_mutex_.Unlock();
+  if (any) NotifyListeners();
 }
 
 void Scene::AddListener(std::weak_ptr<SceneListener> listener) {
@@ -319,7 +276,7 @@ void Scene::AddListener(std::weak_ptr<SceneListener> listener) {
   last_use_ = absl::Now();
 }
 
-void Scene::WakeListeners() {
+void Scene::NotifyListeners() {
   std::vector<std::shared_ptr<SceneListener>> awake;
   {
     const MutexLock lock(&mutex_);
@@ -330,62 +287,65 @@ void Scene::WakeListeners() {
   for (const auto& listener : awake) listener->OnSceneChanged();
 }
 
-absl::StatusOr<std::shared_ptr<SceneView>> Scene::AcquireView(const ViewKey& key) {
+absl::StatusOr<std::shared_ptr<SnapshotBoard>> Scene::AcquireView(const ViewKey& key) {
   LATTICED_RETURN_IF_ERROR(Validate(key.spec));
-  std::shared_ptr<SceneView> replaced;  // destroyed without the lock
+  std::shared_ptr<RenderView> replaced;  // destroyed without the lock
   const MutexLock lock(&mutex_);
-  state_->target->Touch();
-  if (const auto found = views_.find(key); found != views_.end()) return found->second;
-  if (views_.size() >= static_cast<size_t>(limits::kMaxViewsPerScene)) {
-    // Only the map holds an idle one; the one idle longest makes room.
-    auto oldest = views_.end();
-    for (auto v = views_.begin(); v != views_.end(); ++v) {
-      if (v->second.use_count() > 1) continue;
-      if (oldest == views_.end() || v->second->last_watched() < oldest->second->last_watched()) {
-        oldest = v;
+  last_use_ = absl::Now();
+  auto found = views_.find(key);
+  if (found == views_.end()) {
+    if (views_.size() >= static_cast<size_t>(limits::kMaxViewsPerScene)) {
+      // Only the map holds an idle one; the one idle longest makes way.
+      auto oldest = views_.end();
+      const auto idle_since = [now = last_use_](const auto& v) {
+        return v->second->board().last_watched(now);
+      };
+      for (auto v = views_.begin(); v != views_.end(); ++v) {
+        if (v->second.use_count() > 1) continue;
+        if (oldest == views_.end() || idle_since(v) < idle_since(oldest)) oldest = v;
       }
+      if (oldest == views_.end()) {
+        return error::LimitExceeded("distinct views of a scene", limits::kMaxViewsPerScene);
+      }
+      replaced = std::move(oldest->second);
+      views_.erase(oldest);
     }
-    if (oldest == views_.end()) {
-      return error::LimitExceeded("distinct views of a scene", limits::kMaxViewsPerScene);
-    }
-    replaced = std::move(oldest->second);
-    views_.erase(oldest);
+    auto made = std::make_shared<RenderView>(key, context_.backend, last_use_);
+    found = views_.emplace(key, std::move(made)).first;
   }
-  return views_[key] = std::make_shared<SceneView>(key, residency_, config_.memory);
+  return std::shared_ptr<SnapshotBoard>(found->second, &found->second->board());
 }
 
-void Scene::RequestWork() { pipeline_->Schedule(shared_from_this()); }
-
-std::optional<ViewWork> Scene::TakeWork(uint64_t most_points) {
-  if (deleted()) return std::nullopt;
+std::function<void()> Scene::TakeWork(uint64_t most_points) {
+  if (deleted()) return nullptr;
   const MutexLock lock(&mutex_);
   for (size_t i = 0; i < views_.size(); ++i) {
     const auto& view =
         std::next(views_.begin(), static_cast<std::ptrdiff_t>(next_view_++ % views_.size()))
             ->second;
-    if (auto work = view->Begin(view, state_, most_points); work.has_value()) return work;
+    if (auto work = view->Begin(view, head_, most_points); work.has_value()) {
+      return [this, self = shared_from_this(), work = *std::move(work)]() mutable {
+        RunTurn(std::move(work));
+      };
+    }
   }
-  return std::nullopt;
+  return nullptr;
 }
 
-void Scene::RunWork(ViewWork work, std::function<void(uint64_t points)> part_done) {
-  std::shared_ptr<const Snapshot> replaced;  // freed when the listeners have been told of the new
-  bool news = false;
-  {
-    // Gone before the listeners run, so that a view that is let go now is idle.
-    const auto view = work.view;
-    news = view->Run(std::move(work),
-                     {.more_work = [this] { RequestWork(); }, .part_done = std::move(part_done)},
-                     replaced);
-  }
-  // First, so that what was evaluated meanwhile is encoded without waiting for them.
+void Scene::RunTurn(RenderWork work) {
+  // Freed when the listeners know of the new one.
+  const std::shared_ptr<const Snapshot> replaced = work.view->board().newest();
+  const bool news = work.view->Run(work);
+  // Before the listeners run, so that a view that is let go now is idle.
+  work = {};
   RequestWork();
-  if (news) WakeListeners();
+  if (news) NotifyListeners();
 }
 
-EditLog::Deltas Scene::DeltasAfter(uint64_t revision) const {
+Scene::LatticeNews Scene::LatticeAfter(std::optional<uint64_t> revision) const {
   const MutexLock lock(&mutex_);
-  return log_.After(revision, state_->revision);
+  if (!revision.has_value()) return {head_.state, {}};
+  return {head_.state, log_.After(*revision, head_.state->revision)};
 }
 
 uint64_t Scene::AppliedSequence(const std::string& editor_id, uint64_t revision) const {

@@ -1,17 +1,18 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A scene: one mesh under one lattice, edited by many and watched by many.            DESIGN §4
+// A scene: one mesh under one lattice, edited by many and watched by many. Here the engine's rooms
+// meet:
 //
-//   ApplyEdits -> new SceneState (revision + 1) -> dirty chunks of every view -> listeners woken
-//   UpdatePipeline: TakeWork -> evaluate and encode with no lock held -> SceneView publishes
+//   ApplyEdits -> scene/   SceneEditor: the next state, and which chunks are dirty
+//              -> render/  RenderView::MarkDirty, RenderQueue::Schedule
+//   a worker   -> TakeWork -> RenderView::Run, which publishes -> listeners are notified
 //
-// A SceneState is immutable: who holds one reads a consistent scene for as long as he likes. Edits
-// of one scene are serialised by edit_mutex_. A new plan is made without it: the edit that wants it
-// is tried again with the plan, and commits if the structure is then still the one that was
-// planned.
+// A SceneState is immutable: whoever holds one reads a consistent scene. Edits of one scene are
+// serialised by edit_mutex_. A new plan is made without it: the edit that wants it is tried again with
+// the plan, and commits if the structure is then still the one that was planned.
 //
-// Locks    edit_mutex_ before mutex_ before SceneView's own; listeners run with none of them held
+// Locks    edit_mutex_ before mutex_ before a view's; listeners are notified with none of them held
 // Threads  safe
 #ifndef LATTICED_SERVER_ENGINE_SCENE_H_
 #define LATTICED_SERVER_ENGINE_SCENE_H_
@@ -33,18 +34,18 @@
 #include "core/backend.h"
 #include "core/base/mutex.h"
 #include "core/base/stop_check.h"
-#include "core/ffd/edit_history.h"
 #include "core/ffd/lattice.h"
-#include "server/engine/memory/scene_room.h"
-#include "server/engine/render/scene_view.h"
+#include "server/engine/render/render_queue.h"
+#include "server/engine/render/render_view.h"
 #include "server/engine/scene/edit_log.h"
 #include "server/engine/scene/presence.h"
+#include "server/engine/scene/scene_editor.h"
+#include "server/engine/scene/scene_listener.h"
+#include "server/engine/scene/scene_memory.h"
 #include "server/engine/scene/scene_state.h"
+#include "server/engine/watch/watch_view.h"
 
 namespace latticed {
-
-class DirtySet;  // core/ffd/dirty_set.h
-class UpdatePipeline;
 
 // What a scene is made from, and what of it never changes.
 struct SceneConfig {
@@ -59,36 +60,31 @@ struct SceneConfig {
   absl::Duration idle_ttl = absl::Hours(24);
   std::map<std::string, std::string> labels;
   std::string owner;
-  std::shared_ptr<MemoryBudget> memory;  // plans and views ask it first; null: no limit
   // Of the request: the same again returns the scene, another is ALREADY_EXISTS.
   std::string fingerprint;
 };
 
-// Is told that a scene has something new, or that it was deleted. Called with no lock of the scene
-// held, from any thread; must not block.
-class SceneListener {
- public:
-  virtual ~SceneListener() = default;
-  virtual void OnSceneChanged() = 0;
+// What the scenes of a server share; it outlives them.
+struct SceneContext {
+  RenderBackend* backend = nullptr;
+  RenderQueue* queue = nullptr;
 };
 
-class Scene : public std::enable_shared_from_this<Scene> {
+class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
  public:
   // Makes the plan and prepares the backend. kInvalidArgument for a bad lattice,
-  // kResourceExhausted, kUnavailable; what `stop` says, which is asked meanwhile. `residency` and
-  // `pipeline` outlive the scene.
+  // kResourceExhausted, kUnavailable; what `stop` says, which is asked meanwhile.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<Scene>> Create(SceneConfig config,
-                                                                     Residency* residency,
-                                                                     UpdatePipeline* pipeline,
+                                                                     const SceneContext& context,
                                                                      StopCheck stop = NeverStop);
-  ~Scene();
+  ~Scene() override;
   Scene(const Scene&) = delete;  // listeners and workers hold its address
   Scene& operator=(const Scene&) = delete;
 
   const SceneConfig& config() const { return config_; }
   const std::string& id() const { return config_.id; }
   absl::Time create_time() const { return create_time_; }
-  // Of all the scenes of this process no other has it, not even one of the same id.
+  // No other scene of this process has it, not even one of the same id.
   uint64_t incarnation() const { return incarnation_; }
 
   // All of the batch or nothing; revision + 1. kInvalidArgument, kAborted (STRUCTURE_CHANGED,
@@ -101,22 +97,26 @@ class Scene : public std::enable_shared_from_this<Scene> {
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
 
   [[nodiscard]] std::shared_ptr<const SceneState> State() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // The newest state, and what evaluates it.
+  [[nodiscard]] RenderInput Head() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // When it will be evicted if nobody watches or edits from now on.
+  // When it expires if nobody watches or edits from now on.
   [[nodiscard]] absl::Time expire_time() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] bool deleted() const { return deleted_.load(); }
   [[nodiscard]] size_t watcher_count() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Of all scenes together.
-  EngineCounts& counts() const { return residency_->counts(); }
+  EngineCounts& counts() const { return context_.backend->counts(); }
 
-  // What GiveBack would free, at most, on the host and on all devices, or on one of them; 0 while
-  // somebody watches, holds, or has a view of it.
-  [[nodiscard]] uint64_t GivableBytes(std::optional<int> device = std::nullopt) const
+  // The most that Evict would free, on the host and on all devices, or on one of them; 0 while somebody
+  // watches, holds, or has a view of it.
+  [[nodiscard]] uint64_t EvictableBytes(std::optional<int> device = std::nullopt) const
       ABSL_LOCKS_EXCLUDED(mutex_);
+  // When it was last watched, held or edited.
+  [[nodiscard]] absl::Time last_use() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Frees its views and what it has on the device, unless somebody watches, holds, or has a view of
   // it. Whoever comes next has the same made again. Whether it freed any.
-  bool GiveBack() ABSL_LOCKS_EXCLUDED(mutex_);
-  // While the result lives nothing is given back.
+  bool Evict() ABSL_LOCKS_EXCLUDED(mutex_);
+  // While the result lives nothing is evicted.
   [[nodiscard]] std::shared_ptr<const void> Hold() const { return hold_; }
 
   // From here on edits are refused and streams end with kNotFound. Idempotent.
@@ -125,78 +125,75 @@ class Scene : public std::enable_shared_from_this<Scene> {
   // lately.
   void Tick(absl::Time now) ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
 
-  // Wakes `listener` from now on; it expires by itself.
+  // Notifies `listener` from now on; it expires by itself.
   void AddListener(std::weak_ptr<SceneListener> listener) ABSL_LOCKS_EXCLUDED(mutex_);
-  // The view of that key, made when it is new. kInvalidArgument, or kResourceExhausted when all of
-  // limits::kMaxViewsPerScene are watched.
-  [[nodiscard]] absl::StatusOr<std::shared_ptr<SceneView>> AcquireView(const ViewKey& key)
-      ABSL_LOCKS_EXCLUDED(mutex_);
+  void NotifyListeners() ABSL_LOCKS_EXCLUDED(mutex_);
   // Who is here. Who shows or takes back a presence wakes those who wait for it.
   PresenceBoard& presence() { return presence_; }
-  void WakeListeners() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Tells the pipeline that a view may have work: it was attached, unpaused or left behind.
-  void RequestWork() ABSL_LOCKS_EXCLUDED(mutex_);
-  // One stage of one view that is watched and behind, with what may follow it, of `most_points` or
-  // less; nullopt when there is none.
-  [[nodiscard]] std::optional<ViewWork> TakeWork(uint64_t most_points) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Runs what TakeWork gave, without a lock, then requests work again, for what was edited or
-  // evaluated meanwhile, and wakes the listeners. `part_done` as in WorkHooks.
-  void RunWork(ViewWork work, std::function<void(uint64_t points)> part_done)
+  // The view of that key, made when it is new; it lives as long as the result. kInvalidArgument, or
+  // kResourceExhausted when all of limits::kMaxViewsPerScene are watched.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<SnapshotBoard>> AcquireView(const ViewKey& key)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // A view may have work: it was attached, wants a newer snapshot, or is behind.
+  void RequestWork() { context_.queue->Schedule(shared_from_this()); }
+  [[nodiscard]] std::function<void()> TakeWork(uint64_t most_points) override
       ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // As of EditLog, which has this scene's edits.
-  [[nodiscard]] EditLog::Deltas DeltasAfter(uint64_t revision) const ABSL_LOCKS_EXCLUDED(mutex_);
+  // The newest state, and the deltas that lead there from the lattice at `revision`.
+  struct LatticeNews {
+    std::shared_ptr<const SceneState> state;
+    EditLog::Deltas deltas;
+  };
+  [[nodiscard]] LatticeNews LatticeAfter(std::optional<uint64_t> revision) const
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // As EditLog has it.
   [[nodiscard]] uint64_t AppliedSequence(const std::string& editor_id, uint64_t revision) const
       ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
-  Scene(SceneConfig config, Lattice lattice, Residency* residency, UpdatePipeline* pipeline);
-  // What an edit that changes the structure needs, or why it cannot be had.
-  struct Candidate {
-    LatticeStructure structure;
-    absl::StatusOr<SceneState> state;
+  // A plan for a structure, and the backend prepared for it; or why they cannot be had.
+  struct Prepared {
+    SceneState state;
+    std::shared_ptr<TargetSlot> target;
   };
-  [[nodiscard]] absl::StatusOr<SceneState> Prepare(const LatticeStructure& structure,
-                                                   StopCheck stop) const;
-  [[nodiscard]] absl::StatusOr<SceneState> PrepareUnguarded(const LatticeStructure& structure,
-                                                            StopCheck stop) const;
-  // Applies the batch, unless it leads to a structure other than the candidate's: then `wanted` is
-  // that structure and nothing has changed.
+  Scene(SceneConfig config, Lattice lattice, MemoryReservation history,
+        const SceneContext& context);
+  [[nodiscard]] absl::StatusOr<Prepared> Prepare(const LatticeStructure& structure,
+                                                 StopCheck stop) const;
+  // Applies the batch with the plan that is there, unless it leads to another structure: then
+  // `wanted` is that structure and nothing has changed.
   [[nodiscard]] absl::StatusOr<EditSummary> TryEdits(const EditBatch& batch,
-                                                     std::optional<Candidate>& candidate,
+                                                     std::optional<PlanCandidate>& candidate,
+                                                     std::shared_ptr<TargetSlot> target,
                                                      std::optional<LatticeStructure>& wanted)
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
-  void Commit(const EditBatch& batch, const EditOutcome& outcome,
-              std::shared_ptr<const SceneState> next, const DirtySet& dirty)
+  void Publish(const Commit& commit, std::shared_ptr<TargetSlot> target)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Forgets what is oldest of history and log until there is room for the rest. An edit is never
-  // refused for them.
-  void KeepHistoryInRoom() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Forgets the oldest of history and log until the rest has memory. An edit is never refused for them.
+  void FitHistory() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] bool ForgetOldest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // The newest state without an open gesture, at the same revision: for views that send fewer bits
-  // meanwhile.
-  void EndGestures() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
-  bool WatchedLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void EndIdleGestures(absl::Time now) ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
+  void RunTurn(RenderWork work) ABSL_LOCKS_EXCLUDED(mutex_);
+  size_t WatchersLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool InUseLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const SceneConfig config_;
-  Residency* const residency_;
-  UpdatePipeline* const pipeline_;
+  const SceneContext context_;
   const absl::Time create_time_ = absl::Now();
   const uint64_t incarnation_;
   std::atomic<bool> deleted_ = false;
   const std::shared_ptr<const void> hold_ = std::make_shared<char>();
-
-  Mutex edit_mutex_;
-  EditHistory history_ ABSL_GUARDED_BY(edit_mutex_);
-  HistoryRoom history_room_ ABSL_GUARDED_BY(edit_mutex_);
-  std::atomic<uint64_t> history_bytes_ = 0;  // and of log_, for those who do not lock
   PresenceBoard presence_;
 
+  Mutex edit_mutex_;
+  SceneEditor editor_ ABSL_GUARDED_BY(edit_mutex_);
+  HistoryReservation history_reservation_ ABSL_GUARDED_BY(edit_mutex_);
+  std::atomic<uint64_t> history_bytes_ = 0;  // and of log_, for those who do not lock
+
   mutable Mutex mutex_;
-  std::shared_ptr<const SceneState> state_ ABSL_GUARDED_BY(mutex_);
-  std::map<ViewKey, std::shared_ptr<SceneView>> views_ ABSL_GUARDED_BY(mutex_);
+  RenderInput head_ ABSL_GUARDED_BY(mutex_);
+  std::map<ViewKey, std::shared_ptr<RenderView>> views_ ABSL_GUARDED_BY(mutex_);
   EditLog log_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::weak_ptr<SceneListener>> listeners_ ABSL_GUARDED_BY(mutex_);
   absl::Time last_use_ ABSL_GUARDED_BY(mutex_);

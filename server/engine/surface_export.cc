@@ -110,8 +110,9 @@ uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec) {
                     static_cast<uint64_t>(TrianglesPerPatch(spec.segments)) * kTriangleBytes);
 }
 
-absl::StatusOr<TriangleMesh> AssembleSurface(const SceneState& state, int segments,
+absl::StatusOr<TriangleMesh> AssembleSurface(const RenderInput& input, int segments,
                                              NormalMode normals, const Cancelled& cancelled) {
+  const SceneState& state = *input.state;
   const DeformPlan& plan = *state.plan;
   const ViewSpec spec{.segments = segments, .normals = normals, .format = VertexFormat::kFloat32};
   const uint64_t points =
@@ -119,11 +120,14 @@ absl::StatusOr<TriangleMesh> AssembleSurface(const SceneState& state, int segmen
   if (points > PolygonMesh::kNoAttribute) {
     return error::LimitExceeded("points of an export", PolygonMesh::kNoAttribute);
   }
-  LATTICED_ASSIGN_OR_RETURN(auto view, state.target->CreateView(spec));
+  RenderBackend& backend = input.target->backend();
+  LATTICED_ASSIGN_OR_RETURN(const auto target, input.target->Get());
+  LATTICED_ASSIGN_OR_RETURN(auto view, backend.Run([&] { return target->CreateView(spec); }));
   std::vector<uint32_t> chunks(plan.chunk_count());
   std::iota(chunks.begin(), chunks.end(), 0u);
   if (cancelled()) return CancelledError();
-  LATTICED_RETURN_IF_ERROR(view->Evaluate(*state.control_points, state.box, chunks));
+  LATTICED_RETURN_IF_ERROR(
+      backend.Run([&] { return view->Evaluate(*state.control_points, state.box, chunks); }));
 
   TriangleMesh mesh;
   mesh.positions.reserve(points);
@@ -132,7 +136,7 @@ absl::StatusOr<TriangleMesh> AssembleSurface(const SceneState& state, int segmen
   for (const uint32_t chunk : chunks) {
     if (cancelled()) return CancelledError();
     bytes.resize(ChunkPoints(plan, chunk, segments) * BytesPerPoint(spec));
-    LATTICED_RETURN_IF_ERROR(view->Read(chunk, bytes));
+    LATTICED_RETURN_IF_ERROR(backend.Run([&] { return view->Read(chunk, bytes); }));
     AppendVertices(bytes, BytesPerPoint(spec), plan.local_origin, mesh);
   }
   const TessellationPattern& pattern = TessellationPattern::Get(segments);
@@ -141,8 +145,10 @@ absl::StatusOr<TriangleMesh> AssembleSurface(const SceneState& state, int segmen
   return mesh;
 }
 
-absl::StatusOr<std::string> WriteControlNets(const SceneState& state, const Cancelled& cancelled) {
+absl::StatusOr<std::string> WriteControlNets(const RenderInput& input, const Cancelled& cancelled) {
+  const SceneState& state = *input.state;
   const DeformPlan& plan = *state.plan;
+  LATTICED_ASSIGN_OR_RETURN(const auto target, input.target->Get());
   const auto n = static_cast<uint32_t>(plan.structure.patch_degree());
   const uint32_t m = (n + 1) * (n + 2) / 2;
   std::string out("LATTNETS");
@@ -155,18 +161,19 @@ absl::StatusOr<std::string> WriteControlNets(const SceneState& state, const Canc
   for (size_t first = 0; first < plan.patches.size(); first += kNetBlock) {
     if (cancelled()) return CancelledError();
     const size_t last = std::min(first + kNetBlock, plan.patches.size());
-    LATTICED_ASSIGN_OR_RETURN(const auto nets,
-                              state.target->ControlNets(*state.control_points, first, last));
+    LATTICED_ASSIGN_OR_RETURN(const auto nets, input.target->backend().Run([&] {
+      return target->ControlNets(*state.control_points, first, last);
+    }));
     out.append(reinterpret_cast<const char*>(nets.data()), nets.size() * sizeof(double));
   }
   return out;
 }
 
-absl::StatusOr<std::string> ExportSurface(const SceneState& state, const ExportSpec& spec,
+absl::StatusOr<std::string> ExportSurface(const RenderInput& input, const ExportSpec& spec,
                                           const Cancelled& cancelled) {
-  if (!spec.format.has_value()) return WriteControlNets(state, cancelled);
+  if (!spec.format.has_value()) return WriteControlNets(input, cancelled);
   LATTICED_ASSIGN_OR_RETURN(auto mesh,
-                            AssembleSurface(state, spec.segments, spec.normals, cancelled));
+                            AssembleSurface(input, spec.segments, spec.normals, cancelled));
   mesh.units = spec.units;
   if (*spec.format == MeshFormat::kDraco) {
     return WriteDracoMesh(mesh, spec.position_bits, spec.normal_bits);

@@ -45,13 +45,13 @@ using Cancelled = std::function<bool()>;
 // Bytes that an export holds at its peak, for admission.
 [[nodiscard]] uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec);
 
-[[nodiscard]] absl::StatusOr<TriangleMesh> AssembleSurface(const SceneState& state, int segments,
+[[nodiscard]] absl::StatusOr<TriangleMesh> AssembleSurface(const RenderInput& input, int segments,
                                                            NormalMode normals,
                                                            const Cancelled& cancelled);
-[[nodiscard]] absl::StatusOr<std::string> WriteControlNets(const SceneState& state,
+[[nodiscard]] absl::StatusOr<std::string> WriteControlNets(const RenderInput& input,
                                                            const Cancelled& cancelled);
 // The whole file.
-[[nodiscard]] absl::StatusOr<std::string> ExportSurface(const SceneState& state,
+[[nodiscard]] absl::StatusOr<std::string> ExportSurface(const RenderInput& input,
                                                         const ExportSpec& spec,
                                                         const Cancelled& cancelled);
 

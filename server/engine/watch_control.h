@@ -12,8 +12,8 @@
 #include <optional>
 
 #include "absl/status/status.h"
-#include "server/engine/render/snapshot.h"
 #include "server/engine/scene/presence.h"
+#include "server/engine/watch/watch_view.h"
 
 namespace latticed {
 

@@ -204,7 +204,6 @@ class SceneServiceImpl final : public SceneServiceBase {
     LATTICED_ASSIGN_OR_RETURN(const auto mesh, env_->meshes.Find(request.mesh()));
     LATTICED_ASSIGN_OR_RETURN(auto config, SceneConfigFromProto(request, *mesh, call.caller.name,
                                                                 env_->options.scene_idle_ttl));
-    config.memory = env_->memory;
     LATTICED_RETURN_IF_ERROR(room.Hold(SceneReplyBytes(request)));
     // The mesh may have been deleted since it was found.
     LATTICED_ASSIGN_OR_RETURN(
@@ -262,7 +261,8 @@ class SceneServiceImpl final : public SceneServiceBase {
   absl::StatusOr<PartStream<v1::ExportResponse>::Next> OpenExport(
       const Context& context, const v1::ExportRequest& request, const Cancelled& cancelled) const {
     LATTICED_ASSIGN_OR_RETURN(const auto scene, FindScene(*env_, context, request.scene()));
-    const auto state = scene->State();
+    const RenderInput head = scene->Head();
+    const SceneState* const state = head.state.get();
     if (request.revision() != 0 && request.revision() != state->revision) {
       return error::WithDetails(
           absl::AbortedError(fmt::format("revision: got {}, the scene is at {}", request.revision(),
@@ -278,10 +278,8 @@ class SceneServiceImpl final : public SceneServiceBase {
     }
     const auto hold = scene->Hold();
     const uint64_t most = ExportMemoryBytes(*state->plan, spec);
-    LATTICED_ASSIGN_OR_RETURN(auto room, env_->scenes->residency().Run([&] {
-      return env_->memory->Reserve("the export", most);
-    }));
-    LATTICED_ASSIGN_OR_RETURN(auto bytes, ExportSurface(*state, spec, cancelled));
+    LATTICED_ASSIGN_OR_RETURN(auto room, env_->memory->Reserve("the export", most));
+    LATTICED_ASSIGN_OR_RETURN(auto bytes, ExportSurface(head, spec, cancelled));
 
     v1::ExportHeader header;
     header.set_revision(state->revision);

@@ -11,7 +11,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "server/base/random_id.h"
-#include "server/engine/render/view_room.h"
+#include "server/engine/render/render_view.h"
 #include "server/rpc/server_env.h"
 #include "server/stores/scene_registry.h"
 #include "server/wire/grpc_status.h"
@@ -41,18 +41,6 @@ constexpr uint64_t kPresenceBytes = 2 * 8'192;
 
 }  // namespace
 
-std::string_view StreamStateName(StreamState state) {
-  switch (state) {
-    case StreamState::kIdle:
-      return "IDLE";
-    case StreamState::kWriting:
-      return "WRITING";
-    case StreamState::kFinished:
-      return "FINISHED";
-  }
-  return "UNKNOWN";
-}
-
 SceneStream::SceneStream(ServerEnv* env, std::shared_ptr<Scene> scene, const Options& options,
                          StreamSink* sink)
     : env_(env),
@@ -75,12 +63,10 @@ absl::StatusOr<std::shared_ptr<SceneStream>> SceneStream::Open(ServerEnv* env,
   }
   const std::shared_ptr<SceneStream> stream(new SceneStream(env, std::move(scene), options, sink));
   const uint64_t bytes = MostMessageBytes(*stream->scene_->State(), options.watcher.view.key);
-  LATTICED_ASSIGN_OR_RETURN(auto room, env->scenes->residency().Run([&] {
-    return Reserve(env->memory, "the stream's messages", bytes);
-  }));
+  LATTICED_ASSIGN_OR_RETURN(auto room, env->memory->Reserve("the stream's messages", bytes));
   options.watcher.boot_id = env->boot_id;
   LATTICED_ASSIGN_OR_RETURN(auto watcher, Watcher::Create(stream->scene_, options.watcher));
-  const absl::MutexLock lock(&stream->mutex_);
+  const MutexLock lock(&stream->mutex_);
   stream->room_ = std::move(room);
   stream->watcher_ = std::move(watcher);
   return stream;
@@ -100,7 +86,7 @@ void SceneStream::Start() {
 }
 
 void SceneStream::Greet() {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return;
   v1::SceneEvent event;
   v1::Hello& hello = *event.mutable_hello();
@@ -169,7 +155,7 @@ void SceneStream::WakeAt(absl::Time time) {
 }
 
 void SceneStream::OnPace() {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   pace_time_ = absl::InfiniteFuture();
   Pump();
 }
@@ -185,12 +171,12 @@ void SceneStream::FinishLocked(const grpc::Status& status) {
 }
 
 void SceneStream::OnSceneChanged() {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   Pump();
 }
 
 void SceneStream::OnWriteDone(bool ok) {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (state_ != StreamState::kWriting) return;
   if (!ok) {
     return FinishLocked(grpc::Status(grpc::StatusCode::CANCELLED, "the client has gone"));
@@ -201,7 +187,7 @@ void SceneStream::OnWriteDone(bool ok) {
 }
 
 void SceneStream::OnCancel() {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   FinishLocked(grpc::Status(grpc::StatusCode::CANCELLED, "the client cancelled"));
 }
 
@@ -211,7 +197,7 @@ void SceneStream::Hear() {
 }
 
 void SceneStream::Touch() {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return;
   Hear();
   Pump();
@@ -234,7 +220,7 @@ absl::Status SceneStream::CheckPresence(const Presence& presence) const {
 }
 
 absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Waiting& waiting) {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return error::NotFound("watch", watch_id_);
   Hear();
   // What can be refused comes first, so that a refused command has changed nothing.
@@ -242,7 +228,7 @@ absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Wait
     LATTICED_RETURN_IF_ERROR(CheckPresence(*command.presence));
     if (presence_room_.bytes() == 0) {
       LATTICED_ASSIGN_OR_RETURN(presence_room_,
-                                Reserve(env_->memory, "the stream's presence", kPresenceBytes));
+                                env_->memory->Reserve("the stream's presence", kPresenceBytes));
     }
   }
   if (command.view.has_value()) {
@@ -267,12 +253,12 @@ absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Wait
 }
 
 void SceneStream::BeginEdit() {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (state_ != StreamState::kFinished) watcher_->SetCeiling(scene_->State()->revision);
 }
 
 void SceneStream::Answer(const v1::SceneEvent& result) {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return;
   watcher_->SetCeiling(std::nullopt);
   small_.push_back(EncodeEvent(result));
@@ -280,7 +266,7 @@ void SceneStream::Answer(const v1::SceneEvent& result) {
 }
 
 void SceneStream::HalfClose(uint64_t revision) {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return;
   half_closed_ = true;
   finish_at_ = revision;
@@ -293,7 +279,7 @@ void SceneStream::HalfClose(uint64_t revision) {
 }
 
 void SceneStream::Fail(const absl::Status& status) {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   FinishLocked(ToGrpcStatus(status));
 }
 
@@ -305,7 +291,7 @@ void SceneStream::Close() {
 }
 
 size_t SceneStream::backlog() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return small_.size();
 }
 
@@ -320,7 +306,7 @@ void SceneStream::ScheduleHeartbeat() {
 }
 
 void SceneStream::OnHeartbeat() {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return;
   ScheduleHeartbeat();
   const absl::Duration silence = absl::Now() - last_heard_;
@@ -336,7 +322,7 @@ void SceneStream::OnHeartbeat() {
 }
 
 void SceneStream::GoAway() {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return;
   v1::SceneEvent event;
   event.mutable_goaway()->set_reason(v1::GOAWAY_REASON_DRAINING);

@@ -34,14 +34,14 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "core/base/mutex.h"
 #include "latticed/v1/scene.pb.h"
 #include "server/engine/memory/memory_budget.h"
 #include "server/engine/scene.h"
 #include "server/engine/scene/presence.h"
-#include "server/engine/watch/watcher.h"
 #include "server/engine/watch_control.h"
+#include "server/engine/watcher.h"
 
 namespace latticed {
 
@@ -52,7 +52,6 @@ enum class StreamState {
   kWriting,   // one write is outstanding
   kFinished,  // Finish was called: nothing is written or counted any more
 };
-[[nodiscard]] std::string_view StreamStateName(StreamState state);  // "IDLE", …
 
 // The writing half of a reactor. Neither call blocks; each is made at most once per OnWriteDone.
 class StreamSink {
@@ -134,7 +133,7 @@ class SceneStream : public SceneListener,
   const std::string editor_id_;                 // may be empty
   std::optional<uint64_t> drain_subscription_;  // written by Start alone
 
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   StreamState state_ ABSL_GUARDED_BY(mutex_) = StreamState::kIdle;
   StreamSink* const sink_ ABSL_PT_GUARDED_BY(mutex_);
   MemoryReservation room_ ABSL_GUARDED_BY(mutex_);            // for the message being written

@@ -28,8 +28,8 @@ void FillBackends(ServerEnv& env, v1::ServerInfo& info) {
     out.set_description(backend->description());
     for (const DeviceState& state : backend->devices()) FillDevice(state, *out.add_devices());
   }
-  const absl::Status health = env.scenes->residency().health().status();
-  info.mutable_backends(0)->set_give_backs(env.scenes->give_backs());
+  const absl::Status health = env.scenes->health().status();
+  info.mutable_backends(0)->set_give_backs(env.scenes->evictions());
   if (!health.ok()) info.mutable_backends(0)->set_lost(std::string(health.message()));
 }
 
@@ -121,7 +121,7 @@ v1::ServerInfo DescribeServer(ServerEnv& env) {
     limits.set_max_device_bytes(limits.max_device_bytes() + device.budget_bytes);
   }
   FillHostMemory(env, info);
-  const EngineCounts& counts = env.scenes->residency().counts();
+  const EngineCounts& counts = env.scenes->counts();
   info.set_retired_snapshots(counts.snapshots_retired.load());
   info.set_forgotten_undo_steps(counts.undo_steps_forgotten.load());
   SetDuration(env.options.heartbeat_interval, *info.mutable_heartbeat());

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/base/limits.h"
-#include "server/engine/topology_id.h"
+#include "server/engine/scene/topology_id.h"
 
 namespace latticed {
 namespace {

@@ -3,6 +3,7 @@
 #include "server/stores/scene_registry.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -10,11 +11,13 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/engine/memory/eviction.h"
 #include "server/engine/watch_control.h"
 
 namespace latticed {
 namespace {
 
+constexpr uint64_t kUnlimited = std::numeric_limits<uint64_t>::max();
 constexpr absl::Duration kTickInterval = absl::Seconds(1);
 // How often who waits for another's scene asks whether to go on.
 constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
@@ -23,11 +26,16 @@ constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
 
 SceneRegistry::SceneRegistry(Backend* backend, int workers, Options options)
     : options_(std::move(options)),
-      residency_(backend, [this](const Residency::Lack& lack) { return MakeRoom(lack); }),
-      pipeline_(workers),
-      housekeeper_([this] { KeepHouse(); }) {}
+      memory_(options_.memory != nullptr ? options_.memory
+                                         : std::make_shared<MemoryBudget>(kUnlimited)),
+      render_backend_(backend, memory_),
+      queue_(workers),
+      housekeeper_([this] { KeepHouse(); }) {
+  memory_->SetEvictor([this](const MemoryShortage& shortage) { return Evict(shortage); });
+}
 
 SceneRegistry::~SceneRegistry() {
+  memory_->SetEvictor(nullptr);
   {
     const MutexLock lock(&mutex_);
     stopping_ = true;
@@ -35,31 +43,20 @@ SceneRegistry::~SceneRegistry() {
   housekeeper_.join();
 }
 
-bool SceneRegistry::MakeRoom(const Residency::Lack& lack) {
-  struct Candidate {
-    std::shared_ptr<Scene> scene;
-    uint64_t bytes = 0;
-    uint64_t last_use = 0;
-  };
-  std::vector<Candidate> candidates;
-  uint64_t givable = 0;
-  for (auto& scene : List("", size(), [](const Scene&) { return true; })) {
-    const uint64_t bytes = scene->GivableBytes(lack.device);
-    if (bytes == 0) continue;
-    givable += bytes;
-    const uint64_t last_use = scene->State()->target->last_use();
-    candidates.push_back({std::move(scene), bytes, last_use});
+bool SceneRegistry::Evict(const MemoryShortage& shortage) {
+  const auto scenes = List("", size(), [](const Scene&) { return true; });
+  std::vector<EvictionCandidate> candidates;
+  for (const auto& scene : scenes) {
+    candidates.push_back({scene->EvictableBytes(shortage.device), scene->last_use()});
   }
-  // Nobody gives anything for one that cannot be served.
-  if (givable < lack.bytes) return false;
-  std::ranges::sort(candidates, {}, &Candidate::last_use);
-  for (const Candidate& candidate : candidates) {
-    if (!candidate.scene->GiveBack()) continue;
-    ++give_backs_;
-    if (options_.on_give_back != nullptr) options_.on_give_back(*candidate.scene, candidate.bytes);
-    return true;
+  bool evicted = false;
+  for (const size_t victim : ChooseVictims(candidates, shortage.bytes)) {
+    if (!scenes[victim]->Evict()) continue;
+    evicted = true;
+    ++evictions_;
+    if (options_.on_evict != nullptr) options_.on_evict(*scenes[victim], candidates[victim].bytes);
   }
-  return false;
+  return evicted;
 }
 
 void SceneRegistry::KeepHouse() {
@@ -97,8 +94,9 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     }
     creating_[id] = mesh_id;
   }
-  auto scene = CatchBadAlloc(
-      "the scene", [&] { return Scene::Create(std::move(config), &residency_, &pipeline_, stop); });
+  auto scene = CatchBadAlloc("the scene", [&] {
+    return Scene::Create(std::move(config), {&render_backend_, &queue_}, stop);
+  });
   const MutexLock lock(&mutex_);
   const bool mesh_lives = creating_[id] == mesh_id;
   creating_.erase(id);
@@ -153,7 +151,7 @@ MeshUse SceneRegistry::UseOfMesh(std::string_view mesh_id) const {
   MeshUse use{.scenes = CountOfMeshLocked(mesh_id)};
   for (const auto& [id, scene] : scenes_) {
     if (scene->config().mesh_id != mesh_id) continue;
-    use.device_bytes += DeviceBytes(scene->State()->target->memory());
+    use.device_bytes += DeviceBytes(scene->Head().target->memory());
   }
   return use;
 }

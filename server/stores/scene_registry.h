@@ -24,8 +24,6 @@
 #include "core/backend.h"
 #include "core/base/limits.h"
 #include "core/base/mutex.h"
-#include "server/engine/render/residency.h"
-#include "server/engine/render/update_pipeline.h"
 #include "server/engine/scene.h"
 
 namespace latticed {
@@ -42,10 +40,12 @@ class SceneRegistry {
  public:
   struct Options {
     size_t max_scenes = limits::kDefaultMaxScenes;
+    // Of all scenes and views, which it evicts where memory is short. Null: without a limit.
+    std::shared_ptr<MemoryBudget> memory;
     // Called by every Tick, with no lock held: the housekeeping of others.
     std::function<void()> on_tick;
-    // Called with no lock held when a scene has given back so many bytes, at most.
-    std::function<void(const Scene&, uint64_t)> on_give_back;
+    // Called with no lock held when a scene was evicted, which freed so many bytes at most.
+    std::function<void(const Scene&, uint64_t)> on_evict;
   };
   // `backend` outlives the registry. `workers` threads evaluate and encode.
   SceneRegistry(Backend* backend, int workers) : SceneRegistry(backend, workers, Options()) {}
@@ -93,22 +93,24 @@ class SceneRegistry {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<WatchControl>> FindWatch(std::string_view id) const
       ABSL_LOCKS_EXCLUDED(mutex_);
 
-  Residency& residency() { return residency_; }
-  // How often a scene gave back what it had in memory, to make room for another.
-  uint64_t give_backs() const { return give_backs_.load(); }
+  DeviceHealth& health() { return render_backend_.health(); }
+  EngineCounts& counts() { return render_backend_.counts(); }
+  RenderQueue& queue() { return queue_; }
+  // How often a scene was evicted, so that another could have its memory.
+  uint64_t evictions() const { return evictions_.load(); }
 
  private:
   void KeepHouse() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Residency::MakeRoom: of the scenes there that nobody uses the one least recently used gives
-  // back.
-  bool MakeRoom(const Residency::Lack& lack) ABSL_LOCKS_EXCLUDED(mutex_);
+  // MemoryBudget's: evicts scenes that nobody uses, the least recently used first.
+  bool Evict(const MemoryShortage& shortage) ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<std::shared_ptr<Scene>> TakeWhere(const std::function<bool(const Scene&)>& condemned)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t CountOfMeshLocked(std::string_view mesh_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Options options_;
-  Residency residency_;
-  std::atomic<uint64_t> give_backs_ = 0;
+  const std::shared_ptr<MemoryBudget> memory_;
+  RenderBackend render_backend_;
+  std::atomic<uint64_t> evictions_ = 0;
 
   mutable Mutex mutex_;
   std::map<std::string, std::shared_ptr<Scene>, std::less<>> scenes_ ABSL_GUARDED_BY(mutex_);
@@ -116,7 +118,7 @@ class SceneRegistry {
   std::map<std::string, std::string, std::less<>> creating_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
-  UpdatePipeline pipeline_;  // its threads use all of the above
+  RenderQueue queue_;        // its threads use all of the above
   std::thread housekeeper_;  // and so does it
 };
 

@@ -21,6 +21,7 @@
 #include "latticed/v1/surface.pb.h"
 #include "latticed/v1/view.pb.h"
 #include "server/engine/render/snapshot.h"
+#include "server/engine/watch/watch_view.h"
 #include "server/stores/mesh_store.h"
 
 namespace latticed {

@@ -164,7 +164,7 @@ grpc::ByteBuffer EncodeEvent(const v1::SceneEvent& event) {
   return {&slice, 1};
 }
 
-grpc::ByteBuffer EncodeEvent(const WatcherEvent& event) {
+grpc::ByteBuffer EncodeEvent(const WatchEvent& event) {
   return std::visit(
       [](const auto& e) {
         if constexpr (std::is_same_v<std::decay_t<decltype(e)>, ChunkBatch>) {

@@ -15,12 +15,12 @@
 #include <grpcpp/support/byte_buffer.h>
 
 #include "latticed/v1/event.pb.h"
-#include "server/engine/watch/watcher.h"
+#include "server/engine/watcher.h"
 
 namespace latticed {
 
 [[nodiscard]] grpc::ByteBuffer EncodeEvent(const v1::SceneEvent& event);
-[[nodiscard]] grpc::ByteBuffer EncodeEvent(const WatcherEvent& event);
+[[nodiscard]] grpc::ByteBuffer EncodeEvent(const WatchEvent& event);
 
 // The zero-copy form of one batch.
 [[nodiscard]] grpc::ByteBuffer EncodeChunks(const ChunkBatch& batch);

@@ -208,19 +208,6 @@ TEST_P(View, ThreadsDoNotChangeABit) {
   }
 }
 
-TEST_P(View, LaneOrderIsReadInPointOrder) {
-  for (VertexFormat format : {VertexFormat::kFloat32, VertexFormat::kQuantised}) {
-    for (NormalMode normals : {NormalMode::kNone, NormalMode::kSmooth}) {
-      ViewSpec spec{.segments = 5, .normals = normals, .format = format};
-      const auto expected = ReadAll(*plan_, *Evaluated(spec));
-
-      spec.lane_order = true;
-
-      EXPECT_TRUE(ReadAll(*plan_, *Evaluated(spec)) == expected);
-    }
-  }
-}
-
 TEST_P(View, RefusesSpecsOutOfLimits) {
   auto target = backend_->Prepare(plan_, GetParam().pipeline);
   ASSERT_OK(target);
@@ -282,7 +269,7 @@ TEST_P(View, ReportsItsVertexMemory) {
 
   const MemoryUse use = view->memory();
 
-  const bool on_device = (*target)->evaluates_on_device();
+  const bool on_device = (*target)->Traits(spec).on_device;
   const char* const purpose = on_device ? "device_vertices" : "vertices";
   ASSERT_TRUE(use.contains(purpose));
   EXPECT_GE(use.at(purpose), plan_->patches.size() * 66 * BytesPerPoint(spec));

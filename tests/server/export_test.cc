@@ -48,29 +48,32 @@ class ExportTest : public ::testing::Test {
     ASSERT_OK(lattice);
     auto plan = MakePlan(mesh, lattice->structure);
     ASSERT_OK(plan);
-    auto target = residency_.Prepare(*plan, Pipeline::kFused);
+    auto target = render_backend_.Prepare(*plan, Pipeline::kFused);
     ASSERT_OK(target);
-    state_.plan = *plan;
-    state_.target = *target;
-    state_.control_points =
+    SceneState state;
+    state.plan = *plan;
+    state.control_points =
         std::make_shared<const std::vector<Vec3d>>(testing::Jitter(lattice->structure, jitter, 7));
     Bounds bounds;
-    for (const Vec3d p : *state_.control_points) bounds.Extend(p);
-    state_.box = FitQuantisationBox(bounds, 1);
+    for (const Vec3d p : *state.control_points) bounds.Extend(p);
+    state.box = FitQuantisationBox(bounds, 1);
+    input_ = {std::make_shared<const SceneState>(std::move(state)),
+              std::make_shared<TargetSlot>(&render_backend_, *target, *plan, MemoryReservation())};
   }
 
   std::unique_ptr<Backend> backend_ = MakeCpuBackend({.threads = 1});
-  Residency residency_{backend_.get()};
-  SceneState state_;
+  RenderBackend render_backend_{backend_.get(),
+                                std::make_shared<MemoryBudget>(uint64_t{1} << 30)};
+  RenderInput input_;
 };
 
 TEST_F(ExportTest, VerticesMatchTheDefinition) {
   Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8, {100, 0, -50})), 0.2);
-  const auto mesh = AssembleSurface(state_, 3, NormalMode::kFacet, kNever);
+  const auto mesh = AssembleSurface(input_, 3, NormalMode::kFacet, kNever);
   ASSERT_OK(mesh);
 
-  const DeformPlan& plan = *state_.plan;
-  const DirectFfd direct(plan, *state_.control_points);
+  const DeformPlan& plan = *input_.state->plan;
+  const DirectFfd direct(plan, *input_.state->control_points);
   const auto& pattern = TessellationPattern::Get(3);
   ASSERT_EQ(mesh->positions.size(), plan.patches.size() * 10);
   ASSERT_EQ(mesh->triangles.size(), plan.patches.size() * 9);
@@ -89,7 +92,7 @@ TEST_F(ExportTest, VerticesMatchTheDefinition) {
 }
 
 TEST_F(ExportTest, UvsAreInterpolatedAndGroupsKept) {
-  const auto mesh = AssembleSurface(state_, 4, NormalMode::kNone, kNever);
+  const auto mesh = AssembleSurface(input_, 4, NormalMode::kNone, kNever);
 
   ASSERT_OK(mesh);
   EXPECT_TRUE(mesh->normals.empty());
@@ -108,12 +111,12 @@ TEST_F(ExportTest, UvsAreInterpolatedAndGroupsKept) {
 }
 
 TEST_F(ExportTest, EveryFormReadsBack) {
-  const auto surface = AssembleSurface(state_, 2, NormalMode::kFacet, kNever);
+  const auto surface = AssembleSurface(input_, 2, NormalMode::kFacet, kNever);
   ASSERT_OK(surface);
   for (const MeshFormat format : {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kStl,
                                   MeshFormat::kGlb, MeshFormat::kDraco}) {
     SCOPED_TRACE(MeshFormatName(format));
-    const auto bytes = ExportSurface(state_, {.format = format, .segments = 2}, kNever);
+    const auto bytes = ExportSurface(input_, {.format = format, .segments = 2}, kNever);
     ASSERT_OK(bytes);
     const auto mesh =
         format == MeshFormat::kDraco ? ReadDracoMesh(*bytes) : ReadMesh(format, *bytes);
@@ -132,10 +135,10 @@ TEST_F(ExportTest, EveryFormReadsBack) {
 
 TEST_F(ExportTest, ControlNetsBeginAndEndAtTheCorners) {
   Make(TexturedGrid(), 0.2);
-  const auto bytes = WriteControlNets(state_, kNever);
+  const auto bytes = WriteControlNets(input_, kNever);
   ASSERT_OK(bytes);
 
-  const DeformPlan& plan = *state_.plan;
+  const DeformPlan& plan = *input_.state->plan;
   const size_t m = 7 * 8 / 2;  // degree 2 + 3 + 1
   ASSERT_EQ(bytes->size(), 32 + plan.patches.size() * m * 24);
   EXPECT_EQ(bytes->substr(0, 8), "LATTNETS");
@@ -147,7 +150,7 @@ TEST_F(ExportTest, ControlNetsBeginAndEndAtTheCorners) {
   uint64_t patches = 0;
   std::memcpy(&patches, bytes->data() + 24, sizeof(patches));
   EXPECT_EQ(patches, plan.patches.size());
-  const DirectFfd direct(plan, *state_.control_points);
+  const DirectFfd direct(plan, *input_.state->control_points);
   const auto net_point = [&](size_t patch, size_t index) {
     Vec3d p;
     std::memcpy(&p, bytes->data() + 32 + (patch * m + index) * 24, sizeof(p));
@@ -162,19 +165,19 @@ TEST_F(ExportTest, ControlNetsBeginAndEndAtTheCorners) {
 
 TEST_F(ExportTest, StopsWhenCancelled) {
   const Cancelled at_once = [] { return true; };
-  EXPECT_THAT(ExportSurface(state_, {.format = MeshFormat::kPly}, at_once),
+  EXPECT_THAT(ExportSurface(input_, {.format = MeshFormat::kPly}, at_once),
               StatusIs(absl::StatusCode::kCancelled));
-  EXPECT_THAT(ExportSurface(state_, {.format = std::nullopt}, at_once),
+  EXPECT_THAT(ExportSurface(input_, {.format = std::nullopt}, at_once),
               StatusIs(absl::StatusCode::kCancelled));
 }
 
 TEST_F(ExportTest, MemoryGrowsWithTheFile) {
   const ExportSpec coarse{.format = MeshFormat::kPly, .segments = 1};
   const ExportSpec fine{.format = MeshFormat::kPly, .segments = 10};
-  const auto bytes = ExportSurface(state_, fine, kNever);
+  const auto bytes = ExportSurface(input_, fine, kNever);
   ASSERT_OK(bytes);
-  EXPECT_GT(ExportMemoryBytes(*state_.plan, fine), bytes->size());
-  EXPECT_LT(ExportMemoryBytes(*state_.plan, coarse), ExportMemoryBytes(*state_.plan, fine));
+  EXPECT_GT(ExportMemoryBytes(*input_.state->plan, fine), bytes->size());
+  EXPECT_LT(ExportMemoryBytes(*input_.state->plan, coarse), ExportMemoryBytes(*input_.state->plan, fine));
 }
 
 }  // namespace

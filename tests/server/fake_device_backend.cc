@@ -148,7 +148,12 @@ class FakeTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return inner_->plan(); }
   Pipeline pipeline() const override { return inner_->pipeline(); }
-  bool evaluates_on_device() const override { return true; }
+  ViewTraits Traits(const ViewSpec& spec) const override {
+    ViewTraits traits = inner_->Traits(spec);
+    traits.on_device = true;
+    traits.host_bytes = 0;
+    return traits;
+  }
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     const uint64_t points =
         plan().patches.size() * static_cast<uint64_t>(PointsPerPatch(spec.segments));

@@ -132,7 +132,6 @@ TEST_F(MetricsTest, EditsAndUpdatesAreCountedByWhatBecameOfThem) {
   EXPECT_EQ(scrape[R"(latticed_refusals_total{reason="STRUCTURE_CHANGED"})"], 1);
   EXPECT_EQ(scrape["latticed_revisions_merged_total"], 0) << "every one was waited for";
   EXPECT_EQ(scrape["latticed_evaluations_total"], 3) << "of revisions 0, 1 and 2";
-  EXPECT_EQ(scrape["latticed_evaluations_overlapped_total"], 0) << "on the host's own cores";
   EXPECT_EQ(scrape["latticed_updates_begun_total"], static_cast<double>(client.log.begins.size()));
   EXPECT_EQ(scrape["latticed_updates_finished_total"], static_cast<double>(client.log.ends.size()));
   EXPECT_EQ(scrape["latticed_updates_restarted_total"], 0);

@@ -5,7 +5,7 @@
 #include "core/base/limits.h"
 #include "core/codec/draco_decode.h"
 #include "core/mesh/mesh_io.h"
-#include "server/engine/topology_id.h"
+#include "server/engine/scene/topology_id.h"
 #include "server/wire/converters.h"
 #include "tests/server/scene_fixture.h"
 

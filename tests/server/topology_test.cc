@@ -5,7 +5,7 @@
 #include "server/rpc/topology.h"
 
 #include "core/base/limits.h"
-#include "server/engine/topology_id.h"
+#include "server/engine/scene/topology_id.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
 

@@ -22,9 +22,6 @@ namespace fused {
 namespace {
 
 constexpr size_t kGroupsPerTask = 4;
-// Of one thread, a millisecond or two: less than a batch of chunks takes to encode, which is what others
-// wait for besides.
-constexpr size_t kPointsPerPart = size_t{1} << 18;
 constexpr size_t kMaxPoints = static_cast<size_t>(PointsPerPatch(limits::kMaxSegments));
 
 struct alignas(64) ThreadScratch {
@@ -59,25 +56,17 @@ class Kernel final : public FusedKernel {
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                         std::span<const uint32_t> chunks, const ViewSpec& spec,
                         std::span<uint8_t> vertices, CpuArena& arena,
-                        DeformView::Between between) const override {
+                        FusedOrder order) const override {
     Frame frame{.control_points = control_points,
                 .spec = spec,
-                .output = {*plan_, layout_, box, spec, vertices}};
+                .output = {*plan_, layout_, box, spec, order, vertices}};
     if (!plan_->seams.empty()) frame.attached = AttachedSeams(*plan_, control_points);
     Gather(chunks, frame);
     arena.ForEach(frame.boxes.size(), [&](size_t i) {
       frame.polynomials[i] = polynomials_.Make(frame.boxes[i], control_points);
     });
     EvaluateFeatures(frame, arena);
-    const std::span<const uint32_t> groups = frame.groups;
-    const size_t points = kLanes * static_cast<size_t>(PointsPerPatch(spec.segments));
-    const size_t part = std::max<size_t>(kPointsPerPart * arena.threads() / points, 1);
-    for (size_t done = 0; done < groups.size();) {
-      const auto some = groups.subspan(done, std::min(part, groups.size() - done));
-      EvaluateGroups(frame, some, arena);
-      done += some.size();
-      if (done < groups.size()) between(some.size() * points);
-    }
+    EvaluateGroups(frame, arena);
     return absl::OkStatus();
   }
 
@@ -161,10 +150,10 @@ class Kernel final : public FusedKernel {
     });
   }
 
-  void EvaluateGroups(const Frame& frame, std::span<const uint32_t> groups, CpuArena& arena) const {
-    arena.ForRanges(groups.size(), kGroupsPerTask, [&](size_t begin, size_t end) {
+  void EvaluateGroups(const Frame& frame, CpuArena& arena) const {
+    arena.ForRanges(frame.groups.size(), kGroupsPerTask, [&](size_t begin, size_t end) {
       const FlushDenormals flush;
-      for (size_t i = begin; i < end; ++i) EvaluateOneGroup(frame, groups[i]);
+      for (size_t i = begin; i < end; ++i) EvaluateOneGroup(frame, frame.groups[i]);
     });
   }
 

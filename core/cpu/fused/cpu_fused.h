@@ -32,6 +32,11 @@
 
 namespace latticed {
 
+enum class FusedOrder {
+  kWire,   // point after point, as core/view/vertex_layout.h says
+  kLanes,  // as the kernel has them, kFloat32 only: the fastest stores, to measure the others by
+};
+
 class FusedKernel {
  public:
   [[nodiscard]] static std::unique_ptr<FusedKernel> Create(std::shared_ptr<const DeformPlan> plan);
@@ -39,14 +44,13 @@ class FusedKernel {
 
   // Writes the vertices of `chunks` (and bit-identical ones of patches that share a lane group with
   // them). `vertices` holds the whole view in wire layout, chunk c from point
-  // ChunkPatches(c)[0] * PointsPerPatch on; with spec.lane_order, see LaneOrderBytes. `between`: see
-  // DeformView::EvaluateInParts.
+  // ChunkPatches(c)[0] * PointsPerPatch on; or, of kLanes, LaneOrderBytes.
   [[nodiscard]] virtual absl::Status Evaluate(std::span<const Vec3d> control_points,
                                               const QuantisationBox& box,
                                               std::span<const uint32_t> chunks,
                                               const ViewSpec& spec, std::span<uint8_t> vertices,
                                               CpuArena& arena,
-                                              DeformView::Between between) const = 0;
+                                              FusedOrder order = FusedOrder::kWire) const = 0;
 
   // Lane order, kFloat32: per lane group [point][component][16 lanes] float. Bytes of the whole
   // view.

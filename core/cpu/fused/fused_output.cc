@@ -21,9 +21,9 @@ size_t PatchFloats(const ViewSpec& spec) {
 }  // namespace
 
 FusedOutput::FusedOutput(const DeformPlan& plan, const FusedLayout& layout,
-                         const QuantisationBox& box, const ViewSpec& spec,
+                         const QuantisationBox& box, const ViewSpec& spec, FusedOrder order,
                          std::span<uint8_t> vertices)
-    : plan_(plan), layout_(layout), spec_(spec), vertices_(vertices) {
+    : plan_(plan), layout_(layout), spec_(spec), order_(order), vertices_(vertices) {
   const double step = box.step(spec.position_bits);
   const Vec3f offset = ToFloat((plan.local_origin - box.origin) / step);
   scale_.fill(static_cast<float>(1 / step));
@@ -52,7 +52,7 @@ void FusedOutput::Prefetch(const Group& group) const {
 void FusedOutput::Store(uint32_t group, const GroupScratch& scratch) const {
   if (spec_.format == VertexFormat::kQuantised) {
     StoreInPlanes(layout_.groups[group], scratch);
-  } else if (spec_.lane_order) {
+  } else if (order_ == FusedOrder::kLanes) {
     auto* floats = reinterpret_cast<float*>(vertices_.data());
     StoreLaneOrder(scratch, Components(spec_), floats + group * PatchFloats(spec_) * kLanes);
   } else {

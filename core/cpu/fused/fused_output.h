@@ -16,6 +16,7 @@
 #include <span>
 
 #include "core/backend.h"
+#include "core/cpu/fused/cpu_fused.h"
 #include "core/cpu/fused/fused_kernel.h"
 #include "core/cpu/fused/fused_layout.h"
 #include "core/ffd/deform_plan.h"
@@ -27,7 +28,7 @@ namespace latticed::fused {
 class FusedOutput {
  public:
   FusedOutput(const DeformPlan& plan, const FusedLayout& layout, const QuantisationBox& box,
-              const ViewSpec& spec, std::span<uint8_t> vertices);
+              const ViewSpec& spec, FusedOrder order, std::span<uint8_t> vertices);
 
   // The lines that the group's stores will write arrive while it is evaluated.
   void Prefetch(const Group& group) const;
@@ -49,6 +50,7 @@ class FusedOutput {
   const DeformPlan& plan_;
   const FusedLayout& layout_;
   const ViewSpec& spec_;
+  const FusedOrder order_;
   const std::span<uint8_t> vertices_;
   std::array<float, 3> scale_, offset_;  // integer = round(p * scale + offset)
 };

@@ -12,13 +12,6 @@
 #include "core/view/view_layout.h"
 
 namespace latticed {
-namespace {
-
-// Of one thread: two milliseconds.
-constexpr size_t kChunksPerPart = 24;
-
-}  // namespace
-
 struct GemmKernel::Frame {
   PatchSampler sampler;
   DirectFfd direct;
@@ -40,7 +33,7 @@ GemmKernel::GemmKernel(std::shared_ptr<const DeformPlan> plan,
 
 absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                                   std::span<const uint32_t> /*named: always all*/,
-                                  std::span<uint8_t> vertices, DeformView::Between between) {
+                                  std::span<uint8_t> vertices) {
   LATTICED_RETURN_IF_ERROR(stages_.Begin());
   const Frame frame{{plan_, stage_, control_points},
                     {plan_, control_points},
@@ -48,18 +41,13 @@ absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const Q
                     vertices};
   std::mutex mutex;
   absl::Status first_error;
-  const size_t chunks = plan_.chunk_count(), part = kChunksPerPart * context_->arena.threads();
-  for (size_t first = 0; first < chunks; first += part) {
-    const size_t count = std::min(part, chunks - first);
-    if (first > 0) between(part * ChunkPoints(plan_, 0, spec_.segments));
-    context_->arena.ForEach(count, [&](size_t i) {
-      if (auto status = EvaluateChunk(frame, first + i, tiles_.local()); !status.ok()) {
-        const std::scoped_lock lock(mutex);
-        first_error.Update(status);
-      }
-    });
-    if (!first_error.ok()) return first_error;
-  }
+  context_->arena.ForEach(plan_.chunk_count(), [&](size_t chunk) {
+    if (auto status = EvaluateChunk(frame, chunk, tiles_.local()); !status.ok()) {
+      const std::scoped_lock lock(mutex);
+      first_error.Update(status);
+    }
+  });
+  if (!first_error.ok()) return first_error;
   CopySharedPoints(*shared_, plan_, control_points, layout_, frame.writer, spec_.segments, vertices,
                    context_->arena);
   return absl::OkStatus();
@@ -143,6 +131,16 @@ Vec3d GemmKernel::NormalAt(const Frame& frame, const Tile& tile, size_t patch, s
                 spec_.normals == NormalMode::kSmooth ? DirectFfd::Normal::kSmooth
                                                      : DirectFfd::Normal::kFacet)
       .normal;
+}
+
+uint64_t GemmKernel::MostBytes(const StageMatrices& stage, size_t threads) {
+  // A tile of a chunk: samples, by_normal and control points in double, at most nine products of
+  // m x m; surface, rounded and across in float. Vectors grow to twice their size at most.
+  constexpr uint64_t kColumns = 3 * limits::kPatchesPerChunk, kGrowth = 2;
+  const uint64_t tile =
+      kGrowth * kColumns *
+      (12 * stage.m * sizeof(double) + 8 * stage.q * sizeof(float) + sizeof(Vec3d));
+  return threads * tile + 12 * stage.q * stage.m * sizeof(double);
 }
 
 MemoryUse GemmKernel::memory() const {

@@ -40,9 +40,10 @@ class GemmKernel : public VertexKernel {
              std::shared_ptr<CpuContext> context);
 
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                        std::span<const uint32_t> chunks, std::span<uint8_t> vertices,
-                        DeformView::Between between) override;
+                        std::span<const uint32_t> chunks, std::span<uint8_t> vertices) override;
   MemoryUse memory() const override;
+  // The most that memory() says of a kernel on so many threads.
+  [[nodiscard]] static uint64_t MostBytes(const StageMatrices& stage, size_t threads);
 
  private:
   static constexpr double kMostCondition = 1e3;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/strings/numbers.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 
@@ -25,6 +26,11 @@ MemoryReservation& MemoryReservation::operator=(MemoryReservation&& other) noexc
 }
 
 absl::Status MemoryReservation::Resize(std::string_view what, uint64_t bytes) {
+  if (budget_ == nullptr) return TryResize(what, bytes);
+  return budget_->Admit([&] { return TryResize(what, bytes); });
+}
+
+absl::Status MemoryReservation::TryResize(std::string_view what, uint64_t bytes) {
   if (budget_ != nullptr) {
     LATTICED_RETURN_IF_ERROR(budget_->Exchange(what, bytes_, bytes));
   }
@@ -33,17 +39,57 @@ absl::Status MemoryReservation::Resize(std::string_view what, uint64_t bytes) {
 }
 
 void MemoryReservation::Release() {
-  Resize("", 0).IgnoreError();  // less is always granted
+  TryResize("", 0).IgnoreError();  // less is always granted
   budget_.reset();
 }
 
+void MemoryBudget::SetEvictor(Evictor evictor) {
+  const MutexLock lock(&mutex_);
+  evictor_ = std::move(evictor);
+}
+
 absl::StatusOr<MemoryReservation> MemoryBudget::Reserve(std::string_view what, uint64_t bytes) {
-  LATTICED_RETURN_IF_ERROR(Exchange(what, 0, bytes));
-  return MemoryReservation(shared_from_this(), bytes);
+  MemoryReservation reservation(shared_from_this(), 0);
+  LATTICED_RETURN_IF_ERROR(reservation.Resize(what, bytes));
+  return reservation;
+}
+
+absl::Status MemoryBudget::KeepAtLeast(std::string_view what, uint64_t bytes) {
+  return Admit([&]() -> absl::Status {
+    const MutexLock lock(&mutex_);
+    if (bytes <= kept_) return absl::OkStatus();
+    LATTICED_RETURN_IF_ERROR(ExchangeLocked(what, kept_, bytes));
+    kept_ = bytes;
+    return absl::OkStatus();
+  });
+}
+
+std::optional<MemoryShortage> MemoryBudget::ShortageOf(const absl::Status& status) {
+  if (!absl::IsResourceExhausted(status)) return std::nullopt;
+  const error::Details details = error::DetailsOf(status);
+  if (details.reason != "OUT_OF_MEMORY") return std::nullopt;
+  MemoryShortage shortage{
+      .bytes = details.asked_bytes - std::min(details.asked_bytes, details.free_bytes),
+      .device = std::nullopt};
+  const auto device = details.metadata.find(error::kDeviceKey);
+  int number = 0;
+  if (device != details.metadata.end() && absl::SimpleAtoi(device->second, &number)) {
+    shortage.device = number;
+  }
+  return shortage;
+}
+
+bool MemoryBudget::Evict(const MemoryShortage& shortage) {
+  Evictor evictor;
+  {
+    const MutexLock lock(&mutex_);
+    evictor = evictor_;
+  }
+  return evictor != nullptr && evictor(shortage);
 }
 
 absl::Status MemoryBudget::Exchange(std::string_view what, uint64_t before, uint64_t after) {
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   return ExchangeLocked(what, before, after);
 }
 
@@ -55,27 +101,13 @@ absl::Status MemoryBudget::ExchangeLocked(std::string_view what, uint64_t before
   return absl::OkStatus();
 }
 
-absl::StatusOr<MemoryReservation> Reserve(const std::shared_ptr<MemoryBudget>& budget,
-                                          std::string_view what, uint64_t bytes) {
-  if (budget == nullptr) return MemoryReservation();
-  return budget->Reserve(what, bytes);
-}
-
-absl::Status MemoryBudget::KeepAtLeast(std::string_view what, uint64_t bytes) {
-  const std::scoped_lock lock(mutex_);
-  if (bytes <= kept_) return absl::OkStatus();
-  LATTICED_RETURN_IF_ERROR(ExchangeLocked(what, kept_, bytes));
-  kept_ = bytes;
-  return absl::OkStatus();
-}
-
 uint64_t MemoryBudget::kept_bytes() const {
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   return kept_;
 }
 
 uint64_t MemoryBudget::used_bytes() const {
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   return used_;
 }
 

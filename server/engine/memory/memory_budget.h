@@ -1,24 +1,42 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The bytes of host memory that uploads, meshes, scenes, views, streams and exports may take
-// together: --memory. Whatever wants some asks before it allocates, and gives back when it is destroyed.
+// The one admission of memory: a limit, reservations under it, and eviction when it is reached.
 //
-// Threads  safe; a reservation belongs to one thread at a time
+//   Reserve(what, bytes) -> fits: a reservation, which gives the bytes back when it is destroyed
+//                           does not fit: evict what can be made again, once enough can be freed,
+//                           and reserve; else kResourceExhausted with asked and free bytes
+//   Admit(call)          the same for a call that a device may refuse for its own memory
+//
+// --memory is the limit of one budget: uploads, meshes, scenes, views, streams and exports ask it
+// before they allocate.
+//
+// Errors   kResourceExhausted, reason OUT_OF_MEMORY
+// Threads  safe; a reservation belongs to one thread at a time. The evictor runs on the thread that
+//          asks, with no lock of the budget held.
 #ifndef LATTICED_SERVER_ENGINE_MEMORY_MEMORY_BUDGET_H_
 #define LATTICED_SERVER_ENGINE_MEMORY_MEMORY_BUDGET_H_
 
 #include <cstdint>
+#include <functional>
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <string_view>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/base/mutex.h"
 
 namespace latticed {
 
 class MemoryBudget;
+
+// What a request was refused for.
+struct MemoryShortage {
+  uint64_t bytes = 0;         // that are missing; 0: nobody knows how many
+  std::optional<int> device;  // in whose memory; nullopt: the host's
+};
 
 // Empty, or bytes of a budget, which it keeps alive.
 class MemoryReservation {
@@ -28,9 +46,11 @@ class MemoryReservation {
   MemoryReservation& operator=(MemoryReservation&& other) noexcept;
   ~MemoryReservation() { Release(); }
 
-  // To `bytes` in all. Less is always granted; more as by Reserve, and where it is refused nothing
-  // changes. An empty reservation grows without a limit.
+  // To `bytes` in all. Less is always granted. More is granted as by Reserve; where it is refused
+  // nothing changes. An empty reservation has no budget and no limit.
   [[nodiscard]] absl::Status Resize(std::string_view what, uint64_t bytes);
+  // The same, but evicts nothing.
+  [[nodiscard]] absl::Status TryResize(std::string_view what, uint64_t bytes);
   void Release();
   uint64_t bytes() const { return bytes_; }
 
@@ -44,33 +64,55 @@ class MemoryReservation {
 
 class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
  public:
+  // Frees what is missing, or nothing where less can be freed. Whether it freed any.
+  using Evictor = std::function<bool(const MemoryShortage&)>;
+
   explicit MemoryBudget(uint64_t bytes) : total_(bytes) {}
 
-  // kResourceExhausted OUT_OF_MEMORY: `what` needs so many bytes, so many are free.
-  [[nodiscard]] absl::StatusOr<MemoryReservation> Reserve(std::string_view what, uint64_t bytes);
+  // Null: nothing can be evicted. Whoever sets it takes it back before the end of what it uses.
+  void SetEvictor(Evictor evictor) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // For working memory that is shared by all and kept: `bytes` in all, or what an earlier call asked
-  // for where that is more. Never given back. kResourceExhausted as Reserve.
-  [[nodiscard]] absl::Status KeepAtLeast(std::string_view what, uint64_t bytes);
+  [[nodiscard]] absl::StatusOr<MemoryReservation> Reserve(std::string_view what, uint64_t bytes)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // For working memory that all share and nobody gives back: `bytes` in all, or what an earlier call
+  // asked for where that is more.
+  [[nodiscard]] absl::Status KeepAtLeast(std::string_view what, uint64_t bytes)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // Runs `call`, which returns a Status or StatusOr. Runs it again while it is refused with
+  // OUT_OF_MEMORY and something was evicted.
+  template <typename Call>
+  auto Admit(Call call) -> decltype(call()) {
+    while (true) {
+      auto answer = call();
+      const std::optional<MemoryShortage> shortage = ShortageOf(StatusOf(answer));
+      if (!shortage.has_value() || !Evict(*shortage)) return answer;
+    }
+  }
 
   uint64_t total_bytes() const { return total_; }
-  uint64_t used_bytes() const;
-  uint64_t kept_bytes() const;  // of the used ones
+  uint64_t used_bytes() const ABSL_LOCKS_EXCLUDED(mutex_);
+  uint64_t kept_bytes() const ABSL_LOCKS_EXCLUDED(mutex_);  // of the used ones
 
  private:
   friend class MemoryReservation;
+  static absl::Status StatusOf(const absl::Status& status) { return status; }
+  template <typename T>
+  static absl::Status StatusOf(const absl::StatusOr<T>& answer) {
+    return answer.status();
+  }
+  [[nodiscard]] static std::optional<MemoryShortage> ShortageOf(const absl::Status& status);
+  bool Evict(const MemoryShortage& shortage) ABSL_LOCKS_EXCLUDED(mutex_);
   // Gives back `before` and takes `after` at once.
-  [[nodiscard]] absl::Status Exchange(std::string_view what, uint64_t before, uint64_t after);
-  [[nodiscard]] absl::Status ExchangeLocked(std::string_view what, uint64_t before, uint64_t after);
+  [[nodiscard]] absl::Status Exchange(std::string_view what, uint64_t before, uint64_t after)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] absl::Status ExchangeLocked(std::string_view what, uint64_t before, uint64_t after)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const uint64_t total_;
-  mutable std::mutex mutex_;
-  uint64_t used_ = 0, kept_ = 0;  // guarded by mutex_
+  mutable Mutex mutex_;
+  uint64_t used_ ABSL_GUARDED_BY(mutex_) = 0, kept_ ABSL_GUARDED_BY(mutex_) = 0;
+  Evictor evictor_ ABSL_GUARDED_BY(mutex_);
 };
-
-// Of `budget`, or an empty reservation where there is none.
-[[nodiscard]] absl::StatusOr<MemoryReservation> Reserve(const std::shared_ptr<MemoryBudget>& budget,
-                                                        std::string_view what, uint64_t bytes);
 
 }  // namespace latticed
 

@@ -8,7 +8,6 @@
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
 #include "server/engine/render/chunk_blocks.h"
-#include "server/engine/scene.h"
 
 namespace latticed {
 namespace {
@@ -19,16 +18,9 @@ bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
 
 }  // namespace
 
-bool EncodeProgress::EndsWithin(absl::Duration time) const {
-  if (left <= batch) return true;
-  if (done == 0) return false;
-  return spent / static_cast<double>(done) * static_cast<double>(left) <= time;
-}
-
 absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
     const ViewKey& key, const SceneState& state, std::span<const uint32_t> chunks,
-    DeformView& vertices, const Snapshot* before,
-    const std::function<absl::Status(const EncodeProgress&)>& between) {
+    const ViewTraits& traits, const Snapshot* before, EncodeBatch encode) {
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->view = key;
   snapshot->revision = state.revision;
@@ -42,16 +34,15 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
   snapshot->chunks = same_plan ? before->chunks.Share() : ChunkTable(state.plan->chunk_count());
 
   const absl::Time start = absl::Now();
-  const size_t most = vertices.encode_batch();
-  const std::vector<uint32_t> order = vertices.EncodeOrder(chunks);
+  const std::vector<uint32_t> order = EncodeOrder(traits, chunks);
   for (size_t done = 0; done < order.size();) {
-    LATTICED_RETURN_IF_ERROR(between({done, order.size() - done, most, absl::Now() - start}));
-    const auto batch = std::span(order).subspan(done, std::min(most, order.size() - done));
+    const auto batch =
+        std::span(order).subspan(done, std::min(traits.encode_batch, order.size() - done));
     std::vector<VertexDigest> digests(batch.size());
     for (size_t i = 0; comparable && i < batch.size(); ++i) {
       digests[i] = snapshot->chunks[batch[i]].digest;
     }
-    LATTICED_ASSIGN_OR_RETURN(auto encoded, vertices.Encode(batch, key.encoding, digests));
+    LATTICED_ASSIGN_OR_RETURN(auto encoded, encode(batch, digests));
     for (size_t i = 0; i < batch.size(); ++i) {
       SharedBytes& data = encoded[i];
       const SharedBytes& had = snapshot->chunks[batch[i]].data;

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/base/limits.h"
-#include "server/engine/scene.h"
+#include "server/engine/scene/scene_listener.h"
 
 namespace latticed {
 namespace {

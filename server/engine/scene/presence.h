@@ -34,7 +34,7 @@
 
 namespace latticed {
 
-class SceneListener;  // server/engine/scene.h
+class SceneListener;  // server/engine/scene/scene_listener.h
 
 struct Presence {
   std::string editor_id;

@@ -39,14 +39,4 @@ absl::Time BusyUntil(absl::Time before, absl::Time edit_time) {
   return edit_time + std::clamp(1.5 * (edit_time - before), kShortest, kLongest);
 }
 
-uint64_t BytesOn(int device, const DeformTarget& target, uint64_t bytes) {
-  const DeviceUse use = target.device_use();
-  uint64_t all = 0;
-  for (const auto& [number, part] : use) all += part;
-  const auto found = use.find(device);
-  if (found == use.end() || all == 0) return 0;
-  return static_cast<uint64_t>(static_cast<double>(bytes) * static_cast<double>(found->second) /
-                               static_cast<double>(all));
-}
-
 }  // namespace latticed

@@ -17,8 +17,6 @@
 #include "core/ffd/lattice.h"
 #include "core/ffd/patch_tree.h"
 #include "core/ffd/quantisation_box.h"
-#include "server/engine/memory/memory_budget.h"
-#include "server/engine/render/resident_target.h"
 
 namespace latticed {
 
@@ -27,8 +25,6 @@ struct SceneState {
   uint64_t structure_id = 1;  // names knots and frame; a new plan has a new one
   std::shared_ptr<const DeformPlan> plan;
   std::shared_ptr<const PatchTree> patch_tree;  // of the plan
-  std::shared_ptr<ResidentTarget> target;
-  std::shared_ptr<const MemoryReservation> memory;  // of plan, tree and target
   std::shared_ptr<const std::vector<Vec3d>> control_points;
   QuantisationBox box;
   // Which control points influence any patch: what the box must hold, with the outside pieces.
@@ -51,9 +47,6 @@ struct SceneState {
 // Until when edits are said to come after one at `edit_time`, where the one before was at `before`:
 // they pause when none came for half as long again as between those two, but 40 to 80 ms.
 [[nodiscard]] absl::Time BusyUntil(absl::Time before, absl::Time edit_time);
-
-// Of a scene's `bytes` on all devices those on one, by where its target's are.
-[[nodiscard]] uint64_t BytesOn(int device, const DeformTarget& target, uint64_t bytes);
 
 }  // namespace latticed
 

@@ -8,9 +8,14 @@
 
 #include "core/base/limits.h"
 #include "core/ffd/tessellation_pattern.h"
-#include "server/engine/render/view_room.h"
 
 namespace latticed {
+namespace {
+
+// Draco's streams usually take a quarter of the bytes of their integers, or less.
+constexpr double kIntegersPerDraco = 4;
+
+}  // namespace
 
 ViewKey LevelOfDetail::Choose(const SceneState& state, const ViewKey* had, absl::Time now) {
   ViewKey key = asked_.key;
@@ -62,7 +67,7 @@ double LevelOfDetail::BytesPerPointOf(const ViewSpec& spec) const {
   if (!IsDraco(asked_.key.encoding)) return integers;
   const auto measured = bytes_per_point_.lower_bound(spec.segments);
   const bool known = measured != bytes_per_point_.end();
-  const double bytes = known ? measured->second : integers / double{kIntegersPerDraco};
+  const double bytes = known ? measured->second : integers / kIntegersPerDraco;
   const int from = known ? measured->first : asked_.key.spec.segments;
   const int components = spec.normals == NormalMode::kNone ? 3 : 5;
   return bytes + components / 8.0 * std::log2(static_cast<double>(from) / spec.segments);

@@ -24,8 +24,8 @@
 #include <optional>
 
 #include "absl/time/time.h"
-#include "server/engine/render/snapshot.h"
 #include "server/engine/scene/scene_state.h"
+#include "server/engine/watch/watch_view.h"
 
 namespace latticed {
 

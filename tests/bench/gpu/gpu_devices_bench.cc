@@ -62,12 +62,13 @@ void Span(benchmark::State& state, size_t patches, VertexFormat format, int devi
   SetRatio(state, patches, Name(format), devices, times.whole.median);
 }
 
-std::vector<SharedBytes> EncodeAll(DeformView& view, std::span<const uint32_t> chunks) {
+std::vector<SharedBytes> EncodeAll(DeformView& view, const ViewTraits& traits,
+                                   std::span<const uint32_t> chunks) {
   std::vector<SharedBytes> all;
   all.reserve(chunks.size());
-  const std::vector<uint32_t> order = view.EncodeOrder(chunks);
+  const std::vector<uint32_t> order = EncodeOrder(traits, chunks);
   for (size_t done = 0; done < order.size();) {
-    const size_t count = std::min(view.encode_batch(), order.size() - done);
+    const size_t count = std::min(traits.encode_batch, order.size() - done);
     auto streams = view.Encode(std::span(order).subspan(done, count), Encoding::kDracoPoints);
     CheckOk(streams.status());
     std::ranges::move(*streams, std::back_inserter(all));
@@ -76,21 +77,28 @@ std::vector<SharedBytes> EncodeAll(DeformView& view, std::span<const uint32_t> c
   return all;
 }
 
+ViewTraits TraitsOf(Backend& backend, const Scenario& scenario, const ViewSpec& spec) {
+  const auto target = backend.Prepare(scenario.plan, Pipeline::kFused);
+  CheckOk(target.status());
+  return (*target)->Traits(spec);
+}
+
 void SpanToBytes(benchmark::State& state, size_t patches, int devices) {
   using Clock = std::chrono::steady_clock;
   Gpu& gpu = **TheGpu();
   const Scenario& scenario = ScaleScenario(patches);
   const auto backend = gpu.OnDevices(devices);
-  const auto view = MakeGpuView(*backend, scenario, Pipeline::kFused,
-                                GpuSpec(VertexFormat::kQuantised, NormalMode::kFacet, 10));
+  const ViewSpec spec = GpuSpec(VertexFormat::kQuantised, NormalMode::kFacet, 10);
+  const auto view = MakeGpuView(*backend, scenario, Pipeline::kFused, spec);
   if (!view.ok()) return Skip(state, view.status());
+  const ViewTraits traits = TraitsOf(*backend, scenario, spec);
   const GpuWork evaluate = AllChunks(scenario, **view);
   std::vector<SharedBytes> newest;
   std::vector<double> times;
   for (int run = 0; run < kByteWarmUps + kByteRuns; ++run) {
     const auto start = Clock::now();
     CheckOk(evaluate(run));
-    auto streams = EncodeAll(**view, scenario.all_chunks);
+    auto streams = EncodeAll(**view, traits, scenario.all_chunks);
     const std::chrono::duration<double, std::milli> time = Clock::now() - start;
     newest = std::move(streams);
     if (run >= kByteWarmUps) times.push_back(time.count());

@@ -88,11 +88,10 @@ void Measure(Reader& reader, Circling& moves, int count, std::vector<double>& in
   }
 }
 
-// Chunks of a batch: DeformView::encode_batch.
 double BatchOf(const Scene& scene) {
-  const auto view = scene.State()->target->CreateView(scene.config().default_view.key.spec);
-  CheckOk(view.status());
-  return static_cast<double>((*view)->encode_batch());
+  const auto target = scene.Head().target->Get();
+  CheckOk(target.status());
+  return static_cast<double>((*target)->Traits(scene.config().default_view.key.spec).encode_batch);
 }
 
 void SmallBesideHuge(benchmark::State& state, Backend* backend, int workers) {
@@ -126,9 +125,9 @@ void SmallBesideHuge(benchmark::State& state, Backend* backend, int workers) {
 
 void RegisterFairnessBenches() {
   for (const auto& backend : AllBackends()) {
-    for (const int workers : {1, 2}) {
+    for (const int workers : {1, 3}) {
       RegisterOnce(
-          fmt::format("fairness/{}/{}", backend->name(), workers == 1 ? "1-worker" : "2-workers"),
+          fmt::format("fairness/{}/{}", backend->name(), workers == 1 ? "1-worker" : "3-workers"),
           [backend = backend.get(), workers](benchmark::State& state) {
             SmallBesideHuge(state, backend, workers);
           });

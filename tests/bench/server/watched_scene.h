@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "absl/time/time.h"
-#include "server/engine/watch/watcher.h"
+#include "server/engine/watcher.h"
 #include "server/stores/scene_registry.h"
 #include "tests/bench/scenario.h"
 

@@ -57,7 +57,6 @@ class PartView : public DeformView {
     for (VertexDigest& digest : digests) digest = {name_, digest.low};
     return results;
   }
-  size_t encode_batch() const override { return 2; }
   MemoryUse memory() const override { return {}; }
 
   void Fail() { fails_ = true; }
@@ -95,12 +94,13 @@ class SpannedViewTest : public ::testing::Test {
   std::unique_ptr<SpannedView> view_;
 };
 
-TEST_F(SpannedViewTest, ACallToEncodeHasWorkForAllParts) {
-  EXPECT_EQ(view_->encode_batch(), 4u);
-  EXPECT_EQ(view_->EncodeOrder(Chunks{0, 1, 2, 4, 5, 6, 8, 9, 10}),
+TEST(EncodeOrder, EachCallHasWorkForEveryDevice) {
+  const ViewTraits traits{.encode_batch = 4, .device_chunks = {0, 6}};
+  EXPECT_EQ(EncodeOrder(traits, Chunks{0, 1, 2, 4, 5, 6, 8, 9, 10}),
             (Chunks{0, 1, 6, 8, 2, 4, 9, 10, 5}));
-  EXPECT_EQ(view_->EncodeOrder(Chunks{7, 8, 9}), (Chunks{7, 8, 9}));
-  EXPECT_EQ(view_->EncodeOrder(Chunks{}), Chunks{});
+  EXPECT_EQ(EncodeOrder(traits, Chunks{7, 8, 9}), (Chunks{7, 8, 9}));
+  EXPECT_EQ(EncodeOrder(traits, Chunks{}), Chunks{});
+  EXPECT_EQ(EncodeOrder({}, Chunks{2, 7, 9}), (Chunks{2, 7, 9}));
 }
 
 TEST_F(SpannedViewTest, PartsEncodeAtOnceAndEachResultFindsItsPlace) {

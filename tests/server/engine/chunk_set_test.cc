@@ -6,7 +6,6 @@
 
 #include <vector>
 
-#include "server/engine/render/encode_snapshot.h"
 
 namespace latticed {
 namespace {
@@ -39,19 +38,6 @@ TEST(ChunkSet, ForgetsWhatASmallerPlanDoesNotHave) {
 
   EXPECT_EQ(set.Take(4), (Chunks{2}));
   EXPECT_TRUE(set.Take(20).empty());
-}
-
-TEST(EncodeProgress, EndsWithinTheTimeThatTheRestTakesAtThePaceSoFar) {
-  const EncodeProgress quarter{
-      .done = 1'000, .left = 3'000, .batch = 256, .spent = absl::Milliseconds(10)};
-  EXPECT_FALSE(quarter.EndsWithin(absl::Milliseconds(29)));
-  EXPECT_TRUE(quarter.EndsWithin(absl::Milliseconds(30)));
-
-  EXPECT_FALSE((EncodeProgress{.done = 0, .left = 3'000, .batch = 256}.EndsWithin(absl::Hours(1))))
-      << "no pace yet";
-  EXPECT_TRUE(
-      (EncodeProgress{.done = 0, .left = 256, .batch = 256}.EndsWithin(absl::ZeroDuration())))
-      << "the last batch";
 }
 
 }  // namespace

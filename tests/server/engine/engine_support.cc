@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "core/cpu/cpu_backend.h"
 #include "tests/support/status_matchers.h"
 
 // ThreadSanitizer does not see the synchronisation inside a packaged libtbb, so the loops of the
@@ -79,9 +80,15 @@ void Bell::Wait(absl::Duration most) {
   rung_ = false;
 }
 
-WatcherClient::WatcherClient(std::shared_ptr<Scene> scene, WatcherOptions options)
-    : scene_(std::move(scene)) {
+WatcherClient::WatcherClient(std::shared_ptr<Scene> scene, const WatcherOptions& options,
+                             RenderQueue* queue)
+    : scene_(std::move(scene)), queue_(queue) {
   Reconnect(options);
+}
+
+void WatcherClient::AwaitNews() {
+  if (queue_ == nullptr) return bell_->Wait(absl::Milliseconds(50));
+  ASSERT_TRUE(queue_->RunNext(RenderQueue::Role::kAny)) << "no turn is left, and nothing to send";
 }
 
 void WatcherClient::Reconnect(const WatcherOptions& options) {
@@ -112,13 +119,24 @@ bool WatcherClient::Step(absl::Time now) {
   return true;
 }
 
-void WatcherClient::RunToUpdate(const std::function<absl::Time()>& clock) {
+void WatcherClient::RunToUpdate() {
   const size_t before = updates_.size();
   const absl::Time deadline = absl::Now() + absl::Seconds(60);
   while (updates_.size() == before) {
     ASSERT_LT(absl::Now(), deadline) << "no update came";
-    if (!Step(clock())) bell_->Wait(absl::Milliseconds(50));
+    if (!Step()) AwaitNews();
     ASSERT_OK(status_);
+    if (::testing::Test::HasFatalFailure()) return;
+  }
+}
+
+void WatcherClient::RunIntoUpdate() {
+  const absl::Time deadline = absl::Now() + absl::Seconds(60);
+  while (!current_.has_value()) {
+    ASSERT_LT(absl::Now(), deadline) << "no update began";
+    if (!Step()) AwaitNews();
+    ASSERT_OK(status_);
+    if (::testing::Test::HasFatalFailure()) return;
   }
 }
 
@@ -136,7 +154,8 @@ void WatcherClient::RunToHead() {
       return;
     }
     ASSERT_LT(absl::Now(), deadline) << "the watcher does not reach the head";
-    bell_->Wait(absl::Milliseconds(50));
+    AwaitNews();
+    if (::testing::Test::HasFatalFailure()) return;
   }
 }
 
@@ -213,7 +232,10 @@ void WatcherClient::Take(const UpdateEnds& event) {
 
 std::vector<std::vector<uint8_t>> EvaluateAfresh(const SceneState& state, const ViewKey& key) {
   std::vector<std::vector<uint8_t>> result;
-  auto view = state.target->CreateView(key.spec);
+  static Backend* const backend = MakeCpuBackend({.threads = 1}).release();
+  const auto target = backend->Prepare(state.plan, Pipeline::kFused);
+  EXPECT_OK(target);
+  auto view = (*target)->CreateView(key.spec);
   EXPECT_OK(view);
   if (!view.ok()) return result;
   std::vector<uint32_t> all(state.plan->chunk_count());

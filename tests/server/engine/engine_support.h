@@ -16,7 +16,7 @@
 #include "absl/status/status.h"
 #include "absl/time/clock.h"
 #include "core/base/mutex.h"
-#include "server/engine/watch/watcher.h"
+#include "server/engine/watcher.h"
 #include "server/stores/scene_registry.h"
 
 namespace latticed::testing {
@@ -54,14 +54,18 @@ class WatcherClient {
     UpdateEnds end;
   };
 
-  WatcherClient(std::shared_ptr<Scene> scene, WatcherOptions options);
+  // Where `queue` is given it has no workers, and the client runs its turns itself.
+  WatcherClient(std::shared_ptr<Scene> scene, const WatcherOptions& options,
+                RenderQueue* queue = nullptr);
 
   Watcher& watcher() { return *watcher_; }
   Bell& bell() { return *bell_; }
   // Takes one event; false when there is none now.
   bool Step(absl::Time now = absl::Now());
-  // Steps until an update has ended, waiting for the workers; fails the test after a minute.
-  void RunToUpdate(const std::function<absl::Time()>& clock = absl::Now);
+  // Steps until an update has ended; fails the test after a minute, or when no turn is left.
+  void RunToUpdate();
+  // Steps until an update is in progress and has begun.
+  void RunIntoUpdate();
   // Steps until the last update is at the scene's newest revision and nothing is left to send.
   void RunToHead();
   // Continues with the token of the last update, as a client that reconnects, keeping what it has.
@@ -87,7 +91,11 @@ class WatcherClient {
   void Take(const ChunkBatch& event);
   void Take(const UpdateEnds& event);
 
+  // When there is nothing to take now.
+  void AwaitNews();
+
   std::shared_ptr<Scene> scene_;
+  RenderQueue* const queue_;
   std::shared_ptr<Bell> bell_ = std::make_shared<Bell>();
   std::unique_ptr<Watcher> watcher_;
   absl::Status status_;
@@ -106,7 +114,7 @@ class WatcherClient {
   size_t first_update_ = 0;  // of the watcher since Reconnect
 };
 
-// The chunks of `state` under `key`, evaluated from nothing.
+// The chunks of `state` under `key`, evaluated from nothing by a backend of its own.
 std::vector<std::vector<uint8_t>> EvaluateAfresh(const SceneState& state, const ViewKey& key);
 
 }  // namespace latticed::testing

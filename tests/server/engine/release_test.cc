@@ -5,136 +5,111 @@
 // everybody else is answered.
 #include <chrono>
 #include <future>
-#include <thread>
+#include <memory>
+#include <vector>
 
-#include "tests/server/engine/staged_scene.h"
-#include "tests/support/becomes.h"
+#include <gtest/gtest.h>
+
+#include "absl/time/clock.h"
+#include "core/base/limits.h"
+#include "tests/server/engine/engine_support.h"
+#include "tests/server/engine/scripted_backend.h"
+#include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
 namespace {
 
-class ReleaseTest : public StagedScene {
+constexpr uint32_t kPoint = 62;
+
+class ReleaseTest : public ::testing::Test {
  protected:
-  // Whether `call` returns while the gate of `stage` is closed, which is opened then.
-  bool ReturnsBefore(Stage stage, const std::function<void()>& call) {
-    auto answer = std::async(std::launch::async, call);
-    const bool returned = answer.wait_for(std::chrono::seconds(20)) == std::future_status::ready;
-    gates().Open(stage);
-    return returned;
+  void SetUp() override {
+    SceneConfig config = MakeSceneConfig("scene-one");
+    options_ = {.view = config.default_view, .max_unacked_updates = 0};
+    auto scene = registry_.Create(std::move(config));
+    ASSERT_OK(scene);
+    scene_ = *scene;
   }
-  // The key of a view that has vertices, and that nobody watches or works for: who made its update
-  // may hold it for a moment longer than the watcher.
-  ViewKey IdleView() {
-    Watch();
-    const ViewKey key = std::exchange(view_, nullptr)->key();
-    EXPECT_TRUE(Becomes(2000, [&] { return scene_->GivableBytes() > 0; }));
-    return key;
+  std::unique_ptr<WatcherClient> Watch() {
+    auto client = std::make_unique<WatcherClient>(scene_, options_, &registry_.queue());
+    client->RunToHead();
+    return client;
   }
-  static ViewKey WithSegments(ViewKey key, int segments) {
+  ViewKey WithSegments(int segments) const {
+    ViewKey key = options_.view.key;
     key.spec.segments = segments;
     return key;
   }
+  void Move() {
+    ASSERT_OK(scene_->ApplyEdits(MoveBatch(*scene_, "alice", ++sequence_, {kPoint}, {0, 0, 0.1})));
+  }
+  // Expects that during the next call of `step` another thread acquires a view of `segments`.
+  void ExpectAnswersDuring(Step step, int segments) {
+    backend_.script().DuringNext(step, [this, segments] {
+      during_ = std::async(std::launch::async,
+                           [this, segments] { return scene_->AcquireView(WithSegments(segments)); });
+      answered_ = during_.wait_for(std::chrono::seconds(20)) == std::future_status::ready;
+    });
+  }
+
+  ScriptedBackend backend_{/*on_device=*/true};
+  SceneRegistry registry_{&backend_, 0};
+  std::shared_ptr<Scene> scene_;
+  WatcherOptions options_;
+  uint64_t sequence_ = 0;
+  std::future<absl::StatusOr<std::shared_ptr<SnapshotBoard>>> during_;
+  bool answered_ = false;
 };
 
 TEST_F(ReleaseTest, OfAViewThatWasIdleForLong) {
-  const ViewKey key = IdleView();
-  gates().Close(Stage::kDestroyView);
-
-  std::thread housekeeper([&] { scene_->Tick(absl::Now() + absl::Minutes(2)); });
-  EXPECT_TRUE(gates().WaitForBegun(Stage::kDestroyView, 1));
-
-  EXPECT_TRUE(ReturnsBefore(Stage::kDestroyView, [&] { EXPECT_OK(scene_->AcquireView(key)); }));
-  housekeeper.join();
-  ExpectRight(*Watch());
+  Watch();
+  ExpectAnswersDuring(Step::kDestroyView, 4);
+  scene_->Tick(absl::Now() + absl::Minutes(2));
+  EXPECT_TRUE(answered_);
+  Watch();
 }
 
-TEST_F(ReleaseTest, OfAViewThatMakesRoomForAnother) {
-  const ViewKey key = IdleView();
-  for (int more = 1; more < limits::kMaxViewsPerScene; ++more) {
-    ASSERT_OK(scene_->AcquireView(WithSegments(key, key.spec.segments + more)));
+TEST_F(ReleaseTest, OfAViewThatMakesWayForAnother) {
+  Watch();
+  for (int segments = 5; segments < 4 + limits::kMaxViewsPerScene; ++segments) {
+    ASSERT_OK(scene_->AcquireView(WithSegments(segments)));
   }
-  gates().Close(Stage::kDestroyView);
+  ExpectAnswersDuring(Step::kDestroyView, 5);
+  EXPECT_OK(scene_->AcquireView(WithSegments(1))) << "in place of the one idle longest";
+  EXPECT_TRUE(answered_);
+}
 
-  std::thread watcher([&] { EXPECT_OK(scene_->AcquireView(WithSegments(key, 1))); });
-  EXPECT_TRUE(gates().WaitForBegun(Stage::kDestroyView, 1)) << "the one idle longest";
-
-  EXPECT_TRUE(ReturnsBefore(Stage::kDestroyView,
-                            [&] { EXPECT_OK(scene_->AcquireView(WithSegments(key, 1))); }));
-  watcher.join();
+TEST_F(ReleaseTest, OfAViewThatIsEvicted) {
+  Watch();
+  ExpectAnswersDuring(Step::kDestroyView, 4);
+  EXPECT_TRUE(scene_->Evict());
+  EXPECT_TRUE(answered_);
+  const auto client = Watch();
+  EXPECT_FALSE(scene_->Evict()) << "it is watched";
 }
 
 TEST_F(ReleaseTest, OfASnapshotThatItsLastReaderLetsGo) {
   const auto client = Watch();
-  const uint64_t number = view_->PinNewest(0, /*takes_next=*/true)->number;
-  Move(kCorner);
+  auto lease = SnapshotLease::OfNewest(*scene_->AcquireView(options_.view.key), absl::Now());
+  Move();
   client->RunToHead();
-  gates().Close(Stage::kFreeChunk);
-
-  std::thread reader([&] { view_->Unpin(number); });
-  EXPECT_TRUE(gates().WaitForBegun(Stage::kFreeChunk, 1));
-
-  EXPECT_TRUE(ReturnsBefore(Stage::kFreeChunk, [&] { EXPECT_NE(view_->newest(), nullptr); }));
-  reader.join();
+  ExpectAnswersDuring(Step::kFreeChunk, 4);
+  lease.reset();
+  EXPECT_TRUE(answered_);
 }
 
 TEST_F(ReleaseTest, OfASnapshotThatIsRetired) {
   const auto client = Watch();
+  const auto board = *scene_->AcquireView(options_.view.key);
+  std::vector<SnapshotLease> leases;
   for (int reader = 0; reader < limits::kMaxSnapshotsPerView; ++reader) {
-    ASSERT_NE(view_->PinNewest(0, /*takes_next=*/true), nullptr);
-    if (reader + 1 == limits::kMaxSnapshotsPerView) break;
-    Move(kCorner);
+    leases.push_back(*SnapshotLease::OfNewest(board, absl::Now()));
+    Move();
+    if (reader + 1 == limits::kMaxSnapshotsPerView) ExpectAnswersDuring(Step::kFreeChunk, 4);
     client->RunToHead();
   }
-  const int freed = gates().begun(Stage::kFreeChunk);
-  gates().Close(Stage::kFreeChunk);
-
-  Move(kCorner);
-  EXPECT_TRUE(gates().WaitForBegun(Stage::kFreeChunk, freed + 1));
-
-  EXPECT_TRUE(ReturnsBefore(Stage::kFreeChunk, [&] { EXPECT_NE(view_->newest(), nullptr); }));
-  ExpectRightAtHead(*client);
-}
-
-// A scene gives back; while its view is destroyed another watcher comes and has a view made.
-TEST_F(ReleaseTest, OfAViewThatIsGivenBackWhileAnotherIsMade) {
-  IdleView();
-  gates().Close(Stage::kDestroyView);
-  std::thread giver([&] { EXPECT_TRUE(scene_->GiveBack()) << "its view"; });
-  EXPECT_TRUE(gates().WaitForBegun(Stage::kDestroyView, 1));
-
-  std::unique_ptr<WatcherClient> client;
-  EXPECT_TRUE(ReturnsBefore(Stage::kDestroyView, [&] { client = Watch(); }));
-  giver.join();
-
-  ASSERT_NE(client, nullptr);
-  Move(kCorner);
-  ExpectRightAtHead(*client);
-  options_.view.key.spec.segments = 2;
-  ExpectRight(*Watch());
-  EXPECT_EQ(gates().begun(Stage::kPrepare), 1) << "the target that the first view uses was kept";
-  EXPECT_FALSE(scene_->GiveBack()) << "it is watched";
-}
-
-TEST(ResidentTargetTest, IsNotGivenBackWhileAViewUsesIt) {
-  StagedBackend backend(true);
-  Residency residency(&backend);
-  const SceneConfig config = MakeSceneConfig("scene-one");
-  const auto plan = MakePlan(config.mesh, config.lattice.structure);
-  ASSERT_OK(plan);
-  const auto target = residency.Prepare(*plan, config.pipeline);
-  ASSERT_OK(target);
-  auto view = (*target)->CreateView(config.default_view.key.spec);
-  ASSERT_OK(view);
-
-  EXPECT_FALSE((*target)->GiveBack());
-  ASSERT_OK((*target)->CreateView(config.default_view.key.spec));
-  EXPECT_EQ(backend.gates().begun(Stage::kPrepare), 1);
-
-  view->reset();
-  EXPECT_TRUE((*target)->GiveBack());
-  EXPECT_FALSE((*target)->GiveBack()) << "there is nothing left to give";
-  ASSERT_OK((*target)->CreateView(config.default_view.key.spec));
-  EXPECT_EQ(backend.gates().begun(Stage::kPrepare), 2);
+  EXPECT_TRUE(answered_);
+  EXPECT_EQ(leases[1].Get(absl::Now()), nullptr);
 }
 
 }  // namespace

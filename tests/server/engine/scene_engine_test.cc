@@ -8,15 +8,15 @@
 #include <gtest/gtest.h>
 
 #include "absl/time/clock.h"
+#include "core/cpu/cpu_backend.h"
 #include "core/base/limits.h"
 #include "tests/server/engine/engine_support.h"
-#include "tests/server/engine/staged_backend.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
 namespace {
 
-class SceneEngineTest : public ::testing::TestWithParam<bool> {
+class SceneEngineTest : public ::testing::Test {
  protected:
   std::shared_ptr<Scene> MakeScene(const std::string& id = "scene-one", int cells = 8,
                                    int size = 5) {
@@ -41,13 +41,17 @@ class SceneEngineTest : public ::testing::TestWithParam<bool> {
     EXPECT_EQ(client.cage(), *state->control_points);
   }
 
-  StagedBackend backend_{/*on_device=*/GetParam()};
-  SceneRegistry registry_{&backend_, 2};
+  WatcherClient Watch(const std::shared_ptr<Scene>& scene, const WatcherOptions& options) {
+    return {scene, options, &registry_.queue()};
+  }
+
+  const std::unique_ptr<Backend> backend_ = MakeCpuBackend({.threads = 2});
+  SceneRegistry registry_{backend_.get(), /*workers=*/0};
 };
 
-TEST_P(SceneEngineTest, FirstUpdateHoldsEveryChunk) {
+TEST_F(SceneEngineTest, FirstUpdateHoldsEveryChunk) {
   const auto scene = MakeScene();
-  WatcherClient client(scene, Options());
+  WatcherClient client = Watch(scene, Options());
 
   client.RunToHead();
 
@@ -59,45 +63,9 @@ TEST_P(SceneEngineTest, FirstUpdateHoldsEveryChunk) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_P(SceneEngineTest, UnwatchedSceneEvaluatesNothing) {
-  const auto scene = MakeScene();
-  const auto view = scene->AcquireView(MakeSceneConfig("x").default_view.key);
-  ASSERT_OK(view);
-
-  ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", 1, {3}, {0.1, 0, 0})));
-  absl::SleepFor(absl::Milliseconds(50));
-
-  EXPECT_EQ((*view)->evaluations(), 0u);
-  EXPECT_EQ((*view)->newest(), nullptr);
-}
-
-TEST_P(SceneEngineTest, PausedAndSilentWatchersEvaluateNothing) {
-  const auto scene = MakeScene();
-  WatcherClient client(scene, Options());
-  client.RunToHead();
-  const auto view = *scene->AcquireView(client.watcher().view().key);
-  const uint64_t evaluations = view->evaluations();
-
-  client.watcher().SetPaused(true);
-  ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", 1, {60}, {0.1, 0, 0})));
-  client.watcher().SetSilent(true);
-  client.watcher().SetPaused(false);
-  ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", 2, {61}, {0.1, 0, 0})));
-  absl::SleepFor(absl::Milliseconds(50));
-  while (client.Step()) continue;
-
-  EXPECT_EQ(view->evaluations(), evaluations);
-  EXPECT_EQ(client.updates().size(), 1u);
-  EXPECT_EQ(client.lattice_revision(), 2u) << "the cage goes on";
-
-  client.watcher().SetSilent(false);
-  client.RunToHead();
-  ExpectEqualsFresh(client, *scene);
-}
-
-TEST_P(SceneEngineTest, AnEditSendsTheChunksItTouchesAndNoMore) {
+TEST_F(SceneEngineTest, AnEditSendsTheChunksItTouchesAndNoMore) {
   const auto scene = MakeScene("scene-one", 32, 8);
-  WatcherClient client(scene, Options());
+  WatcherClient client = Watch(scene, Options());
   client.RunToHead();
   const size_t all = client.updates()[0].begin.chunk_count;
 
@@ -114,9 +82,9 @@ TEST_P(SceneEngineTest, AnEditSendsTheChunksItTouchesAndNoMore) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_P(SceneEngineTest, ARevisionWithoutChangedBytesIsCoveredByAnEmptyUpdate) {
+TEST_F(SceneEngineTest, ARevisionWithoutChangedBytesIsCoveredByAnEmptyUpdate) {
   const auto scene = MakeScene();
-  WatcherClient client(scene, Options());
+  WatcherClient client = Watch(scene, Options());
   client.RunToHead();
 
   ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", 1, {3}, {0, 0, 0})));
@@ -127,67 +95,51 @@ TEST_P(SceneEngineTest, ARevisionWithoutChangedBytesIsCoveredByAnEmptyUpdate) {
   EXPECT_EQ(client.updates()[1].end.revision, 1u);
 }
 
-TEST_P(SceneEngineTest, LatestWinsForASlowReader) {
+TEST_F(SceneEngineTest, LatestWinsForASlowReader) {
   const auto scene = MakeScene();
-  WatcherClient client(scene, Options());
+  WatcherClient client = Watch(scene, Options());
   client.RunToHead();
-  const auto view = *scene->AcquireView(client.watcher().view().key);
-  const uint64_t evaluations = view->evaluations();
 
   // The reader begins an update and falls asleep; fifty edits come.
   ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", 1, {62}, {0.01, 0, 0})));
-  while (!client.watcher().update_in_progress()) {
-    if (!client.Step()) client.bell().Wait(absl::Milliseconds(10));
-  }
+  client.RunIntoUpdate();
   for (uint64_t i = 2; i <= 51; ++i) {
     ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", i, {62}, {0.001, 0, 0})));
+    while (registry_.queue().RunNext(RenderQueue::Role::kAny)) continue;
   }
-  absl::SleepFor(absl::Milliseconds(50));
 
-  // One evaluation ahead of the reader, whatever happens.
-  EXPECT_LE(view->evaluations(), evaluations + 2);
+  EXPECT_EQ(registry_.counts().evaluations.load(), 3u) << "one ahead of the reader";
   client.RunToHead();
-  EXPECT_LE(client.updates().size(), 4u);
+  EXPECT_EQ(client.updates().size(), 4u);
   EXPECT_EQ(client.updates().back().end.revision, 51u);
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_P(SceneEngineTest, WatchersOfOneViewShareEvaluationAndBytes) {
+TEST_F(SceneEngineTest, WatchersOfOneViewShareEvaluationAndBytes) {
   const auto scene = MakeScene();
-  WatcherClient first(scene, Options());
+  WatcherClient first = Watch(scene, Options());
   first.RunToHead();
-  WatcherClient second(scene, Options());
+  WatcherClient second = Watch(scene, Options());
   second.RunToHead();
 
-  const auto view = *scene->AcquireView(first.watcher().view().key);
-  EXPECT_EQ(view->evaluations(), 1u);
+  EXPECT_EQ(registry_.counts().evaluations.load(), 1u);
   ASSERT_EQ(first.chunks().size(), second.chunks().size());
   for (size_t c = 0; c < first.chunks().size(); ++c) {
     EXPECT_EQ(first.chunks()[c].data, second.chunks()[c].data) << "the same memory";
   }
 }
 
-TEST_P(SceneEngineTest, ARetiredSnapshotRestartsItsWatcher) {
+TEST_F(SceneEngineTest, ARetiredSnapshotRestartsItsWatcher) {
   const auto scene = MakeScene();
   std::vector<std::unique_ptr<WatcherClient>> slow;
-  WatcherClient fast(scene, Options());
+  WatcherClient fast = Watch(scene, Options());
   fast.RunToHead();
-  const auto view = *scene->AcquireView(fast.watcher().view().key);
-  const uint64_t oldest = view->newest()->number;
 
   // Each slow one stops inside the update of another revision, so that four sets would have to
   // live.
   for (uint64_t i = 1; i <= 4; ++i) {
-    slow.push_back(std::make_unique<WatcherClient>(scene, Options()));
-    while (!slow.back()->watcher().update_in_progress()) {
-      if (!slow.back()->Step()) slow.back()->bell().Wait(absl::Milliseconds(10));
-    }
-    while (slow.back()->topologies() == 0 || slow.back()->quantisations() == 0) {
-      slow.back()->Step();
-    }
-    slow.back()->Step();  // update_begin
-    // Or it would have stalled where all this takes seconds.
-    ASSERT_NE(view->Find(oldest), nullptr);
+    slow.push_back(std::make_unique<WatcherClient>(scene, Options(), &registry_.queue()));
+    slow.back()->RunIntoUpdate();
     ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", i, {62}, {0.01, 0, 0})));
     fast.RunToHead();
   }
@@ -199,9 +151,9 @@ TEST_P(SceneEngineTest, ARetiredSnapshotRestartsItsWatcher) {
   for (const auto& client : slow) ExpectEqualsFresh(*client, *scene);
 }
 
-TEST_P(SceneEngineTest, LeavingTheBoxMakesANewOneAndSendsEverything) {
+TEST_F(SceneEngineTest, LeavingTheBoxMakesANewOneAndSendsEverything) {
   const auto scene = MakeScene();
-  WatcherClient client(scene, Options());
+  WatcherClient client = Watch(scene, Options());
   client.RunToHead();
   const uint64_t box = scene->State()->box.id;
 
@@ -214,9 +166,9 @@ TEST_P(SceneEngineTest, LeavingTheBoxMakesANewOneAndSendsEverything) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_P(SceneEngineTest, KnotInsertionSendsLatticeTopologyAndEverything) {
+TEST_F(SceneEngineTest, KnotInsertionSendsLatticeTopologyAndEverything) {
   const auto scene = MakeScene();
-  WatcherClient client(scene, Options());
+  WatcherClient client = Watch(scene, Options());
   client.RunToHead();
 
   ASSERT_OK(scene->ApplyEdits(KnotBatch(*scene, "alice", 1, 0, 0.37)));
@@ -229,7 +181,7 @@ TEST_P(SceneEngineTest, KnotInsertionSendsLatticeTopologyAndEverything) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_P(SceneEngineTest, AStaleStructureIsRefusedAndChangesNothing) {
+TEST_F(SceneEngineTest, AStaleStructureIsRefusedAndChangesNothing) {
   const auto scene = MakeScene();
   EditBatch stale = MoveBatch(*scene, "alice", 1, {3}, {1, 0, 0});
   stale.structure_id = 9;
@@ -238,7 +190,7 @@ TEST_P(SceneEngineTest, AStaleStructureIsRefusedAndChangesNothing) {
   EXPECT_EQ(scene->State()->revision, 0u);
 }
 
-TEST_P(SceneEngineTest, ARepeatedSequenceReturnsTheStoredResult) {
+TEST_F(SceneEngineTest, ARepeatedSequenceReturnsTheStoredResult) {
   const auto scene = MakeScene();
   const EditBatch batch = MoveBatch(*scene, "alice", 5, {3}, {0.1, 0, 0});
 
@@ -252,9 +204,9 @@ TEST_P(SceneEngineTest, ARepeatedSequenceReturnsTheStoredResult) {
   EXPECT_EQ(scene->State()->revision, 1u);
 }
 
-TEST_P(SceneEngineTest, ATokenResumesWithWhatChangedSince) {
+TEST_F(SceneEngineTest, ATokenResumesWithWhatChangedSince) {
   const auto scene = MakeScene("scene-one", 32, 8);
-  WatcherClient client(scene, Options());
+  WatcherClient client = Watch(scene, Options());
   client.RunToHead();
   ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "bob", 1, {4 * 64 + 4 * 8 + 4}, {0, 0, 0.05})));
 
@@ -266,29 +218,9 @@ TEST_P(SceneEngineTest, ATokenResumesWithWhatChangedSince) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_P(SceneEngineTest, TokensOfAnotherRunViewOrStructureResumeNothing) {
+TEST_F(SceneEngineTest, AViewChangeTakesEffectWithTheNextUpdate) {
   const auto scene = MakeScene();
-  WatcherClient client(scene, Options());
-  client.RunToHead();
-  WatcherOptions options = Options();
-  options.resume_token = client.updates().back().end.resume_token;
-
-  WatcherOptions other_boot = options;
-  other_boot.boot_id = "another";
-  EXPECT_FALSE((*Watcher::Create(scene, other_boot))->resumed());
-  WatcherOptions other_view = options;
-  other_view.view.key.spec.segments = 3;
-  EXPECT_FALSE((*Watcher::Create(scene, other_view))->resumed());
-  WatcherOptions garbage = options;
-  garbage.resume_token = "a/b/c/d/e/f/g";
-  EXPECT_FALSE((*Watcher::Create(scene, garbage))->resumed());
-  ASSERT_OK(scene->ApplyEdits(KnotBatch(*scene, "alice", 1, 1, 0.37)));
-  EXPECT_FALSE((*Watcher::Create(scene, options))->resumed());
-}
-
-TEST_P(SceneEngineTest, AViewChangeTakesEffectWithTheNextUpdate) {
-  const auto scene = MakeScene();
-  WatcherClient client(scene, Options());
+  WatcherClient client = Watch(scene, Options());
   client.RunToHead();
 
   WatchView finer = client.watcher().view();
@@ -302,7 +234,7 @@ TEST_P(SceneEngineTest, AViewChangeTakesEffectWithTheNextUpdate) {
   ExpectEqualsFresh(client, *scene);
 }
 
-TEST_P(SceneEngineTest, MaxPointsBelowOneSegmentAreRefused) {
+TEST_F(SceneEngineTest, MaxPointsBelowOneSegmentAreRefused) {
   const auto scene = MakeScene();
   WatcherOptions options = Options();
   options.view.max_points = 3 * scene->State()->plan->patches.size() - 1;
@@ -310,32 +242,10 @@ TEST_P(SceneEngineTest, MaxPointsBelowOneSegmentAreRefused) {
   EXPECT_THAT(Watcher::Create(scene, options), StatusIs(absl::StatusCode::kInvalidArgument));
 }
 
-TEST_P(SceneEngineTest, MaxBytesPerSecondSpacesBatches) {
-  const auto scene = MakeScene();
-  WatcherOptions options = Options();
-  options.view.key.spec.segments = 32;
-  WatcherClient free(scene, options);
-  free.RunToHead();
-  size_t bytes = 0;
-  for (const SharedBytes& chunk : free.chunks()) bytes += chunk.size;
-  // A quarter of a second is free; the rest of the bytes takes half a second.
-  options.view.max_bytes_per_second = static_cast<uint64_t>(static_cast<double>(bytes) / 0.75);
-  ASSERT_GT(bytes, size_t{1} << 20) << "several batches";
-
-  const absl::Time start = absl::Now();
-  WatcherClient paced(scene, options);
-  while (paced.updates().empty()) {
-    if (paced.Step()) continue;
-    absl::SleepFor(absl::Milliseconds(5));
-  }
-
-  EXPECT_GT(absl::Now() - start, absl::Milliseconds(150));
-}
-
-TEST_P(SceneEngineTest, DistinctViewsAreLimitedAndIdleOnesMakeRoom) {
+TEST_F(SceneEngineTest, DistinctViewsAreLimitedAndIdleOnesMakeRoom) {
   const auto scene = MakeScene();
   ViewKey key = MakeSceneConfig("x").default_view.key;
-  std::vector<std::shared_ptr<SceneView>> held;
+  std::vector<std::shared_ptr<SnapshotBoard>> held;
   for (int i = 0; i < limits::kMaxViewsPerScene; ++i) {
     key.spec.segments = 1 + i;
     held.push_back(*scene->AcquireView(key));
@@ -349,9 +259,9 @@ TEST_P(SceneEngineTest, DistinctViewsAreLimitedAndIdleOnesMakeRoom) {
   EXPECT_THAT(scene->AcquireView(key), StatusIs(absl::StatusCode::kInvalidArgument));
 }
 
-TEST_P(SceneEngineTest, ADeletedSceneEndsItsWatchersAndRefusesEdits) {
+TEST_F(SceneEngineTest, ADeletedSceneEndsItsWatchersAndRefusesEdits) {
   const auto scene = MakeScene();
-  WatcherClient client(scene, Options());
+  WatcherClient client = Watch(scene, Options());
   client.RunToHead();
 
   ASSERT_OK(registry_.Delete("scene-one"));
@@ -363,10 +273,6 @@ TEST_P(SceneEngineTest, ADeletedSceneEndsItsWatchersAndRefusesEdits) {
   EXPECT_THAT(registry_.Find("scene-one"), StatusIs(absl::StatusCode::kNotFound));
   EXPECT_THAT(registry_.Delete("scene-one"), StatusIs(absl::StatusCode::kNotFound));
 }
-
-INSTANTIATE_TEST_SUITE_P(Stages, SceneEngineTest, ::testing::Bool(), [](const auto& on_device) {
-  return std::string(on_device.param ? "Overlap" : "FollowEachOther");
-});
 
 }  // namespace
 }  // namespace latticed::testing

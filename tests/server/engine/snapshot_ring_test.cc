@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "server/engine/render/chunk_blocks.h"
-#include "server/engine/render/snapshot.h"
+#include "server/engine/render/snapshot_ring.h"
 
 namespace latticed {
 namespace {
@@ -72,6 +72,23 @@ TEST(SnapshotRing, RetiresTheOldestOnceItStalls) {
 
   EXPECT_EQ(ring.Find(1, kStart), nullptr);
   EXPECT_NE(ring.Find(2, kStart), nullptr);
+}
+
+TEST(SnapshotRing, RetiresWhatDoesNotFitBesideTheNewest) {
+  SnapshotRing ring;
+  for (uint64_t number = 1; number <= 3; ++number) {
+    auto snapshot = MakeSnapshot(number, {});
+    snapshot->held_bytes = 100;
+    EXPECT_EQ(ring.Publish(snapshot, kStart, 250).retired, number == 3 ? 1u : 0u);
+    ring.PinNewest(kStart);
+  }
+  EXPECT_NE(ring.Find(1, kStart), nullptr) << "the oldest goes on";
+  EXPECT_EQ(ring.Find(2, kStart), nullptr);
+
+  auto large = MakeSnapshot(4, {});
+  large->held_bytes = 300;
+  EXPECT_EQ(ring.Publish(large, kStart, 250).retired, 2u);
+  EXPECT_EQ(ring.newest()->number, 4u) << "the newest always stays";
 }
 
 TEST(SnapshotRing, CountsSharedChunksOnce) {

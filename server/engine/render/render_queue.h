@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Whose turn it is to be evaluated and encoded, and the workers that do it: round robin over the scenes
+// that have work. Nothing is queued but scenes: the work itself is decided when a worker comes, so
+// edits that arrive meanwhile merge.
+//
+//   worker kAny     huge ................ | medium ....... | huge ............
+//   worker kShort   small | small |       | small |  small | small |
+//
+// One worker is kept for short turns: beside any number of long ones a short one waits for short ones
+// alone. The others take what comes first.
+//
+// Threads  safe; work runs with no lock held. The destructor finishes what runs and drops the rest.
+#ifndef LATTICED_SERVER_ENGINE_RENDER_RENDER_QUEUE_H_
+#define LATTICED_SERVER_ENGINE_RENDER_RENDER_QUEUE_H_
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "core/base/mutex.h"
+
+namespace latticed {
+
+// Who has turns: a scene.
+class RenderSource {
+ public:
+  virtual ~RenderSource() = default;
+  // Begins a turn of at most `most_points`, as RenderView::Begin counts them. The result runs it;
+  // null: there is none.
+  [[nodiscard]] virtual std::function<void()> TakeWork(uint64_t most_points) = 0;
+};
+
+class RenderQueue {
+ public:
+  enum class Role { kAny, kShort };
+  static constexpr uint64_t kAnyPoints = std::numeric_limits<uint64_t>::max();
+  // Of a short turn: some 10 ms on two cores.
+  static constexpr uint64_t kShortPoints = 1'000'000;
+
+  // `workers` threads; of two or more the last is kept for short turns. None: a test runs them by
+  // RunNext.
+  explicit RenderQueue(int workers);
+  ~RenderQueue();
+  RenderQueue(const RenderQueue&) = delete;  // its threads hold its address
+  RenderQueue& operator=(const RenderQueue&) = delete;
+
+  // Has a worker look at the source; a source waits at most once.
+  void Schedule(const std::shared_ptr<RenderSource>& source) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Runs the first turn that the role may take. False where there is none.
+  bool RunNext(Role role) ABSL_LOCKS_EXCLUDED(mutex_);
+
+ private:
+  using Waiting = std::deque<std::weak_ptr<RenderSource>>;
+  void Work(Role role) ABSL_LOCKS_EXCLUDED(mutex_);
+  bool RunFirst() ABSL_LOCKS_EXCLUDED(mutex_);
+  bool RunFirstShort() ABSL_LOCKS_EXCLUDED(mutex_);
+
+  Mutex mutex_;
+  Waiting waiting_ ABSL_GUARDED_BY(mutex_);
+  uint64_t scheduled_ ABSL_GUARDED_BY(mutex_) = 0;  // calls of Schedule
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_RENDER_RENDER_QUEUE_H_

@@ -1,0 +1,206 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/render/render_view.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/limits.h"
+#include "core/base/status_macros.h"
+#include "core/ffd/tessellation_pattern.h"
+#include "server/engine/render/chunk_blocks.h"
+#include "server/engine/render/encode_snapshot.h"
+
+namespace latticed {
+namespace {
+
+absl::Status NobodyWatches() { return absl::CancelledError("the last watcher left"); }
+
+}  // namespace
+
+uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key) {
+  return plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(key.spec.segments)) *
+         BytesPerPoint(key.spec);
+}
+
+uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key) {
+  constexpr uint64_t kChunkHeaderBytes = 256;
+  const uint64_t snapshots = IsDraco(key.encoding) ? 1 : limits::kMaxSnapshotsPerView;
+  return snapshots * (VertexBytes(plan, key) + kChunkHeaderBytes * plan.chunk_count());
+}
+
+RenderView::Stage RenderView::stage() const {
+  const MutexLock lock(&mutex_);
+  return stage_;
+}
+
+void RenderView::MarkDirty(std::span<const uint32_t> chunks) {
+  const MutexLock lock(&mutex_);
+  dirty_.Add(chunks);
+}
+
+void RenderView::MarkAllDirty() {
+  const MutexLock lock(&mutex_);
+  dirty_.AddAll();
+}
+
+std::optional<RenderWork> RenderView::Begin(std::shared_ptr<RenderView> self, RenderInput input,
+                                            uint64_t most_points) {
+  const MutexLock lock(&mutex_);
+  if (stage_ == Stage::kEvaluating || stage_ == Stage::kEncoding) return std::nullopt;
+  if (!board_.watched() || !board_.wanted() || !board_.failure().ok()) return std::nullopt;
+  const auto newest = board_.newest();
+  const SceneState& state = *input.state;
+  const bool current = newest != nullptr && newest->revision == state.revision;
+  if (current && !dirty_.all()) return std::nullopt;
+  const size_t count = state.plan->chunk_count();
+  const uint64_t points = PointsOf(dirty_.Count(count)) * (input.target->on_device() ? 1 : 2);
+  if (points > most_points) return std::nullopt;
+
+  stage_ = Stage::kEvaluating;
+  if (newest != nullptr && begun_revision_ < state.revision) {
+    backend_->counts().revisions_merged += state.revision - begun_revision_ - 1;
+  }
+  begun_revision_ = state.revision;
+  return RenderWork{
+      .view = std::move(self), .input = std::move(input), .chunks = dirty_.Take(count)};
+}
+
+uint64_t RenderView::PointsOf(size_t chunks) const {
+  return uint64_t{chunks} * limits::kPatchesPerChunk *
+         static_cast<uint64_t>(PointsPerPatch(key().spec.segments));
+}
+
+bool RenderView::Run(const RenderWork& work) {
+  auto snapshot = CatchBadAlloc("the view", [&] { return Render(work); });
+  NoteMemory();
+  if (!snapshot.ok()) return GiveUp(work, snapshot.status());
+  Publish(*std::move(snapshot));
+  return true;
+}
+
+absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& work) {
+  if (!board_.watched()) return NobodyWatches();
+  LATTICED_RETURN_IF_ERROR(PrepareVertices(work.input));
+  ++backend_->counts().evaluations;
+  const absl::Time start = absl::Now();
+  LATTICED_RETURN_IF_ERROR(Evaluate(work));
+  const absl::Duration evaluate_time = absl::Now() - start;
+  {
+    const MutexLock lock(&mutex_);
+    stage_ = Stage::kEncoding;
+  }
+  const auto before = board_.newest();
+  LATTICED_ASSIGN_OR_RETURN(
+      auto snapshot,
+      EncodeSnapshot(key(), *work.input.state, work.chunks, traits_, before.get(),
+                     [&](std::span<const uint32_t> chunks, std::span<VertexDigest> digests)
+                         -> absl::StatusOr<std::vector<SharedBytes>> {
+                       if (!board_.watched()) return NobodyWatches();
+                       return backend_->Run(
+                           [&] { return vertices_->Encode(chunks, key().encoding, digests); });
+                     }));
+  snapshot->evaluate_time = evaluate_time;
+  return snapshot;
+}
+
+absl::Status RenderView::PrepareVertices(const RenderInput& input) {
+  if (vertices_ != nullptr && vertices_structure_ == input.state->structure_id) {
+    return absl::OkStatus();
+  }
+  // First, so that old and new do not need memory together.
+  DropVertices();
+  LATTICED_ASSIGN_OR_RETURN(target_, input.target->Get());
+  traits_ = target_->Traits(key().spec);
+  MemoryBudget& memory = backend_->memory();
+  LATTICED_ASSIGN_OR_RETURN(
+      auto reservation,
+      memory.Reserve("the view", traits_.host_bytes + SnapshotBytes(*input.state->plan, key())));
+  if (IsDraco(key().encoding)) {
+    LATTICED_RETURN_IF_ERROR(memory.KeepAtLeast("the view's encoder", traits_.encoder_bytes));
+  }
+  LATTICED_ASSIGN_OR_RETURN(vertices_,
+                            backend_->Run([&] { return target_->CreateView(key().spec); }));
+  vertices_structure_ = input.state->structure_id;
+  const MutexLock lock(&mutex_);
+  reservation_ = std::move(reservation);
+  return absl::OkStatus();
+}
+
+absl::Status RenderView::Evaluate(const RenderWork& work) {
+  if (work.chunks.empty()) return absl::OkStatus();
+  const SceneState& state = *work.input.state;
+  // A refused evaluation leaves no vertices whole: after an eviction it is of all chunks.
+  std::span<const uint32_t> named = work.chunks;
+  std::vector<uint32_t> all;
+  return backend_->Run([&] {
+    const absl::Status status = vertices_->Evaluate(*state.control_points, state.box, named);
+    if (!status.ok()) {
+      all.resize(state.plan->chunk_count());
+      std::iota(all.begin(), all.end(), 0u);
+      named = all;
+    }
+    return status;
+  });
+}
+
+void RenderView::Publish(std::shared_ptr<Snapshot> snapshot) {
+  EngineCounts& counts = backend_->counts();
+  counts.evaluate.Observe(snapshot->evaluate_time);
+  counts.encode.Observe(snapshot->encode_time);
+  const MutexLock lock(&mutex_);
+  stage_ = Stage::kPublished;
+  const uint64_t room = reservation_.bytes() - std::min(reservation_.bytes(), traits_.host_bytes);
+  if (board_.held_bytes() + snapshot->held_bytes > room) LeaveEmptyBlocks(*snapshot);
+  counts.snapshots_retired += board_.Publish(std::move(snapshot), absl::Now(), room);
+}
+
+bool RenderView::GiveUp(const RenderWork& work, const absl::Status& status) {
+  const bool stopped = absl::IsCancelled(status);
+  if (!stopped) DropVertices();
+  const MutexLock lock(&mutex_);
+  if (stopped) {
+    stage_ = Stage::kIdle;
+    dirty_.Add(work.chunks);
+  } else {
+    stage_ = Stage::kFailed;
+    dirty_.AddAll();
+    board_.Fail(status);
+  }
+  return !stopped;
+}
+
+void RenderView::DropVertices() {
+  vertices_ = nullptr;
+  target_ = nullptr;
+  const MutexLock lock(&mutex_);
+  reservation_.Release();
+  vertex_memory_.clear();
+}
+
+void RenderView::NoteMemory() {
+  MemoryUse use = vertices_ == nullptr ? MemoryUse{} : vertices_->memory();
+  const MutexLock lock(&mutex_);
+  vertex_memory_ = std::move(use);
+}
+
+MemoryUse RenderView::memory() const {
+  MemoryUse use;
+  {
+    const MutexLock lock(&mutex_);
+    use = vertex_memory_;
+  }
+  if (board_.newest() != nullptr) use["chunks"] += board_.chunk_bytes();
+  return use;
+}
+
+uint64_t RenderView::EvictableBytes() const {
+  const MemoryUse use = memory();
+  const MutexLock lock(&mutex_);
+  return DeviceBytes(use) + std::max(HostBytes(use), reservation_.bytes());
+}
+
+}  // namespace latticed

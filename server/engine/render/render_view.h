@@ -1,0 +1,121 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A view of a scene: one evaluation, one encoding and one snapshot at a time, shared by all watchers
+// of its key.
+//
+//                    Begin                   evaluated              published
+//   kIdle, kPublished ----> kEvaluating ----------> kEncoding ----------> kPublished
+//                                |                      |
+//                                +--- nobody watches ---+----> kIdle      its chunks stay dirty
+//                                +--- an error ---------+----> kFailed    until a watcher attaches
+//
+// Edits meanwhile gather as dirty chunks for the next turn. Sending goes on beside all stages. A view
+// that nobody watches is never begun, but remembers what is dirty.
+//
+// Memory   reserved once, with the vertices, for the most that the view can take: vertices, staging,
+//          and chunks of snapshots, which are retired where they would take more
+// Threads  safe; the vertices are used by the turn under way, with no lock held
+#ifndef LATTICED_SERVER_ENGINE_RENDER_RENDER_VIEW_H_
+#define LATTICED_SERVER_ENGINE_RENDER_RENDER_VIEW_H_
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/base/mutex.h"
+#include "server/engine/render/chunk_set.h"
+#include "server/engine/render/snapshot_board.h"
+#include "server/engine/render/target_slot.h"
+#include "server/engine/scene/scene_state.h"
+
+namespace latticed {
+
+class RenderView;
+
+// What a view is evaluated from.
+struct RenderInput {
+  std::shared_ptr<const SceneState> state;
+  std::shared_ptr<TargetSlot> target;  // of the state's plan
+};
+
+// One turn of a view.
+struct RenderWork {
+  std::shared_ptr<RenderView> view;
+  RenderInput input;
+  std::vector<uint32_t> chunks;  // dirty, ascending; may be empty
+};
+
+// Bytes of all vertices of a view. Its chunks are no larger, but for their headers.
+[[nodiscard]] uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key);
+// The most that a view's snapshots may keep. Draco streams usually take a quarter of their
+// vertices, so there is room for four; raw and quantised chunks are their vertices.
+[[nodiscard]] uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key);
+
+class RenderView {
+ public:
+  enum class Stage { kIdle, kEvaluating, kEncoding, kPublished, kFailed };
+
+  RenderView(const ViewKey& key, RenderBackend* backend, absl::Time now)
+      : backend_(backend), board_(key, now) {}
+
+  SnapshotBoard& board() { return board_; }
+  const ViewKey& key() const { return board_.key(); }
+  Stage stage() const ABSL_LOCKS_EXCLUDED(mutex_);
+
+  // What an edit changed. All chunks, after a change of structure or quantisation box.
+  void MarkDirty(std::span<const uint32_t> chunks) ABSL_LOCKS_EXCLUDED(mutex_);
+  void MarkAllDirty() ABSL_LOCKS_EXCLUDED(mutex_);
+
+  // Takes what is dirty. nullopt while a turn is under way or after a failure; where nobody watches or
+  // wants a newer snapshot, or the newest is of the state already; and where the turn costs more than
+  // `most_points`, each of which is to be encoded, or evaluated on the host's cores.
+  [[nodiscard]] std::optional<RenderWork> Begin(std::shared_ptr<RenderView> self, RenderInput input,
+                                                uint64_t most_points) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Evaluates, encodes and publishes, with no lock held meanwhile. Stops early when the last watcher
+  // leaves. Once for each Begin. Whether watchers should look: there is a new snapshot, or a failure.
+  bool Run(const RenderWork& work) ABSL_LOCKS_EXCLUDED(mutex_);
+
+  [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // What would be free without this view, on the host and on devices.
+  [[nodiscard]] uint64_t EvictableBytes() const ABSL_LOCKS_EXCLUDED(mutex_);
+
+ private:
+  uint64_t PointsOf(size_t chunks) const;
+  // The stages of a turn.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Snapshot>> Render(const RenderWork& work)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] absl::Status PrepareVertices(const RenderInput& input) ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] absl::Status Evaluate(const RenderWork& work);
+  // Its ends.
+  void Publish(std::shared_ptr<Snapshot> snapshot) ABSL_LOCKS_EXCLUDED(mutex_);
+  bool GiveUp(const RenderWork& work, const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
+  void DropVertices() ABSL_LOCKS_EXCLUDED(mutex_);
+  void NoteMemory() ABSL_LOCKS_EXCLUDED(mutex_);
+
+  RenderBackend* const backend_;
+  SnapshotBoard board_;
+
+  // Of the turn under way.
+  std::shared_ptr<DeformTarget> target_;  // what vertices_ is a view of
+  std::unique_ptr<DeformView> vertices_;
+  ViewTraits traits_;
+  uint64_t vertices_structure_ = 0;
+
+  mutable Mutex mutex_;
+  Stage stage_ ABSL_GUARDED_BY(mutex_) = Stage::kIdle;
+  ChunkSet dirty_ ABSL_GUARDED_BY(mutex_) = ChunkSet::All();
+  uint64_t begun_revision_ ABSL_GUARDED_BY(mutex_) = 0;
+  MemoryReservation reservation_ ABSL_GUARDED_BY(mutex_);
+  MemoryUse vertex_memory_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_RENDER_RENDER_VIEW_H_

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/scene/scene_editor.h"
+
+#include "core/ffd/dirty_set.h"
+
+namespace latticed {
+namespace {
+
+std::shared_ptr<const LatticeDelta> MakeDelta(const EditBatch& batch, const SceneState& state,
+                                              std::vector<uint32_t> changed) {
+  auto delta = std::make_shared<LatticeDelta>();
+  delta->revision = state.revision;
+  delta->structure_id = state.structure_id;
+  delta->editor_id = batch.editor_id;
+  delta->sequence = batch.sequence;
+  delta->positions.reserve(changed.size());
+  for (const uint32_t index : changed) delta->positions.push_back((*state.control_points)[index]);
+  delta->indices = std::move(changed);
+  return delta;
+}
+
+}  // namespace
+
+std::shared_ptr<const SceneState> SceneEditor::FirstState(SceneState planned,
+                                                          absl::Time now) const {
+  planned.revision = history_.revision();
+  planned.structure_id = history_.structure_id();
+  planned.control_points =
+      std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
+  planned.box = FitQuantisationBox(BoundsOf(planned), 1);
+  planned.commit_time = now;
+  return std::make_shared<const SceneState>(std::move(planned));
+}
+
+absl::StatusOr<Commit> SceneEditor::Apply(const EditBatch& batch, const SceneState& before,
+                                          std::optional<PlanCandidate>& candidate,
+                                          std::optional<LatticeStructure>& wanted, TimePoint now,
+                                          const Clock& clock) {
+  const auto admit = [&](const LatticeStructure& structure) -> absl::Status {
+    if (candidate && candidate->structure == structure) return candidate->state.status();
+    wanted = structure;
+    return EditHistory::PutOff();
+  };
+  auto outcome = history_.Apply(batch, now, admit);
+  if (!outcome.ok()) return outcome.status();
+  Commit commit{.summary = outcome->summary, .structure_changed = outcome->structure_changed};
+  if (outcome->repeated) {
+    if (!commit.summary.status.ok()) return commit.summary.status;
+    return commit;
+  }
+
+  SceneState next = NextState(
+      batch, before, commit.structure_changed ? *std::move(candidate->state) : SceneState(before),
+      commit.structure_changed, clock());
+  DirtySet dirty(next.plan);
+  commit.structure_changed ? dirty.MarkAll() : dirty.MarkControlPoints(outcome->changed);
+  history_.SetTouched(batch.editor_id, dirty.boxes(), dirty.patches());
+  commit.summary.boxes_touched = dirty.boxes();
+  commit.summary.patches_touched = next.patches_touched = dirty.patches();
+  commit.all_dirty = commit.structure_changed || next.box.id != before.box.id;
+  commit.dirty = dirty.Chunks();
+  commit.delta = MakeDelta(batch, next, std::move(outcome->changed));
+  commit.state = std::make_shared<const SceneState>(std::move(next));
+  return commit;
+}
+
+SceneState SceneEditor::NextState(const EditBatch& batch, const SceneState& before, SceneState next,
+                                  bool structure_changed, absl::Time now) const {
+  next.revision = history_.revision();
+  next.structure_id = history_.structure_id();
+  next.control_points =
+      std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
+  next.commit_time = now;
+  next.gesture_open = history_.gesture_open();
+  const bool ends_gesture = !batch.gesture_id.empty() &&
+                            batch.gesture_phase != GesturePhase::kUpdate && !next.gesture_open;
+  next.busy_until = ends_gesture ? now : BusyUntil(before.commit_time, now);
+  next.box =
+      NextQuantisationBox(before.box, BoundsOf(next), next.gesture_open).value_or(before.box);
+  // The origin of float32 vertices may move with the plan, and an id never names two origins.
+  if (structure_changed) next.box.id = before.box.id + 1;
+  return next;
+}
+
+std::shared_ptr<const SceneState> SceneEditor::EndIdleGestures(const SceneState& newest,
+                                                               TimePoint now) {
+  history_.CommitIdleGestures(now);
+  if (!newest.gesture_open || history_.gesture_open()) return nullptr;
+  auto state = std::make_shared<SceneState>(newest);
+  state->gesture_open = false;
+  return state;
+}
+
+}  // namespace latticed

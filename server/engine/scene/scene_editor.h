@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Edits of one scene: a batch and a state in, the next state and what it changes out.
+//
+//   Apply(batch) -> Commit {state, delta, dirty chunks}    or why the batch is refused
+//                -> wants a plan: `wanted` is the structure that the batch leads to. Nothing has
+//                   changed. The caller makes the plan without a lock and calls again with it.
+//
+// Errors   those of core/ffd/edit_history.h
+// Threads  one at a time: the scene locks. Time is an argument.
+#ifndef LATTICED_SERVER_ENGINE_SCENE_SCENE_EDITOR_H_
+#define LATTICED_SERVER_ENGINE_SCENE_SCENE_EDITOR_H_
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/ffd/edit_history.h"
+#include "server/engine/scene/edit_log.h"
+#include "server/engine/scene/scene_state.h"
+
+namespace latticed {
+
+// A plan for a structure that edits lead to: what follows from it alone is set, or why it cannot be
+// had.
+struct PlanCandidate {
+  LatticeStructure structure;
+  absl::StatusOr<SceneState> state;
+};
+
+// The effect of one batch.
+struct Commit {
+  EditSummary summary;
+  std::shared_ptr<const SceneState> state;
+  std::shared_ptr<const LatticeDelta> delta;
+  bool structure_changed = false;
+  bool all_dirty = false;       // another structure or quantisation box
+  std::vector<uint32_t> dirty;  // chunks, ascending
+};
+
+class SceneEditor {
+ public:
+  using TimePoint = EditHistory::TimePoint;
+  using Clock = std::function<absl::Time()>;
+
+  // `initial` must be valid.
+  explicit SceneEditor(Lattice initial) : history_(std::move(initial)) {}
+
+  // The state at revision 0, of what its plan says.
+  [[nodiscard]] std::shared_ptr<const SceneState> FirstState(SceneState planned,
+                                                             absl::Time now) const;
+  // `before` is the newest state. A Commit without a state repeats the answer of an earlier batch.
+  [[nodiscard]] absl::StatusOr<Commit> Apply(const EditBatch& batch, const SceneState& before,
+                                             std::optional<PlanCandidate>& candidate,
+                                             std::optional<LatticeStructure>& wanted, TimePoint now,
+                                             const Clock& clock);
+  // Commits gestures that have been silent for too long. The newest state without an open gesture,
+  // at the same revision, where that ends the last of them; else null.
+  [[nodiscard]] std::shared_ptr<const SceneState> EndIdleGestures(const SceneState& newest,
+                                                                  TimePoint now);
+
+  // Undo steps and what is kept for replay.
+  size_t MemoryBytes() const { return history_.MemoryBytes(); }
+  bool ForgetOldestStep() { return history_.ForgetOldestStep(); }
+  bool ForgetOldestEditor() { return history_.ForgetOldestEditor(); }
+
+ private:
+  SceneState NextState(const EditBatch& batch, const SceneState& before, SceneState next,
+                       bool structure_changed, absl::Time now) const;
+
+  EditHistory history_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_SCENE_SCENE_EDITOR_H_

@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/scene/topology_id.h"
+
+#include "core/base/sha256.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+// 128 bits of the hash are plenty for a name.
+constexpr size_t kHashDigits = 32;
+
+void Append(std::string& text, Vec3d v) { text += fmt::format("{:a},{:a},{:a};", v.x, v.y, v.z); }
+
+}  // namespace
+
+std::string TopologyId(std::string_view mesh_id, const LatticeStructure& structure, int segments) {
+  std::string text = fmt::format("{};", mesh_id);
+  for (size_t axis = 0; axis < 3; ++axis) {
+    text += fmt::format("{},{}:", structure.degree[axis], structure.size[axis]);
+    for (const double knot : structure.knots[axis]) text += fmt::format("{:a},", knot);
+    Append(text, structure.frame.edges[axis]);
+  }
+  Append(text, structure.frame.origin);
+  return fmt::format("{}-{}", Sha256Hex(text).substr(0, kHashDigits), segments);
+}
+
+}  // namespace latticed

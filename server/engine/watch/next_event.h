@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a watcher is sent next, by what it has and what there is.
+//
+//   Next(client, offer) -> the next event; `client` then has it
+//
+// There is no queue. After update_end at revision r a client has every chunk with a version at or
+// below r, so its view, structure, quantisation and revision say all: they are the resume token too.
+// The lattice comes before the surface. An update whose snapshot was retired is begun again with
+// restart, from what the client had before it.
+//
+// Threads  pure: no clock, no lock, no scene
+#ifndef LATTICED_SERVER_ENGINE_WATCH_NEXT_EVENT_H_
+#define LATTICED_SERVER_ENGINE_WATCH_NEXT_EVENT_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/time/time.h"
+#include "server/engine/watch/watch_event.h"
+
+namespace latticed {
+
+// A surface that a client has in full.
+struct ClientSurface {
+  ViewKey view;
+  uint64_t structure_id = 0;
+  uint64_t quantisation_id = 0;
+  uint64_t revision = 0;
+  friend bool operator==(const ClientSurface&, const ClientSurface&) = default;
+};
+
+// An update that is being sent.
+struct ClientUpdate {
+  std::string topology_id;
+  std::vector<uint32_t> chunks;
+  size_t sent = 0;  // of them
+  uint64_t id = 0;  // 0: update_begin was not sent yet
+  absl::Time begin_time;
+};
+
+struct ClientState {
+  // As the client would have it.
+  bool takes_updates = true;        // begins new ones
+  size_t max_unacked_updates = 2;   // 0: acknowledgements are off
+  uint64_t min_revision = 0;        // updates below it are not begun
+  std::optional<uint64_t> ceiling;  // nor above it: an edit waits for its answer
+  // What it was sent.
+  std::optional<uint64_t> lattice_structure, lattice_revision;
+  std::string topology_id;
+  std::optional<std::pair<uint64_t, ViewKey>> quantisation;  // id and view
+  std::optional<ClientSurface> had;                          // in full, perhaps by another watch
+  std::optional<uint64_t> covered;                           // revision of the last update_end
+  std::optional<ClientUpdate> update;
+  bool restart = false;  // the next update replaces one that was begun
+  uint64_t last_update_id = 0;
+  std::deque<uint64_t> unacked;
+  absl::Time next_batch_time = absl::InfinitePast();
+};
+
+// What there is, at one moment.
+struct WatchOffer {
+  std::shared_ptr<const SceneState> state;  // the newest
+  EditLog::Deltas deltas;                   // after the client's lattice
+  // That client.update is of, which must be alive; else the newest of the view in force, if any.
+  std::shared_ptr<const Snapshot> snapshot;
+  std::string topology_id;  // of the snapshot
+  WatchView asked;          // in full detail
+  absl::Time now;
+};
+
+struct NextEvent {
+  std::optional<WatchEvent> event;              // none: nothing to send before the offer changes
+  absl::Time wake_at = absl::InfiniteFuture();  // or before then
+};
+
+// Whether the lattice comes first: it needs no snapshot.
+[[nodiscard]] bool LatticeIsDue(const ClientState& client, const EditLog::Deltas& deltas);
+// UpdateEnds leaves applied_sequence and resume_token to the caller.
+[[nodiscard]] NextEvent Next(ClientState& client, const WatchOffer& offer);
+
+// Whether the client may be sent so many more updates before it acknowledges one.
+[[nodiscard]] bool AcksAllow(const ClientState& client, size_t updates);
+// Whether the view should make a snapshot newer than the one offered: the client could take it at once.
+[[nodiscard]] bool WantsNewer(const ClientState& client, const Snapshot* offered);
+// Gives up the update in progress. It is begun again where the client knows of it.
+void DropUpdate(ClientState& client);
+// The client has all of update `id` and those before it.
+void Acknowledge(ClientState& client, uint64_t id);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_WATCH_NEXT_EVENT_H_

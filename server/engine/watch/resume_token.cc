@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/watch/resume_token.h"
+
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_split.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+// Every number that distinguishes views.
+std::string KeyText(const ViewKey& key) {
+  const ViewSpec& s = key.spec;
+  return fmt::format("{}.{}.{}.{}.{}.{}", s.segments, static_cast<int>(s.normals),
+                     static_cast<int>(s.format), s.position_bits, s.normal_bits,
+                     static_cast<int>(key.encoding));
+}
+
+}  // namespace
+
+std::string MakeResumeToken(const TokenScope& scope, const ClientSurface& had) {
+  return fmt::format("{}/{}/{}/{}/{}/{}/{}", scope.boot_id, scope.scene_id, scope.incarnation,
+                     had.structure_id, had.quantisation_id, had.revision, KeyText(had.view));
+}
+
+std::optional<ClientSurface> ParseResumeToken(std::string_view token, const TokenScope& scope,
+                                              const ViewKey& view, const SceneState& state) {
+  const std::vector<std::string> parts = absl::StrSplit(std::string(token), '/');
+  ClientSurface had{.view = view};
+  if (parts.size() != 7 || !absl::SimpleAtoi(parts[5], &had.revision)) return std::nullopt;
+  had.structure_id = state.structure_id;
+  had.quantisation_id = state.box.id;
+  if (had.revision > state.revision || token != MakeResumeToken(scope, had)) return std::nullopt;
+  return had;
+}
+
+}  // namespace latticed

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#ifndef LATTICED_SERVER_ENGINE_WATCH_WATCH_VIEW_H_
+#define LATTICED_SERVER_ENGINE_WATCH_WATCH_VIEW_H_
+
+#include <cstdint>
+
+#include "server/engine/render/snapshot.h"
+
+namespace latticed {
+
+// A view as one watcher asks for it.
+struct WatchView {
+  ViewKey key;
+  // While edits come, segments are lowered to keep to these (level_of_detail.h). 0: no limit.
+  uint64_t max_points = 0;
+  uint64_t max_bytes_per_second = 0;
+  // In force while a gesture is open. 0: the key's.
+  int drag_position_bits = 0;
+  int drag_normal_bits = 0;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_WATCH_WATCH_VIEW_H_

@@ -1,0 +1,315 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a watcher is sent next, by tables: no scene, no backend, no thread, no clock.
+#include "server/engine/watch/next_event.h"
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/limits.h"
+#include "server/engine/watch/resume_token.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::ElementsAre;
+
+const absl::Time kStart = absl::UnixEpoch() + absl::Hours(1);
+constexpr size_t kChunkBytes = size_t{40} << 10;
+
+// `revisions`: at which each chunk last changed.
+std::shared_ptr<const Snapshot> MakeSnapshot(uint64_t revision, std::vector<uint64_t> revisions,
+                                             uint64_t box = 1, uint64_t structure = 1) {
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->revision = revision;
+  snapshot->structure_id = structure;
+  snapshot->box.id = box;
+  snapshot->edit_time = kStart;
+  snapshot->chunks = ChunkTable(revisions.size());
+  for (size_t c = 0; c < revisions.size(); ++c) {
+    snapshot->chunks.Set(c, {revisions[c], MakeSharedBytes(std::vector<uint8_t>(kChunkBytes)), {}});
+  }
+  return snapshot;
+}
+
+std::shared_ptr<const LatticeDelta> MakeDelta(uint64_t revision, uint64_t structure = 1) {
+  auto delta = std::make_shared<LatticeDelta>();
+  delta->revision = revision;
+  delta->structure_id = structure;
+  return delta;
+}
+
+// "lattice 3", "delta 4", "topology", "quantisation", "begin 1@5 restart", "batch 0 1", "end 1@5", "-".
+std::string Text(const NextEvent& next) {
+  if (!next.event.has_value()) return "-";
+  struct {
+    std::string operator()(const LatticeWhole& e) {
+      return "lattice " + std::to_string(e.state->revision);
+    }
+    std::string operator()(const std::shared_ptr<const LatticeDelta>& e) {
+      return "delta " + std::to_string(e->revision);
+    }
+    std::string operator()(const TopologyNews& e) { return "topology " + e.topology_id; }
+    std::string operator()(const QuantisationNews& e) {
+      return "quantisation " + std::to_string(e.snapshot->box.id);
+    }
+    std::string operator()(const UpdateBegins& e) {
+      return "begin " + std::to_string(e.update_id) + "@" + std::to_string(e.revision) +
+             (e.restart ? " restart" : "");
+    }
+    std::string operator()(const ChunkBatch& e) {
+      std::string text = "batch";
+      for (const uint32_t chunk : e.chunks) text += " " + std::to_string(chunk);
+      return text;
+    }
+    std::string operator()(const UpdateEnds& e) {
+      return "end " + std::to_string(e.update_id) + "@" + std::to_string(e.revision);
+    }
+  } text;
+  return std::visit(text, *next.event);
+}
+
+class NextEventTest : public ::testing::Test {
+ protected:
+  NextEventTest() {
+    head_->revision = 0;
+    offer_.state = head_;
+    offer_.topology_id = "t";
+    offer_.now = kStart;
+  }
+  // What is sent until there is nothing.
+  std::vector<std::string> Drain() {
+    std::vector<std::string> texts;
+    while (true) {
+      const NextEvent next = Next(client_, offer_);
+      if (!next.event.has_value()) return texts;
+      // As the scene answers, once the client has that.
+      if (std::holds_alternative<LatticeWhole>(*next.event)) offer_.deltas = {};
+      auto& deltas = offer_.deltas.deltas;
+      if (!deltas.empty()) deltas.erase(deltas.begin());
+      texts.push_back(Text(next));
+    }
+  }
+  // The client has everything of revision 0, of two chunks.
+  void HaveFirstUpdate() {
+    offer_.snapshot = MakeSnapshot(0, {0, 0});
+    Drain();
+    Acknowledge(client_, client_.last_update_id);
+  }
+  void Edit(uint64_t revision, std::shared_ptr<const Snapshot> snapshot) {
+    head_->revision = revision;
+    client_.lattice_revision = revision;
+    offer_.snapshot = std::move(snapshot);
+  }
+
+  const std::shared_ptr<SceneState> head_ = std::make_shared<SceneState>();
+  ClientState client_;
+  WatchOffer offer_;
+};
+
+TEST_F(NextEventTest, TheFirstUpdateHoldsEverythingInOrder) {
+  EXPECT_THAT(Drain(), ElementsAre("lattice 0")) << "before there is a snapshot";
+  offer_.snapshot = MakeSnapshot(0, {0, 0, 0});
+
+  EXPECT_THAT(Drain(), ElementsAre("topology t", "quantisation 1", "begin 1@0", "batch 0",
+                                   "batch 1 2", "end 1@0"));
+}
+
+TEST_F(NextEventTest, AnUpdateHoldsTheChunksThatChangedSinceTheLast) {
+  HaveFirstUpdate();
+  Edit(2, MakeSnapshot(2, {0, 1}));
+  EXPECT_THAT(Drain(), ElementsAre("begin 2@2", "batch 1", "end 2@2"));
+
+  Edit(3, MakeSnapshot(3, {0, 1}));
+  EXPECT_THAT(Drain(), ElementsAre("begin 3@3", "end 3@3")) << "covered, without a chunk";
+}
+
+TEST_F(NextEventTest, ALatticeComesAsDeltasOrWhole) {
+  struct Case {
+    const char* what;
+    EditLog::Deltas deltas;
+    std::vector<std::string> events;
+  };
+  const Case cases[] = {
+      {"two edits", {true, {MakeDelta(1), MakeDelta(2)}}, {"delta 1", "delta 2"}},
+      {"the log does not reach back", {false, {}}, {"lattice 2"}},
+      {"another structure", {true, {MakeDelta(2, 9)}}, {"lattice 2"}},
+      {"nothing new", {true, {}}, {}},
+  };
+  head_->structure_id = 1;
+  for (const Case& c : cases) {
+    client_ = {};
+    head_->revision = 0;
+    offer_.deltas = {};
+    EXPECT_EQ(Text(Next(client_, offer_)), "lattice 0");
+    head_->revision = 2;
+    offer_.deltas = c.deltas;
+    EXPECT_EQ(Drain(), c.events) << c.what;
+  }
+}
+
+TEST_F(NextEventTest, ANewBoxOrStructureSendsEverything) {
+  HaveFirstUpdate();
+  Edit(1, MakeSnapshot(1, {0, 1}, /*box=*/2));
+  EXPECT_THAT(Drain(), ElementsAre("quantisation 2", "begin 2@1", "batch 0", "batch 1", "end 2@1"));
+
+  Edit(2, MakeSnapshot(2, {0, 1}, 3, /*structure=*/2));
+  offer_.topology_id = "u";
+  EXPECT_THAT(Drain(), ElementsAre("topology u", "quantisation 3", "begin 3@2", "batch 0",
+                                   "batch 1", "end 3@2"));
+}
+
+TEST_F(NextEventTest, WhatIsNotBegun) {
+  HaveFirstUpdate();
+  const auto newer = MakeSnapshot(5, {5, 5});
+  struct Case {
+    const char* what;
+    void (*change)(ClientState&);
+    bool wants_newer;
+  };
+  const Case cases[] = {
+      {"paused", [](ClientState& c) { c.takes_updates = false; }, false},
+      {"two are not acknowledged", [](ClientState& c) { c.unacked = {1, 2}; }, false},
+      {"an edit waits for its answer", [](ClientState& c) { c.ceiling = 4; }, false},
+      {"it is older than what is wanted", [](ClientState& c) { c.min_revision = 6; }, true},
+      {"it is older than another watch had", [](ClientState& c) { c.had->revision = 6; }, true},
+      {"the client has it", [](ClientState& c) { c.covered = c.had->revision = 5; }, true},
+  };
+  const ClientState before = client_;
+  for (const Case& c : cases) {
+    client_ = before;
+    Edit(5, newer);
+    c.change(client_);
+    EXPECT_EQ(Text(Next(client_, offer_)), "-") << c.what;
+    EXPECT_EQ(WantsNewer(client_, newer.get()), c.wants_newer) << c.what;
+  }
+  client_ = before;
+  Edit(5, newer);
+  client_.ceiling = 5;
+  EXPECT_EQ(Text(Next(client_, offer_)), "begin 2@5");
+}
+
+TEST_F(NextEventTest, AcknowledgementsLetUpdatesBeginAndViewsRunAhead) {
+  client_.max_unacked_updates = 1;
+  offer_.snapshot = MakeSnapshot(0, {0, 0});
+  Drain();
+  EXPECT_FALSE(AcksAllow(client_, 1));
+  EXPECT_FALSE(WantsNewer(client_, offer_.snapshot.get())) << "it would be old by then";
+  Edit(1, MakeSnapshot(1, {1, 1}));
+  EXPECT_EQ(Text(Next(client_, offer_)), "-");
+
+  Acknowledge(client_, 1);
+  EXPECT_EQ(Text(Next(client_, offer_)), "begin 2@1");
+  EXPECT_FALSE(WantsNewer(client_, offer_.snapshot.get()));
+
+  Acknowledge(client_, 2);
+  EXPECT_TRUE(WantsNewer(client_, offer_.snapshot.get())) << "the one after it may begin";
+}
+
+TEST_F(NextEventTest, WithoutAcknowledgementsTheNextSnapshotIsWantedOnceOneIsSent) {
+  client_.max_unacked_updates = 0;
+  HaveFirstUpdate();
+  Edit(1, MakeSnapshot(1, {1, 1}));
+
+  EXPECT_EQ(Text(Next(client_, offer_)), "begin 2@1");
+
+  EXPECT_TRUE(WantsNewer(client_, offer_.snapshot.get()));
+}
+
+TEST_F(NextEventTest, ARetiredUpdateIsBegunAgainFromWhatTheClientHadBefore) {
+  HaveFirstUpdate();
+  Edit(1, MakeSnapshot(1, {0, 1}));
+  EXPECT_EQ(Text(Next(client_, offer_)), "begin 2@1");
+  DropUpdate(client_);
+  EXPECT_THAT(client_.unacked, ElementsAre()) << "nobody acknowledges what did not end";
+
+  Edit(2, MakeSnapshot(2, {2, 1}));
+
+  EXPECT_THAT(Drain(), ElementsAre("begin 3@2 restart", "batch 0", "batch 1", "end 3@2"));
+}
+
+TEST_F(NextEventTest, AnUpdateThatTheClientDoesNotKnowOfIsDroppedWithoutRestart) {
+  offer_.snapshot = MakeSnapshot(0, {0});
+  EXPECT_EQ(Text(Next(client_, offer_)), "lattice 0");
+  EXPECT_EQ(Text(Next(client_, offer_)), "topology t");
+  DropUpdate(client_);
+
+  EXPECT_THAT(Drain(), ElementsAre("quantisation 1", "begin 1@0", "batch 0", "end 1@0"));
+}
+
+TEST_F(NextEventTest, AnotherDetailOfTheSameRevisionWaitsWhereThereIsANewerOne) {
+  HaveFirstUpdate();
+  auto coarse = std::make_shared<Snapshot>();
+  coarse->view.spec.segments = 2;
+  coarse->box.id = coarse->structure_id = 1;
+  coarse->chunks = ChunkTable(1);
+  Edit(3, coarse);
+  EXPECT_EQ(Text(Next(client_, offer_)), "-") << "revision 0 in other detail, 3 is to come";
+
+  head_->revision = 0;
+  EXPECT_EQ(Text(Next(client_, offer_)), "quantisation 1") << "nothing newer is to come";
+}
+
+TEST_F(NextEventTest, MaxBytesPerSecondSpacesBatches) {
+  const std::vector<uint64_t> many(60, 0);  // 2.4 MB
+  offer_.snapshot = MakeSnapshot(0, many);
+  offer_.asked.max_bytes_per_second = 1'000'000;
+  EXPECT_EQ(Text(Next(client_, offer_)), "lattice 0");
+
+  size_t bytes = 0;
+  absl::Time now = kStart;
+  for (int turn = 0; turn < 100'000 && !client_.covered.has_value(); ++turn) {
+    offer_.now = now;
+    const NextEvent next = Next(client_, offer_);
+    if (!next.event.has_value()) {
+      ASSERT_GT(next.wake_at, now);
+      now = next.wake_at;
+    } else if (const auto* batch = std::get_if<ChunkBatch>(&*next.event)) {
+      bytes += batch->bytes;
+      EXPECT_LE(batch->bytes, limits::kMaxChunkBatchBytes);
+    }
+  }
+
+  ASSERT_EQ(bytes, 60 * kChunkBytes);
+  // A quarter of a second is free, and the last batch is not waited for.
+  const double seconds = static_cast<double>(bytes) / 1e6;
+  EXPECT_GT(now - kStart, absl::Seconds(seconds - 0.25 - 0.4));
+  EXPECT_LT(now - kStart, absl::Seconds(seconds));
+}
+
+TEST(ResumeToken, ResumesTheSameScopeViewStructureAndBoxAlone) {
+  const TokenScope scope{"boot", "scene", 7};
+  SceneState state;
+  state.revision = 9;
+  state.box.id = 3;
+  ViewKey view;
+  const ClientSurface had{view, state.structure_id, 3, 5};
+  const std::string token = MakeResumeToken(scope, had);
+
+  EXPECT_EQ(ParseResumeToken(token, scope, view, state), had);
+
+  ViewKey finer = view;
+  finer.spec.segments = 11;
+  SceneState other_structure = state, other_box = state, older = state;
+  other_structure.structure_id = 2;
+  other_box.box.id = 4;
+  older.revision = 4;
+  EXPECT_EQ(ParseResumeToken(token, {"another", "scene", 7}, view, state), std::nullopt);
+  EXPECT_EQ(ParseResumeToken(token, {"boot", "scene", 8}, view, state), std::nullopt);
+  EXPECT_EQ(ParseResumeToken(token, scope, finer, state), std::nullopt);
+  EXPECT_EQ(ParseResumeToken(token, scope, view, other_structure), std::nullopt);
+  EXPECT_EQ(ParseResumeToken(token, scope, view, other_box), std::nullopt);
+  EXPECT_EQ(ParseResumeToken(token, scope, view, older), std::nullopt);
+  for (const char* garbage : {"", "a/b/c/d/e/f/g", "boot/scene/7/1/3/x/", "//////"}) {
+    EXPECT_EQ(ParseResumeToken(garbage, scope, view, state), std::nullopt) << garbage;
+  }
+}
+
+}  // namespace
+}  // namespace latticed::testing

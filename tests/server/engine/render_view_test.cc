@@ -1,0 +1,333 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The stages of a view, on one thread: the test is the worker, and the backend does as it is told.
+#include "server/engine/render/render_view.h"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "absl/time/clock.h"
+#include "core/base/error.h"
+#include "tests/server/engine/engine_support.h"
+#include "tests/server/engine/scripted_backend.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::testing {
+namespace {
+
+using Stage = RenderView::Stage;
+
+// Far apart in a lattice of 8^3 control points, near the surface: an edit of one changes chunks that
+// one of the other leaves alone.
+constexpr uint32_t kCorner = 5 * 64 + 1 * 8 + 1;
+constexpr uint32_t kOtherCorner = 2 * 64 + 6 * 8 + 6;
+
+class RenderViewTest : public ::testing::Test {
+ protected:
+  explicit RenderViewTest(bool on_device = false) : backend_(on_device) {}
+  void SetUp() override { MakeScene(32, 4); }
+
+  void MakeScene(int cells, int segments) {
+    SceneConfig config = MakeSceneConfig("scene-" + std::to_string(cells), cells, 8);
+    options_ = {.editor_id = "alice", .view = config.default_view, .max_unacked_updates = 0};
+    options_.view.key.spec.segments = segments;
+    auto scene = registry_.Create(std::move(config));
+    ASSERT_OK(scene);
+    scene_ = *scene;
+    states_[0] = scene_->State();
+  }
+  std::unique_ptr<WatcherClient> Connect() {
+    return std::make_unique<WatcherClient>(scene_, options_, &registry_.queue());
+  }
+  std::unique_ptr<WatcherClient> Watch() {
+    auto client = Connect();
+    client->RunToHead();
+    return client;
+  }
+  Script& script() { return backend_.script(); }
+  bool RunTurn() { return registry_.queue().RunNext(RenderQueue::Role::kAny); }
+
+  void Move(uint32_t point, Vec3d offset = {0, 0, 0.05}) {
+    ASSERT_OK(scene_->ApplyEdits(MoveBatch(*scene_, "alice", ++sequence_, {point}, offset)));
+    states_[scene_->State()->revision] = scene_->State();
+  }
+  // The last update has, byte for byte, what an evaluation of its revision from nothing gives.
+  void ExpectRightAtHead(WatcherClient& client) {
+    client.RunToHead();
+    const uint64_t revision = client.updates().back().end.revision;
+    EXPECT_EQ(revision, scene_->State()->revision);
+    const auto fresh = EvaluateAfresh(*states_.at(revision), *client.view());
+    ASSERT_EQ(client.chunks().size(), fresh.size());
+    for (size_t c = 0; c < fresh.size(); ++c) {
+      EXPECT_TRUE(std::ranges::equal(client.chunks()[c].span(), fresh[c]))
+          << "chunk " << c << " at revision " << revision;
+    }
+  }
+  // Runs turns until the client's watch ends.
+  void RunToEnd(WatcherClient& client) {
+    while (client.status().ok()) {
+      if (!client.Step()) RunTurn();
+    }
+  }
+
+  ScriptedBackend backend_;
+  const std::shared_ptr<MemoryBudget> budget_ = std::make_shared<MemoryBudget>(uint64_t{1} << 30);
+  SceneRegistry registry_{&backend_, 0, {.memory = budget_}};
+  std::shared_ptr<Scene> scene_;
+  WatcherOptions options_;
+  std::map<uint64_t, std::shared_ptr<const SceneState>> states_;
+  uint64_t sequence_ = 0;
+};
+
+TEST_F(RenderViewTest, NothingIsEvaluatedForNobody) {
+  const auto view = scene_->AcquireView(options_.view.key);
+  ASSERT_OK(view);
+  Move(kCorner);
+  EXPECT_FALSE(RunTurn()) << "not watched";
+
+  const auto client = Watch();
+  client->watcher().SetPaused(true);
+  Move(kCorner);
+  EXPECT_FALSE(RunTurn()) << "paused";
+  client->watcher().SetSilent(true);
+  client->watcher().SetPaused(false);
+  Move(kCorner);
+  EXPECT_FALSE(RunTurn()) << "silent";
+  while (client->Step()) continue;
+  EXPECT_EQ(client->lattice_revision(), 3u) << "the cage goes on";
+
+  client->watcher().SetSilent(false);
+  ExpectRightAtHead(*client);
+}
+
+TEST_F(RenderViewTest, ASnapshotAheadOfTheReaderIsTheLastUntilItIsTaken) {
+  const auto client = Watch();
+  Move(kCorner);
+  client->RunIntoUpdate();
+  Move(kCorner);
+  EXPECT_TRUE(RunTurn()) << "while the update before it is sent";
+  Move(kOtherCorner);
+  EXPECT_FALSE(RunTurn()) << "it would be old when the reader comes";
+
+  ExpectRightAtHead(*client);
+  EXPECT_EQ(client->updates().size(), 4u);
+}
+
+TEST_F(RenderViewTest, EditsDuringEachStageAreInTheNextUpdate) {
+  const auto client = Watch();
+  for (const Step step : {Step::kEvaluate, Step::kEncode}) {
+    Move(kCorner);
+    script().DuringNext(step, [&] {
+      EXPECT_FALSE(RunTurn()) << "one turn at a time";
+      Move(kOtherCorner);
+    });
+    client->RunToUpdate();
+    EXPECT_EQ(client->updates().back().end.revision + 1, scene_->State()->revision);
+    ExpectRightAtHead(*client);
+  }
+}
+
+TEST_F(RenderViewTest, ATurnThatNobodyWaitsForAnyMoreLeavesItsChunksToTheNext) {
+  MakeScene(96, 1);
+  ASSERT_GT(scene_->State()->plan->chunk_count(), 2 * 256u) << "encoded in several batches";
+  const auto client = Watch();
+  const auto view = *scene_->AcquireView(options_.view.key);
+  for (const Step step : {Step::kEvaluate, Step::kEncode}) {
+    const uint64_t revision = scene_->State()->revision;
+    script().DuringNext(step, [&] { client->watcher().SetPaused(true); });
+    Move(kCorner, {step == Step::kEvaluate ? 40.0 : -40.0, 0, 0});  // another box: all chunks
+    EXPECT_TRUE(RunTurn());
+    EXPECT_EQ(view->newest()->revision, revision) << "stopped";
+
+    Move(kOtherCorner);
+    client->watcher().SetPaused(false);
+    ExpectRightAtHead(*client);
+  }
+}
+
+TEST_F(RenderViewTest, AFailureEndsTheWatchersAndANewOneIsANewTry) {
+  for (const Step step : {Step::kCreateView, Step::kEvaluate, Step::kEncode}) {
+    MakeScene(33 + static_cast<int>(step), 2);
+    script().FailNext(step, absl::InternalError("no such luck"));
+    const auto client = Connect();
+
+    RunToEnd(*client);
+
+    EXPECT_THAT(client->status(), StatusIs(absl::StatusCode::kInternal));
+    EXPECT_FALSE(RunTurn()) << "it is not tried again by itself";
+    const auto another = Watch();
+    Move(kCorner);
+    ExpectRightAtHead(*another);
+    ASSERT_OK(registry_.Delete(scene_->id()));
+    states_.clear();
+  }
+}
+
+TEST_F(RenderViewTest, WhatADeviceHasNoMemoryForIsTriedAgainOnceAnotherSceneWasEvicted) {
+  const auto idle = scene_;
+  Watch();
+  ASSERT_GT(idle->EvictableBytes(), 0u);
+  MakeScene(16, 4);
+  script().FailNext(Step::kEvaluate, error::OutOfMemory("the stage", 2, 1));
+
+  const auto client = Watch();
+
+  ExpectRightAtHead(*client);
+  EXPECT_EQ(idle->EvictableBytes(), 0u);
+  EXPECT_EQ(registry_.evictions(), 1u);
+}
+
+TEST_F(RenderViewTest, AViewReservesOnceForTheMostThatItCanTake) {
+  for (const Encoding encoding : {Encoding::kQuantised, Encoding::kDracoPoints}) {
+    options_.view.key.encoding = encoding;
+    const uint64_t before = budget_->used_bytes() - budget_->kept_bytes();
+    auto client = Watch();
+    const uint64_t reserved = budget_->used_bytes() - budget_->kept_bytes() - before;
+    EXPECT_GE(reserved, 2 * VertexBytes(*scene_->State()->plan, options_.view.key));
+
+    for (int edit = 0; edit < 4; ++edit) {
+      Move(edit % 2 == 0 ? kCorner : kOtherCorner);
+      client->RunToHead();
+      EXPECT_EQ(budget_->used_bytes() - budget_->kept_bytes(), before + reserved);
+      EXPECT_LE(HostBytes(scene_->memory()) - HostBytes(scene_->Head().target->memory()), reserved +
+                    scene_->memory().at("mesh") + scene_->memory().at("patch_tree") +
+                    scene_->memory().at("lattice") + scene_->memory().at("history"));
+    }
+    client = nullptr;
+    EXPECT_TRUE(scene_->Evict());
+    EXPECT_EQ(budget_->used_bytes() - budget_->kept_bytes(), before) << "and gives all of it back";
+  }
+}
+
+TEST_F(RenderViewTest, WithoutMemoryTheWatchersEndAndTheRefusalSaysWhatIsFree) {
+  const auto others =
+      budget_->Reserve("others", budget_->total_bytes() - budget_->used_bytes() - 1'000);
+  ASSERT_OK(others);
+  const auto client = Connect();
+
+  RunToEnd(*client);
+
+  EXPECT_THAT(client->status(), StatusIs(absl::StatusCode::kResourceExhausted));
+  const error::Details details = error::DetailsOf(client->status());
+  EXPECT_EQ(details.reason, "OUT_OF_MEMORY");
+  EXPECT_EQ(details.free_bytes, 1'000u);
+  EXPECT_GT(details.asked_bytes, VertexBytes(*scene_->State()->plan, options_.view.key));
+}
+
+TEST_F(RenderViewTest, SnapshotsAreRetiredWhereTheyWouldTakeMoreThanIsReserved) {
+  options_.view.key.encoding = Encoding::kDracoPoints;
+  script().UseRoomyBlocks();
+  const auto slow = Connect(), fast = Connect();
+  slow->RunIntoUpdate();
+  for (int edit = 0; edit < 6; ++edit) {
+    Move(kCorner, {edit % 2 == 0 ? 40.0 : -40.0, 0, 0});  // another box: all chunks
+    fast->RunToHead();
+    const auto view = *scene_->AcquireView(options_.view.key);
+    EXPECT_LE(view->held_bytes(), SnapshotBytes(*scene_->State()->plan, options_.view.key));
+  }
+
+  ExpectRightAtHead(*fast);
+  ExpectRightAtHead(*slow);
+}
+
+TEST_F(RenderViewTest, WhatRoundsToTheSameIntegersIsNotEncoded) {
+  const auto client = Watch();
+  const int all = static_cast<int>(scene_->State()->plan->chunk_count());
+  ASSERT_EQ(script().encoded_chunks(), all);
+  const double step = scene_->State()->box.step(options_.view.key.spec.position_bits);
+
+  Move(kCorner, {1e-12 * step, 0, 0});
+  ExpectRightAtHead(*client);
+
+  EXPECT_EQ(script().encoded_chunks(), all);
+  EXPECT_EQ(client->updates().back().begin.chunk_count, 0u);
+  EXPECT_EQ(client->updates().back().end.revision, 1u) << "which is covered all the same";
+}
+
+TEST_F(RenderViewTest, WhatAnotherWriterHasEncodedIsEncodedOnceMoreAndNotSent) {
+  const auto client = Watch();
+  const double step = scene_->State()->box.step(options_.view.key.spec.position_bits);
+  const int at_first = script().encoded_chunks();
+
+  script().ChangeDigests();
+  Move(kCorner, {1e-12 * step, 0, 0});
+  client->RunToHead();
+  const int once_more = script().encoded_chunks();
+  Move(kCorner, {1e-12 * step, 0, 0});
+  ExpectRightAtHead(*client);
+
+  EXPECT_GT(once_more, at_first);
+  EXPECT_EQ(script().encoded_chunks(), once_more);
+  EXPECT_EQ(client->updates()[1].begin.chunk_count, 0u);
+  EXPECT_EQ(client->updates()[2].begin.chunk_count, 0u);
+}
+
+TEST_F(RenderViewTest, AnotherStructureNeedsNoMemoryForBoth) {
+  const auto client = Watch();
+  const uint64_t before = budget_->used_bytes();
+  const auto others =
+      budget_->Reserve("others", budget_->total_bytes() - before - (uint64_t{6} << 20));
+  ASSERT_OK(others);
+
+  ASSERT_OK(scene_->ApplyEdits(KnotBatch(*scene_, "alice", ++sequence_, 0, 0.37)));
+  states_[scene_->State()->revision] = scene_->State();
+
+  ExpectRightAtHead(*client);
+  EXPECT_EQ(client->topologies(), 2u);
+}
+
+class DeviceViewTest : public RenderViewTest {
+ protected:
+  DeviceViewTest() : RenderViewTest(/*on_device=*/true) {}
+};
+
+TEST_F(DeviceViewTest, AnEvictedSceneHasNoTargetAndGetsOneWhenItIsEvaluatedNext) {
+  Watch();
+  const int prepared = script().calls(Step::kPrepare);
+  EXPECT_TRUE(scene_->Evict());
+  EXPECT_FALSE(scene_->Evict()) << "there is nothing left";
+  Move(kCorner);
+  EXPECT_EQ(script().calls(Step::kPrepare), prepared) << "an edit that nobody watches needs no device";
+
+  const auto client = Watch();
+
+  EXPECT_EQ(script().calls(Step::kPrepare), prepared + 1);
+  EXPECT_FALSE(scene_->Evict()) << "it is watched";
+  ExpectRightAtHead(*client);
+}
+
+TEST_F(DeviceViewTest, ATargetStaysWhileAViewOfItLives) {
+  const RenderInput head = scene_->Head();
+  {
+    const auto target = head.target->Get();
+    ASSERT_OK(target);
+    EXPECT_FALSE(head.target->Evict());
+  }
+  EXPECT_TRUE(head.target->Evict());
+}
+
+TEST_F(DeviceViewTest, ALostDeviceIsAskedNothingAnyMore) {
+  const auto client = Watch();
+  script().FailNext(Step::kEncode, absl::UnavailableError("the device fell off the bus"));
+  Move(kCorner);
+  RunToEnd(*client);
+  const int calls = script().calls(Step::kCreateView);
+
+  const auto another = Connect();
+  RunToEnd(*another);
+
+  for (const absl::Status& status : {client->status(), another->status()}) {
+    EXPECT_THAT(status, StatusIs(absl::StatusCode::kUnavailable));
+    EXPECT_EQ(error::DetailsOf(status).reason, "DEVICE_LOST");
+  }
+  EXPECT_EQ(script().calls(Step::kCreateView), calls);
+}
+
+}  // namespace
+}  // namespace latticed::testing
