@@ -11,7 +11,7 @@
 
 #include "core/backend.h"
 #include "core/cpu/cpu_context.h"
-#include "core/cpu/cpu_fused.h"
+#include "core/cpu/fused/cpu_fused.h"
 #include "core/ffd/shared_points.h"
 
 namespace latticed {

@@ -11,7 +11,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
-#include "core/view/rising.h"
+#include "core/view/sorted_numbers.h"
 
 namespace latticed {
 

@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
-#include "core/view/rising.h"
+#include "core/view/sorted_numbers.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -28,7 +28,7 @@ absl::Status ViewContract::CheckEvaluate(std::span<const Vec3d> control_points,
   if (!chunks.empty()) {
     LATTICED_RETURN_IF_ERROR(CheckChunk(chunks.back()));
   }
-  if (!Rise(chunks)) {
+  if (!IsStrictlySorted(chunks)) {
     return error::InvalidField("chunks", "must rise, each chunk once");
   }
   const bool same_box = box_ && box_->origin == box.origin && box_->range == box.range;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The matrix product on one stream: the only place that calls cuBLAS. Twin of core/cpu/cpu_gemm.h.
+// The matrix product on one stream: the only place that calls cuBLAS. Twin of core/cpu/gemm/cpu_gemm.h.
 //
 //   c = a * b      a: c.rows x k    b: k x c.columns    column-major
 //

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The polynomial of each knot box from its control points, one warp a box, a lane a coefficient; in
-// double, rounded once. Twin of core/cpu/box_polynomials.h.
+// double, rounded once. Twin of core/cpu/fused/box_polynomials.h.
 //
 // All that a box needs is loaded at once, then contracted axis by axis through shared memory: the
 // kernel is over when two loads in a row are, and it stands before every evaluation. By a dependent

@@ -3,7 +3,7 @@
 //
 // Pipeline kFused on the device: box polynomials, of all boxes or those that the frame names, then
 // vertices of the chunks asked, in the lane order of fused_kernels.h. Twin of
-// core/cpu/fused_view_kernel.h.
+// core/cpu/fused/fused_view_kernel.h.
 //
 // Errors   those of device_buffer.h and staged_upload.h
 // Threads  one at a time; enqueues on the lane, and waits only where ToWireOrder's list is still on

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The fused pipeline where points are few: R and its Jacobian at each point, from the polynomial of the
-// patch's box as it is, nothing composed and nothing shared.        Twin of core/cpu/fused_direct-inl.h
+// patch's box as it is, nothing composed and nothing shared.        Twin of core/cpu/fused/fused_direct-inl.h
 //
 //   position   R of the box that owns the point, at a place whose bits are the same from both sides
 //   normal     cof(J) N = n0 J1 x J2 + n1 J2 x J0 + n2 J0 x J1, J the Jacobian of R of the patch's own

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // One component of a box's polynomial R at one point, and of its Jacobian, by Horner's rule. Twin of
-// core/cpu/fused_point-inl.h.
+// core/cpu/fused/fused_point-inl.h.
 #ifndef LATTICED_CUDA_FUSED_FUSED_POINT_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_POINT_CUH_
 

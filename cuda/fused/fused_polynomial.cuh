@@ -6,7 +6,7 @@
 //
 // A bivariate polynomial of degree n is an array of (n+1)(n+2)/2 numbers, x^i t^j at At(i, j):
 // graded, so a polynomial of lower degree is a prefix. All loops have constant bounds and unroll.
-// Twin of core/cpu/fused_polynomial-inl.h.
+// Twin of core/cpu/fused/fused_polynomial-inl.h.
 #ifndef LATTICED_CUDA_FUSED_FUSED_POLYNOMIAL_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_POLYNOMIAL_CUH_
 

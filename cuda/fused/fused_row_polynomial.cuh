@@ -18,7 +18,7 @@ namespace latticed::kernels {
 // t^j / j! for even j, t^(j - 1) / j! for odd.
 template <int N>
 struct RowPowers {
-  float t, of[N + 1];
+  float t, of[size_t{N} + 1];
 
   __device__ explicit RowPowers(float t) : t(t) {
     constexpr float kInverse[10] = {
@@ -59,7 +59,7 @@ __device__ __forceinline__ void CollapseRows(const float* p, const RowPowers<kMo
 // memory is what rows wait for.
 template <int N>
 struct RowStep {
-  float x, by[N];
+  float x, by[size_t{N}];
 
   __device__ __forceinline__ explicit RowStep(float x) : x(x) {
 #pragma unroll

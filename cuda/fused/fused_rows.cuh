@@ -29,9 +29,9 @@ __device__ __forceinline__ float MinOrNan(float a, float b) {
 // One row of a patch: polynomials in x of all components.
 template <int N, bool kSmooth>
 struct FusedRow {
-  float position[3][N + 1];
-  float across[3][N];
-  float facet[3][kSmooth ? N : 1];
+  float position[3][size_t{N} + 1];
+  float across[3][size_t{N}];
+  float facet[3][kSmooth ? size_t{N} : 1];
 };
 
 // What a point's normal is made of.

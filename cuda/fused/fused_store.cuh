@@ -99,14 +99,14 @@ class VertexSink {
 
   // One decision for all of them, so that the work on one fills the waits of the other. Views without
   // normals do without: s and t of their quantised words mean nothing.
-  template <int kCount>
+  template <unsigned kCount>
   __device__ __forceinline__ void Store(const unsigned (&places)[kCount],
                                         const Vertex (&vertices)[kCount]) const {
 #pragma unroll
-    for (int i = 0; i < kCount; ++i) StorePosition(places[i], vertices[i]);
+    for (unsigned i = 0; i < kCount; ++i) StorePosition(places[i], vertices[i]);
     if (kFloat ? !normals_ : !wide_) return;
 #pragma unroll
-    for (int i = 0; i < kCount; ++i) StoreRest(places[i], vertices[i].normal);
+    for (unsigned i = 0; i < kCount; ++i) StoreRest(places[i], vertices[i].normal);
   }
 
   // Replaces the normal of a stored vertex.

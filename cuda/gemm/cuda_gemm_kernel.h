@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Pipelines kGemm, kGemm12 and kControlNet on the device: samples, products, normals, shared
-// points. Twin of core/cpu/gemm_kernel.h.
+// points. Twin of core/cpu/gemm/gemm_kernel.h.
 //
 // Patches go through in tiles of one size, whatever is asked: cuBLAS may round differently for
 // another shape, and the same control points must give the same bits. A tile's buffers are asked

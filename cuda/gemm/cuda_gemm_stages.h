@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The products of the three GEMM pipelines, for a tile of patches: twin of
-// core/cpu/gemm_stages.h, which has the formulas. (18) and (6) run in double there and here.
+// core/cpu/gemm/gemm_stages.h, which has the formulas. (18) and (6) run in double there and here.
 //
 // Errors   those of cuda_gemm.h and device_buffer.h
 // Threads  one at a time; everything is enqueued on the lane, nothing waits

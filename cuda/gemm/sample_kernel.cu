@@ -6,7 +6,7 @@
 //   u_i = sum_c (t_ic / n) u_c,   t_i the index triples of bernstein.h, u_c the patch's corners
 //
 // In double, relative to the patch's centre before rounding: float32 carries the shape of a patch
-// and not its place, as in core/cpu/patch_sampler.h.
+// and not its place, as in core/cpu/gemm/patch_sampler.h.
 #include "cuda/device/launch.cuh"
 #include "cuda/gemm/gemm_kernels.h"
 #include "cuda/plan/volume.cuh"

@@ -7,7 +7,7 @@
 //   smooth  with N the interpolated vertex normal, e1, e2 the rest edges and f the facet normal,
 //           cof(J) N ~ (N.f) Pu x Pv + (N.e1) Pv x Pf + (N.e2) Pf x Pu
 //   Where the float products cancel beyond kMostCondition, the definition in double answers: folds,
-//   collapsed lattices and extreme slivers. As in core/cpu/gemm_kernel.h. One kernel marks those
+//   collapsed lattices and extreme slivers. As in core/cpu/gemm/gemm_kernel.h. One kernel marks those
 //   points, a bit each, and a second one answers them: together, every point would pay the
 //   definition's registers.
 #include "cuda/device/launch.cuh"

@@ -14,7 +14,7 @@
 #include <benchmark/benchmark.h>
 
 #include "absl/status/status.h"
-#include "tests/bench/gpu.h"
+#include "tests/bench/gpu/gpu.h"
 
 namespace latticed::bench {
 
@@ -27,8 +27,6 @@ void RegisterCpuEncodeBenches();   // edits to Draco bytes
 void RegisterDeliveryBenches();    // chunks to a client's memory, through gRPC
 void RegisterEngineBenches();      // edits to whole updates, stages in turn and overlapped
 void RegisterFairnessBenches();    // a small scene's updates beside a huge one's
-void RegisterWatchersBenches();    // updates to 160 watchers beside 20 stalled and 20 slow ones
-void RegisterPrecisionBenches();   // errors against the definition, as counters
 
 // Control points to vertices on the GPU; one line on stderr where there is none. `large`: 10^7
 // patches too, half a minute and 20 GB.

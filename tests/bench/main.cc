@@ -16,9 +16,9 @@
 
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
-#include "tests/bench/paper.h"
+#include "tests/bench/paper/paper.h"
+#include "tests/bench/report/summary.h"
 #include "tests/bench/scenario.h"
-#include "tests/bench/summary.h"
 
 namespace latticed::bench {
 namespace {
@@ -67,8 +67,6 @@ int Benchmarks(const Options& options) {
   RegisterDeliveryBenches();
   RegisterEngineBenches();
   RegisterFairnessBenches();
-  RegisterWatchersBenches();
-  RegisterPrecisionBenches();
   RegisterGpuBenches(options.large);
   SummaryReporter reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);

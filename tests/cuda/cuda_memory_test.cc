@@ -131,35 +131,6 @@ class CudaMemory : public CudaTest {
   }
 };
 
-TEST_F(CudaMemory, BuffersAreCountedByPurposeAndGivenBack) {
-  const auto memory = DeviceMemory::Create(0, 8 * kMiB, nullptr);
-  ASSERT_OK(memory);
-  const auto stream = CudaStream::Create();
-  ASSERT_OK(stream);
-  {
-    const auto buffer = DeviceBuffer<float>::Create(*memory, "vertices", kMiB, stream->get());
-
-    ASSERT_OK(buffer);
-    EXPECT_EQ((*memory)->free_bytes(), 4 * kMiB);
-    EXPECT_EQ((*memory)->use().at("vertices"), 4 * kMiB);
-  }
-  EXPECT_EQ((*memory)->free_bytes(), 8 * kMiB);
-  EXPECT_EQ((*memory)->use().at("vertices"), 0u);
-}
-
-TEST_F(CudaMemory, BudgetIsKeptAndSaysWhatIsFree) {
-  const auto memory = DeviceMemory::Create(0, kMiB, nullptr);
-  ASSERT_OK(memory);
-  const auto stream = CudaStream::Create();
-  ASSERT_OK(stream);
-
-  const auto buffer = DeviceBuffer<uint8_t>::Create(*memory, "plan", 2 * kMiB, stream->get());
-
-  ASSERT_THAT(buffer, StatusIs(absl::StatusCode::kResourceExhausted));
-  EXPECT_EQ(error::DetailsOf(buffer.status()).asked_bytes, 2 * kMiB);
-  EXPECT_EQ(error::DetailsOf(buffer.status()).free_bytes, kMiB);
-}
-
 TEST_F(CudaMemory, MoreThanTheDeviceHasLeavesItUsable) {
   const auto memory = DeviceMemory::Create(0, uint64_t{1} << 50, nullptr);
   ASSERT_OK(memory);
@@ -232,23 +203,6 @@ TEST_F(CudaMemory, RefusalsLeaveALivingSceneAsItWas) {
   }
 }
 
-TEST_F(CudaMemory, WhatIsOfNoSceneIsCountedByItself) {
-  const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB, .threads = 1});
-  ASSERT_OK(backend);
-  const std::vector<uint32_t> chunks = AllChunks(*plan_);
-  ASSERT_GT(chunks.size(), 3u) << "three are encoded on the host";
-  {
-    const auto scene = Make(**backend, Pipeline::kGemm);
-    ASSERT_OK(scene);
-    ASSERT_OK(scene->view->Evaluate(points_, BoxFor(*plan_, points_), chunks));
-    ASSERT_OK(scene->view->Encode(chunks, Encoding::kDracoPoints));
-    EXPECT_GT((*backend)->devices().front().use.at("draco"), 0u);
-  }
-  for (const auto& [purpose, bytes] : (*backend)->devices().front().use) {
-    EXPECT_EQ(bytes > 0, purpose == "gemm_workspace") << purpose;
-  }
-}
-
 // Each has a workspace of 4 MiB; which pipeline a scene has is the client's choice.
 TEST_F(CudaMemory, ManyScenesOfMatrixProductsLeaveFewWorkspaces) {
   const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
@@ -266,40 +220,6 @@ TEST_F(CudaMemory, ManyScenesOfMatrixProductsLeaveFewWorkspaces) {
     scenes.clear();
     EXPECT_LE(workspaces(), 4 * 4 * kMiB);
     EXPECT_GT(workspaces(), 0u) << "the next scene finds one";
-  }
-}
-
-TEST_F(CudaMemory, CyclesOfUseLeaveNothingBehind) {
-  const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
-  ASSERT_OK(backend);
-  ASSERT_OK(Use(**backend, Pipeline::kGemm));
-  size_t before = 0, after = 0, total = 0;
-  ASSERT_EQ(cudaMemGetInfo(&before, &total), cudaSuccess);
-
-  for (size_t cycle = 0; cycle < 200; ++cycle)
-    ASSERT_OK(Use(**backend, kPipelines[cycle % kPipelines.size()]));
-
-  ASSERT_EQ(cudaMemGetInfo(&after, &total), cudaSuccess);
-  // The pool grows in steps of 32 MiB; two are for the other pipelines' larger buffers.
-  EXPECT_LE(before, after + 64 * kMiB);
-}
-
-// 64 bytes a patch, 96 where a view asked for smooth normals.
-TEST_F(CudaMemory, PlansTakeFewBytesAPatch) {
-  const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
-  ASSERT_OK(backend);
-  const PolygonMesh mesh = TorusMesh(200, 100);
-  const Plan plan = MakeTestPlan(mesh, MakeStructure(mesh.ComputeBounds(), {.extra = {3, 3, 3}}));
-  ASSERT_NE(plan, nullptr);
-  ASSERT_GT(plan->patches.size(), 40'000u);
-  const auto patches = static_cast<double>(plan->patches.size());
-  for (const Pipeline pipeline : kPipelines) {
-    SCOPED_TRACE(PipelineName(pipeline));
-    const auto target = (*backend)->Prepare(plan, pipeline);
-    ASSERT_OK(target);
-    EXPECT_LE(static_cast<double>((*target)->memory().at("device_plan")), 64 * patches);
-    ASSERT_OK((*target)->CreateView({.segments = 1, .normals = NormalMode::kSmooth}));
-    EXPECT_LE(static_cast<double>((*target)->memory().at("device_plan")), 96 * patches);
   }
 }
 

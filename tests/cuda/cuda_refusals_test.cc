@@ -6,9 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <functional>
-#include <set>
-#include <string>
 
 #include "core/base/error.h"
 #include "cuda/cuda_backend.h"
@@ -124,115 +121,6 @@ TEST_F(CudaRefusals, ControlNetsThatDoNotFitAreRefusedBeforeAnythingIsAllocated)
     const auto target_of_enough = (*enough)->Prepare(plan_, pipeline);
     ASSERT_OK(target_of_enough);
     EXPECT_OK((*target_of_enough)->ControlNets(points_, 0, 2));
-  }
-}
-
-// Also where the budget has room and the device has not, which any of the blocks may find out.
-TEST_F(CudaRefusals, ARefusalNamesAllThatIsNeededTogether) {
-  std::string refused_purpose;
-  std::set<std::string, std::less<>> purposes;  // asked for since they were cleared
-  const auto backend = MakeCudaBackend(
-      {.memory_bytes = 256 * kMiB, .refuse_allocation = [&](std::string_view purpose, uint64_t) {
-         purposes.emplace(purpose);
-         return purpose == refused_purpose;
-       }});
-  ASSERT_OK(backend);
-  const auto state = [&] { return (*backend)->devices().front(); };
-  for (const Pipeline pipeline : kPipelines) {
-    SCOPED_TRACE(PipelineName(pipeline));
-    const auto target = (*backend)->Prepare(plan_, pipeline);
-    ASSERT_OK(target);
-    const auto living = (*target)->CreateView(kSpecs.front());
-    ASSERT_OK(living);  // keeps what is of no view
-    const auto evaluate = [&](DeformView& view) {
-      return view.Evaluate(points_, BoxFor(*plan_, points_), AllChunks(*plan_));
-    };
-    {
-      const auto view = (*target)->CreateView(kSpecs.front());
-      ASSERT_OK(view);
-      ASSERT_OK(evaluate(**view));  // its lane stays
-    }
-    const DeviceState before = state();
-    uint64_t view_bytes = 0;
-    std::set<std::string, std::less<>> purposes_of_view;
-    {
-      purposes.clear();
-      const auto view = (*target)->CreateView(kSpecs.front());
-      ASSERT_OK(view);
-      purposes_of_view = purposes;
-      view_bytes = before.free_bytes - state().free_bytes;
-      if (pipeline != Pipeline::kFused) {
-        refused_purpose = "samples";
-        const absl::Status no_samples = evaluate(**view);
-        refused_purpose.clear();
-
-        ASSERT_THAT(no_samples, StatusIs(absl::StatusCode::kResourceExhausted));
-        ASSERT_OK(evaluate(**view));
-        EXPECT_EQ(error::DetailsOf(no_samples).asked_bytes, state().use.at("samples"));
-      }
-    }
-    ExpectSameUse(**backend, before);
-
-    // "staging" is the host's too, which is asked for after the device's.
-    EXPECT_THAT(purposes_of_view, ::testing::IsSupersetOf({"staging", "vertices"}));
-    EXPECT_GE(purposes_of_view.size(), pipeline == Pipeline::kFused ? 3u : 2u);
-    for (const std::string& purpose : purposes_of_view) {
-      SCOPED_TRACE(purpose);
-      refused_purpose = purpose;
-      const auto no_view = (*target)->CreateView(kSpecs.front());
-      refused_purpose.clear();
-
-      ASSERT_THAT(no_view, StatusIs(absl::StatusCode::kResourceExhausted));
-      EXPECT_EQ(error::DetailsOf(no_view.status()).asked_bytes, view_bytes);
-      EXPECT_EQ(error::DetailsOf(no_view.status()).free_bytes, before.free_bytes);
-      ExpectSameUse(**backend, before);
-    }
-  }
-}
-
-// A lane keeps its workspace of cuBLAS, 4 MiB, and a plan its normals, 36 bytes a patch: the next
-// view finds them.
-TEST_F(CudaRefusals, WhatARefusedViewLeavesBehindIsToldNeitherAsAskedNorAsFree) {
-  ASSERT_EQ(plan_->patches.size(), 602u);
-  constexpr uint64_t kWorkspace = 4'194'304, kNormals = 21'672;
-  // Stage matrices, the edit's copy and the vertices.
-  constexpr uint64_t kOfProducts = 27'264 + 2'496 + 72'240;
-  // The list of chunks, box polynomials, the edit's copy and the vertices of 19 whole chunks.
-  constexpr uint64_t kOfFused = 304 + 6'460 + 2'496 + 72'960;
-  struct Refused {
-    Pipeline pipeline;
-    NormalMode normals;
-    uint64_t left_behind, asked;
-  };
-  for (const Refused& expected :
-       {Refused{Pipeline::kGemm, NormalMode::kFacet, kWorkspace, kOfProducts},
-        Refused{Pipeline::kFused, NormalMode::kSmooth, kNormals, kOfFused},
-        Refused{Pipeline::kGemm, NormalMode::kSmooth, kWorkspace + kNormals, kOfProducts}}) {
-    SCOPED_TRACE(
-        fmt::format("{}, {} bytes", PipelineName(expected.pipeline), expected.left_behind));
-    const ViewSpec spec{.segments = 4, .normals = expected.normals};
-    bool refuse = true;
-    const auto backend = MakeCudaBackend(
-        {.memory_bytes = 256 * kMiB, .refuse_allocation = [&](std::string_view purpose, uint64_t) {
-           return purpose == "vertices" && refuse;  // the last block
-         }});
-    ASSERT_OK(backend);
-    const auto free_bytes = [&] { return (*backend)->devices().front().free_bytes; };
-    const auto target = (*backend)->Prepare(plan_, expected.pipeline);
-    ASSERT_OK(target);
-    const uint64_t free_before = free_bytes();
-
-    const auto refused = (*target)->CreateView(spec);
-
-    ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
-    const uint64_t free_after = free_before - expected.left_behind;
-    EXPECT_EQ(free_bytes(), free_after);
-    EXPECT_EQ(error::DetailsOf(refused.status()).asked_bytes, expected.asked);
-    EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, free_after);
-    refuse = false;
-    const auto view = (*target)->CreateView(spec);
-    ASSERT_OK(view);
-    EXPECT_EQ(free_after - free_bytes(), expected.asked);
   }
 }
 

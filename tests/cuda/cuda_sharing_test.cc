@@ -176,26 +176,5 @@ TEST_F(CudaSharing, ViewsMadeAtOnceTakeOneCopyOfWhatTheyShare) {
   }
 }
 
-TEST_F(CudaSharing, LanesAreLentAgainForTheirPriority) {
-  const auto context = CudaContext::Create(0, {.memory_bytes = 256 * kMiB});
-  ASSERT_OK(context);
-  const auto lent = [&](StreamPriority priority) {
-    const auto lane = (*context)->lanes().Borrow(priority);
-    EXPECT_OK(lane);
-    return lane.ok() ? (*lane)->stream().get() : nullptr;
-  };
-
-  const cudaStream_t least = lent(StreamPriority::kLeast);
-  const cudaStream_t greatest = lent(StreamPriority::kGreatest);
-
-  EXPECT_NE(greatest, least);
-  EXPECT_EQ(lent(StreamPriority::kLeast), least);
-  EXPECT_EQ(lent(StreamPriority::kGreatest), greatest);
-  int of_least = 0, of_greatest = 0;
-  ASSERT_EQ(cudaStreamGetPriority(least, &of_least), cudaSuccess);
-  ASSERT_EQ(cudaStreamGetPriority(greatest, &of_greatest), cudaSuccess);
-  EXPECT_LT(of_greatest, of_least) << "a lower number goes first";
-}
-
 }  // namespace
 }  // namespace latticed::testing

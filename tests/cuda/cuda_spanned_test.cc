@@ -131,21 +131,6 @@ TEST_F(CudaSpanned, ABudgetThatIsTooSmallNamesItsDevice) {
   EXPECT_OK((*target)->CreateView({.segments = 2}));
 }
 
-TEST_F(CudaSpanned, PoisonedMemoryIsFullyOverwritten) {
-  CudaOptions poisoned = OnTwo();
-  poisoned.poison_memory = true;
-  const auto plain = MakeCudaBackend(OnTwo()), dirty = MakeCudaBackend(poisoned);
-  ASSERT_OK(plain);
-  ASSERT_OK(dirty);
-  for (const NormalMode normals : {NormalMode::kNone, NormalMode::kFacet, NormalMode::kSmooth}) {
-    const ViewSpec spec{.segments = 6, .normals = normals};
-    const auto expected = Use(**plain, spec), got = Use(**dirty, spec);
-    ASSERT_OK(expected);
-    ASSERT_OK(got);
-    EXPECT_TRUE(*got == *expected);
-  }
-}
-
 TEST_F(CudaSpanned, DevicesAreToldByNumber) {
   const CudaOptions options = OnTwo();
   const auto backend = MakeCudaBackend(options);

@@ -143,19 +143,6 @@ TEST_F(DeviceDracoWriterTest, TheLargestChunk) {
   ExpectTheHostsBytes(chunks, All(chunks), false);
 }
 
-TEST_F(DeviceDracoWriterTest, EveryNumberOfNormalBits) {
-  for (int normal_bits = 6; normal_bits <= 12; ++normal_bits) {
-    const auto chunks = AllKinds(2112, 12, normal_bits);
-    ExpectTheHostsBytes(chunks, All(chunks), false);
-    if (HasFatalFailure()) return;
-  }
-}
-
-TEST_F(DeviceDracoWriterTest, Meshes) {
-  const auto chunks = AllKinds(2112, 12, 8);
-  ExpectTheHostsBytes(chunks, All(chunks), true);
-}
-
 TEST_F(DeviceDracoWriterTest, SomeOfTheChunks) {
   const auto chunks = AllKinds(2112, 14, 10);
   ExpectTheHostsBytes(chunks, std::vector<uint32_t>{1, 4, 5, 14}, false);

@@ -55,7 +55,7 @@ for suite in Watertight Accuracy Agreement View WrittenChunks Spanned; do
   run "conformance, $suite" "$folder/backend_test" --gtest_filter="*/$suite.*cuda*:Backends.*"
 done
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
-  --gtest_filter="CudaMemory.*:CudaRefusals.*:CudaEdits.*:CudaPurposes.*-$looks_at_device"
+  --gtest_filter="CudaMemory.*:CudaRefusals.*:CudaPurposes.*-$looks_at_device"
 run "what views share, made at once" "$folder/cuda_backend_test" --gtest_filter='CudaSharing.*'
 run "one scene on several devices" "$folder/cuda_backend_test" --gtest_filter="CudaSpanned.*-$looks_at_device"
 run "Draco streams, byte for byte the host's" "$folder/cuda_backend_test" --gtest_filter='DeviceDracoWriterTest.*:RansEntry*'

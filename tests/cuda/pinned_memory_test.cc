@@ -39,17 +39,6 @@ TEST_F(PinnedMemoryTest, ABlockIsPinnedFromEndToEnd) {
   }
 }
 
-TEST_F(PinnedMemoryTest, ABlockServesTheNextOfAboutItsSize) {
-  const uint8_t* first = nullptr;
-  {
-    const PinnedBuffer buffer = Borrow(4'600'000);
-    first = buffer.data();
-  }
-  const PinnedBuffer smaller = Borrow(4'350'000);
-  EXPECT_EQ(smaller.data(), first);
-  EXPECT_NE(Borrow(4'350'000).data(), first) << "it is in use";
-}
-
 TEST_F(PinnedMemoryTest, WhatIsLentIsCountedUntilItIsBack) {
   EXPECT_EQ(memory_->lent_bytes(), 0u);
   {
@@ -60,12 +49,6 @@ TEST_F(PinnedMemoryTest, WhatIsLentIsCountedUntilItIsBack) {
     EXPECT_EQ(memory_->lent_bytes(), 4096u + 4096u);
   }
   EXPECT_EQ(memory_->lent_bytes(), 0u);
-}
-
-TEST_F(PinnedMemoryTest, ABlockIsKeptFromUsersOfMuchLess) {
-  const uint8_t* const large = Borrow(8 * kMiB).data();
-  EXPECT_NE(Borrow(3 * kMiB).data(), large);
-  EXPECT_EQ(Borrow(8 * kMiB).data(), large);
 }
 
 TEST_F(PinnedMemoryTest, WhatIsMoreThanTheHostHasIsRefusedAndLeavesTheDeviceUsable) {

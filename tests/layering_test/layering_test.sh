@@ -18,6 +18,8 @@ declare -A allowed=(
   [core/backend]="core/base/ core/mesh/ core/ffd/ core/backend.h"
   [core/codec]="core/base/ core/mesh/ core/ffd/ core/codec/"
   [core/view]="core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/"
+  [core/cpu/gemm]="$below_backends core/cpu/cpu_context.h core/cpu/vertex_kernel.h core/cpu/gemm/"
+  [core/cpu/fused]="$below_backends core/cpu/cpu_context.h core/cpu/flush_denormals.h core/cpu/vertex_kernel.h core/cpu/fused/"
   [core/cpu]="core/"
   [cuda/device]="$below_backends cuda/device/"
   [cuda/plan]="$below_backends cuda/device/ cuda/plan/"
@@ -54,16 +56,16 @@ readonly guarded=(
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
   '^hwy/' '^(core/(cpu|codec|view)|tests)/'
   '^prometheus/' '^server/edge/metric'
-  '^cblas' '^core/cpu/cpu_gemm'
+  '^cblas' '^core/cpu/gemm/cpu_gemm'
   '^cublas' '^cuda/device/cuda_(gemm|status)'
-  '^epoxy/' '^tests/bench/shaders/'
+  '^epoxy/' '^tests/bench/paper/shaders/'
   '^(cuda_runtime|cuda\.h|cuda_fp16)' '^(cuda|tests/(bench|cuda))/')
 
 # Sets $layer: $(…), a process for each of thousands of includes, would take most of the time.
 set_layer() {  # FILE
   case $1 in
     core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
-    core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
+    core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
     server/*/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
     client/cpp/library/* | client/cpp/latticectl/* | client/cpp/load/*) layer=${1#*/cpp/} layer=client/${layer%%/*} ;;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Watchers that do not read, or slowly, beside prompt ones: what they cost the server and the
-// others. How long it takes is measured by tests/bench/watchers_bench.cc.
+// others. How long it takes is measured by latticectl bench --stalled.
 #include <memory>
 #include <string>
 #include <vector>

@@ -62,25 +62,6 @@ TEST_P(ChunkEncoderTest, IntegersSurviveAtAllSizes) {
   }
 }
 
-// 4,096 patches at 1 segment to 32 at 32, and single ones.
-TEST_P(ChunkEncoderTest, IntegersSurviveAtAllSegments) {
-  for (int segments = 1; segments <= 32; ++segments) {
-    const auto patch = static_cast<size_t>(PointsPerPatch(segments));
-    ExpectIntegersSurvive(MakeChunk(patch, 12, 8, Data::kWalk, kSeed));
-    ExpectIntegersSurvive(MakeChunk(32 * patch, 12, 8, Data::kWalk, kSeed));
-    if (4096 * patch <= 65'535) {
-      ExpectIntegersSurvive(MakeChunk(4096 * patch, 14, 10, Data::kWalk, kSeed));
-    }
-  }
-}
-
-// 4,096 of one segment, 3 points each.
-TEST_P(ChunkEncoderTest, IntegersSurviveInTheMostPatchesAtTheMostBits) {
-  for (const Data data : kAllData) {
-    ExpectIntegersSurvive(MakeChunk(4096u * 3, 16, 12, data, kSeed));
-  }
-}
-
 // Every pair of bits with every kind of data, each in a chunk of another shape: at 1 to 32 segments,
 // of as many patches as have 12,288 points at most, which are 4,096 of one segment.
 TEST_P(ChunkEncoderTest, IntegersSurviveAtBitsAndShapesTogether) {
@@ -168,12 +149,6 @@ void ExpectMeshDecodes(const ChunkEncoder& encoder, const Chunk& chunk,
       ASSERT_EQ(mesh->corner_vertices[3 * f + c], triangles[f][c]);
     }
   }
-}
-
-TEST_P(ChunkEncoderTest, MeshStreamsKeepPointsAndTriangles) {
-  Triangles triangles;
-  for (uint32_t i = 0; i + 2 < 66; ++i) triangles.push_back({i + 2, i, i + 1});
-  ExpectMeshDecodes(*encoder_, MakeChunk(66, 12, 8, Data::kRandom, kSeed), triangles);
 }
 
 // The triangles of whole chunks at all segments; two of segments 32 fill 16-bit indices.

@@ -81,27 +81,6 @@ void ExpectGroupIsAsOneByOne(const Shape& shape, std::span<const Data> kinds, si
   ExpectGroupIsAsOneByOne(MakeChunks(shape, kinds, count));
 }
 
-TEST(DracoLanes, AreThereWhereAVectorHoldsEight) {
-  for (const int64_t target : Targets()) {
-    const ChosenTarget chosen(target);
-    if (target == HWY_STATIC_TARGET) continue;
-    EXPECT_TRUE(draco_kernel::HasLanes()) << draco_kernel::TargetName();
-  }
-}
-
-// Few enough points for the smallest tables, so that every pair of bits goes through the lanes
-// whatever the data; 17: a full group and a chunk that is left over.
-TEST(DracoLanes, IntegersSurviveAtAllBits) {
-  const auto points = static_cast<size_t>(PointsPerPatch(10));
-  for (int position_bits = 8; position_bits <= 16; ++position_bits) {
-    for (const int normal_bits : kAllNormalBits) {
-      const Shape shape{points, position_bits, normal_bits};
-      for (const Data& kind : kAllData) ExpectGroupIsAsOneByOne(shape, {&kind, 1}, kFull + 1);
-      ExpectGroupIsAsOneByOne(shape, kAllData, kFull);
-    }
-  }
-}
-
 // Every pair of bits with every kind of data, each at another shape: 1 to 32 segments, and as many
 // patches as have about 2,000 points at most. Tables of 12 and 13 bits, and larger ones, which are
 // not for the lanes.

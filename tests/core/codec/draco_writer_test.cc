@@ -1,16 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What our writer promises beyond chunk_encoder_test.cc: the same bytes from every instruction set,
-// and no more of them than libdraco.
+// What our writer promises beyond chunk_encoder_test.cc and draco_lanes_test.cc: it survives any values,
+// and takes no more bytes than libdraco.
 #include "core/codec/draco_writer.h"
 
 #include <cmath>
-#include <set>
 #include <string>
 
 #include "core/codec/draco_kernel.h"
-#include "core/codec/draco_symbols.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
 #include "tests/core/codec/chunk_fixtures.h"
@@ -28,61 +26,6 @@ std::vector<std::vector<uint8_t>> EncodeAll(std::span<const Chunk> chunks) {
   std::vector<std::vector<uint8_t>> streams(chunks.size());
   EXPECT_OK(DracoWriter().Encode(vertices, 8.0, nullptr, streams));
   return streams;
-}
-
-TEST(DracoWriter, EveryInstructionSetWritesTheSameBytes) {
-  std::vector<Chunk> chunks;  // 20 of each shape: a full group of lanes and one that is not
-  for (const size_t points : {1u, 2u, 66u, 467u, 2112u}) {
-    for (const auto& [position_bits, normal_bits] : {std::pair{12, 8}, {16, 12}, {8, 0}}) {
-      for (unsigned i = 0; i < 20; ++i) {
-        chunks.push_back(MakeChunk(points, position_bits, normal_bits,
-                                   kAllData[i % std::size(kAllData)], kSeed + i));
-      }
-    }
-  }
-  std::vector<std::vector<uint8_t>> expected;
-  std::set<std::string> names;
-  for (const int64_t target : Targets()) {
-    const ChosenTarget chosen(target);
-    names.insert(draco_kernel::TargetName());
-    const auto streams = EncodeAll(chunks);
-    if (expected.empty()) expected = streams;
-    for (size_t i = 0; i < chunks.size(); ++i) {
-      ASSERT_TRUE(streams[i] == expected[i])
-          << draco_kernel::TargetName() << ", chunk " << i << ", seed " << kSeed;
-      const auto decoded = DecodeDracoChunkIntegers(streams[i]);
-      ASSERT_OK(decoded);
-      ASSERT_TRUE(decoded->positions == chunks[i].integers.positions);
-      ASSERT_TRUE(decoded->normals == chunks[i].integers.normals);
-    }
-  }
-  EXPECT_EQ(names.size(), Targets().size()) << "each target must have been dispatched to";
-}
-
-// All pairs of values and predictions of 6 bits, canonical or not, and random ones of 12.
-TEST(DracoWriter, EveryInstructionSetFindsTheSameNormalSymbols) {
-  std::mt19937 random(kSeed);
-  const auto top6 = static_cast<uint32_t>(OctahedralMax(6));
-  std::vector<uint8_t> s, t;
-  for (uint32_t value = 0; value < (top6 + 1) * (top6 + 1); value += 7) {
-    for (uint32_t previous = 0; previous < (top6 + 1) * (top6 + 1); previous += 5) {
-      for (const uint32_t n : {previous, value}) {
-        s.push_back(static_cast<uint8_t>(n % (top6 + 1)));
-        t.push_back(static_cast<uint8_t>(n / (top6 + 1)));
-      }
-    }
-  }
-  std::vector<uint16_t> s_symbols(s.size()), t_symbols(s.size());
-  for (const int64_t target : Targets()) {
-    const ChosenTarget chosen(target);
-    draco_kernel::NormalSymbols(s.data(), t.data(), s.size(), 6, s_symbols.data(),
-                                t_symbols.data());
-    for (size_t i = 1; i < s.size(); ++i) {
-      const OctahedralNormal expected = NormalSymbols({s[i], t[i]}, {s[i - 1], t[i - 1]}, 6);
-      ASSERT_EQ((OctahedralNormal{s_symbols[i], t_symbols[i]}), expected)
-          << draco_kernel::TargetName() << " at " << i;
-    }
-  }
 }
 
 // Values that no view has cannot lead the writer astray.

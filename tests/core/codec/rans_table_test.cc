@@ -11,7 +11,6 @@
 
 #include "core/codec/draco_kernel.h"
 #include "core/codec/rans_encoder.h"
-#include "core/codec/rans_model.h"
 
 namespace latticed {
 namespace {
@@ -41,18 +40,6 @@ void ExpectLegal(const std::vector<uint32_t>& counts) {
   });
   EXPECT_EQ(next, counts.size());
   EXPECT_EQ(sum, 1u << table.precision());
-}
-
-TEST(RansModel, TwelveBitsUpTo2048SymbolsThenTheLeastThatIsLegal) {
-  const struct {
-    uint32_t distinct;
-    int precision;
-  } cases[] = {{1, 12},      {2048, 12},   {2049, 13},   {4096, 13},    {4097, 15},   {16'384, 15},
-               {16'385, 16}, {32'768, 16}, {32'769, 18}, {131'073, 19}, {524'288, 20}};
-  for (const auto& c : cases) {
-    EXPECT_EQ(RansPrecision(RansBitLength(c.distinct)), c.precision) << c.distinct;
-  }
-  EXPECT_EQ(RansBitLength(524'289), 0);
 }
 
 TEST(RansTable, ProbabilitiesSumUp) {
@@ -90,36 +77,6 @@ TEST(RansTable, ProbabilitiesOfExtremeCountsSumUp) {
       }
     }
   }
-}
-
-std::vector<uint32_t> ProbabilitiesOf(const std::vector<uint32_t>& counts) {
-  std::vector<uint32_t> probabilities;
-  TableOf(counts).ForEach(
-      [&](uint32_t, uint32_t probability, uint32_t) { probabilities.push_back(probability); });
-  return probabilities;
-}
-
-// By hand, of 4,096.
-TEST(RansTable, SharesByCounts) {
-  using Probabilities = std::vector<uint32_t>;
-  EXPECT_EQ(ProbabilitiesOf({300, 0, 100}), (Probabilities{3072, 1024}));
-  // Two have 1 whatever the scale, and the third the rest.
-  EXPECT_EQ(ProbabilitiesOf({1, 40'000, 1}), (Probabilities{1, 4094, 1}));
-  // 1,365 and a third each: at the next scale all have one more, which suffices for the first.
-  EXPECT_EQ(ProbabilitiesOf({1, 1, 1}), (Probabilities{1366, 1365, 1365}));
-  // 60 each from the least symbol on, 59.4 on the average.
-  Probabilities expected(69, 59);
-  std::fill_n(expected.begin(), 4096 - 69 * 59, 60);
-  EXPECT_EQ(ProbabilitiesOf(Probabilities(69, 92)), expected);
-  // 64 would suffice for all, but takes a byte more each, worth more than what 63 costs: the first
-  // has what that saves.
-  expected.assign(64, 63);
-  expected[0] += 64;
-  EXPECT_EQ(ProbabilitiesOf(Probabilities(64, 99)), expected);
-  // Up to 701 each all have 63, at a scale 5/4 of what would be a seventh of M each they have 731,
-  // which suffices for five; the most frequent, the first of all, has the rest.
-  EXPECT_EQ(ProbabilitiesOf({1, 1, 1, 1, 1, 1, 1}),
-            (Probabilities{731 + 315, 731, 731, 731, 731, 63, 63}));
 }
 
 // What a symbol takes in the table and in the stream.

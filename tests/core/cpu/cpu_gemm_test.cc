@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cpu/cpu_gemm.h"
+#include "core/cpu/gemm/cpu_gemm.h"
 
 #include <gtest/gtest.h>
 

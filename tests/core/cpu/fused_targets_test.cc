@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "core/cpu/cpu_backend.h"
-#include "core/cpu/cpu_fused.h"
+#include "core/cpu/fused/cpu_fused.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"

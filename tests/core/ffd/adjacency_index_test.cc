@@ -10,14 +10,6 @@
 namespace latticed {
 namespace {
 
-TEST(AdjacencyIndex, KeepsTheFirstNumber) {
-  AdjacencyIndex index;
-  EXPECT_EQ(index.TryEmplace(3, 7, 10), std::pair(10u, true));
-  EXPECT_EQ(index.TryEmplace(3, 7, 11), std::pair(10u, false));
-  EXPECT_EQ(index.TryEmplace(7, 3, 11), std::pair(11u, true)) << "another vertex";
-  EXPECT_EQ(index.TryEmplace(3, uint64_t{7} << 32, 12), std::pair(12u, true)) << "another key";
-}
-
 // Vertex 0 has far more keys than a list holds.
 TEST(AdjacencyIndex, AnswersAsAMapDoes) {
   constexpr uint32_t kSeed = 5;

@@ -11,10 +11,8 @@
 #include <cmath>
 #include <map>
 #include <random>
-#include <set>
 
 #include "core/ffd/bspline_basis.h"
-#include "core/ffd/dirty_set.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
@@ -204,40 +202,6 @@ TEST(DeformPlan, RefusesAMeshWithoutArea) {
   mesh->face_offsets = {0, 3};
   EXPECT_THAT(MakePlan(mesh, Cube({2, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1})),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("three corners")));
-}
-
-TEST(DirtySet, MarksTheBoxesOfAControlPointAndTheirBorrowers) {
-  const auto plan = MakePlan(Grid(40, 0.05), Cube({8, 8, 3}, {2, 2, 2}, {0, 0, -1}, {1, 1, 1}));
-  ASSERT_OK(plan);
-  DirtySet dirty(*plan);
-  EXPECT_TRUE(dirty.empty());
-
-  const auto index = static_cast<uint32_t>((*plan)->structure.Index(3, 3, 1));
-  dirty.MarkControlPoints(std::array{index});
-
-  EXPECT_EQ(dirty.boxes(), 9u);  // 3 spans in u, 3 in v, the only one in w
-  EXPECT_LT(dirty.Chunks().size(), (*plan)->chunk_count());
-  const std::vector<uint32_t> chunks = dirty.Chunks();
-  const std::set<uint32_t> in(chunks.begin(), chunks.end());
-  std::set<uint32_t> dirty_patches;
-  for (uint32_t p = 0; p < (*plan)->patches.size(); ++p) {
-    const auto& span = (*plan)->boxes[(*plan)->patches[p].box].span;
-    const bool touched = span[0] >= 3 && span[0] <= 5 && span[1] >= 3 && span[1] <= 5;
-    if (touched) {
-      EXPECT_TRUE(in.contains(p / 32)) << p;
-      dirty_patches.insert(p);
-      const auto& borrowers = (*plan)->box_borrowers[(*plan)->patches[p].box];
-      dirty_patches.insert(borrowers.begin(), borrowers.end());
-    }
-  }
-  EXPECT_EQ(dirty.patches(), dirty_patches.size()) << "each once";
-  dirty.MarkControlPoints(std::array{index});
-  EXPECT_EQ(dirty.patches(), dirty_patches.size()) << "again";
-  dirty.MarkAll();
-  EXPECT_EQ(dirty.patches(), (*plan)->patches.size());
-  EXPECT_EQ(dirty.Chunks().size(), (*plan)->chunk_count());
-  dirty.Clear();
-  EXPECT_TRUE(dirty.empty());
 }
 
 TEST(DeformPlan, StopsWhereverItIsToldTo) {

@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A slice says of each of its patches what the plan says, and holds nothing that none of them needs.
+// A slice says of each of its patches what the plan says.
 #include "core/ffd/plan_slice.h"
 
 #include <gtest/gtest.h>
 
-#include <set>
 #include <utility>
 
 #include "core/ffd/direct_ffd.h"
@@ -73,27 +72,6 @@ TEST(PlanSlice, PatchesAreThoseOfThePlan) {
     }
     ASSERT_EQ(slice->box_patches.back(), slice->patches.size());
   }
-}
-
-TEST(PlanSlice, HoldsNothingThatNoPatchNames) {
-  const auto plan = TestPlan();
-
-  const auto slice = SlicePlan(*plan, 2, 4);
-
-  std::set<uint32_t> vertices, edges, corners, positions;
-  for (const Patch& patch : slice->patches) {
-    vertices.insert(patch.vertex.begin(), patch.vertex.end());
-    edges.insert(patch.edge.begin(), patch.edge.end());
-  }
-  for (const PatchSource& source : slice->sources) {
-    corners.insert(source.corners.begin(), source.corners.end());
-  }
-  for (const uint32_t corner : corners) positions.insert(slice->mesh->corner_vertices[corner]);
-  EXPECT_EQ(vertices.size(), slice->vertices.size());
-  EXPECT_EQ(edges.size(), slice->edges.size());
-  EXPECT_EQ(corners.size(), slice->vertex_normals.size());
-  EXPECT_EQ(corners.size(), slice->mesh->corner_vertices.size());
-  EXPECT_EQ(positions.size(), slice->mesh->positions.size());
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <thread>
 
 #include "core/ffd/bernstein.h"
 #include "core/ffd/tessellation_pattern.h"
@@ -15,18 +14,6 @@ namespace latticed {
 namespace {
 
 using testing::StatusIs;
-
-// Largest |inv(B)| from an exact rational inverse (study of the CPU, table of conditioning).
-TEST(StageMatrices, InverseMatchesExactRationals) {
-  constexpr double kLargest[] = {4.5, 8, 18, 41, 87, 206, 494};
-  for (int n = 3; n <= 9; ++n) {
-    const std::vector<double> inverse = InverseBernsteinMatrix(n);
-
-    double largest = 0;
-    for (double x : inverse) largest = std::max(largest, std::abs(x));
-    EXPECT_NEAR(largest, kLargest[n - 3], 0.5) << "degree " << n;
-  }
-}
 
 TEST(StageMatrices, InverseTimesBernsteinIsIdentity) {
   for (int n = 3; n <= 9; ++n) {
@@ -83,15 +70,6 @@ TEST(StageMatrices, RefusesWhatIsOutOfLimits) {
   EXPECT_THAT(StageMatrices::Get(10, 10), StatusIs(absl::StatusCode::kInvalidArgument));
   EXPECT_THAT(StageMatrices::Get(6, 0), StatusIs(absl::StatusCode::kInvalidArgument));
   EXPECT_THAT(StageMatrices::Get(6, 33), StatusIs(absl::StatusCode::kInvalidArgument));
-}
-
-TEST(StageMatrices, IsMadeOnceByManyThreads) {
-  std::array<const StageMatrices*, 4> got{};
-  std::vector<std::thread> threads;
-  for (auto& slot : got) threads.emplace_back([&slot] { slot = *StageMatrices::Get(7, 13); });
-  for (auto& thread : threads) thread.join();
-
-  for (const StageMatrices* one : got) EXPECT_EQ(one, got[0]);
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include "core/ffd/surface_pick.h"
 
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <random>
@@ -290,34 +289,6 @@ TEST(SurfacePick, StopsWhenNobodyWaits) {
                                [] { return absl::CancelledError("nobody waits"); });
 
   EXPECT_THAT(hit, StatusIs(absl::StatusCode::kCancelled));
-}
-
-TEST(PatchTree, HoldsEveryPatchOnceAndInsideItsBounds) {
-  const Picker picker = Draw(7);
-  const DeformPlan& plan = picker.plan();
-  const PatchTree tree(plan);
-  std::vector<int> seen(plan.patches.size());
-  const std::function<void(uint32_t)> visit = [&](uint32_t index) {
-    const PatchTree::Node& node = tree.node(index);
-    for (uint32_t i = node.first; i < node.first + node.count; ++i) {
-      if (!node.leaf) {
-        EXPECT_EQ(Min(node.lower, tree.node(i).lower), node.lower);
-        EXPECT_EQ(Max(node.upper, tree.node(i).upper), node.upper);
-        visit(i);
-        continue;
-      }
-      ++seen[i];
-      EXPECT_EQ(plan.patches[i].box, node.box);
-      for (const uint32_t v : plan.patches[i].vertex) {
-        const Vec3d place =
-            node.box == plan.outside_box() ? plan.vertices[v].world : plan.vertices[v].parameter;
-        EXPECT_EQ(Min(place, node.lower), node.lower);
-        EXPECT_EQ(Max(place, node.upper), node.upper);
-      }
-    }
-  };
-  for (const uint32_t root : tree.roots()) visit(root);
-  EXPECT_EQ(seen, std::vector<int>(plan.patches.size(), 1));
 }
 
 }  // namespace

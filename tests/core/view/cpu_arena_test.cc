@@ -10,18 +10,6 @@
 namespace latticed {
 namespace {
 
-TEST(CpuArena, LoopsOfFewPartsWakeFewThreads) {
-  const CpuArena large(192), small(4);
-  EXPECT_EQ(large.threads(), 192u);
-  EXPECT_EQ(large.ThreadsFor(3), 32u);
-  EXPECT_EQ(large.ThreadsFor(64), 32u);
-  EXPECT_EQ(large.ThreadsFor(65), 192u);
-  EXPECT_EQ(small.ThreadsFor(3), 4u);
-  EXPECT_EQ(small.ThreadsFor(1'000), 4u);
-  EXPECT_EQ(small.most_threads(), 5u);
-  EXPECT_EQ(large.most_threads(), 193u + 33u) << "a loop of either kind, and a caller of each";
-}
-
 TEST(CpuArena, EveryItemIsVisitedOnceWhicheverThreadsDo) {
   for (const int threads : {1, 4, 192}) {
     CpuArena arena(threads);

@@ -51,38 +51,5 @@ TEST(DivideChunks, EveryPartOfEveryChunkIsOneBlock) {
   }
 }
 
-TEST(DivideChunks, FewChunksAreAsManyPartsAsTheDeviceHoldsAndAsHaveWork) {
-  const auto parts = [](uint32_t chunks, int segments) {
-    return DivideChunks(Launch(chunks, segments, LaneFormat::kQuantised8), kBlocksAtOnce).parts;
-  };
-
-  // Point by point, 4 warps a block: three points a turn.
-  EXPECT_EQ(parts(1, 1), 1u);
-  EXPECT_EQ(parts(1, 2), 2u);
-  EXPECT_EQ(parts(1, 3), 4u);
-  EXPECT_EQ(parts(1, 4), 5u);
-  EXPECT_EQ(parts(535, 4), 3u);
-  EXPECT_EQ(parts(1'056, 4), 2u);
-  EXPECT_EQ(parts(1'057, 4), 1u);
-  // Composed: 3 pairs of rows a turn.
-  EXPECT_EQ(parts(1, 5), 1u);
-  EXPECT_EQ(parts(1, 10), 2u);
-  EXPECT_EQ(parts(1, 32), 6u);
-  EXPECT_EQ(parts(264, 32), 2u);
-  EXPECT_EQ(parts(265, 32), 1u);
-}
-
-TEST(DivideChunks, OfManyChunksAloneTheLastFloatsThatAreComposedAreDivided) {
-  constexpr int kComposedAtOnce = 660;
-  const auto divide = [](int segments, LaneFormat format) {
-    return DivideChunks(Launch(3'552, segments, format), kComposedAtOnce);
-  };
-
-  EXPECT_EQ(divide(10, LaneFormat::kFloat32).whole, 3'300u);
-  EXPECT_EQ(divide(10, LaneFormat::kFloat32).parts, 2u);
-  EXPECT_EQ(divide(10, LaneFormat::kQuantised8).whole, 3'552u);
-  EXPECT_EQ(divide(4, LaneFormat::kFloat32).whole, 3'552u);
-}
-
 }  // namespace
 }  // namespace latticed::testing

@@ -75,16 +75,5 @@ TEST(PackSharedPoints, HoldsTheCopiesOfThePlan) {
   }
 }
 
-TEST(PackSharedPoints, TakesAboutTenBytesAPatch) {
-  const PolygonMesh mesh = TorusMesh(100, 50);
-  const Plan plan = MakeTestPlan(mesh, MakeStructure(mesh.ComputeBounds(), {}));
-  ASSERT_NE(plan, nullptr);
-  const PackedSharedPoints packed = PackSharedPoints(*plan);
-  const size_t bytes = packed.vertex_owners.size() * sizeof(PackedUse) +
-                       packed.edge_begins.size() * sizeof(uint32_t) +
-                       packed.edge_owners.size() * sizeof(PackedUse) + packed.edge_uses.size();
-  EXPECT_LE(static_cast<double>(bytes), 10.5 * static_cast<double>(plan->patches.size()));
-}
-
 }  // namespace
 }  // namespace latticed::testing

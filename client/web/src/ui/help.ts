@@ -47,7 +47,7 @@ export function showHelp(commands: readonly Command[]): void {
   const dialog = showDialog(
     'Keys',
     'help',
-    h('header', {}, h('h2', {}, 'Keys'), close),
+    h('header', {}, h('h2', {}, 'Keys'), h('a', { href: 'docs/', target: '_blank' }, 'Documentation'), close),
     h(
       'div',
       { class: 'help-scroll', tabindex: 0, autofocus: true }, // so that arrow keys scroll

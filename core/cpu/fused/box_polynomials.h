@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The polynomial of a knot box, R - local_origin, by core/ffd/box_basis.h: computed in double from
+// control points, rounded once.
+//
+// Threads  pure; construction does all that does not depend on control points
+#ifndef LATTICED_CORE_CPU_FUSED_BOX_POLYNOMIALS_H_
+#define LATTICED_CORE_CPU_FUSED_BOX_POLYNOMIALS_H_
+
+#include <array>
+#include <memory>
+#include <span>
+
+#include "core/cpu/fused/fused_kernel.h"
+#include "core/ffd/box_basis.h"
+
+namespace latticed::fused {
+
+class BoxPolynomials {
+ public:
+  explicit BoxPolynomials(std::shared_ptr<const DeformPlan> plan);
+
+  // By permuted axis.
+  std::array<int, 3> degree() const { return basis_.degree(); }
+
+  BoxPolynomial Make(uint32_t box, std::span<const Vec3d> control_points) const;
+
+  // Box-local coordinates of a vertex in `box`, axes permuted. By world position outside.
+  Vec3d Local(uint32_t box, const PlanVertex& vertex) const;
+  // The same of a world direction.
+  Vec3d LocalDirection(uint32_t box, Vec3d world) const;
+  // cof(A) N of a normal N of the world, A the Jacobian of box-local coordinates by world position:
+  // what the cofactor matrix of the polynomial's own Jacobian takes to cof(J) N.
+  Vec3d LocalConormal(uint32_t box, Vec3d world_normal) const;
+
+ private:
+  std::shared_ptr<const DeformPlan> plan_;
+  FrameMap map_;
+  BoxBasis basis_;
+};
+
+}  // namespace latticed::fused
+
+#endif  // LATTICED_CORE_CPU_FUSED_BOX_POLYNOMIALS_H_

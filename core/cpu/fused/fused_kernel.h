@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the SIMD code of the fused pipeline works on. A group is 16 patches (or edges, or corners)
+// of one knot box, one per lane; unused lanes repeat the last used one. Axes are permuted so that
+// degrees fall (degree[0] >= degree[1] >= degree[2]): 10 instances serve all 27 mixes.
+//
+// Box-local coordinates: (parameter - box centre) / box width, in [-1/2, 1/2].
+// Layout  lane arrays are [field][16] floats, 64-byte aligned
+// Threads pure functions on their arguments
+#ifndef LATTICED_CORE_CPU_FUSED_FUSED_KERNEL_H_
+#define LATTICED_CORE_CPU_FUSED_FUSED_KERNEL_H_
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace latticed::fused {
+
+inline constexpr size_t kLanes = 16;
+using Lanes = std::array<float, kLanes>;
+
+// sum_abc coefficient[(a (d1+1) + b)(d2+1) + c][component] l0^a l1^b l2^c
+struct alignas(64) BoxPolynomial {
+  std::array<std::array<float, 3>, 64> coefficient;
+  // Not below ||cof J|| anywhere in the box: normals much shorter are ill-conditioned.
+  float cofactor_bound = 0;
+};
+
+// In box-local coordinates.
+struct alignas(64) CornerLanes {
+  std::array<Lanes, 3> point;
+};
+struct alignas(64) EdgeLanes {
+  CornerLanes from, to;
+};
+
+// point(x, t) = center + x * along + t * across, with x = b1 + shear * b2 - 1/2, t = b2 - 1/2;
+// `along` is corner 0 -> corner 1, `across` its in-plane perpendicular up to corner 2.
+struct alignas(64) PatchLanes {
+  std::array<CornerLanes, 3> corners;
+  // Of the facet normal, see BoxPolynomials::LocalConormal.
+  std::array<Lanes, 3> conormal;
+  std::array<Lanes, 3> center, along, across;
+  Lanes shear;
+  Lanes along_length;    // world length of `along`
+  Lanes inverse_height;  // 1 / world length of `across`
+};
+
+// Smooth normals: the facet normal as a direction in box-local coordinates, and the vertex normal
+// at each corner in the frame (facet normal / |along|, along^, across^ / |along|), and its conormal.
+struct alignas(64) SmoothLanes {
+  std::array<Lanes, 3> facet;
+  std::array<std::array<Lanes, 3>, 3> normal;    // [component][corner]
+  std::array<std::array<Lanes, 3>, 3> conormal;  // [component][corner]
+};
+
+// Vertices of one group before they are stored: row[component][point] of 16 lanes; components are
+// x y z relative to the local origin, then the unit normal.
+struct GroupScratch {
+  float* rows = nullptr;  // 64-byte aligned
+  size_t points = 0;
+  float* Row(size_t component, size_t point) const {
+    return rows + (component * points + point) * kLanes;
+  }
+};
+
+// A normal that must be taken from the definition.
+struct WeakNormal {
+  uint16_t point, lane;
+};
+
+struct GroupArguments {
+  std::array<int, 3> degree;
+  int segments;
+  const BoxPolynomial* box;
+  const PatchLanes* patches;
+  const SmoothLanes* smooth;  // null unless smooth normals are wanted
+  bool normals;
+  GroupScratch scratch;
+  WeakNormal* weak;  // room for points * 16
+  size_t weak_count;
+};
+
+// All points of a group, edges and corners from the group's own box.
+void EvaluateGroup(GroupArguments& arguments);
+
+// Inner points of 16 edges: out[(k - 1) * 3 + component][lane] for k = 1 … segments - 1, from one
+// end to the other.
+void EvaluateEdges(const std::array<int, 3>& degree, const BoxPolynomial& box,
+                   const EdgeLanes& edges, int segments, float* out);
+// 16 corners: out[component][lane].
+void EvaluateCorners(const std::array<int, 3>& degree, const BoxPolynomial& box,
+                     const CornerLanes& corners, float* out);
+
+struct QuantiseArguments {
+  GroupScratch scratch;
+  std::array<float, 3> scale, offset;  // integer = round(p * scale + offset), clamped
+  int position_bits;
+  int normal_bits;  // 0: no normals
+  size_t lanes;     // used lanes
+  // Where the values of a lane's patch begin in the planes x y z s t of its chunk.
+  std::array<std::array<uint8_t*, 5>, kLanes> destination;
+};
+// Rounds the rows of a group and stores them patch by patch.
+void StoreQuantised(const QuantiseArguments& arguments);
+
+// Interleaves the rows of a group patch by patch: destination[lane] gets points * components
+// floats.
+void StoreFloats(const GroupScratch& scratch, size_t components, size_t lanes,
+                 const std::array<float*, kLanes>& destination);
+// The rows of a group as [point][component][lane]; `destination` is 64-byte aligned.
+void StoreLaneOrder(const GroupScratch& scratch, size_t components, float* destination);
+
+// Name of the instruction set that dispatch chose.
+const char* TargetName();
+
+}  // namespace latticed::fused
+
+#endif  // LATTICED_CORE_CPU_FUSED_FUSED_KERNEL_H_

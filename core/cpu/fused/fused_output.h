@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where the fused kernel's groups of 16 patches go in a view's vertices.
+//
+//   kQuantised  planes x y z s t of each chunk (backend.h), 2 bytes a position, 1 or 2 a normal
+//   kFloat32    interleaved by point; in lane order [group][point][component][16 lanes] instead
+//
+// Threads  groups may be stored by several threads at once; they share no byte
+#ifndef LATTICED_CORE_CPU_FUSED_FUSED_OUTPUT_H_
+#define LATTICED_CORE_CPU_FUSED_FUSED_OUTPUT_H_
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/backend.h"
+#include "core/cpu/fused/cpu_fused.h"
+#include "core/cpu/fused/fused_kernel.h"
+#include "core/cpu/fused/fused_layout.h"
+#include "core/ffd/deform_plan.h"
+#include "core/ffd/quantisation_box.h"
+
+namespace latticed::fused {
+
+// One Evaluate's vertices. Everything named lives as long as this.
+class FusedOutput {
+ public:
+  FusedOutput(const DeformPlan& plan, const FusedLayout& layout, const QuantisationBox& box,
+              const ViewSpec& spec, FusedOrder order, std::span<uint8_t> vertices);
+
+  // The lines that the group's stores will write arrive while it is evaluated.
+  void Prefetch(const Group& group) const;
+  // `scratch` holds x y z, then the normal where the view has normals.
+  void Store(uint32_t group, const GroupScratch& scratch) const;
+
+ private:
+  // Of a patch; the next one of its chunk begins `stride` behind.
+  struct Plane {
+    uint8_t* bytes;
+    size_t stride;
+  };
+  template <class F>
+  void ForRuns(const Group& group, const F& f) const;
+  std::array<Plane, 5> PatchPlanes(size_t patch) const;
+  void StoreInPlanes(const Group& group, const GroupScratch& scratch) const;
+  void StoreByPoint(const Group& group, const GroupScratch& scratch) const;
+
+  const DeformPlan& plan_;
+  const FusedLayout& layout_;
+  const ViewSpec& spec_;
+  const FusedOrder order_;
+  const std::span<uint8_t> vertices_;
+  std::array<float, 3> scale_, offset_;  // integer = round(p * scale + offset)
+};
+
+// Bytes of a whole view in lane order, kFloat32.
+[[nodiscard]] size_t LaneOrderBytes(const FusedLayout& layout, const ViewSpec& spec);
+// One chunk of lane-ordered vertices in wire layout.
+void ReadLaneOrder(const DeformPlan& plan, const FusedLayout& layout, const ViewSpec& spec,
+                   std::span<const uint8_t> vertices, uint32_t chunk, std::span<uint8_t> out);
+
+}  // namespace latticed::fused
+
+#endif  // LATTICED_CORE_CPU_FUSED_FUSED_OUTPUT_H_

@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/cpu/gemm/gemm_kernel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/cpu/gemm/copy_shared_points.h"
+#include "core/view/view_layout.h"
+
+namespace latticed {
+struct GemmKernel::Frame {
+  PatchSampler sampler;
+  DirectFfd direct;
+  VertexWriter writer;
+  std::span<uint8_t> vertices;
+};
+
+GemmKernel::GemmKernel(std::shared_ptr<const DeformPlan> plan,
+                       std::shared_ptr<const SharedPoints> shared, const StageMatrices& stage,
+                       Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CpuContext> context)
+    : owned_plan_(std::move(plan)),
+      plan_(*owned_plan_),
+      shared_(std::move(shared)),
+      stage_(stage),
+      spec_(spec),
+      layout_(MakeVertexLayout(plan_, spec)),
+      stages_(pipeline, stage, spec.normals != NormalMode::kNone),
+      context_(std::move(context)) {}
+
+absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                                  std::span<const uint32_t> /*named: always all*/,
+                                  std::span<uint8_t> vertices) {
+  LATTICED_RETURN_IF_ERROR(stages_.Begin());
+  const Frame frame{{plan_, stage_, control_points},
+                    {plan_, control_points},
+                    MakeVertexWriter(plan_, spec_, box),
+                    vertices};
+  std::mutex mutex;
+  absl::Status first_error;
+  context_->arena.ForEach(plan_.chunk_count(), [&](size_t chunk) {
+    if (auto status = EvaluateChunk(frame, chunk, tiles_.local()); !status.ok()) {
+      const std::scoped_lock lock(mutex);
+      first_error.Update(status);
+    }
+  });
+  if (!first_error.ok()) return first_error;
+  CopySharedPoints(*shared_, plan_, control_points, layout_, frame.writer, spec_.segments, vertices,
+                   context_->arena);
+  return absl::OkStatus();
+}
+
+absl::Status GemmKernel::EvaluateChunk(const Frame& frame, size_t chunk, Tile& tile) const {
+  const auto [first, last] = plan_.ChunkPatches(chunk);
+  const size_t count = last - first, columns = 3 * count, m = stage_.m, rows = stages_.rows();
+  const bool smooth = spec_.normals == NormalMode::kSmooth;
+  tile.samples.resize(m * columns);
+  if (smooth) tile.by_normal.resize(m * columns);
+  tile.surface.resize(rows * columns);
+  tile.centres.resize(count);
+  for (size_t t = 0; t < count; ++t) {
+    tile.centres[t] = frame.sampler.Sample(
+        first + t, tile.samples.data() + t * m, smooth ? tile.by_normal.data() + t * m : nullptr,
+        smooth ? frame.direct.RestFacetNormal(first + t) : Vec3d{}, count * m);
+  }
+  const MatrixView<float> surface{tile.surface.data(), rows, columns, rows};
+  LATTICED_RETURN_IF_ERROR(
+      stages_.Apply({tile.samples.data(), m, columns, m}, surface, tile.scratch));
+  if (smooth) {
+    tile.across.resize(stage_.q * columns);
+    const MatrixView<float> across{tile.across.data(), stage_.q, columns, stage_.q};
+    LATTICED_RETURN_IF_ERROR(
+        stages_.Apply({tile.by_normal.data(), m, columns, m}, across, tile.scratch));
+  }
+  for (size_t t = 0; t < count; ++t) WritePatch(frame, tile, first + t, t, count);
+  return absl::OkStatus();
+}
+
+void GemmKernel::WritePatch(const Frame& frame, const Tile& tile, size_t patch, size_t column,
+                            size_t columns) const {
+  const auto place = layout_.Place(frame.vertices.data(), patch);
+  const size_t rows = stages_.rows();
+  const float* x = tile.surface.data() + column * rows;
+  const float* y = x + columns * rows;
+  const float* z = y + columns * rows;
+  for (size_t i = 0; i < stage_.q; ++i) {
+    frame.writer.WritePosition(
+        place, i, tile.centres[column] + Vec3d{double{x[i]}, double{y[i]}, double{z[i]}});
+  }
+  if (spec_.normals == NormalMode::kNone) return;
+  for (size_t i = 0; i < stage_.q; ++i) {
+    frame.writer.WriteNormal(place, i, ToFloat(NormalAt(frame, tile, patch, column, columns, i)));
+  }
+}
+
+Vec3d GemmKernel::NormalAt(const Frame& frame, const Tile& tile, size_t patch, size_t column,
+                           size_t columns, size_t point) const {
+  const auto derivative = [&](const std::vector<float>& from, size_t rows, size_t row) {
+    const float* x = from.data() + column * rows + row;
+    return Vec3d{double{x[0]}, double{x[columns * rows]}, double{x[2 * columns * rows]}};
+  };
+  const size_t q = stage_.q, rows = stages_.rows();
+  const Vec3d pu = derivative(tile.surface, rows, q + point);
+  const Vec3d pv = derivative(tile.surface, rows, 2 * q + point);
+  const double length_u = Norm(pu), length_v = Norm(pv);
+  const auto& t = TessellationPattern::Get(spec_.segments).points[point];
+  const double over = 1.0 / spec_.segments;
+  const std::array<double, 3> b{t[0] * over, t[1] * over, t[2] * over};
+  Vec3d normal = Cross(pu, pv);
+  double bound = length_u * length_v;
+  if (spec_.normals == NormalMode::kSmooth) {
+    const Patch& p = plan_.patches[patch];
+    const Vec3d corner = plan_.vertices[p.vertex[0]].world;
+    const Vec3d n = frame.direct.RestSmoothNormal(patch, b);
+    const double by_f = Dot(n, frame.direct.RestFacetNormal(patch));
+    const double by_1 = Dot(n, plan_.vertices[p.vertex[1]].world - corner);
+    const double by_2 = Dot(n, plan_.vertices[p.vertex[2]].world - corner);
+    const Vec3d pf = derivative(tile.across, q, point);
+    normal = by_f * normal + by_1 * Cross(pv, pf) + by_2 * Cross(pf, pu);
+    bound =
+        std::abs(by_f) * bound + Norm(pf) * (std::abs(by_1) * length_v + std::abs(by_2) * length_u);
+  }
+  const double length = Norm(normal);
+  if (std::isfinite(length) && length > 0 && bound <= kMostCondition * length)
+    return normal / length;
+  return frame.direct
+      .Evaluate(patch, b,
+                spec_.normals == NormalMode::kSmooth ? DirectFfd::Normal::kSmooth
+                                                     : DirectFfd::Normal::kFacet)
+      .normal;
+}
+
+uint64_t GemmKernel::MostBytes(const StageMatrices& stage, size_t threads) {
+  // A tile of a chunk: samples, by_normal and control points in double, at most nine products of
+  // m x m; surface, rounded and across in float. Vectors grow to twice their size at most.
+  constexpr uint64_t kColumns = 3 * limits::kPatchesPerChunk, kGrowth = 2;
+  const uint64_t tile =
+      kGrowth * kColumns *
+      (12 * stage.m * sizeof(double) + 8 * stage.q * sizeof(float) + sizeof(Vec3d));
+  return threads * tile + 12 * stage.q * stage.m * sizeof(double);
+}
+
+MemoryUse GemmKernel::memory() const {
+  uint64_t staging = 0;
+  for (const Tile& tile : tiles_) {
+    staging +=
+        (tile.samples.capacity() + tile.by_normal.capacity() + tile.scratch.control.capacity()) *
+            sizeof(double) +
+        (tile.surface.capacity() + tile.across.capacity() + tile.scratch.rounded.capacity()) *
+            sizeof(float) +
+        tile.centres.capacity() * sizeof(Vec3d);
+  }
+  return {{"samples", staging}, {"stage_matrices", stages_.MemoryBytes()}};
+}
+
+}  // namespace latticed

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Samples of the lattice at the m uniform points of a patch.      Cui & Feng 2014, §3.4
+//
+//   Rs[i] = R(u_i) - centre,   u_i = sum_c (t_ic / n) u_c,   t_i the index triples of bernstein.h
+//   Rf[i] = dR/df (u_i),       f the unit facet normal of the source triangle
+//
+// The basis is evaluated and summed in double; `centre`, the mean of the three corner samples, is
+// taken off before anything is rounded, so that float32 carries the patch's shape and not its
+// place.
+//
+// Layout   column-major, m x 3: x of all samples, then y, then z, with a stride between the columns
+// Units    world units relative to plan.local_origin
+// Threads  Sample is const; one object may serve many threads
+#ifndef LATTICED_CORE_CPU_GEMM_PATCH_SAMPLER_H_
+#define LATTICED_CORE_CPU_GEMM_PATCH_SAMPLER_H_
+
+#include <span>
+#include <vector>
+
+#include "core/ffd/deform_plan.h"
+#include "core/ffd/stage_matrices.h"
+
+namespace latticed {
+
+class PatchSampler {
+ public:
+  // Keeps references to both; control points are taken relative to the local origin.
+  PatchSampler(const DeformPlan& plan, const StageMatrices& stage,
+               std::span<const Vec3d> control_points);
+
+  // Writes column a at positions + a * stride, and dR/df likewise when `by_normal` is not null.
+  // Returns the centre.
+  Vec3d Sample(size_t patch, double* positions, double* by_normal, Vec3d facet_normal,
+               size_t stride) const;
+
+ private:
+  void SampleInside(const Patch& patch, double* positions, double* by_normal, Vec3d facet_normal,
+                    size_t stride) const;
+  void SampleOutside(const Patch& patch, double* positions, double* by_normal, Vec3d facet_normal,
+                     size_t stride) const;
+
+  const DeformPlan& plan_;
+  const StageMatrices& stage_;
+  FrameMap map_;
+  std::vector<Vec3d> control_points_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CPU_GEMM_PATCH_SAMPLER_H_

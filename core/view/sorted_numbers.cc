@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/view/sorted_numbers.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <mutex>
+#include <numeric>
+
+namespace latticed {
+namespace {
+
+// Of NumbersBelow: the first 2^n are at n, or null; made when they are wanted.
+std::array<std::atomic<const uint32_t*>, 33> tables;
+
+}  // namespace
+
+bool IsStrictlySorted(std::span<const uint32_t> numbers) {
+  const bool known = std::ranges::any_of(
+      tables, [&](const auto& table) { return table.load() == numbers.data(); });
+  if (known && numbers.data() != nullptr) return true;
+  uint32_t falls = 0;  // no early end: compilers make vector instructions of this loop
+  for (size_t i = 1; i < numbers.size(); ++i) falls |= uint32_t{numbers[i] <= numbers[i - 1]};
+  return falls == 0;
+}
+
+std::span<const uint32_t> NumbersBelow(uint32_t count) {
+  static std::mutex mutex;
+  std::atomic<const uint32_t*>& table = tables[static_cast<size_t>(std::bit_width(count))];
+  const std::scoped_lock lock(mutex);
+  if (table.load() == nullptr) {
+    const size_t size = size_t{1} << std::bit_width(count);
+    auto* const numbers = new uint32_t[size];
+    std::iota(numbers, numbers + size, 0u);
+    table = numbers;
+  }
+  return {table.load(), count};
+}
+
+}  // namespace latticed

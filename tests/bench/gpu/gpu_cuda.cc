@@ -1,0 +1,293 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/view/spanned_view.h"
+#include "cuda/cuda_backend.h"
+#include "cuda/view/cuda_view.h"
+#include "tests/bench/gpu/gpu.h"
+#include "tests/bench/gpu/gpu_floors.h"
+#include "tests/bench/gpu/gpu_timer.h"
+#include "tests/bench/paper/bezier_net/bezier_net_maker.h"
+#include "tests/bench/paper/tensor/tensor_product_maker.h"
+#include "tests/bench/scenario.h"
+
+namespace latticed::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kWarmUps = 3;
+constexpr double kWarmUpMs = 30;
+// The matrices of (24) and a cuBLAS workspace; a comparator's control points and vertices.
+constexpr uint64_t kOwnBytes = uint64_t{2} << 30;
+
+double Milliseconds(Clock::time_point from, Clock::time_point to) {
+  return std::chrono::duration<double, std::milli>(to - from).count();
+}
+
+// Asked again and again: waiting has a wake-up.
+void Await(const CudaLane& lane) {
+  cudaError_t state = cudaErrorNotReady;
+  while (state == cudaErrorNotReady) state = cudaStreamQuery(lane.stream().get());
+  CheckCuda(state, "the timed work");
+  static_cast<void>(cudaGetLastError());  // "not ready", which the next launch would report
+}
+
+CudaLane& LaneOf(DeformView& view) {
+  auto* const cuda_view = dynamic_cast<CudaView*>(&view);
+  if (cuda_view == nullptr) CheckOk(absl::InternalError("not a view of the CUDA backend"));
+  return cuda_view->lane();
+}
+
+// Of each part where the view spans devices.
+std::vector<CudaLane*> LanesOf(DeformView& view) {
+  const auto* const spanned = dynamic_cast<SpannedView*>(&view);
+  if (spanned == nullptr) return {&LaneOf(view)};
+  std::vector<CudaLane*> lanes;
+  for (const SpannedView::Part& part : spanned->parts()) lanes.push_back(&LaneOf(*part.view));
+  return lanes;
+}
+
+// Tells `mark` of the lane's stages while it lives.
+class StageMarks {
+ public:
+  StageMarks(CudaLane& lane, CudaLane::StageMark mark) : lane_(lane) {
+    lane_.set_stage_mark(std::move(mark));
+  }
+  ~StageMarks() { lane_.set_stage_mark({}); }
+  StageMarks(const StageMarks&) = delete;  // takes the mark away once
+  StageMarks& operator=(const StageMarks&) = delete;
+
+ private:
+  CudaLane& lane_;
+};
+
+// The runs of one stage.
+struct StageRuns {
+  std::string name;
+  std::vector<double> device_ms, host_ms;
+};
+
+StageRuns& Find(std::vector<StageRuns>& stages, const std::string& name) {
+  for (StageRuns& stage : stages) {
+    if (stage.name == name) return stage;
+  }
+  return stages.emplace_back(StageRuns{.name = name, .device_ms = {}, .host_ms = {}});
+}
+
+// Loads kernels, makes buffers and handles, lets clocks rise.
+void WarmUp(const CudaLane& lane, const GpuWork& work) {
+  const auto start = Clock::now();
+  for (int run = 0; run < kWarmUps || Milliseconds(start, Clock::now()) < kWarmUpMs; ++run) {
+    CheckOk(work(run));
+  }
+  CheckOk(lane.stream().Synchronize("the warm-up"));
+}
+
+class CudaGpu : public Gpu {
+ public:
+  CudaGpu(std::unique_ptr<Backend> backend, std::shared_ptr<CudaContext> context)
+      : backend_(std::move(backend)), context_(std::move(context)) {}
+
+  Backend& backend() override { return *backend_; }
+
+  const GpuFloors& floors() override {
+    if (!floors_) floors_ = MeasureGpuFloors(timer_, context_->stream().get());
+    return *floors_;
+  }
+
+  absl::StatusOr<TensorTimes> TensorProduct(const std::shared_ptr<const DeformPlan>& plan,
+                                            const TensorSurfaces& surfaces,
+                                            std::span<const std::vector<Vec3d>, 2> control_points,
+                                            const TensorCheck& check, int runs) override {
+    const auto maker = TensorProductMaker::Create(plan, surfaces, *context_);
+    CheckOk(maker.status());
+    const GpuWork work = [&](int run) {
+      return (*maker)->Enqueue(control_points[static_cast<size_t>(run) % 2]);
+    };
+    CheckOk(work(0));
+    const auto vertices = (*maker)->Download();
+    CheckOk(vertices.status());
+    LATTICED_RETURN_IF_ERROR(check(*vertices));
+    return TensorTimes{.stages = Stages((*maker)->lane(), work, runs),
+                       .whole = Times((*maker)->lane(), work, runs)};
+  }
+
+  BezierNets ControlNets(const std::shared_ptr<const DeformPlan>& plan,
+                         std::span<const std::vector<Vec3d>, 2> control_points, int runs) override {
+    const auto maker = BezierNetMaker::Create(plan, *context_);
+    CheckOk(maker.status());
+    const GpuWork work = [&](int run) {
+      return (*maker)->Enqueue(control_points[static_cast<size_t>(run) % 2]);
+    };
+    CheckOk(work(0));
+    auto nets = (*maker)->Download();
+    CheckOk(nets.status());
+    return {*std::move(nets), Times((*maker)->lane(), work, runs)};
+  }
+
+  GpuTimes DeviceTime(DeformView& view, const GpuWork& work, int runs) override {
+    return Times(LaneOf(view), work, runs);
+  }
+
+  GpuTimes LaunchToResult(DeformView& view, const GpuWork& work, int runs) override {
+    const CudaLane& lane = LaneOf(view);
+    WarmUp(lane, work);
+    std::vector<double> times;
+    times.reserve(static_cast<size_t>(runs));
+    for (int run = 0; run < runs; ++run) {
+      timer_.FlushL2(lane.stream().get());
+      CheckOk(lane.stream().Synchronize("the cache's flush"));
+      const auto start = Clock::now();
+      CheckOk(work(run));
+      Await(lane);
+      times.push_back(Milliseconds(start, Clock::now()));
+    }
+    return MedianAndLeast(std::move(times));
+  }
+
+  int device_count() const override {
+    int count = 0;
+    CheckCuda(cudaGetDeviceCount(&count), "the devices");
+    return count;
+  }
+
+  std::unique_ptr<Backend> OnDevices(int count) override {
+    CudaOptions options{.span_patches = 1, .encoder = nullptr, .refuse_allocation = {}};
+    options.devices.resize(static_cast<size_t>(count));
+    std::iota(options.devices.begin(), options.devices.end(), 0);
+    auto backend = MakeCudaBackend(options);
+    CheckOk(backend.status());
+    return *std::move(backend);
+  }
+
+  WallTimes WallTime(DeformView& view, const GpuWork& work, int runs) override {
+    const std::vector<CudaLane*> lanes = LanesOf(view);
+    for (const CudaLane* lane : lanes) WarmUp(*lane, work);
+    for (const CudaLane* lane : lanes) Await(*lane);
+    std::vector<double> whole, enqueue;
+    for (int run = 0; run < runs; ++run) {
+      const auto start = Clock::now();
+      CheckOk(work(run));
+      const auto enqueued = Clock::now();
+      for (const CudaLane* lane : lanes) Await(*lane);
+      whole.push_back(Milliseconds(start, Clock::now()));
+      enqueue.push_back(Milliseconds(start, enqueued));
+    }
+    return {.whole = MedianAndLeast(std::move(whole)),
+            .enqueue_ms = MedianAndLeast(std::move(enqueue)).median};
+  }
+
+  std::vector<GpuStage> Stages(DeformView& view, const GpuWork& work, int runs) override {
+    return Stages(LaneOf(view), work, runs);
+  }
+
+  GpuTimes Formula24(int n, int segments, int runs) override {
+    const auto lane = context_->lanes().Borrow();
+    CheckOk(lane.status());
+    auto room = DeviceReservation::Create(
+        context_->memory(), "formula (24)",
+        context_->StageBytesToCome(n, segments) + (*lane)->GemmBytesToCome());
+    CheckOk(room.status());
+    const auto stage = context_->Stage(n, segments, *room);
+    CheckOk(stage.status());
+    const auto gemm = (*lane)->gemm(*room);
+    CheckOk(gemm.status());
+    const cudaStream_t stream = (*lane)->stream().get();
+    const size_t rows = 3 * (*stage)->q(), m = (*stage)->m();
+    const auto product =
+        DeviceBuffer<double>::Create(context_->memory(), "stage_matrices", rows * m, stream);
+    CheckOk(product.status());
+    const GpuTimes times = timer_.Median(stream, runs, [&] {
+      CheckOk((*gemm)->Multiply((*stage)->bernstein(), (*stage)->inverse(),
+                                {product->data(), rows, m, rows}));
+    });
+    CheckOk((*lane)->stream().Synchronize("formula (24)"));
+    return times;
+  }
+
+ private:
+  std::vector<GpuStage> Stages(CudaLane& lane, const GpuWork& work, int runs) {
+    WarmUp(lane, work);
+    std::vector<StageRuns> stages;
+    for (int run = 0; run < runs; ++run) AddStages(lane, work, run, stages);
+    std::vector<GpuStage> result;
+    result.reserve(stages.size());
+    for (StageRuns& stage : stages) {
+      result.push_back({.name = stage.name,
+                        .device_ms = MedianAndLeast(std::move(stage.device_ms)).median,
+                        .host_ms = MedianAndLeast(std::move(stage.host_ms)).median});
+    }
+    return result;
+  }
+
+  GpuTimes Times(const CudaLane& lane, const GpuWork& work, int runs) {
+    WarmUp(lane, work);
+    std::vector<double> times;
+    times.reserve(static_cast<size_t>(runs));
+    for (int run = 0; run < runs; ++run) {
+      times.push_back(timer_.Time(lane.stream().get(), [&] { CheckOk(work(run)); }));
+    }
+    return MedianAndLeast(std::move(times));
+  }
+
+  void AddStages(CudaLane& lane, const GpuWork& work, int run, std::vector<StageRuns>& stages) {
+    const cudaStream_t stream = lane.stream().get();
+    std::vector<std::string> names;
+    std::vector<Clock::time_point> enqueued;
+    const StageMarks marks(lane, [&](std::string_view name) {
+      enqueued.push_back(Clock::now());
+      names.emplace_back(name);
+      timer_.Mark(stream);
+    });
+    const std::vector<double> times = timer_.TimeMarks(stream, [&] {
+      enqueued.push_back(Clock::now());
+      CheckOk(work(run));
+      enqueued.push_back(Clock::now());
+    });
+    names.emplace_back("rest");
+    std::vector<StageRuns> sums;
+    for (size_t i = 0; i < names.size(); ++i) {
+      StageRuns& sum = Find(sums, names[i]);
+      sum.device_ms.resize(1);
+      sum.host_ms.resize(1);
+      sum.device_ms[0] += times[i];
+      sum.host_ms[0] += Milliseconds(enqueued[i], enqueued[i + 1]);
+    }
+    for (const StageRuns& sum : sums) {
+      StageRuns& stage = Find(stages, sum.name);
+      stage.device_ms.push_back(sum.device_ms[0]);
+      stage.host_ms.push_back(sum.host_ms[0]);
+    }
+  }
+
+  std::unique_ptr<Backend> backend_;
+  std::shared_ptr<CudaContext> context_;  // ours, beside the backend's
+  GpuTimer timer_;
+  std::optional<GpuFloors> floors_;
+};
+
+absl::StatusOr<Gpu*> MakeGpu() {
+  const CudaOptions options{.encoder = nullptr, .refuse_allocation = {}};
+  LATTICED_ASSIGN_OR_RETURN(auto backend, MakeCudaBackend(options));
+  CudaOptions own = options;
+  own.memory_bytes = kOwnBytes;
+  LATTICED_ASSIGN_OR_RETURN(auto context, CudaContext::Create(own.devices.front(), own));
+  CheckCuda(cudaSetDevice(own.devices.front()), "the device");
+  return new CudaGpu(std::move(backend), std::move(context));  // until the process ends
+}
+
+}  // namespace
+
+absl::StatusOr<Gpu*> TheGpu() {
+  static const absl::StatusOr<Gpu*>* const gpu = new absl::StatusOr<Gpu*>(MakeGpu());
+  return *gpu;
+}
+
+}  // namespace latticed::bench

@@ -1,0 +1,157 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/bench/gpu/gpu_scenario.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/ffd/dirty_set.h"
+#include "fmt/format.h"
+#include "tests/bench/exact_mesh.h"
+#include "tests/bench/paper/tensor/tensor_verify.h"
+#include "tests/bench/verify.h"
+
+namespace latticed::bench {
+namespace {
+
+constexpr std::array kPaperModels{PaperModel{"bird", 17'119}, PaperModel{"amphora", 19'924},
+                                  PaperModel{"snail", 46'742}, PaperModel{"spaceship", 96'314},
+                                  PaperModel{"tree", 113'663}};
+// An exact plan is made twice.
+constexpr size_t kMostExact = 1'000'000;
+// Plans of more take seconds: say what the wait is for.
+constexpr size_t kManyPatches = 500'000;
+// About as many as views have patches compared.
+constexpr size_t kVerifiedSurfaces = 2'000;
+
+Scenario Made(std::string name, absl::StatusOr<std::shared_ptr<const DeformPlan>> plan) {
+  CheckOk(plan.status());
+  return MakeScenario(std::move(name), *std::move(plan));
+}
+
+}  // namespace
+
+std::span<const PaperModel> PaperModels() { return kPaperModels; }
+
+const Scenario& ModelScenario(const PaperModel& model, std::array<int, 3> degree) {
+  using Key = std::pair<size_t, std::array<int, 3>>;
+  static auto* const scenarios = new std::map<Key, Scenario>;
+  const auto found = scenarios->find({model.patches, degree});
+  if (found != scenarios->end()) return found->second;
+  return scenarios
+      ->emplace(Key{model.patches, degree}, Made(fmt::format("{}-{}", model.name, model.patches),
+                                                 MakeExactPlan(model.patches, degree)))
+      .first->second;
+}
+
+const Scenario& ScaleScenario(size_t patches) {
+  static auto* const scenarios = new std::map<size_t, Scenario>;
+  const auto found = scenarios->find(patches);
+  if (found != scenarios->end()) return found->second;
+  if (patches > kManyPatches) fmt::print(stderr, "latticed_bench: planning {} patches\n", patches);
+  auto plan =
+      patches > kMostExact ? MakeRoughPlan(patches, {2, 2, 2}) : MakeExactPlan(patches, {2, 2, 2});
+  return scenarios->emplace(patches, Made(fmt::format("scale-{}", patches), std::move(plan)))
+      .first->second;
+}
+
+namespace {
+
+absl::StatusOr<std::unique_ptr<DeformView>> Verified(
+    const Scenario& scenario, Pipeline pipeline, absl::StatusOr<std::unique_ptr<DeformView>> view) {
+  if (absl::IsUnimplemented(view.status())) return view;
+  CheckOk(view.status());
+  CheckOk((*view)->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
+  LATTICED_RETURN_IF_ERROR(Verify(scenario, pipeline, **view));
+  return view;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Gpu& gpu, const Scenario& scenario,
+                                                        Pipeline pipeline, const ViewSpec& spec) {
+  return MakeGpuView(gpu.backend(), scenario, pipeline, spec);
+}
+
+absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Backend& backend, const Scenario& scenario,
+                                                        Pipeline pipeline, const ViewSpec& spec) {
+  const auto target = backend.Prepare(scenario.plan, pipeline);
+  if (absl::IsUnimplemented(target.status())) return target.status();
+  CheckOk(target.status());
+  return Verified(scenario, pipeline, (*target)->CreateView(spec));
+}
+
+absl::StatusOr<TensorRun> MeasureTensorProduct(Gpu& gpu, const Scenario& scenario, int runs) {
+  LATTICED_ASSIGN_OR_RETURN(const auto surfaces, MakeTensorSurfaces(*scenario.plan));
+  const size_t stride = std::max<size_t>(1, surfaces.count() / kVerifiedSurfaces);
+  const auto check = [&](std::span<const TensorVertex> vertices) {
+    const auto precision =
+        CompareTensor(*scenario.plan, scenario.control_points[0], surfaces, vertices, stride);
+    return precision.ok() ? CheckTensor(*precision) : precision.status();
+  };
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto times,
+      gpu.TensorProduct(scenario.plan, surfaces, scenario.control_points, check, runs));
+  return TensorRun{.surfaces = surfaces.count(),
+                   .points = surfaces.points.size(),
+                   .triangles = surfaces.triangles,
+                   .times = times};
+}
+
+absl::StatusOr<ShaderTimes> MeasureShaderAlgorithm(Gpu& gpu, const Scenario& scenario, int runs) {
+  const BezierNets made = gpu.ControlNets(scenario.plan, scenario.control_points, runs);
+  auto times = MeasureShaders(scenario, made.nets, ShaderDevice::kCuda, runs);
+  if (times.ok()) times->control = made.times;
+  return times;
+}
+
+std::vector<ControlPointEffect> ControlPointsByEffect(const Scenario& scenario) {
+  DirtySet dirty(scenario.plan);
+  std::vector<ControlPointEffect> effects;
+  const auto count = static_cast<uint32_t>(scenario.plan->structure.control_point_count());
+  for (uint32_t point = 0; point < count; ++point) {
+    dirty.Clear();
+    dirty.MarkControlPoints({&point, 1});
+    if (dirty.patches() > 0) effects.push_back({dirty.patches(), point});
+  }
+  std::sort(effects.begin(), effects.end());
+  return effects;
+}
+
+std::vector<uint32_t> DirtyChunks(const Scenario& scenario, uint32_t control_point) {
+  DirtySet dirty(scenario.plan);
+  dirty.MarkControlPoints({&control_point, 1});
+  return dirty.Chunks();
+}
+
+GpuWork AllChunks(const Scenario& scenario, DeformView& view) {
+  return [&scenario, &view](int run) {
+    return view.Evaluate(scenario.control_points[static_cast<size_t>(run + 1) % 2], scenario.box,
+                         scenario.all_chunks);
+  };
+}
+
+ViewSpec GpuSpec(VertexFormat format, NormalMode normals, int segments) {
+  return {.segments = segments,
+          .normals = normals,
+          .format = format,
+          .position_bits = 12,
+          .normal_bits = 8};
+}
+
+double StageMs(const std::vector<GpuStage>& stages, std::string_view name) {
+  for (const GpuStage& stage : stages) {
+    if (stage.name == name) return stage.device_ms;
+  }
+  return 0;
+}
+
+double SumMs(const std::vector<GpuStage>& stages) {
+  double sum = 0;
+  for (const GpuStage& stage : stages) sum += stage.device_ms;
+  return sum;
+}
+
+}  // namespace latticed::bench

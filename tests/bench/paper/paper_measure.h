@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The times behind the paper's tables (paper.h), of one model: milliseconds, medians; every view is
+// verified first, a wrong one ends the program. NaN where there is no GPU or no such pipeline.
+#ifndef LATTICED_TESTS_BENCH_PAPER_PAPER_MEASURE_H_
+#define LATTICED_TESTS_BENCH_PAPER_PAPER_MEASURE_H_
+
+#include <limits>
+
+#include "tests/bench/gpu/gpu_scenario.h"
+
+namespace latticed::bench {
+
+inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
+struct PaperGpuTimes {
+  // gemm12
+  double formula18 = kNotMeasured;     // three products and the rounding to float32
+  double formulas2123 = kNotMeasured;  // nine products
+  double trivial = kNotMeasured;       // one whole evaluation
+  // gemm
+  double edit = kNotMeasured;  // of the host: control points made ready and sent on their way
+  double copy = kNotMeasured;
+  double samples = kNotMeasured;
+  double formula24 = kNotMeasured;  // by itself: the pipeline keeps its result
+  double formula25 = kNotMeasured;
+  double rearrange = kNotMeasured;  // with normals
+  double shared = kNotMeasured;     // shared points: watertightness, not in the paper
+  double optimal = kNotMeasured;    // one whole evaluation, without (24)
+  // control-net
+  double formulas617 = kNotMeasured;  // both products
+  // the tensor-product comparator; why there is none
+  absl::StatusOr<TensorRun> tensor = absl::UnavailableError("there is no GPU");
+  // the tessellation-shader comparator; why there is none
+  absl::StatusOr<ShaderTimes> shaders = absl::UnavailableError("there is no GPU");
+  // fused
+  double fused = kNotMeasured;
+};
+[[nodiscard]] PaperGpuTimes MeasureOnGpu(const Scenario& scenario);
+
+struct PaperCpuTimes {
+  double trivial = 0, optimal = 0, fused = 0;  // all threads
+  double optimal_alone = 0;                    // one thread
+};
+[[nodiscard]] PaperCpuTimes MeasureOnCpu(const Scenario& scenario);
+
+}  // namespace latticed::bench
+
+#endif  // LATTICED_TESTS_BENCH_PAPER_PAPER_MEASURE_H_

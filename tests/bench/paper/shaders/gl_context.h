@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// OpenGL 4.5 without a window: a surfaceless context on an EGL device.
+//                                 EGL_EXT_device_enumeration, EGL_EXT_platform_device
+//
+// libEGL and libOpenGL (or libGL) are the system's and are opened when the first context is made;
+// a program that has this runs where they are missing.
+//
+// A display is shared by all contexts of its device and stays until the process ends.
+//
+// Errors   kUnavailable naming what is missing
+// Threads  the context is used on the thread that made it alone
+#ifndef LATTICED_TESTS_BENCH_PAPER_SHADERS_GL_CONTEXT_H_
+#define LATTICED_TESTS_BENCH_PAPER_SHADERS_GL_CONTEXT_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "tests/bench/paper/shaders/shader_device.h"
+
+namespace latticed::bench {
+
+class GlContext {
+ public:
+  // On the first device that is as wanted and that has OpenGL 4.5; current.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<GlContext>> Create(ShaderDevice wanted);
+  ~GlContext();
+  GlContext(const GlContext&) = delete;  // owns the context
+  GlContext& operator=(const GlContext&) = delete;
+
+  [[nodiscard]] absl::Status MakeCurrent() const;
+
+  // "NVIDIA H200/PCIe/SSE2, 4.6.0 NVIDIA 580.00".
+  const std::string& description() const { return description_; }
+
+ private:
+  GlContext(void* display, void* context) : display_(display), context_(context) {}
+  // Of one EGL device.
+  static absl::StatusOr<std::unique_ptr<GlContext>> Make(void* device);
+
+  void* display_;
+  void* context_;
+  std::string description_;
+};
+
+// kInternal, or kResourceExhausted, with `what` where OpenGL has noted an error since the last call.
+[[nodiscard]] absl::Status GlStatus(const char* what);
+
+}  // namespace latticed::bench
+
+#endif  // LATTICED_TESTS_BENCH_PAPER_SHADERS_GL_CONTEXT_H_

@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/bench/paper/shaders/measure_shaders.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+
+#include "core/base/status_macros.h"
+#include "tests/bench/paper/shaders/gl_context.h"
+#include "tests/bench/paper/shaders/shader_tessellator.h"
+#include "tests/bench/paper/shaders/shader_verify.h"
+
+namespace latticed::bench {
+namespace {
+
+// As many places of as many patches each as views are compared at.
+constexpr size_t kVerifiedPlaces = 64;
+
+// Made on the first call.
+const absl::StatusOr<std::unique_ptr<GlContext>>& TheContext(ShaderDevice device) {
+  using Context = absl::StatusOr<std::unique_ptr<GlContext>>;
+  static auto* const contexts = new std::map<ShaderDevice, Context>;
+  const auto found = contexts->find(device);
+  if (found != contexts->end()) return found->second;
+  return contexts->emplace(device, GlContext::Create(device)).first->second;
+}
+
+// Half the side of a cube around the local origin that holds the surface: the hull of its control
+// points.
+float Extent(const Scenario& scenario) {
+  double extent = 0;
+  for (const Vec3d& p : scenario.control_points[0]) {
+    const Vec3d relative = p - scenario.plan->local_origin;
+    for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, std::abs(relative[axis]));
+  }
+  return static_cast<float>(extent);
+}
+
+absl::StatusOr<ShaderPrecision> Compare(const Scenario& scenario, ShaderTessellator& tessellator) {
+  constexpr size_t kTogether = limits::kPatchesPerChunk;
+  const size_t patches = tessellator.patches();
+  const size_t stride = std::max(kTogether, patches / kVerifiedPlaces);
+  ShaderPrecision worst;
+  for (size_t first = 0; first < patches; first += stride) {
+    const size_t count = std::min(kTogether, patches - first);
+    LATTICED_ASSIGN_OR_RETURN(const auto vertices, tessellator.Capture(first, count));
+    LATTICED_ASSIGN_OR_RETURN(
+        const auto found,
+        CompareShaders(*scenario.plan, scenario.control_points[0], first, count, vertices));
+    worst.Include(found);
+  }
+  return worst;
+}
+
+absl::Status MeasureSource(const Scenario& scenario, std::span<const NetPoint> nets,
+                           NetSource source, int runs, ShaderTimes& times) {
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto tessellator,
+      ShaderTessellator::Create({.degree = scenario.plan->structure.patch_degree(),
+                                 .level = kShaderLevel,
+                                 .source = source},
+                                nets));
+  LATTICED_ASSIGN_OR_RETURN(const auto precision, Compare(scenario, *tessellator));
+  LATTICED_RETURN_IF_ERROR(CheckShaders(precision));
+  LATTICED_ASSIGN_OR_RETURN(const auto captured, tessellator->TimeCaptured(runs));
+  LATTICED_ASSIGN_OR_RETURN(const auto drawn, tessellator->TimeDrawn(Extent(scenario), runs));
+  times.triangles = tessellator->triangles_per_patch();
+  times.distinct_points = precision.distinct_points;
+  (source == NetSource::kBuffer ? times.buffer : times.vertices) = {captured, drawn};
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<ShaderTimes> MeasureShaders(const Scenario& scenario, std::span<const NetPoint> nets,
+                                           ShaderDevice device, int runs) {
+  const auto& context = TheContext(device);
+  if (!context.ok()) return context.status();
+  LATTICED_RETURN_IF_ERROR((*context)->MakeCurrent());
+  ShaderTimes times{.device = (*context)->description()};
+  const int points = BernsteinCount(scenario.plan->structure.patch_degree()) + 1;
+  if (points <= kMostPatchVertices) {
+    LATTICED_RETURN_IF_ERROR(MeasureSource(scenario, nets, NetSource::kVertices, runs, times));
+  }
+  LATTICED_RETURN_IF_ERROR(MeasureSource(scenario, nets, NetSource::kBuffer, runs, times));
+  return times;
+}
+
+}  // namespace latticed::bench

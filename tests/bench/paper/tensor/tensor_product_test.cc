@@ -1,0 +1,157 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The comparator's steps on the host, in the order of its kernels, against the definition.
+#include "tests/bench/paper/tensor/tensor_product.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "tests/bench/exact_mesh.h"
+#include "tests/bench/paper/tensor/tensor_surfaces.h"
+#include "tests/bench/paper/tensor/tensor_verify.h"
+
+namespace latticed::bench {
+namespace {
+
+using Plan = std::shared_ptr<const DeformPlan>;
+
+constexpr size_t kPatches = 1'003;
+constexpr uint32_t kLargeTriangles = 103;
+
+// A tube of small triangles: most polygons are whole triangles, as in the paper's models.
+Plan Tube() {
+  const auto plan = MakeExactPlan(kPatches, {2, 2, 2});
+  EXPECT_TRUE(plan.ok()) << plan.status();
+  return plan.ok() ? *plan : nullptr;
+}
+
+// Triangles across many knot boxes, whose planes leave polygons of up to nine corners.
+Plan LargeTriangles() {
+  std::mt19937 random(20130103);
+  std::uniform_real_distribution<double> coordinate(-1, 1);
+  auto mesh = std::make_shared<PolygonMesh>();
+  for (uint32_t corner = 0; corner < 3 * kLargeTriangles; ++corner) {
+    mesh->positions.push_back({coordinate(random), coordinate(random), coordinate(random)});
+    mesh->corner_vertices.push_back(corner);
+    if (corner % 3 == 2) mesh->face_offsets.push_back(corner + 1);
+  }
+  Bounds bounds;
+  bounds.Extend(Vec3d{-1.05, -1.05, -1.05});
+  bounds.Extend(Vec3d{1.05, 1.05, 1.05});
+  const auto lattice = FitLattice(bounds, {6, 6, 6}, {2, 2, 2}, /*padding=*/0);
+  EXPECT_TRUE(lattice.ok()) << lattice.status();
+  if (!lattice.ok()) return nullptr;
+  const auto plan = MakePlan(mesh, lattice->structure);
+  EXPECT_TRUE(plan.ok()) << plan.status();
+  return plan.ok() ? *plan : nullptr;
+}
+
+std::vector<Vec3d> Jittered(const DeformPlan& plan) {
+  std::vector<Vec3d> points = IdentityControlPoints(plan.structure);
+  std::mt19937 random(20130101);
+  std::uniform_real_distribution<double> jitter(-0.05, 0.05);
+  for (Vec3d& p : points) p += Vec3d{jitter(random), jitter(random), jitter(random)};
+  return points;
+}
+
+void RunControl(const TensorJob& job) {
+  const auto group = std::make_unique<TensorControlGroup>();
+  for (size_t first = 0; first < job.count; first += kTensorGroup) {
+    for (int i = 0; i < kTensorControlSteps; ++i) ControlSample(job, first, i, *group);
+    for (int i = 0; i < kTensorControlSteps; ++i) ControlRelative(job, first, i, *group);
+    for (int i = 0; i < kTensorControlSteps; ++i) ControlHalf(job, first, i, *group);
+    for (int i = 0; i < kTensorControlSteps; ++i) ControlWhole(job, first, i, *group);
+  }
+}
+
+void RunTessellation(const TensorJob& job, size_t most_lines) {
+  std::vector<TensorCurve> curves(most_lines);
+  float control[kTensorGroup][3][kTensorNet];
+  const TensorTessellationGroup group{control, curves.data()};
+  for (size_t first = 0; first < job.count; first += kTensorGroup) {
+    ASSERT_LE(static_cast<size_t>(GroupLines(job, first)), most_lines);
+    for (int i = 0; i < kTensorLoadSteps; ++i) LoadControl(job, first, i, group);
+    for (int i = 0; i < 3 * GroupLines(job, first); ++i) CollapseLine(job, first, i, group);
+    for (int i = 0; i < GroupPoints(job, first); ++i) TessellationPoint(job, first, i, group);
+  }
+}
+
+std::vector<TensorVertex> VerticesOnHost(const DeformPlan& plan, const TensorSurfaces& surfaces,
+                                         std::vector<Vec3d> control_points) {
+  for (Vec3d& p : control_points) p -= plan.local_origin;
+  const TensorInverse inverse = MakeTensorInverse();
+  std::vector<Vec3d> centres(surfaces.count());
+  std::vector<float> control(surfaces.count() * 3 * kTensorNet);
+  constexpr float kUnwritten = std::numeric_limits<float>::quiet_NaN();
+  std::vector<TensorVertex> vertices(surfaces.points.size(), {{kUnwritten}, {kUnwritten}});
+  TensorJob job{.surfaces = surfaces.surfaces.data(),
+                .count = surfaces.count(),
+                .lines = surfaces.lines.data(),
+                .points = surfaces.points.data(),
+                .inverse = &inverse,
+                .volume = {.control_points = control_points.data()},
+                .centres = centres.data(),
+                .control = control.data(),
+                .vertices = vertices.data()};
+  for (size_t a = 0; a < 3; ++a) {
+    job.volume.degree[a] = plan.structure.degree[a];
+    job.volume.size[a] = plan.structure.size[a];
+    job.volume.knots[a] = plan.structure.knots[a].data();
+  }
+  RunControl(job);
+  RunTessellation(job, surfaces.most_lines);
+  return vertices;
+}
+
+TEST(TensorProductTest, TrimmedSurfacesMatchTheDefinition) {
+  for (const Plan& plan : {Tube(), LargeTriangles()}) {
+    ASSERT_NE(plan, nullptr);
+    const auto surfaces = MakeTensorSurfaces(*plan);
+    ASSERT_TRUE(surfaces.ok()) << surfaces.status();
+    ASSERT_NE(surfaces->count() % kTensorGroup, 0u) << "the last group is to be a part of one";
+    const std::vector<Vec3d> points = Jittered(*plan);
+
+    const std::vector<TensorVertex> vertices = VerticesOnHost(*plan, *surfaces, points);
+
+    const auto precision = CompareTensor(*plan, points, *surfaces, vertices, 1);
+    ASSERT_TRUE(precision.ok()) << precision.status();
+    EXPECT_TRUE(CheckTensor(*precision).ok()) << CheckTensor(*precision);
+  }
+}
+
+// What the comparison must notice on a device that nobody looks at.
+TEST(TensorProductTest, WrongVerticesAreNoticed) {
+  const Plan plan = Tube();
+  ASSERT_NE(plan, nullptr);
+  const auto surfaces = MakeTensorSurfaces(*plan);
+  ASSERT_TRUE(surfaces.ok()) << surfaces.status();
+  const std::vector<Vec3d> points = Jittered(*plan);
+  const std::vector<TensorVertex> vertices = VerticesOnHost(*plan, *surfaces, points);
+  const auto status = [&](const std::vector<TensorVertex>& wrong) {
+    const auto precision = CompareTensor(*plan, points, *surfaces, wrong, 1);
+    return precision.ok() ? CheckTensor(*precision) : precision.status();
+  };
+  ASSERT_TRUE(status(vertices).ok()) << status(vertices);
+
+  auto moved = vertices;
+  moved.back().position.x += static_cast<float>(2e-6 * plan->mesh_bounds.diagonal());
+  auto turned = vertices;
+  for (TensorVertex& v : turned) v.normal = {-v.normal.x, -v.normal.y, -v.normal.z};
+  auto unwritten = vertices;
+  unwritten.back().normal.z = std::numeric_limits<float>::quiet_NaN();
+  auto fewer = vertices;
+  fewer.pop_back();
+
+  for (const auto& wrong : {moved, turned, unwritten, fewer}) {
+    EXPECT_EQ(status(wrong).code(), absl::StatusCode::kInternal);
+  }
+}
+
+}  // namespace
+}  // namespace latticed::bench

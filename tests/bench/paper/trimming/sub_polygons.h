@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The convex polygons that cutting made, before they were cut into patches: what of a source
+// triangle lies in one knot box.
+//
+//   a plan keeps patches; those of one source triangle and one box are put together again, and the
+//   polygon's sides are the edges that no two of them share
+//
+// Errors   kUnimplemented where patches lie outside the frame; kInternal where the patches of a
+//          triangle and a box are no polygon
+// Threads  pure
+#ifndef LATTICED_TESTS_BENCH_PAPER_TRIMMING_SUB_POLYGONS_H_
+#define LATTICED_TESTS_BENCH_PAPER_TRIMMING_SUB_POLYGONS_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/ffd/deform_plan.h"
+
+namespace latticed::bench {
+
+struct SubPolygon {
+  std::vector<uint32_t> patches;  // ascending
+  std::vector<uint32_t> corners;  // vertices of the plan, in the winding of the source
+};
+
+// In the order of their first patches, so sorted by box.
+[[nodiscard]] absl::StatusOr<std::vector<SubPolygon>> FindSubPolygons(const DeformPlan& plan);
+
+}  // namespace latticed::bench
+
+#endif  // LATTICED_TESTS_BENCH_PAPER_TRIMMING_SUB_POLYGONS_H_

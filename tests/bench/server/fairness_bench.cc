@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A scene of 1,000 patches beside one of 1,000,000 whose editor never rests: edit to whole update of
+// the small one, alone and beside, by turns in one run.
+//
+//   bound = 2 updates of its own (the median alone) + one batch of chunks of the other, evaluated
+//           and encoded (its share of the other's median update)
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/time/clock.h"
+#include "fmt/format.h"
+#include "server/stores/scene_registry.h"
+#include "tests/bench/benches.h"
+#include "tests/bench/server/watched_scene.h"
+
+namespace latticed::bench {
+namespace {
+
+constexpr int kRounds = 8;
+constexpr int kAlonePerRound = 40, kBesidePerRound = 100;
+
+// To within 3 % as many patches as they are called.
+const Scenario& Small() {
+  static const auto* scenario =
+      new Scenario(MakeScenario("torus-1k", MakeTorus(24, 12), {7, 7, 7}, {2, 2, 2}));
+  return *scenario;
+}
+const Scenario& Huge() {
+  static const auto* scenario =
+      new Scenario(MakeScenario("torus-1m", MakeTorus(1000, 463), {7, 7, 7}, {2, 2, 2}));
+  return *scenario;
+}
+
+double Quantile(std::vector<double> values, double q) {
+  std::ranges::sort(values);
+  return values[static_cast<size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+// Edits a scene without rest and reads all of its updates.
+class BusyScene {
+ public:
+  explicit BusyScene(const std::shared_ptr<Scene>& scene)
+      : reader_(scene), editor_(std::in_place, scene), thread_([this] { Run(); }) {}
+  ~BusyScene() { Stop(); }
+  // At the end of an update: those that were read, of each what it took to evaluate and encode.
+  const std::vector<absl::Duration>& Stop() {
+    stopping_ = true;
+    if (thread_.joinable()) thread_.join();
+    return updates_;
+  }
+
+ private:
+  void Run() {
+    while (!stopping_) {
+      const UpdateEnds end = reader_.NextUpdate();
+      updates_.push_back(end.evaluate_time + end.encode_time);
+    }
+    editor_.reset();
+  }
+
+  Reader reader_;
+  std::optional<Editor> editor_;
+  std::atomic<bool> stopping_ = false;
+  std::vector<absl::Duration> updates_;
+  std::thread thread_;  // last: it uses all of the above
+};
+
+std::shared_ptr<Scene> Create(SceneRegistry& registry, const Scenario& scenario) {
+  auto scene = registry.Create(ConfigOf(scenario, Encoding::kDracoPoints));
+  CheckOk(scene.status());
+  return *scene;
+}
+
+void Measure(Reader& reader, Circling& moves, int count, std::vector<double>& into) {
+  for (int i = 0; i < count; ++i) {
+    const absl::Time start = absl::Now();
+    const uint64_t revision = moves.Move();
+    while (reader.NextUpdate().revision < revision) continue;
+    into.push_back(absl::ToDoubleMilliseconds(absl::Now() - start));
+  }
+}
+
+double BatchOf(const Scene& scene) {
+  const auto target = scene.Head().target->Get();
+  CheckOk(target.status());
+  return static_cast<double>((*target)->Traits(scene.config().default_view.key.spec).encode_batch);
+}
+
+void SmallBesideHuge(benchmark::State& state, Backend* backend, int workers) {
+  SceneRegistry registry(backend, workers);
+  const auto small = Create(registry, Small()), huge = Create(registry, Huge());
+  Reader reader(small);
+  Circling moves(small);
+  std::vector<double> alone, beside, huge_ms;
+  Measure(reader, moves, kAlonePerRound, alone);
+  BusyScene(huge).Stop();
+  alone.clear();
+  for (int round = 0; round < kRounds; ++round) {
+    Measure(reader, moves, kAlonePerRound, alone);
+    BusyScene busy(huge);
+    Measure(reader, moves, kBesidePerRound, beside);
+    for (const absl::Duration d : busy.Stop()) huge_ms.push_back(absl::ToDoubleMilliseconds(d));
+  }
+  const double chunks = static_cast<double>(huge->State()->plan->chunk_count());
+  const double batch_ms = Quantile(huge_ms, 0.5) * std::min(BatchOf(*small) / chunks, 1.0);
+  const double bound_ms = 2 * Quantile(alone, 0.5) + batch_ms, p99_ms = Quantile(beside, 0.99);
+  for (auto _ : state) state.SetIterationTime(p99_ms * 1e-3);
+  state.counters["alone_ms"] = Quantile(alone, 0.5);
+  state.counters["median_ms"] = Quantile(beside, 0.5);
+  state.counters["batch_ms"] = batch_ms;
+  state.counters["huge_ms"] = Quantile(huge_ms, 0.5);
+  state.counters["bound_ms"] = bound_ms;
+  state.counters["of_bound"] = p99_ms / bound_ms;
+}
+
+}  // namespace
+
+void RegisterFairnessBenches() {
+  for (const auto& backend : AllBackends()) {
+    for (const int workers : {1, 3}) {
+      RegisterOnce(
+          fmt::format("fairness/{}/{}", backend->name(), workers == 1 ? "1-worker" : "3-workers"),
+          [backend = backend.get(), workers](benchmark::State& state) {
+            SmallBesideHuge(state, backend, workers);
+          });
+    }
+  }
+}
+
+}  // namespace latticed::bench
