@@ -7,9 +7,10 @@ import type { CommandTarget } from './commands/command_makers';
 import { SceneOpener } from './scene_opener';
 import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
-import type { SceneSession, SessionStatus } from './session/scene_session';
+import type { LiveSession } from './session/live_session';
+import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
-import type { PatchFacts } from './surface/surface';
+import type { PatchFacts } from './surface/surface_look';
 import { Commands, letterOf } from './ui/commands';
 import { acceptDrops } from './ui/drop_zone';
 import { HeatLegend } from './ui/heat_legend';
@@ -102,7 +103,7 @@ export class App implements CommandTarget {
   }
 
   /** Shows a scene in place of the one before. */
-  show(session: SceneSession): void {
+  show(session: LiveSession): void {
     this.scene?.dispose();
     this.toasts.clearErrors(); // of the scene before, or of what could not be opened
     const refresh = (): void => this.refresh();

@@ -6,7 +6,8 @@ import { Editor } from '@src/edit/editor';
 import { fitLattice } from '@src/lattice/identity';
 import { WORLD_BASIS, type Basis, type Vec3 } from '@src/lattice/vec';
 import type { LatticeEdit } from '@src/session/lattice_edit';
-import type { GestureListener, SceneSession } from '@src/session/scene_session';
+import type { LiveSession } from '@src/session/live_session';
+import type { GestureListener } from '@src/session/scene_session';
 import { DEFAULT_SETTINGS, rememberedSettings } from '@src/state/settings';
 import { Store } from '@src/state/store';
 
@@ -27,7 +28,7 @@ function recordingSession() {
       };
     },
     announce: (selected: Uint32Array) => announced.push([...selected]),
-  } as unknown as SceneSession;
+  } as unknown as LiveSession;
   return { session, log, announced, listeners };
 }
 

@@ -10,11 +10,7 @@ import { bytes, inWords } from '../wire/words';
 import { button, choice, numberInput, type Control } from './controls';
 import { h, onEnter, showDialog } from './dom';
 
-const DEGREES = [
-  ['1', '1, straight'],
-  ['2', '2, smooth'],
-  ['3', '3, smoother'],
-] as const;
+const DEGREES = { 1: '1, straight', 2: '2, smooth', 3: '3, smoother' };
 
 export interface FitDialogParts {
   readonly file: MeshFile;
@@ -118,10 +114,10 @@ export class FitDialog {
         },
         { min: 2, max: 64, step: 1 },
       );
-      const degree: Control = choice(
+      const degree: Control = choice<string>(
         {
           label: `Degree along ${name}`,
-          get: () => String(this.fit.degree[axis]) as '1' | '2' | '3',
+          get: () => String(this.fit.degree[axis]),
           set: (d) => this.change({ degree: replaced(this.fit.degree, axis, Number(d)) }),
         },
         DEGREES,

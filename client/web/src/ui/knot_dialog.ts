@@ -28,7 +28,7 @@ export function showKnotDialog(editor: Editor): void {
         show();
       },
     },
-    AXIS_NAMES.map((name) => [name, name] as const),
+    { u: 'u', v: 'v', w: 'w' },
   );
   const insert = (): void => {
     dialog.close();

@@ -10,7 +10,6 @@ import { domain, frameEdges } from '@src/lattice/grid';
 import { knotVectors } from '@src/lattice/identity';
 import { Lattice } from '@src/lattice/lattice';
 import { coordinates, distance, sub, type Vec3 } from '@src/lattice/vec';
-import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { sourcePlaces } from './source_places';
 
 const FLOAT_STEP = 1e-5; // of meshes of a few units: what floats may be off
@@ -29,7 +28,7 @@ export interface Shown {
 
 export async function shownBy(page: Page): Promise<Shown> {
   const { lattice, ...shown } = await page.evaluate((floatStep) => {
-    const surface = window.latticed.scene!.session.surface as unknown as SurfaceMesh;
+    const surface = window.latticed.scene!.session.surface;
     const layout = surface.drawnLayout!;
     const numbers = Array.from({ length: layout.patchCount * layout.pointsPerPatch }, (_, i) => i);
     const { frame, degree, size, knots, points } = window.latticed.scene!.session.lattice;

@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { after, before } from 'node:test';
 import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
-import type { SceneSession } from '@src/session/scene_session';
+import type { LiveSession } from '@src/session/live_session';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { launch, openPage } from './browser';
 import type { Certificate } from './certificate';
@@ -61,7 +61,7 @@ export async function openTorus(segments = 2): Promise<void> {
   await segmentsCome(page, segments);
 }
 
-export async function setView(view: Parameters<SceneSession['setView']>[0]): Promise<void> {
+export async function setView(view: Parameters<LiveSession['setView']>[0]): Promise<void> {
   await page.evaluate((change) => {
     const { settings } = window.latticed;
     settings.set({ view: { ...settings.value.view, ...change } });

@@ -7,7 +7,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
-import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
+import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 import { randomId } from '@src/wire/ids';
 import { uploadMesh } from '@src/wire/upload';
 import { limitStorage, openPage } from './browser';

@@ -6,7 +6,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import { latticeFromJson } from '@src/lattice/lattice_json';
+import { latticeFromJson } from '@src/wire/lattice_json';
 import { distance, type Vec3 } from '@src/lattice/vec';
 import { limitStorage, openPage } from './browser';
 import { followsDefinition } from './definition';

@@ -9,7 +9,7 @@ import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, test } from 'node:test';
-import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
+import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 import { distance, sub, type Vec3 } from '@src/lattice/vec';
 import { openPage } from './browser';
 import { sheetObj } from './sheet';

@@ -5,9 +5,8 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
+import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 import { distance, type Vec3 } from '@src/lattice/vec';
-import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { followsDefinition } from './definition';
 import { plainSheetObj } from './sheet';
 import { allPoints, errors, OBJ, page, setView, shot, until, useStage } from './stage';
@@ -146,7 +145,7 @@ test('after an edit every point is where the definition says, in each encoding',
   for (const encoding of ['quantised', 'raw', 'draco'] as const) {
     await page.getByRole('combobox', { name: 'Encoding' }).selectOption(encoding);
     await page.waitForFunction((floats) => {
-      const surface = window.latticed.scene!.session.surface as unknown as SurfaceMesh;
+      const surface = window.latticed.scene!.session.surface;
       return (surface.drawnStep === 1) === floats;
     }, encoding === 'raw');
     await followsDefinition(page, OBJ);
