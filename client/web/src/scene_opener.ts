@@ -16,7 +16,7 @@ import { latticeFromJson, latticeToJson } from './wire/lattice_json';
 import { sameStructure } from './lattice/same_structure';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus, ViewRequest } from './session/scene_session';
-import { FitDialog } from './ui/fit_dialog';
+import { FitDialog } from './ui/dialogs/fit_dialog';
 import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
 import { bytes, inWords } from './wire/words';

@@ -4,9 +4,9 @@
 // The head-up line, and how long ago the edit was that an update holds, at times that the test sets.
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
-import { EditQueue } from '@src/session/edit_queue';
+import { EditQueue } from '@src/session/edits/edit_queue';
 import type { UpdateInfo } from '@src/session/scene_session';
-import { Hud } from '@src/ui/hud';
+import { Hud } from '@src/ui/overlays/hud';
 import { SessionFixture, until } from './support/session_fixture';
 
 /** As much of an element as the line takes. */

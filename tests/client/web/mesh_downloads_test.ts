@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
 import { Services } from '@src/intake/services';
-import { SceneKeeper } from '@src/session/scene_keeper';
+import { SceneKeeper } from '@src/session/store/scene_keeper';
 import { FakeServer } from './support/fake_server';
 import { MemorySceneStore } from './support/memory_scene_store';
 import { cubeLattice, until } from './support/session_fixture';

@@ -7,7 +7,7 @@ import { test } from 'node:test';
 import { Code, ConnectError } from '@connectrpc/connect';
 import { GesturePhase } from 'latticed/v1/edit_pb';
 import { fitLattice } from '@src/lattice/identity';
-import type { LatticeEdit } from '@src/session/lattice_edit';
+import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import type { LiveSession } from '@src/session/live_session';
 import type { Gesture } from '@src/session/scene_session';
 import { ServerError } from '@src/wire/server_error';

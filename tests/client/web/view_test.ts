@@ -9,7 +9,7 @@ import { pullHeadline } from '@src/edit/headline';
 import { fileKind, readMeshFile } from '@src/intake/mesh_file';
 import { SAMPLES, sampleFile, type SampleName } from '@src/intake/samples';
 import { WORLD_BASIS } from '@src/lattice/vec';
-import type { LatticeEdit } from '@src/session/lattice_edit';
+import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import type { GestureListener } from '@src/session/scene_session';
 import { Commands, chordOf, tooltip, type Command } from '@src/ui/commands';
 import { PullDrag } from '@src/viewport/drags';

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { Command } from '../ui/commands';
-import { showKnotDialog } from '../ui/knot_dialog';
+import { showKnotDialog } from '../ui/dialogs/knot_dialog';
 import { makersOf, type CommandTarget } from './command_makers';
 
 export function editCommands(app: CommandTarget): Command[] {

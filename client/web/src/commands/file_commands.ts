@@ -4,8 +4,8 @@ import { MESH_ENDINGS } from '../intake/mesh_file';
 import { EXPORT_FORMATS } from '../intake/services';
 import type { SceneView } from '../scene_view';
 import type { Command } from '../ui/commands';
-import { showExportDialog } from '../ui/export_dialog';
-import { chooseFiles } from '../ui/start_screen';
+import { showExportDialog } from '../ui/dialogs/export_dialog';
+import { chooseFiles } from '../ui/dialogs/start_screen';
 import { makersOf, type CommandTarget } from './command_makers';
 
 export function fileCommands(app: CommandTarget): Command[] {

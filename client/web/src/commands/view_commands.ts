@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Vec3 } from '../lattice/vec';
 import type { Command } from '../ui/commands';
-import { showHelp } from '../ui/help';
+import { showHelp } from '../ui/dialogs/help';
 import type { IconName } from '../ui/icons';
 import { makersOf, type CommandTarget } from './command_makers';
 

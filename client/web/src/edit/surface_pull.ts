@@ -4,7 +4,7 @@
 // Direct manipulation: one point of the surface is held, and the server finds the smallest move of control points that
 // takes it along. Where no control point moves it, outside the lattice, it stays, and the server says how far away.
 import { distance, type Vec3 } from '../lattice/vec';
-import type { SurfacePoint } from '../session/lattice_edit';
+import type { SurfacePoint } from '../session/edits/lattice_edit';
 import type { LiveSession } from '../session/live_session';
 import type { Gesture } from '../session/scene_session';
 

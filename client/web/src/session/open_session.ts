@@ -7,10 +7,10 @@ import { DeformSocket } from '../wire/deform_socket';
 import type { LatticedServer } from '../wire/latticed_server';
 import { WatchStream } from '../wire/watch_stream';
 import { inWords } from '../wire/words';
-import { IndexedSceneStore } from './indexed_scene_store';
+import { IndexedSceneStore } from './store/indexed_scene_store';
 import { LiveSession } from './live_session';
 import { followPage } from './page_wakes';
-import { SceneKeeper } from './scene_keeper';
+import { SceneKeeper } from './store/scene_keeper';
 import type { SessionStatus, ViewRequest } from './scene_session';
 import { ServerPatches } from './server_patches';
 

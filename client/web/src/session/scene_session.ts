@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { Lattice } from '../lattice/lattice';
-import type { LatticeEdit } from './lattice_edit';
+import type { LatticeEdit } from './edits/lattice_edit';
 
 /** One undo step. Every update replaces the one before, applied to the state at the gesture's begin. */
 export interface Gesture {

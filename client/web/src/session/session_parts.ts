@@ -7,7 +7,7 @@ import type { LatticedServer } from '../wire/latticed_server';
 import type { OpenStream } from '../wire/scene_stream';
 import type { Wakeable } from './page_wakes';
 import type { BackOff } from './scene_connection';
-import type { SceneKeeper } from './scene_keeper';
+import type { SceneKeeper } from './store/scene_keeper';
 import type { ViewRequest } from './scene_session';
 
 /** What a session works with. */

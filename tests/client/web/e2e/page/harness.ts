@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 /** A page with nothing but the store that viewers keep scenes in. */
-import { IndexedSceneStore } from '@src/session/indexed_scene_store';
+import { IndexedSceneStore } from '@src/session/store/indexed_scene_store';
 
 declare global {
   interface Window {

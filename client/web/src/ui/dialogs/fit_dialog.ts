@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Asks for the lattice of a mesh that was dropped, while the mesh goes up: the upload begins at once.
-import type { MeshFile } from '../intake/mesh_file';
-import type { UploadedMesh } from '../intake/services';
-import { AXES, AXIS_NAMES, pointCount, refusalOfAxes, type Axes } from '../lattice/grid';
-import { DEFAULT_FIT, type Fit } from '../lattice/identity';
-import { bytes, inWords } from '../wire/words';
-import { button, choice, numberInput, type Control } from './controls';
-import { h, onEnter, showDialog } from './dom';
+import type { MeshFile } from '../../intake/mesh_file';
+import type { UploadedMesh } from '../../intake/services';
+import { AXES, AXIS_NAMES, pointCount, refusalOfAxes, type Axes } from '../../lattice/grid';
+import { DEFAULT_FIT, type Fit } from '../../lattice/identity';
+import { bytes, inWords } from '../../wire/words';
+import { button, choice, numberInput, type Control } from '../controls';
+import { h, onEnter, showDialog } from '../dom';
 
 const DEGREES = { 1: '1, straight', 2: '2, smooth', 3: '3, smoother' };
 

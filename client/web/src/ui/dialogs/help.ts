@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Command, CommandGroup } from './commands';
-import { h, showDialog } from './dom';
+import type { Command, CommandGroup } from '../commands';
+import { h, showDialog } from '../dom';
 
 const GROUPS: readonly CommandGroup[] = ['Transform', 'Select', 'View', 'Edit', 'File'];
 

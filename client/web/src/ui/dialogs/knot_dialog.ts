@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Asks where to put one more plane of control points: a knot strictly inside the domain of an axis.
-import type { Editor } from '../edit/editor';
-import { AXIS_NAMES, domain, type Axis } from '../lattice/grid';
-import { button, numberInput, segmented } from './controls';
-import { h, onEnter, showDialog } from './dom';
+import type { Editor } from '../../edit/editor';
+import { AXIS_NAMES, domain, type Axis } from '../../lattice/grid';
+import { button, numberInput, segmented } from '../controls';
+import { h, onEnter, showDialog } from '../dom';
 
 export function showKnotDialog(editor: Editor): void {
   let axis: Axis = 0;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The world's axes as the camera sees them, in the view's corner; a press on an end looks from there.
-import { distance, dot, scale, type Basis, type Vec3 } from '../lattice/vec';
-import { svg } from './dom';
+import { distance, dot, scale, type Basis, type Vec3 } from '../../lattice/vec';
+import { svg } from '../dom';
 
 const REACH = 30;
 const AXES: readonly (readonly [string, Vec3])[] = [
