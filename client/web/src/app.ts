@@ -73,10 +73,7 @@ export class App implements CommandTarget {
   private readonly theme: ThemeSwitch;
   private readonly start: HTMLElement;
 
-  constructor(
-    root: HTMLElement,
-    readonly services: Services,
-  ) {
+  constructor(root: HTMLElement, readonly services: Services) {
     this.page = buildPage(root);
     this.viewport = new Viewport(this.page.view);
     this.toasts = new Toasts(this.page.bottom);
@@ -163,10 +160,7 @@ export class App implements CommandTarget {
     this.hud.element.hidden = true;
     bottom.append(this.transformBar.element, this.hud.element);
     view.append(nav.element, this.heatLegend.element, this.start);
-    acceptDrops(
-      (files) => this.opener.takeFiles(files),
-      (over) => view.classList.toggle('drop-target', over),
-    );
+    acceptDrops((files) => this.opener.takeFiles(files), (over) => view.classList.toggle('drop-target', over));
   }
 
   private setDark(dark: boolean): void {

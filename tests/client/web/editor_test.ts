@@ -38,10 +38,7 @@ function open() {
   const editor = new Editor(recorded.session, new Store(DEFAULT_SETTINGS), (text) => headlines.push(text));
   const viewAt = (_pivot: Vec3, axes: Basis, secondAxes: Basis) => ({
     basis: WORLD_BASIS,
-    jacobian: [
-      [100, 0, 0],
-      [0, -100, 0],
-    ] as const,
+    jacobian: [[100, 0, 0], [0, -100, 0]] as const,
     pivot: [0, 0] as [number, number],
     axes,
     secondAxes,

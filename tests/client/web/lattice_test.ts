@@ -21,14 +21,7 @@ test('a fit pads every axis by a fraction of the longest edge, so that flat mesh
   const { frame } = fitLattice({ min: [0, 0, 0], max: [2, 1, 0] }, { ...fit, padding: 0.25 });
 
   assert.deepEqual(frame.origin, [-0.5, -0.5, -0.5]);
-  assert.deepEqual(
-    [frame.u, frame.v, frame.w],
-    [
-      [3, 0, 0],
-      [0, 2, 0],
-      [0, 0, 1],
-    ],
-  );
+  assert.deepEqual([frame.u, frame.v, frame.w], [[3, 0, 0], [0, 2, 0], [0, 0, 1]]);
 });
 
 test('the identity lattice leaves every point of its frame where it is', () => {
@@ -90,10 +83,7 @@ test('knot box edges pass through the corners of the frame', () => {
 
   // Planes 3, 2, 2 along u, v, w; edges along u: 2 boxes x 4, along v: 1 x 6, along w: 1 x 6, two lines each.
   assert.equal(lines.length, 6 * 2 * (8 + 6 + 6));
-  assert.deepEqual(
-    pointAt(lines, 0).map((x) => Number(x.toFixed(12))),
-    [-1.2, -0.2, 1.8],
-  );
+  assert.deepEqual(pointAt(lines, 0).map((x) => Number(x.toFixed(12))), [-1.2, -0.2, 1.8]);
 });
 
 test('sizes and degrees out of range are refused in words', () => {

@@ -135,7 +135,6 @@ test('a server that goes once more while this window restores the scene is asked
   fixture.server.refusal = new ConnectError('reset', Code.Unavailable);
   fixture.stream.end(gone);
   await until(() => /cannot be reached\. Trying again …$/.test(fixture.session.status.text));
-  await new Promise((resolve) => setTimeout(resolve));
   assert.equal(fixture.sockets.opened.length, 1);
   await until(() => fixture.sockets.opened.length === 2);
 

@@ -109,10 +109,6 @@ function shown(value: number): string {
   return String(Number(value.toPrecision(3)));
 }
 
-export function button(
-  label: string,
-  onclick: () => void,
-  attributes: Record<string, unknown> = {},
-): HTMLButtonElement {
+export function button(label: string, onclick: () => void, attributes: Record<string, unknown> = {}): HTMLButtonElement {
   return h('button', { type: 'button', class: 'button', onclick, ...attributes }, label);
 }

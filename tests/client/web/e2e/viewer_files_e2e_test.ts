@@ -101,12 +101,6 @@ test('an STL file that the button\'s dialog chooses becomes a scene', async () =
   await tetrahedronShown();
 });
 
-test('an STL file that is dropped becomes a scene', async () => {
-  await dropFiles(page, [['tetrahedron.stl', tetrahedronStl()]]);
-
-  await tetrahedronShown();
-});
-
 test('an OBJ file and its picture are chosen together, by the key', async () => {
   await choose([['sheet.obj', sheetObj()], ['dot.png', DOT]], () => page.keyboard.press('Control+o'));
 

@@ -74,11 +74,7 @@ export function showExportDialog({ formats, view, patches, write }: ExportDialog
     ...choices,
     note,
     error,
-    h(
-      'footer',
-      {},
-      button('Cancel', () => dialog.close()),
-    ),
+    h('footer', {}, button('Cancel', () => dialog.close())),
   );
   dialog.addEventListener('close', () => abort.abort());
   refresh();

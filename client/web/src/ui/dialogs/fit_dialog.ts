@@ -46,12 +46,7 @@ export class FitDialog {
       this.paddingField(),
       this.note,
       this.error,
-      h(
-        'footer',
-        {},
-        button('Cancel', () => this.dialog.close()),
-        this.create,
-      ),
+      h('footer', {}, button('Cancel', () => this.dialog.close()), this.create),
     );
     this.dialog.addEventListener('close', () => this.abort.abort());
     for (const kind of ['pointerdown', 'keydown', 'input']) {

@@ -41,12 +41,7 @@ export function showKnotDialog(editor: Editor): void {
     axes.element,
     h('div', { class: 'field' }, h('span', { class: 'field-label' }, 'Knot'), knot.element),
     range,
-    h(
-      'footer',
-      {},
-      button('Cancel', () => dialog.close()),
-      button('Insert', insert, { class: 'button primary' }),
-    ),
+    h('footer', {}, button('Cancel', () => dialog.close()), button('Insert', insert, { class: 'button primary' })),
   );
   onEnter(dialog, insert);
   show();
