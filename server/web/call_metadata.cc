@@ -14,6 +14,7 @@
 #include "absl/strings/numbers.h"
 #include "core/base/error.h"
 #include "fmt/format.h"
+#include "server/web/http_answers.h"
 
 namespace latticed::web {
 namespace {
@@ -63,15 +64,7 @@ bool IsLegal(const std::string& name, const std::string& value) {
          (IsBinary(name) || grpc_header_nonbin_value_is_legal(Slice(value)) != 0);
 }
 
-// Printable ASCII but '%' stays.
-std::string PercentEncoded(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    const bool plain = c >= ' ' && c <= '~' && c != '%';
-    result += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
-  }
-  return result;
-}
+bool IsPlain(char c) { return c >= ' ' && c <= '~' && c != '%'; }
 
 }  // namespace
 
@@ -103,7 +96,7 @@ HttpFields ToFields(const CallMetadata& metadata) {
 HttpFields StatusFields(const grpc::Status& status) {
   HttpFields fields = {{"grpc-status", fmt::to_string(static_cast<int>(status.error_code()))}};
   if (!status.error_message().empty()) {
-    fields.push_back({"grpc-message", PercentEncoded(status.error_message())});
+    fields.push_back({"grpc-message", PercentEncode(status.error_message(), IsPlain)});
   }
   if (!status.error_details().empty()) {
     fields.push_back({"grpc-status-details-bin", absl::Base64Escape(status.error_details())});

@@ -11,8 +11,6 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
-#include "google/rpc/error_info.pb.h"
-#include "google/rpc/status.pb.h"
 #include "server/web/call_metadata.h"
 #include "server/web/http_answers.h"
 #include "server/web/query_parameters.h"
@@ -29,16 +27,6 @@ constexpr std::array<std::string_view, 3> kQueryMetadata = {"latticed-scene", "l
                                                             "traceparent"};
 constexpr uint16_t kNormalClosure = 1'000;
 constexpr uint16_t kFirstStatusCode = 4'000;
-
-std::string ReasonOf(const grpc::Status& status) {
-  google::rpc::Status details;
-  if (!details.ParseFromString(status.error_details())) return "";
-  google::rpc::ErrorInfo info;
-  for (const auto& detail : details.details()) {
-    if (detail.UnpackTo(&info)) return info.reason();
-  }
-  return "";
-}
 
 class DeformSocket final : public CallObserver, public std::enable_shared_from_this<DeformSocket> {
  public:
@@ -63,11 +51,8 @@ class DeformSocket final : public CallObserver, public std::enable_shared_from_t
 };
 
 void DeformSocket::Start(const ServerChannel& server, CallMetadata metadata, std::string peer) {
-  call_ = GenericCall::Start(
-      server, {kDeformMethod, std::move(metadata), std::move(peer)},
-      [socket = socket_](std::function<void()> work) { socket->Post(std::move(work)); },
-      shared_from_this());
-  socket_->OnGone([call = call_] { call->Cancel(); });
+  call_ = GenericCall::Start(server, {kDeformMethod, std::move(metadata), std::move(peer)}, socket_,
+                             shared_from_this());
   call_->Read();
   ReadSocket();
 }
@@ -80,10 +65,8 @@ void DeformSocket::ReadSocket() {
 
 void DeformSocket::OnSocket(WebSocket::Event event, const std::string& message) {
   switch (event) {
-    case WebSocket::Event::kMessage: {
-      const grpc::Slice slice(message);
-      return call_->Write(grpc::ByteBuffer(&slice, 1));
-    }
+    case WebSocket::Event::kMessage:
+      return call_->Write(message);
     case WebSocket::Event::kTextMessage:
       failure_ = error::InvalidField("message", "must be binary, one DeformRequest a frame");
       return call_->Cancel();
@@ -118,7 +101,7 @@ void DeformSocket::OnEnd(grpc::Status status, CallMetadata /*trailers*/) {
 absl::StatusOr<CallMetadata> MetadataOf(const HttpRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(auto parameters, QueryParameters(request.query, kQueryMetadata));
   HttpFields fields = request.fields;
-  fields.insert(fields.end(), parameters.begin(), parameters.end());
+  Append(parameters, fields);
   return ToMetadata(fields);
 }
 

@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/web/export_download.h"
 
+#include <grpcpp/support/proto_buffer_reader.h>
+
 #include <array>
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
@@ -69,26 +72,16 @@ absl::StatusOr<v1::ViewOptions> ViewOf(const std::string& query) {
   return view;
 }
 
-std::string Bytes(const grpc::ByteBuffer& buffer) {
-  std::vector<grpc::Slice> slices;
-  (void)buffer.Dump(&slices);
-  std::string bytes;
-  for (const grpc::Slice& slice : slices) {
-    bytes.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
-  }
-  return bytes;
+bool IsPlain(char c) {
+  return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '-' || c == '_';
 }
 
-// RFC 6266: names are ASCII between quotes, and the true one escaped.
+// RFC 6266: an ASCII name between quotes, and the true name escaped.
 std::string Disposition(const std::string& file_name) {
-  std::string ascii, escaped;
-  for (const char c : file_name) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '.' || c == '-' || c == '_';
-    ascii += plain ? c : '_';
-    escaped += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
-  }
-  return fmt::format("attachment; filename=\"{}\"; filename*=UTF-8''{}", ascii, escaped);
+  std::string ascii = file_name;
+  for (char& c : ascii) c = IsPlain(c) ? c : '_';
+  return fmt::format("attachment; filename=\"{}\"; filename*=UTF-8''{}", ascii,
+                     PercentEncode(file_name, IsPlain));
 }
 
 class ExportDownload final : public CallObserver,
@@ -116,20 +109,16 @@ class ExportDownload final : public CallObserver,
 
 void ExportDownload::Start(const ServerChannel& server, const v1::ExportRequest& request,
                            CallMetadata metadata) {
-  call_ = GenericCall::Start(
-      server, {kExportMethod, std::move(metadata), exchange_->request().peer},
-      [exchange = exchange_](std::function<void()> work) { exchange->Post(std::move(work)); },
-      shared_from_this());
-  exchange_->OnGone([call = call_] { call->Cancel(); });
-  const grpc::Slice slice(request.SerializeAsString());
-  call_->Write(grpc::ByteBuffer(&slice, 1));
+  call_ =
+      GenericCall::Start(server, {kExportMethod, std::move(metadata), exchange_->request().peer},
+                         exchange_, shared_from_this());
+  call_->Write(request.SerializeAsString());
   call_->Read();
 }
 
 void ExportDownload::StartAnswer(const v1::ExportHeader& header) {
   answering_ = true;
-  const HttpFields cors = guard_.CorsFields(exchange_->request(), fields_);
-  fields_.insert(fields_.end(), cors.begin(), cors.end());
+  Append(guard_.CorsFields(exchange_->request(), fields_), fields_);
   fields_.push_back({"content-type", header.media_type()});
   fields_.push_back({"content-disposition", Disposition(header.file_name())});
   fields_.push_back({"x-content-type-options", "nosniff"});
@@ -139,7 +128,8 @@ void ExportDownload::StartAnswer(const v1::ExportHeader& header) {
 
 void ExportDownload::OnMessage(grpc::ByteBuffer message) {
   v1::ExportResponse part;
-  if (!part.ParseFromString(Bytes(message))) return call_->Cancel();
+  grpc::ProtoBufferReader reader(&message);
+  if (!part.ParseFromZeroCopyStream(&reader)) return call_->Cancel();
   if (part.has_header()) {
     StartAnswer(part.header());
     return call_->Read();
@@ -151,9 +141,8 @@ void ExportDownload::OnEnd(grpc::Status status, CallMetadata trailers) {
   if (answering_) return status.ok() ? exchange_->End() : exchange_->Abort();
   HttpResponse answer = FailureAnswer(status);
   const HttpFields fields = ToFields(trailers);
-  const HttpFields cors = guard_.CorsFields(exchange_->request(), fields);
-  answer.fields.insert(answer.fields.end(), fields.begin(), fields.end());
-  answer.fields.insert(answer.fields.end(), cors.begin(), cors.end());
+  Append(fields, answer.fields);
+  Append(guard_.CorsFields(exchange_->request(), fields), answer.fields);
   exchange_->Reply(std::move(answer));
 }
 

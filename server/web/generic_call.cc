@@ -3,14 +3,9 @@
 #include "server/web/generic_call.h"
 
 #include <grpcpp/channel.h>
-#include <grpcpp/client_context.h>
 #include <grpcpp/generic/generic_stub.h>
-#include <grpcpp/support/client_callback.h>
 
 #include <map>
-#include <optional>
-
-#include "core/base/mutex.h"
 
 namespace latticed::web {
 namespace {
@@ -24,57 +19,36 @@ CallMetadata Copied(const std::multimap<grpc::string_ref, grpc::string_ref>& met
   return result;
 }
 
-class BytesCall final : public GenericCall,
-                        private grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
-                        public std::enable_shared_from_this<BytesCall> {
- public:
-  BytesCall(Post post, std::shared_ptr<CallObserver> observer)
-      : post_(std::move(post)), observer_(std::move(observer)) {}
+}  // namespace
 
-  void Begin(const ServerChannel& server, const Request& request);
+void GenericCall::Write(const std::string& message) {
+  const grpc::Slice slice(message);
+  const MutexLock lock(&mutex_);
+  if (released_) return;
+  writing_ = grpc::ByteBuffer(&slice, 1);
+  StartWrite(&writing_);
+}
 
-  void Write(const grpc::ByteBuffer& message) override ABSL_LOCKS_EXCLUDED(mutex_) {
-    const MutexLock lock(&mutex_);
-    if (released_) return;
-    writing_ = message;
-    StartWrite(&writing_);
-  }
-  void WritesDone() override ABSL_LOCKS_EXCLUDED(mutex_) {
-    const MutexLock lock(&mutex_);
-    if (!released_) StartWritesDone();
-  }
-  void Read() override ABSL_LOCKS_EXCLUDED(mutex_) {
-    const MutexLock lock(&mutex_);
-    if (!released_) StartRead(&reading_);
-  }
-  void Cancel() override {
-    context_.TryCancel();
-    Release();
-  }
+void GenericCall::WritesDone() {
+  const MutexLock lock(&mutex_);
+  if (!released_) StartWritesDone();
+}
 
- private:
-  void OnReadInitialMetadataDone(bool ok) override;
-  void OnReadDone(bool ok) override;
-  void OnWriteDone(bool ok) override;
-  void OnDone(const grpc::Status& status) override;
-  void Hand(const grpc::ByteBuffer& message) {
-    post_([observer = observer_, message] { observer->OnMessage(message); });
-  }
-  // No more operations will be started: lets OnDone come.
-  void Release() ABSL_LOCKS_EXCLUDED(mutex_);
+void GenericCall::Read() {
+  const MutexLock lock(&mutex_);
+  if (!released_) StartRead(&reading_);
+}
 
-  const Post post_;
-  std::shared_ptr<CallObserver> observer_;  // until OnDone
-  std::shared_ptr<BytesCall> self_;         // gRPC's reference, until OnDone
-  grpc::ClientContext context_;
-  grpc::ByteBuffer reading_, writing_;
-  Mutex mutex_;
-  bool released_ ABSL_GUARDED_BY(mutex_) = false;
-  bool head_read_ ABSL_GUARDED_BY(mutex_) = false;
-  std::optional<grpc::ByteBuffer> early_ ABSL_GUARDED_BY(mutex_);  // read before the head
-};
+void GenericCall::Cancel() {
+  context_.TryCancel();
+  Release();
+}
 
-void BytesCall::Begin(const ServerChannel& server, const Request& request) {
+void GenericCall::Hand(const grpc::ByteBuffer& message) {
+  post_([observer = observer_, message] { observer->OnMessage(message); });
+}
+
+void GenericCall::Begin(const ServerChannel& server, const Request& request) {
   self_ = shared_from_this();
   for (const auto& [key, value] : request.metadata) context_.AddMetadata(key, value);
   context_.AddMetadata(server.peer_key, request.peer);
@@ -87,7 +61,7 @@ void BytesCall::Begin(const ServerChannel& server, const Request& request) {
   StartCall();
 }
 
-void BytesCall::Release() {
+void GenericCall::Release() {
   {
     const MutexLock lock(&mutex_);
     if (released_) return;
@@ -96,7 +70,7 @@ void BytesCall::Release() {
   RemoveHold();
 }
 
-void BytesCall::OnReadInitialMetadataDone(bool ok) {
+void GenericCall::OnReadInitialMetadataDone(bool ok) {
   if (ok) {
     post_([observer = observer_, metadata = Copied(context_.GetServerInitialMetadata())]() mutable {
       observer->OnHead(std::move(metadata));
@@ -108,7 +82,7 @@ void BytesCall::OnReadInitialMetadataDone(bool ok) {
   early_.reset();
 }
 
-void BytesCall::OnReadDone(bool ok) {
+void GenericCall::OnReadDone(bool ok) {
   if (!ok) return Release();
   grpc::ByteBuffer message;
   message.Swap(&reading_);
@@ -117,27 +91,18 @@ void BytesCall::OnReadDone(bool ok) {
   early_ = message;
 }
 
-void BytesCall::OnWriteDone(bool ok) {
+void GenericCall::OnWriteDone(bool ok) {
   writing_.Clear();
   // A call that takes no more has a status, which a read brings.
   if (ok) post_([observer = observer_] { observer->OnWritten(); });
 }
 
-void BytesCall::OnDone(const grpc::Status& status) {
+void GenericCall::OnDone(const grpc::Status& status) {
   post_([observer = std::move(observer_), status,
          trailers = Copied(context_.GetServerTrailingMetadata())]() mutable {
     observer->OnEnd(status, std::move(trailers));
   });
   self_ = nullptr;
-}
-
-}  // namespace
-
-std::shared_ptr<GenericCall> GenericCall::Start(const ServerChannel& server, const Request& request,
-                                                Post post, std::shared_ptr<CallObserver> observer) {
-  const auto call = std::make_shared<BytesCall>(std::move(post), std::move(observer));
-  call->Begin(server, request);
-  return call;
 }
 
 }  // namespace latticed::web

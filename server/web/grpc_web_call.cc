@@ -67,11 +67,8 @@ void GrpcWebCall::Start(const ServerChannel& server) {
   if (!IsUncompressed(request)) {
     return OnEnd(ToGrpcStatus(error::Unimplemented("compression of requests")), {});
   }
-  call_ = GenericCall::Start(
-      server, {request.path, *metadata, request.peer, *deadline},
-      [exchange = exchange_](std::function<void()> work) { exchange->Post(std::move(work)); },
-      shared_from_this());
-  exchange_->OnGone([call = call_] { call->Cancel(); });
+  call_ = GenericCall::Start(server, {request.path, *metadata, request.peer, *deadline}, exchange_,
+                             shared_from_this());
   call_->Read();
   ReadBody();
 }
@@ -90,8 +87,7 @@ void GrpcWebCall::SendNext() {
   if (!message.ok()) return Fail(message.status());
   if (message->has_value()) {
     writing_ = true;
-    const grpc::Slice slice(**message);
-    return call_->Write(grpc::ByteBuffer(&slice, 1));
+    return call_->Write(**message);
   }
   if (!body_ended_) return ReadBody();
   if (!frames_.empty()) return Fail(error::InvalidField("body", "ends inside of a frame"));
@@ -110,7 +106,7 @@ void GrpcWebCall::StartAnswer(const CallMetadata& metadata) {
   fields.push_back({"content-type", std::string(kMediaType)});
   fields.push_back({"x-content-type-options", "nosniff"});
   fields.push_back({"cache-control", "no-store"});
-  fields.insert(fields.end(), cors.begin(), cors.end());
+  Append(cors, fields);
   exchange_->Start(200, std::move(fields), std::nullopt);
 }
 

@@ -6,6 +6,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
+#include "fmt/format.h"
 
 namespace latticed::web {
 namespace {
@@ -66,6 +67,19 @@ HttpResponse FailureAnswer(const grpc::Status& status) {
   HttpResponse answer = TextAnswer(HttpStatus(status.error_code()), status.error_message());
   if (answer.status == 401) answer.fields.push_back({"www-authenticate", "Bearer"});
   return answer;
+}
+
+void Append(const HttpFields& more, HttpFields& fields) {
+  fields.insert(fields.end(), more.begin(), more.end());
+}
+
+std::string PercentEncode(std::string_view text, bool (*is_plain)(char)) {
+  std::string result;
+  for (const char c : text) {
+    result +=
+        is_plain(c) ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return result;
 }
 
 bool PercentDecode(std::string_view text, std::string* decoded) {

@@ -23,6 +23,11 @@ namespace latticed::web {
 // The HTTP status that says about the same as the status of an rpc, with its message.
 [[nodiscard]] HttpResponse FailureAnswer(const grpc::Status& status);
 
+void Append(const HttpFields& more, HttpFields& fields);
+
+// A -> %41, but for what is plain.
+[[nodiscard]] std::string PercentEncode(std::string_view text, bool (*is_plain)(char));
+
 // %41 -> A; false where an escape is none, or stands for NUL.
 [[nodiscard]] bool PercentDecode(std::string_view text, std::string* decoded);
 

@@ -11,11 +11,15 @@
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "fmt/format.h"
 #include "server/base/telemetry.h"
 #include "server/web/connection_set.h"
+#include "server/web/deform_socket.h"
+#include "server/web/export_download.h"
+#include "server/web/grpc_web_call.h"
 #include "server/web/http_listener.h"
 #include "server/web/request_guard.h"
-#include "server/web/web_routes.h"
+#include "server/web/static_files.h"
 
 namespace latticed::web {
 namespace {
@@ -26,10 +30,12 @@ constexpr int kThreads = 2;
 }  // namespace
 
 struct WebServer::Impl {
-  Impl(const Options& options, ServerChannel server, AdminHooks admin)
+  Impl(const Options& options, ServerChannel channel, AdminHooks admin)
       : connections(MostConnections(options)),
         admin_connections(limits::kMaxAdminConnections),
-        routes(options, std::move(server)),
+        server(std::move(channel)),
+        guard(options.http, options.allowed_hosts, options.cors_origins),
+        files(StaticFiles::FindRoot(options.web_root)),
         admin_guard(options.admin, options.allowed_hosts, {}),
         admin_hooks(std::move(admin)),
         work(boost::asio::make_work_guard(context)) {}
@@ -39,8 +45,13 @@ struct WebServer::Impl {
     return http == nullptr ? ConnectionCounts() : connections.counts();
   }
 
+  // Which request of --http goes where, after the guard.
+  void Route(const std::shared_ptr<HttpExchange>& exchange) const;
+
   ConnectionSet connections, admin_connections;  // before the context, whose handlers hold places
-  const WebRoutes routes;
+  const ServerChannel server;
+  const RequestGuard guard;
+  const StaticFiles files;
   const RequestGuard admin_guard;
   const AdminHooks admin_hooks;
   std::unique_ptr<boost::asio::ssl::context> tls;
@@ -49,6 +60,22 @@ struct WebServer::Impl {
   std::shared_ptr<TcpListener> http, admin;
   std::vector<std::thread> threads;
 };
+
+void WebServer::Impl::Route(const std::shared_ptr<HttpExchange>& exchange) const {
+  const HttpRequest& request = exchange->request();
+  if (auto stopped = guard.Stop(request); stopped.has_value()) {
+    LogEvent(spdlog::level::info, "HTTP request stopped",
+             {{"status", fmt::to_string(stopped->status)},
+              {"peer", request.peer},
+              {"host", std::string(request.Field("host"))},
+              {"origin", std::string(request.Field("origin"))}});
+    return exchange->Reply(*std::move(stopped));
+  }
+  if (request.path == kDeformSocketPath) return OpenDeformSocket(server, exchange);
+  if (request.path.starts_with(kExportPrefix)) return RunExportDownload(server, guard, exchange);
+  if (request.method == "POST") return RunGrpcWebCall(server, guard, exchange);
+  files.Answer(exchange);
+}
 
 WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
@@ -63,10 +90,9 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
   LATTICED_ASSIGN_OR_RETURN(impl.tls, MakeTlsContext(options));
   if (!options.http.empty()) {
     LATTICED_ASSIGN_OR_RETURN(
-        auto listener,
-        ListenForHttp(impl.context, "--http", options.http, impl.tls.get(), &impl.connections,
-                      options.http_timeouts, impl.routes.handler()));
-    impl.http = std::move(listener);
+        impl.http, ListenForHttp(impl.context, "--http", options.http, impl.tls.get(),
+                                 &impl.connections, options.http_timeouts,
+                                 [&impl](const auto& exchange) { impl.Route(exchange); }));
   }
   if (!options.admin.empty()) {
     const HttpHandler answer = [&impl](const std::shared_ptr<HttpExchange>& exchange) {
@@ -76,9 +102,8 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
                           : AdminAnswer(impl.admin_hooks, exchange->request(), impl.counts()));
     };
     LATTICED_ASSIGN_OR_RETURN(
-        auto listener, ListenForHttp(impl.context, "--admin", options.admin, nullptr,
-                                     &impl.admin_connections, options.http_timeouts, answer));
-    impl.admin = std::move(listener);
+        impl.admin, ListenForHttp(impl.context, "--admin", options.admin, nullptr,
+                                  &impl.admin_connections, options.http_timeouts, answer));
   }
   for (int i = 0; i < kThreads; ++i) {
     impl.threads.emplace_back([&impl] { RunUntilDone(impl.context); });

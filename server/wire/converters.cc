@@ -78,19 +78,6 @@ v1::Bounds ToProto(const Bounds& bounds) {
   return result;
 }
 
-absl::StatusOr<Bounds> FromProto(const v1::Bounds& bounds, std::string_view field) {
-  Bounds result;
-  if (!bounds.has_min() && !bounds.has_max()) return result;
-  LATTICED_ASSIGN_OR_RETURN(const auto min, FromProto(bounds.min(), fmt::format("{}.min", field)));
-  LATTICED_ASSIGN_OR_RETURN(const auto max, FromProto(bounds.max(), fmt::format("{}.max", field)));
-  if (min.x > max.x || min.y > max.y || min.z > max.z) {
-    return error::InvalidField(field, "min must not be above max on any axis");
-  }
-  result.min = min;
-  result.max = max;
-  return result;
-}
-
 absl::StatusOr<std::vector<Vec3d>> PointsFromProto(
     const google::protobuf::RepeatedField<double>& flat, size_t most, std::string_view field) {
   const auto numbers = static_cast<size_t>(flat.size());

@@ -34,7 +34,6 @@ namespace latticed {
 [[nodiscard]] v1::Vec3 ToProto(Vec3d v);
 // Unset for empty bounds: callers leave the field out.
 [[nodiscard]] v1::Bounds ToProto(const Bounds& bounds);
-[[nodiscard]] absl::StatusOr<Bounds> FromProto(const v1::Bounds& bounds, std::string_view field);
 
 // Flat x, y, z lists; at most `most` points.
 [[nodiscard]] absl::StatusOr<std::vector<Vec3d>> PointsFromProto(

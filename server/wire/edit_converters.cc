@@ -3,6 +3,7 @@
 #include "server/wire/edit_converters.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/wire/converters.h"
+#include "server/wire/enum_table.h"
 #include "server/wire/grpc_status.h"
 #include "server/wire/surface_points.h"
 
@@ -20,6 +22,28 @@ namespace latticed {
 namespace {
 
 using Indices = google::protobuf::RepeatedField<uint32_t>;
+
+constexpr auto kAxes =
+    std::to_array<std::pair<v1::LatticeAxis, int>>({{v1::LATTICE_AXIS_U, 0},
+                                                    {v1::LATTICE_AXIS_V, 1},
+                                                    {v1::LATTICE_AXIS_W, 2},
+                                                    {v1::LATTICE_AXIS_UNSPECIFIED, 0}});
+
+constexpr auto kTargets = std::to_array<std::pair<v1::ResetTarget, ResetTo>>(
+    {{v1::RESET_TARGET_IDENTITY, ResetTo::kIdentity},
+     {v1::RESET_TARGET_INITIAL, ResetTo::kInitial},
+     {v1::RESET_TARGET_UNSPECIFIED, ResetTo::kIdentity}});
+
+constexpr auto kScopes = std::to_array<std::pair<v1::UndoScope, UndoScope>>(
+    {{v1::UNDO_SCOPE_MINE, UndoScope::kMine},
+     {v1::UNDO_SCOPE_SCENE, UndoScope::kScene},
+     {v1::UNDO_SCOPE_UNSPECIFIED, UndoScope::kMine}});
+
+constexpr auto kPhases = std::to_array<std::pair<v1::GesturePhase, GesturePhase>>(
+    {{v1::GESTURE_PHASE_UPDATE, GesturePhase::kUpdate},
+     {v1::GESTURE_PHASE_COMMIT, GesturePhase::kCommit},
+     {v1::GESTURE_PHASE_CANCEL, GesturePhase::kCancel},
+     {v1::GESTURE_PHASE_UNSPECIFIED, GesturePhase::kUpdate}});
 
 absl::StatusOr<std::vector<uint32_t>> ReadIndices(const Indices& indices, std::string_view field) {
   if (indices.empty()) {
@@ -96,44 +120,21 @@ absl::StatusOr<Edit> Read(const v1::DragPoints& edit, const PolygonMesh& mesh,
 }
 
 absl::StatusOr<Edit> Read(const v1::InsertKnot& edit, std::string_view field) {
-  switch (edit.axis()) {
-    case v1::LATTICE_AXIS_UNSPECIFIED:
-    case v1::LATTICE_AXIS_U:
-      return InsertKnot{0, edit.value()};
-    case v1::LATTICE_AXIS_V:
-      return InsertKnot{1, edit.value()};
-    case v1::LATTICE_AXIS_W:
-      return InsertKnot{2, edit.value()};
-    default:
-      return error::Unsupported(fmt::format("{}.axis", field),
-                                fmt::format("value {}", edit.axis()));
-  }
+  LATTICED_ASSIGN_OR_RETURN(const int axis,
+                            ReadEnum(kAxes, edit.axis(), fmt::format("{}.axis", field)));
+  return InsertKnot{axis, edit.value()};
 }
 
 absl::StatusOr<Edit> Read(const v1::Reset& edit, std::string_view field) {
-  switch (edit.target()) {
-    case v1::RESET_TARGET_UNSPECIFIED:
-    case v1::RESET_TARGET_IDENTITY:
-      return Reset{ResetTo::kIdentity};
-    case v1::RESET_TARGET_INITIAL:
-      return Reset{ResetTo::kInitial};
-    default:
-      return error::Unsupported(fmt::format("{}.target", field),
-                                fmt::format("value {}", edit.target()));
-  }
+  LATTICED_ASSIGN_OR_RETURN(const ResetTo target,
+                            ReadEnum(kTargets, edit.target(), fmt::format("{}.target", field)));
+  return Reset{target};
 }
 
 absl::StatusOr<Edit> Read(const v1::Undo& edit, std::string_view field) {
-  switch (edit.scope()) {
-    case v1::UNDO_SCOPE_UNSPECIFIED:
-    case v1::UNDO_SCOPE_MINE:
-      return Undo{UndoScope::kMine};
-    case v1::UNDO_SCOPE_SCENE:
-      return Undo{UndoScope::kScene};
-    default:
-      return error::Unsupported(fmt::format("{}.scope", field),
-                                fmt::format("value {}", edit.scope()));
-  }
+  LATTICED_ASSIGN_OR_RETURN(const UndoScope scope,
+                            ReadEnum(kScopes, edit.scope(), fmt::format("{}.scope", field)));
+  return Undo{scope};
 }
 
 absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
@@ -164,20 +165,6 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
   return error::InvalidField(field, "one kind of edit must be set");
 }
 
-absl::StatusOr<GesturePhase> ReadPhase(v1::GesturePhase phase) {
-  switch (phase) {
-    case v1::GESTURE_PHASE_UNSPECIFIED:
-    case v1::GESTURE_PHASE_UPDATE:
-      return GesturePhase::kUpdate;
-    case v1::GESTURE_PHASE_COMMIT:
-      return GesturePhase::kCommit;
-    case v1::GESTURE_PHASE_CANCEL:
-      return GesturePhase::kCancel;
-    default:
-      return error::Unsupported("gesture_phase", fmt::format("value {}", phase));
-  }
-}
-
 }  // namespace
 
 absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
@@ -187,7 +174,8 @@ absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMes
   result.structure_id = batch.structure_id();
   if (batch.has_expected_revision()) result.expected_revision = batch.expected_revision();
   result.gesture_id = batch.gesture_id();
-  LATTICED_ASSIGN_OR_RETURN(result.gesture_phase, ReadPhase(batch.gesture_phase()));
+  LATTICED_ASSIGN_OR_RETURN(result.gesture_phase,
+                            ReadEnum(kPhases, batch.gesture_phase(), "gesture_phase"));
   result.edits.reserve(static_cast<size_t>(batch.edits_size()));
   for (int i = 0; i < batch.edits_size(); ++i) {
     auto edit = ReadEdit(batch.edits(i), mesh, fmt::format("edits[{}]", i));
@@ -200,13 +188,12 @@ absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMes
 EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
   auto readable = FromProto(batch, mesh);
   if (readable.ok()) return *std::move(readable);
-  return {.editor_id = batch.editor_id(),
-          .sequence = batch.sequence(),
-          .structure_id = batch.structure_id(),
-          .expected_revision = {},
-          .gesture_id = {},
-          .edits = {},
-          .refusal = readable.status()};
+  EditBatch refused;
+  refused.editor_id = batch.editor_id();
+  refused.sequence = batch.sequence();
+  refused.structure_id = batch.structure_id();
+  refused.refusal = readable.status();
+  return refused;
 }
 
 v1::EditResult ToProto(const EditSummary& summary) {

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/wire/mesh_header.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -15,6 +17,7 @@
 #include "fmt/format.h"
 #include "server/base/labels.h"
 #include "server/wire/converters.h"
+#include "server/wire/enum_table.h"
 #include "server/wire/raw_mesh.h"
 #include "server/wire/time_converters.h"
 #include "server/wire/view_converters.h"
@@ -30,31 +33,21 @@ Labels LabelsOf(const v1::MeshHeader& header) {
   return Labels(header.labels().begin(), header.labels().end());
 }
 
+// Words of a StoredMesh.
+constexpr auto kUpAxes =
+    std::to_array<std::pair<v1::UpAxis, std::string_view>>({{v1::UP_AXIS_X, "x"},
+                                                            {v1::UP_AXIS_Y, "y"},
+                                                            {v1::UP_AXIS_Z, "z"},
+                                                            {v1::UP_AXIS_UNSPECIFIED, ""}});
+
 std::string UpAxisName(v1::UpAxis axis) {
-  switch (axis) {
-    case v1::UP_AXIS_X:
-      return "x";
-    case v1::UP_AXIS_Y:
-      return "y";
-    case v1::UP_AXIS_Z:
-      return "z";
-    default:
-      return "";
-  }
+  return std::string(ReadEnum(kUpAxes, axis, "up_axis").value_or(""));
 }
 
-v1::UpAxis UpAxisFromName(std::string_view name) {
-  if (name == "x") return v1::UP_AXIS_X;
-  if (name == "y") return v1::UP_AXIS_Y;
-  if (name == "z") return v1::UP_AXIS_Z;
-  return v1::UP_AXIS_UNSPECIFIED;
-}
+v1::UpAxis UpAxisFromName(std::string_view name) { return WriteEnum(kUpAxes, name); }
 
 absl::Status CheckUnits(const v1::MeshUnits& units) {
-  if (!v1::UpAxis_IsValid(units.up_axis())) {
-    return error::Unsupported("header.units.up_axis",
-                              fmt::format("up axis {}", static_cast<int>(units.up_axis())));
-  }
+  LATTICED_RETURN_IF_ERROR(ReadEnum(kUpAxes, units.up_axis(), "header.units.up_axis").status());
   if (!std::isfinite(units.meters_per_unit())) {
     return error::NotFinite("header.units.meters_per_unit");
   }

@@ -128,40 +128,34 @@ absl::Status CheckCount(const char* field, uint64_t got, uint64_t highest) {
   return error::OutOfRange(field, static_cast<double>(got), 1, static_cast<double>(highest));
 }
 
-absl::Status CheckEnums(const v1::RawLayout& layout) {
-  if (!v1::ScalarType_IsValid(layout.position_type())) {
-    return error::Unsupported("header.raw_layout.position_type",
-                              fmt::format("type {}", static_cast<int>(layout.position_type())));
-  }
-  if (!v1::AttributeDomain_IsValid(layout.normals())) {
-    return error::Unsupported("header.raw_layout.normals",
-                              fmt::format("domain {}", static_cast<int>(layout.normals())));
-  }
-  if (!v1::AttributeDomain_IsValid(layout.uvs())) {
-    return error::Unsupported("header.raw_layout.uvs",
-                              fmt::format("domain {}", static_cast<int>(layout.uvs())));
-  }
-  return absl::OkStatus();
+absl::Status CheckKnown(bool known, std::string_view field, std::string_view what, int value) {
+  if (known) return absl::OkStatus();
+  return error::Unsupported(fmt::format("header.raw_layout.{}", field),
+                            fmt::format("{} {}", what, value));
 }
 
 }  // namespace
 
 absl::Status CheckRawLayout(const v1::RawLayout& layout, uint64_t total_bytes) {
   constexpr uint64_t kMaxCorners = PolygonMesh::kNoAttribute - 1;
-  if (absl::Status status = CheckEnums(layout); !status.ok()) return status;
-  absl::Status count =
-      CheckCount("header.raw_layout.vertex_count", layout.vertex_count(), limits::kMaxMeshVertices);
-  if (!count.ok()) return count;
-  count = CheckCount("header.raw_layout.face_count", layout.face_count(), limits::kMaxMeshFaces);
-  if (!count.ok()) return count;
+  LATTICED_RETURN_IF_ERROR(CheckKnown(v1::ScalarType_IsValid(layout.position_type()),
+                                      "position_type", "type", layout.position_type()));
+  LATTICED_RETURN_IF_ERROR(CheckKnown(v1::AttributeDomain_IsValid(layout.normals()), "normals",
+                                      "domain", layout.normals()));
+  LATTICED_RETURN_IF_ERROR(
+      CheckKnown(v1::AttributeDomain_IsValid(layout.uvs()), "uvs", "domain", layout.uvs()));
+  LATTICED_RETURN_IF_ERROR(CheckCount("header.raw_layout.vertex_count", layout.vertex_count(),
+                                      limits::kMaxMeshVertices));
+  LATTICED_RETURN_IF_ERROR(
+      CheckCount("header.raw_layout.face_count", layout.face_count(), limits::kMaxMeshFaces));
   const uint32_t face_size = layout.face_size();
   if (face_size != 0 && (face_size < kMinFaceSize || face_size > limits::kMaxFaceCorners)) {
     return error::OutOfRange("header.raw_layout.face_size", face_size, kMinFaceSize,
                              limits::kMaxFaceCorners);
   }
   const RawSizes sizes = SizesOf(layout);
-  count = CheckCount("header.raw_layout.corner_count", sizes.corners, kMaxCorners);
-  if (!count.ok()) return count;
+  LATTICED_RETURN_IF_ERROR(
+      CheckCount("header.raw_layout.corner_count", sizes.corners, kMaxCorners));
   if (sizes.TotalBytes() != total_bytes) {
     return error::InvalidField(
         "header.raw_layout",
@@ -175,9 +169,7 @@ absl::StatusOr<PolygonMesh> ReadRawMesh(const v1::RawLayout& layout, std::string
   RawReader reader(bytes);
   PolygonMesh mesh;
   mesh.positions = TakePositions(reader, sizes);
-  LATTICED_ASSIGN_OR_RETURN(std::vector<uint32_t> offsets,
-                            TakeFaceOffsets(reader, sizes, layout.face_size()));
-  mesh.face_offsets = std::move(offsets);
+  LATTICED_ASSIGN_OR_RETURN(mesh.face_offsets, TakeFaceOffsets(reader, sizes, layout.face_size()));
   mesh.corner_vertices = reader.Take<uint32_t>(sizes.corners);
   if (sizes.normals > 0) {
     mesh.normals = reader.Take<Vec3f>(sizes.normals);

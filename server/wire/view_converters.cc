@@ -2,46 +2,82 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/wire/view_converters.h"
 
+#include <array>
+#include <utility>
+
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/wire/enum_table.h"
 
 namespace latticed {
 namespace {
 
-// Takes `value` into `target` where it is not 0.
-absl::Status TakeInRange(int32_t value, int lowest, int highest, std::string_view field,
-                         std::string_view name, int& target) {
-  if (value == 0) return absl::OkStatus();
-  if (value < lowest || value > highest) {
-    return error::OutOfRange(fmt::format("{}.{}", field, name), value, lowest, highest);
+constexpr auto kNormals = std::to_array<std::pair<v1::NormalMode, NormalMode>>(
+    {{v1::NORMAL_MODE_NONE, NormalMode::kNone},
+     {v1::NORMAL_MODE_FACET, NormalMode::kFacet},
+     {v1::NORMAL_MODE_SMOOTH, NormalMode::kSmooth}});
+
+// ENCODING_CONTROL_NETS is reserved.
+constexpr auto kEncodings = std::to_array<std::pair<v1::Encoding, Encoding>>(
+    {{v1::ENCODING_DRACO_POINTS, Encoding::kDracoPoints},
+     {v1::ENCODING_DRACO_MESH, Encoding::kDracoMesh},
+     {v1::ENCODING_RAW, Encoding::kRaw},
+     {v1::ENCODING_QUANTISED, Encoding::kQuantised}});
+
+constexpr auto kPipelines = std::to_array<std::pair<v1::Pipeline, Pipeline>>(
+    {{v1::PIPELINE_FUSED, Pipeline::kFused},
+     {v1::PIPELINE_GEMM, Pipeline::kGemm},
+     {v1::PIPELINE_GEMM12, Pipeline::kGemm12},
+     {v1::PIPELINE_CONTROL_NET, Pipeline::kControlNet},
+     {v1::PIPELINE_UNSPECIFIED, Pipeline::kFused}});
+
+constexpr auto kUploadFormats = std::to_array<std::pair<v1::MeshFormat, UploadFormat>>(
+    {{v1::MESH_FORMAT_OBJ, UploadFormat::kObj},
+     {v1::MESH_FORMAT_PLY, UploadFormat::kPly},
+     {v1::MESH_FORMAT_STL, UploadFormat::kStl},
+     {v1::MESH_FORMAT_GLB, UploadFormat::kGlb},
+     {v1::MESH_FORMAT_DRACO, UploadFormat::kDraco},
+     {v1::MESH_FORMAT_RAW, UploadFormat::kRaw}});
+
+constexpr auto kExportFormats =
+    std::to_array<std::pair<v1::ExportFormat, std::optional<MeshFormat>>>(
+        {{v1::EXPORT_FORMAT_PLY, MeshFormat::kPly},
+         {v1::EXPORT_FORMAT_OBJ, MeshFormat::kObj},
+         {v1::EXPORT_FORMAT_STL, MeshFormat::kStl},
+         {v1::EXPORT_FORMAT_GLB, MeshFormat::kGlb},
+         {v1::EXPORT_FORMAT_DRC, MeshFormat::kDraco},
+         {v1::EXPORT_FORMAT_CONTROL_NETS, std::nullopt},
+         {v1::EXPORT_FORMAT_UNSPECIFIED, MeshFormat::kPly}});
+
+// Takes the numbers of `options` that are not 0.
+absl::Status TakeNumbers(const v1::ViewOptions& options, std::string_view field, WatchView& view) {
+  struct Number {
+    int32_t given;
+    int lowest, highest;
+    std::string_view name;
+    int& target;
+  };
+  using namespace limits;
+  ViewSpec& spec = view.key.spec;
+  const Number numbers[] = {
+      {options.segments(), kMinSegments, kMaxSegments, "segments", spec.segments},
+      {options.position_bits(), kMinPositionBits, kMaxPositionBits, "position_bits",
+       spec.position_bits},
+      {options.normal_bits(), kMinNormalBits, kMaxNormalBits, "normal_bits", spec.normal_bits},
+      {options.drag_position_bits(), kMinPositionBits, kMaxPositionBits, "drag_position_bits",
+       view.drag_position_bits},
+      {options.drag_normal_bits(), kMinNormalBits, kMaxNormalBits, "drag_normal_bits",
+       view.drag_normal_bits}};
+  for (const auto& [given, lowest, highest, name, target] : numbers) {
+    if (given == 0) continue;
+    if (given < lowest || given > highest) {
+      return error::OutOfRange(fmt::format("{}.{}", field, name), given, lowest, highest);
+    }
+    target = given;
   }
-  target = value;
   return absl::OkStatus();
-}
-
-absl::Status TakeDragBits(const v1::ViewOptions& options, std::string_view field, WatchView& view) {
-  LATTICED_RETURN_IF_ERROR(TakeInRange(options.drag_position_bits(), limits::kMinPositionBits,
-                                       limits::kMaxPositionBits, field, "drag_position_bits",
-                                       view.drag_position_bits));
-  return TakeInRange(options.drag_normal_bits(), limits::kMinNormalBits, limits::kMaxNormalBits,
-                     field, "drag_normal_bits", view.drag_normal_bits);
-}
-
-absl::Status TakeBits(const v1::ViewOptions& options, std::string_view field, ViewSpec& spec) {
-  LATTICED_RETURN_IF_ERROR(TakeInRange(options.segments(), limits::kMinSegments,
-                                       limits::kMaxSegments, field, "segments", spec.segments));
-  LATTICED_RETURN_IF_ERROR(TakeInRange(options.position_bits(), limits::kMinPositionBits,
-                                       limits::kMaxPositionBits, field, "position_bits",
-                                       spec.position_bits));
-  return TakeInRange(options.normal_bits(), limits::kMinNormalBits, limits::kMaxNormalBits, field,
-                     "normal_bits", spec.normal_bits);
-}
-
-template <typename Enum>
-absl::Status UnknownValue(std::string_view field, Enum value) {
-  return error::Unsupported(field, fmt::format("value {}", static_cast<int>(value)));
 }
 
 }  // namespace
@@ -61,8 +97,7 @@ absl::StatusOr<WatchView> DefaultViewFromProto(const v1::ViewOptions& options,
   LATTICED_ASSIGN_OR_RETURN(
       const auto encoding,
       FromProto(options.encoding(), defaults.key.encoding, fmt::format("{}.encoding", field)));
-  LATTICED_RETURN_IF_ERROR(TakeBits(options, field, view.key.spec));
-  LATTICED_RETURN_IF_ERROR(TakeDragBits(options, field, view));
+  LATTICED_RETURN_IF_ERROR(TakeNumbers(options, field, view));
   view.key.spec.normals = normals;
   view.key.encoding = encoding;
   view.key.spec.format = FormatOf(encoding);
@@ -106,185 +141,40 @@ v1::ViewOptions ToProto(const WatchView& view) {
 
 absl::StatusOr<NormalMode> FromProto(v1::NormalMode mode, NormalMode unspecified,
                                      std::string_view field) {
-  switch (mode) {
-    case v1::NORMAL_MODE_UNSPECIFIED:
-      return unspecified;
-    case v1::NORMAL_MODE_NONE:
-      return NormalMode::kNone;
-    case v1::NORMAL_MODE_FACET:
-      return NormalMode::kFacet;
-    case v1::NORMAL_MODE_SMOOTH:
-      return NormalMode::kSmooth;
-    default:
-      return UnknownValue(field, mode);
-  }
+  if (mode == v1::NORMAL_MODE_UNSPECIFIED) return unspecified;
+  return ReadEnum(kNormals, mode, field);
 }
 
-v1::NormalMode ToProto(NormalMode mode) {
-  switch (mode) {
-    case NormalMode::kNone:
-      return v1::NORMAL_MODE_NONE;
-    case NormalMode::kFacet:
-      return v1::NORMAL_MODE_FACET;
-    case NormalMode::kSmooth:
-      return v1::NORMAL_MODE_SMOOTH;
-  }
-  return v1::NORMAL_MODE_UNSPECIFIED;
-}
+v1::NormalMode ToProto(NormalMode mode) { return WriteEnum(kNormals, mode); }
 
 absl::StatusOr<Encoding> FromProto(v1::Encoding encoding, Encoding unspecified,
                                    std::string_view field) {
-  switch (encoding) {
-    case v1::ENCODING_UNSPECIFIED:
-      return unspecified;
-    case v1::ENCODING_DRACO_POINTS:
-      return Encoding::kDracoPoints;
-    case v1::ENCODING_DRACO_MESH:
-      return Encoding::kDracoMesh;
-    case v1::ENCODING_RAW:
-      return Encoding::kRaw;
-    case v1::ENCODING_QUANTISED:
-      return Encoding::kQuantised;
-    default:
-      return UnknownValue(field, encoding);  // CONTROL_NETS is reserved
-  }
+  if (encoding == v1::ENCODING_UNSPECIFIED) return unspecified;
+  return ReadEnum(kEncodings, encoding, field);
 }
 
-v1::Encoding ToProto(Encoding encoding) {
-  switch (encoding) {
-    case Encoding::kRaw:
-      return v1::ENCODING_RAW;
-    case Encoding::kQuantised:
-      return v1::ENCODING_QUANTISED;
-    case Encoding::kDracoPoints:
-      return v1::ENCODING_DRACO_POINTS;
-    case Encoding::kDracoMesh:
-      return v1::ENCODING_DRACO_MESH;
-  }
-  return v1::ENCODING_UNSPECIFIED;
-}
+v1::Encoding ToProto(Encoding encoding) { return WriteEnum(kEncodings, encoding); }
 
 absl::StatusOr<Pipeline> FromProto(v1::Pipeline pipeline, std::string_view field) {
-  switch (pipeline) {
-    case v1::PIPELINE_UNSPECIFIED:
-    case v1::PIPELINE_FUSED:
-      return Pipeline::kFused;
-    case v1::PIPELINE_GEMM:
-      return Pipeline::kGemm;
-    case v1::PIPELINE_GEMM12:
-      return Pipeline::kGemm12;
-    case v1::PIPELINE_CONTROL_NET:
-      return Pipeline::kControlNet;
-    default:
-      return UnknownValue(field, pipeline);
-  }
+  return ReadEnum(kPipelines, pipeline, field);
 }
 
-v1::Pipeline ToProto(Pipeline pipeline) {
-  switch (pipeline) {
-    case Pipeline::kFused:
-      return v1::PIPELINE_FUSED;
-    case Pipeline::kGemm:
-      return v1::PIPELINE_GEMM;
-    case Pipeline::kGemm12:
-      return v1::PIPELINE_GEMM12;
-    case Pipeline::kControlNet:
-      return v1::PIPELINE_CONTROL_NET;
-  }
-  return v1::PIPELINE_UNSPECIFIED;
-}
+v1::Pipeline ToProto(Pipeline pipeline) { return WriteEnum(kPipelines, pipeline); }
 
 absl::StatusOr<UploadFormat> FromProto(v1::MeshFormat format, std::string_view field) {
-  switch (format) {
-    case v1::MESH_FORMAT_UNSPECIFIED:
-      return error::InvalidField(field, "is required");
-    case v1::MESH_FORMAT_OBJ:
-      return UploadFormat::kObj;
-    case v1::MESH_FORMAT_PLY:
-      return UploadFormat::kPly;
-    case v1::MESH_FORMAT_STL:
-      return UploadFormat::kStl;
-    case v1::MESH_FORMAT_GLB:
-      return UploadFormat::kGlb;
-    case v1::MESH_FORMAT_DRACO:
-      return UploadFormat::kDraco;
-    case v1::MESH_FORMAT_RAW:
-      return UploadFormat::kRaw;
-    default:
-      return UnknownValue(field, format);
-  }
+  if (format == v1::MESH_FORMAT_UNSPECIFIED) return error::InvalidField(field, "is required");
+  return ReadEnum(kUploadFormats, format, field);
 }
 
-v1::MeshFormat ToProto(UploadFormat format) {
-  switch (format) {
-    case UploadFormat::kObj:
-      return v1::MESH_FORMAT_OBJ;
-    case UploadFormat::kPly:
-      return v1::MESH_FORMAT_PLY;
-    case UploadFormat::kStl:
-      return v1::MESH_FORMAT_STL;
-    case UploadFormat::kGlb:
-      return v1::MESH_FORMAT_GLB;
-    case UploadFormat::kDraco:
-      return v1::MESH_FORMAT_DRACO;
-    case UploadFormat::kRaw:
-      return v1::MESH_FORMAT_RAW;
-  }
-  return v1::MESH_FORMAT_UNSPECIFIED;
-}
-
-v1::MeshFormat ToProto(MeshFormat format) {
-  switch (format) {
-    case MeshFormat::kObj:
-      return v1::MESH_FORMAT_OBJ;
-    case MeshFormat::kPly:
-      return v1::MESH_FORMAT_PLY;
-    case MeshFormat::kStl:
-      return v1::MESH_FORMAT_STL;
-    case MeshFormat::kGlb:
-      return v1::MESH_FORMAT_GLB;
-    case MeshFormat::kDraco:
-      return v1::MESH_FORMAT_DRACO;
-  }
-  return v1::MESH_FORMAT_UNSPECIFIED;
-}
+v1::MeshFormat ToProto(UploadFormat format) { return WriteEnum(kUploadFormats, format); }
 
 absl::StatusOr<std::optional<MeshFormat>> FromProto(v1::ExportFormat format,
                                                     std::string_view field) {
-  switch (format) {
-    case v1::EXPORT_FORMAT_UNSPECIFIED:
-    case v1::EXPORT_FORMAT_PLY:
-      return MeshFormat::kPly;
-    case v1::EXPORT_FORMAT_OBJ:
-      return MeshFormat::kObj;
-    case v1::EXPORT_FORMAT_STL:
-      return MeshFormat::kStl;
-    case v1::EXPORT_FORMAT_GLB:
-      return MeshFormat::kGlb;
-    case v1::EXPORT_FORMAT_DRC:
-      return MeshFormat::kDraco;
-    case v1::EXPORT_FORMAT_CONTROL_NETS:
-      return std::optional<MeshFormat>();
-    default:
-      return UnknownValue(field, format);
-  }
+  return ReadEnum(kExportFormats, format, field);
 }
 
 v1::ExportFormat ExportFormatToProto(std::optional<MeshFormat> format) {
-  if (!format.has_value()) return v1::EXPORT_FORMAT_CONTROL_NETS;
-  switch (*format) {
-    case MeshFormat::kObj:
-      return v1::EXPORT_FORMAT_OBJ;
-    case MeshFormat::kPly:
-      return v1::EXPORT_FORMAT_PLY;
-    case MeshFormat::kStl:
-      return v1::EXPORT_FORMAT_STL;
-    case MeshFormat::kGlb:
-      return v1::EXPORT_FORMAT_GLB;
-    case MeshFormat::kDraco:
-      return v1::EXPORT_FORMAT_DRC;
-  }
-  return v1::EXPORT_FORMAT_UNSPECIFIED;
+  return WriteEnum(kExportFormats, format);
 }
 
 }  // namespace latticed

@@ -4,8 +4,7 @@
 // Views and enums of latticed.v1 <-> types of core.
 //
 // Errors   kInvalidArgument with the path of the field, which begins with the argument `field`;
-// reason
-//          UNSUPPORTED for an enum value that this server does not know
+//          reason UNSUPPORTED for an enum value that this server does not know
 // Threads  pure functions
 #ifndef LATTICED_SERVER_WIRE_VIEW_CONVERTERS_H_
 #define LATTICED_SERVER_WIRE_VIEW_CONVERTERS_H_
@@ -51,7 +50,6 @@ namespace latticed {
 // INVALID_FIELD where unspecified.
 [[nodiscard]] absl::StatusOr<UploadFormat> FromProto(v1::MeshFormat format, std::string_view field);
 [[nodiscard]] v1::MeshFormat ToProto(UploadFormat format);
-[[nodiscard]] v1::MeshFormat ToProto(MeshFormat format);
 // nullopt is the Bézier control nets; PLY where unspecified.
 [[nodiscard]] absl::StatusOr<std::optional<MeshFormat>> FromProto(v1::ExportFormat format,
                                                                   std::string_view field);

@@ -7,19 +7,20 @@ import type { CommandTarget } from './commands/command_makers';
 import { SceneOpener } from './scene_opener';
 import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
-import type { SceneSession, SessionStatus } from './session/scene_session';
+import type { LiveSession } from './session/live_session';
+import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
-import type { PatchFacts } from './surface/surface';
+import type { PatchFacts } from './surface/surface_look';
 import { Commands, letterOf } from './ui/commands';
 import { acceptDrops } from './ui/drop_zone';
-import { HeatLegend } from './ui/heat_legend';
-import { Hud } from './ui/hud';
+import { HeatLegend } from './ui/overlays/heat_legend';
+import { Hud } from './ui/overlays/hud';
 import { MenuBar } from './ui/menu_bar';
-import { NavGizmo } from './ui/nav_gizmo';
+import { NavGizmo } from './ui/overlays/nav_gizmo';
 import { buildPage, type Page } from './ui/page';
 import { People } from './ui/people';
 import { Panel } from './ui/panel';
-import { startScreen } from './ui/start_screen';
+import { startScreen } from './ui/dialogs/start_screen';
 import { ThemeSwitch } from './ui/theme';
 import { Toasts } from './ui/toasts';
 import { Toolbar } from './ui/toolbar';
@@ -72,10 +73,7 @@ export class App implements CommandTarget {
   private readonly theme: ThemeSwitch;
   private readonly start: HTMLElement;
 
-  constructor(
-    root: HTMLElement,
-    readonly services: Services,
-  ) {
+  constructor(root: HTMLElement, readonly services: Services) {
     this.page = buildPage(root);
     this.viewport = new Viewport(this.page.view);
     this.toasts = new Toasts(this.page.bottom);
@@ -102,7 +100,7 @@ export class App implements CommandTarget {
   }
 
   /** Shows a scene in place of the one before. */
-  show(session: SceneSession): void {
+  show(session: LiveSession): void {
     this.scene?.dispose();
     this.toasts.clearErrors(); // of the scene before, or of what could not be opened
     const refresh = (): void => this.refresh();
@@ -162,10 +160,7 @@ export class App implements CommandTarget {
     this.hud.element.hidden = true;
     bottom.append(this.transformBar.element, this.hud.element);
     view.append(nav.element, this.heatLegend.element, this.start);
-    acceptDrops(
-      (files) => this.opener.takeFiles(files),
-      (over) => view.classList.toggle('drop-target', over),
-    );
+    acceptDrops((files) => this.opener.takeFiles(files), (over) => view.classList.toggle('drop-target', over));
   }
 
   private setDark(dark: boolean): void {

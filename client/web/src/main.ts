@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { App } from './app';
-import { serverServices } from './intake/server_services';
+import { Services } from './intake/services';
 import { LatticedServer } from './wire/latticed_server';
 
 /** A bearer token may come in the address behind #token=, a part that browsers send to no server. */
 const token = new URLSearchParams(location.hash.slice(1)).get('token') ?? undefined;
 
-const app = new App(document.getElementById('app')!, serverServices(new LatticedServer(location.origin, token)));
+const app = new App(document.getElementById('app')!, new Services(new LatticedServer(location.origin, token)));
 void app.opener.openFromAddress();
 
 /** For the browser's console, and for tests that look behind the page. */

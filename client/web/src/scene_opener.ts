@@ -12,10 +12,11 @@ import { hasColours, meshLayers } from './intake/mesh_layers';
 import type { Services, UploadedMesh } from './intake/services';
 import type { Fit } from './lattice/identity';
 import type { Lattice } from './lattice/lattice';
-import { latticeFromJson, latticeToJson } from './lattice/lattice_json';
+import { latticeFromJson, latticeToJson } from './wire/lattice_json';
 import { sameStructure } from './lattice/same_structure';
-import type { SceneSession, SessionStatus, ViewRequest } from './session/scene_session';
-import { FitDialog } from './ui/fit_dialog';
+import type { LiveSession } from './session/live_session';
+import type { SessionStatus, ViewRequest } from './session/scene_session';
+import { FitDialog } from './ui/dialogs/fit_dialog';
 import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
 import { bytes, inWords } from './wire/words';
@@ -251,9 +252,9 @@ export class SceneOpener {
   }
 
   /** Undefined where it is no longer asked for. */
-  private async connect(id: string, view: ViewRequest, isAsked: () => boolean): Promise<SceneSession | undefined> {
+  private async connect(id: string, view: ViewRequest, isAsked: () => boolean): Promise<LiveSession | undefined> {
     const shown = this.app.scene?.session;
-    let session: SceneSession | undefined;
+    let session: LiveSession | undefined;
     const onStatus = (status: SessionStatus): void => {
       if (isAsked() || (session !== undefined && session === this.app.scene?.session)) this.app.showStatus(status);
     };

@@ -12,10 +12,10 @@ import type { MotionKind } from './edit/motion';
 import type { SurfacePull } from './edit/surface_pull';
 import type { TransformGesture } from './edit/transform_gesture';
 import { pointAt } from './lattice/vec';
-import type { SceneSession } from './session/scene_session';
+import type { LiveSession } from './session/live_session';
 import type { Settings, SettingsStore } from './state/settings';
-import { PullLine } from './ui/pull_line';
-import { SoftCircle } from './ui/soft_circle';
+import { PullLine } from './ui/overlays/pull_line';
+import { SoftCircle } from './ui/overlays/soft_circle';
 import { Gizmo } from './viewport/gizmo';
 import { Occlusion } from './viewport/occlusion';
 import { PointPicker } from './viewport/point_picker';
@@ -47,7 +47,7 @@ export class SceneView {
 
   constructor(
     private readonly viewport: Viewport,
-    readonly session: SceneSession,
+    readonly session: LiveSession,
     private readonly settings: SettingsStore,
     private readonly events: SceneViewEvents,
   ) {

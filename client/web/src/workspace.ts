@@ -4,7 +4,8 @@
 // The parts of the page that the opener and the commands work on.
 import type { Services } from './intake/services';
 import type { SceneView } from './scene_view';
-import type { SceneSession, SessionStatus } from './session/scene_session';
+import type { LiveSession } from './session/live_session';
+import type { SessionStatus } from './session/scene_session';
 import type { Settings } from './state/settings';
 import type { Store } from './state/store';
 import type { Toasts } from './ui/toasts';
@@ -18,6 +19,6 @@ export interface Workspace {
   /** The scene that is open. */
   readonly scene: SceneView | undefined;
   /** Replaces the open scene. */
-  show(session: SceneSession): void;
+  show(session: LiveSession): void;
   showStatus(status: SessionStatus): void;
 }

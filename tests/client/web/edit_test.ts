@@ -30,11 +30,7 @@ test('motions: a quarter turn, a scaling in a basis that is not orthogonal, and 
   const turn: Motion = { kind: 'rotate', axis: [0, 0, 1], angle: Math.PI / 2 };
   const stretch: Motion = {
     kind: 'scale',
-    basis: [
-      [1, 1, 0],
-      [0, 1, 0],
-      [0, 0, 1],
-    ],
+    basis: [[1, 1, 0], [0, 1, 0], [0, 0, 1]],
     factors: [3, 1, 1],
   };
 

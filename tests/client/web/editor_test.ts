@@ -5,8 +5,9 @@ import { test } from 'node:test';
 import { Editor } from '@src/edit/editor';
 import { fitLattice } from '@src/lattice/identity';
 import { WORLD_BASIS, type Basis, type Vec3 } from '@src/lattice/vec';
-import type { LatticeEdit } from '@src/session/lattice_edit';
-import type { GestureListener, SceneSession } from '@src/session/scene_session';
+import type { LatticeEdit } from '@src/session/edits/lattice_edit';
+import type { LiveSession } from '@src/session/live_session';
+import type { GestureListener } from '@src/session/scene_session';
 import { DEFAULT_SETTINGS, rememberedSettings } from '@src/state/settings';
 import { Store } from '@src/state/store';
 
@@ -27,7 +28,7 @@ function recordingSession() {
       };
     },
     announce: (selected: Uint32Array) => announced.push([...selected]),
-  } as unknown as SceneSession;
+  } as unknown as LiveSession;
   return { session, log, announced, listeners };
 }
 
@@ -37,10 +38,7 @@ function open() {
   const editor = new Editor(recorded.session, new Store(DEFAULT_SETTINGS), (text) => headlines.push(text));
   const viewAt = (_pivot: Vec3, axes: Basis, secondAxes: Basis) => ({
     basis: WORLD_BASIS,
-    jacobian: [
-      [100, 0, 0],
-      [0, -100, 0],
-    ] as const,
+    jacobian: [[100, 0, 0], [0, -100, 0]] as const,
     pivot: [0, 0] as [number, number],
     axes,
     secondAxes,

@@ -4,9 +4,8 @@
 // The head-up line, and how long ago the edit was that an update holds, at times that the test sets.
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
-import { EditQueue } from '@src/session/edit_queue';
 import type { UpdateInfo } from '@src/session/scene_session';
-import { Hud } from '@src/ui/hud';
+import { Hud } from '@src/ui/overlays/hud';
 import { SessionFixture, until } from './support/session_fixture';
 
 /** As much of an element as the line takes. */
@@ -120,32 +119,6 @@ test('the latency is the median of the newest, from the edit until the pixels of
   assert.equal(shows('latency'), '50'); // 16 of the newest 31
   const { title } = (hud.element as unknown as PlainElement).named('latency')!;
   assert.equal(title, 'The newest: server 1.0 ms, transfer 2.3 ms, decoding 3.0 ms, upload 0.5 ms');
-});
-
-test('the age of what an update holds is that of the newest own edit in it, once', () => {
-  let now = 100;
-  const sent: bigint[] = [];
-  const queue = new EditQueue(({ sequence }) => sent.push(sequence), () => now);
-  const edit = (at: number, gestureId = ''): void => {
-    now = at;
-    queue.add({ edits: [], gestureId }, 1n, true);
-  };
-  queue.opened();
-  edit(100);
-  edit(110, 'g'); // these wait, the newest in place of the one before
-  edit(120, 'g');
-  for (const sequence of [1n, 2n]) queue.answer({ sequence } as never);
-  edit(150);
-  edit(160);
-  assert.deepEqual(sent, [1n, 2n, 3n]);
-
-  now = 200;
-  assert.deepEqual([0n, 1n, 1n].map((sequence) => queue.ageOf(sequence)), [undefined, 100, undefined]);
-  assert.equal(queue.ageOf(9n), 50); // of the third, for the fourth has not been sent
-  assert.equal(queue.ageOf(9n), undefined);
-  edit(210);
-  queue.clear(1n);
-  assert.equal(queue.ageOf(9n), undefined);
 });
 
 test('an update says how long ago the own edit was that the server has applied with it, and of others nothing', async (context) => {

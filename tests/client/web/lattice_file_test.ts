@@ -10,7 +10,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { Lattice } from '@src/lattice/lattice';
-import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
+import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 import { toLattice } from '@src/wire/lattice_message';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { ServerProcess } from './e2e/server_process';

@@ -6,7 +6,7 @@ import { evaluate, knotBoxLines } from '@src/lattice/bspline';
 import { domain, indexOf, placeOf, refusalOfAxes } from '@src/lattice/grid';
 import { clampedUniformKnots, fitLattice, grevilleAbscissae } from '@src/lattice/identity';
 import { gridLines, innerPoints, mirrorImage, planeOf, rowOf } from '@src/lattice/index_sets';
-import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
+import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 import { pointAt } from '@src/lattice/vec';
 
 const fit = { size: [5, 4, 3], degree: [3, 2, 1], padding: 0.1 } as const;
@@ -21,14 +21,7 @@ test('a fit pads every axis by a fraction of the longest edge, so that flat mesh
   const { frame } = fitLattice({ min: [0, 0, 0], max: [2, 1, 0] }, { ...fit, padding: 0.25 });
 
   assert.deepEqual(frame.origin, [-0.5, -0.5, -0.5]);
-  assert.deepEqual(
-    [frame.u, frame.v, frame.w],
-    [
-      [3, 0, 0],
-      [0, 2, 0],
-      [0, 0, 1],
-    ],
-  );
+  assert.deepEqual([frame.u, frame.v, frame.w], [[3, 0, 0], [0, 2, 0], [0, 0, 1]]);
 });
 
 test('the identity lattice leaves every point of its frame where it is', () => {
@@ -54,12 +47,12 @@ test('the JSON comes back with the same bits, and fills in what may be missing',
 });
 
 for (const [what, json, words] of [
-  ['no JSON', 'v 1 2 3', /not JSON/],
-  ['an unknown field', '{"frames": {}}', /"frames" is no field/],
+  ['no JSON', 'v 1 2 3', /^Error: The file is not the JSON of a lattice: /],
+  ['an unknown field', '{"frames": {}}', /"frames" is unknown/],
   ['no frame', '{}', /no "frame"/],
   ['a size that the degree forbids', '{"size": {"u": 2, "v": 4, "w": 4}}', /at least 3 control points/],
   ['too few numbers', '{"frame": {}, "controlPoints": [1, 2]}', /has 2 numbers; .* need 192/],
-  ['a number that is none', '{"frame": {"u": {"x": "wide"}}}', /"x" is not a finite number/],
+  ['a number that is none', '{"frame": {"u": {"x": "wide"}}}', /not the JSON of a lattice/],
   ['knots that fall', '{"frame": {}, "knotsU": [0, 0, 0, 2, 1, 2, 2]}', /must not decrease/],
 ] as const) {
   test(`a lattice file with ${what} is refused in words`, () => assert.throws(() => latticeFromJson(json), words));
@@ -90,10 +83,7 @@ test('knot box edges pass through the corners of the frame', () => {
 
   // Planes 3, 2, 2 along u, v, w; edges along u: 2 boxes x 4, along v: 1 x 6, along w: 1 x 6, two lines each.
   assert.equal(lines.length, 6 * 2 * (8 + 6 + 6));
-  assert.deepEqual(
-    pointAt(lines, 0).map((x) => Number(x.toFixed(12))),
-    [-1.2, -0.2, 1.8],
-  );
+  assert.deepEqual(pointAt(lines, 0).map((x) => Number(x.toFixed(12))), [-1.2, -0.2, 1.8]);
 });
 
 test('sizes and degrees out of range are refused in words', () => {

@@ -3,8 +3,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
-import { serverServices } from '@src/intake/server_services';
-import { SceneKeeper } from '@src/session/scene_keeper';
+import { Services } from '@src/intake/services';
+import { SceneKeeper } from '@src/session/store/scene_keeper';
 import { FakeServer } from './support/fake_server';
 import { MemorySceneStore } from './support/memory_scene_store';
 import { cubeLattice, until } from './support/session_fixture';
@@ -32,7 +32,7 @@ async function bytesOf(content: Blob | undefined): Promise<number[]> {
 test('a mesh is fetched once for its pictures, for its texture and to be kept, where that is at the same time', async () => {
   const server = new HeldServer();
   const store = new MemorySceneStore();
-  const services = serverServices(server.client);
+  const services = new Services(server.client);
   const { signal } = new AbortController();
 
   const kept = new SceneKeeper(server.client, store, 'scene-0001').keep(cubeLattice());
@@ -51,7 +51,7 @@ test('a mesh is fetched once for its pictures, for its texture and to be kept, w
 
 test('a mesh that may have its pictures inside is fetched unasked up to 64 MiB; of a larger one it is known how large', async () => {
   const server = new HeldServer();
-  const services = serverServices(server.client);
+  const services = new Services(server.client);
   const { signal } = new AbortController();
   server.release();
 

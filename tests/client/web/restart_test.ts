@@ -7,7 +7,7 @@ import { test } from 'node:test';
 import { Code, ConnectError } from '@connectrpc/connect';
 import { GesturePhase } from 'latticed/v1/edit_pb';
 import { fitLattice } from '@src/lattice/identity';
-import type { LatticeEdit } from '@src/session/lattice_edit';
+import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import type { LiveSession } from '@src/session/live_session';
 import type { Gesture } from '@src/session/scene_session';
 import { ServerError } from '@src/wire/server_error';
@@ -135,7 +135,6 @@ test('a server that goes once more while this window restores the scene is asked
   fixture.server.refusal = new ConnectError('reset', Code.Unavailable);
   fixture.stream.end(gone);
   await until(() => /cannot be reached\. Trying again …$/.test(fixture.session.status.text));
-  await new Promise((resolve) => setTimeout(resolve));
   assert.equal(fixture.sockets.opened.length, 1);
   await until(() => fixture.sockets.opened.length === 2);
 

@@ -11,17 +11,10 @@ const NONE = { shift: false, ctrl: false };
 // Looks along -z, x right and y up, 100 pixels a unit, the pivot at (200, 100).
 const front: TransformView = {
   basis: WORLD_BASIS,
-  jacobian: [
-    [100, 0, 0],
-    [0, -100, 0],
-  ],
+  jacobian: [[100, 0, 0], [0, -100, 0]],
   pivot: [200, 100],
   axes: WORLD_BASIS,
-  secondAxes: [
-    [0, 1, 0],
-    [-1, 0, 0],
-    [0, 0, 1],
-  ],
+  secondAxes: [[0, 1, 0], [-1, 0, 0], [0, 0, 1]],
   snapStep: 0.5,
 };
 
@@ -129,11 +122,7 @@ test('R turns with the pointer about the line of sight, a typed number is in deg
 });
 
 test('about an axis that points away from the viewer the pointer turns the other way round', () => {
-  const axes: Basis = [
-    [1, 0, 0],
-    [0, -1, 0],
-    [0, 0, -1],
-  ];
+  const axes: Basis = [[1, 0, 0], [0, -1, 0], [0, 0, -1]];
   const session = begin('rotate', [300, 100], { ...front, axes });
 
   session.pointer(200, 0, NONE);

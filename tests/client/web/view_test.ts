@@ -9,7 +9,7 @@ import { pullHeadline } from '@src/edit/headline';
 import { fileKind, readMeshFile } from '@src/intake/mesh_file';
 import { SAMPLES, sampleFile, type SampleName } from '@src/intake/samples';
 import { WORLD_BASIS } from '@src/lattice/vec';
-import type { LatticeEdit } from '@src/session/lattice_edit';
+import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import type { GestureListener } from '@src/session/scene_session';
 import { Commands, chordOf, tooltip, type Command } from '@src/ui/commands';
 import { PullDrag } from '@src/viewport/drags';
@@ -61,10 +61,7 @@ test('the nearest point in reach is picked, of two that overlap the front one', 
   const all = (): boolean => true;
 
   assert.equal(nearestPoint(projected, 403, 300, 10, all), 0);
-  assert.equal(
-    nearestPoint(projected, 403, 300, 10, (i) => i !== 0),
-    1,
-  );
+  assert.equal(nearestPoint(projected, 403, 300, 10, (i) => i !== 0), 1);
   assert.equal(nearestPoint(projected, 428, 300, 10, all), 2);
   assert.equal(nearestPoint(projected, 415, 300, 10, all), undefined);
 });
@@ -72,10 +69,7 @@ test('the nearest point in reach is picked, of two that overlap the front one', 
 test('a box takes the points inside, whichever corner it was begun at', () => {
   const projected = projectAll(camera(), size, [0, 0, 0, 1, 1, 0, 3, 0, 0, 0, 0, 20]);
 
-  assert.deepEqual(
-    pointsInBox(projected, [440, 310], [390, 260], () => true),
-    [0, 1],
-  );
+  assert.deepEqual(pointsInBox(projected, [440, 310], [390, 260], () => true), [0, 1]);
 });
 
 test('chords name letters by their key, digits of both pads, and other signs by themselves', () => {
@@ -119,11 +113,7 @@ test('files are told apart by their names, and those that cannot be taken are re
   await assert.rejects(read(folder), /The browser cannot read part.obj, 1 bytes\./);
 });
 
-for (const [name, vertices, faces] of [
-  ['knot', 5760, 5760],
-  ['vase', 4704, 4608],
-  ['slab', 1681, 1600],
-] as const) {
+for (const [name, vertices, faces] of [['knot', 5760, 5760], ['vase', 4704, 4608], ['slab', 1681, 1600]] as const) {
   test(`the sample ${name} has the quads that the page says, with corners that exist`, async () => {
     const text = await sampleFile(name as SampleName).content.text();
     const lines = text.trimEnd().split('\n');
@@ -146,10 +136,7 @@ function pullOf(picked: () => Promise<unknown>) {
     ray: () => ({ origin: [0, 0, 10], direction: [0, 0, -1] }),
     transformView: () => ({
       basis: WORLD_BASIS,
-      jacobian: [
-        [30, 0, 0],
-        [0, -30, 0],
-      ],
+      jacobian: [[30, 0, 0], [0, -30, 0]],
     }),
   } as unknown as Viewport;
   const gesture = (told: GestureListener) => {

@@ -182,8 +182,6 @@ test('over gRPC-Web what is sent before the watch is open goes then, and one cal
   await until(() => controls.length === 1);
   for (const segments of [5, 6]) setSegments(segments);
   stream.send({ message: { case: 'control', value: { ackedUpdateId: 9n } } });
-  await new Promise((resolve) => setTimeout(resolve, 20));
-  assert.deepEqual(controls, ['4,,7']);
   answers[0]();
   await until(() => controls.length === 2);
 

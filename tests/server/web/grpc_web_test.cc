@@ -307,10 +307,8 @@ TEST_F(WebTest, ABrowserThatGoesAwayEndsItsCall) {
   options_.max_watchers = 1;
   ServeScene();
   const std::string watch = Frame(Watch().SerializeAsString());
-  const WebFields fields = {{"content-type", "application/grpc-web+proto"}};
   WebClient leaving(http());
-  leaving.Send("POST", "/latticed.v1.SceneService/Watch", fields, watch);
-  ASSERT_THAT(leaving.ReceiveBytes(100), HasSubstr("200"));
+  ASSERT_TRUE(StartsWatch(leaving, Watch()));
   const WebFields late = {{"grpc-timeout", "60S"}}, soon = {{"grpc-timeout", "100m"}};
   ASSERT_EQ(Call("latticed.v1.SceneService/Watch", watch, late).code, 8) << "one place, taken";
 

@@ -67,13 +67,9 @@ bool Has(const std::string& text, std::string_view part) {
 }
 
 TEST_F(WebTest, ConnectionsAboveTheLimitAreToldSo) {
-  options_.transport_memory_bytes = uint64_t{16} << 20;  // six connections of 2.5 MiB
+  options_.transport_memory_bytes = kSixConnections;
   Serve();
-  std::vector<std::unique_ptr<WebClient>> clients;
-  for (int i = 0; i < 6; ++i) {
-    clients.push_back(std::make_unique<WebClient>(http()));
-    ASSERT_EQ(clients.back()->Get("/").status, 200) << i;
-  }
+  auto clients = TakeSixPlaces();
 
   const WebAnswer answer = Get("/");
   const WebAnswer after_body = WebClient(http()).Ask("POST", fmt::format("/{}", kInfo),
@@ -97,7 +93,7 @@ TEST_F(WebTest, ConnectionsAboveTheLimitAreToldSo) {
 
 // Words cost a place too.
 TEST_F(WebTest, ConnectionsFarAboveTheLimitAreClosed) {
-  options_.transport_memory_bytes = uint64_t{16} << 20;
+  options_.transport_memory_bytes = kSixConnections;
   options_.http_timeouts.head = std::chrono::seconds(60);
   Serve();
   std::vector<std::unique_ptr<WebClient>> clients;
@@ -113,18 +109,6 @@ TEST_F(WebTest, ConnectionsFarAboveTheLimitAreClosed) {
   for (size_t i = 0; i < clients.size(); ++i) {
     EXPECT_EQ(clients[i]->Receive().status, i < 6 ? 200 : 503) << i;
   }
-}
-
-TEST_F(WebTlsTest, ConnectionsAboveTheLimitAreToldSoOverTls) {
-  options_.transport_memory_bytes = uint64_t{16} << 20;
-  Serve();
-  std::vector<std::unique_ptr<WebClient>> clients;
-  for (int i = 0; i < 6; ++i) {
-    clients.push_back(std::make_unique<WebClient>(http(), folder_.Path("server.crt")));
-    ASSERT_EQ(clients.back()->Get("/").status, 200) << i;
-  }
-
-  EXPECT_EQ(WebClient(http(), folder_.Path("server.crt")).Get("/").status, 503);
 }
 
 TEST_F(WebTest, WhatIsNoHttpIsRefused) {
@@ -222,10 +206,7 @@ TEST_F(WebTest, OldHttpIsAnsweredToTheEndOfTheConnection) {
 TEST_F(WebTest, StoppingEndsWhatRuns) {
   ServeScene();
   WebClient watching(http());
-  watching.Send("POST", "/latticed.v1.SceneService/Watch",
-                {{"content-type", "application/grpc-web+proto"}},
-                Frame(Watch().SerializeAsString()));
-  ASSERT_THAT(watching.ReceiveBytes(100), HasSubstr("200"));
+  ASSERT_TRUE(StartsWatch(watching, Watch()));
   WebClient idle(http());
   ASSERT_EQ(idle.Get("/").status, 200);
 

@@ -6,7 +6,9 @@
 #define LATTICED_TESTS_SERVER_WEB_WEB_FIXTURE_H_
 
 #include <cstdlib>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "core/base/sha256.h"
 #include "fmt/format.h"
@@ -51,6 +53,25 @@ class WebTest : public StreamTest {
         folder_.Write("tokens", fmt::format("{} edit editor\n", Sha256Hex("secret-edit")));
   }
 
+  // Room for six connections of 2.5 MiB.
+  static constexpr uint64_t kSixConnections = uint64_t{16} << 20;
+  // Six clients that hold all places.
+  std::vector<std::unique_ptr<WebClient>> TakeSixPlaces() const {
+    std::vector<std::unique_ptr<WebClient>> clients;
+    for (int i = 0; i < 6; ++i) {
+      clients.push_back(std::make_unique<WebClient>(http()));
+      EXPECT_EQ(clients.back()->Get("/").status, 200) << i;
+    }
+    return clients;
+  }
+  // Asks for Watch; says whether an answer has begun.
+  bool StartsWatch(WebClient& client, const v1::WatchRequest& request,
+                   WebFields fields = {}) const {
+    fields["content-type"] = "application/grpc-web+proto";
+    client.Send("POST", "/latticed.v1.SceneService/Watch", fields,
+                Frame(request.SerializeAsString()));
+    return !client.ReceiveBytes(1).empty();
+  }
   std::string http() const { return server_->http_address(); }
   WebAnswer Get(const std::string& target, const WebFields& fields = {}) const {
     return WebClient(http()).Get(target, fields);

@@ -61,10 +61,7 @@ TEST_F(WebTimeoutsTest, AStreamIsNotIdle) {
   std::unique_ptr<WebClient> watching;
   ASSERT_TRUE(Becomes([&] {
     watching = std::make_unique<WebClient>(http());
-    watching->Send("POST", "/latticed.v1.SceneService/Watch",
-                   {{"content-type", "application/grpc-web+proto"}},
-                   Frame(Watch().SerializeAsString()));
-    return !watching->ReceiveBytes(1).empty();
+    return StartsWatch(*watching, Watch());
   }));
 
   EXPECT_EQ(WebClient(http()).ReceiveBytes(1), "");
@@ -95,14 +92,10 @@ TEST_F(WebTimeoutsTest, ABodyThatStallsEndsItsCall) {
 TEST_F(WebTimeoutsTest, AnAnswerThatIsNotRead) {
   constexpr size_t kBytes = size_t{64} << 20;  // more than the sockets hold
   options_.http_timeouts.write = kShort;
-  options_.transport_memory_bytes = uint64_t{16} << 20;  // six connections of 2.5 MiB
+  options_.transport_memory_bytes = kSixConnections;
   Serve();
   folder_.Write("web/large.bin", std::string(kBytes, 'x'));
-  std::vector<std::unique_ptr<WebClient>> clients;
-  for (int i = 0; i < 6; ++i) {
-    clients.push_back(std::make_unique<WebClient>(http()));
-    ASSERT_EQ(clients.back()->Get("/").status, 200);
-  }
+  const auto clients = TakeSixPlaces();
 
   clients[0]->Send("GET", "/large.bin", {}, "");
 
@@ -141,16 +134,8 @@ TEST_F(WebTimeoutsTest, AWebSocketThatAnswersNoPing) {
   EXPECT_TRUE(Becomes([&] { return Ended("SceneService/Deform"); }));
 }
 
-TEST_F(WebTimeoutsTest, AHandshakeThatDoesNotCome) {
+TEST_F(WebTlsTest, AHandshakeThatDoesNotCome) {
   options_.http_timeouts.head = kShort;
-  const std::string pem = folder_.Path("server.pem");
-  ASSERT_EQ(std::system(fmt::format("openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj "
-                                    "/CN=localhost -keyout '{0}' -out '{0}.crt' >/dev/null 2>&1 "
-                                    "&& cat '{0}.crt' >>'{0}'",
-                                    pem)
-                            .c_str()),
-            0);
-  options_.tls_cert = options_.tls_key = pem;
   Serve();
 
   EXPECT_EQ(WebClient(http()).ReceiveBytes(1), "");

@@ -177,24 +177,5 @@ TEST(LatticeConverter, FitSurroundsTheMeshWithTheDefaultMargin) {
               StatusIs(kInvalid, StartsWith("lattices[0].fit.padding")));
 }
 
-TEST(BoundsConverter, RoundTripsAndRefusesWhatIsNoBox) {
-  Bounds bounds;
-  EXPECT_FALSE(ToProto(bounds).has_min());
-  bounds.Extend(Vec3d{1, 2, 3});
-  bounds.Extend(Vec3d{4, -5, 6});
-  v1::Bounds message = ToProto(bounds);
-
-  const auto back = FromProto(message, "bounds");
-
-  ASSERT_OK(back);
-  EXPECT_EQ(back->min, (Vec3d{1, -5, 3}));
-  EXPECT_EQ(back->max, (Vec3d{4, 2, 6}));
-  message.mutable_max()->set_y(-6);
-  EXPECT_THAT(FromProto(message, "bounds"), StatusIs(kInvalid, StartsWith("bounds")));
-  const auto empty = FromProto(v1::Bounds(), "bounds");
-  ASSERT_OK(empty);
-  EXPECT_TRUE(empty->empty());
-}
-
 }  // namespace
 }  // namespace latticed

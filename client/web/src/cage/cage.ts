@@ -26,10 +26,7 @@ export class Cage {
   private hovered: number | undefined;
   private others: readonly Presence[] = [];
 
-  constructor(
-    private lattice: Lattice,
-    private readonly selection: Selection,
-  ) {
+  constructor(private lattice: Lattice, private readonly selection: Selection) {
     this.setStyle(DARK_CAGE);
     this.setLattice(lattice);
   }
@@ -77,12 +74,7 @@ export class Cage {
     const { hiddenCount } = this.selection;
     if (hiddenCount === this.linesHidden) return;
     this.linesHidden = hiddenCount;
-    this.grid.setIndex(
-      new BufferAttribute(
-        gridLines(this.lattice.size, (i) => this.selection.isHidden(i)),
-        1,
-      ),
-    );
+    this.grid.setIndex(new BufferAttribute(gridLines(this.lattice.size, (i) => this.selection.isHidden(i)), 1));
   }
 
   /** The point under the pointer, which shows what a press would take. */

@@ -15,55 +15,30 @@ export interface CommandTarget extends Workspace {
   readonly commands: Commands;
 }
 
-/** A command on the open scene, which waits for one. */
-export function onScene(
-  app: CommandTarget,
-  group: CommandGroup,
-  id: string,
-  label: string,
-  run: (scene: SceneView) => void,
-  more: Partial<Command> = {},
-): Command {
-  return {
-    id,
-    label,
-    group,
-    run: () => app.scene !== undefined && run(app.scene),
-    enabled: () => app.scene !== undefined,
-    ...more,
-  };
+type More = Partial<Command>;
+
+/** What makes commands of one menu. */
+export interface Makers {
+  /** A command on the open scene, which waits for one. */
+  onScene(id: string, label: string, run: (scene: SceneView) => void, more?: More): Command;
+  /** A command that turns a setting on and off. */
+  onOff(key: keyof Settings & string, label: string, more?: More): Command;
+  tool(name: Settings['tool'], label: string, key: string, icon: IconName): Command;
 }
 
-/** A command that turns a setting on and off. */
-export function onOff(
-  app: CommandTarget,
-  group: CommandGroup,
-  key: keyof Settings & string,
-  label: string,
-  more: Partial<Command> = {},
-): Command {
+export function makersOf(app: CommandTarget, group: CommandGroup): Makers {
   const { settings } = app;
+  const isOpen = (): boolean => app.scene !== undefined;
   return {
-    id: key,
-    label,
-    group,
-    run: () => settings.set({ [key]: !settings.value[key] }),
-    checked: () => settings.value[key] === true,
-    ...more,
-  };
-}
-
-export function tool(app: CommandTarget, name: Settings['tool'], label: string, keys: string[], icon: IconName): Command {
-  const { settings } = app;
-  // Pressed again, a tool gives way to the plain pointer.
-  const run = (): void => settings.set({ tool: settings.value.tool === name ? 'select' : name });
-  return {
-    id: `tool-${name}`,
-    label,
-    group: name === 'pull' ? 'Transform' : 'Select',
-    keys,
-    icon,
-    run,
-    checked: () => settings.value.tool === name,
+    onScene: (id, label, run, more) =>
+      ({ id, label, group, run: () => app.scene !== undefined && run(app.scene), enabled: isOpen, ...more }),
+    onOff: (key, label, more) => ({
+      id: key, label, group, run: () => settings.set({ [key]: !settings.value[key] }), checked: () => settings.value[key] === true, ...more,
+    }),
+    tool: (name, label, key, icon) => {
+      const isOn = (): boolean => settings.value.tool === name;
+      // Pressed again, a tool gives way to the plain pointer.
+      return { id: `tool-${name}`, label, group, keys: [key], icon, run: () => settings.set({ tool: isOn() ? 'select' : name }), checked: isOn };
+    },
   };
 }

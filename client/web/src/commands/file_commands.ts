@@ -2,45 +2,32 @@
 // SPDX-License-Identifier: Apache-2.0
 import { MESH_ENDINGS } from '../intake/mesh_file';
 import { EXPORT_FORMATS } from '../intake/services';
+import type { SceneView } from '../scene_view';
 import type { Command } from '../ui/commands';
-import { showExportDialog } from '../ui/export_dialog';
-import { chooseFiles } from '../ui/start_screen';
-import { onScene, type CommandTarget } from './command_makers';
+import { showExportDialog } from '../ui/dialogs/export_dialog';
+import { chooseFiles } from '../ui/dialogs/start_screen';
+import { makersOf, type CommandTarget } from './command_makers';
 
 export function fileCommands(app: CommandTarget): Command[] {
+  const { onScene } = makersOf(app, 'File');
   const open = (accept: string) => () => chooseFiles(accept, (files) => app.opener.takeFiles(files));
+  const showExport = ({ session }: SceneView): void =>
+    showExportDialog({
+      formats: EXPORT_FORMATS,
+      view: app.settings.value.view,
+      patches: session.surface.patchCount,
+      write: (...order) => app.services.exportScene(session.sceneId, ...order),
+    });
   return [
     { id: 'open', label: 'Open mesh…', group: 'File', keys: ['Ctrl+O'], icon: 'open', run: open(MESH_ENDINGS) },
-    ...(['knot', 'vase', 'slab'] as const).map((name): Command => ({
-      id: `sample-${name}`,
-      label: `Sample: ${name}`,
-      group: 'File',
-      icon: 'sample',
-      run: () => app.opener.takeSample(name),
-    })),
-    onScene(app, 'File', 'open-lattice', 'Open lattice…', open('.json'), { icon: 'load' }),
-    onScene(app, 'File', 'save-lattice', 'Save lattice', () => app.opener.saveLattice(), {
-      keys: ['Ctrl+S'],
-      icon: 'save',
+    ...(['knot', 'vase', 'slab'] as const).map((name): Command => {
+      const run = (): void => app.opener.takeSample(name);
+      return { id: `sample-${name}`, label: `Sample: ${name}`, group: 'File', icon: 'sample', run };
     }),
-    onScene(
-      app,
-      'File',
-      'export',
-      'Export…',
-      ({ session }) =>
-        showExportDialog({
-          formats: EXPORT_FORMATS,
-          view: app.settings.value.view,
-          patches: session.surface.patchCount,
-          write: (...order) => app.services.exportScene(session.sceneId, ...order),
-        }),
-      {
-        keys: ['Ctrl+E'],
-        icon: 'export',
-      },
-    ),
-    onScene(app, 'File', 'share', 'Copy link to this scene', () => void copyLink(app), { icon: 'share' }),
+    onScene('open-lattice', 'Open lattice…', open('.json'), { icon: 'load' }),
+    onScene('save-lattice', 'Save lattice', () => app.opener.saveLattice(), { keys: ['Ctrl+S'], icon: 'save' }),
+    onScene('export', 'Export…', showExport, { keys: ['Ctrl+E'], icon: 'export' }),
+    onScene('share', 'Copy link to this scene', () => void copyLink(app), { icon: 'share' }),
   ];
 }
 

@@ -4,49 +4,37 @@ import type { MotionKind } from '../edit/motion';
 import { AXIS_NAMES, type Axis } from '../lattice/grid';
 import type { Settings } from '../state/settings';
 import type { Command } from '../ui/commands';
-import { onScene, tool, type CommandTarget } from './command_makers';
+import { makersOf, type CommandTarget } from './command_makers';
 
 export function transformCommands(app: CommandTarget): Command[] {
-  const { settings } = app;
+  const { settings, toasts } = app;
+  const { onScene, tool } = makersOf(app, 'Transform');
   const begin = (kind: MotionKind, label: string, key: string): Command =>
-    onScene(
-      app,
-      'Transform',
-      kind,
-      label,
-      (scene) => {
-        if (!scene.beginTransform(kind)) app.toasts.tell('Select control points first: click one, or A for all.');
-      },
-      { keys: [key] },
-    );
-  const handles = (kind: MotionKind, label: string): Command => ({
-    id: `gizmo-${kind}`,
-    label,
-    group: 'Transform',
-    icon: kind,
-    run: () => settings.set({ gizmo: settings.value.gizmo === kind ? 'none' : kind, tool: 'select' }),
-    checked: () => settings.value.gizmo === kind,
-  });
+    onScene(kind, label, (scene) => {
+      if (!scene.beginTransform(kind)) toasts.tell('Select control points first: click one, or A for all.');
+    }, { keys: [key] });
+  const handles = (kind: MotionKind, label: string): Command => {
+    const isOn = (): boolean => settings.value.gizmo === kind;
+    const run = (): void => settings.set({ gizmo: isOn() ? 'none' : kind, tool: 'select' });
+    return { id: `gizmo-${kind}`, label, group: 'Transform', icon: kind, run, checked: isOn };
+  };
   const resize = (id: string, label: string, keys: string[], steps: number): Command =>
-    onScene(app, 'Transform', id, label, ({ editor }) => editor.resizeSoft(steps), { keys });
+    onScene(id, label, ({ editor }) => editor.resizeSoft(steps), { keys });
+  const soft = (): Settings['soft'] => settings.value.soft;
   return [
     begin('move', 'Move', 'G'),
     begin('rotate', 'Rotate', 'R'),
     begin('scale', 'Scale', 'S'),
-    tool(app, 'pull', 'Pull the surface', ['P'], 'pull'),
+    tool('pull', 'Pull the surface', 'P', 'pull'),
     handles('move', 'Move handles'),
     handles('rotate', 'Rotate handles'),
     handles('scale', 'Scale handles'),
     cycle(app, 'orientation', 'Next axes', ',', ['world', 'lattice', 'view']),
     cycle(app, 'pivot', 'Next pivot', '.', ['median', 'active', 'each']),
     {
-      id: 'soft',
-      label: 'Soft selection',
-      group: 'Transform',
-      keys: ['O'],
-      icon: 'soft',
-      run: () => settings.set({ soft: { ...settings.value.soft, enabled: !settings.value.soft.enabled } }),
-      checked: () => settings.value.soft.enabled,
+      id: 'soft', label: 'Soft selection', group: 'Transform', keys: ['O'], icon: 'soft',
+      run: () => settings.set({ soft: { ...soft(), enabled: !soft().enabled } }),
+      checked: () => soft().enabled,
     },
     resize('soft-smaller', 'Smaller soft radius', ['[', 'PageDown'], -1),
     resize('soft-larger', 'Larger soft radius', [']', 'PageUp'], 1),

@@ -6,7 +6,7 @@
 
 import type { Lattice } from '../lattice/lattice';
 import { add, pointAt, sub, type Vec3 } from '../lattice/vec';
-import type { LatticeEdit } from '../session/lattice_edit';
+import type { LatticeEdit } from '../session/edits/lattice_edit';
 import { softWeights, type SoftSelection, type Weighted } from './falloff';
 import { mirrored, type Mirror } from './mirror';
 import { moved, motionMatrix, type Motion } from './motion';

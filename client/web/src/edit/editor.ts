@@ -6,7 +6,7 @@ import type { Axis } from '../lattice/grid';
 import { innerPoints, planeOf, rowOf } from '../lattice/index_sets';
 import type { Lattice } from '../lattice/lattice';
 import { sub, type Basis, type Vec3 } from '../lattice/vec';
-import type { SceneSession } from '../session/scene_session';
+import type { LiveSession } from '../session/live_session';
 import type { SettingsStore } from '../state/settings';
 import { beginSpread, respread } from './build_edit';
 import { secondOrientation, type Constraint } from './constraint';
@@ -37,7 +37,7 @@ export class Editor {
   private gesture: TransformGesture | undefined; // the newest, of keys or handles
 
   constructor(
-    readonly session: SceneSession,
+    readonly session: LiveSession,
     readonly settings: SettingsStore,
     /** Called when the line below the view says something else; undefined: nothing runs. */
     private readonly onHeadline: (text: string | undefined) => void,

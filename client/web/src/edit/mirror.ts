@@ -22,11 +22,7 @@ export function reflected(structure: LatticeStructure, displacement: Vec3, axes:
  * Adds the mirror images to `displacements` (by control point). A point that is displaced itself keeps its own; one in
  * the middle of a mirrored axis stays in the middle.
  */
-export function mirrored(
-  structure: LatticeStructure,
-  displacements: Map<number, Vec3>,
-  mirror: Mirror,
-): Map<number, Vec3> {
+export function mirrored(structure: LatticeStructure, displacements: Map<number, Vec3>, mirror: Mirror): Map<number, Vec3> {
   const all = new Map<number, Vec3>();
   for (const [index, displacement] of displacements)
     all.set(index, keptInMiddle(structure, index, displacement, mirror));

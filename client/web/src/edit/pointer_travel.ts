@@ -17,10 +17,7 @@ export class PointerTravel {
   factor = 1;
   private readonly startRadius: number;
 
-  constructor(
-    private readonly pivot: Pixels,
-    private at: Pixels,
-  ) {
+  constructor(private readonly pivot: Pixels, private at: Pixels) {
     this.startRadius = Math.max(Math.hypot(at[0] - pivot[0], at[1] - pivot[1]), LEAST_RADIUS);
   }
 

@@ -3,6 +3,8 @@
 //
 // Which control points are selected, which one is active, which are hidden. Hidden points are never selected.
 
+import { Signal } from '../state/signal';
+
 export type SelectMode = 'replace' | 'extend' | 'toggle' | 'remove';
 
 export class Selection {
@@ -10,7 +12,9 @@ export class Selection {
   private hiddenPoints = new Set<number>();
   private activePoint: number | undefined;
   private sorted: Uint32Array | undefined;
-  private listeners = new Set<() => void>();
+  private readonly signal = new Signal();
+  /** Calls a listener after every change; the function returned ends that. */
+  readonly onChange = this.signal.on;
 
   /** `count` control points, none of them selected. */
   constructor(private points: number) {}
@@ -97,12 +101,6 @@ export class Selection {
     this.changed();
   }
 
-  /** Calls `listener` after every change; the function returned ends that. */
-  onChange(listener: () => void): () => void {
-    this.listeners.add(listener);
-    return () => this.listeners.delete(listener);
-  }
-
   private visible(): number[] {
     return Array.from({ length: this.points }, (_, i) => i).filter((i) => !this.hiddenPoints.has(i));
   }
@@ -114,6 +112,6 @@ export class Selection {
 
   private changed(): void {
     this.sorted = undefined;
-    for (const listener of this.listeners) listener();
+    this.signal.emit();
   }
 }

@@ -4,8 +4,9 @@
 // Direct manipulation: one point of the surface is held, and the server finds the smallest move of control points that
 // takes it along. Where no control point moves it, outside the lattice, it stays, and the server says how far away.
 import { distance, type Vec3 } from '../lattice/vec';
-import type { SurfacePoint } from '../session/lattice_edit';
-import type { Gesture, SceneSession } from '../session/scene_session';
+import type { SurfacePoint } from '../session/edits/lattice_edit';
+import type { LiveSession } from '../session/live_session';
+import type { Gesture } from '../session/scene_session';
 
 const ROUNDING = 1e-6; // of the way: a thousand times what a point that is taken along is away (edit.proto)
 
@@ -20,7 +21,7 @@ export class SurfacePull {
    * @param onEnded Told when the session has ended the pull.
    */
   constructor(
-    private readonly session: Pick<SceneSession, 'gesture'>,
+    private readonly session: Pick<LiveSession, 'gesture'>,
     readonly point: SurfacePoint,
     private readonly onAnswer: () => void = () => {},
     private readonly onEnded: () => void = () => {},

@@ -4,7 +4,8 @@
 // A gesture of the session that a motion drives. It begins on the server with the first change, so that a press and
 // release without one is no undo step.
 import type { Vec3 } from '../lattice/vec';
-import type { Gesture, SceneSession } from '../session/scene_session';
+import type { LiveSession } from '../session/live_session';
+import type { Gesture } from '../session/scene_session';
 import { buildEdit, type Spread } from './build_edit';
 import { isStill, type Motion } from './motion';
 
@@ -14,7 +15,7 @@ export class TransformGesture {
   private ended = false;
 
   constructor(
-    private readonly session: Pick<SceneSession, 'gesture'>,
+    private readonly session: Pick<LiveSession, 'gesture'>,
     private spread: Spread,
     readonly center: Vec3,
     private readonly onEnded: () => void = () => {},

@@ -55,11 +55,7 @@ export class TransformSession {
   private readonly travel: PointerTravel;
   private modifiers: Modifiers = { shift: false, ctrl: false };
 
-  constructor(
-    public kind: MotionKind,
-    private readonly view: TransformView,
-    pointer: [number, number],
-  ) {
+  constructor(public kind: MotionKind, private readonly view: TransformView, pointer: [number, number]) {
     this.travel = new PointerTravel(view.pivot, pointer);
     this.countAmounts();
   }

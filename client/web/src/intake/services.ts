@@ -1,13 +1,25 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the page asks of the server besides the scene's stream.
+// What the page asks of the server, and of what this browser keeps, besides the scene's stream.
+import { fromBinary, type MessageInitShape } from '@bufbuild/protobuf';
+import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
+import { MeshFormat, MeshHeaderSchema, type Mesh, type MeshHeader } from 'latticed/v1/mesh_pb';
 import type { Bounds, Fit } from '../lattice/identity';
-import type { Lattice } from '../lattice/lattice';
-import type { SessionOptions } from '../session/open_session';
-import type { SceneSession, ViewRequest } from '../session/scene_session';
-import type { ExportedFile, ExportView } from '../wire/export_download';
-import type { MeshFile } from './mesh_file';
+import { Lattice } from '../lattice/lattice';
+import { CompanionNews } from '../session/store/companion_news';
+import { IndexedSceneStore } from '../session/store/indexed_scene_store';
+import type { LiveSession } from '../session/live_session';
+import { openSession, type SessionOptions } from '../session/open_session';
+import type { ViewRequest } from '../session/scene_session';
+import { storedMesh } from '../session/store/scene_store';
+import { downloadExport, type ExportedFile, type ExportView } from '../wire/export_download';
+import { randomId } from '../wire/ids';
+import { fromLattice, vector } from '../wire/lattice_message';
+import type { LatticedServer } from '../wire/latticed_server';
+import { uploadMesh } from '../wire/upload';
+import { fromView, toView } from '../wire/view_message';
+import type { MeshFile, MeshFormatName } from './mesh_file';
 
 export interface UploadedMesh {
   readonly id: string;
@@ -20,14 +32,6 @@ export interface UploadedMesh {
 export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'stl', 'drc', 'nets'] as const;
 export type ExportFormat = (typeof EXPORT_FORMATS)[number];
 
-/** What a scene was made of. */
-export interface SceneFacts {
-  /** Id of its mesh. */
-  readonly mesh: string;
-  /** What watchers see who do not say. */
-  readonly view: ViewRequest;
-}
-
 export interface PicturedMesh {
   /** Absent where it is too large to be fetched unasked. */
   readonly file?: MeshFile;
@@ -35,25 +39,95 @@ export interface PicturedMesh {
   readonly bytes: number;
 }
 
-export interface Services {
+const FORMATS: Record<MeshFormatName, MeshFormat> = {
+  obj: MeshFormat.OBJ,
+  ply: MeshFormat.PLY,
+  stl: MeshFormat.STL,
+  glb: MeshFormat.GLB,
+  drc: MeshFormat.DRACO,
+};
+
+const MOST_FETCHED_UNASKED = 64 << 20; // bytes of a mesh: what is shown without them is the shape, plain
+
+const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
+
+export class Services {
+  constructor(
+    private readonly server: LatticedServer,
+    private readonly news = new CompanionNews(),
+    private readonly store = IndexedSceneStore.ofPage(),
+  ) {}
+
   /** The largest mesh that the server takes, in bytes; 0: any. */
-  mostMeshBytes(): Promise<number>;
+  async mostMeshBytes(): Promise<number> {
+    const { limits } = await this.server.server.getServerInfo({});
+    return Number(limits?.maxMeshBytes ?? 0);
+  }
+
   /** Rejects with an Error in words; `progress` goes from 0 to 1. */
-  upload(file: MeshFile, progress: (fraction: number) => void, signal: AbortSignal): Promise<UploadedMesh>;
+  async upload(file: MeshFile, progress: (fraction: number) => void, signal: AbortSignal): Promise<UploadedMesh> {
+    const header = { name: file.name, format: FORMATS[file.format] };
+    const onProgress = (sent: number, all: number): void => progress(sent / all);
+    const mesh = await uploadMesh(this.server, header, file.content, { onProgress, signal });
+    // Where it cannot be kept, who opens a scene of it is told.
+    void this.store.saveMesh(storedMesh(mesh.id, header, file.content)).catch(() => undefined);
+    return describe(mesh);
+  }
+
   /** Makes a scene and returns its id. */
-  createScene(mesh: string, lattice: Fit | Lattice, view: ViewRequest): Promise<string>;
+  async createScene(mesh: string, lattice: Fit | Lattice, view: ViewRequest): Promise<string> {
+    const sceneId = randomId();
+    await this.server.scenes.createScene({ sceneId, mesh, lattices: [latticeSource(lattice)], defaultView: fromView(view) });
+    return sceneId;
+  }
+
   /** The file that a mesh was uploaded from. */
-  downloadMesh(mesh: string, signal: AbortSignal): Promise<MeshFile>;
+  async downloadMesh(mesh: string, signal: AbortSignal): Promise<MeshFile> {
+    const { header, content } = await this.server.downloads.get(mesh, signal);
+    const file = meshFile(header, content);
+    if (file === undefined) throw new Error('The mesh was not uploaded as a file that this page reads.');
+    return file;
+  }
+
   /** What this browser has of a mesh: its file, and pictures and materials that were dropped beside it. */
-  keptMesh(mesh: string): Promise<{ readonly file?: MeshFile; readonly companions: readonly File[] }>;
+  async keptMesh(mesh: string): Promise<{ readonly file?: MeshFile; readonly companions: readonly File[] }> {
+    const [stored, companions] = await Promise.all([this.store.mesh(mesh), this.store.companions(mesh)]);
+    const file = stored && meshFile(fromBinary(MeshHeaderSchema, stored.header), stored.content);
+    return { ...(file && { file }), companions };
+  }
+
   /** Keeps pictures and materials for keptMesh, in place of all others or `beside` those of other names. Rejects in words. */
-  keepCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void>;
+  async keepCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void> {
+    await this.store.saveCompanions(mesh, files, beside);
+    this.news.tell(mesh);
+  }
+
   /** Calls `listener` where another window of this browser has kept pictures or materials beside a mesh. */
-  onCompanionsKept(listener: (mesh: string) => void): void;
+  onCompanionsKept(listener: (mesh: string) => void): void {
+    this.news.onNews(listener);
+  }
+
   /** Of a mesh that may have its pictures inside, and undefined of others. */
-  picturedMesh(mesh: string, signal: AbortSignal): Promise<PicturedMesh | undefined>;
-  describeScene(sceneId: string): Promise<SceneFacts>;
-  openSession(sceneId: string, options: SessionOptions): Promise<SceneSession>;
+  async picturedMesh(id: string, signal: AbortSignal): Promise<PicturedMesh | undefined> {
+    const { format, hasUvs, totalBytes } = await this.server.meshes.getMesh({ mesh: id }, { signal });
+    if (format !== MeshFormat.GLB || !hasUvs) return undefined;
+    const bytes = Number(totalBytes);
+    if (bytes > MOST_FETCHED_UNASKED) return { bytes };
+    const { header, content } = await this.server.downloads.get(id, signal);
+    const file = meshFile(header, content);
+    return { bytes, ...(file && { file }) };
+  }
+
+  /** The mesh of a scene, and what watchers see who do not say. */
+  async describeScene(sceneId: string): Promise<{ readonly mesh: string; readonly view: ViewRequest }> {
+    const { mesh, defaultView } = await this.server.scenes.getScene({ scene: sceneId });
+    return { mesh, view: defaultView === undefined ? {} : toView(defaultView) };
+  }
+
+  openSession(sceneId: string, options: SessionOptions): Promise<LiveSession> {
+    return openSession(this.server, sceneId, options);
+  }
+
   /** The deformed surface as a file; of control nets, `view` says nothing. `progress` in bytes. Rejects with an Error in words. */
   exportScene(
     sceneId: string,
@@ -61,5 +135,30 @@ export interface Services {
     view: ExportView,
     progress: (received: number, all: number) => void,
     signal: AbortSignal,
-  ): Promise<ExportedFile>;
+  ): Promise<ExportedFile> {
+    return downloadExport(this.server, sceneId, format, view, progress, signal);
+  }
+}
+
+/** Undefined for a format that no file has. */
+function meshFile(header: MeshHeader, content: Blob): MeshFile | undefined {
+  const format = FORMAT_NAMES.find((name) => FORMATS[name] === header.format);
+  return format && { name: header.name, format, content };
+}
+
+function describe(mesh: Mesh): UploadedMesh {
+  return {
+    id: mesh.id,
+    name: mesh.name,
+    vertices: Number(mesh.vertices),
+    faces: Number(mesh.faces),
+    bounds: { min: vector(mesh.bounds?.min), max: vector(mesh.bounds?.max) },
+  };
+}
+
+function latticeSource(lattice: Fit | Lattice): MessageInitShape<typeof LatticeSourceSchema> {
+  if (lattice instanceof Lattice) return { source: { case: 'lattice', value: fromLattice(lattice) } };
+  const axes = ([u, v, w]: Fit['size']) => ({ u, v, w });
+  const { size, degree, padding } = lattice;
+  return { source: { case: 'fit', value: { size: axes(size), degree: axes(degree), padding } } };
 }

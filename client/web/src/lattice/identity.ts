@@ -49,11 +49,7 @@ export function restPosition(structure: LatticeStructure, parameter: Vec3): Vec3
 
 export function identityPoints(structure: LatticeStructure): Float64Array {
   const { knots, degree, size } = structure;
-  const [us, vs, ws] = AXES.map((a) => grevilleAbscissae(knots[a], degree[a], size[a])) as [
-    number[],
-    number[],
-    number[],
-  ];
+  const [us, vs, ws] = AXES.map((a) => grevilleAbscissae(knots[a], degree[a], size[a])) as [number[], number[], number[]];
   const points = new Float64Array(3 * pointCount(size));
   let at = 0;
   for (const w of ws) {

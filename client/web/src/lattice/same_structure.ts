@@ -10,8 +10,6 @@ export function sameStructure(a: LatticeStructure, b: LatticeStructure): boolean
     equal(a.degree, b.degree) &&
     equal(a.size, b.size) &&
     equal(a.frame.origin, b.frame.origin) &&
-    AXES.every(
-      (axis) => equal(a.knots[axis], b.knots[axis]) && equal(frameEdges(a.frame)[axis], frameEdges(b.frame)[axis]),
-    )
+    AXES.every((axis) => equal(a.knots[axis], b.knots[axis]) && equal(frameEdges(a.frame)[axis], frameEdges(b.frame)[axis]))
   );
 }

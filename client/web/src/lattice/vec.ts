@@ -13,11 +13,7 @@ export type MutableVec3 = [number, number, number];
 /** Three unit vectors, or any three that span space: the columns of a matrix. */
 export type Basis = readonly [Vec3, Vec3, Vec3];
 
-export const WORLD_BASIS: Basis = [
-  [1, 0, 0],
-  [0, 1, 0],
-  [0, 0, 1],
-];
+export const WORLD_BASIS: Basis = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 
 export const add = (a: Vec3, b: Vec3): Vec3 => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 export const sub = (a: Vec3, b: Vec3): Vec3 => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];

@@ -3,23 +3,24 @@
 import { Code } from '@connectrpc/connect';
 import { Feature } from 'latticed/v1/server_pb';
 import type { Lattice, Vec3 } from '../lattice/lattice';
-import type { Surface } from '../surface/surface';
+import type { SurfaceMesh } from '../surface/surface_mesh';
 import { edits, fromEdit, toSurfacePoint } from '../wire/edit_message';
 import { randomUuid } from '../wire/ids';
 import { fromVector } from '../wire/lattice_message';
 import { ServerError } from '../wire/server_error';
-import { targetsOf } from './edit_targets';
-import type { LatticeEdit, SurfacePoint } from './lattice_edit';
-import { LatticeSync } from './lattice_sync';
+import { targetsOf } from './edits/edit_targets';
+import type { LatticeEdit, SurfacePoint } from './edits/lattice_edit';
+import { LatticeSync } from './edits/lattice_sync';
 import { Listeners } from './listeners';
-import type { Gesture, GestureListener, SceneSession, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
+import type { Gesture, GestureListener, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
 import type { SessionParts } from './session_parts';
 import { SessionStream } from './session_stream';
 
-/** SceneSession over the wire. Its lattice is there once `ready` has resolved. */
-export class LiveSession implements SceneSession {
+/** A scene that is watched and edited. It reconnects by itself. Its lattice is there once `ready` has resolved. */
+export class LiveSession {
   private static readonly PICK_MS = 10_000;  // a connection may be dead that the browser takes for alive
 
+  /** Editor of this window. */
   readonly editorId = randomUuid();
   /** Resolves with the first lattice; rejects where the scene cannot be had. */
   readonly ready: Promise<void>;
@@ -46,13 +47,14 @@ export class LiveSession implements SceneSession {
     this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners, failed);
   }
 
+  /** The newest of the server with this window's own edits on top. Another object after a change of structure. */
   get lattice(): Lattice {
     const { shown } = this.sync;
     if (!shown) throw new Error('the session is not ready');
     return shown;
   }
 
-  get surface(): Surface {
+  get surface(): SurfaceMesh {
     return this.parts.surface;
   }
 
@@ -60,6 +62,7 @@ export class LiveSession implements SceneSession {
     return this.stream.status;
   }
 
+  /** Returns what takes the listener away. */
   on<K extends keyof SessionEvents>(event: K, listener: SessionEvents[K]): () => void {
     return this.listeners.on(event, listener);
   }
@@ -68,6 +71,7 @@ export class LiveSession implements SceneSession {
     return this.sync.gesture(listener);
   }
 
+  /** A gesture of one step. */
   apply(edit: LatticeEdit): void {
     this.sync.step(fromEdit(edit), targetsOf(edit, this.lattice.points));
   }
@@ -88,6 +92,7 @@ export class LiveSession implements SceneSession {
     this.sync.step(edits.insertKnot(axis, value));
   }
 
+  /** All control points at once, x y z each. */
   replace(points: Float64Array): void {
     const indices = Uint32Array.from({ length: this.lattice.count }, (_, i) => i);
     this.sync.step(edits.replace(points), { indices, positions: points.slice() });
@@ -97,10 +102,12 @@ export class LiveSession implements SceneSession {
     this.stream.setView(view);
   }
 
+  /** Tells other windows what is selected here; at most 10 a second are sent, the newest wins. */
   announce(selected: Uint32Array): void {
     this.stream.announce(selected);
   }
 
+  /** The first point of the deformed surface on a ray in world units. */
   async pick(origin: Vec3, direction: Vec3): Promise<SurfacePoint | undefined> {
     if (!this.parts.info.features.includes(Feature.PICK)) return undefined;
     try {

@@ -7,11 +7,11 @@ import { DeformSocket } from '../wire/deform_socket';
 import type { LatticedServer } from '../wire/latticed_server';
 import { WatchStream } from '../wire/watch_stream';
 import { inWords } from '../wire/words';
-import { IndexedSceneStore } from './indexed_scene_store';
+import { IndexedSceneStore } from './store/indexed_scene_store';
 import { LiveSession } from './live_session';
 import { followPage } from './page_wakes';
-import { SceneKeeper } from './scene_keeper';
-import type { SceneSession, SessionStatus, ViewRequest } from './scene_session';
+import { SceneKeeper } from './store/scene_keeper';
+import type { SessionStatus, ViewRequest } from './scene_session';
 import { ServerPatches } from './server_patches';
 
 export interface SessionOptions {
@@ -39,7 +39,7 @@ function poolOfPage(): Promise<DecodePool> {
  *
  * Resolves when its lattice is here; rejects with an Error in words where there is no such scene.
  */
-export async function openSession(server: LatticedServer, sceneId: string, options: SessionOptions = {}): Promise<SceneSession> {
+export async function openSession(server: LatticedServer, sceneId: string, options: SessionOptions = {}): Promise<LiveSession> {
   options.onStatus?.({ state: 'connecting', text: 'Connecting …' });
   const [info, decoders] = await Promise.all([server.server.getServerInfo({}), poolOfPage()])
     .catch((error: unknown) => { throw new Error(inWords(error)); });

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Lattice, Vec3 } from '../lattice/lattice';
-import type { Surface } from '../surface/surface';
-import type { LatticeEdit, SurfacePoint } from './lattice_edit';
+import type { Lattice } from '../lattice/lattice';
+import type { LatticeEdit } from './edits/lattice_edit';
 
 /** One undo step. Every update replaces the one before, applied to the state at the gesture's begin. */
 export interface Gesture {
@@ -82,33 +81,4 @@ export interface ViewRequest {
   readonly positionBits?: number;
   /** 6 to 12. */
   readonly normalBits?: number;
-}
-
-/** A scene that is watched and edited. It reconnects by itself. */
-export interface SceneSession {
-  readonly sceneId: string;
-  /** Editor of this window, a UUID. */
-  readonly editorId: string;
-  /** The newest of the server with this window's own edits on top. Another object after a change of structure. */
-  readonly lattice: Lattice;
-  readonly surface: Surface;
-  readonly status: SessionStatus;
-  /** Returns what takes the listener away. */
-  on<K extends keyof SessionEvents>(event: K, listener: SessionEvents[K]): () => void;
-  /** With what listens to the gesture until it ends. */
-  gesture(listener?: GestureListener): Gesture;
-  /** A gesture of one step. */
-  apply(edit: LatticeEdit): void;
-  undo(): void;
-  redo(): void;
-  reset(to: 'identity' | 'initial'): void;
-  insertKnot(axis: 0 | 1 | 2, value: number): void;
-  /** All control points at once, x y z each. */
-  replace(points: Float64Array): void;
-  setView(view: ViewRequest): void;
-  /** Tells other windows what is selected here; at most 10 a second are sent, the newest wins. */
-  announce(selected: Uint32Array): void;
-  /** The first point of the deformed surface on a ray in world units. */
-  pick(origin: Vec3, direction: Vec3): Promise<SurfacePoint | undefined>;
-  close(): void;
 }

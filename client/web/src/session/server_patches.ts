@@ -5,6 +5,7 @@ import { Encoding, NormalMode } from 'latticed/v1/view_pb';
 import { knotPlanes } from '../lattice/bspline';
 import { AXES, domain, frameEdges } from '../lattice/grid';
 import type { Lattice } from '../lattice/lattice';
+import { coordinates, sub } from '../lattice/vec';
 import type { PatchOrigins, PatchSource, RestCorners } from '../surface/patch_source';
 import { randomId } from '../wire/ids';
 import { fromLattice, vector } from '../wire/lattice_message';
@@ -57,11 +58,11 @@ export class ServerPatches implements PatchSource {
 
   boxOf(x: number, y: number, z: number): number {
     const lattice = this.lattice();
-    const place = inFrame(lattice, [x, y, z]);
+    const place = coordinates(frameEdges(lattice.frame), sub([x, y, z], lattice.frame.origin));
     let box = 0;
     let stride = 1;
     for (const axis of AXES) {
-      const fraction = place[axis]!;
+      const fraction = place[axis];
       if (!(fraction >= 0 && fraction <= 1)) return -1;
       const planes = knotPlanes(lattice, axis);
       const [begin, end] = domain(lattice, axis);
@@ -103,20 +104,4 @@ function inCornerOrder(points: Float32Array, pattern: readonly number[]): Float3
       corners.set(points.subarray(patch + 3 * point, patch + 3 * point + 3), patch + 3 * corner));
   }
   return corners;
-}
-
-/** A world point in fractions of the frame's edges (Cramer). */
-function inFrame({ frame }: Lattice, point: readonly [number, number, number]): number[] {
-  const [u, v, w] = frameEdges(frame);
-  const d = AXES.map((axis) => point[axis] - frame.origin[axis]);
-  const volume = triple(u, v, w);
-  return [triple(d, v, w) / volume, triple(u, d, w) / volume, triple(u, v, d) / volume];
-}
-
-/** a · (b × c). */
-function triple(a: readonly number[], b: readonly number[], c: readonly number[]): number {
-  const [ax = 0, ay = 0, az = 0] = a;
-  const [bx = 0, by = 0, bz = 0] = b;
-  const [cx = 0, cy = 0, cz = 0] = c;
-  return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx);
 }

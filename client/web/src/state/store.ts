@@ -1,9 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
+import { Signal } from './signal';
+
 /** A record that tells of its changes. */
 export class Store<T extends object> {
-  private listeners = new Set<(value: Readonly<T>, before: Readonly<T>) => void>();
+  private readonly changed = new Signal<[value: Readonly<T>, before: Readonly<T>]>();
+  /** Calls a listener after every change; the function returned ends that. */
+  readonly subscribe = this.changed.on;
 
   constructor(private current: T) {}
 
@@ -17,12 +21,6 @@ export class Store<T extends object> {
     const keys = Object.keys(change) as (keyof T)[];
     if (keys.every((key) => Object.is(before[key], change[key]))) return;
     this.current = { ...before, ...change };
-    for (const listener of this.listeners) listener(this.current, before);
-  }
-
-  /** Calls `listener` after every change; the function returned ends that. */
-  subscribe(listener: (value: Readonly<T>, before: Readonly<T>) => void): () => void {
-    this.listeners.add(listener);
-    return () => this.listeners.delete(listener);
+    this.changed.emit(this.current, before);
   }
 }

@@ -3,7 +3,7 @@
 import { Color, type DataTexture } from 'three';
 import type { PatchOrigins, PatchSource, RestCorners } from './patch_source';
 import { patchTexture } from './patch_texture';
-import type { PatchFacts } from './surface';
+import type { PatchFacts } from './surface_look';
 import type { TopologyLayout } from './topology_layout';
 
 /**

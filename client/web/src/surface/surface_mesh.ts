@@ -5,18 +5,19 @@ import { PatchColours } from './patch_colours';
 import type { PatchSource } from './patch_source';
 import { patternTexture } from './patch_texture';
 import { PointBuffer } from './point_buffer';
-import type { PatchFacts, SurfaceLook } from './surface';
+import type { PatchFacts, SurfaceLook } from './surface_look';
 import { FRAGMENT_SHADER, VERTEX_SHADER } from './surface_shader';
-import type { SurfaceSink } from './surface_sink';
 import type { Grid, SurfaceUpdate } from './surface_update';
 import type { TopologyLayout } from './topology_layout';
 
-/** The streamed surface as three draws it. */
-export class SurfaceMesh implements SurfaceSink {
+/** The streamed surface as three draws it: one geometry for all chunks, written in place. */
+export class SurfaceMesh {
   private static readonly PATCHES_ASKED = 10_000;  // a millisecond
   private static readonly LEAST_HEAT = 5e-3;  // of the size: below, colours would show the steps of the grid
 
+  /** World coordinates less `origin`, which is its position. */
   readonly object = new Group();
+  /** World bounds of what was received last. */
   readonly bounds = new Box3();
   private readonly points = new PointBuffer();
   private readonly uniforms = {
@@ -32,7 +33,9 @@ export class SurfaceMesh implements SurfaceSink {
   private readonly mesh = new Mesh(undefined, this.material);
   private readonly ghost = new Mesh(undefined, this.ghostMaterial);
   private readonly patches: PatchColours;
+  /** Called when it looks otherwise without an update: what a look asked for has come. */
   onChanged?: () => void;
+  /** Called when what a look asked for cannot be had: it is drawn without. Once for each cause until another look is chosen. */
   onFailed?: (what: PatchFacts, error: unknown) => void;
   private extents = new Float32Array();
   private layout: TopologyLayout | undefined;
@@ -53,6 +56,7 @@ export class SurfaceMesh implements SurfaceSink {
     this.object.add(this.mesh, this.ghost);
   }
 
+  /** World units that the end of the heat map's colours stands for: the largest displacement that is seen. */
   get displacementRange(): number {
     return this.uniforms.displacementRange.value;
   }
@@ -119,6 +123,7 @@ export class SurfaceMesh implements SurfaceSink {
     this.dress();
   }
 
+  /** The server is there again: what a look asked for and has not come is asked for again. */
   reconnected(): void {
     this.patches.reconnected();
     this.dress();
@@ -134,6 +139,10 @@ export class SurfaceMesh implements SurfaceSink {
     this.dress();
   }
 
+  /**
+   * Base colours in layers, with u v layer for each corner of the mesh, v from the texture's first row on; without both:
+   * none. The texture stays its owner's.
+   */
   setTexture(texture: DataArrayTexture | undefined, corners?: Float32Array): void {
     this.uniforms.map.value = texture ?? null;
     this.patches.setUvs(texture ? corners : undefined);

@@ -10,7 +10,8 @@ export interface Control {
   refresh(): void;
 }
 
-interface Bound<T> {
+/** A value, and what changes it. */
+export interface Bound<T> {
   readonly label: string;
   get(): T;
   set(value: T): void;
@@ -35,11 +36,8 @@ export function toggle({ label, get, set }: Bound<boolean>, hint?: string): Cont
 }
 
 /** One of a few, side by side. */
-export function segmented<T extends string>(
-  { label, get, set }: Bound<T>,
-  options: readonly (readonly [T, string])[],
-): Control {
-  const buttons = options.map(([value, text]) =>
+export function segmented<T extends string>({ label, get, set }: Bound<T>, options: Record<T, string>): Control {
+  const buttons = (Object.entries(options) as [T, string][]).map(([value, text]) =>
     h('button', { type: 'button', role: 'radio', 'data-value': value, onclick: () => set(value) }, text),
   );
   const group = h('div', { class: 'segmented', role: 'radiogroup', 'aria-label': label }, ...buttons);
@@ -49,14 +47,11 @@ export function segmented<T extends string>(
   return { element: field(label, group), refresh };
 }
 
-export function choice<T extends string>(
-  { label, get, set }: Bound<T>,
-  options: readonly (readonly [T, string])[],
-): Control {
+export function choice<T extends string>({ label, get, set }: Bound<T>, options: Record<T, string>): Control {
   const select = h(
     'select',
     { 'aria-label': label, onchange: () => set(select.value as T) },
-    ...options.map(([value, text]) => h('option', { value }, text)),
+    ...Object.entries<string>(options).map(([value, text]) => h('option', { value }, text)),
   );
   return { element: field(label, select), refresh: () => (select.value = get()) };
 }
@@ -114,10 +109,6 @@ function shown(value: number): string {
   return String(Number(value.toPrecision(3)));
 }
 
-export function button(
-  label: string,
-  onclick: () => void,
-  attributes: Record<string, unknown> = {},
-): HTMLButtonElement {
+export function button(label: string, onclick: () => void, attributes: Record<string, unknown> = {}): HTMLButtonElement {
   return h('button', { type: 'button', class: 'button', onclick, ...attributes }, label);
 }

@@ -6,14 +6,11 @@ import { FALLOFFS, type Falloff } from '../edit/falloff';
 import type { Editor } from '../edit/editor';
 import { AXIS_NAMES, type Axis } from '../lattice/grid';
 import type { Vec3 } from '../lattice/vec';
-import type { ViewRequest } from '../session/scene_session';
 import type { Settings, SettingsStore } from '../state/settings';
-import { choice, field, numberInput, segmented, slider, toggle, type Control } from './controls';
+import { choice, field, numberInput, segmented, slider, toggle, type Bound, type Control } from './controls';
 import { h } from './dom';
 
 type Key<T> = { [K in keyof Settings]: Settings[K] extends T ? K : never }[keyof Settings];
-
-const LONGER: Partial<Record<string, string>> = { draco: 'Draco', quantised: 'Quantised', raw: 'Raw floats' };
 
 export class Panel {
   readonly element = h('aside', { class: 'panel', 'aria-label': 'Properties' });
@@ -23,14 +20,9 @@ export class Panel {
   private editor: Editor | undefined;
 
   constructor(private readonly settings: SettingsStore) {
-    this.radius = this.radiusSlider();
+    this.radius = slider(this.partOf('soft', 'radius', 'Radius'), { min: 0, max: 1, step: 0.005 });
     this.element.append(
-      this.section(
-        'Selection',
-        this.count,
-        this.positionFields(),
-        this.switch('through', 'Through the surface', 'Alt+Z'),
-      ),
+      this.section('Selection', this.count, this.positionFields(), this.switch('through', 'Through the surface', 'Alt+Z')),
       this.section('Transform', ...this.transformControls()),
       this.section('Soft selection', ...this.softControls()),
       this.section('Surface', ...this.surfaceControls()),
@@ -67,27 +59,22 @@ export class Panel {
     return control.element;
   }
 
-  private switch(key: Key<boolean>, label: string, hint?: string): HTMLElement {
-    return this.keep(
-      toggle({ label, get: () => this.settings.value[key], set: (on) => this.settings.set({ [key]: on }) }, hint),
-    );
+  /** A setting of its own. */
+  private of<K extends keyof Settings>(key: K, label: string): Bound<Settings[K]> {
+    return { label, get: () => this.settings.value[key], set: (value) => this.settings.set({ [key]: value }) };
   }
 
-  private select<K extends Key<string>>(
-    key: K,
-    label: string,
-    options: readonly (readonly [Settings[K] & string, string])[],
-  ): HTMLElement {
-    return this.keep(
-      segmented(
-        {
-          label,
-          get: () => this.settings.value[key] as Settings[K] & string,
-          set: (value) => this.settings.set({ [key]: value }),
-        },
-        options,
-      ),
-    );
+  /** A part of a setting that is a record. */
+  private partOf<K extends 'soft' | 'view', P extends keyof Settings[K]>(key: K, part: P, label: string): Bound<Settings[K][P]> {
+    return {
+      label,
+      get: () => this.settings.value[key][part],
+      set: (value) => this.settings.set({ [key]: { ...this.settings.value[key], [part]: value } }),
+    };
+  }
+
+  private switch(key: Key<boolean>, label: string, hint?: string): HTMLElement {
+    return this.keep(toggle(this.of(key, label), hint));
   }
 
   /** The pivot's coordinates, to be read and typed. */
@@ -110,25 +97,12 @@ export class Panel {
   }
 
   private transformControls(): HTMLElement[] {
-    const mirrors = AXIS_NAMES.map((name, axis) => this.mirrorSwitch(name, axis as Axis));
+    const handles = { none: 'None', move: 'Move', rotate: 'Rotate', scale: 'Scale' };
     return [
-      this.select('gizmo', 'Handles', [
-        ['none', 'None'],
-        ['move', 'Move'],
-        ['rotate', 'Rotate'],
-        ['scale', 'Scale'],
-      ]),
-      this.select('orientation', 'Axes', [
-        ['world', 'World'],
-        ['lattice', 'Lattice'],
-        ['view', 'View'],
-      ]),
-      this.select('pivot', 'Pivot', [
-        ['median', 'Median'],
-        ['active', 'Active'],
-        ['each', 'Each'],
-      ]),
-      field('Mirror', ...mirrors),
+      this.keep(segmented(this.of('gizmo', 'Handles'), handles)),
+      this.keep(segmented(this.of('orientation', 'Axes'), { world: 'World', lattice: 'Lattice', view: 'View' })),
+      this.keep(segmented(this.of('pivot', 'Pivot'), { median: 'Median', active: 'Active', each: 'Each' })),
+      field('Mirror', ...AXIS_NAMES.map((name, axis) => this.mirrorSwitch(name, axis as Axis))),
     ];
   }
 
@@ -143,45 +117,18 @@ export class Panel {
   }
 
   private softControls(): HTMLElement[] {
-    const change = (part: Partial<Settings['soft']>): void =>
-      this.settings.set({ soft: { ...this.settings.value.soft, ...part } });
-    const enabled = toggle(
-      {
-        label: 'Nearby points follow',
-        get: () => this.settings.value.soft.enabled,
-        set: (on) => change({ enabled: on }),
-      },
-      'O',
-    );
-    const falloff = choice<Falloff>(
-      { label: 'Falloff', get: () => this.settings.value.soft.falloff, set: (name) => change({ falloff: name }) },
-      (Object.keys(FALLOFFS) as Falloff[]).map((name) => [name, name] as const),
-    );
-    return [this.keep(enabled), this.keep(this.radius), this.keep(falloff)];
-  }
-
-  private radiusSlider(): Control {
-    const get = (): number => this.settings.value.soft.radius;
-    const set = (radius: number): void => this.settings.set({ soft: { ...this.settings.value.soft, radius } });
-    return slider({ label: 'Radius', get, set }, { min: 0, max: 1, step: 0.005 });
+    const falloffs = Object.fromEntries(Object.keys(FALLOFFS).map((name) => [name, name])) as Record<Falloff, string>;
+    return [
+      this.keep(toggle(this.partOf('soft', 'enabled', 'Nearby points follow'), 'O')),
+      this.keep(this.radius),
+      this.keep(choice(this.partOf('soft', 'falloff', 'Falloff'), falloffs)),
+    ];
   }
 
   private surfaceControls(): HTMLElement[] {
-    const colouring = choice(
-      {
-        label: 'Colour',
-        get: () => this.settings.value.colouring,
-        set: (name) => this.settings.set({ colouring: name }),
-      },
-      [
-        ['plain', 'Shaded'],
-        ['displacement', 'Displacement'],
-        ['boxes', 'Knot boxes'],
-        ['texture', 'Texture'],
-      ],
-    );
+    const colourings = { plain: 'Shaded', displacement: 'Displacement', boxes: 'Knot boxes', texture: 'Texture' };
     return [
-      this.keep(colouring),
+      this.keep(choice(this.of('colouring', 'Colour'), colourings)),
       h(
         'div',
         { class: 'switches' },
@@ -196,33 +143,17 @@ export class Panel {
   }
 
   private streamControls(): HTMLElement[] {
-    const view = (): Required<ViewRequest> => this.settings.value.view;
-    const change = (part: ViewRequest): void => this.settings.set({ view: { ...view(), ...part } });
-    const bits = (
-      key: 'segments' | 'positionBits' | 'normalBits',
-      label: string,
-      min: number,
-      max: number,
-      isIdle?: () => boolean,
-    ): HTMLElement =>
-      this.keep(
-        slider({ label, get: () => view()[key], set: (n) => change({ [key]: n }), isIdle }, { min, max, step: 1 }, 'change'),
-      );
-    const encoding = choice(
-      { label: 'Encoding', get: () => view().encoding, set: (name) => change({ encoding: name }) },
-      (['draco', 'quantised', 'raw'] as const).map((name) => [name, LONGER[name]!] as const),
-    );
-    const normals = choice({ label: 'Normals', get: () => view().normals, set: (name) => change({ normals: name }) }, [
-      ['smooth', 'Smooth'],
-      ['facet', 'Facets'],
-      ['none', 'None'],
-    ]);
+    const isRaw = (): boolean => this.settings.value.view.encoding === 'raw';
+    const hasNone = (): boolean => this.settings.value.view.normals === 'none';
+    const steps = (bound: Bound<number>, min: number, max: number): HTMLElement =>
+      this.keep(slider(bound, { min, max, step: 1 }, 'change'));
+    const encodings = { draco: 'Draco', quantised: 'Quantised', raw: 'Raw floats' };
     return [
-      bits('segments', 'Segments', 1, 32),
-      this.keep(normals),
-      this.keep(encoding),
-      bits('positionBits', 'Position bits', 8, 16, () => view().encoding === 'raw'),
-      bits('normalBits', 'Normal bits', 6, 12, () => view().encoding === 'raw' || view().normals === 'none'),
+      steps(this.partOf('view', 'segments', 'Segments'), 1, 32),
+      this.keep(choice(this.partOf('view', 'normals', 'Normals'), { smooth: 'Smooth', facet: 'Facets', none: 'None' })),
+      this.keep(choice(this.partOf('view', 'encoding', 'Encoding'), encodings)),
+      steps({ ...this.partOf('view', 'positionBits', 'Position bits'), isIdle: isRaw }, 8, 16),
+      steps({ ...this.partOf('view', 'normalBits', 'Normal bits'), isIdle: () => isRaw() || hasNone() }, 6, 12),
     ];
   }
 }

@@ -19,10 +19,7 @@ export class CameraRig {
   camera: ViewCamera = this.perspective;
   controls: OrbitControls;
 
-  constructor(
-    private readonly element: HTMLElement,
-    private readonly onChange: () => void,
-  ) {
+  constructor(private readonly element: HTMLElement, private readonly onChange: () => void) {
     for (const camera of [this.perspective, this.orthographic]) {
       camera.up.set(0, 0, 1);
       camera.position.set(3, -4, 2.4);

@@ -65,11 +65,7 @@ export class BoxDrag implements Drag {
 
 /** Moves the selected points with the pointer, in the plane of the view; keys may constrain it on the way. */
 export class PointDrag implements Drag {
-  constructor(
-    viewport: Viewport,
-    private readonly editor: Editor,
-    from: Place,
-  ) {
+  constructor(viewport: Viewport, private readonly editor: Editor, from: Place) {
     editor.beginTransform('move', viewport.transformView.bind(viewport), viewport.rig.basis(), from);
   }
 
@@ -88,10 +84,7 @@ export class PointDrag implements Drag {
 
 /** A finger that steers the transform which runs already; to lift it ends nothing. */
 export class SteeringDrag implements Drag {
-  constructor(
-    private readonly editor: Editor,
-    from: Place,
-  ) {
+  constructor(private readonly editor: Editor, from: Place) {
     editor.pointerResumed(...from);
   }
 

@@ -25,16 +25,9 @@ export class Gizmo {
   private readonly start = { position: new Vector3(), quaternion: new Quaternion() };
   private cancelling = false;
   private kind: MotionKind = 'move';
-  private basis: Basis = [
-    [1, 0, 0],
-    [0, 1, 0],
-    [0, 0, 1],
-  ];
+  private basis: Basis = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 
-  constructor(
-    private readonly viewport: Viewport,
-    private readonly events: GizmoEvents,
-  ) {
+  constructor(private readonly viewport: Viewport, private readonly events: GizmoEvents) {
     this.controls = new TransformControls(viewport.rig.camera, viewport.canvas);
     this.controls.setSpace('local');
     this.controls.setColors(0xe5534b, 0x6fae3c, 0x4a8fe8, 0xffc24d);

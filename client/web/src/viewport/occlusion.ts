@@ -77,13 +77,7 @@ export class Occlusion {
     const geometry = new BufferGeometry();
     const relative = Float32Array.from(points, (x, i) => x - origin[i % 3]);
     geometry.setAttribute('position', new BufferAttribute(relative, 3));
-    geometry.setAttribute(
-      'number',
-      new BufferAttribute(
-        Float32Array.from({ length: points.length / 3 }, (_, i) => i),
-        1,
-      ),
-    );
+    geometry.setAttribute('number', new BufferAttribute(Float32Array.from({ length: points.length / 3 }, (_, i) => i), 1));
     const object = new Points(geometry, this.material);
     object.position.set(origin[0], origin[1], origin[2]);
     object.frustumCulled = false;

@@ -7,6 +7,7 @@ import { Box3, Color, DirectionalLight, Group, HemisphereLight, Scene, Vector3, 
 import type { TransformView } from '../edit/transform_session';
 import { snapStep } from '../edit/transform_session';
 import type { Basis, Vec3 } from '../lattice/vec';
+import { Signal } from '../state/signal';
 import { wantsAntialiasing } from './antialiasing';
 import { CameraRig } from './camera_rig';
 import { FrameQueue } from './frame_queue';
@@ -22,8 +23,12 @@ export class Viewport {
   /** What the depth range has to hold. */
   readonly content = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
   private readonly light = new Group();
-  private readonly frameListeners = new Set<() => void>();
-  private readonly drawnListeners = new Set<(seen: Promise<void>) => void>();
+  private readonly frame = new Signal();
+  private readonly drawn = new Signal<[seen: Promise<void>]>();
+  /** Calls a listener before each frame, and each time that one has to wait; the function returned ends that. */
+  readonly onFrame = this.frame.on;
+  /** Calls a listener after each frame's calls, with when its pixels are there; the function returned ends that. */
+  readonly onDrawn = this.drawn.on;
   private readonly frames: FrameQueue;
   private isWanted = false;
   private pending = 0;
@@ -50,18 +55,6 @@ export class Viewport {
   invalidate(): void {
     this.isWanted = true;
     this.tickSoon();
-  }
-
-  /** Calls `listener` before each frame, and each time that one has to wait; the function returned ends that. */
-  onFrame(listener: () => void): () => void {
-    this.frameListeners.add(listener);
-    return () => this.frameListeners.delete(listener);
-  }
-
-  /** Calls `listener` after each frame's calls, with when its pixels are there; the function returned ends that. */
-  onDrawn(listener: (seen: Promise<void>) => void): () => void {
-    this.drawnListeners.add(listener);
-    return () => this.drawnListeners.delete(listener);
   }
 
   setBackground(colour: string): void {
@@ -134,18 +127,18 @@ export class Viewport {
     this.pending = 0;
     this.frames.poll();
     if (this.isWanted && !this.frames.isFull) this.draw();
-    else if (this.isWanted) for (const listener of this.frameListeners) listener();
+    else if (this.isWanted) this.frame.emit();
     if (this.isWanted || !this.frames.isEmpty) this.tickSoon();
   }
 
   private draw(): void {
     this.isWanted = false;
-    for (const listener of this.frameListeners) listener();
+    this.frame.emit();
     this.rig.updateDepthRange(this.content);
     this.light.quaternion.copy(this.rig.camera.quaternion);
     this.renderer.render(this.scene, this.rig.camera);
     const seen = this.frames.add();
-    for (const listener of this.drawnListeners) listener(seen);
+    this.drawn.emit(seen);
     this.tickSoon();
   }
 

@@ -4,7 +4,7 @@ import { create } from '@bufbuild/protobuf';
 import { EditSchema, ResetTarget, UndoScope, type Edit } from 'latticed/v1/edit_pb';
 import { LatticeAxis } from 'latticed/v1/lattice_pb';
 import { SurfacePointSchema, type SurfacePoint as SurfacePointMessage } from 'latticed/v1/surface_pb';
-import type { LatticeEdit, SurfacePoint } from '../session/lattice_edit';
+import type { LatticeEdit, SurfacePoint } from '../session/edits/lattice_edit';
 import { fromVector, vector } from './lattice_message';
 
 export function fromEdit(edit: LatticeEdit): Edit {

@@ -62,9 +62,7 @@ export class MeshDownloads {
 const PIECE_BYTES = 8 << 20;  // the page holds one piece in memory; the browser may keep the others on disk
 
 /** Downloads one mesh. */
-async function downloadMesh(
-  meshes: MeshClient, mesh: string, signal?: AbortSignal,
-): Promise<DownloadedMesh> {
+async function downloadMesh(meshes: MeshClient, mesh: string, signal?: AbortSignal): Promise<DownloadedMesh> {
   let header = create(MeshHeaderSchema);
   const pieces: Blob[] = [];
   let parts: Uint8Array<ArrayBuffer>[] = [];

@@ -3,13 +3,12 @@
 import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import { coordinates, sub, type Basis, type Vec3 } from '@src/lattice/vec';
-import type { SurfaceMesh } from '@src/surface/surface_mesh';
 
 /** The control points that triangles of the surface hide from the eye, and those that none does; both beyond doubt, by a pixel. */
 export async function behindSurface(page: Page): Promise<{ hidden: number[]; shown: number[] }> {
   const { triangles, rays } = await page.evaluate(() => {
     const { viewport, scene } = window.latticed;
-    const surface = scene!.session.surface as unknown as SurfaceMesh;
+    const surface = scene!.session.surface;
     const { patchCount, pointsPerPatch, patternTriangles } = surface.drawnLayout!;
     const corners = Array.from({ length: patchCount }, (_, patch) =>
       [...patternTriangles].map((corner) => surface.positionOf(patch * pointsPerPatch + corner))).flat();

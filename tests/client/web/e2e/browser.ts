@@ -4,7 +4,7 @@ import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import type { TestContext } from 'node:test';
-import { chromium, type Browser, type BrowserContext, type Page } from 'playwright-core';
+import { chromium, type Browser, type BrowserContext, type BrowserContextOptions, type Page } from 'playwright-core';
 
 const PATIENCE_MS = 120_000; // of whoever waits for a page; Playwright's 30 s are few where a machine does other things too
 const OPTIONS = {
@@ -40,8 +40,10 @@ export async function launchWithProfile(t: TestContext): Promise<BrowserContext>
 }
 
 /** A page whose errors are kept: a test fails on them. */
-export async function openPage(browser: Browser, address: string): Promise<{ page: Page; errors: string[] }> {
-  const page = await browser.newPage({ viewport: { width: 800, height: 600 } });
+export async function openPage(
+  browser: Browser, address: string, context: BrowserContextOptions = {},
+): Promise<{ page: Page; errors: string[] }> {
+  const page = await browser.newPage({ viewport: { width: 800, height: 600 }, ...context });
   const errors: string[] = [];
   page.on('pageerror', (error) => errors.push(String(error)));
   page.on('console', (message) => {

@@ -31,7 +31,7 @@ export async function lookAtColours(of: Page): Promise<void> {
     window.latticed.viewport.rig.lookFrom([0, -1e-3, 1]);
     window.latticed.scene!.frameAll();
   });
-  await of.waitForFunction(() => (window.latticed.scene!.session.surface as unknown as { isTextured: boolean }).isTextured);
+  await of.waitForFunction(() => window.latticed.scene!.session.surface.isTextured);
 }
 
 /** Which of red, green, blue or white a place of the sheet has. */

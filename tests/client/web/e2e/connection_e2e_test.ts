@@ -14,6 +14,7 @@ import { followsDefinition } from './definition';
 import { ServerProcess } from './server_process';
 import { tapSockets, type TappedSocket } from './socket_tap';
 import { TcpProxy } from './tcp_proxy';
+import { until } from './stage';
 import { torusObj } from './torus';
 import { controlPoint, createScene, dropFiles, segmentsCome } from './viewer_page';
 
@@ -44,12 +45,6 @@ async function revision(): Promise<number> {
 async function cornerAtServer(): Promise<number[]> {
   const { lattice } = await direct.scenes.getLattice({ scene });
   return lattice!.controlPoints.slice(3 * CORNER, 3 * CORNER + 3);
-}
-
-async function until(holds: () => boolean | Promise<boolean>): Promise<void> {
-  for (const end = Date.now() + 60_000; !(await holds()); await page.waitForTimeout(20)) {
-    assert.ok(Date.now() < end, `waited in vain: ${holds.toString()}`);
-  }
 }
 
 /** States of the session, as they are told from now on. */

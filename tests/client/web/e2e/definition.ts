@@ -7,16 +7,14 @@ import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import { evaluate } from '@src/lattice/bspline';
 import { domain, frameEdges } from '@src/lattice/grid';
-import type { Lattice } from '@src/lattice/lattice';
-import { latticeFromJson } from '@src/lattice/lattice_json';
+import { knotVectors } from '@src/lattice/identity';
+import { Lattice } from '@src/lattice/lattice';
 import { coordinates, distance, sub, type Vec3 } from '@src/lattice/vec';
-import type { PointBuffer } from '@src/surface/point_buffer';
-import type { SurfaceMesh } from '@src/surface/surface_mesh';
 import { sourcePlaces } from './source_places';
 
 const FLOAT_STEP = 1e-5; // of meshes of a few units: what floats may be off
 
-/** What a page shows: its lattice, and every point received, with the numbers of its normal (view.proto). */
+/** What a page shows: its lattice, and every point received. */
 export interface Shown {
   readonly lattice: Lattice;
   readonly topology: string;
@@ -24,41 +22,26 @@ export interface Shown {
   readonly pattern: readonly number[];
   /** Of each patch in turn. */
   readonly points: readonly Vec3[];
-  readonly normals: readonly (readonly number[])[];
   /** Of the grid of positions, in world units; of floats what they may be off. */
   readonly step: number;
 }
 
 export async function shownBy(page: Page): Promise<Shown> {
   const { lattice, ...shown } = await page.evaluate((floatStep) => {
-    const surface = window.latticed.scene!.session.surface as unknown as SurfaceMesh;
-    const { points: buffer } = surface as unknown as { points: PointBuffer };
+    const surface = window.latticed.scene!.session.surface;
     const layout = surface.drawnLayout!;
     const numbers = Array.from({ length: layout.patchCount * layout.pointsPerPatch }, (_, i) => i);
-    const { frame, degree, size, knots, points: controls } = window.latticed.scene!.session.lattice;
+    const { frame, degree, size, knots, points } = window.latticed.scene!.session.lattice;
     return {
       topology: layout.id,
       pattern: [...layout.patternPoints],
       points: numbers.map((i) => surface.positionOf(i)),
-      normals: numbers.map((i) => [...buffer.pointAt(i)].slice(buffer.float ? 3 : 4)),
-      step: buffer.float ? floatStep : surface.drawnStep!,
-      lattice: { frame, degree, size, knots: knots.map((k) => [...k]), points: [...controls] },
+      step: surface.drawnStep === 1 ? floatStep : surface.drawnStep!,
+      lattice: { frame, degree, size, knots: knots.map((k) => [...k]), points: [...points] },
     };
   }, FLOAT_STEP);
-  const { frame, degree, size, knots } = lattice;
-  const vector = ([x, y, z]: Vec3) => ({ x, y, z });
-  const axes = ([u, v, w]: Vec3) => ({ u, v, w });
-  const read = latticeFromJson(
-    JSON.stringify({
-      frame: { origin: vector(frame.origin), u: vector(frame.u), v: vector(frame.v), w: vector(frame.w) },
-      degree: axes(degree),
-      size: axes(size),
-      knotsU: knots[0],
-      knotsV: knots[1],
-      knotsW: knots[2],
-      controlPoints: lattice.points,
-    }),
-  );
+  const { frame, degree, size, knots, points } = lattice;
+  const read = new Lattice(frame, degree, size, knotVectors((axis) => Float64Array.from(knots[axis])), Float64Array.from(points));
   return { ...shown, lattice: read };
 }
 
@@ -69,12 +52,6 @@ export function deformed(lattice: Lattice, p: Vec3): Vec3 {
     (a) => domain(lattice, a)[0] + x[a] * (domain(lattice, a)[1] - domain(lattice, a)[0]),
   );
   return evaluate(lattice, parameter as unknown as Vec3);
-}
-
-export function verticesOf(obj: string): Vec3[] {
-  return obj.split('\n')
-    .filter((line) => line.startsWith('v '))
-    .map((line) => line.slice(2).split(' ').map(Number) as unknown as Vec3);
 }
 
 const WORST_MISS = 0.9; // of the grid's step: half of one along each axis, and what evaluation in floats adds
@@ -97,14 +74,9 @@ async function worstPoint(page: Page, obj: string): Promise<number> {
  * @param obj The page's mesh, of triangles.
  */
 export async function followsDefinition(page: Page, obj: string): Promise<void> {
-  const worst = await settled(() => worstPoint(page, obj), (steps) => steps < WORST_MISS);
-  assert.ok(worst < WORST_MISS, `${worst} steps`);
-}
-
-/** A measure of the page once it holds, or after a minute; between two the page has the machine for itself. */
-export async function settled(measure: () => Promise<number>, holds: (value: number) => boolean): Promise<number> {
-  for (const end = Date.now() + 60_000; ; await new Promise((resolve) => setTimeout(resolve, 100))) {
-    const value = await measure();
-    if (holds(value) || Date.now() > end) return value;
+  for (const end = Date.now() + 60_000; ; await page.waitForTimeout(100)) { // the page has the machine for itself meanwhile
+    const worst = await worstPoint(page, obj);
+    if (worst < WORST_MISS) return;
+    assert.ok(Date.now() < end, `${worst} steps`);
   }
 }

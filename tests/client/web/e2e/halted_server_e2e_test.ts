@@ -4,25 +4,12 @@
 // The viewer in Chromium while the server has no time: what a person holds does not wait for it.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
-import type {} from '@src/main'; // window.latticed
+import { test } from 'node:test';
 import { distance, type Vec3 } from '@src/lattice/vec';
-import { LatticedServer } from '@src/wire/latticed_server';
-import { launch, openPage } from './browser';
 import { followsDefinition, shownBy } from './definition';
-import { ServerProcess } from './server_process';
-import { torusObj } from './torus';
-import { colourAt, controlPoint, createScene, dropFiles, frames, onScreen, placeOf, segmentsCome, upperHandle } from './viewer_page';
+import { CORNER, direct, errors, OBJ, openTorus, page, server, until, useStage } from './stage';
+import { colourAt, controlPoint, frames, onScreen, placeOf, upperHandle } from './viewer_page';
 
-const OBJ = torusObj(12, 8);
-const CORNER = 63; // the last of 4 x 4 x 4 control points
-
-let server: ServerProcess;
-let direct: LatticedServer;
-let browser: Browser;
-let page: Page;
-let errors: string[];
 
 /** Where the handles are in the world. */
 function handles(): Promise<Vec3> {
@@ -37,24 +24,12 @@ async function surface(): Promise<string> {
   return String((await shownBy(page)).points);
 }
 
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  direct = new LatticedServer(server.origin);
-  browser = await launch();
-  ({ page, errors } = await openPage(browser, server.origin));
-  await dropFiles(page, [['torus.obj', OBJ]]);
-  await createScene(page);
-  await page.evaluate(() => {
-    const { settings } = window.latticed;
-    settings.set({ gizmo: 'none', view: { ...settings.value.view, segments: 2 } }); // quick frames
-  });
-  await segmentsCome(page, 2);
-  await followsDefinition(page, OBJ);
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
+useStage({
+  begin: async () => {
+    await openTorus();
+    await page.evaluate(() => window.latticed.settings.set({ gizmo: 'none' }));
+    await followsDefinition(page, OBJ);
+  },
 });
 
 test('while the server stands still the cage and the handles follow the pointer, and then the surface does', async () => {
@@ -95,11 +70,11 @@ test('while the server stands still the cage and the handles follow the pointer,
 
   server.goOn();
   const { id } = (await direct.scenes.listScenes({})).scenes[0];
-  for (const end = Date.now() + 60_000; ; await page.waitForTimeout(20)) {
+  const corner = async (): Promise<number[]> => {
     const { lattice } = await direct.scenes.getLattice({ scene: id });
-    if (String(lattice!.controlPoints.slice(3 * CORNER, 3 * CORNER + 3)) === String(lifted)) break;
-    assert.ok(Date.now() < end, `the server has ${lattice!.controlPoints.slice(3 * CORNER)}, not ${lifted}`);
-  }
+    return lattice!.controlPoints.slice(3 * CORNER, 3 * CORNER + 3);
+  };
+  await until(async () => String(await corner()) === String(lifted), async () => `the server has ${await corner()}, not ${lifted}`);
   await followsDefinition(page, OBJ);
   assert.deepEqual(await controlPoint(page, CORNER), lifted);
   assert.deepEqual(errors, []);

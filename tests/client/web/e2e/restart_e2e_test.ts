@@ -6,18 +6,17 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { BrowserContext, Page } from 'playwright-core';
-import type {} from '@src/main'; // window.latticed
-import { allHave, keeps, keepToasts, shownBy, stageOfFile, whoRestored } from './restarts';
-import { torusObj } from './torus';
-import { createScene, dropFiles, live } from './viewer_page';
+import { allHave, keeps, keepToasts, toldOf, whoRestored } from './restarts';
+import { allPoints, browser, CORNER, direct, OBJ, openTorus, page, press, select, server, until, useStage } from './stage';
+import { controlPoint, createScene, dropFiles, frames, live, onScreen } from './viewer_page';
 
-const OBJ = torusObj(12, 8);
+const LET_GO = 'The server was restarted, so what was being moved was let go where it was.';
 
-const stage = stageOfFile();
+useStage({ context: { viewport: { width: 640, height: 480 } } });
 
 async function openWindow(context: BrowserContext, path: string): Promise<Page> {
   const page = await context.newPage();
-  await page.goto(stage.server.origin + path);
+  await page.goto(server.origin + path);
   return page;
 }
 
@@ -30,15 +29,15 @@ function move(page: Page, index: number, quarters: number): Promise<void> {
 }
 
 /** `points` with one moved down. */
-function moved(points: readonly number[], index: number, quarters: number): number[] {
+function lowered(points: readonly number[], index: number, quarters: number): number[] {
   return points.map((value, i) => (i === 3 * index + 2 ? value - quarters / 4 : value));
 }
 
 for (const [whose, isOther] of [['one browser', false], ['two browsers', true]] as const) {
   test(`two windows of ${whose}: a scene is restored once, both say so, and edits of either one are right in the other`, async (t) => {
     const view = { viewport: { width: 480, height: 360 } };
-    const context = await stage.browser.newContext(view);
-    const otherContext = isOther ? await stage.browser.newContext(view) : context;
+    const context = await browser.newContext(view);
+    const otherContext = isOther ? await browser.newContext(view) : context;
     t.after(async () => {
       await context.close();
       if (isOther) await otherContext.close();
@@ -57,26 +56,62 @@ for (const [whose, isOther] of [['one browser', false], ['two browsers', true]] 
       await keepToasts(page);
     }
     await move(first, 0, 1);
-    let expected = await shownBy(first);
-    await allHave(stage.direct, scene, windows, expected, OBJ);
+    let expected = await allPoints(first);
+    await allHave(scene, windows, expected, OBJ);
 
-    await stage.server.kill();
+    await server.kill();
     for (const page of windows) await page.locator('.connection[data-state=retrying]').waitFor();
     await move(first, 21, 1); // people go on meanwhile
     await move(second, 63, 2);
-    await stage.server.restart();
+    await server.restart();
 
     const said = await Promise.all(windows.map(whoRestored));
     assert.deepEqual(said.sort(), ['another window', 'this browser']);
-    expected = moved(moved(expected, 21, 1), 63, 2);
-    await allHave(stage.direct, scene, windows, expected, OBJ);
-    assert.deepEqual((await stage.direct.scenes.listScenes({})).scenes.map(({ id }) => id), [scene]);
+    expected = lowered(lowered(expected, 21, 1), 63, 2);
+    await allHave(scene, windows, expected, OBJ);
+    assert.deepEqual((await direct.scenes.listScenes({})).scenes.map(({ id }) => id), [scene]);
     await move(first, 5, 3);
     await move(second, 42, 1);
-    expected = moved(moved(expected, 5, 3), 42, 1);
-    await allHave(stage.direct, scene, windows, expected, OBJ);
+    expected = lowered(lowered(expected, 5, 3), 42, 1);
+    await allHave(scene, windows, expected, OBJ);
     await second.evaluate(() => window.latticed.scene!.session.undo());
-    expected = moved(expected, 42, -1);
-    await allHave(stage.direct, scene, windows, expected, OBJ);
+    expected = lowered(expected, 42, -1);
+    await allHave(scene, windows, expected, OBJ);
   });
 }
+
+test('a move by G whose server is killed goes on in the cage, and is let go once where it was when the server is back', async () => {
+  await openTorus();
+  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+  await page.evaluate(() => window.latticed.settings.set({ gizmo: 'none' }));
+  await keeps(page);
+  await keepToasts(page);
+  await frames(page);
+  const rest = await allPoints();
+  const [x, y] = await onScreen(page, CORNER);
+  await select(CORNER);
+  await page.mouse.move(x, y);
+  await press('g');
+  await page.mouse.move(x - 20, y + 10, { steps: 4 });
+  await until(async () => (await direct.scenes.getLattice({ scene })).lattice!.controlPoints[3 * CORNER] !== rest[3 * CORNER]);
+  await page.mouse.move(x - 40, y + 20, { steps: 4 }); // some of these are on their way
+  await server.kill();
+  await page.locator('.connection[data-state=retrying]').waitFor();
+  const cut = await controlPoint(page, CORNER);
+  await page.mouse.move(x - 60, y + 30, { steps: 4 });
+  const there = await controlPoint(page, CORNER);
+  assert.notDeepEqual(there, cut); // the cage answers without a server
+  const moved = rest.map((value, i) => (i >= 3 * CORNER ? there[i - 3 * CORNER] : value));
+
+  await server.restart();
+  assert.equal(await whoRestored(page), 'this browser');
+  await toldOf(page, LET_GO);
+  await page.locator('.connection[data-state=restored]').waitFor();
+  assert.equal(await page.locator('.hint.running').count(), 0);
+  await page.mouse.move(x - 100, y + 80, { steps: 4 });
+  await press('Enter');
+  await page.mouse.click(20, 460);
+  await allHave(scene, [page], moved, OBJ);
+  await press('Control+z');
+  await toldOf(page, '^There is nothing to undo\\.');
+});

@@ -2,57 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Pages whose server, which keeps nothing, is killed and started again.
-import assert from 'node:assert/strict';
-import { after, before } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
-import type {} from '@src/main'; // window.latticed
-import { LatticedServer } from '@src/wire/latticed_server';
-import { launch } from './browser';
+import type { Page } from 'playwright-core';
 import { followsDefinition } from './definition';
-import { ServerProcess } from './server_process';
+import { direct, until } from './stage';
 import { promised } from './viewer_page';
 
 const RESTORED = 'The server was restarted; (this browser|another window) restored mesh and lattice';
 
-export interface Stage {
-  server: ServerProcess;
-  /** Calls of the server that no page makes. */
-  direct: LatticedServer;
-  browser: Browser;
-}
-
-/** What all tests of a file have from before the first until after the last. */
-export function stageOfFile(): Stage {
-  const stage = {} as Stage;
-  before(async () => {
-    stage.server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-    stage.direct = new LatticedServer(stage.server.origin);
-    stage.browser = await launch();
-  });
-  after(async () => {
-    await stage.browser?.close();
-    await stage.server?.kill();
-  });
-  return stage;
-}
-
-/** The control points that a page shows. */
-export function shownBy(page: Page): Promise<number[]> {
-  return page.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
-}
-
 /** Waits until the server and all windows have these control points, and surfaces are where those put them. */
 export async function allHave(
-  direct: LatticedServer, scene: string, windows: readonly Page[], expected: readonly number[], obj: string,
+  scene: string, windows: readonly Page[], expected: readonly number[], obj: string,
 ): Promise<void> {
   for (const page of windows) {
     await page.waitForFunction((all) => String(window.latticed.scene!.session.lattice.points) === all, String(expected), { timeout: 60_000 });
   }
-  for (const end = Date.now() + 60_000; ; await windows[0].waitForTimeout(20)) {
-    const { lattice } = await direct.scenes.getLattice({ scene });
-    if (String(lattice!.controlPoints) === String(expected)) break;
-    assert.ok(Date.now() < end, `the server has ${lattice!.controlPoints}, not ${expected}`);
-  }
+  await until(async () => String((await direct.scenes.getLattice({ scene })).lattice!.controlPoints) === String(expected));
   for (const page of windows) await followsDefinition(page, obj);
 }
 

@@ -4,11 +4,11 @@
 // What Chromium keeps for the page: of other versions of it, of several windows, and where there is little room.
 // Environment: LATTICED, CHROMIUM; LATTICED_PAGE, the folder of the page.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { after, before, test, type TestContext } from 'node:test';
 import type { Browser, BrowserContext, Page } from 'playwright-core';
 import { launch, launchWithProfile, limitStorage } from './browser';
 import { ServerProcess } from './server_process';
-import type {} from './page/harness';  // window.harness
+import type {} from './page/harness'; // window.store
 
 let server: ServerProcess;
 let browser: Browser;
@@ -49,14 +49,14 @@ function makeVersion2(page: Page): Promise<void> {
 function save(page: Page, mesh: string, files: readonly (readonly [name: string, content: string])[], beside: boolean): Promise<void> {
   return page.evaluate(([id, list, isBeside]) => {
     const made = list.map(([name, content]) => new File([content], name));
-    return window.harness.store.saveCompanions(id, made, isBeside);
+    return window.store.saveCompanions(id, made, isBeside);
   }, [mesh, files, beside] as const);
 }
 
 /** Names and contents. */
 function beside(page: Page, mesh: string): Promise<string[]> {
   return page.evaluate(async (id) => {
-    const files = await window.harness.store.companions(id);
+    const files = await window.store.companions(id);
     return Promise.all(files.map(async (file) => `${file.name} ${await file.text()}`));
   }, mesh);
 }
@@ -84,13 +84,13 @@ test('what a window of version 2 keeps is there in version 3, which waits until 
     };
   });
   const page = await openHarness();
-  await page.evaluate(() => Object.assign(window, { scene: window.harness.store.scene('1') }));
+  await page.evaluate(() => Object.assign(window, { scene: window.store.scene('1') }));
   await page.waitForFunction(() => (window as unknown as { isBlocked?: boolean }).isBlocked);
 
   await old.evaluate(() => (window as unknown as { release(): void }).release());
   const kept = await page.evaluate(async () => {
     const scene = await (window as unknown as { scene: Promise<{ request: Uint8Array } | undefined> }).scene;
-    const mesh = await window.harness.store.mesh('a');
+    const mesh = await window.store.mesh('a');
     return [scene?.request[0], await mesh?.content.text()];
   });
   assert.deepEqual(kept, [7, 'mmm']);
@@ -119,7 +119,7 @@ test('a page whose database was deleted makes another; one that is older than it
 
   await other.evaluate(() => new Promise<void>((resolve) => (indexedDB.open('latticed', 1000).onsuccess = () => resolve())));
   const refusals = await page.evaluate(async () => {
-    const { store } = window.harness;
+    const { store } = window;
     const calls = [store.scene('1'), store.mesh('a'), store.saveCompanions('a', [])];
     return (await Promise.allSettled(calls)).map((result) => (result.status === 'rejected' ? (result.reason as Error).message : 'done'));
   });
@@ -141,16 +141,92 @@ test('pictures that two windows keep beside one mesh are there all, the newest o
   await context.close();
 });
 
+/** A page of a browser of its own, which has 10 MB to keep meshes in. */
+async function storingPage(t: TestContext): Promise<Page> {
+  const storing = await (await launchWithProfile(t)).newPage();
+  await storing.goto(server.origin);
+  await limitStorage(storing, 10e6);
+  return storing;
+}
+
+test('for a mesh without room the oldest scenes are forgotten, none in vain; what is refused stays with the page', async (t) => {
+  const storing = await storingPage(t);
+  /** Which of meshes a to d and scenes 1 to 3 are there; in capitals what only the page has. */
+  const there = (): Promise<string> => storing.evaluate(async () => {
+    const { store } = window;
+    const found = [...'abcd'].map(async (id) =>
+      (await store.keepsMesh(id)) ? id : (await store.mesh(id)) ? id.toUpperCase() : '');
+    const scenes = [...'123'].map(async (id) => ((await store.scene(id)) ? id : ''));
+    return (await Promise.all([...found, ...scenes])).join('');
+  });
+  const save = (meshes: [id: string, megabytes: number][], scenes: [id: string, mesh: string][]): Promise<string> =>
+    storing.evaluate(async ([files, users]) => {
+      const { store } = window;
+      try {
+        for (const [id, megabytes] of files) {
+          await store.saveMesh({ id, header: new Uint8Array(), content: new Blob([new Uint8Array(megabytes * 1e6)]) });
+        }
+        for (const [id, mesh] of users) {
+          await store.saveScene({ id, mesh, bootId: '', request: new Uint8Array(), savedAt: Number(id) });
+        }
+        return '';
+      } catch (error) {
+        return (error as Error).message;
+      }
+    }, [meshes, scenes] as const);
+
+  assert.equal(await save([['a', 4], ['b', 4], ['b', 4]], [['1', 'a'], ['2', 'b'], ['3', 'b']]), '');
+  assert.equal(await there(), 'ab123');
+  assert.equal(await save([['c', 3]], []), '');
+  assert.equal(await there(), 'bc23');
+  assert.equal(await save([['d', 8]], []), 'the browser has no room left for it'); // b and c together have 7
+  assert.equal(await there(), 'bcD23');
+  await storing.reload();
+  assert.equal(await there(), 'bc23');
+  await storing.evaluate(() => {
+    const { now } = Date;
+    Date.now = () => now() + 2 * 3600 * 1000; // of c no scene was made
+    return window.store.forgetOld();
+  });
+  assert.equal(await there(), 'b23');
+});
+
+test('what was dropped beside a mesh is kept with it, counts with it for room, and is forgotten with it', async (t) => {
+  const storing = await storingPage(t);
+  const keep = (mesh: string, megabytes: number): Promise<string> => storing.evaluate(async ([id, size]) => {
+    const files = [new File([new Uint8Array(size * 1e6)], `${size} of ${id}.png`)];
+    return window.store.saveCompanions(id, files).then(() => '', (error: Error) => error.message);
+  }, [mesh, megabytes] as const);
+  const makeScene = (id: string, mesh: string, megabytes: number): Promise<void> => storing.evaluate(async ([scene, file, size]) => {
+    const { store } = window;
+    await store.saveMesh({ id: file, header: new Uint8Array(), content: new Blob([new Uint8Array(size * 1e6)]) });
+    await store.saveScene({ id: scene, mesh: file, bootId: '', request: new Uint8Array(), savedAt: Number(scene) });
+  }, [id, mesh, megabytes] as const);
+  const there = (): Promise<string[]> => storing.evaluate(async () =>
+    (await Promise.all([...'abx'].map((id) => window.store.companions(id)))).flat().map(({ name, size }) => `${name}: ${size}`));
+
+  await makeScene('1', 'a', 2);
+  assert.equal(await keep('a', 3), '');
+  await makeScene('2', 'b', 1);
+  assert.equal(await keep('b', 2), '');
+  assert.equal(await keep('b', 5), ''); // in place of 2, and of a
+  assert.deepEqual(await there(), ['5 of b.png: 5000000']);
+  assert.equal(await storing.evaluate(() => window.store.keepsMesh('a')), false);
+  assert.equal(await keep('b', 11), 'the browser has no room left for it');
+  assert.deepEqual(await there(), ['5 of b.png: 5000000']);
+  assert.equal(await keep('x', 1), ''); // of a mesh that nobody has
+  await storing.evaluate(() => window.store.forgetOld());
+  assert.deepEqual(await there(), ['5 of b.png: 5000000']);
+});
+
 test('what is kept beside a mesh before the mesh is counts as room that can be freed', async (t) => {
-  context = await launchWithProfile(t);
-  const page = await openHarness();
-  await limitStorage(page, 10e6);
+  const page = await storingPage(t);
   const saveMesh = (mesh: string, megabytes: number): Promise<void> => page.evaluate(([id, size]) =>
-    window.harness.store.saveMesh({ id, header: new Uint8Array(), content: new Blob([new Uint8Array(size * 1e6)]) }), [mesh, megabytes] as const);
-  await page.evaluate(() => window.harness.store.saveCompanions('a', [new File([new Uint8Array(5e6)], 'a.png')]));
+    window.store.saveMesh({ id, header: new Uint8Array(), content: new Blob([new Uint8Array(size * 1e6)]) }), [mesh, megabytes] as const);
+  await page.evaluate(() => window.store.saveCompanions('a', [new File([new Uint8Array(5e6)], 'a.png')]));
   await saveMesh('a', 1);
 
   await saveMesh('b', 5);
-  assert.equal(await page.evaluate(() => window.harness.store.keepsMesh('b')), true);
+  assert.equal(await page.evaluate(() => window.store.keepsMesh('b')), true);
   assert.deepEqual(await beside(page, 'a'), []);
 });

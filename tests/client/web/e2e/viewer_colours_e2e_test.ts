@@ -4,38 +4,21 @@
 // Colours and pictures of dropped meshes in the viewer in Chromium.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
-import { launch, openPage } from './browser';
+import { test } from 'node:test';
 import { lookAtColours, nameAt, ONE_NODE, paint, quarters, squareGlb, TEXTURED } from './colours';
 import { GlbMaker, SQUARE } from './glb';
-import { ServerProcess } from './server_process';
 import { plainSheetObj, sheetObj, sheetPly } from './sheet';
+import { errors, page, shot, useStage } from './stage';
 import { createScene, dropFiles } from './viewer_page';
 
-let server: ServerProcess;
-let browser: Browser;
-let page: Page;
-let errors: string[];
 let picture: Buffer; // red green above blue white
 let other: Buffer; // white blue above green red
 
-async function shot(name: string): Promise<void> {
-  if (process.env.LATTICED_SHOTS) await page.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
-}
-
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  browser = await launch();
-  ({ page, errors } = await openPage(browser, server.origin));
-  picture = await paint(page, 'red', 'lime', 'blue', 'white');
-  other = await paint(page, 'white', 'blue', 'lime', 'red');
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
+useStage({
+  begin: async () => {
+    picture = await paint(page, 'red', 'lime', 'blue', 'white');
+    other = await paint(page, 'white', 'blue', 'lime', 'red');
+  },
 });
 
 const DROPS: Record<string, () => [string, string | Buffer][]> = {
@@ -151,31 +134,6 @@ test('a GLB says which of its colours are not shown, and takes a picture that is
   const corner = await Promise.all([[-0.75, 0.75], [-0.25, 0.75], [-0.75, 0.25], [-0.25, 0.25]].map(([x, y]) => nameAt(page, x, y)));
   assert.deepEqual(corner, ['red', 'green', 'blue', 'white']);
   assert.deepEqual(asked, []);
-});
-
-test('a GLB with bones and morph targets is shown at rest, and says so', async () => {
-  const glb = new GlbMaker();
-  const square = glb.square();
-  const raised = glb.accessor(Float32Array.of(0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1), 'VEC3');
-  const mesh = { primitives: [{ ...square, targets: [{ POSITION: raised }] }], weights: [0] };
-  const nodes = [{ mesh: 0, skin: 0 }, {}];
-
-  await dropFiles(page, [['fox.glb', glb.file({ ...ONE_NODE, nodes, skins: [{ joints: [1] }], meshes: [mesh] })]]);
-  await createScene(page);
-
-  await page.getByText('fox.glb is shown at rest, without its bones and morph targets.').waitFor();
-  const { min, max } = await page.evaluate(() => window.latticed.scene!.session.surface.bounds);
-  assert.ok(Math.abs(min.z) < 1e-3 && Math.abs(max.z) < 1e-3, `${min.z} to ${max.z}`);
-});
-
-test('a GLB with parts that are null where the server does not look becomes a scene', async () => {
-  const glb = new GlbMaker();
-  const meshes = [{ primitives: [{ ...glb.square(), targets: null }] }, {}];
-
-  await dropFiles(page, [['odd.glb', glb.file({ ...ONE_NODE, meshes, animations: null })]]);
-  await createScene(page);
-
-  await page.locator('dialog.fit').waitFor({ state: 'detached' });
 });
 
 test('a GLB with pictures or a mesh of a kind that is not read is refused in words', async () => {

@@ -4,37 +4,26 @@
 // What was dropped beside a mesh, in the viewer in Chromium: after a reload, in other windows and browsers.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
+import { test } from 'node:test';
+import type { Page } from 'playwright-core';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
-import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
+import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 import { randomId } from '@src/wire/ids';
-import { LatticedServer } from '@src/wire/latticed_server';
 import { uploadMesh } from '@src/wire/upload';
-import { launch, limitStorage, openPage } from './browser';
+import { limitStorage, openPage } from './browser';
 import { lookAtColours, paint, quarters, squareGlb } from './colours';
-import { ServerProcess } from './server_process';
 import { sheetObj } from './sheet';
+import { browser, direct, errors, page, server, until, useStage } from './stage';
 import { createScene, dropFiles, live, promised } from './viewer_page';
 
-let server: ServerProcess;
-let browser: Browser;
-let page: Page;
-let errors: string[];
 let picture: Buffer; // red green above blue white
 let other: Buffer; // white blue above green red
 
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  browser = await launch();
-  ({ page, errors } = await openPage(browser, server.origin));
-  picture = await paint(page, 'red', 'lime', 'blue', 'white');
-  other = await paint(page, 'white', 'blue', 'lime', 'red');
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
+useStage({
+  begin: async () => {
+    picture = await paint(page, 'red', 'lime', 'blue', 'white');
+    other = await paint(page, 'white', 'blue', 'lime', 'red');
+  },
 });
 
 /** Waits until this browser keeps a picture beside the mesh that is open; returns the names of all that it keeps there. */
@@ -137,11 +126,7 @@ async function openSheet(of: Page, isPictured: boolean): Promise<void> {
 /** Looks at the sheet, and waits until it is shown so: what one look shows may be the picture of before. */
 async function comesTo(of: Page, colours: string): Promise<void> {
   await lookAtColours(of);
-  for (const end = Date.now() + 60_000; ; await of.waitForTimeout(20)) {
-    const shown = await quarters(of);
-    if (shown === colours) return;
-    assert.ok(Date.now() < end, `${shown} is not ${colours}`);
-  }
+  await until(async () => (await quarters(of)) === colours, async () => `${await quarters(of)} is not ${colours}`);
 }
 
 const colouringOf = (of: Page): Promise<string> => of.evaluate(() => window.latticed.settings.value.colouring);
@@ -200,7 +185,6 @@ test('pictures that are dropped in one window come to the browser\'s other windo
 });
 
 test('a GLB above 64 MiB that another browser uploaded is shown plain, says where its colours are, and has them on demand', async (t) => {
-  const direct = new LatticedServer(server.origin);
   const header = { name: 'large.glb', format: MeshFormat.GLB };
   const mesh = await uploadMesh(direct, header, new Blob([new Uint8Array(squareGlb(picture, 64 << 20))]));
   const sceneId = randomId();
@@ -234,8 +218,7 @@ test('a mesh that is dropped again alone has what was dropped beside it before; 
 test('another browser shows a mesh without what was dropped beside it, and says so where its texture is chosen', async () => {
   const { page: elsewhere } = await openPage(browser, page.url());
   await live(elsewhere);
-  const colouring = (): Promise<string> => elsewhere.evaluate(() => window.latticed.settings.value.colouring);
-  assert.equal(await colouring(), 'plain');
+  assert.equal(await colouringOf(elsewhere), 'plain');
 
   await elsewhere.keyboard.press('n'); // the panel
   await elsewhere.getByLabel('Colour', { exact: true }).selectOption('texture');

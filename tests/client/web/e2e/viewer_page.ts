@@ -5,7 +5,6 @@
 import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import type { Basis, Vec3 } from '@src/lattice/vec';
-import type { SurfaceMesh } from '@src/surface/surface_mesh';
 
 /** Drops files, of text or bytes, onto the page. */
 export function dropFiles(page: Page, files: readonly (readonly [name: string, content: string | Buffer])[]): Promise<void> {
@@ -48,7 +47,7 @@ export async function live(of: Page, state: 'live' | 'restored' = 'live'): Promi
 /** Waits until the surface is here with so many segments: what was asked for comes some time later. */
 export async function segmentsCome(of: Page, segments: number): Promise<void> {
   await of.waitForFunction((n) =>
-    (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout?.segments === n, segments);
+    window.latticed.scene!.session.surface.drawnLayout?.segments === n, segments);
 }
 
 /** Waits until a control point is at a place, as the server says. */

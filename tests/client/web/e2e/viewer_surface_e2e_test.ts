@@ -4,32 +4,17 @@
 // The surface in the viewer in Chromium: pulled where it can and where it cannot follow, and shaded by each kind of normals.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
-import { latticeFromJson, latticeToJson } from '@src/lattice/lattice_json';
+import { test } from 'node:test';
+import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 import { distance, type Vec3 } from '@src/lattice/vec';
-import type { SurfaceMesh } from '@src/surface/surface_mesh';
-import { launch, openPage } from './browser';
-import { followsDefinition, settled } from './definition';
-import { uploaded, watchUploads } from './gpu_buffer';
-import { normalsFollowDefinition } from './normals_definition';
-import { ServerProcess } from './server_process';
+import { followsDefinition } from './definition';
 import { plainSheetObj } from './sheet';
-import { torusObj } from './torus';
-import { colourAt, createScene, dropFiles, frames, live, placeOf, segmentsCome } from './viewer_page';
+import { allPoints, errors, OBJ, page, setView, shot, until, useStage } from './stage';
+import { colourAt, createScene, dropFiles, frames, live, placeOf } from './viewer_page';
 
 /** Two planes at right angles, whose ridge goes along y. */
 const ROOF = ['-1 -1 0', '-1 1 0', '0 -1 1', '0 1 1', '1 -1 0', '1 1 0'].map((at) => `v ${at}\n`).join('') + 'f 1 3 4 2\nf 3 5 6 4\n';
 
-let server: ServerProcess;
-let browser: Browser;
-let page: Page;
-let errors: string[];
-
-async function shot(name: string): Promise<void> {
-  if (process.env.LATTICED_SHOTS) await page.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
-}
 
 /** Looks from above at what is open, without its cage. */
 async function lookFromAbove(): Promise<void> {
@@ -59,17 +44,7 @@ function pullLine(): Promise<number[]> {
   });
 }
 
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  browser = await launch();
-  ({ page, errors } = await openPage(browser, server.origin));
-  await page.setViewportSize({ width: 640, height: 480 });
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
-});
+useStage({ context: { viewport: { width: 640, height: 480 } } });
 
 test('what lies outside the lattice is out of reach of a pull: a line and words say how far, until Escape', async () => {
   await dropFiles(page, [['sheet.obj', plainSheetObj()]]);
@@ -101,7 +76,7 @@ test('what lies outside the lattice is out of reach of a pull: a line and words 
 });
 
 test('what the lattice holds comes along with a pull: words say how far, and nothing is out of reach', async () => {
-  const rest = await page.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
+  const rest = await allPoints();
   await page.evaluate(() => {
     const answered = new Promise((resolve) => // and not to the Escape before, which has moved nothing
       window.latticed.scene!.session.on('update', ({ msFromEdit, patchesSent }) =>
@@ -124,14 +99,6 @@ test('what the lattice holds comes along with a pull: words say how far, and not
   await page.keyboard.press('p');
 });
 
-async function setNormals(mode: 'smooth' | 'facet' | 'none'): Promise<void> {
-  await page.getByLabel('Normals', { exact: true }).selectOption(mode);
-  await page.waitForFunction((are) => {
-    const { material } = window.latticed.scene!.session.surface as unknown as { material: { defines: object } };
-    return 'HAS_NORMALS' in material.defines === are;
-  }, mode !== 'none');
-}
-
 /** The roof's colours: left and right of the ridge, and near the right eaves. */
 async function roofColours(): Promise<Vec3[]> {
   const colours: Vec3[] = [];
@@ -146,113 +113,42 @@ test('facets are flat with an edge between them, smooth normals hide the edge, a
   await dropFiles(page, [['roof.obj', ROOF]]);
   await createScene(page);
   await page.setViewportSize({ width: 1000, height: 600 }); // with room for the panel
-  await page.evaluate(() => window.latticed.settings.set({
-    panel: true, view: { ...window.latticed.settings.value.view, segments: 6, normalBits: 12 } }));
+  await page.evaluate(() => window.latticed.settings.set({ panel: true }));
+  await setView({ segments: 6, normalBits: 12 });
   await lookFromAbove();
-
-  await setNormals('smooth');
-  await normalsFollowDefinition(page, ROOF, 'smooth', 0.1);
-  await frames(page);
-  const smooth = await roofColours();
-  await shot('viewer_roof_smooth');
-  await setNormals('facet');
-  await normalsFollowDefinition(page, ROOF, 'facet', 0.1);
-  await frames(page);
-  const facet = await roofColours();
-  await shot('viewer_roof_facet');
-  await setNormals('none');
-  await frames(page);
-  const none = await roofColours();
-  await shot('viewer_roof_none');
-
-  assert.ok(distance(smooth[0], smooth[1]) < SAME && distance(smooth[1], smooth[2]) > EDGE, `smooth: ${smooth.join(' ')}`);
-  for (const [left, right, eaves] of [facet, none]) {
-    assert.ok(distance(left, right) > EDGE && distance(right, eaves) < SAME, `${left} ${right} ${eaves}`);
+  const shades: Vec3[][] = [];
+  for (const [mode, hasEdge] of [['smooth', false], ['facet', true], ['none', true]] as const) {
+    await page.getByLabel('Normals', { exact: true }).selectOption(mode);
+    await page.waitForFunction((are) => {
+      const { material } = window.latticed.scene!.session.surface as unknown as { material: { defines: object } };
+      return 'HAS_NORMALS' in material.defines === are;
+    }, mode !== 'none');
+    await until(async () => {
+      const [left, right, eaves] = await roofColours();
+      return hasEdge
+        ? distance(left, right) > EDGE && distance(right, eaves) < SAME
+        : distance(left, right) < SAME && distance(right, eaves) > EDGE;
+    }, async () => `${mode}: ${(await roofColours()).join(' ')}`);
+    shades.push(await roofColours());
+    await shot(`viewer_roof_${mode}`);
   }
+  const [, facet, none] = shades;
   facet.forEach((colour, i) => assert.ok(distance(colour, none[i]) < SAME, `${colour} and ${none[i]}`));
 });
 
-test('normals of each kind are those of the definition after an edit, in integers and in floats; without, the points are', async () => {
-  const torus = torusObj(12, 8);
-  await dropFiles(page, [['torus.obj', torus]]);
+test('after an edit every point is where the definition says, in each encoding', async () => {
+  await dropFiles(page, [['torus.obj', OBJ]]);
   await createScene(page);
-  await page.evaluate(() => {
-    const { settings, scene, viewport } = window.latticed;
-    settings.set({ orthographic: false, view: { ...settings.value.view, segments: 3, normalBits: 12 } });
-    viewport.rig.lookFrom([3, -4, 2.4]);
-    scene!.frameAll();
-    scene!.session.apply({ kind: 'move', indices: Uint32Array.of(21, 42, 63), offset: [0.5, 0.7, 0.9] });
-  });
-
-  for (const encoding of ['draco', 'raw'] as const) {
+  await setView({ segments: 3, normals: 'smooth' });
+  await page.evaluate(() =>
+    window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(21, 42, 63), offset: [0.5, 0.7, 0.9] }));
+  for (const encoding of ['quantised', 'raw', 'draco'] as const) {
     await page.getByRole('combobox', { name: 'Encoding' }).selectOption(encoding);
     await page.waitForFunction((floats) => {
-      const surface = window.latticed.scene!.session.surface as unknown as SurfaceMesh;
+      const surface = window.latticed.scene!.session.surface;
       return (surface.drawnStep === 1) === floats;
     }, encoding === 'raw');
-    for (const mode of ['smooth', 'facet'] as const) {
-      await setNormals(mode);
-      await normalsFollowDefinition(page, torus, mode, 0.1);
-      await shot(`viewer_normals_${encoding}_${mode}`);
-    }
-    await setNormals('none');
-    await followsDefinition(page, torus);
-    await shot(`viewer_normals_${encoding}_none`);
+    await followsDefinition(page, OBJ);
   }
-  assert.deepEqual(errors, []);
-});
-
-const FINE = 10;
-
-/** Asks for segments, and waits until the surface has them. */
-async function setSegments(segments: number): Promise<void> {
-  await page.evaluate((n) => {
-    const { settings } = window.latticed;
-    settings.set({ view: { ...settings.value.view, segments: n, normals: 'smooth' } });
-  }, segments);
-  await segmentsCome(page, segments);
-}
-
-function move(index: number, offset: Vec3): Promise<void> {
-  return page.evaluate(
-    ([i, by]) => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(i), offset: by }), [index, offset] as const);
-}
-
-test('the GPU has what was received: after an edit of one point, of which a part is sent, and after layouts that it was not shown', async () => {
-  const torus = torusObj(12, 8);
-  let sent = 0;
-  const wrong = async (): Promise<number> => {
-    const now = await uploaded(page);
-    sent += now.sent;
-    return now.wrong;
-  };
-  await page.evaluate(() => window.latticed.settings.set({ view: { ...window.latticed.settings.value.view, encoding: 'quantised' } }));
-  await watchUploads(page);
-  await dropFiles(page, [['torus.obj', torus]]);
-  await createScene(page);
-  await setSegments(FINE);
-  await followsDefinition(page, torus);
-  assert.equal(await settled(wrong, (bytes) => bytes === 0), 0);
-  const chunks = await page.evaluate(() => (window.latticed.scene!.session.surface as unknown as SurfaceMesh).drawnLayout!.chunkCount);
-  assert.ok(chunks > 2, `${chunks} chunks`);
-
-  await uploaded(page);
-  sent = 0;
-  await move(63, [-0.1, -0.1, -0.1]); // inwards: in the grid that there is
-  await followsDefinition(page, torus);
-  assert.equal(await settled(wrong, (bytes) => bytes === 0), 0);
-  const { all } = await uploaded(page);
-  assert.ok(sent > 0 && sent < all, `${sent} bytes were sent, of ${all}`);
-
-  await page.evaluate(() => window.latticed.settings.set({ surface: false })); // nothing is sent while nothing is drawn
-  await setSegments(1);
-  await move(0, [-0.3, 0.2, -0.1]);
-  await followsDefinition(page, torus);
-  await setSegments(FINE);
-  await followsDefinition(page, torus);
-  assert.ok(await wrong() > 0);
-  await page.evaluate(() => window.latticed.settings.set({ surface: true }));
-
-  assert.equal(await settled(wrong, (bytes) => bytes === 0), 0);
   assert.deepEqual(errors, []);
 });

@@ -8,25 +8,15 @@ import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { get } from 'node:https';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
-import { launch, openPage } from './browser';
+import { after, test } from 'node:test';
 import { Certificate } from './certificate';
 import { followsDefinition } from './definition';
-import { ServerProcess } from './server_process';
 import { tapSockets, type TappedSocket } from './socket_tap';
-import { torusObj } from './torus';
-import { controlPoint, createScene, dropFiles } from './viewer_page';
-
-const OBJ = torusObj(12, 8);
-const CORNER = 63;
+import { CORNER, errors, OBJ, openTorus, page, server, useStage } from './stage';
+import { controlPoint } from './viewer_page';
 
 const folder = mkdtempSync(join(tmpdir(), 'latticed-tls-'));
-let certificate: Certificate;
-let server: ServerProcess;
-let browser: Browser;
-let page: Page;
-let errors: string[];
+const certificate = new Certificate(folder);
 let sockets: TappedSocket[];
 
 /** A download by another client, which trusts the certificate alone. */
@@ -41,21 +31,14 @@ function download(path: string): Promise<Buffer> {
   });
 }
 
-before(async () => {
-  certificate = new Certificate(folder);
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!, [], certificate);
-  browser = await launch([certificate.browserOption]);
-  ({ page, errors } = await openPage(browser, server.origin));
-  sockets = tapSockets(page);
-  await dropFiles(page, [['torus.obj', OBJ]]);
-  await createScene(page);
+useStage({
+  certificate,
+  begin: async () => {
+    sockets = tapSockets(page);
+    await openTorus();
+  },
 });
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
-  rmSync(folder, { recursive: true });
-});
+after(() => rmSync(folder, { recursive: true }));
 
 test('a page over TLS edits by a WebSocket over TLS, and the surface goes where the definition says', async () => {
   const [x, y, z] = await controlPoint(page, CORNER);

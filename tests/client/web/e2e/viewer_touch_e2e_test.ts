@@ -4,42 +4,17 @@
 // A tablet's fingers in the viewer in Chromium, and its screens.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
-import { after, before, beforeEach, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
+import { beforeEach, test } from 'node:test';
 import { add, distance, scale, sub, type Vec3 } from '@src/lattice/vec';
-import { launch } from './browser';
 import { swipe, type Place } from './fingers';
-import { ServerProcess } from './server_process';
-import { torusObj } from './torus';
-import { camera, controlPoint, createScene, dropFiles, frames, live, onScreen, placeOf, pointComesTo, upperHandle } from './viewer_page';
+import { allPoints, browser, CORNER, errors, openTorus, page, select, selected, shot, useStage } from './stage';
+import { camera, controlPoint, frames, live, onScreen, placeOf, pointComesTo, upperHandle } from './viewer_page';
 
-const CORNER = 63; // the last of 4 x 4 x 4 control points
 const BESIDE = 62;
 const EMPTY: Place = [80, 430]; // nothing is there
 
-let server: ServerProcess;
-let browser: Browser;
-let page: Page;
 let rest: Vec3;
 let points: number[]; // at rest
-const errors: string[] = [];
-
-async function shot(name: string): Promise<void> {
-  if (process.env.LATTICED_SHOTS) await page.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
-}
-
-function select(...indices: number[]): Promise<void> {
-  return page.evaluate((list) => window.latticed.scene!.editor.selection.select(list), indices);
-}
-
-function selected(): Promise<number[]> {
-  return page.evaluate(() => [...window.latticed.scene!.editor.selection.indices]);
-}
-
-function allPoints(): Promise<number[]> {
-  return page.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
-}
 
 async function distanceOfCamera(): Promise<number> {
   const { position, target } = await camera(page);
@@ -70,18 +45,13 @@ async function tapSwitch(name: string, pressed: boolean): Promise<void> {
   await page.getByRole('button', { name, exact: true, pressed }).waitFor();
 }
 
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  browser = await launch();
-  const context = await browser.newContext({ viewport: { width: 640, height: 480 }, hasTouch: true });
-  page = await context.newPage();
-  page.on('pageerror', (error) => errors.push(String(error)));
-  await page.goto(server.origin);
-  await dropFiles(page, [['torus.obj', torusObj(12, 8)]]);
-  await createScene(page);
-  await page.evaluate(() => window.latticed.settings.set({ view: { ...window.latticed.settings.value.view, segments: 2 } })); // quick frames
-  rest = await controlPoint(page, CORNER);
-  points = await allPoints();
+useStage({
+  context: { viewport: { width: 640, height: 480 }, hasTouch: true },
+  begin: async () => {
+    await openTorus();
+    rest = await controlPoint(page, CORNER);
+    points = await allPoints();
+  },
 });
 
 beforeEach(async () => {
@@ -96,11 +66,6 @@ beforeEach(async () => {
   await page.waitForFunction(
     (at) => window.latticed.scene!.session.lattice.points.every((x, i) => Math.abs(x - at[i]) < 1e-9), points);
   await frames(page); // handles
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
 });
 
 test('one finger turns the view, two shift it, and a pinch zooms; neither points nor the selection change', async () => {

@@ -4,30 +4,14 @@
 // Transforms in the viewer in Chromium: Blender's keys and the wheel, and the handles.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
-import { after, before, beforeEach, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
-import { add, distance, length, scale, sub, type Vec3 } from '@src/lattice/vec';
-import { launch, openPage } from './browser';
-import { ServerProcess } from './server_process';
-import { torusObj } from './torus';
-import { controlPoint, createScene, dropFiles, frames, onScreen, placeOf, pointComesTo, upperHandle } from './viewer_page';
+import { beforeEach, test } from 'node:test';
+import { add, distance, scale, sub, type Vec3 } from '@src/lattice/vec';
+import { CORNER, errors, openTorus, page, press, select, selected, useStage } from './stage';
+import { controlPoint, frames, onScreen, placeOf, pointComesTo, upperHandle } from './viewer_page';
 
-const CORNER = 63; // the last of 4 x 4 x 4 control points
 const BESIDE = 62;
 
-let server: ServerProcess;
-let browser: Browser;
-let page: Page;
 let rest: Vec3;
-let errors: string[];
-
-async function press(...keys: string[]): Promise<void> {
-  for (const key of keys) await page.keyboard.press(key);
-}
-
-function select(...indices: number[]): Promise<void> {
-  return page.evaluate((list) => window.latticed.scene!.editor.selection.select(list), indices);
-}
 
 function comesTo(index: number, place: Vec3): Promise<void> {
   return pointComesTo(page, index, place);
@@ -42,19 +26,12 @@ function isStepped(x: number, step: number): boolean {
   return Math.abs(x) > step / 2 && Math.abs(x / step - Math.round(x / step)) < 1e-6;
 }
 
-function selected(): Promise<number[]> {
-  return page.evaluate(() => [...window.latticed.scene!.editor.selection.indices]);
-}
-
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  browser = await launch();
-  ({ page, errors } = await openPage(browser, server.origin));
-  await page.setViewportSize({ width: 640, height: 480 });
-  await dropFiles(page, [['torus.obj', torusObj(12, 8)]]);
-  await createScene(page);
-  await page.evaluate(() => window.latticed.settings.set({ view: { ...window.latticed.settings.value.view, segments: 2 } })); // quick frames
-  rest = await controlPoint(page, CORNER);
+useStage({
+  context: { viewport: { width: 640, height: 480 } },
+  begin: async () => {
+    await openTorus();
+    rest = await controlPoint(page, CORNER);
+  },
 });
 
 beforeEach(async () => {
@@ -69,11 +46,6 @@ beforeEach(async () => {
   await select(CORNER);
   await page.evaluate(() => window.latticed.scene!.frameAll());
   await frames(page); // handles
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
 });
 
 test('G 1 Tab 2 Tab - . 5 Enter moves by three numbers', async () => {
@@ -96,21 +68,6 @@ test('the point below the pointer is not marked while a transform runs', async (
   await press('Escape');
   await page.mouse.move(x, y);
   assert.equal(await hovered(), 3);
-});
-
-test('R R rolls the plane with the pointer: distances to the pivot stay', async () => {
-  await press('Shift+W');
-  const pivot = await page.evaluate(() => window.latticed.scene!.editor.pivot());
-  await page.mouse.move(300, 200);
-
-  await press('r', 'r');
-  await page.mouse.move(380, 240);
-  assert.match(await page.locator('.hint').innerText(), /^Trackball/);
-  await press('Enter');
-
-  const there = await controlPoint(page, CORNER);
-  assert.ok(distance(there, rest) > 0.3, `${there} is where it was`);
-  assert.ok(Math.abs(length(sub(there, pivot)) - length(sub(rest, pivot))) < 1e-9);
 });
 
 test('the wheel turns the reach of soft selection while a transform runs, and does not zoom', async () => {

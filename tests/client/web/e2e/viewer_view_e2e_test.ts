@@ -4,42 +4,17 @@
 // What is seen in the viewer in Chromium, and what of it can be selected: cameras, looks, what the surface hides.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
-import { after, before, beforeEach, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
+import { beforeEach, test } from 'node:test';
 import { add, distance, type Basis, type Vec3 } from '@src/lattice/vec';
 import { bytes as inUnits } from '@src/wire/words';
 import { behindSurface } from './behind_surface';
-import { launch, openPage } from './browser';
-import { ServerProcess } from './server_process';
-import { torusObj } from './torus';
+import { allPoints, CORNER, errors, OBJ, page, press, select, selected, setView, shot, useStage } from './stage';
 import {
   camera, changesView, colourAt, controlPoint, createScene, dropFiles, frames, meshUploaded, onScreen, placeOf, pointComesTo,
 } from './viewer_page';
 
-const CORNER = 63; // the last of 4 x 4 x 4 control points, which nothing hides
 const INNER = [21, 22, 25, 26, 37, 38, 41, 42];
 
-let server: ServerProcess;
-let browser: Browser;
-let page: Page;
-let errors: string[];
-
-async function press(...keys: string[]): Promise<void> {
-  for (const key of keys) await page.keyboard.press(key);
-}
-
-async function shot(name: string): Promise<void> {
-  if (process.env.LATTICED_SHOTS) await page.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
-}
-
-function selected(): Promise<number[]> {
-  return page.evaluate(() => [...window.latticed.scene!.editor.selection.indices]);
-}
-
-async function select(...indices: number[]): Promise<void> {
-  await page.evaluate((list) => window.latticed.scene!.editor.selection.select(list), indices);
-}
 
 /** Selects by a box around all of the view. */
 async function boxOverAll(): Promise<number[]> {
@@ -72,18 +47,17 @@ function assertNear(got: Vec3, wanted: Vec3, most: number, what: string): void {
   assert.ok(distance(got, wanted) < most, `${what}: ${got} is not ${wanted}`);
 }
 
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  browser = await launch();
-  ({ page, errors } = await openPage(browser, server.origin));
-  await page.setViewportSize({ width: 640, height: 480 });
-  await dropFiles(page, [['torus.obj', torusObj(12, 8)]]);
-  await meshUploaded(page);
-  await page.getByLabel('Degree along w').selectOption('1');
-  await page.getByLabel('Padding').fill('25');
-  await page.getByLabel('Padding').press('Tab');
-  await createScene(page);
-  await page.evaluate(() => window.latticed.settings.set({ view: { ...window.latticed.settings.value.view, segments: 2 } })); // quick frames
+useStage({
+  context: { viewport: { width: 640, height: 480 } },
+  begin: async () => {
+    await dropFiles(page, [['torus.obj', OBJ]]);
+    await meshUploaded(page);
+    await page.getByLabel('Degree along w').selectOption('1');
+    await page.getByLabel('Padding').fill('25');
+    await page.getByLabel('Padding').press('Tab');
+    await createScene(page);
+    await setView({ segments: 2 }); // quick frames
+  },
 });
 
 beforeEach(async () => {
@@ -95,11 +69,6 @@ beforeEach(async () => {
     scene!.frameAll();
   });
   await frames(page);
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
 });
 
 test('the lattice has the degrees and the padding of its dialog', async () => {
@@ -186,7 +155,7 @@ test('5 makes parallels stay parallel, shows the same part of the world, and goe
 
 test('empty space that is dragged turns the view, with the right button it shifts; nothing else moves', async () => {
   await select(CORNER);
-  const points = await page.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
+  const points = await allPoints();
   const before = await camera(page);
 
   await dragEmpty('left');
@@ -200,7 +169,7 @@ test('empty space that is dragged turns the view, with the right button it shift
   assertNear(shifted.basis[2], turned.basis[2], 1e-6, 'direction');
   assert.ok(distance(shifted.target, turned.target) > 0.2);
   assert.deepEqual(await selected(), [CORNER]);
-  assert.deepEqual(await page.evaluate(() => [...window.latticed.scene!.session.lattice.points]), points);
+  assert.deepEqual(await allPoints(), points);
 });
 
 test('visible only, a box takes exactly the points that the surface does not hide, and a click none behind it', async () => {
@@ -288,11 +257,11 @@ test('every look is drawn by its key or choice, and a heat map has its legend', 
 
 test('bits and encoding of the panel are those of what comes, which the head-up line counts', async () => {
   const step = (): Promise<number> =>
-    page.evaluate(() => (window.latticed.scene!.session.surface as unknown as { drawnStep: number }).drawnStep);
+    page.evaluate(() => window.latticed.scene!.session.surface.drawnStep!);
   const waitForStep = (low: number, high: number): Promise<unknown> =>
     page.waitForFunction(([a, b]) => {
-      const { drawnStep } = window.latticed.scene!.session.surface as unknown as { drawnStep: number };
-      return drawnStep > a && drawnStep < b;
+      const step = window.latticed.scene!.session.surface.drawnStep!;
+      return step > a && step < b;
     }, [low, high] as const);
   await press('n');
   const fine = await step();
@@ -331,6 +300,30 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
   assert.deepEqual(told, [inUnits(bytes), `${patchesSent.toLocaleString('en')} / ${patchesAll.toLocaleString('en')}`]);
   assert.ok(patchesSent <= patchesAll && bytes >= patchesSent * 12, `${bytes} bytes of ${patchesSent} patches`);
   await undo(rest);
+});
+
+test('software OpenGL, three times slower with it, draws without antialiasing', async () => {
+  const samples = await page.evaluate(() => {
+    const gl = window.latticed.viewport.renderer.getContext();
+    return gl.getParameter(gl.SAMPLES) as number;
+  });
+  assert.equal(samples, 0);
+});
+
+test('where nothing changes nothing is drawn', async () => {
+  await page.waitForFunction(() => {
+    const { isWanted, frames: queue } = window.latticed.viewport as unknown as { isWanted: boolean; frames: { isEmpty: boolean } };
+    const { sync } = window.latticed.scene!.session as unknown as { sync: { queue: { sent: unknown[] } } };
+    const isQuiet = sync.queue.sent.length === 0 && document.querySelector('[data-hud=updates]')!.textContent === '0';
+    return isQuiet && !isWanted && queue.isEmpty;
+  });
+  const drawn = await page.evaluate(() => new Promise<number>((resolve) => {
+    let [count, left] = [0, 30];
+    const end = window.latticed.viewport.onDrawn(() => ++count);
+    const next = (): void => void (--left > 0 ? requestAnimationFrame(next) : (end(), resolve(count)));
+    next();
+  }));
+  assert.equal(drawn, 0);
 });
 
 test('the page is dark or light as the system is, or as one says', async () => {

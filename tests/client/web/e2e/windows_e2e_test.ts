@@ -4,24 +4,16 @@
 // Many windows of one browser on one scene: a browser opens six HTTP/1.1 connections to a server for all of them together.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
-import type { Browser, BrowserContext, Page } from 'playwright-core';
-import type {} from '@src/main'; // window.latticed
+import type { BrowserContext, Page } from 'playwright-core';
 import { randomId } from '@src/wire/ids';
-import { LatticedServer } from '@src/wire/latticed_server';
 import { uploadMesh } from '@src/wire/upload';
-import { launch, stopWebSockets } from './browser';
+import { stopWebSockets } from './browser';
 import { followsDefinition } from './definition';
-import { ServerProcess } from './server_process';
-import { torusObj } from './torus';
+import { browser, direct, OBJ, server, until, useStage } from './stage';
 import { live } from './viewer_page';
 
-const OBJ = torusObj(12, 8);
-
-let server: ServerProcess;
-let direct: LatticedServer;
-let browser: Browser;
 let scene: string;
 
 async function openWindow(context: BrowserContext): Promise<Page> {
@@ -48,8 +40,7 @@ async function controlPoints(): Promise<number[]> {
 
 /** Waits until the server and a window have these control points. */
 async function haveAll(page: Page, expected: readonly number[]): Promise<void> {
-  for (const end = Date.now() + 60_000; String(await controlPoints()) !== String(expected); await page.waitForTimeout(20))
-    assert.ok(Date.now() < end, 'edits did not arrive');
+  await until(async () => String(await controlPoints()) === String(expected));
   await page.waitForFunction((all) => String(window.latticed.scene!.session.lattice.points) === all, String(expected));
 }
 
@@ -58,18 +49,12 @@ function moved(points: readonly number[], steps: ReadonlyMap<number, number>): n
   return points.map((value, i) => value - (i % 3 === 2 ? (steps.get((i - 2) / 3) ?? 0) / 16 : 0));
 }
 
-before(async () => {
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
-  browser = await launch();
-  direct = new LatticedServer(server.origin);
-  const mesh = await uploadMesh(direct, { format: MeshFormat.OBJ }, new Blob([OBJ]));
-  // Few points: the windows share a processor, which also draws.
-  scene = (await direct.scenes.createScene({ mesh: mesh.id, sceneId: randomId(), defaultView: { segments: 2 } })).id;
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.kill();
+useStage({
+  begin: async () => {
+    const mesh = await uploadMesh(direct, { format: MeshFormat.OBJ }, new Blob([OBJ]));
+    // Few points: the windows share a processor, which also draws.
+    scene = (await direct.scenes.createScene({ mesh: mesh.id, sceneId: randomId(), defaultView: { segments: 2 } })).id;
+  },
 });
 
 test('twelve windows of one browser edit and pick at once: all have one lattice, and the surface that the definition says', async () => {

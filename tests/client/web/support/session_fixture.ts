@@ -7,7 +7,7 @@ import { fitLattice } from '@src/lattice/identity';
 import { LiveSession } from '@src/session/live_session';
 import type { Wakeable } from '@src/session/page_wakes';
 import type { BackOff } from '@src/session/scene_connection';
-import { SceneKeeper } from '@src/session/scene_keeper';
+import { SceneKeeper } from '@src/session/store/scene_keeper';
 import type { PatchSource } from '@src/surface/patch_source';
 import { SurfaceMesh } from '@src/surface/surface_mesh';
 import { fromLattice } from '@src/wire/lattice_message';

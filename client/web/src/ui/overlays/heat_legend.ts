@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What the colours of the heat map stand for.
-import { h } from './dom';
+import { h } from '../dom';
 
 export class HeatLegend {
   private readonly end = h('span', {});

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Lattice } from '../lattice/lattice';
-import { sameStructure } from '../lattice/same_structure';
+import type { Lattice } from '../../lattice/lattice';
+import { sameStructure } from '../../lattice/same_structure';
 import type { Targets } from './edit_targets';
 
 /** An own edit that the server's lattice does not hold yet, or is not known to. */

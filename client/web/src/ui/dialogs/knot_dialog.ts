@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Asks where to put one more plane of control points: a knot strictly inside the domain of an axis.
-import type { Editor } from '../edit/editor';
-import { AXIS_NAMES, domain, type Axis } from '../lattice/grid';
-import { button, numberInput, segmented } from './controls';
-import { h, onEnter, showDialog } from './dom';
+import type { Editor } from '../../edit/editor';
+import { AXIS_NAMES, domain, type Axis } from '../../lattice/grid';
+import { button, numberInput, segmented } from '../controls';
+import { h, onEnter, showDialog } from '../dom';
 
 export function showKnotDialog(editor: Editor): void {
   let axis: Axis = 0;
@@ -28,7 +28,7 @@ export function showKnotDialog(editor: Editor): void {
         show();
       },
     },
-    AXIS_NAMES.map((name) => [name, name] as const),
+    { u: 'u', v: 'v', w: 'w' },
   );
   const insert = (): void => {
     dialog.close();
@@ -41,12 +41,7 @@ export function showKnotDialog(editor: Editor): void {
     axes.element,
     h('div', { class: 'field' }, h('span', { class: 'field-label' }, 'Knot'), knot.element),
     range,
-    h(
-      'footer',
-      {},
-      button('Cancel', () => dialog.close()),
-      button('Insert', insert, { class: 'button primary' }),
-    ),
+    h('footer', {}, button('Cancel', () => dialog.close()), button('Insert', insert, { class: 'button primary' })),
   );
   onEnter(dialog, insert);
   show();

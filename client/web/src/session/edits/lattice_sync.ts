@@ -3,17 +3,17 @@
 import type { Edit, EditBatch, EditResult } from 'latticed/v1/edit_pb';
 import type { LatticeDelta } from 'latticed/v1/event_pb';
 import type { LatticeState } from 'latticed/v1/lattice_pb';
-import type { Lattice } from '../lattice/lattice';
-import { sameStructure } from '../lattice/same_structure';
-import { fromEdit } from '../wire/edit_message';
-import { toLattice } from '../wire/lattice_message';
-import { ServerError } from '../wire/server_error';
-import { inWords } from '../wire/words';
+import type { Lattice } from '../../lattice/lattice';
+import { sameStructure } from '../../lattice/same_structure';
+import { fromEdit } from '../../wire/edit_message';
+import { toLattice } from '../../wire/lattice_message';
+import { ServerError } from '../../wire/server_error';
+import { inWords } from '../../wire/words';
 import { EditQueue } from './edit_queue';
 import { differing, together, type Targets } from './edit_targets';
 import { LatticeModel } from './lattice_model';
 import { OwnGesture } from './own_gesture';
-import type { Gesture, GestureListener } from './scene_session';
+import type { Gesture, GestureListener } from '../scene_session';
 
 export interface LatticeListener {
   /** The first lattice is here. */

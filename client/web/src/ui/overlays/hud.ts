@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The head-up line: how fast the surface follows, and what it costs.
-import type { UpdateInfo } from '../session/scene_session';
-import { bytes } from '../wire/words';
-import { h } from './dom';
+import type { UpdateInfo } from '../../session/scene_session';
+import { bytes } from '../../wire/words';
+import { h } from '../dom';
 
 const WINDOW_MS = 1000; // updates/s are counted over this
 const LATENCIES = 31; // the median of so many

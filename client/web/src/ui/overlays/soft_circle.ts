@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // How far soft selection reaches: a circle around the pivot, while a transform runs and while the radius is chosen.
-import { svg } from './dom';
+import { svg } from '../dom';
 
 export class SoftCircle {
   readonly element = svg('svg', { class: 'overlay soft-circle', 'aria-hidden': 'true' });

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { ExportFormat } from '../intake/services';
-import type { ExportedFile, ExportView } from '../wire/export_download';
-import { bytes, inWords } from '../wire/words';
-import { button, field, numberInput } from './controls';
-import { h, showDialog } from './dom';
-import { saveFile } from './save_file';
+import type { ExportFormat } from '../../intake/services';
+import type { ExportedFile, ExportView } from '../../wire/export_download';
+import { bytes, inWords } from '../../wire/words';
+import { button, field, numberInput } from '../controls';
+import { h, showDialog } from '../dom';
+import { saveFile } from '../save_file';
 
 const NOTES: Record<ExportFormat, string> = {
   glb: 'glTF binary: for most viewers and engines',
@@ -74,11 +74,7 @@ export function showExportDialog({ formats, view, patches, write }: ExportDialog
     ...choices,
     note,
     error,
-    h(
-      'footer',
-      {},
-      button('Cancel', () => dialog.close()),
-    ),
+    h('footer', {}, button('Cancel', () => dialog.close())),
   );
   dialog.addEventListener('close', () => abort.abort());
   refresh();

@@ -2,19 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Asks for the lattice of a mesh that was dropped, while the mesh goes up: the upload begins at once.
-import type { MeshFile } from '../intake/mesh_file';
-import type { UploadedMesh } from '../intake/services';
-import { AXES, AXIS_NAMES, pointCount, refusalOfAxes, type Axes } from '../lattice/grid';
-import { DEFAULT_FIT, type Fit } from '../lattice/identity';
-import { bytes, inWords } from '../wire/words';
-import { button, choice, numberInput, type Control } from './controls';
-import { h, onEnter, showDialog } from './dom';
+import type { MeshFile } from '../../intake/mesh_file';
+import type { UploadedMesh } from '../../intake/services';
+import { AXES, AXIS_NAMES, pointCount, refusalOfAxes, type Axes } from '../../lattice/grid';
+import { DEFAULT_FIT, type Fit } from '../../lattice/identity';
+import { bytes, inWords } from '../../wire/words';
+import { button, choice, numberInput, type Control } from '../controls';
+import { h, onEnter, showDialog } from '../dom';
 
-const DEGREES = [
-  ['1', '1, straight'],
-  ['2', '2, smooth'],
-  ['3', '3, smoother'],
-] as const;
+const DEGREES = { 1: '1, straight', 2: '2, smooth', 3: '3, smoother' };
 
 export interface FitDialogParts {
   readonly file: MeshFile;
@@ -50,12 +46,7 @@ export class FitDialog {
       this.paddingField(),
       this.note,
       this.error,
-      h(
-        'footer',
-        {},
-        button('Cancel', () => this.dialog.close()),
-        this.create,
-      ),
+      h('footer', {}, button('Cancel', () => this.dialog.close()), this.create),
     );
     this.dialog.addEventListener('close', () => this.abort.abort());
     for (const kind of ['pointerdown', 'keydown', 'input']) {
@@ -118,10 +109,10 @@ export class FitDialog {
         },
         { min: 2, max: 64, step: 1 },
       );
-      const degree: Control = choice(
+      const degree: Control = choice<string>(
         {
           label: `Degree along ${name}`,
-          get: () => String(this.fit.degree[axis]) as '1' | '2' | '3',
+          get: () => String(this.fit.degree[axis]),
           set: (d) => this.change({ degree: replaced(this.fit.degree, axis, Number(d)) }),
         },
         DEGREES,

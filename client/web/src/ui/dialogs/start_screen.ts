@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What the page shows while it has no scene: where to drop a mesh, and samples to choose.
-import { MESH_ENDINGS } from '../intake/mesh_file';
-import { SAMPLES, type SampleName } from '../intake/samples';
-import { h } from './dom';
-import { icon } from './icons';
+import { MESH_ENDINGS } from '../../intake/mesh_file';
+import { SAMPLES, type SampleName } from '../../intake/samples';
+import { h } from '../dom';
+import { icon } from '../icons';
 
 export interface StartChoices {
   files(files: File[]): void;

@@ -2,15 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The world's axes as the camera sees them, in the view's corner; a press on an end looks from there.
-import { distance, dot, scale, type Basis, type Vec3 } from '../lattice/vec';
-import { svg } from './dom';
+import { distance, dot, scale, type Basis, type Vec3 } from '../../lattice/vec';
+import { svg } from '../dom';
 
 const REACH = 30;
-const AXES: readonly (readonly [string, Vec3])[] = [
-  ['X', [1, 0, 0]],
-  ['Y', [0, 1, 0]],
-  ['Z', [0, 0, 1]],
-];
+const AXES: readonly (readonly [string, Vec3])[] = [['X', [1, 0, 0]], ['Y', [0, 1, 0]], ['Z', [0, 0, 1]]];
 
 interface End {
   readonly direction: Vec3;
@@ -26,11 +22,7 @@ export class NavGizmo {
     'aria-label': 'Look along an axis',
   });
   private readonly ends: End[] = [];
-  private view: Basis = [
-    [0, 0, 0],
-    [0, 0, 0],
-    [0, 0, 0],
-  ];
+  private view: Basis = [[0, 0, 0], [0, 0, 0], [0, 0, 0]];
 
   constructor(lookFrom: (direction: Vec3) => void) {
     for (const [name, axis] of AXES) {

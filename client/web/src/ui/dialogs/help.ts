@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Command, CommandGroup } from './commands';
-import { h, showDialog } from './dom';
+import type { Command, CommandGroup } from '../commands';
+import { h, showDialog } from '../dom';
 
 const GROUPS: readonly CommandGroup[] = ['Transform', 'Select', 'View', 'Edit', 'File'];
 
@@ -38,10 +38,7 @@ const FILES: readonly (readonly [string, string])[] = [
 export function showHelp(commands: readonly Command[]): void {
   const sections = GROUPS.map((group) => {
     const rows = commands.filter((c) => c.group === group && c.keys !== undefined);
-    return section(
-      group,
-      rows.map((c) => [c.keys![0], c.label] as const),
-    );
+    return section(group, rows.map((c) => [c.keys![0], c.label] as const));
   });
   const close = h('button', { type: 'button', class: 'button' }, 'Close');
   const dialog = showDialog(

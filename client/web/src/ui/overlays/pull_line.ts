@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What is pulled and does not come along: a line from there to where it should be.
-import { svg } from './dom';
+import { svg } from '../dom';
 
 type Place = readonly [x: number, y: number, ...rest: number[]];
 

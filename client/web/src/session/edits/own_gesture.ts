@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { GesturePhase } from 'latticed/v1/edit_pb';
-import { fromEdit } from '../wire/edit_message';
-import { randomId } from '../wire/ids';
+import { fromEdit } from '../../wire/edit_message';
+import { randomId } from '../../wire/ids';
 import type { EditQueue, NewBatch } from './edit_queue';
 import { targetsOf, withRestored, type Targets } from './edit_targets';
 import type { LatticeEdit } from './lattice_edit';
-import type { Gesture, GestureListener } from './scene_session';
+import type { Gesture, GestureListener } from '../scene_session';
 
 /** What a gesture needs of its session. */
 export interface GestureHost {

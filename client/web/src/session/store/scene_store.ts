@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { create, toBinary } from '@bufbuild/protobuf';
 import { MeshHeaderSchema } from 'latticed/v1/mesh_pb';
-import type { MeshHeaderInit } from '../wire/upload';
+import type { MeshHeaderInit } from '../../wire/upload';
 
 /** An uploaded file, as restoring uploads it again. */
 export interface StoredMesh {

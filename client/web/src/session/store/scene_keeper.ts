@@ -5,12 +5,12 @@ import { Code, ConnectError } from '@connectrpc/connect';
 import { LatticeSourceSchema, type LatticeSource } from 'latticed/v1/lattice_pb';
 import { MeshHeaderSchema } from 'latticed/v1/mesh_pb';
 import { CreateSceneRequestSchema, type CreateSceneRequest } from 'latticed/v1/scene_pb';
-import type { Lattice } from '../lattice/lattice';
-import { fromLattice } from '../wire/lattice_message';
-import type { LatticedServer } from '../wire/latticed_server';
-import { ServerError } from '../wire/server_error';
-import { uploadMesh } from '../wire/upload';
-import { bytes, inWords } from '../wire/words';
+import type { Lattice } from '../../lattice/lattice';
+import { fromLattice } from '../../wire/lattice_message';
+import type { LatticedServer } from '../../wire/latticed_server';
+import { ServerError } from '../../wire/server_error';
+import { uploadMesh } from '../../wire/upload';
+import { bytes, inWords } from '../../wire/words';
 import { storedMesh, type SceneStore, type StoredMesh } from './scene_store';
 
 /** A scene that was made again. */

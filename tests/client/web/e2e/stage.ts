@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the tests of a file share: a server, a browser and a page of it. One file is one process, so they are its variables.
+import { join } from 'node:path';
+import { after, before } from 'node:test';
+import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
+import type {} from '@src/main'; // window.latticed
+import type { LiveSession } from '@src/session/live_session';
+import { LatticedServer } from '@src/wire/latticed_server';
+import { launch, openPage } from './browser';
+import type { Certificate } from './certificate';
+import { ServerProcess } from './server_process';
+import { torusObj } from './torus';
+import { createScene, dropFiles, segmentsCome } from './viewer_page';
+
+export let server: ServerProcess;
+/** Calls that no page makes. */
+export let direct: LatticedServer;
+export let browser: Browser;
+export let page: Page;
+/** Of the page; tests fail on them. */
+export let errors: string[];
+
+export interface StageOptions {
+  /** More options of the server's program. */
+  readonly serverOptions?: readonly string[];
+  /** Of the server, which then speaks TLS. */
+  readonly certificate?: Certificate;
+  /** Behind the server's origin. */
+  readonly path?: string;
+  readonly context?: BrowserContextOptions;
+  /** What the page shows before the first test. */
+  readonly begin?: () => Promise<unknown>;
+}
+
+/** Starts all of it before the first test of the file, and ends it after the last. */
+export function useStage({ serverOptions, certificate, path = '', context, begin }: StageOptions = {}): void {
+  before(async () => {
+    server = await ServerProcess.start(process.env.LATTICED_VIEWER!, serverOptions, certificate);
+    direct = new LatticedServer(server.origin);
+    browser = await launch(certificate ? [certificate.browserOption] : []);
+    ({ page, errors } = await openPage(browser, server.origin + path, context));
+    await begin?.();
+  });
+  after(async () => {
+    await browser?.close();
+    await server?.kill();
+  });
+}
+
+/** The last of 4 x 4 x 4 control points, which nothing hides. */
+export const CORNER = 63;
+export const OBJ = torusObj(12, 8);
+
+/** Drops OBJ, and takes the lattice that is offered. At 2 segments frames are quick. */
+export async function openTorus(segments = 2): Promise<void> {
+  await dropFiles(page, [['torus.obj', OBJ]]);
+  await createScene(page);
+  await setView({ segments });
+  await segmentsCome(page, segments);
+}
+
+export async function setView(view: Parameters<LiveSession['setView']>[0]): Promise<void> {
+  await page.evaluate((change) => {
+    const { settings } = window.latticed;
+    settings.set({ view: { ...settings.value.view, ...change } });
+  }, view);
+}
+
+/** Keeps a picture for people where LATTICED_SHOTS names a folder. */
+export async function shot(name: string, of = page): Promise<void> {
+  if (process.env.LATTICED_SHOTS) await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
+}
+
+export async function press(...keys: string[]): Promise<void> {
+  for (const key of keys) await page.keyboard.press(key);
+}
+
+export function select(...indices: number[]): Promise<void> {
+  return page.evaluate((list) => window.latticed.scene!.editor.selection.select(list), indices);
+}
+
+export function selected(): Promise<number[]> {
+  return page.evaluate(() => [...window.latticed.scene!.editor.selection.indices]);
+}
+
+/** All control points that a page shows. */
+export function allPoints(of = page): Promise<number[]> {
+  return of.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
+}
+
+/** Waits until something holds, for a minute at most. */
+export async function until(holds: () => boolean | Promise<boolean>, say: () => unknown = () => holds.toString()): Promise<void> {
+  for (const end = Date.now() + 60_000; !(await holds()); await new Promise((resolve) => setTimeout(resolve, 20))) {
+    if (Date.now() > end) throw new Error(`waited in vain: ${String(await say())}`);
+  }
+}
