@@ -4,12 +4,14 @@
 // While a device is at work for a scene no lock is held across it: what needs no device is answered,
 // the same scene is edited, and another one is evaluated, encoded and sent. And an update is sent while
 // the next one of the same view is at work, on the host's own cores as well.
+#include <chrono>
+#include <future>
 #include <memory>
 #include <string>
 #include <tuple>
 #include <utility>
 
-#include "tests/server/engine/staged_backend.h"
+#include "tests/server/engine/scripted_backend.h"
 #include "tests/server/scene_fixture.h"
 #include "tests/server/stream_support.h"
 
@@ -18,15 +20,36 @@ namespace {
 
 using ::testing::HasSubstr;
 
-class DeviceWorkTest : public SceneFixture, public ::testing::WithParamInterface<Stage> {
+// The next call of a step, held until Open or the end of the test.
+class HeldCall {
+ public:
+  HeldCall(Script& script, Step step) {
+    script.DuringNext(step, [this] {
+      begun_.set_value();
+      open_.get_future().wait_for(std::chrono::minutes(1));
+    });
+  }
+  ~HeldCall() { Open(); }
+  bool WaitForBegun() {
+    return begun_.get_future().wait_for(std::chrono::seconds(20)) == std::future_status::ready;
+  }
+  void Open() {
+    if (!std::exchange(is_open_, true)) open_.set_value();
+  }
+
+ private:
+  std::promise<void> begun_, open_;
+  bool is_open_ = false;
+};
+
+class DeviceWorkTest : public SceneFixture, public ::testing::WithParamInterface<Step> {
  protected:
   void SetUp() override {
-    auto backend = std::make_unique<StagedBackend>(/*on_device=*/true);
-    gates_ = &backend->gates();
+    auto backend = std::make_unique<ScriptedBackend>(/*on_device=*/true);
+    script_ = &backend->script();
     ASSERT_NO_FATAL_FAILURE(StartServerOn(std::move(backend)));
     mesh_ = Upload(kGridObj);
   }
-  void TearDown() override { gates_->OpenAll(); }
 
   void OpenWatch(DeformClient& client, const std::string& scene) {
     ASSERT_OK(Create(SceneRequest(scene)));
@@ -38,25 +61,24 @@ class DeviceWorkTest : public SceneFixture, public ::testing::WithParamInterface
     client.ReadUntilRevision(0);
   }
 
-  StageGates* gates_ = nullptr;  // of the server's backend
+  Script* script_ = nullptr;  // of the server's backend
 };
 INSTANTIATE_TEST_SUITE_P(Stages, DeviceWorkTest,
-                         ::testing::Values(Stage::kCreateView, Stage::kEvaluate, Stage::kEncode),
-                         [](const auto& stage) -> std::string {
-                           if (stage.param == Stage::kCreateView) return "CreateView";
-                           return stage.param == Stage::kEvaluate ? "Evaluate" : "Encode";
+                         ::testing::Values(Step::kCreateView, Step::kEvaluate, Step::kEncode),
+                         [](const auto& step) -> std::string {
+                           if (step.param == Step::kCreateView) return "CreateView";
+                           return step.param == Step::kEvaluate ? "Evaluate" : "Encode";
                          });
 
 TEST_P(DeviceWorkTest, OthersGoOnMeanwhile) {
   DeformClient held(*stub_), other(*stub_);
   OpenWatch(held, "scene-one");
   OpenWatch(other, "scene-two");
-  const int begun = gates_->begun(GetParam());
-  gates_->HoldNext(GetParam());
+  HeldCall call(*script_, GetParam());
   v1::DeformRequest view;  // another one: memory, all vertices and all streams anew
   view.mutable_control()->mutable_view()->set_segments(3);
   ASSERT_TRUE(held.Send(view));
-  ASSERT_TRUE(gates_->WaitForBegun(GetParam(), begun + 1));
+  ASSERT_TRUE(call.WaitForBegun());
 
   // The same scene.
   EXPECT_EQ(Get().revision(), 0u);
@@ -77,18 +99,17 @@ TEST_P(DeviceWorkTest, OthersGoOnMeanwhile) {
   other.ReadUntilRevision(1);
   EXPECT_GT(other.log.begins.back().chunk_count(), 0u);
 
-  EXPECT_EQ(gates_->begun(GetParam()) - gates_->ended(GetParam()), 1) << "the one that is held";
-  gates_->Open(GetParam());
+  call.Open();
   held.ReadUntilRevision(2);
   EXPECT_EQ(held.log.begins.back().view().segments(), 3);
 }
 
 class SendingTest : public SceneFixture,
-                    public ::testing::WithParamInterface<std::tuple<bool, Stage>> {
+                    public ::testing::WithParamInterface<std::tuple<bool, Step>> {
  protected:
   void SetUp() override {
-    auto backend = std::make_unique<StagedBackend>(/*on_device=*/std::get<0>(GetParam()));
-    gates_ = &backend->gates();
+    auto backend = std::make_unique<ScriptedBackend>(/*on_device=*/std::get<0>(GetParam()));
+    script_ = &backend->script();
     ASSERT_NO_FATAL_FAILURE(StartServerOn(std::move(backend)));
     mesh_ = Upload(PlaneObj(40));
     ASSERT_OK(Create(SceneRequest()));
@@ -97,7 +118,6 @@ class SendingTest : public SceneFixture,
     stub_ = v1::SceneService::NewStub(grpc::CreateCustomChannel(
         server_->address(), grpc::InsecureChannelCredentials(), arguments));
   }
-  void TearDown() override { gates_->OpenAll(); }
 
   // Moves all 64 control points, and every chunk with them.
   void MoveAll(uint64_t sequence) {
@@ -108,20 +128,19 @@ class SendingTest : public SceneFixture,
     ASSERT_OK(Apply(batch));
   }
 
-  StageGates* gates_ = nullptr;  // of the server's backend
+  Script* script_ = nullptr;  // of the server's backend
 };
 std::string NameOf(const ::testing::TestParamInfo<SendingTest::ParamType>& test) {
-  const auto [on_device, stage] = test.param;
+  const auto [on_device, step] = test.param;
   return std::string(on_device ? "Device" : "Host") +
-         (stage == Stage::kEvaluate ? "Evaluates" : "Encodes");
+         (step == Step::kEvaluate ? "Evaluates" : "Encodes");
 }
 INSTANTIATE_TEST_SUITE_P(Stages, SendingTest,
                          ::testing::Combine(::testing::Bool(),
-                                            ::testing::Values(Stage::kEvaluate, Stage::kEncode)),
+                                            ::testing::Values(Step::kEvaluate, Step::kEncode)),
                          NameOf);
 
 TEST_P(SendingTest, GoesOnWhileTheNextUpdateIsAtWork) {
-  const Stage stage = std::get<1>(GetParam());
   DeformClient client(*stub_);
   v1::WatchRequest watch;
   watch.set_scene("scene-one");
@@ -131,17 +150,17 @@ TEST_P(SendingTest, GoesOnWhileTheNextUpdateIsAtWork) {
   MoveAll(1);
   client.ReadUntil([&] { return client.log.begins.size() == 2; });
 
-  const int begun = gates_->begun(stage);
-  gates_->HoldNext(stage);
+  HeldCall call(*script_, std::get<1>(GetParam()));
   MoveAll(2);
-  ASSERT_TRUE(gates_->WaitForBegun(stage, begun + 1));
+  ASSERT_TRUE(call.WaitForBegun());
   EXPECT_THAT(server_->metrics(), HasSubstr("\nlatticed_updates_begun_total 2\n"));
   EXPECT_THAT(server_->metrics(), HasSubstr("\nlatticed_updates_finished_total 1\n"))
       << "more is to be sent than windows hold";
   client.ReadUntilRevision(1);
 
-  EXPECT_EQ(gates_->ended(stage), begun) << "revision 2 is at work";
-  gates_->Open(stage);
+  EXPECT_THAT(server_->metrics(), HasSubstr("\nlatticed_updates_begun_total 2\n"))
+      << "revision 2 is at work";
+  call.Open();
   client.ReadUntilRevision(2);
 }
 

@@ -19,23 +19,11 @@ class FakeDevice {
   int number() const { return number_; }
 
   absl::Status Take(const std::string& purpose, uint64_t bytes) {
-    std::function<void()> on_refusal;
-    uint64_t free = 0;
-    {
-      const std::scoped_lock lock(mutex_);
-      free = bytes_ - HostBytes(use_);
-      if (bytes <= free) {
-        use_[purpose] += bytes;
-        return absl::OkStatus();
-      }
-      on_refusal = std::exchange(on_refusal_, nullptr);
-    }
-    if (on_refusal != nullptr) on_refusal();
-    return error::OutOfDeviceMemory(purpose, number_, bytes, free);
-  }
-  void OnNextRefusal(std::function<void()> call) {
     const std::scoped_lock lock(mutex_);
-    on_refusal_ = std::move(call);
+    const uint64_t free = bytes_ - HostBytes(use_);
+    if (bytes > free) return error::OutOfDeviceMemory(purpose, number_, bytes, free);
+    use_[purpose] += bytes;
+    return absl::OkStatus();
   }
   void Give(const std::string& purpose, uint64_t bytes) {
     const std::scoped_lock lock(mutex_);
@@ -79,7 +67,6 @@ class FakeDevice {
   const int number_;
   mutable std::mutex mutex_;
   MemoryUse use_;  // these guarded by mutex_
-  std::function<void()> on_refusal_;
   bool lost_ = false;
   int calls_after_loss_ = 0;
   int prepares_ = 0;
@@ -198,9 +185,6 @@ absl::StatusOr<std::shared_ptr<DeformTarget>> FakeDeviceBackend::Prepare(
 }
 
 std::vector<DeviceState> FakeDeviceBackend::devices() const { return {device_->State()}; }
-void FakeDeviceBackend::OnNextRefusal(std::function<void()> call) {
-  device_->OnNextRefusal(std::move(call));
-}
 void FakeDeviceBackend::Lose() { device_->Lose(); }
 int FakeDeviceBackend::calls_after_loss() const { return device_->calls_after_loss(); }
 uint64_t FakeDeviceBackend::used_bytes() const { return HostBytes(device_->State().use); }

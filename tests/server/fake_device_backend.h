@@ -37,8 +37,6 @@ class FakeDeviceBackend : public Backend {
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override;
 
-  // Called once, when memory is refused next, on the thread that asked.
-  void OnNextRefusal(std::function<void()> call);
   // From now on everything is kUnavailable, as after a sticky CUDA error.
   void Lose();
   // What was asked of the device since then.

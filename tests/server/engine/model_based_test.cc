@@ -4,9 +4,7 @@
 // The scene engine against a model: several editors and several watchers at once, with random
 // delays, views, pauses, reconnects, undo and knot insertion. The model is a record of every
 // revision's state; an update is right when its chunks are, byte for byte, a full evaluation of
-// that state from nothing. On the CPU backend, where the stages of a view follow each other, and as
-// if that were a device, where they overlap. Runs under ThreadSanitizer. LATTICED_SEED repeats a
-// run.
+// that state from nothing. Runs under ThreadSanitizer. LATTICED_SEED repeats a run.
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>

@@ -1,15 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The scene engine without a transport: on the CPU backend, where the stages of a view follow each
-// other, and as if that were a device, where they overlap.
+// The scene engine without a transport, on one thread: the test runs the turns of the views itself.
 #include <algorithm>
 
 #include <gtest/gtest.h>
 
 #include "absl/time/clock.h"
-#include "core/cpu/cpu_backend.h"
 #include "core/base/limits.h"
+#include "core/cpu/cpu_backend.h"
 #include "tests/server/engine/engine_support.h"
 #include "tests/support/status_matchers.h"
 
