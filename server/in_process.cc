@@ -4,10 +4,6 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include <algorithm>
-#include <fstream>
-#include <iterator>
-#include <thread>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -20,29 +16,10 @@
 #include "server/edge/metrics.h"
 #include "server/rpc/server_env.h"
 #include "server/stores/scene_registry.h"
-#include "server/stores/upload_store.h"
 #include "server/web/web_server.h"
 
 namespace latticed {
 namespace {
-
-// Threads that evaluate and encode for views; each call uses the backend's own threads inside.
-constexpr int kRenderWorkers = 3;
-
-absl::StatusOr<Authenticator> LoadTokens(const std::string& path) {
-  if (path.empty()) return Authenticator();
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    return absl::InvalidArgumentError(fmt::format("--token-file: cannot read '{}'", path));
-  }
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  return Authenticator::FromText(text);
-}
-
-void LogEviction(const Scene& scene, uint64_t bytes) {
-  LogEvent(spdlog::level::info, "scene evicted: another needs its memory",
-           {{"scene", scene.id()}, {"bytes", fmt::to_string(bytes)}});
-}
 
 void WarnOfOpenPorts(const Options& options) {
   for (const auto& [flag, address] :
@@ -79,27 +56,19 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::Serve(Options 
 
 absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
     Options options, std::vector<std::unique_ptr<Backend>> backends) {
-  if (absl::Status status = Validate(options); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(Validate(options));
   ConfigureLogging(options.log_level, options.log_format);
-  std::unique_ptr<InProcessServer> result(new InProcessServer);
-  result->env_ = std::make_unique<ServerEnv>(std::move(options));
-  ServerEnv& env = *result->env_;
-  LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator, LoadTokens(env.options.token_file));
-  env.authenticator = std::make_shared<const Authenticator>(std::move(authenticator));
+  LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator,
+                            Authenticator::FromFile(options.token_file));
   if (backends.empty()) {
-    LATTICED_ASSIGN_OR_RETURN(backends, MakeBackends(env.options));
+    LATTICED_ASSIGN_OR_RETURN(backends, MakeBackends(options));
   }
-  env.backends = std::move(backends);
-  env.scenes = std::make_shared<SceneRegistry>(
-      &env.backend(), kRenderWorkers,
-      SceneRegistry::Options{.max_scenes = static_cast<size_t>(env.options.max_scenes),
-                             .memory = env.memory,
-                             .on_tick = [uploads = env.uploads] { uploads->DropExpired(); },
-                             .on_evict = LogEviction});
-  WarnOfOpenPorts(env.options);
-  LATTICED_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server, GrpcServer::Start(&env));
-  result->server_ = std::move(server);
-  if (absl::Status status = result->StartWeb(); !status.ok()) return status;
+  WarnOfOpenPorts(options);
+  std::unique_ptr<InProcessServer> result(new InProcessServer);
+  result->env_ = std::make_unique<ServerEnv>(std::move(options), std::move(backends),
+                                             std::move(authenticator));
+  LATTICED_ASSIGN_OR_RETURN(result->server_, GrpcServer::Start(result->env_.get()));
+  LATTICED_RETURN_IF_ERROR(result->StartWeb());
   return result;
 }
 

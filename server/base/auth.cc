@@ -3,7 +3,8 @@
 #include "server/base/auth.h"
 
 #include <algorithm>
-#include <array>
+#include <fstream>
+#include <iterator>
 #include <utility>
 
 #include "absl/strings/ascii.h"
@@ -16,23 +17,6 @@ namespace latticed {
 namespace {
 
 constexpr size_t kSha256HexDigits = 64;
-
-// Every rpc and the role that it needs. A reader may watch through Deform: each edit in it is
-// checked as one of ApplyEdits.
-constexpr std::array<std::pair<std::string_view, Role>, 23> kRoles = {{
-    {"ServerService/GetServerInfo", Role::kRead}, {"MeshService/UploadMesh", Role::kEdit},
-    {"MeshService/BeginUpload", Role::kEdit},     {"MeshService/AppendUpload", Role::kEdit},
-    {"MeshService/FinishUpload", Role::kEdit},    {"MeshService/GetMesh", Role::kRead},
-    {"MeshService/ListMeshes", Role::kRead},      {"MeshService/DeleteMesh", Role::kEdit},
-    {"MeshService/DownloadMesh", Role::kRead},    {"SceneService/CreateScene", Role::kEdit},
-    {"SceneService/GetScene", Role::kRead},       {"SceneService/ListScenes", Role::kRead},
-    {"SceneService/DeleteScene", Role::kEdit},    {"SceneService/GetLattice", Role::kRead},
-    {"SceneService/ApplyEdits", Role::kEdit},     {"SceneService/Deform", Role::kRead},
-    {"SceneService/Watch", Role::kRead},          {"SceneService/ControlWatch", Role::kRead},
-    {"SceneService/GetUpdate", Role::kRead},      {"SceneService/GetTopology", Role::kRead},
-    {"SceneService/Export", Role::kRead},         {"SceneService/Pick", Role::kRead},
-    {"SceneService/EvaluatePoints", Role::kRead},
-}};
 
 absl::StatusOr<Role> RoleFromName(std::string_view name) {
   for (const Role role : {Role::kRead, Role::kEdit, Role::kAdmin}) {
@@ -71,11 +55,14 @@ std::string_view RoleName(Role role) {
   return "unknown";
 }
 
-Role RoleNeeded(std::string_view rpc) {
-  for (const auto& [name, role] : kRoles) {
-    if (name == rpc) return role;
+absl::StatusOr<Authenticator> Authenticator::FromFile(const std::string& path) {
+  if (path.empty()) return Authenticator();
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    return absl::InvalidArgumentError(fmt::format("--token-file: cannot read '{}'", path));
   }
-  return Role::kAdmin;
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  return FromText(text);
 }
 
 absl::StatusOr<Authenticator> Authenticator::FromText(std::string_view text) {
@@ -128,13 +115,12 @@ absl::StatusOr<Caller> Authenticator::Authenticate(std::string_view authorizatio
   return match->caller;
 }
 
-absl::Status CheckRole(const Caller& caller, std::string_view rpc) {
-  const Role needed = RoleNeeded(rpc);
-  if (caller.role >= needed) return absl::OkStatus();
+absl::Status CheckRole(const Caller& caller, const Rpc& rpc) {
+  if (caller.role >= rpc.role) return absl::OkStatus();
   return error::PermissionDenied(
-      fmt::format("{} needs the role '{}'; the token of '{}' has '{}'", rpc, RoleName(needed),
-                  caller.name, RoleName(caller.role)),
-      RoleName(needed));
+      fmt::format("{} needs the role '{}'; the token of '{}' has '{}'", rpc.name,
+                  RoleName(rpc.role), caller.name, RoleName(caller.role)),
+      RoleName(rpc.role));
 }
 
 }  // namespace latticed

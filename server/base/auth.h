@@ -5,7 +5,7 @@
 // comments allowed): hashes, so that a leaked file is no leaked token.        make one: printf %s
 // "$T" | sha256sum
 //
-// Roles    read < edit < admin; which rpc needs which is one table in auth.cc
+// Roles    read < edit < admin; each rpc names the one that it needs beside its handler, in server/rpc
 // Threads  immutable after loading
 #ifndef LATTICED_SERVER_BASE_AUTH_H_
 #define LATTICED_SERVER_BASE_AUTH_H_
@@ -29,8 +29,11 @@ struct Caller {
   Role role = Role::kAdmin;
 };
 
-// The role that an rpc ("SceneService/ApplyEdits") needs; admin for one that the table lacks.
-[[nodiscard]] Role RoleNeeded(std::string_view rpc);
+// An rpc, and the role that its callers need.
+struct Rpc {
+  std::string_view name;  // "MeshService/UploadMesh"
+  Role role;
+};
 
 class Authenticator {
  public:
@@ -38,6 +41,8 @@ class Authenticator {
   Authenticator() = default;
   // kInvalidArgument naming the line; `text` is the content of a token file.
   [[nodiscard]] static absl::StatusOr<Authenticator> FromText(std::string_view text);
+  // Of --token-file; an empty path admits everyone. kInvalidArgument.
+  [[nodiscard]] static absl::StatusOr<Authenticator> FromFile(const std::string& path);
 
   // `authorization` is the metadata value, "Bearer …", empty if absent. kUnauthenticated.
   [[nodiscard]] absl::StatusOr<Caller> Authenticate(std::string_view authorization) const;
@@ -52,7 +57,7 @@ class Authenticator {
 };
 
 // kPermissionDenied, reason PERMISSION_DENIED, naming the role that the rpc needs.
-[[nodiscard]] absl::Status CheckRole(const Caller& caller, std::string_view rpc);
+[[nodiscard]] absl::Status CheckRole(const Caller& caller, const Rpc& rpc);
 
 }  // namespace latticed
 

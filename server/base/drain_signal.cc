@@ -7,7 +7,7 @@
 namespace latticed {
 
 uint64_t DrainSignal::Subscribe(std::function<void()> observer) {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   const uint64_t id = next_id_++;
   if (begun_) {
     observer();
@@ -19,7 +19,7 @@ uint64_t DrainSignal::Subscribe(std::function<void()> observer) {
 
 void DrainSignal::Unsubscribe(uint64_t id) {
   std::function<void()> removed;  // destroyed after the lock is released
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   const auto found = observers_.find(id);
   if (found == observers_.end()) return;
   removed = std::move(found->second);
@@ -28,14 +28,14 @@ void DrainSignal::Unsubscribe(uint64_t id) {
 
 // Observers run under the lock: that is what makes Unsubscribe a guarantee.
 void DrainSignal::Begin() {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (begun_) return;
   begun_ = true;
   for (auto& [id, observer] : observers_) observer();
 }
 
 bool DrainSignal::begun() const {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return begun_;
 }
 

@@ -12,26 +12,25 @@ WorkerPool::WorkerPool(int threads) {
 
 WorkerPool::~WorkerPool() {
   {
-    absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     stopping_ = true;
   }
   for (std::thread& thread : threads_) thread.join();
 }
 
 void WorkerPool::Post(std::function<void()> work) {
-  absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   queue_.push_back(std::move(work));
 }
 
 void WorkerPool::Run() {
-  const auto wake = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    return stopping_ || !queue_.empty();
-  };
+  const auto wake = [this]()
+                        ABSL_NO_THREAD_SAFETY_ANALYSIS { return stopping_ || !queue_.empty(); };
   while (true) {
     std::function<void()> work;
     {
-      absl::MutexLock lock(&mutex_);
-      mutex_.Await(absl::Condition(&wake));
+      const MutexLock lock(&mutex_);
+      mutex_.Await(wake);
       if (queue_.empty()) return;  // stopping, and all work is done
       work = std::move(queue_.front());
       queue_.pop_front();

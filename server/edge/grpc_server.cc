@@ -86,8 +86,8 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   LATTICED_ASSIGN_OR_RETURN(std::shared_ptr<grpc::ServerCredentials> credentials,
                             Credentials(options));
   std::unique_ptr<GrpcServer> result(new GrpcServer(env));
-  result->services_.push_back(std::make_unique<ServerService>(env));
-  result->services_.push_back(std::make_unique<MeshService>(env));
+  result->services_.push_back(MakeServerService(env));
+  result->services_.push_back(MakeMeshService(env));
   result->services_.push_back(MakeSceneService(env));
 
   grpc::ServerBuilder builder;

@@ -60,14 +60,14 @@ std::string PeerAddress(const ServerEnv& env, const grpc::CallbackServerContext&
   return named.empty() ? context.peer() : named;
 }
 
-CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context,
-                  std::string_view rpc) {
+CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context, const Rpc& rpc) {
   CallInfo call;
-  call.rpc = std::string(rpc);
+  call.rpc = rpc;
   call.context = context;
   call.start_time = absl::Now();
+  call.arrival = std::chrono::steady_clock::now();
   call.counts = env.calls.get();
-  if (RpcCounts* rpc_counts = call.counts->Find(rpc)) ++rpc_counts->started;
+  if (RpcCounts* rpc_counts = call.counts->Find(rpc.name)) ++rpc_counts->started;
   call.peer = PeerAddress(env, *context);
   const std::string asked_id = Metadata(*context, kRequestId);
   call.request_id = IsSaneId(asked_id) ? asked_id : NewRequestId();
@@ -85,10 +85,10 @@ CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context,
 
 absl::Status Admit(const ServerEnv& env, CallInfo& call) {
   LATTICED_ASSIGN_OR_RETURN(
-      Caller caller, env.authenticator->Authenticate(Metadata(*call.context, "authorization")));
+      Caller caller, env.authenticator.Authenticate(Metadata(*call.context, "authorization")));
   call.caller = std::move(caller);
   if (call.caller.name.empty()) call.caller.name = PeerName(*call.context);
-  if (absl::Status status = CheckRole(call.caller, call.rpc); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckRole(call.caller, call.rpc));
   if (env.drain.begun()) {
     return error::Unavailable("DRAINING", "this server is shutting down; call another or come back",
                               kDrainRetryMs);
@@ -118,7 +118,7 @@ spdlog::level::level_enum LevelOf(grpc::StatusCode code) {
 }
 
 void Count(const CallInfo& call, const grpc::Status& status, absl::Duration taken) {
-  if (RpcCounts* rpc = call.counts->Find(call.rpc)) {
+  if (RpcCounts* rpc = call.counts->Find(call.rpc.name)) {
     ++rpc->finished[static_cast<size_t>(status.error_code())];
     rpc->duration.Observe(taken);
   }
@@ -128,7 +128,7 @@ void Count(const CallInfo& call, const grpc::Status& status, absl::Duration take
 }  // namespace
 
 absl::StatusOr<CallInfo> BeginCall(const ServerEnv& env, grpc::CallbackServerContext* context,
-                                   std::string_view rpc) {
+                                   const Rpc& rpc) {
   CallInfo call = Describe(env, context, rpc);
   if (absl::Status status = Admit(env, call); !status.ok()) {
     LogFinished(call, ToGrpcStatus(status));
@@ -145,7 +145,7 @@ void LogFinished(const CallInfo& call, const grpc::Status& status) {
   const absl::Duration taken = absl::Now() - call.start_time;
   Count(call, status, taken);
   LogEvent(LevelOf(status.error_code()), "call finished",
-           {{"rpc", call.rpc},
+           {{"rpc", std::string(call.rpc.name)},
             {"code", absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()))},
             {"ms", fmt::format("{:.3f}", absl::ToDoubleMilliseconds(taken))},
             {kRequestId, call.request_id},

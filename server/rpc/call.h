@@ -7,6 +7,7 @@
 #ifndef LATTICED_SERVER_RPC_CALL_H_
 #define LATTICED_SERVER_RPC_CALL_H_
 
+#include <chrono>
 #include <string>
 #include <string_view>
 
@@ -24,24 +25,28 @@ namespace latticed {
 class CallCounts;  // server/rpc/call_counts.h
 struct ServerEnv;
 
+// Edits and presence in other calls are checked as ApplyEdits is.
+inline constexpr Rpc kApplyEditsRpc{"SceneService/ApplyEdits", Role::kEdit};
+
 struct CallInfo {
-  std::string rpc;          // "MeshService/UploadMesh"
+  Rpc rpc;
   Caller caller;            // who, and with which role
   std::string request_id;   // the client's where it is sane, else 16 random hex digits
   std::string traceparent;  // W3C, empty if absent or malformed
   std::string peer;         // "ipv4:127.0.0.1:5000": who is at the other end of the socket
   std::string scene;        // that the call is about, as far as is known: metadata, or the request
   absl::Time start_time;
+  std::chrono::steady_clock::time_point arrival;
   grpc::CallbackServerContext* context = nullptr;  // alive until the rpc is finished
   CallCounts* counts = nullptr;                    // of the server
 };
 
 // Reads metadata, puts latticed-request-id and latticed-node into the reply's metadata (initial,
-// and trailing, since a refusal has only that in some clients), checks token and role by the table
-// in auth.cc. kUnauthenticated, kPermissionDenied; kUnavailable, reason DRAINING.
+// and trailing, since a refusal has only that in some clients), checks token and role.
+// kUnauthenticated, kPermissionDenied; kUnavailable, reason DRAINING.
 [[nodiscard]] absl::StatusOr<CallInfo> BeginCall(const ServerEnv& env,
                                                  grpc::CallbackServerContext* context,
-                                                 std::string_view rpc);
+                                                 const Rpc& rpc);
 
 // The scene that a request names, for the log: unless it is no id, as long as a message may be.
 void NoteScene(CallInfo& call, const std::string& scene);

@@ -14,6 +14,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/mutex.h"
 #include "core/base/status_macros.h"
 #include "server/rpc/call.h"
 #include "server/rpc/call_counts.h"
@@ -48,9 +49,9 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
                            public StreamSink,
                            public std::enable_shared_from_this<DeformStream> {
  public:
-  DeformStream(ServerEnv* env, grpc::CallbackServerContext* context)
+  DeformStream(const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context)
       : env_(env), context_(context) {
-    auto call = BeginCall(*env, context, "SceneService/Deform");
+    auto call = BeginCall(*env, context, rpc);
     if (!call.ok()) {
       ServerBidiReactor::Finish(ToGrpcStatus(call.status()));
       return;
@@ -86,13 +87,13 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
 
  private:
   std::shared_ptr<SceneStream> Stream() const ABSL_LOCKS_EXCLUDED(mutex_) {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     return stream_;
   }
   void MaybeRead() ABSL_LOCKS_EXCLUDED(mutex_);
   // A read that starts after Finish would outlive the call.
   void StopReading() ABSL_LOCKS_EXCLUDED(mutex_) {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     ended_ = true;
   }
   void FinishedReading() ABSL_LOCKS_EXCLUDED(mutex_);
@@ -118,7 +119,7 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
   uint64_t last_revision_ = 0;  // that an edit of this stream has made
   bool edited_ = false;
 
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   std::shared_ptr<SceneStream> stream_ ABSL_GUARDED_BY(mutex_);  // null before the first message
   bool reading_ ABSL_GUARDED_BY(mutex_) = false;                 // or handling what was read
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;                   // nothing more will be read
@@ -167,7 +168,7 @@ void DeformStream::HandOver(v1::DeformRequest request) {
 
 void DeformStream::FinishedReading() {
   {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     reading_ = false;
   }
   MaybeRead();
@@ -176,7 +177,7 @@ void DeformStream::FinishedReading() {
 void DeformStream::MaybeRead() {
   // Before the lock: the stream's mutex comes first.
   if (Stream()->backlog() >= limits::kMaxQueuedAnswers) return;
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (reading_ || ended_) return;
   reading_ = true;
   StartRead(&bytes_);
@@ -203,7 +204,7 @@ absl::Status DeformStream::Open(const v1::DeformRequest& request) {
   editor_id_ = request.watch().editor_id();
   LATTICED_ASSIGN_OR_RETURN(auto stream, SceneStream::Open(env_, open.scene, open.options, this));
   {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     stream_ = stream;
   }
   stream->Start();
@@ -236,7 +237,7 @@ absl::Status DeformStream::Handle(const v1::DeformRequest& request, SceneStream&
 
 absl::Status DeformStream::Control(const v1::ControlWatchRequest& request, SceneStream& stream) {
   if (request.has_presence()) {
-    LATTICED_RETURN_IF_ERROR(CheckRole(call_.caller, "SceneService/ApplyEdits"));
+    LATTICED_RETURN_IF_ERROR(CheckRole(call_.caller, kApplyEditsRpc));
   }
   LATTICED_ASSIGN_OR_RETURN(const auto command, FromProto(request, stream.scene()));
   const absl::Status status = stream.Control(command);
@@ -278,7 +279,7 @@ void DeformStream::HandleEdit(v1::EditBatch batch, Clock::time_point arrival,
 }
 
 absl::StatusOr<EditSummary> DeformStream::Apply(const v1::EditBatch& batch) {
-  LATTICED_RETURN_IF_ERROR(CheckRole(call_.caller, "SceneService/ApplyEdits"));
+  LATTICED_RETURN_IF_ERROR(CheckRole(call_.caller, kApplyEditsRpc));
   const auto stream = Stream();
   if (!batch.scene().empty() && batch.scene() != stream->scene().id()) {
     return error::InvalidField("scene", "is not the scene of the stream", "SCENE_MISMATCH");
@@ -292,8 +293,8 @@ absl::StatusOr<EditSummary> DeformStream::Apply(const v1::EditBatch& batch) {
 }  // namespace
 
 grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* NewDeformStream(
-    ServerEnv* env, grpc::CallbackServerContext* context) {
-  const auto stream = std::make_shared<DeformStream>(env, context);
+    const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context) {
+  const auto stream = std::make_shared<DeformStream>(rpc, env, context);
   stream->HoldUntilDone();
   return stream.get();
 }

@@ -13,11 +13,12 @@
 
 namespace latticed {
 
+struct Rpc;
 struct ServerEnv;
 
 // The reactor of one call; it deletes itself when the call is done. `env` outlives the server.
 [[nodiscard]] grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* NewDeformStream(
-    ServerEnv* env, grpc::CallbackServerContext* context);
+    const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context);
 
 }  // namespace latticed
 

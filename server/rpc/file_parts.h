@@ -24,9 +24,8 @@ namespace latticed {
 // The bytes from `offset` on, which is not beyond their end. What they are of is kept until the
 // stream is done, with its room.
 template <typename Message, typename Header>
-typename PartStream<Message>::Next FileParts(Header header,
-                                             std::shared_ptr<const std::string> bytes,
-                                             size_t offset = 0) {
+NextPart<Message> FileParts(Header header, std::shared_ptr<const std::string> bytes,
+                            size_t offset = 0) {
   return [header = std::optional(std::move(header)), bytes = std::move(bytes),
           offset]() mutable -> absl::StatusOr<std::optional<Message>> {
     Message part;

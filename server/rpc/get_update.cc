@@ -7,10 +7,10 @@
 
 namespace latticed {
 
-grpc::ServerWriteReactor<grpc::ByteBuffer>* NewGetUpdateStream(ServerEnv* env,
+grpc::ServerWriteReactor<grpc::ByteBuffer>* NewGetUpdateStream(const Rpc& rpc, ServerEnv* env,
                                                                grpc::CallbackServerContext* context,
                                                                const grpc::ByteBuffer* request) {
-  return new UpdateStream(env, context, "SceneService/GetUpdate", [env, request](CallInfo& call) {
+  return new UpdateStream(env, context, rpc, [env, request](CallInfo& call) {
     return ReadOpenRequest<v1::GetUpdateRequest>(env, call, *request);
   });
 }

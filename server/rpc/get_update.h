@@ -9,11 +9,13 @@
 
 namespace latticed {
 
+struct Rpc;
 struct ServerEnv;
 
 // The reactor of one call; it deletes itself when the call is done. `env` outlives the server.
 [[nodiscard]] grpc::ServerWriteReactor<grpc::ByteBuffer>* NewGetUpdateStream(
-    ServerEnv* env, grpc::CallbackServerContext* context, const grpc::ByteBuffer* request);
+    const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context,
+    const grpc::ByteBuffer* request);
 
 }  // namespace latticed
 

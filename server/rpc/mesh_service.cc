@@ -2,17 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/mesh_service.h"
 
+#include <memory>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "latticed/v1/mesh.grpc.pb.h"
 #include "server/base/labels.h"
 #include "server/rpc/call.h"
 #include "server/rpc/file_parts.h"
-#include "server/rpc/part_stream.h"
+#include "server/rpc/method.h"
+#include "server/rpc/server_env.h"
 #include "server/rpc/store_upload.h"
-#include "server/rpc/unary_call.h"
 #include "server/rpc/upload_stream.h"
 #include "server/stores/scene_registry.h"
 #include "server/stores/upload_store.h"
@@ -22,6 +24,9 @@
 namespace latticed {
 namespace {
 
+using Context = grpc::CallbackServerContext;
+using UnaryReactor = grpc::ServerUnaryReactor;
+
 // Ids of meshes are hashes, and tokens are ids.
 bool IsSha256Hex(std::string_view text) {
   constexpr size_t kDigits = 64;
@@ -29,9 +34,48 @@ bool IsSha256Hex(std::string_view text) {
          text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
-absl::Status DeleteMeshNow(ServerEnv& env, const CallInfo& call,
-                           const v1::DeleteMeshRequest& request) {
-  if (request.force() && call.caller.role < Role::kAdmin) {
+absl::Status BeginUpload(const UnaryContext& context, const v1::BeginUploadRequest& request,
+                         v1::BeginUploadResponse& response) {
+  UploadStore& uploads = *context.env.uploads;
+  LATTICED_ASSIGN_OR_RETURN(UploadHeader header,
+                            FromProto(request.header(), context.env.options.max_mesh_bytes));
+  header.mesh.owner = context.call.caller.name;
+  LATTICED_ASSIGN_OR_RETURN(auto upload, uploads.Admit(std::move(header)));
+  response.set_upload_id(uploads.Keep(std::move(upload)));
+  SetTime(uploads.ExpireTime(), *response.mutable_expire_time());
+  return absl::OkStatus();
+}
+
+absl::Status AppendUpload(const UnaryContext& context, const v1::AppendUploadRequest& request,
+                          v1::AppendUploadResponse& response) {
+  UploadStore& uploads = *context.env.uploads;
+  LATTICED_ASSIGN_OR_RETURN(const auto upload, uploads.Find(request.upload_id()));
+  LATTICED_ASSIGN_OR_RETURN(const auto committed,
+                            upload->AppendAt(request.offset(), request.data()));
+  response.set_committed(committed);
+  SetTime(uploads.ExpireTime(), *response.mutable_expire_time());
+  return absl::OkStatus();
+}
+
+absl::Status FinishUpload(const UnaryContext& context, const v1::FinishUploadRequest& request,
+                          v1::Mesh& response) {
+  LATTICED_ASSIGN_OR_RETURN(const auto upload, context.env.uploads->Take(request.upload_id()));
+  return StoreUpload(
+      context.env, *upload, [&] { return context.call.context->IsCancelled(); }, context.room,
+      response);
+}
+
+absl::Status GetMesh(const UnaryContext& context, const v1::GetMeshRequest& request,
+                     v1::Mesh& response) {
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, context.env.meshes.Find(request.mesh()));
+  response = ToProto(*mesh, context.env.scenes->UseOfMesh(mesh->id), true);
+  return absl::OkStatus();
+}
+
+absl::Status DeleteMesh(const UnaryContext& context, const v1::DeleteMeshRequest& request,
+                        v1::DeleteMeshResponse&) {
+  ServerEnv& env = context.env;
+  if (request.force() && context.call.caller.role < Role::kAdmin) {
     return error::PermissionDenied(
         "force: deletes the scenes of others as well, so it needs the role 'admin'",
         RoleName(Role::kAdmin));
@@ -43,8 +87,9 @@ absl::Status DeleteMeshNow(ServerEnv& env, const CallInfo& call,
                                 [&] { return env.meshes.Remove(request.mesh()); });
 }
 
-absl::Status ListMeshesNow(ServerEnv& env, const v1::ListMeshesRequest& request,
-                           v1::ListMeshesResponse& response) {
+absl::Status ListMeshes(const UnaryContext& context, const v1::ListMeshesRequest& request,
+                        v1::ListMeshesResponse& response) {
+  ServerEnv& env = context.env;
   LATTICED_ASSIGN_OR_RETURN(const size_t page_size, PageSize(request.page_size()));
   LATTICED_ASSIGN_OR_RETURN(const LabelFilter filter, LabelFilter::Parse(request.filter()));
   if (!request.page_token().empty() && !IsSha256Hex(request.page_token())) {
@@ -65,11 +110,9 @@ absl::Status ListMeshesNow(ServerEnv& env, const v1::ListMeshesRequest& request,
   return absl::OkStatus();
 }
 
-using Download = PartStream<v1::DownloadMeshResponse>;
-
-absl::StatusOr<Download::Next> OpenDownload(ServerEnv& env,
-                                            const v1::DownloadMeshRequest& request) {
-  LATTICED_ASSIGN_OR_RETURN(auto mesh, env.meshes.Find(request.mesh()));
+absl::StatusOr<NextPart<v1::DownloadMeshResponse>> OpenDownload(
+    const PartContext& context, const v1::DownloadMeshRequest& request) {
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, context.env.meshes.Find(request.mesh()));
   const size_t size = mesh->bytes->size();
   if (request.offset() > size) {
     return error::OutOfRange("offset", static_cast<double>(request.offset()), 0,
@@ -79,84 +122,61 @@ absl::StatusOr<Download::Next> OpenDownload(ServerEnv& env,
                                              request.offset());
 }
 
+// Every rpc of the service: name, role, handler.
+constexpr StreamMethod kUploadMesh{Rpc{"MeshService/UploadMesh", Role::kEdit}, NewUploadStream};
+constexpr UnaryMethod kBeginUpload{Rpc{"MeshService/BeginUpload", Role::kEdit}, BeginUpload};
+constexpr UnaryMethod kAppendUpload{Rpc{"MeshService/AppendUpload", Role::kEdit}, AppendUpload};
+constexpr UnaryMethod kFinishUpload{Rpc{"MeshService/FinishUpload", Role::kEdit}, FinishUpload};
+constexpr UnaryMethod kGetMesh{Rpc{"MeshService/GetMesh", Role::kRead}, GetMesh};
+constexpr UnaryMethod kListMeshes{Rpc{"MeshService/ListMeshes", Role::kRead}, ListMeshes};
+constexpr UnaryMethod kDeleteMesh{Rpc{"MeshService/DeleteMesh", Role::kEdit}, DeleteMesh};
+constexpr PartMethod kDownloadMesh{Rpc{"MeshService/DownloadMesh", Role::kRead}, OpenDownload};
+
+class MeshServiceImpl final : public v1::MeshService::CallbackService {
+ public:
+  explicit MeshServiceImpl(ServerEnv* env) : env_(env) {}
+
+  grpc::ServerReadReactor<v1::UploadMeshRequest>* UploadMesh(Context* context,
+                                                             v1::Mesh* response) override {
+    return kUploadMesh.Run(env_, context, response);
+  }
+  UnaryReactor* BeginUpload(Context* context, const v1::BeginUploadRequest* request,
+                            v1::BeginUploadResponse* response) override {
+    return kBeginUpload.Run(env_, context, request, response);
+  }
+  UnaryReactor* AppendUpload(Context* context, const v1::AppendUploadRequest* request,
+                             v1::AppendUploadResponse* response) override {
+    return kAppendUpload.Run(env_, context, request, response);
+  }
+  UnaryReactor* FinishUpload(Context* context, const v1::FinishUploadRequest* request,
+                             v1::Mesh* response) override {
+    return kFinishUpload.Run(env_, context, request, response);
+  }
+  UnaryReactor* GetMesh(Context* context, const v1::GetMeshRequest* request,
+                        v1::Mesh* response) override {
+    return kGetMesh.Run(env_, context, request, response);
+  }
+  UnaryReactor* ListMeshes(Context* context, const v1::ListMeshesRequest* request,
+                           v1::ListMeshesResponse* response) override {
+    return kListMeshes.Run(env_, context, request, response);
+  }
+  UnaryReactor* DeleteMesh(Context* context, const v1::DeleteMeshRequest* request,
+                           v1::DeleteMeshResponse* response) override {
+    return kDeleteMesh.Run(env_, context, request, response);
+  }
+  grpc::ServerWriteReactor<v1::DownloadMeshResponse>* DownloadMesh(
+      Context* context, const v1::DownloadMeshRequest* request) override {
+    return kDownloadMesh.Run(env_, context, request);
+  }
+
+ private:
+  ServerEnv* const env_;
+};
+
 }  // namespace
 
-grpc::ServerReadReactor<v1::UploadMeshRequest>* MeshService::UploadMesh(
-    grpc::CallbackServerContext* context, v1::Mesh* response) {
-  return NewUploadStream(env_, context, response);
-}
-
-grpc::ServerUnaryReactor* MeshService::BeginUpload(grpc::CallbackServerContext* context,
-                                                   const v1::BeginUploadRequest* request,
-                                                   v1::BeginUploadResponse* response) {
-  return RunUnary(env_, context, "MeshService/BeginUpload", *request, response,
-                  [=, this](const CallInfo& call) {
-                    LATTICED_ASSIGN_OR_RETURN(
-                        UploadHeader header,
-                        FromProto(request->header(), env_->options.max_mesh_bytes));
-                    header.mesh.owner = call.caller.name;
-                    LATTICED_ASSIGN_OR_RETURN(auto upload, env_->uploads->Admit(std::move(header)));
-                    response->set_upload_id(env_->uploads->Keep(std::move(upload)));
-                    SetTime(env_->uploads->ExpireTime(), *response->mutable_expire_time());
-                    return absl::OkStatus();
-                  });
-}
-
-grpc::ServerUnaryReactor* MeshService::AppendUpload(grpc::CallbackServerContext* context,
-                                                    const v1::AppendUploadRequest* request,
-                                                    v1::AppendUploadResponse* response) {
-  return RunUnary(
-      env_, context, "MeshService/AppendUpload", *request, response, [=, this](const CallInfo&) {
-        LATTICED_ASSIGN_OR_RETURN(const auto upload, env_->uploads->Find(request->upload_id()));
-        LATTICED_ASSIGN_OR_RETURN(const auto committed,
-                                  upload->AppendAt(request->offset(), request->data()));
-        response->set_committed(committed);
-        SetTime(env_->uploads->ExpireTime(), *response->mutable_expire_time());
-        return absl::OkStatus();
-      });
-}
-
-grpc::ServerUnaryReactor* MeshService::FinishUpload(grpc::CallbackServerContext* context,
-                                                    const v1::FinishUploadRequest* request,
-                                                    v1::Mesh* response) {
-  return RunUnary(
-      env_, context, "MeshService/FinishUpload", *request, response,
-      [=, this](const CallInfo&, ReplyRoom& room) {
-        LATTICED_ASSIGN_OR_RETURN(const auto upload, env_->uploads->Take(request->upload_id()));
-        return StoreUpload(
-            *env_, *upload, [context] { return context->IsCancelled(); }, room, *response);
-      });
-}
-
-grpc::ServerUnaryReactor* MeshService::GetMesh(grpc::CallbackServerContext* context,
-                                               const v1::GetMeshRequest* request,
-                                               v1::Mesh* response) {
-  return RunUnary(env_, context, "MeshService/GetMesh", *request, response,
-                  [=, this](const CallInfo&) {
-                    LATTICED_ASSIGN_OR_RETURN(const auto mesh, env_->meshes.Find(request->mesh()));
-                    *response = ToProto(*mesh, env_->scenes->UseOfMesh(mesh->id), true);
-                    return absl::OkStatus();
-                  });
-}
-
-grpc::ServerUnaryReactor* MeshService::ListMeshes(grpc::CallbackServerContext* context,
-                                                  const v1::ListMeshesRequest* request,
-                                                  v1::ListMeshesResponse* response) {
-  return RunUnary(env_, context, "MeshService/ListMeshes", *request, response,
-                  [=, this](const CallInfo&) { return ListMeshesNow(*env_, *request, *response); });
-}
-
-grpc::ServerUnaryReactor* MeshService::DeleteMesh(grpc::CallbackServerContext* context,
-                                                  const v1::DeleteMeshRequest* request,
-                                                  v1::DeleteMeshResponse* response) {
-  return RunUnary(env_, context, "MeshService/DeleteMesh", *request, response,
-                  [=, this](const CallInfo& call) { return DeleteMeshNow(*env_, call, *request); });
-}
-
-grpc::ServerWriteReactor<v1::DownloadMeshResponse>* MeshService::DownloadMesh(
-    grpc::CallbackServerContext* context, const v1::DownloadMeshRequest* request) {
-  return new Download(env_, context, "MeshService/DownloadMesh", *request, "",
-                      [=, this](const auto&) { return OpenDownload(*env_, *request); });
+std::unique_ptr<grpc::Service> MakeMeshService(ServerEnv* env) {
+  return std::make_unique<MeshServiceImpl>(env);
 }
 
 }  // namespace latticed

@@ -17,7 +17,6 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include <grpcpp/grpcpp.h>
@@ -31,17 +30,26 @@
 
 namespace latticed {
 
+// The next message, nullopt after the last.
+template <typename Message>
+using NextPart = std::function<absl::StatusOr<std::optional<Message>>()>;
+
+// What opens a stream has this besides its request.
+struct PartContext {
+  ServerEnv& env;
+  const grpc::CallbackServerContext& grpc;
+  const std::function<bool()>& cancelled;  // whether the client has gone, for long work to ask
+};
+
 template <typename Message>
 class PartStream final : public grpc::ServerWriteReactor<Message> {
  public:
-  // The next message, nullopt after the last.
-  using Next = std::function<absl::StatusOr<std::optional<Message>>()>;
-  using Cancelled = std::function<bool()>;
+  using Next = NextPart<Message>;
   // The long work before the first message; it looks at `cancelled` now and then.
-  using Open = std::function<absl::StatusOr<Next>(const Cancelled&)>;
+  using Open = std::function<absl::StatusOr<Next>(const std::function<bool()>& cancelled)>;
 
   // `request` is open's to read.
-  PartStream(ServerEnv* env, grpc::CallbackServerContext* context, std::string_view rpc,
+  PartStream(ServerEnv* env, grpc::CallbackServerContext* context, const Rpc& rpc,
              const google::protobuf::Message& request, const std::string& scene, Open open)
       : room_(*env) {
     auto call = BeginCall(*env, context, rpc);

@@ -21,11 +21,10 @@
 #include "server/rpc/deform_stream.h"
 #include "server/rpc/file_parts.h"
 #include "server/rpc/get_update.h"
-#include "server/rpc/part_stream.h"
+#include "server/rpc/method.h"
 #include "server/rpc/scene_service_base.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/topology.h"
-#include "server/rpc/unary_call.h"
 #include "server/rpc/watch_request.h"
 #include "server/rpc/watch_stream.h"
 #include "server/stores/scene_registry.h"
@@ -40,6 +39,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Context = grpc::CallbackServerContext;
 using UnaryReactor = grpc::ServerUnaryReactor;
+
+absl::StatusOr<std::shared_ptr<Scene>> SceneOf(const UnaryContext& context,
+                                               const std::string& scene) {
+  return FindScene(context.env, *context.call.context, scene);
+}
 
 // Where a page of scenes, oldest first, begins: after the scene that this names.
 struct PageKey {
@@ -68,232 +72,240 @@ uint64_t SceneReplyBytes(const v1::CreateSceneRequest& request) {
   return kAllButLabels + ReplyBytes(scene);
 }
 
+absl::Status CreateScene(const UnaryContext& context, const v1::CreateSceneRequest& request,
+                         v1::Scene& response) {
+  ServerEnv& env = context.env;
+  LATTICED_RETURN_IF_ERROR(CheckCreateScene(request));
+  LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(*context.call.context, request.scene_id()));
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, env.meshes.Find(request.mesh()));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto config,
+      SceneConfigFromProto(request, *mesh, context.call.caller.name, env.options.scene_idle_ttl));
+  LATTICED_RETURN_IF_ERROR(context.room.Hold(SceneReplyBytes(request)));
+  // The mesh may have been deleted since it was found.
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto scene,
+      env.scenes->Create(
+          std::move(config), [&] { return env.meshes.Find(request.mesh()).status(); },
+          [&] { return CheckCancelled(*context.call.context); }));
+  response = ToProto(*scene);
+  return absl::OkStatus();
+}
+
+absl::Status GetScene(const UnaryContext& context, const v1::GetSceneRequest& request,
+                      v1::Scene& response) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
+  response = ToProto(*scene);
+  return absl::OkStatus();
+}
+
+absl::Status ListScenes(const UnaryContext& context, const v1::ListScenesRequest& request,
+                        v1::ListScenesResponse& response) {
+  LATTICED_ASSIGN_OR_RETURN(const auto size, PageSize(request.page_size()));
+  LATTICED_ASSIGN_OR_RETURN(const auto filter, LabelFilter::Parse(request.filter()));
+  LATTICED_ASSIGN_OR_RETURN(const auto after, FromToken(request.page_token()));
+  auto scenes =
+      context.env.scenes->List("", std::numeric_limits<size_t>::max(), [&](const Scene& scene) {
+        return filter.Matches(scene.config().labels) && KeyOf(scene) > after;
+      });
+  std::ranges::sort(scenes, {}, [](const auto& scene) { return KeyOf(*scene); });
+  PageRoom room(size);
+  PageKey last;
+  for (const auto& scene : scenes) {
+    v1::Scene item = ToProto(*scene);
+    if (!room.Take(item.ByteSizeLong())) {
+      response.set_next_page_token(ToToken(last));
+      break;
+    }
+    *response.add_scenes() = std::move(item);
+    last = KeyOf(*scene);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status DeleteScene(const UnaryContext& context, const v1::DeleteSceneRequest& request,
+                         v1::DeleteSceneResponse&) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
+  return context.env.scenes->Delete(scene->id());
+}
+
+absl::Status GetLattice(const UnaryContext& context, const v1::GetLatticeRequest& request,
+                        v1::LatticeState& response) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
+  response = LatticeStateToProto(*scene->State());
+  return absl::OkStatus();
+}
+
+absl::Status ApplyEdits(const UnaryContext& context, const v1::EditBatch& request,
+                        v1::EditResult& response) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
+  const auto begun = Clock::now();
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto summary, scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh),
+                                            [&] { return CheckCancelled(*context.call.context); }));
+  response = ToProto(summary);
+  const auto ended = summary.commit_time.value_or(Clock::now());
+  v1::EditTimings& timings = *response.mutable_timings();
+  timings.set_queue_us(Microseconds(absl::FromChrono(begun - context.call.arrival)));
+  timings.set_apply_us(Microseconds(absl::FromChrono(ended - begun)));
+  return absl::OkStatus();
+}
+
+absl::Status EvaluateScene(const UnaryContext& context, const v1::EvaluatePointsRequest& request,
+                           v1::EvaluatePointsResponse& response) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
+  return EvaluatePoints(*scene->State(), request, &response);
+}
+
+absl::Status PickInScene(const UnaryContext& context, const v1::PickRequest& request,
+                         v1::SurfacePoint& response) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
+  return Pick(
+      *scene->State(), request, [&] { return CheckCancelled(*context.call.context); }, &response);
+}
+
+absl::Status SteerWatch(const UnaryContext& context, const v1::ControlWatchRequest& request,
+                        v1::ControlWatchResponse& response) {
+  if (!request.scene().empty()) {
+    LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(*context.call.context, request.scene()));
+  }
+  if (request.has_presence()) {
+    LATTICED_RETURN_IF_ERROR(CheckRole(context.call.caller, kApplyEditsRpc));
+  }
+  return ControlWatch(&context.env, request, &response);
+}
+
+absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const PartContext& context,
+                                                        const v1::GetTopologyRequest& request) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scene,
+                            FindScene(context.env, context.grpc, request.scene()));
+  const auto plan = scene->State()->plan;
+  if (!IsTopologyOf(request.topology_id(), scene->config().mesh_id, plan->structure)) {
+    return error::NotFound("topology", request.topology_id());
+  }
+  return [plan, id = request.topology_id(),
+          first = size_t{0}]() mutable -> absl::StatusOr<std::optional<v1::TopologyPart>> {
+    if (first >= plan->patches.size()) return std::nullopt;
+    auto part = MakeTopologyPart(*plan, id, first);
+    first += kPatchesPerTopologyPart;
+    return part;
+  };
+}
+
+absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const PartContext& context,
+                                                        const v1::ExportRequest& request) {
+  ServerEnv& env = context.env;
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, FindScene(env, context.grpc, request.scene()));
+  const RenderInput head = scene->Head();
+  const SceneState* const state = head.state.get();
+  if (request.revision() != 0 && request.revision() != state->revision) {
+    return error::WithDetails(absl::AbortedError(fmt::format("revision: got {}, the scene is at {}",
+                                                             request.revision(), state->revision)),
+                              {.reason = "REVISION_CHANGED",
+                               .metadata = {{"revision", fmt::to_string(state->revision)}}});
+  }
+  LATTICED_ASSIGN_OR_RETURN(auto spec, ExportSpecFromProto(request, scene->config().default_view));
+  // A mesh that is gone takes its scene along: then the export is the last of it, without units.
+  if (const auto mesh = env.meshes.Find(scene->config().mesh_id); mesh.ok()) {
+    spec.units = {(*mesh)->up_axis, (*mesh)->meters_per_unit};
+  }
+  const auto hold = scene->Hold();
+  const uint64_t most = ExportMemoryBytes(*state->plan, spec);
+  LATTICED_ASSIGN_OR_RETURN(auto room, env.memory->Reserve("the export", most));
+  LATTICED_ASSIGN_OR_RETURN(auto bytes, ExportSurface(head, spec, context.cancelled));
+
+  v1::ExportHeader header;
+  header.set_revision(state->revision);
+  header.set_media_type(std::string(ExportMediaType(spec.format)));
+  header.set_file_name(fmt::format("{}.{}", scene->id(), ExportExtension(spec.format)));
+  header.set_bytes(bytes.size());
+  struct File {
+    std::string bytes;
+    MemoryReservation room;
+  };
+  const auto file = std::make_shared<const File>(File{std::move(bytes), std::move(room)});
+  return FileParts<v1::ExportResponse>(std::move(header), {file, &file->bytes});
+}
+
+// Every rpc of the service: name, role, handler. A reader may watch through Deform: each edit in it is
+// checked as one of ApplyEdits.
+constexpr UnaryMethod kCreateScene{Rpc{"SceneService/CreateScene", Role::kEdit}, CreateScene};
+constexpr UnaryMethod kGetScene{Rpc{"SceneService/GetScene", Role::kRead}, GetScene};
+constexpr UnaryMethod kListScenes{Rpc{"SceneService/ListScenes", Role::kRead}, ListScenes};
+constexpr UnaryMethod kDeleteScene{Rpc{"SceneService/DeleteScene", Role::kEdit}, DeleteScene};
+constexpr UnaryMethod kGetLattice{Rpc{"SceneService/GetLattice", Role::kRead}, GetLattice};
+constexpr UnaryMethod kApplyEdits{kApplyEditsRpc, ApplyEdits};
+constexpr UnaryMethod kEvaluatePoints{Rpc{"SceneService/EvaluatePoints", Role::kRead},
+                                      EvaluateScene};
+constexpr UnaryMethod kPick{Rpc{"SceneService/Pick", Role::kRead}, PickInScene};
+constexpr UnaryMethod kControlWatch{Rpc{"SceneService/ControlWatch", Role::kRead}, SteerWatch};
+constexpr PartMethod kGetTopology{Rpc{"SceneService/GetTopology", Role::kRead}, OpenTopology};
+constexpr PartMethod kExport{Rpc{"SceneService/Export", Role::kRead}, OpenExport};
+constexpr StreamMethod kDeform{Rpc{"SceneService/Deform", Role::kRead}, NewDeformStream};
+constexpr StreamMethod kWatch{Rpc{"SceneService/Watch", Role::kRead}, NewWatchStream};
+constexpr StreamMethod kGetUpdate{Rpc{"SceneService/GetUpdate", Role::kRead}, NewGetUpdateStream};
+
 class SceneServiceImpl final : public SceneServiceBase {
  public:
   explicit SceneServiceImpl(ServerEnv* env) : env_(env) {}
 
   UnaryReactor* CreateScene(Context* context, const v1::CreateSceneRequest* request,
                             v1::Scene* response) override {
-    return RunUnary(env_, context, "SceneService/CreateScene", *request, response,
-                    [=, this](const CallInfo& call, ReplyRoom& room) {
-                      return Create(call, *request, room, response);
-                    });
+    return kCreateScene.Run(env_, context, request, response);
   }
-
   UnaryReactor* GetScene(Context* context, const v1::GetSceneRequest* request,
                          v1::Scene* response) override {
-    return OnScene("SceneService/GetScene", context, request, response, [=](Scene& scene) {
-      *response = ToProto(scene);
-      return absl::OkStatus();
-    });
+    return kGetScene.Run(env_, context, request, response);
   }
-
   UnaryReactor* ListScenes(Context* context, const v1::ListScenesRequest* request,
                            v1::ListScenesResponse* response) override {
-    return RunUnary(env_, context, "SceneService/ListScenes", *request, response,
-                    [=, this](const CallInfo&) { return List(*request, response); });
+    return kListScenes.Run(env_, context, request, response);
   }
-
   UnaryReactor* DeleteScene(Context* context, const v1::DeleteSceneRequest* request,
                             v1::DeleteSceneResponse* response) override {
-    return OnScene("SceneService/DeleteScene", context, request, response,
-                   [=, this](Scene& scene) { return env_->scenes->Delete(scene.id()); });
+    return kDeleteScene.Run(env_, context, request, response);
   }
-
   UnaryReactor* GetLattice(Context* context, const v1::GetLatticeRequest* request,
                            v1::LatticeState* response) override {
-    return OnScene("SceneService/GetLattice", context, request, response, [=](Scene& scene) {
-      *response = LatticeStateToProto(*scene.State());
-      return absl::OkStatus();
-    });
+    return kGetLattice.Run(env_, context, request, response);
   }
-
   UnaryReactor* ApplyEdits(Context* context, const v1::EditBatch* request,
                            v1::EditResult* response) override {
-    const auto arrived = Clock::now();
-    return OnScene(
-        "SceneService/ApplyEdits", context, request, response, [=](Scene& scene) -> absl::Status {
-          const auto begun = Clock::now();
-          LATTICED_ASSIGN_OR_RETURN(
-              const auto summary, scene.ApplyEdits(BatchFromProto(*request, *scene.config().mesh),
-                                                   [context] { return CheckCancelled(*context); }));
-          *response = ToProto(summary);
-          response->mutable_timings()->set_queue_us(
-              Microseconds(absl::FromChrono(begun - arrived)));
-          response->mutable_timings()->set_apply_us(
-              Microseconds(absl::FromChrono(summary.commit_time.value_or(Clock::now()) - begun)));
-          return absl::OkStatus();
-        });
+    return kApplyEdits.Run(env_, context, request, response);
   }
-
   UnaryReactor* EvaluatePoints(Context* context, const v1::EvaluatePointsRequest* request,
                                v1::EvaluatePointsResponse* response) override {
-    return OnScene("SceneService/EvaluatePoints", context, request, response, [=](Scene& scene) {
-      return latticed::EvaluatePoints(*scene.State(), *request, response);
-    });
+    return kEvaluatePoints.Run(env_, context, request, response);
   }
-
   UnaryReactor* Pick(Context* context, const v1::PickRequest* request,
                      v1::SurfacePoint* response) override {
-    return OnScene("SceneService/Pick", context, request, response, [=](Scene& scene) {
-      return latticed::Pick(
-          *scene.State(), *request, [context] { return CheckCancelled(*context); }, response);
-    });
+    return kPick.Run(env_, context, request, response);
   }
-
   UnaryReactor* ControlWatch(Context* context, const v1::ControlWatchRequest* request,
                              v1::ControlWatchResponse* response) override {
-    return RunUnary(env_, context, "SceneService/ControlWatch", *request, response,
-                    [=, this](const CallInfo& call) -> absl::Status {
-                      if (auto s = CheckSceneMetadata(*context, request->scene());
-                          !request->scene().empty() && !s.ok()) {
-                        return s;
-                      }
-                      if (auto s = CheckRole(call.caller, "SceneService/ApplyEdits");
-                          request->has_presence() && !s.ok()) {
-                        return s;
-                      }
-                      return latticed::ControlWatch(env_, *request, response);
-                    });
+    return kControlWatch.Run(env_, context, request, response);
   }
-
   grpc::ServerWriteReactor<v1::TopologyPart>* GetTopology(
       Context* context, const v1::GetTopologyRequest* request) override {
-    return new PartStream<v1::TopologyPart>(
-        env_, context, "SceneService/GetTopology", *request, request->scene(),
-        [=, this](const auto&) { return OpenTopology(*context, *request); });
+    return kGetTopology.Run(env_, context, request);
   }
-
   grpc::ServerWriteReactor<v1::ExportResponse>* Export(Context* context,
                                                        const v1::ExportRequest* request) override {
-    return new PartStream<v1::ExportResponse>(env_, context, "SceneService/Export", *request,
-                                              request->scene(),
-                                              [=, this](const Cancelled& cancelled) {
-                                                return OpenExport(*context, *request, cancelled);
-                                              });
+    return kExport.Run(env_, context, request);
   }
-
   grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Deform(Context* context) override {
-    return NewDeformStream(env_, context);
+    return kDeform.Run(env_, context);
   }
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Watch(Context* context,
                                                     const grpc::ByteBuffer* request) override {
-    return NewWatchStream(env_, context, request);
+    return kWatch.Run(env_, context, request);
   }
   grpc::ServerWriteReactor<grpc::ByteBuffer>* GetUpdate(Context* context,
                                                         const grpc::ByteBuffer* request) override {
-    return NewGetUpdateStream(env_, context, request);
+    return kGetUpdate.Run(env_, context, request);
   }
 
  private:
-  template <typename Request, typename Work>
-  UnaryReactor* OnScene(std::string_view rpc, Context* context, const Request* request,
-                        google::protobuf::Message* response, Work work) {
-    return RunUnary(
-        env_, context, rpc, *request, response,
-        [this, context, request, work = std::move(work)](const CallInfo&) -> absl::Status {
-          const auto scene = FindScene(*env_, *context, request->scene());
-          return scene.ok() ? work(**scene) : scene.status();
-        });
-  }
-
-  absl::Status Create(const CallInfo& call, const v1::CreateSceneRequest& request, ReplyRoom& room,
-                      v1::Scene* response) {
-    LATTICED_RETURN_IF_ERROR(CheckCreateScene(request));
-    LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(*call.context, request.scene_id()));
-    LATTICED_ASSIGN_OR_RETURN(const auto mesh, env_->meshes.Find(request.mesh()));
-    LATTICED_ASSIGN_OR_RETURN(auto config, SceneConfigFromProto(request, *mesh, call.caller.name,
-                                                                env_->options.scene_idle_ttl));
-    LATTICED_RETURN_IF_ERROR(room.Hold(SceneReplyBytes(request)));
-    // The mesh may have been deleted since it was found.
-    LATTICED_ASSIGN_OR_RETURN(
-        const auto scene,
-        env_->scenes->Create(
-            std::move(config), [&] { return env_->meshes.Find(request.mesh()).status(); },
-            [&] { return CheckCancelled(*call.context); }));
-    *response = ToProto(*scene);
-    return absl::OkStatus();
-  }
-
-  std::vector<std::shared_ptr<Scene>> AllScenes(
-      const std::function<bool(const Scene&)>& accept) const {
-    return env_->scenes->List("", std::numeric_limits<size_t>::max(), accept);
-  }
-
-  absl::Status List(const v1::ListScenesRequest& request, v1::ListScenesResponse* response) const {
-    LATTICED_ASSIGN_OR_RETURN(const auto size, PageSize(request.page_size()));
-    LATTICED_ASSIGN_OR_RETURN(const auto filter, LabelFilter::Parse(request.filter()));
-    LATTICED_ASSIGN_OR_RETURN(const auto after, FromToken(request.page_token()));
-    auto scenes = AllScenes([&](const Scene& scene) {
-      return filter.Matches(scene.config().labels) && KeyOf(scene) > after;
-    });
-    std::ranges::sort(scenes, {}, [](const auto& scene) { return KeyOf(*scene); });
-    PageRoom room(size);
-    PageKey last;
-    for (const auto& scene : scenes) {
-      v1::Scene item = ToProto(*scene);
-      if (!room.Take(item.ByteSizeLong())) {
-        response->set_next_page_token(ToToken(last));
-        break;
-      }
-      *response->add_scenes() = std::move(item);
-      last = KeyOf(*scene);
-    }
-    return absl::OkStatus();
-  }
-
-  absl::StatusOr<PartStream<v1::TopologyPart>::Next> OpenTopology(
-      const Context& context, const v1::GetTopologyRequest& request) const {
-    LATTICED_ASSIGN_OR_RETURN(const auto scene, FindScene(*env_, context, request.scene()));
-    const auto plan = scene->State()->plan;
-    if (!IsTopologyOf(request.topology_id(), scene->config().mesh_id, plan->structure)) {
-      return error::NotFound("topology", request.topology_id());
-    }
-    return [plan, id = request.topology_id(),
-            first = size_t{0}]() mutable -> absl::StatusOr<std::optional<v1::TopologyPart>> {
-      if (first >= plan->patches.size()) return std::nullopt;
-      auto part = MakeTopologyPart(*plan, id, first);
-      first += kPatchesPerTopologyPart;
-      return part;
-    };
-  }
-
-  absl::StatusOr<PartStream<v1::ExportResponse>::Next> OpenExport(
-      const Context& context, const v1::ExportRequest& request, const Cancelled& cancelled) const {
-    LATTICED_ASSIGN_OR_RETURN(const auto scene, FindScene(*env_, context, request.scene()));
-    const RenderInput head = scene->Head();
-    const SceneState* const state = head.state.get();
-    if (request.revision() != 0 && request.revision() != state->revision) {
-      return error::WithDetails(
-          absl::AbortedError(fmt::format("revision: got {}, the scene is at {}", request.revision(),
-                                         state->revision)),
-          {.reason = "REVISION_CHANGED",
-           .metadata = {{"revision", fmt::to_string(state->revision)}}});
-    }
-    LATTICED_ASSIGN_OR_RETURN(auto spec,
-                              ExportSpecFromProto(request, scene->config().default_view));
-    // A mesh that is gone takes its scene along: then the export is the last of it, without units.
-    if (const auto mesh = env_->meshes.Find(scene->config().mesh_id); mesh.ok()) {
-      spec.units = {(*mesh)->up_axis, (*mesh)->meters_per_unit};
-    }
-    const auto hold = scene->Hold();
-    const uint64_t most = ExportMemoryBytes(*state->plan, spec);
-    LATTICED_ASSIGN_OR_RETURN(auto room, env_->memory->Reserve("the export", most));
-    LATTICED_ASSIGN_OR_RETURN(auto bytes, ExportSurface(head, spec, cancelled));
-
-    v1::ExportHeader header;
-    header.set_revision(state->revision);
-    header.set_media_type(std::string(ExportMediaType(spec.format)));
-    header.set_file_name(fmt::format("{}.{}", scene->id(), ExportExtension(spec.format)));
-    header.set_bytes(bytes.size());
-    struct File {
-      std::string bytes;
-      MemoryReservation room;
-    };
-    const auto file = std::make_shared<const File>(File{std::move(bytes), std::move(room)});
-    return FileParts<v1::ExportResponse>(std::move(header), {file, &file->bytes});
-  }
-
   ServerEnv* const env_;
 };
 

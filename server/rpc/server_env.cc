@@ -11,8 +11,9 @@
 
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
-#include "server/base/auth.h"
+#include "fmt/format.h"
 #include "server/base/random_id.h"
+#include "server/base/telemetry.h"
 #include "server/rpc/call_counts.h"
 #include "server/stores/scene_registry.h"
 #include "server/stores/upload_store.h"
@@ -24,27 +25,44 @@ namespace {
 constexpr unsigned kMinWorkers = 2;
 constexpr unsigned kMaxWorkers = 8;
 
+// Threads that evaluate and encode for views, the last for short turns alone. Each call uses the
+// backend's own threads inside.
+constexpr int kRenderWorkers = 3;
+
 std::string HostName() {
   std::array<char, 256> name{};
   if (gethostname(name.data(), name.size() - 1) != 0) return "unknown";
   return name.data();
 }
 
+void LogEviction(const Scene& scene, uint64_t bytes) {
+  LogEvent(spdlog::level::info, "scene evicted: another needs its memory",
+           {{"scene", scene.id()}, {"bytes", fmt::to_string(bytes)}});
+}
+
 }  // namespace
 
-ServerEnv::ServerEnv(Options options_in)
+ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> backends_in,
+                     Authenticator authenticator_in)
     : options(std::move(options_in)),
       boot_id(NewRandomId()),
       node(options.node.empty() ? HostName() : options.node),
       peer_key("latticed-peer-" + NewRandomId()),
       start_time(absl::Now()),
       calls(std::make_unique<CallCounts>()),
-      authenticator(std::make_shared<const Authenticator>()),
+      backends(std::move(backends_in)),
+      authenticator(std::move(authenticator_in)),
       memory(std::make_shared<MemoryBudget>(options.memory_bytes)),
       requests(
           std::make_shared<MemoryBudget>(options.memory_bytes / limits::kWaitingRequestsShare)),
       replies(std::make_shared<MemoryBudget>(options.memory_bytes / limits::kUntakenRepliesShare)),
-      uploads(std::make_shared<UploadStore>(memory)),
+      uploads(std::make_unique<UploadStore>(memory)),
+      scenes(std::make_unique<SceneRegistry>(
+          &backend(), kRenderWorkers,
+          SceneRegistry::Options{.max_scenes = static_cast<size_t>(options.max_scenes),
+                                 .memory = memory,
+                                 .on_tick = [this] { uploads->DropExpired(); },
+                                 .on_evict = LogEviction})),
       workers(static_cast<int>(
           std::clamp(std::thread::hardware_concurrency(), kMinWorkers, kMaxWorkers))) {}
 

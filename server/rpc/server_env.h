@@ -4,8 +4,7 @@
 // All shared state of the server, built once (in_process.cc) and passed by pointer. Services hold a
 // ServerEnv* that outlives them.
 //
-// Threads  options, backends, boot_id, node and peer_key are immutable after Start; the stores lock
-// themselves
+// Threads  safe: members are immutable or lock themselves
 #ifndef LATTICED_SERVER_RPC_SERVER_ENV_H_
 #define LATTICED_SERVER_RPC_SERVER_ENV_H_
 
@@ -14,9 +13,9 @@
 #include <string_view>
 #include <vector>
 
-#include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "core/backend.h"
+#include "server/base/auth.h"
 #include "server/base/drain_signal.h"
 #include "server/base/options.h"
 #include "server/base/worker_pool.h"
@@ -24,18 +23,19 @@
 
 namespace latticed {
 
-class Authenticator;  // server/base/auth.h
 class CallCounts;     // server/rpc/call_counts.h
 class SceneRegistry;  // server/stores/scene_registry.h
 class UploadStore;    // server/stores/upload_store.h
 
 struct ServerEnv {
-  explicit ServerEnv(Options options);
+  // `backends` has one at least, and the first one serves. `authenticator` knows who may call.
+  ServerEnv(Options options, std::vector<std::unique_ptr<Backend>> backends,
+            Authenticator authenticator);
   ~ServerEnv();
   ServerEnv(const ServerEnv&) = delete;  // services hold its address
   ServerEnv& operator=(const ServerEnv&) = delete;
 
-  // The first one is what scenes use.
+  // Scenes use the first one.
   Backend& backend() const { return *backends.front(); }
 
   const Options options;
@@ -46,15 +46,15 @@ struct ServerEnv {
   const absl::Time start_time;
   DrainSignal drain;
   const std::unique_ptr<CallCounts> calls;
-  std::vector<std::unique_ptr<Backend>> backends;
-  std::shared_ptr<const Authenticator> authenticator;
+  const std::vector<std::unique_ptr<Backend>> backends;
+  const Authenticator authenticator;
   const std::shared_ptr<MemoryBudget> memory;
-  const std::shared_ptr<MemoryBudget> requests;  // that wait for a worker
-  const std::shared_ptr<MemoryBudget> replies;   // that wait for their client
+  const std::shared_ptr<MemoryBudget> requests;  // requests that wait for a worker
+  const std::shared_ptr<MemoryBudget> replies;   // replies that wait for their client
   MeshStore meshes;
-  std::shared_ptr<UploadStore> uploads;
-  std::shared_ptr<SceneRegistry> scenes;  // shared_ptr: its type need not be complete here
-  WorkerPool workers;                     // last: its threads may use all of the above
+  const std::unique_ptr<UploadStore> uploads;
+  const std::unique_ptr<SceneRegistry> scenes;  // its thread uses the uploads
+  WorkerPool workers;                           // last: its threads may use all of the above
 };
 
 }  // namespace latticed

@@ -3,9 +3,10 @@
 #include "server/rpc/server_service.h"
 
 #include "core/base/limits.h"
+#include "latticed/v1/server.grpc.pb.h"
 #include "server/base/version.h"
-#include "server/rpc/call.h"
-#include "server/rpc/unary_call.h"
+#include "server/rpc/method.h"
+#include "server/rpc/server_env.h"
 #include "server/stores/scene_registry.h"
 #include "server/wire/time_converters.h"
 
@@ -129,14 +130,36 @@ v1::ServerInfo DescribeServer(ServerEnv& env) {
   return info;
 }
 
-grpc::ServerUnaryReactor* ServerService::GetServerInfo(grpc::CallbackServerContext* context,
-                                                       const v1::GetServerInfoRequest* request,
-                                                       v1::ServerInfo* response) {
-  return RunUnary(env_, context, "ServerService/GetServerInfo", *request, response,
-                  [=, this](const CallInfo&) {
-                    *response = DescribeServer(*env_);
-                    return absl::OkStatus();
-                  });
+namespace {
+
+absl::Status GetServerInfo(const UnaryContext& context, const v1::GetServerInfoRequest&,
+                           v1::ServerInfo& response) {
+  response = DescribeServer(context.env);
+  return absl::OkStatus();
+}
+
+// Every rpc of the service: name, role, handler.
+constexpr UnaryMethod kGetServerInfo{Rpc{"ServerService/GetServerInfo", Role::kRead},
+                                     GetServerInfo};
+
+class ServerServiceImpl final : public v1::ServerService::CallbackService {
+ public:
+  explicit ServerServiceImpl(ServerEnv* env) : env_(env) {}
+
+  grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
+                                          const v1::GetServerInfoRequest* request,
+                                          v1::ServerInfo* response) override {
+    return kGetServerInfo.Run(env_, context, request, response);
+  }
+
+ private:
+  ServerEnv* const env_;
+};
+
+}  // namespace
+
+std::unique_ptr<grpc::Service> MakeServerService(ServerEnv* env) {
+  return std::make_unique<ServerServiceImpl>(env);
 }
 
 }  // namespace latticed

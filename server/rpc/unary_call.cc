@@ -21,9 +21,10 @@ grpc::ServerUnaryReactor* Refuse(grpc::CallbackServerContext* context, const grp
 
 class UnaryCall final : public grpc::ServerUnaryReactor {
  public:
-  UnaryCall(const ServerEnv& env, CallInfo call, MemoryReservation room, const Message& request,
+  UnaryCall(ServerEnv& env, CallInfo call, MemoryReservation room, const Message& request,
             Message* response)
-      : call_(std::move(call)),
+      : env_(env),
+        call_(std::move(call)),
         request_(request),
         response_(response),
         request_room_(std::move(room)),
@@ -32,7 +33,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   void Run(const UnaryWork& work) {
     absl::Status result = CheckCancelled(*call_.context);
     if (result.ok()) {
-      result = CatchBadAlloc("the request", [&] { return work(call_, reply_room_); });
+      result = CatchBadAlloc("the request", [&] { return work({env_, call_, reply_room_}); });
     }
     FreeMessage(request_);
     request_room_.Release();
@@ -46,6 +47,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   void OnDone() override { delete this; }
 
  private:
+  ServerEnv& env_;
   const CallInfo call_;
   const Message& request_;
   Message* const response_;
@@ -56,7 +58,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 }  // namespace
 
 grpc::ServerUnaryReactor* RunUnary(ServerEnv* env, grpc::CallbackServerContext* context,
-                                   std::string_view rpc, const Message& request, Message* response,
+                                   const Rpc& rpc, const Message& request, Message* response,
                                    UnaryWork work) {
   absl::StatusOr<CallInfo> call = BeginCall(*env, context, rpc);
   if (!call.ok()) return Refuse(context, ToGrpcStatus(call.status()));

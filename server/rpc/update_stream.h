@@ -39,7 +39,7 @@ class UpdateStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, pu
   // the request was refused. gRPC holds back what is started here, and every reaction, until the
   // reactor is bound to its call.
   using Open = std::function<absl::StatusOr<OpenRequest>(CallInfo&)>;
-  UpdateStream(ServerEnv* env, grpc::CallbackServerContext* context, std::string_view rpc,
+  UpdateStream(ServerEnv* env, grpc::CallbackServerContext* context, const Rpc& rpc,
                const Open& open) {
     auto call = BeginCall(*env, context, rpc);
     if (!call.ok()) {

@@ -22,9 +22,10 @@ namespace {
 
 class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest> {
  public:
-  UploadStream(ServerEnv* env, grpc::CallbackServerContext* context, v1::Mesh* response)
+  UploadStream(const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context,
+               v1::Mesh* response)
       : env_(env), context_(context), response_(response), reply_room_(*env) {
-    absl::StatusOr<CallInfo> call = BeginCall(*env, context, "MeshService/UploadMesh");
+    absl::StatusOr<CallInfo> call = BeginCall(*env, context, rpc);
     if (!call.ok()) {
       Finish(ToGrpcStatus(call.status()));
       return;
@@ -101,8 +102,8 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
 }  // namespace
 
 grpc::ServerReadReactor<v1::UploadMeshRequest>* NewUploadStream(
-    ServerEnv* env, grpc::CallbackServerContext* context, v1::Mesh* response) {
-  return new UploadStream(env, context, response);
+    const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context, v1::Mesh* response) {
+  return new UploadStream(rpc, env, context, response);
 }
 
 }  // namespace latticed

@@ -16,11 +16,12 @@
 
 namespace latticed {
 
+struct Rpc;
 struct ServerEnv;
 
 // The reactor of one call; it deletes itself when the call is done. `env` outlives the server.
 [[nodiscard]] grpc::ServerReadReactor<v1::UploadMeshRequest>* NewUploadStream(
-    ServerEnv* env, grpc::CallbackServerContext* context, v1::Mesh* response);
+    const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context, v1::Mesh* response);
 
 }  // namespace latticed
 

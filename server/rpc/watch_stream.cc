@@ -11,10 +11,10 @@
 
 namespace latticed {
 
-grpc::ServerWriteReactor<grpc::ByteBuffer>* NewWatchStream(ServerEnv* env,
+grpc::ServerWriteReactor<grpc::ByteBuffer>* NewWatchStream(const Rpc& rpc, ServerEnv* env,
                                                            grpc::CallbackServerContext* context,
                                                            const grpc::ByteBuffer* request) {
-  return new UpdateStream(env, context, "SceneService/Watch", [env, request](CallInfo& call) {
+  return new UpdateStream(env, context, rpc, [env, request](CallInfo& call) {
     return ReadOpenRequest<v1::WatchRequest>(env, call, *request);
   });
 }

@@ -13,11 +13,13 @@
 
 namespace latticed {
 
+struct Rpc;
 struct ServerEnv;
 
 // The reactor of one call; it deletes itself when the call is done. `env` outlives the server.
 [[nodiscard]] grpc::ServerWriteReactor<grpc::ByteBuffer>* NewWatchStream(
-    ServerEnv* env, grpc::CallbackServerContext* context, const grpc::ByteBuffer* request);
+    const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context,
+    const grpc::ByteBuffer* request);
 
 // The work of the unary ControlWatch. kNotFound for a watch that has ended, kInvalidArgument for a
 // field, kResourceExhausted for one view too many.
