@@ -20,10 +20,10 @@ from latticed import google_rpc  # first: latticed.v1 needs google.rpc
 from latticed import edits
 from latticed.client import Client, connect
 from latticed.deform_stream import DeformStream
+from latticed.edit_calls import Gesture
 from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
 from latticed.evaluation import Evaluation
-from latticed.gesture import Gesture
 from latticed.lattice import Lattice
 from latticed.mesh import Mesh
 from latticed.presence import Presence

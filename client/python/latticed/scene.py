@@ -8,7 +8,6 @@ import os
 import threading
 import uuid
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Dict, Optional, Type, Union
 
 import numpy.typing as npt
@@ -16,11 +15,11 @@ import numpy.typing as npt
 from latticed import evaluation, transfers
 from latticed.connection import Connection
 from latticed.deform_stream import DeformStream
+from latticed.choices import choose
 from latticed.edit_calls import EditCalls
 from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
 from latticed.evaluation import Evaluation
-from latticed.export_formats import export_format
 from latticed.lattice import Lattice, vector
 from latticed.progress_bar import Progress, ProgressFunction, progress_function
 from latticed.provenance import Provenance
@@ -171,8 +170,9 @@ class Scene(EditCalls[EditResult]):
         revision  the newest one, or REVISION_CHANGED; 0: the newest one, whichever it is
         """
         show = progress_function(progress, f"export {Path(path).name}")
+        wanted = format or Path(path).suffix[1:].lower()
         with transfers.whole_file(path) as part:
-            return self._export(lambda: open(part, "wb"), export_format(format, path), view, revision, show)
+            return self._export(lambda: open(part, "wb"), wanted, view, revision, show)
 
     def export_bytes(self, format: str, view: View = _DEFAULT_VIEW, revision: int = 0) -> bytes:
         """As export, but into memory."""
@@ -187,14 +187,15 @@ class Scene(EditCalls[EditResult]):
             files.append(Kept())
             return files[-1]
 
-        self._export(open_file, export_format(format, ""), view, revision, lambda done, total: None)
+        self._export(open_file, format, view, revision, lambda done, total: None)
         return files[-1].getvalue()
 
     def _export(
-        self, open_file: Any, format: Any, view: View, revision: int, progress: ProgressFunction
+        self, open_file: Any, format: str, view: View, revision: int, progress: ProgressFunction
     ) -> int:
+        number = choose("a format", format, transfers.EXPORT_FORMATS)
         request = surface_pb2.ExportRequest(
-            scene=self.id, revision=revision, format=format, view=view.to_proto()
+            scene=self.id, revision=revision, format=number, view=view.to_proto()
         )
         return transfers.export(self._connection, request, open_file, progress)
 
@@ -206,9 +207,7 @@ class Scene(EditCalls[EditResult]):
     def __enter__(self) -> Scene:
         return self
 
-    def __exit__(
-        self, kind: Type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: Type[BaseException] | None, *error: object) -> None:
         if not self._delete_on_exit:
             return
         try:

@@ -19,6 +19,15 @@ from latticed.topology import Topology
 from latticed.update import Update
 from latticed.v1 import mesh_pb2, scene_pb2, surface_pb2
 
+EXPORT_FORMATS = {
+    "ply": surface_pb2.EXPORT_FORMAT_PLY,
+    "obj": surface_pb2.EXPORT_FORMAT_OBJ,
+    "stl": surface_pb2.EXPORT_FORMAT_STL,
+    "glb": surface_pb2.EXPORT_FORMAT_GLB,
+    "drc": surface_pb2.EXPORT_FORMAT_DRC,
+    "nets": surface_pb2.EXPORT_FORMAT_CONTROL_NETS,
+}
+
 
 def get_update(connection: Connection, request: scene_pb2.GetUpdateRequest) -> Update:
     """One complete update."""

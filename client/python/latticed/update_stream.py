@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
-from types import TracebackType
 from typing import Any, Callable, Dict, Iterator, Optional, Type, TypeVar
 
 import grpc
@@ -115,9 +114,7 @@ class UpdateStream(ABC):
     def __enter__(self: Self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: Type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: Type[BaseException] | None, *error: object) -> None:
         self.close()
 
     def _start(self) -> None:
@@ -181,9 +178,7 @@ class UpdateStream(ABC):
             while pause is not None and not self._pause(pause):
                 self._reconnections += 1
                 pause = self._read_one_rpc()
-        except (
-            Exception
-        ) as trouble:  # whatever it is, it is for those who wait: a closed channel's ValueError too
+        except Exception as trouble:  # any error is for those who wait: a closed channel's ValueError too
             error = trouble
         with self._changed:
             self._error, self._ended = error, True
