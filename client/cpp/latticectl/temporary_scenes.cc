@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cpp/latticectl/temporary_scene.h"
+#include "client/cpp/latticectl/temporary_scenes.h"
 
 #include <utility>
 
@@ -9,32 +9,34 @@
 
 namespace latticed::client {
 
-// Where making one failed it may be there all the same: of a broken connection the reply is lost.
-TemporaryScene::~TemporaryScene() {
-  if (!scene_to_delete_.empty()) (void)client_.DeleteScene(scene_to_delete_);
-  // A mesh that another has put into a scene meanwhile stays: without force it is not deleted.
-  if (!mesh_to_delete_.empty()) (void)client_.DeleteMesh(mesh_to_delete_, /*force=*/false);
+// A failed call may have made its scene or mesh: a broken connection loses the reply.
+TemporaryScenes::~TemporaryScenes() {
+  for (const std::string& scene : scenes_to_delete_) (void)client_.DeleteScene(scene);
+  // Without force: a mesh that another client has put into a scene meanwhile stays.
+  for (const std::string& mesh : meshes_to_delete_) {
+    (void)client_.DeleteMesh(mesh, /*force=*/false);
+  }
 }
 
-absl::StatusOr<v1::Mesh> TemporaryScene::Upload(const MeshFile& file, v1::MeshHeader header,
-                                                Console console) {
+absl::StatusOr<v1::Mesh> TemporaryScenes::Upload(const MeshFile& file, v1::MeshHeader header,
+                                                 Console console) {
   const std::string id = Sha256Hex(file.bytes);
-  if (absl::IsNotFound(client_.GetMesh(id).status())) mesh_to_delete_ = id;
+  if (absl::IsNotFound(client_.GetMesh(id).status())) meshes_to_delete_.push_back(id);
   auto mesh = client::Upload(client_, file, std::move(header), console);
   if (mesh.ok()) mesh_ = mesh->id();
   return mesh;
 }
 
-absl::StatusOr<v1::Scene> TemporaryScene::Create(v1::CreateSceneRequest request) {
-  scene_to_delete_ = RandomSceneId();
-  request.set_scene_id(scene_to_delete_);
+absl::StatusOr<v1::Scene> TemporaryScenes::Create(v1::CreateSceneRequest request) {
+  scenes_to_delete_.push_back(RandomSceneId());
+  request.set_scene_id(scenes_to_delete_.back());
   request.set_mesh(mesh_);
   return client_.CreateScene(std::move(request));
 }
 
-void TemporaryScene::Keep() {
-  mesh_to_delete_.clear();
-  scene_to_delete_.clear();
+void TemporaryScenes::Keep() {
+  meshes_to_delete_.clear();
+  scenes_to_delete_.clear();
 }
 
 }  // namespace latticed::client

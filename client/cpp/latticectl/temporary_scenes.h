@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The scene that a command makes for itself on a server that it shares, and the mesh in it: both
-// are deleted again at the end, also after an error or an interruption. Of a mesh only the one that
-// this command brought.
+// Scenes that a command makes for itself on a shared server, and their meshes. They are deleted at
+// the end, also after an error or an interruption; a mesh only where this command brought it.
 //
-//   TemporaryScene made(client);
+//   TemporaryScenes made(client);
 //   const auto mesh = made.Upload(file, {}, console);
 //   const auto scene = made.Create(request);
 //
 // Errors   the server's
 // Threads  one at a time
-#ifndef LATTICED_CLIENT_CPP_LATTICECTL_TEMPORARY_SCENE_H_
-#define LATTICED_CLIENT_CPP_LATTICECTL_TEMPORARY_SCENE_H_
+#ifndef LATTICED_CLIENT_CPP_LATTICECTL_TEMPORARY_SCENES_H_
+#define LATTICED_CLIENT_CPP_LATTICECTL_TEMPORARY_SCENES_H_
 
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "client/cpp/latticectl/console.h"
@@ -23,27 +23,27 @@
 
 namespace latticed::client {
 
-class TemporaryScene {
+class TemporaryScenes {
  public:
-  explicit TemporaryScene(Client& client) : client_(client) {}
-  ~TemporaryScene();
-  TemporaryScene(const TemporaryScene&) = delete;  // deletes once
-  TemporaryScene& operator=(const TemporaryScene&) = delete;
+  explicit TemporaryScenes(Client& client) : client_(client) {}
+  ~TemporaryScenes();
+  TemporaryScenes(const TemporaryScenes&) = delete;  // deletes once
+  TemporaryScenes& operator=(const TemporaryScenes&) = delete;
 
-  // With a progress bar.
+  // Shows a progress bar.
   [[nodiscard]] absl::StatusOr<v1::Mesh> Upload(const MeshFile& file, v1::MeshHeader header,
                                                 Console console);
-  // Of the uploaded mesh: scene_id and mesh are filled in.
+  // Makes a scene of the mesh uploaded last: fills in scene_id and mesh.
   [[nodiscard]] absl::StatusOr<v1::Scene> Create(v1::CreateSceneRequest request);
-  // Neither is deleted: the scene is there to stay.
+  // Deletes nothing: the scenes stay.
   void Keep();
 
  private:
   Client& client_;
   std::string mesh_;
-  std::string mesh_to_delete_, scene_to_delete_;  // empty: none
+  std::vector<std::string> meshes_to_delete_, scenes_to_delete_;
 };
 
 }  // namespace latticed::client
 
-#endif  // LATTICED_CLIENT_CPP_LATTICECTL_TEMPORARY_SCENE_H_
+#endif  // LATTICED_CLIENT_CPP_LATTICECTL_TEMPORARY_SCENES_H_

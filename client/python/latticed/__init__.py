@@ -13,8 +13,8 @@
             print(update.points.shape, update.triangles.shape)
             scene.export("deformed.ply")
 
-Everything is relative to the world: points, offsets, matrices in world units. Arrays come and go as numpy
-arrays. What the server refuses is a LatticedError. latticed.v1 holds the messages of the protocol.
+Points, offsets and matrices are in world units. Arrays are numpy arrays. A refusal of the server raises
+LatticedError. latticed.v1 holds the messages of the protocol.
 """
 from latticed import google_rpc  # first: latticed.v1 needs google.rpc
 from latticed import edits

@@ -48,12 +48,12 @@ class DeformStream(UpdateStream, EditCalls[int]):
             edit = stream.move(stream.lattice.indices[-1], (0.5, 0, 0))
             update = stream.wait(edit)
 
-    Every edit returns its sequence. After a break the stream opens itself again and sends what is
-    unanswered once more: sequences make an edit that is sent twice count once. The stream is an editor
-    of its own: it undoes its own edits, and its scene object does not.
+    Every edit returns its sequence. After a break the stream opens itself again and sends unanswered edits
+    once more; sequences make an edit that is sent twice count once. The stream is an editor of its own:
+    its undo reverts its own edits, not those of its scene object.
 
-    At the end of the block it waits until every edit is answered, and raises the first refusal that
-    nobody has asked about; where the block is left by an exception it ends at once.
+    The end of the block waits until every edit is answered, and raises the first refusal that wait or
+    result have not raised. An exception ends the stream at once.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class DeformStream(UpdateStream, EditCalls[int]):
                 or (self._latest is not None and self._latest.applied_sequence >= sequence),
                 timeout,
             )
-            # A refusal first: its sequence may lie below that of an edit which the update holds.
+            # A refusal comes first: the update may hold an edit with a higher sequence.
             self._raise_refusal(sequence)
             if self._latest is None or self._latest.applied_sequence < sequence:
                 raise LatticedError(grpc.StatusCode.CANCELLED, "the stream ended before the edit was seen")
@@ -213,8 +213,8 @@ class DeformStream(UpdateStream, EditCalls[int]):
             self._changed.notify_all()
 
     def _refuse(self, sequence: int, refusal: LatticedError) -> None:
-        # Sent twice, and a later one was answered before the break: this one was too, with what is not known,
-        # since the server keeps the last answer alone.
+        # The edit was sent twice, and the server took a later one before the break. So it took this one too,
+        # with an unknown result: it keeps only an editor's last answer.
         if refusal.reason == "OUT_OF_ORDER" and sequence <= self._resent:
             return
         self._answers[sequence] = self._unseen_refusals[sequence] = refusal

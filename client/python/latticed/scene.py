@@ -33,10 +33,10 @@ _DEFAULT_VIEW = View()
 
 
 class Scene(EditCalls[EditResult]):
-    """Made by Client.create_scene. Every edit waits for its result; deform() is the way that does not.
+    """Made by Client.create_scene. Every edit waits for its result; edits of deform() do not.
 
-    As a context manager it deletes the scene at the end of the block where create_scene was told to.
-    Any number of threads may use it: it is one editor, whose edits go one at a time.
+    As a context manager it deletes the scene at the end of the block where create_scene had delete_on_exit.
+    Any number of threads may use it. It is one editor, whose edits go one at a time.
     """
 
     def __init__(self, connection: Connection, info: Any, delete_on_exit: bool = False) -> None:
@@ -145,7 +145,7 @@ class Scene(EditCalls[EditResult]):
         return evaluation.evaluate_surface(self._connection, self.id, faces, corners, barycentrics)
 
     def pick(self, origin: npt.ArrayLike, direction: npt.ArrayLike) -> Optional[SurfacePoint]:
-        """The first point of the deformed surface on a ray of the world, which drag takes; None: it meets none."""
+        """The first point of the deformed surface on a ray of the world, for drag; None where it meets none."""
         ray = surface_pb2.Ray(origin=vector(origin), direction=vector(direction))
         request = surface_pb2.PickRequest(scene=self.id, ray=ray)
         try:
@@ -213,7 +213,7 @@ class Scene(EditCalls[EditResult]):
         try:
             self.delete()
         except LatticedError as failure:
-            if kind is None and failure.reason != "NOT_FOUND":  # what left the block says more
+            if kind is None and failure.reason != "NOT_FOUND":  # the block's own exception says more
                 raise
 
     def _apply(self, batch: edit_pb2.EditBatch) -> EditResult:

@@ -25,15 +25,15 @@ Self = TypeVar("Self", bound="UpdateStream")
 
 
 class UpdateStream(ABC):
-    """Updates of a scene as they come, the newest first: those that nobody asked for in time are skipped.
+    """Updates of a scene as they come. Only the newest is kept: an update that nobody took in time is skipped.
 
         with scene.watch() as stream:
             for update in stream:
                 show(update.points)
 
-    It lives until it is closed, as a with block does. One that breaks, or that the server asks to move,
-    opens itself again where it was, five times in a row, with pauses that double from 100 ms. Any number of
-    threads may use it. Errors: those of the server as LatticedError, from whatever is called next.
+    A stream lives until it is closed; a with block closes it. After a break, or when the server asks it to
+    move, it opens itself again where it was: five times in a row, with pauses that double from 100 ms. Any
+    number of threads may use it. Errors of the server are raised as LatticedError by the next call.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class UpdateStream(ABC):
     @property
     def lattice(self) -> Lattice:
         """The lattice after the newest edit heard of, whoever made it."""
-        assert self._surface.lattice is not None  # it comes before the first update, for which start waits
+        assert self._surface.lattice is not None  # _start waits for the first update, which comes later
         return self._surface.lattice
 
     @property
@@ -118,7 +118,7 @@ class UpdateStream(ABC):
         self.close()
 
     def _start(self) -> None:
-        """Reads until the first update is here: what edits are relative to is known then."""
+        """Reads until the first update is here; the lattice is known then."""
         self._reader.start()
         try:
             with self._changed:

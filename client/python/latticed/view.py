@@ -52,8 +52,8 @@ class View:
         return view_pb2.ViewOptions(**{**vars(self), **named})
 
     def for_watching(self, scene_default: View) -> view_pb2.ViewOptions:
-        """As to_proto, with an encoding that can be decoded here: where none is named and the scene's is
-        Draco without a decoder, QUANTISED, of which a warning tells."""
+        """Like to_proto, with an encoding that can be decoded here. Without a decoder, a view that names no
+        encoding gets QUANTISED in place of the scene's Draco, with a warning."""
         options = self.to_proto()
         wanted = self.encoding or scene_default.encoding
         if not wanted.startswith("draco") or draco.decoder() is not None:

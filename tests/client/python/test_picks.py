@@ -33,17 +33,3 @@ def test_drags_take_picked_points_to_their_targets(scene):
     assert scene.drag([top, top], [[0, 0, 0], [0, 0, 2]]).drag_residual == pytest.approx(1)
     with pytest.raises(ValueError, match="2 points want as many targets"):
         scene.drag([top, side], targets[:1])
-
-
-def test_a_gesture_drags_from_its_begin(scene):
-    top = scene.pick((0.7, 0.4, 9), (0, 0, -1))
-    rest = scene.lattice().control_points
-    with scene.deform() as stream:
-        with stream.gesture() as drag:
-            for height in (4, 5, 3.5):
-                edit = drag.drag(top, (0.7, 0.4, height))
-        stream.wait(edit)
-        there = scene.evaluate_surface([top.face], [top.corners], [top.barycentrics])
-        np.testing.assert_allclose(there.positions[0], [0.7, 0.4, 3.5], atol=1e-12)
-        stream.wait(stream.undo())
-    np.testing.assert_array_equal(scene.lattice().control_points, rest)

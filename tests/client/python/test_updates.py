@@ -28,18 +28,6 @@ def test_the_identity_is_the_mesh(scene):
     np.testing.assert_allclose(update.points.reshape(-1, 3).max(axis=0), [2, 1, 3], atol=1e-6)
 
 
-def test_triangles_are_counter_clockwise_from_outside_and_normals_point_there(scene):
-    update = scene.get_update(latticed.View(normals="facet"))
-
-    points, normals = update.points.reshape(-1, 3), update.normals.reshape(-1, 3)
-    a, b, c = points[update.triangles].transpose(1, 0, 2)
-    crosses = np.cross(b - a, c - a)
-    centre = np.array([1, 0.5, 1.5])
-    assert (np.einsum("ij,ij->i", crosses, a - centre) > 0).all()
-    assert (np.einsum("ij,ij->i", crosses, normals[update.triangles[:, 0]]) > 0).all()
-    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6)
-
-
 def test_every_point_is_where_the_definition_puts_its_source(scene, random):
     lattice = scene.lattice()
     lattice.control_points += random.normal(scale=0.2, size=lattice.control_points.shape)
