@@ -125,6 +125,7 @@ v1::ServerInfo DescribeServer(ServerEnv& env) {
   const EngineCounts& counts = env.scenes->counts();
   info.set_retired_snapshots(counts.snapshots_retired.load());
   info.set_forgotten_undo_steps(counts.undo_steps_forgotten.load());
+  info.set_superseded_updates(counts.updates_superseded.load());
   SetDuration(env.options.heartbeat_interval, *info.mutable_heartbeat());
   info.set_durable(false);
   return info;

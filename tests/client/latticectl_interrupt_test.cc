@@ -33,7 +33,7 @@ void TakeSignals() {
   for (const int number : {SIGINT, SIGTERM}) signal(number, SIG_DFL);
 }
 
-// What both services of a server share: its meshes and scenes, and which rpc is interrupted.
+// Shared by both services of a server: its meshes and scenes, and which rpc is interrupted.
 struct Things {
   std::string interrupted_rpc;
   int signal = 0;
@@ -133,7 +133,7 @@ class LatticectlInterrupt : public LatticectlTest {
   void SetUp() override {
     LatticectlTest::SetUp();
     TakeSignals();
-    // Of many parts: more than a connection takes in that nobody reads from.
+    // Many parts: more than a connection buffers while nobody reads from it.
     ASSERT_OK(WriteFile(Path("mesh.obj"), kTriangle + std::string(size_t{32} << 20, '#')));
     ASSERT_OK(WriteFile(Path("small.obj"), kTriangle));
     MustRun({"lattice", Path("small.obj"), "-o", Path("L.json")});
@@ -214,7 +214,7 @@ class LatticectlInterruptDrag : public LatticectlServer {
   }
 };
 
-// Of drags so long that they do not end by themselves.
+// These drags are too long to end by themselves.
 TEST_F(LatticectlInterruptDrag, BenchSaysWhatItHasMeasuredAndDeletesItsSceneAndItsMesh) {
   // A percent is 50 edits: some are measured when the first one shows.
   const RunResult result =

@@ -2,17 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The commands that need a running server, against one in this process that they reach by address.
-#include <cstdint>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "fmt/format.h"
 #include "tests/client/latticectl_server_fixture.h"
 
 namespace latticed::client {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class LatticectlServerTest : public LatticectlServer {
@@ -23,42 +22,12 @@ class LatticectlServerTest : public LatticectlServer {
 };
 
 TEST_F(LatticectlServerTest, InfoSaysWhatTheServerIs) {
-  EXPECT_THAT(Run({"info"}), HasSubstr("cpu"));
-  EXPECT_THAT(Run({"info"}), HasSubstr("0, that slow readers"));
-  EXPECT_THAT(Run({"info"}), HasSubstr("0, for want of host memory"));
-  EXPECT_THAT(Run({"info"}), HasSubstr("connections           up to 409, of up to 128 calls each"));
-  EXPECT_EQ(RunJson({"info"})["limits"]["maxSegments"], 32);
-}
-
-TEST_F(LatticectlServerTest, InfoSaysHowManyUndoStepsWereForgotten) {
-  const auto at = [](const InProcessServer& server, std::vector<std::string> arguments) {
-    arguments.insert(arguments.end(), {"--server", server.address()});
-    return MustRun(arguments);
-  };
-  const auto info = [&](const InProcessServer& server) {
-    return nlohmann::json::parse(at(server, {"info", "--json"}));
-  };
-  const auto number = [](const nlohmann::json& text) {
-    return std::stoull(text.get<std::string>());
-  };
-  const std::vector<std::string> create{"scene",     "create", Path("vase.obj"), "--id",
-                                        "scene-one", "--size", "16,16,16"};
-  Options options = QuietOptions();
-  {
-    const auto roomy = StartServer(options);
-    at(*roomy, create);
-    options.memory_bytes = number(info(*roomy)["reservedHostBytes"]) + (uint64_t{1} << 20);
+  const std::string info = Run({"info"});
+  for (const char* text : {"cpu", "0, that slow readers", "0, for want of host memory",
+                           "connections           up to "}) {
+    EXPECT_THAT(info, HasSubstr(text));
   }
-  const auto server = StartServer(options);
-  at(*server, create);
-
-  for (int n = 0; n < 40; ++n) at(*server, {"edit", "reset", "scene-one"});
-
-  const uint64_t forgotten = number(info(*server)["forgottenUndoSteps"]);
-  EXPECT_GT(forgotten, 0u);
-  EXPECT_THAT(
-      at(*server, {"info"}),
-      HasSubstr(fmt::format("forgotten undo steps  {}, for want of host memory", forgotten)));
+  EXPECT_EQ(RunJson({"info"})["limits"]["maxSegments"], 32);
 }
 
 TEST_F(LatticectlServerTest, HealthIsToldByTheExitCodeAndNeedsNoToken) {
@@ -92,27 +61,11 @@ TEST_F(LatticectlServerTest, UploadsAndListsMeshes) {
   EXPECT_EQ(RunJson({"meshes", "--filter", "kind=pot"}).size(), 0u);
 }
 
-TEST_F(LatticectlServerTest, ExportsCarryTheUpAxisAndUnitOfTheUpload) {
-  const std::vector<std::string> upload{"upload", Path("vase.obj"),    "--up-axis",
-                                        "z",      "--meters-per-unit", "0.01"};
-  const auto mesh = RunJson(upload);
-  EXPECT_EQ(mesh["upAxis"], "UP_AXIS_Z");
-  EXPECT_EQ(mesh["metersPerUnit"], 0.01);
-  Run({"scene", "create", mesh["id"].get<std::string>(), "--id", "scene-one", "--segments", "1"});
-  for (const char* name : {"o.ply", "o.obj", "o.stl"}) {
-    Run({"export", "scene-one", "-o", Path(name)});
-    EXPECT_THAT(*ReadFile(Path(name)), HasSubstr("up +z, 0.01 m per unit")) << name;
-  }
-  Run({"export", "scene-one", "-o", Path("o.glb")});
-  EXPECT_THAT(*ReadFile(Path("o.glb")),
-              HasSubstr(R"("extras":{"metersPerUnit":0.01,"upAxis":"z"})"));
-}
-
 TEST_F(LatticectlServerTest, UploadDoesNotPassOverTheUnitsThatAMeshHasAlready) {
   const auto upload = [&](const std::string& flag, const std::string& value) {
     return Latticectl(AtServer({"upload", Path("vase.obj"), flag, value}));
   };
-  EXPECT_EQ(upload("--up-axis", "z").code, 0);
+  EXPECT_EQ(RunJson({"upload", Path("vase.obj"), "--up-axis", "z"})["upAxis"], "UP_AXIS_Z");
   EXPECT_EQ(upload("--up-axis", "z").code, 0);
   Run({"upload", Path("vase.obj")});
   for (const RunResult& other : {upload("--up-axis", "y"), upload("--meters-per-unit", "1")}) {
@@ -149,9 +102,6 @@ TEST_F(LatticectlServerTest, DeletesMeshesThatNoSceneUses) {
   EXPECT_EQ(RunJson({"scene", "delete", "scene-one"})["deleted"], nlohmann::json({"scene-one"}));
   EXPECT_EQ(Run({"meshes", "delete", vase}), "mesh " + vase + " is deleted\n");
   EXPECT_EQ(RunJson({"meshes"}).size(), 0u);
-  const RunResult gone = Latticectl(AtServer({"meshes", "delete", vase}));
-  EXPECT_EQ(gone.code, 1);
-  EXPECT_THAT(gone.err, HasSubstr("NOT_FOUND"));
 }
 
 TEST_F(LatticectlServerTest, ScenesAreMadeShownListedAndDeleted) {
@@ -162,8 +112,9 @@ TEST_F(LatticectlServerTest, ScenesAreMadeShownListedAndDeleted) {
   Run({"scene", "delete", "scene-one"});
   const RunResult gone = Latticectl(AtServer({"scene", "show", "scene-one"}));
   EXPECT_EQ(gone.code, 1);
-  EXPECT_THAT(gone.err, HasSubstr("scene-one"));
-  EXPECT_THAT(gone.err, HasSubstr("NOT_FOUND"));
+  EXPECT_THAT(gone.err, AllOf(HasSubstr("scene-one"),
+                              HasSubstr("'latticectl scene list' shows what there is"),
+                              HasSubstr("(NOT_FOUND, request ")));
 }
 
 TEST_F(LatticectlServerTest, PicksAndDragsPointsOfTheSurface) {
@@ -215,14 +166,10 @@ TEST_F(LatticectlServerTest, WatchPrintsALineForAnUpdate) {
   MakeScene();
   EXPECT_THAT(Run({"watch", "scene-one", "--updates", "1"}), HasSubstr("revision 0"));
   EXPECT_GT(RunJson({"watch", "scene-one", "--updates", "1"})["bytes"], 0);
-  // What it asks for while edits come reaches the server.
-  EXPECT_THAT(Run({"watch", "scene-one", "--updates", "1", "--max-points", "100000",
-                   "--max-bytes-per-second", "1000000", "--drag-position-bits", "8",
-                   "--drag-normal-bits", "6"}),
-              HasSubstr("revision 0"));
-  const RunResult few =
-      Latticectl(AtServer({"watch", "scene-one", "--updates", "1", "--max-points", "1"}));
-  EXPECT_NE(few.code, 0);
+  const RunResult few = Latticectl(
+      AtServer({"watch", "scene-one", "--updates", "1", "--max-bytes-per-second", "1000000",
+                "--drag-position-bits", "8", "--drag-normal-bits", "6", "--max-points", "1"}));
+  EXPECT_EQ(few.code, 1);
   EXPECT_THAT(few.err, HasSubstr("max_points"));
 }
 

@@ -97,13 +97,7 @@ TEST_F(LatticectlUsage, LatticeIsTheJsonOfTheMessage) {
   ASSERT_OK(WriteFile(Path("mesh.obj"), "v 0.1 0 0\nv 1 0 0.3\nv 0 1 0.7\nf 1 2 3\n"));
   MustRun({"lattice", Path("mesh.obj"), "--size", "5,4,6", "--degree", "2,3,1", "--padding", "0.1",
            "-o", Path("L.json")});
-  const auto json = ReadFile(Path("L.json"));
-  ASSERT_OK(json);
-  for (const char* key : {"\"frame\"", "\"origin\"", "\"u\"", "\"degree\"", "\"size\"",
-                          "\"knotsU\"", "\"controlPoints\""}) {
-    EXPECT_THAT(*json, HasSubstr(key));
-  }
-  const auto lattice = LatticeFromJson(*json, "L.json");
+  const auto lattice = ReadLattice(Path("L.json"));
   ASSERT_OK(lattice);
 
   // The same bits as the fit itself.
@@ -120,25 +114,18 @@ TEST_F(LatticectlUsage, LatticeIsTheJsonOfTheMessage) {
   EXPECT_EQ(lattice->degree().v(), 3);
 }
 
-TEST_F(LatticectlUsage, SamplesAreWritten) {
-  for (const char* name : {"vase", "knot", "gear", "shell"}) {
-    MustRun({"sample", name, "-o", Path("s.obj")});
-    const auto file = ReadMeshFile(Path("s.obj"));
-    ASSERT_OK(file);
-    const auto mesh = ParseMesh(*file);
-    ASSERT_OK(mesh);
-    EXPECT_GT(mesh->face_count(), 100u) << name;
-  }
-}
-
 TEST_F(LatticectlUsage, SampleAndLatticeSayInJsonWhatTheyWrote) {
-  const auto sample = nlohmann::json::parse(
-      MustRun({"sample", "vase", "--resolution", "1", "-o", Path("vase.obj"), "--json"}));
-  EXPECT_EQ(sample["output"], Path("vase.obj"));
-  EXPECT_GT(sample["vertices"], 0);
-  EXPECT_GT(sample["faces"], 0);
+  for (const char* name : {"knot", "gear", "shell", "vase"}) {
+    const auto sample = nlohmann::json::parse(
+        MustRun({"sample", name, "--resolution", "1", "-o", Path("s.obj"), "--json"}));
+    EXPECT_EQ(sample["output"], Path("s.obj"));
+    EXPECT_GT(sample["vertices"], 0);
+    const auto mesh = ParseMesh(*ReadMeshFile(Path("s.obj")));
+    ASSERT_OK(mesh);
+    EXPECT_EQ(sample["faces"], mesh->face_count()) << name;
+  }
   const auto lattice = nlohmann::json::parse(
-      MustRun({"lattice", Path("vase.obj"), "--size", "4,5,6", "-o", Path("L.json"), "--json"}));
+      MustRun({"lattice", Path("s.obj"), "--size", "4,5,6", "-o", Path("L.json"), "--json"}));
   EXPECT_EQ(lattice["output"], Path("L.json"));
   EXPECT_EQ(lattice["controlPoints"], 120);
 }

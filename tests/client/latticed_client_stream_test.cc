@@ -21,9 +21,9 @@ namespace {
 using ::latticed::testing::StatusIs;
 using Events = grpc::ServerReaderWriter<v1::SceneEvent, v1::DeformRequest>;
 
-// Answers every edit with a result and an empty update, but for the stream numbers in `failures`,
-// which end with that status when so many edits came, unanswered. As the server does, it takes an
-// edit below the last one for one that is out of order.
+// Answers every edit with a result and an empty update. Stream number n in `failures` ends with that
+// status after `edits_until_failure` unanswered edits. Like the server it refuses an edit below the
+// last one as out of order.
 class FlakyScenes final : public v1::SceneService::Service {
  public:
   std::map<int, grpc::Status> failures;
@@ -87,10 +87,18 @@ class FlakyScenes final : public v1::SceneService::Service {
 
 class DeformStreamTest : public ::testing::Test {
  protected:
-  absl::StatusOr<std::unique_ptr<DeformStream>> Open() {
+  void Open() {
     v1::WatchRequest watch;
     watch.set_scene("scene-of-this-test");
-    return client_->Deform(watch);
+    auto stream = client_->Deform(watch);
+    ASSERT_OK(stream);
+    stream_ = *std::move(stream);
+  }
+  // The sequence of an edit that was sent.
+  uint64_t Send(const v1::EditBatch& batch = OneEdit()) {
+    const auto sequence = stream_->Send(batch);
+    EXPECT_OK(sequence);
+    return sequence.value_or(0);
   }
 
   static v1::EditBatch OneEdit() {
@@ -102,78 +110,56 @@ class DeformStreamTest : public ::testing::Test {
   FlakyScenes service_;
   FakeServer server_{&service_};
   const std::unique_ptr<Client> client_ = Client::Connect({.address = server_.address()});
+  std::unique_ptr<DeformStream> stream_;
 };
 
-TEST_F(DeformStreamTest, WaitsForTheUpdateThatHoldsTheEdit) {
-  const auto stream = Open();
-  ASSERT_OK(stream);
-  const auto sequence = (*stream)->Send(OneEdit());
-  ASSERT_OK(sequence);
-  const auto update = (*stream)->WaitFor(*sequence);
-  ASSERT_OK(update);
-  EXPECT_EQ(update->end.applied_sequence(), 1u);
-  EXPECT_EQ((*stream)->reconnections(), 0);
-}
-
 TEST_F(DeformStreamTest, ARefusedEditIsItsOwnErrorAndTheStreamGoesOn) {
-  const auto stream = Open();
-  ASSERT_OK(stream);
-  const auto refused = (*stream)->Send({});
-  ASSERT_OK(refused);
-  EXPECT_THAT((*stream)->WaitFor(*refused),
+  ASSERT_NO_FATAL_FAILURE(Open());
+  const uint64_t refused = Send({});
+  EXPECT_THAT(stream_->WaitFor(refused),
               StatusIs(absl::StatusCode::kInvalidArgument, "edits: none"));
-  const auto sequence = (*stream)->Send(OneEdit());
-  ASSERT_OK(sequence);
-  EXPECT_OK((*stream)->WaitFor(*sequence));
+  const uint64_t sequence = Send();
+  EXPECT_OK(stream_->WaitFor(sequence));
 }
 
 TEST_F(DeformStreamTest, WaitsForEditsInAnyOrder) {
-  const auto stream = Open();
-  ASSERT_OK(stream);
-  const auto first = (*stream)->Send(OneEdit());
-  const auto refused = (*stream)->Send({});
-  const auto last = (*stream)->Send(OneEdit());
-  ASSERT_OK(first);
-  ASSERT_OK(refused);
-  ASSERT_OK(last);
-  EXPECT_OK((*stream)->WaitFor(*last));
+  ASSERT_NO_FATAL_FAILURE(Open());
+  const uint64_t first = Send(), refused = Send({}), last = Send();
+  EXPECT_OK(stream_->WaitFor(last));
 
   for (int again = 0; again < 2; ++again) {
-    const auto update = (*stream)->WaitFor(*first);
+    const auto update = stream_->WaitFor(first);
     ASSERT_OK(update);
-    EXPECT_EQ(update->end.applied_sequence(), *last);
-    EXPECT_THAT((*stream)->WaitFor(*refused),
+    EXPECT_EQ(update->end.applied_sequence(), last);
+    EXPECT_THAT(stream_->WaitFor(refused),
                 StatusIs(absl::StatusCode::kInvalidArgument, "edits: none"));
   }
-  (*stream)->HalfClose();
-  const auto end = (*stream)->Next();
+  stream_->HalfClose();
+  const auto end = stream_->Next();
   ASSERT_OK(end);
   EXPECT_TRUE(end->ended());
-  EXPECT_OK((*stream)->WaitFor(*first));
+  EXPECT_OK(stream_->WaitFor(first));
   EXPECT_EQ(service_.sequences, (std::vector<uint64_t>{1, 2, 3}));
 }
 
 TEST_F(DeformStreamTest, AnEditThatWasNeverSentIsNotWaitedFor) {
-  const auto stream = Open();
-  ASSERT_OK(stream);
+  ASSERT_NO_FATAL_FAILURE(Open());
   for (const uint64_t sequence : {0u, 1u}) {
-    EXPECT_THAT((*stream)->WaitFor(sequence),
+    EXPECT_THAT(stream_->WaitFor(sequence),
                 StatusIs(absl::StatusCode::kInvalidArgument, ::testing::HasSubstr("never sent")));
   }
 }
 
 TEST_F(DeformStreamTest, AnotherEditorsEditIsRefusedAndNotSent) {
-  const auto stream = Open();
-  ASSERT_OK(stream);
+  ASSERT_NO_FATAL_FAILURE(Open());
   v1::EditBatch batch = OneEdit();
   batch.set_editor_id("another-editor");
-  EXPECT_THAT((*stream)->Send(batch),
+  EXPECT_THAT(stream_->Send(batch),
               StatusIs(absl::StatusCode::kInvalidArgument, ::testing::HasSubstr("another-editor")));
 
-  batch.set_editor_id((*stream)->editor_id());
-  const auto sequence = (*stream)->Send(batch);
-  ASSERT_OK(sequence);
-  EXPECT_OK((*stream)->WaitFor(*sequence));
+  batch.set_editor_id(stream_->editor_id());
+  const uint64_t sequence = Send(batch);
+  EXPECT_OK(stream_->WaitFor(sequence));
   EXPECT_EQ(service_.sequences, (std::vector<uint64_t>{1}));
 }
 
@@ -183,16 +169,14 @@ TEST_F(DeformStreamTest, ResumesWithItsTokenAndItsUnansweredEdits) {
     service_.failures[static_cast<int>(service_.failures.size()) + 1] =
         grpc::Status(code, "broken");
   }
-  const auto stream = Open();
-  ASSERT_OK(stream);
-  const auto sequence = (*stream)->Send(OneEdit());
-  ASSERT_OK(sequence);
+  ASSERT_NO_FATAL_FAILURE(Open());
+  const uint64_t sequence = Send();
 
-  const auto update = (*stream)->WaitFor(*sequence);
+  const auto update = stream_->WaitFor(sequence);
 
   ASSERT_OK(update);
   EXPECT_EQ(update->end.applied_sequence(), 1u);
-  EXPECT_EQ((*stream)->reconnections(), 4);
+  EXPECT_EQ(stream_->reconnections(), 4);
   EXPECT_EQ(service_.sequences, (std::vector<uint64_t>{1, 1, 1, 1, 1}));
   ASSERT_EQ(service_.opened.size(), 5u);
   EXPECT_EQ(service_.opened[0].resume_token(), "");
@@ -204,46 +188,39 @@ TEST_F(DeformStreamTest, ResumesWithItsTokenAndItsUnansweredEdits) {
 TEST_F(DeformStreamTest, EditsWhoseAnswersWereLostAreNotRefused) {
   service_.failures[1] = grpc::Status(grpc::StatusCode::UNAVAILABLE, "broken");
   service_.edits_until_failure = 2;
-  const auto stream = Open();
-  ASSERT_OK(stream);
-  const auto first = (*stream)->Send(OneEdit()), second = (*stream)->Send(OneEdit());
-  ASSERT_OK(first);
-  ASSERT_OK(second);
+  ASSERT_NO_FATAL_FAILURE(Open());
+  const uint64_t first = Send(), second = Send();
 
-  const auto step = (*stream)->Next();
+  const auto step = stream_->Next();
 
   ASSERT_OK(step);
   ASSERT_TRUE(step->update.has_value()) << "of the stream that was opened again";
-  EXPECT_OK((*stream)->WaitFor(*second));
-  EXPECT_OK((*stream)->WaitFor(*first));
+  EXPECT_OK(stream_->WaitFor(second));
+  EXPECT_OK(stream_->WaitFor(first));
   // The answer to the first one tells of both: the second may still be on its way.
-  (*stream)->HalfClose();
-  auto last = (*stream)->Next();
-  while (last.ok() && !last->ended()) last = (*stream)->Next();
+  stream_->HalfClose();
+  auto last = stream_->Next();
+  while (last.ok() && !last->ended()) last = stream_->Next();
   ASSERT_OK(last);
   EXPECT_EQ(service_.sequences, (std::vector<uint64_t>{1, 2, 1, 2}));
 }
 
 TEST_F(DeformStreamTest, OtherErrorsEndIt) {
   service_.failures[1] = grpc::Status(grpc::StatusCode::NOT_FOUND, "no scene");
-  const auto stream = Open();
-  ASSERT_OK(stream);
-  const auto sequence = (*stream)->Send(OneEdit());
-  ASSERT_OK(sequence);
-  EXPECT_THAT((*stream)->WaitFor(*sequence), StatusIs(absl::StatusCode::kNotFound, "no scene"));
+  ASSERT_NO_FATAL_FAILURE(Open());
+  const uint64_t sequence = Send();
+  EXPECT_THAT(stream_->WaitFor(sequence), StatusIs(absl::StatusCode::kNotFound, "no scene"));
 }
 
 TEST_F(DeformStreamTest, HalfCloseEndsItAfterTheLastEdit) {
-  const auto stream = Open();
-  ASSERT_OK(stream);
-  const auto sequence = (*stream)->Send(OneEdit());
-  ASSERT_OK(sequence);
-  (*stream)->HalfClose();
-  EXPECT_OK((*stream)->WaitFor(*sequence));
-  const auto last = (*stream)->Next();
+  ASSERT_NO_FATAL_FAILURE(Open());
+  const uint64_t sequence = Send();
+  stream_->HalfClose();
+  EXPECT_OK(stream_->WaitFor(sequence));
+  const auto last = stream_->Next();
   ASSERT_OK(last);
   EXPECT_TRUE(last->ended());
-  EXPECT_THAT((*stream)->Send(OneEdit()), StatusIs(absl::StatusCode::kFailedPrecondition));
+  EXPECT_THAT(stream_->Send(OneEdit()), StatusIs(absl::StatusCode::kFailedPrecondition));
 }
 
 TEST(Client, NoServerIsUnavailable) {

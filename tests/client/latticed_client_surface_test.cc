@@ -135,11 +135,22 @@ void ExpectPoints(const Surface& surface, double step) {
   }
 }
 
-TEST(Surface, DecodesRaw) {
-  Surface surface;
-  ApplyUpdate(surface, v1::ENCODING_RAW, RawChunk(10), RawChunk(20));
-  ExpectPoints(surface, 1.0);
-  EXPECT_EQ(surface.revision(), 7u);
+TEST(Surface, DecodesEveryEncoding) {
+  struct Case {
+    v1::Encoding encoding;
+    std::string first, second;
+    double step;
+  };
+  for (const auto& [encoding, first, second, step] :
+       {Case{v1::ENCODING_RAW, RawChunk(10), RawChunk(20), 1.0},
+        Case{v1::ENCODING_QUANTISED, QuantisedChunk(10), QuantisedChunk(20), 0.25},
+        Case{v1::ENCODING_DRACO_POINTS, DracoChunk(10), DracoChunk(20), 0.25}}) {
+    SCOPED_TRACE(encoding);
+    Surface surface;
+    ApplyUpdate(surface, encoding, first, second);
+    ExpectPoints(surface, step);
+    EXPECT_EQ(surface.revision(), 7u);
+  }
 }
 
 TEST(Surface, DecodesOneChunk) {
@@ -154,18 +165,6 @@ TEST(Surface, DecodesOneChunk) {
   ASSERT_EQ(points->positions.size(), 3u);
   EXPECT_EQ(points->positions[0], (Vec3d{1020, 32, 60.5}));
   EXPECT_THAT(surface.Decode(2), StatusIs(absl::StatusCode::kInvalidArgument));
-}
-
-TEST(Surface, DecodesQuantised) {
-  Surface surface;
-  ApplyUpdate(surface, v1::ENCODING_QUANTISED, QuantisedChunk(10), QuantisedChunk(20));
-  ExpectPoints(surface, 0.25);
-}
-
-TEST(Surface, DecodesDraco) {
-  Surface surface;
-  ApplyUpdate(surface, v1::ENCODING_DRACO_POINTS, DracoChunk(10), DracoChunk(20));
-  ExpectPoints(surface, 0.25);
 }
 
 TEST(Surface, APartialUpdateDoesNotCount) {

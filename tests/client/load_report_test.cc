@@ -10,7 +10,6 @@
 
 #include "client/cpp/load/load_plan.h"
 #include "client/cpp/load/report_output.h"
-#include "client/cpp/load/time_shares.h"
 #include "fmt/format.h"
 #include "tests/support/status_matchers.h"
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Blender's objects to arrays, and a surface to a mesh object. Main thread alone."""
+"""Converts Blender's objects to arrays, and a surface to a mesh object. Main thread only."""
 from __future__ import annotations
 
 import bpy
@@ -48,8 +48,8 @@ def read_lattice(lattice, source, known=None):
 
 
 def _rest(lattice, shape, known):
-    """In edit mode Blender 3.4 takes `co` of another point, but not of a copy, which has no edit mode; nor can
-    the number of points change there."""
+    """In edit mode Blender 3.4 reads `co` of the wrong point. A copy has no edit mode and reads right. The number
+    of points cannot change in edit mode."""
     if lattice.mode != "EDIT":
         return _array(lattice.data.points, "co", 3, np.float32).astype(float).reshape(shape)
     if known is not None and known.rest.shape == shape:
@@ -74,7 +74,7 @@ def make_result(source):
 
 
 def write_surface(result, surface: Surface):
-    """Only points and normals where the triangles stay."""
+    """Writes points and normals; triangles only where their number changed."""
     mesh = result.data
     points, triangles = surface.positions, surface.triangles
     if len(mesh.vertices) != len(points) or len(mesh.polygons) != len(triangles):

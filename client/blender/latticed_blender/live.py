@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""The one live session: what Blender changes goes to it, what comes from it goes into the result.
+"""The one live session: it sends changes of Blender's objects, and writes surfaces into the result.
 
 Objects are found through the scene's settings at every step and never kept, since undo and loading replace
-them. Main thread alone.
+them. Main thread only.
 """
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _view(settings):
 
 class Live:
     """connected   whether there is a session
-    status      of it, or why it ended, in words
+    status      the session's state, or why it ended, in words
     """
 
     def __init__(self):
@@ -37,7 +37,7 @@ class Live:
         self._scene = ""  # name of the scene that it belongs to
         self._ended = "Not connected"
         self._shown = ""  # the status that panels show
-        self._dirty = set()  # of "mesh", "lattice", "view": what is to be read again
+        self._dirty = set()  # of "mesh", "lattice", "view": must be read again
         self._grid = None  # the lattice as it was read last
         self._newest = None  # the surface that the result shows
 
@@ -70,7 +70,7 @@ class Live:
         self._session, self._ended = None, reason
 
     def touch(self, what):
-        """Something is to be read again at the next tick."""
+        """The next tick reads this again."""
         if self.connected:
             self._dirty.add(what)
 
@@ -82,7 +82,7 @@ class Live:
         return _TICK_SECONDS if self.connected else None
 
     def notice(self, updates):
-        """Takes in what a depsgraph tells of."""
+        """Takes the updates of a depsgraph."""
         settings = self._settings()
         if not self.connected or self._what_is_gone(settings):
             return
@@ -91,7 +91,7 @@ class Live:
             if changed in (settings.lattice, settings.lattice.data):
                 self.touch("lattice")
             elif changed == settings.source and update.is_updated_transform:
-                self.touch("lattice")  # seen from the mesh it has moved
+                self.touch("lattice")  # it has moved relative to the mesh
             elif changed == settings.source.data and update.is_updated_geometry:
                 self.touch("mesh")
 
@@ -168,7 +168,7 @@ def on_depsgraph_update(_, depsgraph):
 
 @persistent
 def on_frame_change(*_):
-    """Which tells of no single objects."""
+    """A frame change names no objects."""
     LIVE.touch("lattice")
 
 

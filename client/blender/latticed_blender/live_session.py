@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""The thread that talks to the server while Blender's own goes on. It knows nothing of Blender.
+"""The thread that talks to the server beside Blender's own. It knows nothing of Blender.
 
-Both ways the newest replaces what nobody has taken yet: states of the lattice on their way to the server,
-and surfaces on their way back.
+Only the newest state of the lattice is sent, and only the newest surface is kept: each replaces one that
+nobody has taken yet.
 """
 from __future__ import annotations
 
@@ -116,13 +116,13 @@ class LiveSession:
             with latticed.connect(self.address, token=self._token) as client:
                 while not self._closing:
                     self._show_one_structure(client)
-        except Exception as error:  # whatever it is, it is for the panel
+        except Exception as error:  # the panel shows any error
             status = in_words(error, self.address)
         with self._changed:
             self.status, self.running = status, False
 
     def _show_one_structure(self, client: latticed.Client) -> None:
-        """Until it is closed, or the mesh or more than the lattice's points changes."""
+        """Returns when the session is closed, or when more than the lattice's points changes."""
         with self._changed:
             mesh, grid, view, shown = self._mesh, self._grid, self._view, self._edits
         mapping = LatticeMap(grid, mesh.positions)
@@ -148,7 +148,7 @@ class LiveSession:
 
     @staticmethod
     def _newest(stream: latticed.DeformStream) -> Optional[latticed.Update]:
-        """None where nothing came. Raises what the stream failed with."""
+        """None where nothing came. Raises the stream's error."""
         try:
             return stream.next_update(timeout=0)
         except TimeoutError:

@@ -12,7 +12,7 @@
 #include "client/cpp/latticectl/lattice_json.h"
 #include "client/cpp/latticectl/session.h"
 #include "client/cpp/latticectl/surface_mesh.h"
-#include "client/cpp/latticectl/temporary_scene.h"
+#include "client/cpp/latticectl/temporary_scenes.h"
 #include "client/cpp/latticectl/text_table.h"
 #include "client/cpp/latticectl/units_flags.h"
 #include "client/cpp/latticectl/view_flags.h"
@@ -23,9 +23,10 @@ namespace latticed::client {
 namespace {
 
 struct ApplyFlags {
-  std::string mesh, lattice, output, pipeline;
-  UnitsFlags units;
-  ViewFlags view{.encoding = "raw"};
+  std::string mesh, lattice, output;
+  v1::MeshUnits units;
+  v1::ViewOptions view;
+  v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
   SessionFlags session;
   bool json = false;
 };
@@ -34,14 +35,13 @@ void PrintResult(const ApplyFlags& flags, const FetchedSurface& surface, absl::D
                  Console console) {
   const uint64_t points = surface.mesh.positions.size(), triangles = surface.mesh.triangles.size();
   if (flags.json) {
-    console.out << nlohmann::json{{"output", flags.output},
-                                  {"patches", surface.patches},
-                                  {"points", points},
-                                  {"triangles", triangles},
-                                  {"streamedBytes", surface.bytes},
-                                  {"seconds", absl::ToDoubleSeconds(time)}}
-                       .dump(2)
-                << '\n';
+    PrintJson({{"output", flags.output},
+               {"patches", surface.patches},
+               {"points", points},
+               {"triangles", triangles},
+               {"streamedBytes", surface.bytes},
+               {"seconds", absl::ToDoubleSeconds(time)}},
+              console.out);
     return;
   }
   console.out << fmt::format("{}: {} patches, {} points, {} triangles; {} streamed, {:.2f} s\n",
@@ -52,37 +52,39 @@ void PrintResult(const ApplyFlags& flags, const FetchedSurface& surface, absl::D
 
 absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, const MeshFile& file,
                                       v1::Lattice lattice, Console console) {
-  TemporaryScene made(client);
+  TemporaryScenes made(client);
   v1::MeshHeader header;
-  *header.mutable_units() = ToProto(flags.units);
+  *header.mutable_units() = flags.units;
   LATTICED_ASSIGN_OR_RETURN(auto mesh, made.Upload(file, std::move(header), console));
-  // A mesh that was there has the units of its first upload; what is written has those asked for.
-  if (!flags.units.up_axis.empty()) mesh.set_up_axis(ToProto(flags.units).up_axis());
-  if (flags.units.meters_per_unit > 0) mesh.set_meters_per_unit(flags.units.meters_per_unit);
+  // The server keeps the units of a mesh's first upload; the output has the units asked for.
+  if (flags.units.up_axis() != v1::UP_AXIS_UNSPECIFIED) mesh.set_up_axis(flags.units.up_axis());
+  if (flags.units.meters_per_unit() > 0) mesh.set_meters_per_unit(flags.units.meters_per_unit());
   v1::CreateSceneRequest request;
   *request.add_lattices()->mutable_lattice() = std::move(lattice);
-  request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
+  request.mutable_diagnostics()->set_pipeline(flags.pipeline);
   LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(std::move(request)));
-  return FetchSurface(client, scene.id(), ToProto(flags.view), mesh, file, console);
+  return FetchSurface(client, scene.id(), flags.view, mesh, file, console);
 }
 
 absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
   const absl::Time start = absl::Now();
   LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
-  LATTICED_ASSIGN_OR_RETURN(const auto json, ReadFile(flags.lattice));
-  LATTICED_ASSIGN_OR_RETURN(auto lattice, LatticeFromJson(json, flags.lattice));
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session, &line.interruption));
-  const auto surface = Deform(session.client(), flags, file, std::move(lattice), line.console);
-  if (!surface.ok()) return session.Explain(surface.status());
-  LATTICED_RETURN_IF_ERROR(WriteMeshFile(flags.output, surface->mesh));
-  PrintResult(flags, *surface, absl::Now() - start, line.console);
-  return absl::OkStatus();
+  LATTICED_ASSIGN_OR_RETURN(auto lattice, ReadLattice(flags.lattice));
+  return WithSession(
+      flags.session, line.interruption.Catch(), [&](Session& session) -> absl::Status {
+        LATTICED_ASSIGN_OR_RETURN(const auto surface, Deform(session.client(), flags, file,
+                                                             std::move(lattice), line.console));
+        LATTICED_RETURN_IF_ERROR(WriteMeshFile(flags.output, surface.mesh));
+        PrintResult(flags, surface, absl::Now() - start, line.console);
+        return absl::OkStatus();
+      });
 }
 
 }  // namespace
 
 void AddApplyCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<ApplyFlags>();
+  flags->view.set_encoding(v1::ENCODING_RAW);
   CLI::App* command = app.add_subcommand("apply", "Deforms a mesh by a lattice");
   command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")->required();
   command->add_option("--lattice", flags->lattice, "JSON file of the lattice")->required();
@@ -94,7 +96,7 @@ void AddApplyCommand(CLI::App& app, CommandLine& line) {
   AddPipelineFlag(*command, flags->pipeline);
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
   AddJsonFlag(*command, flags->json);
-  command->callback([flags, &line] { line.action = [flags, &line] { return Run(*flags, line); }; });
+  SetAction(*command, line, [flags, &line] { return Run(*flags, line); });
 }
 
 }  // namespace latticed::client

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The commands of latticectl, one file each. Add… declares a command's options; parsing a command
-// line that names it sets CommandLine::action, which does the work.
+// The commands of latticectl, one file each. Add… declares a command's options and its action.
+// Parsing sets CommandLine::action to the action of the command that the line names.
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_COMMANDS_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_COMMANDS_H_
 
@@ -21,8 +21,11 @@ namespace latticed::client {
 struct CommandLine {
   Console console;
   std::function<absl::Status()> action;
-  Interruption interruption;  // for commands that make what they must delete
+  Interruption interruption;  // for commands that delete what they have made
 };
+
+// Makes `run` the action of a command line that names `command`, and no subcommand of it.
+void SetAction(CLI::App& command, CommandLine& line, std::function<absl::Status()> run);
 
 void AddInfoCommand(CLI::App& app, CommandLine& line);
 void AddSampleCommand(CLI::App& app, CommandLine& line);
@@ -30,8 +33,7 @@ void AddMeshCommands(CLI::App& app, CommandLine& line);  // upload, meshes [dele
 void AddLatticeCommand(CLI::App& app, CommandLine& line);
 void AddApplyCommand(CLI::App& app, CommandLine& line);
 void AddSceneCommands(CLI::App& app, CommandLine& line);  // scene create|list|show|delete
-void AddEditCommands(CLI::App& app,
-                     CommandLine& line);  // edit move|set|drag|insert-knot|reset|undo|redo
+void AddEditCommands(CLI::App& app, CommandLine& line);   // edit move|set|drag|…
 void AddPickCommand(CLI::App& app, CommandLine& line);
 void AddWatchCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <ostream>
@@ -13,6 +14,7 @@
 #include "client/cpp/latticectl/commands.h"
 #include "client/cpp/latticectl/json_output.h"
 #include "client/cpp/latticectl/lattice_json.h"
+#include "client/cpp/latticectl/named_values.h"
 #include "client/cpp/latticectl/ray_flags.h"
 #include "client/cpp/latticectl/session.h"
 #include "core/base/sha256.h"
@@ -24,18 +26,29 @@ namespace {
 
 struct EditFlags {
   SessionFlags session;
-  std::string scene, editor, axis = "u", target = "identity", scope = "scene";
+  std::string scene, editor;
   std::vector<std::string> points;  // "i,j,k"
   std::vector<double> vector;       // of --by or --to
   std::vector<double> by;           // of drag, in place of --to
-  std::vector<double> ray, at;      // what drag takes hold of
+  std::vector<double> ray, at;      // the point that drag moves
   double knot = 0;
+  v1::LatticeAxis axis = v1::LATTICE_AXIS_U;
+  v1::ResetTarget target = v1::RESET_TARGET_IDENTITY;
+  v1::UndoScope scope = v1::UNDO_SCOPE_SCENE;
   bool json = false;
 };
 
-using EditMaker = absl::Status (*)(const EditFlags&, const v1::LatticeState&, Session&, v1::Edit*);
+constexpr NamedValues<v1::LatticeAxis, 3> kAxes{
+    {{"u", v1::LATTICE_AXIS_U}, {"v", v1::LATTICE_AXIS_V}, {"w", v1::LATTICE_AXIS_W}}};
+constexpr NamedValues<v1::ResetTarget, 2> kTargets{
+    {{"identity", v1::RESET_TARGET_IDENTITY}, {"initial", v1::RESET_TARGET_INITIAL}}};
+constexpr NamedValues<v1::UndoScope, 2> kScopes{
+    {{"mine", v1::UNDO_SCOPE_MINE}, {"scene", v1::UNDO_SCOPE_SCENE}}};
 
-// The same from call to call, so that redo finds what undo did: made of user and host.
+using EditMaker =
+    std::function<absl::Status(const EditFlags&, const v1::LatticeState&, Client&, v1::Edit&)>;
+
+// Made of user and host, so that it stays the same from call to call: redo finds what undo did.
 std::string StableEditorId() {
   char host[256] = "";
   (void)gethostname(host, sizeof(host) - 1);
@@ -61,31 +74,25 @@ absl::Status AppendIndices(const EditFlags& flags, const v1::LatticeState& state
   return absl::OkStatus();
 }
 
-absl::Status MakeMove(const EditFlags& flags, const v1::LatticeState& state, Session&,
-                      v1::Edit* edit) {
-  auto* move = edit->mutable_move_control_points();
-  move->mutable_offset()->set_x(flags.vector[0]);
-  move->mutable_offset()->set_y(flags.vector[1]);
-  move->mutable_offset()->set_z(flags.vector[2]);
-  return AppendIndices(flags, state, move->mutable_indices());
+absl::Status MakeMove(const EditFlags& flags, const v1::LatticeState& state, Client&,
+                      v1::Edit& edit) {
+  auto& move = *edit.mutable_move_control_points();
+  *move.mutable_offset() = ToProto(Vec3d{flags.vector[0], flags.vector[1], flags.vector[2]});
+  return AppendIndices(flags, state, move.mutable_indices());
 }
 
-absl::Status MakeSet(const EditFlags& flags, const v1::LatticeState& state, Session&,
-                     v1::Edit* edit) {
-  auto* set = edit->mutable_set_control_points();
+absl::Status MakeSet(const EditFlags& flags, const v1::LatticeState& state, Client&,
+                     v1::Edit& edit) {
+  auto& set = *edit.mutable_set_control_points();
   for (size_t i = 0; i < flags.points.size(); ++i) {
-    for (const double value : flags.vector) set->add_positions(value);
+    set.mutable_positions()->Add(flags.vector.begin(), flags.vector.end());
   }
-  return AppendIndices(flags, state, set->mutable_indices());
+  return AppendIndices(flags, state, set.mutable_indices());
 }
 
-// What was picked, or named: FACE, three corners, three barycentrics.
-absl::StatusOr<v1::SurfacePoint> HoldOf(const EditFlags& flags, Session& session) {
-  if (!flags.ray.empty()) {
-    const auto point = session.client().Pick(PickRequestOf(flags.scene, flags.ray));
-    if (!point.ok()) return session.Explain(point.status());
-    return point;
-  }
+// The point that --ray picks, or that --at names: FACE, three corners, three barycentrics.
+absl::StatusOr<v1::SurfacePoint> HeldPoint(const EditFlags& flags, Client& client) {
+  if (!flags.ray.empty()) return client.Pick(PickRequestOf(flags.scene, flags.ray));
   v1::SurfacePoint point;
   for (size_t i = 0; i < 4; ++i) {
     const double number = flags.at[i];
@@ -101,83 +108,59 @@ absl::StatusOr<v1::SurfacePoint> HoldOf(const EditFlags& flags, Session& session
   return point;
 }
 
-absl::StatusOr<v1::Vec3> DeformedPosition(const EditFlags& flags, const v1::SurfacePoint& point,
-                                          Session& session) {
-  if (point.has_position()) return point.position();
+absl::StatusOr<Vec3d> DeformedPosition(const EditFlags& flags, const v1::SurfacePoint& point,
+                                       Client& client) {
+  if (point.has_position()) {
+    return Vec3d{point.position().x(), point.position().y(), point.position().z()};
+  }
   v1::EvaluatePointsRequest request;
   request.set_scene(flags.scene);
   *request.mutable_surface_points()->add_points() = point;
-  const auto evaluated = session.client().EvaluatePoints(request);
-  if (!evaluated.ok()) return session.Explain(evaluated.status());
-  v1::Vec3 position;
-  position.set_x(evaluated->positions(0));
-  position.set_y(evaluated->positions(1));
-  position.set_z(evaluated->positions(2));
-  return position;
+  LATTICED_ASSIGN_OR_RETURN(const auto evaluated, client.EvaluatePoints(request));
+  return Vec3d{evaluated.positions(0), evaluated.positions(1), evaluated.positions(2)};
 }
 
-absl::Status MakeDrag(const EditFlags& flags, const v1::LatticeState&, Session& session,
-                      v1::Edit* edit) {
-  LATTICED_ASSIGN_OR_RETURN(const auto point, HoldOf(flags, session));
-  v1::DragPoints& drag = *edit->mutable_drag_points();
+absl::Status MakeDrag(const EditFlags& flags, const v1::LatticeState&, Client& client,
+                      v1::Edit& edit) {
+  LATTICED_ASSIGN_OR_RETURN(const auto point, HeldPoint(flags, client));
+  v1::DragPoints& drag = *edit.mutable_drag_points();
   *drag.add_points() = point;
   drag.mutable_targets()->Add(flags.vector.begin(), flags.vector.end());
   if (flags.by.empty()) return absl::OkStatus();
-  LATTICED_ASSIGN_OR_RETURN(const auto position, DeformedPosition(flags, point, session));
-  drag.add_targets(position.x() + flags.by[0]);
-  drag.add_targets(position.y() + flags.by[1]);
-  drag.add_targets(position.z() + flags.by[2]);
+  LATTICED_ASSIGN_OR_RETURN(const auto position, DeformedPosition(flags, point, client));
+  for (int axis = 0; axis < 3; ++axis) {
+    drag.add_targets(position[axis] + flags.by[static_cast<size_t>(axis)]);
+  }
   return absl::OkStatus();
 }
 
-absl::Status MakeInsertKnot(const EditFlags& flags, const v1::LatticeState&, Session&,
-                            v1::Edit* edit) {
-  edit->mutable_insert_knot()->set_axis(flags.axis == "u"   ? v1::LATTICE_AXIS_U
-                                        : flags.axis == "v" ? v1::LATTICE_AXIS_V
-                                                            : v1::LATTICE_AXIS_W);
-  edit->mutable_insert_knot()->set_value(flags.knot);
-  return absl::OkStatus();
+// An edit that its flags alone make.
+EditMaker FromFlags(void (*fill)(const EditFlags&, v1::Edit&)) {
+  return [fill](const EditFlags& flags, const v1::LatticeState&, Client&, v1::Edit& edit) {
+    fill(flags, edit);
+    return absl::OkStatus();
+  };
 }
 
-absl::Status MakeReset(const EditFlags& flags, const v1::LatticeState&, Session&, v1::Edit* edit) {
-  edit->mutable_reset()->set_target(flags.target == "initial" ? v1::RESET_TARGET_INITIAL
-                                                              : v1::RESET_TARGET_IDENTITY);
-  return absl::OkStatus();
-}
-
-absl::Status MakeUndo(const EditFlags& flags, const v1::LatticeState&, Session&, v1::Edit* edit) {
-  edit->mutable_undo()->set_scope(flags.scope == "mine" ? v1::UNDO_SCOPE_MINE
-                                                        : v1::UNDO_SCOPE_SCENE);
-  return absl::OkStatus();
-}
-
-absl::Status MakeRedo(const EditFlags&, const v1::LatticeState&, Session&, v1::Edit* edit) {
-  edit->mutable_redo();
-  return absl::OkStatus();
-}
-
-absl::Status Run(const EditFlags& flags, EditMaker make, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
-  const auto lattice = session.client().GetLattice(flags.scene);
-  if (!lattice.ok()) return session.Explain(lattice.status());
+absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto lattice, client.GetLattice(flags.scene));
   v1::EditBatch batch;
   batch.set_scene(flags.scene);
   batch.set_editor_id(flags.editor.empty() ? StableEditorId() : flags.editor);
-  // Rises from call to call, also for an editor that is used again.
+  // The clock rises from call to call, also for an editor that is used again.
   batch.set_sequence(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
-  batch.set_structure_id(lattice->structure_id());
-  LATTICED_RETURN_IF_ERROR(make(flags, *lattice, session, batch.add_edits()));
-  const auto result = session.client().ApplyEdits(batch);
-  if (!result.ok()) return session.Explain(result.status());
+  batch.set_structure_id(lattice.structure_id());
+  LATTICED_RETURN_IF_ERROR(make(flags, lattice, client, *batch.add_edits()));
+  LATTICED_ASSIGN_OR_RETURN(const auto result, client.ApplyEdits(batch));
   if (flags.json) {
-    console.out << MessageJson(*result);
-  } else {
-    console.out << fmt::format(
-        "revision {}: {} patches in {} knot boxes changed, largest move {}\n", result->revision(),
-        result->patches_touched(), result->boxes_touched(), result->largest_move());
-    if (batch.edits(0).has_drag_points()) {
-      console.out << fmt::format("left to the target: {}\n", result->drag_residual());
-    }
+    console.out << MessageJson(result);
+    return absl::OkStatus();
+  }
+  console.out << fmt::format("revision {}: {} patches in {} knot boxes changed, largest move {}\n",
+                             result.revision(), result.patches_touched(), result.boxes_touched(),
+                             result.largest_move());
+  if (batch.edits(0).has_drag_points()) {
+    console.out << fmt::format("left to the target: {}\n", result.drag_residual());
   }
   return absl::OkStatus();
 }
@@ -205,15 +188,14 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<EditFlags>();
   CLI::App* edit = app.add_subcommand("edit", "Edits the lattice of a scene");
   edit->require_subcommand(1);
-  const auto add = [&](const char* name, const char* what, EditMaker make) {
+  const auto add = [&](const char* name, const char* what, const EditMaker& make) {
     CLI::App* command = edit->add_subcommand(name, what);
     command->add_option("scene", flags->scene, "Id of the scene")->required();
     command->add_option("--editor", flags->editor,
                         "UUID of the editor; by default one of this user and host");
-    AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
     AddJsonFlag(*command, flags->json);
-    command->callback([flags, make, &line] {
-      line.action = [=, &line] { return Run(*flags, make, line.console); };
+    SetServerAction(*command, flags->session, line, [flags, make, &line](Client& client) {
+      return Run(*flags, make, client, line.console);
     });
     return command;
   };
@@ -229,19 +211,31 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
   AddDragOptions(
       *add("drag", "Moves control points so that a point of the surface goes somewhere", MakeDrag),
       *flags);
-  CLI::App* insert =
-      add("insert-knot", "Refines the lattice without a change of shape", MakeInsertKnot);
-  insert->add_option("axis", flags->axis, "Axis")
-      ->required()
-      ->check(CLI::IsMember({"u", "v", "w"}));
+  CLI::App* insert = add("insert-knot", "Refines the lattice without a change of shape",
+                         FromFlags([](const EditFlags& from, v1::Edit& to) {
+                           to.mutable_insert_knot()->set_axis(from.axis);
+                           to.mutable_insert_knot()->set_value(from.knot);
+                         }));
+  AddNamedOption<v1::LatticeAxis>(
+      *insert, "axis", kAxes, [flags = flags.get()](auto axis) { flags->axis = axis; }, "Axis")
+      ->required();
   insert->add_option("value", flags->knot, "The knot, inside the domain")->required();
-  add("reset", "Puts all control points back", MakeReset)
-      ->add_option("--to", flags->target, "Where to")
-      ->check(CLI::IsMember({"identity", "initial"}));
-  add("undo", "Reverts the last step", MakeUndo)
-      ->add_option("--scope", flags->scope, "Whose: this editor's, or anybody's")
-      ->check(CLI::IsMember({"mine", "scene"}));
-  add("redo", "Applies the step again that was undone last", MakeRedo);
+  CLI::App* reset = add("reset", "Puts all control points back",
+                        FromFlags([](const EditFlags& from, v1::Edit& to) {
+                          to.mutable_reset()->set_target(from.target);
+                        }));
+  AddNamedOption<v1::ResetTarget>(
+      *reset, "--to", kTargets, [flags = flags.get()](auto target) { flags->target = target; },
+      "Where to");
+  CLI::App* undo =
+      add("undo", "Reverts the last step", FromFlags([](const EditFlags& from, v1::Edit& to) {
+            to.mutable_undo()->set_scope(from.scope);
+          }));
+  AddNamedOption<v1::UndoScope>(
+      *undo, "--scope", kScopes, [flags = flags.get()](auto scope) { flags->scope = scope; },
+      "Whose: this editor's, or anybody's");
+  add("redo", "Applies the step again that was undone last",
+      FromFlags([](const EditFlags&, v1::Edit& to) { to.mutable_redo(); }));
 }
 
 }  // namespace latticed::client

@@ -24,7 +24,7 @@ struct ExportFlags {
   SessionFlags session;
   std::string scene, output;
   uint64_t revision = 0;
-  ViewFlags view;
+  v1::ViewOptions view;
   bool json = false;
 };
 
@@ -45,25 +45,25 @@ std::string CheckOutput(const std::string& path) {
              : "";
 }
 
-absl::Status Run(const ExportFlags& flags, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+absl::StatusOr<Client::ExportedFile> Export(const ExportFlags& flags, Client& client,
+                                            Console console) {
   v1::ExportRequest request;
   request.set_scene(flags.scene);
   request.set_revision(flags.revision);
   request.set_format(FormatOf(flags.output));
-  *request.mutable_view() = ToProto(flags.view);
-  absl::StatusOr<Client::ExportedFile> file;
-  {
-    ProgressBar bar(console, "export", ProgressBar::Unit::kBytes);
-    file = session.client().Export(request, bar.callback());
-  }
-  if (!file.ok()) return session.Explain(file.status());
-  LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, file->bytes));
+  *request.mutable_view() = flags.view;
+  ProgressBar bar(console, "export", ProgressBar::Unit::kBytes);
+  return client.Export(request, bar.callback());
+}
+
+absl::Status Run(const ExportFlags& flags, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto file, Export(flags, client, console));
+  LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, file.bytes));
   if (flags.json) {
-    console.out << MessageJson(file->header);
+    console.out << MessageJson(file.header);
   } else {
     console.out << fmt::format("{}: {}, revision {}\n", flags.output,
-                               FormatBytes(file->bytes.size()), file->header.revision());
+                               FormatBytes(file.bytes.size()), file.header.revision());
   }
   return absl::OkStatus();
 }
@@ -78,12 +78,11 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
   command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB, DRC or control NETS file")
       ->required()
       ->check(CheckOutput);
-  command->add_option("--revision", flags->revision, "The revision that must be the newest");
+  command->add_option("--revision", flags->revision, "Fails unless this is the newest revision");
   AddViewFlags(*command, flags->view);
-  AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
   AddJsonFlag(*command, flags->json);
-  command->callback(
-      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+  SetServerAction(*command, flags->session, line,
+                  [flags, &line](Client& client) { return Run(*flags, client, line.console); });
 }
 
 }  // namespace latticed::client

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/latticectl/files.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -11,6 +12,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/codec/draco_decode.h"
+#include "core/mesh/obj_io.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -60,6 +62,13 @@ absl::StatusOr<MeshFile> ReadMeshFile(const std::string& path) {
   LATTICED_ASSIGN_OR_RETURN(auto bytes, ReadFile(path));
   if (bytes.empty()) return CannotRead(path, "it is empty");
   return MeshFile{path, *format, std::move(bytes)};
+}
+
+absl::StatusOr<MeshFile> SampleOrFile(const std::string& name, int resolution) {
+  const auto names = SampleMeshNames();
+  if (std::find(names.begin(), names.end(), name) == names.end()) return ReadMeshFile(name);
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, MakeSampleMesh(name, resolution));
+  return MeshFile{name + ".obj", MeshFormat::kObj, WriteObj(mesh)};
 }
 
 absl::StatusOr<PolygonMesh> ParseMesh(const MeshFile& file) {

@@ -61,19 +61,17 @@ void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
   table.Print(out);
 }
 
-absl::Status Run(const InfoFlags& flags, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+absl::Status Run(const InfoFlags& flags, Client& client, Console console) {
   if (flags.health) {
-    if (auto s = session.client().CheckHealth(); !s.ok()) return session.Explain(s);
+    LATTICED_RETURN_IF_ERROR(client.CheckHealth());
     console.out << "serving\n";
     return absl::OkStatus();
   }
-  const auto info = session.client().GetServerInfo();
-  if (!info.ok()) return session.Explain(info.status());
+  LATTICED_ASSIGN_OR_RETURN(const auto info, client.GetServerInfo());
   if (flags.json) {
-    console.out << MessageJson(*info);
+    console.out << MessageJson(info);
   } else {
-    PrintInfo(*info, console.out);
+    PrintInfo(info, console.out);
   }
   return absl::OkStatus();
 }
@@ -83,12 +81,11 @@ absl::Status Run(const InfoFlags& flags, Console console) {
 void AddInfoCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<InfoFlags>();
   CLI::App* command = app.add_subcommand("info", "Says what a server is and can do");
-  AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
   AddJsonFlag(*command, flags->json);
   command->add_flag("--health", flags->health,
                     "Only ask whether it serves, without a token: for health checks");
-  command->callback(
-      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+  SetServerAction(*command, flags->session, line,
+                  [flags, &line](Client& client) { return Run(*flags, client, line.console); });
 }
 
 }  // namespace latticed::client

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// SIGINT and SIGTERM as a request to stop, for a command that must delete first what it has made on
-// a server. A signal that the process was started to ignore stays ignored.
+// SIGINT and SIGTERM as a request to stop, for commands that must first delete what they have made
+// on a server. A signal that was ignored when the process started stays ignored.
 //
 //   Interruption interruption;
 //   const std::stop_token stop = interruption.Catch();
@@ -20,13 +20,13 @@ namespace latticed::client {
 class Interruption {
  public:
   Interruption() = default;  // catches nothing yet
-  // The signals do again what they did before Catch.
+  // Restores the signals' actions.
   ~Interruption();
   Interruption(const Interruption&) = delete;  // its thread waits at its address
   Interruption& operator=(const Interruption&) = delete;
 
-  // Once: the first signal from now on requests the stop; a second one does what it did before, so
-  // that tidying up can be cut short.
+  // May be called once. The first signal from now on requests the stop. A second one has its former
+  // action, so that a user can cut the deletion short.
   [[nodiscard]] std::stop_token Catch();
   // The signal that was caught; 0: none.
   int signal() const;

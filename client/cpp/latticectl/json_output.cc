@@ -11,17 +11,15 @@ namespace latticed::client {
 
 void AddJsonFlag(CLI::App& command, bool& json) { command.add_flag("--json", json, "Print JSON"); }
 
+void PrintJson(const nlohmann::json& json, std::ostream& out) { out << json.dump(2) << '\n'; }
+
 std::string MessageJson(const google::protobuf::Message& message) {
   google::protobuf::util::JsonPrintOptions options;
   options.add_whitespace = true;
-  options.always_print_primitive_fields = true;
+  options.always_print_primitive_fields = true;  // a coordinate of 0 is written as well
   std::string json;
   (void)google::protobuf::util::MessageToJsonString(message, &json, options);
   return json;
-}
-
-void PrintDeleted(const std::vector<std::string>& ids, std::ostream& out) {
-  out << nlohmann::json{{"deleted", ids}}.dump(2) << '\n';
 }
 
 }  // namespace latticed::client

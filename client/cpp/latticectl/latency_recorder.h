@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Latencies as they are measured, and what is said of them.
+// Records latencies and summarises them.
 //
 // Units    milliseconds; percentiles by nearest rank, 0 where nothing was recorded
 // Threads  one at a time

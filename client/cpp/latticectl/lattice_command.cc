@@ -28,17 +28,15 @@ absl::Status Run(const LatticeFlags& flags, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto lattice,
                             FitLattice(mesh.ComputeBounds(), ParseAxes(flags.fit.size),
                                        ParseAxes(flags.fit.degree), flags.fit.padding));
-  LATTICED_ASSIGN_OR_RETURN(const auto json, ToJson(ToProto(lattice)));
+  const std::string json = MessageJson(ToProto(lattice));
   if (flags.output.empty()) {
     console.out << json;
     return absl::OkStatus();
   }
   LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, json));
   if (flags.json) {
-    console.out << nlohmann::json{{"output", flags.output},
-                                  {"controlPoints", lattice.control_points.size()}}
-                       .dump(2)
-                << '\n';
+    PrintJson({{"output", flags.output}, {"controlPoints", lattice.control_points.size()}},
+              console.out);
   } else {
     console.out << fmt::format("{}: {} control points\n", flags.output,
                                lattice.control_points.size());
@@ -56,8 +54,7 @@ void AddLatticeCommand(CLI::App& app, CommandLine& line) {
   AddFitFlags(*command, flags->fit);
   command->add_option("-o,--output", flags->output, "JSON file to write; by default it is printed");
   AddJsonFlag(*command, flags->json);
-  command->callback(
-      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+  SetAction(*command, line, [flags, &line] { return Run(*flags, line.console); });
 }
 
 }  // namespace latticed::client

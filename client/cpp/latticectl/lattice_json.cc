@@ -7,17 +7,13 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_split.h"
+#include "client/cpp/latticectl/files.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "google/protobuf/util/json_util.h"
 
 namespace latticed::client {
 namespace {
-
-void Set(Vec3d from, v1::Vec3* to) {
-  to->set_x(from.x);
-  to->set_y(from.y);
-  to->set_z(from.z);
-}
 
 void Set(const std::array<int, 3>& from, v1::LatticeAxes* to) {
   to->set_u(from[0]);
@@ -31,13 +27,21 @@ void Set(const std::vector<double>& from, google::protobuf::RepeatedField<double
 
 }  // namespace
 
+v1::Vec3 ToProto(Vec3d from) {
+  v1::Vec3 to;
+  to.set_x(from.x);
+  to.set_y(from.y);
+  to.set_z(from.z);
+  return to;
+}
+
 v1::Lattice ToProto(const Lattice& lattice) {
   v1::Lattice proto;
   const LatticeStructure& structure = lattice.structure;
-  Set(structure.frame.origin, proto.mutable_frame()->mutable_origin());
-  Set(structure.frame.edges[0], proto.mutable_frame()->mutable_u());
-  Set(structure.frame.edges[1], proto.mutable_frame()->mutable_v());
-  Set(structure.frame.edges[2], proto.mutable_frame()->mutable_w());
+  *proto.mutable_frame()->mutable_origin() = ToProto(structure.frame.origin);
+  *proto.mutable_frame()->mutable_u() = ToProto(structure.frame.edges[0]);
+  *proto.mutable_frame()->mutable_v() = ToProto(structure.frame.edges[1]);
+  *proto.mutable_frame()->mutable_w() = ToProto(structure.frame.edges[2]);
   Set(structure.degree, proto.mutable_degree());
   Set(structure.size, proto.mutable_size());
   Set(structure.knots[0], proto.mutable_knots_u());
@@ -49,20 +53,10 @@ v1::Lattice ToProto(const Lattice& lattice) {
   return proto;
 }
 
-absl::StatusOr<std::string> ToJson(const v1::Lattice& lattice) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.add_whitespace = true;
-  options.always_print_primitive_fields = true;  // an origin at 0 is written as well
-  std::string json;
-  const auto status = google::protobuf::util::MessageToJsonString(lattice, &json, options);
-  if (!status.ok()) return absl::InternalError(std::string(status.message()));
-  return json;
-}
-
-absl::StatusOr<v1::Lattice> LatticeFromJson(std::string_view json, const std::string& path) {
+absl::StatusOr<v1::Lattice> ReadLattice(const std::string& path) {
+  LATTICED_ASSIGN_OR_RETURN(const auto json, ReadFile(path));
   v1::Lattice lattice;
-  const auto status =
-      google::protobuf::util::JsonStringToMessage({json.data(), json.size()}, &lattice);
+  const auto status = google::protobuf::util::JsonStringToMessage(json, &lattice);
   if (!status.ok()) {
     return absl::InvalidArgumentError(
         fmt::format("{} is not the JSON of a lattice ('latticectl lattice' writes one): {}", path,

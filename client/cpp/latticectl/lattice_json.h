@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Lattices in files: the proto3 JSON of latticed.v1.Lattice, everything written out, doubles with
+// Lattices in files: the proto3 JSON of latticed.v1.Lattice, which MessageJson writes in full, with
 // as many digits as bring the same bits back. Reading takes any proto3 JSON, so knots and control
 // points may be missing, and refuses names that the message does not have.
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_LATTICE_JSON_H_
@@ -9,7 +9,6 @@
 
 #include <array>
 #include <string>
-#include <string_view>
 
 #include "absl/status/statusor.h"
 #include "core/ffd/lattice.h"
@@ -21,11 +20,9 @@ class App;
 
 namespace latticed::client {
 
+[[nodiscard]] v1::Vec3 ToProto(Vec3d from);
 [[nodiscard]] v1::Lattice ToProto(const Lattice& lattice);
-[[nodiscard]] absl::StatusOr<std::string> ToJson(const v1::Lattice& lattice);
-// `path` is for the error message.
-[[nodiscard]] absl::StatusOr<v1::Lattice> LatticeFromJson(std::string_view json,
-                                                          const std::string& path);
+[[nodiscard]] absl::StatusOr<v1::Lattice> ReadLattice(const std::string& path);
 
 // --size 5,4,6 --degree 2,2,2 --padding 0.05.
 struct FitFlags {
@@ -35,9 +32,9 @@ struct FitFlags {
 };
 void AddFitFlags(CLI::App& command, FitFlags& flags);
 [[nodiscard]] v1::LatticeFit ToProto(const FitFlags& flags);
-// For CLI11: an error text for what is not three whole numbers, else nothing.
+// For CLI11: an error text unless it is three whole numbers.
 [[nodiscard]] std::string CheckAxes(const std::string& text);
-// Of a text that CheckAxes has passed.
+// Parses a text that CheckAxes has passed.
 [[nodiscard]] std::array<int, 3> ParseAxes(const std::string& text);
 
 }  // namespace latticed::client

@@ -18,7 +18,7 @@ constexpr int kFailed = 1;
 constexpr int kWrongUsage = 2;
 constexpr int kInterrupted = 128;  // and the signal's number, as shells have it
 
-// What to do about a server's refusal; empty where its message says all.
+// What a person can do about a server's refusal; empty where its message says it.
 std::string Advice(const error::Details& details) {
   if (details.retry_after_ms > 0) {
     return fmt::format("try again in {:.3g} s", details.retry_after_ms / 1e3);
@@ -40,7 +40,7 @@ std::string Advice(const error::Details& details) {
   return kind->second == "mesh" ? "'latticectl meshes' shows what there is" : "";
 }
 
-// One sentence, and in parentheses the reason and the id by which the server's log has the request.
+// One sentence. In parentheses: the reason, and the request's id in the server's log.
 void PrintFailure(const absl::Status& status, std::ostream& err) {
   const error::Details details = error::DetailsOf(status);
   const std::string advice = Advice(details);
@@ -52,6 +52,12 @@ void PrintFailure(const absl::Status& status, std::ostream& err) {
 }
 
 }  // namespace
+
+void SetAction(CLI::App& command, CommandLine& line, std::function<absl::Status()> run) {
+  command.callback([&command, &line, run = std::move(run)] {
+    if (command.get_subcommands().empty()) line.action = run;
+  });
+}
 
 int RunLatticectl(int argc, const char* const* argv, Console console) {
   CLI::App app("The command-line client of latticed: accurate free-form deformation of meshes.",

@@ -3,8 +3,8 @@
 //
 // The command-line client as a function, so that tests run it in their own process.
 //
-// Returns  0 done, 1 failed (one sentence on err), 2 wrong usage (what and how on err); 130 and 143
-//          interrupted by SIGINT or SIGTERM, with all deleted that it had made on a server
+// Returns  0 done; 1 failed, one sentence on err; 2 wrong usage, explained on err; 130 and 143
+//          interrupted by SIGINT or SIGTERM, after it has deleted what it made on a server
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_LATTICECTL_APP_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_LATTICECTL_APP_H_
 

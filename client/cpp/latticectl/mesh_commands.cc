@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "absl/strings/str_split.h"
@@ -21,7 +22,7 @@ namespace {
 struct MeshFlags {
   SessionFlags session;
   std::string file, name, filter;
-  UnitsFlags units;
+  v1::MeshUnits units;
   std::vector<std::string> labels;  // key=value
   std::vector<std::string> ids;     // to be deleted
   bool force = false;
@@ -38,21 +39,19 @@ void PrintMeshes(const std::vector<v1::Mesh>& meshes, std::ostream& out) {
 }
 
 // The same bytes are one mesh, with the units of their first upload.
-absl::Status CheckUnits(const v1::Mesh& mesh, const UnitsFlags& flags) {
-  const std::string up_axis = UpAxisName(mesh.up_axis());
-  if ((flags.up_axis.empty() || flags.up_axis == up_axis) &&
-      (flags.meters_per_unit == 0 || flags.meters_per_unit == mesh.meters_per_unit())) {
+absl::Status CheckUnits(const v1::Mesh& mesh, const v1::MeshUnits& asked) {
+  if ((asked.up_axis() == v1::UP_AXIS_UNSPECIFIED || asked.up_axis() == mesh.up_axis()) &&
+      (asked.meters_per_unit() == 0 || asked.meters_per_unit() == mesh.meters_per_unit())) {
     return absl::OkStatus();
   }
-  const MeshUnits units{up_axis, mesh.meters_per_unit()};
+  const MeshUnits units{UpAxisName(mesh.up_axis()), mesh.meters_per_unit()};
   return absl::AlreadyExistsError(fmt::format(
       "mesh {} is there with {}, which stays; 'latticectl meshes delete' makes room for another",
       mesh.id(), units.known() ? Describe(units) : "unknown axis and unit"));
 }
 
-absl::Status RunUpload(const MeshFlags& flags, Console console) {
+absl::Status RunUpload(const MeshFlags& flags, Client& client, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.file));
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
   v1::MeshHeader header;
   header.set_name(flags.name);
   for (const std::string& label : flags.labels) {
@@ -60,72 +59,65 @@ absl::Status RunUpload(const MeshFlags& flags, Console console) {
         absl::StrSplit(label, absl::MaxSplits('=', 1));
     (*header.mutable_labels())[entry.first] = entry.second;
   }
-  *header.mutable_units() = ToProto(flags.units);
-  const auto mesh = Upload(session.client(), file, std::move(header), console);
-  if (!mesh.ok()) return session.Explain(mesh.status());
-  LATTICED_RETURN_IF_ERROR(CheckUnits(*mesh, flags.units));
+  *header.mutable_units() = flags.units;
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, Upload(client, file, std::move(header), console));
+  LATTICED_RETURN_IF_ERROR(CheckUnits(mesh, flags.units));
   if (flags.json) {
-    console.out << MessageJson(*mesh);
+    console.out << MessageJson(mesh);
   } else {
-    PrintMeshes({*mesh}, console.out);
+    PrintMeshes({mesh}, console.out);
   }
   return absl::OkStatus();
 }
 
-absl::Status RunList(const MeshFlags& flags, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
-  const auto meshes = session.client().ListMeshes(flags.filter);
-  if (!meshes.ok()) return session.Explain(meshes.status());
+absl::Status RunList(const MeshFlags& flags, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto meshes, client.ListMeshes(flags.filter));
   if (flags.json) {
-    PrintJsonArray(*meshes, console.out);
+    PrintJsonArray(meshes, console.out);
   } else {
-    PrintMeshes(*meshes, console.out);
+    PrintMeshes(meshes, console.out);
   }
   return absl::OkStatus();
 }
 
-absl::Status RunDelete(const MeshFlags& flags, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+absl::Status RunDelete(const MeshFlags& flags, Client& client, Console console) {
   std::vector<std::string> deleted;
   absl::Status status;
   for (const std::string& id : flags.ids) {
-    status = session.client().DeleteMesh(id, flags.force);
+    status = client.DeleteMesh(id, flags.force);
     if (!status.ok()) break;
     deleted.push_back(id);
     if (!flags.json) console.out << fmt::format("mesh {} is deleted\n", id);
   }
-  if (flags.json) PrintDeleted(deleted, console.out);
-  return session.Explain(status);
+  if (flags.json) PrintJson({{"deleted", deleted}}, console.out);
+  return status;
 }
 
 }  // namespace
 
 void AddMeshCommands(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<MeshFlags>();
+  const auto add = [&](CLI::App* command, absl::Status (*run)(const MeshFlags&, Client&, Console)) {
+    AddJsonFlag(*command, flags->json);
+    SetServerAction(*command, flags->session, line, [flags, run, &line](Client& client) {
+      return run(*flags, client, line.console);
+    });
+  };
   CLI::App* upload = app.add_subcommand("upload", "Uploads a mesh file");
   upload->add_option("mesh", flags->file, "OBJ, PLY, STL, GLB or DRC file")->required();
   upload->add_option("--name", flags->name, "Name for people; by default the file's");
   upload->add_option("--label", flags->labels, "Label key=value; may be repeated");
   AddUnitsFlags(*upload, flags->units);
-  AddSessionFlags(*upload, flags->session, ServerChoice::kRequired);
-  AddJsonFlag(*upload, flags->json);
-  upload->callback(
-      [flags, &line] { line.action = [flags, &line] { return RunUpload(*flags, line.console); }; });
+  add(upload, RunUpload);
 
   CLI::App* list = app.add_subcommand("meshes", "Lists or deletes the meshes of a server");
   list->add_option("--filter", flags->filter,
                    "Labels that must hold: key=value or key, with commas");
-  AddSessionFlags(*list, flags->session, ServerChoice::kRequired);
-  AddJsonFlag(*list, flags->json);
+  add(list, RunList);
   CLI::App* remove = list->add_subcommand("delete", "Deletes meshes");
   remove->add_option("mesh", flags->ids, "Ids of the meshes")->required();
-  remove->add_flag("--force", flags->force, "Delete the scenes that use them too; role admin");
-  AddSessionFlags(*remove, flags->session, ServerChoice::kRequired);
-  AddJsonFlag(*remove, flags->json);
-  list->callback([flags, list, &line] {
-    const auto run = list->get_subcommands().empty() ? RunList : RunDelete;
-    line.action = [flags, run, &line] { return run(*flags, line.console); };
-  });
+  remove->add_flag("--force", flags->force, "Also delete the scenes that use them; role admin");
+  add(remove, RunDelete);
 }
 
 }  // namespace latticed::client

@@ -24,23 +24,20 @@ struct PickFlags {
   bool json = false;
 };
 
-absl::Status Run(const PickFlags& flags, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
-  const auto point = session.client().Pick(PickRequestOf(flags.scene, flags.ray));
-  if (!point.ok()) return session.Explain(point.status());
+absl::Status Run(const PickFlags& flags, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto point, client.Pick(PickRequestOf(flags.scene, flags.ray)));
   if (flags.json) {
-    console.out << MessageJson(*point);
+    console.out << MessageJson(point);
     return absl::OkStatus();
   }
-  console.out << fmt::format("{}, {}, {} in face {}\n", point->position().x(),
-                             point->position().y(), point->position().z(), point->face());
-  if (point->has_normal()) {
-    console.out << fmt::format("normal {:.6g}, {:.6g}, {:.6g}\n", point->normal().x(),
-                               point->normal().y(), point->normal().z());
+  console.out << fmt::format("{}, {}, {} in face {}\n", point.position().x(), point.position().y(),
+                             point.position().z(), point.face());
+  if (point.has_normal()) {
+    console.out << fmt::format("normal {:.6g}, {:.6g}, {:.6g}\n", point.normal().x(),
+                               point.normal().y(), point.normal().z());
   }
-  console.out << fmt::format("edit drag --at {},{},{}\n", point->face(),
-                             fmt::join(point->corners(), ","),
-                             fmt::join(point->barycentrics(), ","));
+  console.out << fmt::format("edit drag --at {},{},{}\n", point.face(),
+                             fmt::join(point.corners(), ","), fmt::join(point.barycentrics(), ","));
   return absl::OkStatus();
 }
 
@@ -52,10 +49,9 @@ void AddPickCommand(CLI::App& app, CommandLine& line) {
       app.add_subcommand("pick", "Finds the first point of the deformed surface on a ray");
   command->add_option("scene", flags->scene, "Id of the scene")->required();
   AddRayFlag(*command, flags->ray)->required();
-  AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
   AddJsonFlag(*command, flags->json);
-  command->callback(
-      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+  SetServerAction(*command, flags->session, line,
+                  [flags, &line](Client& client) { return Run(*flags, client, line.console); });
 }
 
 }  // namespace latticed::client

@@ -11,15 +11,16 @@
 #include <numbers>
 #include <ostream>
 
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "client/cpp/latticectl/commands.h"
-#include "client/cpp/latticectl/drag_run.h"
 #include "client/cpp/latticectl/json_output.h"
+#include "client/cpp/latticectl/latency_recorder.h"
 #include "client/cpp/latticectl/lattice_json.h"
 #include "client/cpp/latticectl/progress_bar.h"
-#include "client/cpp/latticectl/sample_or_file.h"
 #include "client/cpp/latticectl/session.h"
 #include "client/cpp/latticectl/surface_mesh.h"
-#include "client/cpp/latticectl/temporary_scene.h"
+#include "client/cpp/latticectl/temporary_scenes.h"
 #include "client/cpp/latticectl/text_table.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/sample_meshes.h"
@@ -75,6 +76,12 @@ v1::EditBatch MakeStep(const v1::Lattice& lattice, int step, int steps) {
   return batch;
 }
 
+// A drag in a closed loop: each edit is sent when the update with the one before it is complete.
+struct DragResult {
+  LatencyRecorder latencies;  // from sending an edit to the end of the update that holds it
+  uint64_t bytes = 0;         // of chunk data in all updates
+};
+
 struct Report {
   DragResult drag;
   uint64_t patches = 0, points = 0, triangles = 0;
@@ -105,26 +112,34 @@ absl::StatusOr<DragResult> Drag(Client& client, const v1::Scene& scene, int step
   LATTICED_ASSIGN_OR_RETURN(const auto stream, client.Deform(std::move(watch)));
   const v1::Lattice lattice = stream->surface().lattice().lattice();
   ProgressBar bar(console, "drag", ProgressBar::Unit::kCount);
-  return RunDrag(
-      *stream, steps, [&](int step) { return MakeStep(lattice, step, steps); }, bar.callback());
+  DragResult result;
+  for (int step = 0; step < steps; ++step) {
+    const absl::Time begin = absl::Now();
+    LATTICED_ASSIGN_OR_RETURN(const auto sequence, stream->Send(MakeStep(lattice, step, steps)));
+    LATTICED_ASSIGN_OR_RETURN(const auto update, stream->WaitFor(sequence));
+    result.latencies.Add(absl::Now() - begin);
+    result.bytes += update.bytes;
+    bar.Show(static_cast<uint64_t>(step) + 1, static_cast<uint64_t>(steps));
+  }
+  return result;
 }
 
 void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out) {
-  const double per_update = report.drag.bytes_per_update();
   const LatencySummary latency = report.drag.latencies.Summarise();
+  const double per_update =
+      static_cast<double>(report.drag.bytes) / static_cast<double>(latency.count);
   const double ratio = kRawBytesPerPoint * static_cast<double>(report.points) / per_update;
   if (flags.json) {
-    out << nlohmann::json{{"patches", report.patches},
-                          {"points", report.points},
-                          {"triangles", report.triangles},
-                          {"updates", report.drag.latencies.count()},
-                          {"p50Ms", latency.p50},
-                          {"p99Ms", latency.p99},
-                          {"bytesPerUpdate", per_update},
-                          {"ratioToRaw", ratio},
-                          {"files", report.files}}
-               .dump(2)
-        << '\n';
+    PrintJson({{"patches", report.patches},
+               {"points", report.points},
+               {"triangles", report.triangles},
+               {"updates", latency.count},
+               {"p50Ms", latency.p50},
+               {"p99Ms", latency.p99},
+               {"bytesPerUpdate", per_update},
+               {"ratioToRaw", ratio},
+               {"files", report.files}},
+              out);
     return;
   }
   TextTable table;
@@ -132,7 +147,7 @@ void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out
   table.AddRow({"patches", FormatCount(report.patches)});
   table.AddRow({"points", FormatCount(report.points)});
   table.AddRow({"triangles", FormatCount(report.triangles)});
-  table.AddRow({"updates", FormatCount(report.drag.latencies.count())});
+  table.AddRow({"updates", FormatCount(latency.count)});
   table.AddRow({"edit to update", fmt::format("p50 {}, p99 {}", FormatMilliseconds(latency.p50),
                                               FormatMilliseconds(latency.p99))});
   table.AddRow({"bytes per update", FormatBytes(static_cast<uint64_t>(per_update))});
@@ -144,7 +159,7 @@ void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out
 
 absl::StatusOr<Report> RunOn(Client& client, const QuickstartFlags& flags, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto file, SampleOrFile(flags.sample));
-  TemporaryScene made(client);
+  TemporaryScenes made(client);
   LATTICED_ASSIGN_OR_RETURN(const auto mesh, made.Upload(file, {}, console));
   LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(SceneRequest()));
   Report report;
@@ -165,11 +180,11 @@ absl::Status Run(const QuickstartFlags& flags, CommandLine& line) {
     return absl::UnknownError(
         fmt::format("cannot make the folder {}: {}", flags.output, failure.message()));
   }
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session, &line.interruption));
-  const auto report = RunOn(session.client(), flags, line.console);
-  if (!report.ok()) return session.Explain(report.status());
-  Print(flags, *report, line.console.out);
-  return absl::OkStatus();
+  return WithSession(flags.session, line.interruption.Catch(), [&](Session& session) {
+    const auto report = RunOn(session.client(), flags, line.console);
+    if (report.ok()) Print(flags, *report, line.console.out);
+    return report.status();
+  });
 }
 
 }  // namespace
@@ -181,17 +196,16 @@ void AddQuickstartCommand(CLI::App& app, CommandLine& line) {
       "Deforms a sample mesh by a streamed drag, writes it before and after, and says how it went");
   command->add_option("--output", flags->output, "Folder for rest and deformed .ply and .glb")
       ->required();
-  std::vector<std::string> names;
-  for (const std::string_view name : SampleMeshNames()) names.emplace_back(name);
+  const auto names = SampleMeshNames();
   command->add_option("--sample", flags->sample, "Which mesh")
-      ->check(CLI::IsMember(names))
+      ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())))
       ->capture_default_str();
   command->add_option("--steps", flags->steps, "Edits of the drag")
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
   AddJsonFlag(*command, flags->json);
-  command->callback([flags, &line] { line.action = [flags, &line] { return Run(*flags, line); }; });
+  SetAction(*command, line, [flags, &line] { return Run(*flags, line); });
 }
 
 }  // namespace latticed::client

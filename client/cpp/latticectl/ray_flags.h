@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cpp/latticectl/lattice_json.h"
 #include "latticed/v1/surface.pb.h"
 
 namespace latticed::client {
@@ -24,14 +25,8 @@ inline CLI::Option* AddRayFlag(CLI::App& command, std::vector<double>& ray) {
 inline v1::PickRequest PickRequestOf(const std::string& scene, const std::vector<double>& ray) {
   v1::PickRequest request;
   request.set_scene(scene);
-  v1::Vec3& origin = *request.mutable_ray()->mutable_origin();
-  v1::Vec3& direction = *request.mutable_ray()->mutable_direction();
-  origin.set_x(ray[0]);
-  origin.set_y(ray[1]);
-  origin.set_z(ray[2]);
-  direction.set_x(ray[3]);
-  direction.set_y(ray[4]);
-  direction.set_z(ray[5]);
+  *request.mutable_ray()->mutable_origin() = ToProto(Vec3d{ray[0], ray[1], ray[2]});
+  *request.mutable_ray()->mutable_direction() = ToProto(Vec3d{ray[3], ray[4], ray[5]});
   return request;
 }
 

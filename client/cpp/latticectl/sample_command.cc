@@ -28,11 +28,10 @@ absl::Status Run(const SampleFlags& flags, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto mesh, MakeSampleMesh(flags.name, flags.resolution));
   LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, WriteObj(mesh)));
   if (flags.json) {
-    console.out << nlohmann::json{{"output", flags.output},
-                                  {"vertices", mesh.positions.size()},
-                                  {"faces", mesh.face_count()}}
-                       .dump(2)
-                << '\n';
+    PrintJson({{"output", flags.output},
+               {"vertices", mesh.positions.size()},
+               {"faces", mesh.face_count()}},
+              console.out);
   } else {
     console.out << fmt::format("{}: {} vertices, {} faces\n", flags.output,
                                FormatCount(mesh.positions.size()), FormatCount(mesh.face_count()));
@@ -51,9 +50,10 @@ void AddSampleCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<SampleFlags>();
   CLI::App* command =
       app.add_subcommand("sample", "Writes a mesh made by formula, to try things on");
-  std::vector<std::string> names;
-  for (const std::string_view name : SampleMeshNames()) names.emplace_back(name);
-  command->add_option("name", flags->name, "Which one")->required()->check(CLI::IsMember(names));
+  const auto names = SampleMeshNames();
+  command->add_option("name", flags->name, "Which one")
+      ->required()
+      ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
   command->add_option("--resolution", flags->resolution, "Faces grow with its square")
       ->check(CLI::Range(kMinSampleResolution, kMaxSampleResolution))
       ->capture_default_str();
@@ -61,8 +61,7 @@ void AddSampleCommand(CLI::App& app, CommandLine& line) {
       ->required()
       ->check(CheckIsObj);
   AddJsonFlag(*command, flags->json);
-  command->callback(
-      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+  SetAction(*command, line, [flags, &line] { return Run(*flags, line.console); });
 }
 
 }  // namespace latticed::client

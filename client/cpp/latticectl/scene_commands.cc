@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "client/cpp/latticectl/commands.h"
@@ -19,9 +20,10 @@ namespace {
 
 struct SceneFlags {
   SessionFlags session;
-  std::string id, mesh, lattice, pipeline, filter;
+  std::string id, mesh, lattice, filter;
   FitFlags fit;
-  ViewFlags view;
+  v1::ViewOptions view;
+  v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
   bool json = false;
 };
 
@@ -83,61 +85,50 @@ void Print(const v1::Scene& scene, bool json, std::ostream& out) {
 absl::StatusOr<v1::LatticeSource> Source(const SceneFlags& flags) {
   v1::LatticeSource source;
   if (!flags.lattice.empty()) {
-    LATTICED_ASSIGN_OR_RETURN(const auto json, ReadFile(flags.lattice));
-    LATTICED_ASSIGN_OR_RETURN(*source.mutable_lattice(), LatticeFromJson(json, flags.lattice));
-    return source;
+    LATTICED_ASSIGN_OR_RETURN(*source.mutable_lattice(), ReadLattice(flags.lattice));
+  } else {
+    *source.mutable_fit() = ToProto(flags.fit);
   }
-  *source.mutable_fit() = ToProto(flags.fit);
   return source;
 }
 
-absl::Status RunCreate(const SceneFlags& flags, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(auto source, Source(flags));
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console) {
   v1::CreateSceneRequest request;
+  LATTICED_ASSIGN_OR_RETURN(*request.add_lattices(), Source(flags));
   request.set_scene_id(flags.id);
   request.set_mesh(flags.mesh);
   if (!IsMeshId(flags.mesh)) {
     LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
-    const auto mesh = Upload(session.client(), file, {}, console);
-    if (!mesh.ok()) return session.Explain(mesh.status());
-    request.set_mesh(mesh->id());
+    LATTICED_ASSIGN_OR_RETURN(const auto mesh, Upload(client, file, {}, console));
+    request.set_mesh(mesh.id());
   }
-  *request.add_lattices() = std::move(source);
-  *request.mutable_default_view() = ToProto(flags.view);
-  request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
-  const auto scene = session.client().CreateScene(std::move(request));
-  if (!scene.ok()) return session.Explain(scene.status());
-  Print(*scene, flags.json, console.out);
+  *request.mutable_default_view() = flags.view;
+  request.mutable_diagnostics()->set_pipeline(flags.pipeline);
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, client.CreateScene(std::move(request)));
+  Print(scene, flags.json, console.out);
   return absl::OkStatus();
 }
 
-absl::Status RunList(const SceneFlags& flags, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
-  const auto scenes = session.client().ListScenes(flags.filter);
-  if (!scenes.ok()) return session.Explain(scenes.status());
+absl::Status RunList(const SceneFlags& flags, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scenes, client.ListScenes(flags.filter));
   if (flags.json) {
-    PrintJsonArray(*scenes, console.out);
+    PrintJsonArray(scenes, console.out);
   } else {
-    PrintScenes(*scenes, console.out);
+    PrintScenes(scenes, console.out);
   }
   return absl::OkStatus();
 }
 
-absl::Status RunShow(const SceneFlags& flags, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
-  const auto scene = session.client().GetScene(flags.id);
-  if (!scene.ok()) return session.Explain(scene.status());
-  Print(*scene, flags.json, console.out);
+absl::Status RunShow(const SceneFlags& flags, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, client.GetScene(flags.id));
+  Print(scene, flags.json, console.out);
   return absl::OkStatus();
 }
 
-absl::Status RunDelete(const SceneFlags& flags, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
-  const auto status = session.client().DeleteScene(flags.id);
-  if (!status.ok()) return session.Explain(status);
+absl::Status RunDelete(const SceneFlags& flags, Client& client, Console console) {
+  LATTICED_RETURN_IF_ERROR(client.DeleteScene(flags.id));
   if (flags.json) {
-    PrintDeleted({flags.id}, console.out);
+    PrintJson({{"deleted", std::vector{flags.id}}}, console.out);
   } else {
     console.out << fmt::format("scene {} is deleted\n", flags.id);
   }
@@ -151,12 +142,12 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
   CLI::App* scene = app.add_subcommand("scene", "Makes, lists, shows and deletes scenes");
   scene->require_subcommand(1);
   const auto add = [&](const char* name, const char* what,
-                       absl::Status (*run)(const SceneFlags&, Console)) {
+                       absl::Status (*run)(const SceneFlags&, Client&, Console)) {
     CLI::App* command = scene->add_subcommand(name, what);
-    AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
     AddJsonFlag(*command, flags->json);
-    command->callback(
-        [flags, run, &line] { line.action = [=, &line] { return run(*flags, line.console); }; });
+    SetServerAction(*command, flags->session, line, [flags, run, &line](Client& client) {
+      return run(*flags, client, line.console);
+    });
     return command;
   };
   CLI::App* create = add("create", "Puts a mesh under a lattice", RunCreate);

@@ -3,7 +3,7 @@
 #include "client/cpp/latticectl/session.h"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
+#include <utility>
 
 #include "client/cpp/latticectl/files.h"
 #include "core/base/error.h"
@@ -59,17 +59,10 @@ Session::~Session() {
   client_.reset();  // its channel before its server
 }
 
-absl::StatusOr<Session> Session::Open(const SessionFlags& flags, Interruption* interruption) {
-  const bool catches = interruption != nullptr && !flags.server.empty();
-  return Open(flags, catches ? interruption->Catch() : std::stop_token());
-}
-
 absl::StatusOr<Session> Session::Open(const SessionFlags& flags, std::stop_token stop) {
   Session session;
   if (!flags.server.empty()) {
-    LATTICED_ASSIGN_OR_RETURN(auto connection, ToConnection(flags));
-    session.address_ = flags.server;
-    session.connection_ = std::move(connection);
+    LATTICED_ASSIGN_OR_RETURN(session.connection_, ToConnection(flags));
   } else {
     Options options;
     options.backend = flags.backend;
@@ -89,25 +82,28 @@ std::unique_ptr<Client> Session::NewClient() const {
   return Client::Connect(connection);
 }
 
-std::optional<uint64_t> Session::Counter(std::string_view name) const {
-  if (server_ == nullptr) return std::nullopt;
-  const std::string text = server_->metrics();
-  const std::string label = fmt::format("\n{} ", name);
-  const size_t at = text.find(label);
-  if (at == std::string::npos) return std::nullopt;
-  uint64_t value = 0;
-  std::from_chars(text.data() + at + label.size(), text.data() + text.size(), value);
-  return value;
-}
-
 absl::Status Session::Explain(const absl::Status& status) const {
-  if (!absl::IsUnavailable(status) || address_.empty()) return status;
-  // A server that answered, but drains for instance, says itself what to do.
+  if (!absl::IsUnavailable(status) || server_ != nullptr) return status;
+  // A server that answered, for instance because it drains, says itself what to do.
   if (error::DetailsOf(status).metadata.contains("request_id")) return status;
   return absl::UnavailableError(
       fmt::format("{}; no answer from {}: start a server there with 'latticed --listen {}', or "
                   "name another one with --server",
-                  std::string(status.message()), address_, address_));
+                  std::string(status.message()), connection_.address, connection_.address));
+}
+
+absl::Status WithSession(const SessionFlags& flags, const std::stop_token& stop,
+                         const std::function<absl::Status(Session&)>& use) {
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags, stop));
+  return session.Explain(use(session));
+}
+
+void SetServerAction(CLI::App& command, SessionFlags& flags, CommandLine& line,
+                     std::function<absl::Status(Client&)> run) {
+  AddSessionFlags(command, flags, ServerChoice::kRequired);
+  SetAction(command, line, [&flags, run = std::move(run)] {
+    return WithSession(flags, {}, [&run](Session& session) { return run(session.client()); });
+  });
 }
 
 }  // namespace latticed::client

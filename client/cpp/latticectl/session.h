@@ -1,20 +1,18 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How a command reaches a server: at an address, or one that it runs in its own process, over a
-// real gRPC channel either way.
+// How a command reaches a server: at an address, or in the command's own process. Both use a real
+// gRPC channel.
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_SESSION_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_SESSION_H_
 
-#include <cstdint>
+#include <functional>
 #include <memory>
-#include <optional>
 #include <stop_token>
 #include <string>
-#include <string_view>
 
 #include "absl/status/statusor.h"
-#include "client/cpp/latticectl/interruption.h"
+#include "client/cpp/latticectl/commands.h"
 #include "client/cpp/library/latticed_client.h"
 
 namespace CLI {
@@ -28,7 +26,7 @@ class InProcessServer;  // server/in_process.h
 namespace latticed::client {
 
 struct SessionFlags {
-  std::string server;  // empty: in this process, where the command may
+  std::string server;  // empty: a server in this process, for commands that may run one
   std::string backend = "auto";
   std::string token;
   bool tls = false;
@@ -37,37 +35,38 @@ struct SessionFlags {
 
 enum class ServerChoice {
   kRequired,   // --server, by default $LATTICED_SERVER, else the daemon's own default address
-  kInProcess,  // as well, without --server: --backend names what runs here
+  kInProcess,  // without --server one runs here; --backend says on what
 };
 void AddSessionFlags(CLI::App& command, SessionFlags& flags, ServerChoice choice);
 
 class Session {
  public:
-  // With an interruption its signals cancel the calls to a server at an address; a server in this
-  // process ends with it, and so does what was made there.
-  [[nodiscard]] static absl::StatusOr<Session> Open(const SessionFlags& flags,
-                                                    Interruption* interruption = nullptr);
-  // The same with a token, which cancels the calls to either kind of server.
+  // A request of `stop` cancels the calls of client().
   [[nodiscard]] static absl::StatusOr<Session> Open(const SessionFlags& flags,
                                                     std::stop_token stop);
   Session(Session&&) noexcept;
   ~Session();
 
   Client& client() { return *client_; }
-  // Another client of the server, with a connection of its own, which no interruption cancels.
+  // Another client of the server, with a connection of its own, which no request of stop cancels.
   [[nodiscard]] std::unique_ptr<Client> NewClient() const;
-  // A counter of a server in this process, as its /metrics has it; none of another server.
-  std::optional<uint64_t> Counter(std::string_view name) const;
   // Adds to an error what a person can do about it.
   absl::Status Explain(const absl::Status& status) const;
 
  private:
   Session();
-  std::string address_;    // empty: in this process
   Connection connection_;  // of further clients
   std::unique_ptr<InProcessServer> server_;
   std::unique_ptr<Client> client_;
 };
+
+// Opens a session and runs `use` on it. Explains its error.
+[[nodiscard]] absl::Status WithSession(const SessionFlags& flags, const std::stop_token& stop,
+                                       const std::function<absl::Status(Session&)>& use);
+
+// Adds the flags of a running server to a command, and makes `run` the command's action.
+void SetServerAction(CLI::App& command, SessionFlags& flags, CommandLine& line,
+                     std::function<absl::Status(Client&)> run);
 
 }  // namespace latticed::client
 

@@ -32,7 +32,6 @@ absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& s
   LATTICED_ASSIGN_OR_RETURN(auto assembled, AssembleMesh(surface.topology(), std::move(points)));
   FetchedSurface result{.mesh = std::move(assembled),
                         .patches = surface.topology().patch_count(),
-                        .revision = surface.revision(),
                         .bytes = surface.bytes()};
   result.mesh.units = MeshUnits{UpAxisName(mesh.up_axis()), mesh.meters_per_unit()};
   if (!mesh.has_uvs() && mesh.groups_size() == 0) return result;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What commands share: a mesh file onto the server, and a deformed surface from it.
+// Uploads a mesh file, and fetches a deformed surface.
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_SURFACE_MESH_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_SURFACE_MESH_H_
 
@@ -15,18 +15,17 @@
 
 namespace latticed::client {
 
-// With a progress bar. An empty name becomes the file's.
+// Shows a progress bar. An empty name becomes the file's.
 [[nodiscard]] absl::StatusOr<v1::Mesh> Upload(Client& client, const MeshFile& file,
                                               v1::MeshHeader header, Console console);
 
 struct FetchedSurface {
   TriangleMesh mesh;
   uint64_t patches = 0;
-  uint64_t revision = 0;
   uint64_t bytes = 0;  // of chunk data
 };
-// One update in the view's encoding, as a mesh; with texture coordinates and groups where the mesh,
-// which is `file`, has them.
+// One update in the view's encoding, as a mesh. Texture coordinates and groups come from `file`,
+// the source of `mesh`.
 [[nodiscard]] absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& scene,
                                                           const v1::ViewOptions& view,
                                                           const v1::Mesh& mesh,

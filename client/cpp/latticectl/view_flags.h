@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Options that say how a surface is seen; what is not given is left to the scene's default view.
+// Options that say how a surface is seen. An option that is not given stays as it is in the
+// message; an empty field takes the scene's default view.
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_VIEW_FLAGS_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_VIEW_FLAGS_H_
 
-#include <cstdint>
 #include <string>
 
 #include "latticed/v1/scene.pb.h"
@@ -17,27 +17,13 @@ class App;
 
 namespace latticed::client {
 
-struct ViewFlags {
-  int segments = 0;
-  std::string normals;   // facet, smooth, none
-  std::string encoding;  // raw, draco, draco-mesh, quantised
-  int position_bits = 0;
-  int normal_bits = 0;
-  // While edits come, for who watches.
-  uint64_t max_points = 0;
-  uint64_t max_bytes_per_second = 0;
-  int drag_position_bits = 0;
-  int drag_normal_bits = 0;
-};
-
-void AddViewFlags(CLI::App& command, ViewFlags& flags);
-// Those that matter while edits come.
-void AddDragFlags(CLI::App& command, ViewFlags& flags);
-[[nodiscard]] v1::ViewOptions ToProto(const ViewFlags& flags);
+// --segments, --normals, --encoding, --position-bits, --normal-bits.
+void AddViewFlags(CLI::App& command, v1::ViewOptions& view);
+// Options in force while edits come: --max-points, --max-bytes-per-second, --drag-…-bits.
+void AddDragFlags(CLI::App& command, v1::ViewOptions& view);
 
 // --pipeline: fused, gemm, gemm12, control-net.
-void AddPipelineFlag(CLI::App& command, std::string& pipeline);
-[[nodiscard]] v1::Pipeline PipelineToProto(const std::string& pipeline);
+void AddPipelineFlag(CLI::App& command, v1::Pipeline& pipeline);
 
 // "draco", "raw", …: the name that --encoding takes.
 [[nodiscard]] std::string EncodingName(v1::Encoding encoding);

@@ -20,7 +20,7 @@ namespace {
 struct WatchFlags {
   SessionFlags session;
   std::string scene;
-  ViewFlags view;
+  v1::ViewOptions view;
   uint64_t updates = std::numeric_limits<uint64_t>::max();
   bool json = false;
 };
@@ -48,20 +48,16 @@ void PrintUpdate(const CompleteUpdate& update, const Surface& surface, bool json
   out << std::endl;
 }
 
-absl::Status Run(const WatchFlags& flags, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session));
+absl::Status Run(const WatchFlags& flags, Client& client, Console console) {
   v1::WatchRequest request;
   request.set_scene(flags.scene);
-  *request.mutable_view() = ToProto(flags.view);
-  const auto watch = session.client().Watch(std::move(request));
-  if (!watch.ok()) return session.Explain(watch.status());
-  std::optional<CompleteUpdate> update = (*watch)->first_update();
+  *request.mutable_view() = flags.view;
+  LATTICED_ASSIGN_OR_RETURN(const auto watch, client.Watch(std::move(request)));
+  std::optional<CompleteUpdate> update = watch->first_update();
   for (uint64_t count = 0; update.has_value();) {
-    PrintUpdate(*update, (*watch)->surface(), flags.json, console.out);
+    PrintUpdate(*update, watch->surface(), flags.json, console.out);
     if (++count >= flags.updates) return absl::OkStatus();
-    auto next = (*watch)->Next();
-    if (!next.ok()) return session.Explain(next.status());
-    update = *std::move(next);
+    LATTICED_ASSIGN_OR_RETURN(update, watch->Next());
   }
   return absl::OkStatus();
 }
@@ -76,10 +72,9 @@ void AddWatchCommand(CLI::App& app, CommandLine& line) {
       ->check(CLI::PositiveNumber);
   AddViewFlags(*command, flags->view);
   AddDragFlags(*command, flags->view);
-  AddSessionFlags(*command, flags->session, ServerChoice::kRequired);
   AddJsonFlag(*command, flags->json);
-  command->callback(
-      [flags, &line] { line.action = [flags, &line] { return Run(*flags, line.console); }; });
+  SetServerAction(*command, flags->session, line,
+                  [flags, &line](Client& client) { return Run(*flags, client, line.console); });
 }
 
 }  // namespace latticed::client

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Chunks of every encoding, to points in world coordinates.
+// Decodes chunks of every encoding to points in world coordinates.
 //
 //   position = Quantisation.origin + value            RAW: float32, added in double
 //   position = Quantisation.origin + integer * step   QUANTISED, DRACO: in double
 //
-// Errors   kDataLoss for bytes that are not what the topology and view announce
+// Errors   kDataLoss for bytes that contradict the topology or the view
 // Threads  pure functions
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_CHUNKS_H_
 #define LATTICED_CLIENT_CPP_LIBRARY_CHUNKS_H_
@@ -28,7 +28,8 @@ struct DecodedPoints {
   std::vector<Vec3f> normals;    // unit, or empty
 };
 
-// Appends the points of one chunk to `points`. `view` is UpdateBegin.view, with nothing left open.
+// Appends the points of one chunk to `points`. `view` is UpdateBegin.view, whose fields are all
+// set.
 [[nodiscard]] absl::Status DecodeChunk(std::string_view data, size_t point_count,
                                        const v1::ViewOptions& view,
                                        const v1::Quantisation& quantisation, DecodedPoints* points);

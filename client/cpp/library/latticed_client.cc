@@ -6,7 +6,6 @@
 #include <random>
 #include <utility>
 
-#include "client/cpp/library/reply.h"
 #include "client/cpp/library/status.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
@@ -18,40 +17,12 @@
 namespace latticed::client {
 namespace {
 
+using MeshStub = v1::MeshService::Stub;
+using SceneStub = v1::SceneService::Stub;
+
 std::string RandomHexDigits() {
   std::random_device random;
   return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
-}
-
-using ContextMaker = std::function<std::unique_ptr<grpc::ClientContext>()>;
-
-template <typename Stub, typename Request, typename Response>
-using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Response*);
-
-// A request of `stop` cancels it.
-template <typename Stub, typename Request, typename Response>
-absl::StatusOr<Response> CallOnce(Stub& stub, Method<Stub, Request, Response> method,
-                                  const ContextMaker& new_context, const Request& request,
-                                  const std::stop_token& stop) {
-  const auto context = new_context();
-  const std::stop_callback cancel(stop, [&context] { context->TryCancel(); });
-  Response response;
-  const grpc::Status status = (stub.*method)(context.get(), request, &response);
-  if (!status.ok()) return FromGrpc(status, *context);
-  return response;
-}
-
-// Made again after a break: of a call that is no deletion twice is as once.
-template <typename Stub, typename Request, typename Response>
-absl::StatusOr<Response> Call(Stub& stub, Method<Stub, Request, Response> method,
-                              const ContextMaker& new_context, const Request& request,
-                              const std::stop_token& stop) {
-  absl::StatusOr<Response> response;
-  LATTICED_RETURN_IF_ERROR(WithRetries(stop, [&] {
-    response = CallOnce(stub, method, new_context, request, stop);
-    return response.status();
-  }));
-  return response;
 }
 
 }  // namespace
@@ -73,10 +44,11 @@ std::unique_ptr<Client> Client::Connect(const Connection& connection, std::stop_
         {connection.tls_ca_pem, connection.tls_key_pem, connection.tls_cert_pem});
   }
   grpc::ChannelArguments arguments;
-  // grpc waits a second before it connects anew, and up to two minutes later on: long for a drag.
+  // By default grpc waits 1 s before it connects again, and later up to two minutes: too long for a
+  // drag.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 5'000);
-  // One that vanished without a word is noticed after these two together.
+  // A connection that vanished silently is noticed after the sum of these two.
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
   if (connection.alone) arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
@@ -100,21 +72,41 @@ std::unique_ptr<grpc::ClientContext> Client::NewContext(const std::string& scene
   return context;
 }
 
+template <typename Stub, typename Request, typename Response>
+absl::StatusOr<Response> Client::CallOnce(Stub& stub, Method<Stub, Request, Response> method,
+                                          const Request& request, const std::string& scene,
+                                          const std::stop_token& stop) {
+  const auto context = NewContext(scene);
+  const std::stop_callback cancel(stop, [&context] { context->TryCancel(); });
+  Response response;
+  const grpc::Status status = (stub.*method)(context.get(), request, &response);
+  if (!status.ok()) return FromGrpc(status, *context);
+  return response;
+}
+
+template <typename Stub, typename Request, typename Response>
+absl::StatusOr<Response> Client::Call(Stub& stub, Method<Stub, Request, Response> method,
+                                      const Request& request, const std::string& scene,
+                                      const std::stop_token& stop) {
+  absl::StatusOr<Response> response;
+  LATTICED_RETURN_IF_ERROR(WithRetries(stop, [&] {
+    response = CallOnce(stub, method, request, scene, stop);
+    return response.status();
+  }));
+  return response;
+}
+
 absl::StatusOr<v1::ServerInfo> Client::GetServerInfo() {
-  return Call(
-      *server_, &v1::ServerService::Stub::GetServerInfo, [&] { return NewContext(); },
-      v1::GetServerInfoRequest(), stop_);
+  return Call(*server_, &v1::ServerService::Stub::GetServerInfo, {}, "", stop_);
 }
 
 absl::Status Client::CheckHealth() {
   using grpc::health::v1::Health;
   using grpc::health::v1::HealthCheckResponse;
   const auto stub = Health::NewStub(channel_);
-  // How it is at this moment: not made again.
+  // Not repeated: it asks how the server is at this moment.
   LATTICED_ASSIGN_OR_RETURN(const auto response,
-                            CallOnce(
-                                *stub, &Health::Stub::Check, [&] { return NewContext(); },
-                                grpc::health::v1::HealthCheckRequest(), stop_));
+                            CallOnce(*stub, &Health::Stub::Check, {}, "", stop_));
   if (response.status() == HealthCheckResponse::SERVING) return absl::OkStatus();
   return absl::UnavailableError(fmt::format(
       "the server says {}", HealthCheckResponse::ServingStatus_Name(response.status())));
@@ -123,8 +115,7 @@ absl::Status Client::CheckHealth() {
 absl::StatusOr<v1::Mesh> Client::GetMesh(const std::string& id) {
   v1::GetMeshRequest request;
   request.set_mesh(id);
-  return Call(
-      *meshes_, &v1::MeshService::Stub::GetMesh, [&] { return NewContext(); }, request, stop_);
+  return Call(*meshes_, &MeshStub::GetMesh, request, "", stop_);
 }
 
 absl::StatusOr<std::vector<v1::Mesh>> Client::ListMeshes(const std::string& filter) {
@@ -132,9 +123,8 @@ absl::StatusOr<std::vector<v1::Mesh>> Client::ListMeshes(const std::string& filt
   request.set_filter(filter);
   std::vector<v1::Mesh> meshes;
   do {
-    LATTICED_ASSIGN_OR_RETURN(const auto page, Call(
-                                                   *meshes_, &v1::MeshService::Stub::ListMeshes,
-                                                   [&] { return NewContext(); }, request, stop_));
+    LATTICED_ASSIGN_OR_RETURN(const auto page,
+                              Call(*meshes_, &MeshStub::ListMeshes, request, "", stop_));
     meshes.insert(meshes.end(), page.meshes().begin(), page.meshes().end());
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());
@@ -145,23 +135,19 @@ absl::Status Client::DeleteMesh(const std::string& mesh, bool force) {
   v1::DeleteMeshRequest request;
   request.set_mesh(mesh);
   request.set_force(force);
-  return CallOnce(*meshes_, &v1::MeshService::Stub::DeleteMesh, [&] { return NewContext(); },
-                  request, /*stop=*/{})
-      .status();
+  return CallOnce(*meshes_, &MeshStub::DeleteMesh, request, "", /*stop=*/{}).status();
 }
 
 absl::StatusOr<v1::Scene> Client::CreateScene(v1::CreateSceneRequest request) {
   if (stop_.stop_requested()) return Stopped();
   if (request.scene_id().empty()) request.set_scene_id(RandomSceneId());
-  return Call(*scenes_, &v1::SceneService::Stub::CreateScene,
-              [&] { return NewContext(request.scene_id()); }, request, /*stop=*/{});
+  return Call(*scenes_, &SceneStub::CreateScene, request, request.scene_id(), /*stop=*/{});
 }
 
 absl::StatusOr<v1::Scene> Client::GetScene(const std::string& id) {
   v1::GetSceneRequest request;
   request.set_scene(id);
-  return Call(
-      *scenes_, &v1::SceneService::Stub::GetScene, [&] { return NewContext(id); }, request, stop_);
+  return Call(*scenes_, &SceneStub::GetScene, request, id, stop_);
 }
 
 absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& filter) {
@@ -169,9 +155,8 @@ absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& fil
   request.set_filter(filter);
   std::vector<v1::Scene> scenes;
   do {
-    LATTICED_ASSIGN_OR_RETURN(const auto page, Call(
-                                                   *scenes_, &v1::SceneService::Stub::ListScenes,
-                                                   [&] { return NewContext(); }, request, stop_));
+    LATTICED_ASSIGN_OR_RETURN(const auto page,
+                              Call(*scenes_, &SceneStub::ListScenes, request, "", stop_));
     scenes.insert(scenes.end(), page.scenes().begin(), page.scenes().end());
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());
@@ -181,39 +166,28 @@ absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& fil
 absl::Status Client::DeleteScene(const std::string& scene) {
   v1::DeleteSceneRequest request;
   request.set_scene(scene);
-  return CallOnce(*scenes_, &v1::SceneService::Stub::DeleteScene, [&] { return NewContext(scene); },
-                  request,
-                  /*stop=*/{})
-      .status();
+  return CallOnce(*scenes_, &SceneStub::DeleteScene, request, scene, /*stop=*/{}).status();
 }
 
 absl::StatusOr<v1::LatticeState> Client::GetLattice(const std::string& scene) {
   v1::GetLatticeRequest request;
   request.set_scene(scene);
-  return Call(
-      *scenes_, &v1::SceneService::Stub::GetLattice, [&] { return NewContext(scene); }, request,
-      stop_);
+  return Call(*scenes_, &SceneStub::GetLattice, request, scene, stop_);
 }
 
 absl::StatusOr<v1::EditResult> Client::ApplyEdits(const v1::EditBatch& batch) {
   const Turns::Turn turn =
       edit_turns_.Wait(fmt::format("{} {}", batch.scene(), batch.editor_id()), batch.sequence());
-  return Call(
-      *scenes_, &v1::SceneService::Stub::ApplyEdits, [&] { return NewContext(batch.scene()); },
-      batch, stop_);
+  return Call(*scenes_, &SceneStub::ApplyEdits, batch, batch.scene(), stop_);
 }
 
 absl::StatusOr<v1::EvaluatePointsResponse> Client::EvaluatePoints(
     const v1::EvaluatePointsRequest& request) {
-  return Call(
-      *scenes_, &v1::SceneService::Stub::EvaluatePoints,
-      [&] { return NewContext(request.scene()); }, request, stop_);
+  return Call(*scenes_, &SceneStub::EvaluatePoints, request, request.scene(), stop_);
 }
 
 absl::StatusOr<v1::SurfacePoint> Client::Pick(const v1::PickRequest& request) {
-  return Call(
-      *scenes_, &v1::SceneService::Stub::Pick, [&] { return NewContext(request.scene()); }, request,
-      stop_);
+  return Call(*scenes_, &SceneStub::Pick, request, request.scene(), stop_);
 }
 
 absl::StatusOr<std::unique_ptr<WatchStream>> Client::Watch(v1::WatchRequest watch,

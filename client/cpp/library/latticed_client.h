@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The C++ client of latticed: one object per server, one function per rpc, with the conveniences
-// that the protocol asks of clients: uploads in parts, all pages of lists, scene ids and routing
-// metadata, whole updates, streams that resume (stream.h), and calls that are made
-// again, four times in all, after what MayRetry names: all but deletions, which would not find again
-// what they have deleted.
+// The C++ client of latticed: one object per server, one function per rpc. It uploads in parts,
+// reads all pages of lists, makes scene ids and routing metadata, returns whole updates, and
+// resumes streams (stream.h). It repeats calls, four attempts in all, after errors that MayRetry
+// names. It does not repeat deletions, since the second would not find what the first has deleted.
 //
 //   auto client = Client::Connect({.address = "127.0.0.1:50151"});
 //   auto mesh = (*client)->UploadMesh(bytes, header);
@@ -47,7 +46,7 @@ struct Connection {
   bool alone = false;  // not shared with other clients of this process
 };
 
-// Of `total` bytes or chunks, how many are done.
+// How many of `total` bytes or chunks are done.
 using Progress = std::function<void(uint64_t done, uint64_t total)>;
 
 // 128 random bits as hexadecimal digits: a scene id.
@@ -58,19 +57,19 @@ using Progress = std::function<void(uint64_t done, uint64_t total)>;
 class Client {
  public:
   // Does not wait for the server: the first call tells whether it is there. A request of `stop`
-  // cancels the calls and streams under way and all that begin later, but neither deletions nor
-  // what would leave in doubt whether there is something to delete: a CreateScene that has begun,
-  // and the last part of an upload.
+  // cancels all calls and streams, present and later ones. It does not cancel deletions, a
+  // CreateScene that has begun, or the last part of an upload: the caller must know what there is
+  // to delete.
   [[nodiscard]] static std::unique_ptr<Client> Connect(const Connection& connection,
                                                        std::stop_token stop = {});
   Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop = {});
 
   [[nodiscard]] absl::StatusOr<v1::ServerInfo> GetServerInfo();
-  // By the standard health service, which asks for no token. kUnavailable unless it serves.
+  // Asks the standard health service, which needs no token. kUnavailable unless the server serves.
   [[nodiscard]] absl::Status CheckHealth();
 
-  // Fills total_bytes and sha256 of the header in. Where the server has the same bytes in the same
-  // format already nothing is sent; but RAW always is, since the server alone compares layouts.
+  // Fills in total_bytes and sha256 of the header. Sends nothing where the server has the same
+  // bytes in the same format. RAW is always sent, since only the server can compare layouts.
   [[nodiscard]] absl::StatusOr<v1::Mesh> UploadMesh(std::string_view bytes, v1::MeshHeader header,
                                                     const Progress& progress = {});
   [[nodiscard]] absl::StatusOr<v1::Mesh> GetMesh(const std::string& mesh);
@@ -83,8 +82,8 @@ class Client {
   [[nodiscard]] absl::StatusOr<std::vector<v1::Scene>> ListScenes(const std::string& filter = "");
   [[nodiscard]] absl::Status DeleteScene(const std::string& scene);
   [[nodiscard]] absl::StatusOr<v1::LatticeState> GetLattice(const std::string& scene);
-  // Of one editor and scene one batch is under way at a time, as the protocol asks: others wait,
-  // and of those that wait the one with the lowest sequence goes next.
+  // Sends one batch of an editor and scene at a time, as the protocol asks. Others wait; the one
+  // with the lowest sequence goes next.
   [[nodiscard]] absl::StatusOr<v1::EditResult> ApplyEdits(const v1::EditBatch& batch);
   [[nodiscard]] absl::StatusOr<v1::EvaluatePointsResponse> EvaluatePoints(
       const v1::EvaluatePointsRequest& request);
@@ -115,8 +114,30 @@ class Client {
  private:
   friend class DeformStream;
   friend class WatchStream;
+  template <typename Stub, typename Request, typename Response>
+  using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Response*);
+  template <typename Stub, typename Request, typename Message>
+  using StreamMethod = std::unique_ptr<grpc::ClientReader<Message>> (Stub::*)(grpc::ClientContext*,
+                                                                              const Request&);
+
   // A context with the token, and the routing key where `scene` is not empty.
   std::unique_ptr<grpc::ClientContext> NewContext(const std::string& scene = "") const;
+  // Makes a unary call about `scene`. A request of `stop` cancels it.
+  template <typename Stub, typename Request, typename Response>
+  absl::StatusOr<Response> CallOnce(Stub& stub, Method<Stub, Request, Response> method,
+                                    const Request& request, const std::string& scene,
+                                    const std::stop_token& stop);
+  // The same, repeated after errors that MayRetry names.
+  template <typename Stub, typename Request, typename Response>
+  absl::StatusOr<Response> Call(Stub& stub, Method<Stub, Request, Response> method,
+                                const Request& request, const std::string& scene,
+                                const std::stop_token& stop);
+  // Reads all messages of a call about request.scene(), repeated like Call. Each attempt begins
+  // with `begin`; an error of `take` ends the call.
+  template <typename Request, typename Message>
+  absl::Status Receive(StreamMethod<v1::SceneService::Stub, Request, Message> method,
+                       const Request& request, const std::function<void()>& begin,
+                       const std::function<absl::Status(Message&&)>& take);
 
   const std::shared_ptr<grpc::Channel> channel_;
   std::string token_;

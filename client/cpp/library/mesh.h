@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From decoded points to a triangle mesh: triangles of the pattern, texture coordinates and groups
-// of the source mesh carried over by GetTopology's provenance.
+// Makes a triangle mesh of decoded points: with the triangles of the pattern, and with texture
+// coordinates and groups of the source mesh, which GetTopology's provenance carries over.
 //
-//   vertex order  patch after patch, pattern order inside: it depends on mesh, knots, frame and
-//                 segments alone, never on control points
+//   vertex order  patch after patch, pattern order inside: it depends only on mesh, knots, frame
+//                 and segments, never on control points
 //   uv            of point (i0, i1, i2) of a patch: sum over patch corners c, triangle corners k of
 //                 i_c / segments * barycentrics[3 c + k] * uv(corner k)
 //

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A stream of scene events that opens itself again with its resume token after a goaway, or after
-// what MayRetry names: five times in a row, with pauses that double from 100 ms.
+// The base of streams of scene events. It opens itself again with its resume token after a goaway,
+// or after an error that MayRetry names: five times in a row, with pauses that double from 100 ms.
 //
 //   stream.Start();
 //   auto event = stream.Read();                   // … until nullopt
@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -24,7 +25,6 @@
 #include "absl/status/statusor.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
-#include "client/cpp/library/reply.h"
 #include "client/cpp/library/status.h"
 #include "client/cpp/library/surface.h"
 #include "core/base/mutex.h"
@@ -32,31 +32,43 @@
 
 namespace latticed::client {
 
-// Called with every event as it comes, in the thread that reads, before the stream takes it. Nothing
-// is read while it runs, so one that takes its time is a slow reader.
+// Called with every event as it comes, in the thread that reads, before the stream takes it.
+// Nothing is read while it runs, so a slow observer is a slow reader.
 using EventObserver = std::function<void(const v1::SceneEvent&)>;
 
-// Of grpc::ClientReader and grpc::ClientReaderWriter, which have no public base in common.
-template <typename Stream>
+// Presence of other editors, by editor_id.
+using Others = std::map<std::string, v1::Presence>;
+
+// Rpc is grpc::ClientReader or grpc::ClientReaderWriter, which have no public base in common.
+template <typename Rpc>
 class ResumingStream {
  public:
-  using NewContext = std::function<std::unique_ptr<grpc::ClientContext>()>;
-  // Makes the rpc, and sends what it begins with.
-  using Open =
-      std::function<std::unique_ptr<Stream>(grpc::ClientContext*, const v1::WatchRequest&)>;
-
-  // `surface` forgets its partial update where the rpc breaks; a request of `stop` cancels.
-  ResumingStream(v1::WatchRequest watch, NewContext new_context, Open open, Surface* surface,
-                 const std::stop_token& stop, EventObserver observer)
-      : watch_(std::move(watch)),
-        new_context_(std::move(new_context)),
-        open_(std::move(open)),
-        surface_(surface),
-        observer_(std::move(observer)),
-        cancel_on_stop_(stop, [this] { Cancel(); }) {}
   ResumingStream(const ResumingStream&) = delete;
   ResumingStream& operator=(const ResumingStream&) = delete;
-  ~ResumingStream() {
+
+  // Ends the rpc and pauses between two of them.
+  void Cancel() {
+    const MutexLock lock(&mutex_);
+    cancelled_ = true;
+    if (context_ != nullptr) context_->TryCancel();
+  }
+
+  // The complete update that the stream opened with.
+  const std::optional<CompleteUpdate>& first_update() const { return first_update_; }
+  const Surface& surface() const { return surface_; }
+  const v1::Hello& hello() const { return hello_; }
+  // Who else is there, as far as the stream has been read.
+  const Others& others() const { return others_; }
+  // How often the stream had to open itself again.
+  int reconnections() const { return reconnections_; }
+
+ protected:
+  // A request of `stop` cancels the stream.
+  ResumingStream(v1::WatchRequest watch, const std::stop_token& stop, EventObserver observer)
+      : watch_(std::move(watch)),
+        observer_(std::move(observer)),
+        cancel_on_stop_(stop, [this] { Cancel(); }) {}
+  virtual ~ResumingStream() {
     if (rpc_ == nullptr) return;
     Cancel();
     v1::SceneEvent event;
@@ -65,17 +77,22 @@ class ResumingStream {
     (void)rpc_->Finish();
   }
 
+  virtual std::unique_ptr<grpc::ClientContext> NewContext() = 0;
+  // Makes the rpc, and sends its first requests.
+  virtual std::unique_ptr<Rpc> OpenRpc(grpc::ClientContext* context) = 0;
+
   void Start() {
     {
       const MutexLock lock(&mutex_);
-      context_ = new_context_();
+      context_ = NewContext();
       if (cancelled_) context_->TryCancel();
     }
     goaway_ = false;
-    rpc_ = open_(context_.get(), watch_);
+    rpc_ = OpenRpc(context_.get());
   }
 
-  // Waits for the next event but a goaway; nullopt when the stream was cancelled or has ended OK.
+  // Waits for the next event, but handles goaway and presence itself; nullopt when the stream was
+  // cancelled or has ended OK.
   [[nodiscard]] absl::StatusOr<std::optional<v1::SceneEvent>> Read() {
     while (rpc_ != nullptr) {
       v1::SceneEvent event;
@@ -88,7 +105,10 @@ class ResumingStream {
         goaway_ = true;
         const auto& after = event.goaway().retry_after();
         Pause(absl::Seconds(after.seconds()) + absl::Nanoseconds(after.nanos()));
+      } else if (event.has_presence()) {
+        TakePresence(event.presence());
       } else {
+        if (event.has_hello()) TakeHello(event.hello());
         return event;
       }
     }
@@ -101,19 +121,14 @@ class ResumingStream {
     watch_.set_resume_token(std::move(resume_token));
   }
 
-  // Ends the rpc and pauses between two of them.
-  void Cancel() {
-    const MutexLock lock(&mutex_);
-    cancelled_ = true;
-    if (context_ != nullptr) context_->TryCancel();
-  }
-
   // Where requests are written; null when the stream has ended.
-  Stream* rpc() const { return rpc_.get(); }
+  Rpc* rpc() const { return rpc_.get(); }
   // Its resume_token is always the newest.
   const v1::WatchRequest& watch() const { return watch_; }
-  // How often it had to open itself again.
-  int reconnections() const { return reconnections_; }
+
+  Surface surface_;
+  std::optional<CompleteUpdate> first_update_;
+  std::optional<v1::Presence> shown_;  // presence of this stream's own editor
 
  private:
   static constexpr int kMostFailuresInARow = 5;
@@ -124,7 +139,7 @@ class ResumingStream {
   absl::Status Restart() {
     const absl::Status status = FromGrpc(rpc_->Finish(), *context_);
     rpc_.reset();
-    surface_->DropPartialUpdate();
+    surface_.DropPartialUpdate();
     const bool done = status.ok() && !goaway_;
     if (done || cancelled()) return absl::OkStatus();
     if (!status.ok()) {
@@ -134,6 +149,20 @@ class ResumingStream {
     ++reconnections_;
     Start();
     return absl::OkStatus();
+  }
+
+  // After it the server tells of all who are there.
+  void TakeHello(const v1::Hello& hello) {
+    hello_ = hello;
+    others_.clear();
+  }
+
+  void TakePresence(const v1::Presence& presence) {
+    if (presence.left()) {
+      others_.erase(presence.editor_id());
+    } else {
+      others_[presence.editor_id()] = presence;
+    }
   }
 
   void Pause(absl::Duration duration) {
@@ -147,10 +176,9 @@ class ResumingStream {
   }
 
   v1::WatchRequest watch_;
-  const NewContext new_context_;
-  const Open open_;
-  Surface* const surface_;
   const EventObserver observer_;
+  v1::Hello hello_;
+  Others others_;
   bool goaway_ = false;
   int failures_in_a_row_ = 0;
   int reconnections_ = 0;
@@ -159,7 +187,7 @@ class ResumingStream {
   bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
   // Only the reading thread replaces it, under the mutex, and it alone reads it without.
   std::unique_ptr<grpc::ClientContext> context_;
-  std::unique_ptr<Stream> rpc_;                                     // uses *context_
+  std::unique_ptr<Rpc> rpc_;                                        // uses *context_
   const std::stop_callback<std::function<void()>> cancel_on_stop_;  // last: uses all
 };
 

@@ -8,7 +8,6 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/time/clock.h"
-#include "client/cpp/library/reply.h"
 #include "core/base/error.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/error_info.pb.h"
@@ -75,7 +74,7 @@ absl::Status FromRpc(const google::rpc::Status& status) {
   absl::Status result(static_cast<absl::StatusCode>(status.code()), status.message());
   if (status.details_size() == 0) return result;
   error::Details details = DetailsIn(status);
-  // Of another server, a proxy for instance: its field or delay counts all the same.
+  // Another server, a proxy for instance, gives no reason of ours; its field or delay still counts.
   if (details.reason.empty()) details.reason = error::DetailsOf(result).reason;
   return error::WithDetails(std::move(result), details);
 }

@@ -1,8 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a server answers, as the one currency of errors: grpc::Status -> absl::Status, with the
-// reason and field of its google.rpc details in error::DetailsOf.
+// Errors of rpcs: grpc::Status -> absl::Status, with the reason and field of its google.rpc details
+// in error::DetailsOf.
+//
+// Threads  pure functions
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_STATUS_H_
 #define LATTICED_CLIENT_CPP_LIBRARY_STATUS_H_
 
@@ -12,26 +14,30 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "google/rpc/status.pb.h"
+#include "grpcpp/client_context.h"
 #include "grpcpp/support/status.h"
 
 namespace latticed::client {
 
 [[nodiscard]] absl::Status FromGrpc(const grpc::Status& status);
-// Of EditResult.status; OK for code 0.
+// The same for an rpc that has finished. Where a server answered, the details' metadata has
+// "request_id", which the server's log names.
+[[nodiscard]] absl::Status FromGrpc(const grpc::Status& status, const grpc::ClientContext& context);
+// Converts EditResult.status; OK for code 0.
 [[nodiscard]] absl::Status FromRpc(const google::rpc::Status& status);
 
-// kCancelled: what a call that would begin after a request to stop fails with.
+// kCancelled: the error of a call that would begin after a request to stop.
 [[nodiscard]] absl::Status Stopped();
 
-// Whether the same call may succeed if made again: CANCELLED (by a proxy), INTERNAL (a broken
-// transport), UNKNOWN (a proxy ended the stream, and no server said why) and UNAVAILABLE.
+// Whether a repeated call may succeed: after CANCELLED (by a proxy), INTERNAL (a broken transport),
+// UNKNOWN (a proxy ended the stream without a status) and UNAVAILABLE.
 [[nodiscard]] bool MayRetry(const absl::Status& status);
 
-// Calls an idempotent function again after such an error, four times in all, waiting 100, 200, 400
-// ms; not after a request of `stop`.
+// Calls an idempotent function up to four times while MayRetry, after pauses of 100, 200 and 400
+// ms. A request of `stop` ends that.
 [[nodiscard]] absl::Status WithRetries(const std::stop_token& stop,
                                        const std::function<absl::Status()>& call);
-// What to wait after so many failures in a row, from 1: 100 ms, doubled by each.
+// The pause after the given number of failures in a row, from 1: 100 ms, doubled by each.
 [[nodiscard]] absl::Duration PauseAfter(int failures);
 
 }  // namespace latticed::client

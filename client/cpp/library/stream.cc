@@ -25,8 +25,8 @@ absl::StatusOr<std::unique_ptr<DeformStream>> DeformStream::Open(Client* client,
   if (watch.editor_id().empty()) watch.set_editor_id(RandomEditorId());
   std::unique_ptr<DeformStream> stream(
       new DeformStream(client, std::move(watch), std::move(observer)));
-  stream->stream_.Start();
-  // The first complete update: what edits are relative to is then known, and errors are told here.
+  stream->Start();
+  // After the first complete update the lattice is known, and errors of the watch have been told.
   LATTICED_ASSIGN_OR_RETURN(auto first, stream->Next());
   if (first.ended() && client->stop_.stop_requested()) return Stopped();
   stream->first_update_ = std::move(first.update);
@@ -34,23 +34,19 @@ absl::StatusOr<std::unique_ptr<DeformStream>> DeformStream::Open(Client* client,
 }
 
 DeformStream::DeformStream(Client* client, v1::WatchRequest watch, EventObserver observer)
-    : client_(client),
-      stream_(
-          std::move(watch), [this] { return client_->NewContext(stream_.watch().scene()); },
-          [this](grpc::ClientContext* context, const v1::WatchRequest& request) {
-            return OpenRpc(context, request);
-          },
-          &surface_, client->stop_, std::move(observer)) {}
+    : ResumingStream(std::move(watch), client->stop_, std::move(observer)), client_(client) {}
 
-std::unique_ptr<DeformStream::Rpc> DeformStream::OpenRpc(grpc::ClientContext* context,
-                                                         const v1::WatchRequest& watch) {
+std::unique_ptr<grpc::ClientContext> DeformStream::NewContext() {
+  return client_->NewContext(watch().scene());
+}
+
+std::unique_ptr<DeformStream::Rpc> DeformStream::OpenRpc(grpc::ClientContext* context) {
   auto rpc = client_->scenes_->Deform(context);
   v1::DeformRequest request;
-  *request.mutable_watch() = watch;
+  *request.mutable_watch() = watch();
   bool open = rpc->Write(request);
-  presence_.Begin();
-  if (presence_.shown().has_value()) {
-    *request.mutable_presence() = *presence_.shown();
+  if (shown_.has_value()) {
+    *request.mutable_presence() = *shown_;
     open = open && rpc->Write(request);
   }
   if (!unanswered_.empty()) resent_ = unanswered_.back().sequence();
@@ -63,10 +59,11 @@ std::unique_ptr<DeformStream::Rpc> DeformStream::OpenRpc(grpc::ClientContext* co
 }
 
 absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
-  if (half_closed_ || stream_.rpc() == nullptr) {
+  if (half_closed_ || rpc() == nullptr) {
     return absl::FailedPreconditionError("the stream takes no more edits");
   }
-  // Sequences and what an update says of them are one editor's: another's would never be seen.
+  // An update tells only the sequences of the stream's own editor: another's edit would never be
+  // seen.
   if (!batch.editor_id().empty() && batch.editor_id() != editor_id()) {
     return absl::InvalidArgumentError(
         fmt::format("editor_id: this stream is editor {}'s; {} wants a stream of its own",
@@ -78,29 +75,29 @@ absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
   *request.mutable_edit() = batch;
   unanswered_.push_back(std::move(batch));
   // A broken stream is noticed by Next, which opens it again and sends what is unanswered.
-  (void)stream_.rpc()->Write(request);
+  (void)rpc()->Write(request);
   return last_sequence_;
 }
 
 absl::Status DeformStream::Show(v1::Presence presence) {
-  if (half_closed_ || stream_.rpc() == nullptr) {
+  if (half_closed_ || rpc() == nullptr) {
     return absl::FailedPreconditionError("the stream takes nothing any more");
   }
   presence.set_editor_id(editor_id());
   v1::DeformRequest request;
   *request.mutable_presence() = presence;
-  presence_.Show(std::move(presence));
-  (void)stream_.rpc()->Write(request);
+  shown_ = std::move(presence);
+  (void)rpc()->Write(request);
   return absl::OkStatus();
 }
 
 void DeformStream::HalfClose() {
-  if (!std::exchange(half_closed_, true) && stream_.rpc() != nullptr) stream_.rpc()->WritesDone();
+  if (!std::exchange(half_closed_, true) && rpc() != nullptr) rpc()->WritesDone();
 }
 
 absl::StatusOr<DeformStream::Step> DeformStream::Next() {
   for (;;) {
-    LATTICED_ASSIGN_OR_RETURN(auto event, stream_.Read());
+    LATTICED_ASSIGN_OR_RETURN(auto event, Read());
     if (!event.has_value()) return Step{};
     auto step = Take(*std::move(event));
     if (!step.ok()) Cancel();
@@ -110,38 +107,26 @@ absl::StatusOr<DeformStream::Step> DeformStream::Next() {
 
 absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
   Step step;
-  switch (event.event_case()) {
-    case v1::SceneEvent::kHello:
-      hello_ = event.hello();
-      return step;
-    case v1::SceneEvent::kPresence:
-      presence_.Take(event.presence());
-      return step;
-    case v1::SceneEvent::kEditResult:
-      step.result = event.edit_result();
-      if (IsLostAnswer(*step.result)) step.result->clear_status();
-      Answer(*step.result);
-      return step;
-    case v1::SceneEvent::kHeartbeat: {
-      if (half_closed_) return step;
-      v1::DeformRequest request;
-      request.mutable_heartbeat();
-      (void)stream_.rpc()->Write(request);
-      return step;
-    }
-    default:
-      break;
+  if (event.has_edit_result()) {
+    step.result = event.edit_result();
+    if (IsLostAnswer(*step.result)) step.result->clear_status();
+    Answer(*step.result);
+    return step;
   }
+  v1::DeformRequest request;
+  if (event.has_heartbeat()) request.mutable_heartbeat();
   LATTICED_ASSIGN_OR_RETURN(step.update, surface_.Apply(std::move(event)));
   if (step.update.has_value()) {
     Remember(*step.update);
-    Acknowledge(step.update->end.update_id());
+    request.mutable_control()->set_acked_update_id(step.update->end.update_id());
   }
+  const bool answers = request.message_case() != v1::DeformRequest::MESSAGE_NOT_SET;
+  if (answers && !half_closed_) (void)rpc()->Write(request);
   return step;
 }
 
-// Sent twice, and a later one was taken before the break: this one was too, with what is not known,
-// since the server keeps the last answer alone.
+// The edit was sent twice, and the server took a later one before the break. So it took this one
+// too, with an unknown result: it keeps only an editor's last answer.
 bool DeformStream::IsLostAnswer(const v1::EditResult& result) const {
   return result.sequence() <= resent_ && result.status().code() != 0 &&
          error::DetailsOf(FromRpc(result.status())).reason == kOutOfOrder;
@@ -157,17 +142,10 @@ void DeformStream::Answer(const v1::EditResult& result) {
 }
 
 void DeformStream::Remember(const CompleteUpdate& update) {
-  stream_.Worked(update.end.resume_token());
+  Worked(update.end.resume_token());
   // An editor that edited before this stream goes on above its old sequences.
   last_sequence_ = std::max(last_sequence_, update.end.applied_sequence());
   newest_update_ = update;
-}
-
-void DeformStream::Acknowledge(uint64_t update_id) {
-  if (half_closed_) return;
-  v1::DeformRequest request;
-  request.mutable_control()->set_acked_update_id(update_id);
-  (void)stream_.rpc()->Write(request);
 }
 
 absl::StatusOr<CompleteUpdate> DeformStream::WaitFor(uint64_t sequence) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A Deform stream that lives as long as its user wants: it acknowledges updates, answers
-// heartbeats, and opens itself again as ResumingStream does, with its unanswered edits. Sequences
-// make edits that are sent twice count once.
+// A Deform stream that lives as long as its user wants. It acknowledges updates, answers
+// heartbeats, and opens itself again like every ResumingStream; it then sends unanswered edits
+// again. Sequences make an edit that is sent twice count once.
 //
 //   stream->Send(batch);                          // returns at once; sequence and editor filled in
 //   auto step = stream->Next();                   // waits for the next result or update
@@ -21,7 +21,6 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "client/cpp/library/presence.h"
 #include "client/cpp/library/resuming.h"
 #include "client/cpp/library/surface.h"
 #include "grpcpp/support/sync_stream.h"
@@ -31,43 +30,31 @@ namespace latticed::client {
 
 class Client;
 
-class DeformStream {
+class DeformStream final
+    : public ResumingStream<grpc::ClientReaderWriter<v1::DeformRequest, v1::SceneEvent>> {
  public:
-  // What a call of Next brought. Both are empty when the stream has ended OK.
+  // The result of Next. Both are empty when the stream has ended OK.
   struct Step {
     std::optional<CompleteUpdate> update;
     std::optional<v1::EditResult> result;
     bool ended() const { return !update.has_value() && !result.has_value(); }
   };
 
-  DeformStream(const DeformStream&) = delete;
-  DeformStream& operator=(const DeformStream&) = delete;
-
   // Sends edits; returns their sequence. An empty structure_id becomes the lattice's newest.
   // kInvalidArgument for another editor than the stream's, kFailedPrecondition once it has ended.
   [[nodiscard]] absl::StatusOr<uint64_t> Send(v1::EditBatch batch);
   // Waits for the next edit result or complete update.
   [[nodiscard]] absl::StatusOr<Step> Next();
-  // Waits for an update that holds the edit, in any order of sequences; of one that was here
-  // already the newest is returned. The edit's refusal is the error, also when it came earlier, for
-  // the last 1,024 refusals. kInvalidArgument for a sequence that was never sent.
+  // Waits for an update that holds the edit, in any order of sequences; where one came earlier,
+  // returns the newest. A refused edit returns its refusal; the last 1,024 refusals are kept.
+  // kInvalidArgument for a sequence that was never sent.
   [[nodiscard]] absl::StatusOr<CompleteUpdate> WaitFor(uint64_t sequence);
   // Shows others who this editor is and what it has selected, until the stream ends; editor_id is
-  // filled in. What the server refuses ends the stream. kFailedPrecondition once it has ended.
+  // filled in. A refusal of the server ends the stream. kFailedPrecondition once it has ended.
   [[nodiscard]] absl::Status Show(v1::Presence presence);
-  // Who else is there, as far as Next and WaitFor have read.
-  const Others& others() const { return presence_.others(); }
   // No more edits: the stream ends after the update that holds the last one.
   void HalfClose();
-  void Cancel() { stream_.Cancel(); }
-
-  // What the stream opened with.
-  const std::optional<CompleteUpdate>& first_update() const { return first_update_; }
-  const Surface& surface() const { return surface_; }
-  const v1::Hello& hello() const { return hello_; }
-  const std::string& editor_id() const { return stream_.watch().editor_id(); }
-  // How often it had to open itself again.
-  int reconnections() const { return stream_.reconnections(); }
+  const std::string& editor_id() const { return watch().editor_id(); }
 
  private:
   friend class Client;
@@ -77,26 +64,21 @@ class DeformStream {
                                                             EventObserver observer);
   DeformStream(Client* client, v1::WatchRequest watch, EventObserver observer);
 
-  // Makes the rpc and sends the watch, the presence and what is unanswered.
-  std::unique_ptr<Rpc> OpenRpc(grpc::ClientContext* context, const v1::WatchRequest& watch);
+  std::unique_ptr<grpc::ClientContext> NewContext() override;
+  // Sends the watch, the presence and the unanswered edits.
+  std::unique_ptr<Rpc> OpenRpc(grpc::ClientContext* context) override;
   absl::StatusOr<Step> Take(v1::SceneEvent event);
   bool IsLostAnswer(const v1::EditResult& result) const;
   void Answer(const v1::EditResult& result);
   void Remember(const CompleteUpdate& update);
-  void Acknowledge(uint64_t update_id);
 
   Client* const client_;
-  Surface surface_;
-  std::optional<CompleteUpdate> first_update_;
-  v1::Hello hello_;
   std::deque<v1::EditBatch> unanswered_;
   std::map<uint64_t, absl::Status> refusals_;
   std::optional<CompleteUpdate> newest_update_;
-  PresenceState presence_;
   uint64_t last_sequence_ = 0;
   uint64_t resent_ = 0;  // the last sequence that was sent again
   bool half_closed_ = false;
-  ResumingStream<Rpc> stream_;
 };
 
 }  // namespace latticed::client

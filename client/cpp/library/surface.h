@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The surface that a watcher has: SceneEvents in, complete updates out. An update that has not
-// ended changes nothing (proto/latticed/v1/event.proto).
+// The surface of a watcher: SceneEvents in, complete updates out. An update that has not ended
+// changes nothing (proto/latticed/v1/event.proto).
 //
-// Errors   kDataLoss when events contradict each other: nothing of that stream can be trusted then
+// Errors   kDataLoss when events contradict each other: that stream cannot be trusted any more
 // Threads  one at a time
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_SURFACE_H_
 #define LATTICED_CLIENT_CPP_LIBRARY_SURFACE_H_
@@ -32,14 +32,14 @@ struct CompleteUpdate {
 
 class Surface {
  public:
-  // Takes one event in; an update when this event completes it.
+  // Takes one event; returns an update when this event completes it.
   [[nodiscard]] absl::StatusOr<std::optional<CompleteUpdate>> Apply(v1::SceneEvent event);
   // Forgets an update that has begun: its stream has broken.
   void DropPartialUpdate();
 
   // Whether a complete update is here.
   bool complete() const { return complete_; }
-  // Of the newest complete update.
+  // These three belong to the newest complete update.
   const v1::Topology& topology() const { return topology_; }
   const v1::ViewOptions& view() const { return view_; }
   uint64_t revision() const { return revision_; }
@@ -47,31 +47,31 @@ class Surface {
   uint64_t bytes() const;
   // How much of the update in progress is here, 0 to 1.
   double progress() const;
-  // Of the newest edit heard of, deltas applied.
+  // The lattice after the newest edit that the server has told of.
   const v1::LatticeState& lattice() const { return lattice_; }
 
-  // The grid announced last: of all chunks, where no update is in progress.
+  // The grid announced last. All chunks have it unless an update is in progress.
   const v1::Quantisation& quantisation() const;
   size_t chunk_count() const { return chunks_.size(); }
   struct PatchRange {
     uint64_t first = 0, count = 0;
   };
-  // Of a chunk below chunk_count().
+  // The patches of a chunk below chunk_count().
   PatchRange PatchesOf(size_t chunk) const;
 
-  // The newest complete update with these of its chunks alone, to be decoded one by one; to keep.
+  // A copy of the newest complete update that has only these chunks, to be decoded one by one.
   [[nodiscard]] Surface Excerpt(std::span<const uint32_t> chunks) const;
 
   // All points of the newest complete update.
   [[nodiscard]] absl::StatusOr<DecodedPoints> Decode() const;
-  // Those of one of its chunks.
+  // The points of one of its chunks.
   [[nodiscard]] absl::StatusOr<DecodedPoints> Decode(size_t chunk) const;
 
  private:
   struct HeldChunk {
     std::string data;
-    // As announced when the chunk came: an id may come again with other bits after a change of
-    // view.
+    // As announced when the chunk came: after a change of view an id may come again with other
+    // bits.
     std::shared_ptr<const v1::Quantisation> quantisation;
   };
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Rpcs of latticed_client.h that stream one way: uploads, updates, topologies, exports. All of them
-// may be called again after a broken connection.
+// are repeated after a broken connection.
 #include <algorithm>
 #include <functional>
 #include <optional>
@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "client/cpp/library/latticed_client.h"
-#include "client/cpp/library/reply.h"
 #include "client/cpp/library/status.h"
 #include "core/base/limits.h"
 #include "core/base/sha256.h"
@@ -25,6 +24,7 @@ void Report(const Progress& progress, uint64_t done, uint64_t total) {
 }
 
 void AppendPart(const v1::TopologyPart& part, v1::TopologyPart* whole) {
+  whole->set_patch_count(part.patch_count());
   whole->mutable_faces()->MergeFrom(part.faces());
   whole->mutable_corners()->MergeFrom(part.corners());
   whole->mutable_barycentrics()->MergeFrom(part.barycentrics());
@@ -37,7 +37,7 @@ absl::StatusOr<v1::Mesh> Client::UploadMesh(std::string_view bytes, v1::MeshHead
                                             const Progress& progress) {
   header.set_total_bytes(bytes.size());
   header.set_sha256(Sha256Hex(bytes));
-  // A Mesh does not say its RawLayout: the same bytes may be another mesh.
+  // A Mesh does not tell its RawLayout: the same bytes may be another mesh.
   if (header.format() != v1::MESH_FORMAT_RAW) {
     if (auto present = GetMesh(header.sha256());
         present.ok() && present->format() == header.format()) {
@@ -68,33 +68,39 @@ absl::StatusOr<v1::Mesh> Client::UploadMesh(std::string_view bytes, v1::MeshHead
   return mesh;
 }
 
+template <typename Request, typename Message>
+absl::Status Client::Receive(StreamMethod<v1::SceneService::Stub, Request, Message> method,
+                             const Request& request, const std::function<void()>& begin,
+                             const std::function<absl::Status(Message&&)>& take) {
+  return WithRetries(stop_, [&]() -> absl::Status {
+    begin();
+    const auto context = NewContext(request.scene());
+    const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
+    const auto reader = (scenes_.get()->*method)(context.get(), request);
+    absl::Status taken;
+    for (Message message; taken.ok() && reader->Read(&message); message.Clear()) {
+      taken = take(std::move(message));
+    }
+    if (!taken.ok()) context->TryCancel();
+    const absl::Status end = FromGrpc(reader->Finish(), *context);
+    return taken.ok() ? end : taken;
+  });
+}
+
 absl::StatusOr<Surface> Client::GetUpdate(const v1::GetUpdateRequest& request,
                                           const Progress& progress) {
   constexpr uint64_t kProgressSteps = 1000;
-  std::optional<Surface> surface;
-  LATTICED_RETURN_IF_ERROR(WithRetries(stop_, [&]() -> absl::Status {
-    surface.emplace();
-    const auto context = NewContext(request.scene());
-    const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
-    const auto reader = scenes_->GetUpdate(context.get(), request);
-    v1::SceneEvent event;
-    absl::Status trouble;
-    while (reader->Read(&event)) {
-      const auto update = surface->Apply(std::move(event));
-      if (!update.ok()) {
-        trouble = update.status();
-        context->TryCancel();
-        break;
-      }
-      event.Clear();
-      Report(progress, static_cast<uint64_t>(surface->progress() * double{kProgressSteps}),
-             kProgressSteps);
-    }
-    const absl::Status end = FromGrpc(reader->Finish(), *context);
-    return trouble.ok() ? end : trouble;
-  }));
-  if (!surface->complete()) return absl::DataLossError("the server sent no complete update");
-  return *std::move(surface);
+  Surface surface;
+  LATTICED_RETURN_IF_ERROR((Receive<v1::GetUpdateRequest, v1::SceneEvent>(
+      &v1::SceneService::Stub::GetUpdate, request, [&] { surface = {}; },
+      [&](v1::SceneEvent&& event) {
+        const absl::Status status = surface.Apply(std::move(event)).status();
+        Report(progress, static_cast<uint64_t>(surface.progress() * double{kProgressSteps}),
+               kProgressSteps);
+        return status;
+      })));
+  if (!surface.complete()) return absl::DataLossError("the server sent no complete update");
+  return surface;
 }
 
 absl::StatusOr<v1::TopologyPart> Client::GetTopology(const std::string& scene,
@@ -103,19 +109,13 @@ absl::StatusOr<v1::TopologyPart> Client::GetTopology(const std::string& scene,
   request.set_scene(scene);
   request.set_topology_id(topology_id);
   v1::TopologyPart whole;
-  LATTICED_RETURN_IF_ERROR(WithRetries(stop_, [&]() -> absl::Status {
-    whole.Clear();
-    whole.set_topology_id(topology_id);
-    const auto context = NewContext(scene);
-    const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
-    const auto reader = scenes_->GetTopology(context.get(), request);
-    v1::TopologyPart part;
-    while (reader->Read(&part)) {
-      whole.set_patch_count(part.patch_count());
-      AppendPart(part, &whole);
-    }
-    return FromGrpc(reader->Finish(), *context);
-  }));
+  LATTICED_RETURN_IF_ERROR((Receive<v1::GetTopologyRequest, v1::TopologyPart>(
+      &v1::SceneService::Stub::GetTopology, request, [&] { whole.Clear(); },
+      [&](v1::TopologyPart&& part) {
+        AppendPart(part, &whole);
+        return absl::OkStatus();
+      })));
+  whole.set_topology_id(topology_id);
   if (static_cast<uint64_t>(whole.faces_size()) != whole.patch_count()) {
     return absl::DataLossError("the server sent less than the whole topology");
   }
@@ -125,19 +125,14 @@ absl::StatusOr<v1::TopologyPart> Client::GetTopology(const std::string& scene,
 absl::StatusOr<Client::ExportedFile> Client::Export(const v1::ExportRequest& request,
                                                     const Progress& progress) {
   ExportedFile file;
-  LATTICED_RETURN_IF_ERROR(WithRetries(stop_, [&]() -> absl::Status {
-    file = {};
-    const auto context = NewContext(request.scene());
-    const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
-    const auto reader = scenes_->Export(context.get(), request);
-    v1::ExportResponse response;
-    while (reader->Read(&response)) {
-      if (response.has_header()) file.header = response.header();
-      if (response.has_data()) file.bytes += response.data();
-      Report(progress, file.bytes.size(), file.header.bytes());
-    }
-    return FromGrpc(reader->Finish(), *context);
-  }));
+  LATTICED_RETURN_IF_ERROR((Receive<v1::ExportRequest, v1::ExportResponse>(
+      &v1::SceneService::Stub::Export, request, [&] { file = {}; },
+      [&](v1::ExportResponse&& response) {
+        if (response.has_header()) file.header = response.header();
+        if (response.has_data()) file.bytes += response.data();
+        Report(progress, file.bytes.size(), file.header.bytes());
+        return absl::OkStatus();
+      })));
   if (file.bytes.size() != file.header.bytes()) {
     return absl::DataLossError(fmt::format("an export of {} bytes ended after {}",
                                            file.header.bytes(), file.bytes.size()));

@@ -6,7 +6,7 @@ namespace latticed::client {
 
 Turns::Turn Turns::Wait(const std::string& key, uint64_t number) {
   const MutexLock lock(&mutex_);
-  Line& line = lines_[key];  // stays where it is, and is erased by its last user alone
+  Line& line = lines_[key];  // only its last user erases it
   const auto place = line.waiting.insert(number);
   mutex_.Await([&] { return !line.busy && place == line.waiting.begin(); });
   line.waiting.erase(place);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One caller at a time per key; of those that wait the lowest number goes next.
+// Admits one caller per key at a time. Of the waiting callers the lowest number goes next.
 //
 //   const Turns::Turn turn = turns.Wait("scene editor", batch.sequence());  // until destroyed
 //
@@ -20,7 +20,7 @@ namespace latticed::client {
 
 class Turns {
  public:
-  // Its destruction lets the next one go.
+  // Its destruction admits the next caller.
   class Turn {
    public:
     Turn(const Turn&) = delete;

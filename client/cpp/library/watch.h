@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A watch without edits, for which a read token suffices: it acknowledges updates and answers
-// heartbeats by ControlWatch, and opens itself again as ResumingStream does.
+// A watch without edits, for which a read token suffices. It acknowledges updates and answers
+// heartbeats by ControlWatch, and opens itself again like every ResumingStream.
 //
 //   auto watch = client->Watch(request);
 //   for (auto update = (*watch)->first_update(); update.has_value(); …) {
@@ -18,7 +18,6 @@
 #include <optional>
 
 #include "absl/status/statusor.h"
-#include "client/cpp/library/presence.h"
 #include "client/cpp/library/resuming.h"
 #include "client/cpp/library/surface.h"
 #include "grpcpp/support/sync_stream.h"
@@ -28,44 +27,30 @@ namespace latticed::client {
 
 class Client;
 
-class WatchStream {
+class WatchStream final : public ResumingStream<grpc::ClientReader<v1::SceneEvent>> {
  public:
-  WatchStream(const WatchStream&) = delete;
-  WatchStream& operator=(const WatchStream&) = delete;
-
   // Waits for the next complete update; nullopt when the watch was cancelled or has ended OK.
   [[nodiscard]] absl::StatusOr<std::optional<CompleteUpdate>> Next();
   // Changes the view, pauses or resumes; scene and watch_id are filled in.
   [[nodiscard]] absl::Status Control(v1::ControlWatchRequest request);
-  // Shows others who this watch's editor is, which it must name, until the watch ends; role edit.
+  // Shows others who this watch's editor is until the watch ends. The watch must name its editor,
+  // and needs the role edit.
   [[nodiscard]] absl::Status Show(v1::Presence presence);
-  // Who else is there, as far as Next has read.
-  const Others& others() const { return presence_.others(); }
-  void Cancel() { stream_.Cancel(); }
-
-  // What the watch opened with.
-  const std::optional<CompleteUpdate>& first_update() const { return first_update_; }
-  const Surface& surface() const { return surface_; }
-  const v1::Hello& hello() const { return hello_; }
-  // How often it had to open itself again.
-  int reconnections() const { return stream_.reconnections(); }
 
  private:
   friend class Client;
+  using Rpc = grpc::ClientReader<v1::SceneEvent>;
 
   static absl::StatusOr<std::unique_ptr<WatchStream>> Open(Client* client, v1::WatchRequest watch,
                                                            EventObserver observer);
   WatchStream(Client* client, v1::WatchRequest watch, EventObserver observer);
 
+  std::unique_ptr<grpc::ClientContext> NewContext() override;
+  std::unique_ptr<Rpc> OpenRpc(grpc::ClientContext* context) override;
   absl::StatusOr<std::optional<CompleteUpdate>> Take(v1::SceneEvent event);
-  absl::Status ControlPresence(const v1::Presence& presence);
+  absl::Status ControlPresence();
 
   Client* const client_;
-  Surface surface_;
-  std::optional<CompleteUpdate> first_update_;
-  v1::Hello hello_;
-  PresenceState presence_;
-  ResumingStream<grpc::ClientReader<v1::SceneEvent>> stream_;
 };
 
 }  // namespace latticed::client

@@ -10,12 +10,12 @@
 #include "client/cpp/latticectl/commands.h"
 #include "client/cpp/latticectl/json_output.h"
 #include "client/cpp/latticectl/lattice_json.h"
+#include "client/cpp/latticectl/named_values.h"
 #include "client/cpp/latticectl/progress_bar.h"
-#include "client/cpp/latticectl/sample_or_file.h"
 #include "client/cpp/latticectl/session.h"
+#include "client/cpp/latticectl/temporary_scenes.h"
 #include "client/cpp/latticectl/view_flags.h"
 #include "client/cpp/load/load_run.h"
-#include "client/cpp/load/load_scenes.h"
 #include "client/cpp/load/report_output.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/sample_meshes.h"
@@ -25,42 +25,23 @@ namespace latticed::client {
 namespace {
 
 constexpr int kMostStreams = 10'000;
-constexpr int kMostProcesses = 1 << 22;  // of Linux
+constexpr int kMostProcesses = 1 << 22;  // Linux has no larger process id
+
+constexpr NamedValues<Decoding, 3> kDecodings{
+    {{"first", Decoding::kFirst}, {"all", Decoding::kAll}, {"none", Decoding::kNone}}};
+constexpr NamedValues<bool, 2> kPoints{{{"all", true}, {"one", false}}};
 
 struct BenchFlags {
   SessionFlags session;
   std::vector<std::string> meshes{"knot"};
   int resolution = kDefaultSampleResolution;
   FitFlags fit;
-  ViewFlags view;
-  std::string pipeline, points = "all", decode = "first", markdown;
-  double rate = 0, interval_ms = 0, seconds = 0;
+  v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
+  std::string markdown;
   int server_process = 0;
   bool json = false;
-  LoadPlan plan;  // the rest of it follows from what stands above
+  LoadPlan plan;
 };
-
-LoadPlan ToPlan(const BenchFlags& flags) {
-  LoadPlan plan = flags.plan;
-  plan.all_points = flags.points == "all";
-  plan.decoding = flags.decode == "first" ? Decoding::kFirst
-                  : flags.decode == "all" ? Decoding::kAll
-                                          : Decoding::kNone;
-  plan.view = ToProto(flags.view);
-  if (flags.rate > 0) {
-    plan.mode = LoadMode::kOpen;
-    plan.period = absl::Seconds(1) / flags.rate;
-  }
-  if (flags.interval_ms > 0) {
-    plan.mode = LoadMode::kInterval;
-    plan.period = absl::Milliseconds(flags.interval_ms);
-  }
-  if (flags.seconds > 0) {
-    plan.duration = absl::Seconds(flags.seconds);
-    plan.edits = std::numeric_limits<uint64_t>::max();
-  }
-  return plan;
-}
 
 std::string MeshNames(const BenchFlags& flags) {
   std::string names;
@@ -70,57 +51,62 @@ std::string MeshNames(const BenchFlags& flags) {
   return names;
 }
 
-absl::Status Print(const BenchFlags& flags, const LoadPlan& plan, const LoadReport& report,
-                   Console console) {
+absl::Status Print(const BenchFlags& flags, const LoadReport& report, Console console) {
   if (flags.json) {
-    PrintLoadJson(plan, report, console.out);
+    PrintLoadJson(flags.plan, report, console.out);
   } else {
-    PrintLoadText(plan, report, console.out);
+    PrintLoadText(flags.plan, report, console.out);
   }
   if (flags.markdown.empty()) return absl::OkStatus();
   std::ofstream file(flags.markdown, std::ios::app);
-  file << LoadMarkdown(plan, report);
+  file << LoadMarkdown(flags.plan, report);
   file.close();
   if (file) return absl::OkStatus();
   return absl::UnknownError(fmt::format("{} cannot be written", flags.markdown));
 }
 
-absl::StatusOr<LoadReport> Measure(Session& session, const BenchFlags& flags, const LoadPlan& plan,
-                                   const std::stop_token& stop, Console console) {
+absl::StatusOr<std::vector<LoadScene>> MakeScenes(TemporaryScenes& made, const BenchFlags& flags,
+                                                  Console console) {
   v1::CreateSceneRequest request;
   *request.add_lattices()->mutable_fit() = ToProto(flags.fit);
-  request.mutable_diagnostics()->set_pipeline(PipelineToProto(flags.pipeline));
-  LoadScenes scenes(session.client());
-  for (int i = 0; i < plan.scenes; ++i) {
-    const std::string& mesh = flags.meshes[static_cast<size_t>(i) % flags.meshes.size()];
-    LATTICED_ASSIGN_OR_RETURN(auto file, SampleOrFile(mesh, flags.resolution));
-    LATTICED_RETURN_IF_ERROR(scenes.Make(std::move(file), request, console));
+  request.mutable_diagnostics()->set_pipeline(flags.pipeline);
+  std::vector<LoadScene> scenes;
+  for (int i = 0; i < flags.plan.scenes; ++i) {
+    const std::string& name = flags.meshes[static_cast<size_t>(i) % flags.meshes.size()];
+    LATTICED_ASSIGN_OR_RETURN(auto file, SampleOrFile(name, flags.resolution));
+    LATTICED_RETURN_IF_ERROR(made.Upload(file, {}, console).status());
+    LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(request));
+    scenes.push_back({scene.id(), std::make_shared<const MeshFile>(std::move(file))});
   }
+  return scenes;
+}
+
+absl::StatusOr<LoadReport> Measure(Session& session, const BenchFlags& flags,
+                                   const std::stop_token& stop, Console console) {
+  TemporaryScenes made(session.client());
+  LATTICED_ASSIGN_OR_RETURN(const auto scenes, MakeScenes(made, flags, console));
   LoadRun run(
-      plan, scenes.scenes(), [&session] { return session.NewClient(); },
-      {.fused = flags.pipeline.empty() || flags.pipeline == "fused",
+      flags.plan, scenes, [&session] { return session.NewClient(); },
+      {.fused = flags.pipeline == v1::PIPELINE_UNSPECIFIED || flags.pipeline == v1::PIPELINE_FUSED,
        .server_inside = flags.session.server.empty(),
-       .server_process = flags.server_process,
-       .superseded = [&session] { return session.Counter("latticed_updates_superseded_total"); }},
+       .server_process = flags.server_process},
       stop);
-  const bool timed = flags.seconds > 0;
-  ProgressBar bar(console, timed ? "milliseconds" : "edits", ProgressBar::Unit::kCount);
+  ProgressBar bar(console, flags.plan.timed() ? "milliseconds" : "edits",
+                  ProgressBar::Unit::kCount);
   return run.Run(bar.callback());
 }
 
 absl::Status Run(const BenchFlags& flags, CommandLine& line) {
   const std::stop_token stop = line.interruption.Catch();
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags.session, stop));
-  const LoadPlan plan = ToPlan(flags);
-  auto report = Measure(session, flags, plan, stop, line.console);
-  if (!report.ok()) return session.Explain(report.status());
-  report->meshes = MeshNames(flags);
-  LATTICED_RETURN_IF_ERROR(Print(flags, plan, *report, line.console));
-  return stop.stop_requested() ? absl::CancelledError("interrupted") : absl::OkStatus();
+  return WithSession(flags.session, stop, [&](Session& session) -> absl::Status {
+    LATTICED_ASSIGN_OR_RETURN(auto report, Measure(session, flags, stop, line.console));
+    report.meshes = MeshNames(flags);
+    LATTICED_RETURN_IF_ERROR(Print(flags, report, line.console));
+    return stop.stop_requested() ? absl::CancelledError("interrupted") : absl::OkStatus();
+  });
 }
 
-void AddLoadFlags(CLI::App& command, BenchFlags& flags) {
-  LoadPlan& plan = flags.plan;
+void AddLoadFlags(CLI::App& command, LoadPlan& plan) {
   const auto count = [&command](const char* name, int& value, int least, const char* text) {
     command.add_option(name, value, text)
         ->check(CLI::Range(least, kMostStreams))
@@ -134,41 +120,55 @@ void AddLoadFlags(CLI::App& command, BenchFlags& flags) {
   command.add_option("--slow-bytes-per-second", plan.slow_rate, "What a slow watcher reads")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command
-      .add_option("--decode", flags.decode,
-                  "Whose updates are decoded, where they are read: each scene's first editor's, "
-                  "those of all but slow watchers, or none")
-      ->check(CLI::IsMember({"first", "all", "none"}))
-      ->capture_default_str();
+  AddNamedOption<Decoding>(
+      command, "--decode", kDecodings, [&plan](Decoding decoding) { plan.decoding = decoding; },
+      "Whose updates are decoded, in the thread that reads them: those of each scene's first "
+      "editor, "
+      "of all but slow watchers, or none")
+      ->default_str("first");
 }
 
-void AddPaceFlags(CLI::App& command, BenchFlags& flags) {
+void AddPaceFlags(CLI::App& command, LoadPlan& plan) {
   CLI::Option* edits =
-      command.add_option("--edits", flags.plan.edits, "How many edits each editor makes")
+      command.add_option("--edits", plan.edits, "How many edits each editor makes")
           ->check(CLI::Range(1, 1'000'000))
           ->capture_default_str();
-  command.add_option("--duration", flags.seconds, "Edits for so many seconds instead")
+  command
+      .add_option_function<double>(
+          "--duration",
+          [&plan](double seconds) {
+            plan.duration = absl::Seconds(seconds);
+            plan.edits = std::numeric_limits<uint64_t>::max();
+          },
+          "Edits for this many seconds instead")
       ->check(CLI::PositiveNumber)
       ->excludes(edits);
   CLI::Option* rate =
       command
-          .add_option("--rate", flags.rate,
-                      "Open loop: so many edits a second of each editor, whatever the server does")
+          .add_option_function<double>(
+              "--rate",
+              [&plan](double rate) {
+                plan.mode = LoadMode::kOpen;
+                plan.period = absl::Seconds(1) / rate;
+              },
+              "Open loop: each editor makes this many edits a second, whatever the server does")
           ->check(CLI::Range(0.01, 10'000.0));
   command
-      .add_option(
-          "--interval", flags.interval_ms,
-          "An edit every so many milliseconds, as a browser's drag: all are one gesture, and "
-          "the newest replaces what could not be sent yet")
+      .add_option_function<double>(
+          "--interval",
+          [&plan](double milliseconds) {
+            plan.mode = LoadMode::kInterval;
+            plan.period = absl::Milliseconds(milliseconds);
+          },
+          "Milliseconds between edits, as in a browser's drag: all edits are one gesture, and the "
+          "newest replaces those that could not be sent yet")
       ->check(CLI::Range(0.1, 60'000.0))
       ->excludes(rate);
-  command
-      .add_option(
-          "--points", flags.points,
-          "What an edit moves: every second control point, so that all chunks change, or one, "
-          "each in its turn")
-      ->check(CLI::IsMember({"all", "one"}))
-      ->capture_default_str();
+  AddNamedOption<bool>(
+      command, "--points", kPoints, [&plan](bool all) { plan.all_points = all; },
+      "What an edit moves: every second control point, so that all chunks change, or one, "
+      "each in its turn")
+      ->default_str("all");
 }
 
 }  // namespace
@@ -177,35 +177,35 @@ void AddBenchCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<BenchFlags>();
   CLI::App* command = app.add_subcommand(
       "bench",
-      "Puts a server under load and measures the time from an edit to its update: each editor's "
-      "next edit when the update of its last one is here, or at times of their own (--rate, "
-      "--interval)");
+      "Puts a server under load and measures the time from an edit to its update. An editor makes "
+      "its "
+      "next edit when the update of its last one is here, or at fixed times (--rate, --interval)");
   command->footer(
-      "Counted as \"edits merged\": those that share their update with a later one; as \"updates "
-      "restarted\": those that say so (UpdateBegin.restart), begun in place of one that a newer "
-      "one superseded before its end, since its reader was slow or it gave way to less detail "
-      "(--max-points, --max-bytes-per-second); as \"updates superseded\": the latter alone, of "
-      "all streams, as a server in this process counts them.");
+      "\"edits merged\" share their update with a later edit. \"updates restarted\" say so "
+      "(UpdateBegin.restart): a newer update superseded one before its end, because its reader was "
+      "slow or because it gave way to less detail (--max-points, --max-bytes-per-second). "
+      "\"updates "
+      "superseded\" gave way to less detail, counted by the server over all of its streams.");
   command->add_option("meshes", flags->meshes, "Files, or names of 'latticectl sample'")
       ->capture_default_str();
   command->add_option("--resolution", flags->resolution, "Of sample meshes")
       ->check(CLI::Range(kMinSampleResolution, kMaxSampleResolution))
       ->capture_default_str();
-  AddLoadFlags(*command, *flags);
-  AddPaceFlags(*command, *flags);
+  AddLoadFlags(*command, flags->plan);
+  AddPaceFlags(*command, flags->plan);
   AddFitFlags(*command, flags->fit);
-  AddViewFlags(*command, flags->view);
-  AddDragFlags(*command, flags->view);
+  AddViewFlags(*command, flags->plan.view);
+  AddDragFlags(*command, flags->plan.view);
   AddPipelineFlag(*command, flags->pipeline);
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
   command
       ->add_option("--server-pid", flags->server_process,
-                   "The server's process on this machine, whose processor time is told then")
+                   "The server's process on this machine; its processor time is reported")
       ->check(CLI::Range(1, kMostProcesses))
       ->needs("--server");
   command->add_option("--markdown", flags->markdown, "Appends the result to this file");
   AddJsonFlag(*command, flags->json);
-  command->callback([flags, &line] { line.action = [flags, &line] { return Run(*flags, line); }; });
+  SetAction(*command, line, [flags, &line] { return Run(*flags, line); });
 }
 
 }  // namespace latticed::client

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Edits through one Deform stream, as a native client: the next edit when the update that holds the
-// last one is here. Afterwards it goes on watching.
+// Edits through one Deform stream, as a native client does. It sends the next edit when the update
+// with the last one is complete. After its last edit it goes on watching.
 #ifndef LATTICED_CLIENT_CPP_LOAD_CLOSED_LOOP_EDITOR_H_
 #define LATTICED_CLIENT_CPP_LOAD_CLOSED_LOOP_EDITOR_H_
 
@@ -35,7 +35,7 @@ class ClosedLoopEditor final : public LoadEditor {
   absl::Status Edit();
   absl::Status EditOnce(uint64_t step);
   absl::Status Watch();
-  // Waits for the next result or update. A refusal is an error.
+  // Waits for the next result or update. The error may be the refusal of an edit.
   absl::Status TakeNext();
   void Fail(const absl::Status& status);
 

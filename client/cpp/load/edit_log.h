@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The edits of a scene, whoever made them: when each was due, and the revision that holds it.
+// The edits of a scene, by all of its editors: when each was due, and the revision that holds it.
 //
-// Threads  safe; edits() when all editors are done
+// Threads  safe; edits() only when all editors are done
 #ifndef LATTICED_CLIENT_CPP_LOAD_EDIT_LOG_H_
 #define LATTICED_CLIENT_CPP_LOAD_EDIT_LOG_H_
 
@@ -23,17 +23,17 @@ struct TimedEdit {
 
 inline constexpr int kWarmUpEditor = -1;  // moves all points
 
-// A batch that was applied: MakeLoadEdit's of that step.
+// A batch that was applied: MakeLoadEdit with that step.
 struct AppliedEdit {
   uint64_t revision = 0;
-  int editor = 0;  // in its scene
+  int editor = 0;  // its number in the scene
   uint64_t step = 0;
   absl::Duration apply_time;  // on the server, from its arrival until it was applied
 };
 
 class EditLog {
  public:
-  // An edit that was applied, and those due before it that it has replaced unsent.
+  // Adds an applied edit. `due` also has the earlier edits that it replaced before they were sent.
   void Add(const std::vector<absl::Time>& due, int editor, uint64_t step,
            const v1::EditResult& result) {
     const MutexLock lock(&mutex_);
@@ -43,7 +43,7 @@ class EditLog {
                         absl::Microseconds(result.timings().queue_us()) +
                             absl::Microseconds(result.timings().apply_us())});
   }
-  // Edits that were due and could not be sent before the run was stopped.
+  // Counts edits that were due, but not sent when the run was stopped.
   void AddUnsent(uint64_t edits) {
     const MutexLock lock(&mutex_);
     unsent_ += edits;

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a load's own edits had put the control points at each revision, as core/ffd applies them.
+// The control points at each revision of a load, computed by core/ffd from the load's own edits.
 //
-// Errors   EditHistory's: an edit that the server has applied cannot be
+// Errors   EditHistory's, where core/ffd cannot apply an edit that the server has applied
 // Threads  one at a time
 #ifndef LATTICED_CLIENT_CPP_LOAD_LATTICE_REPLAY_H_
 #define LATTICED_CLIENT_CPP_LOAD_LATTICE_REPLAY_H_
@@ -22,10 +22,10 @@ namespace latticed::client {
 
 class LatticeReplay {
  public:
-  // `edits` are all that were made of `before`, by `plan`.
+  // `edits` are all edits of `plan` since `before`.
   LatticeReplay(const LoadPlan& plan, const v1::LatticeState& before,
                 std::vector<AppliedEdit> edits);
-  // Not before one that was asked for earlier. Valid until the next call.
+  // Revisions must not decrease from call to call. The result is valid until the next call.
   [[nodiscard]] absl::StatusOr<std::span<const Vec3d>> At(uint64_t revision);
 
  private:

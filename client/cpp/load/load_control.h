@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the threads of a run share: when it ends, how far it is, and the first failure, which ends
-// it.
+// Shared by the threads of a run: its deadline, its progress, and its first failure, which ends it.
 //
 // Threads  safe
 #ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_CONTROL_H_
@@ -21,20 +20,20 @@ namespace latticed::client {
 
 class LoadControl {
  public:
-  // A request of `stop` ends the run as its deadline does.
+  // A request of `stop` ends the run like its deadline.
   explicit LoadControl(const std::stop_token& stop);
   LoadControl(const LoadControl&) = delete;
   LoadControl& operator=(const LoadControl&) = delete;
 
-  // From here on updates are measured.
+  // Updates are measured from here on.
   void Begin(absl::Time deadline);
   bool begun() const { return begun_; }
-  // Sleeps where the time has not come yet. False at once when the run was stopped, or ends before:
-  // what was due before the deadline is done, however late it is.
+  // Sleeps until `time`. Returns false at once when the run was stopped, or when its deadline is
+  // not after `time`. An edit that was due before the deadline is still made after it.
   bool SleepUntil(absl::Time time);
-  // By its deadline, or stopped.
+  // Whether the deadline has passed, or the run was stopped.
   bool Ended() const;
-  // By a request or a failure.
+  // Whether a request or a failure has ended the run.
   bool Stopped() const;
 
   void Fail(const absl::Status& status);

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One editor of a load: it edits a scene as its plan says and watches it.
+// One editor of a load: it edits a scene by the plan, and watches it.
 //
 // Errors   the server's; they end the run (LoadControl)
-// Threads  one at a time; log() as it says, surface() after Close
+// Threads  one at a time; log() like UpdateLog, surface() only after Close
 #ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_EDITOR_H_
 #define LATTICED_CLIENT_CPP_LOAD_LOAD_EDITOR_H_
 
@@ -22,33 +22,29 @@ namespace latticed::client {
 
 class LoadEditor {
  public:
-  // What it works with. All outlive it.
+  // All of these outlive the editor.
   struct Context {
     const LoadPlan* plan = nullptr;
-    const v1::LatticeState* lattice = nullptr;  // before all edits
+    const v1::LatticeState* lattice = nullptr;  // before the first edit
     EditLog* edits = nullptr;
     LoadControl* control = nullptr;
-    int number = 0;  // in its scene
+    int number = 0;  // counts the editors of a scene
     bool decodes = false;
   };
 
   virtual ~LoadEditor() = default;
-  // The first edit is due at `begin`, or a share of the period later, so that editors take turns.
+  // The first edit is due at `begin`, or a fraction of the period later: editors take turns.
   virtual void Start(absl::Time begin) = 0;
-  // Until all its edits have been answered.
+  // Waits until all of its edits have been answered.
   virtual void WaitUntilDone() = 0;
-  // Until its stream has this revision. kDeadlineExceeded, or why the stream has failed.
+  // Waits until its stream has this revision. kDeadlineExceeded, or the error of the stream.
   [[nodiscard]] virtual absl::Status WaitFor(uint64_t revision) = 0;
-  // Ends stream and threads. Idempotent.
+  // Ends the stream and the threads. Idempotent.
   virtual void Close() = 0;
 
   virtual const UpdateLog& log() const = 0;
   virtual const Surface& surface() const = 0;
 };
-
-// By the plan's mode; returns with the first update.
-[[nodiscard]] absl::StatusOr<std::unique_ptr<LoadEditor>> OpenLoadEditor(
-    std::unique_ptr<Client> client, v1::WatchRequest request, const LoadEditor::Context& context);
 
 }  // namespace latticed::client
 

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a load is: who edits and who watches each scene, and when the next edit is due.
+// A load: the editors and watchers of each scene, and when the next edit is due.
 //
-//   closed    when the update that holds the last edit is here (and decoded, where it is)
+//   closed    when the update with the last edit is complete, and decoded where the plan says so
 //   open      every period, whatever the server does
-//   interval  every period, but one batch is on its way at a time, and while it is the newest edit
-//             replaces those that wait: what a browser's drag does
+//   interval  every period, but one batch is on its way at a time; meanwhile the newest edit
+//             replaces those that wait, as in a browser's drag
 //
-// Edits of a period are counted from the time they were due, not from when they could be sent.
+// The latency of an edit with a period counts from the time it was due, not from when it was sent.
 #ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_PLAN_H_
 #define LATTICED_CLIENT_CPP_LOAD_LOAD_PLAN_H_
 
@@ -24,35 +24,37 @@ namespace latticed::client {
 
 enum class LoadMode { kClosed, kOpen, kInterval };
 
-// Whose updates are decoded, in the thread that reads them.
+// Which updates are decoded, in the thread that reads them.
 enum class Decoding {
-  kFirst,  // of each scene's first editor
-  kAll,    // of all editors and of the watchers that keep up
+  kFirst,  // those of each scene's first editor
+  kAll,    // those of all editors, and of the watchers that keep up
   kNone,
 };
 
 struct LoadPlan {
   int scenes = 1;
-  int editors = 1;         // of each scene, as all counts; they watch too
-  int watchers = 0;        // that read as fast as they can
-  int slow = 0;            // that read so many bytes a second
-  int stalled = 0;         // that read one update and then nothing
-  double slow_rate = 1e6;  // bytes a second
+  int editors = 1;         // of each scene, like all that follow; editors watch too
+  int watchers = 0;        // read as fast as they can
+  int slow = 0;            // read slow_rate
+  int stalled = 0;         // read one update and then nothing
+  double slow_rate = 1e6;  // bytes per second
   LoadMode mode = LoadMode::kClosed;
   absl::Duration period;                               // open and interval
   uint64_t edits = 100;                                // of each editor
-  absl::Duration duration = absl::InfiniteDuration();  // ends earlier
-  // Moved by an edit: every second control point, so that all chunks change, or one after the other.
+  absl::Duration duration = absl::InfiniteDuration();  // the run ends then at the latest
+  // An edit moves every second control point, so that all chunks change; or one, each in its turn.
   bool all_points = true;
   Decoding decoding = Decoding::kFirst;
   v1::ViewOptions view;
+
+  bool timed() const { return duration < absl::InfiniteDuration(); }
 };
 
-// "open loop, 30 edits/s": how a plan's edits come.
+// The pace of the edits: "open loop, 30 edits/s an editor".
 [[nodiscard]] std::string LoadModeText(const LoadPlan& plan);
 
-// Edit number `step`: moves control points by a tenth of the lattice's first edge, there and back,
-// so that a long run does not drift.
+// Edit number `step`. It moves control points by a tenth of the lattice's first edge, there and
+// back: a long run does not drift.
 [[nodiscard]] v1::EditBatch MakeLoadEdit(const v1::LatticeState& lattice, bool all_points,
                                          uint64_t step);
 

@@ -3,6 +3,7 @@
 #include "client/cpp/load/load_report.h"
 
 #include <algorithm>
+#include <functional>
 
 namespace latticed::client {
 
@@ -55,6 +56,27 @@ void ServerStages::Add(const UpdateLog& log, std::span<const AppliedEdit> applie
     encode.Add(absl::Microseconds(update.timings.encode_us()));
     send.Add(absl::Microseconds(update.timings.send_us()));
   }
+}
+
+std::vector<TimeShare> TimeShares(const LoadReport& report) {
+  const auto median = [](const LatencyRecorder& recorder) { return recorder.Summarise().p50; };
+  const ServerStages& stages = report.stages;
+  if (stages.queue.count() == 0 || report.editors.update_end.count() == 0) return {};
+  const double apply = median(stages.apply), queue = median(stages.queue);
+  const double evaluate = median(stages.evaluate), encode = median(stages.encode);
+  const double send = median(stages.send), end = median(report.editors.update_end);
+  std::vector<TimeShare> shares{
+      {"apply", "applying", apply},
+      {"wait", "waiting for a turn", std::max(queue - evaluate - encode, 0.0)},
+      {"evaluate", "evaluating", evaluate},
+      {"encode", "encoding", encode},
+      {"send", "sending", send},
+      {"way", "on the way", std::max(end - apply - queue - send, 0.0)}};
+  if (report.editors.decoded.count() > 0) {
+    shares.push_back({"decode", "decoding", std::max(median(report.editors.decoded) - end, 0.0)});
+  }
+  std::ranges::stable_sort(shares, std::greater(), &TimeShare::ms);
+  return shares;
 }
 
 }  // namespace latticed::client

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a load has measured: the edits of all scenes against the updates of all their streams.
+// The result of a load: the edits of all scenes against the updates of all their streams.
 //
 // Threads  one at a time
 #ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_REPORT_H_
@@ -17,12 +17,12 @@
 #include "client/cpp/latticectl/latency_recorder.h"
 #include "client/cpp/load/edit_log.h"
 #include "client/cpp/load/load_plan.h"
+#include "client/cpp/load/surface_verifier.h"
 #include "client/cpp/load/update_log.h"
-#include "client/cpp/load/verified_points.h"
 
 namespace latticed::client {
 
-// Chunks that an update has brought, of all that the surface has.
+// How many chunks an update brought, of all chunks of the surface.
 struct SentChunks {
   uint64_t sent = 0, all = 0;
   double share() const {
@@ -30,34 +30,34 @@ struct SentChunks {
   }
 };
 
-// Streams of one kind. A latency is counted for every edit of a scene and every stream of it: from
-// when the edit was due to the first update that holds it.
+// Streams of one kind. Each edit of a scene and each stream of that scene give one latency: from
+// the time that the edit was due to the first update that holds it.
 struct StreamGroup {
   uint64_t streams = 0;
   uint64_t updates = 0, bytes = 0;
   uint64_t merged = 0;  // edits that share their update with a later one
-  // Updates begun in place of one that was superseded on its way (UpdateBegin.restart): its snapshot
-  // was retired since the stream is slow, or it gave way to less detail since edits came again. The
+  // Updates with UpdateBegin.restart. They replaced one that had not ended: its snapshot was
+  // retired because the stream is slow, or it gave way to less detail because edits came again. The
   // server counts them as latticed_updates_restarted_total.
   uint64_t restarted = 0;
-  uint64_t unseen = 0;  // edits whose update had not come at the end
+  uint64_t unseen = 0;  // edits whose update had not come when the run ended
   LatencyRecorder first_chunk, update_end, decoded;
   std::vector<SentChunks> chunks;  // of each update
 
-  // One stream more. `edits` are its scene's, by revision; updates up to `first_revision` are the
-  // warm-up's.
+  // Adds a stream. `edits` are those of its scene, sorted by revision. Updates up to
+  // `first_revision` belong to the warm-up.
   void Add(const UpdateLog& log, std::span<const TimedEdit> edits, uint64_t first_revision);
-  // By their share; zeros where there was no update.
+  // The median by share; zeros where there was no update.
   SentChunks MedianChunks() const;
 };
 
-// Times on the server, as update_end and edit_result tell them: of the batches, and of the updates
-// of each scene's first editor.
+// Times on the server, from edit_result of each batch and from update_end of each scene's first
+// editor.
 struct ServerStages {
   LatencyRecorder apply, queue, evaluate, encode, send;
-  // From the arrival of the batch that made an update's revision to update_begin, when all its bytes
-  // are in the host's memory: the sum of that batch's and that update's times, of each update by
-  // itself. Batches that were merged into it had come earlier, by what the server does not tell.
+  // From the arrival of the batch that made an update's revision to update_begin, when all bytes of
+  // the update are in host memory: the sum of the batch's times and the update's times. Batches
+  // merged into the update came earlier; the server does not tell by how much.
   LatencyRecorder arrival_to_bytes;
 
   // `applied`: the scene's batches, by revision.
@@ -67,29 +67,42 @@ struct ServerStages {
 // Processor time of the measured run.
 struct CpuTimes {
   absl::Duration own;
-  bool own_holds_server = false;         // which runs in this process
-  std::optional<absl::Duration> server;  // of a process of its own
+  bool own_holds_server = false;         // the server runs in this process
+  std::optional<absl::Duration> server;  // of the server's process, where it is known
 };
 
 struct LoadReport {
   std::string meshes;
   uint64_t patches = 0, points = 0;  // of all scenes
   v1::Encoding encoding = v1::ENCODING_UNSPECIFIED;
-  uint64_t edits = 0;     // that were due and have taken effect
-  uint64_t replaced = 0;  // of these, unsent: a newer one took their place
-  uint64_t unsent = 0;    // due as well, when the run was stopped
+  uint64_t edits = 0;     // were due and have taken effect
+  uint64_t replaced = 0;  // share of edits that a newer one replaced before they were sent
+  uint64_t unsent = 0;    // were due, but not sent when the run was stopped
   absl::Duration duration;
   StreamGroup editors, watchers, slow;
   ServerStages stages;
   CpuTimes cpu;
-  // Updates that the server gave up on their way for a newer one in less detail, as it counts them
-  // itself (latticed_updates_superseded_total); known of one in this process.
-  std::optional<uint64_t> superseded;
+  // Updates that gave way to one with less detail, of all streams of the server: it counts them
+  // itself.
+  uint64_t superseded = 0;
   VerifiedPoints verified;
 
   uint64_t updates() const { return editors.updates + watchers.updates + slow.updates; }
   uint64_t bytes() const { return editors.bytes + watchers.bytes + slow.bytes; }
 };
+
+// Where the time goes from an edit to its update at an editor:
+//
+//   apply | wait for a turn | evaluate | encode | send | on the way | decode
+//
+// Each is a median of its own, so their sum is near the median of the whole, but not equal to it.
+struct TimeShare {
+  std::string key, name;  // for programs and for people
+  double ms = 0;
+};
+// The longest first: the next bottleneck. Without decoding where nothing was decoded; empty where
+// no update was timed.
+[[nodiscard]] std::vector<TimeShare> TimeShares(const LoadReport& report);
 
 }  // namespace latticed::client
 

@@ -2,13 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/load/load_run.h"
 
+#include <time.h>
+
 #include <thread>
 
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "client/cpp/library/status.h"
-#include "client/cpp/load/cpu_time.h"
 #include "core/base/status_macros.h"
+#include "fmt/format.h"
 
 namespace latticed::client {
 namespace {
@@ -17,12 +19,28 @@ constexpr absl::Duration kProgressInterval = absl::Milliseconds(100);
 // Between the last thread's start and the first edit.
 constexpr absl::Duration kStartDelay = absl::Milliseconds(20);
 
+// Processor time, user and system together.
+absl::Duration OwnCpuTime() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return absl::DurationFromTimespec(time);
+}
+
+absl::StatusOr<absl::Duration> CpuTimeOf(int process) {
+  clockid_t clock{};
+  timespec time{};
+  if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &time) != 0) {
+    return absl::NotFoundError(fmt::format("there is no process {} here", process));
+  }
+  return absl::DurationFromTimespec(time);
+}
+
 }  // namespace
 
 LoadRun::LoadRun(const LoadPlan& plan, const std::vector<LoadScene>& scenes,
                  const SceneLoad::NewClient& new_client, const Options& options,
                  const std::stop_token& stop)
-    : plan_(plan), options_(options), control_(stop) {
+    : plan_(plan), options_(options), client_(new_client()), control_(stop) {
   for (const LoadScene& scene : scenes) {
     scenes_.push_back(std::make_unique<SceneLoad>(&plan_, scene, new_client, &control_));
   }
@@ -30,27 +48,25 @@ LoadRun::LoadRun(const LoadPlan& plan, const std::vector<LoadScene>& scenes,
 
 absl::StatusOr<LoadReport> LoadRun::Run(const Progress& progress) {
   LATTICED_RETURN_IF_ERROR(Prepare());
-  LATTICED_ASSIGN_OR_RETURN(const auto cpu_before, ReadCpuTimes());
-  const std::optional<uint64_t> superseded_before = options_.superseded();
+  LATTICED_ASSIGN_OR_RETURN(const auto before, ReadCounters());
   const absl::Time begin = absl::Now();
   Measure(progress);
   absl::Status status = Settle();
   LoadReport report;
   report.duration = absl::Now() - begin;
-  report.superseded = options_.superseded();
-  auto cpu = ReadCpuTimes();
+  const auto after = ReadCounters();
   for (const auto& scene : scenes_) scene->Close();
-  if (!status.ok()) return status;
-  if (!cpu.ok()) return cpu.status();
+  LATTICED_RETURN_IF_ERROR(status);
+  LATTICED_RETURN_IF_ERROR(after.status());
   for (const auto& scene : scenes_) {
-    if (status = scene->Verify(options_.fused); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(scene->Verify(options_.fused));
     scene->AddTo(&report);
   }
   if (report.edits == 0) return Stopped();
-  if (report.superseded.has_value()) *report.superseded -= superseded_before.value_or(0);
-  report.cpu = *cpu;
-  report.cpu.own -= cpu_before.own;
-  if (report.cpu.server.has_value()) *report.cpu.server -= *cpu_before.server;
+  report.superseded = after->superseded - before.superseded;
+  report.cpu = after->cpu;
+  report.cpu.own -= before.cpu.own;
+  if (report.cpu.server.has_value()) *report.cpu.server -= *before.cpu.server;
   return report;
 }
 
@@ -73,7 +89,7 @@ void LoadRun::Measure(const Progress& progress) {
     for (const auto& scene : scenes_) scene->WaitUntilDone();
     done.Notify();
   });
-  const bool timed = plan_.duration < absl::InfiniteDuration();
+  const bool timed = plan_.timed();
   const uint64_t all = timed ? static_cast<uint64_t>(absl::ToInt64Milliseconds(plan_.duration))
                              : plan_.edits * static_cast<uint64_t>(plan_.editors) * scenes_.size();
   do {
@@ -91,12 +107,13 @@ absl::Status LoadRun::Settle() {
   return control_.status();
 }
 
-absl::StatusOr<CpuTimes> LoadRun::ReadCpuTimes() const {
-  CpuTimes times{.own = OwnCpuTime(), .own_holds_server = options_.server_inside};
-  if (options_.server_process == 0) return times;
-  LATTICED_ASSIGN_OR_RETURN(const auto server, CpuTimeOf(options_.server_process));
-  times.server = server;
-  return times;
+absl::StatusOr<LoadRun::Counters> LoadRun::ReadCounters() const {
+  LATTICED_ASSIGN_OR_RETURN(const auto info, client_->GetServerInfo());
+  Counters counters{.cpu = {.own = OwnCpuTime(), .own_holds_server = options_.server_inside},
+                    .superseded = info.superseded_updates()};
+  if (options_.server_process == 0) return counters;
+  LATTICED_ASSIGN_OR_RETURN(counters.cpu.server, CpuTimeOf(options_.server_process));
+  return counters;
 }
 
 }  // namespace latticed::client

@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs a load on scenes that are there, and verifies what came of it before it reports a number.
+// Runs a load on scenes, and verifies the streams' surfaces before it reports a number.
 //
 //   LoadRun run(plan, scenes, new_client, stop);
 //   const auto report = run.Run(progress);
 //
-// A request of `stop` ends the edits; what was measured until then is settled, verified and
-// reported all the same.
+// A request of `stop` ends the edits. The run then still settles, verifies and reports.
 //
 // Errors   the first of any stream, SurfaceVerifier's; kCancelled when stopped before the first edit
 // Threads  one at a time
@@ -15,9 +14,7 @@
 #define LATTICED_CLIENT_CPP_LOAD_LOAD_RUN_H_
 
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -35,9 +32,7 @@ class LoadRun {
   struct Options {
     bool fused = true;           // the scenes' pipeline
     bool server_inside = false;  // of this process
-    int server_process = 0;      // else its id, where it runs on this machine and is known
-    // What a server in this process has counted as superseded so far; none of another.
-    std::function<std::optional<uint64_t>()> superseded = [] { return std::nullopt; };
+    int server_process = 0;      // its id, where it runs on this machine and is known
   };
 
   LoadRun(const LoadPlan& plan, const std::vector<LoadScene>& scenes,
@@ -50,10 +45,16 @@ class LoadRun {
   absl::Status Prepare();
   void Measure(const Progress& progress);
   absl::Status Settle();
-  absl::StatusOr<CpuTimes> ReadCpuTimes() const;
+  // Counters that grow during the run.
+  struct Counters {
+    CpuTimes cpu;
+    uint64_t superseded = 0;
+  };
+  absl::StatusOr<Counters> ReadCounters() const;
 
   const LoadPlan plan_;
   const Options options_;
+  const std::unique_ptr<Client> client_;
   LoadControl control_;
   std::vector<std::unique_ptr<SceneLoad>> scenes_;  // use plan_ and control_
 };

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One watcher of a load, with a connection and a thread of its own: it keeps up, reads so many
-// bytes a second, or reads one update and then nothing.
+// One watcher of a load, with a connection and a thread of its own. It keeps up, reads a given
+// number of bytes per second, or reads one update and then nothing.
 //
 // Errors   the server's; those after Open end the run (LoadControl)
-// Threads  one at a time; log() as it says, surface() after Close
+// Threads  one at a time; log() like UpdateLog, surface() only after Close
 #ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_WATCHER_H_
 #define LATTICED_CLIENT_CPP_LOAD_LOAD_WATCHER_H_
 
@@ -29,8 +29,8 @@ class LoadWatcher {
     bool decodes = false;
   };
 
-  // Returns with the first update. A stalled watcher's acknowledgements are off, so that it is the
-  // transport that holds the server up.
+  // Returns with the first update. A stalled watcher does not acknowledge, so that only the
+  // transport holds the server up.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<LoadWatcher>> Open(
       std::unique_ptr<Client> client, v1::WatchRequest request, const Options& options,
       LoadControl* control);
@@ -40,6 +40,7 @@ class LoadWatcher {
   // Ends the stream and the thread. Idempotent.
   void Close();
 
+  Pace pace() const { return options_.pace; }
   const UpdateLog& log() const { return log_; }
   const Surface& surface() const { return stream_->surface(); }
 
@@ -52,7 +53,7 @@ class LoadWatcher {
   const Options options_;
   LoadControl* const control_;
   UpdateLog log_;
-  bool open_ = false;  // since when a slow one is slow
+  bool open_ = false;  // a slow watcher is slow from then on
   absl::Notification closing_;
   std::unique_ptr<WatchStream> stream_;  // uses client_ and log_
   std::thread thread_;

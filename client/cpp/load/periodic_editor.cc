@@ -70,14 +70,7 @@ uint64_t PeriodicEditor::NewestDue(uint64_t step, absl::Time first_due) const {
 
 absl::Status PeriodicEditor::Apply(v1::EditBatch batch, uint64_t step,
                                    const std::vector<absl::Time>& due) {
-  batch.set_scene(scene_);
-  batch.set_editor_id(editor_id_);
-  batch.set_sequence(++sequence_);
-  if (context_.plan->mode == LoadMode::kInterval) {
-    batch.set_gesture_id("load");
-    batch.set_gesture_phase(v1::GESTURE_PHASE_UPDATE);
-  }
-  LATTICED_ASSIGN_OR_RETURN(const auto result, client_->ApplyEdits(batch));
+  LATTICED_ASSIGN_OR_RETURN(const auto result, Send(std::move(batch), v1::GESTURE_PHASE_UPDATE));
   context_.edits->Add(due, context_.number, step, result);
   context_.control->CountEdits(due.size());
   return absl::OkStatus();
@@ -86,13 +79,19 @@ absl::Status PeriodicEditor::Apply(v1::EditBatch batch, uint64_t step,
 absl::Status PeriodicEditor::Commit() {
   if (context_.plan->mode != LoadMode::kInterval || sequence_ == 0) return absl::OkStatus();
   v1::EditBatch batch;
+  batch.set_structure_id(context_.lattice->structure_id());
+  return Send(std::move(batch), v1::GESTURE_PHASE_COMMIT).status();
+}
+
+absl::StatusOr<v1::EditResult> PeriodicEditor::Send(v1::EditBatch batch, v1::GesturePhase phase) {
   batch.set_scene(scene_);
   batch.set_editor_id(editor_id_);
   batch.set_sequence(++sequence_);
-  batch.set_structure_id(context_.lattice->structure_id());
-  batch.set_gesture_id("load");
-  batch.set_gesture_phase(v1::GESTURE_PHASE_COMMIT);
-  return client_->ApplyEdits(batch).status();
+  if (context_.plan->mode == LoadMode::kInterval) {
+    batch.set_gesture_id("load");
+    batch.set_gesture_phase(phase);
+  }
+  return client_->ApplyEdits(batch);
 }
 
 }  // namespace latticed::client

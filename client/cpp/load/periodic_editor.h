@@ -3,8 +3,8 @@
 //
 // Edits that are due every period: ApplyEdits from one thread, beside a watch, as a browser does.
 // One batch is on its way at a time, as the protocol asks. In the open loop each edit is a batch of
-// its own, late or not; in interval mode all are one gesture, and of those that are due the newest
-// alone is sent.
+// its own, late or not. In interval mode all edits are one gesture, and only the newest of those
+// that are due is sent.
 #ifndef LATTICED_CLIENT_CPP_LOAD_PERIODIC_EDITOR_H_
 #define LATTICED_CLIENT_CPP_LOAD_PERIODIC_EDITOR_H_
 
@@ -40,10 +40,11 @@ class PeriodicEditor final : public LoadEditor {
   PeriodicEditor(Client* client, std::string scene, std::unique_ptr<LoadWatcher> watcher,
                  const Context& context);
   absl::Status Edit(absl::Time first_due);
-  // The edits after `step` that wait by now as well: the newest one stands for all.
+  // The newest edit that is due by now, `step` or later: it replaces the others.
   uint64_t NewestDue(uint64_t step, absl::Time first_due) const;
   absl::Status Apply(v1::EditBatch batch, uint64_t step, const std::vector<absl::Time>& due);
   absl::Status Commit();
+  absl::StatusOr<v1::EditResult> Send(v1::EditBatch batch, v1::GesturePhase phase);
 
   Client* const client_;  // the watcher's
   const std::string scene_, editor_id_;

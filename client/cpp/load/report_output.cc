@@ -10,7 +10,6 @@
 
 #include "client/cpp/latticectl/text_table.h"
 #include "client/cpp/latticectl/view_flags.h"
-#include "client/cpp/load/time_shares.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -136,10 +135,8 @@ std::vector<Row> FactRows(const LoadReport& report) {
                      FormatCount(group.restarted),
                      CountedIfAny(group.unseen, "edits not seen yet"))});
   }
-  if (report.superseded.has_value()) {
-    rows.push_back({"server", fmt::format("{} updates superseded by one in less detail",
-                                          FormatCount(*report.superseded))});
-  }
+  rows.push_back({"server", fmt::format("{} updates superseded by one in less detail",
+                                        FormatCount(report.superseded))});
   for (Row& row : TimeRows(report)) rows.push_back(std::move(row));
   rows.push_back({"processor", CpuText(report)});
   rows.push_back(
@@ -193,14 +190,7 @@ std::string Counted(int count, const char* one) {
   return fmt::format("{} {}{}", count, one, count == 1 ? "" : "s");
 }
 
-std::string MarkdownRow(const Row& row) {
-  std::string text = "|";
-  for (const std::string& cell : row) text += " " + cell + " |";
-  return text + "\n";
-}
-
-}  // namespace
-
+// "2 scenes of knot, 1 editor and 20 watchers each, …".
 std::string LoadTitle(const LoadPlan& plan, const LoadReport& report) {
   std::string title = fmt::format(
       "{} of {}, {} patches, {} points in all; {}", Counted(plan.scenes, "scene"), report.meshes,
@@ -213,6 +203,14 @@ std::string LoadTitle(const LoadPlan& plan, const LoadReport& report) {
   return title + fmt::format("{}; {}; {} moved, {}", plan.scenes > 1 ? " each" : "",
                              LoadModeText(plan), MovedText(plan), EncodingName(report.encoding));
 }
+
+std::string MarkdownRow(const Row& row) {
+  std::string text = "|";
+  for (const std::string& cell : row) text += " " + cell + " |";
+  return text + "\n";
+}
+
+}  // namespace
 
 void PrintLoadText(const LoadPlan& plan, const LoadReport& report, std::ostream& out) {
   out << LoadTitle(plan, report) << "\n\n";
@@ -264,7 +262,7 @@ void PrintLoadJson(const LoadPlan& plan, const LoadReport& report, std::ostream&
   if (!shares.empty()) json["bottleneck"] = shares.front().key;
   for (const auto& stage : Stages(report.stages))
     json["server"][stage.key] = ToJson(stage.recorder);
-  if (report.superseded.has_value()) json["server"]["updatesSuperseded"] = *report.superseded;
+  json["server"]["updatesSuperseded"] = report.superseded;
   out << json.dump(2) << '\n';
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A load's report for people, for documents and for programs.
+// Prints a load's report for people, for documents and for programs.
 //
 // Threads  pure functions
 #ifndef LATTICED_CLIENT_CPP_LOAD_REPORT_OUTPUT_H_
@@ -15,11 +15,9 @@
 
 namespace latticed::client {
 
-// "2 scenes of knot, 1 editor and 20 watchers each, …".
-[[nodiscard]] std::string LoadTitle(const LoadPlan& plan, const LoadReport& report);
 void PrintLoadText(const LoadPlan& plan, const LoadReport& report, std::ostream& out);
 void PrintLoadJson(const LoadPlan& plan, const LoadReport& report, std::ostream& out);
-// A section, its heading the title.
+// A section with a heading.
 [[nodiscard]] std::string LoadMarkdown(const LoadPlan& plan, const LoadReport& report);
 
 }  // namespace latticed::client

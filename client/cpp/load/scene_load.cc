@@ -6,7 +6,9 @@
 #include <iterator>
 #include <utility>
 
+#include "client/cpp/load/closed_loop_editor.h"
 #include "client/cpp/load/lattice_replay.h"
+#include "client/cpp/load/periodic_editor.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
@@ -14,10 +16,10 @@
 namespace latticed::client {
 namespace {
 
-constexpr size_t kLastChunks = 4;     // of a stream that does not keep up
+constexpr size_t kLastChunks = 4;     // verified of a stream that does not keep up
 constexpr uint64_t kWarmUpEdits = 4;  // an even number: all points are back where they were
 
-// With the details that it had.
+// Names the scene in the message. Keeps the details.
 absl::Status About(const absl::Status& status, const std::string& scene) {
   if (status.ok()) return status;
   return error::WithDetails(absl::Status(status.code(), fmt::format("scene {}: {}", scene,
@@ -58,13 +60,15 @@ absl::Status SceneLoad::OpenEditors() {
   for (int i = 0; i < plan_.editors; ++i) {
     const bool decodes =
         plan_.decoding == Decoding::kAll || (plan_.decoding == Decoding::kFirst && i == 0);
-    auto editor = OpenLoadEditor(new_client_(), Request(),
-                                 {.plan = &plan_,
-                                  .lattice = &lattice_,
-                                  .edits = &edits_,
-                                  .control = control_,
-                                  .number = i,
-                                  .decodes = decodes});
+    const auto open =
+        plan_.mode == LoadMode::kClosed ? ClosedLoopEditor::Open : PeriodicEditor::Open;
+    auto editor = open(new_client_(), Request(),
+                       {.plan = &plan_,
+                        .lattice = &lattice_,
+                        .edits = &edits_,
+                        .control = control_,
+                        .number = i,
+                        .decodes = decodes});
     if (!editor.ok()) return About(editor.status(), scene_);
     editors_.push_back(*std::move(editor));
   }
@@ -75,7 +79,7 @@ absl::Status SceneLoad::OpenWatchers(int count, const LoadWatcher::Options& opti
   for (int i = 0; i < count && !control_->Ended(); ++i) {
     auto watcher = LoadWatcher::Open(new_client_(), Request(), options, control_);
     if (!watcher.ok()) return About(watcher.status(), scene_);
-    watchers_.push_back({options.pace, *std::move(watcher)});
+    watchers_.push_back(*std::move(watcher));
   }
   return absl::OkStatus();
 }
@@ -114,9 +118,9 @@ absl::Status SceneLoad::Settle() {
 absl::Status SceneLoad::WaitForAll(uint64_t revision) const {
   absl::Status status;
   for (const auto& editor : editors_) status.Update(editor->WaitFor(revision));
-  for (const Watcher& watcher : watchers_) {
-    if (watcher.pace == LoadWatcher::Pace::kFull) {
-      status.Update(watcher.stream->log().WaitFor(revision));
+  for (const auto& watcher : watchers_) {
+    if (watcher->pace() == LoadWatcher::Pace::kFull) {
+      status.Update(watcher->log().WaitFor(revision));
     }
   }
   return About(status, scene_);
@@ -124,7 +128,7 @@ absl::Status SceneLoad::WaitForAll(uint64_t revision) const {
 
 void SceneLoad::Close() {
   for (const auto& editor : editors_) editor->Close();
-  for (const Watcher& watcher : watchers_) watcher.stream->Close();
+  for (const auto& watcher : watchers_) watcher->Close();
 }
 
 absl::Status SceneLoad::Verify(bool fused) {
@@ -134,9 +138,9 @@ absl::Status SceneLoad::Verify(bool fused) {
   for (const auto& editor : editors_) {
     status.Update(verifier.Check(editor->surface(), stream++));
   }
-  for (const Watcher& watcher : watchers_) {
-    if (watcher.pace != LoadWatcher::Pace::kFull) continue;
-    status.Update(verifier.Check(watcher.stream->surface(), stream++));
+  for (const auto& watcher : watchers_) {
+    if (watcher->pace() != LoadWatcher::Pace::kFull) continue;
+    status.Update(verifier.Check(watcher->surface(), stream++));
   }
   if (status.ok()) status = VerifySamples(verifier);
   verified_ = verifier.result();
@@ -152,10 +156,10 @@ std::vector<SampledUpdate> SceneLoad::Samples() const {
     });
   };
   for (const auto& editor : editors_) add(editor->log());
-  for (const Watcher& watcher : watchers_) {
-    add(watcher.stream->log());
-    if (watcher.pace == LoadWatcher::Pace::kFull) continue;
-    const Surface& last = watcher.stream->surface();
+  for (const auto& watcher : watchers_) {
+    add(watcher->log());
+    if (watcher->pace() == LoadWatcher::Pace::kFull) continue;
+    const Surface& last = watcher->surface();
     samples.emplace_back(last, SpreadChunks(last.chunk_count(), kLastChunks, samples.size()));
   }
   std::ranges::sort(samples, {}, [](const SampledUpdate& s) { return s.surface.revision(); });
@@ -181,10 +185,11 @@ void SceneLoad::AddTo(LoadReport* report) const {
   std::sort(edits.begin(), edits.end(),
             [](const TimedEdit& a, const TimedEdit& b) { return a.revision < b.revision; });
   for (const auto& editor : editors_) report->editors.Add(editor->log(), edits, first_revision_);
-  for (const Watcher& watcher : watchers_) {
-    const UpdateLog& log = watcher.stream->log();
-    if (watcher.pace == LoadWatcher::Pace::kFull) report->watchers.Add(log, edits, first_revision_);
-    if (watcher.pace == LoadWatcher::Pace::kSlow) report->slow.Add(log, edits, first_revision_);
+  for (const auto& watcher : watchers_) {
+    const UpdateLog& log = watcher->log();
+    if (watcher->pace() == LoadWatcher::Pace::kFull)
+      report->watchers.Add(log, edits, first_revision_);
+    if (watcher->pace() == LoadWatcher::Pace::kSlow) report->slow.Add(log, edits, first_revision_);
   }
   std::vector<AppliedEdit> applied = edits_.applied();
   std::ranges::sort(applied, {}, &AppliedEdit::revision);

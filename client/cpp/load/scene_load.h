@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The load on one scene: its editors and watchers, what they did and what they saw.
+// The load on one scene: its editors and watchers, and their logs.
 //
 //   Open -> WarmUp -> Start -> WaitUntilDone -> Settle -> Close -> Verify -> AddTo(report)
 //
-// Errors   the server's, and of streams that do not get on (UpdateLog::WaitFor)
+// Errors   the server's; kDeadlineExceeded for a stream that stands still (UpdateLog::WaitFor)
 // Threads  one at a time
 #ifndef LATTICED_CLIENT_CPP_LOAD_SCENE_LOAD_H_
 #define LATTICED_CLIENT_CPP_LOAD_SCENE_LOAD_H_
@@ -26,12 +26,12 @@ namespace latticed::client {
 
 struct LoadScene {
   std::string id;
-  std::shared_ptr<const MeshFile> mesh;  // that it was made from
+  std::shared_ptr<const MeshFile> mesh;  // the mesh that it was made from
 };
 
 class SceneLoad {
  public:
-  // Each with a connection of its own.
+  // Makes a client with a connection of its own.
   using NewClient = std::function<std::unique_ptr<Client>()>;
 
   SceneLoad(const LoadPlan* plan, LoadScene scene, NewClient new_client, LoadControl* control);
@@ -39,15 +39,16 @@ class SceneLoad {
   SceneLoad& operator=(const SceneLoad&) = delete;
 
   [[nodiscard]] absl::Status Open();
-  // A few edits, each seen by all streams that keep up. They count nowhere.
+  // Makes a few edits that are not measured, and waits until all streams that keep up have seen
+  // each.
   [[nodiscard]] absl::Status WarmUp();
   void Start(absl::Time begin);
   void WaitUntilDone();
   // Waits until all streams that keep up have the last revision.
   [[nodiscard]] absl::Status Settle();
   void Close();
-  // Of each stream that keeps up a few chunks of the last revision; of each stream a few updates of
-  // those that were measured, and of those that do not keep up the last one. `fused`: the scene's
+  // Verifies a few chunks of the last revision of each stream that keeps up, a few measured updates
+  // of each stream, and the last update of streams that do not keep up. `fused`: the scene's
   // pipeline. Edits the scene.
   [[nodiscard]] absl::Status Verify(bool fused);
   void AddTo(LoadReport* report) const;
@@ -65,17 +66,13 @@ class SceneLoad {
   const std::shared_ptr<const MeshFile> mesh_;
   const NewClient new_client_;
   LoadControl* const control_;
-  const std::unique_ptr<Client> client_;  // of what no stream does
+  const std::unique_ptr<Client> client_;  // for unary calls
   v1::LatticeState lattice_;
-  uint64_t first_revision_ = 0;  // before the edits that count
+  uint64_t first_revision_ = 0;  // before the measured edits
   std::vector<AppliedEdit> warm_up_;
   EditLog edits_;
   VerifiedPoints verified_;
-  struct Watcher {
-    LoadWatcher::Pace pace;
-    std::unique_ptr<LoadWatcher> stream;
-  };
-  std::vector<Watcher> watchers_;
+  std::vector<std::unique_ptr<LoadWatcher>> watchers_;
   std::vector<std::unique_ptr<LoadEditor>> editors_;  // last: they use all
 };
 

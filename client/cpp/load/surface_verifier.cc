@@ -19,8 +19,8 @@ namespace latticed::client {
 namespace {
 
 constexpr size_t kChunks = 4;
-constexpr size_t kPointsPerChunk = 1024;  // of the 4,096 that one EvaluatePoints may have
-constexpr double kFusedPrecision = 3e-7, kGemmPrecision = 1e-6;  // of D
+constexpr size_t kPointsPerChunk = 1024;  // one EvaluatePoints takes up to 4,096
+constexpr double kFusedPrecision = 3e-7, kGemmPrecision = 1e-6;  // fraction of D
 constexpr double kNormalPrecision = 2e-5;                        // radians per kappa
 constexpr double kLargestKappa = 100;
 

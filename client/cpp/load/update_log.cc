@@ -14,7 +14,7 @@ namespace latticed::client {
 namespace {
 
 constexpr absl::Duration kPatience = absl::Seconds(60);
-// Of a sampled update.
+// Chunks that are kept of a sampled update.
 constexpr size_t kBroughtChunks = 3, kAnyChunks = 1;
 
 }  // namespace

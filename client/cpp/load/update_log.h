@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The updates of one stream, as they come: when, and how large.
+// The updates of one stream as they come: time and size of each.
 //
 //   client.Watch(request, [&log](const v1::SceneEvent& event) { log.Take(event); });
 //   if (auto status = log.DecodeNewest(surface); …)         // where decoding is measured
-//   log.SampleNewest(surface);                              // some are kept, to be verified later
-//   log.WaitFor(revision, control)                          // in any thread
+//   log.SampleNewest(surface);                              // keeps some, to be verified later
+//   log.WaitFor(revision)                                   // in any thread
 //
-// Threads  one takes and decodes; revision and WaitFor from any; the rest when that one is done
+// Threads  one takes and decodes; revision and WaitFor from any; the rest when that thread is done
 #ifndef LATTICED_CLIENT_CPP_LOAD_UPDATE_LOG_H_
 #define LATTICED_CLIENT_CPP_LOAD_UPDATE_LOG_H_
 
@@ -26,15 +26,15 @@ namespace latticed::client {
 
 struct LoggedUpdate {
   uint64_t revision = 0;
-  absl::Time first_chunk;  // that of the end where no chunk has changed
+  absl::Time first_chunk;  // equals `end` where no chunk has changed
   absl::Time end;
   absl::Time decoded = absl::InfinitePast();  // not decoded
   uint64_t bytes = 0;                         // of chunk data
-  uint64_t chunks = 0, all_chunks = 0;        // that it has brought, of those of the surface
+  uint64_t chunks = 0, all_chunks = 0;        // brought by it; of the whole surface
   v1::UpdateTimings timings;
 };
 
-// A few of the chunks that a stream had when an update had ended.
+// A few chunks of the surface of a stream at the end of an update.
 struct SampledUpdate {
   SampledUpdate(const Surface& surface, std::vector<uint32_t> chunks)
       : surface(surface.Excerpt(chunks)), chunks(std::move(chunks)) {}
@@ -42,7 +42,7 @@ struct SampledUpdate {
   std::vector<uint32_t> chunks;
 };
 
-// Up to `most` numbers below `count`, evenly spread; others for another `offset`.
+// Up to `most` numbers below `count`, evenly spread. `offset` selects which.
 [[nodiscard]] std::vector<uint32_t> SpreadChunks(size_t count, size_t most, size_t offset);
 
 class UpdateLog {
@@ -50,20 +50,20 @@ class UpdateLog {
   void Take(const v1::SceneEvent& event);
   // Decodes the chunks that the newest update has brought.
   [[nodiscard]] absl::Status DecodeNewest(const Surface& surface);
-  // Keeps the 1st, 2nd, 4th, 8th, … update with which it is called: of its chunks some that it has
-  // brought, and some of which it says by their absence that they have not changed.
+  // Keeps the 1st, 2nd, 4th, 8th, … update that it is called with: some chunks that the update
+  // brought, and some that it did not bring, which means they have not changed.
   void SampleNewest(const Surface& surface);
 
-  // Of the newest complete update.
+  // The revision of the newest complete update.
   uint64_t revision() const;
   // kDeadlineExceeded after a minute.
   [[nodiscard]] absl::Status WaitFor(uint64_t revision) const;
-  // Wakes who waits: the stream has failed.
+  // The stream has failed: WaitFor returns this status.
   void Fail(const absl::Status& status);
 
   const std::vector<LoggedUpdate>& updates() const { return updates_; }
   const std::vector<SampledUpdate>& samples() const { return samples_; }
-  // The revisions of updates that were begun in place of one that had not ended.
+  // Revisions of updates that replaced one that had not ended.
   const std::vector<uint64_t>& restarts() const { return restarts_; }
 
  private:

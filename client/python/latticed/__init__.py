@@ -13,17 +13,17 @@
             print(update.points.shape, update.triangles.shape)
             scene.export("deformed.ply")
 
-Everything is relative to the world: points, offsets, matrices in world units. Arrays come and go as numpy
-arrays. What the server refuses is a LatticedError. latticed.v1 holds the messages of the protocol.
+Points, offsets and matrices are in world units. Arrays are numpy arrays. A refusal of the server raises
+LatticedError. latticed.v1 holds the messages of the protocol.
 """
 from latticed import google_rpc  # first: latticed.v1 needs google.rpc
 from latticed import edits
 from latticed.client import Client, connect
 from latticed.deform_stream import DeformStream
+from latticed.edit_calls import Gesture
 from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
 from latticed.evaluation import Evaluation
-from latticed.gesture import Gesture
 from latticed.lattice import Lattice
 from latticed.mesh import Mesh
 from latticed.presence import Presence

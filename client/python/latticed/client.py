@@ -7,13 +7,13 @@ import mmap
 import os
 import uuid
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
 from google.protobuf import duration_pb2
 
+from latticed.choices import choose
 from latticed.connection import Connection, Pem
 from latticed.lattice import Lattice
 from latticed.mesh import Mesh
@@ -26,6 +26,7 @@ from latticed.view import View
 
 _UP_AXES: Dict[str, Any] = {"": 0, "x": mesh_pb2.UP_AXIS_X, "y": mesh_pb2.UP_AXIS_Y, "z": mesh_pb2.UP_AXIS_Z}
 _PIPELINES: Dict[str, Any] = {
+    "": scene_pb2.PIPELINE_UNSPECIFIED,
     "fused": scene_pb2.PIPELINE_FUSED,
     "gemm": scene_pb2.PIPELINE_GEMM,
     "gemm12": scene_pb2.PIPELINE_GEMM12,
@@ -45,9 +46,7 @@ class Client:
     def __enter__(self) -> Client:
         return self
 
-    def __exit__(
-        self, kind: Type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -153,8 +152,6 @@ class Client:
                          "control_net"; empty: "fused"
         delete_on_exit   of the with block that the scene is used in
         """
-        if pipeline and pipeline not in _PIPELINES:
-            raise ValueError(f"pipeline is one of {', '.join(_PIPELINES)}, not {pipeline!r}")
         source = lattice_pb2.LatticeSource()
         if lattice is not None:
             if not (size is None and degree is None and padding is None):
@@ -181,8 +178,7 @@ class Client:
         )
         if view is not None:
             request.default_view.CopyFrom(view.to_proto())
-        if pipeline:
-            request.diagnostics.pipeline = _PIPELINES[pipeline]
+        request.diagnostics.pipeline = choose("pipeline", pipeline, _PIPELINES)
         if idle_ttl is not None:
             request.idle_ttl.CopyFrom(_duration(idle_ttl))
         info = self._connection.call(self._connection.scenes.CreateScene, request, request.scene_id)
@@ -233,12 +229,9 @@ def connect(
 def _header(
     name: str, format: Any, up_axis: str, meters_per_unit: float, labels: Optional[Dict[str, str]]
 ) -> mesh_pb2.MeshHeader:
-    if up_axis not in _UP_AXES:
-        raise ValueError(f"up_axis is x, y or z, not {up_axis!r}")
-    header = mesh_pb2.MeshHeader(name=name, format=format, labels=labels or {})
-    if up_axis or meters_per_unit:
-        header.units.up_axis, header.units.meters_per_unit = _UP_AXES[up_axis], meters_per_unit
-    return header
+    axis = choose("up_axis", up_axis, _UP_AXES)
+    units = mesh_pb2.MeshUnits(up_axis=axis, meters_per_unit=meters_per_unit)
+    return mesh_pb2.MeshHeader(name=name, format=format, labels=labels or {}, units=units)
 
 
 def _duration(seconds: float) -> duration_pb2.Duration:

@@ -16,10 +16,10 @@ from latticed.v1 import mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc
 Pem = Union[bytes, str, "os.PathLike[str]"]
 
 _OPTIONS = [
-    # grpc waits a second before it connects anew, and up to two minutes later on: long for a drag.
+    # By default grpc waits 1 s before it connects again, and later up to two minutes: too long for a drag.
     ("grpc.initial_reconnect_backoff_ms", 100),
     ("grpc.max_reconnect_backoff_ms", 5000),
-    # A connection that vanished without a word is noticed by pings, which the server allows every 10 s.
+    # Pings notice a connection that vanished silently. The server allows one every 10 s.
     ("grpc.keepalive_time_ms", 30000),
     ("grpc.keepalive_timeout_ms", 10000),
 ]
@@ -60,11 +60,11 @@ class Connection:
         return pairs
 
     def call(self, method: Callable[..., Any], request: Any, scene: str = "") -> Any:
-        """A unary call that changes nothing when made twice."""
+        """An idempotent unary call, repeated after errors that may_retry names."""
         return with_retries(lambda: method(request, metadata=self.metadata(scene)))
 
     def call_once(self, method: Callable[..., Any], request: Any, scene: str = "") -> Any:
-        """A unary call that is not made again: a second deletion would find nothing."""
+        """A unary call that is not repeated: a second deletion would find nothing."""
         return once(lambda: method(request, metadata=self.metadata(scene)))
 
     def close(self) -> None:

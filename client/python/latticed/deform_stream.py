@@ -3,9 +3,9 @@
 """Editing and watching in one stream."""
 from __future__ import annotations
 
+import queue
 from collections import OrderedDict, deque
-from types import TracebackType
-from typing import Any, Deque, Dict, Optional, Sequence, Type, Union
+from typing import Any, Deque, Dict, Iterator, Optional, Sequence, Type, Union
 
 import grpc
 
@@ -14,13 +14,31 @@ from latticed.edit_calls import EditCalls
 from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
 from latticed.presence import Presence
-from latticed.requests import Requests
 from latticed.update import Update
 from latticed.update_stream import UpdateStream
-from latticed.v1 import edit_pb2, scene_pb2
+from latticed.v1 import edit_pb2, event_pb2, scene_pb2
 from latticed.view import View
 
 _MOST_ANSWERS = 1024
+
+
+class Requests:
+    """A queue of requests that grpc reads in a thread of its own until finish. Any thread may write."""
+
+    def __init__(self, watch: scene_pb2.WatchRequest) -> None:
+        self._queue: queue.SimpleQueue[Optional[scene_pb2.DeformRequest]] = queue.SimpleQueue()
+        self.send(watch=watch)
+
+    def send(self, **message: Any) -> None:
+        """Writes one field of DeformRequest."""
+        self._queue.put(scene_pb2.DeformRequest(**message))
+
+    def finish(self) -> None:
+        """No more requests: half-closes the stream, and ends grpc's thread."""
+        self._queue.put(None)
+
+    def __iter__(self) -> Iterator[scene_pb2.DeformRequest]:
+        return iter(self._queue.get, None)
 
 
 class DeformStream(UpdateStream, EditCalls[int]):
@@ -30,12 +48,12 @@ class DeformStream(UpdateStream, EditCalls[int]):
             edit = stream.move(stream.lattice.indices[-1], (0.5, 0, 0))
             update = stream.wait(edit)
 
-    Every edit returns its sequence. After a break the stream opens itself again and sends what is
-    unanswered once more: sequences make an edit that is sent twice count once. The stream is an editor
-    of its own: it undoes its own edits, and its scene object does not.
+    Every edit returns its sequence. After a break the stream opens itself again and sends unanswered edits
+    once more; sequences make an edit that is sent twice count once. The stream is an editor of its own:
+    its undo reverts its own edits, not those of its scene object.
 
-    At the end of the block it waits until every edit is answered, and raises the first refusal that
-    nobody has asked about; where the block is left by an exception it ends at once.
+    The end of the block waits until every edit is answered, and raises the first refusal that wait or
+    result have not raised. An exception ends the stream at once.
     """
 
     def __init__(
@@ -68,7 +86,7 @@ class DeformStream(UpdateStream, EditCalls[int]):
                 or (self._latest is not None and self._latest.applied_sequence >= sequence),
                 timeout,
             )
-            # A refusal first: its sequence may lie below that of an edit which the update holds.
+            # A refusal comes first: the update may hold an edit with a higher sequence.
             self._raise_refusal(sequence)
             if self._latest is None or self._latest.applied_sequence < sequence:
                 raise LatticedError(grpc.StatusCode.CANCELLED, "the stream ended before the edit was seen")
@@ -93,19 +111,19 @@ class DeformStream(UpdateStream, EditCalls[int]):
         options = view.for_watching(self._scene_default)
         with self._changed:
             self._watch.view.CopyFrom(options)
-            self._requests.control(scene_pb2.ControlWatchRequest(view=options))
+            self._requests.send(control=scene_pb2.ControlWatchRequest(view=options))
 
     def pause(self, paused: bool = True) -> None:
         """Stops updates, but not edits and their results, or lets them go on."""
         with self._changed:
             self._paused = paused
-            self._requests.control(scene_pb2.ControlWatchRequest(pause=paused))
+            self._requests.send(control=scene_pb2.ControlWatchRequest(pause=paused))
 
     def show(self, name: str = "", colour: int = 0, selected: Sequence[int] = ()) -> None:
         """Shows others who this editor is and what it has selected, until the stream ends: see Presence."""
         with self._changed:
             self._shown = Presence(name, colour, tuple(selected))
-            self._requests.presence(self._shown.to_proto())
+            self._requests.send(presence=self._shown.to_proto())
 
     def finish(self) -> None:
         """No more edits: the stream ends after the update that holds the last one."""
@@ -118,9 +136,7 @@ class DeformStream(UpdateStream, EditCalls[int]):
         super().close()
         self._requests.finish()
 
-    def __exit__(
-        self, kind: Type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: Type[BaseException] | None, *error: object) -> None:
         try:
             if kind is None:
                 self._wait_for_answers()
@@ -145,7 +161,7 @@ class DeformStream(UpdateStream, EditCalls[int]):
             self._last_sequence += 1
             batch.sequence = self._last_sequence
             self._unanswered.append(batch)
-            self._requests.edit(batch)
+            self._requests.send(edit=batch)
             return self._last_sequence
 
     def _check_sent(self, sequence: int) -> None:
@@ -162,22 +178,22 @@ class DeformStream(UpdateStream, EditCalls[int]):
         self._requests.finish()  # those of the rpc before
         self._requests = Requests(self._watch)
         if self._shown is not None:
-            self._requests.presence(self._shown.to_proto())
+            self._requests.send(presence=self._shown.to_proto())
         for batch in self._unanswered:
-            self._requests.edit(batch)
+            self._requests.send(edit=batch)
             self._resent = batch.sequence
         if self._paused:
-            self._requests.control(scene_pb2.ControlWatchRequest(pause=True))
+            self._requests.send(control=scene_pb2.ControlWatchRequest(pause=True))
         if self._half_closed:
             self._requests.finish()
         metadata = self._connection.metadata(self._watch.scene)
         return self._connection.scenes.Deform(iter(self._requests), metadata=metadata)
 
     def _acknowledge(self, update_id: int) -> None:
-        self._requests.control(scene_pb2.ControlWatchRequest(acked_update_id=update_id))
+        self._requests.send(control=scene_pb2.ControlWatchRequest(acked_update_id=update_id))
 
     def _answer_heartbeat(self) -> None:
-        self._requests.heartbeat()
+        self._requests.send(heartbeat=event_pb2.Heartbeat())
 
     def _complete(self, update: Update, end: Any) -> None:
         super()._complete(update, end)
@@ -197,8 +213,8 @@ class DeformStream(UpdateStream, EditCalls[int]):
             self._changed.notify_all()
 
     def _refuse(self, sequence: int, refusal: LatticedError) -> None:
-        # Sent twice, and a later one was answered before the break: this one was too, with what is not known,
-        # since the server keeps the last answer alone.
+        # The edit was sent twice, and the server took a later one before the break. So it took this one too,
+        # with an unknown result: it keeps only an editor's last answer.
         if refusal.reason == "OUT_OF_ORDER" and sequence <= self._resent:
             return
         self._answers[sequence] = self._unseen_refusals[sequence] = refusal

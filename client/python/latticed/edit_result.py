@@ -3,7 +3,7 @@
 """The server's answer to edits."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 
@@ -23,13 +23,4 @@ class EditResult:
     @classmethod
     def from_proto(cls, result: Any) -> EditResult:
         """Converts a latticed.v1.EditResult that is not a refusal."""
-        return cls(
-            result.sequence,
-            result.revision,
-            result.structure_id,
-            result.boxes_touched,
-            result.patches_touched,
-            result.largest_move,
-            result.timings,
-            result.drag_residual,
-        )
+        return cls(**{field.name: getattr(result, field.name) for field in fields(cls)})

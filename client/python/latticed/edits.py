@@ -6,11 +6,12 @@ Control points are named by their indices (Lattice.indices), or by a mask of the
 """
 from __future__ import annotations
 
-from typing import Any, Sequence, Union
+from typing import Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
 
+from latticed.choices import choose
 from latticed.lattice import vector
 from latticed.surface_point import SurfacePoint
 from latticed.v1 import edit_pb2, lattice_pb2
@@ -31,12 +32,6 @@ def _indices(points: npt.ArrayLike) -> npt.NDArray[np.int64]:
     if array.size == 0 or np.issubdtype(array.dtype, np.integer):
         return array.astype(np.int64).reshape(-1)
     raise ValueError(f"control points are named by integers or by a mask, not by {array.dtype}")
-
-
-def _choose(what: str, name: str, choices: Any) -> Any:
-    if name not in choices:
-        raise ValueError(f"{what} is one of {', '.join(choices)}, not {name!r}")
-    return choices[name]
 
 
 def set_points(points: npt.ArrayLike, positions: npt.ArrayLike) -> edit_pb2.Edit:
@@ -86,18 +81,18 @@ def drag(points: Union[SurfacePoint, Sequence[SurfacePoint]], targets: npt.Array
 
 def insert_knot(axis: str, value: float) -> edit_pb2.Edit:
     """Adds a knot to axis "u", "v" or "w": one control point more on it, and the same shape. Stands alone."""
-    change = edit_pb2.InsertKnot(axis=_choose("axis", axis, _AXES), value=value)
+    change = edit_pb2.InsertKnot(axis=choose("axis", axis, _AXES), value=value)
     return edit_pb2.Edit(insert_knot=change)
 
 
 def reset(to: str = "identity") -> edit_pb2.Edit:
     """Puts all control points back: "identity" to the mesh at rest, "initial" to those of the begin."""
-    return edit_pb2.Edit(reset=edit_pb2.Reset(target=_choose("to", to, _RESETS)))
+    return edit_pb2.Edit(reset=edit_pb2.Reset(target=choose("to", to, _RESETS)))
 
 
 def undo(whose: str = "mine") -> edit_pb2.Edit:
     """Reverts the last step: of this editor, "mine", or of anybody, "scene". Stands alone."""
-    return edit_pb2.Edit(undo=edit_pb2.Undo(scope=_choose("whose", whose, _SCOPES)))
+    return edit_pb2.Edit(undo=edit_pb2.Undo(scope=choose("whose", whose, _SCOPES)))
 
 
 def redo() -> edit_pb2.Edit:

@@ -8,8 +8,8 @@ import grpc
 
 from latticed.errors import LatticedError
 
-# UNAVAILABLE says so itself; proxies cancel what they cut, or end it as if all had been said, which grpc calls
-# UNKNOWN; and a broken transport is INTERNAL.
+# A proxy that cuts a call makes it CANCELLED, or UNKNOWN where it ends the stream without a status. A broken
+# transport is INTERNAL.
 _MAY_RETRY = (
     grpc.StatusCode.CANCELLED,
     grpc.StatusCode.INTERNAL,
@@ -28,7 +28,7 @@ def may_retry(error: LatticedError) -> bool:
 
 
 def pause_after(failures: int) -> float:
-    """Seconds to wait after so many failures in a row, from 1."""
+    """The pause in seconds after the given number of failures in a row, from 1."""
     return _FIRST_PAUSE * float(2 ** (failures - 1))
 
 

@@ -8,7 +8,6 @@ import os
 import threading
 import uuid
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Dict, Optional, Type, Union
 
 import numpy.typing as npt
@@ -16,11 +15,11 @@ import numpy.typing as npt
 from latticed import evaluation, transfers
 from latticed.connection import Connection
 from latticed.deform_stream import DeformStream
+from latticed.choices import choose
 from latticed.edit_calls import EditCalls
 from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
 from latticed.evaluation import Evaluation
-from latticed.export_formats import export_format
 from latticed.lattice import Lattice, vector
 from latticed.progress_bar import Progress, ProgressFunction, progress_function
 from latticed.provenance import Provenance
@@ -34,10 +33,10 @@ _DEFAULT_VIEW = View()
 
 
 class Scene(EditCalls[EditResult]):
-    """Made by Client.create_scene. Every edit waits for its result; deform() is the way that does not.
+    """Made by Client.create_scene. Every edit waits for its result; edits of deform() do not.
 
-    As a context manager it deletes the scene at the end of the block where create_scene was told to.
-    Any number of threads may use it: it is one editor, whose edits go one at a time.
+    As a context manager it deletes the scene at the end of the block where create_scene had delete_on_exit.
+    Any number of threads may use it. It is one editor, whose edits go one at a time.
     """
 
     def __init__(self, connection: Connection, info: Any, delete_on_exit: bool = False) -> None:
@@ -146,7 +145,7 @@ class Scene(EditCalls[EditResult]):
         return evaluation.evaluate_surface(self._connection, self.id, faces, corners, barycentrics)
 
     def pick(self, origin: npt.ArrayLike, direction: npt.ArrayLike) -> Optional[SurfacePoint]:
-        """The first point of the deformed surface on a ray of the world, which drag takes; None: it meets none."""
+        """The first point of the deformed surface on a ray of the world, for drag; None where it meets none."""
         ray = surface_pb2.Ray(origin=vector(origin), direction=vector(direction))
         request = surface_pb2.PickRequest(scene=self.id, ray=ray)
         try:
@@ -171,8 +170,9 @@ class Scene(EditCalls[EditResult]):
         revision  the newest one, or REVISION_CHANGED; 0: the newest one, whichever it is
         """
         show = progress_function(progress, f"export {Path(path).name}")
+        wanted = format or Path(path).suffix[1:].lower()
         with transfers.whole_file(path) as part:
-            return self._export(lambda: open(part, "wb"), export_format(format, path), view, revision, show)
+            return self._export(lambda: open(part, "wb"), wanted, view, revision, show)
 
     def export_bytes(self, format: str, view: View = _DEFAULT_VIEW, revision: int = 0) -> bytes:
         """As export, but into memory."""
@@ -187,14 +187,15 @@ class Scene(EditCalls[EditResult]):
             files.append(Kept())
             return files[-1]
 
-        self._export(open_file, export_format(format, ""), view, revision, lambda done, total: None)
+        self._export(open_file, format, view, revision, lambda done, total: None)
         return files[-1].getvalue()
 
     def _export(
-        self, open_file: Any, format: Any, view: View, revision: int, progress: ProgressFunction
+        self, open_file: Any, format: str, view: View, revision: int, progress: ProgressFunction
     ) -> int:
+        number = choose("a format", format, transfers.EXPORT_FORMATS)
         request = surface_pb2.ExportRequest(
-            scene=self.id, revision=revision, format=format, view=view.to_proto()
+            scene=self.id, revision=revision, format=number, view=view.to_proto()
         )
         return transfers.export(self._connection, request, open_file, progress)
 
@@ -206,15 +207,13 @@ class Scene(EditCalls[EditResult]):
     def __enter__(self) -> Scene:
         return self
 
-    def __exit__(
-        self, kind: Type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: Type[BaseException] | None, *error: object) -> None:
         if not self._delete_on_exit:
             return
         try:
             self.delete()
         except LatticedError as failure:
-            if kind is None and failure.reason != "NOT_FOUND":  # what left the block says more
+            if kind is None and failure.reason != "NOT_FOUND":  # the block's own exception says more
                 raise
 
     def _apply(self, batch: edit_pb2.EditBatch) -> EditResult:

@@ -19,6 +19,15 @@ from latticed.topology import Topology
 from latticed.update import Update
 from latticed.v1 import mesh_pb2, scene_pb2, surface_pb2
 
+EXPORT_FORMATS = {
+    "ply": surface_pb2.EXPORT_FORMAT_PLY,
+    "obj": surface_pb2.EXPORT_FORMAT_OBJ,
+    "stl": surface_pb2.EXPORT_FORMAT_STL,
+    "glb": surface_pb2.EXPORT_FORMAT_GLB,
+    "drc": surface_pb2.EXPORT_FORMAT_DRC,
+    "nets": surface_pb2.EXPORT_FORMAT_CONTROL_NETS,
+}
+
 
 def get_update(connection: Connection, request: scene_pb2.GetUpdateRequest) -> Update:
     """One complete update."""
@@ -72,8 +81,8 @@ def export(
 
 
 def download(connection: Connection, mesh: str, file: BinaryIO, progress: ProgressFunction) -> None:
-    """Writes the bytes that were uploaded; after a break it goes on where it was. DATA_LOSS where they are not
-    those that name the mesh."""
+    """Writes the bytes that were uploaded; after a break it goes on where it was. DATA_LOSS where their SHA-256
+    is not the mesh's id."""
     total, done, digest = 0, 0, hashlib.sha256()
 
     def attempt() -> None:
@@ -94,8 +103,7 @@ def download(connection: Connection, mesh: str, file: BinaryIO, progress: Progre
 
 @contextmanager
 def whole_file(path: Union[str, "os.PathLike[str]"]) -> Iterator[Path]:
-    """Another path to write to: what is there at the end of the block comes to `path`, unless it is left by an
-    exception."""
+    """A temporary path to write to. At the end of the block the file moves to `path`; an exception deletes it."""
     part = Path(f"{os.fspath(path)}.part")
     try:
         yield part

@@ -23,7 +23,7 @@ class Update:
     timings                  where the server's time went: latticed.v1.UpdateTimings, microseconds
     topology                 points and triangles of a patch, and which patches are in which chunk
 
-    Points are decoded when they are first asked for: one that is skipped costs nothing.
+    Points are decoded on first use: a skipped update costs nothing.
     """
 
     def __init__(self, end: Any, view: View, topology: Topology, chunks: Sequence[Chunk]) -> None:
@@ -61,8 +61,7 @@ class Update:
 
     @property
     def step(self) -> float:
-        """World units per integer: points are within half of it, on each axis; 0 for raw, which is not rounded
-        so."""
+        """World units per integer: points are within half of it on each axis. 0 for raw, which has no grid."""
         return max(chunk.step for chunk in self._chunks)
 
     @functools.cached_property

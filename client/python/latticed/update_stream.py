@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
-from types import TracebackType
 from typing import Any, Callable, Dict, Iterator, Optional, Type, TypeVar
 
 import grpc
@@ -26,15 +25,15 @@ Self = TypeVar("Self", bound="UpdateStream")
 
 
 class UpdateStream(ABC):
-    """Updates of a scene as they come, the newest first: those that nobody asked for in time are skipped.
+    """Updates of a scene as they come. Only the newest is kept: an update that nobody took in time is skipped.
 
         with scene.watch() as stream:
             for update in stream:
                 show(update.points)
 
-    It lives until it is closed, as a with block does. One that breaks, or that the server asks to move,
-    opens itself again where it was, five times in a row, with pauses that double from 100 ms. Any number of
-    threads may use it. Errors: those of the server as LatticedError, from whatever is called next.
+    A stream lives until it is closed; a with block closes it. After a break, or when the server asks it to
+    move, it opens itself again where it was: five times in a row, with pauses that double from 100 ms. Any
+    number of threads may use it. Errors of the server are raised as LatticedError by the next call.
     """
 
     def __init__(
@@ -64,7 +63,7 @@ class UpdateStream(ABC):
     @property
     def lattice(self) -> Lattice:
         """The lattice after the newest edit heard of, whoever made it."""
-        assert self._surface.lattice is not None  # it comes before the first update, for which start waits
+        assert self._surface.lattice is not None  # _start waits for the first update, which comes later
         return self._surface.lattice
 
     @property
@@ -115,13 +114,11 @@ class UpdateStream(ABC):
     def __enter__(self: Self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: Type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: Type[BaseException] | None, *error: object) -> None:
         self.close()
 
     def _start(self) -> None:
-        """Reads until the first update is here: what edits are relative to is known then."""
+        """Reads until the first update is here; the lattice is known then."""
         self._reader.start()
         try:
             with self._changed:
@@ -181,9 +178,7 @@ class UpdateStream(ABC):
             while pause is not None and not self._pause(pause):
                 self._reconnections += 1
                 pause = self._read_one_rpc()
-        except (
-            Exception
-        ) as trouble:  # whatever it is, it is for those who wait: a closed channel's ValueError too
+        except Exception as trouble:  # any error is for those who wait: a closed channel's ValueError too
             error = trouble
         with self._changed:
             self._error, self._ended = error, True

@@ -30,7 +30,7 @@ SUFFIXES = {
 def upload(
     connection: Connection, header: mesh_pb2.MeshHeader, data: Bytes, progress: ProgressFunction
 ) -> Any:
-    """Sends what the server does not have yet; returns its latticed.v1.Mesh."""
+    """Sends the mesh unless the server has it; returns its latticed.v1.Mesh."""
     header.total_bytes = len(data)
     header.sha256 = hashlib.sha256(data).hexdigest()
     # A Mesh does not tell its RawLayout: the same bytes may be another mesh.

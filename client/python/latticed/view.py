@@ -3,29 +3,26 @@
 """A watcher's view of a scene."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Dict
 
 from latticed import draco
+from latticed.choices import choose
 from latticed.v1 import view_pb2
 
 _ENCODINGS: Dict[str, Any] = {
+    "": view_pb2.ENCODING_UNSPECIFIED,
     "draco": view_pb2.ENCODING_DRACO_POINTS,
     "draco_mesh": view_pb2.ENCODING_DRACO_MESH,
     "raw": view_pb2.ENCODING_RAW,
     "quantised": view_pb2.ENCODING_QUANTISED,
 }
 _NORMALS: Dict[str, Any] = {
+    "": view_pb2.NORMAL_MODE_UNSPECIFIED,
     "none": view_pb2.NORMAL_MODE_NONE,
     "facet": view_pb2.NORMAL_MODE_FACET,
     "smooth": view_pb2.NORMAL_MODE_SMOOTH,
 }
-
-
-def _number(what: str, name: str, numbers: Dict[str, Any]) -> Any:
-    if name and name not in numbers:
-        raise ValueError(f"{what} is one of {', '.join(numbers)}, not {name!r}")
-    return numbers.get(name, 0)
 
 
 def _name(number: Any, numbers: Dict[str, Any]) -> str:
@@ -48,21 +45,15 @@ class View:
 
     def to_proto(self) -> view_pb2.ViewOptions:
         """ValueError for an encoding or normals of another name."""
-        return view_pb2.ViewOptions(
-            segments=self.segments,
-            normals=_number("normals", self.normals, _NORMALS),
-            encoding=_number("encoding", self.encoding, _ENCODINGS),
-            position_bits=self.position_bits,
-            normal_bits=self.normal_bits,
-            max_points=self.max_points,
-            max_bytes_per_second=self.max_bytes_per_second,
-            drag_position_bits=self.drag_position_bits,
-            drag_normal_bits=self.drag_normal_bits,
-        )
+        named = {
+            "normals": choose("normals", self.normals, _NORMALS),
+            "encoding": choose("encoding", self.encoding, _ENCODINGS),
+        }
+        return view_pb2.ViewOptions(**{**vars(self), **named})
 
     def for_watching(self, scene_default: View) -> view_pb2.ViewOptions:
-        """As to_proto, with an encoding that can be decoded here: where none is named and the scene's is
-        Draco without a decoder, QUANTISED, of which a warning tells."""
+        """Like to_proto, with an encoding that can be decoded here. Without a decoder, a view that names no
+        encoding gets QUANTISED in place of the scene's Draco, with a warning."""
         options = self.to_proto()
         wanted = self.encoding or scene_default.encoding
         if not wanted.startswith("draco") or draco.decoder() is not None:
@@ -76,14 +67,7 @@ class View:
     @classmethod
     def from_proto(cls, options: Any) -> View:
         """Converts a latticed.v1.ViewOptions."""
-        return cls(
-            options.segments,
-            _name(options.normals, _NORMALS),
-            _name(options.encoding, _ENCODINGS),
-            options.position_bits,
-            options.normal_bits,
-            options.max_points,
-            options.max_bytes_per_second,
-            options.drag_position_bits,
-            options.drag_normal_bits,
-        )
+        values = {field.name: getattr(options, field.name) for field in fields(cls)}
+        values["normals"] = _name(options.normals, _NORMALS)
+        values["encoding"] = _name(options.encoding, _ENCODINGS)
+        return cls(**values)

@@ -63,6 +63,7 @@ class WatchStream(UpdateStream):
                 )
             )
         except LatticedError as error:
-            # A stream that has broken opens itself again, as it was told last, and one that has not goes on.
+            # Other errors do not matter: a broken stream opens itself again with the newest view, and an
+            # unbroken one goes on.
             if error.code in (grpc.StatusCode.INVALID_ARGUMENT, grpc.StatusCode.RESOURCE_EXHAUSTED):
                 raise

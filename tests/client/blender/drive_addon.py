@@ -87,16 +87,18 @@ def by_the_modifier(rest):
     return moved
 
 
-def compare(rest, what):
-    """Waits until the result shows what Blender's modifier makes of its rest points."""
+def compare(rest, what, distance=None, tolerance=TOLERANCE):
+    """Waits until the result shows what Blender's modifier makes of points at `rest`."""
     expected = by_the_modifier(rest)
     check(np.abs(expected - rest).max() > 0.1, f"{what}: the lattice moves nothing")
 
     def worst():
         shown = coordinates(result().data)
+        if distance is not None:
+            return distance(expected, shown)
         return np.abs(shown - expected).max() if len(shown) == len(expected) else np.inf
 
-    wait_for(lambda: worst() < TOLERANCE, what)
+    wait_for(lambda: worst() < tolerance, what)
     print(f"drive_addon: {what}: {len(expected)} vertices, at most {worst():.1e} from Blender's modifier")
 
 
@@ -175,17 +177,13 @@ def follows_edit_mode(rest):
 
 
 def compare_vertices(what):
-    """As compare, of the mesh's vertices alone: each is a point of the result, whatever the patches are."""
-    rest = coordinates(objects()[0].data)
-    expected = by_the_modifier(rest)
-    check(np.abs(expected - rest).max() > 0.1, f"{what}: the lattice moves nothing")
+    """As compare, but only the mesh's vertices: each is a point of the result, whatever the patches are."""
 
-    def worst():
-        shown = coordinates(result().data)
+    def farthest(expected, shown):
         return np.linalg.norm(expected[:, None] - shown, axis=-1).min(axis=1).max()
 
-    wait_for(lambda: worst() < 2 * TOLERANCE, what)  # 2: of all three coordinates
-    print(f"drive_addon: {what}: {len(expected)} vertices, at most {worst():.1e} from Blender's modifier")
+    # 2: the distance is over three coordinates.
+    compare(coordinates(objects()[0].data), what, farthest, 2 * TOLERANCE)
 
 
 def follows_other_structures(random):

@@ -18,15 +18,7 @@ class ServerProcess:
 
     def __init__(self, *arguments):
         self._log = tempfile.NamedTemporaryFile("r", prefix="latticed-", suffix=".txt")
-        command = [
-            BUILD / "server/latticed",
-            "--listen",
-            "127.0.0.1:0",
-            "--backend",
-            "cpu",
-            "--drain-delay",
-            "0s",
-        ]
+        command = f"{BUILD}/server/latticed --listen 127.0.0.1:0 --backend cpu --drain-delay 0s".split()
         self._process = subprocess.Popen(
             [*command, *arguments], stdout=self._log.fileno(), stderr=self._log.fileno()
         )

@@ -2,11 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 import grpc
 import latticed
-import pytest
 from google.protobuf import any_pb2, empty_pb2
 from latticed import google_rpc
-
-from server_process import ServerProcess
 
 
 def packed(message):
@@ -41,12 +38,3 @@ def test_all_details_of_a_status_are_read():
 
 def test_a_code_of_a_later_version_is_unknown():
     assert latticed.LatticedError.from_status(google_rpc.Status(code=99)).code == grpc.StatusCode.UNKNOWN
-
-
-def test_a_server_without_memory_says_how_much_there_is():
-    with ServerProcess("--memory", "2MiB") as server, latticed.connect(server.address) as client:
-        with pytest.raises(latticed.LatticedError) as caught:
-            client.upload_arrays([[0.0, 0, 0]] * 100000, [[0, 1, 2]], progress=False)
-
-    assert caught.value.reason == "OUT_OF_MEMORY"
-    assert int(caught.value.metadata["asked_bytes"]) > int(caught.value.metadata["free_bytes"])

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 import latticed
-import numpy as np
 import pytest
 
 
@@ -18,17 +17,6 @@ def test_every_format_by_suffix(scene, tmp_path, suffix, begin):
     assert revision == 0 and data.startswith(begin)
     assert told[-1] == (len(data), len(data))
     assert scene.export_bytes(suffix) == data
-
-
-def test_a_file_shows_what_an_update_shows(scene):
-    scene.move(scene.lattice().indices[-1], (1, 0, 0))
-    update = scene.get_update(latticed.View(encoding="raw", segments=3))
-
-    data = scene.export_bytes("stl", latticed.View(segments=3))
-
-    kind = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-    triangles = np.frombuffer(data, kind, offset=84)["corners"]
-    np.testing.assert_allclose(triangles, update.points.reshape(-1, 3)[update.triangles], atol=1e-5)
 
 
 def test_a_file_is_there_whole_or_not_at_all(scene, tmp_path):

@@ -19,6 +19,7 @@ def test_control_points_are_ordered_w_v_u(scene):
     assert (np.diff(lattice.control_points[0, :, 0, 1]) > 0).all()
     assert (np.diff(lattice.control_points[:, 0, 0, 2]) > 0).all()
     assert lattice.indices[2, 1, 3] == 3 + 4 * (1 + 3 * 2)
+    np.testing.assert_allclose(lattice.rest(), lattice.control_points, atol=1e-12)
     assert repr(lattice) == "<Lattice: 4 x 3 x 5 control points of degree 3 x 1 x 2, revision 0>"
 
 
@@ -26,12 +27,6 @@ def test_control_points_are_ordered_w_v_u(scene):
 def test_a_fit_of_other_than_three_axes_is_a_value_error(client, box, fit):
     with pytest.raises(ValueError, match="is three numbers, of u, v and w"):
         client.create_scene(box, **fit)
-
-
-def test_rest_is_the_identity_that_the_server_makes(scene):
-    lattice = scene.lattice()
-
-    np.testing.assert_allclose(lattice.rest(), lattice.control_points, atol=1e-12)
 
 
 def test_a_scene_keeps_the_lattice_that_it_was_given(client, box, random):

@@ -111,12 +111,6 @@ def test_view_and_pause_outlive_a_cut(proxy, remote, scene, kind):
         assert stream.latest.view.segments == 1 and stream.reconnections >= 1
 
 
-def test_calls_survive_a_cut(proxy, remote):
-    proxy.cut()
-
-    assert remote.move([0], (1, 0, 0)).revision == 1
-
-
 def test_a_stream_whose_server_is_gone_ends_unavailable(monkeypatch):
     monkeypatch.setattr(latticed.retries, "_FIRST_PAUSE", 0.01)
 

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Scenes that a command makes for itself on a shared server, and their meshes. They are deleted at
+// the end, also after an error or an interruption; a mesh only where this command brought it.
+//
+//   TemporaryScenes made(client);
+//   const auto mesh = made.Upload(file, {}, console);
+//   const auto scene = made.Create(request);
+//
+// Errors   the server's
+// Threads  one at a time
+#ifndef LATTICED_CLIENT_CPP_LATTICECTL_TEMPORARY_SCENES_H_
+#define LATTICED_CLIENT_CPP_LATTICECTL_TEMPORARY_SCENES_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "client/cpp/latticectl/console.h"
+#include "client/cpp/latticectl/files.h"
+#include "client/cpp/library/latticed_client.h"
+
+namespace latticed::client {
+
+class TemporaryScenes {
+ public:
+  explicit TemporaryScenes(Client& client) : client_(client) {}
+  ~TemporaryScenes();
+  TemporaryScenes(const TemporaryScenes&) = delete;  // deletes once
+  TemporaryScenes& operator=(const TemporaryScenes&) = delete;
+
+  // Shows a progress bar.
+  [[nodiscard]] absl::StatusOr<v1::Mesh> Upload(const MeshFile& file, v1::MeshHeader header,
+                                                Console console);
+  // Makes a scene of the mesh uploaded last: fills in scene_id and mesh.
+  [[nodiscard]] absl::StatusOr<v1::Scene> Create(v1::CreateSceneRequest request);
+  // Deletes nothing: the scenes stay.
+  void Keep();
+
+ private:
+  Client& client_;
+  std::string mesh_;
+  std::vector<std::string> meshes_to_delete_, scenes_to_delete_;
+};
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LATTICECTL_TEMPORARY_SCENES_H_

@@ -1,0 +1,11 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""Values that callers choose by name."""
+from typing import Any, Mapping
+
+
+def choose(what: str, name: str, choices: Mapping[str, Any]) -> Any:
+    """The value of that name; ValueError for another name."""
+    if name not in choices:
+        raise ValueError(f"{what} is one of {', '.join(filter(None, choices))}, not {name!r}")
+    return choices[name]
