@@ -127,7 +127,7 @@ absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
   return commit->summary;
 }
 
-void Scene::Publish(const Commit& commit, std::shared_ptr<TargetSlot> target) {
+void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target) {
   {
     const MutexLock lock(&mutex_);
     head_.state = commit.state;

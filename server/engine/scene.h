@@ -167,7 +167,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
                                                      std::shared_ptr<TargetSlot> target,
                                                      std::optional<LatticeStructure>& wanted)
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
-  void Publish(const Commit& commit, std::shared_ptr<TargetSlot> target)
+  void Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Forgets the oldest of history and log until the rest has memory. An edit is never refused for them.
   void FitHistory() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);

@@ -33,10 +33,10 @@ std::shared_ptr<const SceneState> SceneEditor::FirstState(SceneState planned,
   return std::make_shared<const SceneState>(std::move(planned));
 }
 
-absl::StatusOr<Commit> SceneEditor::Apply(const EditBatch& batch, const SceneState& before,
-                                          std::optional<PlanCandidate>& candidate,
-                                          std::optional<LatticeStructure>& wanted, TimePoint now,
-                                          const Clock& clock) {
+absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const SceneState& before,
+                                              std::optional<PlanCandidate>& candidate,
+                                              std::optional<LatticeStructure>& wanted,
+                                              TimePoint now, const Clock& clock) {
   const auto admit = [&](const LatticeStructure& structure) -> absl::Status {
     if (candidate && candidate->structure == structure) return candidate->state.status();
     wanted = structure;
@@ -44,7 +44,7 @@ absl::StatusOr<Commit> SceneEditor::Apply(const EditBatch& batch, const SceneSta
   };
   auto outcome = history_.Apply(batch, now, admit);
   if (!outcome.ok()) return outcome.status();
-  Commit commit{.summary = outcome->summary, .structure_changed = outcome->structure_changed};
+  EditCommit commit{.summary = outcome->summary, .structure_changed = outcome->structure_changed};
   if (outcome->repeated) {
     if (!commit.summary.status.ok()) return commit.summary.status;
     return commit;

@@ -3,7 +3,7 @@
 //
 // Edits of one scene: a batch and a state in, the next state and what it changes out.
 //
-//   Apply(batch) -> Commit {state, delta, dirty chunks}    or why the batch is refused
+//   Apply(batch) -> EditCommit {state, delta, dirty chunks}    or why the batch is refused
 //                -> wants a plan: `wanted` is the structure that the batch leads to. Nothing has
 //                   changed. The caller makes the plan without a lock and calls again with it.
 //
@@ -35,7 +35,7 @@ struct PlanCandidate {
 };
 
 // The effect of one batch.
-struct Commit {
+struct EditCommit {
   EditSummary summary;
   std::shared_ptr<const SceneState> state;
   std::shared_ptr<const LatticeDelta> delta;
@@ -55,11 +55,11 @@ class SceneEditor {
   // The state at revision 0, of what its plan says.
   [[nodiscard]] std::shared_ptr<const SceneState> FirstState(SceneState planned,
                                                              absl::Time now) const;
-  // `before` is the newest state. A Commit without a state repeats the answer of an earlier batch.
-  [[nodiscard]] absl::StatusOr<Commit> Apply(const EditBatch& batch, const SceneState& before,
-                                             std::optional<PlanCandidate>& candidate,
-                                             std::optional<LatticeStructure>& wanted, TimePoint now,
-                                             const Clock& clock);
+  // `before` is the newest state. An EditCommit without a state repeats the answer of an earlier batch.
+  [[nodiscard]] absl::StatusOr<EditCommit> Apply(const EditBatch& batch, const SceneState& before,
+                                                 std::optional<PlanCandidate>& candidate,
+                                                 std::optional<LatticeStructure>& wanted,
+                                                 TimePoint now, const Clock& clock);
   // Commits gestures that have been silent for too long. The newest state without an open gesture,
   // at the same revision, where that ends the last of them; else null.
   [[nodiscard]] std::shared_ptr<const SceneState> EndIdleGestures(const SceneState& newest,
