@@ -10,6 +10,7 @@
 #include "core/base/status_macros.h"
 #include "core/cpu/cpu_context.h"
 #include "core/cpu/cpu_target.h"
+#include "core/cpu/host_buffer.h"
 #include "core/cpu/gemm/cpu_gemm.h"
 #include "core/view/allowed_threads.h"
 #include "fmt/format.h"
@@ -27,11 +28,6 @@ std::string_view VectorUnit() {
 #endif
 }
 
-uint64_t Pages(int name) {
-  const long pages = sysconf(name), bytes = sysconf(_SC_PAGESIZE);
-  return pages > 0 && bytes > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(bytes) : 0;
-}
-
 class CpuBackend : public Backend {
  public:
   explicit CpuBackend(std::shared_ptr<CpuContext> context) : context_(std::move(context)) {}
@@ -43,8 +39,8 @@ class CpuBackend : public Backend {
   }
   std::vector<DeviceState> devices() const override {
     return {{.name = description(),
-             .memory_bytes = Pages(_SC_PHYS_PAGES),
-             .free_bytes = Pages(_SC_AVPHYS_PAGES)}};
+             .memory_bytes = MachineBytes(_SC_PHYS_PAGES),
+             .free_bytes = MachineBytes(_SC_AVPHYS_PAGES)}};
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {

@@ -64,7 +64,7 @@ bool IsLegal(const std::string& name, const std::string& value) {
          (IsBinary(name) || grpc_header_nonbin_value_is_legal(Slice(value)) != 0);
 }
 
-bool IsPlain(char c) { return c >= ' ' && c <= '~' && c != '%'; }
+bool IsMessageCharacter(char c) { return c >= ' ' && c <= '~' && c != '%'; }
 
 }  // namespace
 
@@ -96,7 +96,7 @@ HttpFields ToFields(const CallMetadata& metadata) {
 HttpFields StatusFields(const grpc::Status& status) {
   HttpFields fields = {{"grpc-status", fmt::to_string(static_cast<int>(status.error_code()))}};
   if (!status.error_message().empty()) {
-    fields.push_back({"grpc-message", PercentEncode(status.error_message(), IsPlain)});
+    fields.push_back({"grpc-message", PercentEncode(status.error_message(), IsMessageCharacter)});
   }
   if (!status.error_details().empty()) {
     fields.push_back({"grpc-status-details-bin", absl::Base64Escape(status.error_details())});

@@ -72,16 +72,16 @@ absl::StatusOr<v1::ViewOptions> ViewOf(const std::string& query) {
   return view;
 }
 
-bool IsPlain(char c) {
+bool IsNameCharacter(char c) {
   return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '-' || c == '_';
 }
 
 // RFC 6266: an ASCII name between quotes, and the true name escaped.
 std::string Disposition(const std::string& file_name) {
   std::string ascii = file_name;
-  for (char& c : ascii) c = IsPlain(c) ? c : '_';
+  for (char& c : ascii) c = IsNameCharacter(c) ? c : '_';
   return fmt::format("attachment; filename=\"{}\"; filename*=UTF-8''{}", ascii,
-                     PercentEncode(file_name, IsPlain));
+                     PercentEncode(file_name, IsNameCharacter));
 }
 
 class ExportDownload final : public CallObserver,
