@@ -10,8 +10,8 @@
 #include "core/base/status_macros.h"
 #include "core/cpu/cpu_context.h"
 #include "core/cpu/cpu_target.h"
-#include "core/cpu/host_buffer.h"
 #include "core/cpu/gemm/cpu_gemm.h"
+#include "core/cpu/host_buffer.h"
 #include "core/view/allowed_threads.h"
 #include "fmt/format.h"
 

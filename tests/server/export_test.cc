@@ -62,8 +62,7 @@ class ExportTest : public ::testing::Test {
   }
 
   std::unique_ptr<Backend> backend_ = MakeCpuBackend({.threads = 1});
-  RenderBackend render_backend_{backend_.get(),
-                                std::make_shared<MemoryBudget>(uint64_t{1} << 30)};
+  RenderBackend render_backend_{backend_.get(), std::make_shared<MemoryBudget>(uint64_t{1} << 30)};
   RenderInput input_;
 };
 
@@ -177,7 +176,8 @@ TEST_F(ExportTest, MemoryGrowsWithTheFile) {
   const auto bytes = ExportSurface(input_, fine, kNever);
   ASSERT_OK(bytes);
   EXPECT_GT(ExportMemoryBytes(*input_.state->plan, fine), bytes->size());
-  EXPECT_LT(ExportMemoryBytes(*input_.state->plan, coarse), ExportMemoryBytes(*input_.state->plan, fine));
+  EXPECT_LT(ExportMemoryBytes(*input_.state->plan, coarse),
+            ExportMemoryBytes(*input_.state->plan, fine));
 }
 
 }  // namespace

@@ -236,7 +236,8 @@ TEST_F(GiveBackOnHostTest, AnIdleViewMakesRoomForAnother) {
   constexpr uint64_t kEncoder = 5'087'232 / 2 * 3, kConnectivity = 48 * 32 * 100;
   ASSERT_LT(vertices + 4'096, uint64_t{1} << 20);
   Options options;
-  options.memory_bytes = plans + 2 * vertices + kConnectivity + 256 * ((scene.patches() + 31) / 32) + 2 * (vertices + 4'096) + kEncoder;
+  options.memory_bytes = plans + 2 * vertices + kConnectivity +
+                         256 * ((scene.patches() + 31) / 32) + 2 * (vertices + 4'096) + kEncoder;
   StartServer(options);
   mesh_ = Upload(obj);
   ASSERT_OK(Create(SceneRequest("scene-no-a")));

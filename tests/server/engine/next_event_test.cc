@@ -175,7 +175,11 @@ TEST_F(NextEventTest, WhatIsNotBegun) {
   };
   const Case cases[] = {
       {"paused", [](ClientState& c) { c.takes_updates = false; }, false},
-      {"two are not acknowledged", [](ClientState& c) { c.unacked = {1, 2}; }, false},
+      {"two are not acknowledged",
+       [](ClientState& c) {
+         c.unacked = {1, 2};
+       },
+       false},
       {"an edit waits for its answer", [](ClientState& c) { c.ceiling = 4; }, false},
       {"it is older than what is wanted", [](ClientState& c) { c.min_revision = 6; }, true},
       {"it is older than another watch had", [](ClientState& c) { c.had->revision = 6; }, true},

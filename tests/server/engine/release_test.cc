@@ -46,8 +46,9 @@ class ReleaseTest : public ::testing::Test {
   // Expects that during the next call of `step` another thread acquires a view of `segments`.
   void ExpectAnswersDuring(Step step, int segments) {
     backend_.script().DuringNext(step, [this, segments] {
-      during_ = std::async(std::launch::async,
-                           [this, segments] { return scene_->AcquireView(WithSegments(segments)); });
+      during_ = std::async(std::launch::async, [this, segments] {
+        return scene_->AcquireView(WithSegments(segments));
+      });
       answered_ = during_.wait_for(std::chrono::seconds(20)) == std::future_status::ready;
     });
   }

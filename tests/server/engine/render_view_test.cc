@@ -195,8 +195,8 @@ TEST_F(RenderViewTest, AViewReservesOnceForTheMostThatItCanTake) {
       Move(edit % 2 == 0 ? kCorner : kOtherCorner);
       client->RunToHead();
       EXPECT_EQ(budget_->used_bytes() - budget_->kept_bytes(), before + reserved);
-      EXPECT_LE(HostBytes(scene_->memory()) - HostBytes(scene_->Head().target->memory()), reserved +
-                    scene_->memory().at("mesh") + scene_->memory().at("patch_tree") +
+      EXPECT_LE(HostBytes(scene_->memory()) - HostBytes(scene_->Head().target->memory()),
+                reserved + scene_->memory().at("mesh") + scene_->memory().at("patch_tree") +
                     scene_->memory().at("lattice") + scene_->memory().at("history"));
     }
     client = nullptr;
@@ -293,7 +293,8 @@ TEST_F(DeviceViewTest, AnEvictedSceneHasNoTargetAndGetsOneWhenItIsEvaluatedNext)
   EXPECT_TRUE(scene_->Evict());
   EXPECT_FALSE(scene_->Evict()) << "there is nothing left";
   Move(kCorner);
-  EXPECT_EQ(script().calls(Step::kPrepare), prepared) << "an edit that nobody watches needs no device";
+  EXPECT_EQ(script().calls(Step::kPrepare), prepared)
+      << "an edit that nobody watches needs no device";
 
   const auto client = Watch();
 

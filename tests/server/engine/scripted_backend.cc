@@ -70,8 +70,8 @@ class ScriptedView : public DeformView {
     for (SharedBytes& chunk : chunks) {
       if (chunk.data == nullptr) continue;
       const void* owner = chunk.owner.get();
-      chunk.owner = std::shared_ptr<const void>(
-          owner, [kept = chunk.owner, script = script_](const void*) {
+      chunk.owner =
+          std::shared_ptr<const void>(owner, [kept = chunk.owner, script = script_](const void*) {
             EXPECT_OK(script->Pass(Step::kFreeChunk));
           });
     }
