@@ -5,7 +5,7 @@
 // lattice; where the lattice's are chosen, of the world.
 
 import { AXES, type Axis } from '../lattice/grid';
-import { dot, type Basis, type Vec3 } from '../lattice/vec';
+import { dot, type Vec3 } from '../lattice/vec';
 import type { Orientation } from './pivot';
 
 export interface Constraint {
@@ -54,11 +54,6 @@ export function amountsInPlane(jacobian: ScreenJacobian, a: Vec3, b: Vec3, dx: n
 
 function norm(v: Vec3): number {
   return Math.hypot(...v);
-}
-
-/** The basis in which a constraint's axes are meant. */
-export function constraintBasis(constraint: Constraint | undefined, chosen: Basis, second: Basis): Basis {
-  return constraint?.second ? second : chosen;
 }
 
 /** What X, Y and Z pressed twice mean. */
