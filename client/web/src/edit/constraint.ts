@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// To which axes a transform keeps: one, or the plane across one, of the chosen orientation or, asked twice, of the
-// lattice; where the lattice's are chosen, of the world.
+// The axes that a transform keeps to: one axis, or the plane across it. They are those of the chosen orientation. Asked
+// twice, they are the lattice's, or the world's where the lattice's were chosen.
 
 import { AXES, type Axis } from '../lattice/grid';
 import { dot, type Vec3 } from '../lattice/vec';
