@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What operators and their tools ask, on a port of its own; never the API.
+// Pages for operators and their tools, on a port of their own. The API is never served there.
 //
-//   /healthz   200 while the process does its work; 503 once a restart alone will help
+//   /healthz   200 while the process does its work; 503 when only a restart will help
 //   /readyz    200 while gRPC health says SERVING: not while draining
 //   /metrics   text for Prometheus, 404 without
-// `http` are the connections of --http.
+// `http` counts the connections of --http.
 // Threads  safe; hooks are called on any thread
 #ifndef LATTICED_SERVER_WEB_ADMIN_PAGES_H_
 #define LATTICED_SERVER_WEB_ADMIN_PAGES_H_
@@ -23,7 +23,7 @@ namespace latticed::web {
 struct AdminHooks {
   std::function<absl::Status()> health;
   std::function<bool()> ready;
-  std::function<std::string(const ConnectionCounts& http)> metrics;  // none: no such page
+  std::function<std::string(const ConnectionCounts& http)> metrics;  // unset: no such page
 };
 
 [[nodiscard]] HttpResponse AdminAnswer(const AdminHooks& hooks, const HttpRequest& request,

@@ -19,14 +19,14 @@
 
 namespace latticed::web {
 
-// What a client says to the rpc: its fields but for those about the connection, the browser and the
-// form of the body. kInvalidArgument for a value that metadata cannot hold.
+// The fields that are metadata of the rpc. Fields of the connection, the browser and the body's form
+// are left out. kInvalidArgument for a value that metadata cannot hold.
 [[nodiscard]] absl::StatusOr<CallMetadata> ToMetadata(const HttpFields& fields);
 [[nodiscard]] HttpFields ToFields(const CallMetadata& metadata);
 // grpc-status, grpc-message (escaped as in gRPC over HTTP/2), grpc-status-details-bin.
 [[nodiscard]] HttpFields StatusFields(const grpc::Status& status);
-// Of grpc-timeout such as "100m", at most 8 digits and one of HMSmun; InfiniteFuture where it is
-// empty. kInvalidArgument.
+// Reads a grpc-timeout such as "100m": at most 8 digits and one of HMSmun. InfiniteFuture for an
+// empty one. kInvalidArgument.
 [[nodiscard]] absl::StatusOr<absl::Time> Deadline(std::string_view timeout, absl::Time now);
 
 }  // namespace latticed::web

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The connections that are open: how many may be, and how all of them are told to end. Some above the
-// limit are taken to be told why they are not served.
+// The open connections: limits their number, and ends all of them. A few connections above the limit
+// are accepted, so that they can be answered with the reason.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_WEB_CONNECTION_SET_H_
@@ -22,9 +22,9 @@ namespace latticed::web {
 class Connection {
  public:
   virtual ~Connection() = default;
-  // No request after the one that is being answered.
+  // Takes no request after the one that is being answered.
   virtual void Drain() = 0;
-  // Ends it now; what runs for it is cancelled.
+  // Ends it now and cancels its calls.
   virtual void Abort() = 0;
 };
 
@@ -32,16 +32,16 @@ class ConnectionSet {
  public:
   explicit ConnectionSet(size_t most) : most_(most) {}
 
-  // A place in the set, given back with its last owner.
+  // A place in the set. Its last owner gives it back.
   class Place {
    public:
     Place(ConnectionSet* set, uint64_t id, bool served) : set_(set), id_(id), served_(served) {}
     ~Place() { set_->Leave(id_, served_); }
     Place(const Place&) = delete;  // one place, one connection
     Place& operator=(const Place&) = delete;
-    // Not where the set was full.
+    // False where the set was full.
     bool served() const { return served_; }
-    // Whom to tell; a connection that changes its protocol has another object then.
+    // Who is told to drain or abort. A connection calls it again when it changes its protocol.
     void Hold(const std::shared_ptr<Connection>& connection) { set_->Hold(id_, connection); }
 
    private:
@@ -50,13 +50,13 @@ class ConnectionSet {
     const bool served_;
   };
 
-  // Null when there is no room even for words.
+  // Null when there is no room even for an answer.
   [[nodiscard]] std::shared_ptr<Place> Enter() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Also those that enter later.
+  // These hold for connections that enter later, too.
   void Drain() ABSL_LOCKS_EXCLUDED(mutex_);
   void Abort() ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] ConnectionCounts counts() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // Whether all have left by then.
+  // Waits until all have left; false if the deadline came first.
   bool AwaitEmpty(absl::Time deadline) ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A time by which something must have happened, which may be moved or taken back.
+// A time by which something must happen. It may be moved or cleared.
 //
 // Threads  on the executor's strand
 #ifndef LATTICED_SERVER_WEB_DEADLINE_H_
@@ -19,8 +19,8 @@ class Deadline {
  public:
   explicit Deadline(const Transport::executor_type& executor) : timer_(executor) {}
 
-  // In place of the time before. `missed` of `owner`, which this is a member of, is not called once the
-  // time has been moved or cleared.
+  // Replaces the earlier time, and calls `missed` of `owner` unless it is moved or cleared before. This
+  // object is a member of `owner`.
   template <typename Owner>
   void Set(net::steady_timer::duration after, std::weak_ptr<Owner> owner, void (Owner::*missed)()) {
     timer_.expires_after(after);

@@ -4,12 +4,12 @@
 // SceneService.Deform over a WebSocket, for browsers, which cannot stream up.
 //
 //   GET /ws/latticed.v1.SceneService/Deform?latticed-scene=<id>
-//   binary frames: a DeformRequest each, there; a SceneEvent each, back
+//   binary frames: up, a DeformRequest each; down, a SceneEvent each
 //
-// Subprotocols offered: `latticed.v1`, which the server answers, and `bearer.<base64url of the token>`
-// since pages can set no field. latticed-request-id and traceparent may stand in the query as well.
-// The end: code 1000 for OK, otherwise 4000 + the code of the status, with its reason and message.
-// The client's own close is a half-close: edits that it has sent still count.
+// The client offers the subprotocol `latticed.v1`, which the server answers, and its token as
+// `bearer.<base64url>`, since pages cannot set fields. latticed-request-id and traceparent may be in
+// the query. The close code is 1000 for OK, otherwise 4000 + the code of the status, with its reason
+// and message. A close by the client is a half-close: edits that it has sent still count.
 // Threads  on the connection's strand
 #ifndef LATTICED_SERVER_WEB_DEFORM_SOCKET_H_
 #define LATTICED_SERVER_WEB_DEFORM_SOCKET_H_

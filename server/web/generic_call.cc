@@ -93,7 +93,7 @@ void GenericCall::OnReadDone(bool ok) {
 
 void GenericCall::OnWriteDone(bool ok) {
   writing_.Clear();
-  // A call that takes no more has a status, which a read brings.
+  // A failed write means that the call has ended; a read brings its status.
   if (ok) post_([observer = observer_] { observer->OnWritten(); });
 }
 

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// An rpc of any method, by its bytes: what gRPC-Web, the WebSocket and downloads are a front for.
+// An rpc of any method, by its bytes. gRPC-Web, the WebSocket and downloads make their calls by it.
 //
 //   call = GenericCall::Start(channel, {method, metadata, peer, deadline}, exchange, observer);
 //   call->Write(message);   next after OnWritten        call->Read();   next after OnMessage
 //
-// So nothing queues here: at most one message waits in each direction, and one that is not asked for
-// stays with the server, which stops making more.
+// At most one message waits in each direction. A message that is not asked for stays with the server,
+// which then makes no more.
 //
 // Threads  methods safe from any thread; the observer is called on the strand of its carrier
 #ifndef LATTICED_SERVER_WEB_GENERIC_CALL_H_
@@ -35,7 +35,7 @@ class Channel;
 
 namespace latticed::web {
 
-// Where calls go, and the metadata key under which they say for whom they are made: a secret of this
+// Where calls go, and the metadata key that carries the client's address. The key is a secret of this
 // process.
 struct ServerChannel {
   std::shared_ptr<grpc::Channel> channel;
@@ -44,11 +44,11 @@ struct ServerChannel {
 
 using CallMetadata = std::vector<std::pair<std::string, std::string>>;  // -bin values not encoded
 
-// What a call says; the last word is OnEnd.
+// Hears of one call. OnEnd comes last.
 class CallObserver {
  public:
   virtual ~CallObserver() = default;
-  // The server's initial metadata; left out where a call ends without.
+  // The server's initial metadata. Not called where a call ends without any.
   virtual void OnHead(CallMetadata metadata) = 0;
   virtual void OnMessage(grpc::ByteBuffer message) = 0;
   virtual void OnWritten() = 0;
@@ -98,7 +98,7 @@ class GenericCall final : private grpc::ClientBidiReactor<grpc::ByteBuffer, grpc
   void OnWriteDone(bool ok) override;
   void OnDone(const grpc::Status& status) override;
   void Hand(const grpc::ByteBuffer& message);
-  // No more operations will be started: lets OnDone come.
+  // Starts no more operations, so that OnDone can come.
   void Release() ABSL_LOCKS_EXCLUDED(mutex_);
 
   const Post post_;

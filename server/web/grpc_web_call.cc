@@ -43,7 +43,7 @@ class GrpcWebCall final : public CallObserver, public std::enable_shared_from_th
 
  private:
   void ReadBody();
-  // The next message of the body, as soon as the one before is with the server.
+  // Sends the next message of the body once the server has the one before.
   void SendNext();
   void Fail(const absl::Status& status);
   void StartAnswer(const CallMetadata& metadata);

@@ -4,8 +4,8 @@
 // One rpc of gRPC-Web (binary), of any method: frames in, frames out, no method known here.
 //
 // A request may hold several messages, where the rpc takes several. grpc-timeout is the deadline.
-// When the client goes away the rpc is cancelled. An error found here ends the answer as the server's
-// own do: in the trailers, with details.
+// When the client goes away the rpc is cancelled. An error found here is sent as the server's own
+// errors are: in the trailers, with details.
 // Threads  on the connection's strand
 #ifndef LATTICED_SERVER_WEB_GRPC_WEB_CALL_H_
 #define LATTICED_SERVER_WEB_GRPC_WEB_CALL_H_

@@ -16,19 +16,19 @@
 
 namespace latticed::web {
 
-// One sentence for people.
+// A sentence for people.
 [[nodiscard]] HttpResponse TextAnswer(int status, std::string_view text);
 // 405 with what is allowed, such as "GET, HEAD".
 [[nodiscard]] HttpResponse MethodNotAllowed(std::string_view allowed);
-// The HTTP status that says about the same as the status of an rpc, with its message.
+// The closest HTTP status for the status of an rpc, with its message.
 [[nodiscard]] HttpResponse FailureAnswer(const grpc::Status& status);
 
 void Append(const HttpFields& more, HttpFields& fields);
 
-// A -> %41, but for what is plain.
+// A -> %41 for every character that is not plain.
 [[nodiscard]] std::string PercentEncode(std::string_view text, bool (*is_plain)(char));
 
-// %41 -> A; false where an escape is none, or stands for NUL.
+// %41 -> A; false for a malformed escape or for NUL.
 [[nodiscard]] bool PercentDecode(std::string_view text, std::string* decoded);
 
 }  // namespace latticed::web

@@ -66,7 +66,7 @@ class HttpConnection final : public HttpExchange,
     kIdle,       // between requests
     kHead,       // reading one
     kAnswering,  // until the last byte of the answer is written
-    kLingering,  // until the client has ended too: a reset would lose it the answer
+    kLingering,  // until the client has ended too: a reset would discard the answer
     kClosed
   };
   struct Outgoing {
@@ -90,7 +90,7 @@ class HttpConnection final : public HttpExchange,
   void Leave();
   void Expect(Deadline& deadline, HttpTimeouts::Duration after);
 
-  // Destroyed last, maybe on a thread of gRPC's: the server waits for it, and then has no executor.
+  // Destroyed last, maybe on a gRPC thread. The server waits for it before it destroys the executor.
   std::shared_ptr<ConnectionSet::Place> place_;
   Transport transport_;  // moved from after an upgrade
   const Transport::executor_type executor_;
@@ -137,8 +137,8 @@ void HttpConnection::AwaitRequest() {
   Watch();
 }
 
-// The first bytes of the next request, or the end of the connection: also while a request is being
-// answered, when only the latter is of interest.
+// Waits for the first bytes of the next request, or for the end of the connection. Also runs while a
+// request is being answered, to notice the end.
 void HttpConnection::Watch() {
   if (reading_ || buffer_.size() > 0) return;
   reading_ = true;
@@ -265,10 +265,10 @@ void HttpConnection::Start(int status, HttpFields fields, std::optional<uint64_t
   head.result(static_cast<unsigned>(status));
   head.set(http::field::server, "latticed");
   for (const HttpField& field : fields) {
-    if (field.name == "connection") keep_alive_ = false;  // what it says is close
+    if (field.name == "connection") keep_alive_ = false;  // its value is "close"
     head.insert(field.name, field.value);
   }
-  // The end of the connection is the end of a body for clients that know no chunks.
+  // For clients without chunked encoding, the end of the connection ends the body.
   const bool old = parser_->get().version() < 11;
   chunked_ = !length.has_value() && !old;
   if (chunked_) head.set(http::field::transfer_encoding, "chunked");
@@ -306,7 +306,7 @@ void HttpConnection::End() {
   Pump();
 }
 
-// What waits, in order: a head, then what Write and End have added, each of them one write.
+// Writes what waits, in order: a head, then what Write and End have added, one write each.
 void HttpConnection::Pump() {
   if (writing_ || outgoing_.empty()) return;
   writing_ = true;
@@ -337,7 +337,7 @@ void HttpConnection::Answered() {
   AwaitRequest();
 }
 
-// Says that there is no more, and reads what is still sent.
+// Shuts down sending, and reads what the client still sends.
 void HttpConnection::Linger() {
   state_ = State::kLingering;
   Expect(read_, timeouts_.linger);
@@ -349,7 +349,7 @@ void HttpConnection::Linger() {
 void HttpConnection::Discard() {
   if (state_ == State::kClosed) return;
   reading_ = true;
-  transport_.socket().async_read_some(  // below TLS, which has said its last
+  transport_.socket().async_read_some(  // below TLS, which is shut down
       net::buffer(body_), [self = shared_from_this()](error_code failure, size_t) {
         if (failure) return self->Leave();
         self->Discard();

@@ -8,7 +8,7 @@
 //                   that a client that does not read holds one message and stops its writer
 //
 // Threads  Post from anywhere; everything else, and every callback, on the connection's strand, which
-//          Post reaches. Once the client has gone nothing is called back but OnGone's function.
+//          Post reaches. Once the client has gone only OnGone's function is called.
 #ifndef LATTICED_SERVER_WEB_HTTP_EXCHANGE_H_
 #define LATTICED_SERVER_WEB_HTTP_EXCHANGE_H_
 
@@ -65,7 +65,7 @@ class HttpExchange {
   virtual void Start(int status, HttpFields fields, std::optional<uint64_t> length) = 0;
   virtual void Write(OutBytes bytes, std::function<void()> done) = 0;
   virtual void End() = 0;
-  // Ends an answer that cannot be completed, so that the client does not take it for whole.
+  // Breaks off an answer that cannot be completed, so that the client sees that it is not whole.
   virtual void Abort() = 0;
 
   // Instead of an answer: the request becomes a WebSocket, which speaks `subprotocol` where that is

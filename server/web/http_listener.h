@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A listening port whose connections go to one handler. Requests of those above the set's limit are
-// answered 503 and closed, those far above it are closed without a word.
+// A listening port with one handler for its connections. Connections above the set's limit are answered
+// 503 and closed; those far above it are closed at once.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_WEB_HTTP_LISTENER_H_
@@ -25,8 +25,8 @@ namespace latticed::web {
     const Options& options);
 
 // Listens on `listen`, "host:port", for `flag`. The context, set and `tls` (may be null) outlive the
-// connections, and the listener does. kUnavailable for a port that cannot be had, kInvalidArgument for
-// what is none.
+// connections and the listener. kUnavailable for a port that is taken, kInvalidArgument for an invalid
+// address.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
     boost::asio::io_context& context, const std::string& flag, const std::string& listen,
     boost::asio::ssl::context* tls, ConnectionSet* connections, const HttpTimeouts& timeouts,

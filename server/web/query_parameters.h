@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What stands behind the '?' of an address: "segments=20&normals=smooth".
+// The query of an address, behind the '?': "segments=20&normals=smooth".
 //
 // Threads  pure functions
 #ifndef LATTICED_SERVER_WEB_QUERY_PARAMETERS_H_

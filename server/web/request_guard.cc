@@ -35,8 +35,8 @@ bool IsAddress(std::string host) {
          inet_pton(AF_INET6, host.c_str(), address.data()) == 1;
 }
 
-// Whether a page of `origin` came from where the request went. Behind a proxy that ends TLS the
-// schemes differ; a page without TLS is never the same as a server with it.
+// Whether a page of `origin` came from the host of the request. Behind a proxy that ends TLS the
+// schemes differ. A page without TLS never has the origin of a server with TLS.
 bool SameOrigin(std::string_view origin, std::string_view host, bool secure) {
   constexpr std::string_view kPlain = "http://";
   constexpr std::string_view kSecure = "https://";

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Who may ask: a page of another site must not drive a local server, neither by its own requests
-// (Origin, Sec-Fetch-Site) nor by a name that it has made point here (Host; "DNS rebinding").
+// Decides who may use the server. A page of another site must not drive a local server, neither by its
+// own requests (Origin, Sec-Fetch-Site) nor by a name that resolves to it (Host; "DNS rebinding").
 //
-//   Host     localhost, 127.0.0.1, [::1], the host of the listened address, --allowed-hosts; where all
-//            addresses are listened on any address, which cannot be made to point elsewhere
+//   Host     localhost, 127.0.0.1, [::1], the host of the listened address, --allowed-hosts; any
+//            address where the server listens on all, since an address cannot be rebound
 //   Origin   absent, the same host and port, or of --cors-origin
 //
 // Threads  immutable
@@ -26,9 +26,9 @@ class RequestGuard {
   RequestGuard(const std::string& listen, const std::vector<std::string>& allowed_hosts,
                std::vector<std::string> cors_origins);
 
-  // The answer to a request that goes no further: a refusal, or to a preflight.
+  // The answer to a request that is refused or is a preflight; nothing for one that may go on.
   [[nodiscard]] std::optional<HttpResponse> Stop(const HttpRequest& request) const;
-  // What an answer of those `fields` needs so that a page of --cors-origin may read it.
+  // The CORS fields that let a page of --cors-origin read an answer with those `fields`.
   [[nodiscard]] HttpFields CorsFields(const HttpRequest& request, const HttpFields& fields) const;
 
  private:

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The viewer: files of one folder, index.html for "/". Each is asked for again with its ETag, so that
-// a new release shows at once and an old one costs no transfer.
+// The viewer: files of one folder, index.html for "/". Browsers ask again with the ETag, so that
+// a new release shows at once and an unchanged file is not sent again.
 //
-// Errors   404 for what is not there, whatever ".." or links say; 405 but for GET and HEAD
-// Memory   64 KiB an answer that is under way, however large the file
+// Errors   404 for a file that is not there or not below the folder; 405 for other methods than GET
+//          and HEAD
+// Memory   64 KiB for each answer, however large the file
 // Threads  safe; reads files on the connection's strand
 #ifndef LATTICED_SERVER_WEB_STATIC_FILES_H_
 #define LATTICED_SERVER_WEB_STATIC_FILES_H_

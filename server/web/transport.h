@@ -74,7 +74,7 @@ class Transport {
       plain_->async_write_some(buffers, std::forward<Handler>(handler));
     }
   }
-  // With TLS alone.
+  // Only with TLS.
   template <typename Handler>
   void Handshake(Handler&& handler) {
     tls_->async_handshake(net::ssl::stream_base::server, std::forward<Handler>(handler));
@@ -87,7 +87,7 @@ class Transport {
     plain_->shutdown(Socket::shutdown_send, failure);
     net::post(get_executor(), beast::bind_handler(std::forward<Handler>(handler), failure));
   }
-  // At once; what is under way fails.
+  // Closes at once; operations under way fail.
   void Close() {
     error_code ignored;
     socket().close(ignored);

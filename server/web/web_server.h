@@ -8,11 +8,11 @@
 //             checked: server/web/request_guard.h
 //   --admin   /healthz, /readyz, /metrics, without TLS or tokens, and nothing else
 //
-// Every rpc goes by its bytes to the server's own channel; nothing here knows the methods but for
-// the two that HTTP has a form of its own for.
+// Every rpc goes as bytes to the server's own channel. Only Deform and Export are known here, since
+// HTTP has a form of its own for them.
 //
-// Memory   each connection holds a message in and one out at most, and there are as many as
-//          --transport-memory has room for, or --max-connections
+// Memory   each connection holds at most one message in and one out. --transport-memory or
+//          --max-connections limits the number of connections
 // Threads  safe
 #ifndef LATTICED_SERVER_WEB_WEB_SERVER_H_
 #define LATTICED_SERVER_WEB_WEB_SERVER_H_
@@ -32,7 +32,7 @@ namespace latticed::web {
 class WebServer {
  public:
   // Serves options.http and options.admin, those that are not empty, when it returns.
-  // kInvalidArgument for unreadable credentials, kUnavailable for a port that cannot be had.
+  // kInvalidArgument for unreadable credentials, kUnavailable for a port that is taken.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<WebServer>> Start(const Options& options,
                                                                         ServerChannel server,
                                                                         AdminHooks admin);
@@ -45,8 +45,8 @@ class WebServer {
   // Of --http.
   [[nodiscard]] ConnectionCounts connections() const;
 
-  // --http takes no more connections nor requests, waits for those running, and cancels what is left
-  // at `deadline`. Before the end of gRPC's server, which would cancel them at once.
+  // Takes no more connections or requests on --http, waits for running ones, and cancels the rest at
+  // `deadline`. To be called before gRPC's server ends, which would cancel them at once.
   void Drain(absl::Time deadline);
   // Cancels what runs, and ends both ports. Idempotent.
   void Stop();

@@ -21,7 +21,7 @@ class WebSocket {
     kMessage,      // a whole binary message
     kTextMessage,  // of text: its content is not kept
     kClosed,       // the other side closed it in order
-    kGone          // the connection broke, was given up for silence, or sent what is no WebSocket
+    kGone  // the connection broke, was silent for too long, or sent no valid WebSocket frame
   };
 
   virtual ~WebSocket() = default;
@@ -29,11 +29,11 @@ class WebSocket {
   // Calls `done` with the next event; `message` is empty but for kMessage. None comes after kClosed
   // or kGone. A message above limits::kMaxMessageBytes closes the socket with code 1009, kGone.
   virtual void Read(std::function<void(Event event, std::string message)> done) = 0;
-  // Not called back when the connection breaks meanwhile: a read tells, and OnGone.
+  // Not called back when the connection breaks: Read or OnGone reports that.
   virtual void Write(OutBytes message, std::function<void()> done) = 0;
   // After the write that is under way. `reason` is cut to 123 bytes.
   virtual void Close(uint16_t code, const std::string& reason) = 0;
-  // When the connection breaks and no Read is there to be told.
+  // Called when the connection breaks while no Read is pending.
   virtual void OnGone(std::function<void()> gone) = 0;
 };
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A connection after its upgrade to a WebSocket. A client that is silent for too long, pings
-// included, is given up.
+// A connection after its upgrade to a WebSocket. It ends when the client is silent for too long and
+// does not answer a ping.
 //
 // Threads  on its strand; Drain and Abort from anywhere
 #ifndef LATTICED_SERVER_WEB_WEB_SOCKET_SESSION_H_
@@ -23,7 +23,7 @@ namespace latticed::web {
 
 using UpgradeRequest = beast::http::request<beast::http::string_body>;
 
-// Answers the handshake and calls `opened`; ends the connection where the handshake is none.
+// Answers the handshake and calls `opened`; ends the connection where the handshake fails.
 void AcceptWebSocket(Transport transport, std::shared_ptr<ConnectionSet::Place> place,
                      const HttpTimeouts& timeouts, UpgradeRequest request, std::string subprotocol,
                      std::function<void(std::shared_ptr<WebSocket>)> opened);

@@ -132,7 +132,7 @@ export class App implements CommandTarget {
     this.page.connection.dataset['state'] = state;
     this.page.connection.textContent = CONNECTIONS[state];
     this.page.connection.title = text;
-    // A scene that could not be opened is told of by who opened it.
+    // Where a scene cannot be opened, the opener says so.
     const trouble = state === 'retrying' || (state === 'failed' && this.scene?.session.status.state === 'failed');
     this.page.banner.hidden = !trouble;
     this.page.banner.textContent = trouble ? text : '';

@@ -24,7 +24,7 @@ import type { Workspace } from './workspace';
 
 const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
 
-/** Of the scene that is open: its mesh's id, the mesh's file where this browser has it, and what was dropped with it. */
+/** The mesh of the open scene: its id, its file where this browser has it, and the files that were dropped with it. */
 interface OpenMesh {
   /** Empty until it is known. */
   id: string;
@@ -32,9 +32,9 @@ interface OpenMesh {
   companions: readonly File[];
   /** Of the companions, those that this browser does not keep, or not yet. */
   unkept: readonly File[];
-  /** Ends when what this page writes of them is written, or could not be. */
+  /** Resolves when this page has written them, or could not. */
   writing: Promise<void>;
-  /** Whether what this browser keeps beside the mesh of earlier drops belongs to it too. */
+  /** Whether files of earlier drops, which this browser keeps beside the mesh, belong to it too. */
   takesKept: boolean;
   /** Whether it was dropped on this page, and not opened by a link or after a reload. */
   readonly isDropped: boolean;
@@ -78,7 +78,7 @@ export class SceneOpener {
     }
   }
 
-  /** Where what was dropped beside the mesh is, which who opens the scene elsewhere does not have. */
+  /** Where the files are that were dropped beside the mesh. Whoever opens the scene elsewhere does not have them. */
   get companionsStay(): 'in this browser' | 'on this page' | undefined {
     const { companions, unkept } = this.mesh;
     if (companions.length === 0) return undefined;
@@ -131,7 +131,7 @@ export class SceneOpener {
     return { texture: await layerTexture(layers), corners, notes: lacksPictures ? [...notes, elsewhere] : notes };
   }
 
-  /** Those that were of use: they are there after a reload and in other windows. */
+  /** Keeps the companions that were used, for reloads and other windows. */
   private async keepCompanions(mesh: OpenMesh, before: Promise<void>): Promise<void> {
     await before;
     const { companions, unkept, takesKept } = mesh;

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// To which axes a transform keeps: one, or the plane across one, of the chosen orientation or, asked twice, of the
-// lattice; where the lattice's are chosen, of the world.
+// The axes that a transform keeps to: one axis, or the plane across it. They are those of the chosen orientation. Asked
+// twice, they are the lattice's, or the world's where the lattice's were chosen.
 
 import { AXES, type Axis } from '../lattice/grid';
-import { dot, type Basis, type Vec3 } from '../lattice/vec';
+import { dot, type Vec3 } from '../lattice/vec';
 import type { Orientation } from './pivot';
 
 export interface Constraint {
@@ -54,11 +54,6 @@ export function amountsInPlane(jacobian: ScreenJacobian, a: Vec3, b: Vec3, dx: n
 
 function norm(v: Vec3): number {
   return Math.hypot(...v);
-}
-
-/** The basis in which a constraint's axes are meant. */
-export function constraintBasis(constraint: Constraint | undefined, chosen: Basis, second: Basis): Basis {
-  return constraint?.second ? second : chosen;
 }
 
 /** What X, Y and Z pressed twice mean. */

@@ -17,7 +17,7 @@ import { Selection, type SelectMode } from './selection';
 import { TransformGesture } from './transform_gesture';
 import { TransformSession, type Modifiers, type TransformView } from './transform_session';
 
-/** Gives the view at a pivot, for axes and for those that are meant when a key is pressed twice. */
+/** Gives the view at a pivot, for the chosen axes and for the axes of a key that is pressed twice. */
 export type ViewAt = (pivot: Vec3, axes: Basis, secondAxes: Basis) => TransformView;
 
 const RADIUS_STEP = 1.1;
@@ -39,7 +39,7 @@ export class Editor {
   constructor(
     readonly session: LiveSession,
     readonly settings: SettingsStore,
-    /** Called when the line below the view says something else; undefined: nothing runs. */
+    /** Called when the line below the view changes; undefined: nothing runs. */
     private readonly onHeadline: (text: string | undefined) => void,
   ) {
     this.selection = new Selection(session.lattice.count);
@@ -65,7 +65,7 @@ export class Editor {
     return this.running?.transform.constraint;
   }
 
-  /** Begins anew after a change of the lattice's structure. */
+  /** Ends what runs after a change of the lattice's structure. */
   latticeReplaced(): void {
     this.cancelTransform();
     if (this.lattice.count === this.selection.count) return;

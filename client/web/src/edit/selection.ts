@@ -50,7 +50,7 @@ export class Selection {
     return this.hiddenPoints.has(index);
   }
 
-  /** Begins anew with another number of points, as after a change of the lattice's structure. */
+  /** Starts again with another number of points, after a change of the lattice's structure. */
   reset(count: number): void {
     this.points = count;
     this.selected.clear();

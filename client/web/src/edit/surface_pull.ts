@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Direct manipulation: one point of the surface is held, and the server finds the smallest move of control points that
-// takes it along. Where no control point moves it, outside the lattice, it stays, and the server says how far away.
+// Direct manipulation: a person holds one point of the surface, and the server finds the smallest move of control points
+// that takes it along. Outside the lattice no control point moves it; the server then says how far it stays behind.
 import { distance, type Vec3 } from '../lattice/vec';
 import type { SurfacePoint } from '../session/edits/lattice_edit';
 import type { LiveSession } from '../session/live_session';

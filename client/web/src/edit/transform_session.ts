@@ -10,7 +10,6 @@ import { add, combine, dot, length, normalized, scale, type Basis, type MutableV
 import {
   amountAlong,
   amountsInPlane,
-  constraintBasis,
   freeAxes,
   nextConstraint,
   type Constraint,
@@ -82,7 +81,7 @@ export class TransformSession {
 
   /** What the transform does as it stands. */
   motion(): Motion {
-    const basis = constraintBasis(this.constraint, this.view.axes, this.view.secondAxes);
+    const basis = this.constraint?.second ? this.view.secondAxes : this.view.axes;
     switch (this.kind) {
       case 'move':
         return { kind: 'move', offset: this.offset(basis) };

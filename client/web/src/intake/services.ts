@@ -7,7 +7,6 @@ import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
 import { MeshFormat, MeshHeaderSchema, type Mesh, type MeshHeader } from 'latticed/v1/mesh_pb';
 import type { Bounds, Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
-import { CompanionNews } from '../session/store/companion_news';
 import { IndexedSceneStore } from '../session/store/indexed_scene_store';
 import type { LiveSession } from '../session/live_session';
 import { openSession, type SessionOptions } from '../session/open_session';
@@ -52,11 +51,17 @@ const MOST_FETCHED_UNASKED = 64 << 20; // bytes of a mesh: what is shown without
 const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
 
 export class Services {
+  private channel: BroadcastChannel | undefined;
+
   constructor(
     private readonly server: LatticedServer,
-    private readonly news = new CompanionNews(),
     private readonly store = IndexedSceneStore.ofPage(),
   ) {}
+
+  /** Between the browser's windows of this server. Opened when first used: an open one keeps a program from ending. */
+  private get news(): BroadcastChannel {
+    return (this.channel ??= new BroadcastChannel('latticed-companions'));
+  }
 
   /** The largest mesh that the server takes, in bytes; 0: any. */
   async mostMeshBytes(): Promise<number> {
@@ -99,12 +104,12 @@ export class Services {
   /** Keeps pictures and materials for keptMesh, in place of all others or `beside` those of other names. Rejects in words. */
   async keepCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void> {
     await this.store.saveCompanions(mesh, files, beside);
-    this.news.tell(mesh);
+    this.news.postMessage(mesh); // who hears of it reads it
   }
 
   /** Calls `listener` where another window of this browser has kept pictures or materials beside a mesh. */
   onCompanionsKept(listener: (mesh: string) => void): void {
-    this.news.onNews(listener);
+    this.news.addEventListener('message', ({ data }: MessageEvent<string>) => listener(data));
   }
 
   /** Of a mesh that may have its pictures inside, and undefined of others. */

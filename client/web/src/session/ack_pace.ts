@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /**
- * Which update is acknowledged when one is taken in, where the server begins no more than AT_ONCE without: so that it sends
- * the next one while this one is decoded. Where that one comes before its time, so that it takes the place of one that
- * nobody has seen, they go one at a time for a while: the newest is acknowledged with the one after it.
+ * Decides which update is acknowledged when one has been taken in. The server sends at most AT_ONCE updates without an
+ * acknowledgement, so it sends the next one while this one is decoded. If an update replaces one that nobody has seen, this
+ * page is too slow: for a while updates go one at a time, each acknowledged with the one after it.
  */
 export class AckPace {
   static readonly AT_ONCE = 2;
-  /** So many updates go by before two at once are tried again: a reader that is slow for long gets one in 33 in vain. */
+  /** Updates until two at once are tried again. A reader that stays slow decodes one update in 33 for nothing. */
   static readonly ALONE = 32;
 
   private takenIn = 0n; // the newest

@@ -56,9 +56,9 @@ export async function openSession(server: LatticedServer, sceneId: string, optio
     surface: new SurfaceMesh(new ServerPatches(server, sceneId, () => lattice())),
     keeper,
     wakes: followPage,
-    ...(options.name && { name: options.name }),
-    ...(options.colour !== undefined && { colour: options.colour }),
-    ...(options.view && { view: options.view }),
+    name: options.name,
+    colour: options.colour,
+    view: options.view,
   });
   if (options.onStatus) session.on('status', options.onStatus);
   lattice = () => session.lattice;

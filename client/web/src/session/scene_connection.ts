@@ -32,8 +32,8 @@ export interface ConnectionHost {
 }
 
 /**
- * Keeps a stream of one scene open: heartbeats both ways, silence noticed, goaway heeded, and after a loss another
- * stream. Where twice no WebSocket passes but other calls do, the next kind of stream is used, until that is lost.
+ * Keeps a stream of one scene open. It sends heartbeats, notices silence, obeys goaway, and opens another stream after a
+ * loss. If a WebSocket fails twice while other calls pass, it uses the next kind of stream until that is lost.
  */
 export class SceneConnection implements Wakeable {
   private static readonly SILENT_HEARTBEATS = 3;

@@ -18,9 +18,8 @@ import type { SessionParts } from './session_parts';
 import { UpdateReceiver, type ReceivedUpdate } from './update_receiver';
 
 /**
- * What a session has of its streams, one after another: their messages go to the lattice, the surface and the
- * listeners; a stream that is lost is followed by one that goes on where it stopped, or, on a server that has lost the
- * scene, by one of the scene restored.
+ * The streams of a session, one after another. Their messages go to the lattice, the surface and the listeners. A lost
+ * stream is resumed by the next one. If the server has lost the scene, the scene is restored first.
  */
 export class SessionStream implements ConnectionHost {
   private static readonly PROBE_MS = 5000;

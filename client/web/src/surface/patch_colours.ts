@@ -7,9 +7,9 @@ import type { PatchFacts } from './surface_look';
 import type { TopologyLayout } from './topology_layout';
 
 /**
- * What is known of every patch besides its points: corners at rest, the colour of its knot box, texture coordinates.
- * Fetched when first wanted; until then, and where fetching fails, it is absent and the surface is drawn without it. What
- * has failed is asked for again when it is chosen again, and when the server is there again.
+ * Facts of every patch besides its points: corners at rest, the colour of its knot box, texture coordinates. They are
+ * fetched when a look first needs them. Until then, and after a failure, the surface is drawn without them. A failed fetch
+ * is repeated when the look is chosen again, and when the server is back.
  */
 export class PatchColours {
   restCorners: DataTexture | undefined;

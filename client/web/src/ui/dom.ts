@@ -59,3 +59,11 @@ export function showDialog(label: string, className: string, ...content: Child[]
   dialog.showModal();
   return dialog;
 }
+
+/** Gives the focus to the element that is `step` places behind the one that has it, round and round; says which. */
+export function moveFocus(elements: readonly HTMLElement[], step: number): HTMLElement | undefined {
+  const at = elements.indexOf(document.activeElement as HTMLElement);
+  const next = elements[(at + step + elements.length) % elements.length];
+  next?.focus();
+  return next;
+}

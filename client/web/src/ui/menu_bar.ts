@@ -3,7 +3,7 @@
 //
 // Menus of all commands by group: what has no button of its own is here, with its key beside it.
 import type { Command, CommandGroup, Commands } from './commands';
-import { h } from './dom';
+import { h, moveFocus } from './dom';
 
 const GROUPS: readonly CommandGroup[] = ['File', 'Edit', 'Select', 'Transform', 'View'];
 
@@ -83,8 +83,7 @@ export class MenuBar {
       this.close();
       button.focus();
     } else if (step !== undefined) {
-      const at = items.indexOf(document.activeElement as HTMLElement);
-      items[(at + step + items.length) % items.length]?.focus();
+      moveFocus(items, step);
     } else if (aside !== undefined) {
       const buttons = [...this.element.querySelectorAll<HTMLElement>('.menu-button')];
       buttons[(buttons.indexOf(button) + aside + buttons.length) % buttons.length].click();

@@ -3,7 +3,7 @@
 //
 // Buttons for commands, so that everything works by touch as well.
 import { tooltip, type Command, type Commands } from './commands';
-import { h } from './dom';
+import { h, moveFocus } from './dom';
 import { icon } from './icons';
 
 export class Toolbar {
@@ -45,9 +45,8 @@ export class Toolbar {
   /** Arrow keys go from button to button, as in every toolbar. */
   private moveFocus(event: KeyboardEvent): void {
     const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
-    const at = this.buttons.findIndex(([, button]) => button === document.activeElement);
-    if (step === undefined || at < 0) return;
+    if (step === undefined) return;
     event.preventDefault();
-    this.buttons[(at + step + this.buttons.length) % this.buttons.length][1].focus();
+    moveFocus(this.buttons.map(([, button]) => button), step);
   }
 }

@@ -7,8 +7,8 @@ interface Told {
 }
 
 /**
- * Frames that the graphics processor was told to draw and has not finished. A browser takes several, and each waits for
- * those before it: where one takes long, what is seen is that many frames old.
+ * Frames that the graphics processor has not finished. A browser accepts several, and each waits for those before it. If a
+ * frame takes long, the picture on the screen is that many frames old.
  */
 export class FrameQueue {
   private static readonly LONG_MS = 50; // shorter ones may overlap: a processor that waits for the next call loses frames

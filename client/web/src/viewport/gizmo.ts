@@ -5,7 +5,7 @@
 import { Matrix4, Object3D, Quaternion, Vector3 } from 'three';
 import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
 import type { Motion, MotionKind } from '../edit/motion';
-import { cross, dot, normalized, scale, sub, type Basis, type Vec3 } from '../lattice/vec';
+import { cross, dot, normalized, scale, sub, WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
 import type { Viewport } from './viewport';
 
 const SIZE = 0.9; // of three's own
@@ -25,7 +25,7 @@ export class Gizmo {
   private readonly start = { position: new Vector3(), quaternion: new Quaternion() };
   private cancelling = false;
   private kind: MotionKind = 'move';
-  private basis: Basis = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  private basis = WORLD_BASIS;
 
   constructor(private readonly viewport: Viewport, private readonly events: GizmoEvents) {
     this.controls = new TransformControls(viewport.rig.camera, viewport.canvas);

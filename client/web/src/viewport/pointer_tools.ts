@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Mouse, pen and touch on the view. A press on a control point selects or drags it, on a handle it is the gizmo's, with
-// a tool it is the tool's; everything else is the camera's orbit, and so are two fingers, whatever the first one was on.
-// While a transform of the keys runs, it has the pointer.
+// Mouse, pen and touch on the view. A press on a control point selects or drags it; a press on a handle goes to the gizmo;
+// a press with a tool goes to the tool. Everything else, and any press of two fingers, moves the camera. While a transform
+// runs that keys began, it gets the pointer.
 import type { Cage } from '../cage/cage';
 import type { Editor } from '../edit/editor';
 import { WORLD_BASIS } from '../lattice/vec';

@@ -62,12 +62,12 @@ export class MeshDownloads {
 const PIECE_BYTES = 8 << 20;  // the page holds one piece in memory; the browser may keep the others on disk
 
 /** Downloads one mesh. */
-async function downloadMesh(meshes: MeshClient, mesh: string, signal?: AbortSignal): Promise<DownloadedMesh> {
+async function downloadMesh(meshes: MeshClient, mesh: string, signal: AbortSignal): Promise<DownloadedMesh> {
   let header = create(MeshHeaderSchema);
   const pieces: Blob[] = [];
   let parts: Uint8Array<ArrayBuffer>[] = [];
   let bytes = 0;
-  for await (const { message } of meshes.downloadMesh({ mesh }, { ...(signal && { signal }) })) {
+  for await (const { message } of meshes.downloadMesh({ mesh }, { signal })) {
     if (message.case === 'header') header = message.value;
     if (message.case !== 'data') continue;
     parts.push(message.value as Uint8Array<ArrayBuffer>);

@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-/** Of the six HTTP/1.1 connections that a browser opens to one server, for all windows together, one stays for calls. */
+/** A browser opens six HTTP/1.1 connections to one server, for all windows together. One stays free for calls. */
 export const STREAM_PLACES = 5;
 
 /**
  * Takes one of the places that windows of this browser have for streams over HTTP, until `signal` aborts. False where all
- * are taken. Browsers give no locks to pages from other computers without TLS, nor to some in frames: those are let in.
+ * are taken. Browsers give no locks to pages from other computers without TLS, and to some pages in frames. Those pages are
+ * let in.
  */
 export async function takeStreamPlace(signal: AbortSignal): Promise<boolean> {
   if (signal.aborted) return false;

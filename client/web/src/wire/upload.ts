@@ -24,7 +24,7 @@ const PART_BYTES = 768 * 1024;  // the most that AppendUpload takes
 export async function uploadMesh(
   server: LatticedServer, header: MeshHeaderInit, content: Blob, options: UploadOptions = {},
 ): Promise<Mesh> {
-  const call = { ...(options.signal && { signal: options.signal }) };
+  const call = { signal: options.signal };
   try {
     const { uploadId } = await server.meshes.beginUpload({ header: { ...header, totalBytes: BigInt(content.size) } }, call);
     for (let offset = 0; offset < content.size;) {
@@ -40,7 +40,7 @@ export async function uploadMesh(
 
 /** Sends one part, twice where its answer was lost; returns how many bytes the server has. */
 async function append(
-  server: LatticedServer, part: MessageInitShape<typeof AppendUploadRequestSchema>, call: { signal?: AbortSignal },
+  server: LatticedServer, part: MessageInitShape<typeof AppendUploadRequestSchema>, call: { signal?: AbortSignal | undefined },
 ): Promise<number> {
   try {
     return Number((await server.meshes.appendUpload(part, call)).committed);

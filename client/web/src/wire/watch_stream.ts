@@ -16,8 +16,8 @@ const LIMIT = `without WebSockets a browser shows ${STREAM_PLACES} of its window
 type Controls = Partial<Pick<ControlWatchRequest, 'ackedUpdateId' | 'view' | 'pause' | 'presence'>>;
 
 /**
- * Watch, ApplyEdits and ControlWatch over gRPC-Web in place of Deform: where something on the way lets no WebSocket
- * pass. The same events; a refused edit is an edit_result here too.
+ * Watch, ApplyEdits and ControlWatch over gRPC-Web, in place of Deform where a proxy lets no WebSocket pass. The events are
+ * the same; a refused edit is an edit_result here too.
  */
 export class WatchStream implements SceneStream {
   private static readonly CALL_MS = 15_000;

@@ -7,14 +7,14 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
-import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
+import { latticeToJson } from '@src/wire/lattice_json';
 import { randomId } from '@src/wire/ids';
 import { uploadMesh } from '@src/wire/upload';
 import { limitStorage, openPage } from './browser';
 import { lookAtColours, paint, quarters, squareGlb } from './colours';
 import { sheetObj } from './sheet';
 import { browser, direct, errors, page, server, until, useStage } from './stage';
-import { createScene, dropFiles, live, promised } from './viewer_page';
+import { createScene, dropFiles, latticeIn, live, promised } from './viewer_page';
 
 let picture: Buffer; // red green above blue white
 let other: Buffer; // white blue above green red
@@ -263,9 +263,7 @@ test('pictures that the browser has no room for are shown, and it is said that t
 });
 
 test('a lattice of another frame leaves the mesh in its colours', async () => {
-  const vector = (x: number, y: number, z: number): object => ({ x, y, z });
-  const frame = { origin: vector(-1.5, -1.5, -1), u: vector(3, 0, 0), v: vector(0, 3, 0), w: vector(0, 0, 2) };
-  const lattice = latticeFromJson(JSON.stringify({ frame, size: { u: 2, v: 2, w: 2 }, degree: { u: 1, v: 1, w: 1 } }));
+  const lattice = latticeIn([[-1.5, -1.5, -1], [3, 0, 0], [0, 3, 0], [0, 0, 2]], 2, 1);
   const before = page.url();
 
   await dropFiles(page, [['lattice.json', latticeToJson(lattice)]]);

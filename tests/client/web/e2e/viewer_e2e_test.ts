@@ -11,7 +11,7 @@ import { distance, type Vec3 } from '@src/lattice/vec';
 import { limitStorage, openPage } from './browser';
 import { followsDefinition } from './definition';
 import { browser, CORNER, errors, OBJ, page, press, selected as selection, server, shot, useStage } from './stage';
-import { colourAt, controlPoint, createScene, dropFiles, frames, live, onScreen } from './viewer_page';
+import { colourAt, controlPoint, createScene, dropFiles, frames, live, onScreen, saved } from './viewer_page';
 
 
 const readBacks: string[] = []; // addresses of calls for a mesh that the page has itself
@@ -239,9 +239,7 @@ test('the surface itself is pulled: what was pressed comes along to where the po
 test('a lattice that was saved brings its shape back when it is dropped on the page', async () => {
   const before = await controlPoint(page, 0);
   const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Control+s')]);
-  const parts: Buffer[] = [];
-  for await (const part of await download.createReadStream()) parts.push(part as Buffer);
-  const json = Buffer.concat(parts).toString();
+  const json = (await saved(download)).toString();
 
   await page.evaluate(() => window.latticed.commands.get('reset').run());
   await page.waitForFunction(([x]) => window.latticed.scene!.session.lattice.points[2] !== x, [before[2]] as const);

@@ -9,12 +9,12 @@ import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, test } from 'node:test';
-import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
-import { distance, sub, type Vec3 } from '@src/lattice/vec';
+import { latticeToJson } from '@src/wire/lattice_json';
+import { distance, sub } from '@src/lattice/vec';
 import { openPage } from './browser';
 import { sheetObj } from './sheet';
 import { browser, errors, page, press, select, server, shot, useStage } from './stage';
-import { controlPoint, createScene, dropFiles, live, meshUploaded } from './viewer_page';
+import { controlPoint, createScene, dropFiles, latticeIn, live, meshUploaded, saved } from './viewer_page';
 
 /** A grey pixel. */
 const DOT = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mNoAAAAggCB2kUIOwAAAABJRU5ErkJggg==', 'base64');
@@ -33,10 +33,8 @@ async function choose(files: readonly (readonly [name: string, content: string |
 async function exported(format: string): Promise<{ name: string; bytes: Buffer }> {
   const [download] = await Promise.all([
     page.waitForEvent('download'), page.locator('.export-choice', { hasText: format.toUpperCase() }).click()]);
-  const parts: Buffer[] = [];
-  for await (const part of await download.createReadStream()) parts.push(part as Buffer);
   await page.locator('.export').waitFor({ state: 'detached' });
-  return { name: download.suggestedFilename(), bytes: Buffer.concat(parts) };
+  return { name: download.suggestedFilename(), bytes: await saved(download) };
 }
 
 writeFileSync(join(folder, 'tokens'), Object.entries(TOKENS)
@@ -182,9 +180,7 @@ test('a Draco file that is dropped becomes a scene, which has no pictures to sho
 
 test('a lattice of another frame that is chosen makes another scene of the mesh, whose axes transforms have and whose shape a reset brings back', async () => {
   const before = await page.evaluate(() => ({ id: window.latticed.scene!.session.sceneId, url: location.href }));
-  const vector = ([x, y, z]: Vec3): object => ({ x, y, z });
-  const frame = { origin: vector([0, -2.2, -1]), u: vector([2.2, 2.2, 0]), v: vector([-2.2, 2.2, 0]), w: vector([0, 0, 2]) };
-  const lattice = latticeFromJson(JSON.stringify({ frame, size: { u: 3, v: 3, w: 3 }, degree: { u: 2, v: 2, w: 2 } }));
+  const lattice = latticeIn([[0, -2.2, -1], [2.2, 2.2, 0], [-2.2, 2.2, 0], [0, 0, 2]], 3, 2);
   lattice.points[3 * 26 + 2] += 0.5; // the last one, at (0, 2.2, 1) at rest
 
   await choose([['lattice.json', latticeToJson(lattice)]], async () => {

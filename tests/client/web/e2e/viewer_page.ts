@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What a person does on the viewer's page.
-import type { Page } from 'playwright-core';
+import { readFileSync } from 'node:fs';
+import type { Download, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
+import { clampedUniformKnots, identityPoints, knotVectors } from '@src/lattice/identity';
+import { Lattice } from '@src/lattice/lattice';
 import type { Basis, Vec3 } from '@src/lattice/vec';
 
 /** Drops files, of text or bytes, onto the page. */
@@ -171,4 +174,16 @@ export async function changesView(of: Page, pixels: number, act: () => Promise<v
   });
   await act();
   await of.waitForFunction((n) => (window as unknown as { changed(): number }).changed() >= n, pixels, { polling: 50 });
+}
+
+/** What the browser has saved. */
+export async function saved(download: Download): Promise<Buffer> {
+  return readFileSync(await download.path());
+}
+
+/** A lattice at rest in a frame: so many control points along each axis, all of one degree. */
+export function latticeIn([origin, u, v, w]: readonly [Vec3, Vec3, Vec3, Vec3], points: number, degree: number): Lattice {
+  const knots = knotVectors(() => clampedUniformKnots(degree, points));
+  const structure = { frame: { origin, u, v, w }, degree: [degree, degree, degree], size: [points, points, points], knots } as const;
+  return new Lattice(structure.frame, structure.degree, structure.size, knots, identityPoints(structure));
 }

@@ -5,12 +5,12 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
+import { latticeToJson } from '@src/wire/lattice_json';
 import { distance, type Vec3 } from '@src/lattice/vec';
 import { followsDefinition } from './definition';
 import { plainSheetObj } from './sheet';
 import { allPoints, errors, OBJ, page, setView, shot, until, useStage } from './stage';
-import { colourAt, createScene, dropFiles, frames, live, placeOf } from './viewer_page';
+import { colourAt, createScene, dropFiles, frames, latticeIn, live, placeOf } from './viewer_page';
 
 /** Two planes at right angles, whose ridge goes along y. */
 const ROOF = ['-1 -1 0', '-1 1 0', '0 -1 1', '0 1 1', '1 -1 0', '1 1 0'].map((at) => `v ${at}\n`).join('') + 'f 1 3 4 2\nf 3 5 6 4\n';
@@ -50,9 +50,7 @@ test('what lies outside the lattice is out of reach of a pull: a line and words 
   await dropFiles(page, [['sheet.obj', plainSheetObj()]]);
   await createScene(page);
   const whole = await page.evaluate(() => window.latticed.scene!.session.sceneId);
-  const vector = ([x, y, z]: Vec3): object => ({ x, y, z });
-  const frame = { origin: vector([0, -1.2, -1]), u: vector([1.2, 0, 0]), v: vector([0, 2.4, 0]), w: vector([0, 0, 2]) }; // right half
-  const half = latticeFromJson(JSON.stringify({ frame, size: { u: 3, v: 3, w: 3 }, degree: { u: 2, v: 2, w: 2 } }));
+  const half = latticeIn([[0, -1.2, -1], [1.2, 0, 0], [0, 2.4, 0], [0, 0, 2]], 3, 2); // around the right half
   await dropFiles(page, [['half.json', latticeToJson(half)]]);
   await page.waitForFunction((id) => window.latticed.scene!.session.sceneId !== id, whole);
   await live(page);

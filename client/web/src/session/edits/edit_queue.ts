@@ -31,8 +31,8 @@ export interface Answered {
 }
 
 /**
- * Own edits on their way: at most one in flight, and of a gesture's updates only the newest waits. What is in
- * flight when a connection is lost is sent again with its sequence, which the server applies once.
+ * Own edits on their way to the server. At most one is in flight, and only the newest update of a gesture waits. An edit
+ * that is in flight when a connection is lost is sent again with its sequence number; the server applies it once.
  */
 export class EditQueue {
   private readonly answered: Batch[] = [];  // applied, but the server's lattice here does not hold them yet

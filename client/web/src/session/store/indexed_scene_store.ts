@@ -6,7 +6,7 @@ import type { SceneStore, StoredMesh, StoredScene } from './scene_store';
 
 /**
  * Scenes and meshes in the browser's IndexedDB, a mesh once however many scenes use it, with what was dropped beside it.
- * What is not there, because it is being written or was refused, the page has: the newest mesh and the newest scene.
+ * The page itself holds the newest mesh and scene while they are being written, or if writing was refused.
  */
 export class IndexedSceneStore implements SceneStore {
   private static readonly SCENES_KEPT = 16;

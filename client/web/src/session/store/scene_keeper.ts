@@ -99,7 +99,7 @@ export class SceneKeeper {
     const scene = await this.server.scenes.getScene({ scene: this.sceneId });
     this.request = create(CreateSceneRequestSchema, {
       sceneId: scene.id, mesh: scene.mesh, labels: scene.labels,
-      ...(scene.defaultView && { defaultView: scene.defaultView }), ...(scene.idleTtl && { idleTtl: scene.idleTtl }),
+      defaultView: scene.defaultView, idleTtl: scene.idleTtl,
     });
     // One that is refused must not keep the other from the page.
     const saved = await Promise.allSettled([this.save(lattice), this.keepMesh(scene.mesh)]);

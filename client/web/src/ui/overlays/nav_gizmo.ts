@@ -2,11 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The world's axes as the camera sees them, in the view's corner; a press on an end looks from there.
-import { distance, dot, scale, type Basis, type Vec3 } from '../../lattice/vec';
+import { distance, dot, scale, WORLD_BASIS, type Basis, type Vec3 } from '../../lattice/vec';
 import { svg } from '../dom';
 
 const REACH = 30;
-const AXES: readonly (readonly [string, Vec3])[] = [['X', [1, 0, 0]], ['Y', [0, 1, 0]], ['Z', [0, 0, 1]]];
 
 interface End {
   readonly direction: Vec3;
@@ -22,10 +21,11 @@ export class NavGizmo {
     'aria-label': 'Look along an axis',
   });
   private readonly ends: End[] = [];
-  private view: Basis = [[0, 0, 0], [0, 0, 0], [0, 0, 0]];
+  private view: Basis | undefined;
 
   constructor(lookFrom: (direction: Vec3) => void) {
-    for (const [name, axis] of AXES) {
+    WORLD_BASIS.forEach((axis, i) => {
+      const name = 'XYZ'[i];
       for (const sign of [1, -1]) {
         const direction = scale(axis, sign);
         const label = `${sign > 0 ? '+' : '−'}${name}`;
@@ -45,12 +45,12 @@ export class NavGizmo {
         group.addEventListener('keydown', (event) => event.key === 'Enter' && lookFrom(direction));
         this.ends.push({ direction, group, line });
       }
-    }
+    });
   }
 
   /** `view`: right, up and towards the viewer. */
   update(view: Basis): void {
-    if (view.every((axis, i) => distance(axis, this.view[i]) < 1e-6)) return; // keeps the focus of the keyboard
+    if (this.view?.every((axis, i) => distance(axis, view[i]) < 1e-6)) return; // keeps the focus of the keyboard
     this.view = view;
     const seen = this.ends.map((end) => ({
       end,
