@@ -119,12 +119,12 @@ bool WatcherClient::Step(absl::Time now) {
   return true;
 }
 
-void WatcherClient::RunToUpdate() {
+void WatcherClient::RunToUpdate(const std::function<absl::Time()>& clock) {
   const size_t before = updates_.size();
   const absl::Time deadline = absl::Now() + absl::Seconds(60);
   while (updates_.size() == before) {
     ASSERT_LT(absl::Now(), deadline) << "no update came";
-    if (!Step()) AwaitNews();
+    if (!Step(clock())) AwaitNews();
     ASSERT_OK(status_);
     if (::testing::Test::HasFatalFailure()) return;
   }

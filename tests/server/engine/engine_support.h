@@ -63,7 +63,7 @@ class WatcherClient {
   // Takes one event; false when there is none now.
   bool Step(absl::Time now = absl::Now());
   // Steps until an update has ended; fails the test after a minute, or when no turn is left.
-  void RunToUpdate();
+  void RunToUpdate(const std::function<absl::Time()>& clock = absl::Now);
   // Steps until an update is in progress and has begun.
   void RunIntoUpdate();
   // Steps until the last update is at the scene's newest revision and nothing is left to send.

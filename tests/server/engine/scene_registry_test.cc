@@ -104,9 +104,9 @@ TEST_F(SceneRegistryTest, WhatAdmitRefusesIsNotMade) {
 
 TEST(StopTest, AStoppedCreationLeavesNoSceneAndNoMemory) {
   GatedBackend backend;
-  SceneRegistry registry(&backend, 1);
-  SceneConfig config = MakeSceneConfig("scene-one");
-  config.memory = std::make_shared<MemoryBudget>(uint64_t{1} << 30);
+  const auto memory = std::make_shared<MemoryBudget>(uint64_t{1} << 30);
+  SceneRegistry registry(&backend, 1, {.memory = memory});
+  const SceneConfig config = MakeSceneConfig("scene-one");
   std::atomic<bool> late = false;
   const auto stop = [&late] {
     return late ? absl::DeadlineExceededError("late") : absl::OkStatus();
@@ -115,7 +115,7 @@ TEST(StopTest, AStoppedCreationLeavesNoSceneAndNoMemory) {
   auto scene =
       std::async(std::launch::async, [&] { return registry.Create(config, nullptr, stop); });
   ASSERT_TRUE(backend.WaitForEntries(1));
-  EXPECT_GT(config.memory->used_bytes(), 0u);
+  EXPECT_GT(memory->used_bytes(), 0u);
 
   late = true;
   backend.Open();
@@ -123,7 +123,7 @@ TEST(StopTest, AStoppedCreationLeavesNoSceneAndNoMemory) {
   EXPECT_THAT(scene.get(), StatusIs(absl::StatusCode::kDeadlineExceeded));
   EXPECT_EQ(registry.size(), 0u);
   EXPECT_EQ(registry.CountOfMesh("grid"), 0u);
-  EXPECT_EQ(config.memory->used_bytes(), 0u);
+  EXPECT_EQ(memory->used_bytes(), 0u);
   EXPECT_OK(registry.Create(config)) << "the id is free";
 }
 
