@@ -123,8 +123,7 @@ void AddLoadFlags(CLI::App& command, LoadPlan& plan) {
   AddNamedOption<Decoding>(
       command, "--decode", kDecodings, [&plan](Decoding decoding) { plan.decoding = decoding; },
       "Whose updates are decoded, in the thread that reads them: those of each scene's first "
-      "editor, "
-      "of all but slow watchers, or none")
+      "editor, of all but slow watchers, or none")
       ->default_str("first");
 }
 
@@ -178,14 +177,14 @@ void AddBenchCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand(
       "bench",
       "Puts a server under load and measures the time from an edit to its update. An editor makes "
-      "its "
-      "next edit when the update of its last one is here, or at fixed times (--rate, --interval)");
+      "its next edit when the update of its last one is here, or at fixed times (--rate, "
+      "--interval)");
   command->footer(
       "\"edits merged\" share their update with a later edit. \"updates restarted\" say so "
       "(UpdateBegin.restart): a newer update superseded one before its end, because its reader was "
       "slow or because it gave way to less detail (--max-points, --max-bytes-per-second). "
-      "\"updates "
-      "superseded\" gave way to less detail, counted by the server over all of its streams.");
+      "\"updates superseded\" gave way to less detail, counted by the server over all of its "
+      "streams.");
   command->add_option("meshes", flags->meshes, "Files, or names of 'latticectl sample'")
       ->capture_default_str();
   command->add_option("--resolution", flags->resolution, "Of sample meshes")

@@ -16,6 +16,8 @@
 namespace latticed::client {
 namespace {
 
+using Pace = LoadWatcher::Pace;
+
 constexpr size_t kLastChunks = 4;     // verified of a stream that does not keep up
 constexpr uint64_t kWarmUpEdits = 4;  // an even number: all points are back where they were
 
@@ -47,7 +49,6 @@ v1::WatchRequest SceneLoad::Request() const {
 
 absl::Status SceneLoad::Open() {
   LATTICED_ASSIGN_OR_RETURN(lattice_, client_->GetLattice(scene_));
-  using Pace = LoadWatcher::Pace;
   LATTICED_RETURN_IF_ERROR(OpenEditors());
   const bool decode_all = plan_.decoding == Decoding::kAll;
   LATTICED_RETURN_IF_ERROR(OpenWatchers(plan_.watchers, {.decodes = decode_all}));
@@ -119,7 +120,7 @@ absl::Status SceneLoad::WaitForAll(uint64_t revision) const {
   absl::Status status;
   for (const auto& editor : editors_) status.Update(editor->WaitFor(revision));
   for (const auto& watcher : watchers_) {
-    if (watcher->pace() == LoadWatcher::Pace::kFull) {
+    if (watcher->pace() == Pace::kFull) {
       status.Update(watcher->log().WaitFor(revision));
     }
   }
@@ -139,7 +140,7 @@ absl::Status SceneLoad::Verify(bool fused) {
     status.Update(verifier.Check(editor->surface(), stream++));
   }
   for (const auto& watcher : watchers_) {
-    if (watcher->pace() != LoadWatcher::Pace::kFull) continue;
+    if (watcher->pace() != Pace::kFull) continue;
     status.Update(verifier.Check(watcher->surface(), stream++));
   }
   if (status.ok()) status = VerifySamples(verifier);
@@ -158,7 +159,7 @@ std::vector<SampledUpdate> SceneLoad::Samples() const {
   for (const auto& editor : editors_) add(editor->log());
   for (const auto& watcher : watchers_) {
     add(watcher->log());
-    if (watcher->pace() == LoadWatcher::Pace::kFull) continue;
+    if (watcher->pace() == Pace::kFull) continue;
     const Surface& last = watcher->surface();
     samples.emplace_back(last, SpreadChunks(last.chunk_count(), kLastChunks, samples.size()));
   }
@@ -187,9 +188,8 @@ void SceneLoad::AddTo(LoadReport* report) const {
   for (const auto& editor : editors_) report->editors.Add(editor->log(), edits, first_revision_);
   for (const auto& watcher : watchers_) {
     const UpdateLog& log = watcher->log();
-    if (watcher->pace() == LoadWatcher::Pace::kFull)
-      report->watchers.Add(log, edits, first_revision_);
-    if (watcher->pace() == LoadWatcher::Pace::kSlow) report->slow.Add(log, edits, first_revision_);
+    if (watcher->pace() == Pace::kFull) report->watchers.Add(log, edits, first_revision_);
+    if (watcher->pace() == Pace::kSlow) report->slow.Add(log, edits, first_revision_);
   }
   std::vector<AppliedEdit> applied = edits_.applied();
   std::ranges::sort(applied, {}, &AppliedEdit::revision);
