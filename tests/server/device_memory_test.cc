@@ -38,6 +38,12 @@ class DeviceMemoryTest : public DeviceFixture {
     mesh_ = Upload(PlaneObj(20));
   }
 
+  // The most that the chunks of the view's snapshots may take: its vertices, and headers.
+  uint64_t SnapshotBytes() {
+    const uint64_t patches = Get().patches();
+    return patches * kBytesPerPatch + 256 * ((patches + 31) / 32);
+  }
+
   v1::Mesh GetMesh() {
     v1::GetMeshRequest request;
     request.set_mesh(mesh_);
@@ -55,8 +61,7 @@ TEST_F(DeviceMemoryTest, AViewOnTheDeviceTakesItsChunksAloneFromTheHost) {
 
   ASSERT_OK(Update(kSegments));
 
-  const uint64_t vertices = Get().patches() * kBytesPerPatch;
-  const uint64_t expected = before + limits::kMaxSnapshotsPerView * (vertices / 4);
+  const uint64_t expected = before + SnapshotBytes();
   // What the stream itself reserved goes back a little after its client has had the end.
   const absl::Time give_up = absl::Now() + absl::Seconds(20);
   while (Info().reserved_host_bytes() != expected && absl::Now() < give_up) {
@@ -81,9 +86,8 @@ TEST_F(DeviceMemoryTest, TheHostsBudgetDoesNotBoundTheDevice) {
   const uint64_t needed = Info().reserved_host_bytes();
   const uint64_t vertices = Get().patches() * kBytesPerPatch;
   Options options;
-  // Room for the chunks of three snapshots, a quarter each, and a message as large; none for the
-  // vertices.
-  options.memory_bytes = needed + 3 * vertices / 4 + StreamBytes(vertices);
+  // For the chunks of snapshots and for a message of the largest chunks; nothing for vertices.
+  options.memory_bytes = needed + SnapshotBytes() + StreamBytes(vertices);
   Start(kMiB, options);
   ASSERT_OK(Create(SceneRequest()));
 

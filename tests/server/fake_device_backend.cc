@@ -138,7 +138,7 @@ class FakeTarget : public DeformTarget {
   ViewTraits Traits(const ViewSpec& spec) const override {
     ViewTraits traits = inner_->Traits(spec);
     traits.on_device = true;
-    traits.host_bytes = 0;
+    traits.host_bytes = traits.encoder_bytes = 0;
     return traits;
   }
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
