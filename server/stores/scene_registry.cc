@@ -46,6 +46,7 @@ SceneRegistry::~SceneRegistry() {
 bool SceneRegistry::Evict(const MemoryShortage& shortage) {
   const auto scenes = List("", size(), [](const Scene&) { return true; });
   std::vector<EvictionCandidate> candidates;
+  candidates.reserve(scenes.size());
   for (const auto& scene : scenes) {
     candidates.push_back({scene->EvictableBytes(shortage.device), scene->last_use()});
   }
