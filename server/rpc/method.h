@@ -38,6 +38,11 @@ struct UnaryMethod {
   }
 };
 
+// Clang 14 deduces no aggregates by itself.
+template <typename Request, typename Response>
+UnaryMethod(Rpc, absl::Status (*)(const UnaryContext&, const Request&, Response&))
+    -> UnaryMethod<Request, Response>;
+
 // A server stream of parts; `open` runs on a worker.
 template <typename Request, typename Message>
 struct PartMethod {
@@ -56,6 +61,10 @@ struct PartMethod {
   }
 };
 
+template <typename Request, typename Message>
+PartMethod(Rpc, absl::StatusOr<NextPart<Message>> (*)(const PartContext&, const Request&))
+    -> PartMethod<Request, Message>;
+
 // A stream with a reactor of its own, which deletes itself when the call is done.
 template <typename Reactor, typename... Messages>
 struct StreamMethod {
@@ -66,6 +75,10 @@ struct StreamMethod {
     return open(rpc, env, context, messages...);
   }
 };
+
+template <typename Reactor, typename... Messages>
+StreamMethod(Rpc, Reactor* (*)(const Rpc&, ServerEnv*, grpc::CallbackServerContext*, Messages...))
+    -> StreamMethod<Reactor, Messages...>;
 
 }  // namespace latticed
 

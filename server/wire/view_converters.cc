@@ -59,17 +59,17 @@ absl::Status TakeNumbers(const v1::ViewOptions& options, std::string_view field,
     std::string_view name;
     int& target;
   };
-  using namespace limits;
   ViewSpec& spec = view.key.spec;
   const Number numbers[] = {
-      {options.segments(), kMinSegments, kMaxSegments, "segments", spec.segments},
-      {options.position_bits(), kMinPositionBits, kMaxPositionBits, "position_bits",
+      {options.segments(), limits::kMinSegments, limits::kMaxSegments, "segments", spec.segments},
+      {options.position_bits(), limits::kMinPositionBits, limits::kMaxPositionBits, "position_bits",
        spec.position_bits},
-      {options.normal_bits(), kMinNormalBits, kMaxNormalBits, "normal_bits", spec.normal_bits},
-      {options.drag_position_bits(), kMinPositionBits, kMaxPositionBits, "drag_position_bits",
-       view.drag_position_bits},
-      {options.drag_normal_bits(), kMinNormalBits, kMaxNormalBits, "drag_normal_bits",
-       view.drag_normal_bits}};
+      {options.normal_bits(), limits::kMinNormalBits, limits::kMaxNormalBits, "normal_bits",
+       spec.normal_bits},
+      {options.drag_position_bits(), limits::kMinPositionBits, limits::kMaxPositionBits,
+       "drag_position_bits", view.drag_position_bits},
+      {options.drag_normal_bits(), limits::kMinNormalBits, limits::kMaxNormalBits,
+       "drag_normal_bits", view.drag_normal_bits}};
   for (const auto& [given, lowest, highest, name, target] : numbers) {
     if (given == 0) continue;
     if (given < lowest || given > highest) {
