@@ -285,6 +285,8 @@ TEST(DaemonTest, AnOpenPortIsLoggedWithTheProxy) {
 
   EXPECT_THAT(daemon.ReadLine(), HasSubstr("docker/haproxy.cfg"));
   EXPECT_THAT(daemon.ReadLine(), HasSubstr("serving"));
+  daemon.Signal(SIGTERM);
+  EXPECT_EQ(daemon.Wait(), 0);
 }
 
 TEST(DaemonTest, UsageErrorsExitTwoInOneSentence) {
