@@ -9,10 +9,11 @@
 #ifndef LATTICED_CORE_BASE_MUTEX_H_
 #define LATTICED_CORE_BASE_MUTEX_H_
 
-#include <condition_variable>
 #include <mutex>
+#include <vector>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/functional/function_ref.h"
 #include "absl/time/time.h"
 
 namespace latticed {
@@ -26,35 +27,25 @@ class ABSL_LOCKABLE Mutex {
   void Lock() ABSL_EXCLUSIVE_LOCK_FUNCTION() { mutex_.lock(); }
   bool TryLock() ABSL_EXCLUSIVE_TRYLOCK_FUNCTION(true) { return mutex_.try_lock(); }
   void Unlock() ABSL_UNLOCK_FUNCTION() {
-    if (waiting_ > 0) changed_.notify_all();
+    if (!waiters_.empty()) WakeNext();
     mutex_.unlock();
   }
 
   // Waits until `condition` holds. The caller holds the lock before and after; other threads may hold
-  // it in between. Every Unlock makes waiters evaluate their condition again.
-  template <typename Condition>
-  void Await(Condition condition) {
-    std::unique_lock lock(mutex_, std::adopt_lock);
-    ++waiting_;
-    changed_.wait(lock, condition);
-    --waiting_;
-    lock.release();
-  }
+  // it in between. Conditions are evaluated under the lock, by whoever releases it.
+  void Await(absl::FunctionRef<bool()> condition);
   // As Await, but waits no longer than `most`. Returns whether the condition holds.
-  template <typename Condition>
-  bool AwaitFor(Condition condition, absl::Duration most) {
-    std::unique_lock lock(mutex_, std::adopt_lock);
-    ++waiting_;
-    const bool holds = changed_.wait_for(lock, absl::ToChronoMicroseconds(most), condition);
-    --waiting_;
-    lock.release();
-    return holds;
-  }
+  bool AwaitFor(absl::FunctionRef<bool()> condition, absl::Duration most);
 
  private:
+  struct Waiter;
+
+  // Wakes the thread that has waited longest of those whose condition holds. One is enough: it releases
+  // the lock too.
+  void WakeNext();
+
   std::mutex mutex_;
-  std::condition_variable changed_;
-  int waiting_ = 0;  // guarded by mutex_
+  std::vector<Waiter*> waiters_;
 };
 
 class ABSL_SCOPED_LOCKABLE MutexLock {
