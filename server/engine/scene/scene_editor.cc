@@ -50,16 +50,16 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     return commit;
   }
 
-  SceneState next = NextState(
-      batch, before, commit.structure_changed ? *std::move(candidate->state) : SceneState(before),
-      commit.structure_changed, clock());
+  SceneState next = commit.structure_changed ? *std::move(candidate->state) : SceneState(before);
   DirtySet dirty(next.plan);
   commit.structure_changed ? dirty.MarkAll() : dirty.MarkControlPoints(outcome->changed);
+  commit.dirty = dirty.Chunks();
   history_.SetTouched(batch.editor_id, dirty.boxes(), dirty.patches());
   commit.summary.boxes_touched = dirty.boxes();
   commit.summary.patches_touched = next.patches_touched = dirty.patches();
+  // Last, since the commit is timed here and what is dirty takes a while to find.
+  next = NextState(batch, before, std::move(next), commit.structure_changed, clock());
   commit.all_dirty = commit.structure_changed || next.box.id != before.box.id;
-  commit.dirty = dirty.Chunks();
   commit.delta = MakeDelta(batch, next, std::move(outcome->changed));
   commit.state = std::make_shared<const SceneState>(std::move(next));
   return commit;
