@@ -52,12 +52,11 @@ ci_tests() {
     ci_ctest "$ci_build"
 }
 # Real meshes and long edits are for accuracy, which the release build has shown; here they take minutes.
-# Libraries are unity builds here and for the fuzzers, as for clang-tidy.
 ci_sanitized() {  # KIND TESTS TARGETS…: of which TESTS, an expression for names of programs, are run
   local kind=$1 tests=$2
   shift 2
   configure "build/ci/$kind" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O1 -fno-omit-frame-pointer" \
-    -DLATTICED_SANITIZE="$kind" -DLATTICED_CUDA=OFF -DCMAKE_UNITY_BUILD=ON
+    -DLATTICED_SANITIZE="$kind" -DLATTICED_CUDA=OFF
   build "build/ci/$kind" "$@"
   ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 \
     TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp" GTEST_FILTER='-*RealMesh*:*ThousandEdits*' \
@@ -65,7 +64,7 @@ ci_sanitized() {  # KIND TESTS TARGETS…: of which TESTS, an expression for nam
 }
 ci_fuzz() {
   CC=clang-14 CXX=clang++-14 configure build/ci/fuzz -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 \
-    -DLATTICED_FUZZ=ON -DLATTICED_SANITIZE=address -DLATTICED_CUDA=OFF -DBUILD_TESTING=OFF -DCMAKE_UNITY_BUILD=ON
+    -DLATTICED_FUZZ=ON -DLATTICED_SANITIZE=address -DLATTICED_CUDA=OFF -DBUILD_TESTING=OFF
   build build/ci/fuzz latticed_fuzz
   # Each target has a core to itself.
   export -f fuzz_one
