@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 #include "core/codec/draco_geometry.h"
+#include "core/base/status_macros.h"
 
 #include <cstring>
 #include <memory>
@@ -111,7 +112,7 @@ absl::StatusOr<std::vector<uint8_t>> EncodeAs(const DracoGeometry& geometry, Tri
         fmt::format("libdraco cannot encode: {}", status.error_msg_string()));
   }
   std::vector<uint8_t> stream(buffer.data(), buffer.data() + buffer.size());
-  if (absl::Status patched = PatchTransform(geometry, stream); !patched.ok()) return patched;
+  LATTICED_RETURN_IF_ERROR(PatchTransform(geometry, stream));
   return stream;
 }
 

@@ -66,9 +66,8 @@ absl::StatusOr<std::vector<SharedBytes>> CpuView::Encode(std::span<const uint32_
   const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return ChunkBytes(chunks[i]); };
   try {
     std::vector<SharedBytes> results(chunks.size());
-    const absl::Status status =
-        encoder_.Encode(chunks, encoding, contract_.box().range, bytes_of, digests, results);
-    if (!status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(
+        encoder_.Encode(chunks, encoding, contract_.box().range, bytes_of, digests, results));
     return results;
   } catch (const std::bad_alloc&) {
     return error::AllocationFailed("the encoding");

@@ -56,8 +56,8 @@ absl::Status ValidateFrame(const LatticeFrame& frame) {
   LATTICED_RETURN_IF_ERROR(CheckControlPoint(frame.origin, "lattice.frame.origin"));
   double product = 1;
   for (size_t a = 0; a < 3; ++a) {
-    auto status = CheckControlPoint(frame.edges[a], fmt::format("lattice.frame.{}", kAxis[a]));
-    if (!status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(
+        CheckControlPoint(frame.edges[a], fmt::format("lattice.frame.{}", kAxis[a])));
     product *= Norm(frame.edges[a]);
   }
   const double volume = std::abs(Dot(Cross(frame.edges[0], frame.edges[1]), frame.edges[2]));

@@ -57,9 +57,8 @@ absl::Status Write(EditTarget& target, uint32_t index, Vec3d position, const std
 // Positions travel as a flat list x, y, z, x, …: errors name the component in it.
 absl::Status CheckListed(const std::vector<Vec3d>& positions, size_t n, const std::string& field) {
   for (int c = 0; c < 3; ++c) {
-    auto status = CheckControlCoordinate(
-        positions[n][c], fmt::format("{}[{}]", field, 3 * n + static_cast<size_t>(c)));
-    if (!status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(CheckControlCoordinate(
+        positions[n][c], fmt::format("{}[{}]", field, 3 * n + static_cast<size_t>(c))));
   }
   return absl::OkStatus();
 }

@@ -269,8 +269,8 @@ absl::StatusOr<GlbDocument> GlbDocument::Parse(std::string_view bytes) {
   }
   const json document = json::parse(chunks.text, nullptr, /*allow_exceptions=*/false);
   if (!document.is_object()) return Malformed("the JSON chunk", "not a JSON object");
-  if (absl::Status status = CheckExtensions(document); !status.ok()) return status;
-  if (absl::Status status = CheckBuffers(document, chunks.binary); !status.ok()) return status;
+  LATTICED_RETURN_IF_ERROR(CheckExtensions(document));
+  LATTICED_RETURN_IF_ERROR(CheckBuffers(document, chunks.binary));
 
   GlbDocument result;
   try {  // neither nlohmann's accessors nor tinygltf promise not to throw on wrong types

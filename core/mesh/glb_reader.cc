@@ -41,7 +41,7 @@ class GlbReader {
 
   absl::StatusOr<PolygonMesh> Read() {
     LATTICED_ASSIGN_OR_RETURN(std::vector<int> roots, Roots());
-    if (absl::Status status = ReadNodes(roots); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(ReadNodes(roots));
     const auto fill = [this](std::vector<uint32_t>* list) {
       if (!list->empty()) list->resize(mesh_.corner_count(), PolygonMesh::kNoAttribute);
     };
@@ -99,9 +99,7 @@ class GlbReader {
       const tinygltf::Node& node = model_.nodes[static_cast<size_t>(index)];
       const GlbTransform transform =
           parent * GlbTransform::OfNode(node.matrix, node.translation, node.rotation, node.scale);
-      if (absl::Status status = ReadNodeMesh(node.mesh, where, transform); !status.ok()) {
-        return status;
-      }
+      LATTICED_RETURN_IF_ERROR(ReadNodeMesh(node.mesh, where, transform));
       for (size_t i = node.children.size(); i-- > 0;) {
         stack.push_back({node.children[i], transform});
       }
@@ -122,9 +120,7 @@ class GlbReader {
       const int mode = primitive.mode == -1 ? glb::kTriangles : primitive.mode;
       if (mode < glb::kTriangles || mode > glb::kTriangleFan) continue;
       SetGroup(primitive.material, mesh.name, index);
-      if (absl::Status status = ReadPrimitive(primitive, mode, transform); !status.ok()) {
-        return status;
-      }
+      LATTICED_RETURN_IF_ERROR(ReadPrimitive(primitive, mode, transform));
     }
     return absl::OkStatus();
   }
@@ -158,7 +154,7 @@ class GlbReader {
     *accessor = opened;
     *slots = &(*slots_of)[it->second];
     if ((*slots)->empty()) {
-      if (absl::Status status = Spend(accessor->count); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(Spend(accessor->count));
       (*slots)->resize(accessor->count, PolygonMesh::kNoAttribute);
     }
     return absl::OkStatus();
@@ -199,7 +195,7 @@ class GlbReader {
       size_t b = vertex(i + (turned ? 0 : 1)), c = vertex(i + 2);
       if (mode != glb::kTriangles && (a == b || b == c || c == a)) continue;  // joins two strips
       if (transform.Mirrors()) std::swap(b, c);
-      if (absl::Status status = Spend(3); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(Spend(3));
       for (size_t corner : {a, b, c}) {
         if (corner >= v.positions.count) {
           return Malformed("a primitive", fmt::format("vertex index {} is out of range; it has {}",

@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/mesh_reading.h"
 #include "core/mesh/obj_io.h"
 #include "fmt/format.h"
@@ -60,9 +61,7 @@ class ObjReader {
     std::string joined;
     size_t lines = 0;
     for (line_ = 1; !text.empty(); line_ += lines) {
-      if (absl::Status status = ReadLine(TakeLine(&text, &joined, &lines)); !status.ok()) {
-        return status;
-      }
+      LATTICED_RETURN_IF_ERROR(ReadLine(TakeLine(&text, &joined, &lines)));
     }
     return Finish();
   }
@@ -103,7 +102,7 @@ class ObjReader {
 
   absl::Status ReadPosition(std::string_view line) {
     double p[3];
-    if (absl::Status status = ReadNumbers(line, 3, p); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(ReadNumbers(line, 3, p));
     mesh_.positions.push_back({p[0], p[1], p[2]});
     ++vertices_.count;
     return absl::OkStatus();
@@ -111,7 +110,7 @@ class ObjReader {
 
   absl::Status ReadNormal(std::string_view line) {
     double n[3];
-    if (absl::Status status = ReadNumbers(line, 3, n); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(ReadNumbers(line, 3, n));
     mesh_.normals.push_back(ToFloat({n[0], n[1], n[2]}));
     ++normals_.count;
     if (!IsFinite(ToDouble(mesh_.normals.back()))) return Malformed("the normal is too long");
@@ -123,7 +122,7 @@ class ObjReader {
     std::string_view second = line;
     (void)TakeField(&second);
     const int given = TakeField(&second).empty() ? 1 : 2;  // v is optional
-    if (absl::Status status = ReadNumbers(line, given, uv); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(ReadNumbers(line, given, uv));
     mesh_.uvs.push_back({static_cast<float>(uv[0]), static_cast<float>(uv[1])});
     ++uvs_.count;
     if (!std::isfinite(mesh_.uvs.back().x) || !std::isfinite(mesh_.uvs.back().y)) {
@@ -144,7 +143,7 @@ class ObjReader {
   absl::Status ReadFace(std::string_view line) {
     uint32_t corners = 0;
     for (std::string_view word = TakeField(&line); !word.empty(); word = TakeField(&line)) {
-      if (absl::Status status = ReadCorner(word); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(ReadCorner(word));
       if (++corners > limits::kMaxFaceCorners) {
         return Malformed(fmt::format("a face has more than {} corners", limits::kMaxFaceCorners));
       }
@@ -168,9 +167,7 @@ class ObjReader {
       const size_t slash = rest.find('/');
       const std::string_view field = rest.substr(0, slash);
       if (!field.empty() || i == 0) {
-        if (absl::Status status = ReadIndex(field, kinds[i], &indices[i]); !status.ok()) {
-          return status;
-        }
+        LATTICED_RETURN_IF_ERROR(ReadIndex(field, kinds[i], &indices[i]));
       }
       if (slash == std::string_view::npos) break;
       if (i == 2) return Malformed(fmt::format("{} has more than three indices", Quoted(word)));

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/mesh_reading.h"
 #include "fmt/format.h"
 
@@ -40,7 +41,7 @@ class HeaderReader {
     if (TakeWord(&line) != "ply") return Malformed("the first line is not 'ply'");
     while (!ended_) {
       if (rest_.empty()) return Malformed("the file ends before end_header");
-      if (absl::Status status = ReadLine(TakeLine()); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(ReadLine(TakeLine()));
     }
     if (!has_format_) return Malformed("the header has no format line");
     header_.body_offset = bytes_ - rest_.size();
@@ -120,13 +121,11 @@ class HeaderReader {
     std::string_view type = TakeWord(&line);
     if (type == "list") {
       property.is_list = true;
-      if (absl::Status status = ReadType(TakeWord(&line), &property.count_type); !status.ok()) {
-        return status;
-      }
+      LATTICED_RETURN_IF_ERROR(ReadType(TakeWord(&line), &property.count_type));
       if (!IsInteger(property.count_type)) return Malformed("a list's length is no integer");
       type = TakeWord(&line);
     }
-    if (absl::Status status = ReadType(type, &property.type); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(ReadType(type, &property.type));
     property.name = std::string(TakeWord(&line));
     if (property.name.empty()) return Malformed("a property has no name");
     properties.push_back(std::move(property));

@@ -58,7 +58,7 @@ class PlyBody {
 
   absl::Status ReadListLength(const PlyProperty& list, uint64_t* length) {
     double value = 0;
-    if (absl::Status status = Read(list.count_type, &value); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(Read(list.count_type, &value));
     constexpr double kLongest = 4294967295.0;  // of the widest count type
     if (value < 0 || value > kLongest)
       return Malformed(fmt::format("a list has the length {}", value));
@@ -129,7 +129,7 @@ class PlyReader {
     }
     vertex_count_ = vertices->count;
     for (const PlyElement& element : header_.elements) {
-      if (absl::Status status = ReadElement(element); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(ReadElement(element));
     }
     if (!mesh_.normals.empty()) mesh_.corner_normals = mesh_.corner_vertices;
     if (!mesh_.uvs.empty()) mesh_.corner_uvs = mesh_.corner_vertices;
@@ -138,13 +138,13 @@ class PlyReader {
 
  private:
   absl::Status ReadElement(const PlyElement& element) {
-    if (absl::Status status = CheckSize(element); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(CheckSize(element));
     if (&element == header_.FindElement("vertex")) return ReadVertices(element);
     if (element.name == "face") return ReadFaces(element);
     if (element.name == "tristrips") return ReadStrips(element);
     for (uint64_t i = 0; i < element.count && !element.properties.empty(); ++i) {
       for (const PlyProperty& property : element.properties) {
-        if (absl::Status status = SkipProperty(property); !status.ok()) return status;
+        LATTICED_RETURN_IF_ERROR(SkipProperty(property));
       }
     }
     return absl::OkStatus();
@@ -161,8 +161,7 @@ class PlyReader {
   absl::Status SkipProperty(const PlyProperty& property) {
     uint64_t length = 1;
     if (property.is_list) {
-      if (absl::Status status = body_.ReadListLength(property, &length); !status.ok())
-        return status;
+      LATTICED_RETURN_IF_ERROR(body_.ReadListLength(property, &length));
     }
     return body_.Skip(property.type, length);
   }
@@ -193,7 +192,7 @@ class PlyReader {
     if (has_uvs) mesh_.uvs.reserve(element.count);
     double values[kSlots] = {};
     for (uint64_t i = 0; i < element.count; ++i) {
-      if (absl::Status status = ReadRecord(element, slot_of, values); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(ReadRecord(element, slot_of, values));
       mesh_.positions.push_back({values[kX], values[kY], values[kZ]});
       if (has_normals) mesh_.normals.push_back(ToFloat({values[kNx], values[kNy], values[kNz]}));
       if (has_uvs) {
@@ -209,11 +208,11 @@ class PlyReader {
     for (size_t p = 0; p < slot_of.size(); ++p) {
       const PlyProperty& property = element.properties[p];
       if (slot_of[p] < 0) {
-        if (absl::Status status = SkipProperty(property); !status.ok()) return status;
+        LATTICED_RETURN_IF_ERROR(SkipProperty(property));
         continue;
       }
       double& value = values[slot_of[p]];
-      if (absl::Status status = body_.Read(property.type, &value); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(body_.Read(property.type, &value));
       if (!std::isfinite(static_cast<float>(value))) {
         return body_.Malformed(fmt::format("a vertex's {} is not finite", Quoted(property.name)));
       }
@@ -235,21 +234,20 @@ class PlyReader {
     for (uint64_t i = 0; i < element.count; ++i) {
       for (size_t p = 0; p < element.properties.size(); ++p) {
         const PlyProperty& property = element.properties[p];
-        absl::Status status =
-            static_cast<int>(p) == column ? ReadList(property, &indices) : SkipProperty(property);
-        if (!status.ok()) return status;
+        LATTICED_RETURN_IF_ERROR(static_cast<int>(p) == column ? ReadList(property, &indices)
+                                                               : SkipProperty(property));
       }
-      if (absl::Status status = add(indices); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(add(indices));
     }
     return absl::OkStatus();
   }
 
   absl::Status ReadList(const PlyProperty& property, std::vector<double>* values) {
     uint64_t length = 0;
-    if (absl::Status status = body_.ReadListLength(property, &length); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(body_.ReadListLength(property, &length));
     values->resize(length);
     for (double& value : *values) {
-      if (absl::Status status = body_.Read(property.type, &value); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(body_.Read(property.type, &value));
     }
     return absl::OkStatus();
   }
@@ -275,7 +273,7 @@ class PlyReader {
       return body_.Malformed("too many corners");
     }
     for (double index : indices) {
-      if (absl::Status status = CheckIndex(index); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(CheckIndex(index));
       mesh_.corner_vertices.push_back(static_cast<uint32_t>(index));
     }
     mesh_.face_offsets.push_back(static_cast<uint32_t>(mesh_.corner_count()));
@@ -294,9 +292,7 @@ class PlyReader {
           const double a = indices[i + (odd ? 1 : 0)], b = indices[i + (odd ? 0 : 1)];
           const double c = indices[i + 2];
           if (a == b || b == c || c == a) continue;
-          if (absl::Status status = AddFace(std::initializer_list<double>{a, b, c}); !status.ok()) {
-            return status;
-          }
+          LATTICED_RETURN_IF_ERROR(AddFace(std::initializer_list<double>{a, b, c}));
         }
         begin = end + 1;
       }

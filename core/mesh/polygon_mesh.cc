@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -123,18 +124,12 @@ size_t PolygonMesh::MemoryBytes() const {
 }
 
 absl::Status Validate(const PolygonMesh& mesh) {
-  if (absl::Status status = CheckSizes(mesh); !status.ok()) return status;
-  if (absl::Status status = CheckNumbers(mesh); !status.ok()) return status;
-  if (absl::Status status = CheckFaces(mesh); !status.ok()) return status;
-  if (absl::Status status =
-          CheckIndices(mesh.corner_vertices, mesh.positions.size(), false, "vertex");
-      !status.ok()) {
-    return status;
-  }
-  if (absl::Status status = CheckIndices(mesh.corner_normals, mesh.normals.size(), true, "normal");
-      !status.ok()) {
-    return status;
-  }
+  LATTICED_RETURN_IF_ERROR(CheckSizes(mesh));
+  LATTICED_RETURN_IF_ERROR(CheckNumbers(mesh));
+  LATTICED_RETURN_IF_ERROR(CheckFaces(mesh));
+  LATTICED_RETURN_IF_ERROR(
+      CheckIndices(mesh.corner_vertices, mesh.positions.size(), false, "vertex"));
+  LATTICED_RETURN_IF_ERROR(CheckIndices(mesh.corner_normals, mesh.normals.size(), true, "normal"));
   return CheckIndices(mesh.corner_uvs, mesh.uvs.size(), true, "texture coordinate");
 }
 

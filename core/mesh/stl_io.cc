@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/little_endian.h"
 #include "core/mesh/mesh_reading.h"
 #include "fmt/format.h"
@@ -136,23 +137,23 @@ class AsciiReader {
 
   // The normal is not kept, and degenerate facets are often given one of NaN.
   absl::Status SkipNormal() {
-    if (absl::Status status = Expect("normal"); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(Expect("normal"));
     for (int axis = 0; axis < 3; ++axis) (void)TakeWord(&rest_);
     return absl::OkStatus();
   }
 
   absl::Status ReadFacet() {
     if (!in_solid_) return Malformed("a facet outside a solid");
-    if (absl::Status status = SkipNormal(); !status.ok()) return status;
-    if (absl::Status status = Expect("outer"); !status.ok()) return status;
-    if (absl::Status status = Expect("loop"); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(SkipNormal());
+    LATTICED_RETURN_IF_ERROR(Expect("outer"));
+    LATTICED_RETURN_IF_ERROR(Expect("loop"));
     for (int corner = 0; corner < 3; ++corner) {
       Vec3d position;
-      if (absl::Status status = Expect("vertex"); !status.ok()) return status;
-      if (absl::Status status = ReadVector(&position); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(Expect("vertex"));
+      LATTICED_RETURN_IF_ERROR(ReadVector(&position));
       mesh_.corner_vertices.push_back(welder_.Add(position));
     }
-    if (absl::Status status = Expect("endloop"); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(Expect("endloop"));
     mesh_.face_offsets.push_back(static_cast<uint32_t>(mesh_.corner_count()));
     mesh_.face_groups.push_back(static_cast<uint32_t>(mesh_.group_names.size() - 1));
     return Expect("endfacet");

@@ -129,12 +129,11 @@ absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32
     std::vector<SharedBytes> results(chunks.size());
     const size_t threads = std::min(context_->arena().threads(), kMostHostThreads);
     const bool few = chunks.size() <= kHostChunksAThread * threads;
-    const absl::Status status =
-        WritesOnDevice(encoding) && !few
-            ? device_encoder_.Encode(*kernel_, vertices_.span(), chunks, encoding,
-                                     contract_.box().range, digests, results)
-            : EncodeOnHost(chunks, encoding, digests, results);
-    if (!status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(WritesOnDevice(encoding) && !few
+                                 ? device_encoder_.Encode(*kernel_, vertices_.span(), chunks,
+                                                          encoding, contract_.box().range, digests,
+                                                          results)
+                                 : EncodeOnHost(chunks, encoding, digests, results));
     return results;
   } catch (const std::bad_alloc&) {
     static_cast<void>(lane_->stream().Synchronize("the encoding"));
