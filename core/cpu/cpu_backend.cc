@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "core/base/status_macros.h"
 #include "core/cpu/cpu_context.h"
 #include "core/cpu/cpu_target.h"
 #include "core/cpu/gemm/cpu_gemm.h"
@@ -44,8 +43,7 @@ class CpuBackend : public Backend {
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
-    LATTICED_ASSIGN_OR_RETURN(auto target, CpuTarget::Create(std::move(plan), pipeline, context_));
-    return std::shared_ptr<DeformTarget>(std::move(target));
+    return CpuTarget::Create(std::move(plan), pipeline, context_);
   }
 
  private:

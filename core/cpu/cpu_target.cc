@@ -2,12 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/cpu/cpu_target.h"
 
-#include <algorithm>
-#include <mutex>
-#include <new>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
 #include "core/cpu/cpu_view.h"
 #include "core/cpu/fused/fused_view_kernel.h"
@@ -16,7 +13,7 @@
 #include "core/cpu/gemm/patch_sampler.h"
 #include "core/cpu/host_buffer.h"
 #include "core/ffd/stage_matrices.h"
-#include "core/view/view_contract.h"
+#include "core/view/checked_view.h"
 #include "core/view/view_encoder.h"
 #include "core/view/view_layout.h"
 
@@ -47,10 +44,11 @@ CpuTarget::CpuTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
                      std::shared_ptr<CpuContext> context)
     : plan_(std::move(plan)), pipeline_(pipeline), context_(std::move(context)) {}
 
-absl::StatusOr<std::shared_ptr<CpuTarget>> CpuTarget::Create(std::shared_ptr<const DeformPlan> plan,
-                                                             Pipeline pipeline,
-                                                             std::shared_ptr<CpuContext> context) {
-  try {
+absl::StatusOr<std::shared_ptr<DeformTarget>> CpuTarget::Create(
+    std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
+    std::shared_ptr<CpuContext> context) {
+  using Made = absl::StatusOr<std::shared_ptr<DeformTarget>>;
+  return CatchBadAlloc("the plan", [&]() -> Made {
     std::shared_ptr<CpuTarget> target(new CpuTarget(std::move(plan), pipeline, std::move(context)));
     if (pipeline == Pipeline::kFused) {
       target->fused_ = FusedKernel::Create(target->plan_);
@@ -58,27 +56,25 @@ absl::StatusOr<std::shared_ptr<CpuTarget>> CpuTarget::Create(std::shared_ptr<con
       target->shared_ = std::make_shared<const SharedPoints>(*target->plan_);
     }
     return target;
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the plan");
-  }
+  });
 }
 
 absl::StatusOr<std::unique_ptr<DeformView>> CpuTarget::CreateView(const ViewSpec& spec) {
   LATTICED_RETURN_IF_ERROR(Validate(spec));
   LATTICED_ASSIGN_OR_RETURN(const auto stage,
                             StageMatrices::Get(plan_->structure.patch_degree(), spec.segments));
-  try {
+  return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
     std::unique_ptr<VertexKernel> kernel;
     if (fused_ != nullptr) {
       kernel = std::make_unique<FusedViewKernel>(fused_, spec, context_);
     } else {
       kernel = std::make_unique<GemmKernel>(plan_, shared_, *stage, pipeline_, spec, context_);
     }
-    LATTICED_ASSIGN_OR_RETURN(auto view, CpuView::Create(plan_, spec, std::move(kernel), context_));
-    return std::unique_ptr<DeformView>(std::move(view));
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the view");
-  }
+    LATTICED_ASSIGN_OR_RETURN(
+        auto vertices,
+        HostBuffer::Create("vertices", MakeVertexLayout(*plan_, spec).total_bytes()));
+    return std::make_unique<CpuView>(plan_, spec, std::move(kernel), context_, std::move(vertices));
+  });
 }
 
 absl::StatusOr<std::vector<double>> CpuTarget::ControlNets(std::span<const Vec3d> control_points,
@@ -87,23 +83,15 @@ absl::StatusOr<std::vector<double>> CpuTarget::ControlNets(std::span<const Vec3d
   // The net does not depend on the segments: any entry of the cache has inv(B).
   LATTICED_ASSIGN_OR_RETURN(const auto stage,
                             StageMatrices::Get(plan_->structure.patch_degree(), 1));
-  try {
+  return CatchBadAlloc("the control nets", [&]() -> absl::StatusOr<std::vector<double>> {
     const PatchSampler sampler(*plan_, *stage, control_points);
     const size_t doubles = 3 * stage->m;
     std::vector<double> nets((last - first) * doubles);
-    std::mutex mutex;
-    absl::Status first_error;
-    context_->arena.ForEach(last - first, [&](size_t i) {
-      auto status = ControlNet(*plan_, sampler, *stage, first + i, nets.data() + i * doubles);
-      if (status.ok()) return;
-      const std::scoped_lock lock(mutex);
-      first_error.Update(status);
-    });
-    if (!first_error.ok()) return first_error;
+    LATTICED_RETURN_IF_ERROR(context_->arena.TryEach(last - first, [&](size_t i) {
+      return ControlNet(*plan_, sampler, *stage, first + i, nets.data() + i * doubles);
+    }));
     return nets;
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the control nets");
-  }
+  });
 }
 
 ViewTraits CpuTarget::Traits(const ViewSpec& spec) const {

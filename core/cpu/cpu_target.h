@@ -18,7 +18,7 @@ namespace latticed {
 
 class CpuTarget : public DeformTarget {
  public:
-  [[nodiscard]] static absl::StatusOr<std::shared_ptr<CpuTarget>> Create(
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<DeformTarget>> Create(
       std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
       std::shared_ptr<CpuContext> context);
 

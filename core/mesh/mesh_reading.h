@@ -47,6 +47,10 @@ class VertexWelder {
   std::unordered_map<Vec3d, uint32_t, Hash> index_;
 };
 
+// Gives the last corner of `mesh` its attribute: `list` is corner_normals or corner_uvs, which stays
+// empty until a corner has an attribute. FinishMesh fills up corners that come after the last one.
+void AddCornerAttribute(const PolygonMesh& mesh, uint32_t index, std::vector<uint32_t>* list);
+
 // Ends every reader: drops attributes that no corner uses, and validates. kInvalidArgument with
 // reason MALFORMED_FILE.
 [[nodiscard]] absl::StatusOr<PolygonMesh> FinishMesh(std::string_view format, PolygonMesh mesh);

@@ -175,16 +175,9 @@ class ObjReader {
     }
     if (mesh_.corner_count() >= PolygonMesh::kNoAttribute) return Malformed("too many corners");
     mesh_.corner_vertices.push_back(indices[0]);
-    AddAttribute(indices[1], &mesh_.corner_uvs);
-    AddAttribute(indices[2], &mesh_.corner_normals);
+    AddCornerAttribute(mesh_, indices[1], &mesh_.corner_uvs);
+    AddCornerAttribute(mesh_, indices[2], &mesh_.corner_normals);
     return absl::OkStatus();
-  }
-
-  // An attribute's list stays empty until a corner has one.
-  void AddAttribute(uint32_t index, std::vector<uint32_t>* list) {
-    if (index == PolygonMesh::kNoAttribute && list->empty()) return;
-    list->resize(mesh_.corner_count() - 1, PolygonMesh::kNoAttribute);
-    list->push_back(index);
   }
 
   absl::Status ReadIndex(std::string_view field, Kind* kind, uint32_t* index) {
@@ -212,12 +205,6 @@ class ObjReader {
       if (kind->forward_count <= kind->count) continue;
       return error::MalformedFile(kObj, fmt::format("line {}", kind->forward_line),
                                   OutOfRange(*kind, static_cast<int64_t>(kind->forward_count)));
-    }
-    if (!mesh_.corner_normals.empty()) {
-      mesh_.corner_normals.resize(mesh_.corner_count(), PolygonMesh::kNoAttribute);
-    }
-    if (!mesh_.corner_uvs.empty()) {
-      mesh_.corner_uvs.resize(mesh_.corner_count(), PolygonMesh::kNoAttribute);
     }
     NameGroups();
     return FinishMesh(kObj, std::move(mesh_));

@@ -3,11 +3,10 @@
 #include "core/view/device_group.h"
 
 #include <algorithm>
-#include <new>
 #include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/plan_slice.h"
@@ -60,7 +59,7 @@ class DeviceGroup : public Backend {
 
   absl::StatusOr<std::shared_ptr<DeformTarget>> Share(const std::shared_ptr<const DeformPlan>& plan,
                                                       const std::vector<DeviceState>& states) {
-    try {
+    return CatchBadAlloc("the plan", [&]() -> absl::StatusOr<std::shared_ptr<DeformTarget>> {
       std::vector<uint64_t> free(states.size());
       std::ranges::transform(states, free.begin(), &DeviceState::free_bytes);
       const std::vector<size_t> bounds = ShareChunks(plan->chunk_count(), kChunkBytes, free);
@@ -73,9 +72,7 @@ class DeviceGroup : public Backend {
         parts.push_back({static_cast<uint32_t>(bounds[d]), std::move(target)});
       }
       return std::make_shared<SpannedTarget>(plan, std::move(parts));
-    } catch (const std::bad_alloc&) {
-      return error::AllocationFailed("the plan");
-    }
+    });
   }
 
   const std::vector<std::unique_ptr<Backend>> devices_;

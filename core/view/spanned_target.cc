@@ -3,46 +3,41 @@
 #include "core/view/spanned_target.h"
 
 #include <algorithm>
-#include <new>
 
-#include "core/base/error.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
+#include "core/view/checked_view.h"
 #include "core/view/spanned_view.h"
-#include "core/view/view_contract.h"
 
 namespace latticed {
 
 absl::StatusOr<std::unique_ptr<DeformView>> SpannedTarget::CreateView(const ViewSpec& spec) {
-  try {
+  return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
     std::vector<SpannedView::Part> views;
     for (const Part& part : parts_) {
       LATTICED_ASSIGN_OR_RETURN(auto view, part.target->CreateView(spec));
       views.push_back({part.first_chunk, std::move(view)});
     }
     return std::make_unique<SpannedView>(plan_, spec, std::move(views));
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the view");
-  }
+  });
 }
 
 absl::StatusOr<std::vector<double>> SpannedTarget::ControlNets(
     std::span<const Vec3d> control_points, size_t first, size_t last) {
   LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
-  try {
+  return CatchBadAlloc("the control nets", [&]() -> absl::StatusOr<std::vector<double>> {
     std::vector<double> nets;
     for (const Part& part : parts_) {
       const size_t begin = plan_->ChunkPatches(part.first_chunk)[0];
       const size_t end = begin + part.target->plan().patches.size();
       const size_t from = std::clamp(first, begin, end), to = std::clamp(last, begin, end);
       if (from == to) continue;
-      const auto some = part.target->ControlNets(control_points, from - begin, to - begin);
-      if (!some.ok()) return some;
-      nets.insert(nets.end(), some->begin(), some->end());
+      LATTICED_ASSIGN_OR_RETURN(const auto some,
+                                part.target->ControlNets(control_points, from - begin, to - begin));
+      nets.insert(nets.end(), some.begin(), some.end());
     }
     return nets;
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the control nets");
-  }
+  });
 }
 
 ViewTraits SpannedTarget::Traits(const ViewSpec& spec) const {

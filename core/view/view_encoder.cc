@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <mutex>
 #include <numeric>
 #include <utility>
 
@@ -133,17 +132,11 @@ absl::Status ViewEncoder::Encode(std::span<const uint32_t> chunks, Encoding enco
     return absl::OkStatus();
   }
   const size_t size = BatchSize(places.size(), encoder_->batch(), arena_.ThreadsFor(places.size()));
-  std::mutex mutex;
-  absl::Status first_error;
-  arena_.ForEach(DivideUp(places.size(), size), [&](size_t b) {
+  return arena_.TryEach(DivideUp(places.size(), size), [&](size_t b) {
     const size_t first = b * size;
     const auto batch = std::span(places).subspan(first, std::min(size, places.size() - first));
-    const absl::Status status = EncodeDraco(chunks, batch, encoding, range, bytes_of, results);
-    if (status.ok()) return;
-    const std::scoped_lock lock(mutex);
-    first_error.Update(status);
+    return EncodeDraco(chunks, batch, encoding, range, bytes_of, results);
   });
-  return first_error;
 }
 
 }  // namespace latticed

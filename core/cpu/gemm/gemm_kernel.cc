@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -39,15 +38,9 @@ absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const Q
                     {plan_, control_points},
                     MakeVertexWriter(plan_, spec_, box),
                     vertices};
-  std::mutex mutex;
-  absl::Status first_error;
-  context_->arena.ForEach(plan_.chunk_count(), [&](size_t chunk) {
-    if (auto status = EvaluateChunk(frame, chunk, tiles_.local()); !status.ok()) {
-      const std::scoped_lock lock(mutex);
-      first_error.Update(status);
-    }
-  });
-  if (!first_error.ok()) return first_error;
+  LATTICED_RETURN_IF_ERROR(context_->arena.TryEach(plan_.chunk_count(), [&](size_t chunk) {
+    return EvaluateChunk(frame, chunk, tiles_.local());
+  }));
   CopySharedPoints(*shared_, plan_, control_points, layout_, frame.writer, spec_.segments, vertices,
                    context_->arena);
   return absl::OkStatus();
