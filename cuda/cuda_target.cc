@@ -2,12 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/cuda_target.h"
 
-#include <new>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
-#include "core/view/view_contract.h"
+#include "core/view/checked_view.h"
 #include "cuda/fused/cuda_fused_kernel.h"
 #include "cuda/gemm/cuda_control_nets.h"
 #include "cuda/gemm/cuda_gemm_kernel.h"
@@ -25,36 +24,31 @@ CudaTarget::CudaTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline
                        std::shared_ptr<CudaContext> context)
     : plan_(std::move(plan)), pipeline_(pipeline), context_(std::move(context)) {}
 
-absl::StatusOr<std::shared_ptr<CudaTarget>> CudaTarget::Create(
+absl::StatusOr<std::shared_ptr<DeformTarget>> CudaTarget::Create(
     std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
     std::shared_ptr<CudaContext> context) {
   const DeviceGuard guard(context->device());
-  try {
+  using Made = absl::StatusOr<std::shared_ptr<DeformTarget>>;
+  return CatchBadAlloc("the plan", [&]() -> Made {
     std::shared_ptr<CudaTarget> target(
         new CudaTarget(std::move(plan), pipeline, std::move(context)));
     LATTICED_ASSIGN_OR_RETURN(target->device_plan_,
                               DevicePlan::Create(target->plan_, pipeline, target->context_));
     return target;
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the plan");
-  }
+  });
 }
 
 absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpec& spec) {
   LATTICED_RETURN_IF_ERROR(Validate(spec));
   const DeviceGuard guard(context_->device());
-  try {
+  return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
     LATTICED_ASSIGN_OR_RETURN(auto lane, context_->lanes().Borrow(Priority()));
     LATTICED_ASSIGN_OR_RETURN(auto room,
                               DeviceReservation::Create(context_->memory(), "the view",
                                                         [&] { return ViewBytes(spec, *lane); }));
     LATTICED_ASSIGN_OR_RETURN(auto kernel, CreateKernel(spec, lane, room));
-    LATTICED_ASSIGN_OR_RETURN(auto view, CudaView::Create(plan_, spec, context_, std::move(lane),
-                                                          std::move(kernel), room));
-    return std::unique_ptr<DeformView>(std::move(view));
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the view");
-  }
+    return CudaView::Create(plan_, spec, context_, std::move(lane), std::move(kernel), room);
+  });
 }
 
 uint64_t CudaTarget::ViewBytes(const ViewSpec& spec, const CudaLane& lane) const {
@@ -85,11 +79,9 @@ absl::StatusOr<std::vector<double>> CudaTarget::ControlNets(std::span<const Vec3
   LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
   if (first == last) return std::vector<double>();
   const DeviceGuard guard(context_->device());
-  try {
+  return CatchBadAlloc("the control nets", [&] {
     return CudaControlNets(plan_, *device_plan_, *context_, control_points, first, last);
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the control nets");
-  }
+  });
 }
 
 ViewTraits CudaTarget::Traits(const ViewSpec& spec) const {

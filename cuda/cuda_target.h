@@ -19,7 +19,7 @@ namespace latticed {
 class CudaTarget : public DeformTarget {
  public:
   // kResourceExhausted where the tables do not fit.
-  [[nodiscard]] static absl::StatusOr<std::shared_ptr<CudaTarget>> Create(
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<DeformTarget>> Create(
       std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
       std::shared_ptr<CudaContext> context);
 

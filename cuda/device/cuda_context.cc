@@ -36,7 +36,7 @@ absl::StatusOr<std::shared_ptr<const DeviceStage>> CudaContext::Stage(int degree
   if (auto known = StageNow(degree, segments); known != nullptr) return known;
   // Uploaded without the lock: others, of other sizes, do not wait for it.
   auto made = DeviceStage::Create(degree, segments, from, stream_);
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   std::weak_ptr<const DeviceStage>& kept = stages_[{degree, segments}];
   // Before a refusal is told: another's copy may be what has taken the room.
   if (auto known = kept.lock(); known != nullptr) {
@@ -54,7 +54,7 @@ uint64_t CudaContext::StageBytesToCome(int degree, int segments) {
 }
 
 std::shared_ptr<const DeviceStage> CudaContext::StageNow(int degree, int segments) {
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   return stages_[{degree, segments}].lock();
 }
 

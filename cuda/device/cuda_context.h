@@ -11,9 +11,9 @@
 
 #include <map>
 #include <memory>
-#include <mutex>
 #include <utility>
 
+#include "core/base/mutex.h"
 #include "core/view/cpu_arena.h"
 #include "cuda/device/cuda_lanes.h"
 #include "cuda/device/cuda_options.h"
@@ -57,8 +57,8 @@ class CudaContext {
   std::shared_ptr<const ChunkEncoder> encoder_;
   CpuArena arena_;
   CudaStream stream_;
-  std::mutex mutex_;
-  std::map<std::pair<int, int>, std::weak_ptr<const DeviceStage>> stages_;  // guarded by mutex_
+  Mutex mutex_;
+  std::map<std::pair<int, int>, std::weak_ptr<const DeviceStage>> stages_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace latticed

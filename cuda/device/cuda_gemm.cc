@@ -2,30 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device/cuda_gemm.h"
 
-#include <algorithm>
-#include <limits>
-
+#include "core/base/matrix_view.h"
 #include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
-#include "fmt/format.h"
 
 namespace latticed {
 namespace {
-
-bool FitsInt(size_t n) { return n <= static_cast<size_t>(std::numeric_limits<int>::max()); }
-
-template <typename T>
-absl::Status CheckShapes(DeviceMatrix<const T> a, DeviceMatrix<const T> b, DeviceMatrix<T> c) {
-  if (a.columns == b.rows && a.rows == c.rows && b.columns == c.columns && a.stride >= a.rows &&
-      b.stride >= b.rows && c.stride >= c.rows && FitsInt(c.rows) && FitsInt(c.columns) &&
-      FitsInt(std::max({a.stride, b.stride, c.stride}))) {
-    return absl::OkStatus();
-  }
-  return absl::InternalError(fmt::format(
-      "shapes of a product must fit: ({} x {}, stride {}) * ({} x {}, stride {}) -> "
-      "({} x {}, stride {})",
-      a.rows, a.columns, a.stride, b.rows, b.columns, b.stride, c.rows, c.columns, c.stride));
-}
 
 int Int(size_t n) { return static_cast<int>(n); }
 
@@ -55,7 +37,7 @@ CudaGemm::~CudaGemm() { static_cast<void>(library_.destroy(handle_)); }
 
 absl::Status CudaGemm::Multiply(DeviceMatrix<const float> a, DeviceMatrix<const float> b,
                                 DeviceMatrix<float> c) {
-  LATTICED_RETURN_IF_ERROR(CheckShapes(a, b, c));
+  LATTICED_RETURN_IF_ERROR(CheckProduct(a, b, c));
   const float one = 1, zero = 0;
   return CublasStatus(library_.sgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns),
                                      Int(a.columns), &one, a.data, Int(a.stride), b.data,
@@ -65,7 +47,7 @@ absl::Status CudaGemm::Multiply(DeviceMatrix<const float> a, DeviceMatrix<const 
 
 absl::Status CudaGemm::Multiply(DeviceMatrix<const double> a, DeviceMatrix<const double> b,
                                 DeviceMatrix<double> c) {
-  LATTICED_RETURN_IF_ERROR(CheckShapes(a, b, c));
+  LATTICED_RETURN_IF_ERROR(CheckProduct(a, b, c));
   const double one = 1, zero = 0;
   return CublasStatus(library_.dgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns),
                                      Int(a.columns), &one, a.data, Int(a.stride), b.data,

@@ -54,9 +54,7 @@ void Unpin(uint8_t* data) {
 
 }  // namespace
 
-PinnedBuffer::~PinnedBuffer() {
-  if (data_ != nullptr) memory_->Return(data_, size_);
-}
+void PinnedBuffer::GiveBack::operator()(uint8_t* data) const { memory->Return(data, size); }
 
 PinnedMemory::~PinnedMemory() {
   for (const auto& [size, data] : free_) Unpin(data);
@@ -66,7 +64,7 @@ absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
   const size_t size = std::bit_ceil(std::max(bytes, kPage));
   if (refuse_ && refuse_(kStagingPurpose, size)) return OutOfHostMemory(size);
   {
-    const std::scoped_lock lock(mutex_);
+    const MutexLock lock(&mutex_);
     if (const auto block = free_.find(size); block != free_.end()) {
       uint8_t* const data = block->second;
       free_.erase(block);
@@ -76,19 +74,19 @@ absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
     }
   }
   LATTICED_ASSIGN_OR_RETURN(const auto data, Pin(size));
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   lent_bytes_ += size;
   return PinnedBuffer(shared_from_this(), data, size);
 }
 
 uint64_t PinnedMemory::lent_bytes() const {
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   return lent_bytes_;
 }
 
 void PinnedMemory::Return(uint8_t* data, size_t size) {
   {
-    const std::scoped_lock lock(mutex_);
+    const MutexLock lock(&mutex_);
     lent_bytes_ -= size;
     if (free_bytes_ + size <= kMostFreeBytes) {
       free_.emplace(size, data);

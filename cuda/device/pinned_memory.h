@@ -15,11 +15,11 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "core/base/mutex.h"
 #include "cuda/device/device_memory.h"
 
 namespace latticed {
@@ -29,32 +29,22 @@ class PinnedMemory;
 class PinnedBuffer {
  public:
   PinnedBuffer() = default;
-  ~PinnedBuffer();
-  PinnedBuffer(const PinnedBuffer&) = delete;  // one owner
-  PinnedBuffer& operator=(const PinnedBuffer&) = delete;
-  PinnedBuffer(PinnedBuffer&& other) noexcept
-      : memory_(std::move(other.memory_)),
-        data_(std::exchange(other.data_, nullptr)),
-        size_(std::exchange(other.size_, 0)) {}
-  PinnedBuffer& operator=(PinnedBuffer&& other) noexcept {
-    std::swap(memory_, other.memory_);
-    std::swap(data_, other.data_);
-    std::swap(size_, other.size_);
-    return *this;
-  }
-
-  uint8_t* data() const { return data_; }
-  size_t size() const { return size_; }
-  std::span<uint8_t> span() const { return {data_, size_}; }
+  uint8_t* data() const { return data_.get(); }
+  size_t size() const { return data_.get_deleter().size; }
+  std::span<uint8_t> span() const { return {data(), size()}; }
 
  private:
   friend class PinnedMemory;
-  PinnedBuffer(std::shared_ptr<PinnedMemory> memory, uint8_t* data, size_t size)
-      : memory_(std::move(memory)), data_(data), size_(size) {}
+  struct GiveBack {
+    std::shared_ptr<PinnedMemory> memory;
+    size_t size = 0;
+    void operator()(uint8_t* data) const;
+  };
 
-  std::shared_ptr<PinnedMemory> memory_;
-  uint8_t* data_ = nullptr;
-  size_t size_ = 0;
+  PinnedBuffer(std::shared_ptr<PinnedMemory> memory, uint8_t* data, size_t size)
+      : data_(data, GiveBack{std::move(memory), size}) {}
+
+  std::unique_ptr<uint8_t, GiveBack> data_;
 };
 
 class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
@@ -75,10 +65,10 @@ class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
   void Return(uint8_t* data, size_t size);
 
   RefuseAllocation refuse_;
-  mutable std::mutex mutex_;
-  std::multimap<size_t, uint8_t*> free_;  // by size; these three guarded by mutex_
-  size_t free_bytes_ = 0;
-  uint64_t lent_bytes_ = 0;
+  mutable Mutex mutex_;
+  std::multimap<size_t, uint8_t*> free_ ABSL_GUARDED_BY(mutex_);  // by size
+  size_t free_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint64_t lent_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace latticed
