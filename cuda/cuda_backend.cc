@@ -36,7 +36,7 @@ class CudaBackend : public Backend {
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
-    return CudaTarget::Create(std::move(plan), pipeline, context_);
+    return MakeCudaTarget(std::move(plan), pipeline, context_);
   }
 
  private:

@@ -76,10 +76,6 @@ void SetOptions(const DracoGeometry& geometry, int position, int normal, int uv,
   }
 }
 
-}  // namespace
-
-namespace {
-
 absl::StatusOr<std::vector<uint8_t>> EncodeAs(const DracoGeometry& geometry, TriangleSpan triangles,
                                               Connectivity connectivity) {
   const bool is_mesh = connectivity != Connectivity::kNone;
@@ -95,17 +91,17 @@ absl::StatusOr<std::vector<uint8_t>> EncodeAs(const DracoGeometry& geometry, Tri
                      ? AddAttribute(*cloud, draco::GeometryAttribute::TEX_COORD, 2, geometry.uvs)
                      : -1;
   draco::EncoderBuffer buffer;
+  const auto encode = [&](draco::ExpertEncoder encoder) {
+    SetOptions(geometry, position, normal, uv, connectivity, encoder);
+    return encoder.EncodeToBuffer(&buffer);
+  };
   draco::Status status;
   if (is_mesh) {
     auto& mesh = static_cast<draco::Mesh&>(*cloud);
     SetTriangles(mesh, triangles);
-    draco::ExpertEncoder encoder(mesh);
-    SetOptions(geometry, position, normal, uv, connectivity, encoder);
-    status = encoder.EncodeToBuffer(&buffer);
+    status = encode(draco::ExpertEncoder(mesh));
   } else {
-    draco::ExpertEncoder encoder(*cloud);
-    SetOptions(geometry, position, normal, uv, connectivity, encoder);
-    status = encoder.EncodeToBuffer(&buffer);
+    status = encode(draco::ExpertEncoder(*cloud));
   }
   if (!status.ok()) {
     return absl::InternalError(

@@ -17,14 +17,13 @@ namespace latticed {
 namespace {
 
 constexpr size_t kNoStep = std::numeric_limits<size_t>::max();
-// A UUID has 36 characters; the rest is for clients that put a name before it.
-constexpr size_t kMaxIdBytes = 64;
 constexpr char kPutOffUrl[] = "latticed/edit-put-off";
 
 absl::Status CheckEditor(const EditBatch& batch) {
-  if (batch.editor_id.empty() || batch.editor_id.size() > kMaxIdBytes) {
-    return error::InvalidField("editor_id", fmt::format("has {} bytes, 1 to {} are allowed",
-                                                        batch.editor_id.size(), kMaxIdBytes));
+  if (batch.editor_id.empty() || batch.editor_id.size() > limits::kMaxEditorIdBytes) {
+    return error::InvalidField(
+        "editor_id", fmt::format("has {} bytes, 1 to {} are allowed", batch.editor_id.size(),
+                                 limits::kMaxEditorIdBytes));
   }
   if (batch.sequence == 0) return error::InvalidField("sequence", "must be 1 or more");
   return absl::OkStatus();
@@ -40,9 +39,10 @@ bool Commits(const EditBatch& batch) {
 }
 
 absl::Status CheckGesture(const EditBatch& batch) {
-  if (batch.gesture_id.size() > kMaxIdBytes) {
-    return error::InvalidField("gesture_id", fmt::format("has {} bytes, at most {} are allowed",
-                                                         batch.gesture_id.size(), kMaxIdBytes));
+  if (batch.gesture_id.size() > limits::kMaxEditorIdBytes) {
+    return error::InvalidField(
+        "gesture_id", fmt::format("has {} bytes, at most {} are allowed", batch.gesture_id.size(),
+                                  limits::kMaxEditorIdBytes));
   }
   if (Cancels(batch) && !batch.edits.empty()) {
     return error::InvalidField("edits", "must be empty where a gesture is cancelled");

@@ -141,10 +141,8 @@ absl::Status Apply(const ReplaceControlPoints& edit, std::string_view field, Edi
 absl::Status Apply(const DragPoints& edit, std::string_view field, EditTarget& target) {
   const std::string path = fmt::format("{}.drag_points", field);
   const size_t count = edit.points.size();
-  if (count < 1 || count > limits::kMaxDragPoints) {
-    return error::OutOfRange(path + ".points", static_cast<double>(count), 1,
-                             static_cast<double>(limits::kMaxDragPoints));
-  }
+  LATTICED_RETURN_IF_ERROR(error::CheckRange(path + ".points", static_cast<double>(count), 1,
+                                             static_cast<double>(limits::kMaxDragPoints)));
   if (edit.targets.size() != count) {
     return error::InvalidField(
         path + ".targets", fmt::format("got {} targets for {} points", edit.targets.size(), count));

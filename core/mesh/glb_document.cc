@@ -23,10 +23,6 @@ using nlohmann::json;
 const json kNull;
 constexpr int kMaxNesting = 64;  // glTF itself needs about 8
 
-absl::Status Malformed(std::string_view where, std::string_view problem) {
-  return error::MalformedFile("GLB", where, problem);
-}
-
 struct Chunks {
   std::string_view text;
   std::string_view binary;
@@ -34,32 +30,33 @@ struct Chunks {
 
 absl::StatusOr<std::string_view> TakeChunk(std::string_view bytes, size_t offset, uint32_t type) {
   const std::string where = fmt::format("byte {}", offset);
-  if (bytes.size() - offset < glb::kChunkHeaderBytes) return Malformed(where, "a chunk is cut off");
+  if (bytes.size() - offset < glb::kChunkHeaderBytes)
+    return MalformedGlb(where, "a chunk is cut off");
   const auto length = LoadLittleEndian<uint32_t>(&bytes[offset]);
   if (LoadLittleEndian<uint32_t>(&bytes[offset + 4]) != type) {
-    return Malformed(where, "a chunk of another type than JSON first, then BIN");
+    return MalformedGlb(where, "a chunk of another type than JSON first, then BIN");
   }
   offset += glb::kChunkHeaderBytes;
   if (length > bytes.size() - offset) {
-    return Malformed(
+    return MalformedGlb(
         where, fmt::format("a chunk of {} bytes, {} are left", length, bytes.size() - offset));
   }
   return bytes.substr(offset, length);
 }
 
 absl::StatusOr<Chunks> SplitChunks(std::string_view bytes) {
-  if (bytes.size() < glb::kHeaderBytes) return Malformed("byte 0", "the header is cut off");
+  if (bytes.size() < glb::kHeaderBytes) return MalformedGlb("byte 0", "the header is cut off");
   if (LoadLittleEndian<uint32_t>(&bytes[0]) != glb::kMagic) {
-    return Malformed("byte 0", "it does not start with 'glTF'");
+    return MalformedGlb("byte 0", "it does not start with 'glTF'");
   }
   const auto version = LoadLittleEndian<uint32_t>(&bytes[4]);
   if (version != glb::kVersion) {
-    return Malformed("byte 4", fmt::format("version {}; only 2 is known", version));
+    return MalformedGlb("byte 4", fmt::format("version {}; only 2 is known", version));
   }
   const auto length = LoadLittleEndian<uint32_t>(&bytes[8]);
   if (length > bytes.size() || length < glb::kHeaderBytes) {
-    return Malformed("byte 8",
-                     fmt::format("{} bytes are announced, the file has {}", length, bytes.size()));
+    return MalformedGlb(
+        "byte 8", fmt::format("{} bytes are announced, the file has {}", length, bytes.size()));
   }
   bytes = bytes.substr(0, length);
   Chunks chunks;
@@ -98,8 +95,8 @@ absl::Status CheckExtensions(const json& document) {
     if (!name.is_string()) continue;
     const auto& text = name.get_ref<const std::string&>();
     if (text.starts_with("KHR_materials_") || std::ranges::count(kHarmless, text) > 0) continue;
-    return Malformed("extensionsRequired",
-                     fmt::format("the extension {} is not supported", Quoted(text)));
+    return MalformedGlb("extensionsRequired",
+                        fmt::format("the extension {} is not supported", Quoted(text)));
   }
   return absl::OkStatus();
 }
@@ -107,16 +104,17 @@ absl::Status CheckExtensions(const json& document) {
 absl::Status CheckBuffers(const json& document, std::string_view binary) {
   const json& buffers = GlbArray(document, "buffers");
   if (buffers.size() > 1) {
-    return Malformed("buffers[1]", "only the BIN chunk is read, no further buffer");
+    return MalformedGlb("buffers[1]", "only the BIN chunk is read, no further buffer");
   }
   for (const json& buffer : buffers) {
-    if (!buffer.is_object()) return Malformed("buffers[0]", "not an object");
-    if (buffer.contains("uri")) return Malformed("buffers[0].uri", "only the BIN chunk is read");
+    if (!buffer.is_object()) return MalformedGlb("buffers[0]", "not an object");
+    if (buffer.contains("uri")) return MalformedGlb("buffers[0].uri", "only the BIN chunk is read");
     const auto length = buffer.find("byteLength");
     if (length == buffer.end() || !length->is_number_unsigned() || length->get<uint64_t>() == 0 ||
         length->get<uint64_t>() > binary.size()) {
-      return Malformed("buffers[0].byteLength",
-                       fmt::format("not within the BIN chunk, which has {} bytes", binary.size()));
+      return MalformedGlb(
+          "buffers[0].byteLength",
+          fmt::format("not within the BIN chunk, which has {} bytes", binary.size()));
     }
   }
   return absl::OkStatus();
@@ -154,6 +152,10 @@ int64_t IndexFrom(const json& value) {
 }
 
 }  // namespace
+
+absl::Status MalformedGlb(std::string_view where, std::string_view problem) {
+  return error::MalformedFile("GLB", where, problem);
+}
 
 const json& GlbMember(const json& object, const char* key) {
   const auto it = object.find(key);
@@ -201,10 +203,10 @@ size_t GlbAccessor::Index(size_t i) const {
 absl::StatusOr<GlbDocument> GlbDocument::Parse(std::string_view bytes) {
   LATTICED_ASSIGN_OR_RETURN(Chunks chunks, SplitChunks(bytes));
   if (NestsTooDeep(chunks.text)) {
-    return Malformed("the JSON chunk", fmt::format("nested deeper than {}", kMaxNesting));
+    return MalformedGlb("the JSON chunk", fmt::format("nested deeper than {}", kMaxNesting));
   }
   json document = json::parse(chunks.text, nullptr, /*allow_exceptions=*/false);
-  if (!document.is_object()) return Malformed("the JSON chunk", "not a JSON object");
+  if (!document.is_object()) return MalformedGlb("the JSON chunk", "not a JSON object");
   LATTICED_RETURN_IF_ERROR(CheckExtensions(document));
   LATTICED_RETURN_IF_ERROR(CheckBuffers(document, chunks.binary));
   const json& buffers = GlbArray(document, "buffers");
@@ -216,30 +218,30 @@ absl::StatusOr<GlbAccessor> GlbDocument::Open(int64_t index, int components) con
   const std::string where = fmt::format("accessors[{}]", index);
   const json& accessors = GlbArray(root_, "accessors");
   if (index < 0 || static_cast<size_t>(index) >= accessors.size()) {
-    return Malformed(where, fmt::format("there are {} accessors", accessors.size()));
+    return MalformedGlb(where, fmt::format("there are {} accessors", accessors.size()));
   }
   const json& accessor = accessors[static_cast<size_t>(index)];
   if (!GlbMember(accessor, "sparse").is_null())
-    return Malformed(where, "sparse accessors are not supported");
+    return MalformedGlb(where, "sparse accessors are not supported");
   const json& views = GlbArray(root_, "bufferViews");
   const int64_t view_index = GlbIndex(accessor, "bufferView");
   if (view_index < 0 || static_cast<size_t>(view_index) >= views.size()) {
-    return Malformed(where, "it has no buffer view, or one that does not exist");
+    return MalformedGlb(where, "it has no buffer view, or one that does not exist");
   }
   const json& view = views[static_cast<size_t>(view_index)];
-  if (GlbIndex(view, "buffer") != 0) return Malformed(where, "its buffer does not exist");
+  if (GlbIndex(view, "buffer") != 0) return MalformedGlb(where, "its buffer does not exist");
   const int64_t number = GlbIndex(accessor, "componentType");
   const auto type = std::ranges::find(kComponentTypes, number, &GlbComponentType::number);
   if (type == kComponentTypes.end()) {
-    return Malformed(where, fmt::format("component type {}", number));
+    return MalformedGlb(where, fmt::format("component type {}", number));
   }
   if (ComponentsOf(GlbString(accessor, "type")) != components) {
-    return Malformed(where, fmt::format("{} components are needed", components));
+    return MalformedGlb(where, fmt::format("{} components are needed", components));
   }
 
   const uint64_t view_offset = Size(view, "byteOffset"), view_bytes = Size(view, "byteLength");
   if (view_offset > buffer_.size() || view_bytes > buffer_.size() - view_offset) {
-    return Malformed(where, "its buffer view leaves the buffer");
+    return MalformedGlb(where, "its buffer view leaves the buffer");
   }
   const size_t element = type->bytes * static_cast<size_t>(components);
   const uint64_t given_stride = Size(view, "byteStride"), count = Size(accessor, "count");
@@ -249,7 +251,7 @@ absl::StatusOr<GlbAccessor> GlbDocument::Open(int64_t index, int components) con
   const bool fits =
       stride >= element && count > 0 && room >= element && count - 1 <= (room - element) / stride;
   if (!fits) {
-    return Malformed(
+    return MalformedGlb(
         where, fmt::format("{} elements of {} bytes do not fit into {}", count, element, room));
   }
   return GlbAccessor{
@@ -267,7 +269,7 @@ absl::StatusOr<GlbAccessor> GlbDocument::OpenIndices(int64_t index) const {
   if (type == glb::kUnsignedByte || type == glb::kUnsignedShort || type == glb::kUnsignedInt) {
     return accessor;
   }
-  return Malformed(fmt::format("accessors[{}]", index), "indices are not unsigned integers");
+  return MalformedGlb(fmt::format("accessors[{}]", index), "indices are not unsigned integers");
 }
 
 }  // namespace latticed

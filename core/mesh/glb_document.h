@@ -23,6 +23,9 @@
 
 namespace latticed {
 
+// kInvalidArgument, reason MALFORMED_FILE.
+[[nodiscard]] absl::Status MalformedGlb(std::string_view where, std::string_view problem);
+
 // Null where there is none.
 [[nodiscard]] const nlohmann::json& GlbMember(const nlohmann::json& object, const char* key);
 // Null, which is as good as an empty array, where there is none.

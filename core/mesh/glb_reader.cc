@@ -1,16 +1,26 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-
+//
+// Binary glTF 2.0 (GLB).
+//
+// Read are all triangle primitives (list, strip, fan) of the default scene, or of all roots where
+// there is none: POSITION, NORMAL, TEXCOORD_0, under the transforms of their nodes; a mirroring
+// node turns its triangles over. Positions with the same bits become one vertex: glTF doubles
+// vertices at every seam. A primitive's group is its material, else its mesh. Texture coordinates
+// are turned to have their origin below left. Lines and points are passed over. Refused are
+// external buffers, sparse accessors, compressed geometry and unknown required extensions. Skins,
+// morph targets and images are not looked at.
+//
+// Errors   kInvalidArgument, reason MALFORMED_FILE, naming the byte or the glTF element
 #include <cmath>
 #include <map>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/glb_document.h"
-#include "core/mesh/glb_io.h"
 #include "core/mesh/glb_layout.h"
 #include "core/mesh/glb_transform.h"
+#include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
 #include "fmt/format.h"
 
@@ -18,10 +28,6 @@ namespace latticed {
 namespace {
 
 using nlohmann::json;
-
-absl::Status Malformed(std::string_view where, std::string_view problem) {
-  return error::MalformedFile("GLB", where, problem);
-}
 
 // Index in the mesh of each element of an accessor, filled as elements are used.
 using Slots = std::vector<uint32_t>;
@@ -55,7 +61,7 @@ class GlbReader {
       const int64_t named = GlbIndex(document_.root(), "scene");
       const auto scene = static_cast<size_t>(named == kGlbNoIndex ? 0 : named);
       if (scene < scenes.size()) return GlbIndices(scenes[scene], "nodes");
-      return Malformed("scene", fmt::format("there are {} scenes", scenes.size()));
+      return MalformedGlb("scene", fmt::format("there are {} scenes", scenes.size()));
     }
     const json& nodes = Array("nodes");
     std::vector<bool> is_child(nodes.size());
@@ -88,8 +94,8 @@ class GlbReader {
       const std::string where = fmt::format("nodes[{}]", number);
       const auto index = static_cast<size_t>(number);
       if (index >= seen.size())
-        return Malformed(where, fmt::format("there are {} nodes", seen.size()));
-      if (seen[index]) return Malformed(where, "it has two parents");
+        return MalformedGlb(where, fmt::format("there are {} nodes", seen.size()));
+      if (seen[index]) return MalformedGlb(where, "it has two parents");
       seen[index] = true;
       const json& node = nodes[index];
       const GlbTransform transform =
@@ -106,7 +112,7 @@ class GlbReader {
     if (index == kGlbNoIndex) return absl::OkStatus();
     const json& meshes = Array("meshes");
     if (static_cast<size_t>(index) >= meshes.size()) {
-      return Malformed(where, fmt::format("mesh {}; there are {}", index, meshes.size()));
+      return MalformedGlb(where, fmt::format("mesh {}; there are {}", index, meshes.size()));
     }
     position_slots_.clear();
     normal_slots_.clear();
@@ -137,7 +143,7 @@ class GlbReader {
 
   absl::Status Spend(size_t count) {
     if (count > budget_) {
-      return Malformed("its nodes", "repeated meshes grow far beyond the size of the file");
+      return MalformedGlb("its nodes", "repeated meshes grow far beyond the size of the file");
     }
     budget_ -= count;
     return absl::OkStatus();
@@ -169,7 +175,7 @@ class GlbReader {
         OpenAttribute(attributes, "TEXCOORD_0", 2, &uv_slots_, &v.uvs, &v.uv_slots));
     for (const GlbAccessor* attribute : {&v.normals, &v.uvs}) {
       if (attribute->count != 0 && attribute->count != v.positions.count) {
-        return Malformed("a primitive", "its attributes have different counts");
+        return MalformedGlb("a primitive", "its attributes have different counts");
       }
     }
     GlbAccessor indices;
@@ -193,8 +199,9 @@ class GlbReader {
       LATTICED_RETURN_IF_ERROR(Spend(3));
       for (size_t corner : {a, b, c}) {
         if (corner >= v.positions.count) {
-          return Malformed("a primitive", fmt::format("vertex index {} is out of range; it has {}",
-                                                      corner, v.positions.count));
+          return MalformedGlb(
+              "a primitive",
+              fmt::format("vertex index {} is out of range; it has {}", corner, v.positions.count));
         }
         AddCorner(v, corner, transform);
       }

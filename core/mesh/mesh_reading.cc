@@ -45,6 +45,14 @@ std::string_view TakeWord(std::string_view* text) {
   return word;
 }
 
+std::string_view TakeTextLine(std::string_view* text) {
+  const size_t end = std::min(text->find_first_of("\r\n"), text->size());
+  const std::string_view line = text->substr(0, end);
+  const bool crlf = text->substr(end, 2) == "\r\n";
+  text->remove_prefix(std::min(text->size(), end + (crlf ? 2 : 1)));
+  return line;
+}
+
 bool ParseNumber(std::string_view word, double* value) {
   word = WithoutPlus(word);
   const char* end = word.data() + word.size();

@@ -22,6 +22,8 @@ namespace latticed {
 // The next word of *text, between white space (line ends included), and its removal. Empty at the
 // end.
 [[nodiscard]] std::string_view TakeWord(std::string_view* text);
+// The next line of *text, without its end (LF, CR LF or CR), and the removal of both.
+[[nodiscard]] std::string_view TakeTextLine(std::string_view* text);
 // Whether the whole word is one number. Doubles must be finite; a leading '+' is allowed.
 [[nodiscard]] bool ParseNumber(std::string_view word, double* value);
 [[nodiscard]] bool ParseInteger(std::string_view word, int64_t* value);

@@ -38,10 +38,7 @@ std::string_view TakeLine(std::string_view* text, std::string* joined, size_t* l
   joined->clear();
   *lines = 0;
   while (true) {
-    const size_t end = std::min(text->find_first_of("\r\n"), text->size());
-    const std::string_view line = text->substr(0, end);
-    const bool crlf = end + 1 < text->size() && (*text)[end] == '\r' && (*text)[end + 1] == '\n';
-    text->remove_prefix(std::min(text->size(), end + (crlf ? 2 : 1)));
+    const std::string_view line = TakeTextLine(text);
     ++*lines;
     const bool continued = !line.empty() && line.back() == '\\' && !text->empty();
     if (!continued && joined->empty()) return line;

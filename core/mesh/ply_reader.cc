@@ -1,6 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-
+//
+// Stanford PLY: ascii, binary little endian, binary big endian.
+//
+// Read are, of the element `vertex`: x y z, nx ny nz, and a pair s t, u v or texture_u texture_v;
+// of `face`: the list vertex_indices or vertex_index; of `tristrips`: the list vertex_indices,
+// strips ended by -1, whose triangles with a repeated vertex join strips and are left out. Other
+// elements and properties, lists too, are passed over. Texture coordinates have their origin below
+// left.
+//
+// Errors   kInvalidArgument, reason MALFORMED_FILE, naming line (header, ascii) or byte
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,10 +17,9 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
-#include "core/mesh/little_endian.h"
+#include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
 #include "core/mesh/ply_header.h"
-#include "core/mesh/ply_io.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -32,38 +40,38 @@ class PlyBody {
   }
 
   // May be NaN or infinite in a binary file: whoever uses the value checks it.
-  absl::Status Read(PlyType type, double* value) {
+  absl::Status Read(const PlyType& type, double* value) {
     if (is_ascii()) return ReadAscii(type, value);
-    const size_t size = PlyTypeBytes(type);
+    const size_t size = type.bytes;
     if (bytes_left() < size) return Malformed("the file ends too early");
     char number[sizeof(double)];
     std::copy_n(&bytes_[offset_], size, number);
     if (encoding_ == PlyEncoding::kBigEndian) std::reverse(number, number + size);
-    *value = Convert(type, number);
+    *value = type.load(number);
     offset_ += size;
     return absl::OkStatus();
   }
 
-  absl::Status Skip(PlyType type, uint64_t count) {
+  absl::Status Skip(const PlyType& type, uint64_t count) {
     if (is_ascii()) {
       for (uint64_t i = 0; i < count; ++i) {
         if (TakeAsciiWord().empty()) return Malformed("the file ends too early");
       }
       return absl::OkStatus();
     }
-    if (bytes_left() / PlyTypeBytes(type) < count) return Malformed("the file ends too early");
-    offset_ += PlyTypeBytes(type) * count;
+    if (bytes_left() / type.bytes < count) return Malformed("the file ends too early");
+    offset_ += type.bytes * count;
     return absl::OkStatus();
   }
 
   absl::Status ReadListLength(const PlyProperty& list, uint64_t* length) {
     double value = 0;
-    LATTICED_RETURN_IF_ERROR(Read(list.count_type, &value));
+    LATTICED_RETURN_IF_ERROR(Read(*list.count_type, &value));
     constexpr double kLongest = 4294967295.0;  // of the widest count type
     if (value < 0 || value > kLongest)
       return Malformed(fmt::format("a list has the length {}", value));
     *length = static_cast<uint64_t>(value);
-    const size_t least_bytes = is_ascii() ? 1 : PlyTypeBytes(list.type);
+    const size_t least_bytes = is_ascii() ? 1 : list.type->bytes;
     if (*length > bytes_left() / least_bytes) {
       return Malformed(fmt::format("a list of {} values in {} bytes", *length, bytes_left()));
     }
@@ -71,28 +79,6 @@ class PlyBody {
   }
 
  private:
-  static double Convert(PlyType type, const char* number) {
-    switch (type) {
-      case PlyType::kInt8:
-        return LoadLittleEndian<int8_t>(number);
-      case PlyType::kUint8:
-        return LoadLittleEndian<uint8_t>(number);
-      case PlyType::kInt16:
-        return LoadLittleEndian<int16_t>(number);
-      case PlyType::kUint16:
-        return LoadLittleEndian<uint16_t>(number);
-      case PlyType::kInt32:
-        return LoadLittleEndian<int32_t>(number);
-      case PlyType::kUint32:
-        return LoadLittleEndian<uint32_t>(number);
-      case PlyType::kFloat:
-        return double{LoadLittleEndian<float>(number)};
-      case PlyType::kDouble:
-        return LoadLittleEndian<double>(number);
-    }
-    return 0;
-  }
-
   std::string_view TakeAsciiWord() {
     std::string_view rest = bytes_.substr(offset_);
     const std::string_view word = TakeWord(&rest);
@@ -100,11 +86,11 @@ class PlyBody {
     return word;
   }
 
-  absl::Status ReadAscii(PlyType type, double* value) {
+  absl::Status ReadAscii(const PlyType& type, double* value) {
     const std::string_view word = TakeAsciiWord();
     if (word.empty()) return Malformed("the file ends too early");
     if (!ParseNumber(word, value)) return Malformed(NumberProblem(word));
-    if (IsInteger(type) && *value != std::floor(*value)) {
+    if (type.is_integer && *value != std::floor(*value)) {
       return Malformed(fmt::format("{} is not an integer", Quoted(word)));
     }
     return absl::OkStatus();
@@ -160,10 +146,10 @@ class PlyReader {
 
   absl::Status SkipProperty(const PlyProperty& property) {
     uint64_t length = 1;
-    if (property.is_list) {
+    if (property.is_list()) {
       LATTICED_RETURN_IF_ERROR(body_.ReadListLength(property, &length));
     }
-    return body_.Skip(property.type, length);
+    return body_.Skip(*property.type, length);
   }
 
   absl::Status ReadVertices(const PlyElement& element) {
@@ -212,7 +198,7 @@ class PlyReader {
         continue;
       }
       double& value = values[slot_of[p]];
-      LATTICED_RETURN_IF_ERROR(body_.Read(property.type, &value));
+      LATTICED_RETURN_IF_ERROR(body_.Read(*property.type, &value));
       if (!std::isfinite(static_cast<float>(value))) {
         return body_.Malformed(fmt::format("a vertex's {} is not finite", Quoted(property.name)));
       }
@@ -224,7 +210,7 @@ class PlyReader {
   template <typename AddList>
   absl::Status ReadIndexLists(const PlyElement& element, const AddList& add) {
     const int column = element.FindProperty({"vertex_indices", "vertex_index"}, true);
-    if (column >= 0 && !IsInteger(element.properties[static_cast<size_t>(column)].type)) {
+    if (column >= 0 && !element.properties[static_cast<size_t>(column)].type->is_integer) {
       return body_.Malformed("vertex_indices are not integers");
     }
     if (column < 0 && element.count > 0) {
@@ -247,7 +233,7 @@ class PlyReader {
     LATTICED_RETURN_IF_ERROR(body_.ReadListLength(property, &length));
     values->resize(length);
     for (double& value : *values) {
-      LATTICED_RETURN_IF_ERROR(body_.Read(property.type, &value));
+      LATTICED_RETURN_IF_ERROR(body_.Read(*property.type, &value));
     }
     return absl::OkStatus();
   }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "core/mesh/little_endian.h"
-#include "core/mesh/ply_io.h"
+#include "core/mesh/mesh_io.h"
 #include "fmt/format.h"
 
 namespace latticed {

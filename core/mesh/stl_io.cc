@@ -1,7 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-
-#include "core/mesh/stl_io.h"
+//
+// STL, ascii and binary.
+//
+//   binary: 80 bytes of header, uint32 count, count x { float normal[3], vertices[3][3]; uint16 }
+//
+// A file is binary when its size fits the count, also when its header starts with "solid". Vertices
+// with the same bits are one. Facet normals are not kept: they say no more than the facets do. In
+// an ascii file of several solids each is a group.
+//
+// Errors   kInvalidArgument, reason MALFORMED_FILE, naming the line or byte
 
 #include <cmath>
 #include <utility>
@@ -10,6 +18,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/little_endian.h"
+#include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
 #include "fmt/format.h"
 

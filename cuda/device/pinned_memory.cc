@@ -11,6 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "core/view/machine.h"
 #include "cuda/device/cuda_status.h"
 
 namespace latticed {
@@ -22,13 +23,8 @@ constexpr size_t kPage = size_t{4} << 10, kHugePage = size_t{2} << 20;
 // Kept for later users at most; what comes back beyond it is unpinned.
 constexpr size_t kMostFreeBytes = size_t{256} << 20;
 
-uint64_t FreeHostBytes() {
-  const long pages = sysconf(_SC_AVPHYS_PAGES), size = sysconf(_SC_PAGESIZE);
-  return pages > 0 && size > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(size) : 0;
-}
-
 absl::Status OutOfHostMemory(size_t asked) {
-  return error::OutOfMemory(kStagingPurpose, asked, FreeHostBytes());
+  return error::OutOfMemory(kStagingPurpose, asked, MachineBytes(_SC_AVPHYS_PAGES));
 }
 
 // `size`: a power of two, of whole pages. They are brought in here, huge ones where the host has

@@ -91,7 +91,7 @@ class CudaMemory : public CudaTest {
     return MakeScene(backend.Prepare(plan_, pipeline));
   }
   absl::StatusOr<Scene> Make(const std::shared_ptr<CudaContext>& device, Pipeline pipeline) {
-    return MakeScene(CudaTarget::Create(plan_, pipeline, device));
+    return MakeScene(MakeCudaTarget(plan_, pipeline, device));
   }
   // One whole use: prepare, view and the above; nothing of it is left.
   template <typename Device>
