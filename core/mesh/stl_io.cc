@@ -65,8 +65,7 @@ absl::StatusOr<PolygonMesh> ReadBinary(std::string_view bytes) {
     const size_t offset = kPreambleBytes + size_t{kFacetBytes} * f;
     for (size_t corner = 0; corner < 3; ++corner) {
       const char* vertex = &bytes[offset + kFacetNormalBytes + corner * 3 * sizeof(float)];
-      const Vec3d position{LoadLittleEndian<float>(vertex), LoadLittleEndian<float>(vertex + 4),
-                           LoadLittleEndian<float>(vertex + 8)};
+      const Vec3d position = ToDouble(LoadLittleEndian<Vec3f>(vertex));
       if (!IsFinite(position)) {
         return error::MalformedFile(kStl, fmt::format("byte {}", offset),
                                     fmt::format("facet {} is not finite", f));
@@ -181,10 +180,6 @@ Vec3d FacetNormal(Vec3d a, Vec3d b, Vec3d c) {
   return length > 0 && std::isfinite(length) ? normal / length : Vec3d{};
 }
 
-void AppendVector(Vec3d v, std::string* out) {
-  for (int axis = 0; axis < 3; ++axis) AppendLittleEndian(static_cast<float>(v[axis]), out);
-}
-
 }  // namespace
 
 absl::StatusOr<PolygonMesh> ReadStl(std::string_view bytes) {
@@ -203,8 +198,9 @@ std::string WriteStl(const TriangleMesh& mesh) {
   out.reserve(kPreambleBytes + kFacetBytes * mesh.triangles.size());
   AppendLittleEndian(static_cast<uint32_t>(mesh.triangles.size()), &out);
   for (const auto& [a, b, c] : mesh.triangles) {
-    AppendVector(FacetNormal(mesh.positions[a], mesh.positions[b], mesh.positions[c]), &out);
-    for (uint32_t v : {a, b, c}) AppendVector(mesh.positions[v], &out);
+    const Vec3d normal = FacetNormal(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
+    AppendLittleEndian(ToFloat(normal), &out);
+    for (uint32_t v : {a, b, c}) AppendLittleEndian(ToFloat(mesh.positions[v]), &out);
     AppendLittleEndian(uint16_t{0}, &out);
   }
   return out;
