@@ -11,20 +11,6 @@
 #include "core/ffd/tessellation_pattern.h"
 
 namespace latticed {
-std::string_view PipelineName(Pipeline pipeline) {
-  switch (pipeline) {
-    case Pipeline::kFused:
-      return "fused";
-    case Pipeline::kGemm:
-      return "gemm";
-    case Pipeline::kGemm12:
-      return "gemm12";
-    case Pipeline::kControlNet:
-      return "control-net";
-  }
-  return "unknown";
-}
-
 VertexFormat FormatOf(Encoding encoding) {
   return encoding == Encoding::kRaw ? VertexFormat::kFloat32 : VertexFormat::kQuantised;
 }

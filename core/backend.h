@@ -42,7 +42,6 @@ enum class Pipeline {
   kGemm12,      // formulas (18), (21)-(23): three small products, then nine
   kControlNet,  // formulas (6), (17): Bézier control points first
 };
-[[nodiscard]] std::string_view PipelineName(Pipeline pipeline);  // "fused", "gemm", …
 
 enum class NormalMode { kNone, kFacet, kSmooth };
 

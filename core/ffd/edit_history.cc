@@ -136,7 +136,8 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
     status = Insert(EditStep{.editor_id = batch.editor_id}, *insert, "edits[0].insert_knot", admit);
     if (status.ok()) ForgetUndone(batch.editor_id);
   } else if (Cancels(batch)) {
-    status = Cancel(batch);
+    // A client may cancel a gesture whose first update it never sent: nothing to take back.
+    if (const size_t gesture = FindGesture(batch); gesture != kNoStep) layers_.Remove(gesture);
   } else {
     status = Write(batch, now, summary);
   }
@@ -231,12 +232,6 @@ absl::Status EditHistory::Insert(EditStep step, const InsertKnot& edit, std::str
   step.structural = {std::move(refined.structure), edit};
   ++structure_id_;
   layers_.Push(std::move(step));
-  return absl::OkStatus();
-}
-
-absl::Status EditHistory::Cancel(const EditBatch& batch) {
-  // A client may cancel a gesture whose first update it never sent: nothing to take back.
-  if (const size_t gesture = FindGesture(batch); gesture != kNoStep) layers_.Remove(gesture);
   return absl::OkStatus();
 }
 

@@ -33,10 +33,14 @@ enum class MeshFormat { kObj, kPly, kStl, kGlb, kDraco };
 // three, and a root node in GLB; groups are in OBJ and GLB alone.
 [[nodiscard]] absl::StatusOr<std::string> WriteMesh(MeshFormat format, const TriangleMesh& mesh);
 
-// The same by one format; OBJ is in obj_io.h.
+// The same by one format.
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadObj(std::string_view bytes);
 [[nodiscard]] absl::StatusOr<PolygonMesh> ReadPly(std::string_view bytes);
 [[nodiscard]] absl::StatusOr<PolygonMesh> ReadStl(std::string_view bytes);
 [[nodiscard]] absl::StatusOr<PolygonMesh> ReadGlb(std::string_view bytes);
+// Numbers are the shortest decimals that read back to the same bits.
+[[nodiscard]] std::string WriteObj(const TriangleMesh& mesh);
+[[nodiscard]] std::string WriteObj(const PolygonMesh& mesh);
 // Binary little endian: float x y z [nx ny nz] [s t], then `list uchar int vertex_indices`. Groups
 // have no place in PLY.
 [[nodiscard]] std::string WritePly(const TriangleMesh& mesh);

@@ -1,6 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-
+//
+// Wavefront OBJ: v, vt, vn, f, g, o, usemtl; everything else is skipped.
+//
+// Faces may have any size, and any of the forms v, v/vt, v//vn, v/vt/vn; indices may be negative
+// and may point forward. A face's group is its material (usemtl), else its group (g), else its
+// object (o). Line ends LF, CRLF or CR; lines go on after a backslash. Texture coordinates have
+// their origin below left.
+//
+// Errors   kInvalidArgument, reason MALFORMED_FILE, naming the line
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -9,8 +17,8 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
-#include "core/mesh/obj_io.h"
 #include "fmt/format.h"
 
 namespace latticed {

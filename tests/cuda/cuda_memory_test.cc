@@ -20,6 +20,7 @@
 #include "cuda/device/device_buffer.h"
 #include "fmt/format.h"
 #include "tests/cuda/cuda_test.h"
+#include "tests/support/pipeline_name.h"
 
 namespace latticed::testing {
 namespace {
