@@ -15,7 +15,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <span>
 #include <utility>
 
 #include "absl/status/statusor.h"
@@ -31,7 +30,6 @@ class PinnedBuffer {
   PinnedBuffer() = default;
   uint8_t* data() const { return data_.get(); }
   size_t size() const { return data_.get_deleter().size; }
-  std::span<uint8_t> span() const { return {data(), size()}; }
 
  private:
   friend class PinnedMemory;
