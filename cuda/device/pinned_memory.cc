@@ -50,7 +50,7 @@ void Unpin(uint8_t* data) {
 
 }  // namespace
 
-void PinnedBuffer::GiveBack::operator()(uint8_t* data) const { memory->Return(data, size); }
+void PinnedDeleter::operator()(uint8_t* data) const { memory->Return(data, size); }
 
 PinnedMemory::~PinnedMemory() {
   for (const auto& [size, data] : free_) Unpin(data);

@@ -25,6 +25,12 @@ namespace latticed {
 
 class PinnedMemory;
 
+struct PinnedDeleter {
+  std::shared_ptr<PinnedMemory> memory;
+  size_t size = 0;
+  void operator()(uint8_t* data) const;
+};
+
 class PinnedBuffer {
  public:
   PinnedBuffer() = default;
@@ -33,16 +39,10 @@ class PinnedBuffer {
 
  private:
   friend class PinnedMemory;
-  struct GiveBack {
-    std::shared_ptr<PinnedMemory> memory;
-    size_t size = 0;
-    void operator()(uint8_t* data) const;
-  };
-
   PinnedBuffer(std::shared_ptr<PinnedMemory> memory, uint8_t* data, size_t size)
-      : data_(data, GiveBack{std::move(memory), size}) {}
+      : data_(data, PinnedDeleter{std::move(memory), size}) {}
 
-  std::unique_ptr<uint8_t, GiveBack> data_;
+  std::unique_ptr<uint8_t, PinnedDeleter> data_;
 };
 
 class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
@@ -59,7 +59,7 @@ class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
   uint64_t lent_bytes() const;
 
  private:
-  friend class PinnedBuffer;
+  friend struct PinnedDeleter;
   void Return(uint8_t* data, size_t size);
 
   RefuseAllocation refuse_;
