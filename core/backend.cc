@@ -11,29 +11,6 @@
 #include "core/ffd/tessellation_pattern.h"
 
 namespace latticed {
-namespace {
-
-absl::Status CheckRange(std::string_view field, int got, int lowest, int highest) {
-  if (got < lowest || got > highest) return error::OutOfRange(field, got, lowest, highest);
-  return absl::OkStatus();
-}
-
-}  // namespace
-
-std::string_view PipelineName(Pipeline pipeline) {
-  switch (pipeline) {
-    case Pipeline::kFused:
-      return "fused";
-    case Pipeline::kGemm:
-      return "gemm";
-    case Pipeline::kGemm12:
-      return "gemm12";
-    case Pipeline::kControlNet:
-      return "control-net";
-  }
-  return "unknown";
-}
-
 VertexFormat FormatOf(Encoding encoding) {
   return encoding == Encoding::kRaw ? VertexFormat::kFloat32 : VertexFormat::kQuantised;
 }
@@ -90,14 +67,14 @@ uint64_t HostBytes(const MemoryUse& use) {
 }
 
 absl::Status Validate(const ViewSpec& spec) {
-  LATTICED_RETURN_IF_ERROR(
-      CheckRange("view.segments", spec.segments, limits::kMinSegments, limits::kMaxSegments));
+  LATTICED_RETURN_IF_ERROR(error::CheckRange("view.segments", spec.segments, limits::kMinSegments,
+                                             limits::kMaxSegments));
   if (spec.format == VertexFormat::kFloat32) return absl::OkStatus();
-  LATTICED_RETURN_IF_ERROR(CheckRange("view.position_bits", spec.position_bits,
-                                      limits::kMinPositionBits, limits::kMaxPositionBits));
+  LATTICED_RETURN_IF_ERROR(error::CheckRange("view.position_bits", spec.position_bits,
+                                             limits::kMinPositionBits, limits::kMaxPositionBits));
   if (spec.normals == NormalMode::kNone) return absl::OkStatus();
-  return CheckRange("view.normal_bits", spec.normal_bits, limits::kMinNormalBits,
-                    limits::kMaxNormalBits);
+  return error::CheckRange("view.normal_bits", spec.normal_bits, limits::kMinNormalBits,
+                           limits::kMaxNormalBits);
 }
 
 size_t ChunkPoints(const DeformPlan& plan, size_t chunk, int segments) {

@@ -42,7 +42,6 @@ enum class Pipeline {
   kGemm12,      // formulas (18), (21)-(23): three small products, then nine
   kControlNet,  // formulas (6), (17): Bézier control points first
 };
-[[nodiscard]] std::string_view PipelineName(Pipeline pipeline);  // "fused", "gemm", …
 
 enum class NormalMode { kNone, kFacet, kSmooth };
 
@@ -143,8 +142,8 @@ class DeformView {
   // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes.
   [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;
 
-  // Encodes the vertices of `chunks`, results in the same order. The encoding's format must be the
-  // view's. `digests` is empty, or says of each chunk which vertices the caller has bytes of, under
+  // Encodes the vertices of `chunks`, results in the same order. Those of one device must ascend, as
+  // EncodeOrder puts them. The encoding's format must be the view's. `digests` is empty, or says of each chunk which vertices the caller has bytes of, under
   // this encoding and box, and is told which there are: where these are the same, nothing is
   // encoded and the result has no data. A view that makes no digests encodes all and sets zeros.
   [[nodiscard]] virtual absl::StatusOr<std::vector<SharedBytes>> Encode(

@@ -36,8 +36,7 @@ class CudaBackend : public Backend {
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
-    LATTICED_ASSIGN_OR_RETURN(auto target, CudaTarget::Create(std::move(plan), pipeline, context_));
-    return std::shared_ptr<DeformTarget>(std::move(target));
+    return MakeCudaTarget(std::move(plan), pipeline, context_);
   }
 
  private:

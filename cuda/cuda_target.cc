@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/cuda_target.h"
 
-#include <new>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
-#include "core/view/view_contract.h"
+#include "core/view/checked_view.h"
 #include "cuda/fused/cuda_fused_kernel.h"
 #include "cuda/gemm/cuda_control_nets.h"
 #include "cuda/gemm/cuda_gemm_kernel.h"
+#include "cuda/plan/device_plan.h"
 #include "cuda/view/cuda_view.h"
 
 namespace latticed {
@@ -19,89 +19,103 @@ namespace {
 // Patches that are evaluated in 50 us: such a scene does not wait until all of a larger one has begun.
 constexpr size_t kSmallScene = 65'536;
 
+class CudaTarget : public DeformTarget {
+ public:
+  CudaTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
+             std::shared_ptr<CudaContext> context, std::shared_ptr<DevicePlan> device_plan)
+      : plan_(std::move(plan)),
+        pipeline_(pipeline),
+        context_(std::move(context)),
+        device_plan_(std::move(device_plan)) {}
+
+  const DeformPlan& plan() const override { return *plan_; }
+  Pipeline pipeline() const override { return pipeline_; }
+
+  absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
+    LATTICED_RETURN_IF_ERROR(Validate(spec));
+    const DeviceGuard guard(context_->device());
+    return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
+      LATTICED_ASSIGN_OR_RETURN(auto lane, context_->lanes().Borrow(Priority()));
+      LATTICED_ASSIGN_OR_RETURN(auto room,
+                                DeviceReservation::Create(context_->memory(), "the view",
+                                                          [&] { return ViewBytes(spec, *lane); }));
+      LATTICED_ASSIGN_OR_RETURN(auto kernel, CreateKernel(spec, lane, room));
+      return CudaView::Create(plan_, spec, context_, std::move(lane), std::move(kernel), room);
+    });
+  }
+
+  // Waits for a lane of its own.
+  absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
+                                                  size_t first, size_t last) override {
+    LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
+    if (first == last) return std::vector<double>();
+    const DeviceGuard guard(context_->device());
+    return CatchBadAlloc("the control nets", [&] {
+      return CudaControlNets(plan_, *device_plan_, *context_, control_points, first, last);
+    });
+  }
+
+  ViewTraits Traits(const ViewSpec& spec) const override {
+    return {.on_device = true,
+            .host_bytes = CudaView::HostBytesFor(*plan_, spec),
+            .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder(), context_->arena()),
+            .encode_batch = CudaView::EncodeBatch(*context_)};
+  }
+
+  MemoryUse memory() const override {
+    return {{"plan", plan_->MemoryBytes() + device_plan_->HostMemoryBytes()},
+            {"device_plan", device_plan_->MemoryBytes()}};
+  }
+
+  DeviceUse device_use() const override {
+    return {{context_->device(), device_plan_->MemoryBytes()}};
+  }
+
+ private:
+  // All that a view on `lane` has to itself on the device, and what it is the first to need of that
+  // which views share; not what GEMM pipelines take at the first evaluation.
+  uint64_t ViewBytes(const ViewSpec& spec, const CudaLane& lane) const {
+    const bool fused = pipeline_ == Pipeline::kFused;
+    const uint64_t of_kernel =
+        fused ? CudaFusedKernel::DeviceBytesFor(*plan_)
+              : CudaGemmStages::BytesToCome(pipeline_, plan_->structure.patch_degree(),
+                                            spec.segments, *context_, lane);
+    const size_t own_order = fused ? CudaFusedKernel::LaneOrderBytes(*plan_, spec) : 0;
+    return device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth) + of_kernel +
+           CudaView::DeviceBytesFor(*plan_, spec, own_order,
+                                    device_plan_->chunk_needs() != nullptr);
+  }
+
+  StreamPriority Priority() const {
+    return plan_->patches.size() <= kSmallScene ? StreamPriority::kGreatest
+                                                : StreamPriority::kLeast;
+  }
+
+  absl::StatusOr<std::unique_ptr<CudaVertexKernel>> CreateKernel(
+      const ViewSpec& spec, const std::shared_ptr<CudaLane>& lane, DeviceReservation& from) {
+    if (pipeline_ == Pipeline::kFused) {
+      return CudaFusedKernel::Create(plan_, device_plan_, spec, *context_, lane, from);
+    }
+    return CudaGemmKernel::Create(plan_, device_plan_, pipeline_, spec, context_, lane, from);
+  }
+
+  std::shared_ptr<const DeformPlan> plan_;
+  Pipeline pipeline_;
+  std::shared_ptr<CudaContext> context_;
+  std::shared_ptr<DevicePlan> device_plan_;
+};
+
 }  // namespace
 
-CudaTarget::CudaTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
-                       std::shared_ptr<CudaContext> context)
-    : plan_(std::move(plan)), pipeline_(pipeline), context_(std::move(context)) {}
-
-absl::StatusOr<std::shared_ptr<CudaTarget>> CudaTarget::Create(
-    std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
-    std::shared_ptr<CudaContext> context) {
+absl::StatusOr<std::shared_ptr<DeformTarget>> MakeCudaTarget(std::shared_ptr<const DeformPlan> plan,
+                                                             Pipeline pipeline,
+                                                             std::shared_ptr<CudaContext> context) {
   const DeviceGuard guard(context->device());
-  try {
-    std::shared_ptr<CudaTarget> target(
-        new CudaTarget(std::move(plan), pipeline, std::move(context)));
-    LATTICED_ASSIGN_OR_RETURN(target->device_plan_,
-                              DevicePlan::Create(target->plan_, pipeline, target->context_));
-    return target;
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the plan");
-  }
-}
-
-absl::StatusOr<std::unique_ptr<DeformView>> CudaTarget::CreateView(const ViewSpec& spec) {
-  LATTICED_RETURN_IF_ERROR(Validate(spec));
-  const DeviceGuard guard(context_->device());
-  try {
-    LATTICED_ASSIGN_OR_RETURN(auto lane, context_->lanes().Borrow(Priority()));
-    LATTICED_ASSIGN_OR_RETURN(auto room,
-                              DeviceReservation::Create(context_->memory(), "the view",
-                                                        [&] { return ViewBytes(spec, *lane); }));
-    LATTICED_ASSIGN_OR_RETURN(auto kernel, CreateKernel(spec, lane, room));
-    LATTICED_ASSIGN_OR_RETURN(auto view, CudaView::Create(plan_, spec, context_, std::move(lane),
-                                                          std::move(kernel), room));
-    return std::unique_ptr<DeformView>(std::move(view));
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the view");
-  }
-}
-
-uint64_t CudaTarget::ViewBytes(const ViewSpec& spec, const CudaLane& lane) const {
-  const bool fused = pipeline_ == Pipeline::kFused;
-  const uint64_t of_kernel =
-      fused ? CudaFusedKernel::DeviceBytesFor(*plan_)
-            : CudaGemmStages::BytesToCome(pipeline_, plan_->structure.patch_degree(), spec.segments,
-                                          *context_, lane);
-  const size_t own_order = fused ? CudaFusedKernel::LaneOrderBytes(*plan_, spec) : 0;
-  return device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth) + of_kernel +
-         CudaView::DeviceBytesFor(*plan_, spec, own_order, device_plan_->chunk_needs() != nullptr);
-}
-
-StreamPriority CudaTarget::Priority() const {
-  return plan_->patches.size() <= kSmallScene ? StreamPriority::kGreatest : StreamPriority::kLeast;
-}
-
-absl::StatusOr<std::unique_ptr<CudaVertexKernel>> CudaTarget::CreateKernel(
-    const ViewSpec& spec, const std::shared_ptr<CudaLane>& lane, DeviceReservation& from) {
-  if (pipeline_ == Pipeline::kFused) {
-    return CudaFusedKernel::Create(plan_, device_plan_, spec, *context_, lane, from);
-  }
-  return CudaGemmKernel::Create(plan_, device_plan_, pipeline_, spec, context_, lane, from);
-}
-
-absl::StatusOr<std::vector<double>> CudaTarget::ControlNets(std::span<const Vec3d> control_points,
-                                                            size_t first, size_t last) {
-  LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
-  if (first == last) return std::vector<double>();
-  const DeviceGuard guard(context_->device());
-  try {
-    return CudaControlNets(plan_, *device_plan_, *context_, control_points, first, last);
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the control nets");
-  }
-}
-
-ViewTraits CudaTarget::Traits(const ViewSpec& spec) const {
-  return {.on_device = true,
-          .host_bytes = CudaView::HostBytesFor(*plan_, spec),
-          .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder(), context_->arena()),
-          .encode_batch = CudaView::EncodeBatch(*context_)};
-}
-
-MemoryUse CudaTarget::memory() const {
-  return {{"plan", plan_->MemoryBytes() + device_plan_->HostMemoryBytes()},
-          {"device_plan", device_plan_->MemoryBytes()}};
+  return CatchBadAlloc("the plan", [&]() -> absl::StatusOr<std::shared_ptr<DeformTarget>> {
+    LATTICED_ASSIGN_OR_RETURN(auto device_plan, DevicePlan::Create(plan, pipeline, context));
+    return std::make_shared<CudaTarget>(std::move(plan), pipeline, std::move(context),
+                                        std::move(device_plan));
+  });
 }
 
 }  // namespace latticed

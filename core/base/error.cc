@@ -2,37 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/error.h"
 
-#include <vector>
+#include <nlohmann/json.hpp>
 
 #include "absl/strings/cord.h"
-#include "absl/strings/numbers.h"
 #include "fmt/format.h"
 
 namespace latticed::error {
 namespace {
 
-// Its payload: reason, field, the three numbers in decimal, then keys and values of the metadata,
-// each behind its length ("5:scene"): the ids of clients may hold any character.
+// The payload of a status with details: a CBOR array of the members of Details, in their order. The ids
+// of clients may hold any bytes, which CBOR carries as they are.
 constexpr char kPayloadUrl[] = "latticed/error-details";
-constexpr size_t kFixedParts = 5;
-
-void AppendPart(std::string_view part, std::string& payload) {
-  payload += fmt::format("{}:{}", part.size(), part);
-}
-
-std::vector<std::string> Parts(std::string_view payload) {
-  std::vector<std::string> parts;
-  while (!payload.empty()) {
-    const size_t colon = payload.find(':');
-    size_t size = 0;
-    if (colon == payload.npos || !absl::SimpleAtoi(std::string(payload.substr(0, colon)), &size))
-      break;
-    payload.remove_prefix(colon + 1);
-    parts.emplace_back(payload.substr(0, size));
-    payload.remove_prefix(parts.back().size());
-  }
-  return parts;
-}
 
 absl::Status Make(absl::StatusCode code, std::string_view message, const Details& details) {
   return WithDetails(absl::Status(code, std::string(message)), details);
@@ -69,37 +49,24 @@ std::string_view ReasonOfCode(absl::StatusCode code) {
 
 absl::Status WithDetails(absl::Status status, const Details& details) {
   std::string payload;
-  AppendPart(details.reason, payload);
-  AppendPart(details.field, payload);
-  AppendPart(fmt::to_string(details.asked_bytes), payload);
-  AppendPart(fmt::to_string(details.free_bytes), payload);
-  AppendPart(fmt::to_string(details.retry_after_ms), payload);
-  for (const auto& [key, value] : details.metadata) {
-    AppendPart(key, payload);
-    AppendPart(value, payload);
-  }
+  nlohmann::json::to_cbor(
+      nlohmann::json::array({details.reason, details.field, details.metadata, details.asked_bytes,
+                             details.free_bytes, details.retry_after_ms}),
+      payload);
   status.SetPayload(kPayloadUrl, absl::Cord(payload));
   return status;
 }
 
 Details DetailsOf(const absl::Status& status) {
-  Details details;
   const auto payload = status.GetPayload(kPayloadUrl);
-  if (!payload.has_value()) {
-    details.reason = std::string(ReasonOfCode(status.code()));
-    return details;
-  }
-  const std::vector<std::string> parts = Parts(std::string(*payload));
-  if (parts.size() < kFixedParts) return details;
-  details.reason = parts[0];
-  details.field = parts[1];
-  (void)absl::SimpleAtoi(parts[2], &details.asked_bytes);
-  (void)absl::SimpleAtoi(parts[3], &details.free_bytes);
-  (void)absl::SimpleAtoi(parts[4], &details.retry_after_ms);
-  for (size_t i = kFixedParts; i + 1 < parts.size(); i += 2) {
-    details.metadata[parts[i]] = parts[i + 1];
-  }
-  return details;
+  if (!payload.has_value()) return {.reason = std::string(ReasonOfCode(status.code()))};
+  const auto members = nlohmann::json::from_cbor(std::string(*payload));
+  return {.reason = members[0],
+          .field = members[1],
+          .metadata = members[2],
+          .asked_bytes = members[3],
+          .free_bytes = members[4],
+          .retry_after_ms = members[5]};
 }
 
 absl::Status InvalidField(std::string_view field, std::string_view problem,
@@ -111,6 +78,11 @@ absl::Status InvalidField(std::string_view field, std::string_view problem,
 absl::Status OutOfRange(std::string_view field, double got, double lowest, double highest) {
   return InvalidField(field, fmt::format("got {}, allowed is {} to {}", got, lowest, highest),
                       "OUT_OF_RANGE");
+}
+
+absl::Status CheckRange(std::string_view field, double got, double lowest, double highest) {
+  if (got >= lowest && got <= highest) return absl::OkStatus();
+  return OutOfRange(field, got, lowest, highest);
 }
 
 absl::Status NotFinite(std::string_view field) {

@@ -35,6 +35,9 @@ struct Details {
                                         std::string_view reason = "INVALID_FIELD");
 [[nodiscard]] absl::Status OutOfRange(std::string_view field, double got, double lowest,
                                       double highest);
+// OutOfRange where `got` is not in lowest … highest.
+[[nodiscard]] absl::Status CheckRange(std::string_view field, double got, double lowest,
+                                      double highest);
 [[nodiscard]] absl::Status NotFinite(std::string_view field);
 // INVALID_ARGUMENT, reason MALFORMED_FILE; `where` is a line or byte offset such as "line 12".
 [[nodiscard]] absl::Status MalformedFile(std::string_view format, std::string_view where,

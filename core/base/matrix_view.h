@@ -7,6 +7,9 @@
 
 #include <cstddef>
 
+#include "absl/status/status.h"
+#include "fmt/format.h"
+
 namespace latticed {
 
 template <typename T>
@@ -21,6 +24,19 @@ struct MatrixView {
   // NOLINTNEXTLINE(google-explicit-constructor)
   operator MatrixView<const T>() const { return {data, rows, columns, stride}; }
 };
+
+// kInternal, with the shapes, where c = a b does not fit. Also for matrices of other memory.
+template <typename A, typename C>
+absl::Status CheckProduct(const A& a, const A& b, const C& c) {
+  if (a.columns == b.rows && a.rows == c.rows && b.columns == c.columns && a.stride >= a.rows &&
+      b.stride >= b.rows && c.stride >= c.rows) {
+    return absl::OkStatus();
+  }
+  return absl::InternalError(fmt::format(
+      "shapes of a product must fit: ({} x {}, stride {}) * ({} x {}, stride {}) -> "
+      "({} x {}, stride {})",
+      a.rows, a.columns, a.stride, b.rows, b.columns, b.stride, c.rows, c.columns, c.stride));
+}
 
 }  // namespace latticed
 

@@ -5,6 +5,8 @@
 #ifndef LATTICED_CORE_BASE_SHA256_H_
 #define LATTICED_CORE_BASE_SHA256_H_
 
+#include <openssl/evp.h>
+
 #include <memory>
 #include <string>
 #include <string_view>
@@ -14,17 +16,16 @@ namespace latticed {
 class Sha256 {
  public:
   Sha256();
-  ~Sha256();
-  Sha256(Sha256&&) noexcept;
-  Sha256& operator=(Sha256&&) noexcept;
 
   void Update(std::string_view bytes);
   // The digest of all updates, 64 hex digits. Ends the stream: call once.
   [[nodiscard]] std::string FinishHex();
 
  private:
-  struct Context;
-  std::unique_ptr<Context> context_;
+  struct Free {
+    void operator()(EVP_MD_CTX* context) const { EVP_MD_CTX_free(context); }
+  };
+  std::unique_ptr<EVP_MD_CTX, Free> context_;
 };
 
 // One call for bytes that are already together.

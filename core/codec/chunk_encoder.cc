@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/codec/chunk_encoder.h"
 
-#include <utility>
-
-#include "core/base/status_macros.h"
-#include "core/codec/chunk_connectivity.h"
 #include "core/codec/draco_writer.h"
 
 namespace latticed {
@@ -27,22 +23,6 @@ QuantisedVertices QuantisedVertices::FromBytes(std::span<const uint8_t> bytes, s
     vertices.t = vertices.s + point_count * (normal_bits <= 8 ? 1 : 2);
   }
   return vertices;
-}
-
-absl::StatusOr<std::vector<uint8_t>> ChunkEncoder::EncodePoints(const QuantisedVertices& vertices,
-                                                                double range) const {
-  std::vector<uint8_t> stream;
-  LATTICED_RETURN_IF_ERROR(Encode({&vertices, 1}, range, nullptr, {&stream, 1}));
-  return stream;
-}
-
-absl::StatusOr<std::vector<uint8_t>> ChunkEncoder::EncodeMesh(
-    const QuantisedVertices& vertices, double range,
-    std::span<const std::array<uint32_t, 3>> triangles) const {
-  const ChunkConnectivity connectivity(vertices.point_count, triangles);
-  std::vector<uint8_t> stream;
-  LATTICED_RETURN_IF_ERROR(Encode({&vertices, 1}, range, &connectivity, {&stream, 1}));
-  return stream;
 }
 
 std::unique_ptr<ChunkEncoder> MakeChunkEncoder(std::string_view name) {

@@ -66,13 +66,6 @@ class ChunkEncoder {
   [[nodiscard]] virtual absl::Status Encode(std::span<const QuantisedVertices> chunks, double range,
                                             const ChunkConnectivity* connectivity,
                                             std::span<std::vector<uint8_t>> streams) const = 0;
-
-  // One chunk.
-  [[nodiscard]] absl::StatusOr<std::vector<uint8_t>> EncodePoints(const QuantisedVertices& vertices,
-                                                                  double range) const;
-  [[nodiscard]] absl::StatusOr<std::vector<uint8_t>> EncodeMesh(
-      const QuantisedVertices& vertices, double range,
-      std::span<const std::array<uint32_t, 3>> triangles) const;
 };
 
 // libdraco (core/codec/draco_reference.cc).

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 #include "core/codec/draco_geometry.h"
+#include "core/base/status_macros.h"
 
 #include <cstring>
 #include <memory>
@@ -75,10 +76,6 @@ void SetOptions(const DracoGeometry& geometry, int position, int normal, int uv,
   }
 }
 
-}  // namespace
-
-namespace {
-
 absl::StatusOr<std::vector<uint8_t>> EncodeAs(const DracoGeometry& geometry, TriangleSpan triangles,
                                               Connectivity connectivity) {
   const bool is_mesh = connectivity != Connectivity::kNone;
@@ -94,24 +91,24 @@ absl::StatusOr<std::vector<uint8_t>> EncodeAs(const DracoGeometry& geometry, Tri
                      ? AddAttribute(*cloud, draco::GeometryAttribute::TEX_COORD, 2, geometry.uvs)
                      : -1;
   draco::EncoderBuffer buffer;
+  const auto encode = [&](draco::ExpertEncoder encoder) {
+    SetOptions(geometry, position, normal, uv, connectivity, encoder);
+    return encoder.EncodeToBuffer(&buffer);
+  };
   draco::Status status;
   if (is_mesh) {
     auto& mesh = static_cast<draco::Mesh&>(*cloud);
     SetTriangles(mesh, triangles);
-    draco::ExpertEncoder encoder(mesh);
-    SetOptions(geometry, position, normal, uv, connectivity, encoder);
-    status = encoder.EncodeToBuffer(&buffer);
+    status = encode(draco::ExpertEncoder(mesh));
   } else {
-    draco::ExpertEncoder encoder(*cloud);
-    SetOptions(geometry, position, normal, uv, connectivity, encoder);
-    status = encoder.EncodeToBuffer(&buffer);
+    status = encode(draco::ExpertEncoder(*cloud));
   }
   if (!status.ok()) {
     return absl::InternalError(
         fmt::format("libdraco cannot encode: {}", status.error_msg_string()));
   }
   std::vector<uint8_t> stream(buffer.data(), buffer.data() + buffer.size());
-  if (absl::Status patched = PatchTransform(geometry, stream); !patched.ok()) return patched;
+  LATTICED_RETURN_IF_ERROR(PatchTransform(geometry, stream));
   return stream;
 }
 

@@ -130,14 +130,14 @@ absl::Status DracoWriter::Encode(std::span<const QuantisedVertices> chunks, doub
     chunks = chunks.subspan(count);
     streams = streams.subspan(count);
   }
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   idle_.push_back(std::move(group));
   return absl::OkStatus();
 }
 
 std::unique_ptr<DracoWriter::Group> DracoWriter::TakeGroup() const {
   {
-    const std::scoped_lock lock(mutex_);
+    const MutexLock lock(&mutex_);
     if (!idle_.empty()) {
       auto group = std::move(idle_.back());
       idle_.pop_back();
@@ -154,7 +154,7 @@ uint64_t DracoWriter::WorkingBytes(size_t points, int position_bits, int normal_
 }
 
 uint64_t DracoWriter::MemoryBytes() const {
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   uint64_t bytes = 0;
   for (const auto& group : idle_) bytes += group->MemoryBytes();
   return bytes;

@@ -7,9 +7,9 @@
 #define LATTICED_CORE_CODEC_DRACO_WRITER_H_
 
 #include <memory>
-#include <mutex>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "core/codec/chunk_encoder.h"
 
 namespace latticed {
@@ -36,9 +36,9 @@ class DracoWriter final : public ChunkEncoder {
 
   std::unique_ptr<Group> TakeGroup() const;
 
-  mutable std::mutex mutex_;
+  mutable Mutex mutex_;
   // Of calls that have ended, the last one's last: its memory may still be in a cache.
-  mutable std::vector<std::unique_ptr<Group>> idle_;  // guarded by mutex_
+  mutable std::vector<std::unique_ptr<Group>> idle_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace latticed

@@ -7,12 +7,10 @@
 #include <string>
 #include <utility>
 
-#include "core/base/status_macros.h"
 #include "core/cpu/cpu_context.h"
 #include "core/cpu/cpu_target.h"
 #include "core/cpu/gemm/cpu_gemm.h"
-#include "core/cpu/host_buffer.h"
-#include "core/view/allowed_threads.h"
+#include "core/view/machine.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -44,8 +42,7 @@ class CpuBackend : public Backend {
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
-    LATTICED_ASSIGN_OR_RETURN(auto target, CpuTarget::Create(std::move(plan), pipeline, context_));
-    return std::shared_ptr<DeformTarget>(std::move(target));
+    return MakeCpuTarget(std::move(plan), pipeline, context_);
   }
 
  private:

@@ -2,21 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/cpu/cpu_target.h"
 
-#include <algorithm>
-#include <mutex>
-#include <new>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
 #include "core/cpu/cpu_view.h"
-#include "core/cpu/fused/fused_view_kernel.h"
+#include "core/cpu/fused/cpu_fused.h"
 #include "core/cpu/gemm/cpu_gemm.h"
 #include "core/cpu/gemm/gemm_kernel.h"
 #include "core/cpu/gemm/patch_sampler.h"
 #include "core/cpu/host_buffer.h"
+#include "core/ffd/shared_points.h"
 #include "core/ffd/stage_matrices.h"
-#include "core/view/view_contract.h"
+#include "core/view/checked_view.h"
 #include "core/view/view_encoder.h"
 #include "core/view/view_layout.h"
 
@@ -41,88 +39,111 @@ absl::Status ControlNet(const DeformPlan& plan, const PatchSampler& sampler,
   return absl::OkStatus();
 }
 
+// The fused kernel of a target, as one view uses it.
+class FusedViewKernel : public VertexKernel {
+ public:
+  FusedViewKernel(std::shared_ptr<const FusedKernel> kernel, const ViewSpec& spec,
+                  std::shared_ptr<CpuContext> context)
+      : kernel_(std::move(kernel)), spec_(spec), context_(std::move(context)) {}
+
+  absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                        std::span<const uint32_t> chunks, std::span<uint8_t> vertices) override {
+    return kernel_->Evaluate(control_points, box, chunks, spec_, vertices, context_->arena);
+  }
+  MemoryUse memory() const override { return {}; }
+
+ private:
+  const std::shared_ptr<const FusedKernel> kernel_;
+  const ViewSpec spec_;
+  const std::shared_ptr<CpuContext> context_;
+};
+
+class CpuTarget : public DeformTarget {
+ public:
+  CpuTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
+            std::shared_ptr<CpuContext> context)
+      : plan_(std::move(plan)), pipeline_(pipeline), context_(std::move(context)) {
+    if (pipeline == Pipeline::kFused) {
+      fused_ = FusedKernel::Create(plan_);
+    } else {
+      shared_ = std::make_shared<const SharedPoints>(*plan_);
+    }
+  }
+
+  const DeformPlan& plan() const override { return *plan_; }
+  Pipeline pipeline() const override { return pipeline_; }
+
+  absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
+    LATTICED_RETURN_IF_ERROR(Validate(spec));
+    LATTICED_ASSIGN_OR_RETURN(const auto stage,
+                              StageMatrices::Get(plan_->structure.patch_degree(), spec.segments));
+    return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
+      std::unique_ptr<VertexKernel> kernel;
+      if (fused_ != nullptr) {
+        kernel = std::make_unique<FusedViewKernel>(fused_, spec, context_);
+      } else {
+        kernel = std::make_unique<GemmKernel>(plan_, shared_, *stage, pipeline_, spec, context_);
+      }
+      LATTICED_ASSIGN_OR_RETURN(
+          auto vertices,
+          HostBuffer::Create("vertices", MakeVertexLayout(*plan_, spec).total_bytes()));
+      return std::make_unique<CpuView>(plan_, spec, std::move(kernel), context_,
+                                       std::move(vertices));
+    });
+  }
+
+  absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
+                                                  size_t first, size_t last) override {
+    LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
+    // The net does not depend on the segments: any entry of the cache has inv(B).
+    LATTICED_ASSIGN_OR_RETURN(const auto stage,
+                              StageMatrices::Get(plan_->structure.patch_degree(), 1));
+    return CatchBadAlloc("the control nets", [&]() -> absl::StatusOr<std::vector<double>> {
+      const PatchSampler sampler(*plan_, *stage, control_points);
+      const size_t doubles = 3 * stage->m;
+      std::vector<double> nets((last - first) * doubles);
+      LATTICED_RETURN_IF_ERROR(context_->arena.TryEach(last - first, [&](size_t i) {
+        return ControlNet(*plan_, sampler, *stage, first + i, nets.data() + i * doubles);
+      }));
+      return nets;
+    });
+  }
+
+  ViewTraits Traits(const ViewSpec& spec) const override {
+    ViewTraits traits{
+        .host_bytes = MakeVertexLayout(*plan_, spec).total_bytes() + ViewEncoder::MostBytes(spec),
+        .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder, context_->arena)};
+    if (pipeline_ == Pipeline::kFused) return traits;
+    const auto stage = StageMatrices::Get(plan_->structure.patch_degree(), spec.segments);
+    if (stage.ok()) {
+      traits.host_bytes += GemmKernel::MostBytes(**stage, context_->arena.most_threads());
+    }
+    return traits;
+  }
+
+  MemoryUse memory() const override {
+    MemoryUse use{{"plan", plan_->MemoryBytes()}};
+    if (shared_ != nullptr) use["plan"] += shared_->MemoryBytes();
+    if (fused_ != nullptr) use["plan"] += fused_->MemoryBytes();
+    return use;
+  }
+
+ private:
+  std::shared_ptr<const DeformPlan> plan_;
+  Pipeline pipeline_;
+  std::shared_ptr<CpuContext> context_;
+  std::shared_ptr<const SharedPoints> shared_;  // GEMM pipelines only
+  std::shared_ptr<const FusedKernel> fused_;    // pipeline fused only
+};
+
 }  // namespace
 
-CpuTarget::CpuTarget(std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
-                     std::shared_ptr<CpuContext> context)
-    : plan_(std::move(plan)), pipeline_(pipeline), context_(std::move(context)) {}
-
-absl::StatusOr<std::shared_ptr<CpuTarget>> CpuTarget::Create(std::shared_ptr<const DeformPlan> plan,
-                                                             Pipeline pipeline,
-                                                             std::shared_ptr<CpuContext> context) {
-  try {
-    std::shared_ptr<CpuTarget> target(new CpuTarget(std::move(plan), pipeline, std::move(context)));
-    if (pipeline == Pipeline::kFused) {
-      target->fused_ = FusedKernel::Create(target->plan_);
-    } else {
-      target->shared_ = std::make_shared<const SharedPoints>(*target->plan_);
-    }
-    return target;
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the plan");
-  }
-}
-
-absl::StatusOr<std::unique_ptr<DeformView>> CpuTarget::CreateView(const ViewSpec& spec) {
-  LATTICED_RETURN_IF_ERROR(Validate(spec));
-  LATTICED_ASSIGN_OR_RETURN(const auto stage,
-                            StageMatrices::Get(plan_->structure.patch_degree(), spec.segments));
-  try {
-    std::unique_ptr<VertexKernel> kernel;
-    if (fused_ != nullptr) {
-      kernel = std::make_unique<FusedViewKernel>(fused_, spec, context_);
-    } else {
-      kernel = std::make_unique<GemmKernel>(plan_, shared_, *stage, pipeline_, spec, context_);
-    }
-    LATTICED_ASSIGN_OR_RETURN(auto view, CpuView::Create(plan_, spec, std::move(kernel), context_));
-    return std::unique_ptr<DeformView>(std::move(view));
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the view");
-  }
-}
-
-absl::StatusOr<std::vector<double>> CpuTarget::ControlNets(std::span<const Vec3d> control_points,
-                                                           size_t first, size_t last) {
-  LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
-  // The net does not depend on the segments: any entry of the cache has inv(B).
-  LATTICED_ASSIGN_OR_RETURN(const auto stage,
-                            StageMatrices::Get(plan_->structure.patch_degree(), 1));
-  try {
-    const PatchSampler sampler(*plan_, *stage, control_points);
-    const size_t doubles = 3 * stage->m;
-    std::vector<double> nets((last - first) * doubles);
-    std::mutex mutex;
-    absl::Status first_error;
-    context_->arena.ForEach(last - first, [&](size_t i) {
-      auto status = ControlNet(*plan_, sampler, *stage, first + i, nets.data() + i * doubles);
-      if (status.ok()) return;
-      const std::scoped_lock lock(mutex);
-      first_error.Update(status);
-    });
-    if (!first_error.ok()) return first_error;
-    return nets;
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the control nets");
-  }
-}
-
-ViewTraits CpuTarget::Traits(const ViewSpec& spec) const {
-  ViewTraits traits{
-      .host_bytes = MakeVertexLayout(*plan_, spec).total_bytes() + ViewEncoder::MostBytes(spec),
-      .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder, context_->arena)};
-  if (pipeline_ == Pipeline::kFused) return traits;
-  const auto stage = StageMatrices::Get(plan_->structure.patch_degree(), spec.segments);
-  if (stage.ok()) {
-    traits.host_bytes += GemmKernel::MostBytes(**stage, context_->arena.most_threads());
-  }
-  return traits;
-}
-
-MemoryUse CpuTarget::memory() const {
-  MemoryUse use{{"plan", plan_->MemoryBytes()}};
-  if (shared_ != nullptr) use["plan"] += shared_->MemoryBytes();
-  if (fused_ != nullptr) use["plan"] += fused_->MemoryBytes();
-  return use;
+absl::StatusOr<std::shared_ptr<DeformTarget>> MakeCpuTarget(std::shared_ptr<const DeformPlan> plan,
+                                                            Pipeline pipeline,
+                                                            std::shared_ptr<CpuContext> context) {
+  return CatchBadAlloc("the plan", [&]() -> absl::StatusOr<std::shared_ptr<DeformTarget>> {
+    return std::make_shared<CpuTarget>(std::move(plan), pipeline, std::move(context));
+  });
 }
 
 }  // namespace latticed

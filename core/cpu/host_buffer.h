@@ -40,12 +40,6 @@ class HostBuffer {
   size_t size_ = 0;
 };
 
-// Of this machine's memory, by sysconf's _SC_PHYS_PAGES or _SC_AVPHYS_PAGES; 0: unknown.
-[[nodiscard]] size_t MachineBytes(int pages_name);
-
-// kResourceExhausted for an std::bad_alloc caught while making `purpose`.
-[[nodiscard]] absl::Status HostMemoryExhausted(std::string_view purpose, size_t bytes);
-
 }  // namespace latticed
 
 #endif  // LATTICED_CORE_CPU_HOST_BUFFER_H_

@@ -22,8 +22,7 @@ inline constexpr double kMaxControlCoordinate = 1e3 * limits::kMaxCoordinate;
 // kInvalidArgument naming `field`: NOT_FINITE, or OUT_OF_RANGE.
 [[nodiscard]] inline absl::Status CheckControlCoordinate(double x, std::string_view field) {
   if (!std::isfinite(x)) return error::NotFinite(field);
-  if (std::abs(x) <= kMaxControlCoordinate) return absl::OkStatus();
-  return error::OutOfRange(field, x, -kMaxControlCoordinate, kMaxControlCoordinate);
+  return error::CheckRange(field, x, -kMaxControlCoordinate, kMaxControlCoordinate);
 }
 
 [[nodiscard]] inline absl::Status CheckControlPoint(Vec3d p, std::string_view field) {

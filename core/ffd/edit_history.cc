@@ -17,14 +17,13 @@ namespace latticed {
 namespace {
 
 constexpr size_t kNoStep = std::numeric_limits<size_t>::max();
-// A UUID has 36 characters; the rest is for clients that put a name before it.
-constexpr size_t kMaxIdBytes = 64;
 constexpr char kPutOffUrl[] = "latticed/edit-put-off";
 
 absl::Status CheckEditor(const EditBatch& batch) {
-  if (batch.editor_id.empty() || batch.editor_id.size() > kMaxIdBytes) {
-    return error::InvalidField("editor_id", fmt::format("has {} bytes, 1 to {} are allowed",
-                                                        batch.editor_id.size(), kMaxIdBytes));
+  if (batch.editor_id.empty() || batch.editor_id.size() > limits::kMaxEditorIdBytes) {
+    return error::InvalidField(
+        "editor_id", fmt::format("has {} bytes, 1 to {} are allowed", batch.editor_id.size(),
+                                 limits::kMaxEditorIdBytes));
   }
   if (batch.sequence == 0) return error::InvalidField("sequence", "must be 1 or more");
   return absl::OkStatus();
@@ -40,9 +39,10 @@ bool Commits(const EditBatch& batch) {
 }
 
 absl::Status CheckGesture(const EditBatch& batch) {
-  if (batch.gesture_id.size() > kMaxIdBytes) {
-    return error::InvalidField("gesture_id", fmt::format("has {} bytes, at most {} are allowed",
-                                                         batch.gesture_id.size(), kMaxIdBytes));
+  if (batch.gesture_id.size() > limits::kMaxEditorIdBytes) {
+    return error::InvalidField(
+        "gesture_id", fmt::format("has {} bytes, at most {} are allowed", batch.gesture_id.size(),
+                                  limits::kMaxEditorIdBytes));
   }
   if (Cancels(batch) && !batch.edits.empty()) {
     return error::InvalidField("edits", "must be empty where a gesture is cancelled");
@@ -136,7 +136,8 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
     status = Insert(EditStep{.editor_id = batch.editor_id}, *insert, "edits[0].insert_knot", admit);
     if (status.ok()) ForgetUndone(batch.editor_id);
   } else if (Cancels(batch)) {
-    status = Cancel(batch);
+    // A client may cancel a gesture whose first update it never sent: nothing to take back.
+    if (const size_t gesture = FindGesture(batch); gesture != kNoStep) layers_.Remove(gesture);
   } else {
     status = Write(batch, now, summary);
   }
@@ -231,12 +232,6 @@ absl::Status EditHistory::Insert(EditStep step, const InsertKnot& edit, std::str
   step.structural = {std::move(refined.structure), edit};
   ++structure_id_;
   layers_.Push(std::move(step));
-  return absl::OkStatus();
-}
-
-absl::Status EditHistory::Cancel(const EditBatch& batch) {
-  // A client may cancel a gesture whose first update it never sent: nothing to take back.
-  if (const size_t gesture = FindGesture(batch); gesture != kNoStep) layers_.Remove(gesture);
   return absl::OkStatus();
 }
 

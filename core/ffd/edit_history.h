@@ -106,7 +106,6 @@ class EditHistory {
                       const AdmitStructure& admit);
   absl::Status UndoStep(std::string_view editor_id, UndoScope scope, const AdmitStructure& admit);
   absl::Status RedoStep(std::string_view editor_id, const AdmitStructure& admit);
-  absl::Status Cancel(const EditBatch& batch);
   size_t FindGesture(const EditBatch& batch) const;
   void CommitGestures(std::string_view editor_id, std::string_view except_gesture);
   EditStep TakeUndone(std::deque<Undone>::iterator position);

@@ -14,10 +14,6 @@ void EditStep::Close(bool by_time_out) {
   if (!by_time_out) start.clear();
 }
 
-bool EditStep::Holds(uint32_t index) const {
-  return structural.has_value() || std::binary_search(indices.begin(), indices.end(), index);
-}
-
 bool EditStep::Overlaps(const EditStep& other) const {
   if (structural.has_value() || other.structural.has_value()) return true;
   auto a = indices.begin();

@@ -53,7 +53,6 @@ struct EditStep {
   std::optional<Structural> structural;
 
   void Close(bool by_time_out);
-  bool Holds(uint32_t index) const;
   bool Overlaps(const EditStep& other) const;
   size_t MemoryBytes() const;
 };

@@ -20,12 +20,7 @@ size_t EditorLedger::BytesOf(const Entry& entry) {
   return bytes;
 }
 
-const EditSummary* EditorLedger::Find(std::string_view editor_id) const {
-  const auto found = by_editor_.find(editor_id);
-  return found == by_editor_.end() ? nullptr : &found->second->summary;
-}
-
-EditSummary* EditorLedger::Find(std::string_view editor_id) {
+EditSummary* EditorLedger::Find(std::string_view editor_id) const {
   const auto found = by_editor_.find(editor_id);
   return found == by_editor_.end() ? nullptr : &found->second->summary;
 }

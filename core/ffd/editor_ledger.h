@@ -40,8 +40,7 @@ class EditorLedger {
   explicit EditorLedger(size_t capacity) : capacity_(capacity) {}
 
   // nullptr for an editor that is not remembered; valid until the next Store.
-  const EditSummary* Find(std::string_view editor_id) const;
-  EditSummary* Find(std::string_view editor_id);
+  EditSummary* Find(std::string_view editor_id) const;
   // Keeps `summary`, and forgets the editor that has been silent longest when there are too many.
   void Store(std::string_view editor_id, EditSummary summary);
   size_t size() const { return entries_.size(); }

@@ -20,7 +20,7 @@ namespace latticed {
 namespace {
 
 absl::Status Check(const LatticeStructure& s, int axis, double value, std::string_view field) {
-  if (axis < 0 || axis > 2) return error::OutOfRange(fmt::format("{}.axis", field), axis, 0, 2);
+  LATTICED_RETURN_IF_ERROR(error::CheckRange(fmt::format("{}.axis", field), axis, 0, 2));
   const std::string path = fmt::format("{}.value", field);
   if (!std::isfinite(value)) return error::NotFinite(path);
   if (value <= s.domain_begin(axis) || value >= s.domain_end(axis)) {
@@ -67,35 +67,6 @@ std::vector<double> Weights(const LatticeStructure& s, size_t axis, double value
   return weights;
 }
 
-class Inserter {
- public:
-  Inserter(const Lattice& old, const LatticeStructure& structure, size_t axis)
-      : old_(old),
-        old_identity_(IdentityControlPoints(old.structure)),
-        new_identity_(IdentityControlPoints(structure)),
-        step_(axis == 0   ? 1
-              : axis == 1 ? static_cast<size_t>(old.structure.size[0])
-                          : static_cast<size_t>(old.structure.size[0] * old.structure.size[1])) {}
-
-  // `upper` is the old index of P_i; P_{i-1} lies one step before it.
-  Vec3d Point(size_t index, size_t upper, double weight) const {
-    const bool uses_upper = weight != 0, uses_lower = weight != 1;
-    if ((!uses_upper || AtRest(upper)) && (!uses_lower || AtRest(upper - step_))) {
-      return new_identity_[index];
-    }
-    if (!uses_lower) return old_.control_points[upper];
-    if (!uses_upper) return old_.control_points[upper - step_];
-    return (1 - weight) * old_.control_points[upper - step_] + weight * old_.control_points[upper];
-  }
-
- private:
-  bool AtRest(size_t i) const { return SameBits(old_.control_points[i], old_identity_[i]); }
-
-  const Lattice& old_;
-  const std::vector<Vec3d> old_identity_, new_identity_;
-  const size_t step_;
-};
-
 }  // namespace
 
 absl::StatusOr<Lattice> WithKnotInserted(const Lattice& lattice, int axis, double value,
@@ -113,16 +84,31 @@ absl::StatusOr<Lattice> WithKnotInserted(const Lattice& lattice, int axis, doubl
   // Cannot fail on a valid lattice, but nothing invalid may enter a scene.
   LATTICED_RETURN_IF_ERROR(Validate(result.structure));
 
-  const Inserter inserter(lattice, result.structure, a);
+  const std::vector<Vec3d> old_identity = IdentityControlPoints(s);
+  const std::vector<Vec3d> new_identity = IdentityControlPoints(result.structure);
+  const auto& old = lattice.control_points;
+  const auto at_rest = [&](size_t i) { return SameBits(old[i], old_identity[i]); };
+  const std::array<size_t, 3> steps{1, static_cast<size_t>(s.size[0]),
+                                    static_cast<size_t>(s.size[0] * s.size[1])};
+  // `upper` is the old index of P_i; P_{i-1} lies one step before it.
+  const auto point = [&](size_t upper, double weight) {
+    const size_t lower = upper - steps[a];
+    const bool uses_upper = weight != 0, uses_lower = weight != 1;
+    if ((!uses_upper || at_rest(upper)) && (!uses_lower || at_rest(lower))) {
+      return new_identity[result.control_points.size()];
+    }
+    if (!uses_lower) return old[upper];
+    if (!uses_upper) return old[lower];
+    return (1 - weight) * old[lower] + weight * old[upper];
+  };
   const auto& size = result.structure.size;
-  result.control_points.reserve(static_cast<size_t>(result.structure.control_point_count()));
+  result.control_points.reserve(new_identity.size());
   for (int k = 0; k < size[2]; ++k) {
     for (int j = 0; j < size[1]; ++j) {
       for (int i = 0; i < size[0]; ++i) {
         const int along = axis == 0 ? i : axis == 1 ? j : k;
-        result.control_points.push_back(inserter.Point(
-            static_cast<size_t>(result.structure.Index(i, j, k)),
-            static_cast<size_t>(s.Index(i, j, k)), weights[static_cast<size_t>(along)]));
+        result.control_points.push_back(
+            point(static_cast<size_t>(s.Index(i, j, k)), weights[static_cast<size_t>(along)]));
       }
     }
   }

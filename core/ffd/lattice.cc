@@ -17,6 +17,21 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kAxis{"u", "v", "w"};
 
+// `of` begins the names of fields: "lattice" or "fit".
+absl::Status ValidateSizes(const LatticeStructure& s, std::string_view of) {
+  int64_t count = 1;
+  for (size_t a = 0; a < 3; ++a) {
+    LATTICED_RETURN_IF_ERROR(error::CheckRange(fmt::format("{}.degree.{}", of, kAxis[a]),
+                                               s.degree[a], limits::kMinDegree,
+                                               limits::kMaxDegree));
+    LATTICED_RETURN_IF_ERROR(error::CheckRange(fmt::format("{}.size.{}", of, kAxis[a]), s.size[a],
+                                               s.degree[a] + 1, limits::kMaxControlPoints));
+    count *= s.size[a];
+  }
+  return error::CheckRange(fmt::format("{}.size", of), static_cast<double>(count), 8,
+                           limits::kMaxControlPoints);
+}
+
 absl::Status ValidateKnots(const std::vector<double>& knots, int degree, int size,
                            std::string_view axis) {
   const std::string field = fmt::format("lattice.knots_{}", axis);
@@ -56,8 +71,8 @@ absl::Status ValidateFrame(const LatticeFrame& frame) {
   LATTICED_RETURN_IF_ERROR(CheckControlPoint(frame.origin, "lattice.frame.origin"));
   double product = 1;
   for (size_t a = 0; a < 3; ++a) {
-    auto status = CheckControlPoint(frame.edges[a], fmt::format("lattice.frame.{}", kAxis[a]));
-    if (!status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(
+        CheckControlPoint(frame.edges[a], fmt::format("lattice.frame.{}", kAxis[a])));
     product *= Norm(frame.edges[a]);
   }
   const double volume = std::abs(Dot(Cross(frame.edges[0], frame.edges[1]), frame.edges[2]));
@@ -81,22 +96,7 @@ std::vector<double> ClampedUniformKnots(int degree, int size) {
 }
 
 absl::Status Validate(const LatticeStructure& s) {
-  int64_t count = 1;
-  for (size_t a = 0; a < 3; ++a) {
-    if (s.degree[a] < limits::kMinDegree || s.degree[a] > limits::kMaxDegree) {
-      return error::OutOfRange(fmt::format("lattice.degree.{}", kAxis[a]), s.degree[a],
-                               limits::kMinDegree, limits::kMaxDegree);
-    }
-    if (s.size[a] <= s.degree[a] || s.size[a] > limits::kMaxControlPoints) {
-      return error::OutOfRange(fmt::format("lattice.size.{}", kAxis[a]), s.size[a], s.degree[a] + 1,
-                               limits::kMaxControlPoints);
-    }
-    count *= s.size[a];
-  }
-  if (count > limits::kMaxControlPoints) {
-    return error::OutOfRange("lattice.size", static_cast<double>(count), 8,
-                             limits::kMaxControlPoints);
-  }
+  LATTICED_RETURN_IF_ERROR(ValidateSizes(s, "lattice"));
   for (size_t a = 0; a < 3; ++a) {
     LATTICED_RETURN_IF_ERROR(ValidateKnots(s.knots[a], s.degree[a], s.size[a], kAxis[a]));
   }
@@ -143,9 +143,7 @@ absl::StatusOr<Lattice> FitLattice(const Bounds& bounds, std::array<int, 3> size
                                    std::array<int, 3> degree, double padding) {
   if (!std::isfinite(padding)) return error::NotFinite("fit.padding");
   constexpr double kMostPadding = 100;
-  if (padding < 0 || padding > kMostPadding) {
-    return error::OutOfRange("fit.padding", padding, 0, kMostPadding);
-  }
+  LATTICED_RETURN_IF_ERROR(error::CheckRange("fit.padding", padding, 0, kMostPadding));
   const Vec3d extent = bounds.extent();
   const double longest = std::max({extent.x, extent.y, extent.z});
   // A single point has no length of its own: give it a unit box.
@@ -160,22 +158,8 @@ absl::StatusOr<Lattice> FitLattice(const Bounds& bounds, std::array<int, 3> size
   s.degree = degree;
   s.size = size;
   s.frame = {bounds.min - pad, {Vec3d{edge.x, 0, 0}, Vec3d{0, edge.y, 0}, Vec3d{0, 0, edge.z}}};
-  int64_t count = 1;
-  for (size_t a = 0; a < 3; ++a) {
-    if (degree[a] < limits::kMinDegree || degree[a] > limits::kMaxDegree) {
-      return error::OutOfRange(fmt::format("fit.degree.{}", kAxis[a]), degree[a],
-                               limits::kMinDegree, limits::kMaxDegree);
-    }
-    if (size[a] <= degree[a] || size[a] > limits::kMaxControlPoints) {
-      return error::OutOfRange(fmt::format("fit.size.{}", kAxis[a]), size[a], degree[a] + 1,
-                               limits::kMaxControlPoints);
-    }
-    count *= size[a];
-    s.knots[a] = ClampedUniformKnots(degree[a], size[a]);
-  }
-  if (count > limits::kMaxControlPoints) {
-    return error::OutOfRange("fit.size", static_cast<double>(count), 8, limits::kMaxControlPoints);
-  }
+  LATTICED_RETURN_IF_ERROR(ValidateSizes(s, "fit"));
+  for (size_t a = 0; a < 3; ++a) s.knots[a] = ClampedUniformKnots(degree[a], size[a]);
   // Only the frame is left to be wrong: as flat as a mesh and a tiny padding make it.
   if (auto status = Validate(s); !status.ok()) {
     return error::InvalidField("fit.padding",

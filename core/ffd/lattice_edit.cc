@@ -57,9 +57,8 @@ absl::Status Write(EditTarget& target, uint32_t index, Vec3d position, const std
 // Positions travel as a flat list x, y, z, x, …: errors name the component in it.
 absl::Status CheckListed(const std::vector<Vec3d>& positions, size_t n, const std::string& field) {
   for (int c = 0; c < 3; ++c) {
-    auto status = CheckControlCoordinate(
-        positions[n][c], fmt::format("{}[{}]", field, 3 * n + static_cast<size_t>(c)));
-    if (!status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(CheckControlCoordinate(
+        positions[n][c], fmt::format("{}[{}]", field, 3 * n + static_cast<size_t>(c))));
   }
   return absl::OkStatus();
 }
@@ -142,10 +141,8 @@ absl::Status Apply(const ReplaceControlPoints& edit, std::string_view field, Edi
 absl::Status Apply(const DragPoints& edit, std::string_view field, EditTarget& target) {
   const std::string path = fmt::format("{}.drag_points", field);
   const size_t count = edit.points.size();
-  if (count < 1 || count > limits::kMaxDragPoints) {
-    return error::OutOfRange(path + ".points", static_cast<double>(count), 1,
-                             static_cast<double>(limits::kMaxDragPoints));
-  }
+  LATTICED_RETURN_IF_ERROR(error::CheckRange(path + ".points", static_cast<double>(count), 1,
+                                             static_cast<double>(limits::kMaxDragPoints)));
   if (edit.targets.size() != count) {
     return error::InvalidField(
         path + ".targets", fmt::format("got {} targets for {} points", edit.targets.size(), count));

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/bernstein.h"
 #include "core/ffd/tessellation_pattern.h"
 
@@ -124,12 +125,10 @@ size_t StageMatrices::MemoryBytes() const {
 }
 
 absl::StatusOr<const StageMatrices*> StageMatrices::Get(int degree, int segments) {
-  if (degree < kMinPatchDegree || degree > kMaxPatchDegree) {
-    return error::OutOfRange("lattice.degree", degree, kMinPatchDegree, kMaxPatchDegree);
-  }
-  if (segments < limits::kMinSegments || segments > limits::kMaxSegments) {
-    return error::OutOfRange("view.segments", segments, limits::kMinSegments, limits::kMaxSegments);
-  }
+  LATTICED_RETURN_IF_ERROR(
+      error::CheckRange("lattice.degree", degree, kMinPatchDegree, kMaxPatchDegree));
+  LATTICED_RETURN_IF_ERROR(
+      error::CheckRange("view.segments", segments, limits::kMinSegments, limits::kMaxSegments));
   struct Entry {
     std::once_flag once;
     std::unique_ptr<const StageMatrices> matrices;

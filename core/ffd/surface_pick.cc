@@ -150,24 +150,13 @@ class Search {
   }
 
  private:
-  void Begin();
-  void Descend(const PatchTree::Node& node);
-  void Bisect(const Part& part, int depth);
-  void Consider(const Part& part, int depth);
-  void FindRoot(const Part& part);
-  // At z, give or take `uncertainty`.
-  void Take(const Part& part, double s, double t, double z, double uncertainty);
-
   // Between layers at no round number, where a flat surface might well lie.
   double LayerOf(double z) const { return touch_ > 0 ? std::floor(z / touch_ + 0.3819) : 0; }
   bool IsOutside(uint32_t patch) const { return plan_.patches[patch].box == plan_.outside_box(); }
-  bool HasArea(uint32_t patch) const;
   bool Misses(const Bounds& hull) const {
     return hull.min.x > reach_ || hull.max.x < -reach_ || hull.min.y > reach_ ||
            hull.max.y < -reach_ || hull.max.z < frame_.begin() - reach_ || hull.min.z > nearest_;
   }
-  Bounds HullOf(const PatchTree::Node& node) const;
-  Reach ReachOf(const Part& part) const;
   // Of a part's point its place: of its corners' barycentrics, in the ray's frame or in parameters.
   template <typename Field>
   Vec3d Blend(const Part& part, Vec3d barycentrics, Field field) const {
@@ -176,13 +165,184 @@ class Search {
            barycentrics.y * field(plan_.vertices[vertex[1]]) +
            barycentrics.z * field(plan_.vertices[vertex[2]]);
   }
-  std::array<Vec3d, 3> Corners(const Part& part) const;
   // In the ray's frame, with the derivatives by s and t.
   struct Point {
     Vec3d position;
     std::array<Vec3d, 2> slope;
   };
-  Point Evaluate(const Part& part, const std::array<Vec3d, 3>& corners, double s, double t) const;
+
+  void Begin() {
+    Bounds all;
+    std::vector<Bounds> hulls;
+    for (const uint32_t root : tree_.roots()) {
+      const PatchTree::Node& node = tree_.node(root);
+      hulls.push_back(
+          node.box == plan_.outside_box()
+              ? HullOf(node)
+              : ControlHull(plan_.structure, control_points_, plan_.boxes[node.box].span));
+      all.Extend(hulls.back());
+    }
+    const Vec3d extent = all.extent();
+    const double largest = std::max({extent.x, extent.y, extent.z});
+    reach_ = kReach * largest;
+    touch_ = kTouch * largest;
+    for (size_t n = 0; n < hulls.size(); ++n) {
+      if (Misses(hulls[n])) continue;
+      const double entry = hulls[n].min.z;
+      steps_.push({.entry = entry, .layer = LayerOf(entry), .node = tree_.roots()[n]});
+    }
+  }
+
+  Bounds HullOf(const PatchTree::Node& node) const {
+    if (node.box != plan_.outside_box()) {
+      return RestrictVolume(plan_.structure, control_points_, plan_.boxes[node.box].span,
+                            node.lower, node.upper)
+          .Hull();
+    }
+    Bounds hull;
+    for (int corner = 0; corner < 8; ++corner) {
+      hull.Extend(frame_.ToRay({(corner & 1) != 0 ? node.upper.x : node.lower.x,
+                                (corner & 2) != 0 ? node.upper.y : node.lower.y,
+                                (corner & 4) != 0 ? node.upper.z : node.lower.z}));
+    }
+    return hull;
+  }
+
+  void Descend(const PatchTree::Node& node) {
+    for (uint32_t i = node.first; i < node.first + node.count; ++i) {
+      if (node.leaf) {
+        if (HasArea(i)) Consider({.patch = i}, 1);
+      } else if (const Bounds hull = HullOf(tree_.node(i)); !Misses(hull)) {
+        steps_.push({.entry = hull.min.z, .layer = LayerOf(hull.min.z), .node = i});
+      }
+    }
+  }
+
+  bool HasArea(uint32_t patch) const {
+    const auto& v = plan_.patches[patch].vertex;
+    const Vec3d a = plan_.vertices[v[1]].world - plan_.vertices[v[0]].world;
+    const Vec3d b = plan_.vertices[v[2]].world - plan_.vertices[v[0]].world;
+    return Norm(Cross(a, b)) > kNoArea * Norm(a) * Norm(b);
+  }
+
+  std::array<Vec3d, 3> Corners(const Part& part) const {
+    std::array<Vec3d, 3> corners;
+    for (size_t c = 0; c < 3; ++c) {
+      corners[c] =
+          IsOutside(part.patch)
+              ? Blend(part, part.corners[c],
+                      [this](const PlanVertex& v) { return frame_.ToRay(v.world); })
+              : Blend(part, part.corners[c], [](const PlanVertex& v) { return v.parameter; });
+    }
+    return corners;
+  }
+
+  Reach ReachOf(const Part& part) const {
+    const std::array<Vec3d, 3> corners = Corners(part);
+    const Bounds bounds = BoundsOf(corners);
+    if (IsOutside(part.patch)) {
+      return {.hull = bounds,
+              .corner = corners[0],
+              .slope = {corners[1] - corners[0], corners[2] - corners[0]}};
+    }
+    const auto& span = plan_.boxes[plan_.patches[part.patch].box].span;
+    const BezierBox box =
+        RestrictVolume(plan_.structure, control_points_, span, bounds.min, bounds.max);
+    Reach reach{.hull = box.Hull()};
+    for (int axis = 0; axis < 3; ++axis) {
+      const double width = bounds.extent()[axis];
+      if (!(width > 0)) continue;
+      const Bounds slopes = box.SlopeHull(static_cast<size_t>(axis));
+      for (size_t e = 0; e < 2; ++e) {
+        const double share = (corners[e + 1][axis] - corners[0][axis]) / width;
+        reach.slope[e] += share * slopes.center();
+        reach.spread[e] += 0.5 * std::abs(share) * slopes.extent();
+      }
+    }
+    reach.corner = Evaluate(part, corners, 0, 0).position;
+    const Bounds mean = reach.MeanValueHull();
+    reach.hull.min = Max(reach.hull.min, mean.min);
+    reach.hull.max = Min(reach.hull.max, mean.max);
+    return reach;
+  }
+
+  void Consider(const Part& part, int depth) {
+    const Reach reach = ReachOf(part);
+    if (Misses(reach.hull) || reach.PassesBy(reach_)) return;
+    const Vec3d extent = reach.hull.extent();
+    if (std::max({extent.x, extent.y, extent.z}) <= touch_) {
+      return Take(part, 1.0 / 3, 1.0 / 3, reach.hull.center().z, touch_);
+    }
+    if (reach.OneRootAtMost(reach_)) return FindRoot(part);
+    const double entry = reach.hull.min.z;
+    steps_.push({.entry = entry, .layer = LayerOf(entry), .depth = depth, .part = part});
+  }
+
+  // At the middle of the edge that is the longest at rest.
+  void Bisect(const Part& part, int depth) {
+    std::array<Vec3d, 3> world;
+    for (size_t c = 0; c < 3; ++c) {
+      world[c] = Blend(part, part.corners[c], [](const PlanVertex& v) { return v.world; });
+    }
+    size_t longest = 0;
+    const auto length = [&world](size_t c) { return Norm(world[(c + 1) % 3] - world[c]); };
+    for (size_t c = 1; c < 3; ++c) {
+      if (length(c) > length(longest)) longest = c;
+    }
+    const size_t next = (longest + 1) % 3;
+    const Vec3d middle = 0.5 * part.corners[longest] + 0.5 * part.corners[next];
+    for (const size_t replaced : {longest, next}) {
+      Part half = part;
+      half.corners[replaced] = middle;
+      Consider(half, depth);
+    }
+  }
+
+  Point Evaluate(const Part& part, const std::array<Vec3d, 3>& corners, double s, double t) const {
+    const std::array<Vec3d, 2> edges{corners[1] - corners[0], corners[2] - corners[0]};
+    const Vec3d place = corners[0] + s * edges[0] + t * edges[1];
+    if (IsOutside(part.patch)) return {place, edges};
+    const VolumePoint point = EvaluateVolume(
+        plan_.structure, control_points_, plan_.boxes[plan_.patches[part.patch].box].span, place);
+    Point result{.position = point.position};
+    for (size_t e = 0; e < 2; ++e) {
+      for (int axis = 0; axis < 3; ++axis) {
+        result.slope[e] += edges[e][axis] * point.derivatives[axis];
+      }
+    }
+    return result;
+  }
+
+  void FindRoot(const Part& part) {
+    constexpr double kFarOutside = 4, kConverged = 1e-15;
+    const std::array<Vec3d, 3> corners = Corners(part);
+    double s = 1.0 / 3, t = 1.0 / 3;
+    for (int i = 0; i < kMostIterations; ++i) {
+      const auto [p, slope] = Evaluate(part, corners, s, t);
+      const double det = slope[0].x * slope[1].y - slope[1].x * slope[0].y;
+      const double ds = (slope[1].y * p.x - slope[1].x * p.y) / det;
+      const double dt = (slope[0].x * p.y - slope[0].y * p.x) / det;
+      s -= ds;
+      t -= dt;
+      if (!(std::abs(s) + std::abs(t) < kFarOutside)) return;
+      if (std::abs(ds) + std::abs(dt) < kConverged) break;
+    }
+    std::array<double, 3> b{std::max(1 - s - t, 0.0), std::max(s, 0.0), std::max(t, 0.0)};
+    const double sum = b[0] + b[1] + b[2];
+    s = b[1] / sum;
+    t = b[2] / sum;
+    const Vec3d p = Evaluate(part, corners, s, t).position;
+    if (std::hypot(p.x, p.y) <= reach_) Take(part, s, t, p.z, 0);
+  }
+
+  // At z, give or take `uncertainty`.
+  void Take(const Part& part, double s, double t, double z, double uncertainty) {
+    if (z < frame_.begin() - reach_ || z - uncertainty >= nearest_) return;
+    const Vec3d b = part.At(s, t);
+    const double first = std::clamp(b.x, 0.0, 1.0), second = std::clamp(b.y, 0.0, 1.0 - first);
+    nearest_ = z - uncertainty;
+    hit_ = {.patch = part.patch, .barycentrics = {first, second, 1 - first - second}};
+  }
 
   const DeformPlan& plan_;
   const PatchTree& tree_;
@@ -194,178 +354,6 @@ class Search {
   // z of hit_: what follows must be nearer, and by more than its uncertainty.
   double nearest_ = std::numeric_limits<double>::infinity();
 };
-
-void Search::Begin() {
-  Bounds all;
-  std::vector<Bounds> hulls;
-  for (const uint32_t root : tree_.roots()) {
-    const PatchTree::Node& node = tree_.node(root);
-    hulls.push_back(node.box == plan_.outside_box() ? HullOf(node)
-                                                    : ControlHull(plan_.structure, control_points_,
-                                                                  plan_.boxes[node.box].span));
-    all.Extend(hulls.back());
-  }
-  const Vec3d extent = all.extent();
-  const double largest = std::max({extent.x, extent.y, extent.z});
-  reach_ = kReach * largest;
-  touch_ = kTouch * largest;
-  for (size_t n = 0; n < hulls.size(); ++n) {
-    if (Misses(hulls[n])) continue;
-    const double entry = hulls[n].min.z;
-    steps_.push({.entry = entry, .layer = LayerOf(entry), .node = tree_.roots()[n]});
-  }
-}
-
-Bounds Search::HullOf(const PatchTree::Node& node) const {
-  if (node.box != plan_.outside_box()) {
-    return RestrictVolume(plan_.structure, control_points_, plan_.boxes[node.box].span, node.lower,
-                          node.upper)
-        .Hull();
-  }
-  Bounds hull;
-  for (int corner = 0; corner < 8; ++corner) {
-    hull.Extend(frame_.ToRay({(corner & 1) != 0 ? node.upper.x : node.lower.x,
-                              (corner & 2) != 0 ? node.upper.y : node.lower.y,
-                              (corner & 4) != 0 ? node.upper.z : node.lower.z}));
-  }
-  return hull;
-}
-
-void Search::Descend(const PatchTree::Node& node) {
-  for (uint32_t i = node.first; i < node.first + node.count; ++i) {
-    if (node.leaf) {
-      if (HasArea(i)) Consider({.patch = i}, 1);
-    } else if (const Bounds hull = HullOf(tree_.node(i)); !Misses(hull)) {
-      steps_.push({.entry = hull.min.z, .layer = LayerOf(hull.min.z), .node = i});
-    }
-  }
-}
-
-bool Search::HasArea(uint32_t patch) const {
-  const auto& v = plan_.patches[patch].vertex;
-  const Vec3d a = plan_.vertices[v[1]].world - plan_.vertices[v[0]].world;
-  const Vec3d b = plan_.vertices[v[2]].world - plan_.vertices[v[0]].world;
-  return Norm(Cross(a, b)) > kNoArea * Norm(a) * Norm(b);
-}
-
-std::array<Vec3d, 3> Search::Corners(const Part& part) const {
-  std::array<Vec3d, 3> corners;
-  for (size_t c = 0; c < 3; ++c) {
-    corners[c] =
-        IsOutside(part.patch)
-            ? Blend(part, part.corners[c],
-                    [this](const PlanVertex& v) { return frame_.ToRay(v.world); })
-            : Blend(part, part.corners[c], [](const PlanVertex& v) { return v.parameter; });
-  }
-  return corners;
-}
-
-Reach Search::ReachOf(const Part& part) const {
-  const std::array<Vec3d, 3> corners = Corners(part);
-  const Bounds bounds = BoundsOf(corners);
-  if (IsOutside(part.patch)) {
-    return {.hull = bounds,
-            .corner = corners[0],
-            .slope = {corners[1] - corners[0], corners[2] - corners[0]}};
-  }
-  const auto& span = plan_.boxes[plan_.patches[part.patch].box].span;
-  const BezierBox box =
-      RestrictVolume(plan_.structure, control_points_, span, bounds.min, bounds.max);
-  Reach reach{.hull = box.Hull()};
-  for (int axis = 0; axis < 3; ++axis) {
-    const double width = bounds.extent()[axis];
-    if (!(width > 0)) continue;
-    const Bounds slopes = box.SlopeHull(static_cast<size_t>(axis));
-    for (size_t e = 0; e < 2; ++e) {
-      const double share = (corners[e + 1][axis] - corners[0][axis]) / width;
-      reach.slope[e] += share * slopes.center();
-      reach.spread[e] += 0.5 * std::abs(share) * slopes.extent();
-    }
-  }
-  reach.corner = Evaluate(part, corners, 0, 0).position;
-  const Bounds mean = reach.MeanValueHull();
-  reach.hull.min = Max(reach.hull.min, mean.min);
-  reach.hull.max = Min(reach.hull.max, mean.max);
-  return reach;
-}
-
-void Search::Consider(const Part& part, int depth) {
-  const Reach reach = ReachOf(part);
-  if (Misses(reach.hull) || reach.PassesBy(reach_)) return;
-  const Vec3d extent = reach.hull.extent();
-  if (std::max({extent.x, extent.y, extent.z}) <= touch_) {
-    return Take(part, 1.0 / 3, 1.0 / 3, reach.hull.center().z, touch_);
-  }
-  if (reach.OneRootAtMost(reach_)) return FindRoot(part);
-  const double entry = reach.hull.min.z;
-  steps_.push({.entry = entry, .layer = LayerOf(entry), .depth = depth, .part = part});
-}
-
-// At the middle of the edge that is the longest at rest.
-void Search::Bisect(const Part& part, int depth) {
-  std::array<Vec3d, 3> world;
-  for (size_t c = 0; c < 3; ++c) {
-    world[c] = Blend(part, part.corners[c], [](const PlanVertex& v) { return v.world; });
-  }
-  size_t longest = 0;
-  const auto length = [&world](size_t c) { return Norm(world[(c + 1) % 3] - world[c]); };
-  for (size_t c = 1; c < 3; ++c) {
-    if (length(c) > length(longest)) longest = c;
-  }
-  const size_t next = (longest + 1) % 3;
-  const Vec3d middle = 0.5 * part.corners[longest] + 0.5 * part.corners[next];
-  for (const size_t replaced : {longest, next}) {
-    Part half = part;
-    half.corners[replaced] = middle;
-    Consider(half, depth);
-  }
-}
-
-Search::Point Search::Evaluate(const Part& part, const std::array<Vec3d, 3>& corners, double s,
-                               double t) const {
-  const std::array<Vec3d, 2> edges{corners[1] - corners[0], corners[2] - corners[0]};
-  const Vec3d place = corners[0] + s * edges[0] + t * edges[1];
-  if (IsOutside(part.patch)) return {place, edges};
-  const VolumePoint point = EvaluateVolume(plan_.structure, control_points_,
-                                           plan_.boxes[plan_.patches[part.patch].box].span, place);
-  Point result{.position = point.position};
-  for (size_t e = 0; e < 2; ++e) {
-    for (int axis = 0; axis < 3; ++axis) {
-      result.slope[e] += edges[e][axis] * point.derivatives[axis];
-    }
-  }
-  return result;
-}
-
-void Search::FindRoot(const Part& part) {
-  constexpr double kFarOutside = 4, kConverged = 1e-15;
-  const std::array<Vec3d, 3> corners = Corners(part);
-  double s = 1.0 / 3, t = 1.0 / 3;
-  for (int i = 0; i < kMostIterations; ++i) {
-    const auto [p, slope] = Evaluate(part, corners, s, t);
-    const double det = slope[0].x * slope[1].y - slope[1].x * slope[0].y;
-    const double ds = (slope[1].y * p.x - slope[1].x * p.y) / det;
-    const double dt = (slope[0].x * p.y - slope[0].y * p.x) / det;
-    s -= ds;
-    t -= dt;
-    if (!(std::abs(s) + std::abs(t) < kFarOutside)) return;
-    if (std::abs(ds) + std::abs(dt) < kConverged) break;
-  }
-  std::array<double, 3> b{std::max(1 - s - t, 0.0), std::max(s, 0.0), std::max(t, 0.0)};
-  const double sum = b[0] + b[1] + b[2];
-  s = b[1] / sum;
-  t = b[2] / sum;
-  const Vec3d p = Evaluate(part, corners, s, t).position;
-  if (std::hypot(p.x, p.y) <= reach_) Take(part, s, t, p.z, 0);
-}
-
-void Search::Take(const Part& part, double s, double t, double z, double uncertainty) {
-  if (z < frame_.begin() - reach_ || z - uncertainty >= nearest_) return;
-  const Vec3d b = part.At(s, t);
-  const double first = std::clamp(b.x, 0.0, 1.0), second = std::clamp(b.y, 0.0, 1.0 - first);
-  nearest_ = z - uncertainty;
-  hit_ = {.patch = part.patch, .barycentrics = {first, second, 1 - first - second}};
-}
 
 }  // namespace
 

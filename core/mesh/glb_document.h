@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A GLB file as tinygltf's model, reduced to geometry, and its accessors as checked views.
+// The JSON of a GLB file, and its accessors as checked views of the BIN chunk.
 //
-// The JSON is checked before tinygltf sees it (which recurses, copies buffers, opens files):
-// bounded nesting; only scenes, nodes, meshes, material names, accessors and one buffer, the BIN
-// chunk, go on.
+// The functions below look up a member of a JSON value and never throw. A member of another type
+// counts as a wrong one where it is an index or a size, else as absent.
 //
 // Errors   kInvalidArgument, reason MALFORMED_FILE, naming the byte or the glTF element
 // Threads  a document is immutable once made
@@ -13,48 +12,68 @@
 #define LATTICED_CORE_MESH_GLB_DOCUMENT_H_
 
 #include <cstddef>
-#include <memory>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "absl/status/statusor.h"
 
-namespace tinygltf {
-class Model;
-}
-
 namespace latticed {
+
+// kInvalidArgument, reason MALFORMED_FILE.
+[[nodiscard]] absl::Status MalformedGlb(std::string_view where, std::string_view problem);
+
+// Null where there is none.
+[[nodiscard]] const nlohmann::json& GlbMember(const nlohmann::json& object, const char* key);
+// Null, which is as good as an empty array, where there is none.
+[[nodiscard]] const nlohmann::json& GlbArray(const nlohmann::json& object, const char* key);
+// An index of another array: kGlbNoIndex where there is none, less for a value that is no index.
+inline constexpr int64_t kGlbNoIndex = -1;
+[[nodiscard]] int64_t GlbIndex(const nlohmann::json& object, const char* key);
+[[nodiscard]] std::vector<int64_t> GlbIndices(const nlohmann::json& object, const char* key);
+[[nodiscard]] std::vector<double> GlbNumbers(const nlohmann::json& object, const char* key);
+[[nodiscard]] std::string GlbString(const nlohmann::json& object, const char* key);
+
+struct GlbComponentType {
+  int number;      // of glb_layout.h
+  size_t bytes;    // of one component
+  double largest;  // what a normalised 1 is stored as; 0 for types that are never normalised
+  double (*load)(const char* bytes);
+};
 
 // Elements of one accessor inside the buffer; all `count` lie within it.
 struct GlbAccessor {
-  const unsigned char* data = nullptr;
+  const char* data = nullptr;
   size_t count = 0;
-  size_t stride = 0;       // bytes from one element to the next
-  int component_type = 0;  // of glb_layout.h
-  int components = 0;      // a element: 1 … 4
+  size_t stride = 0;  // bytes from one element to the next
+  const GlbComponentType* type = nullptr;
   bool normalized = false;
 
   // Component c of element i; a normalised integer in -1 … 1.
-  [[nodiscard]] double Component(size_t i, int c) const;
+  [[nodiscard]] double Component(size_t i, size_t c) const;
   [[nodiscard]] size_t Index(size_t i) const;
 };
 
 class GlbDocument {
  public:
+  // Keeps a reference to `bytes`.
   static absl::StatusOr<GlbDocument> Parse(std::string_view bytes);
-  GlbDocument(GlbDocument&&) noexcept;
-  GlbDocument& operator=(GlbDocument&&) noexcept;
-  ~GlbDocument();
 
-  const tinygltf::Model& model() const { return *model_; }
+  const nlohmann::json& root() const { return root_; }
   // Accessor `index`, which must exist, be dense, lie in its buffer, and have so many components.
-  [[nodiscard]] absl::StatusOr<GlbAccessor> Open(int index, int components) const;
+  [[nodiscard]] absl::StatusOr<GlbAccessor> Open(int64_t index, int components) const;
   // The same for vertex indices, which are unsigned integers.
-  [[nodiscard]] absl::StatusOr<GlbAccessor> OpenIndices(int index) const;
+  [[nodiscard]] absl::StatusOr<GlbAccessor> OpenIndices(int64_t index) const;
 
  private:
-  GlbDocument();
+  GlbDocument(nlohmann::json root, std::string_view buffer)
+      : root_(std::move(root)), buffer_(buffer) {}
 
-  std::unique_ptr<tinygltf::Model> model_;
+  nlohmann::json root_;
+  std::string_view buffer_;
 };
 
 }  // namespace latticed

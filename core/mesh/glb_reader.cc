@@ -1,27 +1,33 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-
+//
+// Binary glTF 2.0 (GLB).
+//
+// Read are all triangle primitives (list, strip, fan) of the default scene, or of all roots where
+// there is none: POSITION, NORMAL, TEXCOORD_0, under the transforms of their nodes; a mirroring
+// node turns its triangles over. Positions with the same bits become one vertex: glTF doubles
+// vertices at every seam. A primitive's group is its material, else its mesh. Texture coordinates
+// are turned to have their origin below left. Lines and points are passed over. Refused are
+// external buffers, sparse accessors, compressed geometry and unknown required extensions. Skins,
+// morph targets and images are not looked at.
+//
+// Errors   kInvalidArgument, reason MALFORMED_FILE, naming the byte or the glTF element
 #include <cmath>
 #include <map>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/glb_document.h"
-#include "core/mesh/glb_io.h"
 #include "core/mesh/glb_layout.h"
 #include "core/mesh/glb_transform.h"
+#include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
 #include "fmt/format.h"
-
-#include <tiny_gltf.h>
 
 namespace latticed {
 namespace {
 
-absl::Status Malformed(std::string_view where, std::string_view problem) {
-  return error::MalformedFile("GLB", where, problem);
-}
+using nlohmann::json;
 
 // Index in the mesh of each element of an accessor, filled as elements are used.
 using Slots = std::vector<uint32_t>;
@@ -35,18 +41,11 @@ struct Vertices {
 class GlbReader {
  public:
   GlbReader(const GlbDocument& document, size_t file_bytes)
-      : document_(document),
-        model_(document.model()),
-        budget_(kFreeBudget + kBudgetPerByte * file_bytes) {}
+      : document_(document), budget_(kFreeBudget + kBudgetPerByte * file_bytes) {}
 
   absl::StatusOr<PolygonMesh> Read() {
-    LATTICED_ASSIGN_OR_RETURN(std::vector<int> roots, Roots());
-    if (absl::Status status = ReadNodes(roots); !status.ok()) return status;
-    const auto fill = [this](std::vector<uint32_t>* list) {
-      if (!list->empty()) list->resize(mesh_.corner_count(), PolygonMesh::kNoAttribute);
-    };
-    fill(&mesh_.corner_normals);
-    fill(&mesh_.corner_uvs);
+    LATTICED_ASSIGN_OR_RETURN(const auto roots, Roots());
+    LATTICED_RETURN_IF_ERROR(ReadNodes(roots));
     return FinishMesh("GLB", std::move(mesh_));
   }
 
@@ -55,84 +54,85 @@ class GlbReader {
   static constexpr size_t kFreeBudget = size_t{1} << 22;
   static constexpr size_t kBudgetPerByte = 64;
 
-  absl::StatusOr<std::vector<int>> Roots() const {
-    if (!model_.scenes.empty()) {
-      const int scene = model_.defaultScene < 0 ? 0 : model_.defaultScene;
-      if (static_cast<size_t>(scene) >= model_.scenes.size()) {
-        return Malformed("scene", fmt::format("there are {} scenes", model_.scenes.size()));
-      }
-      return model_.scenes[static_cast<size_t>(scene)].nodes;
+  const json& Array(const char* name) const { return GlbArray(document_.root(), name); }
+
+  absl::StatusOr<std::vector<int64_t>> Roots() const {
+    if (const json& scenes = Array("scenes"); !scenes.empty()) {
+      const int64_t named = GlbIndex(document_.root(), "scene");
+      const auto scene = static_cast<size_t>(named == kGlbNoIndex ? 0 : named);
+      if (scene < scenes.size()) return GlbIndices(scenes[scene], "nodes");
+      return MalformedGlb("scene", fmt::format("there are {} scenes", scenes.size()));
     }
-    std::vector<bool> is_child(model_.nodes.size());
-    for (const tinygltf::Node& node : model_.nodes) {
-      for (int child : node.children) {
-        if (child >= 0 && static_cast<size_t>(child) < is_child.size()) {
+    const json& nodes = Array("nodes");
+    std::vector<bool> is_child(nodes.size());
+    for (const json& node : nodes) {
+      for (const int64_t child : GlbIndices(node, "children")) {
+        if (static_cast<size_t>(child) < is_child.size())
           is_child[static_cast<size_t>(child)] = true;
-        }
       }
     }
-    std::vector<int> roots;
+    std::vector<int64_t> roots;
     for (size_t i = 0; i < is_child.size(); ++i) {
-      if (!is_child[i]) roots.push_back(static_cast<int>(i));
+      if (!is_child[i]) roots.push_back(static_cast<int64_t>(i));
     }
     return roots;
   }
 
   // Depth first in file order, on a stack of its own: a chain of nodes may be as long as the file.
-  absl::Status ReadNodes(const std::vector<int>& roots) {
+  absl::Status ReadNodes(const std::vector<int64_t>& roots) {
     struct Pending {
-      int node;
+      int64_t node;
       GlbTransform parent;
     };
+    const json& nodes = Array("nodes");
     std::vector<Pending> stack;
-    std::vector<bool> seen(model_.nodes.size());
+    std::vector<bool> seen(nodes.size());
     for (size_t i = roots.size(); i-- > 0;) stack.push_back({roots[i], {}});
     while (!stack.empty()) {
-      const auto [index, parent] = stack.back();
+      const auto [number, parent] = stack.back();
       stack.pop_back();
-      const std::string where = fmt::format("nodes[{}]", index);
-      if (index < 0 || static_cast<size_t>(index) >= seen.size()) {
-        return Malformed(where, fmt::format("there are {} nodes", seen.size()));
-      }
-      if (seen[static_cast<size_t>(index)]) return Malformed(where, "it has two parents");
-      seen[static_cast<size_t>(index)] = true;
-      const tinygltf::Node& node = model_.nodes[static_cast<size_t>(index)];
+      const std::string where = fmt::format("nodes[{}]", number);
+      const auto index = static_cast<size_t>(number);
+      if (index >= seen.size())
+        return MalformedGlb(where, fmt::format("there are {} nodes", seen.size()));
+      if (seen[index]) return MalformedGlb(where, "it has two parents");
+      seen[index] = true;
+      const json& node = nodes[index];
       const GlbTransform transform =
-          parent * GlbTransform::OfNode(node.matrix, node.translation, node.rotation, node.scale);
-      if (absl::Status status = ReadNodeMesh(node.mesh, where, transform); !status.ok()) {
-        return status;
-      }
-      for (size_t i = node.children.size(); i-- > 0;) {
-        stack.push_back({node.children[i], transform});
-      }
+          parent * GlbTransform::OfNode(GlbNumbers(node, "matrix"), GlbNumbers(node, "translation"),
+                                        GlbNumbers(node, "rotation"), GlbNumbers(node, "scale"));
+      LATTICED_RETURN_IF_ERROR(ReadNodeMesh(GlbIndex(node, "mesh"), where, transform));
+      const std::vector<int64_t> children = GlbIndices(node, "children");
+      for (size_t i = children.size(); i-- > 0;) stack.push_back({children[i], transform});
     }
     return absl::OkStatus();
   }
 
-  absl::Status ReadNodeMesh(int index, std::string_view where, const GlbTransform& transform) {
-    if (index == -1) return absl::OkStatus();
-    if (index < 0 || static_cast<size_t>(index) >= model_.meshes.size()) {
-      return Malformed(where, fmt::format("mesh {}; there are {}", index, model_.meshes.size()));
+  absl::Status ReadNodeMesh(int64_t index, std::string_view where, const GlbTransform& transform) {
+    if (index == kGlbNoIndex) return absl::OkStatus();
+    const json& meshes = Array("meshes");
+    if (static_cast<size_t>(index) >= meshes.size()) {
+      return MalformedGlb(where, fmt::format("mesh {}; there are {}", index, meshes.size()));
     }
     position_slots_.clear();
     normal_slots_.clear();
     uv_slots_.clear();
-    const tinygltf::Mesh& mesh = model_.meshes[static_cast<size_t>(index)];
-    for (const tinygltf::Primitive& primitive : mesh.primitives) {
-      const int mode = primitive.mode == -1 ? glb::kTriangles : primitive.mode;
+    const json& mesh = meshes[static_cast<size_t>(index)];
+    for (const json& primitive : GlbArray(mesh, "primitives")) {
+      const int64_t given = GlbIndex(primitive, "mode");
+      const int64_t mode = given == kGlbNoIndex ? glb::kTriangles : given;
       if (mode < glb::kTriangles || mode > glb::kTriangleFan) continue;
-      SetGroup(primitive.material, mesh.name, index);
-      if (absl::Status status = ReadPrimitive(primitive, mode, transform); !status.ok()) {
-        return status;
-      }
+      SetGroup(GlbIndex(primitive, "material"), GlbString(mesh, "name"), index);
+      LATTICED_RETURN_IF_ERROR(ReadPrimitive(primitive, static_cast<int>(mode), transform));
     }
     return absl::OkStatus();
   }
 
-  void SetGroup(int material, const std::string& mesh_name, int mesh) {
+  void SetGroup(int64_t material, const std::string& mesh_name, int64_t mesh) {
     std::string name = mesh_name.empty() ? fmt::format("mesh {}", mesh) : mesh_name;
-    if (material >= 0 && static_cast<size_t>(material) < model_.materials.size()) {
-      const std::string& own = model_.materials[static_cast<size_t>(material)].name;
+    if (const json& materials = Array("materials");
+        static_cast<size_t>(material) < materials.size()) {
+      const std::string own = GlbString(materials[static_cast<size_t>(material)], "name");
       name = own.empty() ? fmt::format("material {}", material) : own;
     }
     const auto [it, added] =
@@ -143,47 +143,44 @@ class GlbReader {
 
   absl::Status Spend(size_t count) {
     if (count > budget_) {
-      return Malformed("its nodes", "repeated meshes grow far beyond the size of the file");
+      return MalformedGlb("its nodes", "repeated meshes grow far beyond the size of the file");
     }
     budget_ -= count;
     return absl::OkStatus();
   }
 
   // An attribute of the primitive, if it has it; slots are shared by the primitives of one node.
-  absl::Status OpenAttribute(const tinygltf::Primitive& primitive, const char* name, int components,
-                             std::map<int, Slots>* slots_of, GlbAccessor* accessor, Slots** slots) {
-    const auto it = primitive.attributes.find(name);
-    if (it == primitive.attributes.end()) return absl::OkStatus();
-    LATTICED_ASSIGN_OR_RETURN(GlbAccessor opened, document_.Open(it->second, components));
-    *accessor = opened;
-    *slots = &(*slots_of)[it->second];
-    if ((*slots)->empty()) {
-      if (absl::Status status = Spend(accessor->count); !status.ok()) return status;
-      (*slots)->resize(accessor->count, PolygonMesh::kNoAttribute);
-    }
+  absl::Status OpenAttribute(const json& attributes, const char* name, int components,
+                             std::map<int64_t, Slots>* slots_of, GlbAccessor* accessor,
+                             Slots** slots) {
+    const int64_t index = GlbIndex(attributes, name);
+    if (index == kGlbNoIndex) return absl::OkStatus();
+    LATTICED_ASSIGN_OR_RETURN(*accessor, document_.Open(index, components));
+    *slots = &(*slots_of)[index];
+    if (!(*slots)->empty()) return absl::OkStatus();
+    LATTICED_RETURN_IF_ERROR(Spend(accessor->count));
+    (*slots)->resize(accessor->count, PolygonMesh::kNoAttribute);
     return absl::OkStatus();
   }
 
-  absl::Status ReadPrimitive(const tinygltf::Primitive& primitive, int mode,
-                             const GlbTransform& transform) {
+  absl::Status ReadPrimitive(const json& primitive, int mode, const GlbTransform& transform) {
+    const json& attributes = GlbMember(primitive, "attributes");
     Vertices v;
-    absl::Status status =
-        OpenAttribute(primitive, "POSITION", 3, &position_slots_, &v.positions, &v.position_slots);
-    if (!status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(OpenAttribute(attributes, "POSITION", 3, &position_slots_,
+                                           &v.positions, &v.position_slots));
     if (v.positions.count == 0) return absl::OkStatus();  // glTF: such a primitive is not drawn
-    status = OpenAttribute(primitive, "NORMAL", 3, &normal_slots_, &v.normals, &v.normal_slots);
-    if (!status.ok()) return status;
-    status = OpenAttribute(primitive, "TEXCOORD_0", 2, &uv_slots_, &v.uvs, &v.uv_slots);
-    if (!status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(
+        OpenAttribute(attributes, "NORMAL", 3, &normal_slots_, &v.normals, &v.normal_slots));
+    LATTICED_RETURN_IF_ERROR(
+        OpenAttribute(attributes, "TEXCOORD_0", 2, &uv_slots_, &v.uvs, &v.uv_slots));
     for (const GlbAccessor* attribute : {&v.normals, &v.uvs}) {
       if (attribute->count != 0 && attribute->count != v.positions.count) {
-        return Malformed("a primitive", "its attributes have different counts");
+        return MalformedGlb("a primitive", "its attributes have different counts");
       }
     }
     GlbAccessor indices;
-    if (primitive.indices != -1) {
-      LATTICED_ASSIGN_OR_RETURN(GlbAccessor opened, document_.OpenIndices(primitive.indices));
-      indices = opened;
+    if (const int64_t index = GlbIndex(primitive, "indices"); index != kGlbNoIndex) {
+      LATTICED_ASSIGN_OR_RETURN(indices, document_.OpenIndices(index));
     }
     return ReadTriangles(v, indices, mode, transform);
   }
@@ -199,11 +196,12 @@ class GlbReader {
       size_t b = vertex(i + (turned ? 0 : 1)), c = vertex(i + 2);
       if (mode != glb::kTriangles && (a == b || b == c || c == a)) continue;  // joins two strips
       if (transform.Mirrors()) std::swap(b, c);
-      if (absl::Status status = Spend(3); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(Spend(3));
       for (size_t corner : {a, b, c}) {
         if (corner >= v.positions.count) {
-          return Malformed("a primitive", fmt::format("vertex index {} is out of range; it has {}",
-                                                      corner, v.positions.count));
+          return MalformedGlb(
+              "a primitive",
+              fmt::format("vertex index {} is out of range; it has {}", corner, v.positions.count));
         }
         AddCorner(v, corner, transform);
       }
@@ -229,7 +227,7 @@ class GlbReader {
         normal = static_cast<uint32_t>(mesh_.normals.size());
         mesh_.normals.push_back(ToFloat(transform.Normal(ReadVector(v.normals, vertex))));
       }
-      AddAttribute(normal, &mesh_.corner_normals);
+      AddCornerAttribute(mesh_, normal, &mesh_.corner_normals);
     }
     if (v.uvs.count > 0) {
       uint32_t& uv = (*v.uv_slots)[vertex];
@@ -238,22 +236,15 @@ class GlbReader {
         mesh_.uvs.push_back({static_cast<float>(v.uvs.Component(vertex, 0)),
                              static_cast<float>(1 - v.uvs.Component(vertex, 1))});
       }
-      AddAttribute(uv, &mesh_.corner_uvs);
+      AddCornerAttribute(mesh_, uv, &mesh_.corner_uvs);
     }
   }
 
-  // Corners of primitives without the attribute, before this one, have none.
-  void AddAttribute(uint32_t index, std::vector<uint32_t>* list) {
-    list->resize(mesh_.corner_count() - 1, PolygonMesh::kNoAttribute);
-    list->push_back(index);
-  }
-
   const GlbDocument& document_;
-  const tinygltf::Model& model_;
   size_t budget_;
   PolygonMesh mesh_;
   VertexWelder welder_{&mesh_.positions};
-  std::map<int, Slots> position_slots_, normal_slots_, uv_slots_;  // by accessor, of one node
+  std::map<int64_t, Slots> position_slots_, normal_slots_, uv_slots_;  // by accessor, of one node
   std::map<std::string, uint32_t> group_ids_;
   uint32_t group_ = 0;
 };

@@ -9,9 +9,9 @@
 #include "core/base/bounds.h"
 #include "core/base/error.h"
 #include "core/base/utf8.h"
-#include "core/mesh/glb_io.h"
 #include "core/mesh/glb_layout.h"
 #include "core/mesh/little_endian.h"
+#include "core/mesh/mesh_io.h"
 
 namespace latticed {
 namespace {

@@ -8,10 +8,6 @@
 #include "absl/strings/match.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
-#include "core/mesh/glb_io.h"
-#include "core/mesh/obj_io.h"
-#include "core/mesh/ply_io.h"
-#include "core/mesh/stl_io.h"
 #include "fmt/format.h"
 
 namespace latticed {

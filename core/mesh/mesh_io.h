@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Mesh files in and out, by format. The work is in obj_io, ply_io, stl_io and glb_io.
+// Mesh files in and out, by format. Each reader says what of its format it reads.
 //
 // Readers take untrusted bytes: they check every announced size against the bytes that are there
 // before they allocate, and validate what they return. kInvalidArgument with reason MALFORMED_FILE
@@ -32,6 +32,26 @@ enum class MeshFormat { kObj, kPly, kStl, kGlb, kDraco };
 // (binary), GLB (float32 relative to a node translation). Known units are a comment in the first
 // three, and a root node in GLB; groups are in OBJ and GLB alone.
 [[nodiscard]] absl::StatusOr<std::string> WriteMesh(MeshFormat format, const TriangleMesh& mesh);
+
+// The same by one format.
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadObj(std::string_view bytes);
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadPly(std::string_view bytes);
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadStl(std::string_view bytes);
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadGlb(std::string_view bytes);
+// Numbers are the shortest decimals that read back to the same bits.
+[[nodiscard]] std::string WriteObj(const TriangleMesh& mesh);
+[[nodiscard]] std::string WriteObj(const PolygonMesh& mesh);
+// Binary little endian: float x y z [nx ny nz] [s t], then `list uchar int vertex_indices`. Groups
+// have no place in PLY.
+[[nodiscard]] std::string WritePly(const TriangleMesh& mesh);
+// Binary. Positions become float, which tells far-away vertices apart no more.
+[[nodiscard]] std::string WriteStl(const TriangleMesh& mesh);
+// One mesh on one node. Positions are float32 about the centre of the bounds, which is the node's
+// translation: a mesh far from the origin keeps its precision. Every group is a primitive with a
+// material of its name. Known units make that node the child of a root that turns and scales to
+// glTF's own, metres and +y up, and are named in asset.extras as upAxis and metersPerUnit.
+// kResourceExhausted above the 4 GiB of a GLB.
+[[nodiscard]] absl::StatusOr<std::string> WriteGlb(const TriangleMesh& mesh);
 
 }  // namespace latticed
 

@@ -23,9 +23,14 @@ std::string_view WithoutPlus(std::string_view word) {
   return plus ? word.substr(1) : word;
 }
 
-void DropUnused(const std::vector<uint32_t>& indices, bool* used) {
-  *used = std::any_of(indices.begin(), indices.end(),
-                      [](uint32_t i) { return i != PolygonMesh::kNoAttribute; });
+template <typename T>
+void CompleteAttribute(size_t corners, std::vector<T>* values, std::vector<uint32_t>* list) {
+  if (std::ranges::all_of(*list, [](uint32_t i) { return i == PolygonMesh::kNoAttribute; })) {
+    *values = {};
+    *list = {};
+  } else {
+    list->resize(corners, PolygonMesh::kNoAttribute);
+  }
 }
 
 }  // namespace
@@ -38,6 +43,14 @@ std::string_view TakeWord(std::string_view* text) {
   const std::string_view word = text->substr(begin, end - begin);
   text->remove_prefix(end);
   return word;
+}
+
+std::string_view TakeTextLine(std::string_view* text) {
+  const size_t end = std::min(text->find_first_of("\r\n"), text->size());
+  const std::string_view line = text->substr(0, end);
+  const bool crlf = text->substr(end, 2) == "\r\n";
+  text->remove_prefix(std::min(text->size(), end + (crlf ? 2 : 1)));
+  return line;
 }
 
 bool ParseNumber(std::string_view word, double* value) {
@@ -97,12 +110,15 @@ uint32_t VertexWelder::Add(Vec3d position) {
   return it->second;
 }
 
+void AddCornerAttribute(const PolygonMesh& mesh, uint32_t index, std::vector<uint32_t>* list) {
+  if (index == PolygonMesh::kNoAttribute && list->empty()) return;
+  list->resize(mesh.corner_count() - 1, PolygonMesh::kNoAttribute);
+  list->push_back(index);
+}
+
 absl::StatusOr<PolygonMesh> FinishMesh(std::string_view format, PolygonMesh mesh) {
-  bool used = false;
-  DropUnused(mesh.corner_normals, &used);
-  if (!used) mesh.normals = {}, mesh.corner_normals = {};
-  DropUnused(mesh.corner_uvs, &used);
-  if (!used) mesh.uvs = {}, mesh.corner_uvs = {};
+  CompleteAttribute(mesh.corner_count(), &mesh.normals, &mesh.corner_normals);
+  CompleteAttribute(mesh.corner_count(), &mesh.uvs, &mesh.corner_uvs);
   if (absl::Status status = Validate(mesh); !status.ok()) {
     return error::MalformedFile(format, "at its end", std::string(status.message()));
   }

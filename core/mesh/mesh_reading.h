@@ -22,6 +22,8 @@ namespace latticed {
 // The next word of *text, between white space (line ends included), and its removal. Empty at the
 // end.
 [[nodiscard]] std::string_view TakeWord(std::string_view* text);
+// The next line of *text, without its end (LF, CR LF or CR), and the removal of both.
+[[nodiscard]] std::string_view TakeTextLine(std::string_view* text);
 // Whether the whole word is one number. Doubles must be finite; a leading '+' is allowed.
 [[nodiscard]] bool ParseNumber(std::string_view word, double* value);
 [[nodiscard]] bool ParseInteger(std::string_view word, int64_t* value);
@@ -46,6 +48,10 @@ class VertexWelder {
   std::vector<Vec3d>& positions_;
   std::unordered_map<Vec3d, uint32_t, Hash> index_;
 };
+
+// Gives the last corner of `mesh` its attribute: `list` is corner_normals or corner_uvs, which stays
+// empty until a corner has an attribute. FinishMesh fills up corners that come after the last one.
+void AddCornerAttribute(const PolygonMesh& mesh, uint32_t index, std::vector<uint32_t>* list);
 
 // Ends every reader: drops attributes that no corner uses, and validates. kInvalidArgument with
 // reason MALFORMED_FILE.

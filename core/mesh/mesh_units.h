@@ -8,6 +8,8 @@
 
 #include <string>
 
+#include "fmt/format.h"
+
 namespace latticed {
 
 struct MeshUnits {
@@ -18,7 +20,14 @@ struct MeshUnits {
 };
 
 // "up +z, 0.01 m per unit", what is known of it; short enough for the header of an STL file.
-[[nodiscard]] std::string Describe(const MeshUnits& units);
+[[nodiscard]] inline std::string Describe(const MeshUnits& units) {
+  std::string text;
+  if (!units.up_axis.empty()) text = "up +" + units.up_axis;
+  if (units.meters_per_unit > 0) {
+    text += fmt::format("{}{} m per unit", text.empty() ? "" : ", ", units.meters_per_unit);
+  }
+  return text;
+}
 
 }  // namespace latticed
 

@@ -1,6 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-
+//
+// Wavefront OBJ: v, vt, vn, f, g, o, usemtl; everything else is skipped.
+//
+// Faces may have any size, and any of the forms v, v/vt, v//vn, v/vt/vn; indices may be negative
+// and may point forward. A face's group is its material (usemtl), else its group (g), else its
+// object (o). Line ends LF, CRLF or CR; lines go on after a backslash. Texture coordinates have
+// their origin below left.
+//
+// Errors   kInvalidArgument, reason MALFORMED_FILE, naming the line
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -8,8 +16,9 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
+#include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
-#include "core/mesh/obj_io.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -37,10 +46,7 @@ std::string_view TakeLine(std::string_view* text, std::string* joined, size_t* l
   joined->clear();
   *lines = 0;
   while (true) {
-    const size_t end = std::min(text->find_first_of("\r\n"), text->size());
-    const std::string_view line = text->substr(0, end);
-    const bool crlf = end + 1 < text->size() && (*text)[end] == '\r' && (*text)[end + 1] == '\n';
-    text->remove_prefix(std::min(text->size(), end + (crlf ? 2 : 1)));
+    const std::string_view line = TakeTextLine(text);
     ++*lines;
     const bool continued = !line.empty() && line.back() == '\\' && !text->empty();
     if (!continued && joined->empty()) return line;
@@ -60,9 +66,7 @@ class ObjReader {
     std::string joined;
     size_t lines = 0;
     for (line_ = 1; !text.empty(); line_ += lines) {
-      if (absl::Status status = ReadLine(TakeLine(&text, &joined, &lines)); !status.ok()) {
-        return status;
-      }
+      LATTICED_RETURN_IF_ERROR(ReadLine(TakeLine(&text, &joined, &lines)));
     }
     return Finish();
   }
@@ -103,7 +107,7 @@ class ObjReader {
 
   absl::Status ReadPosition(std::string_view line) {
     double p[3];
-    if (absl::Status status = ReadNumbers(line, 3, p); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(ReadNumbers(line, 3, p));
     mesh_.positions.push_back({p[0], p[1], p[2]});
     ++vertices_.count;
     return absl::OkStatus();
@@ -111,7 +115,7 @@ class ObjReader {
 
   absl::Status ReadNormal(std::string_view line) {
     double n[3];
-    if (absl::Status status = ReadNumbers(line, 3, n); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(ReadNumbers(line, 3, n));
     mesh_.normals.push_back(ToFloat({n[0], n[1], n[2]}));
     ++normals_.count;
     if (!IsFinite(ToDouble(mesh_.normals.back()))) return Malformed("the normal is too long");
@@ -123,7 +127,7 @@ class ObjReader {
     std::string_view second = line;
     (void)TakeField(&second);
     const int given = TakeField(&second).empty() ? 1 : 2;  // v is optional
-    if (absl::Status status = ReadNumbers(line, given, uv); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(ReadNumbers(line, given, uv));
     mesh_.uvs.push_back({static_cast<float>(uv[0]), static_cast<float>(uv[1])});
     ++uvs_.count;
     if (!std::isfinite(mesh_.uvs.back().x) || !std::isfinite(mesh_.uvs.back().y)) {
@@ -144,7 +148,7 @@ class ObjReader {
   absl::Status ReadFace(std::string_view line) {
     uint32_t corners = 0;
     for (std::string_view word = TakeField(&line); !word.empty(); word = TakeField(&line)) {
-      if (absl::Status status = ReadCorner(word); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(ReadCorner(word));
       if (++corners > limits::kMaxFaceCorners) {
         return Malformed(fmt::format("a face has more than {} corners", limits::kMaxFaceCorners));
       }
@@ -168,9 +172,7 @@ class ObjReader {
       const size_t slash = rest.find('/');
       const std::string_view field = rest.substr(0, slash);
       if (!field.empty() || i == 0) {
-        if (absl::Status status = ReadIndex(field, kinds[i], &indices[i]); !status.ok()) {
-          return status;
-        }
+        LATTICED_RETURN_IF_ERROR(ReadIndex(field, kinds[i], &indices[i]));
       }
       if (slash == std::string_view::npos) break;
       if (i == 2) return Malformed(fmt::format("{} has more than three indices", Quoted(word)));
@@ -178,16 +180,9 @@ class ObjReader {
     }
     if (mesh_.corner_count() >= PolygonMesh::kNoAttribute) return Malformed("too many corners");
     mesh_.corner_vertices.push_back(indices[0]);
-    AddAttribute(indices[1], &mesh_.corner_uvs);
-    AddAttribute(indices[2], &mesh_.corner_normals);
+    AddCornerAttribute(mesh_, indices[1], &mesh_.corner_uvs);
+    AddCornerAttribute(mesh_, indices[2], &mesh_.corner_normals);
     return absl::OkStatus();
-  }
-
-  // An attribute's list stays empty until a corner has one.
-  void AddAttribute(uint32_t index, std::vector<uint32_t>* list) {
-    if (index == PolygonMesh::kNoAttribute && list->empty()) return;
-    list->resize(mesh_.corner_count() - 1, PolygonMesh::kNoAttribute);
-    list->push_back(index);
   }
 
   absl::Status ReadIndex(std::string_view field, Kind* kind, uint32_t* index) {
@@ -215,12 +210,6 @@ class ObjReader {
       if (kind->forward_count <= kind->count) continue;
       return error::MalformedFile(kObj, fmt::format("line {}", kind->forward_line),
                                   OutOfRange(*kind, static_cast<int64_t>(kind->forward_count)));
-    }
-    if (!mesh_.corner_normals.empty()) {
-      mesh_.corner_normals.resize(mesh_.corner_count(), PolygonMesh::kNoAttribute);
-    }
-    if (!mesh_.corner_uvs.empty()) {
-      mesh_.corner_uvs.resize(mesh_.corner_count(), PolygonMesh::kNoAttribute);
     }
     NameGroups();
     return FinishMesh(kObj, std::move(mesh_));

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <span>
 
-#include "core/mesh/obj_io.h"
+#include "core/mesh/mesh_io.h"
 #include "fmt/format.h"
 
 namespace latticed {

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
+#include "core/mesh/little_endian.h"
 #include "core/mesh/mesh_reading.h"
 #include "fmt/format.h"
 
@@ -18,17 +20,20 @@ namespace {
 constexpr size_t kMaxElements = 64;
 constexpr size_t kMaxPropertiesPerElement = 1'024;
 
-struct TypeName {
-  std::string_view name;
-  PlyType type;
-};
-constexpr TypeName kTypeNames[] = {
-    {"char", PlyType::kInt8},      {"int8", PlyType::kInt8},     {"uchar", PlyType::kUint8},
-    {"uint8", PlyType::kUint8},    {"short", PlyType::kInt16},   {"int16", PlyType::kInt16},
-    {"ushort", PlyType::kUint16},  {"uint16", PlyType::kUint16}, {"int", PlyType::kInt32},
-    {"int32", PlyType::kInt32},    {"uint", PlyType::kUint32},   {"uint32", PlyType::kUint32},
-    {"float", PlyType::kFloat},    {"float32", PlyType::kFloat}, {"double", PlyType::kDouble},
-    {"float64", PlyType::kDouble},
+template <typename T>
+double LoadValue(const char* bytes) {
+  return static_cast<double>(LoadLittleEndian<T>(bytes));
+}
+
+constexpr PlyType kTypes[] = {
+    {{"char", "int8"}, 1, true, LoadValue<int8_t>},
+    {{"uchar", "uint8"}, 1, true, LoadValue<uint8_t>},
+    {{"short", "int16"}, 2, true, LoadValue<int16_t>},
+    {{"ushort", "uint16"}, 2, true, LoadValue<uint16_t>},
+    {{"int", "int32"}, 4, true, LoadValue<int32_t>},
+    {{"uint", "uint32"}, 4, true, LoadValue<uint32_t>},
+    {{"float", "float32"}, 4, false, LoadValue<float>},
+    {{"double", "float64"}, 8, false, LoadValue<double>},
 };
 
 class HeaderReader {
@@ -40,7 +45,7 @@ class HeaderReader {
     if (TakeWord(&line) != "ply") return Malformed("the first line is not 'ply'");
     while (!ended_) {
       if (rest_.empty()) return Malformed("the file ends before end_header");
-      if (absl::Status status = ReadLine(TakeLine()); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(ReadLine(TakeLine()));
     }
     if (!has_format_) return Malformed("the header has no format line");
     header_.body_offset = bytes_ - rest_.size();
@@ -52,14 +57,10 @@ class HeaderReader {
     return error::MalformedFile("PLY", fmt::format("line {}", line_), problem);
   }
 
-  // Lines end with LF, CR LF or CR; the body begins right after the end of end_header.
+  // The body begins right after the end of end_header.
   std::string_view TakeLine() {
     ++line_;
-    const size_t end = std::min(rest_.find_first_of("\r\n"), rest_.size());
-    const std::string_view line = rest_.substr(0, end);
-    const bool crlf = end + 1 < rest_.size() && rest_[end] == '\r' && rest_[end + 1] == '\n';
-    rest_.remove_prefix(std::min(rest_.size(), end + (crlf ? 2 : 1)));
-    return line;
+    return TakeTextLine(&rest_);
   }
 
   absl::Status ReadLine(std::string_view line) {
@@ -119,24 +120,21 @@ class HeaderReader {
     PlyProperty property;
     std::string_view type = TakeWord(&line);
     if (type == "list") {
-      property.is_list = true;
-      if (absl::Status status = ReadType(TakeWord(&line), &property.count_type); !status.ok()) {
-        return status;
-      }
-      if (!IsInteger(property.count_type)) return Malformed("a list's length is no integer");
+      LATTICED_RETURN_IF_ERROR(ReadType(TakeWord(&line), &property.count_type));
+      if (!property.count_type->is_integer) return Malformed("a list's length is no integer");
       type = TakeWord(&line);
     }
-    if (absl::Status status = ReadType(type, &property.type); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(ReadType(type, &property.type));
     property.name = std::string(TakeWord(&line));
     if (property.name.empty()) return Malformed("a property has no name");
     properties.push_back(std::move(property));
     return absl::OkStatus();
   }
 
-  absl::Status ReadType(std::string_view word, PlyType* type) const {
-    for (const TypeName& known : kTypeNames) {
-      if (known.name != word) continue;
-      *type = known.type;
+  absl::Status ReadType(std::string_view word, const PlyType** type) const {
+    for (const PlyType& known : kTypes) {
+      if (std::ranges::count(known.names, word) == 0) continue;
+      *type = &known;
       return absl::OkStatus();
     }
     return Malformed(fmt::format("{} is no type", Quoted(word)));
@@ -151,35 +149,15 @@ class HeaderReader {
 
 }  // namespace
 
-size_t PlyTypeBytes(PlyType type) {
-  switch (type) {
-    case PlyType::kInt8:
-    case PlyType::kUint8:
-      return 1;
-    case PlyType::kInt16:
-    case PlyType::kUint16:
-      return 2;
-    case PlyType::kInt32:
-    case PlyType::kUint32:
-    case PlyType::kFloat:
-      return 4;
-    case PlyType::kDouble:
-      return 8;
-  }
-  return 0;
-}
-
-bool IsInteger(PlyType type) { return type != PlyType::kFloat && type != PlyType::kDouble; }
-
 size_t PlyElement::MinBinaryBytes() const {
   size_t bytes = 0;
-  for (const PlyProperty& p : properties) bytes += PlyTypeBytes(p.is_list ? p.count_type : p.type);
+  for (const PlyProperty& p : properties) bytes += (p.is_list() ? p.count_type : p.type)->bytes;
   return bytes;
 }
 
 int PlyElement::FindProperty(std::initializer_list<std::string_view> names, bool is_list) const {
   for (size_t i = 0; i < properties.size(); ++i) {
-    if (properties[i].is_list != is_list) continue;
+    if (properties[i].is_list() != is_list) continue;
     for (std::string_view name : names) {
       if (properties[i].name == name) return static_cast<int>(i);
     }

@@ -8,6 +8,7 @@
 #ifndef LATTICED_CORE_MESH_PLY_HEADER_H_
 #define LATTICED_CORE_MESH_PLY_HEADER_H_
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -19,16 +20,18 @@
 namespace latticed {
 
 enum class PlyEncoding { kAscii, kLittleEndian, kBigEndian };
-enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
-
-[[nodiscard]] size_t PlyTypeBytes(PlyType type);
-[[nodiscard]] bool IsInteger(PlyType type);
+struct PlyType {
+  std::array<std::string_view, 2> names;
+  size_t bytes;
+  bool is_integer;
+  double (*load)(const char* bytes);  // of a value in little endian; every type fits a double
+};
 
 struct PlyProperty {
   std::string name;
-  PlyType type = PlyType::kFloat;  // of the items, for a list
-  bool is_list = false;
-  PlyType count_type = PlyType::kUint8;  // of a list's length
+  const PlyType* type = nullptr;        // of the items, for a list
+  const PlyType* count_type = nullptr;  // of a list's length; null: not a list
+  bool is_list() const { return count_type != nullptr; }
 };
 
 struct PlyElement {

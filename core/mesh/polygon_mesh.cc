@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -33,22 +34,17 @@ absl::Status CheckSizes(const PolygonMesh& mesh) {
     return Invalid(
         fmt::format("{} faces; at most {} are allowed", mesh.face_count(), limits::kMaxMeshFaces));
   }
-  const size_t normals_wanted = mesh.has_normals() ? mesh.corner_count() : 0;
-  if (mesh.corner_normals.size() != normals_wanted) {
-    return Invalid(fmt::format("corner_normals has {} entries instead of {}",
-                               mesh.corner_normals.size(), normals_wanted));
-  }
-  const size_t uvs_wanted = mesh.has_uvs() ? mesh.corner_count() : 0;
-  if (mesh.corner_uvs.size() != uvs_wanted) {
-    return Invalid(
-        fmt::format("corner_uvs has {} entries instead of {}", mesh.corner_uvs.size(), uvs_wanted));
-  }
-  const size_t groups_wanted = mesh.group_names.empty() ? 0 : mesh.face_count();
-  if (mesh.face_groups.size() != groups_wanted) {
-    return Invalid(fmt::format("face_groups has {} entries instead of {}", mesh.face_groups.size(),
-                               groups_wanted));
-  }
-  return absl::OkStatus();
+  const auto check = [](std::string_view what, size_t got, size_t wanted) {
+    if (got == wanted) return absl::OkStatus();
+    return Invalid(fmt::format("{} has {} entries instead of {}", what, got, wanted));
+  };
+  const size_t corners = mesh.corner_count();
+  LATTICED_RETURN_IF_ERROR(
+      check("corner_normals", mesh.corner_normals.size(), mesh.has_normals() ? corners : 0));
+  LATTICED_RETURN_IF_ERROR(
+      check("corner_uvs", mesh.corner_uvs.size(), mesh.has_uvs() ? corners : 0));
+  return check("face_groups", mesh.face_groups.size(),
+               mesh.group_names.empty() ? 0 : mesh.face_count());
 }
 
 absl::Status CheckNumbers(const PolygonMesh& mesh) {
@@ -123,18 +119,12 @@ size_t PolygonMesh::MemoryBytes() const {
 }
 
 absl::Status Validate(const PolygonMesh& mesh) {
-  if (absl::Status status = CheckSizes(mesh); !status.ok()) return status;
-  if (absl::Status status = CheckNumbers(mesh); !status.ok()) return status;
-  if (absl::Status status = CheckFaces(mesh); !status.ok()) return status;
-  if (absl::Status status =
-          CheckIndices(mesh.corner_vertices, mesh.positions.size(), false, "vertex");
-      !status.ok()) {
-    return status;
-  }
-  if (absl::Status status = CheckIndices(mesh.corner_normals, mesh.normals.size(), true, "normal");
-      !status.ok()) {
-    return status;
-  }
+  LATTICED_RETURN_IF_ERROR(CheckSizes(mesh));
+  LATTICED_RETURN_IF_ERROR(CheckNumbers(mesh));
+  LATTICED_RETURN_IF_ERROR(CheckFaces(mesh));
+  LATTICED_RETURN_IF_ERROR(
+      CheckIndices(mesh.corner_vertices, mesh.positions.size(), false, "vertex"));
+  LATTICED_RETURN_IF_ERROR(CheckIndices(mesh.corner_normals, mesh.normals.size(), true, "normal"));
   return CheckIndices(mesh.corner_uvs, mesh.uvs.size(), true, "texture coordinate");
 }
 

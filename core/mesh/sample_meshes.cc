@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "fmt/ranges.h"
 
@@ -243,9 +244,8 @@ PolygonMesh MakeShell(int resolution) {
 std::span<const std::string_view> SampleMeshNames() { return kNames; }
 
 absl::StatusOr<PolygonMesh> MakeSampleMesh(std::string_view name, int resolution) {
-  if (resolution < kMinSampleResolution || resolution > kMaxSampleResolution) {
-    return error::OutOfRange("resolution", resolution, kMinSampleResolution, kMaxSampleResolution);
-  }
+  LATTICED_RETURN_IF_ERROR(
+      error::CheckRange("resolution", resolution, kMinSampleResolution, kMaxSampleResolution));
   if (name == "vase") return MakeVase(resolution);
   if (name == "knot") return MakeKnot(resolution);
   if (name == "gear") return GearBuilder(resolution).Build();

@@ -1,14 +1,24 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-
-#include "core/mesh/stl_io.h"
+//
+// STL, ascii and binary.
+//
+//   binary: 80 bytes of header, uint32 count, count x { float normal[3], vertices[3][3]; uint16 }
+//
+// A file is binary when its size fits the count, also when its header starts with "solid". Vertices
+// with the same bits are one. Facet normals are not kept: they say no more than the facets do. In
+// an ascii file of several solids each is a group.
+//
+// Errors   kInvalidArgument, reason MALFORMED_FILE, naming the line or byte
 
 #include <cmath>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "core/mesh/little_endian.h"
+#include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
 #include "fmt/format.h"
 
@@ -55,8 +65,7 @@ absl::StatusOr<PolygonMesh> ReadBinary(std::string_view bytes) {
     const size_t offset = kPreambleBytes + size_t{kFacetBytes} * f;
     for (size_t corner = 0; corner < 3; ++corner) {
       const char* vertex = &bytes[offset + kFacetNormalBytes + corner * 3 * sizeof(float)];
-      const Vec3d position{LoadLittleEndian<float>(vertex), LoadLittleEndian<float>(vertex + 4),
-                           LoadLittleEndian<float>(vertex + 8)};
+      const Vec3d position = ToDouble(LoadLittleEndian<Vec3f>(vertex));
       if (!IsFinite(position)) {
         return error::MalformedFile(kStl, fmt::format("byte {}", offset),
                                     fmt::format("facet {} is not finite", f));
@@ -136,23 +145,23 @@ class AsciiReader {
 
   // The normal is not kept, and degenerate facets are often given one of NaN.
   absl::Status SkipNormal() {
-    if (absl::Status status = Expect("normal"); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(Expect("normal"));
     for (int axis = 0; axis < 3; ++axis) (void)TakeWord(&rest_);
     return absl::OkStatus();
   }
 
   absl::Status ReadFacet() {
     if (!in_solid_) return Malformed("a facet outside a solid");
-    if (absl::Status status = SkipNormal(); !status.ok()) return status;
-    if (absl::Status status = Expect("outer"); !status.ok()) return status;
-    if (absl::Status status = Expect("loop"); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(SkipNormal());
+    LATTICED_RETURN_IF_ERROR(Expect("outer"));
+    LATTICED_RETURN_IF_ERROR(Expect("loop"));
     for (int corner = 0; corner < 3; ++corner) {
       Vec3d position;
-      if (absl::Status status = Expect("vertex"); !status.ok()) return status;
-      if (absl::Status status = ReadVector(&position); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(Expect("vertex"));
+      LATTICED_RETURN_IF_ERROR(ReadVector(&position));
       mesh_.corner_vertices.push_back(welder_.Add(position));
     }
-    if (absl::Status status = Expect("endloop"); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(Expect("endloop"));
     mesh_.face_offsets.push_back(static_cast<uint32_t>(mesh_.corner_count()));
     mesh_.face_groups.push_back(static_cast<uint32_t>(mesh_.group_names.size() - 1));
     return Expect("endfacet");
@@ -169,10 +178,6 @@ Vec3d FacetNormal(Vec3d a, Vec3d b, Vec3d c) {
   const Vec3d normal = Cross(b - a, c - a);
   const double length = Norm(normal);
   return length > 0 && std::isfinite(length) ? normal / length : Vec3d{};
-}
-
-void AppendVector(Vec3d v, std::string* out) {
-  for (int axis = 0; axis < 3; ++axis) AppendLittleEndian(static_cast<float>(v[axis]), out);
 }
 
 }  // namespace
@@ -193,8 +198,9 @@ std::string WriteStl(const TriangleMesh& mesh) {
   out.reserve(kPreambleBytes + kFacetBytes * mesh.triangles.size());
   AppendLittleEndian(static_cast<uint32_t>(mesh.triangles.size()), &out);
   for (const auto& [a, b, c] : mesh.triangles) {
-    AppendVector(FacetNormal(mesh.positions[a], mesh.positions[b], mesh.positions[c]), &out);
-    for (uint32_t v : {a, b, c}) AppendVector(mesh.positions[v], &out);
+    const Vec3d normal = FacetNormal(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
+    AppendLittleEndian(ToFloat(normal), &out);
+    for (uint32_t v : {a, b, c}) AppendLittleEndian(ToFloat(mesh.positions[v]), &out);
     AppendLittleEndian(uint16_t{0}, &out);
   }
   return out;

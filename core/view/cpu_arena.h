@@ -15,6 +15,9 @@
 #include <atomic>
 #include <cstddef>
 
+#include "absl/status/status.h"
+#include "core/base/mutex.h"
+
 namespace latticed {
 
 class CpuArena {
@@ -60,6 +63,20 @@ class CpuArena {
     ForRanges(count, grain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) body(i);
     });
+  }
+
+  // As ForEach, with a body that returns a status: the status of the first that failed.
+  template <class Body>
+  absl::Status TryEach(size_t count, const Body& body) {
+    Mutex mutex;
+    absl::Status first_error;
+    ForEach(count, [&](size_t i) {
+      const absl::Status status = body(i);
+      if (status.ok()) return;
+      const MutexLock lock(&mutex);
+      first_error.Update(status);
+    });
+    return first_error;
   }
 
  private:

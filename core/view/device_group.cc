@@ -3,16 +3,17 @@
 #include "core/view/device_group.h"
 
 #include <algorithm>
-#include <new>
+#include <cmath>
+#include <numeric>
 #include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/plan_slice.h"
-#include "core/view/chunk_shares.h"
-#include "core/view/spanned_target.h"
+#include "core/view/checked_view.h"
+#include "core/view/spanned_view.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -21,6 +22,86 @@ namespace {
 // On a device: 64 of the plan, and 66 points of 8 bytes.
 constexpr uint64_t kPatchBytes = 592;
 constexpr uint64_t kChunkBytes = kPatchBytes * limits::kPatchesPerChunk;
+
+// A target whose chunks are shared out among other targets, each of a slice of the plan
+// (core/ffd/plan_slice.h). Its vertices are bit for bit those of one target of the whole plan.
+//
+// The plan stays on the host beside its slices: about as much again.
+class SpannedTarget : public DeformTarget {
+ public:
+  struct Part {
+    uint32_t first_chunk;  // of the plan; the first part's is 0, and they rise
+    std::shared_ptr<DeformTarget> target;
+  };
+  // At least one part, all of one pipeline; together they are the plan.
+  SpannedTarget(std::shared_ptr<const DeformPlan> plan, std::vector<Part> parts)
+      : plan_(std::move(plan)), parts_(std::move(parts)) {}
+
+  const DeformPlan& plan() const override { return *plan_; }
+  Pipeline pipeline() const override { return parts_.front().target->pipeline(); }
+  absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
+    return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
+      std::vector<SpannedView::Part> views;
+      for (const Part& part : parts_) {
+        LATTICED_ASSIGN_OR_RETURN(auto view, part.target->CreateView(spec));
+        views.push_back({part.first_chunk, std::move(view)});
+      }
+      return std::make_unique<SpannedView>(plan_, spec, std::move(views));
+    });
+  }
+
+  absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
+                                                  size_t first, size_t last) override {
+    LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
+    return CatchBadAlloc("the control nets", [&]() -> absl::StatusOr<std::vector<double>> {
+      std::vector<double> nets;
+      for (const Part& part : parts_) {
+        const size_t begin = plan_->ChunkPatches(part.first_chunk)[0];
+        const size_t end = begin + part.target->plan().patches.size();
+        const size_t from = std::clamp(first, begin, end), to = std::clamp(last, begin, end);
+        if (from == to) continue;
+        LATTICED_ASSIGN_OR_RETURN(
+            const auto some, part.target->ControlNets(control_points, from - begin, to - begin));
+        nets.insert(nets.end(), some.begin(), some.end());
+      }
+      return nets;
+    });
+  }
+
+  ViewTraits Traits(const ViewSpec& spec) const override {
+    ViewTraits sum{.encode_batch = 0, .device_chunks = {}};
+    for (const Part& part : parts_) {
+      const ViewTraits traits = part.target->Traits(spec);
+      sum.on_device = traits.on_device;
+      sum.host_bytes += traits.host_bytes;
+      sum.encoder_bytes += traits.encoder_bytes;
+      sum.encode_batch += traits.encode_batch;
+      sum.device_chunks.push_back(part.first_chunk);
+    }
+    return sum;
+  }
+
+  MemoryUse memory() const override {
+    MemoryUse use{{"plan", plan_->MemoryBytes()}};
+    for (const Part& part : parts_) {
+      for (const auto& [purpose, bytes] : part.target->memory()) use[purpose] += bytes;
+      use["plan"] += part.target->plan().mesh->MemoryBytes();  // a slice's own
+    }
+    return use;
+  }
+
+  DeviceUse device_use() const override {
+    DeviceUse use;
+    for (const Part& part : parts_) {
+      for (const auto& [device, bytes] : part.target->device_use()) use[device] += bytes;
+    }
+    return use;
+  }
+
+ private:
+  const std::shared_ptr<const DeformPlan> plan_;
+  const std::vector<Part> parts_;
+};
 
 class DeviceGroup : public Backend {
  public:
@@ -60,7 +141,7 @@ class DeviceGroup : public Backend {
 
   absl::StatusOr<std::shared_ptr<DeformTarget>> Share(const std::shared_ptr<const DeformPlan>& plan,
                                                       const std::vector<DeviceState>& states) {
-    try {
+    return CatchBadAlloc("the plan", [&]() -> absl::StatusOr<std::shared_ptr<DeformTarget>> {
       std::vector<uint64_t> free(states.size());
       std::ranges::transform(states, free.begin(), &DeviceState::free_bytes);
       const std::vector<size_t> bounds = ShareChunks(plan->chunk_count(), kChunkBytes, free);
@@ -73,9 +154,7 @@ class DeviceGroup : public Backend {
         parts.push_back({static_cast<uint32_t>(bounds[d]), std::move(target)});
       }
       return std::make_shared<SpannedTarget>(plan, std::move(parts));
-    } catch (const std::bad_alloc&) {
-      return error::AllocationFailed("the plan");
-    }
+    });
   }
 
   const std::vector<std::unique_ptr<Backend>> devices_;
@@ -83,6 +162,25 @@ class DeviceGroup : public Backend {
 };
 
 }  // namespace
+
+std::vector<size_t> ShareChunks(size_t chunks, uint64_t bytes_per_chunk,
+                                std::span<const uint64_t> free_bytes) {
+  const size_t devices = free_bytes.size(), equal = (chunks + devices - 1) / devices;
+  std::vector<double> weights(free_bytes.begin(), free_bytes.end());
+  const bool fits = std::ranges::min(free_bytes) >= equal * bytes_per_chunk;
+  const double room = std::accumulate(weights.begin(), weights.end(), 0.0);
+  if (fits || room == 0) weights.assign(devices, 1);
+  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+  std::vector<size_t> bounds{0};
+  double before = 0;
+  for (const double weight : weights) {
+    before += weight;
+    bounds.push_back(
+        static_cast<size_t>(std::llround(static_cast<double>(chunks) * before / total)));
+  }
+  bounds.back() = chunks;
+  return bounds;
+}
 
 std::unique_ptr<Backend> MakeDeviceGroup(std::vector<std::unique_ptr<Backend>> devices,
                                          uint64_t span_patches) {

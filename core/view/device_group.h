@@ -6,7 +6,7 @@
 //
 //   shared out   plans of `span_patches` patches or more, or of more bytes than any one device's
 //                budget, a view of 10 segments counted in; by pipeline kFused alone, in runs of
-//                chunks (core/view/chunk_shares.h), with the same bits
+//                chunks, with the same bits
 //   else         the device's own target: nothing stands between
 //
 // Errors   those of the devices; where a part is refused no part keeps anything
@@ -14,8 +14,10 @@
 #ifndef LATTICED_CORE_VIEW_DEVICE_GROUP_H_
 #define LATTICED_CORE_VIEW_DEVICE_GROUP_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/backend.h"
@@ -30,6 +32,12 @@ inline constexpr uint64_t kDefaultSpanPatches = 1'000'000;
 // returned as it is.
 [[nodiscard]] std::unique_ptr<Backend> MakeDeviceGroup(
     std::vector<std::unique_ptr<Backend>> devices, uint64_t span_patches = kDefaultSpanPatches);
+
+// How many of `chunks` each device gets: equal counts, where every device has room for an equal share;
+// else in proportion to the room. Patches cost alike whatever they hold, so equal counts are equal times.
+// One run for each number of free bytes: run i is [result[i], result[i + 1]), and may be empty.
+[[nodiscard]] std::vector<size_t> ShareChunks(size_t chunks, uint64_t bytes_per_chunk,
+                                              std::span<const uint64_t> free_bytes);
 
 }  // namespace latticed
 

@@ -6,8 +6,9 @@
 #include <array>
 #include <atomic>
 #include <bit>
-#include <mutex>
 #include <numeric>
+
+#include "core/base/mutex.h"
 
 namespace latticed {
 namespace {
@@ -27,9 +28,9 @@ bool IsStrictlySorted(std::span<const uint32_t> numbers) {
 }
 
 std::span<const uint32_t> NumbersBelow(uint32_t count) {
-  static std::mutex mutex;
+  static Mutex mutex;
   std::atomic<const uint32_t*>& table = tables[static_cast<size_t>(std::bit_width(count))];
-  const std::scoped_lock lock(mutex);
+  const MutexLock lock(&mutex);
   if (table.load() == nullptr) {
     const size_t size = size_t{1} << std::bit_width(count);
     auto* const numbers = new uint32_t[size];

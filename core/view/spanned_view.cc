@@ -3,7 +3,6 @@
 #include "core/view/spanned_view.h"
 
 #include <algorithm>
-#include <new>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -17,7 +16,7 @@ namespace latticed {
 
 SpannedView::SpannedView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
                          std::vector<Part> parts)
-    : plan_(std::move(plan)), contract_(*plan_, spec), parts_(std::move(parts)) {
+    : CheckedView(std::move(plan), spec), parts_(std::move(parts)) {
   uint32_t most = 0;
   for (size_t p = 0; p < parts_.size(); ++p) most = std::max(most, End(p) - parts_[p].first_chunk);
   all_ = NumbersBelow(most);
@@ -25,7 +24,7 @@ SpannedView::SpannedView(std::shared_ptr<const DeformPlan> plan, const ViewSpec&
 
 uint32_t SpannedView::End(size_t part) const {
   return part + 1 < parts_.size() ? parts_[part + 1].first_chunk
-                                  : static_cast<uint32_t>(plan_->chunk_count());
+                                  : static_cast<uint32_t>(plan().chunk_count());
 }
 
 size_t SpannedView::PartOf(uint32_t chunk) const {
@@ -33,26 +32,9 @@ size_t SpannedView::PartOf(uint32_t chunk) const {
   return static_cast<size_t>(after - parts_.begin()) - 1;
 }
 
-absl::Status SpannedView::Evaluate(std::span<const Vec3d> control_points,
-                                   const QuantisationBox& box, std::span<const uint32_t> chunks) {
-  LATTICED_RETURN_IF_ERROR(contract_.CheckEvaluate(control_points, box, chunks));
-  absl::Status status;
-  try {
-    status = EvaluateParts(control_points, box, chunks);
-  } catch (const std::bad_alloc&) {
-    status = error::AllocationFailed("the evaluation");
-  }
-  if (!status.ok()) {
-    contract_.Lost();
-    return status;
-  }
-  contract_.Evaluated(box);
-  return absl::OkStatus();
-}
-
-absl::Status SpannedView::EvaluateParts(std::span<const Vec3d> control_points,
-                                        const QuantisationBox& box,
-                                        std::span<const uint32_t> chunks) {
+absl::Status SpannedView::EvaluateChunks(std::span<const Vec3d> control_points,
+                                         const QuantisationBox& box,
+                                         std::span<const uint32_t> chunks) {
   auto next = chunks.begin();
   for (size_t p = 0; p < parts_.size(); ++p) {
     const uint32_t first = parts_[p].first_chunk;
@@ -71,8 +53,7 @@ absl::Status SpannedView::EvaluateParts(std::span<const Vec3d> control_points,
   return absl::OkStatus();
 }
 
-absl::Status SpannedView::Read(uint32_t chunk, std::span<uint8_t> out) {
-  LATTICED_RETURN_IF_ERROR(contract_.CheckRead(chunk, out.size()));
+absl::Status SpannedView::ReadChunk(uint32_t chunk, std::span<uint8_t> out) {
   const Part& part = parts_[PartOf(chunk)];
   return part.view->Read(chunk - part.first_chunk, out);
 }
@@ -80,17 +61,12 @@ absl::Status SpannedView::Read(uint32_t chunk, std::span<uint8_t> out) {
 std::vector<SpannedView::Share> SpannedView::ShareOut(std::span<const uint32_t> chunks,
                                                       std::span<const VertexDigest> digests) const {
   std::vector<Share> shares(parts_.size());
-  for (size_t i = 0; i < chunks.size();) {
-    const size_t p = PartOf(chunks[i]), place = i;
-    const uint32_t first = parts_[p].first_chunk, end = End(p);
-    Share& share = shares[p];
-    for (; i < chunks.size() && chunks[i] >= first && chunks[i] < end; ++i) {
-      share.chunks.push_back(chunks[i] - first);
-    }
-    share.runs.push_back({place, i - place});
-    if (digests.empty()) continue;
-    const auto its = digests.subspan(place, i - place);
-    share.digests.insert(share.digests.end(), its.begin(), its.end());
+  size_t p = 0;
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    if (chunks[i] < parts_[p].first_chunk || chunks[i] >= End(p)) p = PartOf(chunks[i]);
+    shares[p].places.push_back(i);
+    shares[p].chunks.push_back(chunks[i] - parts_[p].first_chunk);
+    if (!digests.empty()) shares[p].digests.push_back(digests[i]);
   }
   return shares;
 }
@@ -112,40 +88,24 @@ void SpannedView::EncodeAtOnce(std::vector<Share>& shares, Encoding encoding) co
   encode(static_cast<size_t>(first));
 }
 
-void SpannedView::Gather(Share& share, std::span<SharedBytes> results,
-                         std::span<VertexDigest> digests) {
-  size_t done = 0;
-  for (const auto& [place, count] : share.runs) {
-    std::ranges::move(std::span(*share.results).subspan(done, count),
-                      results.subspan(place).begin());
-    if (!digests.empty()) {
-      std::ranges::copy(std::span(share.digests).subspan(done, count),
-                        digests.subspan(place).begin());
-    }
-    done += count;
-  }
-}
-
-absl::StatusOr<std::vector<SharedBytes>> SpannedView::Encode(std::span<const uint32_t> chunks,
-                                                             Encoding encoding,
-                                                             std::span<VertexDigest> digests) {
-  LATTICED_RETURN_IF_ERROR(contract_.CheckEncode(chunks, encoding));
-  if (chunks.empty()) return std::vector<SharedBytes>();
+absl::Status SpannedView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
+                                       std::span<VertexDigest> digests,
+                                       std::span<SharedBytes> results) {
+  std::vector<Share> shares = ShareOut(chunks, digests);
   try {
-    std::vector<SharedBytes> results(chunks.size());
-    std::vector<Share> shares = ShareOut(chunks, digests);
     EncodeAtOnce(shares, encoding);
-    for (Share& share : shares) {
-      if (share.chunks.empty()) continue;
-      if (!share.results.ok()) return share.results.status();
-      Gather(share, results, digests);
-    }
-    return results;
-  } catch (const std::bad_alloc&) {
-    return error::AllocationFailed("the encoding");
   } catch (const std::system_error&) {
     return error::AllocationFailed("a thread of the encoding");
   }
+  for (Share& share : shares) {
+    if (share.chunks.empty()) continue;
+    LATTICED_RETURN_IF_ERROR(share.results.status());
+    for (size_t k = 0; k < share.places.size(); ++k) {
+      results[share.places[k]] = std::move((*share.results)[k]);
+      if (!digests.empty()) digests[share.places[k]] = share.digests[k];
+    }
+  }
+  return absl::OkStatus();
 }
 
 MemoryUse SpannedView::memory() const {

@@ -2,16 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/view/view_encoder.h"
 
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
 #include <algorithm>
 #include <array>
-#include <mutex>
 #include <numeric>
 #include <utility>
 
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
-#include "core/view/vertex_digest.h"
 
 namespace latticed {
 namespace {
@@ -27,6 +28,17 @@ std::vector<std::array<uint32_t, 3>> ChunkTriangles(int segments, size_t patches
     }
   }
   return triangles;
+}
+
+// The digest of a chunk's vertices on the host: XXH3's 128 bits of their bytes in wire layout.
+//
+// A dirty chunk whose integers are those that its bytes were made from need not be encoded. To keep
+// the integers for comparison would double the memory of vertices; the digest is 16 bytes a chunk,
+// and takes 0.3 ns a point of 8 bytes on one core where the encoding takes 13. Two chunks that differ
+// have one digest once in 2^128 comparisons: a million a second would miss one update in 10^25 years.
+VertexDigest DigestOf(std::span<const uint8_t> vertices) {
+  const XXH128_hash_t hash = XXH3_128bits(vertices.data(), vertices.size());
+  return {hash.low64, hash.high64};
 }
 
 size_t DivideUp(size_t count, size_t step) { return (count + step - 1) / step; }
@@ -133,17 +145,11 @@ absl::Status ViewEncoder::Encode(std::span<const uint32_t> chunks, Encoding enco
     return absl::OkStatus();
   }
   const size_t size = BatchSize(places.size(), encoder_->batch(), arena_.ThreadsFor(places.size()));
-  std::mutex mutex;
-  absl::Status first_error;
-  arena_.ForEach(DivideUp(places.size(), size), [&](size_t b) {
+  return arena_.TryEach(DivideUp(places.size(), size), [&](size_t b) {
     const size_t first = b * size;
     const auto batch = std::span(places).subspan(first, std::min(size, places.size() - first));
-    const absl::Status status = EncodeDraco(chunks, batch, encoding, range, bytes_of, results);
-    if (status.ok()) return;
-    const std::scoped_lock lock(mutex);
-    first_error.Update(status);
+    return EncodeDraco(chunks, batch, encoding, range, bytes_of, results);
   });
-  return first_error;
 }
 
 }  // namespace latticed

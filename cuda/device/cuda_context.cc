@@ -3,7 +3,7 @@
 #include "cuda/device/cuda_context.h"
 
 #include "core/base/status_macros.h"
-#include "core/view/allowed_threads.h"
+#include "core/view/machine.h"
 
 namespace latticed {
 
@@ -33,29 +33,17 @@ absl::StatusOr<std::shared_ptr<CudaContext>> CudaContext::Create(int device,
 
 absl::StatusOr<std::shared_ptr<const DeviceStage>> CudaContext::Stage(int degree, int segments,
                                                                       DeviceReservation& from) {
-  if (auto known = StageNow(degree, segments); known != nullptr) return known;
-  // Uploaded without the lock: others, of other sizes, do not wait for it.
-  auto made = DeviceStage::Create(degree, segments, from, stream_);
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   std::weak_ptr<const DeviceStage>& kept = stages_[{degree, segments}];
-  // Before a refusal is told: another's copy may be what has taken the room.
-  if (auto known = kept.lock(); known != nullptr) {
-    // Our copy is free before any later block is refused.
-    if (made.ok()) from.LeaveBehind((*made)->MemoryBytes());
-    return known;
-  }
-  if (!made.ok()) return made;
-  kept = *made;
+  if (auto known = kept.lock(); known != nullptr) return known;
+  LATTICED_ASSIGN_OR_RETURN(auto made, DeviceStage::Create(degree, segments, from, stream_));
+  kept = made;
   return made;
 }
 
 uint64_t CudaContext::StageBytesToCome(int degree, int segments) {
-  return StageNow(degree, segments) != nullptr ? 0 : DeviceStage::DeviceBytesFor(degree, segments);
-}
-
-std::shared_ptr<const DeviceStage> CudaContext::StageNow(int degree, int segments) {
-  const std::scoped_lock lock(mutex_);
-  return stages_[{degree, segments}].lock();
+  const MutexLock lock(&mutex_);
+  return stages_[{degree, segments}].expired() ? DeviceStage::DeviceBytesFor(degree, segments) : 0;
 }
 
 }  // namespace latticed

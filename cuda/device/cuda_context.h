@@ -11,9 +11,9 @@
 
 #include <map>
 #include <memory>
-#include <mutex>
 #include <utility>
 
+#include "core/base/mutex.h"
 #include "core/view/cpu_arena.h"
 #include "cuda/device/cuda_lanes.h"
 #include "cuda/device/cuda_options.h"
@@ -38,7 +38,6 @@ class CudaContext {
   CpuArena& arena() { return arena_; }
 
   // Stage matrices, uploaded once, of bytes reserved: StageBytesToCome. Shared while anyone holds them.
-  // Two who ask at once may both upload them; one of the two is kept.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeviceStage>> Stage(int degree, int segments,
                                                                          DeviceReservation& from);
   // What Stage allocates: nothing while anyone holds them.
@@ -47,8 +46,6 @@ class CudaContext {
  private:
   CudaContext(int device, const CudaOptions& options, std::shared_ptr<DeviceMemory> memory,
               CudaStream stream);
-  // Null where nobody holds them.
-  std::shared_ptr<const DeviceStage> StageNow(int degree, int segments);
 
   int device_;
   std::shared_ptr<DeviceMemory> memory_;
@@ -57,8 +54,8 @@ class CudaContext {
   std::shared_ptr<const ChunkEncoder> encoder_;
   CpuArena arena_;
   CudaStream stream_;
-  std::mutex mutex_;
-  std::map<std::pair<int, int>, std::weak_ptr<const DeviceStage>> stages_;  // guarded by mutex_
+  Mutex mutex_;
+  std::map<std::pair<int, int>, std::weak_ptr<const DeviceStage>> stages_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace latticed

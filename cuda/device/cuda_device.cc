@@ -31,12 +31,8 @@ absl::StatusOr<CudaStream> CudaStream::Create(StreamPriority priority) {
   return CudaStream(stream);
 }
 
-CudaStream::~CudaStream() {
-  if (stream_ != nullptr) static_cast<void>(cudaStreamDestroy(stream_));
-}
-
 absl::Status CudaStream::Synchronize(std::string_view what) const {
-  return CudaStatus(cudaStreamSynchronize(stream_), what);
+  return CudaStatus(cudaStreamSynchronize(get()), what);
 }
 
 absl::StatusOr<CudaEvent> CudaEvent::Create() {
@@ -46,16 +42,12 @@ absl::StatusOr<CudaEvent> CudaEvent::Create() {
   return CudaEvent(event);
 }
 
-CudaEvent::~CudaEvent() {
-  if (event_ != nullptr) static_cast<void>(cudaEventDestroy(event_));
-}
-
 absl::Status CudaEvent::Record(cudaStream_t stream) const {
-  return CudaStatus(cudaEventRecord(event_, stream), "an event");
+  return CudaStatus(cudaEventRecord(event_.get(), stream), "an event");
 }
 
 absl::Status CudaEvent::Synchronize() const {
-  return CudaStatus(cudaEventSynchronize(event_), "an event");
+  return CudaStatus(cudaEventSynchronize(event_.get()), "an event");
 }
 
 absl::Status CheckDevice(int device) {

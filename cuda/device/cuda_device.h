@@ -11,8 +11,9 @@
 
 #include <cuda_runtime_api.h>
 
+#include <memory>
 #include <string>
-#include <utility>
+#include <type_traits>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -41,30 +42,24 @@ class CudaStream {
   // On the current device.
   [[nodiscard]] static absl::StatusOr<CudaStream> Create(
       StreamPriority priority = StreamPriority::kLeast);
-  ~CudaStream();
-  CudaStream(const CudaStream&) = delete;  // one owner
-  CudaStream& operator=(const CudaStream&) = delete;
-  CudaStream(CudaStream&& other) noexcept : stream_(std::exchange(other.stream_, nullptr)) {}
-  CudaStream& operator=(CudaStream&&) = delete;
 
-  cudaStream_t get() const { return stream_; }
+  cudaStream_t get() const { return stream_.get(); }
   // Waits for this stream alone.
   [[nodiscard]] absl::Status Synchronize(std::string_view what) const;
 
  private:
+  struct Destroy {
+    void operator()(cudaStream_t stream) const { static_cast<void>(cudaStreamDestroy(stream)); }
+  };
+
   explicit CudaStream(cudaStream_t stream) : stream_(stream) {}
-  cudaStream_t stream_;
+  std::unique_ptr<std::remove_pointer_t<cudaStream_t>, Destroy> stream_;
 };
 
 // Without timing: for order only.
 class CudaEvent {
  public:
   [[nodiscard]] static absl::StatusOr<CudaEvent> Create();
-  ~CudaEvent();
-  CudaEvent(const CudaEvent&) = delete;  // one owner
-  CudaEvent& operator=(const CudaEvent&) = delete;
-  CudaEvent(CudaEvent&& other) noexcept : event_(std::exchange(other.event_, nullptr)) {}
-  CudaEvent& operator=(CudaEvent&&) = delete;
 
   // Marks the end of what the stream holds now; does not wait.
   [[nodiscard]] absl::Status Record(cudaStream_t stream) const;
@@ -72,8 +67,12 @@ class CudaEvent {
   [[nodiscard]] absl::Status Synchronize() const;
 
  private:
+  struct Destroy {
+    void operator()(cudaEvent_t event) const { static_cast<void>(cudaEventDestroy(event)); }
+  };
+
   explicit CudaEvent(cudaEvent_t event) : event_(event) {}
-  cudaEvent_t event_;
+  std::unique_ptr<std::remove_pointer_t<cudaEvent_t>, Destroy> event_;
 };
 
 // kUnavailable where this machine has no such device, or no driver for it.

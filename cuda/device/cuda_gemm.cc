@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device/cuda_gemm.h"
 
-#include <algorithm>
-#include <limits>
+#include <dlfcn.h>
 
+#include <string>
+
+#include "core/base/error.h"
+#include "core/base/matrix_view.h"
 #include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 #include "fmt/format.h"
@@ -12,24 +15,48 @@
 namespace latticed {
 namespace {
 
-bool FitsInt(size_t n) { return n <= static_cast<size_t>(std::numeric_limits<int>::max()); }
-
-template <typename T>
-absl::Status CheckShapes(DeviceMatrix<const T> a, DeviceMatrix<const T> b, DeviceMatrix<T> c) {
-  if (a.columns == b.rows && a.rows == c.rows && b.columns == c.columns && a.stride >= a.rows &&
-      b.stride >= b.rows && c.stride >= c.rows && FitsInt(c.rows) && FitsInt(c.columns) &&
-      FitsInt(std::max({a.stride, b.stride, c.stride}))) {
-    return absl::OkStatus();
-  }
-  return absl::InternalError(fmt::format(
-      "shapes of a product must fit: ({} x {}, stride {}) * ({} x {}, stride {}) -> "
-      "({} x {}, stride {})",
-      a.rows, a.columns, a.stride, b.rows, b.columns, b.stride, c.rows, c.columns, c.stride));
-}
-
 int Int(size_t n) { return static_cast<int>(n); }
 
+void* Open(std::string& problem) {
+  const std::string name = fmt::format("libcublas.so.{}", CUBLAS_VER_MAJOR);
+  // Some installations leave the toolkit off the loader's path.
+  for (const std::string& path : {name, "/usr/local/cuda/lib64/" + name}) {
+    if (void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL)) return library;
+    if (problem.empty()) problem = dlerror();
+  }
+  return nullptr;
+}
+
+template <typename Function>
+bool Find(void* library, const char* name, Function& function) {
+  function = reinterpret_cast<Function>(dlsym(library, name));
+  return function != nullptr;
+}
+
+absl::StatusOr<CublasLibrary> Load() {
+  std::string problem;
+  void* const library = Open(problem);
+  CublasLibrary result;
+  if (library != nullptr && Find(library, "cublasCreate_v2", result.create) &&
+      Find(library, "cublasDestroy_v2", result.destroy) &&
+      Find(library, "cublasSetStream_v2", result.set_stream) &&
+      Find(library, "cublasSetWorkspace_v2", result.set_workspace) &&
+      Find(library, "cublasSetAtomicsMode", result.set_atomics_mode) &&
+      Find(library, "cublasSgemm_v2", result.sgemm) &&
+      Find(library, "cublasDgemm_v2", result.dgemm)) {
+    return result;
+  }
+  if (problem.empty()) problem = "a function is missing";
+  return error::Unavailable("NO_CUBLAS", "cuBLAS cannot be loaded: " + problem, 0);
+}
+
 }  // namespace
+
+absl::StatusOr<const CublasLibrary*> CublasLibrary::Get() {
+  static const absl::StatusOr<CublasLibrary> library = Load();
+  if (!library.ok()) return library.status();
+  return &*library;
+}
 
 absl::StatusOr<std::unique_ptr<CudaGemm>> CudaGemm::Create(DeviceReservation& from,
                                                            cudaStream_t stream) {
@@ -55,7 +82,7 @@ CudaGemm::~CudaGemm() { static_cast<void>(library_.destroy(handle_)); }
 
 absl::Status CudaGemm::Multiply(DeviceMatrix<const float> a, DeviceMatrix<const float> b,
                                 DeviceMatrix<float> c) {
-  LATTICED_RETURN_IF_ERROR(CheckShapes(a, b, c));
+  LATTICED_RETURN_IF_ERROR(CheckProduct(a, b, c));
   const float one = 1, zero = 0;
   return CublasStatus(library_.sgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns),
                                      Int(a.columns), &one, a.data, Int(a.stride), b.data,
@@ -65,7 +92,7 @@ absl::Status CudaGemm::Multiply(DeviceMatrix<const float> a, DeviceMatrix<const 
 
 absl::Status CudaGemm::Multiply(DeviceMatrix<const double> a, DeviceMatrix<const double> b,
                                 DeviceMatrix<double> c) {
-  LATTICED_RETURN_IF_ERROR(CheckShapes(a, b, c));
+  LATTICED_RETURN_IF_ERROR(CheckProduct(a, b, c));
   const double one = 1, zero = 0;
   return CublasStatus(library_.dgemm(handle_, CUBLAS_OP_N, CUBLAS_OP_N, Int(c.rows), Int(c.columns),
                                      Int(a.columns), &one, a.data, Int(a.stride), b.data,

@@ -24,7 +24,7 @@ absl::StatusOr<CudaGemm*> CudaLane::gemm(DeviceReservation& from) {
 absl::StatusOr<std::shared_ptr<CudaLane>> CudaLanes::Borrow(StreamPriority priority) {
   std::unique_ptr<CudaLane> lane;
   {
-    const std::scoped_lock lock(mutex_);
+    const MutexLock lock(&mutex_);
     const auto found = std::ranges::find(free_, priority, &CudaLane::priority);
     if (found != free_.end()) {
       lane = std::move(*found);
@@ -42,13 +42,16 @@ absl::StatusOr<std::shared_ptr<CudaLane>> CudaLanes::Borrow(StreamPriority prior
 }
 
 void CudaLanes::Return(std::unique_ptr<CudaLane> lane) {
-  std::unique_lock lock(mutex_);
-  if (lane->has_gemm() && std::ranges::count_if(free_, &CudaLane::has_gemm) >= kMostIdleHandles) {
-    lock.unlock();
+  bool keeps_handle = !lane->has_gemm();
+  if (!keeps_handle) {
+    const MutexLock lock(&mutex_);
+    keeps_handle = std::ranges::count_if(free_, &CudaLane::has_gemm) < kMostIdleHandles;
+  }
+  if (!keeps_handle) {
     const DeviceGuard guard(memory_->device());
     lane->DropGemm();
-    lock.lock();
   }
+  const MutexLock lock(&mutex_);
   free_.push_back(std::move(lane));
 }
 

@@ -11,11 +11,11 @@
 
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "cuda/device/cuda_device.h"
 #include "cuda/device/cuda_gemm.h"
 
@@ -64,8 +64,8 @@ class CudaLanes : public std::enable_shared_from_this<CudaLanes> {
   void Return(std::unique_ptr<CudaLane> lane);
 
   std::shared_ptr<DeviceMemory> memory_;
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<CudaLane>> free_;  // guarded by mutex_
+  Mutex mutex_;
+  std::vector<std::unique_ptr<CudaLane>> free_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace latticed

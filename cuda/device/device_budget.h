@@ -12,11 +12,11 @@
 #define LATTICED_CUDA_DEVICE_DEVICE_BUDGET_H_
 
 #include <cstdint>
-#include <mutex>
 #include <string_view>
 
 #include "absl/status/status.h"
 #include "core/backend.h"
+#include "core/base/mutex.h"
 
 namespace latticed {
 
@@ -41,9 +41,9 @@ class DeviceBudget {
  private:
   const int device_;
   const uint64_t bytes_;
-  mutable std::mutex mutex_;
-  uint64_t taken_bytes_ = 0;  // reserved or used; these two guarded by mutex_
-  MemoryUse use_;
+  mutable Mutex mutex_;
+  uint64_t taken_bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // reserved or used
+  MemoryUse use_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace latticed

@@ -60,55 +60,35 @@ class DeviceBuffer {
                                                            cudaStream_t stream) {
     return Filled(Create(room, purpose, from.size(), stream), from);
   }
-  ~DeviceBuffer() { Reset(); }
-  DeviceBuffer(const DeviceBuffer&) = delete;  // one owner
-  DeviceBuffer& operator=(const DeviceBuffer&) = delete;
-  DeviceBuffer(DeviceBuffer&& other) noexcept
-      : memory_(std::move(other.memory_)),
-        purpose_(other.purpose_),
-        data_(std::exchange(other.data_, nullptr)),
-        size_(std::exchange(other.size_, 0)),
-        stream_(other.stream_) {}
-  DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
-    if (this == &other) return *this;
-    Reset();
-    memory_ = std::move(other.memory_);
-    purpose_ = other.purpose_;
-    data_ = std::exchange(other.data_, nullptr);
-    size_ = std::exchange(other.size_, 0);
-    stream_ = other.stream_;
-    return *this;
-  }
-
-  T* data() const { return data_; }
+  T* data() const { return data_.get(); }
   size_t size() const { return size_; }
   size_t size_bytes() const { return size_ * sizeof(T); }
-  DeviceSpan<T> span() const { return {data_, size_}; }
+  DeviceSpan<T> span() const { return {data(), size_}; }
 
  private:
+  struct Free {
+    std::shared_ptr<DeviceMemory> memory;
+    std::string_view purpose;
+    size_t bytes = 0;
+    cudaStream_t stream = nullptr;
+    void operator()(T* data) const { memory->Free(data, purpose, bytes, stream); }
+  };
+
   DeviceBuffer(std::shared_ptr<DeviceMemory> memory, std::string_view purpose, T* data, size_t size,
                cudaStream_t stream)
-      : memory_(std::move(memory)), purpose_(purpose), data_(data), size_(size), stream_(stream) {}
+      : data_(data, Free{std::move(memory), purpose, size * sizeof(T), stream}), size_(size) {}
+
   static absl::StatusOr<DeviceBuffer> Filled(absl::StatusOr<DeviceBuffer> buffer,
                                              std::span<const T> from) {
     if (!buffer.ok() || from.empty()) return buffer;
     LATTICED_RETURN_IF_ERROR(
-        CudaStatus(cudaMemcpyAsync(buffer->data_, from.data(), from.size_bytes(),
-                                   cudaMemcpyHostToDevice, buffer->stream_),
-                   buffer->purpose_));
+        CudaStatus(cudaMemcpyAsync(buffer->data(), from.data(), from.size_bytes(),
+                                   cudaMemcpyHostToDevice, buffer->data_.get_deleter().stream),
+                   buffer->data_.get_deleter().purpose));
     return buffer;
   }
-  void Reset() {
-    if (memory_ != nullptr) memory_->Free(data_, purpose_, size_bytes(), stream_);
-    data_ = nullptr;
-    size_ = 0;
-  }
-
-  std::shared_ptr<DeviceMemory> memory_;
-  std::string_view purpose_;
-  T* data_ = nullptr;
+  std::unique_ptr<T, Free> data_;
   size_t size_ = 0;
-  cudaStream_t stream_ = nullptr;
 };
 
 }  // namespace latticed

@@ -15,7 +15,6 @@ struct DeviceSpan {
   T* data = nullptr;
   size_t size = 0;
 
-  DeviceSpan Sub(size_t offset, size_t count) const { return {data + offset, count}; }
   // Implicit, as from a span of T to one of const T.
   // NOLINTNEXTLINE(google-explicit-constructor)
   operator DeviceSpan<const T>() const { return {data, size}; }

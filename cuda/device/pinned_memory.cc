@@ -11,6 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "core/view/machine.h"
 #include "cuda/device/cuda_status.h"
 
 namespace latticed {
@@ -22,13 +23,8 @@ constexpr size_t kPage = size_t{4} << 10, kHugePage = size_t{2} << 20;
 // Kept for later users at most; what comes back beyond it is unpinned.
 constexpr size_t kMostFreeBytes = size_t{256} << 20;
 
-uint64_t FreeHostBytes() {
-  const long pages = sysconf(_SC_AVPHYS_PAGES), size = sysconf(_SC_PAGESIZE);
-  return pages > 0 && size > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(size) : 0;
-}
-
 absl::Status OutOfHostMemory(size_t asked) {
-  return error::OutOfMemory(kStagingPurpose, asked, FreeHostBytes());
+  return error::OutOfMemory(kStagingPurpose, asked, MachineBytes(_SC_AVPHYS_PAGES));
 }
 
 // `size`: a power of two, of whole pages. They are brought in here, huge ones where the host has
@@ -54,9 +50,7 @@ void Unpin(uint8_t* data) {
 
 }  // namespace
 
-PinnedBuffer::~PinnedBuffer() {
-  if (data_ != nullptr) memory_->Return(data_, size_);
-}
+void PinnedDeleter::operator()(uint8_t* data) const { memory->Return(data, size); }
 
 PinnedMemory::~PinnedMemory() {
   for (const auto& [size, data] : free_) Unpin(data);
@@ -66,7 +60,7 @@ absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
   const size_t size = std::bit_ceil(std::max(bytes, kPage));
   if (refuse_ && refuse_(kStagingPurpose, size)) return OutOfHostMemory(size);
   {
-    const std::scoped_lock lock(mutex_);
+    const MutexLock lock(&mutex_);
     if (const auto block = free_.find(size); block != free_.end()) {
       uint8_t* const data = block->second;
       free_.erase(block);
@@ -76,19 +70,19 @@ absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
     }
   }
   LATTICED_ASSIGN_OR_RETURN(const auto data, Pin(size));
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   lent_bytes_ += size;
   return PinnedBuffer(shared_from_this(), data, size);
 }
 
 uint64_t PinnedMemory::lent_bytes() const {
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   return lent_bytes_;
 }
 
 void PinnedMemory::Return(uint8_t* data, size_t size) {
   {
-    const std::scoped_lock lock(mutex_);
+    const MutexLock lock(&mutex_);
     lent_bytes_ -= size;
     if (free_bytes_ + size <= kMostFreeBytes) {
       free_.emplace(size, data);

@@ -15,46 +15,34 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <mutex>
-#include <span>
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "core/base/mutex.h"
 #include "cuda/device/device_memory.h"
 
 namespace latticed {
 
 class PinnedMemory;
 
+struct PinnedDeleter {
+  std::shared_ptr<PinnedMemory> memory;
+  size_t size = 0;
+  void operator()(uint8_t* data) const;
+};
+
 class PinnedBuffer {
  public:
   PinnedBuffer() = default;
-  ~PinnedBuffer();
-  PinnedBuffer(const PinnedBuffer&) = delete;  // one owner
-  PinnedBuffer& operator=(const PinnedBuffer&) = delete;
-  PinnedBuffer(PinnedBuffer&& other) noexcept
-      : memory_(std::move(other.memory_)),
-        data_(std::exchange(other.data_, nullptr)),
-        size_(std::exchange(other.size_, 0)) {}
-  PinnedBuffer& operator=(PinnedBuffer&& other) noexcept {
-    std::swap(memory_, other.memory_);
-    std::swap(data_, other.data_);
-    std::swap(size_, other.size_);
-    return *this;
-  }
-
-  uint8_t* data() const { return data_; }
-  size_t size() const { return size_; }
-  std::span<uint8_t> span() const { return {data_, size_}; }
+  uint8_t* data() const { return data_.get(); }
+  size_t size() const { return data_.get_deleter().size; }
 
  private:
   friend class PinnedMemory;
   PinnedBuffer(std::shared_ptr<PinnedMemory> memory, uint8_t* data, size_t size)
-      : memory_(std::move(memory)), data_(data), size_(size) {}
+      : data_(data, PinnedDeleter{std::move(memory), size}) {}
 
-  std::shared_ptr<PinnedMemory> memory_;
-  uint8_t* data_ = nullptr;
-  size_t size_ = 0;
+  std::unique_ptr<uint8_t, PinnedDeleter> data_;
 };
 
 class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
@@ -71,14 +59,14 @@ class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
   uint64_t lent_bytes() const;
 
  private:
-  friend class PinnedBuffer;
+  friend struct PinnedDeleter;
   void Return(uint8_t* data, size_t size);
 
   RefuseAllocation refuse_;
-  mutable std::mutex mutex_;
-  std::multimap<size_t, uint8_t*> free_;  // by size; these three guarded by mutex_
-  size_t free_bytes_ = 0;
-  uint64_t lent_bytes_ = 0;
+  mutable Mutex mutex_;
+  std::multimap<size_t, uint8_t*> free_ ABSL_GUARDED_BY(mutex_);  // by size
+  size_t free_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint64_t lent_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace latticed

@@ -138,9 +138,9 @@ absl::Status DeviceDracoWriter::Round(const Vertices& vertices, const kernels::D
                                              std::span<const uint32_t>(batch.numbers), stream));
     work.numbers = list.data();
   }
-  LATTICED_ASSIGN_OR_RETURN(const auto scratch, DracoScratch::Create(*context_, stream, entry_room,
-                                                                     !batch.digests.empty(), work));
-  LATTICED_RETURN_IF_ERROR(Code(work, frame, scratch.places(), batch));
+  LATTICED_ASSIGN_OR_RETURN(const auto scratch, MakeDracoScratch(*context_, stream, entry_room,
+                                                                 !batch.digests.empty(), work));
+  LATTICED_RETURN_IF_ERROR(Code(work, frame, scratch.places, batch));
 
   const size_t digest_bytes = batch.digests.size() * sizeof(VertexDigest);
   std::vector<VertexDigest> found(batch.digests.size());
@@ -150,7 +150,7 @@ absl::Status DeviceDracoWriter::Round(const Vertices& vertices, const kernels::D
   const size_t bytes = places.back().at + kernels::RoundUpTo16(places.back().size);
   std::shared_ptr<const PinnedBuffer> block;
   if (bytes > 0) {
-    LATTICED_ASSIGN_OR_RETURN(block, Pack(work, frame, scratch.places(), bytes));
+    LATTICED_ASSIGN_OR_RETURN(block, Pack(work, frame, scratch.places, bytes));
   }
   for (size_t i = 0; i < places.size(); ++i) {
     if (places[i].size > 0) {

@@ -4,7 +4,7 @@
 // A chunk's digest: two sums over its bytes, eight at a time, of 64 bits that depend on them and on
 // where they are by two mixing functions (splitmix64's, Stafford's variants 13 and 4 of Murmur3's
 // finaliser). Sums need no order, so all threads add to them. The host's digest is another
-// (core/view/vertex_digest.h): a chunk that was encoded there is encoded here once more.
+// (core/view/view_encoder.cc): a chunk that was encoded there is encoded here once more.
 #include "cuda/draco/draco_table.cuh"
 
 namespace latticed::kernels {

@@ -69,9 +69,8 @@ size_t Divide(uint8_t* block, bool digests, DracoWork& work, kernels::DracoPlace
 
 }  // namespace
 
-absl::StatusOr<DracoScratch> DracoScratch::Create(CudaContext& context, cudaStream_t stream,
-                                                  uint32_t entry_room, bool digests,
-                                                  DracoWork& work) {
+absl::StatusOr<DracoScratch> MakeDracoScratch(CudaContext& context, cudaStream_t stream,
+                                              uint32_t entry_room, bool digests, DracoWork& work) {
   if (entry_room == 0) entry_room = UsualEntries(work);
   work.entry_room = std::max(entry_room, MostEntries(work));
   kernels::DracoPlace* places = nullptr;
@@ -81,7 +80,7 @@ absl::StatusOr<DracoScratch> DracoScratch::Create(CudaContext& context, cudaStre
   Divide(block.data(), digests, work, places);
   LATTICED_RETURN_IF_ERROR(
       CudaStatus(cudaMemsetAsync(work.control, 0, sizeof(*work.control), stream), "the encoding"));
-  return DracoScratch(std::move(block), places);
+  return DracoScratch{std::move(block), places};
 }
 
 }  // namespace latticed

@@ -16,23 +16,17 @@
 
 namespace latticed {
 
-class DracoScratch {
- public:
-  // For the chunks of `work`, whose pointers to working memory are set, that to digests where they
-  // are asked for. `entry_room`: 0, what most chunks need; never less than one chunk may need.
-  [[nodiscard]] static absl::StatusOr<DracoScratch> Create(CudaContext& context,
-                                                           cudaStream_t stream, uint32_t entry_room,
-                                                           bool digests, kernels::DracoWork& work);
-
-  kernels::DracoPlace* places() const { return places_; }
-
- private:
-  DracoScratch(DeviceBuffer<uint8_t> block, kernels::DracoPlace* places)
-      : block_(std::move(block)), places_(places) {}
-
-  DeviceBuffer<uint8_t> block_;
-  kernels::DracoPlace* places_;
+struct DracoScratch {
+  DeviceBuffer<uint8_t> block;
+  kernels::DracoPlace* places;  // in the block, one a chunk
 };
+
+// For the chunks of `work`, whose pointers to working memory are set, that to digests where they are
+// asked for. `entry_room`: 0, what most chunks need; never less than one chunk may need.
+[[nodiscard]] absl::StatusOr<DracoScratch> MakeDracoScratch(CudaContext& context,
+                                                            cudaStream_t stream,
+                                                            uint32_t entry_room, bool digests,
+                                                            kernels::DracoWork& work);
 
 }  // namespace latticed
 

@@ -121,7 +121,7 @@ absl::Status CudaGemmKernel::Evaluate(const CudaFrame& frame, const Quantisation
 
 absl::Status CudaGemmKernel::EvaluateTile(const kernels::Tile& tile, const VertexWriter& writer,
                                           DeviceSpan<uint8_t> vertices) {
-  LATTICED_RETURN_IF_ERROR(stages_.in_double() ? ControlNetProducts(tile) : Products(tile));
+  LATTICED_RETURN_IF_ERROR(Products(tile));
   lane_->Enqueued("products");
   const DeviceStage& stage = stages_.stage();
   const kernels::Surface surface{.products = buffers_.surface.data(),
@@ -142,43 +142,40 @@ absl::Status CudaGemmKernel::EvaluateTile(const kernels::Tile& tile, const Verte
 }
 
 absl::Status CudaGemmKernel::Products(const kernels::Tile& tile) {
-  const DeviceStage& stage = stages_.stage();
-  const kernels::Samples<float> samples{.points = stage.samples(),
-                                        .degree = stage.degree(),
-                                        .m = static_cast<int>(stage.m()),
-                                        .positions = buffers_.samples.data(),
-                                        .by_normal = buffers_.by_normal.data(),
-                                        .centres = buffers_.centres.data()};
   LATTICED_RETURN_IF_ERROR(
-      CudaStatus(kernels::LaunchSamples(tile, samples, lane_->stream().get()), "the samples"));
-  lane_->Enqueued("samples");
-  LATTICED_RETURN_IF_ERROR(stages_.Apply(Matrix(buffers_.samples, stage.m(), tile.count),
-                                         Matrix(buffers_.surface, stages_.rows(), tile.count)));
+      stages_.in_double() ? Sample(tile, buffers_.samples_d.data(), buffers_.by_normal_d.data())
+                          : Sample(tile, buffers_.samples.data(), buffers_.by_normal.data()));
+  LATTICED_RETURN_IF_ERROR(
+      Apply(tile, buffers_.samples_d, buffers_.samples, buffers_.surface, stages_.rows()));
   if (!smooth()) return absl::OkStatus();
-  return stages_.Apply(Matrix(buffers_.by_normal, stage.m(), tile.count),
-                       Matrix(buffers_.across, stage.q(), tile.count));
+  return Apply(tile, buffers_.by_normal_d, buffers_.by_normal, buffers_.across,
+               stages_.stage().q());
 }
 
-absl::Status CudaGemmKernel::ControlNetProducts(const kernels::Tile& tile) {
+template <typename T>
+absl::Status CudaGemmKernel::Sample(const kernels::Tile& tile, T* positions, T* by_normal) {
   const DeviceStage& stage = stages_.stage();
-  const size_t m = stage.m();
-  const kernels::Samples<double> samples{.points = stage.samples(),
-                                         .degree = stage.degree(),
-                                         .m = static_cast<int>(m),
-                                         .positions = buffers_.samples_d.data(),
-                                         .by_normal = buffers_.by_normal_d.data(),
-                                         .centres = buffers_.centres.data()};
+  const kernels::Samples<T> samples{.points = stage.samples(),
+                                    .degree = stage.degree(),
+                                    .m = static_cast<int>(stage.m()),
+                                    .positions = positions,
+                                    .by_normal = by_normal,
+                                    .centres = buffers_.centres.data()};
   LATTICED_RETURN_IF_ERROR(
       CudaStatus(kernels::LaunchSamples(tile, samples, lane_->stream().get()), "the samples"));
   lane_->Enqueued("samples");
-  const DeviceMatrix<double> control = Matrix(buffers_.control_d, m, tile.count);
-  LATTICED_RETURN_IF_ERROR(stages_.Apply(Matrix(buffers_.samples_d, m, tile.count), control,
-                                         Matrix(buffers_.samples, m, tile.count),
-                                         Matrix(buffers_.surface, stages_.rows(), tile.count)));
-  if (!smooth()) return absl::OkStatus();
-  return stages_.Apply(Matrix(buffers_.by_normal_d, m, tile.count), control,
-                       Matrix(buffers_.by_normal, m, tile.count),
-                       Matrix(buffers_.across, stage.q(), tile.count));
+  return absl::OkStatus();
+}
+
+absl::Status CudaGemmKernel::Apply(const kernels::Tile& tile, const DeviceBuffer<double>& in_double,
+                                   const DeviceBuffer<float>& samples,
+                                   const DeviceBuffer<float>& out, size_t rows) {
+  const size_t m = stages_.stage().m();
+  const DeviceMatrix<float> rounded = Matrix(samples, m, tile.count);
+  const DeviceMatrix<float> products = Matrix(out, rows, tile.count);
+  if (!stages_.in_double()) return stages_.Apply(rounded, products);
+  return stages_.Apply(Matrix(in_double, m, tile.count), Matrix(buffers_.control_d, m, tile.count),
+                       rounded, products);
 }
 
 size_t CudaGemmKernel::Buffers::bytes() const {

@@ -55,7 +55,12 @@ class CudaGemmKernel : public CudaVertexKernel {
   absl::Status EvaluateTile(const kernels::Tile& tile, const VertexWriter& writer,
                             DeviceSpan<uint8_t> vertices);
   absl::Status Products(const kernels::Tile& tile);
-  absl::Status ControlNetProducts(const kernels::Tile& tile);
+  template <typename T>
+  absl::Status Sample(const kernels::Tile& tile, T* positions, T* by_normal);
+  // The products of `samples`, or, by kControlNet, of the same `in_double`, which are rounded to them.
+  absl::Status Apply(const kernels::Tile& tile, const DeviceBuffer<double>& in_double,
+                     const DeviceBuffer<float>& samples, const DeviceBuffer<float>& out,
+                     size_t rows);
 
   std::shared_ptr<const DeformPlan> plan_;
   std::shared_ptr<DevicePlan> device_plan_;

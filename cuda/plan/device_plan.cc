@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/ffd/box_basis.h"
 #include "core/ffd/direct_ffd.h"
-#include "cuda/plan/device_boxes.h"
-#include "cuda/plan/device_shared_points.h"
 #include "cuda/plan/lattice_part.h"
 #include "cuda/plan/pack_patches.h"
+#include "cuda/plan/pack_shared_points.h"
 
 namespace latticed {
 namespace {
@@ -56,6 +56,62 @@ std::vector<kernels::CornerNormals> InterpolateNormals(const DeformPlan& plan) {
     }
   }
   return normals;
+}
+
+std::vector<kernels::FusedBox> PackBoxes(const DeformPlan& plan, const BoxBasis& basis) {
+  std::vector<kernels::FusedBox> boxes;
+  boxes.reserve(plan.boxes.size());
+  for (uint32_t b = 0; b < plan.boxes.size(); ++b) {
+    const Vec3d width = basis.Width(b);
+    const std::array<Vec3d, 3> gradients = basis.Gradients(b);
+    // The device knows world positions relative to the local origin.
+    const Vec3d origin = b == plan.outside_box() ? plan.local_origin : Vec3d{};
+    boxes.push_back({.centre = basis.Centre(b) - origin,
+                     .inverse_width = {1 / width.x, 1 / width.y, 1 / width.z},
+                     .gradient = {gradients[0], gradients[1], gradients[2]}});
+  }
+  return boxes;
+}
+
+// What the fused kernels read besides: a patch takes 8 bytes (feature_uses.h), a box 120, a knot span
+// 128 (the matrix of core/ffd/box_basis.h), a corner or edge on a seam 8. The pointers of `tables` are
+// set when `upload` is sent.
+void AddBoxes(const std::shared_ptr<const DeformPlan>& plan,
+              const std::vector<kernels::SeamUse>& seam_uses, TableUpload& upload,
+              kernels::FusedTables& tables) {
+  const BoxBasis basis(plan);
+  const std::array<uint32_t, 3> strides = BoxStrides(plan->structure);
+  for (size_t i = 0; i < 3; ++i) {
+    tables.axis[i] = basis.axes()[i];
+    tables.degree[i] = basis.degree()[i];
+    tables.box_stride[i] = strides[i];
+    std::vector<double> numbers;
+    for (const BoxBasis::Matrix& matrix : basis.matrices(i)) {
+      for (const auto& row : matrix) numbers.insert(numbers.end(), row.begin(), row.end());
+    }
+    upload.Add(numbers, tables.basis[i]);
+  }
+  tables.box_count = static_cast<uint32_t>(plan->boxes.size());
+  tables.seam_use_count = static_cast<uint32_t>(seam_uses.size());
+  upload.Add(PackBoxes(*plan, basis), tables.boxes);
+  upload.Add(seam_uses, tables.seam_uses);
+  upload.Add(PackFeatureUses(*plan), tables.feature_uses);
+}
+
+// What pipelines that evaluate every patch by itself read besides: whose positions its corners and edges
+// take, about 10 bytes a patch (pack_shared_points.h).
+void AddSharedPoints(const DeformPlan& plan, TableUpload& upload,
+                     kernels::SharedPointTables& tables) {
+  const PackedSharedPoints packed = PackSharedPoints(plan);
+  tables.patch_count = plan.patches.size();
+  tables.on_seams_count = packed.on_seams.size();
+  tables.orphan_count = packed.orphans.size();
+  upload.Add(packed.vertex_owners, tables.vertex_owners);
+  upload.Add(packed.edge_begins, tables.edge_begins);
+  upload.Add(packed.edge_owners, tables.edge_owners);
+  upload.Add(packed.edge_uses, tables.edge_uses);
+  upload.Add(packed.on_seams, tables.on_seams);
+  upload.Add(packed.orphans, tables.orphans);
 }
 
 }  // namespace
@@ -114,7 +170,7 @@ absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth, DeviceReserv
   auto made = UploadNormals(from);
   // In the plan, or free at once where another's are there: not once a later block is refused.
   if (made.ok()) from.LeaveBehind(made->size_bytes());
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   // Before a refusal is told: another's copy may be what has taken the room.
   if (corner_normals_.size() == 0) {
     if (!made.ok()) return made.status();
@@ -135,12 +191,12 @@ absl::StatusOr<DeviceBuffer<kernels::CornerNormals>> DevicePlan::UploadNormals(
 }
 
 const kernels::CornerNormals* DevicePlan::CornerNormalsNow() const {
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   return corner_normals_.data();
 }
 
 size_t DevicePlan::MemoryBytes() const {
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(&mutex_);
   return block_.size_bytes() + corner_normals_.size_bytes();
 }
 

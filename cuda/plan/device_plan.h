@@ -5,8 +5,8 @@
 //
 //   a patch   16 bytes of indices, 8 of facet normal, 36 more where a smooth view asked
 //   a vertex  48 bytes, about half a vertex a patch
-//   fused     knot boxes: device_boxes.h
-//   others    shared points: device_shared_points.h
+//   fused     knot boxes, feature uses: fused_tables.h
+//   others    shared points: shared_point_tables.h
 //
 // Errors   those of device_buffer.h
 // Threads  safe; usable on every stream once it is made
@@ -14,9 +14,9 @@
 #define LATTICED_CUDA_PLAN_DEVICE_PLAN_H_
 
 #include <memory>
-#include <mutex>
 
 #include "core/backend.h"
+#include "core/base/mutex.h"
 #include "core/ffd/deform_plan.h"
 #include "cuda/device/cuda_context.h"
 #include "cuda/device/device_buffer.h"
@@ -67,8 +67,8 @@ class DevicePlan {
   kernels::FusedTables fused_tables_{};
   kernels::SharedPointTables shared_points_{};
   std::shared_ptr<const ChunkNeeds> chunk_needs_;
-  mutable std::mutex mutex_;
-  DeviceBuffer<kernels::CornerNormals> corner_normals_;  // guarded by mutex_
+  mutable Mutex mutex_;
+  DeviceBuffer<kernels::CornerNormals> corner_normals_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace latticed

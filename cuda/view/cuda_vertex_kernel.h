@@ -22,7 +22,10 @@
 namespace latticed {
 
 // How the kernels name a view's normals.
-[[nodiscard]] kernels::Normals NormalsOf(NormalMode mode);
+[[nodiscard]] inline kernels::Normals NormalsOf(NormalMode mode) {
+  if (mode == NormalMode::kNone) return kernels::Normals::kNone;
+  return mode == NormalMode::kFacet ? kernels::Normals::kFacet : kernels::Normals::kSmooth;
+}
 
 class CudaVertexKernel {
  public:

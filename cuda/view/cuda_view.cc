@@ -3,10 +3,9 @@
 #include "cuda/view/cuda_view.h"
 
 #include <algorithm>
-#include <new>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
 #include "core/codec/draco_writer.h"
 #include "core/view/view_layout.h"
@@ -50,38 +49,35 @@ size_t CudaView::EncodeBatch(const CudaContext& context) {
   return on_device ? DeviceViewEncoder::kMostChunks : kHostChunks;
 }
 
-absl::StatusOr<std::unique_ptr<CudaView>> CudaView::Create(std::shared_ptr<const DeformPlan> plan,
-                                                           const ViewSpec& spec,
-                                                           std::shared_ptr<CudaContext> context,
-                                                           std::shared_ptr<CudaLane> lane,
-                                                           std::unique_ptr<CudaVertexKernel> kernel,
-                                                           DeviceReservation& from) {
+absl::StatusOr<std::unique_ptr<DeformView>> CudaView::Create(
+    std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
+    std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
+    std::unique_ptr<CudaVertexKernel> kernel, DeviceReservation& from) {
   LATTICED_ASSIGN_OR_RETURN(auto frame,
                             CudaFrame::Create(plan, kernel->chunk_needs(), *context, lane, from));
   LATTICED_ASSIGN_OR_RETURN(auto vertices,
                             DeviceBuffer<uint8_t>::Create(
                                 from, "vertices", VertexBytes(*plan, spec, kernel->OwnOrderBytes()),
                                 lane->stream().get()));
-  return std::unique_ptr<CudaView>(new CudaView(std::move(plan), spec, std::move(context),
-                                                std::move(lane), std::move(kernel),
-                                                std::move(frame), std::move(vertices)));
+  return std::unique_ptr<DeformView>(new CudaView(std::move(plan), spec, std::move(context),
+                                                  std::move(lane), std::move(kernel),
+                                                  std::move(frame), std::move(vertices)));
 }
 
 CudaView::CudaView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
                    std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
                    std::unique_ptr<CudaVertexKernel> kernel, CudaFrame frame,
                    DeviceBuffer<uint8_t> vertices)
-    : plan_(std::move(plan)),
+    : CheckedView(std::move(plan), spec),
       context_(std::move(context)),
       lane_(std::move(lane)),
-      layout_(MakeVertexLayout(*plan_, spec)),
-      contract_(*plan_, spec),
-      encoder_(*plan_, spec, context_->encoder(), context_->arena()),
+      layout_(MakeVertexLayout(this->plan(), spec)),
+      encoder_(this->plan(), spec, context_->encoder(), context_->arena()),
       kernel_(std::move(kernel)),
       frame_(std::move(frame)),
       vertices_(std::move(vertices)),
       staging_(layout_, context_, lane_),
-      device_encoder_(*plan_, spec, layout_, context_, lane_, encoder_) {}
+      device_encoder_(this->plan(), spec, layout_, context_, lane_, encoder_) {}
 
 CudaView::~CudaView() {
   // The target's tables may go with this view: not while kernels read them.
@@ -89,57 +85,42 @@ CudaView::~CudaView() {
   static_cast<void>(lane_->stream().Synchronize("the view's end"));
 }
 
-absl::Status CudaView::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                                std::span<const uint32_t> chunks) {
-  LATTICED_RETURN_IF_ERROR(contract_.CheckEvaluate(control_points, box, chunks));
+absl::Status CudaView::EvaluateChunks(std::span<const Vec3d> control_points,
+                                      const QuantisationBox& box,
+                                      std::span<const uint32_t> chunks) {
   const DeviceGuard guard(context_->device());
-  try {
-    absl::Status status = frame_.Stage(control_points, chunks);
-    if (status.ok()) status = kernel_->Evaluate(frame_, box, chunks, vertices_.span());
-    status.Update(frame_.Sent());
-    if (!status.ok()) {
-      contract_.Lost();
-      return status;
-    }
-  } catch (const std::bad_alloc&) {
-    contract_.Lost();
-    static_cast<void>(frame_.Sent());
-    return error::AllocationFailed("the evaluation");
-  }
-  contract_.Evaluated(box);
-  return absl::OkStatus();
+  absl::Status status = CatchBadAlloc("the evaluation", [&]() -> absl::Status {
+    LATTICED_RETURN_IF_ERROR(frame_.Stage(control_points, chunks));
+    return kernel_->Evaluate(frame_, box, chunks, vertices_.span());
+  });
+  status.Update(frame_.Sent());
+  return status;
 }
 
-absl::Status CudaView::Read(uint32_t chunk, std::span<uint8_t> out) {
-  LATTICED_RETURN_IF_ERROR(contract_.CheckRead(chunk, out.size()));
+absl::Status CudaView::ReadChunk(uint32_t chunk, std::span<uint8_t> out) {
   const DeviceGuard guard(context_->device());
   return staging_.Fetch(*kernel_, vertices_.span(), {&chunk, 1},
                         [&](size_t, std::span<const std::span<const uint8_t>> bytes) {
-                          std::copy(bytes[0].begin(), bytes[0].end(), out.begin());
+                          std::ranges::copy(bytes[0], out.begin());
                           return absl::OkStatus();
                         });
 }
 
-absl::StatusOr<std::vector<SharedBytes>> CudaView::Encode(std::span<const uint32_t> chunks,
-                                                          Encoding encoding,
-                                                          std::span<VertexDigest> digests) {
-  LATTICED_RETURN_IF_ERROR(contract_.CheckEncode(chunks, encoding));
+absl::Status CudaView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
+                                    std::span<VertexDigest> digests,
+                                    std::span<SharedBytes> results) {
   const DeviceGuard guard(context_->device());
-  try {
-    std::vector<SharedBytes> results(chunks.size());
-    const size_t threads = std::min(context_->arena().threads(), kMostHostThreads);
-    const bool few = chunks.size() <= kHostChunksAThread * threads;
-    const absl::Status status =
-        WritesOnDevice(encoding) && !few
-            ? device_encoder_.Encode(*kernel_, vertices_.span(), chunks, encoding,
-                                     contract_.box().range, digests, results)
-            : EncodeOnHost(chunks, encoding, digests, results);
-    if (!status.ok()) return status;
-    return results;
-  } catch (const std::bad_alloc&) {
-    static_cast<void>(lane_->stream().Synchronize("the encoding"));
-    return error::AllocationFailed("the encoding");
-  }
+  const size_t threads = std::min(context_->arena().threads(), kMostHostThreads);
+  const bool few = chunks.size() <= kHostChunksAThread * threads;
+  absl::Status status = CatchBadAlloc("the encoding", [&] {
+    return WritesOnDevice(encoding) && !few
+               ? device_encoder_.Encode(*kernel_, vertices_.span(), chunks, encoding, box().range,
+                                        digests, results)
+               : EncodeOnHost(chunks, encoding, digests, results);
+  });
+  // A copy may be under way to memory that goes with the failed encoding.
+  if (!status.ok()) static_cast<void>(lane_->stream().Synchronize("the encoding"));
+  return status;
 }
 
 bool CudaView::WritesOnDevice(Encoding encoding) const {
@@ -152,8 +133,8 @@ absl::Status CudaView::EncodeOnHost(std::span<const uint32_t> chunks, Encoding e
   const auto encode = [&](size_t first, std::span<const std::span<const uint8_t>> bytes) {
     const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return bytes[i]; };
     const auto known = digests.empty() ? digests : digests.subspan(first, bytes.size());
-    return encoder_.Encode(chunks.subspan(first, bytes.size()), encoding, contract_.box().range,
-                           bytes_of, known, results.subspan(first, bytes.size()));
+    return encoder_.Encode(chunks.subspan(first, bytes.size()), encoding, box().range, bytes_of,
+                           known, results.subspan(first, bytes.size()));
   };
   return staging_.Fetch(*kernel_, vertices_.span(), chunks, encode);
 }

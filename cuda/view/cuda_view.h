@@ -8,7 +8,7 @@
 // wait for this view's lane alone. Draco streams are written on the device where the context's
 // encoder is our writer, whose bytes these are.
 //
-// Errors   those of core/view/view_contract.h; kResourceExhausted for memory of the device or
+// Errors   those of core/view/checked_view.h; kResourceExhausted for memory of the device or
 //          pinned; kUnavailable when the device is lost
 // Threads  one thread at a time; Encode uses the context's arena and returns when done
 #ifndef LATTICED_CUDA_VIEW_CUDA_VIEW_H_
@@ -17,8 +17,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/view/checked_view.h"
 #include "core/view/vertex_layout.h"
-#include "core/view/view_contract.h"
 #include "core/view/view_encoder.h"
 #include "cuda/view/cuda_frame.h"
 #include "cuda/view/cuda_vertex_kernel.h"
@@ -27,11 +27,11 @@
 
 namespace latticed {
 
-class CudaView : public DeformView {
+class CudaView : public CheckedView {
  public:
   // The kernel works on `lane`. Of bytes reserved: DeviceBytesFor, what the kernel's OwnOrderBytes and
   // chunk_needs say.
-  [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaView>> Create(
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<DeformView>> Create(
       std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
       std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
       std::unique_ptr<CudaVertexKernel> kernel, DeviceReservation& from);
@@ -42,13 +42,6 @@ class CudaView : public DeformView {
   static size_t EncodeBatch(const CudaContext& context);
   ~CudaView() override;
 
-  const ViewSpec& spec() const override { return contract_.spec(); }
-  absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                        std::span<const uint32_t> chunks) override;
-  absl::Status Read(uint32_t chunk, std::span<uint8_t> out) override;
-  absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
-                                                  Encoding encoding,
-                                                  std::span<VertexDigest> digests) override;
   MemoryUse memory() const override;
 
   // For measurements: the stream that Evaluate enqueues on, and its stages.
@@ -59,16 +52,20 @@ class CudaView : public DeformView {
            std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
            std::unique_ptr<CudaVertexKernel> kernel, CudaFrame frame,
            DeviceBuffer<uint8_t> vertices);
+  absl::Status EvaluateChunks(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                              std::span<const uint32_t> chunks) override;
+  absl::Status ReadChunk(uint32_t chunk, std::span<uint8_t> out) override;
+  absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
+                            std::span<VertexDigest> digests,
+                            std::span<SharedBytes> results) override;
   bool WritesOnDevice(Encoding encoding) const;
   absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests, std::span<SharedBytes> results);
 
-  // What is declared first goes last: the plan and the context outlive all that uses them.
-  std::shared_ptr<const DeformPlan> plan_;
+  // What is declared first is destroyed last: the context outlives all that uses it, as the plan does.
   std::shared_ptr<CudaContext> context_;
   std::shared_ptr<CudaLane> lane_;
   VertexLayout layout_;
-  ViewContract contract_;
   ViewEncoder encoder_;
   std::unique_ptr<CudaVertexKernel> kernel_;
   CudaFrame frame_;

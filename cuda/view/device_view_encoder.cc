@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <numeric>
-#include <type_traits>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/base/status_macros.h"
 
 namespace latticed {
@@ -72,26 +72,10 @@ absl::Status DeviceViewEncoder::Encode(CudaVertexKernel& kernel, DeviceSpan<cons
   if (!writer_.has_value() || writer_encoding_ != encoding) {
     LATTICED_RETURN_IF_ERROR(MakeWriter(encoding));
   }
-  const Source source{kernel, vertices, range};
-  if (std::ranges::is_sorted(chunks)) return EncodeBatches(source, chunks, digests, results);
-  std::vector<size_t> order(chunks.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::ranges::sort(order, {}, [&](size_t i) { return chunks[i]; });
-  const auto sorted = [&order](auto from) {
-    std::vector<std::remove_cv_t<typename decltype(from)::element_type>> to;
-    if (from.empty()) return to;
-    for (const size_t i : order) to.push_back(from[i]);
-    return to;
-  };
-  const auto sorted_chunks = sorted(chunks);
-  auto sorted_digests = sorted(digests);
-  std::vector<SharedBytes> sorted_results(chunks.size());
-  LATTICED_RETURN_IF_ERROR(EncodeBatches(source, sorted_chunks, sorted_digests, sorted_results));
-  for (size_t k = 0; k < order.size(); ++k) {
-    results[order[k]] = std::move(sorted_results[k]);
-    if (!digests.empty()) digests[order[k]] = sorted_digests[k];
+  if (!std::ranges::is_sorted(chunks)) {
+    return error::InvalidField("chunks", "those of one device must be in ascending order");
   }
-  return absl::OkStatus();
+  return EncodeBatches({kernel, vertices, range}, chunks, digests, results);
 }
 
 }  // namespace latticed

@@ -56,7 +56,6 @@ class DeviceViewEncoder {
     double range;
   };
   [[nodiscard]] absl::Status MakeWriter(Encoding encoding);
-  // These two take chunks in ascending order.
   [[nodiscard]] absl::Status EncodeBatches(const Source& source, std::span<const uint32_t> chunks,
                                            std::span<VertexDigest> digests,
                                            std::span<SharedBytes> results);

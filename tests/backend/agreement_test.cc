@@ -17,6 +17,7 @@
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
 #include "tests/backend/definition.h"
+#include "tests/support/pipeline_name.h"
 #include "tests/support/real_meshes.h"
 
 namespace latticed::testing {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tests/backend/definition.h"
+#include "tests/support/pipeline_name.h"
 
 namespace latticed::testing {
 

@@ -19,6 +19,7 @@
 #include "core/backend.h"
 #include "core/ffd/direct_ffd.h"
 #include "tests/support/backends.h"
+#include "tests/support/pipeline_name.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
 #include "tests/support/tolerances.h"

@@ -13,6 +13,7 @@
 
 #include "core/cpu/cpu_backend.h"
 #include "tests/backend/conformance.h"
+#include "tests/support/encode_chunk.h"
 
 namespace latticed::testing {
 namespace {
@@ -139,13 +140,12 @@ TEST_P(WrittenChunks, AreOurWritersOfTheViewsIntegers) {
       const auto streams = view->Encode(chunks, Encoding::kDracoPoints);
       ASSERT_OK(streams);
       for (size_t i = 0; i < chunks.size(); ++i) {
-        const auto expected =
-            MakeChunkEncoder("latticed")
-                ->EncodePoints(QuantisedVertices::FromBytes(
-                                   integers[chunks[i]],
-                                   ChunkPoints(*plan, chunks[i], spec.segments), spec.position_bits,
-                                   spec.normals == NormalMode::kNone ? 0 : spec.normal_bits),
-                               box.range);
+        const auto expected = testing::EncodePoints(
+            *MakeChunkEncoder("latticed"),
+            QuantisedVertices::FromBytes(
+                integers[chunks[i]], ChunkPoints(*plan, chunks[i], spec.segments),
+                spec.position_bits, spec.normals == NormalMode::kNone ? 0 : spec.normal_bits),
+            box.range);
         ASSERT_OK(expected);
         ASSERT_TRUE(std::ranges::equal((*streams)[i].span(), *expected))
             << "chunk " << chunks[i] << ", " << spec.segments << " segments";

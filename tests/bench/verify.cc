@@ -15,6 +15,7 @@
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
+#include "tests/support/pipeline_name.h"
 #include "tests/support/tolerances.h"
 
 namespace latticed::bench {

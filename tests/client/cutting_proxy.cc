@@ -61,13 +61,14 @@ CuttingProxy::~CuttingProxy() {
   shutdown(listener_, SHUT_RDWR);
   acceptor_.join();
   Cut();
+  const MutexLock lock(&mutex_);  // of nobody else by now
   for (std::thread& forwarder : forwarders_) forwarder.join();
   for (const int end : sockets_) close(end);
   close(listener_);
 }
 
 void CuttingProxy::Cut() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(&mutex_);
   for (const int end : sockets_) shutdown(end, SHUT_RDWR);
 }
 
@@ -80,7 +81,7 @@ void CuttingProxy::Accept() {
     if (connect(far, reinterpret_cast<sockaddr*>(&target), sizeof(target)) != 0) {
       shutdown(near, SHUT_RDWR);
     }
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(&mutex_);
     sockets_.insert(sockets_.end(), {near, far});
     forwarders_.emplace_back(Forward, near, far);
     forwarders_.emplace_back(Forward, far, near);

@@ -7,10 +7,11 @@
 #ifndef LATTICED_TESTS_CLIENT_CUTTING_PROXY_H_
 #define LATTICED_TESTS_CLIENT_CUTTING_PROXY_H_
 
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
+
+#include "core/base/mutex.h"
 
 namespace latticed::client {
 
@@ -33,9 +34,9 @@ class CuttingProxy {
   int listener_ = -1;
   int port_ = 0;
   std::thread acceptor_;
-  std::mutex mutex_;  // of what follows
-  std::vector<int> sockets_;
-  std::vector<std::thread> forwarders_;
+  Mutex mutex_;
+  std::vector<int> sockets_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::thread> forwarders_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace latticed::client

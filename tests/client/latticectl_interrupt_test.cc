@@ -7,13 +7,13 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <mutex>
 #include <regex>
 #include <set>
 #include <sstream>
 
 #include "absl/time/clock.h"
 #include "client/cpp/latticectl/interruption.h"
+#include "core/base/mutex.h"
 #include "core/base/sha256.h"
 #include "latticed/v1/mesh.grpc.pb.h"
 #include "latticed/v1/scene.grpc.pb.h"
@@ -37,7 +37,7 @@ void TakeSignals() {
 struct Things {
   std::string interrupted_rpc;
   int signal = 0;
-  std::mutex mutex;
+  Mutex mutex;
   std::set<std::string> meshes, scenes, ever;
 
   // Whether it was this one.
@@ -47,16 +47,16 @@ struct Things {
     return true;
   }
   void Add(const std::string& id, std::set<std::string>* ids) {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(&mutex);
     ids->insert(id);
     ever.insert(id);
   }
   grpc::Status Find(const std::string& id, const std::set<std::string>& ids) {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(&mutex);
     return ids.contains(id) ? grpc::Status::OK : grpc::Status(grpc::StatusCode::NOT_FOUND, id);
   }
   grpc::Status Delete(const std::string& id, std::set<std::string>* ids) {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(&mutex);
     return ids->erase(id) > 0 ? grpc::Status::OK : grpc::Status(grpc::StatusCode::NOT_FOUND, id);
   }
   static grpc::Status UntilCancelled(const grpc::ServerContext& context) {

@@ -6,11 +6,11 @@
 
 #include <algorithm>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "client/cpp/library/latticed_client.h"
+#include "core/base/mutex.h"
 #include "google/rpc/error_info.pb.h"
 #include "tests/client/fake_server.h"
 #include "tests/support/status_matchers.h"
@@ -34,7 +34,7 @@ class FlakyScenes final : public v1::SceneService::Service {
   grpc::Status Deform(grpc::ServerContext*, Events* stream) override {
     v1::DeformRequest request;
     stream->Read(&request);
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(&mutex_);
     opened.push_back(request.watch());
     const int number = static_cast<int>(opened.size());
     SendUpdate(0, stream);
@@ -63,7 +63,7 @@ class FlakyScenes final : public v1::SceneService::Service {
   }
 
  private:
-  void SendUpdate(uint64_t sequence, Events* stream) {
+  void SendUpdate(uint64_t sequence, Events* stream) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     v1::SceneEvent begin, end;
     begin.mutable_update_begin()->set_update_id(++update_id_);
     stream->Write(begin);
@@ -81,8 +81,8 @@ class FlakyScenes final : public v1::SceneService::Service {
     status.add_details()->PackFrom(info);
   }
 
-  std::mutex mutex_;
-  uint64_t update_id_ = 0, taken_ = 0;
+  Mutex mutex_;
+  uint64_t update_id_ ABSL_GUARDED_BY(mutex_) = 0, taken_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 class DeformStreamTest : public ::testing::Test {

@@ -8,6 +8,7 @@
 #include "client/cpp/library/mesh.h"
 #include "core/codec/chunk_encoder.h"
 #include "core/codec/octahedral.h"
+#include "tests/support/encode_chunk.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::client {
@@ -102,7 +103,7 @@ std::string DracoChunk(uint16_t first) {
   const std::string data = QuantisedChunk(first);
   const auto vertices = QuantisedVertices::FromBytes(
       {reinterpret_cast<const uint8_t*>(data.data()), data.size()}, 3, 12, 8);
-  const auto stream = MakeReferenceEncoder()->EncodePoints(vertices, 4095 * 0.25);
+  const auto stream = testing::EncodePoints(*MakeReferenceEncoder(), vertices, 4095 * 0.25);
   return {stream->begin(), stream->end()};
 }
 

@@ -5,14 +5,13 @@
 // stream breaks.
 #include "client/cpp/library/watch.h"
 
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "client/cpp/library/latticed_client.h"
+#include "core/base/mutex.h"
 #include "tests/client/fake_server.h"
 #include "tests/support/status_matchers.h"
 
@@ -30,7 +29,7 @@ class AcknowledgedScenes final : public v1::SceneService::Service {
 
   grpc::Status Watch(grpc::ServerContext* context, const v1::WatchRequest* request,
                      grpc::ServerWriter<v1::SceneEvent>* writer) override {
-    std::unique_lock lock(mutex_);
+    const MutexLock lock(&mutex_);
     opened.push_back(*request);
     const int number = static_cast<int>(opened.size());
     v1::SceneEvent event;
@@ -40,8 +39,10 @@ class AcknowledgedScenes final : public v1::SceneService::Service {
     writer->Write(event);
     while (!context->IsCancelled()) {
       SendUpdate(writer);
-      while (acked_update_id_ != update_id_ && !context->IsCancelled()) {
-        changed_.wait_for(lock, std::chrono::milliseconds(20));
+      const auto acked = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+        return acked_update_id_ == update_id_;
+      };
+      while (!context->IsCancelled() && !mutex_.AwaitFor(acked, absl::Milliseconds(20))) {
       }
       if (failures.contains(number)) return failures[number];
       if (!goaways.contains(number)) continue;
@@ -54,15 +55,15 @@ class AcknowledgedScenes final : public v1::SceneService::Service {
 
   grpc::Status ControlWatch(grpc::ServerContext*, const v1::ControlWatchRequest* request,
                             v1::ControlWatchResponse*) override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(&mutex_);
     controls.push_back(*request);
     if (request->has_acked_update_id()) acked_update_id_ = request->acked_update_id();
-    changed_.notify_all();
     return grpc::Status::OK;
   }
 
  private:
-  void SendUpdate(grpc::ServerWriter<v1::SceneEvent>* writer) {
+  void SendUpdate(grpc::ServerWriter<v1::SceneEvent>* writer)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     v1::SceneEvent begin, end;
     begin.mutable_update_begin()->set_update_id(++update_id_);
     writer->Write(begin);
@@ -71,9 +72,8 @@ class AcknowledgedScenes final : public v1::SceneService::Service {
     writer->Write(end);
   }
 
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  uint64_t update_id_ = 0, acked_update_id_ = 0;
+  Mutex mutex_;
+  uint64_t update_id_ ABSL_GUARDED_BY(mutex_) = 0, acked_update_id_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 class WatchStreamTest : public ::testing::Test {

@@ -7,7 +7,7 @@
 
 #include "client/cpp/load/load_run.h"
 #include "client/cpp/load/surface_verifier.h"
-#include "core/mesh/obj_io.h"
+#include "core/mesh/mesh_io.h"
 #include "tests/client/latticectl_server_fixture.h"
 
 namespace latticed::client {

@@ -20,6 +20,7 @@
 #include "cuda/device/device_buffer.h"
 #include "fmt/format.h"
 #include "tests/cuda/cuda_test.h"
+#include "tests/support/pipeline_name.h"
 
 namespace latticed::testing {
 namespace {
@@ -91,7 +92,7 @@ class CudaMemory : public CudaTest {
     return MakeScene(backend.Prepare(plan_, pipeline));
   }
   absl::StatusOr<Scene> Make(const std::shared_ptr<CudaContext>& device, Pipeline pipeline) {
-    return MakeScene(CudaTarget::Create(plan_, pipeline, device));
+    return MakeScene(MakeCudaTarget(plan_, pipeline, device));
   }
   // One whole use: prepare, view and the above; nothing of it is left.
   template <typename Device>

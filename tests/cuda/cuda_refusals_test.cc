@@ -11,6 +11,7 @@
 #include "cuda/cuda_backend.h"
 #include "fmt/format.h"
 #include "tests/cuda/cuda_test.h"
+#include "tests/support/pipeline_name.h"
 
 namespace latticed::testing {
 namespace {

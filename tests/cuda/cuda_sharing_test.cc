@@ -19,6 +19,7 @@
 #include "cuda/device/cuda_context.h"
 #include "fmt/format.h"
 #include "tests/cuda/cuda_test.h"
+#include "tests/support/pipeline_name.h"
 
 namespace latticed::testing {
 namespace {

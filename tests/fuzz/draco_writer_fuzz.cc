@@ -14,6 +14,7 @@
 #include "core/codec/draco_decode.h"
 #include "core/codec/draco_writer.h"
 #include "core/codec/octahedral.h"
+#include "tests/support/encode_chunk.h"
 
 namespace latticed {
 namespace {
@@ -82,7 +83,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::vector<std::vector<uint8_t>> streams(chunks.size());
   const latticed::DracoWriter writer;
   latticed::Require(writer.Encode(chunks, 8.0, nullptr, streams).ok());
-  const auto alone = writer.EncodePoints(vertices, 8.0);
+  const auto alone = testing::EncodePoints(writer, vertices, 8.0);
   latticed::Require(alone.ok());
   for (const auto& stream : streams) latticed::Require(stream == *alone);
   latticed::RequireSame(vertices, *alone);

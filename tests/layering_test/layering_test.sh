@@ -52,7 +52,7 @@ readonly guarded=(
   '^(grpcpp|grpc|google/protobuf|google/rpc)/' '^(server/(wire|rpc|edge|web|[a-z_]+\.)|client/|tests/)'
   '^(spdlog|CLI)/' '^(server|client|tests)/'
   '^boost/' '^(server|tests/server)/web/|^server/net/'
-  '^(draco|tiny_gltf|stb)' '^(core/(codec|mesh)|client|server|tests)/'
+  '^draco' '^(core/codec|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
   '^hwy/' '^(core/(cpu|codec|view)|tests)/'
   '^prometheus/' '^server/edge/metric'

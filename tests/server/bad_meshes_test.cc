@@ -11,6 +11,7 @@
 #include "tests/server/mesh_files.h"
 #include "tests/server/refusal.h"
 #include "tests/server/test_env.h"
+#include "tests/support/encode_chunk.h"
 
 namespace latticed::testing {
 namespace {
@@ -151,8 +152,8 @@ TEST_F(BadMeshesTest, FacesMustHaveThreeCorners) {
 TEST_F(BadMeshesTest, VerticesWithoutFacesAreNoMesh) {
   const std::vector<float> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   const std::vector<uint8_t> chunk(3 * 6);
-  const auto points = MakeReferenceEncoder()
-                          ->EncodePoints(QuantisedVertices::FromBytes(chunk, 3, 12, 0), 1.0)
+  const auto points = testing::EncodePoints(*MakeReferenceEncoder(),
+                                            QuantisedVertices::FromBytes(chunk, 3, 12, 0), 1.0)
                           .value();
   for (const MeshFile& file : {
            MakeMeshFile("OBJ", v1::MESH_FORMAT_OBJ, "v 0 0 0\nv 1 0 0\nv 0 1 0\n"),

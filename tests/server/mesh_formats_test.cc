@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "core/base/sha256.h"
-#include "core/mesh/obj_io.h"
+#include "core/mesh/mesh_io.h"
 #include "fmt/format.h"
 #include "tests/server/mesh_files.h"
 #include "tests/server/test_env.h"

@@ -12,7 +12,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/codec/draco_decode.h"
-#include "core/mesh/obj_io.h"
+#include "core/mesh/mesh_io.h"
 #include "fmt/format.h"
 
 namespace latticed::client {

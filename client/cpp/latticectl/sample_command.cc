@@ -10,7 +10,7 @@
 #include "client/cpp/latticectl/json_output.h"
 #include "client/cpp/latticectl/text_table.h"
 #include "core/base/status_macros.h"
-#include "core/mesh/obj_io.h"
+#include "core/mesh/mesh_io.h"
 #include "core/mesh/sample_meshes.h"
 #include "fmt/format.h"
 

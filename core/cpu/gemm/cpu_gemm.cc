@@ -62,24 +62,12 @@ const absl::StatusOr<OpenBlas>& Blas() {
   return *blas;
 }
 
-template <typename T>
-absl::Status CheckShapes(MatrixView<const T> a, MatrixView<const T> b, MatrixView<T> c) {
-  if (a.columns == b.rows && a.rows == c.rows && b.columns == c.columns && a.stride >= a.rows &&
-      b.stride >= b.rows && c.stride >= c.rows) {
-    return absl::OkStatus();
-  }
-  return absl::InternalError(fmt::format(
-      "shapes of a product must fit: ({} x {}, stride {}) * ({} x {}, stride {}) -> "
-      "({} x {}, stride {})",
-      a.rows, a.columns, a.stride, b.rows, b.columns, b.stride, c.rows, c.columns, c.stride));
-}
-
 blasint Int(size_t n) { return static_cast<blasint>(n); }
 
 }  // namespace
 
 absl::Status CpuGemm(MatrixView<const float> a, MatrixView<const float> b, MatrixView<float> c) {
-  LATTICED_RETURN_IF_ERROR(CheckShapes(a, b, c));
+  LATTICED_RETURN_IF_ERROR(CheckProduct(a, b, c));
   LATTICED_RETURN_IF_ERROR(Blas().status());
   Blas()->sgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, Int(c.rows), Int(c.columns),
                 Int(a.columns), 1.0f, a.data, Int(a.stride), b.data, Int(b.stride), 0.0f, c.data,
@@ -88,7 +76,7 @@ absl::Status CpuGemm(MatrixView<const float> a, MatrixView<const float> b, Matri
 }
 
 absl::Status CpuGemm(MatrixView<const double> a, MatrixView<const double> b, MatrixView<double> c) {
-  LATTICED_RETURN_IF_ERROR(CheckShapes(a, b, c));
+  LATTICED_RETURN_IF_ERROR(CheckProduct(a, b, c));
   LATTICED_RETURN_IF_ERROR(Blas().status());
   Blas()->dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, Int(c.rows), Int(c.columns),
                 Int(a.columns), 1.0, a.data, Int(a.stride), b.data, Int(b.stride), 0.0, c.data,

@@ -34,11 +34,10 @@ absl::Status GemmStages::Begin() {
   const size_t m = stage_.m, q = stage_.q;
   std::vector<double> product(3 * q * m);
   for (size_t block = 0; block < 3; ++block) {
-    const absl::Status status =
+    LATTICED_RETURN_IF_ERROR(
         CpuGemm(MatrixView<const double>{stage_.bernstein.data() + block * q, q, m, 3 * q},
                 MatrixView<const double>{stage_.inverse.data(), m, m, m},
-                MatrixView<double>{product.data() + block * q, q, m, 3 * q});
-    if (!status.ok()) return status;
+                MatrixView<double>{product.data() + block * q, q, m, 3 * q}));
   }
   Round(product.data(), product.size(), own_stack_);
   return absl::OkStatus();
@@ -67,11 +66,10 @@ absl::Status GemmStages::ApplyNine(MatrixView<const float> samples, MatrixView<f
   for (size_t first = 0; first < out.rows; first += q) {
     for (size_t axis = 0; axis < 3; ++axis) {
       const size_t column = axis * patches;
-      const absl::Status status = CpuGemm(
+      LATTICED_RETURN_IF_ERROR(CpuGemm(
           Rows(own_stack_, first, q),
           MatrixView<const float>{&samples(0, column), samples.rows, patches, samples.stride},
-          MatrixView<float>{&out(first, column), q, patches, out.stride});
-      if (!status.ok()) return status;
+          MatrixView<float>{&out(first, column), q, patches, out.stride}));
     }
   }
   return absl::OkStatus();

@@ -9,6 +9,7 @@
 #include "core/codec/draco_decode.h"
 #include "core/codec/draco_writer.h"
 #include "tests/bench/codec/row_order.h"
+#include "tests/support/encode_chunk.h"
 
 namespace latticed::bench {
 namespace {
@@ -135,7 +136,7 @@ absl::Status CodecBytes::AddChunk(const QuantisedVertices& vertices, const Strea
   if (!HoldsIntegers(stream, vertices)) {
     return absl::InternalError("a stream decodes to other integers");
   }
-  LATTICED_ASSIGN_OR_RETURN(const auto theirs, reference->EncodePoints(vertices, range));
+  LATTICED_ASSIGN_OR_RETURN(const auto theirs, testing::EncodePoints(*reference, vertices, range));
   const bool tagged = HasTaggedSymbols(theirs);
   const int64_t more = static_cast<int64_t>(stream.size()) - static_cast<int64_t>(theirs.size());
   points += vertices.point_count;

@@ -8,6 +8,7 @@
 #include "tests/bench/cpu/lane_order_view.h"
 #include "tests/bench/scenario.h"
 #include "tests/bench/verify.h"
+#include "tests/support/pipeline_name.h"
 
 namespace latticed::bench {
 namespace {

@@ -13,6 +13,7 @@
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/gpu/gpu_scenario.h"
+#include "tests/support/encode_chunk.h"
 
 namespace latticed::bench {
 namespace {
@@ -58,13 +59,13 @@ Compared CompareWithHost(const Scenario& scenario, DeformView& view,
     std::vector<uint8_t> bytes(its * BytesPerPoint(view.spec()));
     CheckOk(view.Read(chunks[i], bytes));
     const QuantisedVertices integers = Integers(scenario, view.spec(), chunks[i], bytes);
-    const auto expected = DracoWriter().EncodePoints(integers, scenario.box.range);
+    const auto expected = testing::EncodePoints(DracoWriter(), integers, scenario.box.range);
     CheckOk(expected.status());
     if (!std::ranges::equal((*streams)[i].span(), *expected)) {
       return {absl::InternalError(fmt::format("chunk {} differs from the host's", chunks[i]))};
     }
     const auto start = Clock::now();
-    CheckOk(MakeReferenceEncoder()->EncodePoints(integers, scenario.box.range).status());
+    CheckOk(testing::EncodePoints(*MakeReferenceEncoder(), integers, scenario.box.range).status());
     milliseconds += MillisecondsSince(start);
     points += its;
   }

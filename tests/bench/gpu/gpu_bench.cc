@@ -18,6 +18,7 @@
 #include "tests/bench/benches.h"
 #include "tests/bench/gpu/gpu_scenario.h"
 #include "tests/bench/work.h"
+#include "tests/support/pipeline_name.h"
 
 namespace latticed::bench {
 namespace {

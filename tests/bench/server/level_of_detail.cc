@@ -20,11 +20,11 @@
 #include <thread>
 #include <vector>
 
-#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "client/cpp/library/latticed_client.h"
-#include "core/mesh/obj_io.h"
+#include "core/base/mutex.h"
+#include "core/mesh/mesh_io.h"
 #include "fmt/format.h"
 #include "latticed/v1/scene.grpc.pb.h"
 #include "server/wire/converters.h"
@@ -71,12 +71,12 @@ class Watch {
   }
 
   void Send(const v1::DeformRequest& request) {
-    const absl::MutexLock lock(&write_mutex_);
+    const MutexLock lock(&write_mutex_);
     stream_->Write(request);
   }
   // Waits for full detail of the edit with that sequence.
   Update WaitForFullDetail(uint64_t sequence) {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     const auto here = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
       if (updates_.empty()) return ended_;
       const v1::UpdateEnd& end = updates_.back().end;
@@ -84,12 +84,11 @@ class Watch {
                        end.revision() == end.head_revision();
       return all || ended_;
     };
-    Require(mutex_.AwaitWithTimeout(absl::Condition(&here), absl::Seconds(30)) && !ended_,
-            "full detail never came");
+    Require(mutex_.AwaitFor(here, absl::Seconds(30)) && !ended_, "full detail never came");
     return updates_.back();
   }
   std::vector<Update> Between(absl::Time begin, absl::Time end) {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     std::vector<Update> some;
     for (const Update& update : updates_) {
       if (update.time >= begin && update.time < end) some.push_back(update);
@@ -97,7 +96,7 @@ class Watch {
     return some;
   }
   Chunks chunks() {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     return chunks_;
   }
 
@@ -121,18 +120,18 @@ class Watch {
       v1::DeformRequest ack;
       ack.mutable_control()->set_acked_update_id(update.end.update_id());
       Send(ack);
-      const absl::MutexLock lock(&mutex_);
+      const MutexLock lock(&mutex_);
       for (auto& [index, data] : staged_) chunks_[index] = std::move(data);
       updates_.push_back(update);
     }
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     ended_ = true;
   }
 
   grpc::ClientContext context_;
   std::unique_ptr<grpc::ClientReaderWriter<v1::DeformRequest, v1::SceneEvent>> stream_;
-  absl::Mutex write_mutex_;
-  absl::Mutex mutex_;
+  Mutex write_mutex_;
+  Mutex mutex_;
   std::vector<Update> updates_ ABSL_GUARDED_BY(mutex_);
   Chunks chunks_ ABSL_GUARDED_BY(mutex_);
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;

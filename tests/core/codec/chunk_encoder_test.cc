@@ -12,6 +12,7 @@
 #include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
 #include "tests/core/codec/chunk_fixtures.h"
+#include "tests/support/encode_chunk.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -24,7 +25,7 @@ class ChunkEncoderTest : public ::testing::TestWithParam<const char*> {
   void ExpectIntegersSurvive(const Chunk& chunk) {
     SCOPED_TRACE(fmt::format("{} points, {} and {} bits, seed {}", chunk.points,
                              chunk.position_bits, chunk.normal_bits, kSeed));
-    const auto stream = encoder_->EncodePoints(chunk.vertices(), 8.0);
+    const auto stream = testing::EncodePoints(*encoder_, chunk.vertices(), 8.0);
     ASSERT_OK(stream);
     const auto decoded = DecodeDracoChunkIntegers(*stream);
     ASSERT_OK(decoded);
@@ -97,7 +98,7 @@ TEST_P(ChunkEncoderTest, BatchesAreAsOneByOne) {
     ASSERT_OK(encoder_->Encode(vertices, 8.0, nullptr, streams));
 
     for (size_t i = 0; i < count; ++i) {
-      const auto alone = encoder_->EncodePoints(vertices[i], 8.0);
+      const auto alone = testing::EncodePoints(*encoder_, vertices[i], 8.0);
       ASSERT_OK(alone);
       EXPECT_TRUE(streams[i] == *alone) << "chunk " << i << " of " << count;
     }
@@ -108,7 +109,7 @@ TEST_P(ChunkEncoderTest, AnyRangeIsExact) {
   const Chunk chunk = MakeChunk(500, 14, 10, Data::kRandom, kSeed);
   // Far outside of what six decimals of text could carry.
   for (const double range : {0x1p-60, 0x1p-20, 1.0, 0x1p+40, 0x1p+100}) {
-    const auto stream = encoder_->EncodePoints(chunk.vertices(), range);
+    const auto stream = testing::EncodePoints(*encoder_, chunk.vertices(), range);
     ASSERT_OK(stream);
     const auto decoded = DecodeDracoChunk(*stream);
     ASSERT_OK(decoded);
@@ -134,7 +135,7 @@ using Triangles = std::vector<std::array<uint32_t, 3>>;
 
 void ExpectMeshDecodes(const ChunkEncoder& encoder, const Chunk& chunk,
                        const Triangles& triangles) {
-  const auto stream = encoder.EncodeMesh(chunk.vertices(), 2.0, triangles);
+  const auto stream = testing::EncodeMesh(encoder, chunk.vertices(), 2.0, triangles);
   ASSERT_OK(stream);
   const auto integers = DecodeDracoChunkIntegers(*stream);
   ASSERT_OK(integers);
@@ -187,7 +188,7 @@ TEST_P(ChunkEncoderTest, MeshStreamsOfRegularChunksDecode) {
       triangles.push_back({i, i + 2, i + 1});
     }
     const Chunk chunk = MakeChunk(points, 12, 8, Data::kConstant, kSeed);
-    const auto stream = encoder_->EncodeMesh(chunk.vertices(), 2.0, triangles);
+    const auto stream = testing::EncodeMesh(*encoder_, chunk.vertices(), 2.0, triangles);
     ASSERT_OK(stream);
     const auto integers = DecodeDracoChunkIntegers(*stream);
 

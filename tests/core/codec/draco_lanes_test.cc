@@ -14,6 +14,7 @@
 #include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
 #include "tests/core/codec/chunk_fixtures.h"
+#include "tests/support/encode_chunk.h"
 #include "tests/support/instruction_sets.h"
 #include "tests/support/status_matchers.h"
 
@@ -43,7 +44,7 @@ std::vector<Chunk> MakeChunks(const Shape& shape, std::span<const Data> kinds, s
 
 // Written alone; empty where libdraco does not decode the chunk's integers.
 Stream Alone(const DracoWriter& writer, const Chunk& chunk) {
-  const auto stream = writer.EncodePoints(chunk.vertices(), 8.0);
+  const auto stream = testing::EncodePoints(writer, chunk.vertices(), 8.0);
   if (!stream.ok()) return {};
   const auto decoded = DecodeDracoChunkIntegers(*stream);
   const bool exact = decoded.ok() && decoded->positions == chunk.integers.positions &&

@@ -12,6 +12,7 @@
 #include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
 #include "tests/core/codec/chunk_fixtures.h"
+#include "tests/support/encode_chunk.h"
 #include "tests/support/instruction_sets.h"
 #include "tests/support/status_matchers.h"
 
@@ -36,7 +37,7 @@ TEST(DracoWriter, ValuesOutOfRangeAreHarmless) {
     for (size_t i = 0; i < chunk.bytes.size(); i += 3) chunk.bytes[i] = static_cast<uint8_t>(i);
     for (const int64_t target : Targets()) {
       const ChosenTarget chosen(target);
-      const auto stream = DracoWriter().EncodePoints(chunk.vertices(), 8.0);
+      const auto stream = testing::EncodePoints(DracoWriter(), chunk.vertices(), 8.0);
       ASSERT_OK(stream);
       EXPECT_OK(DecodeDracoChunkIntegers(*stream));
     }
@@ -85,7 +86,7 @@ TEST(DracoWriter, TakesNoMoreBytesThanLibdracoAndTenPercentLessThanRowByRow) {
   for (const auto& stream : EncodeAll(serpentine)) ours += stream.size();
   for (const auto& stream : EncodeAll(rows)) ours_by_row += stream.size();
   for (const Chunk& chunk : serpentine) {
-    const auto stream = MakeReferenceEncoder()->EncodePoints(chunk.vertices(), 8.0);
+    const auto stream = testing::EncodePoints(*MakeReferenceEncoder(), chunk.vertices(), 8.0);
     ASSERT_OK(stream);
     theirs += stream->size();
   }
@@ -117,7 +118,7 @@ TEST(DracoWriter, KeepsNoMoreMemoryThanItSays) {
 // Nothing to gain from: stored plainly, two bytes a value.
 TEST(DracoWriter, RandomDataTakesNoMoreThanPlainSymbols) {
   const Chunk chunk = MakeChunk(2112, 16, 12, Data::kRandom, kSeed);
-  const auto stream = DracoWriter().EncodePoints(chunk.vertices(), 8.0);
+  const auto stream = testing::EncodePoints(DracoWriter(), chunk.vertices(), 8.0);
   ASSERT_OK(stream);
   EXPECT_LE(stream->size(), 128 + 10 * chunk.points);
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "core/mesh/glb_io.h"
+#include "core/mesh/mesh_io.h"
 
 #include <limits>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/view/chunk_shares.h"
+#include "core/view/device_group.h"
 
 #include <gtest/gtest.h>
 

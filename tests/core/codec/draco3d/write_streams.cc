@@ -17,6 +17,7 @@
 #include "core/codec/chunk_connectivity.h"
 #include "fmt/format.h"
 #include "tests/core/codec/chunk_fixtures.h"
+#include "tests/support/encode_chunk.h"
 
 namespace latticed::testing {
 namespace {
@@ -49,8 +50,8 @@ bool WriteFiles(const std::string& folder, unsigned number, const Chunk& chunk,
 bool WriteStream(const std::string& folder, unsigned number, const Chunk& chunk) {
   const auto encoder = MakeChunkEncoder("latticed");
   const auto stream = number % 3 == 2 && chunk.points > 2
-                          ? encoder->EncodeMesh(chunk.vertices(), 8.0, Fan(chunk.points))
-                          : encoder->EncodePoints(chunk.vertices(), 8.0);
+                          ? testing::EncodeMesh(*encoder, chunk.vertices(), 8.0, Fan(chunk.points))
+                          : testing::EncodePoints(*encoder, chunk.vertices(), 8.0);
   return stream.ok() && WriteFiles(folder, number, chunk, *stream);
 }
 

@@ -1,27 +1,22 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// quantise_vertices.h a block of points at a time, in loops that compilers turn into vectors: no
-// branches, each component by itself. A normal is rounded in float32 where that cannot differ from
-// the definition, which rounds in double; else by the definition.
-// Included once per instruction set by quantise_vertices.cc.
-#if defined(LATTICED_CORE_CODEC_QUANTISE_VERTICES_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CODEC_QUANTISE_VERTICES_INL_H_
-#undef LATTICED_CORE_CODEC_QUANTISE_VERTICES_INL_H_
-#else
-#define LATTICED_CORE_CODEC_QUANTISE_VERTICES_INL_H_
-#endif
-
+// A block of points at a time, in loops that compilers turn into vectors: no branches, each component
+// by itself. A normal is rounded in float32 where that cannot differ from the definition, which
+// rounds in double; else by the definition.
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "tests/bench/codec/quantise_vertices.cc"
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
+#include "hwy/foreach_target.h"  // IWYU pragma: keep
+// After foreach_target, as Highway asks.
 #include "core/codec/octahedral.h"
-#include "core/codec/quantise_vertices.h"
 #include "hwy/highway.h"
+#include "tests/bench/codec/quantise_vertices.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace latticed::quantise {
@@ -174,4 +169,28 @@ void QuantiseImpl(const FloatVertices& v, const QuantisedPlanes& planes) {
 }  // namespace latticed::quantise
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CODEC_QUANTISE_VERTICES_INL_H_
+#if HWY_ONCE
+namespace latticed {
+namespace quantise {
+
+HWY_EXPORT(QuantiseImpl);
+
+void Quantise(const FloatVertices& vertices, const QuantisedPlanes& planes) {
+  HWY_DYNAMIC_DISPATCH(QuantiseImpl)(vertices, planes);
+}
+
+}  // namespace quantise
+
+QuantisedVertices QuantiseVertices(const FloatVertices& vertices, uint8_t* bytes) {
+  const size_t points = vertices.point_count;
+  auto* positions = reinterpret_cast<uint16_t*>(bytes);
+  uint8_t* normals = bytes + 6 * points;
+  quantise::Quantise(vertices, {.position = {positions, positions + points, positions + 2 * points},
+                                .s = normals,
+                                .t = normals + points * (vertices.normal_bits <= 8 ? 1 : 2)});
+  return QuantisedVertices::FromBytes({bytes, 10 * points}, points, vertices.position_bits,
+                                      vertices.normal_bits);
+}
+
+}  // namespace latticed
+#endif  // HWY_ONCE

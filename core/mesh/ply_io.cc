@@ -1,6 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-
+//
+// Stanford PLY: ascii, binary little endian, binary big endian.
+//
+// Read are, of the element `vertex`: x y z, nx ny nz, and a pair s t, u v or texture_u texture_v;
+// of `face`: the list vertex_indices or vertex_index; of `tristrips`: the list vertex_indices,
+// strips ended by -1, whose triangles with a repeated vertex join strips and are left out. Other
+// elements and properties, lists too, are passed over. Texture coordinates have their origin below
+// left.
+//
+// Errors   kInvalidArgument, reason MALFORMED_FILE, naming line (header, ascii) or byte
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -9,9 +18,9 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/little_endian.h"
+#include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
 #include "core/mesh/ply_header.h"
-#include "core/mesh/ply_io.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -32,38 +41,38 @@ class PlyBody {
   }
 
   // May be NaN or infinite in a binary file: whoever uses the value checks it.
-  absl::Status Read(PlyType type, double* value) {
+  absl::Status Read(const PlyType& type, double* value) {
     if (is_ascii()) return ReadAscii(type, value);
-    const size_t size = PlyTypeBytes(type);
+    const size_t size = type.bytes;
     if (bytes_left() < size) return Malformed("the file ends too early");
     char number[sizeof(double)];
     std::copy_n(&bytes_[offset_], size, number);
     if (encoding_ == PlyEncoding::kBigEndian) std::reverse(number, number + size);
-    *value = Convert(type, number);
+    *value = type.load(number);
     offset_ += size;
     return absl::OkStatus();
   }
 
-  absl::Status Skip(PlyType type, uint64_t count) {
+  absl::Status Skip(const PlyType& type, uint64_t count) {
     if (is_ascii()) {
       for (uint64_t i = 0; i < count; ++i) {
         if (TakeAsciiWord().empty()) return Malformed("the file ends too early");
       }
       return absl::OkStatus();
     }
-    if (bytes_left() / PlyTypeBytes(type) < count) return Malformed("the file ends too early");
-    offset_ += PlyTypeBytes(type) * count;
+    if (bytes_left() / type.bytes < count) return Malformed("the file ends too early");
+    offset_ += type.bytes * count;
     return absl::OkStatus();
   }
 
   absl::Status ReadListLength(const PlyProperty& list, uint64_t* length) {
     double value = 0;
-    if (absl::Status status = Read(list.count_type, &value); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(Read(*list.count_type, &value));
     constexpr double kLongest = 4294967295.0;  // of the widest count type
     if (value < 0 || value > kLongest)
       return Malformed(fmt::format("a list has the length {}", value));
     *length = static_cast<uint64_t>(value);
-    const size_t least_bytes = is_ascii() ? 1 : PlyTypeBytes(list.type);
+    const size_t least_bytes = is_ascii() ? 1 : list.type->bytes;
     if (*length > bytes_left() / least_bytes) {
       return Malformed(fmt::format("a list of {} values in {} bytes", *length, bytes_left()));
     }
@@ -71,28 +80,6 @@ class PlyBody {
   }
 
  private:
-  static double Convert(PlyType type, const char* number) {
-    switch (type) {
-      case PlyType::kInt8:
-        return LoadLittleEndian<int8_t>(number);
-      case PlyType::kUint8:
-        return LoadLittleEndian<uint8_t>(number);
-      case PlyType::kInt16:
-        return LoadLittleEndian<int16_t>(number);
-      case PlyType::kUint16:
-        return LoadLittleEndian<uint16_t>(number);
-      case PlyType::kInt32:
-        return LoadLittleEndian<int32_t>(number);
-      case PlyType::kUint32:
-        return LoadLittleEndian<uint32_t>(number);
-      case PlyType::kFloat:
-        return double{LoadLittleEndian<float>(number)};
-      case PlyType::kDouble:
-        return LoadLittleEndian<double>(number);
-    }
-    return 0;
-  }
-
   std::string_view TakeAsciiWord() {
     std::string_view rest = bytes_.substr(offset_);
     const std::string_view word = TakeWord(&rest);
@@ -100,11 +87,11 @@ class PlyBody {
     return word;
   }
 
-  absl::Status ReadAscii(PlyType type, double* value) {
+  absl::Status ReadAscii(const PlyType& type, double* value) {
     const std::string_view word = TakeAsciiWord();
     if (word.empty()) return Malformed("the file ends too early");
     if (!ParseNumber(word, value)) return Malformed(NumberProblem(word));
-    if (IsInteger(type) && *value != std::floor(*value)) {
+    if (type.is_integer && *value != std::floor(*value)) {
       return Malformed(fmt::format("{} is not an integer", Quoted(word)));
     }
     return absl::OkStatus();
@@ -129,7 +116,7 @@ class PlyReader {
     }
     vertex_count_ = vertices->count;
     for (const PlyElement& element : header_.elements) {
-      if (absl::Status status = ReadElement(element); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(ReadElement(element));
     }
     if (!mesh_.normals.empty()) mesh_.corner_normals = mesh_.corner_vertices;
     if (!mesh_.uvs.empty()) mesh_.corner_uvs = mesh_.corner_vertices;
@@ -138,13 +125,13 @@ class PlyReader {
 
  private:
   absl::Status ReadElement(const PlyElement& element) {
-    if (absl::Status status = CheckSize(element); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(CheckSize(element));
     if (&element == header_.FindElement("vertex")) return ReadVertices(element);
     if (element.name == "face") return ReadFaces(element);
     if (element.name == "tristrips") return ReadStrips(element);
     for (uint64_t i = 0; i < element.count && !element.properties.empty(); ++i) {
       for (const PlyProperty& property : element.properties) {
-        if (absl::Status status = SkipProperty(property); !status.ok()) return status;
+        LATTICED_RETURN_IF_ERROR(SkipProperty(property));
       }
     }
     return absl::OkStatus();
@@ -160,11 +147,10 @@ class PlyReader {
 
   absl::Status SkipProperty(const PlyProperty& property) {
     uint64_t length = 1;
-    if (property.is_list) {
-      if (absl::Status status = body_.ReadListLength(property, &length); !status.ok())
-        return status;
+    if (property.is_list()) {
+      LATTICED_RETURN_IF_ERROR(body_.ReadListLength(property, &length));
     }
-    return body_.Skip(property.type, length);
+    return body_.Skip(*property.type, length);
   }
 
   absl::Status ReadVertices(const PlyElement& element) {
@@ -193,7 +179,7 @@ class PlyReader {
     if (has_uvs) mesh_.uvs.reserve(element.count);
     double values[kSlots] = {};
     for (uint64_t i = 0; i < element.count; ++i) {
-      if (absl::Status status = ReadRecord(element, slot_of, values); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(ReadRecord(element, slot_of, values));
       mesh_.positions.push_back({values[kX], values[kY], values[kZ]});
       if (has_normals) mesh_.normals.push_back(ToFloat({values[kNx], values[kNy], values[kNz]}));
       if (has_uvs) {
@@ -209,11 +195,11 @@ class PlyReader {
     for (size_t p = 0; p < slot_of.size(); ++p) {
       const PlyProperty& property = element.properties[p];
       if (slot_of[p] < 0) {
-        if (absl::Status status = SkipProperty(property); !status.ok()) return status;
+        LATTICED_RETURN_IF_ERROR(SkipProperty(property));
         continue;
       }
       double& value = values[slot_of[p]];
-      if (absl::Status status = body_.Read(property.type, &value); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(body_.Read(*property.type, &value));
       if (!std::isfinite(static_cast<float>(value))) {
         return body_.Malformed(fmt::format("a vertex's {} is not finite", Quoted(property.name)));
       }
@@ -225,7 +211,7 @@ class PlyReader {
   template <typename AddList>
   absl::Status ReadIndexLists(const PlyElement& element, const AddList& add) {
     const int column = element.FindProperty({"vertex_indices", "vertex_index"}, true);
-    if (column >= 0 && !IsInteger(element.properties[static_cast<size_t>(column)].type)) {
+    if (column >= 0 && !element.properties[static_cast<size_t>(column)].type->is_integer) {
       return body_.Malformed("vertex_indices are not integers");
     }
     if (column < 0 && element.count > 0) {
@@ -235,21 +221,20 @@ class PlyReader {
     for (uint64_t i = 0; i < element.count; ++i) {
       for (size_t p = 0; p < element.properties.size(); ++p) {
         const PlyProperty& property = element.properties[p];
-        absl::Status status =
-            static_cast<int>(p) == column ? ReadList(property, &indices) : SkipProperty(property);
-        if (!status.ok()) return status;
+        LATTICED_RETURN_IF_ERROR(static_cast<int>(p) == column ? ReadList(property, &indices)
+                                                               : SkipProperty(property));
       }
-      if (absl::Status status = add(indices); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(add(indices));
     }
     return absl::OkStatus();
   }
 
   absl::Status ReadList(const PlyProperty& property, std::vector<double>* values) {
     uint64_t length = 0;
-    if (absl::Status status = body_.ReadListLength(property, &length); !status.ok()) return status;
+    LATTICED_RETURN_IF_ERROR(body_.ReadListLength(property, &length));
     values->resize(length);
     for (double& value : *values) {
-      if (absl::Status status = body_.Read(property.type, &value); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(body_.Read(*property.type, &value));
     }
     return absl::OkStatus();
   }
@@ -275,7 +260,7 @@ class PlyReader {
       return body_.Malformed("too many corners");
     }
     for (double index : indices) {
-      if (absl::Status status = CheckIndex(index); !status.ok()) return status;
+      LATTICED_RETURN_IF_ERROR(CheckIndex(index));
       mesh_.corner_vertices.push_back(static_cast<uint32_t>(index));
     }
     mesh_.face_offsets.push_back(static_cast<uint32_t>(mesh_.corner_count()));
@@ -294,9 +279,7 @@ class PlyReader {
           const double a = indices[i + (odd ? 1 : 0)], b = indices[i + (odd ? 0 : 1)];
           const double c = indices[i + 2];
           if (a == b || b == c || c == a) continue;
-          if (absl::Status status = AddFace(std::initializer_list<double>{a, b, c}); !status.ok()) {
-            return status;
-          }
+          LATTICED_RETURN_IF_ERROR(AddFace(std::initializer_list<double>{a, b, c}));
         }
         begin = end + 1;
       }
@@ -310,11 +293,43 @@ class PlyReader {
   PolygonMesh mesh_;
 };
 
+std::string PlyHeaderOf(const TriangleMesh& mesh) {
+  std::string header = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment latticed\n{}element vertex {}\n"
+      "property float x\nproperty float y\nproperty float z\n",
+      mesh.units.known() ? fmt::format("comment {}\n", Describe(mesh.units)) : "",
+      mesh.positions.size());
+  if (!mesh.normals.empty()) header += "property float nx\nproperty float ny\nproperty float nz\n";
+  if (!mesh.uvs.empty()) header += "property float s\nproperty float t\n";
+  header += fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                        mesh.triangles.size());
+  return header;
+}
+
 }  // namespace
 
 absl::StatusOr<PolygonMesh> ReadPly(std::string_view bytes) {
   LATTICED_ASSIGN_OR_RETURN(PlyHeader header, ReadPlyHeader(bytes));
   return PlyReader(bytes, std::move(header)).Read();
+}
+
+std::string WritePly(const TriangleMesh& mesh) {
+  std::string out = PlyHeaderOf(mesh);
+  const size_t vertex_bytes = sizeof(Vec3f) + (mesh.normals.empty() ? 0 : sizeof(Vec3f)) +
+                              (mesh.uvs.empty() ? 0 : sizeof(Vec2f));
+  const size_t triangle_bytes = sizeof(uint8_t) + 3 * sizeof(uint32_t);
+  out.reserve(out.size() + vertex_bytes * mesh.positions.size() +
+              triangle_bytes * mesh.triangles.size());
+  for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    AppendLittleEndian(ToFloat(mesh.positions[i]), &out);
+    if (!mesh.normals.empty()) AppendLittleEndian(mesh.normals[i], &out);
+    if (!mesh.uvs.empty()) AppendLittleEndian(mesh.uvs[i], &out);
+  }
+  for (const auto& triangle : mesh.triangles) {
+    AppendLittleEndian(uint8_t{3}, &out);
+    AppendLittleEndian(triangle, &out);
+  }
+  return out;
 }
 
 }  // namespace latticed

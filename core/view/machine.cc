@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/view/allowed_threads.h"
+#include "core/view/machine.h"
 
 #include <tbb/info.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -27,6 +28,11 @@ int CgroupThreads(int most) {
 
 int AllowedThreads(int asked) {
   return asked > 0 ? asked : CgroupThreads(std::max(1, tbb::info::default_concurrency()));
+}
+
+size_t MachineBytes(int pages_name) {
+  const long pages = sysconf(pages_name), size = sysconf(_SC_PAGESIZE);
+  return pages > 0 && size > 0 ? static_cast<size_t>(pages) * static_cast<size_t>(size) : 0;
 }
 
 }  // namespace latticed

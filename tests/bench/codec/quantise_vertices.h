@@ -10,8 +10,8 @@
 // Units    scale: 1 / step of the quantisation box; offset: (origin of the floats - origin of the
 //          box) / step
 // Threads  pure function; the same integers under every instruction set
-#ifndef LATTICED_CORE_CODEC_QUANTISE_VERTICES_H_
-#define LATTICED_CORE_CODEC_QUANTISE_VERTICES_H_
+#ifndef LATTICED_TESTS_BENCH_CODEC_QUANTISE_VERTICES_H_
+#define LATTICED_TESTS_BENCH_CODEC_QUANTISE_VERTICES_H_
 
 #include <array>
 #include <cstddef>
@@ -40,4 +40,4 @@ struct QuantisedPlanes {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CODEC_QUANTISE_VERTICES_H_
+#endif  // LATTICED_TESTS_BENCH_CODEC_QUANTISE_VERTICES_H_
