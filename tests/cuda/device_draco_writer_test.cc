@@ -19,12 +19,6 @@ namespace {
 constexpr unsigned kSeed = 20'261'121;
 constexpr double kRange = 8.0;
 
-std::vector<std::array<uint32_t, 3>> Fan(size_t points) {
-  std::vector<std::array<uint32_t, 3>> triangles;
-  for (uint32_t i = 2; i < points; ++i) triangles.push_back({0, i - 1, i});
-  return triangles;
-}
-
 class DeviceDracoWriterTest : public CudaTest {
  protected:
   DeviceDracoWriterTest() : CudaTest(kSeed) {}

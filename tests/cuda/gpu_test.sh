@@ -51,7 +51,7 @@ run_alone "what is left of the device's memory, 2,000 scenes" "$folder/cuda_back
   --gtest_filter="$looks_at_device"
 
 # What takes longest comes first.
-for suite in Watertight Accuracy Agreement View WrittenChunks Spanned; do
+for suite in Watertight Accuracy View Spanned; do
   run "conformance, $suite" "$folder/backend_test" --gtest_filter="*/$suite.*cuda*:Backends.*"
 done
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
@@ -69,12 +69,11 @@ readonly sanitized=(  # NAME PROGRAM FILTER …
   memory cuda_backend_test '*-*MoreThanTheDevice*:*Cycles*:*Repeated*:*ManyScenes*:*AllSizes*:*AllPairs*:*LargestChunk*:CudaSoak.*:CudaLost.*'
   view backend_test '*/View.*cuda*'
   watertight backend_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
-  accuracy backend_test '*AllDegreeMixes*/cuda*:*AllSegments*/cuda_*fused:*FillNoLanes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*'
-  encoders backend_test '*/WrittenChunks.*cuda*')
+  accuracy backend_test '*AllDegreeMixes*/cuda*:*AllSegments*/cuda_*fused:*FillNoLanes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*')
 # The same kernels again, which racecheck takes minutes for.
 readonly not_raced=(
   'large lattices' backend_test '*SmoothFloats*/cuda*:*AnyChunks*/cuda_fused'
-  spanned backend_test '*/Spanned.*cuda*-*RealMeshes*')
+  spanned backend_test '*/Spanned.*cuda*')
 sanitize() {  # RUN TOOL
   local only=() skipped='' programs=("${sanitized[@]}" "${not_raced[@]}") i
   # Races are in kernels, which the tests of memory run by the hundred: racecheck takes minutes for

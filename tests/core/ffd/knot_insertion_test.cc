@@ -9,6 +9,7 @@
 #include <random>
 
 #include "core/ffd/bspline_basis.h"
+#include "core/ffd/direct_ffd.h"
 #include "core/ffd/lattice_edit.h"
 #include "tests/support/status_matchers.h"
 
@@ -20,25 +21,12 @@ using ::testing::HasSubstr;
 
 Vec3d Evaluate(const Lattice& lattice, Vec3d parameter) {
   const LatticeStructure& s = lattice.structure;
-  int span[3];
-  double basis[3][4];
+  std::array<int, 3> span;
   for (size_t a = 0; a < 3; ++a) {
-    const double u = parameter[static_cast<int>(a)];
-    span[a] = FindLowerSpan(s.knots[a].data(), s.degree[a], s.size[a], u);
-    EvaluateBasis(s.knots[a].data(), s.degree[a], span[a], u, basis[a]);
+    span[a] =
+        FindLowerSpan(s.knots[a].data(), s.degree[a], s.size[a], parameter[static_cast<int>(a)]);
   }
-  Vec3d sum;
-  for (int k = 0; k <= s.degree[2]; ++k) {
-    for (int j = 0; j <= s.degree[1]; ++j) {
-      for (int i = 0; i <= s.degree[0]; ++i) {
-        const int index = s.Index(span[0] - s.degree[0] + i, span[1] - s.degree[1] + j,
-                                  span[2] - s.degree[2] + k);
-        sum += basis[0][i] * basis[1][j] * basis[2][k] *
-               lattice.control_points[static_cast<size_t>(index)];
-      }
-    }
-  }
-  return sum;
+  return EvaluateVolume(s, lattice.control_points, span, parameter).position;
 }
 
 Lattice MakeLattice(std::array<int, 3> degree, std::array<int, 3> size, bool clamped) {

@@ -53,6 +53,18 @@ struct Triangle {
   absl::StatusOr<PolygonMesh> Read() const { return ReadGlb(Glb(document.dump(), binary)); }
 };
 
+// Without indices.
+Triangle SixPoints(const std::vector<float>& coordinates) {
+  Triangle file;
+  file.binary = Floats(coordinates);
+  file.document["bufferViews"] = json::parse(R"([{"buffer": 0, "byteLength": 72}])");
+  file.document["buffers"][0]["byteLength"] = 72;
+  file.document["accessors"] =
+      json::parse(R"([{"bufferView": 0, "componentType": 5126, "count": 6, "type": "VEC3"}])");
+  file.primitive() = json::parse(R"({"attributes": {"POSITION": 0}})");
+  return file;
+}
+
 TEST(GlbReaderTest, OneTriangle) {
   const auto mesh = Triangle().Read();
   ASSERT_OK(mesh);
@@ -96,13 +108,7 @@ TEST(GlbReaderTest, MirroredNodesKeepFacesAndNormalsOnOneSide) {
 }
 
 TEST(GlbReaderTest, ListsStripsFansAndNoIndices) {
-  Triangle file;
-  file.binary = Floats({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 2, 0, 1, 2, 0});
-  file.document["bufferViews"] = json::parse(R"([{"buffer": 0, "byteLength": 72}])");
-  file.document["buffers"][0]["byteLength"] = 72;
-  file.document["accessors"] =
-      json::parse(R"([{"bufferView": 0, "componentType": 5126, "count": 6, "type": "VEC3"}])");
-  file.primitive() = json::parse(R"({"attributes": {"POSITION": 0}})");
+  Triangle file = SixPoints({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 2, 0, 1, 2, 0});
   const auto list = file.Read();
   ASSERT_OK(list);
   EXPECT_THAT(list->corner_vertices, ElementsAre(0, 1, 2, 3, 4, 5));
@@ -124,14 +130,7 @@ TEST(GlbReaderTest, ListsStripsFansAndNoIndices) {
 }
 
 TEST(GlbReaderTest, VerticesDoubledAtSeamsAreOne) {
-  Triangle file;  // two triangles of a square, without indices
-  file.binary = Floats({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0});
-  file.document["bufferViews"] = json::parse(R"([{"buffer": 0, "byteLength": 72}])");
-  file.document["buffers"][0]["byteLength"] = 72;
-  file.document["accessors"] =
-      json::parse(R"([{"bufferView": 0, "componentType": 5126, "count": 6, "type": "VEC3"}])");
-  file.primitive() = json::parse(R"({"attributes": {"POSITION": 0}})");
-  const auto mesh = file.Read();
+  const auto mesh = SixPoints({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0}).Read();
   ASSERT_OK(mesh);
   EXPECT_EQ(mesh->positions.size(), 4u);
   EXPECT_THAT(mesh->corner_vertices, ElementsAre(0, 1, 2, 0, 2, 3));

@@ -5,14 +5,15 @@
 // every format and back.
 #include "core/mesh/mesh_io.h"
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <map>
+#include <string>
+#include <utility>
 
 #include "core/mesh/sample_meshes.h"
 #include "core/mesh/triangulate.h"
 #include "tests/core/mesh/mesh_fixtures.h"
+#include "tests/support/real_meshes.h"
+#include "tests/support/test_meshes.h"
 
 namespace latticed {
 namespace {
@@ -28,15 +29,10 @@ constexpr MeshFormat kFormats[] = {MeshFormat::kObj, MeshFormat::kPly, MeshForma
 TriangleMesh Triangulated(const PolygonMesh& mesh) {
   TriangleMesh result;
   result.positions = mesh.positions;
-  std::vector<Vec3d> face;
   std::vector<std::array<uint32_t, 3>> triangles;
   for (size_t f = 0; f < mesh.face_count(); ++f) {
     const uint32_t* corners = &mesh.corner_vertices[mesh.face_offsets[f]];
-    face.clear();
-    for (uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
-      face.push_back(mesh.positions[mesh.corner_vertices[c]]);
-    }
-    TriangulatePolygon(face, &triangles);
+    TriangulatePolygon(testing::FacePositions(mesh, f), &triangles);
     for (const auto& [a, b, c] : triangles) {
       result.triangles.push_back({corners[a], corners[b], corners[c]});
     }
@@ -112,30 +108,22 @@ TEST(MeshIoTest, SamplesSurviveEveryFormat) {
   }
 }
 
-struct Model {
-  const char* file;
-  size_t vertices, faces;
-};
-class ModelTest : public ::testing::TestWithParam<Model> {};
-INSTANTIATE_TEST_SUITE_P(Shared, ModelTest,
-                         ::testing::Values(Model{"fandisk.obj", 6475, 12946},
-                                           Model{"rocker-arm.obj", 10044, 20088},
-                                           Model{"spot.obj", 2930, 5856},
-                                           Model{"stanford-bunny.obj", 35947, 69451},
-                                           Model{"teapot.obj", 3644, 6320}));
-
-TEST_P(ModelTest, IsReadWholeAndSurvivesEveryFormat) {
-  const char* shared = std::getenv("LATTICED_SHARED");
-  if (shared == nullptr) GTEST_SKIP() << "LATTICED_SHARED names no folder of models";
-  const std::filesystem::path path = std::filesystem::path(shared) / "models" / GetParam().file;
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no model " << path;
-  std::stringstream bytes;
-  bytes << std::ifstream(path, std::ios::binary).rdbuf();
-  const auto mesh = ReadMesh(MeshFormatFromFileName(path.string()).value(), bytes.str());
-  ASSERT_OK(mesh);
-  EXPECT_EQ(mesh->positions.size(), GetParam().vertices);
-  EXPECT_EQ(mesh->face_count(), GetParam().faces);
-  ExpectSurvivesEveryFormat(*mesh);
+TEST(MeshIoTest, RealModelsAreReadWholeAndSurviveEveryFormat) {
+  const std::map<std::string, std::pair<size_t, size_t>> vertices_and_faces{
+      {"fandisk", {6475, 12946}},
+      {"rocker-arm", {10044, 20088}},
+      {"spot", {2930, 5856}},
+      {"stanford-bunny", {35947, 69451}},
+      {"teapot", {3644, 6320}}};
+  const std::vector<testing::RealMesh> meshes = testing::RealMeshes();
+  if (meshes.empty()) GTEST_SKIP() << "no meshes in $LATTICED_SHARED/models";
+  for (const auto& [name, mesh] : meshes) {
+    SCOPED_TRACE(name);
+    if (const auto known = vertices_and_faces.find(name); known != vertices_and_faces.end()) {
+      EXPECT_EQ(std::pair(mesh.positions.size(), mesh.face_count()), known->second);
+    }
+    ExpectSurvivesEveryFormat(mesh);
+  }
 }
 
 TEST(MeshIoTest, GlbTurnsEveryUpAxisToYAndScalesToMetres) {

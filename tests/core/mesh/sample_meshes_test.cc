@@ -9,10 +9,12 @@
 
 #include "core/mesh/triangulate.h"
 #include "tests/support/status_matchers.h"
+#include "tests/support/test_meshes.h"
 
 namespace latticed {
 namespace {
 
+using ::latticed::testing::FacePositions;
 using ::latticed::testing::StatusIs;
 using ::testing::HasSubstr;
 
@@ -30,14 +32,6 @@ std::map<std::pair<uint32_t, uint32_t>, int> BoundaryEdges(const PolygonMesh& me
   }
   std::erase_if(uses, [](const auto& use) { return use.second <= 0; });
   return uses;
-}
-
-std::vector<Vec3d> FacePositions(const PolygonMesh& mesh, size_t face) {
-  std::vector<Vec3d> positions;
-  for (uint32_t c = mesh.face_offsets[face]; c < mesh.face_offsets[face + 1]; ++c) {
-    positions.push_back(mesh.positions[mesh.corner_vertices[c]]);
-  }
-  return positions;
 }
 
 // By the divergence theorem; positive for a closed mesh whose faces look outward.
