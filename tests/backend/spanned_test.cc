@@ -46,9 +46,8 @@ class Spanned : public ::testing::TestWithParam<std::string> {
   void SetUp() override {
     one_ = BackendOrSkip(GetParam());
     if (one_ == nullptr) return;
-    auto spanned = MakeBackendByName(SpannedName(GetParam()));
-    ASSERT_OK(spanned);
-    spanned_ = *std::move(spanned);
+    ASSERT_OK_AND_ASSIGN(auto spanned, MakeBackendByName(SpannedName(GetParam())));
+    spanned_ = std::move(spanned);
   }
 
   void Prepare(Case c) {
@@ -138,25 +137,21 @@ TEST_P(Spanned, EncodedBytesAreThoseOfOneDeviceInTheOrderAsked) {
     Views views = MakeViews({.segments = 4, .format = FormatOf(encoding)});
     Evaluate(views, points_, BoxFor(*plan_, points_), AllChunks(*plan_));
 
-    const auto one = views.one->Encode(chunks, encoding);
-    const auto spanned = views.spanned->Encode(chunks, encoding);
-
-    ASSERT_OK(one);
-    ASSERT_OK(spanned);
-    ASSERT_EQ(spanned->size(), chunks.size());
+    ASSERT_OK_AND_ASSIGN(const auto one, views.one->Encode(chunks, encoding));
+    ASSERT_OK_AND_ASSIGN(const auto spanned, views.spanned->Encode(chunks, encoding));
+    ASSERT_EQ(spanned.size(), chunks.size());
     for (size_t i = 0; i < chunks.size(); ++i) {
-      ASSERT_TRUE(std::ranges::equal((*one)[i].span(), (*spanned)[i].span())) << "place " << i;
+      ASSERT_TRUE(std::ranges::equal(one[i].span(), spanned[i].span())) << "place " << i;
     }
 
     std::vector<VertexDigest> digests(chunks.size()), half;
     ASSERT_OK(views.spanned->Encode(chunks, encoding, digests));
     half = digests;
     for (size_t i = 0; i < half.size(); i += 2) half[i] = {};
-    const auto rest = views.spanned->Encode(chunks, encoding, half);
-    ASSERT_OK(rest);
+    ASSERT_OK_AND_ASSIGN(const auto rest, views.spanned->Encode(chunks, encoding, half));
     EXPECT_EQ(half, digests);
     for (size_t i = 0; i < half.size(); ++i) {
-      EXPECT_EQ((*rest)[i].data == nullptr, i % 2 == 1) << "place " << i;
+      EXPECT_EQ(rest[i].data == nullptr, i % 2 == 1) << "place " << i;
     }
   }
 }
@@ -164,26 +159,22 @@ TEST_P(Spanned, EncodedBytesAreThoseOfOneDeviceInTheOrderAsked) {
 TEST_P(Spanned, PartsHaveWhatTheirPatchesNeedAndSayWhere) {
   ASSERT_NO_FATAL_FAILURE(Prepare(Cases().front()));
 
-  const auto one = one_->Prepare(plan_, Pipeline::kFused);
-  const auto spanned = spanned_->Prepare(plan_, Pipeline::kFused);
-  const auto gemm = spanned_->Prepare(plan_, Pipeline::kGemm);
-
-  ASSERT_OK(one);
-  ASSERT_OK(spanned);
-  ASSERT_OK(gemm);
-  EXPECT_NE(dynamic_cast<SpannedTarget*>(spanned->get()), nullptr);
-  EXPECT_EQ(dynamic_cast<SpannedTarget*>(gemm->get()), nullptr) << "fused alone spans";
-  EXPECT_EQ(&(*spanned)->plan(), plan_.get());
-  const uint64_t plan_bytes = (*spanned)->memory().at("plan");
-  EXPECT_GT(plan_bytes, (*one)->memory().at("plan"));
-  EXPECT_LT(plan_bytes, 3 * (*one)->memory().at("plan"));
-  const uint64_t on_one = DeviceBytes((*one)->memory());
-  const uint64_t on_all = DeviceBytes((*spanned)->memory());
+  ASSERT_OK_AND_ASSIGN(const auto one, one_->Prepare(plan_, Pipeline::kFused));
+  ASSERT_OK_AND_ASSIGN(const auto spanned, spanned_->Prepare(plan_, Pipeline::kFused));
+  ASSERT_OK_AND_ASSIGN(const auto gemm, spanned_->Prepare(plan_, Pipeline::kGemm));
+  EXPECT_NE(dynamic_cast<SpannedTarget*>(spanned.get()), nullptr);
+  EXPECT_EQ(dynamic_cast<SpannedTarget*>(gemm.get()), nullptr) << "fused alone spans";
+  EXPECT_EQ(&spanned->plan(), plan_.get());
+  const uint64_t plan_bytes = spanned->memory().at("plan");
+  EXPECT_GT(plan_bytes, one->memory().at("plan"));
+  EXPECT_LT(plan_bytes, 3 * one->memory().at("plan"));
+  const uint64_t on_one = DeviceBytes(one->memory());
+  const uint64_t on_all = DeviceBytes(spanned->memory());
   // What lies at the cuts is in both neighbours, the boxes are everywhere.
   EXPECT_GE(on_all, on_one);
   EXPECT_LE(on_all, 2 * on_one);
   uint64_t told = 0;
-  for (const auto& [device, bytes] : (*spanned)->device_use()) told += bytes;
+  for (const auto& [device, bytes] : spanned->device_use()) told += bytes;
   EXPECT_EQ(told, on_all);
 }
 

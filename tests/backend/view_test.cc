@@ -74,13 +74,12 @@ TEST_P(View, RawAndQuantisedBytesAreWhatReadGives) {
     const auto expected = ReadAll(*plan_, *view);
     const std::vector<uint32_t> chunks{static_cast<uint32_t>(plan_->chunk_count()) - 1, 0};
 
-    const auto got = view->Encode(
-        chunks, format == VertexFormat::kFloat32 ? Encoding::kRaw : Encoding::kQuantised);
-
-    ASSERT_OK(got);
-    ASSERT_EQ(got->size(), 2u);
+    ASSERT_OK_AND_ASSIGN(const auto got, view->Encode(chunks, format == VertexFormat::kFloat32
+                                                                  ? Encoding::kRaw
+                                                                  : Encoding::kQuantised));
+    ASSERT_EQ(got.size(), 2u);
     for (size_t i = 0; i < 2; ++i) {
-      const auto bytes = (*got)[i].span();
+      const auto bytes = got[i].span();
       EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), expected[chunks[i]].begin(),
                              expected[chunks[i]].end()));
     }
@@ -94,26 +93,21 @@ TEST_P(View, LeavesOutWhatTheCallerHasAndNothingElse) {
     ASSERT_NE(view, nullptr);
     const auto all = AllChunks(*plan_);
     std::vector<VertexDigest> digests(all.size());
-    const auto old = view->Encode(all, encoding, digests);
-    ASSERT_OK(old);
-    const auto again = view->Encode(all, encoding, digests);
-    ASSERT_OK(again);
-    for (const SharedBytes& bytes : *again) EXPECT_EQ(bytes.data, nullptr);
+    ASSERT_OK_AND_ASSIGN(const auto old, view->Encode(all, encoding, digests));
+    ASSERT_OK_AND_ASSIGN(const auto again, view->Encode(all, encoding, digests));
+    for (const SharedBytes& bytes : again) EXPECT_EQ(bytes.data, nullptr);
     std::vector<Vec3d> moved = points_;
     moved[moved.size() / 2].z += 0.01;
     ASSERT_OK(view->Evaluate(moved, box_, all));
-    const auto expected = view->Encode(all, encoding);
-    ASSERT_OK(expected);
+    ASSERT_OK_AND_ASSIGN(const auto expected, view->Encode(all, encoding));
 
-    const auto news = view->Encode(all, encoding, digests);
-
-    ASSERT_OK(news);
+    ASSERT_OK_AND_ASSIGN(const auto news, view->Encode(all, encoding, digests));
     size_t left_out = 0;
     for (size_t c = 0; c < all.size(); ++c) {
-      const bool same = (*news)[c].data == nullptr;
+      const bool same = news[c].data == nullptr;
       left_out += same ? 1 : 0;
-      const auto bytes = same ? (*old)[c].span() : (*news)[c].span();
-      EXPECT_TRUE(std::ranges::equal(bytes, (*expected)[c].span())) << "chunk " << c;
+      const auto bytes = same ? old[c].span() : news[c].span();
+      EXPECT_TRUE(std::ranges::equal(bytes, expected[c].span())) << "chunk " << c;
     }
     EXPECT_LT(left_out, all.size());
   }
@@ -126,18 +120,16 @@ TEST_P(View, DracoStreamsHoldTheIntegers) {
     ASSERT_NE(view, nullptr);
     const auto chunks = ReadAll(*plan_, *view);
     for (Encoding encoding : {Encoding::kDracoPoints, Encoding::kDracoMesh}) {
-      const auto streams = view->Encode(AllChunks(*plan_), encoding);
-      ASSERT_OK(streams);
+      ASSERT_OK_AND_ASSIGN(const auto streams, view->Encode(AllChunks(*plan_), encoding));
       for (size_t c = 0; c < chunks.size(); ++c) {
-        const auto got = DecodeDracoChunkIntegers((*streams)[c].span());
-        ASSERT_OK(got);
+        ASSERT_OK_AND_ASSIGN(const auto got, DecodeDracoChunkIntegers(streams[c].span()));
         const size_t points = ChunkPoints(*plan_, c, spec.segments);
-        ASSERT_EQ(got->positions.size(), 3 * points);
-        EXPECT_EQ(got->normals.size(), normals == NormalMode::kNone ? 0 : 2 * points);
+        ASSERT_EQ(got.positions.size(), 3 * points);
+        EXPECT_EQ(got.normals.size(), normals == NormalMode::kNone ? 0 : 2 * points);
         for (size_t i = 0; i < points; ++i) {
           for (size_t axis = 0; axis < 3; ++axis) {
             const size_t at = 2 * (axis * points + i);
-            ASSERT_EQ(got->positions[3 * i + axis],
+            ASSERT_EQ(got.positions[3 * i + axis],
                       static_cast<uint32_t>(chunks[c][at] | chunks[c][at + 1] << 8));
           }
         }
@@ -147,22 +139,19 @@ TEST_P(View, DracoStreamsHoldTheIntegers) {
 }
 
 TEST_P(View, ControlNetsSpanTheDeformedPatches) {
-  auto target = backend_->Prepare(plan_, GetParam().pipeline);
-  ASSERT_OK(target);
+  ASSERT_OK_AND_ASSIGN(auto target, backend_->Prepare(plan_, GetParam().pipeline));
   const int n = plan_->structure.patch_degree();
   const auto m = static_cast<size_t>(BernsteinCount(n));
   const DirectFfd direct(*plan_, points_);
   const size_t all = plan_->patches.size();
   for (const auto& [first, last] :
        {std::pair<size_t, size_t>{0, all}, {7, 9}, {all / 4, all - 3}, {all, all}}) {
-    const auto nets = (*target)->ControlNets(points_, first, last);
-
-    ASSERT_OK(nets);
-    ASSERT_EQ(nets->size(), (last - first) * m * 3);
+    ASSERT_OK_AND_ASSIGN(const auto nets, target->ControlNets(points_, first, last));
+    ASSERT_EQ(nets.size(), (last - first) * m * 3);
     for (size_t p = first; p < last; ++p) {
       for (const auto& b : {std::array{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.2, 0.3, 0.5}}) {
         Vec3d sum;
-        const double* net = nets->data() + (p - first) * 3 * m;
+        const double* net = nets.data() + (p - first) * 3 * m;
         for (int i = n; i >= 0; --i) {
           for (int j = n - i; j >= 0; --j, net += 3) {
             sum += Bernstein(i, j, n - i - j, b[0], b[1], b[2]) * Vec3d{net[0], net[1], net[2]};
@@ -191,15 +180,14 @@ TEST_P(View, DracoStreamsAreOurWritersOfTheIntegers) {
     const auto integers = ReadAll(*plan, *view);
     const std::vector<uint32_t> some{0, 3, static_cast<uint32_t>(plan->chunk_count()) - 1};
     for (const auto& chunks : {AllChunks(*plan), some}) {
-      const auto streams = view->Encode(chunks, Encoding::kDracoPoints);
-      ASSERT_OK(streams);
+      ASSERT_OK_AND_ASSIGN(const auto streams, view->Encode(chunks, Encoding::kDracoPoints));
       for (size_t i = 0; i < chunks.size(); ++i) {
         const auto vertices = QuantisedVertices::FromBytes(
             integers[chunks[i]], ChunkPoints(*plan, chunks[i], spec.segments), spec.position_bits,
             spec.normals == NormalMode::kNone ? 0 : spec.normal_bits);
-        const auto expected = MakeChunkEncoder("latticed")->EncodePoints(vertices, box.range);
-        ASSERT_OK(expected);
-        ASSERT_TRUE(std::ranges::equal((*streams)[i].span(), *expected))
+        ASSERT_OK_AND_ASSIGN(const auto expected,
+                             MakeChunkEncoder("latticed")->EncodePoints(vertices, box.range));
+        ASSERT_TRUE(std::ranges::equal(streams[i].span(), expected))
             << "chunk " << chunks[i] << ", " << spec.segments << " segments";
       }
     }
@@ -210,20 +198,18 @@ TEST_P(View, ThreadsDoNotChangeABit) {
   const ViewSpec spec{.segments = 4, .format = VertexFormat::kFloat32};
   const auto expected = ReadAll(*plan_, *Evaluated(spec));
   for (int threads : {1, 3}) {
-    auto backend = MakeBackendByName(GetParam().backend, threads);
-    ASSERT_OK(backend);
-    backend_ = *std::move(backend);
+    ASSERT_OK_AND_ASSIGN(auto backend, MakeBackendByName(GetParam().backend, threads));
+    backend_ = std::move(backend);
     EXPECT_TRUE(ReadAll(*plan_, *Evaluated(spec)) == expected) << threads << " threads";
   }
 }
 
 TEST_P(View, RefusesSpecsOutOfLimits) {
-  auto target = backend_->Prepare(plan_, GetParam().pipeline);
-  ASSERT_OK(target);
+  ASSERT_OK_AND_ASSIGN(auto target, backend_->Prepare(plan_, GetParam().pipeline));
   for (const ViewSpec& spec :
        {ViewSpec{.segments = 0}, ViewSpec{.segments = 33}, ViewSpec{.position_bits = 7},
         ViewSpec{.position_bits = 17}, ViewSpec{.normal_bits = 5}, ViewSpec{.normal_bits = 13}}) {
-    EXPECT_THAT((*target)->CreateView(spec), StatusIs(absl::StatusCode::kInvalidArgument));
+    EXPECT_THAT(target->CreateView(spec), StatusIs(absl::StatusCode::kInvalidArgument));
   }
 }
 
@@ -257,10 +243,9 @@ TEST_P(View, RefusesWhatDoesNotFitThePlan) {
   EXPECT_THAT(view->Evaluate(std::span(points_).first(3), box_, one), StatusIs(kInvalid));
   EXPECT_OK(view->Evaluate(points_, box_, one));
 
-  auto target = backend_->Prepare(plan_, GetParam().pipeline);
-  ASSERT_OK(target);
-  EXPECT_THAT((*target)->ControlNets(points_, 0, plan_->patches.size() + 1), StatusIs(kInvalid));
-  EXPECT_THAT((*target)->ControlNets(std::span(points_).first(3), 0, 1), StatusIs(kInvalid));
+  ASSERT_OK_AND_ASSIGN(auto target, backend_->Prepare(plan_, GetParam().pipeline));
+  EXPECT_THAT(target->ControlNets(points_, 0, plan_->patches.size() + 1), StatusIs(kInvalid));
+  EXPECT_THAT(target->ControlNets(std::span(points_).first(3), 0, 1), StatusIs(kInvalid));
 }
 
 TEST_P(View, FirstEvaluationNeedsAllChunks) {
@@ -273,18 +258,17 @@ TEST_P(View, FirstEvaluationNeedsAllChunks) {
 TEST_P(View, ReportsItsVertexMemory) {
   const ViewSpec spec{.segments = 10};
   const auto view = Evaluated(spec);
-  auto target = backend_->Prepare(plan_, GetParam().pipeline);
-  ASSERT_OK(target);
+  ASSERT_OK_AND_ASSIGN(auto target, backend_->Prepare(plan_, GetParam().pipeline));
 
   const MemoryUse use = view->memory();
 
-  const bool on_device = (*target)->Traits(spec).on_device;
+  const bool on_device = target->Traits(spec).on_device;
   const char* const purpose = on_device ? "device_vertices" : "vertices";
   ASSERT_TRUE(use.contains(purpose));
   EXPECT_GE(use.at(purpose), plan_->patches.size() * 66 * BytesPerPoint(spec));
   EXPECT_EQ(DeviceBytes(use) > 0, on_device);
-  EXPECT_EQ((*target)->memory().contains("device_plan"), on_device);
-  EXPECT_GE((*target)->memory().at("plan"), plan_->patches.size() * sizeof(Patch));
+  EXPECT_EQ(target->memory().contains("device_plan"), on_device);
+  EXPECT_GE(target->memory().at("plan"), plan_->patches.size() * sizeof(Patch));
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, View, ::testing::ValuesIn(Subjects()), SubjectName);

@@ -48,9 +48,8 @@ class CudaSoak : public CudaTest {
   void SetUp() override {
     CudaTest::SetUp();
     if (IsSkipped() || HasFatalFailure()) return;
-    auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB, .threads = 1});
-    ASSERT_OK(backend);
-    backend_ = *std::move(backend);
+    ASSERT_OK_AND_ASSIGN(auto backend, MakeCudaBackend({.memory_bytes = 256 * kMiB, .threads = 1}));
+    backend_ = std::move(backend);
   }
 
   // Create, evaluate, edit, encode, delete.

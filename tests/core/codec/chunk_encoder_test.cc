@@ -23,9 +23,8 @@ class ChunkEncoderTest : public ::testing::TestWithParam<const char*> {
   void ExpectIntegersSurvive(const Chunk& chunk) {
     SCOPED_TRACE(fmt::format("{} points, {} and {} bits, seed {}", chunk.points,
                              chunk.position_bits, chunk.normal_bits, kSeed));
-    const auto stream = encoder_->EncodePoints(chunk.vertices(), 8.0);
-    ASSERT_OK(stream);
-    ASSERT_TRUE(HoldsIntegers(*stream, chunk.vertices()));
+    ASSERT_OK_AND_ASSIGN(const auto stream, encoder_->EncodePoints(chunk.vertices(), 8.0));
+    ASSERT_TRUE(HoldsIntegers(stream, chunk.vertices()));
   }
 
   const std::unique_ptr<ChunkEncoder> encoder_ = MakeChunkEncoder(GetParam());
@@ -62,24 +61,22 @@ TEST_P(ChunkEncoderTest, AnyRangeIsExact) {
   const Chunk chunk = MakeChunk(500, 14, 10, Data::kRandom, kSeed);
   // Far outside of what six decimals of text could carry.
   for (const double range : {0x1p-60, 0x1p-20, 1.0, 0x1p+40, 0x1p+100}) {
-    const auto stream = encoder_->EncodePoints(chunk.vertices(), range);
-    ASSERT_OK(stream);
-    const auto decoded = DecodeDracoChunk(*stream);
-    ASSERT_OK(decoded);
+    ASSERT_OK_AND_ASSIGN(const auto stream, encoder_->EncodePoints(chunk.vertices(), range));
+    ASSERT_OK_AND_ASSIGN(const auto decoded, DecodeDracoChunk(stream));
 
-    ASSERT_EQ(decoded->positions.size(), 1500u);
+    ASSERT_EQ(decoded.positions.size(), 1500u);
     const float step = static_cast<float>(range) / 16383.0f;
     for (size_t i = 0; i < 1500; ++i) {
-      ASSERT_EQ(decoded->positions[i], static_cast<float>(chunk.integers.positions[i]) * step)
+      ASSERT_EQ(decoded.positions[i], static_cast<float>(chunk.integers.positions[i]) * step)
           << "range " << range << " value " << i;
     }
     for (size_t i = 0; i < 500; ++i) {
       const Vec3f n = DequantiseNormal({static_cast<int32_t>(chunk.integers.normals[2 * i]),
                                         static_cast<int32_t>(chunk.integers.normals[2 * i + 1])},
                                        10);
-      ASSERT_EQ((Vec3f{decoded->normals[3 * i], decoded->normals[3 * i + 1],
-                       decoded->normals[3 * i + 2]}),
-                n);
+      ASSERT_EQ(
+          (Vec3f{decoded.normals[3 * i], decoded.normals[3 * i + 1], decoded.normals[3 * i + 2]}),
+          n);
     }
   }
 }
@@ -88,16 +85,15 @@ using Triangles = std::vector<std::array<uint32_t, 3>>;
 
 void ExpectMeshDecodes(const ChunkEncoder& encoder, const Chunk& chunk,
                        const Triangles& triangles) {
-  const auto stream = encoder.EncodeMesh(chunk.vertices(), 2.0, triangles);
-  ASSERT_OK(stream);
-  EXPECT_TRUE(HoldsIntegers(*stream, chunk.vertices()));
-  const auto mesh = ReadDracoMesh({reinterpret_cast<const char*>(stream->data()), stream->size()});
-  ASSERT_OK(mesh);
+  ASSERT_OK_AND_ASSIGN(const auto stream, encoder.EncodeMesh(chunk.vertices(), 2.0, triangles));
+  EXPECT_TRUE(HoldsIntegers(stream, chunk.vertices()));
+  ASSERT_OK_AND_ASSIGN(const auto mesh, ReadDracoMesh({reinterpret_cast<const char*>(stream.data()),
+                                                       stream.size()}));
 
-  ASSERT_EQ(mesh->face_count(), triangles.size());
+  ASSERT_EQ(mesh.face_count(), triangles.size());
   for (size_t f = 0; f < triangles.size(); ++f) {
     for (size_t c = 0; c < 3; ++c) {
-      ASSERT_EQ(mesh->corner_vertices[3 * f + c], triangles[f][c]);
+      ASSERT_EQ(mesh.corner_vertices[3 * f + c], triangles[f][c]);
     }
   }
 }
@@ -138,10 +134,8 @@ TEST_P(ChunkEncoderTest, MeshStreamsOfRegularChunksDecode) {
       triangles.push_back({i, i + 2, i + 1});
     }
     const Chunk chunk = MakeChunk(points, 12, 8, Data::kConstant, kSeed);
-    const auto stream = encoder_->EncodeMesh(chunk.vertices(), 2.0, triangles);
-
-    ASSERT_OK(stream);
-    EXPECT_TRUE(HoldsIntegers(*stream, chunk.vertices()));
+    ASSERT_OK_AND_ASSIGN(const auto stream, encoder_->EncodeMesh(chunk.vertices(), 2.0, triangles));
+    EXPECT_TRUE(HoldsIntegers(stream, chunk.vertices()));
   }
 }
 

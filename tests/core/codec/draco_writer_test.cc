@@ -51,10 +51,9 @@ void ExpectGroupIsAsOneByOne(const std::vector<Chunk>& chunks) {
     const ChosenTarget baseline(Targets().back());
     for (const Chunk& chunk : chunks) {
       vertices.push_back(chunk.vertices());
-      const auto stream = writer.EncodePoints(chunk.vertices(), 8.0);
-      ASSERT_OK(stream);
-      ASSERT_TRUE(HoldsIntegers(*stream, chunk.vertices())) << "chunk " << alone.size();
-      alone.push_back(*stream);
+      ASSERT_OK_AND_ASSIGN(const auto stream, writer.EncodePoints(chunk.vertices(), 8.0));
+      ASSERT_TRUE(HoldsIntegers(stream, chunk.vertices())) << "chunk " << alone.size();
+      alone.push_back(stream);
     }
   }
   for (const int64_t target : Targets()) {
@@ -131,9 +130,8 @@ TEST(DracoWriter, ValuesOutOfRangeAreHarmless) {
     for (size_t i = 0; i < chunk.bytes.size(); i += 3) chunk.bytes[i] = static_cast<uint8_t>(i);
     for (const int64_t target : Targets()) {
       const ChosenTarget chosen(target);
-      const auto stream = DracoWriter().EncodePoints(chunk.vertices(), 8.0);
-      ASSERT_OK(stream);
-      EXPECT_OK(DecodeDracoChunkIntegers(*stream));
+      ASSERT_OK_AND_ASSIGN(const auto stream, DracoWriter().EncodePoints(chunk.vertices(), 8.0));
+      EXPECT_OK(DecodeDracoChunkIntegers(stream));
     }
   }
 }
@@ -142,12 +140,11 @@ TEST(DracoWriter, TakesNoMoreBytesThanLibdraco) {
   size_t ours = 0, theirs = 0;
   for (unsigned i = 0; i < 20; ++i) {
     const Chunk chunk = MakeChunk(2112, 12, 8, Data::kWalk, kSeed + i);
-    const auto stream = DracoWriter().EncodePoints(chunk.vertices(), 8.0);
-    const auto reference = MakeReferenceEncoder()->EncodePoints(chunk.vertices(), 8.0);
-    ASSERT_OK(stream);
-    ASSERT_OK(reference);
-    ours += stream->size();
-    theirs += reference->size();
+    ASSERT_OK_AND_ASSIGN(const auto stream, DracoWriter().EncodePoints(chunk.vertices(), 8.0));
+    ASSERT_OK_AND_ASSIGN(const auto reference,
+                         MakeReferenceEncoder()->EncodePoints(chunk.vertices(), 8.0));
+    ours += stream.size();
+    theirs += reference.size();
   }
   EXPECT_LE(ours, theirs);
 }
@@ -174,9 +171,8 @@ TEST(DracoWriter, KeepsNoMoreMemoryThanItSays) {
 // Nothing to gain from: stored plainly, two bytes a value.
 TEST(DracoWriter, RandomDataTakesNoMoreThanPlainSymbols) {
   const Chunk chunk = MakeChunk(2112, 16, 12, Data::kRandom, kSeed);
-  const auto stream = DracoWriter().EncodePoints(chunk.vertices(), 8.0);
-  ASSERT_OK(stream);
-  EXPECT_LE(stream->size(), 128 + 10 * chunk.points);
+  ASSERT_OK_AND_ASSIGN(const auto stream, DracoWriter().EncodePoints(chunk.vertices(), 8.0));
+  EXPECT_LE(stream.size(), 128 + 10 * chunk.points);
 }
 
 }  // namespace

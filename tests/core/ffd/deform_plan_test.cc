@@ -104,9 +104,8 @@ Measures OfPlan(const DeformPlan& plan) {
 // Area, edges by the number of patches that meet there, and where each corner comes from.
 void ExpectKeepsTheMesh(const std::shared_ptr<const PolygonMesh>& mesh,
                         const LatticeStructure& structure, double area_tolerance) {
-  const auto plan = MakePlan(mesh, structure);
-  ASSERT_OK(plan);
-  const DeformPlan& p = **plan;
+  ASSERT_OK_AND_ASSIGN(const auto plan, MakePlan(mesh, structure));
+  const DeformPlan& p = *plan;
   const double diagonal = mesh->ComputeBounds().diagonal();
 
   const Measures source = OfMesh(*mesh), cut = OfPlan(p);
@@ -135,26 +134,25 @@ void ExpectKeepsTheMesh(const std::shared_ptr<const PolygonMesh>& mesh,
 TEST(DeformPlan, OneTriangleInOneBoxIsOnePatch) {
   const auto mesh = Triangle({0.2, 0.2, 0.5}, {0.8, 0.2, 0.5}, {0.2, 0.4, 0.5});
 
-  const auto plan = MakePlan(mesh, Cube({2, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1}));
-
-  ASSERT_OK(plan);
-  ASSERT_EQ((*plan)->patches.size(), 1u);
-  EXPECT_EQ((*plan)->boxes.size(), 2u);
-  EXPECT_EQ((*plan)->patches[0].box, 0u);
-  EXPECT_EQ((*plan)->outside_patches, 0u);
+  ASSERT_OK_AND_ASSIGN(const auto plan,
+                       MakePlan(mesh, Cube({2, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1})));
+  ASSERT_EQ(plan->patches.size(), 1u);
+  EXPECT_EQ(plan->boxes.size(), 2u);
+  EXPECT_EQ(plan->patches[0].box, 0u);
+  EXPECT_EQ(plan->outside_patches, 0u);
   // The longest edge, from (0.8, 0.2) to (0.2, 0.4), comes first.
-  EXPECT_EQ((*plan)->vertices[(*plan)->patches[0].vertex[0]].world, (Vec3d{0.8, 0.2, 0.5}));
+  EXPECT_EQ(plan->vertices[plan->patches[0].vertex[0]].world, (Vec3d{0.8, 0.2, 0.5}));
 }
 
 TEST(DeformPlan, CutsOneTriangleAtOnePlane) {
   const auto mesh = Triangle({0, 0, 0.5}, {1, 0, 0.5}, {0, 1, 0.5});
 
-  const auto plan = MakePlan(mesh, Cube({3, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1}));
-
-  ASSERT_OK(plan);  // a quadrilateral left of u = 1, a triangle right of it
-  EXPECT_EQ((*plan)->patches.size(), 3u);
-  EXPECT_EQ((*plan)->box_patches, (std::vector<uint32_t>{0, 2, 3, 3}));
-  EXPECT_DOUBLE_EQ(OfPlan(**plan).area, 0.5);
+  ASSERT_OK_AND_ASSIGN(const auto plan,
+                       MakePlan(mesh, Cube({3, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1})));
+  // a quadrilateral left of u = 1, a triangle right of it
+  EXPECT_EQ(plan->patches.size(), 3u);
+  EXPECT_EQ(plan->box_patches, (std::vector<uint32_t>{0, 2, 3, 3}));
+  EXPECT_DOUBLE_EQ(OfPlan(*plan).area, 0.5);
 }
 
 TEST(DeformPlan, KeepsWhatItCutsOfAGrid) {
@@ -180,10 +178,10 @@ TEST(DeformPlan, KeepsWhatItCutsOfRealMeshes) {
 }
 
 TEST(DeformPlan, PatchesLieInTheirBoxAndOwnersAreLower) {
-  const auto plan =
-      MakePlan(Grid(17, 0.2), Cube({6, 5, 4}, {2, 2, 2}, {0.1, -0.1, -0.1}, {0.9, 1.1, 0.15}));
-  ASSERT_OK(plan);
-  const DeformPlan& p = **plan;
+  ASSERT_OK_AND_ASSIGN(
+      const auto plan,
+      MakePlan(Grid(17, 0.2), Cube({6, 5, 4}, {2, 2, 2}, {0.1, -0.1, -0.1}, {0.9, 1.1, 0.15})));
+  const DeformPlan& p = *plan;
   EXPECT_GT(p.outside_patches, 0u);
   EXPECT_GT(p.seam_patches, 0u);
   EXPECT_FALSE(p.seams.empty());
@@ -202,21 +200,21 @@ TEST(DeformPlan, PatchesLieInTheirBoxAndOwnersAreLower) {
 }
 
 TEST(DeformPlan, SeamsDetachWhenAControlPointOnThemMoves) {
-  const auto plan = MakePlan(Grid(9, 0.1), Cube({4, 4, 4}, {2, 2, 2}, {0.25, -1, -1}, {2, 2, 1}));
-  ASSERT_OK(plan);
-  std::vector<Vec3d> points = (*plan)->identity_points;
-  ASSERT_FALSE((*plan)->seams.empty());
-  auto attached = AttachedSeams(**plan, points);
+  ASSERT_OK_AND_ASSIGN(const auto plan, MakePlan(Grid(9, 0.1), Cube({4, 4, 4}, {2, 2, 2},
+                                                                    {0.25, -1, -1}, {2, 2, 1})));
+  std::vector<Vec3d> points = plan->identity_points;
+  ASSERT_FALSE(plan->seams.empty());
+  auto attached = AttachedSeams(*plan, points);
   EXPECT_EQ(std::count(attached.begin(), attached.end(), true),
-            static_cast<int>((*plan)->seams.size()));
+            static_cast<int>(plan->seams.size()));
 
-  points[static_cast<size_t>((*plan)->structure.Index(1, 1, 1))].z += 1;  // not on the u = 0 face
-  attached = AttachedSeams(**plan, points);
+  points[static_cast<size_t>(plan->structure.Index(1, 1, 1))].z += 1;  // not on the u = 0 face
+  attached = AttachedSeams(*plan, points);
   EXPECT_EQ(std::count(attached.begin(), attached.end(), false), 0);
 
-  points[static_cast<size_t>((*plan)->structure.Index(0, 1, 1))].z += 1e-15;
-  points[static_cast<size_t>((*plan)->structure.Index(0, 2, 2))].z += 1;
-  attached = AttachedSeams(**plan, points);
+  points[static_cast<size_t>(plan->structure.Index(0, 1, 1))].z += 1e-15;
+  points[static_cast<size_t>(plan->structure.Index(0, 2, 2))].z += 1;
+  attached = AttachedSeams(*plan, points);
   EXPECT_GT(std::count(attached.begin(), attached.end(), false), 0);
 }
 

@@ -70,9 +70,9 @@ TEST(KnotInsertionTest, KeepsTheShapeAtEveryDegreeClampedAndUnclamped) {
         const int axis = n % 3;
         const double begin = refined.structure.domain_begin(axis);
         const double end = refined.structure.domain_end(axis);
-        auto next = WithKnotInserted(refined, axis, begin + unit(random) * (end - begin), "f");
-        ASSERT_OK(next);
-        refined = *std::move(next);
+        ASSERT_OK_AND_ASSIGN(
+            auto next, WithKnotInserted(refined, axis, begin + unit(random) * (end - begin), "f"));
+        refined = std::move(next);
       }
       ASSERT_OK(Validate(refined));
       ASSERT_EQ(refined.control_points.size(), 7u * 8u * 6u);
@@ -95,37 +95,30 @@ TEST(KnotInsertionTest, KeepsTheShapeAtEveryDegreeClampedAndUnclamped) {
 TEST(KnotInsertionTest, DoublesAKnotUpToTheDegree) {
   Lattice lattice = MakeLattice({2, 2, 2}, {5, 5, 5}, true);
 
-  auto twice = WithKnotInserted(lattice, 1, 1.0, "edits[0].insert_knot");
-  ASSERT_OK(twice);
-  EXPECT_EQ(twice->structure.knots[1], (std::vector<double>{0, 0, 0, 1, 1, 2, 3, 3, 3}));
+  ASSERT_OK_AND_ASSIGN(auto twice, WithKnotInserted(lattice, 1, 1.0, "edits[0].insert_knot"));
+  EXPECT_EQ(twice.structure.knots[1], (std::vector<double>{0, 0, 0, 1, 1, 2, 3, 3, 3}));
   EXPECT_THAT(
-      WithKnotInserted(*twice, 1, 1.0, "edits[0].insert_knot"),
+      WithKnotInserted(twice, 1, 1.0, "edits[0].insert_knot"),
       StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("edits[0].insert_knot.value")));
 }
 
 TEST(KnotInsertionTest, PointsAtRestStayAtRestBitForBit) {
   const Lattice lattice = MakeLattice({3, 2, 1}, {6, 5, 4}, true);
 
-  auto refined = WithKnotInserted(lattice, 0, 1.37, "f");
-
-  ASSERT_OK(refined);
-  const auto identity = IdentityControlPoints(refined->structure);
+  ASSERT_OK_AND_ASSIGN(auto refined, WithKnotInserted(lattice, 0, 1.37, "f"));
+  const auto identity = IdentityControlPoints(refined.structure);
   for (size_t i = 0; i < identity.size(); ++i) {
-    EXPECT_TRUE(SameBits(identity[i], refined->control_points[i])) << i;
+    EXPECT_TRUE(SameBits(identity[i], refined.control_points[i])) << i;
   }
 }
 
 TEST(KnotInsertionTest, FollowsTheKnotsOfAnotherStructure) {
   Lattice lattice = MakeLattice({2, 2, 2}, {4, 4, 4}, true);
-  auto one = WithKnotInserted(lattice, 0, 0.5, "f");
-  ASSERT_OK(one);
-  auto two = WithKnotInserted(*one, 2, 1.0, "f");
-  ASSERT_OK(two);
+  ASSERT_OK_AND_ASSIGN(auto one, WithKnotInserted(lattice, 0, 0.5, "f"));
+  ASSERT_OK_AND_ASSIGN(auto two, WithKnotInserted(one, 2, 1.0, "f"));
 
-  auto refined = WithKnotsOf(lattice, two->structure);
-
-  ASSERT_OK(refined);
-  EXPECT_EQ(refined->structure, two->structure);
+  ASSERT_OK_AND_ASSIGN(auto refined, WithKnotsOf(lattice, two.structure));
+  EXPECT_EQ(refined.structure, two.structure);
 }
 
 TEST(KnotInsertionTest, RefusesWhatIsNoKnotOfTheDomain) {

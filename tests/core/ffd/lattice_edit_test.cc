@@ -62,15 +62,14 @@ TEST_F(LatticeEditTest, ReplacesAndResets) {
 TEST_F(LatticeEditTest, ResetToInitialKeepsInsertedKnots) {
   Lattice initial = initial_;
   initial.control_points[13] = {0.7, 0.6, 0.5};
-  auto refined = WithKnotInserted(initial, 1, 0.25, "f");
-  ASSERT_OK(refined);
-  EditTarget target(*refined);
+  ASSERT_OK_AND_ASSIGN(auto refined, WithKnotInserted(initial, 1, 0.25, "f"));
+  EditTarget target(refined);
   ASSERT_OK(ApplyEdit(MoveControlPoints{{4}, {1, 1, 1}}, initial, "edits[0]", target));
 
   ASSERT_OK(ApplyEdit(Reset{ResetTo::kInitial}, initial, "edits[0]", target));
 
-  EXPECT_EQ(target.lattice.structure, refined->structure);
-  EXPECT_EQ(target.lattice.control_points, refined->control_points);
+  EXPECT_EQ(target.lattice.structure, refined.structure);
+  EXPECT_EQ(target.lattice.control_points, refined.control_points);
 }
 
 TEST_F(LatticeEditTest, RefusesByField) {

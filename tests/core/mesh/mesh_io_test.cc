@@ -48,11 +48,9 @@ void ExpectSurvivesEveryFormat(const PolygonMesh& mesh) {
       1e-6 * (mesh.ComputeBounds().diagonal() + Norm(mesh.ComputeBounds().center()));
   for (MeshFormat format : kFormats) {
     SCOPED_TRACE(MeshFormatName(format));
-    const auto bytes = WriteMesh(format, triangles);
-    ASSERT_OK(bytes);
-    const auto read = ReadMesh(format, *bytes);
-    ASSERT_OK(read);
-    const std::vector<Vec3d> got = testing::CornerPositions(*read);
+    ASSERT_OK_AND_ASSIGN(const auto bytes, WriteMesh(format, triangles));
+    ASSERT_OK_AND_ASSIGN(const auto read, ReadMesh(format, bytes));
+    const std::vector<Vec3d> got = testing::CornerPositions(read);
     ASSERT_EQ(got.size(), wanted.size());
     double worst = 0;
     for (size_t c = 0; c < got.size(); ++c) worst = std::max(worst, Norm(got[c] - wanted[c]));
@@ -84,11 +82,10 @@ TEST(MeshIoTest, EmptyFilesAreRefusedInEveryFormat) {
 
 TEST(MeshIoTest, OneFormatReadAsAnotherIsRefused) {
   for (MeshFormat written : kFormats) {
-    const auto bytes = WriteMesh(written, testing::SquareOfTwoGroups());
-    ASSERT_OK(bytes);
+    ASSERT_OK_AND_ASSIGN(const auto bytes, WriteMesh(written, testing::SquareOfTwoGroups()));
     for (MeshFormat read : kFormats) {
       if (read == written) continue;
-      EXPECT_THAT(ReadMesh(read, *bytes), IsMalformed("not a valid"))
+      EXPECT_THAT(ReadMesh(read, bytes), IsMalformed("not a valid"))
           << MeshFormatName(written) << " as " << MeshFormatName(read);
     }
   }
@@ -102,9 +99,8 @@ TEST(MeshIoTest, DracoIsForTheCodec) {
 TEST(MeshIoTest, SamplesSurviveEveryFormat) {
   for (std::string_view name : SampleMeshNames()) {
     SCOPED_TRACE(name);
-    const auto mesh = MakeSampleMesh(name, 2);
-    ASSERT_OK(mesh);
-    ExpectSurvivesEveryFormat(*mesh);
+    ASSERT_OK_AND_ASSIGN(const auto mesh, MakeSampleMesh(name, 2));
+    ExpectSurvivesEveryFormat(mesh);
   }
 }
 
@@ -139,11 +135,9 @@ TEST(MeshIoTest, GlbTurnsEveryUpAxisToYAndScalesToMetres) {
     mesh.positions = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     mesh.triangles = {{0, 1, 2}};
     mesh.units = {axes.up, 0.5};
-    const auto bytes = WriteMesh(MeshFormat::kGlb, mesh);
-    ASSERT_OK(bytes);
-    const auto read = ReadMesh(MeshFormat::kGlb, *bytes);
-    ASSERT_OK(read);
-    EXPECT_EQ(read->positions, (std::vector<Vec3d>{axes.x, axes.y, axes.z})) << axes.up;
+    ASSERT_OK_AND_ASSIGN(const auto bytes, WriteMesh(MeshFormat::kGlb, mesh));
+    ASSERT_OK_AND_ASSIGN(const auto read, ReadMesh(MeshFormat::kGlb, bytes));
+    EXPECT_EQ(read.positions, (std::vector<Vec3d>{axes.x, axes.y, axes.z})) << axes.up;
   }
 }
 
@@ -151,12 +145,10 @@ TEST(MeshIoTest, KnownUnitsAreACommentThatReadersPassOver) {
   for (const MeshFormat format : {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kStl}) {
     TriangleMesh mesh = testing::SquareOfTwoGroups();
     mesh.units = {"z", 0.0254};
-    const auto bytes = WriteMesh(format, mesh);
-    ASSERT_OK(bytes);
-    EXPECT_THAT(bytes->substr(0, 100), HasSubstr("up +z, 0.0254 m per unit"));
-    const auto read = ReadMesh(format, *bytes);
-    ASSERT_OK(read);
-    EXPECT_EQ(testing::CornerPositions(*read), testing::CornerPositions(mesh));
+    ASSERT_OK_AND_ASSIGN(const auto bytes, WriteMesh(format, mesh));
+    EXPECT_THAT(bytes.substr(0, 100), HasSubstr("up +z, 0.0254 m per unit"));
+    ASSERT_OK_AND_ASSIGN(const auto read, ReadMesh(format, bytes));
+    EXPECT_EQ(testing::CornerPositions(read), testing::CornerPositions(mesh));
   }
 }
 

@@ -37,9 +37,8 @@ class ShadersTest : public ::testing::Test {
   }
 
   void Prepare(const std::array<int, 3>& degree) {
-    const auto plan = MakeExactPlan(kPatches, degree);
-    ASSERT_OK(plan);
-    plan_ = *plan;
+    ASSERT_OK_AND_ASSIGN(const auto plan, MakeExactPlan(kPatches, degree));
+    plan_ = plan;
     points_ = testing::Jitter(plan_->structure, 0.02, 20140604);
     nets_ = BezierNetsOnHost(*plan_, points_);
   }
@@ -111,11 +110,10 @@ TEST_F(ShadersTest, PicturesShowTheSurfaceAndTimesAreTimes) {
   const auto tessellator = Make({.degree = 6, .level = 10});
   ASSERT_NE(tessellator, nullptr);
 
-  const auto pixels = tessellator->Draw(2);
+  ASSERT_OK_AND_ASSIGN(const auto pixels, tessellator->Draw(2));
   const auto captured = tessellator->TimeCaptured(1), drawn = tessellator->TimeDrawn(2, 1);
 
-  ASSERT_OK(pixels);
-  EXPECT_GT(std::count_if(pixels->begin(), pixels->end(), [](uint8_t v) { return v != 0; }), 100);
+  EXPECT_GT(std::count_if(pixels.begin(), pixels.end(), [](uint8_t v) { return v != 0; }), 100);
   ASSERT_OK(captured);
   ASSERT_OK(drawn);
   EXPECT_GT(captured->median, 0);
@@ -126,16 +124,17 @@ TEST_F(ShadersTest, MeasuringVerifiesAndTimesBothSources) {
   ASSERT_NO_FATAL_FAILURE(Prepare({2, 2, 2}));
   const Scenario scenario = MakeScenario("small", plan_);
 
-  const auto times = MeasureShaders(scenario, BezierNetsOnHost(*plan_, scenario.control_points[0]),
-                                    ShaderDevice::kAny, 1);
+  ASSERT_OK_AND_ASSIGN(
+      const auto times,
+      MeasureShaders(scenario, BezierNetsOnHost(*plan_, scenario.control_points[0]),
+                     ShaderDevice::kAny, 1));
   const auto wrong = MeasureShaders(scenario, nets_, ShaderDevice::kAny, 1);
 
-  ASSERT_OK(times);
-  EXPECT_EQ(times->triangles, 150u);
-  EXPECT_EQ(times->distinct_points, 91u);
-  EXPECT_GT(times->vertices.captured.median, 0);
-  EXPECT_GT(times->buffer.drawn.median, 0);
-  EXPECT_LE(times->captured(), times->vertices.captured.median);
+  EXPECT_EQ(times.triangles, 150u);
+  EXPECT_EQ(times.distinct_points, 91u);
+  EXPECT_GT(times.vertices.captured.median, 0);
+  EXPECT_GT(times.buffer.drawn.median, 0);
+  EXPECT_LE(times.captured(), times.vertices.captured.median);
   // Nets of other control points.
   EXPECT_THAT(wrong, testing::StatusIs(absl::StatusCode::kInternal));
 }

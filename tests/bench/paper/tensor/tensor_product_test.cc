@@ -98,16 +98,14 @@ std::vector<TensorVertex> VerticesOnHost(const DeformPlan& plan, const TensorSur
 TEST(TensorProductTest, TrimmedSurfacesMatchTheDefinition) {
   for (const Plan& plan : {Tube(), LargeTriangles()}) {
     ASSERT_NE(plan, nullptr);
-    const auto surfaces = MakeTensorSurfaces(*plan);
-    ASSERT_OK(surfaces);
-    ASSERT_NE(surfaces->count() % kTensorGroup, 0u) << "the last group is to be a part of one";
+    ASSERT_OK_AND_ASSIGN(const auto surfaces, MakeTensorSurfaces(*plan));
+    ASSERT_NE(surfaces.count() % kTensorGroup, 0u) << "the last group is to be a part of one";
     const std::vector<Vec3d> points = testing::Jitter(plan->structure, 0.02, 20130101);
 
-    const std::vector<TensorVertex> vertices = VerticesOnHost(*plan, *surfaces, points);
+    const std::vector<TensorVertex> vertices = VerticesOnHost(*plan, surfaces, points);
 
-    const auto precision = CompareTensor(*plan, points, *surfaces, vertices, 1);
-    ASSERT_OK(precision);
-    EXPECT_OK(precision->Check(kTensorNormalError));
+    ASSERT_OK_AND_ASSIGN(const auto precision, CompareTensor(*plan, points, surfaces, vertices, 1));
+    EXPECT_OK(precision.Check(kTensorNormalError));
   }
 }
 
@@ -115,12 +113,11 @@ TEST(TensorProductTest, TrimmedSurfacesMatchTheDefinition) {
 TEST(TensorProductTest, WrongVerticesAreNoticed) {
   const Plan plan = Tube();
   ASSERT_NE(plan, nullptr);
-  const auto surfaces = MakeTensorSurfaces(*plan);
-  ASSERT_OK(surfaces);
+  ASSERT_OK_AND_ASSIGN(const auto surfaces, MakeTensorSurfaces(*plan));
   const std::vector<Vec3d> points = testing::Jitter(plan->structure, 0.02, 20130101);
-  const std::vector<TensorVertex> vertices = VerticesOnHost(*plan, *surfaces, points);
+  const std::vector<TensorVertex> vertices = VerticesOnHost(*plan, surfaces, points);
   const auto status = [&](const std::vector<TensorVertex>& wrong) {
-    const auto precision = CompareTensor(*plan, points, *surfaces, wrong, 1);
+    const auto precision = CompareTensor(*plan, points, surfaces, wrong, 1);
     return precision.ok() ? precision->Check(kTensorNormalError) : precision.status();
   };
   ASSERT_OK(status(vertices));
