@@ -46,8 +46,7 @@ class Spanned : public ::testing::TestWithParam<std::string> {
   void SetUp() override {
     one_ = BackendOrSkip(GetParam());
     if (one_ == nullptr) return;
-    ASSERT_OK_AND_ASSIGN(auto spanned, MakeBackendByName(SpannedName(GetParam())));
-    spanned_ = std::move(spanned);
+    ASSERT_OK_AND_ASSIGN(spanned_, MakeBackendByName(SpannedName(GetParam())));
   }
 
   void Prepare(Case c) {

@@ -198,8 +198,7 @@ TEST_P(View, ThreadsDoNotChangeABit) {
   const ViewSpec spec{.segments = 4, .format = VertexFormat::kFloat32};
   const auto expected = ReadAll(*plan_, *Evaluated(spec));
   for (int threads : {1, 3}) {
-    ASSERT_OK_AND_ASSIGN(auto backend, MakeBackendByName(GetParam().backend, threads));
-    backend_ = std::move(backend);
+    ASSERT_OK_AND_ASSIGN(backend_, MakeBackendByName(GetParam().backend, threads));
     EXPECT_TRUE(ReadAll(*plan_, *Evaluated(spec)) == expected) << threads << " threads";
   }
 }

@@ -108,10 +108,7 @@ TEST_F(CudaSharing, WhoBringsStageMatricesSecondTakesTheFirstOnes) {
         EXPECT_EQ(stage, kept);
         refused = room.Allocate("vertices", kVertices, nullptr).status();
       },
-      [&] {
-        ASSERT_OK_AND_ASSIGN(const auto stage, Stage(*context, 5));
-        kept = stage;
-      });
+      [&] { ASSERT_OK_AND_ASSIGN(kept, Stage(*context, 5)); });
 
   ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
   EXPECT_EQ(error::DetailsOf(refused).asked_bytes, kVertices);

@@ -26,10 +26,8 @@ class DeviceDracoWriterTest : public CudaTest {
   void SetUp() override {
     CudaTest::SetUp();
     if (IsSkipped() || HasFatalFailure()) return;
-    ASSERT_OK_AND_ASSIGN(const auto context, CudaContext::Create(0, {.poison_memory = true}));
-    context_ = context;
-    ASSERT_OK_AND_ASSIGN(const auto lane, context_->lanes().Borrow());
-    lane_ = lane;
+    ASSERT_OK_AND_ASSIGN(context_, CudaContext::Create(0, {.poison_memory = true}));
+    ASSERT_OK_AND_ASSIGN(lane_, context_->lanes().Borrow());
   }
 
   DeviceBuffer<uint8_t> Upload(std::span<const Chunk> chunks) {

@@ -37,8 +37,7 @@ class ShadersTest : public ::testing::Test {
   }
 
   void Prepare(const std::array<int, 3>& degree) {
-    ASSERT_OK_AND_ASSIGN(const auto plan, MakeExactPlan(kPatches, degree));
-    plan_ = plan;
+    ASSERT_OK_AND_ASSIGN(plan_, MakeExactPlan(kPatches, degree));
     points_ = testing::Jitter(plan_->structure, 0.02, 20140604);
     nets_ = BezierNetsOnHost(*plan_, points_);
   }
