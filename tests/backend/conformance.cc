@@ -3,12 +3,13 @@
 #include "tests/backend/conformance.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
+#include <iterator>
+#include <map>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
-#include "tests/backend/definition.h"
+#include "core/ffd/tessellation_pattern.h"
 #include "tests/support/pipeline_name.h"
 
 namespace latticed::testing {
@@ -49,36 +50,6 @@ QuantisationBox BoxFor(const DeformPlan& plan, std::span<const Vec3d> control_po
   return FitQuantisationBox(bounds, 1);
 }
 
-Vertices Decode(const DeformPlan& plan, const ViewSpec& spec,
-                const std::vector<std::vector<uint8_t>>& chunks) {
-  Vertices result;
-  const bool normals = spec.normals != NormalMode::kNone;
-  for (size_t c = 0; c < chunks.size(); ++c) {
-    const uint8_t* data = chunks[c].data();
-    const size_t n = ChunkPoints(plan, c, spec.segments);
-    const auto integer = [&](size_t base, size_t bytes, size_t i) {
-      uint16_t value = 0;
-      std::memcpy(&value, data + base + i * bytes, bytes);
-      return uint32_t{value};
-    };
-    for (size_t i = 0; i < n; ++i) {
-      if (spec.format == VertexFormat::kFloat32) {
-        std::array<Vec3f, 2> v;
-        std::memcpy(v.data(), data + i * BytesPerPoint(spec), BytesPerPoint(spec));
-        result.positions.push_back(ToDouble(v[0]));
-        if (normals) result.normals.push_back(ToDouble(v[1]));
-        continue;
-      }
-      result.integers.push_back({integer(0, 2, i), integer(2 * n, 2, i), integer(4 * n, 2, i)});
-      const size_t bytes = spec.normal_bits <= 8 ? 1 : 2;
-      if (normals) {
-        result.octahedral.push_back({integer(6 * n, bytes, i), integer((6 + bytes) * n, bytes, i)});
-      }
-    }
-  }
-  return result;
-}
-
 std::unique_ptr<Backend> BackendOrSkip(const std::string& name) {
   auto backend = MakeBackendByName(name);
   if (backend.ok()) return *std::move(backend);
@@ -111,15 +82,56 @@ std::vector<std::vector<uint8_t>> ReadAll(const DeformPlan& plan, DeformView& vi
   return chunks;
 }
 
-Vertices EvaluateAll(Backend& backend, Pipeline pipeline, const Plan& plan,
-                     std::span<const Vec3d> control_points, const ViewSpec& spec) {
+std::vector<ViewPoint> EvaluateAll(Backend& backend, Pipeline pipeline, const Plan& plan,
+                                   std::span<const Vec3d> control_points, const ViewSpec& spec) {
   const auto view = MakeView(backend, pipeline, plan, spec);
   if (view == nullptr) return {};
-  EXPECT_OK(view->Evaluate(control_points, BoxFor(*plan, control_points), AllChunks(*plan)));
-  return Decode(*plan, spec, ReadAll(*plan, *view));
+  const QuantisationBox box = BoxFor(*plan, control_points);
+  EXPECT_OK(view->Evaluate(control_points, box, AllChunks(*plan)));
+  return Decode(*plan, spec, box, ReadAll(*plan, *view));
 }
 
-double Angle(Vec3d a, Vec3d b) { return std::atan2(Norm(Cross(a, b)), Dot(a, b)); }
+std::vector<ViewPoint> Decode(const DeformPlan& plan, const ViewSpec& spec,
+                              const QuantisationBox& box,
+                              const std::vector<std::vector<uint8_t>>& chunks) {
+  std::vector<ViewPoint> points;
+  for (const std::vector<uint8_t>& chunk : chunks) {
+    std::ranges::copy(DecodePoints(plan, spec, box, chunk), std::back_inserter(points));
+  }
+  return points;
+}
+
+size_t CountCracks(const DeformPlan& plan, std::span<const Vec3d> control_points, int segments,
+                   std::span<const ViewPoint> points) {
+  const TessellationPattern& pattern = TessellationPattern::Get(segments);
+  const std::vector<bool> attached = AttachedSeams(plan, control_points);
+  // By vertex or edge, one side of a detached seam at a time, and the place along the edge.
+  using Place = std::tuple<uint32_t, bool, size_t>;
+  std::map<Place, Vec3d> corners, inner;
+  size_t cracks = 0;
+  for (size_t p = 0; p < plan.patches.size(); ++p) {
+    const Patch& patch = plan.patches[p];
+    const bool outside = patch.box == plan.outside_box();
+    const auto apart = [&](uint32_t seam) {
+      return seam != kNoIndex && !attached[seam] && outside;
+    };
+    const auto compare = [&](std::map<Place, Vec3d>& known, const Place& place, size_t point) {
+      const Vec3d position = points[p * pattern.points.size() + point].position;
+      cracks += known.try_emplace(place, position).first->second != position;
+    };
+    for (size_t i = 0; i < 3; ++i) {
+      const uint32_t v = patch.vertex[i], e = patch.edge[i];
+      const auto& along = pattern.edge_points[i];
+      compare(corners, {v, apart(plan.vertices[v].seam), 0}, along[0]);
+      // The ends belong to the vertices, whose seams may differ from the edge's.
+      for (size_t k = 1; k + 1 < along.size(); ++k) {
+        const size_t place = patch.edge_reversed[i] ? along.size() - 1 - k : k;
+        compare(inner, {e, apart(plan.edges[e].seam), place}, along[k]);
+      }
+    }
+  }
+  return cracks;
+}
 
 void BackendTest::SetUp() {
   backend_ = BackendOrSkip(GetParam().backend);
@@ -130,26 +142,17 @@ void BackendTest::SetUp() {
 void BackendTest::ExpectMatchesDefinition(const Plan& plan, std::span<const Vec3d> control_points,
                                           const ViewSpec& spec, size_t stride) {
   ASSERT_NE(plan, nullptr);
-  ASSERT_EQ(spec.format, VertexFormat::kFloat32);
-  const Pipeline pipeline = GetParam().pipeline;
-  const Vertices got = EvaluateAll(plan, control_points, spec);
-  const Definition definition(*plan, control_points, spec.segments, spec.normals, stride);
-  const size_t q = definition.points_per_patch();
-  ASSERT_EQ(got.positions.size(), plan->patches.size() * q);
-
-  const double most_distance = PositionTolerance(pipeline) * definition.scale();
+  const std::vector<ViewPoint> all = EvaluateAll(plan, control_points, spec);
+  const size_t q = TessellationPattern::Get(spec.segments).points.size();
+  ASSERT_EQ(all.size(), plan->patches.size() * q);
+  std::vector<uint32_t> patches;
+  std::vector<ViewPoint> points;
   for (size_t p = 0; p < plan->patches.size(); p += stride) {
-    for (size_t i = 0; i < q; ++i) {
-      const DirectFfd::SurfacePoint& want = definition.Point(p, i);
-      const Vec3d position = got.positions[p * q + i] + plan->local_origin;
-      ASSERT_LE(Norm(position - want.position), most_distance) << "patch " << p << " point " << i;
-      if (spec.normals == NormalMode::kNone) continue;
-      const Vec3d normal = got.normals[p * q + i];
-      ASSERT_NEAR(Norm(normal), 1, kUnitTolerance) << "patch " << p << " point " << i;
-      ASSERT_LE(Angle(normal, want.normal), definition.NormalTolerance(pipeline, p, i))
-          << "patch " << p << " point " << i << " kappa " << want.kappa;
-    }
+    patches.push_back(static_cast<uint32_t>(p));
+    std::ranges::copy(std::span(all).subspan(p * q, q), std::back_inserter(points));
   }
+  ASSERT_OK(Definition(*plan, control_points, spec.segments, spec.normals, std::move(patches))
+                .Check(GetParam().pipeline, points));
 }
 
 }  // namespace latticed::testing

@@ -2,9 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The conformance suite: every backend by name, every pipeline, against the definition in double
-// (core/ffd/direct_ffd.h). The bodies know core/backend.h and nothing of what lies behind it.
-//
-// Tolerances: tests/support/tolerances.h
+// (tests/support/definition.h). The bodies know core/backend.h and nothing of what lies behind it.
 #ifndef LATTICED_TESTS_BACKEND_CONFORMANCE_H_
 #define LATTICED_TESTS_BACKEND_CONFORMANCE_H_
 
@@ -17,16 +15,14 @@
 #include <vector>
 
 #include "core/backend.h"
-#include "core/ffd/direct_ffd.h"
 #include "tests/support/backends.h"
+#include "tests/support/definition.h"
 #include "tests/support/pipeline_name.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
-#include "tests/support/tolerances.h"
 
 namespace latticed::testing {
 
-inline constexpr double kUnitTolerance = 1e-6;
 // Segments: 3 are the most that every backend evaluates point by point, whatever the degrees; 7 are the
 // fewest that each composes.
 inline constexpr std::array kFewAndMany = {3, 7};
@@ -48,16 +44,6 @@ using Plan = std::shared_ptr<const DeformPlan>;
 // A box around everything that the control points can reach.
 [[nodiscard]] QuantisationBox BoxFor(const DeformPlan& plan, std::span<const Vec3d> control_points);
 
-// The vertices of a view, decoded from wire layout, all chunks together.
-struct Vertices {
-  std::vector<Vec3d> positions;                     // relative to the local origin, kFloat32
-  std::vector<Vec3d> normals;                       // as stored, kFloat32
-  std::vector<std::array<uint32_t, 3>> integers;    // kQuantised
-  std::vector<std::array<uint32_t, 2>> octahedral;  // kQuantised
-};
-[[nodiscard]] Vertices Decode(const DeformPlan& plan, const ViewSpec& spec,
-                              const std::vector<std::vector<uint8_t>>& chunks);
-
 // Null where it is not here: then the running test has failed where LATTICED_REQUIRE_BACKENDS names
 // it, else is skipped.
 [[nodiscard]] std::unique_ptr<Backend> BackendOrSkip(const std::string& name);
@@ -67,10 +53,16 @@ struct Vertices {
 // By chunk, in wire layout.
 [[nodiscard]] std::vector<std::vector<uint8_t>> ReadAll(const DeformPlan& plan, DeformView& view);
 // Evaluates everything in a fresh view.
-[[nodiscard]] Vertices EvaluateAll(Backend& backend, Pipeline pipeline, const Plan& plan,
-                                   std::span<const Vec3d> control_points, const ViewSpec& spec);
-// In rad.
-[[nodiscard]] double Angle(Vec3d a, Vec3d b);
+[[nodiscard]] std::vector<ViewPoint> EvaluateAll(Backend& backend, Pipeline pipeline,
+                                                 const Plan& plan,
+                                                 std::span<const Vec3d> control_points,
+                                                 const ViewSpec& spec);
+[[nodiscard]] std::vector<ViewPoint> Decode(const DeformPlan& plan, const ViewSpec& spec,
+                                            const QuantisationBox& box,
+                                            const std::vector<std::vector<uint8_t>>& chunks);
+// How often patches that meet at a vertex or an edge have different positions there.
+[[nodiscard]] size_t CountCracks(const DeformPlan& plan, std::span<const Vec3d> control_points,
+                                 int segments, std::span<const ViewPoint> points);
 
 class BackendTest : public ::testing::TestWithParam<Subject> {
  protected:
@@ -79,8 +71,8 @@ class BackendTest : public ::testing::TestWithParam<Subject> {
   std::unique_ptr<DeformView> MakeView(const Plan& plan, const ViewSpec& spec) {
     return testing::MakeView(*backend_, GetParam().pipeline, plan, spec);
   }
-  Vertices EvaluateAll(const Plan& plan, std::span<const Vec3d> control_points,
-                       const ViewSpec& spec) {
+  std::vector<ViewPoint> EvaluateAll(const Plan& plan, std::span<const Vec3d> control_points,
+                                     const ViewSpec& spec) {
     return testing::EvaluateAll(*backend_, GetParam().pipeline, plan, control_points, spec);
   }
   // Positions and normals of every `stride`-th patch against the definition.

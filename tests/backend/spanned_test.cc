@@ -13,7 +13,6 @@
 #include "core/ffd/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
-#include "tests/support/real_meshes.h"
 
 namespace latticed::testing {
 namespace {
@@ -46,21 +45,19 @@ class Spanned : public ::testing::TestWithParam<std::string> {
   void SetUp() override {
     one_ = BackendOrSkip(GetParam());
     if (one_ == nullptr) return;
-    auto spanned = MakeBackendByName(SpannedName(GetParam()));
-    ASSERT_OK(spanned);
-    spanned_ = *std::move(spanned);
+    ASSERT_OK_AND_ASSIGN(spanned_, MakeBackendByName(SpannedName(GetParam())));
   }
 
-  static std::unique_ptr<DeformView> MakeView(Backend& backend, const Plan& plan,
-                                              const ViewSpec& spec) {
-    const auto target = backend.Prepare(plan, Pipeline::kFused);
-    EXPECT_OK(target);
-    auto view = (*target)->CreateView(spec);
-    EXPECT_OK(view);
-    return *std::move(view);
+  void Prepare(Case c) {
+    const LatticeStructure structure = MakeStructure(c.mesh.ComputeBounds(), c.lattice);
+    plan_ = MakeTestPlan(std::move(c.mesh), structure);
+    ASSERT_NE(plan_, nullptr);
+    ASSERT_GT(plan_->chunk_count(), 2u);
+    points_ = Jitter(structure, 0.1, kSeed);
   }
-  Views MakeViews(const Plan& plan, const ViewSpec& spec) {
-    return {MakeView(*one_, plan, spec), MakeView(*spanned_, plan, spec)};
+  Views MakeViews(const ViewSpec& spec) {
+    return {MakeView(*one_, Pipeline::kFused, plan_, spec),
+            MakeView(*spanned_, Pipeline::kFused, plan_, spec)};
   }
 
   static void Evaluate(Views& views, std::span<const Vec3d> points, const QuantisationBox& box,
@@ -69,27 +66,18 @@ class Spanned : public ::testing::TestWithParam<std::string> {
     ASSERT_OK(views.spanned->Evaluate(points, box, chunks));
   }
 
-  static void ExpectSameBits(const DeformPlan& plan, Views& views) {
-    const ViewSpec& spec = views.one->spec();
-    for (uint32_t c = 0; c < plan.chunk_count(); ++c) {
-      std::vector<uint8_t> one(ChunkPoints(plan, c, spec.segments) * BytesPerPoint(spec));
-      std::vector<uint8_t> spanned(one.size());
-      ASSERT_OK(views.one->Read(c, one));
-      ASSERT_OK(views.spanned->Read(c, spanned));
-      ASSERT_TRUE(one == spanned) << "chunk " << c << " of " << plan.chunk_count();
-    }
+  void ExpectSameBits(Views& views) {
+    ASSERT_TRUE(ReadAll(*plan_, *views.one) == ReadAll(*plan_, *views.spanned));
   }
 
   std::unique_ptr<Backend> one_, spanned_;
+  Plan plan_;
+  std::vector<Vec3d> points_;
 };
 
 TEST_P(Spanned, WholeEvaluationsHaveTheBitsOfOneDevice) {
-  for (Case& c : Cases()) {
-    const LatticeStructure structure = MakeStructure(c.mesh.ComputeBounds(), c.lattice);
-    const Plan plan = MakeTestPlan(std::move(c.mesh), structure);
-    ASSERT_NE(plan, nullptr);
-    ASSERT_GT(plan->chunk_count(), 2u);
-    const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
+  for (const Case& c : Cases()) {
+    ASSERT_NO_FATAL_FAILURE(Prepare(c));
     for (const NormalMode normals : kNormals) {
       for (const ViewSpec& spec :
            {ViewSpec{.segments = 5, .normals = normals, .format = VertexFormat::kFloat32},
@@ -98,12 +86,12 @@ TEST_P(Spanned, WholeEvaluationsHaveTheBitsOfOneDevice) {
             ViewSpec{.segments = 1, .normals = normals}}) {
         SCOPED_TRACE(fmt::format("{}, normals {}, {} segments", c.name, static_cast<int>(normals),
                                  spec.segments));
-        Views views = MakeViews(plan, spec);
+        Views views = MakeViews(spec);
         // At rest seams are attached, and then no longer.
-        Evaluate(views, plan->identity_points, BoxFor(*plan, points), AllChunks(*plan));
-        ExpectSameBits(*plan, views);
-        Evaluate(views, points, BoxFor(*plan, points), AllChunks(*plan));
-        ExpectSameBits(*plan, views);
+        Evaluate(views, plan_->identity_points, BoxFor(*plan_, points_), AllChunks(*plan_));
+        ExpectSameBits(views);
+        Evaluate(views, points_, BoxFor(*plan_, points_), AllChunks(*plan_));
+        ExpectSameBits(views);
       }
     }
   }
@@ -111,140 +99,83 @@ TEST_P(Spanned, WholeEvaluationsHaveTheBitsOfOneDevice) {
 
 TEST_P(Spanned, DirtyChunksHaveTheBitsOfOneDevice) {
   constexpr int kEdits = 40;
-  for (Case& c : Cases()) {
+  for (const Case& c : Cases()) {
     SCOPED_TRACE(fmt::format("{}, seed {}", c.name, kSeed));
-    const LatticeStructure structure = MakeStructure(c.mesh.ComputeBounds(), c.lattice);
-    const Plan plan = MakeTestPlan(std::move(c.mesh), structure);
-    ASSERT_NE(plan, nullptr);
-    std::vector<Vec3d> points = plan->identity_points;
-    QuantisationBox box = BoxFor(*plan, points);
+    ASSERT_NO_FATAL_FAILURE(Prepare(c));
+    std::vector<Vec3d> points = plan_->identity_points;
+    QuantisationBox box = BoxFor(*plan_, points);
     box.range *= 2;
-    Views views = MakeViews(plan, {.segments = 3, .normals = NormalMode::kSmooth});
-    Evaluate(views, points, box, AllChunks(*plan));
+    Views views = MakeViews({.segments = 3, .normals = NormalMode::kSmooth});
+    Evaluate(views, points, box, AllChunks(*plan_));
     std::mt19937 random(kSeed);
     for (int edit = 0; edit < kEdits; ++edit) {
       const auto moved = static_cast<uint32_t>(random() % points.size());
       points[moved] += Vec3d{0.02, -0.01, 0.03};
-      DirtySet dirty(plan);
+      DirtySet dirty(plan_);
       dirty.MarkControlPoints({&moved, 1});
       Evaluate(views, points, box, dirty.Chunks());
-      ExpectSameBits(*plan, views);
+      ExpectSameBits(views);
     }
     // No chunk, one of the last part alone, and both sides of every cut.
-    const auto last = static_cast<uint32_t>(plan->chunk_count()) - 1;
+    const auto last = static_cast<uint32_t>(plan_->chunk_count()) - 1;
     for (const std::vector<uint32_t>& chunks :
          {std::vector<uint32_t>{}, {last}, {0, last}, {last / 3, last / 3 + 1}}) {
       Evaluate(views, points, box, chunks);
-      ExpectSameBits(*plan, views);
+      ExpectSameBits(views);
     }
   }
 }
 
 TEST_P(Spanned, EncodedBytesAreThoseOfOneDeviceInTheOrderAsked) {
-  Case c = std::move(Cases().front());
-  const LatticeStructure structure = MakeStructure(c.mesh.ComputeBounds(), c.lattice);
-  const Plan plan = MakeTestPlan(std::move(c.mesh), structure);
-  ASSERT_NE(plan, nullptr);
-  const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
-  const auto target = spanned_->Prepare(plan, Pipeline::kFused);
-  ASSERT_OK(target);
-  ViewTraits traits = (*target)->Traits({});
+  ASSERT_NO_FATAL_FAILURE(Prepare(Cases().front()));
+  ASSERT_OK_AND_ASSIGN(const auto target, spanned_->Prepare(plan_, Pipeline::kFused));
+  ViewTraits traits = target->Traits({});
   traits.encode_batch = traits.device_chunks.size();  // the parts by turns
-  const std::vector<uint32_t> chunks = EncodeOrder(traits, AllChunks(*plan));
+  const std::vector<uint32_t> chunks = EncodeOrder(traits, AllChunks(*plan_));
   for (const Encoding encoding :
        {Encoding::kRaw, Encoding::kQuantised, Encoding::kDracoPoints, Encoding::kDracoMesh}) {
-    Views views = MakeViews(plan, {.segments = 4, .format = FormatOf(encoding)});
-    Evaluate(views, points, BoxFor(*plan, points), AllChunks(*plan));
+    Views views = MakeViews({.segments = 4, .format = FormatOf(encoding)});
+    Evaluate(views, points_, BoxFor(*plan_, points_), AllChunks(*plan_));
 
-    const auto one = views.one->Encode(AllChunks(*plan), encoding);
-    const auto spanned = views.spanned->Encode(chunks, encoding);
-
-    ASSERT_OK(one);
-    ASSERT_OK(spanned);
-    ASSERT_EQ(spanned->size(), chunks.size());
+    ASSERT_OK_AND_ASSIGN(const auto one, views.one->Encode(AllChunks(*plan_), encoding));
+    ASSERT_OK_AND_ASSIGN(const auto spanned, views.spanned->Encode(chunks, encoding));
+    ASSERT_EQ(spanned.size(), chunks.size());
     for (size_t i = 0; i < chunks.size(); ++i) {
-      ASSERT_TRUE(std::ranges::equal((*one)[chunks[i]].span(), (*spanned)[i].span()))
-          << "place " << i;
+      ASSERT_TRUE(std::ranges::equal(one[chunks[i]].span(), spanned[i].span())) << "place " << i;
     }
 
     std::vector<VertexDigest> digests(chunks.size()), half;
     ASSERT_OK(views.spanned->Encode(chunks, encoding, digests));
     half = digests;
     for (size_t i = 0; i < half.size(); i += 2) half[i] = {};
-    const auto rest = views.spanned->Encode(chunks, encoding, half);
-    ASSERT_OK(rest);
+    ASSERT_OK_AND_ASSIGN(const auto rest, views.spanned->Encode(chunks, encoding, half));
     EXPECT_EQ(half, digests);
     for (size_t i = 0; i < half.size(); ++i) {
-      EXPECT_EQ((*rest)[i].data == nullptr, i % 2 == 1) << "place " << i;
+      EXPECT_EQ(rest[i].data == nullptr, i % 2 == 1) << "place " << i;
     }
   }
 }
 
-TEST_P(Spanned, ControlNetsGoAcrossParts) {
-  Case c = std::move(Cases().front());
-  const LatticeStructure structure = MakeStructure(c.mesh.ComputeBounds(), c.lattice);
-  const Plan plan = MakeTestPlan(std::move(c.mesh), structure);
-  ASSERT_NE(plan, nullptr);
-  const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
-  const auto one = one_->Prepare(plan, Pipeline::kFused);
-  const auto spanned = spanned_->Prepare(plan, Pipeline::kFused);
-  ASSERT_OK(one);
-  ASSERT_OK(spanned);
-  const size_t all = plan->patches.size();
-  for (const auto& [first, last] :
-       {std::pair<size_t, size_t>{0, all}, {7, 9}, {all / 4, all - 3}, {all, all}}) {
-    const auto expected = (*one)->ControlNets(points, first, last);
-    const auto got = (*spanned)->ControlNets(points, first, last);
-
-    ASSERT_OK(expected);
-    ASSERT_OK(got);
-    EXPECT_TRUE(*got == *expected) << first << " to " << last;
-  }
-}
-
 TEST_P(Spanned, PartsHaveWhatTheirPatchesNeedAndSayWhere) {
-  Case c = std::move(Cases().front());
-  const LatticeStructure structure = MakeStructure(c.mesh.ComputeBounds(), c.lattice);
-  const Plan plan = MakeTestPlan(std::move(c.mesh), structure);
-  ASSERT_NE(plan, nullptr);
+  ASSERT_NO_FATAL_FAILURE(Prepare(Cases().front()));
 
-  const auto one = one_->Prepare(plan, Pipeline::kFused);
-  const auto spanned = spanned_->Prepare(plan, Pipeline::kFused);
-  const auto gemm = spanned_->Prepare(plan, Pipeline::kGemm);
-
-  ASSERT_OK(one);
-  ASSERT_OK(spanned);
-  ASSERT_OK(gemm);
-  EXPECT_GT((*spanned)->Traits({}).device_chunks.size(), 1u);
-  EXPECT_EQ((*gemm)->Traits({}).device_chunks.size(), 1u) << "fused alone spans";
-  EXPECT_EQ(&(*spanned)->plan(), plan.get());
-  const uint64_t plan_bytes = (*spanned)->memory().at("plan");
-  EXPECT_GT(plan_bytes, (*one)->memory().at("plan"));
-  EXPECT_LT(plan_bytes, 3 * (*one)->memory().at("plan"));
-  const uint64_t on_one = DeviceBytes((*one)->memory());
-  const uint64_t on_all = DeviceBytes((*spanned)->memory());
+  ASSERT_OK_AND_ASSIGN(const auto one, one_->Prepare(plan_, Pipeline::kFused));
+  ASSERT_OK_AND_ASSIGN(const auto spanned, spanned_->Prepare(plan_, Pipeline::kFused));
+  ASSERT_OK_AND_ASSIGN(const auto gemm, spanned_->Prepare(plan_, Pipeline::kGemm));
+  EXPECT_GT(spanned->Traits({}).device_chunks.size(), 1u);
+  EXPECT_EQ(gemm->Traits({}).device_chunks.size(), 1u) << "fused alone spans";
+  EXPECT_EQ(&spanned->plan(), plan_.get());
+  const uint64_t plan_bytes = spanned->memory().at("plan");
+  EXPECT_GT(plan_bytes, one->memory().at("plan"));
+  EXPECT_LT(plan_bytes, 3 * one->memory().at("plan"));
+  const uint64_t on_one = DeviceBytes(one->memory());
+  const uint64_t on_all = DeviceBytes(spanned->memory());
   // What lies at the cuts is in both neighbours, the boxes are everywhere.
   EXPECT_GE(on_all, on_one);
   EXPECT_LE(on_all, 2 * on_one);
   uint64_t told = 0;
-  for (const auto& [device, bytes] : (*spanned)->device_use()) told += bytes;
+  for (const auto& [device, bytes] : spanned->device_use()) told += bytes;
   EXPECT_EQ(told, on_all);
-}
-
-TEST_P(Spanned, RealMeshesHaveTheBitsOfOneDevice) {
-  std::vector<RealMesh> meshes = RealMeshes();
-  if (meshes.empty()) GTEST_SKIP() << "no meshes in $LATTICED_SHARED/models";
-  for (RealMesh& real : meshes) {
-    SCOPED_TRACE(real.name);
-    const LatticeStructure structure =
-        MakeStructure(real.mesh.ComputeBounds(), {.extra = {3, 3, 3}});
-    const Plan plan = MakeTestPlan(std::move(real.mesh), structure);
-    ASSERT_NE(plan, nullptr);
-    const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
-    Views views = MakeViews(plan, {.segments = 3, .normals = NormalMode::kSmooth});
-    Evaluate(views, points, BoxFor(*plan, points), AllChunks(*plan));
-    ExpectSameBits(*plan, views);
-  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, Spanned, ::testing::ValuesIn(KnownBackends()),

@@ -18,15 +18,14 @@
 
 namespace latticed::bench {
 
-void RegisterEvaluateBenches();    // control points to vertices
-void RegisterFloorBenches();       // streaming stores, the blocked product alone
-void RegisterPlanBenches();        // mesh and lattice to plan
-void RegisterCodecBenches();       // vertices to Draco bytes
-void RegisterCodecBytesBenches();  // how many of them, beside libdraco's
-void RegisterCpuEncodeBenches();   // edits to Draco bytes
-void RegisterDeliveryBenches();    // chunks to a client's memory, through gRPC
-void RegisterEngineBenches();      // edits to whole updates, stages in turn and overlapped
-void RegisterFairnessBenches();    // a small scene's updates beside a huge one's
+void RegisterEvaluateBenches();   // control points to vertices
+void RegisterFloorBenches();      // streaming stores, the blocked product alone
+void RegisterPlanBenches();       // mesh and lattice to plan
+void RegisterCodecBenches();      // vertices to Draco bytes, and how many of them
+void RegisterCpuEncodeBenches();  // edits to Draco bytes
+void RegisterDeliveryBenches();   // chunks to a client's memory, through gRPC
+void RegisterEngineBenches();     // edits to whole updates, stages in turn and overlapped
+void RegisterFairnessBenches();   // a small scene's updates beside a huge one's
 
 // Control points to vertices on the GPU; one line on stderr where there is none. `large`: 10^7
 // patches too, half a minute and 20 GB.

@@ -62,7 +62,6 @@ int Benchmarks(const Options& options) {
   RegisterEvaluateBenches();
   RegisterPlanBenches();
   RegisterCodecBenches();
-  RegisterCodecBytesBenches();
   RegisterCpuEncodeBenches();
   RegisterDeliveryBenches();
   RegisterEngineBenches();

@@ -27,16 +27,10 @@ std::filesystem::path ModelPath(const std::string& name) {
 }
 
 PolygonMesh Load(const std::string& name) {
-  absl::StatusOr<PolygonMesh> mesh;
-  if (IsSample(name)) {
-    mesh = MakeSampleMesh(name);
-  } else {
-    std::ifstream file(ModelPath(name), std::ios::binary);
-    const std::string bytes(std::istreambuf_iterator<char>(file), {});
-    mesh = ReadMesh(MeshFormat::kObj, bytes);
-  }
-  CheckOk(mesh.status());
-  return *std::move(mesh);
+  if (IsSample(name)) return Checked(MakeSampleMesh(name));
+  std::ifstream file(ModelPath(name), std::ios::binary);
+  const std::string bytes(std::istreambuf_iterator<char>(file), {});
+  return Checked(ReadMesh(MeshFormat::kObj, bytes));
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
-#include <numbers>
 #include <numeric>
 #include <random>
 #include <utility>
@@ -15,6 +14,7 @@
 #include "core/base/bounds.h"
 #include "core/cpu/cpu_backend.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "tests/support/test_meshes.h"
 
 namespace latticed::bench {
 namespace {
@@ -50,37 +50,16 @@ size_t Scenario::points(int segments) const {
 }
 
 std::shared_ptr<const PolygonMesh> MakeTorus(int around, int across) {
-  constexpr double kMajor = 1.0, kMinor = 0.4;
-  auto mesh = std::make_shared<PolygonMesh>();
-  for (int i = 0; i < around; ++i) {
-    for (int j = 0; j < across; ++j) {
-      const double a = 2 * std::numbers::pi * i / around, b = 2 * std::numbers::pi * j / across;
-      const double r = kMajor + kMinor * std::cos(b);
-      mesh->positions.push_back({r * std::cos(a), r * std::sin(a), kMinor * std::sin(b)});
-    }
-  }
-  const auto vertex = [=](int i, int j) {
-    return static_cast<uint32_t>((i % around) * across + j % across);
-  };
-  for (int i = 0; i < around; ++i) {
-    for (int j = 0; j < across; ++j) {
-      for (const uint32_t v :
-           {vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)}) {
-        mesh->corner_vertices.push_back(v);
-      }
-      mesh->face_offsets.push_back(static_cast<uint32_t>(mesh->corner_vertices.size()));
-    }
-  }
+  auto mesh = std::make_shared<PolygonMesh>(testing::TorusMesh(around, across));
+  mesh->normals.clear();
+  mesh->corner_normals.clear();
   return mesh;
 }
 
 Scenario MakeScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh,
                       std::array<int, 3> size, std::array<int, 3> degree) {
-  auto lattice = FitLattice(mesh->ComputeBounds(), size, degree, kPadding);
-  CheckOk(lattice.status());
-  auto plan = MakePlan(std::move(mesh), lattice->structure);
-  CheckOk(plan.status());
-  return MakeScenario(std::move(name), *std::move(plan));
+  const auto lattice = Checked(FitLattice(mesh->ComputeBounds(), size, degree, kPadding));
+  return MakeScenario(std::move(name), Checked(MakePlan(std::move(mesh), lattice.structure)));
 }
 
 Scenario MakeScenario(std::string name, std::shared_ptr<const DeformPlan> plan) {
@@ -122,13 +101,18 @@ std::unique_ptr<DeformView> MakeView(const Scenario& scenario, Pipeline pipeline
       new std::map<int, std::unique_ptr<Backend>>;
   auto& backend = (*backends)[threads];
   if (backend == nullptr) backend = MakeCpuBackend({.threads = threads, .encoder = nullptr});
-  auto target = backend->Prepare(scenario.plan, pipeline);
-  CheckOk(target.status());
   // The view keeps what it needs of its target alive.
-  auto view = (*target)->CreateView(spec);
-  CheckOk(view.status());
-  CheckOk((*view)->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
-  return *std::move(view);
+  auto view = Checked(Checked(backend->Prepare(scenario.plan, pipeline))->CreateView(spec));
+  CheckOk(view->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
+  return view;
+}
+
+std::vector<uint8_t> ReadChunk(const Scenario& scenario, DeformView& view, uint32_t chunk) {
+  const ViewSpec& spec = view.spec();
+  std::vector<uint8_t> bytes(ChunkPoints(*scenario.plan, chunk, spec.segments) *
+                             BytesPerPoint(spec));
+  CheckOk(view.Read(chunk, bytes));
+  return bytes;
 }
 
 }  // namespace latticed::bench

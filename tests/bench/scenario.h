@@ -13,8 +13,10 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/backend.h"
 #include "core/ffd/deform_plan.h"
 #include "core/ffd/quantisation_box.h"
@@ -50,8 +52,19 @@ struct Scenario {
 [[nodiscard]] std::unique_ptr<DeformView> MakeView(const Scenario& scenario, Pipeline pipeline,
                                                    const ViewSpec& spec, int threads);
 
+// In wire layout.
+[[nodiscard]] std::vector<uint8_t> ReadChunk(const Scenario& scenario, DeformView& view,
+                                             uint32_t chunk);
+
 // Ends the program with `status` where it is not OK.
 void CheckOk(const absl::Status& status);
+
+// What `made` holds; ends the program where it is an error.
+template <class T>
+[[nodiscard]] T Checked(absl::StatusOr<T> made) {
+  CheckOk(made.status());
+  return *std::move(made);
+}
 
 }  // namespace latticed::bench
 

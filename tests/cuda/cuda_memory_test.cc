@@ -133,89 +133,78 @@ class CudaMemory : public CudaTest {
 };
 
 TEST_F(CudaMemory, MoreThanTheDeviceHasLeavesItUsable) {
-  const auto memory = DeviceMemory::Create(0, uint64_t{1} << 50, nullptr);
-  ASSERT_OK(memory);
-  const auto stream = CudaStream::Create();
-  ASSERT_OK(stream);
+  ASSERT_OK_AND_ASSIGN(const auto memory, DeviceMemory::Create(0, uint64_t{1} << 50, nullptr));
+  ASSERT_OK_AND_ASSIGN(const auto stream, CudaStream::Create());
 
   const auto huge =
-      DeviceBuffer<uint8_t>::Create(*memory, "vertices", size_t{1} << 45, stream->get());
+      DeviceBuffer<uint8_t>::Create(memory, "vertices", size_t{1} << 45, stream.get());
 
   ASSERT_THAT(huge, StatusIs(absl::StatusCode::kResourceExhausted));
   EXPECT_OK(LastCudaStatus("after it"));
-  EXPECT_OK(DeviceBuffer<uint8_t>::Create(*memory, "vertices", kMiB, stream->get()));
+  EXPECT_OK(DeviceBuffer<uint8_t>::Create(memory, "vertices", kMiB, stream.get()));
 }
 
 TEST_F(CudaMemory, EveryFailedAllocationIsRefusedCleanly) {
-  const auto device = MakeRefusingDevice();
-  ASSERT_OK(device);
+  ASSERT_OK_AND_ASSIGN(const auto device, MakeRefusingDevice());
   for (const auto& [spec, pipeline] : RefusedScenes()) {
     spec_ = spec;
-    const auto expected = Use(*device, pipeline);
-    ASSERT_OK(expected);
-    ASSERT_GT(expected->size(), 0u);
-    const Held unused = HeldOn(**device);
+    ASSERT_OK_AND_ASSIGN(const auto expected, Use(device, pipeline));
+    ASSERT_GT(expected.size(), 0u);
+    const Held unused = HeldOn(*device);
     EXPECT_EQ(unused.pinned_bytes, 0u);
     int refused = 0;
     for (int at = 0;; ++at) {
       SCOPED_TRACE(Told(spec, pipeline, at));
       left_ = at;
-      const auto failed = Use(*device, pipeline);
+      const auto failed = Use(device, pipeline);
       if (!Refused()) break;
-      ExpectSameHeld(**device, unused);
+      ExpectSameHeld(*device, unused);
       ASSERT_THAT(failed, StatusIs(absl::StatusCode::kResourceExhausted));
       ++refused;
-      const auto again = Use(*device, pipeline);
-      ASSERT_OK(again);
-      ASSERT_TRUE(*again == *expected);
-      ExpectSameHeld(**device, unused);
+      ASSERT_OK_AND_ASSIGN(const auto again, Use(device, pipeline));
+      ASSERT_TRUE(again == expected);
+      ExpectSameHeld(*device, unused);
     }
     EXPECT_GT(refused, 12) << Told(spec, pipeline, -1);
   }
 }
 
 TEST_F(CudaMemory, RefusalsLeaveALivingSceneAsItWas) {
-  const auto device = MakeRefusingDevice();
-  ASSERT_OK(device);
+  ASSERT_OK_AND_ASSIGN(const auto device, MakeRefusingDevice());
   for (const auto& [spec, pipeline] : RefusedScenes()) {
     spec_ = spec;
-    const auto living = Make(*device, pipeline);
-    ASSERT_OK(living);
-    const auto expected = Use(*living);
-    ASSERT_OK(expected);
-    ASSERT_OK(Use(*device, pipeline));  // a second scene at once has a lane of its own
-    const Held one_scene = HeldOn(**device);
+    ASSERT_OK_AND_ASSIGN(const auto living, Make(device, pipeline));
+    ASSERT_OK_AND_ASSIGN(const auto expected, Use(living));
+    ASSERT_OK(Use(device, pipeline));  // a second scene at once has a lane of its own
+    const Held one_scene = HeldOn(*device);
     EXPECT_GT(one_scene.pinned_bytes, 0u);
     int refused = 0;
     for (int at = 0;; ++at) {
       SCOPED_TRACE(Told(spec, pipeline, at));
       left_ = at;
-      const auto failed = Use(*device, pipeline);
+      const auto failed = Use(device, pipeline);
       if (!Refused()) break;
-      ExpectSameHeld(**device, one_scene);
+      ExpectSameHeld(*device, one_scene);
       ASSERT_THAT(failed, StatusIs(absl::StatusCode::kResourceExhausted));
       ++refused;
     }
     EXPECT_GT(refused, 10) << Told(spec, pipeline, -1);
-    const auto again = Use(*living);
-    ASSERT_OK(again);
-    EXPECT_TRUE(*again == *expected);
-    ExpectSameHeld(**device, one_scene);
+    ASSERT_OK_AND_ASSIGN(const auto again, Use(living));
+    EXPECT_TRUE(again == expected);
+    ExpectSameHeld(*device, one_scene);
   }
 }
 
 // Each has a workspace of 4 MiB; which pipeline a scene has is the client's choice.
 TEST_F(CudaMemory, ManyScenesOfMatrixProductsLeaveFewWorkspaces) {
-  const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
-  ASSERT_OK(backend);
-  const auto workspaces = [&] { return (*backend)->devices().front().use["gemm_workspace"]; };
+  ASSERT_OK_AND_ASSIGN(const auto backend, MakeCudaBackend({.memory_bytes = 256 * kMiB}));
+  const auto workspaces = [&] { return backend->devices().front().use["gemm_workspace"]; };
   for (int time = 0; time < 2; ++time) {
     std::vector<Scene> scenes;
     for (int i = 0; i < 12; ++i) {
-      auto scene = Make(**backend, Pipeline::kGemm);
-      ASSERT_OK(scene);
-      ASSERT_OK(Use(*scene));
-      scenes.push_back(*std::move(scene));
+      ASSERT_OK_AND_ASSIGN(auto scene, Make(*backend, Pipeline::kGemm));
+      ASSERT_OK(Use(scene));
+      scenes.push_back(std::move(scene));
     }
     EXPECT_GE(workspaces(), 12 * 4 * kMiB);
     scenes.clear();
@@ -225,31 +214,26 @@ TEST_F(CudaMemory, ManyScenesOfMatrixProductsLeaveFewWorkspaces) {
 }
 
 TEST_F(CudaMemory, RepeatedRunsAreBitIdentical) {
-  const auto backend = MakeCudaBackend({.threads = 1});
-  ASSERT_OK(backend);
+  ASSERT_OK_AND_ASSIGN(const auto backend, MakeCudaBackend({.threads = 1}));
   for (const ViewSpec& spec : kSpecs) {
     spec_ = spec;
     for (const Pipeline pipeline : kPipelines) {
-      const auto expected = Use(**backend, pipeline);
-      ASSERT_OK(expected);
+      ASSERT_OK_AND_ASSIGN(const auto expected, Use(*backend, pipeline));
       for (int run = 0; run < 5; ++run) {
-        const auto again = Use(**backend, pipeline);
-        ASSERT_OK(again);
-        EXPECT_TRUE(*again == *expected) << PipelineName(pipeline) << ", " << spec.segments;
+        ASSERT_OK_AND_ASSIGN(const auto again, Use(*backend, pipeline));
+        EXPECT_TRUE(again == expected) << PipelineName(pipeline) << ", " << spec.segments;
       }
     }
   }
 }
 
 TEST_F(CudaMemory, PoisonedMemoryIsFullyOverwritten) {
-  const auto poisoned = MakeCudaBackend({.threads = 1, .poison_memory = true});
-  const auto plain = MakeCudaBackend({.threads = 1});
-  ASSERT_OK(poisoned);
-  ASSERT_OK(plain);
+  ASSERT_OK_AND_ASSIGN(const auto poisoned, MakeCudaBackend({.threads = 1, .poison_memory = true}));
+  ASSERT_OK_AND_ASSIGN(const auto plain, MakeCudaBackend({.threads = 1}));
   for (const ViewSpec& spec : kSpecs) {
     spec_ = spec;
     for (const Pipeline pipeline : kPipelines) {
-      const auto expected = Use(**plain, pipeline), got = Use(**poisoned, pipeline);
+      const auto expected = Use(*plain, pipeline), got = Use(*poisoned, pipeline);
       ASSERT_OK(expected);
       ASSERT_OK(got);
       EXPECT_TRUE(*got == *expected) << PipelineName(pipeline) << ", " << spec.segments;
@@ -263,12 +247,10 @@ TEST_F(CudaMemory, SmallBudgetsGoThroughInTilesWithinTheSameTolerance) {
   plan_ = MakeTestPlan(std::move(mesh), structure);
   points_ = Jitter(structure, 0.05, 3);
   encodings_ = {Encoding::kQuantised};
-  const auto small = MakeCudaBackend({.memory_bytes = 16 * kMiB});
-  const auto large = MakeCudaBackend({});
-  ASSERT_OK(small);
-  ASSERT_OK(large);
+  ASSERT_OK_AND_ASSIGN(const auto small, MakeCudaBackend({.memory_bytes = 16 * kMiB}));
+  ASSERT_OK_AND_ASSIGN(const auto large, MakeCudaBackend({}));
 
-  const auto tiled = Use(**small, Pipeline::kGemm), whole = Use(**large, Pipeline::kGemm);
+  const auto tiled = Use(*small, Pipeline::kGemm), whole = Use(*large, Pipeline::kGemm);
 
   ASSERT_OK(tiled);
   ASSERT_OK(whole);

@@ -31,25 +31,22 @@ TEST_F(CudaPurposes, TheDeviceReportsTheSumOfAllPurposes) {
   for (const Pipeline pipeline : kPipelines) {
     SCOPED_TRACE(PipelineName(pipeline));
     const bool fused = pipeline == Pipeline::kFused;
-    const auto backend = MakeCudaBackend({.memory_bytes = kBudget});
-    ASSERT_OK(backend);
-    const auto target = (*backend)->Prepare(plan_, pipeline);
-    ASSERT_OK(target);
-    const auto view = (*target)->CreateView(kSpec);
-    ASSERT_OK(view);
+    ASSERT_OK_AND_ASSIGN(const auto backend, MakeCudaBackend({.memory_bytes = kBudget}));
+    ASSERT_OK_AND_ASSIGN(const auto target, backend->Prepare(plan_, pipeline));
+    ASSERT_OK_AND_ASSIGN(const auto view, target->CreateView(kSpec));
     if (!fused) {
-      EXPECT_EQ((*view)->memory().at("device_samples"), 0u) << "before the first use";
+      EXPECT_EQ(view->memory().at("device_samples"), 0u) << "before the first use";
     }
 
-    ASSERT_OK((*view)->Evaluate(points_, BoxFor(*plan_, points_), AllChunks(*plan_)));
-    ASSERT_OK((*view)->Encode(AllChunks(*plan_), Encoding::kQuantised));
+    ASSERT_OK(view->Evaluate(points_, BoxFor(*plan_, points_), AllChunks(*plan_)));
+    ASSERT_OK(view->Encode(AllChunks(*plan_), Encoding::kQuantised));
 
     MemoryUse sum;
-    AddDevicePart((*target)->memory(), sum);
-    AddDevicePart((*view)->memory(), sum);
-    EXPECT_EQ((*target)->device_use(), (DeviceUse{{0, sum.at("plan")}}));
+    AddDevicePart(target->memory(), sum);
+    AddDevicePart(view->memory(), sum);
+    EXPECT_EQ(target->device_use(), (DeviceUse{{0, sum.at("plan")}}));
     if (!fused) sum["gemm_workspace"] = 4 * kMiB;  // the lane's, of no scene
-    const DeviceState state = (*backend)->devices().front();
+    const DeviceState state = backend->devices().front();
     EXPECT_EQ(state.use, sum);
     uint64_t bytes = 0;
     for (const auto& [purpose, size] : sum) bytes += size;

@@ -48,25 +48,21 @@ class CudaRefusals : public CudaTest {
 };
 
 TEST_F(CudaRefusals, APlanThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
-  const auto large = MakeCudaBackend({.memory_bytes = 256 * kMiB});
-  ASSERT_OK(large);
+  ASSERT_OK_AND_ASSIGN(const auto large, MakeCudaBackend({.memory_bytes = 256 * kMiB}));
   for (const Pipeline pipeline : kPipelines) {
     SCOPED_TRACE(PipelineName(pipeline));
-    const auto target = (*large)->Prepare(plan_, pipeline);
-    ASSERT_OK(target);
-    const uint64_t bytes = (*target)->memory().at("device_plan");
-    const auto enough = MakeCudaBackend({.memory_bytes = bytes});
-    const auto small = MakeCudaBackend({.memory_bytes = bytes - 1});
-    ASSERT_OK(enough);
-    ASSERT_OK(small);
+    ASSERT_OK_AND_ASSIGN(const auto target, large->Prepare(plan_, pipeline));
+    const uint64_t bytes = target->memory().at("device_plan");
+    ASSERT_OK_AND_ASSIGN(const auto enough, MakeCudaBackend({.memory_bytes = bytes}));
+    ASSERT_OK_AND_ASSIGN(const auto small, MakeCudaBackend({.memory_bytes = bytes - 1}));
 
-    const auto refused = (*small)->Prepare(plan_, pipeline);
+    const auto refused = small->Prepare(plan_, pipeline);
 
     ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
     EXPECT_EQ(error::DetailsOf(refused.status()).asked_bytes, bytes);
     EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, bytes - 1);
-    EXPECT_EQ((*small)->devices().front().use, MemoryUse());
-    EXPECT_OK((*enough)->Prepare(plan_, pipeline));
+    EXPECT_EQ(small->devices().front().use, MemoryUse());
+    EXPECT_OK(enough->Prepare(plan_, pipeline));
   }
 }
 
@@ -78,25 +74,24 @@ TEST_F(CudaRefusals, AViewThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
       SCOPED_TRACE(fmt::format("{}, {} segments", PipelineName(pipeline), spec.segments));
       const FirstView first = MakeFirstView(pipeline, spec);
       ASSERT_GT(first.view_bytes, pipeline == Pipeline::kFused ? 0 : 4 * kMiB);
-      const auto enough = MakeCudaBackend({.memory_bytes = first.plan_bytes + first.view_bytes});
-      const auto small = MakeCudaBackend({.memory_bytes = first.plan_bytes + first.view_bytes - 1});
-      ASSERT_OK(enough);
-      ASSERT_OK(small);
-      const auto target = (*small)->Prepare(plan_, pipeline);
-      ASSERT_OK(target);
-      const DeviceState before = (*small)->devices().front();
+      ASSERT_OK_AND_ASSIGN(const auto enough,
+                           MakeCudaBackend({.memory_bytes = first.plan_bytes + first.view_bytes}));
+      ASSERT_OK_AND_ASSIGN(
+          const auto small,
+          MakeCudaBackend({.memory_bytes = first.plan_bytes + first.view_bytes - 1}));
+      ASSERT_OK_AND_ASSIGN(const auto target, small->Prepare(plan_, pipeline));
+      const DeviceState before = small->devices().front();
 
-      const auto refused = (*target)->CreateView(spec);
+      const auto refused = target->CreateView(spec);
 
       ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
       EXPECT_EQ(error::DetailsOf(refused.status()).asked_bytes, first.view_bytes);
       EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, first.view_bytes - 1);
-      ExpectSameUse(**small, before);
-      const auto target_of_enough = (*enough)->Prepare(plan_, pipeline);
-      ASSERT_OK(target_of_enough);
-      const auto fits = (*target_of_enough)->CreateView(spec);
+      ExpectSameUse(*small, before);
+      ASSERT_OK_AND_ASSIGN(const auto target_of_enough, enough->Prepare(plan_, pipeline));
+      const auto fits = target_of_enough->CreateView(spec);
       EXPECT_OK(fits);
-      EXPECT_EQ((*enough)->devices().front().free_bytes, 0u);
+      EXPECT_EQ(enough->devices().front().free_bytes, 0u);
     }
   }
 }
@@ -105,23 +100,20 @@ TEST_F(CudaRefusals, ControlNetsThatDoNotFitAreRefusedBeforeAnythingIsAllocated)
   for (const Pipeline pipeline : kPipelines) {
     SCOPED_TRACE(PipelineName(pipeline));
     const uint64_t plan_bytes = MakeFirstView(pipeline, kSpecs.front()).plan_bytes;
-    const auto none = MakeCudaBackend({.memory_bytes = plan_bytes});
-    ASSERT_OK(none);
-    const auto target = (*none)->Prepare(plan_, pipeline);
-    ASSERT_OK(target);
-    const DeviceState before = (*none)->devices().front();
+    ASSERT_OK_AND_ASSIGN(const auto none, MakeCudaBackend({.memory_bytes = plan_bytes}));
+    ASSERT_OK_AND_ASSIGN(const auto target, none->Prepare(plan_, pipeline));
+    const DeviceState before = none->devices().front();
 
-    const auto refused = (*target)->ControlNets(points_, 0, 2);
+    const auto refused = target->ControlNets(points_, 0, 2);
 
     ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
     EXPECT_EQ(error::DetailsOf(refused.status()).free_bytes, 0u);
-    ExpectSameUse(**none, before);
+    ExpectSameUse(*none, before);
     const uint64_t net_bytes = error::DetailsOf(refused.status()).asked_bytes;
-    const auto enough = MakeCudaBackend({.memory_bytes = plan_bytes + net_bytes});
-    ASSERT_OK(enough);
-    const auto target_of_enough = (*enough)->Prepare(plan_, pipeline);
-    ASSERT_OK(target_of_enough);
-    EXPECT_OK((*target_of_enough)->ControlNets(points_, 0, 2));
+    ASSERT_OK_AND_ASSIGN(const auto enough,
+                         MakeCudaBackend({.memory_bytes = plan_bytes + net_bytes}));
+    ASSERT_OK_AND_ASSIGN(const auto target_of_enough, enough->Prepare(plan_, pipeline));
+    EXPECT_OK(target_of_enough->ControlNets(points_, 0, 2));
   }
 }
 

@@ -81,25 +81,21 @@ class CudaSharing : public CudaTest {
 };
 
 TEST_F(CudaSharing, StageMatricesThatAreHereAreFoundWhileOthersAreBrought) {
-  const auto context = CudaContext::Create(0, Gated());
-  ASSERT_OK(context);
-  const auto here = Stage(**context, 4);
-  ASSERT_OK(here);
+  ASSERT_OK_AND_ASSIGN(const auto context, CudaContext::Create(0, Gated()));
+  ASSERT_OK_AND_ASSIGN(const auto here, Stage(*context, 4));
 
   WhileHeld(
-      "stage_matrices", [&] { EXPECT_OK(Stage(**context, 5)); },
+      "stage_matrices", [&] { EXPECT_OK(Stage(*context, 5)); },
       [&] {
-        const auto found = Stage(**context, 4);
-        ASSERT_OK(found);
-        EXPECT_EQ(*found, *here);
+        ASSERT_OK_AND_ASSIGN(const auto found, Stage(*context, 4));
+        EXPECT_EQ(found, here);
       });
 }
 
 // Its copy is free again, once, when a later block is refused.
 TEST_F(CudaSharing, WhoBringsStageMatricesSecondTakesTheFirstOnes) {
-  const auto context = CudaContext::Create(0, Gated());
-  ASSERT_OK(context);
-  const std::shared_ptr<DeviceMemory>& memory = (*context)->memory();
+  ASSERT_OK_AND_ASSIGN(const auto context, CudaContext::Create(0, Gated()));
+  const std::shared_ptr<DeviceMemory>& memory = context->memory();
   constexpr uint64_t kVertices = 256 * kMiB;  // all of the budget
   std::shared_ptr<const DeviceStage> kept;
   absl::Status refused;
@@ -107,18 +103,13 @@ TEST_F(CudaSharing, WhoBringsStageMatricesSecondTakesTheFirstOnes) {
   WhileHeld(
       "stage_matrices",
       [&] {
-        auto room = DeviceReservation::Create(memory, "a view", (*context)->StageBytesToCome(6, 5));
-        ASSERT_OK(room);
-        const auto stage = (*context)->Stage(6, 5, *room);
-        ASSERT_OK(stage);
-        EXPECT_EQ(*stage, kept);
-        refused = room->Allocate("vertices", kVertices, nullptr).status();
+        ASSERT_OK_AND_ASSIGN(auto room, DeviceReservation::Create(memory, "a view",
+                                                                  context->StageBytesToCome(6, 5)));
+        ASSERT_OK_AND_ASSIGN(const auto stage, context->Stage(6, 5, room));
+        EXPECT_EQ(stage, kept);
+        refused = room.Allocate("vertices", kVertices, nullptr).status();
       },
-      [&] {
-        const auto stage = Stage(**context, 5);
-        ASSERT_OK(stage);
-        kept = *stage;
-      });
+      [&] { ASSERT_OK_AND_ASSIGN(kept, Stage(*context, 5)); });
 
   ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
   EXPECT_EQ(error::DetailsOf(refused).asked_bytes, kVertices);
@@ -126,49 +117,43 @@ TEST_F(CudaSharing, WhoBringsStageMatricesSecondTakesTheFirstOnes) {
 }
 
 TEST_F(CudaSharing, ASceneTellsItsMemoryWhileItsNormalsAreBrought) {
-  const auto backend = MakeCudaBackend(Gated());
-  ASSERT_OK(backend);
-  const auto target = (*backend)->Prepare(plan_, Pipeline::kFused);
-  ASSERT_OK(target);
-  const MemoryUse before = (*target)->memory();
+  ASSERT_OK_AND_ASSIGN(const auto backend, MakeCudaBackend(Gated()));
+  ASSERT_OK_AND_ASSIGN(const auto target, backend->Prepare(plan_, Pipeline::kFused));
+  const MemoryUse before = target->memory();
 
   WhileHeld(
-      "plan", [&] { EXPECT_OK((*target)->CreateView(kSmooth)); },
-      [&] { EXPECT_EQ((*target)->memory(), before); });
+      "plan", [&] { EXPECT_OK(target->CreateView(kSmooth)); },
+      [&] { EXPECT_EQ(target->memory(), before); });
 
-  EXPECT_GT((*target)->memory().at("device_plan"), before.at("device_plan"));
+  EXPECT_GT(target->memory().at("device_plan"), before.at("device_plan"));
 }
 
 TEST_F(CudaSharing, ViewsMadeAtOnceTakeOneCopyOfWhatTheyShare) {
   constexpr int kRounds = 20;
   for (const Pipeline pipeline : {Pipeline::kFused, Pipeline::kGemm}) {
-    const auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB});
-    ASSERT_OK(backend);
+    ASSERT_OK_AND_ASSIGN(const auto backend, MakeCudaBackend({.memory_bytes = 256 * kMiB}));
     MemoryUse use_of_one;
     std::vector<uint8_t> expected;
     {
-      const auto target = (*backend)->Prepare(plan_, pipeline);
-      ASSERT_OK(target);
-      const auto view = View(**target);
-      ASSERT_OK(view);
-      expected = FirstChunk(**view);
-      use_of_one = (*backend)->devices().front().use;
+      ASSERT_OK_AND_ASSIGN(const auto target, backend->Prepare(plan_, pipeline));
+      ASSERT_OK_AND_ASSIGN(const auto view, View(*target));
+      expected = FirstChunk(*view);
+      use_of_one = backend->devices().front().use;
     }
     for (int round = 0; round < kRounds; ++round) {
       SCOPED_TRACE(fmt::format("{}, round {}", PipelineName(pipeline), round));
-      const auto target = (*backend)->Prepare(plan_, pipeline);
-      ASSERT_OK(target);
+      ASSERT_OK_AND_ASSIGN(const auto target, backend->Prepare(plan_, pipeline));
       std::latch start(2);
       const auto make = [&] {
         start.arrive_and_wait();
-        return View(**target);
+        return View(*target);
       };
       auto on_thread = std::async(std::launch::async, make);
       const auto first = make(), second = on_thread.get();
       ASSERT_OK(first);
       ASSERT_OK(second);
 
-      MemoryUse use = (*backend)->devices().front().use;
+      MemoryUse use = backend->devices().front().use;
       EXPECT_EQ(use["plan"], use_of_one["plan"]);
       EXPECT_EQ(use["stage_matrices"], use_of_one["stage_matrices"]);
       EXPECT_EQ(FirstChunk(**first), expected);

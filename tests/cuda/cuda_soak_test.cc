@@ -10,7 +10,7 @@
 
 #include <array>
 #include <fstream>
-#include <memory>
+#include <span>
 #include <vector>
 
 #include "cuda/cuda_backend.h"
@@ -21,11 +21,10 @@
 namespace latticed::testing {
 namespace {
 
-constexpr size_t kCycles = 2'000;
 // By then every pipeline has run with every view: lanes, workspaces and the pool have their size.
 constexpr size_t kWarmUp = 200;
 constexpr size_t kLookEvery = 100;
-// The pool grows by so much at a time, where blocks are given back in another order than before.
+// A pool grows by so much at a time, where blocks are given back in another order than before.
 constexpr uint64_t kPoolStep = 32 * kMiB;
 // What the process may grow by in all cycles: 36 KiB each.
 constexpr uint64_t kHostRoom = 64 * kMiB;
@@ -46,17 +45,9 @@ class CudaSoak : public CudaTest {
  protected:
   CudaSoak() : CudaTest(kSeed) {}
 
-  void SetUp() override {
-    CudaTest::SetUp();
-    if (IsSkipped() || HasFatalFailure()) return;
-    auto backend = MakeCudaBackend({.memory_bytes = 256 * kMiB, .threads = 1});
-    ASSERT_OK(backend);
-    backend_ = *std::move(backend);
-  }
-
   // Create, evaluate, edit, encode, delete.
-  absl::Status Cycle(Pipeline pipeline, const ViewKind& kind) {
-    auto target = backend_->Prepare(plan_, pipeline);
+  absl::Status Cycle(Backend& backend, Pipeline pipeline, const ViewKind& kind) {
+    auto target = backend.Prepare(plan_, pipeline);
     if (!target.ok()) return target.status();
     auto view = (*target)->CreateView(kind.spec);
     if (!view.ok()) return view.status();
@@ -77,36 +68,57 @@ class CudaSoak : public CudaTest {
     statm >> pages >> resident;
     return resident * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
   }
-  // The budget's, counted to the byte by us.
-  uint64_t FreeOfBudget() const { return backend_->devices().front().free_bytes; }
-  // The device's, by the driver.
-  static uint64_t FreeOnDevice() {
-    size_t free = 0, total = 0;
-    EXPECT_EQ(cudaMemGetInfo(&free, &total), cudaSuccess);
-    return free;
+  // Free bytes of all devices: of their budgets, counted to the byte by us, and by the driver.
+  struct Free {
+    uint64_t budgets = 0, devices = 0;
+  };
+  static Free FreeOn(const Backend& backend) {
+    Free sum;
+    for (const DeviceState& state : backend.devices()) {
+      const DeviceGuard guard(state.number);
+      size_t free = 0, total = 0;
+      EXPECT_EQ(cudaMemGetInfo(&free, &total), cudaSuccess);
+      sum.budgets += state.free_bytes;
+      sum.devices += free;
+    }
+    return sum;
   }
 
-  std::unique_ptr<Backend> backend_;
+  void ExpectMemoryStaysFlat(const CudaOptions& options, std::span<const Pipeline> pipelines,
+                             size_t cycles) {
+    ASSERT_OK_AND_ASSIGN(const auto backend, MakeCudaBackend(options));
+    // The pool of each part grows, and is seen as often as there are parts where all are on one device.
+    const uint64_t pool_steps = options.devices.size() * options.devices.size() * kPoolStep;
+    Free before;
+    uint64_t host_before = 0;
+    for (size_t cycle = 0; cycle <= cycles; ++cycle) {
+      if (cycle == kWarmUp) {
+        before = FreeOn(*backend);
+        host_before = HostBytes();
+      }
+      const Pipeline pipeline = pipelines[cycle % pipelines.size()];
+      ASSERT_OK(Cycle(*backend, pipeline, kViews[cycle / pipelines.size() % kViews.size()]))
+          << fmt::format("cycle {}, {}, seed {}", cycle, PipelineName(pipeline), kSeed);
+      if (cycle < kWarmUp || cycle % kLookEvery != 0) continue;
+      const Free now = FreeOn(*backend);
+      ASSERT_EQ(now.budgets, before.budgets) << "cycle " << cycle;
+      ASSERT_GE(now.devices + pool_steps, before.devices) << "cycle " << cycle;
+    }
+    EXPECT_LE(HostBytes(), host_before + kHostRoom);
+  }
 };
 
 TEST_F(CudaSoak, TwoThousandScenesLeaveMemoryFlat) {
-  uint64_t budget_before = 0, device_before = 0, host_before = 0;
-  for (size_t cycle = 0; cycle < kCycles; ++cycle) {
-    if (cycle == kWarmUp) {
-      budget_before = FreeOfBudget();
-      device_before = FreeOnDevice();
-      host_before = HostBytes();
-    }
-    const Pipeline pipeline = kPipelines[cycle % kPipelines.size()];
-    ASSERT_OK(Cycle(pipeline, kViews[cycle / kPipelines.size() % kViews.size()]))
-        << fmt::format("cycle {}, {}, seed {}", cycle, PipelineName(pipeline), kSeed);
-    if (cycle < kWarmUp || cycle % kLookEvery != 0) continue;
-    ASSERT_EQ(FreeOfBudget(), budget_before) << "cycle " << cycle;
-    ASSERT_GE(FreeOnDevice() + kPoolStep, device_before) << "cycle " << cycle;
-  }
-  EXPECT_EQ(FreeOfBudget(), budget_before);
-  EXPECT_GE(FreeOnDevice() + kPoolStep, device_before);
-  EXPECT_LE(HostBytes(), host_before + kHostRoom);
+  ExpectMemoryStaysFlat({.memory_bytes = 256 * kMiB, .threads = 1}, kPipelines, 2'000);
+}
+
+// On two devices, or twice on one where there is no second.
+TEST_F(CudaSoak, SpannedScenesLeaveMemoryFlat) {
+  ExpectMemoryStaysFlat({.devices = {0, CheckDevice(1).ok() ? 1 : 0},
+                         .span_patches = 1,
+                         .memory_bytes = 256 * kMiB,
+                         .threads = 1},
+                        std::array{Pipeline::kFused}, 400);
 }
 
 }  // namespace

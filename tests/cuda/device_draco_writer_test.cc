@@ -19,12 +19,6 @@ namespace {
 constexpr unsigned kSeed = 20'261'121;
 constexpr double kRange = 8.0;
 
-std::vector<std::array<uint32_t, 3>> Fan(size_t points) {
-  std::vector<std::array<uint32_t, 3>> triangles;
-  for (uint32_t i = 2; i < points; ++i) triangles.push_back({0, i - 1, i});
-  return triangles;
-}
-
 class DeviceDracoWriterTest : public CudaTest {
  protected:
   DeviceDracoWriterTest() : CudaTest(kSeed) {}
@@ -32,12 +26,8 @@ class DeviceDracoWriterTest : public CudaTest {
   void SetUp() override {
     CudaTest::SetUp();
     if (IsSkipped() || HasFatalFailure()) return;
-    const auto context = CudaContext::Create(0, {.poison_memory = true});
-    ASSERT_OK(context);
-    context_ = *context;
-    const auto lane = context_->lanes().Borrow();
-    ASSERT_OK(lane);
-    lane_ = *lane;
+    ASSERT_OK_AND_ASSIGN(context_, CudaContext::Create(0, {.poison_memory = true}));
+    ASSERT_OK_AND_ASSIGN(lane_, context_->lanes().Borrow());
   }
 
   DeviceBuffer<uint8_t> Upload(std::span<const Chunk> chunks) {
@@ -63,12 +53,11 @@ class DeviceDracoWriterTest : public CudaTest {
                      .normal_bits = first.normal_bits};
     if (mesh) shape.connectivity = {&triangles, &last_triangles};
     const auto vertices = Upload(chunks);
-    auto writer = DeviceDracoWriter::Create(shape, context_, lane_);
-    ASSERT_OK(writer);
+    ASSERT_OK_AND_ASSIGN(auto writer, DeviceDracoWriter::Create(shape, context_, lane_));
     std::vector<SharedBytes> results(numbers.size());
     const auto last_number = static_cast<uint32_t>(chunks.size()) - 1;
     ASSERT_OK(
-        writer->Encode({vertices.span(), last_number}, numbers, kRange, {}, results, entry_room));
+        writer.Encode({vertices.span(), last_number}, numbers, kRange, {}, results, entry_room));
     for (size_t i = 0; i < numbers.size(); ++i) {
       const Chunk& chunk = chunks[numbers[i]];
       const QuantisedVertices one = chunk.vertices();
@@ -163,15 +152,16 @@ TEST_F(DeviceDracoWriterTest, MemoryThatChunksWaitFor) {
 TEST_F(DeviceDracoWriterTest, WhatTheCallerHasIsNotWritten) {
   std::vector<Chunk> chunks = AllKinds(2112, 12, 8);
   const auto numbers = All(chunks);
-  auto writer = DeviceDracoWriter::Create(
-      {.points = 2112, .last_points = chunks.back().points, .normal_bits = 8}, context_, lane_);
-  ASSERT_OK(writer);
+  ASSERT_OK_AND_ASSIGN(auto writer,
+                       DeviceDracoWriter::Create(
+                           {.points = 2112, .last_points = chunks.back().points, .normal_bits = 8},
+                           context_, lane_));
   std::vector<VertexDigest> digests(chunks.size());
   const auto encode = [&] {
     const auto vertices = Upload(chunks);
     std::vector<SharedBytes> results(chunks.size());
     const auto last = static_cast<uint32_t>(chunks.size()) - 1;
-    EXPECT_OK(writer->Encode({vertices.span(), last}, numbers, kRange, digests, results));
+    EXPECT_OK(writer.Encode({vertices.span(), last}, numbers, kRange, digests, results));
     std::vector<uint32_t> written;
     for (const uint32_t i : numbers) {
       if (results[i].data != nullptr) written.push_back(i);
@@ -191,9 +181,9 @@ TEST_F(DeviceDracoWriterTest, WhatTheCallerHasIsNotWritten) {
 }
 
 TEST_F(DeviceDracoWriterTest, NothingToEncode) {
-  auto writer = DeviceDracoWriter::Create({.points = 96, .last_points = 96}, context_, lane_);
-  ASSERT_OK(writer);
-  EXPECT_OK(writer->Encode({}, {}, kRange, {}, {}));
+  ASSERT_OK_AND_ASSIGN(
+      auto writer, DeviceDracoWriter::Create({.points = 96, .last_points = 96}, context_, lane_));
+  EXPECT_OK(writer.Encode({}, {}, kRange, {}, {}));
 }
 
 }  // namespace

@@ -11,10 +11,10 @@
 #include <cstring>
 #include <vector>
 
-#include "core/codec/draco_decode.h"
 #include "core/codec/draco_writer.h"
 #include "core/codec/octahedral.h"
 #include "tests/support/encode_chunk.h"
+#include "tests/support/holds_integers.h"
 
 namespace latticed {
 namespace {
@@ -47,23 +47,6 @@ std::vector<uint8_t> MakePlanes(const uint8_t* data, size_t points, int position
   return planes;
 }
 
-void RequireSame(const QuantisedVertices& v, const std::vector<uint8_t>& stream) {
-  const auto decoded = DecodeDracoChunkIntegers(stream);
-  Require(decoded.ok() && decoded->positions.size() == 3 * v.point_count);
-  const auto normal = [&](const uint8_t* plane, size_t i) {
-    uint16_t value = plane[i];
-    if (v.normal_bits > 8) std::memcpy(&value, plane + 2 * i, 2);
-    return value;
-  };
-  for (size_t i = 0; i < v.point_count; ++i) {
-    const uint32_t* p = &decoded->positions[3 * i];
-    Require(p[0] == v.x[i] && p[1] == v.y[i] && p[2] == v.z[i]);
-    if (v.normal_bits == 0) continue;
-    const uint32_t* n = &decoded->normals[2 * i];
-    Require(n[0] == normal(v.s, i) && n[1] == normal(v.t, i));
-  }
-}
-
 }  // namespace
 }  // namespace latticed
 
@@ -83,9 +66,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::vector<std::vector<uint8_t>> streams(chunks.size());
   const latticed::DracoWriter writer;
   latticed::Require(writer.Encode(chunks, 8.0, nullptr, streams).ok());
-  const auto alone = testing::EncodePoints(writer, vertices, 8.0);
+  const auto alone = latticed::testing::EncodePoints(writer, vertices, 8.0);
   latticed::Require(alone.ok());
   for (const auto& stream : streams) latticed::Require(stream == *alone);
-  latticed::RequireSame(vertices, *alone);
+  latticed::Require(latticed::testing::HoldsIntegers(*alone, vertices));
   return 0;
 }

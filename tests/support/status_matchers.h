@@ -9,8 +9,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <string>
+#include <utility>
+
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/base/status_macros.h"
 
 namespace latticed::testing {
 
@@ -39,5 +43,13 @@ MATCHER_P2(StatusIs, code, message, "has status " + absl::StatusCodeToString(cod
 
 #define ASSERT_OK(expression) ASSERT_THAT((expression), ::latticed::testing::IsOk())
 #define EXPECT_OK(expression) EXPECT_THAT((expression), ::latticed::testing::IsOk())
+
+// ASSERT_OK_AND_ASSIGN(const auto mesh, ReadObj(text)): what a StatusOr holds.
+#define ASSERT_OK_AND_ASSIGN(value, ...) \
+  ASSERT_OK_AND_ASSIGN_AS(LATTICED_CONCATENATE(latticed_result_, __LINE__), value, __VA_ARGS__)
+#define ASSERT_OK_AND_ASSIGN_AS(result, value, ...) \
+  auto result = (__VA_ARGS__);                      \
+  ASSERT_OK(result);                                \
+  value = *std::move(result)
 
 #endif  // LATTICED_TESTS_SUPPORT_STATUS_MATCHERS_H_

@@ -81,6 +81,14 @@ PolygonMesh OneTriangle() {
   return mesh;
 }
 
+std::vector<Vec3d> FacePositions(const PolygonMesh& mesh, size_t face) {
+  std::vector<Vec3d> positions;
+  for (uint32_t c = mesh.face_offsets[face]; c < mesh.face_offsets[face + 1]; ++c) {
+    positions.push_back(mesh.positions[mesh.corner_vertices[c]]);
+  }
+  return positions;
+}
+
 PolygonMesh TriangleSoup(int count, uint32_t seed) {
   constexpr double kSliverHeight = 1e-5;
   std::mt19937 random(seed);

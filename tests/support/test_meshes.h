@@ -24,6 +24,8 @@ namespace latticed::testing {
 // frame.
 [[nodiscard]] PolygonMesh CubeMesh(int n);
 [[nodiscard]] PolygonMesh OneTriangle();
+// The corners of a face.
+[[nodiscard]] std::vector<Vec3d> FacePositions(const PolygonMesh& mesh, size_t face);
 // `count` unconnected triangles in [-1, 1]^3, every fourth a sliver of height 1e-5.
 [[nodiscard]] PolygonMesh TriangleSoup(int count, uint32_t seed);
 

@@ -4,21 +4,32 @@
 // From vertices to Draco streams, every chunk of a deformed torus, smooth normals, 12 and 8 bits, one
 // thread: libdraco beside our writer, from floats and from integers, under each instruction set.
 // All streams are decoded and compared before any is timed.
+//
+// Then bytes of whole updates, for two samples and five models under a jittered lattice: of our
+// writer, of libdraco on the same points in the same order, and of our writer row by row. Counters:
+//
+//   bytes_point, libdraco_bytes_point  over all chunks
+//   percent                            how many more bytes ours take
+//   row_by_row_bytes_point             of ours on the points row by row
+//   serpentine_saves_percent           of these
+#include <algorithm>
 #include <array>
+#include <cstring>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "core/base/status_macros.h"
-#include "core/codec/draco_decode.h"
 #include "core/codec/draco_geometry.h"
 #include "core/codec/draco_kernel.h"
 #include "core/codec/octahedral.h"
+#include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/codec/quantise_vertices.h"
-#include "tests/bench/codec/row_order.h"
+#include "tests/bench/model_scenarios.h"
 #include "tests/bench/scenario.h"
+#include "tests/support/encode_chunk.h"
+#include "tests/support/holds_integers.h"
 #include "tests/support/instruction_sets.h"
 
 namespace latticed::bench {
@@ -40,6 +51,11 @@ struct ChunkData {
     return QuantisedVertices::FromBytes(integers, points, kPositionBits, kNormalBits);
   }
 };
+
+QuantisedVertices VerticesOf(std::span<const uint8_t> chunk, const ViewSpec& spec) {
+  return QuantisedVertices::FromBytes(chunk, chunk.size() / BytesPerPoint(spec), spec.position_bits,
+                                      spec.normal_bits);
+}
 
 ChunkData MakeChunk(size_t points, std::vector<uint8_t> integers) {
   ChunkData chunk{.points = points, .integers = std::move(integers)};
@@ -64,6 +80,30 @@ ChunkData MakeChunk(size_t points, std::vector<uint8_t> integers) {
   return chunk;
 }
 
+// `integers`: whole patches in the QUANTISED layout of `spec`. The order that the serpentine one is
+// measured against: rows of a patch that all run from corner 0 to corner 1.
+std::vector<uint8_t> RowByRow(std::span<const uint8_t> integers, const ViewSpec& spec) {
+  std::vector<size_t> from;  // of the points of a patch
+  for (int row = 0; row <= spec.segments; ++row) {
+    for (int column = 0; column <= spec.segments - row; ++column) {
+      from.push_back(static_cast<size_t>(PointIndex(spec.segments, row, column)));
+    }
+  }
+  const size_t points = integers.size() / BytesPerPoint(spec);
+  std::vector<uint8_t> rows(integers.size());
+  size_t begin = 0;
+  const size_t normal_width = spec.normal_bits <= 8 ? 1 : 2;
+  for (const size_t width : {size_t{2}, size_t{2}, size_t{2}, normal_width, normal_width}) {
+    for (size_t i = 0; i < points; ++i) {
+      const size_t in_patch = i % from.size();
+      std::memcpy(&rows[begin + width * i],
+                  &integers[begin + width * (i - in_patch + from[in_patch])], width);
+    }
+    begin += width * points;
+  }
+  return rows;
+}
+
 const std::vector<ChunkData>& Chunks(bool row_by_row) {
   static const auto* chunks = [] {
     const Scenario& scenario = SmallScenario(2);
@@ -75,8 +115,7 @@ const std::vector<ChunkData>& Chunks(bool row_by_row) {
     auto* both = new std::array<std::vector<ChunkData>, 2>;
     for (const uint32_t c : scenario.all_chunks) {
       const size_t points = ChunkPoints(*scenario.plan, c, kSegments);
-      std::vector<uint8_t> bytes(points * BytesPerPoint(spec));
-      CheckOk(view->Read(c, bytes));
+      std::vector<uint8_t> bytes = ReadChunk(scenario, *view, c);
       (*both)[1].push_back(MakeChunk(points, RowByRow(bytes, spec)));
       (*both)[0].push_back(MakeChunk(points, std::move(bytes)));
     }
@@ -85,30 +124,14 @@ const std::vector<ChunkData>& Chunks(bool row_by_row) {
   return (*chunks)[row_by_row ? 1 : 0];
 }
 
-absl::Status Verify(const std::vector<ChunkData>& chunks, const Streams& streams) {
-  for (size_t i = 0; i < chunks.size(); ++i) {
-    LATTICED_ASSIGN_OR_RETURN(const auto decoded, DecodeDracoChunkIntegers(streams[i]));
-    const QuantisedVertices v = chunks[i].vertices();
-    for (size_t p = 0; p < v.point_count; ++p) {
-      const uint32_t* position = &decoded.positions[3 * p];
-      const uint32_t* normal = &decoded.normals[2 * p];
-      if (position[0] != v.x[p] || position[1] != v.y[p] || position[2] != v.z[p] ||
-          normal[0] != v.s[p] || normal[1] != v.t[p]) {
-        return absl::InternalError(fmt::format("chunk {} decodes to other integers", i));
-      }
-    }
-  }
-  return absl::OkStatus();
-}
-
 // `encode` fills the streams of all chunks.
 template <class Encode>
 void Measure(benchmark::State& state, const std::vector<ChunkData>& chunks, const Encode& encode) {
   Streams streams(chunks.size());
   encode(streams);
-  if (const absl::Status verified = Verify(chunks, streams); !verified.ok()) {
-    state.SkipWithError(std::string(verified.message()).c_str());
-    return;
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    if (testing::HoldsIntegers(streams[i], chunks[i].vertices())) continue;
+    return state.SkipWithError("a stream decodes to other integers");
   }
   for (auto _ : state) {
     streams.assign(chunks.size(), {});  // as in a server, which keeps the ones before
@@ -127,9 +150,7 @@ void Libdraco(benchmark::State& state) {
   const std::vector<ChunkData>& chunks = Chunks(false);
   Measure(state, chunks, [&](Streams& streams) {
     for (size_t i = 0; i < chunks.size(); ++i) {
-      auto stream = EncodeDraco(chunks[i].geometry, std::nullopt);
-      CheckOk(stream.status());
-      streams[i] = *std::move(stream);
+      streams[i] = Checked(EncodeDraco(chunks[i].geometry, std::nullopt));
     }
   });
 }
@@ -174,6 +195,72 @@ void View(benchmark::State& state, int threads) {
   }
 }
 
+// The streams of all chunks by our writer, a group at a time, as a backend has them.
+Streams Written(const Scenario& scenario, const ViewSpec& spec, const Streams& chunks) {
+  const auto writer = MakeChunkEncoder("latticed");
+  Streams streams(chunks.size());
+  for (size_t first = 0; first < chunks.size(); first += writer->batch()) {
+    const size_t count = std::min(writer->batch(), chunks.size() - first);
+    std::vector<QuantisedVertices> group;
+    for (size_t i = first; i < first + count; ++i) group.push_back(VerticesOf(chunks[i], spec));
+    CheckOk(writer->Encode(group, scenario.box.range, nullptr,
+                           std::span(streams).subspan(first, count)));
+  }
+  return streams;
+}
+
+size_t BytesOf(const Streams& streams) {
+  size_t bytes = 0;
+  for (const auto& stream : streams) bytes += stream.size();
+  return bytes;
+}
+
+void CompareBytes(benchmark::State& state, const std::string& model, const ViewSpec& spec) {
+  const Scenario& scenario = ModelScenario(model);
+  const auto view = MakeView(scenario, Pipeline::kFused, spec, 1);
+  const auto reference = MakeReferenceEncoder();
+  Streams chunks, rows, theirs;
+  for (const uint32_t c : scenario.all_chunks) {
+    chunks.push_back(ReadChunk(scenario, *view, c));
+    rows.push_back(RowByRow(chunks.back(), spec));
+    theirs.push_back(Checked(
+        testing::EncodePoints(*reference, VerticesOf(chunks.back(), spec), scenario.box.range)));
+  }
+  Streams streams;
+  for (auto _ : state) streams = Written(scenario, spec, chunks);
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    if (testing::HoldsIntegers(streams[i], VerticesOf(chunks[i], spec))) continue;
+    return state.SkipWithError("a stream decodes to other integers");
+  }
+  const auto points = static_cast<double>(BytesOf(chunks) / BytesPerPoint(spec));
+  const auto ours = static_cast<double>(BytesOf(streams));
+  const auto libdraco = static_cast<double>(BytesOf(theirs));
+  const auto row_by_row = static_cast<double>(BytesOf(Written(scenario, spec, rows)));
+  state.counters["bytes_point"] = ours / points;
+  state.counters["libdraco_bytes_point"] = libdraco / points;
+  state.counters["percent"] = 100 * (ours / libdraco - 1);
+  state.counters["row_by_row_bytes_point"] = row_by_row / points;
+  state.counters["serpentine_saves_percent"] = 100 * (1 - ours / row_by_row);
+}
+
+void RegisterModel(const std::string& model) {
+  for (const auto& [normals, name] :
+       {std::pair{NormalMode::kFacet, "facet"}, {NormalMode::kSmooth, "smooth"}}) {
+    for (const auto& [position_bits, normal_bits] :
+         {std::pair{11, 8}, {12, 8}, {14, 10}, {16, 12}}) {
+      const ViewSpec spec{.segments = kSegments,
+                          .normals = normals,
+                          .position_bits = position_bits,
+                          .normal_bits = normal_bits};
+      benchmark::RegisterBenchmark(
+          fmt::format("codec/bytes/{}/{}/{}-{}", model, name, position_bits, normal_bits).c_str(),
+          [=](benchmark::State& state) { CompareBytes(state, model, spec); })
+          ->Iterations(1)
+          ->Unit(benchmark::kMillisecond);
+    }
+  }
+}
+
 }  // namespace
 
 void RegisterCodecBenches() {
@@ -194,6 +281,9 @@ void RegisterCodecBenches() {
   for (const int threads : {1, 2}) {
     RegisterTimed(fmt::format("encode/torus-17k/draco-points/{}t", threads),
                   [=](benchmark::State& state) { View(state, threads); });
+  }
+  for (const char* model : kModelNames) {
+    if (HasModel(model)) RegisterModel(model);
   }
 }
 

@@ -13,18 +13,12 @@
 namespace latticed::bench {
 namespace {
 
-HostBuffer MakeBuffer(size_t bytes) {
-  auto buffer = HostBuffer::Create("vertices", bytes);
-  CheckOk(buffer.status());
-  return *std::move(buffer);
-}
-
 class LaneOrderView : public DeformView {
  public:
   LaneOrderView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec, int threads)
       : spec_(spec),
         kernel_(FusedKernel::Create(std::move(plan))),
-        vertices_(MakeBuffer(kernel_->LaneOrderBytes(spec))),
+        vertices_(Checked(HostBuffer::Create("vertices", kernel_->LaneOrderBytes(spec)))),
         arena_(threads) {}
 
   const ViewSpec& spec() const override { return spec_; }

@@ -14,13 +14,10 @@ namespace {
 
 void Plan(benchmark::State& state, int around, int across) {
   const auto mesh = MakeTorus(around, across);
-  const auto lattice = FitLattice(mesh->ComputeBounds(), {8, 8, 8}, {2, 2, 2}, 0.05);
-  CheckOk(lattice.status());
+  const auto lattice = Checked(FitLattice(mesh->ComputeBounds(), {8, 8, 8}, {2, 2, 2}, 0.05));
   size_t patches = 0;
   for (auto _ : state) {
-    const auto plan = MakePlan(mesh, lattice->structure);
-    CheckOk(plan.status());
-    patches = (*plan)->patches.size();
+    patches = Checked(MakePlan(mesh, lattice.structure))->patches.size();
   }
   state.counters["patches"] = static_cast<double>(patches);
 }

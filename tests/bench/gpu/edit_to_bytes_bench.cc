@@ -35,12 +35,6 @@ double Quantile(std::vector<double> values, double share) {
   return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
-QuantisedVertices Integers(const Scenario& scenario, const ViewSpec& spec, uint32_t chunk,
-                           std::span<const uint8_t> bytes) {
-  return QuantisedVertices::FromBytes(bytes, ChunkPoints(*scenario.plan, chunk, spec.segments),
-                                      spec.position_bits, spec.normal_bits);
-}
-
 // Some chunks by the host's writer, against the view's own streams; libdraco's time for them.
 struct Compared {
   absl::Status status;
@@ -48,20 +42,19 @@ struct Compared {
 };
 Compared CompareWithHost(const Scenario& scenario, DeformView& view,
                          std::span<const uint32_t> chunks) {
-  const auto streams = view.Encode(chunks, Encoding::kDracoPoints);
-  CheckOk(streams.status());
+  const auto streams = Checked(view.Encode(chunks, Encoding::kDracoPoints));
   const size_t stride = std::max<size_t>(1, chunks.size() / kComparedChunks);
   Compared compared;
   size_t points = 0;
   double milliseconds = 0;
   for (size_t i = 0; i < chunks.size(); i += stride) {
-    const size_t its = ChunkPoints(*scenario.plan, chunks[i], view.spec().segments);
-    std::vector<uint8_t> bytes(its * BytesPerPoint(view.spec()));
-    CheckOk(view.Read(chunks[i], bytes));
-    const QuantisedVertices integers = Integers(scenario, view.spec(), chunks[i], bytes);
-    const auto expected = testing::EncodePoints(DracoWriter(), integers, scenario.box.range);
-    CheckOk(expected.status());
-    if (!std::ranges::equal((*streams)[i].span(), *expected)) {
+    const std::vector<uint8_t> bytes = ReadChunk(scenario, view, chunks[i]);
+    const size_t its = bytes.size() / BytesPerPoint(view.spec());
+    const auto integers = QuantisedVertices::FromBytes(bytes, its, view.spec().position_bits,
+                                                       view.spec().normal_bits);
+    const auto expected =
+        Checked(testing::EncodePoints(DracoWriter(), integers, scenario.box.range));
+    if (!std::ranges::equal(streams[i].span(), expected)) {
       return {absl::InternalError(fmt::format("chunk {} differs from the host's", chunks[i]))};
     }
     const auto start = Clock::now();

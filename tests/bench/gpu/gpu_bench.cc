@@ -71,7 +71,7 @@ void SetStages(benchmark::State& state, const std::vector<GpuStage>& stages) {
 // All chunks, new control points each time.
 void Frames(benchmark::State& state, const Scenario& scenario, const GpuCase& c) {
   Gpu& gpu = **TheGpu();
-  const auto view = MakeGpuView(gpu, scenario, c.pipeline, c.spec);
+  const auto view = MakeGpuView(gpu.backend(), scenario, c.pipeline, c.spec);
   if (!view.ok()) return Skip(state, view.status());
   const GpuWork work = AllChunks(scenario, **view);
   const GpuTimes whole = gpu.DeviceTime(**view, work, kRuns);
@@ -217,10 +217,9 @@ void RegisterScale(bool large) {
 // What a plan takes of the device's memory once there is a view with such normals; nothing is timed.
 void PlanMemory(benchmark::State& state, Pipeline pipeline, NormalMode normals) {
   const Scenario& scenario = ModelScenario(PaperModels().back(), {2, 2, 2});
-  const auto target = (**TheGpu()).backend().Prepare(scenario.plan, pipeline);
-  CheckOk(target.status());
-  CheckOk((*target)->CreateView({.segments = 1, .normals = normals}).status());
-  const auto bytes = static_cast<double>((*target)->memory().at("device_plan"));
+  const auto target = Checked((**TheGpu()).backend().Prepare(scenario.plan, pipeline));
+  CheckOk(target->CreateView({.segments = 1, .normals = normals}).status());
+  const auto bytes = static_cast<double>(target->memory().at("device_plan"));
   const auto patches = static_cast<double>(scenario.plan->patches.size());
   SetTime(state, {});
   state.counters["patches"] = patches;

@@ -13,8 +13,7 @@
 #include "tests/bench/gpu/gpu.h"
 #include "tests/bench/gpu/gpu_floors.h"
 #include "tests/bench/gpu/gpu_timer.h"
-#include "tests/bench/paper/bezier_net/bezier_net_maker.h"
-#include "tests/bench/paper/tensor/tensor_product_maker.h"
+#include "tests/bench/paper/comparators.h"
 #include "tests/bench/scenario.h"
 
 namespace latticed::bench {
@@ -90,6 +89,15 @@ void WarmUp(const CudaLane& lane, const GpuWork& work) {
   CheckOk(lane.stream().Synchronize("the warm-up"));
 }
 
+// Control points by turns.
+template <class Maker>
+GpuWork WorkOf(Maker& maker, std::span<const std::vector<Vec3d>, 2> control_points) {
+  return [&maker, control_points](int run) {
+    maker.Enqueue(control_points[static_cast<size_t>(run) % 2]);
+    return absl::OkStatus();
+  };
+}
+
 class CudaGpu : public Gpu {
  public:
   CudaGpu(std::unique_ptr<Backend> backend, std::shared_ptr<CudaContext> context)
@@ -106,30 +114,21 @@ class CudaGpu : public Gpu {
                                             const TensorSurfaces& surfaces,
                                             std::span<const std::vector<Vec3d>, 2> control_points,
                                             const TensorCheck& check, int runs) override {
-    const auto maker = TensorProductMaker::Create(plan, surfaces, *context_);
-    CheckOk(maker.status());
-    const GpuWork work = [&](int run) {
-      return (*maker)->Enqueue(control_points[static_cast<size_t>(run) % 2]);
-    };
+    TensorProductMaker maker(plan, surfaces, *context_);
+    const GpuWork work = WorkOf(maker, control_points);
     CheckOk(work(0));
-    const auto vertices = (*maker)->Download();
-    CheckOk(vertices.status());
-    LATTICED_RETURN_IF_ERROR(check(*vertices));
-    return TensorTimes{.stages = Stages((*maker)->lane(), work, runs),
-                       .whole = Times((*maker)->lane(), work, runs)};
+    LATTICED_RETURN_IF_ERROR(check(maker.Download()));
+    return TensorTimes{.stages = Stages(maker.lane(), work, runs),
+                       .whole = Times(maker.lane(), work, runs)};
   }
 
   BezierNets ControlNets(const std::shared_ptr<const DeformPlan>& plan,
                          std::span<const std::vector<Vec3d>, 2> control_points, int runs) override {
-    const auto maker = BezierNetMaker::Create(plan, *context_);
-    CheckOk(maker.status());
-    const GpuWork work = [&](int run) {
-      return (*maker)->Enqueue(control_points[static_cast<size_t>(run) % 2]);
-    };
+    BezierNetMaker maker(plan, *context_);
+    const GpuWork work = WorkOf(maker, control_points);
     CheckOk(work(0));
-    auto nets = (*maker)->Download();
-    CheckOk(nets.status());
-    return {*std::move(nets), Times((*maker)->lane(), work, runs)};
+    auto nets = maker.Download();
+    return {std::move(nets), Times(maker.lane(), work, runs)};
   }
 
   GpuTimes DeviceTime(DeformView& view, const GpuWork& work, int runs) override {
@@ -162,9 +161,7 @@ class CudaGpu : public Gpu {
     CudaOptions options{.span_patches = 1, .encoder = nullptr, .refuse_allocation = {}};
     options.devices.resize(static_cast<size_t>(count));
     std::iota(options.devices.begin(), options.devices.end(), 0);
-    auto backend = MakeCudaBackend(options);
-    CheckOk(backend.status());
-    return *std::move(backend);
+    return Checked(MakeCudaBackend(options));
   }
 
   WallTimes WallTime(DeformView& view, const GpuWork& work, int runs) override {
@@ -189,26 +186,21 @@ class CudaGpu : public Gpu {
   }
 
   GpuTimes Formula24(int n, int segments, int runs) override {
-    const auto lane = context_->lanes().Borrow();
-    CheckOk(lane.status());
-    auto room = DeviceReservation::Create(
+    const auto lane = Checked(context_->lanes().Borrow());
+    auto room = Checked(DeviceReservation::Create(
         context_->memory(), "formula (24)",
-        context_->StageBytesToCome(n, segments) + (*lane)->GemmBytesToCome());
-    CheckOk(room.status());
-    const auto stage = context_->Stage(n, segments, *room);
-    CheckOk(stage.status());
-    const auto gemm = (*lane)->gemm(*room);
-    CheckOk(gemm.status());
-    const cudaStream_t stream = (*lane)->stream().get();
-    const size_t rows = 3 * (*stage)->q(), m = (*stage)->m();
-    const auto product =
-        DeviceBuffer<double>::Create(context_->memory(), "stage_matrices", rows * m, stream);
-    CheckOk(product.status());
+        context_->StageBytesToCome(n, segments) + lane->GemmBytesToCome()));
+    const auto stage = Checked(context_->Stage(n, segments, room));
+    auto* const gemm = Checked(lane->gemm(room));
+    const cudaStream_t stream = lane->stream().get();
+    const size_t rows = 3 * stage->q(), m = stage->m();
+    const auto product = Checked(
+        DeviceBuffer<double>::Create(context_->memory(), "stage_matrices", rows * m, stream));
     const GpuTimes times = timer_.Median(stream, runs, [&] {
-      CheckOk((*gemm)->Multiply((*stage)->bernstein(), (*stage)->inverse(),
-                                {product->data(), rows, m, rows}));
+      CheckOk(
+          gemm->Multiply(stage->bernstein(), stage->inverse(), {product.data(), rows, m, rows}));
     });
-    CheckOk((*lane)->stream().Synchronize("formula (24)"));
+    CheckOk(lane->stream().Synchronize("formula (24)"));
     return times;
   }
 

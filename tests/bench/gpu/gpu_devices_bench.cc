@@ -69,18 +69,12 @@ std::vector<SharedBytes> EncodeAll(DeformView& view, const ViewTraits& traits,
   const std::vector<uint32_t> order = EncodeOrder(traits, chunks);
   for (size_t done = 0; done < order.size();) {
     const size_t count = std::min(traits.encode_batch, order.size() - done);
-    auto streams = view.Encode(std::span(order).subspan(done, count), Encoding::kDracoPoints);
-    CheckOk(streams.status());
-    std::ranges::move(*streams, std::back_inserter(all));
+    std::ranges::move(
+        Checked(view.Encode(std::span(order).subspan(done, count), Encoding::kDracoPoints)),
+        std::back_inserter(all));
     done += count;
   }
   return all;
-}
-
-ViewTraits TraitsOf(Backend& backend, const Scenario& scenario, const ViewSpec& spec) {
-  const auto target = backend.Prepare(scenario.plan, Pipeline::kFused);
-  CheckOk(target.status());
-  return (*target)->Traits(spec);
 }
 
 void SpanToBytes(benchmark::State& state, size_t patches, int devices) {
@@ -91,7 +85,8 @@ void SpanToBytes(benchmark::State& state, size_t patches, int devices) {
   const ViewSpec spec = GpuSpec(VertexFormat::kQuantised, NormalMode::kFacet, 10);
   const auto view = MakeGpuView(*backend, scenario, Pipeline::kFused, spec);
   if (!view.ok()) return Skip(state, view.status());
-  const ViewTraits traits = TraitsOf(*backend, scenario, spec);
+  const ViewTraits traits =
+      Checked(backend->Prepare(scenario.plan, Pipeline::kFused))->Traits(spec);
   const GpuWork evaluate = AllChunks(scenario, **view);
   std::vector<SharedBytes> newest;
   std::vector<double> times;

@@ -50,9 +50,7 @@ absl::Status CompareWithFull(const Scenario& scenario, DeformView& view,
   const auto read = [&] {
     std::vector<std::vector<uint8_t>> bytes;
     for (size_t i = 0; i < chunks.size(); i += stride) {
-      bytes.emplace_back(ChunkPoints(*scenario.plan, chunks[i], view.spec().segments) *
-                         BytesPerPoint(view.spec()));
-      CheckOk(view.Read(chunks[i], bytes.back()));
+      bytes.push_back(ReadChunk(scenario, view, chunks[i]));
     }
     return bytes;
   };
@@ -75,7 +73,7 @@ const Scenario& LargeLattice() {
 void OnePoint(benchmark::State& state, const Scenario& scenario, Pipeline pipeline,
               const ViewSpec& spec, Pick pick) {
   Gpu& gpu = **TheGpu();
-  const auto view = MakeGpuView(gpu, scenario, pipeline, spec);
+  const auto view = MakeGpuView(gpu.backend(), scenario, pipeline, spec);
   if (!view.ok()) return Skip(state, view.status());
   const Edit edit = PickEdit(scenario, pick);
   std::array<std::vector<Vec3d>, 2> turns{scenario.control_points[0], scenario.control_points[0]};

@@ -26,9 +26,13 @@ constexpr size_t kManyPatches = 500'000;
 // About as many as views have patches compared.
 constexpr size_t kVerifiedSurfaces = 2'000;
 
-Scenario Made(std::string name, absl::StatusOr<std::shared_ptr<const DeformPlan>> plan) {
-  CheckOk(plan.status());
-  return MakeScenario(std::move(name), *std::move(plan));
+// Made on the first call and kept.
+const Scenario& Kept(const std::string& name, std::array<int, 3> degree, const auto& make_plan) {
+  static auto* const scenarios = new std::map<std::pair<std::string, std::array<int, 3>>, Scenario>;
+  const auto found = scenarios->find({name, degree});
+  if (found != scenarios->end()) return found->second;
+  return scenarios->emplace(std::pair(name, degree), MakeScenario(name, Checked(make_plan())))
+      .first->second;
 }
 
 }  // namespace
@@ -36,43 +40,18 @@ Scenario Made(std::string name, absl::StatusOr<std::shared_ptr<const DeformPlan>
 std::span<const PaperModel> PaperModels() { return kPaperModels; }
 
 const Scenario& ModelScenario(const PaperModel& model, std::array<int, 3> degree) {
-  using Key = std::pair<size_t, std::array<int, 3>>;
-  static auto* const scenarios = new std::map<Key, Scenario>;
-  const auto found = scenarios->find({model.patches, degree});
-  if (found != scenarios->end()) return found->second;
-  return scenarios
-      ->emplace(Key{model.patches, degree}, Made(fmt::format("{}-{}", model.name, model.patches),
-                                                 MakeExactPlan(model.patches, degree)))
-      .first->second;
+  return Kept(fmt::format("{}-{}", model.name, model.patches), degree,
+              [&] { return MakeExactPlan(model.patches, degree); });
 }
 
 const Scenario& ScaleScenario(size_t patches) {
-  static auto* const scenarios = new std::map<size_t, Scenario>;
-  const auto found = scenarios->find(patches);
-  if (found != scenarios->end()) return found->second;
-  if (patches > kManyPatches) fmt::print(stderr, "latticed_bench: planning {} patches\n", patches);
-  auto plan =
-      patches > kMostExact ? MakeRoughPlan(patches, {2, 2, 2}) : MakeExactPlan(patches, {2, 2, 2});
-  return scenarios->emplace(patches, Made(fmt::format("scale-{}", patches), std::move(plan)))
-      .first->second;
-}
-
-namespace {
-
-absl::StatusOr<std::unique_ptr<DeformView>> Verified(
-    const Scenario& scenario, Pipeline pipeline, absl::StatusOr<std::unique_ptr<DeformView>> view) {
-  if (absl::IsUnimplemented(view.status())) return view;
-  CheckOk(view.status());
-  CheckOk((*view)->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
-  LATTICED_RETURN_IF_ERROR(Verify(scenario, pipeline, **view));
-  return view;
-}
-
-}  // namespace
-
-absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Gpu& gpu, const Scenario& scenario,
-                                                        Pipeline pipeline, const ViewSpec& spec) {
-  return MakeGpuView(gpu.backend(), scenario, pipeline, spec);
+  constexpr std::array kDegree{2, 2, 2};
+  return Kept(fmt::format("scale-{}", patches), kDegree, [&] {
+    if (patches > kManyPatches) {
+      fmt::print(stderr, "latticed_bench: planning {} patches\n", patches);
+    }
+    return patches > kMostExact ? MakeRoughPlan(patches, kDegree) : MakeExactPlan(patches, kDegree);
+  });
 }
 
 absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Backend& backend, const Scenario& scenario,
@@ -80,7 +59,12 @@ absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Backend& backend, const 
   const auto target = backend.Prepare(scenario.plan, pipeline);
   if (absl::IsUnimplemented(target.status())) return target.status();
   CheckOk(target.status());
-  return Verified(scenario, pipeline, (*target)->CreateView(spec));
+  auto view = (*target)->CreateView(spec);
+  if (absl::IsUnimplemented(view.status())) return view;
+  CheckOk(view.status());
+  CheckOk((*view)->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
+  LATTICED_RETURN_IF_ERROR(Verify(scenario, pipeline, **view));
+  return view;
 }
 
 absl::StatusOr<TensorRun> MeasureTensorProduct(Gpu& gpu, const Scenario& scenario, int runs) {
@@ -89,7 +73,7 @@ absl::StatusOr<TensorRun> MeasureTensorProduct(Gpu& gpu, const Scenario& scenari
   const auto check = [&](std::span<const TensorVertex> vertices) {
     const auto precision =
         CompareTensor(*scenario.plan, scenario.control_points[0], surfaces, vertices, stride);
-    return precision.ok() ? CheckTensor(*precision) : precision.status();
+    return precision.ok() ? precision->Check(kTensorNormalError) : precision.status();
   };
   LATTICED_ASSIGN_OR_RETURN(
       const auto times,

@@ -32,13 +32,8 @@ struct PaperModel {
 [[nodiscard]] const Scenario& ModelScenario(const PaperModel& model, std::array<int, 3> degree);
 [[nodiscard]] const Scenario& ScaleScenario(size_t patches);
 
-// By the backend of `gpu` or another one: evaluated with control_points[0] and compared with the
-// definition. kUnimplemented where the backend lacks the pipeline, kInternal where the result is
-// wrong; other errors end the program.
-[[nodiscard]] absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Gpu& gpu,
-                                                                      const Scenario& scenario,
-                                                                      Pipeline pipeline,
-                                                                      const ViewSpec& spec);
+// Evaluated with control_points[0] and compared with the definition. kUnimplemented where the backend
+// lacks the pipeline, kInternal where the result is wrong; other errors end the program.
 [[nodiscard]] absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Backend& backend,
                                                                       const Scenario& scenario,
                                                                       Pipeline pipeline,

@@ -21,7 +21,7 @@ ViewSpec PaperSpec() { return GpuSpec(VertexFormat::kFloat32, NormalMode::kFacet
 
 // Null where the backend lacks the pipeline.
 std::unique_ptr<DeformView> View(Gpu& gpu, const Scenario& scenario, Pipeline pipeline) {
-  auto view = MakeGpuView(gpu, scenario, pipeline, PaperSpec());
+  auto view = MakeGpuView(gpu.backend(), scenario, pipeline, PaperSpec());
   if (absl::IsUnimplemented(view.status())) return nullptr;
   CheckOk(view.status());
   return *std::move(view);

@@ -75,7 +75,7 @@ void AddCodec(Targets& targets) {
 
 void AddStreaming(Targets& targets) {
   for (const char* backend : {"cpu", "cuda"}) {
-    for (const char* workers : {"1-worker", "2-workers"}) {
+    for (const char* workers : {"1-worker", "3-workers"}) {
       targets.push_back({fmt::format("{}: p99 of 1,000 patches beside 1,000,000, {}, of its bound",
                                      backend, workers),
                          fmt::format("fairness/{}/{}:of_bound", backend, workers), "", false, 1});

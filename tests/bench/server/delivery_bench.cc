@@ -36,31 +36,25 @@ void SetAxes(int value, v1::LatticeAxes& axes) {
 class Delivery {
  public:
   Delivery() {
-    auto server = InProcessServer::Start({.backend = "cpu", .log_level = "warn"});
-    CheckOk(server.status());
-    server_ = *std::move(server);
+    server_ = Checked(InProcessServer::Start({.backend = "cpu", .log_level = "warn"}));
     channel_ = server_->channel();
     client::Client client(channel_, "");
     v1::MeshHeader header;
     header.set_format(v1::MESH_FORMAT_OBJ);
-    const auto mesh = client.UploadMesh(WriteObj(*SmallScenario(2).plan->mesh), header);
-    CheckOk(mesh.status());
+    const auto mesh = Checked(client.UploadMesh(WriteObj(*SmallScenario(2).plan->mesh), header));
     v1::CreateSceneRequest create;
-    create.set_mesh(mesh->id());
+    create.set_mesh(mesh.id());
     auto* fit = create.add_lattices()->mutable_fit();
     SetAxes(7, *fit->mutable_size());
     SetAxes(2, *fit->mutable_degree());
-    const auto scene = client.CreateScene(create);
-    CheckOk(scene.status());
-    request_.set_scene(scene->id());
+    const auto scene = Checked(client.CreateScene(create));
+    request_.set_scene(scene.id());
     request_.mutable_view()->set_encoding(v1::ENCODING_RAW);
     request_.mutable_view()->set_normals(v1::NORMAL_MODE_FACET);
     v1::WatchRequest watch;
-    watch.set_scene(scene->id());
+    watch.set_scene(scene.id());
     *watch.mutable_view() = request_.view();
-    auto stream = client.Deform(watch);
-    CheckOk(stream.status());
-    watch_ = *std::move(stream);
+    watch_ = Checked(client.Deform(watch));
   }
 
   // Reads one whole update; the time and the bytes after its first message of chunks.

@@ -15,10 +15,9 @@ namespace {
 
 void Updates(benchmark::State& state, Backend* backend, Encoding encoding) {
   SceneRegistry registry(backend, 3);
-  const auto scene = registry.Create(ConfigOf(SmallScenario(2), encoding));
-  CheckOk(scene.status());
-  Reader reader(*scene);
-  const Editor editor(*scene);
+  const auto scene = Checked(registry.Create(ConfigOf(SmallScenario(2), encoding)));
+  Reader reader(scene);
+  const Editor editor(scene);
   for (int warm_up = 0; warm_up < 3; ++warm_up) reader.NextUpdate();
 
   // Of the update when it is whole.

@@ -73,12 +73,6 @@ class BusyScene {
   std::thread thread_;  // last: it uses all of the above
 };
 
-std::shared_ptr<Scene> Create(SceneRegistry& registry, const Scenario& scenario) {
-  auto scene = registry.Create(ConfigOf(scenario, Encoding::kDracoPoints));
-  CheckOk(scene.status());
-  return *scene;
-}
-
 void Measure(Reader& reader, Circling& moves, int count, std::vector<double>& into) {
   for (int i = 0; i < count; ++i) {
     const absl::Time start = absl::Now();
@@ -89,14 +83,14 @@ void Measure(Reader& reader, Circling& moves, int count, std::vector<double>& in
 }
 
 double BatchOf(const Scene& scene) {
-  const auto target = scene.Head().target->Get();
-  CheckOk(target.status());
-  return static_cast<double>((*target)->Traits(scene.config().default_view.key.spec).encode_batch);
+  const auto target = Checked(scene.Head().target->Get());
+  return static_cast<double>(target->Traits(scene.config().default_view.key.spec).encode_batch);
 }
 
 void SmallBesideHuge(benchmark::State& state, Backend* backend, int workers) {
   SceneRegistry registry(backend, workers);
-  const auto small = Create(registry, Small()), huge = Create(registry, Huge());
+  const auto small = Checked(registry.Create(ConfigOf(Small(), Encoding::kDracoPoints)));
+  const auto huge = Checked(registry.Create(ConfigOf(Huge(), Encoding::kDracoPoints)));
   Reader reader(small);
   Circling moves(small);
   std::vector<double> alone, beside, huge_ms;

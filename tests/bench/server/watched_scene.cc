@@ -20,11 +20,8 @@ constexpr double kGoldenAngle = 2.399963229728653, kStep = 0.01;
 }  // namespace
 
 const std::vector<std::unique_ptr<Backend>>& AllBackends() {
-  static const auto* backends = [] {
-    auto made = MakeBackends({});
-    CheckOk(made.status());
-    return new std::vector<std::unique_ptr<Backend>>(*std::move(made));
-  }();
+  static const auto* backends =
+      new std::vector<std::unique_ptr<Backend>>(Checked(MakeBackends({})));
   return *backends;
 }
 
@@ -56,9 +53,7 @@ uint64_t Circling::Move() {
   angle_ += kGoldenAngle;
   move_.offset = {kStep * std::cos(angle_), kStep * std::sin(angle_), 0};
   batch_.edits = {move_};
-  const auto summary = scene_->ApplyEdits(batch_);
-  CheckOk(summary.status());
-  return summary->revision;
+  return Checked(scene_->ApplyEdits(batch_)).revision;
 }
 
 void Editor::Run() {
@@ -88,19 +83,16 @@ class Reader::Bell : public SceneListener {
 Reader::Reader(std::shared_ptr<Scene> scene) : bell_(std::make_shared<Bell>()) {
   scene->AddListener(bell_);
   const WatchView view = scene->config().default_view;
-  auto watcher = Watcher::Create(std::move(scene),
-                                 {.boot_id = "bench", .view = view, .max_unacked_updates = 0});
-  CheckOk(watcher.status());
-  watcher_ = *std::move(watcher);
+  watcher_ = Checked(Watcher::Create(std::move(scene),
+                                     {.boot_id = "bench", .view = view, .max_unacked_updates = 0}));
 }
 
 UpdateEnds Reader::NextUpdate() {
   while (true) {
-    auto event = watcher_->Next(absl::Now());
-    CheckOk(event.status());
-    if (!event->has_value()) {
+    auto event = Checked(watcher_->Next(absl::Now()));
+    if (!event.has_value()) {
       bell_->Wait();
-    } else if (auto* end = std::get_if<UpdateEnds>(&**event)) {
+    } else if (auto* end = std::get_if<UpdateEnds>(&*event)) {
       return *end;
     }
   }

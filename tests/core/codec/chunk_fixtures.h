@@ -6,6 +6,7 @@
 #ifndef LATTICED_TESTS_CORE_CODEC_CHUNK_FIXTURES_H_
 #define LATTICED_TESTS_CORE_CODEC_CHUNK_FIXTURES_H_
 
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <random>
@@ -82,6 +83,13 @@ inline Chunk MakeChunk(size_t points, int position_bits, int normal_bits, Data d
     chunk.integers.normals.push_back(static_cast<uint32_t>(n.t));
   }
   return chunk;
+}
+
+// Triangles of a fan around the first point.
+inline std::vector<std::array<uint32_t, 3>> Fan(size_t points) {
+  std::vector<std::array<uint32_t, 3>> fan;
+  for (uint32_t i = 2; i < points; ++i) fan.push_back({0, i - 1, i});
+  return fan;
 }
 
 }  // namespace latticed::testing

@@ -45,28 +45,26 @@ std::span<const uint8_t> Bytes(const std::string& text) {
 TEST(DracoMesh, RoundTrip) {
   const TriangleMesh mesh = MakeGrid();
 
-  const auto stream = WriteDracoMesh(mesh);
-  ASSERT_OK(stream);
-  const auto back = ReadDracoMesh(*stream);
-  ASSERT_OK(back);
+  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(mesh));
+  ASSERT_OK_AND_ASSIGN(const auto back, ReadDracoMesh(stream));
 
-  ASSERT_EQ(back->positions.size(), mesh.positions.size());
-  ASSERT_EQ(back->face_count(), mesh.triangles.size());
-  ASSERT_TRUE(back->has_normals());
-  ASSERT_TRUE(back->has_uvs());
+  ASSERT_EQ(back.positions.size(), mesh.positions.size());
+  ASSERT_EQ(back.face_count(), mesh.triangles.size());
+  ASSERT_TRUE(back.has_normals());
+  ASSERT_TRUE(back.has_uvs());
   // Half a step of the longest edge (z: 2), and float rounding at 100.
   const double tolerance = 0.5 * 2.0 / 65535 + 100 * 0x1p-23;
   for (size_t i = 0; i < mesh.positions.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis) {
-      EXPECT_NEAR(back->positions[i][axis], mesh.positions[i][axis], tolerance);
+      EXPECT_NEAR(back.positions[i][axis], mesh.positions[i][axis], tolerance);
     }
-    EXPECT_NEAR(back->uvs[i].x, mesh.uvs[i].x, 1.0 / 4095);
-    EXPECT_GT(Dot(ToDouble(back->normals[i]), ToDouble(mesh.normals[i])), 1 - 1e-5);
+    EXPECT_NEAR(back.uvs[i].x, mesh.uvs[i].x, 1.0 / 4095);
+    EXPECT_GT(Dot(ToDouble(back.normals[i]), ToDouble(mesh.normals[i])), 1 - 1e-5);
   }
   for (size_t f = 0; f < mesh.triangles.size(); ++f) {
     for (size_t c = 0; c < 3; ++c) {
-      EXPECT_EQ(back->corner_vertices[3 * f + c], mesh.triangles[f][c]);
-      EXPECT_EQ(back->corner_uvs[3 * f + c], mesh.triangles[f][c]);
+      EXPECT_EQ(back.corner_vertices[3 * f + c], mesh.triangles[f][c]);
+      EXPECT_EQ(back.corner_uvs[3 * f + c], mesh.triangles[f][c]);
     }
   }
 }
@@ -78,13 +76,12 @@ TEST(DracoMesh, UvsStayFineUnderCoarseNormalsAndPositions) {
     double uv_step;
   } cases[] = {{16, 6, 1.0 / 65535}, {8, 6, 1.0 / 4095}};
   for (const auto& bits : cases) {
-    const auto stream = WriteDracoMesh(mesh, bits.position_bits, bits.normal_bits);
-    ASSERT_OK(stream);
-    const auto back = ReadDracoMesh(*stream);
-    ASSERT_OK(back);
+    ASSERT_OK_AND_ASSIGN(const auto stream,
+                         WriteDracoMesh(mesh, bits.position_bits, bits.normal_bits));
+    ASSERT_OK_AND_ASSIGN(const auto back, ReadDracoMesh(stream));
     for (size_t i = 0; i < mesh.uvs.size(); ++i) {
-      EXPECT_NEAR(back->uvs[i].x, mesh.uvs[i].x, 0.5 * bits.uv_step + 1e-6);
-      EXPECT_NEAR(back->uvs[i].y, mesh.uvs[i].y, 0.5 * bits.uv_step + 1e-6);
+      EXPECT_NEAR(back.uvs[i].x, mesh.uvs[i].x, 0.5 * bits.uv_step + 1e-6);
+      EXPECT_NEAR(back.uvs[i].y, mesh.uvs[i].y, 0.5 * bits.uv_step + 1e-6);
     }
   }
 }
@@ -94,22 +91,19 @@ TEST(DracoMesh, BarePositionsAndAFlatMesh) {
   mesh.positions = {{5, 5, 5}, {5, 5, 5}, {5, 5, 5}};
   mesh.triangles = {{0, 1, 2}};
 
-  const auto stream = WriteDracoMesh(mesh, 11, 8);
-  ASSERT_OK(stream);
-  const auto back = ReadDracoMesh(*stream);
-  ASSERT_OK(back);
+  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(mesh, 11, 8));
+  ASSERT_OK_AND_ASSIGN(const auto back, ReadDracoMesh(stream));
 
-  EXPECT_FALSE(back->has_normals());
-  EXPECT_FALSE(back->has_uvs());
-  for (const Vec3d p : back->positions) EXPECT_EQ(p, (Vec3d{5, 5, 5}));
+  EXPECT_FALSE(back.has_normals());
+  EXPECT_FALSE(back.has_uvs());
+  for (const Vec3d p : back.positions) EXPECT_EQ(p, (Vec3d{5, 5, 5}));
 }
 
 TEST(DracoMesh, EveryTruncationIsRefused) {
-  const auto stream = WriteDracoMesh(MakeGrid());
-  ASSERT_OK(stream);
-  for (size_t size = 0; size < stream->size(); ++size) {
+  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(MakeGrid()));
+  for (size_t size = 0; size < stream.size(); ++size) {
     // Copied, so that a sanitizer sees reads past the end.
-    const std::string cut = stream->substr(0, size);
+    const std::string cut = stream.substr(0, size);
     const auto mesh = ReadDracoMesh(cut);
     ASSERT_THAT(mesh, StatusIs(absl::StatusCode::kInvalidArgument)) << size << " bytes";
     EXPECT_EQ(error::DetailsOf(mesh.status()).reason, "MALFORMED_FILE");
@@ -119,10 +113,9 @@ TEST(DracoMesh, EveryTruncationIsRefused) {
 TEST(DracoMesh, CorruptBytesNeverCrash) {
   constexpr unsigned kSeed = 5;
   std::mt19937 random(kSeed);
-  const auto stream = WriteDracoMesh(MakeGrid());
-  ASSERT_OK(stream);
+  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(MakeGrid()));
   for (int round = 0; round < 2000; ++round) {
-    std::string corrupt = *stream;
+    std::string corrupt = stream;
     for (int k = 0; k < 3; ++k) corrupt[random() % corrupt.size()] = static_cast<char>(random());
     const auto mesh = ReadDracoMesh(corrupt);
     // Flipped payload bits may still be a mesh; then it is a valid one.
@@ -172,14 +165,12 @@ TEST(DracoAnnouncement, HugeCountsAreRefusedBeforeAllocation) {
 }
 
 TEST(DracoAnnouncement, ReadsCounts) {
-  const auto stream = WriteDracoMesh(MakeGrid());
-  ASSERT_OK(stream);
-  const auto announcement = ReadDracoAnnouncement(Bytes(*stream));
-  ASSERT_OK(announcement);
-  EXPECT_TRUE(announcement->is_mesh);
-  EXPECT_EQ(announcement->points, 121u);
-  EXPECT_EQ(announcement->faces, 200u);
-  EXPECT_OK(CheckDracoSize(*announcement, stream->size()));
+  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(MakeGrid()));
+  ASSERT_OK_AND_ASSIGN(const auto announcement, ReadDracoAnnouncement(Bytes(stream)));
+  EXPECT_TRUE(announcement.is_mesh);
+  EXPECT_EQ(announcement.points, 121u);
+  EXPECT_EQ(announcement.faces, 200u);
+  EXPECT_OK(CheckDracoSize(announcement, stream.size()));
 }
 
 }  // namespace

@@ -15,11 +15,9 @@ namespace {
 using testing::StatusIs;
 
 TEST(HostBuffer, IsZeroedAndAligned) {
-  auto buffer = HostBuffer::Create("vertices", 1'000);
-
-  ASSERT_OK(buffer);
-  ASSERT_EQ(buffer->size(), 1'000u);
-  const auto bytes = buffer->span();
+  ASSERT_OK_AND_ASSIGN(auto buffer, HostBuffer::Create("vertices", 1'000));
+  ASSERT_EQ(buffer.size(), 1'000u);
+  const auto bytes = buffer.span();
   EXPECT_TRUE(std::all_of(bytes.begin(), bytes.end(), [](uint8_t b) { return b == 0; }));
   EXPECT_EQ(reinterpret_cast<uintptr_t>(bytes.data()) % 64, 0u);
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Plans of small meshes that a hand can check, and of a wavy grid: area, provenance, edges,
+// Plans of small meshes that a hand can check, and of grids and real meshes: area, provenance, edges,
 // ownership.
 #include "core/ffd/deform_plan.h"
 
@@ -10,10 +10,15 @@
 
 #include <cmath>
 #include <map>
-#include <random>
+#include <memory>
+#include <tuple>
+#include <utility>
+#include <vector>
 
-#include "core/ffd/bspline_basis.h"
+#include "core/mesh/triangulate.h"
+#include "tests/support/real_meshes.h"
 #include "tests/support/status_matchers.h"
+#include "tests/support/test_meshes.h"
 
 namespace latticed {
 namespace {
@@ -21,23 +26,17 @@ namespace {
 using ::latticed::testing::StatusIs;
 using ::testing::HasSubstr;
 
+constexpr double kLength = 1e-9;  // of the mesh's diagonal
+
 std::shared_ptr<PolygonMesh> Grid(int n, double wave) {
-  auto mesh = std::make_shared<PolygonMesh>();
-  for (int j = 0; j <= n; ++j) {
-    for (int i = 0; i <= n; ++i) {
-      const double x = static_cast<double>(i) / n, y = static_cast<double>(j) / n;
-      mesh->positions.push_back({x, y, wave * std::sin(9 * x) * std::cos(7 * y)});
-    }
-  }
-  const auto at = [n](int i, int j) { return static_cast<uint32_t>(i + (n + 1) * j); };
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < n; ++i) {
-      for (const uint32_t v : {at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)}) {
-        mesh->corner_vertices.push_back(v);
-      }
-      mesh->face_offsets.push_back(static_cast<uint32_t>(mesh->corner_vertices.size()));
-    }
-  }
+  auto mesh = std::make_shared<PolygonMesh>(testing::FlatGrid(n, 0));
+  for (Vec3d& p : mesh->positions) p.z = wave * std::sin(9 * p.x) * std::cos(7 * p.y);
+  return mesh;
+}
+
+std::shared_ptr<PolygonMesh> Triangle(Vec3d a, Vec3d b, Vec3d c) {
+  auto mesh = std::make_shared<PolygonMesh>(testing::OneTriangle());
+  mesh->positions = {a, b, c};
   return mesh;
 }
 
@@ -50,115 +49,139 @@ LatticeStructure Cube(std::array<int, 3> size, std::array<int, 3> degree, Vec3d 
   return s;
 }
 
-double TriangleArea(Vec3d a, Vec3d b, Vec3d c) { return 0.5 * Norm(Cross(b - a, c - a)); }
-
-double PlanArea(const DeformPlan& plan) {
+// The same for the triangles of a mesh, by the project's rule, and for the patches of its plan.
+struct Measures {
   double area = 0;
-  for (const Patch& p : plan.patches) {
-    area += TriangleArea(plan.vertices[p.vertex[0]].world, plan.vertices[p.vertex[1]].world,
-                         plan.vertices[p.vertex[2]].world);
+  std::map<int, double> length;  // of the edges that so many triangles share
+};
+
+// Edges by the positions of their ends: seams of normals or UVs are no boundary.
+using Position = std::tuple<double, double, double>;
+using EdgeUse = std::map<std::pair<Position, Position>, int>;
+
+void AddTriangle(Vec3d a, Vec3d b, Vec3d c, double& area, EdgeUse& use) {
+  area += 0.5 * Norm(Cross(b - a, c - a));
+  const auto at = [](Vec3d p) { return Position{p.x, p.y, p.z}; };
+  for (const auto& [p, q] : {std::pair{at(a), at(b)}, {at(b), at(c)}, {at(c), at(a)}}) {
+    ++use[{std::min(p, q), std::max(p, q)}];
   }
-  return area;
 }
 
-double MeshArea(
-    const PolygonMesh& m) {  // quads of a grid, split like the plan's fixed rule or not:
-  double area = 0;           // only planar faces give one answer, so wave is 0 where used
-  for (size_t f = 0; f < m.face_count(); ++f) {
-    const uint32_t b = m.face_offsets[f];
-    for (uint32_t c = b + 1; c + 1 < m.face_offsets[f + 1]; ++c) {
-      area += TriangleArea(m.positions[m.corner_vertices[b]], m.positions[m.corner_vertices[c]],
-                           m.positions[m.corner_vertices[c + 1]]);
+Measures Finish(double area, const EdgeUse& use) {
+  Measures measures{.area = area};
+  for (const auto& [edge, count] : use) {
+    const auto [ax, ay, az] = edge.first;
+    const auto [bx, by, bz] = edge.second;
+    measures.length[count] += Norm(Vec3d{ax, ay, az} - Vec3d{bx, by, bz});
+  }
+  return measures;
+}
+
+Measures OfMesh(const PolygonMesh& mesh) {
+  double area = 0;
+  EdgeUse use;
+  std::vector<std::array<uint32_t, 3>> triangles;
+  for (size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::vector<Vec3d> polygon = testing::FacePositions(mesh, f);
+    TriangulatePolygon(polygon, &triangles);
+    for (const auto& [a, b, c] : triangles) {
+      AddTriangle(polygon[a], polygon[b], polygon[c], area, use);
     }
   }
-  return area;
+  return Finish(area, use);
 }
 
-// Edges by the number of patches that use them.
-std::map<int, int> EdgeUse(const DeformPlan& plan) {
-  std::vector<int> use(plan.edges.size());
-  for (const Patch& p : plan.patches) {
-    for (const uint32_t e : p.edge) ++use[e];
+Measures OfPlan(const DeformPlan& plan) {
+  double area = 0;
+  EdgeUse use;
+  for (const Patch& patch : plan.patches) {
+    const auto at = [&](size_t c) { return plan.vertices[patch.vertex[c]].world; };
+    AddTriangle(at(0), at(1), at(2), area, use);
   }
-  std::map<int, int> histogram;
-  for (const int u : use) ++histogram[u];
-  return histogram;
+  return Finish(area, use);
+}
+
+// Area, edges by the number of patches that meet there, and where each corner comes from.
+void ExpectKeepsTheMesh(const std::shared_ptr<const PolygonMesh>& mesh,
+                        const LatticeStructure& structure, double area_tolerance) {
+  ASSERT_OK_AND_ASSIGN(const auto plan, MakePlan(mesh, structure));
+  const DeformPlan& p = *plan;
+  const double diagonal = mesh->ComputeBounds().diagonal();
+
+  const Measures source = OfMesh(*mesh), cut = OfPlan(p);
+
+  EXPECT_NEAR(cut.area, source.area, area_tolerance * source.area);
+  // Cutting adds edges of two patches inside faces, and none of any other kind.
+  for (const int count : {1, 3, 4, 5, 6, 7, 8}) {
+    const auto of = [count](const Measures& m) {
+      const auto found = m.length.find(count);
+      return found == m.length.end() ? 0.0 : found->second;
+    };
+    EXPECT_NEAR(of(cut), of(source), kLength * diagonal) << count << " patches an edge";
+  }
+  for (size_t i = 0; i < p.patches.size(); ++i) {
+    for (size_t c = 0; c < 3; ++c) {
+      Vec3d from_source;
+      for (size_t k = 0; k < 3; ++k) {
+        const uint32_t vertex = mesh->corner_vertices[p.sources[i].corners[k]];
+        from_source += p.sources[i].barycentrics[c][k] * mesh->positions[vertex];
+      }
+      ASSERT_LT(Norm(from_source - p.vertices[p.patches[i].vertex[c]].world), 1e-14 * diagonal);
+    }
+  }
 }
 
 TEST(DeformPlan, OneTriangleInOneBoxIsOnePatch) {
-  auto mesh = std::make_shared<PolygonMesh>();
-  mesh->positions = {{0.2, 0.2, 0.5}, {0.8, 0.2, 0.5}, {0.2, 0.4, 0.5}};
-  mesh->corner_vertices = {0, 1, 2};
-  mesh->face_offsets = {0, 3};
+  const auto mesh = Triangle({0.2, 0.2, 0.5}, {0.8, 0.2, 0.5}, {0.2, 0.4, 0.5});
 
-  const auto plan = MakePlan(mesh, Cube({2, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1}));
-
-  ASSERT_OK(plan);
-  ASSERT_EQ((*plan)->patches.size(), 1u);
-  EXPECT_EQ((*plan)->boxes.size(), 2u);
-  EXPECT_EQ((*plan)->patches[0].box, 0u);
-  EXPECT_EQ((*plan)->outside_patches, 0u);
+  ASSERT_OK_AND_ASSIGN(const auto plan,
+                       MakePlan(mesh, Cube({2, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1})));
+  ASSERT_EQ(plan->patches.size(), 1u);
+  EXPECT_EQ(plan->boxes.size(), 2u);
+  EXPECT_EQ(plan->patches[0].box, 0u);
+  EXPECT_EQ(plan->outside_patches, 0u);
   // The longest edge, from (0.8, 0.2) to (0.2, 0.4), comes first.
-  EXPECT_EQ((*plan)->vertices[(*plan)->patches[0].vertex[0]].world, (Vec3d{0.8, 0.2, 0.5}));
+  EXPECT_EQ(plan->vertices[plan->patches[0].vertex[0]].world, (Vec3d{0.8, 0.2, 0.5}));
 }
 
 TEST(DeformPlan, CutsOneTriangleAtOnePlane) {
-  auto mesh = std::make_shared<PolygonMesh>();
-  mesh->positions = {{0, 0, 0.5}, {1, 0, 0.5}, {0, 1, 0.5}};
-  mesh->corner_vertices = {0, 1, 2};
-  mesh->face_offsets = {0, 3};
+  const auto mesh = Triangle({0, 0, 0.5}, {1, 0, 0.5}, {0, 1, 0.5});
 
-  const auto plan = MakePlan(mesh, Cube({3, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1}));
-
-  ASSERT_OK(plan);  // a quadrilateral left of u = 1, a triangle right of it
-  EXPECT_EQ((*plan)->patches.size(), 3u);
-  EXPECT_EQ((*plan)->box_patches, (std::vector<uint32_t>{0, 2, 3, 3}));
-  EXPECT_DOUBLE_EQ(PlanArea(**plan), 0.5);
+  ASSERT_OK_AND_ASSIGN(const auto plan,
+                       MakePlan(mesh, Cube({3, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1})));
+  // a quadrilateral left of u = 1, a triangle right of it
+  EXPECT_EQ(plan->patches.size(), 3u);
+  EXPECT_EQ(plan->box_patches, (std::vector<uint32_t>{0, 2, 3, 3}));
+  EXPECT_DOUBLE_EQ(OfPlan(*plan).area, 0.5);
 }
 
-TEST(DeformPlan, GridKeepsAreaBoundaryAndProvenance) {
+TEST(DeformPlan, KeepsWhatItCutsOfAGrid) {
   for (const auto& [lower, upper] :
        {std::pair{Vec3d{-0.1, -0.1, -1}, Vec3d{1.1, 1.1, 1}},
         std::pair{Vec3d{0.3, 0.2, -1}, Vec3d{0.77, 1.3, 1}},
         std::pair{Vec3d{0, 0, 0}, Vec3d{1, 1, 1}}, std::pair{Vec3d{3, 3, 3}, Vec3d{4, 4, 4}}}) {
-    const auto mesh = Grid(13, 0.0);
-    const auto plan = MakePlan(mesh, Cube({6, 5, 4}, {2, 1, 3}, lower, upper));
-    ASSERT_OK(plan);
-    const DeformPlan& p = **plan;
+    ExpectKeepsTheMesh(Grid(13, 0.0), Cube({6, 5, 4}, {2, 1, 3}, lower, upper), 1e-12);
+  }
+}
 
-    EXPECT_NEAR(PlanArea(p), MeshArea(*mesh), 1e-12);
-    // No edge has more than two patches; boundary edges add up to the square's boundary.
-    const auto use = EdgeUse(p);
-    EXPECT_EQ(use.rbegin()->first, 2);
-    double boundary = 0;
-    std::vector<int> count(p.edges.size());
-    for (const Patch& patch : p.patches) {
-      for (const uint32_t e : patch.edge) ++count[e];
-    }
-    for (size_t e = 0; e < p.edges.size(); ++e) {
-      if (count[e] != 1) continue;
-      boundary +=
-          Norm(p.vertices[p.edges[e].vertex[1]].world - p.vertices[p.edges[e].vertex[0]].world);
-    }
-    EXPECT_NEAR(boundary, 4.0, 1e-12);
-    for (size_t i = 0; i < p.patches.size(); ++i) {
-      for (size_t c = 0; c < 3; ++c) {
-        Vec3d from_source;
-        for (size_t k = 0; k < 3; ++k) {
-          const uint32_t vertex = mesh->corner_vertices[p.sources[i].corners[k]];
-          from_source += p.sources[i].barycentrics[c][k] * mesh->positions[vertex];
-        }
-        EXPECT_LT(Norm(from_source - p.vertices[p.patches[i].vertex[c]].world), 1e-14);
-      }
+TEST(DeformPlan, KeepsWhatItCutsOfRealMeshes) {
+  const std::vector<testing::RealMesh> meshes = testing::RealMeshes();
+  if (meshes.empty()) GTEST_SKIP() << "no meshes in $LATTICED_SHARED/models";
+  for (const auto& [name, mesh] : meshes) {
+    for (const double scale : {1.1, 0.7}) {  // wholly inside, and partly outside
+      SCOPED_TRACE(name);
+      const LatticeStructure structure =
+          testing::MakeStructure(mesh.ComputeBounds(), {.extra = {3, 4, 5}, .scale = scale});
+      ExpectKeepsTheMesh(std::make_shared<const PolygonMesh>(mesh), structure, 1e-6);
     }
   }
 }
 
 TEST(DeformPlan, PatchesLieInTheirBoxAndOwnersAreLower) {
-  const auto plan =
-      MakePlan(Grid(17, 0.2), Cube({6, 5, 4}, {2, 2, 2}, {0.1, -0.1, -0.1}, {0.9, 1.1, 0.15}));
-  ASSERT_OK(plan);
-  const DeformPlan& p = **plan;
+  ASSERT_OK_AND_ASSIGN(
+      const auto plan,
+      MakePlan(Grid(17, 0.2), Cube({6, 5, 4}, {2, 2, 2}, {0.1, -0.1, -0.1}, {0.9, 1.1, 0.15})));
+  const DeformPlan& p = *plan;
   EXPECT_GT(p.outside_patches, 0u);
   EXPECT_GT(p.seam_patches, 0u);
   EXPECT_FALSE(p.seams.empty());
@@ -177,29 +200,26 @@ TEST(DeformPlan, PatchesLieInTheirBoxAndOwnersAreLower) {
 }
 
 TEST(DeformPlan, SeamsDetachWhenAControlPointOnThemMoves) {
-  const auto plan = MakePlan(Grid(9, 0.1), Cube({4, 4, 4}, {2, 2, 2}, {0.25, -1, -1}, {2, 2, 1}));
-  ASSERT_OK(plan);
-  std::vector<Vec3d> points = (*plan)->identity_points;
-  ASSERT_FALSE((*plan)->seams.empty());
-  auto attached = AttachedSeams(**plan, points);
+  ASSERT_OK_AND_ASSIGN(const auto plan, MakePlan(Grid(9, 0.1), Cube({4, 4, 4}, {2, 2, 2},
+                                                                    {0.25, -1, -1}, {2, 2, 1})));
+  std::vector<Vec3d> points = plan->identity_points;
+  ASSERT_FALSE(plan->seams.empty());
+  auto attached = AttachedSeams(*plan, points);
   EXPECT_EQ(std::count(attached.begin(), attached.end(), true),
-            static_cast<int>((*plan)->seams.size()));
+            static_cast<int>(plan->seams.size()));
 
-  points[static_cast<size_t>((*plan)->structure.Index(1, 1, 1))].z += 1;  // not on the u = 0 face
-  attached = AttachedSeams(**plan, points);
+  points[static_cast<size_t>(plan->structure.Index(1, 1, 1))].z += 1;  // not on the u = 0 face
+  attached = AttachedSeams(*plan, points);
   EXPECT_EQ(std::count(attached.begin(), attached.end(), false), 0);
 
-  points[static_cast<size_t>((*plan)->structure.Index(0, 1, 1))].z += 1e-15;
-  points[static_cast<size_t>((*plan)->structure.Index(0, 2, 2))].z += 1;
-  attached = AttachedSeams(**plan, points);
+  points[static_cast<size_t>(plan->structure.Index(0, 1, 1))].z += 1e-15;
+  points[static_cast<size_t>(plan->structure.Index(0, 2, 2))].z += 1;
+  attached = AttachedSeams(*plan, points);
   EXPECT_GT(std::count(attached.begin(), attached.end(), false), 0);
 }
 
 TEST(DeformPlan, RefusesAMeshWithoutArea) {
-  auto mesh = std::make_shared<PolygonMesh>();
-  mesh->positions = {{0, 0, 0}, {1, 0, 0}, {0, 0, 0}};
-  mesh->corner_vertices = {0, 1, 2};
-  mesh->face_offsets = {0, 3};
+  const auto mesh = Triangle({0, 0, 0}, {1, 0, 0}, {0, 0, 0});
   EXPECT_THAT(MakePlan(mesh, Cube({2, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1})),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("three corners")));
 }

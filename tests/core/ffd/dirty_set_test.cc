@@ -70,19 +70,19 @@ TEST(DirtySetOfEveryControlPoint, IsWhatASearchOfAllBoxesFinds) {
       const LatticeStructure structure =
           MakeStructure(mesh.ComputeBounds(),
                         {.degree = degree, .extra = {3, 2, 4}, .knots = knots, .scale = 0.9});
-      const auto plan = MakePlan(std::make_shared<const PolygonMesh>(mesh), structure);
-      ASSERT_OK(plan);
+      ASSERT_OK_AND_ASSIGN(const auto plan,
+                           MakePlan(std::make_shared<const PolygonMesh>(mesh), structure));
       std::vector<uint32_t> all(static_cast<size_t>(structure.control_point_count()));
       std::iota(all.begin(), all.end(), 0u);
       for (const uint32_t index : all) {
-        ExpectEffect(*plan, {index});
+        ExpectEffect(plan, {index});
         if (HasFatalFailure()) return;
       }
-      ExpectEffect(*plan, {all.front(), all.back(), all.front()});
-      ExpectEffect(*plan, all);
+      ExpectEffect(plan, {all.front(), all.back(), all.front()});
+      ExpectEffect(plan, all);
       // Across the ends of rows, and with gaps.
       const auto row = static_cast<uint32_t>(structure.size[0]);
-      ExpectEffect(*plan, {row - 2, row - 1, row, row + 1, row + 3, 3 * row, 3 * row - 1});
+      ExpectEffect(plan, {row - 2, row - 1, row, row + 1, row + 3, 3 * row, 3 * row - 1});
     }
   }
 }

@@ -14,15 +14,13 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 TEST_F(EditHistoryTest, SaysWhatChanged) {
-  auto outcome = Do("ann", Move({9, 3, 5}, 0.25));
-
-  ASSERT_OK(outcome);
-  EXPECT_THAT(outcome->changed, ElementsAre(3, 5, 9));
-  EXPECT_EQ(outcome->summary.largest_move, 0.25);
-  EXPECT_EQ(outcome->summary.revision, 1u);
-  EXPECT_EQ(outcome->summary.sequence, 1u);
-  EXPECT_EQ(outcome->summary.structure_id, 1u);
-  EXPECT_FALSE(outcome->structure_changed);
+  ASSERT_OK_AND_ASSIGN(auto outcome, Do("ann", Move({9, 3, 5}, 0.25)));
+  EXPECT_THAT(outcome.changed, ElementsAre(3, 5, 9));
+  EXPECT_EQ(outcome.summary.largest_move, 0.25);
+  EXPECT_EQ(outcome.summary.revision, 1u);
+  EXPECT_EQ(outcome.summary.sequence, 1u);
+  EXPECT_EQ(outcome.summary.structure_id, 1u);
+  EXPECT_FALSE(outcome.structure_changed);
 }
 
 TEST_F(EditHistoryTest, ARefusedBatchChangesNothing) {
@@ -39,12 +37,11 @@ TEST_F(EditHistoryTest, TheSameSequenceReturnsTheStoredResult) {
   ASSERT_OK(Apply({.editor_id = "ann", .sequence = 5, .edits = {Move({0}, 1)}}));
   history_.SetTouched("ann", 8, 99);
 
-  auto again = Apply({.editor_id = "ann", .sequence = 5, .edits = {Move({0}, 1)}});
-
-  ASSERT_OK(again);
-  EXPECT_TRUE(again->repeated);
-  EXPECT_EQ(again->summary.revision, 1u);
-  EXPECT_EQ(again->summary.patches_touched, 99u);
+  ASSERT_OK_AND_ASSIGN(auto again,
+                       Apply({.editor_id = "ann", .sequence = 5, .edits = {Move({0}, 1)}}));
+  EXPECT_TRUE(again.repeated);
+  EXPECT_EQ(again.summary.revision, 1u);
+  EXPECT_EQ(again.summary.patches_touched, 99u);
   EXPECT_EQ(history_.revision(), 1u);
   EXPECT_EQ(Moved(0), 1);
 }

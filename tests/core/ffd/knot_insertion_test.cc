@@ -9,6 +9,7 @@
 #include <random>
 
 #include "core/ffd/bspline_basis.h"
+#include "core/ffd/direct_ffd.h"
 #include "core/ffd/lattice_edit.h"
 #include "tests/support/status_matchers.h"
 
@@ -20,25 +21,12 @@ using ::testing::HasSubstr;
 
 Vec3d Evaluate(const Lattice& lattice, Vec3d parameter) {
   const LatticeStructure& s = lattice.structure;
-  int span[3];
-  double basis[3][4];
+  std::array<int, 3> span;
   for (size_t a = 0; a < 3; ++a) {
-    const double u = parameter[static_cast<int>(a)];
-    span[a] = FindLowerSpan(s.knots[a].data(), s.degree[a], s.size[a], u);
-    EvaluateBasis(s.knots[a].data(), s.degree[a], span[a], u, basis[a]);
+    span[a] =
+        FindLowerSpan(s.knots[a].data(), s.degree[a], s.size[a], parameter[static_cast<int>(a)]);
   }
-  Vec3d sum;
-  for (int k = 0; k <= s.degree[2]; ++k) {
-    for (int j = 0; j <= s.degree[1]; ++j) {
-      for (int i = 0; i <= s.degree[0]; ++i) {
-        const int index = s.Index(span[0] - s.degree[0] + i, span[1] - s.degree[1] + j,
-                                  span[2] - s.degree[2] + k);
-        sum += basis[0][i] * basis[1][j] * basis[2][k] *
-               lattice.control_points[static_cast<size_t>(index)];
-      }
-    }
-  }
-  return sum;
+  return EvaluateVolume(s, lattice.control_points, span, parameter).position;
 }
 
 Lattice MakeLattice(std::array<int, 3> degree, std::array<int, 3> size, bool clamped) {
@@ -82,9 +70,9 @@ TEST(KnotInsertionTest, KeepsTheShapeAtEveryDegreeClampedAndUnclamped) {
         const int axis = n % 3;
         const double begin = refined.structure.domain_begin(axis);
         const double end = refined.structure.domain_end(axis);
-        auto next = WithKnotInserted(refined, axis, begin + unit(random) * (end - begin), "f");
-        ASSERT_OK(next);
-        refined = *std::move(next);
+        ASSERT_OK_AND_ASSIGN(
+            auto next, WithKnotInserted(refined, axis, begin + unit(random) * (end - begin), "f"));
+        refined = std::move(next);
       }
       ASSERT_OK(Validate(refined));
       ASSERT_EQ(refined.control_points.size(), 7u * 8u * 6u);
@@ -107,37 +95,30 @@ TEST(KnotInsertionTest, KeepsTheShapeAtEveryDegreeClampedAndUnclamped) {
 TEST(KnotInsertionTest, DoublesAKnotUpToTheDegree) {
   Lattice lattice = MakeLattice({2, 2, 2}, {5, 5, 5}, true);
 
-  auto twice = WithKnotInserted(lattice, 1, 1.0, "edits[0].insert_knot");
-  ASSERT_OK(twice);
-  EXPECT_EQ(twice->structure.knots[1], (std::vector<double>{0, 0, 0, 1, 1, 2, 3, 3, 3}));
+  ASSERT_OK_AND_ASSIGN(auto twice, WithKnotInserted(lattice, 1, 1.0, "edits[0].insert_knot"));
+  EXPECT_EQ(twice.structure.knots[1], (std::vector<double>{0, 0, 0, 1, 1, 2, 3, 3, 3}));
   EXPECT_THAT(
-      WithKnotInserted(*twice, 1, 1.0, "edits[0].insert_knot"),
+      WithKnotInserted(twice, 1, 1.0, "edits[0].insert_knot"),
       StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("edits[0].insert_knot.value")));
 }
 
 TEST(KnotInsertionTest, PointsAtRestStayAtRestBitForBit) {
   const Lattice lattice = MakeLattice({3, 2, 1}, {6, 5, 4}, true);
 
-  auto refined = WithKnotInserted(lattice, 0, 1.37, "f");
-
-  ASSERT_OK(refined);
-  const auto identity = IdentityControlPoints(refined->structure);
+  ASSERT_OK_AND_ASSIGN(auto refined, WithKnotInserted(lattice, 0, 1.37, "f"));
+  const auto identity = IdentityControlPoints(refined.structure);
   for (size_t i = 0; i < identity.size(); ++i) {
-    EXPECT_TRUE(SameBits(identity[i], refined->control_points[i])) << i;
+    EXPECT_TRUE(SameBits(identity[i], refined.control_points[i])) << i;
   }
 }
 
 TEST(KnotInsertionTest, FollowsTheKnotsOfAnotherStructure) {
   Lattice lattice = MakeLattice({2, 2, 2}, {4, 4, 4}, true);
-  auto one = WithKnotInserted(lattice, 0, 0.5, "f");
-  ASSERT_OK(one);
-  auto two = WithKnotInserted(*one, 2, 1.0, "f");
-  ASSERT_OK(two);
+  ASSERT_OK_AND_ASSIGN(auto one, WithKnotInserted(lattice, 0, 0.5, "f"));
+  ASSERT_OK_AND_ASSIGN(auto two, WithKnotInserted(one, 2, 1.0, "f"));
 
-  auto refined = WithKnotsOf(lattice, two->structure);
-
-  ASSERT_OK(refined);
-  EXPECT_EQ(refined->structure, two->structure);
+  ASSERT_OK_AND_ASSIGN(auto refined, WithKnotsOf(lattice, two.structure));
+  EXPECT_EQ(refined.structure, two.structure);
 }
 
 TEST(KnotInsertionTest, RefusesWhatIsNoKnotOfTheDomain) {

@@ -33,11 +33,10 @@ TEST(KnotSplit, VerticesWithinTheSnapAreOnThePlane) {
   const double near = 0.5 + 0x1p-42, far = 0.5 + 0x1p-36;
   const PolygonMesh mesh =
       Triangles({{near, 0.1, 0.1}, {far, 0.1, 0.1}, {0.9, 0.9, 0.4}}, {0, 1, 2});
-  const auto split = SplitAtKnots(mesh, UnitCube(3));
-  ASSERT_OK(split);
-  EXPECT_EQ(split->vertices[0].parameter.x, 1.0);  // knots 0, 1, 2 over the unit cube
-  EXPECT_GT(split->vertices[1].parameter.x, 1.0);
-  EXPECT_EQ(split->vertices[0].world.x, near) << "the world keeps the vertex where it was";
+  ASSERT_OK_AND_ASSIGN(const auto split, SplitAtKnots(mesh, UnitCube(3)));
+  EXPECT_EQ(split.vertices[0].parameter.x, 1.0);  // knots 0, 1, 2 over the unit cube
+  EXPECT_GT(split.vertices[1].parameter.x, 1.0);
+  EXPECT_EQ(split.vertices[0].world.x, near) << "the world keeps the vertex where it was";
 }
 
 TEST(KnotSplit, NeighboursShareCutPointsAcrossSeamsOfIndices) {
@@ -49,12 +48,11 @@ TEST(KnotSplit, NeighboursShareCutPointsAcrossSeamsOfIndices) {
                                       {0.8, 0.9, 0.2},
                                       {0.2, 0.8, 0.2}},
                                      {0, 1, 2, 3, 4, 5});
-  const auto split = SplitAtKnots(mesh, UnitCube(4));
-  ASSERT_OK(split);
+  ASSERT_OK_AND_ASSIGN(const auto split, SplitAtKnots(mesh, UnitCube(4)));
   // Euler: V - E + F = 1 for a disc, which no doubled vertex would give.
   std::vector<std::pair<uint32_t, uint32_t>> edges;
   std::vector<uint32_t> vertices;
-  for (const SplitPiece& piece : split->pieces) {
+  for (const SplitPiece& piece : split.pieces) {
     for (size_t c = 0; c < 3; ++c) {
       const uint32_t a = piece.vertex[c], b = piece.vertex[(c + 1) % 3];
       edges.emplace_back(std::min(a, b), std::max(a, b));
@@ -65,15 +63,14 @@ TEST(KnotSplit, NeighboursShareCutPointsAcrossSeamsOfIndices) {
     std::sort(list.begin(), list.end());
     return std::unique(list.begin(), list.end()) - list.begin();
   };
-  EXPECT_EQ(distinct(vertices) - distinct(edges) + static_cast<long>(split->pieces.size()), 1);
+  EXPECT_EQ(distinct(vertices) - distinct(edges) + static_cast<long>(split.pieces.size()), 1);
 }
 
 TEST(KnotSplit, DropsTrianglesOfTwoPositions) {
   const PolygonMesh mesh =
       Triangles({{0.1, 0.1, 0.2}, {0.9, 0.1, 0.2}, {0.1, 0.1, 0.2}}, {0, 1, 2});
-  const auto split = SplitAtKnots(mesh, UnitCube(2));
-  ASSERT_OK(split);
-  EXPECT_TRUE(split->pieces.empty());
+  ASSERT_OK_AND_ASSIGN(const auto split, SplitAtKnots(mesh, UnitCube(2)));
+  EXPECT_TRUE(split.pieces.empty());
 }
 
 TEST(ConvexTriangulation, AvoidsTrianglesWithoutArea) {

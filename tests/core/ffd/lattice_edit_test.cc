@@ -14,7 +14,6 @@ namespace latticed {
 namespace {
 
 using ::latticed::testing::StatusIs;
-using ::testing::HasSubstr;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -28,12 +27,6 @@ Lattice Unit() {
 class LatticeEditTest : public ::testing::Test {
  protected:
   absl::Status Apply(const Edit& edit) { return ApplyEdit(edit, initial_, "edits[2]", target_); }
-  void ExpectRefused(const Edit& edit, const std::string& field, const std::string& reason) {
-    const absl::Status status = Apply(edit);
-    EXPECT_THAT(status, StatusIs(absl::StatusCode::kInvalidArgument));
-    EXPECT_EQ(error::DetailsOf(status).field, field);
-    EXPECT_EQ(error::DetailsOf(status).reason, reason);
-  }
   const Vec3d& point(size_t i) const { return target_.lattice.control_points[i]; }
 
   const Lattice initial_ = Unit();
@@ -69,70 +62,56 @@ TEST_F(LatticeEditTest, ReplacesAndResets) {
 TEST_F(LatticeEditTest, ResetToInitialKeepsInsertedKnots) {
   Lattice initial = initial_;
   initial.control_points[13] = {0.7, 0.6, 0.5};
-  auto refined = WithKnotInserted(initial, 1, 0.25, "f");
-  ASSERT_OK(refined);
-  EditTarget target(*refined);
+  ASSERT_OK_AND_ASSIGN(auto refined, WithKnotInserted(initial, 1, 0.25, "f"));
+  EditTarget target(refined);
   ASSERT_OK(ApplyEdit(MoveControlPoints{{4}, {1, 1, 1}}, initial, "edits[0]", target));
 
   ASSERT_OK(ApplyEdit(Reset{ResetTo::kInitial}, initial, "edits[0]", target));
 
-  EXPECT_EQ(target.lattice.structure, refined->structure);
-  EXPECT_EQ(target.lattice.control_points, refined->control_points);
+  EXPECT_EQ(target.lattice.structure, refined.structure);
+  EXPECT_EQ(target.lattice.control_points, refined.control_points);
 }
 
-TEST_F(LatticeEditTest, RefusesBadIndices) {
-  ExpectRefused(SetControlPoints{{0, 27}, {{}, {}}}, "edits[2].set_control_points.indices[1]",
-                "OUT_OF_RANGE");
-  ExpectRefused(SetControlPoints{{5, 6, 5}, {{}, {}, {}}}, "edits[2].set_control_points.indices[2]",
-                "INVALID_FIELD");
-  ExpectRefused(MoveControlPoints{{1, 1}, {}}, "edits[2].move_control_points.indices[1]",
-                "INVALID_FIELD");
-  ExpectRefused(MoveControlPoints{{}, {}}, "edits[2].move_control_points.indices", "INVALID_FIELD");
-  ExpectRefused(TransformControlPoints{{99}, {}}, "edits[2].transform_control_points.indices[0]",
-                "OUT_OF_RANGE");
-}
-
-TEST_F(LatticeEditTest, RefusesWhatIsNotFinite) {
-  ExpectRefused(SetControlPoints{{0, 1}, {{}, {0, kNan, 0}}},
-                "edits[2].set_control_points.positions[4]", "NOT_FINITE");
-  ExpectRefused(MoveControlPoints{{0}, {HUGE_VAL, 0, 0}}, "edits[2].move_control_points.offset",
-                "NOT_FINITE");
-  ExpectRefused(ReplaceControlPoints{std::vector<Vec3d>(27, Vec3d{0, 0, kNan})},
-                "edits[2].replace_control_points.control_points[2]", "NOT_FINITE");
-  std::array<double, 16> matrix{};
-  matrix[15] = 1;
-  matrix[6] = kNan;
-  ExpectRefused(TransformControlPoints{{0}, matrix}, "edits[2].transform_control_points.matrix",
-                "NOT_FINITE");
-}
-
-TEST_F(LatticeEditTest, RefusesWhatFloat32CannotHold) {
-  ExpectRefused(SetControlPoints{{0}, {{0, 0, -1.1e18}}},
-                "edits[2].set_control_points.positions[2]", "OUT_OF_RANGE");
-  ASSERT_OK(Apply(SetControlPoints{{0}, {{9e17, 0, 0}}}));
-  ExpectRefused(MoveControlPoints{{0}, {9e17, 0, 0}}, "edits[2].move_control_points.offset",
-                "OUT_OF_RANGE");
-}
-
-TEST_F(LatticeEditTest, RefusesWrongCounts) {
-  ExpectRefused(SetControlPoints{{0, 1}, {{}}}, "edits[2].set_control_points.positions",
-                "INVALID_FIELD");
-  ExpectRefused(ReplaceControlPoints{std::vector<Vec3d>(26)},
-                "edits[2].replace_control_points.control_points", "INVALID_FIELD");
-}
-
-TEST_F(LatticeEditTest, RefusesMatricesThatAreNotAffine) {
-  std::array<double, 16> projective{1, 0, 0, 0, 0, 1, 0, 0.5, 0, 0, 1, 0, 0, 0, 0, 1};
-  ExpectRefused(TransformControlPoints{{0}, projective}, "edits[2].transform_control_points.matrix",
-                "INVALID_FIELD");
-  ExpectRefused(TransformControlPoints{{0}, {}}, "edits[2].transform_control_points.matrix",
-                "INVALID_FIELD");
-}
-
-TEST_F(LatticeEditTest, RefusesEditsThatMustStandAlone) {
-  ExpectRefused(Undo{}, "edits[2].undo", "INVALID_FIELD");
-  ExpectRefused(Redo{}, "edits[2].redo", "INVALID_FIELD");
-  ExpectRefused(InsertKnot{0, 0.5}, "edits[2].insert_knot", "INVALID_FIELD");
+TEST_F(LatticeEditTest, RefusesByField) {
+  std::array<double, 16> not_finite{}, projective{1, 0, 0, 0, 0, 1, 0, 0.5, 0, 0, 1, 0, 0, 0, 0, 1};
+  not_finite[15] = 1;
+  not_finite[6] = kNan;
+  ASSERT_OK(Apply(SetControlPoints{{3}, {{9e17, 0, 0}}}));
+  const struct {
+    Edit edit;
+    const char* field;
+    const char* reason;
+  } cases[] = {
+      {SetControlPoints{{0, 27}, {{}, {}}}, "set_control_points.indices[1]", "OUT_OF_RANGE"},
+      {SetControlPoints{{5, 6, 5}, {{}, {}, {}}}, "set_control_points.indices[2]", "INVALID_FIELD"},
+      {MoveControlPoints{{1, 1}, {}}, "move_control_points.indices[1]", "INVALID_FIELD"},
+      {MoveControlPoints{{}, {}}, "move_control_points.indices", "INVALID_FIELD"},
+      {TransformControlPoints{{99}, {}}, "transform_control_points.indices[0]", "OUT_OF_RANGE"},
+      {SetControlPoints{{0, 1}, {{}, {0, kNan, 0}}}, "set_control_points.positions[4]",
+       "NOT_FINITE"},
+      {MoveControlPoints{{0}, {HUGE_VAL, 0, 0}}, "move_control_points.offset", "NOT_FINITE"},
+      {ReplaceControlPoints{std::vector<Vec3d>(27, Vec3d{0, 0, kNan})},
+       "replace_control_points.control_points[2]", "NOT_FINITE"},
+      {TransformControlPoints{{0}, not_finite}, "transform_control_points.matrix", "NOT_FINITE"},
+      // What float32 cannot hold.
+      {SetControlPoints{{0}, {{0, 0, -1.1e18}}}, "set_control_points.positions[2]", "OUT_OF_RANGE"},
+      {MoveControlPoints{{3}, {9e17, 0, 0}}, "move_control_points.offset", "OUT_OF_RANGE"},
+      {SetControlPoints{{0, 1}, {{}}}, "set_control_points.positions", "INVALID_FIELD"},
+      {ReplaceControlPoints{std::vector<Vec3d>(26)}, "replace_control_points.control_points",
+       "INVALID_FIELD"},
+      {TransformControlPoints{{0}, projective}, "transform_control_points.matrix", "INVALID_FIELD"},
+      {TransformControlPoints{{0}, {}}, "transform_control_points.matrix", "INVALID_FIELD"},
+      // What must stand alone.
+      {Undo{}, "undo", "INVALID_FIELD"},
+      {Redo{}, "redo", "INVALID_FIELD"},
+      {InsertKnot{0, 0.5}, "insert_knot", "INVALID_FIELD"},
+  };
+  for (const auto& c : cases) {
+    const absl::Status status = Apply(c.edit);
+    EXPECT_THAT(status, StatusIs(absl::StatusCode::kInvalidArgument)) << c.field;
+    EXPECT_EQ(error::DetailsOf(status).field, std::string("edits[2].") + c.field);
+    EXPECT_EQ(error::DetailsOf(status).reason, c.reason) << c.field;
+  }
 }
 
 }  // namespace

@@ -81,9 +81,8 @@ TEST(Lattice, FlatMeshesNeedPadding) {
   flat.Extend(Vec3d{0, 0, 1});
   flat.Extend(Vec3d{2, 1, 1});
   EXPECT_THAT(FitLattice(flat, {4, 4, 4}, {2, 2, 2}, 0), StatusIs(kInvalid, HasSubstr("flat")));
-  const auto fitted = FitLattice(flat, {4, 4, 4}, {2, 2, 2}, 0.05);
-  ASSERT_OK(fitted);
-  EXPECT_DOUBLE_EQ(fitted->structure.frame.edges[2].z, 0.2);
+  ASSERT_OK_AND_ASSIGN(const auto fitted, FitLattice(flat, {4, 4, 4}, {2, 2, 2}, 0.05));
+  EXPECT_DOUBLE_EQ(fitted.structure.frame.edges[2].z, 0.2);
 }
 
 TEST(Lattice, RefusesBadStructuresNamingTheField) {

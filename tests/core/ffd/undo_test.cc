@@ -19,10 +19,9 @@ TEST_F(EditHistoryTest, UndoAndRedoWalkTheStepsOfOneEditor) {
   ASSERT_OK(Do("bob", Move({5}, 1)));
   ASSERT_OK(Do("ann", Move({0}, 1)));
 
-  auto undone = Do("ann", Undo{});
-  ASSERT_OK(undone);
-  EXPECT_THAT(undone->changed, ElementsAre(0));
-  EXPECT_EQ(undone->summary.revision, 4u);
+  ASSERT_OK_AND_ASSIGN(auto undone, Do("ann", Undo{}));
+  EXPECT_THAT(undone.changed, ElementsAre(0));
+  EXPECT_EQ(undone.summary.revision, 4u);
   ASSERT_OK(Do("ann", Undo{}));
   EXPECT_EQ(Moved(0), 0);
   EXPECT_EQ(Moved(5), 1);
@@ -94,11 +93,10 @@ TEST_F(EditHistoryTest, InsertedKnotsComeAndGo) {
   ASSERT_OK(Do("ann", Move({0}, 1)));
   const Lattice before = history_.lattice();
 
-  auto inserted = Do("ann", InsertKnot{1, 0.5});
-  ASSERT_OK(inserted);
-  EXPECT_TRUE(inserted->structure_changed);
-  EXPECT_TRUE(inserted->changed.empty());
-  EXPECT_EQ(inserted->summary.structure_id, 2u);
+  ASSERT_OK_AND_ASSIGN(auto inserted, Do("ann", InsertKnot{1, 0.5}));
+  EXPECT_TRUE(inserted.structure_changed);
+  EXPECT_TRUE(inserted.changed.empty());
+  EXPECT_EQ(inserted.summary.structure_id, 2u);
   EXPECT_EQ(history_.lattice().control_points.size(), 80u);
   const Lattice after = history_.lattice();
   ASSERT_OK(Do("ann", Move({79}, 1)));

@@ -53,13 +53,24 @@ struct Triangle {
   absl::StatusOr<PolygonMesh> Read() const { return ReadGlb(Glb(document.dump(), binary)); }
 };
 
+// Without indices.
+Triangle SixPoints(const std::vector<float>& coordinates) {
+  Triangle file;
+  file.binary = Floats(coordinates);
+  file.document["bufferViews"] = json::parse(R"([{"buffer": 0, "byteLength": 72}])");
+  file.document["buffers"][0]["byteLength"] = 72;
+  file.document["accessors"] =
+      json::parse(R"([{"bufferView": 0, "componentType": 5126, "count": 6, "type": "VEC3"}])");
+  file.primitive() = json::parse(R"({"attributes": {"POSITION": 0}})");
+  return file;
+}
+
 TEST(GlbReaderTest, OneTriangle) {
-  const auto mesh = Triangle().Read();
-  ASSERT_OK(mesh);
-  EXPECT_THAT(testing::CornerPositions(*mesh),
+  ASSERT_OK_AND_ASSIGN(const auto mesh, Triangle().Read());
+  EXPECT_THAT(testing::CornerPositions(mesh),
               ElementsAre(Vec3d{0, 0, 0}, Vec3d{1, 0, 0}, Vec3d{0, 1, 0}));
-  EXPECT_EQ(testing::CornerNormals(*mesh), (std::vector<Vec3f>(3, Vec3f{0, 0, 1})));
-  EXPECT_THAT(mesh->group_names, ElementsAre("tri"));
+  EXPECT_EQ(testing::CornerNormals(mesh), (std::vector<Vec3f>(3, Vec3f{0, 0, 1})));
+  EXPECT_THAT(mesh.group_names, ElementsAre("tri"));
 }
 
 TEST(GlbReaderTest, NodeTransformsAreComposed) {
@@ -67,9 +78,8 @@ TEST(GlbReaderTest, NodeTransformsAreComposed) {
   file.document["nodes"] = json::parse(
       R"([{"children": [1], "translation": [10, 0, 0]},
           {"mesh": 0, "scale": [2, 3, 4], "rotation": [0, 0, 0.7071067811865476, 0.7071067811865476]}])");
-  const auto mesh = file.Read();
-  ASSERT_OK(mesh);
-  const std::vector<Vec3d> corners = testing::CornerPositions(*mesh);
+  ASSERT_OK_AND_ASSIGN(const auto mesh, file.Read());
+  const std::vector<Vec3d> corners = testing::CornerPositions(mesh);
   EXPECT_LT(Norm(corners[1] - Vec3d{10, 2, 0}), 1e-12);  // a quarter turn takes x to y, y to -x
   EXPECT_LT(Norm(corners[2] - Vec3d{7, 0, 0}), 1e-12);
 }
@@ -78,63 +88,45 @@ TEST(GlbReaderTest, NormalsGoByTheInverseTranspose) {
   Triangle file;
   file.binary.replace(36, 36, Floats({0.6f, 0, 0.8f, 0.6f, 0, 0.8f, 0.6f, 0, 0.8f}));
   file.document["nodes"][0]["matrix"] = {2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1};
-  const auto mesh = file.Read();
-  ASSERT_OK(mesh);
-  EXPECT_EQ(testing::CornerPositions(*mesh)[1], (Vec3d{7, 6, 7}));
+  ASSERT_OK_AND_ASSIGN(const auto mesh, file.Read());
+  EXPECT_EQ(testing::CornerPositions(mesh)[1], (Vec3d{7, 6, 7}));
   const Vec3d wanted = Vec3d{0.3, 0, 0.8} / std::sqrt(0.73);
-  EXPECT_LT(Norm(ToDouble(testing::CornerNormals(*mesh)[0]) - wanted), 1e-6);
+  EXPECT_LT(Norm(ToDouble(testing::CornerNormals(mesh)[0]) - wanted), 1e-6);
 }
 
 TEST(GlbReaderTest, MirroredNodesKeepFacesAndNormalsOnOneSide) {
   Triangle file;
   file.document["nodes"][0]["scale"] = {-1, 1, 1};
-  const auto mesh = file.Read();
-  ASSERT_OK(mesh);
-  const std::vector<Vec3d> corners = testing::CornerPositions(*mesh);
+  ASSERT_OK_AND_ASSIGN(const auto mesh, file.Read());
+  const std::vector<Vec3d> corners = testing::CornerPositions(mesh);
   EXPECT_EQ(Cross(corners[1] - corners[0], corners[2] - corners[0]), (Vec3d{0, 0, 1}));
-  EXPECT_EQ(testing::CornerNormals(*mesh)[0], (Vec3f{0, 0, 1}));
+  EXPECT_EQ(testing::CornerNormals(mesh)[0], (Vec3f{0, 0, 1}));
 }
 
 TEST(GlbReaderTest, ListsStripsFansAndNoIndices) {
-  Triangle file;
-  file.binary = Floats({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 2, 0, 1, 2, 0});
-  file.document["bufferViews"] = json::parse(R"([{"buffer": 0, "byteLength": 72}])");
-  file.document["buffers"][0]["byteLength"] = 72;
-  file.document["accessors"] =
-      json::parse(R"([{"bufferView": 0, "componentType": 5126, "count": 6, "type": "VEC3"}])");
-  file.primitive() = json::parse(R"({"attributes": {"POSITION": 0}})");
-  const auto list = file.Read();
-  ASSERT_OK(list);
-  EXPECT_THAT(list->corner_vertices, ElementsAre(0, 1, 2, 3, 4, 5));
+  Triangle file = SixPoints({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 2, 0, 1, 2, 0});
+  ASSERT_OK_AND_ASSIGN(const auto list, file.Read());
+  EXPECT_THAT(list.corner_vertices, ElementsAre(0, 1, 2, 3, 4, 5));
   file.primitive()["mode"] = 5;
-  const auto strip = file.Read();
-  ASSERT_OK(strip);
-  EXPECT_EQ(strip->face_count(), 4u);
-  const auto corners = testing::CornerPositions(*strip);
+  ASSERT_OK_AND_ASSIGN(const auto strip, file.Read());
+  EXPECT_EQ(strip.face_count(), 4u);
+  const auto corners = testing::CornerPositions(strip);
   for (size_t c = 0; c < corners.size(); c += 3) {  // all look the same way
     EXPECT_EQ(Cross(corners[c + 1] - corners[c], corners[c + 2] - corners[c]), (Vec3d{0, 0, 1}));
   }
   file.primitive()["mode"] = 6;
-  const auto fan = file.Read();
-  ASSERT_OK(fan);
-  EXPECT_EQ(fan->face_count(), 4u);
-  for (size_t c = 0; c < 12; c += 3) EXPECT_EQ(testing::CornerPositions(*fan)[c], (Vec3d{0, 0, 0}));
+  ASSERT_OK_AND_ASSIGN(const auto fan, file.Read());
+  EXPECT_EQ(fan.face_count(), 4u);
+  for (size_t c = 0; c < 12; c += 3) EXPECT_EQ(testing::CornerPositions(fan)[c], (Vec3d{0, 0, 0}));
   file.primitive()["mode"] = 1;
   EXPECT_THAT(file.Read(), IsMalformed("no faces"));  // lines
 }
 
 TEST(GlbReaderTest, VerticesDoubledAtSeamsAreOne) {
-  Triangle file;  // two triangles of a square, without indices
-  file.binary = Floats({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0});
-  file.document["bufferViews"] = json::parse(R"([{"buffer": 0, "byteLength": 72}])");
-  file.document["buffers"][0]["byteLength"] = 72;
-  file.document["accessors"] =
-      json::parse(R"([{"bufferView": 0, "componentType": 5126, "count": 6, "type": "VEC3"}])");
-  file.primitive() = json::parse(R"({"attributes": {"POSITION": 0}})");
-  const auto mesh = file.Read();
-  ASSERT_OK(mesh);
-  EXPECT_EQ(mesh->positions.size(), 4u);
-  EXPECT_THAT(mesh->corner_vertices, ElementsAre(0, 1, 2, 0, 2, 3));
+  ASSERT_OK_AND_ASSIGN(const auto mesh,
+                       SixPoints({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0}).Read());
+  EXPECT_EQ(mesh.positions.size(), 4u);
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 0, 2, 3));
 }
 
 TEST(GlbReaderTest, QuantisedAttributesAndByteIndices) {
@@ -154,11 +146,10 @@ TEST(GlbReaderTest, QuantisedAttributesAndByteIndices) {
   file.document["extensionsRequired"] = {"KHR_mesh_quantization"};
   file.primitive() =
       json::parse(R"({"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2})");
-  const auto mesh = file.Read();
-  ASSERT_OK(mesh);
-  EXPECT_THAT(testing::CornerPositions(*mesh),
+  ASSERT_OK_AND_ASSIGN(const auto mesh, file.Read());
+  EXPECT_THAT(testing::CornerPositions(mesh),
               ElementsAre(Vec3d{0, -1, 0}, Vec3d{1, 0, 0}, Vec3d{0, 0, 0}));
-  EXPECT_THAT(testing::CornerUvs(*mesh), ElementsAre(Vec2f{0.2f, 1}, Vec2f{1, 1}, Vec2f{0, 0}));
+  EXPECT_THAT(testing::CornerUvs(mesh), ElementsAre(Vec2f{0.2f, 1}, Vec2f{1, 1}, Vec2f{0, 0}));
 }
 
 TEST(GlbReaderTest, ImagesExtrasAndOtherPartsAreNotLookedAt) {
@@ -171,9 +162,8 @@ TEST(GlbReaderTest, ImagesExtrasAndOtherPartsAreNotLookedAt) {
   file.document["animations"] = "not even an array";
   file.document["skins"] = json::parse(R"([{"joints": [55]}])");
   file.primitive()["material"] = 0;
-  const auto mesh = file.Read();
-  ASSERT_OK(mesh);
-  EXPECT_THAT(mesh->group_names, ElementsAre("wood"));
+  ASSERT_OK_AND_ASSIGN(const auto mesh, file.Read());
+  EXPECT_THAT(mesh.group_names, ElementsAre("wood"));
 }
 
 TEST(GlbReaderTest, BadContainers) {
@@ -331,39 +321,34 @@ json DocumentOf(const std::string& glb) {
 
 TEST(GlbWriterTest, ReadsBackWithGroups) {
   const TriangleMesh mesh = testing::SquareOfTwoGroups();
-  const auto bytes = WriteGlb(mesh);
-  ASSERT_OK(bytes);
-  const auto read = ReadGlb(*bytes);
-  ASSERT_OK(read);
-  EXPECT_EQ(testing::CornerPositions(*read), testing::CornerPositions(mesh));
-  EXPECT_EQ(testing::CornerNormals(*read), testing::ByCorner(mesh, mesh.normals));
-  EXPECT_EQ(testing::CornerUvs(*read), testing::ByCorner(mesh, mesh.uvs));
-  EXPECT_EQ(read->group_names, mesh.group_names);
-  EXPECT_EQ(read->face_groups, mesh.triangle_groups);
-  EXPECT_EQ(read->positions.size(), 4u);
+  ASSERT_OK_AND_ASSIGN(const auto bytes, WriteGlb(mesh));
+  ASSERT_OK_AND_ASSIGN(const auto read, ReadGlb(bytes));
+  EXPECT_EQ(testing::CornerPositions(read), testing::CornerPositions(mesh));
+  EXPECT_EQ(testing::CornerNormals(read), testing::ByCorner(mesh, mesh.normals));
+  EXPECT_EQ(testing::CornerUvs(read), testing::ByCorner(mesh, mesh.uvs));
+  EXPECT_EQ(read.group_names, mesh.group_names);
+  EXPECT_EQ(read.face_groups, mesh.triangle_groups);
+  EXPECT_EQ(read.positions.size(), 4u);
 }
 
 TEST(GlbWriterTest, FarAwayMeshesKeepTheirPrecision) {
   const Vec3d origin{1e9, -1e9, 1e9};
   const TriangleMesh mesh = testing::SquareOfTwoGroups(origin);
-  const auto bytes = WriteGlb(mesh);
-  ASSERT_OK(bytes);
-  const auto read = ReadGlb(*bytes);
-  ASSERT_OK(read);
-  EXPECT_EQ(testing::CornerPositions(*read),
+  ASSERT_OK_AND_ASSIGN(const auto bytes, WriteGlb(mesh));
+  ASSERT_OK_AND_ASSIGN(const auto read, ReadGlb(bytes));
+  EXPECT_EQ(testing::CornerPositions(read),
             testing::CornerPositions(mesh));  // floats step by 64 there
 }
 
 TEST(GlbWriterTest, IsValidGltf) {
-  const auto bytes = WriteGlb(testing::SquareOfTwoGroups({2, 0, 0}));
-  ASSERT_OK(bytes);
-  EXPECT_EQ(bytes->size() % 4, 0u);
-  EXPECT_EQ(LoadLittleEndian<uint32_t>(&(*bytes)[8]), bytes->size());
-  const uint32_t text = LoadLittleEndian<uint32_t>(&(*bytes)[12]);
+  ASSERT_OK_AND_ASSIGN(const auto bytes, WriteGlb(testing::SquareOfTwoGroups({2, 0, 0})));
+  EXPECT_EQ(bytes.size() % 4, 0u);
+  EXPECT_EQ(LoadLittleEndian<uint32_t>(&bytes[8]), bytes.size());
+  const uint32_t text = LoadLittleEndian<uint32_t>(&bytes[12]);
   EXPECT_EQ(text % 4, 0u);
-  const uint32_t binary = LoadLittleEndian<uint32_t>(&(*bytes)[20 + text]);
-  EXPECT_EQ(bytes->size(), 28u + text + binary);
-  const json document = DocumentOf(*bytes);
+  const uint32_t binary = LoadLittleEndian<uint32_t>(&bytes[20 + text]);
+  EXPECT_EQ(bytes.size(), 28u + text + binary);
+  const json document = DocumentOf(bytes);
   EXPECT_EQ(document["asset"]["version"], "2.0");
   EXPECT_EQ(document["scenes"], json::parse(R"([{"nodes": [0]}])"));
   EXPECT_EQ(document["nodes"], json::parse(R"([{"mesh": 0, "translation": [2.5, 0.5, 0.25]}])"));
@@ -379,16 +364,14 @@ TEST(GlbWriterTest, IsValidGltf) {
 }
 
 TEST(GlbWriterTest, EmptyMeshesAndOddNamesAreStillValid) {
-  const auto empty = WriteGlb({});
-  ASSERT_OK(empty);
-  EXPECT_EQ(DocumentOf(*empty)["scenes"], json::parse("[{}]"));
-  EXPECT_THAT(ReadGlb(*empty), IsMalformed("no faces"));
+  ASSERT_OK_AND_ASSIGN(const auto empty, WriteGlb({}));
+  EXPECT_EQ(DocumentOf(empty)["scenes"], json::parse("[{}]"));
+  EXPECT_THAT(ReadGlb(empty), IsMalformed("no faces"));
   TriangleMesh mesh = testing::SquareOfTwoGroups();
   mesh.group_names = {"\xff not UTF-8", "unused", "b"};
   mesh.triangle_groups = {0, 2};
-  const auto bytes = WriteGlb(mesh);
-  ASSERT_OK(bytes);
-  EXPECT_EQ(DocumentOf(*bytes)["materials"].size(), 2u);
+  ASSERT_OK_AND_ASSIGN(const auto bytes, WriteGlb(mesh));
+  EXPECT_EQ(DocumentOf(bytes)["materials"].size(), 2u);
 }
 
 }  // namespace

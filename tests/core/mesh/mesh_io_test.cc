@@ -5,14 +5,15 @@
 // every format and back.
 #include "core/mesh/mesh_io.h"
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <map>
+#include <string>
+#include <utility>
 
 #include "core/mesh/sample_meshes.h"
 #include "core/mesh/triangulate.h"
 #include "tests/core/mesh/mesh_fixtures.h"
+#include "tests/support/real_meshes.h"
+#include "tests/support/test_meshes.h"
 
 namespace latticed {
 namespace {
@@ -28,15 +29,10 @@ constexpr MeshFormat kFormats[] = {MeshFormat::kObj, MeshFormat::kPly, MeshForma
 TriangleMesh Triangulated(const PolygonMesh& mesh) {
   TriangleMesh result;
   result.positions = mesh.positions;
-  std::vector<Vec3d> face;
   std::vector<std::array<uint32_t, 3>> triangles;
   for (size_t f = 0; f < mesh.face_count(); ++f) {
     const uint32_t* corners = &mesh.corner_vertices[mesh.face_offsets[f]];
-    face.clear();
-    for (uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
-      face.push_back(mesh.positions[mesh.corner_vertices[c]]);
-    }
-    TriangulatePolygon(face, &triangles);
+    TriangulatePolygon(testing::FacePositions(mesh, f), &triangles);
     for (const auto& [a, b, c] : triangles) {
       result.triangles.push_back({corners[a], corners[b], corners[c]});
     }
@@ -52,11 +48,9 @@ void ExpectSurvivesEveryFormat(const PolygonMesh& mesh) {
       1e-6 * (mesh.ComputeBounds().diagonal() + Norm(mesh.ComputeBounds().center()));
   for (MeshFormat format : kFormats) {
     SCOPED_TRACE(MeshFormatName(format));
-    const auto bytes = WriteMesh(format, triangles);
-    ASSERT_OK(bytes);
-    const auto read = ReadMesh(format, *bytes);
-    ASSERT_OK(read);
-    const std::vector<Vec3d> got = testing::CornerPositions(*read);
+    ASSERT_OK_AND_ASSIGN(const auto bytes, WriteMesh(format, triangles));
+    ASSERT_OK_AND_ASSIGN(const auto read, ReadMesh(format, bytes));
+    const std::vector<Vec3d> got = testing::CornerPositions(read);
     ASSERT_EQ(got.size(), wanted.size());
     double worst = 0;
     for (size_t c = 0; c < got.size(); ++c) worst = std::max(worst, Norm(got[c] - wanted[c]));
@@ -88,11 +82,10 @@ TEST(MeshIoTest, EmptyFilesAreRefusedInEveryFormat) {
 
 TEST(MeshIoTest, OneFormatReadAsAnotherIsRefused) {
   for (MeshFormat written : kFormats) {
-    const auto bytes = WriteMesh(written, testing::SquareOfTwoGroups());
-    ASSERT_OK(bytes);
+    ASSERT_OK_AND_ASSIGN(const auto bytes, WriteMesh(written, testing::SquareOfTwoGroups()));
     for (MeshFormat read : kFormats) {
       if (read == written) continue;
-      EXPECT_THAT(ReadMesh(read, *bytes), IsMalformed("not a valid"))
+      EXPECT_THAT(ReadMesh(read, bytes), IsMalformed("not a valid"))
           << MeshFormatName(written) << " as " << MeshFormatName(read);
     }
   }
@@ -106,36 +99,27 @@ TEST(MeshIoTest, DracoIsForTheCodec) {
 TEST(MeshIoTest, SamplesSurviveEveryFormat) {
   for (std::string_view name : SampleMeshNames()) {
     SCOPED_TRACE(name);
-    const auto mesh = MakeSampleMesh(name, 2);
-    ASSERT_OK(mesh);
-    ExpectSurvivesEveryFormat(*mesh);
+    ASSERT_OK_AND_ASSIGN(const auto mesh, MakeSampleMesh(name, 2));
+    ExpectSurvivesEveryFormat(mesh);
   }
 }
 
-struct Model {
-  const char* file;
-  size_t vertices, faces;
-};
-class ModelTest : public ::testing::TestWithParam<Model> {};
-INSTANTIATE_TEST_SUITE_P(Shared, ModelTest,
-                         ::testing::Values(Model{"fandisk.obj", 6475, 12946},
-                                           Model{"rocker-arm.obj", 10044, 20088},
-                                           Model{"spot.obj", 2930, 5856},
-                                           Model{"stanford-bunny.obj", 35947, 69451},
-                                           Model{"teapot.obj", 3644, 6320}));
-
-TEST_P(ModelTest, IsReadWholeAndSurvivesEveryFormat) {
-  const char* shared = std::getenv("LATTICED_SHARED");
-  if (shared == nullptr) GTEST_SKIP() << "LATTICED_SHARED names no folder of models";
-  const std::filesystem::path path = std::filesystem::path(shared) / "models" / GetParam().file;
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no model " << path;
-  std::stringstream bytes;
-  bytes << std::ifstream(path, std::ios::binary).rdbuf();
-  const auto mesh = ReadMesh(MeshFormatFromFileName(path.string()).value(), bytes.str());
-  ASSERT_OK(mesh);
-  EXPECT_EQ(mesh->positions.size(), GetParam().vertices);
-  EXPECT_EQ(mesh->face_count(), GetParam().faces);
-  ExpectSurvivesEveryFormat(*mesh);
+TEST(MeshIoTest, RealModelsAreReadWholeAndSurviveEveryFormat) {
+  const std::map<std::string, std::pair<size_t, size_t>> vertices_and_faces{
+      {"fandisk", {6475, 12946}},
+      {"rocker-arm", {10044, 20088}},
+      {"spot", {2930, 5856}},
+      {"stanford-bunny", {35947, 69451}},
+      {"teapot", {3644, 6320}}};
+  const std::vector<testing::RealMesh> meshes = testing::RealMeshes();
+  if (meshes.empty()) GTEST_SKIP() << "no meshes in $LATTICED_SHARED/models";
+  for (const auto& [name, mesh] : meshes) {
+    SCOPED_TRACE(name);
+    if (const auto known = vertices_and_faces.find(name); known != vertices_and_faces.end()) {
+      EXPECT_EQ(std::pair(mesh.positions.size(), mesh.face_count()), known->second);
+    }
+    ExpectSurvivesEveryFormat(mesh);
+  }
 }
 
 TEST(MeshIoTest, GlbTurnsEveryUpAxisToYAndScalesToMetres) {
@@ -151,11 +135,9 @@ TEST(MeshIoTest, GlbTurnsEveryUpAxisToYAndScalesToMetres) {
     mesh.positions = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     mesh.triangles = {{0, 1, 2}};
     mesh.units = {axes.up, 0.5};
-    const auto bytes = WriteMesh(MeshFormat::kGlb, mesh);
-    ASSERT_OK(bytes);
-    const auto read = ReadMesh(MeshFormat::kGlb, *bytes);
-    ASSERT_OK(read);
-    EXPECT_EQ(read->positions, (std::vector<Vec3d>{axes.x, axes.y, axes.z})) << axes.up;
+    ASSERT_OK_AND_ASSIGN(const auto bytes, WriteMesh(MeshFormat::kGlb, mesh));
+    ASSERT_OK_AND_ASSIGN(const auto read, ReadMesh(MeshFormat::kGlb, bytes));
+    EXPECT_EQ(read.positions, (std::vector<Vec3d>{axes.x, axes.y, axes.z})) << axes.up;
   }
 }
 
@@ -163,12 +145,10 @@ TEST(MeshIoTest, KnownUnitsAreACommentThatReadersPassOver) {
   for (const MeshFormat format : {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kStl}) {
     TriangleMesh mesh = testing::SquareOfTwoGroups();
     mesh.units = {"z", 0.0254};
-    const auto bytes = WriteMesh(format, mesh);
-    ASSERT_OK(bytes);
-    EXPECT_THAT(bytes->substr(0, 100), HasSubstr("up +z, 0.0254 m per unit"));
-    const auto read = ReadMesh(format, *bytes);
-    ASSERT_OK(read);
-    EXPECT_EQ(testing::CornerPositions(*read), testing::CornerPositions(mesh));
+    ASSERT_OK_AND_ASSIGN(const auto bytes, WriteMesh(format, mesh));
+    EXPECT_THAT(bytes.substr(0, 100), HasSubstr("up +z, 0.0254 m per unit"));
+    ASSERT_OK_AND_ASSIGN(const auto read, ReadMesh(format, bytes));
+    EXPECT_EQ(testing::CornerPositions(read), testing::CornerPositions(mesh));
   }
 }
 

@@ -16,82 +16,80 @@ using ::testing::IsEmpty;
 constexpr char kTriangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
 TEST(ObjReaderTest, FacesOfAnySize) {
-  const auto mesh =
-      ReadObj("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 .5 0\nv 0 1 0\nf 1 2 3 4 5\nf 1 2 3 4\nf 1 2 3\n");
-  ASSERT_OK(mesh);
-  EXPECT_THAT(mesh->face_offsets, ElementsAre(0, 5, 9, 12));
-  EXPECT_EQ(mesh->positions[3], (Vec3d{1, 0.5, 0}));
+  ASSERT_OK_AND_ASSIGN(
+      const auto mesh,
+      ReadObj("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 .5 0\nv 0 1 0\nf 1 2 3 4 5\nf 1 2 3 4\nf 1 2 3\n"));
+  EXPECT_THAT(mesh.face_offsets, ElementsAre(0, 5, 9, 12));
+  EXPECT_EQ(mesh.positions[3], (Vec3d{1, 0.5, 0}));
 }
 
 TEST(ObjReaderTest, EveryFormOfCorner) {
-  const auto mesh = ReadObj(std::string(kTriangle) +
-                            "vt 0 0\nvt 1 0 0.5\nvt 0.5\nvn 0 0 2\nvn 1 0 0\n"
-                            "f 1 2 3\nf 1/1 2/2 3/3\nf 1//1 2//2 3//1\nf 1/1/1 2/2/2 3/3/1\n");
-  ASSERT_OK(mesh);
+  ASSERT_OK_AND_ASSIGN(const auto mesh,
+                       ReadObj(std::string(kTriangle) +
+                               "vt 0 0\nvt 1 0 0.5\nvt 0.5\nvn 0 0 2\nvn 1 0 0\n"
+                               "f 1 2 3\nf 1/1 2/2 3/3\nf 1//1 2//2 3//1\nf 1/1/1 2/2/2 3/3/1\n"));
   constexpr uint32_t kNone = PolygonMesh::kNoAttribute;
-  EXPECT_THAT(mesh->corner_uvs,
+  EXPECT_THAT(mesh.corner_uvs,
               ElementsAre(kNone, kNone, kNone, 0, 1, 2, kNone, kNone, kNone, 0, 1, 2));
-  EXPECT_THAT(mesh->corner_normals,
+  EXPECT_THAT(mesh.corner_normals,
               ElementsAre(kNone, kNone, kNone, kNone, kNone, kNone, 0, 1, 0, 0, 1, 0));
-  EXPECT_EQ(mesh->uvs[2], (Vec2f{0.5f, 0}));
-  EXPECT_EQ(mesh->normals[0], (Vec3f{0, 0, 2}));  // kept as written
+  EXPECT_EQ(mesh.uvs[2], (Vec2f{0.5f, 0}));
+  EXPECT_EQ(mesh.normals[0], (Vec3f{0, 0, 2}));  // kept as written
 }
 
 TEST(ObjReaderTest, AttributesThatNoCornerUsesAreDropped) {
-  const auto mesh = ReadObj(std::string(kTriangle) + "vn 0 0 1\nvt 0 0\nf 1 2 3\n");
-  ASSERT_OK(mesh);
-  EXPECT_FALSE(mesh->has_normals());
-  EXPECT_FALSE(mesh->has_uvs());
-  EXPECT_THAT(mesh->corner_normals, IsEmpty());
+  ASSERT_OK_AND_ASSIGN(const auto mesh,
+                       ReadObj(std::string(kTriangle) + "vn 0 0 1\nvt 0 0\nf 1 2 3\n"));
+  EXPECT_FALSE(mesh.has_normals());
+  EXPECT_FALSE(mesh.has_uvs());
+  EXPECT_THAT(mesh.corner_normals, IsEmpty());
 }
 
 TEST(ObjReaderTest, NegativeAndForwardIndices) {
-  const auto mesh = ReadObj("f 3 2 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 9 9 9\n");
-  ASSERT_OK(mesh);
-  EXPECT_THAT(mesh->corner_vertices, ElementsAre(2, 1, 0, 0, 1, 2));
+  ASSERT_OK_AND_ASSIGN(const auto mesh,
+                       ReadObj("f 3 2 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 9 9 9\n"));
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(2, 1, 0, 0, 1, 2));
 }
 
 TEST(ObjReaderTest, LineEndsContinuationsCommentsAndBlanks) {
-  const auto mesh = ReadObj(
-      "\xEF\xBB\xBF# comment\r\nv 0 0 0 # origin\r\n\tv\t1  0 0\r\nv 0 \\\r\n 1 0\r\n\r\nmtllib "
-      "x.mtl\r\n"
-      "s off\r\nf 1 2 \\\r\n3#end\r\n");
-  ASSERT_OK(mesh);
-  EXPECT_EQ(mesh->positions[2], (Vec3d{0, 1, 0}));
-  const auto old_mac = ReadObj("v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3");
-  ASSERT_OK(old_mac);
-  EXPECT_EQ(old_mac->face_count(), 1u);
+  ASSERT_OK_AND_ASSIGN(const auto mesh,
+                       ReadObj("\xEF\xBB\xBF# comment\r\nv 0 0 0 # origin\r\n\tv\t1  0 0\r\nv 0 "
+                               "\\\r\n 1 0\r\n\r\nmtllib "
+                               "x.mtl\r\n"
+                               "s off\r\nf 1 2 \\\r\n3#end\r\n"));
+  EXPECT_EQ(mesh.positions[2], (Vec3d{0, 1, 0}));
+  ASSERT_OK_AND_ASSIGN(const auto old_mac, ReadObj("v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3"));
+  EXPECT_EQ(old_mac.face_count(), 1u);
 }
 
 TEST(ObjReaderTest, ACommentGluedToAWordEndsTheLine) {
-  const auto mesh = ReadObj("v 0 0 0#1 2\nv 1 0 0\nv 0 1 0\nf 1 2 3#top face\n#f 1 2\n");
-  ASSERT_OK(mesh);
-  EXPECT_EQ(mesh->face_count(), 1u);
-  EXPECT_EQ(mesh->corner_count(), 3u);
+  ASSERT_OK_AND_ASSIGN(const auto mesh,
+                       ReadObj("v 0 0 0#1 2\nv 1 0 0\nv 0 1 0\nf 1 2 3#top face\n#f 1 2\n"));
+  EXPECT_EQ(mesh.face_count(), 1u);
+  EXPECT_EQ(mesh.corner_count(), 3u);
 }
 
 TEST(ObjReaderTest, NumbersInEveryNotation) {
-  const auto mesh = ReadObj("v 1e-3 -2.5E+2 +.5\nv 1. 0 0 1.0\nv 0 1 0 0.1 0.2 0.3\nf 1 2 3\n");
-  ASSERT_OK(mesh);
-  EXPECT_EQ(mesh->positions[0], (Vec3d{1e-3, -250, 0.5}));
-  EXPECT_EQ(mesh->positions[2], (Vec3d{0, 1, 0}));  // colours are no coordinates
+  ASSERT_OK_AND_ASSIGN(const auto mesh,
+                       ReadObj("v 1e-3 -2.5E+2 +.5\nv 1. 0 0 1.0\nv 0 1 0 0.1 0.2 0.3\nf 1 2 3\n"));
+  EXPECT_EQ(mesh.positions[0], (Vec3d{1e-3, -250, 0.5}));
+  EXPECT_EQ(mesh.positions[2], (Vec3d{0, 1, 0}));  // colours are no coordinates
 }
 
 TEST(ObjReaderTest, GroupsAreMaterialsElseGroupsElseObjects) {
-  const auto mesh =
+  ASSERT_OK_AND_ASSIGN(
+      const auto mesh,
       ReadObj(std::string(kTriangle) +
               "f 1 2 3\no thing\nf 1 2 3\ng left wing\nf 1 2 3\nusemtl steel\nf 1 2 3\n"
-              "g right\nf 1 2 3\nusemtl unused\n");
-  ASSERT_OK(mesh);
-  EXPECT_THAT(mesh->group_names, ElementsAre("default", "thing", "left wing", "steel"));
-  EXPECT_THAT(mesh->face_groups, ElementsAre(0, 1, 2, 3, 3));
+              "g right\nf 1 2 3\nusemtl unused\n"));
+  EXPECT_THAT(mesh.group_names, ElementsAre("default", "thing", "left wing", "steel"));
+  EXPECT_THAT(mesh.face_groups, ElementsAre(0, 1, 2, 3, 3));
 }
 
 TEST(ObjReaderTest, FilesWithoutGroupsHaveNone) {
-  const auto mesh = ReadObj(std::string(kTriangle) + "f 1 2 3\n");
-  ASSERT_OK(mesh);
-  EXPECT_THAT(mesh->group_names, IsEmpty());
-  EXPECT_THAT(mesh->face_groups, IsEmpty());
+  ASSERT_OK_AND_ASSIGN(const auto mesh, ReadObj(std::string(kTriangle) + "f 1 2 3\n"));
+  EXPECT_THAT(mesh.group_names, IsEmpty());
+  EXPECT_THAT(mesh.face_groups, IsEmpty());
 }
 
 struct BadObj {
@@ -141,40 +139,36 @@ TEST(ObjReaderTest, FaceWithTooManyCornersIsRefused) {
 
 TEST(ObjWriterTest, TrianglesReadBackToTheSameBits) {
   TriangleMesh mesh = testing::SquareOfTwoGroups({1.0 / 3, 1e-17, 123456789.123456789});
-  const auto read = ReadObj(WriteObj(mesh));
-  ASSERT_OK(read);
-  EXPECT_EQ(testing::CornerPositions(*read), testing::CornerPositions(mesh));
-  EXPECT_EQ(testing::CornerNormals(*read), testing::ByCorner(mesh, mesh.normals));
-  EXPECT_EQ(testing::CornerUvs(*read), testing::ByCorner(mesh, mesh.uvs));
-  EXPECT_EQ(read->group_names, mesh.group_names);
-  EXPECT_EQ(read->face_groups, mesh.triangle_groups);
+  ASSERT_OK_AND_ASSIGN(const auto read, ReadObj(WriteObj(mesh)));
+  EXPECT_EQ(testing::CornerPositions(read), testing::CornerPositions(mesh));
+  EXPECT_EQ(testing::CornerNormals(read), testing::ByCorner(mesh, mesh.normals));
+  EXPECT_EQ(testing::CornerUvs(read), testing::ByCorner(mesh, mesh.uvs));
+  EXPECT_EQ(read.group_names, mesh.group_names);
+  EXPECT_EQ(read.face_groups, mesh.triangle_groups);
 }
 
 TEST(ObjWriterTest, PolygonsReadBackUnchanged) {
   for (std::string_view name : SampleMeshNames()) {
     SCOPED_TRACE(name);
-    const auto mesh = MakeSampleMesh(name, 2);
-    ASSERT_OK(mesh);
-    const auto read = ReadObj(WriteObj(*mesh));
-    ASSERT_OK(read);
-    EXPECT_EQ(read->positions, mesh->positions);
-    EXPECT_EQ(read->face_offsets, mesh->face_offsets);
-    EXPECT_EQ(read->corner_vertices, mesh->corner_vertices);
-    EXPECT_EQ(read->normals, mesh->normals);
-    EXPECT_EQ(read->corner_normals, mesh->corner_normals);
-    EXPECT_EQ(read->uvs, mesh->uvs);
-    EXPECT_EQ(read->corner_uvs, mesh->corner_uvs);
-    EXPECT_EQ(read->group_names, mesh->group_names);
-    EXPECT_EQ(read->face_groups, mesh->face_groups);
+    ASSERT_OK_AND_ASSIGN(const auto mesh, MakeSampleMesh(name, 2));
+    ASSERT_OK_AND_ASSIGN(const auto read, ReadObj(WriteObj(mesh)));
+    EXPECT_EQ(read.positions, mesh.positions);
+    EXPECT_EQ(read.face_offsets, mesh.face_offsets);
+    EXPECT_EQ(read.corner_vertices, mesh.corner_vertices);
+    EXPECT_EQ(read.normals, mesh.normals);
+    EXPECT_EQ(read.corner_normals, mesh.corner_normals);
+    EXPECT_EQ(read.uvs, mesh.uvs);
+    EXPECT_EQ(read.corner_uvs, mesh.corner_uvs);
+    EXPECT_EQ(read.group_names, mesh.group_names);
+    EXPECT_EQ(read.face_groups, mesh.face_groups);
   }
 }
 
 TEST(ObjWriterTest, GroupNamesCannotBreakTheFile) {
   TriangleMesh mesh = testing::SquareOfTwoGroups();
   mesh.group_names = {"two\nf 9 9 9", "ends with \\"};
-  const auto read = ReadObj(WriteObj(mesh));
-  ASSERT_OK(read);
-  EXPECT_THAT(read->group_names, ElementsAre("two_f 9 9 9", "ends with _"));
+  ASSERT_OK_AND_ASSIGN(const auto read, ReadObj(WriteObj(mesh)));
+  EXPECT_THAT(read.group_names, ElementsAre("two_f 9 9 9", "ends with _"));
 }
 
 }  // namespace

@@ -22,46 +22,51 @@ std::string AsciiHeader(const std::string& vertices, const std::string& faces) {
 constexpr char kThreeVertices[] = "0 0 0\n1 0 0\n0 1 0\n";
 
 TEST(PlyReaderTest, AsciiWithPolygonsCommentsAndCrlf) {
-  const auto mesh = ReadPly(
-      "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nobj_info none\r\nelement vertex 4\r\n"
-      "property double x\r\nproperty float64 y\r\nproperty float32 z\r\nelement face 2\r\n"
-      "property list uint8 int32 vertex_index\r\nend_header\r\n"
-      "0 0 0\r\n1e0 0 0\r\n1 1 0\r\n0 1 -.5\r\n4 0 1 2 3\r\n3 0 2 3\r\n");
-  ASSERT_OK(mesh);
-  EXPECT_THAT(mesh->face_offsets, ElementsAre(0, 4, 7));
-  EXPECT_EQ(mesh->positions[3], (Vec3d{0, 1, -0.5}));
+  ASSERT_OK_AND_ASSIGN(
+      const auto mesh,
+      ReadPly(
+          "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nobj_info none\r\nelement vertex 4\r\n"
+          "property double x\r\nproperty float64 y\r\nproperty float32 z\r\nelement face 2\r\n"
+          "property list uint8 int32 vertex_index\r\nend_header\r\n"
+          "0 0 0\r\n1e0 0 0\r\n1 1 0\r\n0 1 -.5\r\n4 0 1 2 3\r\n3 0 2 3\r\n"));
+  EXPECT_THAT(mesh.face_offsets, ElementsAre(0, 4, 7));
+  EXPECT_EQ(mesh.positions[3], (Vec3d{0, 1, -0.5}));
 }
 
 TEST(PlyReaderTest, ExtraElementsPropertiesAndListsAnywhere) {
-  const auto mesh = ReadPly(
-      "ply\nformat ascii 1.0\nelement camera 1\nproperty float fov\nproperty list uchar float "
-      "view\n"
-      "element face 1\nproperty uchar red\nproperty list uchar float weights\n"
-      "property list uchar uint vertex_indices\nproperty list uchar float texcoord\n"
-      "element vertex 3\nproperty uchar red\nproperty float z\nproperty list uchar int tags\n"
-      "property float y\nproperty float x\nproperty short quality\nelement empty 7\nend_header\n"
-      "60 2 1 2\n255 1 0.5 3 0 1 2 6 0 0 1 0 1 1\n9 0 2 7 7 0 0 1\n9 0 0 0 1 1\n9 0 1 5 1 0 -1\n");
-  ASSERT_OK(mesh);
-  EXPECT_THAT(mesh->positions, ElementsAre(Vec3d{0, 0, 0}, Vec3d{1, 0, 0}, Vec3d{0, 1, 0}));
-  EXPECT_THAT(mesh->corner_vertices, ElementsAre(0, 1, 2));
+  ASSERT_OK_AND_ASSIGN(
+      const auto mesh,
+      ReadPly(
+          "ply\nformat ascii 1.0\nelement camera 1\nproperty float fov\nproperty list uchar float "
+          "view\n"
+          "element face 1\nproperty uchar red\nproperty list uchar float weights\n"
+          "property list uchar uint vertex_indices\nproperty list uchar float texcoord\n"
+          "element vertex 3\nproperty uchar red\nproperty float z\nproperty list uchar int tags\n"
+          "property float y\nproperty float x\nproperty short quality\nelement empty "
+          "7\nend_header\n"
+          "60 2 1 2\n255 1 0.5 3 0 1 2 6 0 0 1 0 1 1\n9 0 2 7 7 0 0 1\n9 0 0 0 1 1\n9 0 1 5 1 0 "
+          "-1\n"));
+  EXPECT_THAT(mesh.positions, ElementsAre(Vec3d{0, 0, 0}, Vec3d{1, 0, 0}, Vec3d{0, 1, 0}));
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2));
 }
 
 TEST(PlyReaderTest, NormalsAndEveryNameOfUvs) {
   for (const char* uv : {"s t", "u v", "texture_u texture_v"}) {
     const std::string u = std::string(uv).substr(0, std::string(uv).find(' '));
     const std::string v = std::string(uv).substr(std::string(uv).find(' ') + 1);
-    const auto mesh = ReadPly(
-        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
-        "float z\n"
-        "property float nx\nproperty float ny\nproperty float nz\nproperty float " +
-        u + "\nproperty float " + v +
-        "\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
-        "0 0 0 0 0 1 .5 .25\n1 0 0 0 0 1 1 0\n0 1 0 0 0 1 0 1\n3 0 1 2\n");
-    ASSERT_OK(mesh);
-    EXPECT_EQ(mesh->normals[1], (Vec3f{0, 0, 1}));
-    EXPECT_EQ(mesh->uvs[0], (Vec2f{0.5f, 0.25f})) << uv;
-    EXPECT_EQ(mesh->corner_normals, mesh->corner_vertices);
-    EXPECT_EQ(mesh->corner_uvs, mesh->corner_vertices);
+    ASSERT_OK_AND_ASSIGN(
+        const auto mesh,
+        ReadPly(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+            "float z\n"
+            "property float nx\nproperty float ny\nproperty float nz\nproperty float " +
+            u + "\nproperty float " + v +
+            "\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+            "0 0 0 0 0 1 .5 .25\n1 0 0 0 0 1 1 0\n0 1 0 0 0 1 0 1\n3 0 1 2\n"));
+    EXPECT_EQ(mesh.normals[1], (Vec3f{0, 0, 1}));
+    EXPECT_EQ(mesh.uvs[0], (Vec2f{0.5f, 0.25f})) << uv;
+    EXPECT_EQ(mesh.corner_normals, mesh.corner_vertices);
+    EXPECT_EQ(mesh.corner_uvs, mesh.corner_vertices);
   }
 }
 
@@ -83,11 +88,10 @@ std::string BinaryPly(bool big) {
 
 TEST(PlyReaderTest, BinaryOfBothEndians) {
   for (const bool big : {false, true}) {
-    const auto mesh = ReadPly(BinaryPly(big));
-    ASSERT_OK(mesh);
-    EXPECT_THAT(mesh->positions,
+    ASSERT_OK_AND_ASSIGN(const auto mesh, ReadPly(BinaryPly(big)));
+    EXPECT_THAT(mesh.positions,
                 ElementsAre(Vec3d{0.1, 0, 0}, Vec3d{1, -2.5, 0}, Vec3d{0, 1, -70000}));
-    EXPECT_THAT(mesh->corner_vertices, ElementsAre(2, 1, 0));
+    EXPECT_THAT(mesh.corner_vertices, ElementsAre(2, 1, 0));
   }
 }
 
@@ -101,23 +105,25 @@ TEST(PlyReaderTest, EveryTruncationOfABinaryFileIsRefused) {
 }
 
 TEST(PlyReaderTest, TriangleStripsAsInStanfordScans) {
-  const auto mesh = ReadPly(
-      "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float "
-      "z\n"
-      "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
-      "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n11 0 1 2 3 4 -1 -1 4 3 2 -1\n");
-  ASSERT_OK(mesh);
-  EXPECT_THAT(mesh->corner_vertices, ElementsAre(0, 1, 2, 2, 1, 3, 2, 3, 4, 4, 3, 2));
+  ASSERT_OK_AND_ASSIGN(
+      const auto mesh,
+      ReadPly("ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float "
+              "y\nproperty float "
+              "z\n"
+              "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+              "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n11 0 1 2 3 4 -1 -1 4 3 2 -1\n"));
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 2, 1, 3, 2, 3, 4, 4, 3, 2));
 }
 
 TEST(PlyReaderTest, DegenerateTrianglesOfStripsOnlyJoinThem) {
-  const auto mesh = ReadPly(
-      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
-      "z\n"
-      "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
-      "0 0 0\n1 0 0\n0 1 0\n1 1 0\n5 0 1 2 2 3\n");
-  ASSERT_OK(mesh);
-  EXPECT_THAT(mesh->corner_vertices, ElementsAre(0, 1, 2));
+  ASSERT_OK_AND_ASSIGN(
+      const auto mesh,
+      ReadPly("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float "
+              "y\nproperty float "
+              "z\n"
+              "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+              "0 0 0\n1 0 0\n0 1 0\n1 1 0\n5 0 1 2 2 3\n"));
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2));
 }
 
 struct BadPly {
@@ -210,12 +216,11 @@ TEST(PlyWriterTest, HasExactlyTheStatedLayout) {
       "end_header\n";
   ASSERT_EQ(bytes.substr(0, header.size()), header);
   EXPECT_EQ(bytes.size(), header.size() + 4 * 32 + 2 * 13);
-  const auto read = ReadPly(bytes);
-  ASSERT_OK(read);
-  EXPECT_EQ(read->positions, mesh.positions);
-  EXPECT_EQ(read->normals, mesh.normals);
-  EXPECT_EQ(read->uvs, mesh.uvs);
-  EXPECT_THAT(read->corner_vertices, ElementsAre(0, 1, 2, 0, 2, 3));
+  ASSERT_OK_AND_ASSIGN(const auto read, ReadPly(bytes));
+  EXPECT_EQ(read.positions, mesh.positions);
+  EXPECT_EQ(read.normals, mesh.normals);
+  EXPECT_EQ(read.uvs, mesh.uvs);
+  EXPECT_THAT(read.corner_vertices, ElementsAre(0, 1, 2, 0, 2, 3));
 }
 
 TEST(PlyWriterTest, LeavesOutWhatTheMeshHasNot) {

@@ -35,41 +35,38 @@ constexpr char kAsciiFacet[] =
     "endloop\nendfacet\n";
 
 TEST(StlReaderTest, BinaryVerticesAreWelded) {
-  const auto mesh = ReadStl(Binary("by hand", 2, kTwoFacets));
-  ASSERT_OK(mesh);
-  EXPECT_EQ(mesh->positions.size(), 4u);  // -0 is 0
-  EXPECT_THAT(mesh->corner_vertices, ElementsAre(0, 1, 2, 0, 2, 3));
-  EXPECT_FALSE(mesh->has_normals());
-  EXPECT_THAT(mesh->group_names, IsEmpty());
+  ASSERT_OK_AND_ASSIGN(const auto mesh, ReadStl(Binary("by hand", 2, kTwoFacets)));
+  EXPECT_EQ(mesh.positions.size(), 4u);  // -0 is 0
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 0, 2, 3));
+  EXPECT_FALSE(mesh.has_normals());
+  EXPECT_THAT(mesh.group_names, IsEmpty());
 }
 
 TEST(StlReaderTest, BinaryThatStartsWithSolid) {
-  const auto exact = ReadStl(Binary("solid but binary", 2, kTwoFacets));
-  ASSERT_OK(exact);
-  EXPECT_EQ(exact->face_count(), 2u);
-  const auto longer = ReadStl(Binary("solid", 2, kTwoFacets + "trailing"));
-  ASSERT_OK(longer);
-  EXPECT_EQ(longer->face_count(), 2u);
+  ASSERT_OK_AND_ASSIGN(const auto exact, ReadStl(Binary("solid but binary", 2, kTwoFacets)));
+  EXPECT_EQ(exact.face_count(), 2u);
+  ASSERT_OK_AND_ASSIGN(const auto longer, ReadStl(Binary("solid", 2, kTwoFacets + "trailing")));
+  EXPECT_EQ(longer.face_count(), 2u);
 }
 
 TEST(StlReaderTest, Ascii) {
-  const auto mesh = ReadStl(
-      std::string("solid a part\r\n") + kAsciiFacet +
-      "facet normal nan nan nan outer loop vertex 1 0 0 vertex 1e0 1 0 vertex 0 1 0 endloop "
-      "endfacet\nendsolid a part\n");
-  ASSERT_OK(mesh);
-  EXPECT_EQ(mesh->positions.size(), 4u);
-  EXPECT_THAT(mesh->corner_vertices, ElementsAre(0, 1, 2, 1, 3, 2));
-  EXPECT_THAT(mesh->group_names, IsEmpty());
+  ASSERT_OK_AND_ASSIGN(
+      const auto mesh,
+      ReadStl(
+          std::string("solid a part\r\n") + kAsciiFacet +
+          "facet normal nan nan nan outer loop vertex 1 0 0 vertex 1e0 1 0 vertex 0 1 0 endloop "
+          "endfacet\nendsolid a part\n"));
+  EXPECT_EQ(mesh.positions.size(), 4u);
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 1, 3, 2));
+  EXPECT_THAT(mesh.group_names, IsEmpty());
 }
 
 TEST(StlReaderTest, SolidsAreGroups) {
   const std::string facet = kAsciiFacet;
-  const auto mesh =
-      ReadStl("solid left\n" + facet + "endsolid\nsolid\n" + facet + facet + "endsolid\n");
-  ASSERT_OK(mesh);
-  EXPECT_THAT(mesh->group_names, ElementsAre("left", "solid 2"));
-  EXPECT_THAT(mesh->face_groups, ElementsAre(0, 1, 1));
+  ASSERT_OK_AND_ASSIGN(const auto mesh, ReadStl("solid left\n" + facet + "endsolid\nsolid\n" +
+                                                facet + facet + "endsolid\n"));
+  EXPECT_THAT(mesh.group_names, ElementsAre("left", "solid 2"));
+  EXPECT_THAT(mesh.face_groups, ElementsAre(0, 1, 1));
 }
 
 TEST(StlReaderTest, BadBinaryFiles) {
@@ -112,9 +109,8 @@ TEST(StlWriterTest, IsBinaryWithUnitNormals) {
   const std::string bytes = WriteStl(mesh);
   ASSERT_EQ(bytes.size(), 84u + 2 * 50);
   EXPECT_NE(bytes.substr(0, 5), "solid");
-  const auto read = ReadStl(bytes);
-  ASSERT_OK(read);
-  EXPECT_EQ(testing::CornerPositions(*read), testing::CornerPositions(mesh));
+  ASSERT_OK_AND_ASSIGN(const auto read, ReadStl(bytes));
+  EXPECT_EQ(testing::CornerPositions(read), testing::CornerPositions(mesh));
   TriangleMesh flat;
   flat.positions = {{0, 0, 0}, {3, 0, 0}, {0, 2, 0}};
   flat.triangles = {{0, 1, 2}};

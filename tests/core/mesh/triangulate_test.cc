@@ -70,6 +70,15 @@ std::vector<Vec3d> Reversed(std::vector<Vec3d> polygon) {
   return polygon;
 }
 
+// From every start, in both windings, flat and tilted.
+void ExpectDividesFromEveryStart(std::vector<Vec3d> polygon) {
+  for (size_t start = 0; start < polygon.size(); ++start) {
+    ExpectDivides(polygon);
+    ExpectDivides(Reversed(Tilted(polygon)));
+    std::rotate(polygon.begin(), polygon.begin() + 1, polygon.end());
+  }
+}
+
 TEST(TriangulateTest, FewerThanThreeCornersGiveNothing) {
   EXPECT_TRUE(Triangulate({}).empty());
   EXPECT_TRUE(Triangulate({{0, 0, 0}, {1, 0, 0}}).empty());
@@ -84,12 +93,8 @@ TEST(TriangulateTest, QuadTakesTheShorterDiagonalThatDividesIt) {
             (Triangles{{0, 1, 3}, {1, 2, 3}}));
   EXPECT_EQ(Triangulate({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}),
             (Triangles{{0, 1, 2}, {0, 2, 3}}));
-  for (size_t start = 0; start < 4; ++start) {  // an arrowhead: only the reflex corner's diagonal
-    std::vector<Vec3d> arrow = {{0, 0, 0}, {4, 1, 0}, {0, 2, 0}, {1, 1, 0}};
-    std::rotate(arrow.begin(), arrow.begin() + static_cast<ptrdiff_t>(start), arrow.end());
-    ExpectDivides(arrow);
-    ExpectDivides(Reversed(Tilted(arrow)));
-  }
+  // An arrowhead: only the reflex corner's diagonal.
+  ExpectDividesFromEveryStart({{0, 0, 0}, {4, 1, 0}, {0, 2, 0}, {1, 1, 0}});
 }
 
 TEST(TriangulateTest, ConcavePolygonsFromEveryStart) {
@@ -113,14 +118,7 @@ TEST(TriangulateTest, ConcavePolygonsFromEveryStart) {
        {2, .1, 0},
        {1, 3, 0}},  // comb
   };
-  for (const auto& polygon : polygons) {
-    for (size_t start = 0; start < polygon.size(); ++start) {
-      std::vector<Vec3d> turned = polygon;
-      std::rotate(turned.begin(), turned.begin() + static_cast<ptrdiff_t>(start), turned.end());
-      ExpectDivides(turned);
-      ExpectDivides(Reversed(Tilted(turned)));
-    }
-  }
+  for (const auto& polygon : polygons) ExpectDividesFromEveryStart(polygon);
 }
 
 TEST(TriangulateTest, SpiralOfTwoHundredCorners) {
@@ -150,12 +148,7 @@ TEST(TriangulateTest, HoleBridgedByADoubledEdge) {
   // An outer square, a bridge from (0,0) to (1,1), the hole clockwise, the bridge back.
   const std::vector<Vec3d> keyhole = {{0, 0, 0}, {3, 0, 0}, {3, 3, 0}, {0, 3, 0}, {0, 0, 0},
                                       {1, 1, 0}, {1, 2, 0}, {2, 2, 0}, {2, 1, 0}, {1, 1, 0}};
-  for (size_t start = 0; start < keyhole.size(); ++start) {
-    std::vector<Vec3d> turned = keyhole;
-    std::rotate(turned.begin(), turned.begin() + static_cast<ptrdiff_t>(start), turned.end());
-    ExpectDivides(turned);
-    ExpectDivides(Reversed(turned));
-  }
+  ExpectDividesFromEveryStart(keyhole);
 }
 
 TEST(TriangulateTest, RandomStarShapedPolygons) {

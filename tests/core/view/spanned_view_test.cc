@@ -107,11 +107,10 @@ TEST_F(SpannedViewTest, PartsEncodeAtOnceAndEachResultFindsItsPlace) {
   meeting_.wanted = 2;
   std::vector<VertexDigest> digests{{1, 0}, {2, 0}, {3, 0}, {4, 0}};
 
-  const auto encoded = view_->Encode(Chunks{7, 0, 6, 5}, Encoding::kQuantised, digests);
-
-  ASSERT_OK(encoded);
+  ASSERT_OK_AND_ASSIGN(const auto encoded,
+                       view_->Encode(Chunks{7, 0, 6, 5}, Encoding::kQuantised, digests));
   std::vector<int> bytes;
-  for (const SharedBytes& result : *encoded) bytes.push_back(result.span()[0]);
+  for (const SharedBytes& result : encoded) bytes.push_back(result.span()[0]);
   EXPECT_EQ(bytes, (std::vector<int>{201, 100, 200, 105}));
   EXPECT_EQ(digests, (std::vector<VertexDigest>{{200, 1}, {100, 2}, {200, 3}, {100, 4}}));
 }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A block takes kNetGroup patches through the steps of bezier_net.h, a thread a sample.
-#include "tests/bench/paper/bezier_net/bezier_net_launch.h"
+#include "tests/bench/paper/comparator_kernels.h"
 
 namespace latticed::bench {
 namespace {

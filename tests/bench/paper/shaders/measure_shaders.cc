@@ -38,11 +38,12 @@ float Extent(const Scenario& scenario) {
   return static_cast<float>(extent);
 }
 
-absl::StatusOr<ShaderPrecision> Compare(const Scenario& scenario, ShaderTessellator& tessellator) {
+absl::StatusOr<ComparatorPrecision> Compare(const Scenario& scenario,
+                                            ShaderTessellator& tessellator) {
   constexpr size_t kTogether = limits::kPatchesPerChunk;
   const size_t patches = tessellator.patches();
   const size_t stride = std::max(kTogether, patches / kVerifiedPlaces);
-  ShaderPrecision worst;
+  ComparatorPrecision worst;
   for (size_t first = 0; first < patches; first += stride) {
     const size_t count = std::min(kTogether, patches - first);
     LATTICED_ASSIGN_OR_RETURN(const auto vertices, tessellator.Capture(first, count));
@@ -63,7 +64,7 @@ absl::Status MeasureSource(const Scenario& scenario, std::span<const NetPoint> n
                                  .source = source},
                                 nets));
   LATTICED_ASSIGN_OR_RETURN(const auto precision, Compare(scenario, *tessellator));
-  LATTICED_RETURN_IF_ERROR(CheckShaders(precision));
+  LATTICED_RETURN_IF_ERROR(precision.Check(kShaderNormalError));
   LATTICED_ASSIGN_OR_RETURN(const auto captured, tessellator->TimeCaptured(runs));
   LATTICED_ASSIGN_OR_RETURN(const auto drawn, tessellator->TimeDrawn(Extent(scenario), runs));
   times.triangles = tessellator->triangles_per_patch();

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "tests/bench/paper/shaders/gl_query.h"
+#include "tests/bench/paper/shaders/gl_context.h"
 
 namespace latticed::bench {
 namespace {
@@ -40,12 +40,12 @@ absl::StatusOr<GlProgram> Link(const BezierShaders& shaders, bool fragments,
 }  // namespace
 
 ShaderTessellator::ShaderTessellator(const Spec& spec, size_t patches, Programs programs,
-                                     GlBuffer nets, std::unique_ptr<GlTarget> target)
+                                     GlBuffer nets)
     : spec_(spec),
       patches_(patches),
       programs_(std::move(programs)),
       nets_(std::move(nets)),
-      target_(std::move(target)) {
+      target_(kPictureSize) {
   glCreateVertexArrays(1, &vertex_array_);
   if (spec.source == NetSource::kBuffer) return;
   glEnableVertexArrayAttrib(vertex_array_, 0);
@@ -69,22 +69,14 @@ absl::StatusOr<std::unique_ptr<ShaderTessellator>> ShaderTessellator::Create(
   const BezierShaders shaders = MakeBezierShaders(spec.degree, spec.level, spec.source);
   constexpr std::array kCaptured{"position", "normal"}, kProbed{"coordinate", "patch_index"};
   Programs programs;
-  absl::Status status;
-  const auto keep = [&](auto made, auto& to) {
-    status.Update(made.status());
-    if (made.ok()) to = *std::move(made);
-  };
-  keep(Link(shaders, false, kCaptured), programs.captured);
-  keep(Link(shaders, false, kProbed), programs.probe);
-  keep(Link(shaders, true, {}), programs.drawn);
-  GlBuffer buffer;
-  keep(GlBuffer::Create(nets.size_bytes(), nets.data()), buffer);
-  std::unique_ptr<GlTarget> target;
-  keep(GlTarget::Create(kPictureSize), target);
-  if (!status.ok()) return status;
+  LATTICED_ASSIGN_OR_RETURN(programs.captured, Link(shaders, false, kCaptured));
+  LATTICED_ASSIGN_OR_RETURN(programs.probe, Link(shaders, false, kProbed));
+  LATTICED_ASSIGN_OR_RETURN(programs.drawn, Link(shaders, true, {}));
+  LATTICED_ASSIGN_OR_RETURN(auto buffer, GlBuffer::Create(nets.size_bytes(), nets.data()));
   std::unique_ptr<ShaderTessellator> tessellator(
       new ShaderTessellator(spec, nets.size() / static_cast<size_t>(stride), std::move(programs),
-                            std::move(buffer), std::move(target)));
+                            std::move(buffer)));
+  LATTICED_RETURN_IF_ERROR(GlStatus("a picture"));
   LATTICED_RETURN_IF_ERROR(tessellator->MakeCaptureBuffers());
   return tessellator;
 }
@@ -99,14 +91,13 @@ absl::Status ShaderTessellator::MakeCaptureBuffers() {
   batch_ = std::clamp<size_t>(spec_.capture_bytes / bytes, 1, std::max<size_t>(patches_, 1));
   LATTICED_ASSIGN_OR_RETURN(captured_, GlBuffer::Create(batch_ * bytes, nullptr));
   LATTICED_ASSIGN_OR_RETURN(
-      auto probed, GlBuffer::Create(batch_ * triangles_ * kVertices * sizeof(Probed), nullptr));
-  probed_ = std::move(probed);
+      probed_, GlBuffer::Create(batch_ * triangles_ * kVertices * sizeof(Probed), nullptr));
   return absl::OkStatus();
 }
 
 void ShaderTessellator::Use(const GlProgram& program) const {
   glUseProgram(program.id());
-  target_->Bind();  // there is no other, and OpenGL draws nothing without one
+  target_.Bind();  // there is no other, and OpenGL draws nothing without one
   glBindVertexArray(vertex_array_);
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, nets_.id());
   glPatchParameteri(GL_PATCH_VERTICES, PatchVertices());
@@ -162,7 +153,8 @@ void ShaderTessellator::CaptureAll() const {
 
 void ShaderTessellator::DrawAll(float extent) const {
   glDisable(GL_RASTERIZER_DISCARD);
-  target_->Clear();
+  target_.Bind();
+  glClear(GL_COLOR_BUFFER_BIT);
   const GLuint program = programs_.drawn.id();
   glProgramUniform1f(program, glGetUniformLocation(program, "view_scale"), 1 / extent);
   Use(programs_.drawn);
@@ -171,7 +163,7 @@ void ShaderTessellator::DrawAll(float extent) const {
 
 absl::StatusOr<std::vector<uint8_t>> ShaderTessellator::Draw(float extent) {
   DrawAll(extent);
-  auto pixels = target_->Read();
+  auto pixels = target_.Read();
   LATTICED_RETURN_IF_ERROR(GlStatus("the picture"));
   return pixels;
 }

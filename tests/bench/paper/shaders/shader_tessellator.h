@@ -31,9 +31,7 @@
 #include "tests/bench/gpu/gpu.h"
 #include "tests/bench/paper/bezier_net/bezier_net.h"
 #include "tests/bench/paper/shaders/bezier_shaders.h"
-#include "tests/bench/paper/shaders/gl_buffer.h"
-#include "tests/bench/paper/shaders/gl_program.h"
-#include "tests/bench/paper/shaders/gl_target.h"
+#include "tests/bench/paper/shaders/gl_objects.h"
 #include "tests/bench/paper/shaders/shader_vertex.h"
 
 namespace latticed::bench {
@@ -71,8 +69,7 @@ class ShaderTessellator {
     GlProgram captured, probe, drawn;
   };
 
-  ShaderTessellator(const Spec& spec, size_t patches, Programs programs, GlBuffer nets,
-                    std::unique_ptr<GlTarget> target);
+  ShaderTessellator(const Spec& spec, size_t patches, Programs programs, GlBuffer nets);
   absl::Status MakeCaptureBuffers();
   int PatchVertices() const;
   void Use(const GlProgram& program) const;
@@ -87,7 +84,7 @@ class ShaderTessellator {
   size_t patches_;
   Programs programs_;
   GlBuffer nets_;
-  std::unique_ptr<GlTarget> target_;
+  GlTarget target_;
   GLuint vertex_array_ = 0;
   size_t triangles_ = 0;
   size_t batch_ = 0;

@@ -14,13 +14,9 @@
 namespace latticed::bench {
 namespace {
 
-constexpr double kLargestTestedCondition = 100;
-constexpr double kLargestTestedAspect = 1e3;
 // Tessellators count in fixed point, often of 16 bits: the sum of three coordinates, and that of a
 // patch's areas.
 constexpr double kCoordinateError = 1e-4;
-
-double Angle(Vec3d a, Vec3d b) { return std::atan2(Norm(Cross(a, b)), Dot(a, b)); }
 
 double Aspect(const DeformPlan& plan, size_t patch) {
   std::array<Vec3d, 3> corner;
@@ -70,23 +66,16 @@ size_t DistinctPoints(std::span<const ShaderVertex> vertices) {
 
 }  // namespace
 
-void ShaderPrecision::Include(const ShaderPrecision& other) {
-  distance = std::max(distance, other.distance);
-  normal = std::max(normal, other.normal);
-  deformed.Extend(other.deformed);
-  distinct_points = std::max(distinct_points, other.distinct_points);
-}
-
-absl::StatusOr<ShaderPrecision> CompareShaders(const DeformPlan& plan,
-                                               std::span<const Vec3d> control_points, size_t first,
-                                               size_t count,
-                                               std::span<const ShaderVertex> vertices) {
+absl::StatusOr<ComparatorPrecision> CompareShaders(const DeformPlan& plan,
+                                                   std::span<const Vec3d> control_points,
+                                                   size_t first, size_t count,
+                                                   std::span<const ShaderVertex> vertices) {
   if (count == 0 || vertices.empty() || vertices.size() % (3 * count) != 0) {
     return absl::InternalError(fmt::format("{} vertices of {} patches", vertices.size(), count));
   }
   const size_t per_patch = vertices.size() / count;
   const DirectFfd direct(plan, control_points);
-  ShaderPrecision result;
+  ComparatorPrecision result;
   result.distinct_points = DistinctPoints(vertices.first(per_patch));
   for (size_t patch = first; patch < first + count; ++patch) {
     const auto of_patch = vertices.subspan((patch - first) * per_patch, per_patch);
@@ -94,32 +83,11 @@ absl::StatusOr<ShaderPrecision> CompareShaders(const DeformPlan& plan,
     const double aspect = Aspect(plan, patch);
     for (const ShaderVertex& v : of_patch) {
       const double b1 = double{v.coordinate.y}, b2 = double{v.coordinate.z};
-      const auto expected =
-          direct.Evaluate(patch, {1 - b1 - b2, b1, b2}, DirectFfd::Normal::kFacet);
-      const Vec3d position = plan.local_origin + ToDouble(v.position);
-      result.deformed.Extend(expected.position);
-      result.distance = std::max(result.distance, Norm(position - expected.position));
-      if (!(aspect <= kLargestTestedAspect) || !(expected.kappa <= kLargestTestedCondition)) {
-        continue;
-      }
-      const double angle = Angle(ToDouble(v.normal), expected.normal);
-      result.normal = std::max(result.normal, angle / (expected.kappa * aspect));
+      result.Add(direct.Evaluate(patch, {1 - b1 - b2, b1, b2}, DirectFfd::Normal::kFacet),
+                 plan.local_origin + ToDouble(v.position), ToDouble(v.normal), aspect);
     }
   }
   return result;
-}
-
-absl::Status CheckShaders(const ShaderPrecision& precision) {
-  if (!(precision.position() <= kShaderPositionError)) {
-    return absl::InternalError(fmt::format("shaders: position off by {:.2e} D, allowed {:.0e}",
-                                           precision.position(), kShaderPositionError));
-  }
-  if (!(precision.normal <= kShaderNormalError)) {
-    return absl::InternalError(
-        fmt::format("shaders: normal off by {:.2e} rad per kappa and aspect, allowed {:.0e}",
-                    precision.normal, kShaderNormalError));
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace latticed::bench

@@ -6,9 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
-#include <random>
 
 #include "tests/bench/exact_mesh.h"
 #include "tests/bench/paper/bezier_net/bezier_nets_on_host.h"
@@ -17,6 +15,8 @@
 #include "tests/bench/paper/shaders/shader_tessellator.h"
 #include "tests/bench/paper/shaders/shader_verify.h"
 #include "tests/bench/scenario.h"
+#include "tests/support/status_matchers.h"
+#include "tests/support/test_meshes.h"
 
 namespace latticed::bench {
 namespace {
@@ -37,31 +37,26 @@ class ShadersTest : public ::testing::Test {
   }
 
   void Prepare(const std::array<int, 3>& degree) {
-    const auto plan = MakeExactPlan(kPatches, degree);
-    ASSERT_TRUE(plan.ok()) << plan.status();
-    plan_ = *plan;
-    points_ = IdentityControlPoints(plan_->structure);
-    std::mt19937 random(20140604);
-    std::uniform_real_distribution<double> jitter(-0.05, 0.05);
-    for (Vec3d& p : points_) p += Vec3d{jitter(random), jitter(random), jitter(random)};
+    ASSERT_OK_AND_ASSIGN(plan_, MakeExactPlan(kPatches, degree));
+    points_ = testing::Jitter(plan_->structure, 0.02, 20140604);
     nets_ = BezierNetsOnHost(*plan_, points_);
   }
 
   std::unique_ptr<ShaderTessellator> Make(const ShaderTessellator::Spec& spec) {
     auto made = ShaderTessellator::Create(spec, nets_);
-    EXPECT_TRUE(made.ok()) << made.status();
+    EXPECT_OK(made);
     return made.ok() ? *std::move(made) : nullptr;
   }
 
   // All vertices, compared with the definition.
-  ShaderPrecision Check(ShaderTessellator& tessellator) {
+  ComparatorPrecision Check(ShaderTessellator& tessellator) {
     const auto vertices = tessellator.Capture(0, kPatches);
-    EXPECT_TRUE(vertices.ok()) << vertices.status();
+    EXPECT_OK(vertices);
     if (!vertices.ok()) return {};
     const auto precision = CompareShaders(*plan_, points_, 0, kPatches, *vertices);
-    EXPECT_TRUE(precision.ok()) << precision.status();
+    EXPECT_OK(precision);
     if (!precision.ok()) return {};
-    EXPECT_TRUE(CheckShaders(*precision).ok()) << CheckShaders(*precision);
+    EXPECT_OK(precision->Check(kShaderNormalError));
     return *precision;
   }
 
@@ -77,7 +72,7 @@ TEST_F(ShadersTest, VerticesMatchTheDefinition) {
     const auto tessellator = Make({.degree = 6, .level = 10, .source = source});
     ASSERT_NE(tessellator, nullptr);
 
-    const ShaderPrecision precision = Check(*tessellator);
+    const ComparatorPrecision precision = Check(*tessellator);
 
     // OpenGL 4.5, §11.2.2.1: rings of 30, 24, 18, 12 and 6 points and one in the middle.
     EXPECT_EQ(tessellator->triangles_per_patch(), 150u);
@@ -104,7 +99,7 @@ TEST_F(ShadersTest, NetsTooLargeForAPatchOfVerticesComeFromABuffer) {
       ShaderTessellator::Create({.degree = 9, .source = NetSource::kVertices}, nets_);
   const auto tessellator = Make({.degree = 9, .level = 3});
 
-  EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(refused, testing::StatusIs(absl::StatusCode::kInvalidArgument));
   ASSERT_NE(tessellator, nullptr);
   Check(*tessellator);
 }
@@ -114,13 +109,12 @@ TEST_F(ShadersTest, PicturesShowTheSurfaceAndTimesAreTimes) {
   const auto tessellator = Make({.degree = 6, .level = 10});
   ASSERT_NE(tessellator, nullptr);
 
-  const auto pixels = tessellator->Draw(2);
+  ASSERT_OK_AND_ASSIGN(const auto pixels, tessellator->Draw(2));
   const auto captured = tessellator->TimeCaptured(1), drawn = tessellator->TimeDrawn(2, 1);
 
-  ASSERT_TRUE(pixels.ok()) << pixels.status();
-  EXPECT_GT(std::count_if(pixels->begin(), pixels->end(), [](uint8_t v) { return v != 0; }), 100);
-  ASSERT_TRUE(captured.ok()) << captured.status();
-  ASSERT_TRUE(drawn.ok()) << drawn.status();
+  EXPECT_GT(std::count_if(pixels.begin(), pixels.end(), [](uint8_t v) { return v != 0; }), 100);
+  ASSERT_OK(captured);
+  ASSERT_OK(drawn);
   EXPECT_GT(captured->median, 0);
   EXPECT_GT(drawn->median, 0);
 }
@@ -129,18 +123,19 @@ TEST_F(ShadersTest, MeasuringVerifiesAndTimesBothSources) {
   ASSERT_NO_FATAL_FAILURE(Prepare({2, 2, 2}));
   const Scenario scenario = MakeScenario("small", plan_);
 
-  const auto times = MeasureShaders(scenario, BezierNetsOnHost(*plan_, scenario.control_points[0]),
-                                    ShaderDevice::kAny, 1);
+  ASSERT_OK_AND_ASSIGN(
+      const auto times,
+      MeasureShaders(scenario, BezierNetsOnHost(*plan_, scenario.control_points[0]),
+                     ShaderDevice::kAny, 1));
   const auto wrong = MeasureShaders(scenario, nets_, ShaderDevice::kAny, 1);
 
-  ASSERT_TRUE(times.ok()) << times.status();
-  EXPECT_EQ(times->triangles, 150u);
-  EXPECT_EQ(times->distinct_points, 91u);
-  EXPECT_GT(times->vertices.captured.median, 0);
-  EXPECT_GT(times->buffer.drawn.median, 0);
-  EXPECT_LE(times->captured(), times->vertices.captured.median);
+  EXPECT_EQ(times.triangles, 150u);
+  EXPECT_EQ(times.distinct_points, 91u);
+  EXPECT_GT(times.vertices.captured.median, 0);
+  EXPECT_GT(times.buffer.drawn.median, 0);
+  EXPECT_LE(times.captured(), times.vertices.captured.median);
   // Nets of other control points.
-  EXPECT_EQ(wrong.status().code(), absl::StatusCode::kInternal) << wrong.status();
+  EXPECT_THAT(wrong, testing::StatusIs(absl::StatusCode::kInternal));
 }
 
 TEST_F(ShadersTest, ASoftwareRendererIsNoGpu) {
@@ -149,7 +144,7 @@ TEST_F(ShadersTest, ASoftwareRendererIsNoGpu) {
   if (gpu.ok()) {
     EXPECT_NE((*gpu)->description().find("NVIDIA"), std::string::npos) << (*gpu)->description();
   } else {
-    EXPECT_EQ(gpu.status().code(), absl::StatusCode::kUnavailable) << gpu.status();
+    EXPECT_THAT(gpu, testing::StatusIs(absl::StatusCode::kUnavailable));
   }
 }
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A block takes kTensorGroup surfaces through the steps of tensor_product.h in shared memory.
-#include "tests/bench/paper/tensor/tensor_product_launch.h"
+#include "tests/bench/paper/comparator_kernels.h"
 
 namespace latticed::bench {
 namespace {

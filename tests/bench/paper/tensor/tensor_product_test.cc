@@ -6,15 +6,16 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <limits>
 #include <memory>
-#include <random>
+#include <utility>
 #include <vector>
 
 #include "tests/bench/exact_mesh.h"
 #include "tests/bench/paper/tensor/tensor_surfaces.h"
 #include "tests/bench/paper/tensor/tensor_verify.h"
+#include "tests/support/status_matchers.h"
+#include "tests/support/test_meshes.h"
 
 namespace latticed::bench {
 namespace {
@@ -27,37 +28,22 @@ constexpr uint32_t kLargeTriangles = 103;
 // A tube of small triangles: most polygons are whole triangles, as in the paper's models.
 Plan Tube() {
   const auto plan = MakeExactPlan(kPatches, {2, 2, 2});
-  EXPECT_TRUE(plan.ok()) << plan.status();
+  EXPECT_OK(plan);
   return plan.ok() ? *plan : nullptr;
 }
 
 // Triangles across many knot boxes, whose planes leave polygons of up to nine corners.
 Plan LargeTriangles() {
-  std::mt19937 random(20130103);
-  std::uniform_real_distribution<double> coordinate(-1, 1);
-  auto mesh = std::make_shared<PolygonMesh>();
-  for (uint32_t corner = 0; corner < 3 * kLargeTriangles; ++corner) {
-    mesh->positions.push_back({coordinate(random), coordinate(random), coordinate(random)});
-    mesh->corner_vertices.push_back(corner);
-    if (corner % 3 == 2) mesh->face_offsets.push_back(corner + 1);
+  PolygonMesh mesh = testing::TriangleSoup(kLargeTriangles, 20130103);
+  for (size_t i = 0; i < mesh.positions.size(); i += 3) {
+    for (size_t c = 1; c < 3; ++c) {
+      mesh.positions[i + c] = mesh.positions[i] + 5 * (mesh.positions[i + c] - mesh.positions[i]);
+    }
   }
-  Bounds bounds;
-  bounds.Extend(Vec3d{-1.05, -1.05, -1.05});
-  bounds.Extend(Vec3d{1.05, 1.05, 1.05});
-  const auto lattice = FitLattice(bounds, {6, 6, 6}, {2, 2, 2}, /*padding=*/0);
-  EXPECT_TRUE(lattice.ok()) << lattice.status();
-  if (!lattice.ok()) return nullptr;
-  const auto plan = MakePlan(mesh, lattice->structure);
-  EXPECT_TRUE(plan.ok()) << plan.status();
+  const auto structure = testing::MakeStructure(mesh.ComputeBounds(), {.extra = {3, 3, 3}});
+  const auto plan = MakePlan(std::make_shared<const PolygonMesh>(std::move(mesh)), structure);
+  EXPECT_OK(plan);
   return plan.ok() ? *plan : nullptr;
-}
-
-std::vector<Vec3d> Jittered(const DeformPlan& plan) {
-  std::vector<Vec3d> points = IdentityControlPoints(plan.structure);
-  std::mt19937 random(20130101);
-  std::uniform_real_distribution<double> jitter(-0.05, 0.05);
-  for (Vec3d& p : points) p += Vec3d{jitter(random), jitter(random), jitter(random)};
-  return points;
 }
 
 void RunControl(const TensorJob& job) {
@@ -112,16 +98,14 @@ std::vector<TensorVertex> VerticesOnHost(const DeformPlan& plan, const TensorSur
 TEST(TensorProductTest, TrimmedSurfacesMatchTheDefinition) {
   for (const Plan& plan : {Tube(), LargeTriangles()}) {
     ASSERT_NE(plan, nullptr);
-    const auto surfaces = MakeTensorSurfaces(*plan);
-    ASSERT_TRUE(surfaces.ok()) << surfaces.status();
-    ASSERT_NE(surfaces->count() % kTensorGroup, 0u) << "the last group is to be a part of one";
-    const std::vector<Vec3d> points = Jittered(*plan);
+    ASSERT_OK_AND_ASSIGN(const auto surfaces, MakeTensorSurfaces(*plan));
+    ASSERT_NE(surfaces.count() % kTensorGroup, 0u) << "the last group is to be a part of one";
+    const std::vector<Vec3d> points = testing::Jitter(plan->structure, 0.02, 20130101);
 
-    const std::vector<TensorVertex> vertices = VerticesOnHost(*plan, *surfaces, points);
+    const std::vector<TensorVertex> vertices = VerticesOnHost(*plan, surfaces, points);
 
-    const auto precision = CompareTensor(*plan, points, *surfaces, vertices, 1);
-    ASSERT_TRUE(precision.ok()) << precision.status();
-    EXPECT_TRUE(CheckTensor(*precision).ok()) << CheckTensor(*precision);
+    ASSERT_OK_AND_ASSIGN(const auto precision, CompareTensor(*plan, points, surfaces, vertices, 1));
+    EXPECT_OK(precision.Check(kTensorNormalError));
   }
 }
 
@@ -129,15 +113,14 @@ TEST(TensorProductTest, TrimmedSurfacesMatchTheDefinition) {
 TEST(TensorProductTest, WrongVerticesAreNoticed) {
   const Plan plan = Tube();
   ASSERT_NE(plan, nullptr);
-  const auto surfaces = MakeTensorSurfaces(*plan);
-  ASSERT_TRUE(surfaces.ok()) << surfaces.status();
-  const std::vector<Vec3d> points = Jittered(*plan);
-  const std::vector<TensorVertex> vertices = VerticesOnHost(*plan, *surfaces, points);
+  ASSERT_OK_AND_ASSIGN(const auto surfaces, MakeTensorSurfaces(*plan));
+  const std::vector<Vec3d> points = testing::Jitter(plan->structure, 0.02, 20130101);
+  const std::vector<TensorVertex> vertices = VerticesOnHost(*plan, surfaces, points);
   const auto status = [&](const std::vector<TensorVertex>& wrong) {
-    const auto precision = CompareTensor(*plan, points, *surfaces, wrong, 1);
-    return precision.ok() ? CheckTensor(*precision) : precision.status();
+    const auto precision = CompareTensor(*plan, points, surfaces, wrong, 1);
+    return precision.ok() ? precision->Check(kTensorNormalError) : precision.status();
   };
-  ASSERT_TRUE(status(vertices).ok()) << status(vertices);
+  ASSERT_OK(status(vertices));
 
   auto moved = vertices;
   moved.back().position.x += static_cast<float>(2e-6 * plan->mesh_bounds.diagonal());
@@ -149,7 +132,7 @@ TEST(TensorProductTest, WrongVerticesAreNoticed) {
   fewer.pop_back();
 
   for (const auto& wrong : {moved, turned, unwritten, fewer}) {
-    EXPECT_EQ(status(wrong).code(), absl::StatusCode::kInternal);
+    EXPECT_THAT(status(wrong), testing::StatusIs(absl::StatusCode::kInternal));
   }
 }
 

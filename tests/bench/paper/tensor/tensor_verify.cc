@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 
 #include "core/base/status_macros.h"
@@ -13,11 +12,6 @@
 
 namespace latticed::bench {
 namespace {
-
-constexpr double kLargestTestedCondition = 100;
-constexpr double kLargestTestedAspect = 1e3;
-
-double Angle(Vec3d a, Vec3d b) { return std::atan2(Norm(Cross(a, b)), Dot(a, b)); }
 
 double Aspect(const ParameterRectangle& rectangle) {
   const auto [shorter, longer] = std::minmax({Norm(rectangle.along), Norm(rectangle.across)});
@@ -53,79 +47,49 @@ PatchPoint FindInPatches(const DeformPlan& plan, const SubPolygon& polygon, Vec3
   return best;
 }
 
-class Comparison {
- public:
-  Comparison(const DeformPlan& plan, std::span<const Vec3d> control_points)
-      : plan_(plan), direct_(plan, control_points) {}
-
-  absl::Status Add(const TensorSurfaces& surfaces, size_t surface,
-                   std::span<const TensorVertex> vertices) {
-    const SubPolygon& polygon = surfaces.polygons[surface];
-    const Vec3d normal = direct_.RestFacetNormal(polygon.patches.front());
-    const ParameterRectangle rectangle = RectangleOf(plan_, polygon, normal);
-    const double aspect = Aspect(rectangle);
-    const size_t end = surfaces.surfaces[surface + 1].first_point;
-    for (size_t i = surfaces.surfaces[surface].first_point; i < end; ++i) {
-      const TensorPoint& point = surfaces.points[i];
-      const double s = double{point.s}, t = double{surfaces.lines[point.line].t};
-      const Vec3d x = rectangle.corner + s * rectangle.along + t * rectangle.across;
-      const PatchPoint place = FindInPatches(plan_, polygon, normal, x);
-      const Vec3d position = plan_.local_origin + ToDouble(vertices[i].position);
-      const Vec3d got_normal = ToDouble(vertices[i].normal);
-      if (!IsFinite(position) || !IsFinite(got_normal)) {
-        return absl::InternalError(fmt::format("surface {}: a vertex that is no number", surface));
-      }
-      // A polygon without area has no patch that could say where the point is.
-      if (place.barycentrics == std::array<double, 3>{}) continue;
-      const auto expected =
-          direct_.Evaluate(place.patch, place.barycentrics, DirectFfd::Normal::kFacet);
-      result_.deformed.Extend(expected.position);
-      result_.distance = std::max(result_.distance, Norm(position - expected.position));
-      if (!(aspect <= kLargestTestedAspect && expected.kappa <= kLargestTestedCondition)) continue;
-      const double angle = Angle(got_normal, expected.normal);
-      result_.normal = std::max(result_.normal, angle / (expected.kappa * aspect));
+absl::Status AddSurface(const DeformPlan& plan, const DirectFfd& direct,
+                        const TensorSurfaces& surfaces, size_t surface,
+                        std::span<const TensorVertex> vertices, ComparatorPrecision& precision) {
+  const SubPolygon& polygon = surfaces.polygons[surface];
+  const Vec3d normal = direct.RestFacetNormal(polygon.patches.front());
+  const ParameterRectangle rectangle = RectangleOf(plan, polygon, normal);
+  const double aspect = Aspect(rectangle);
+  const size_t end = surfaces.surfaces[surface + 1].first_point;
+  for (size_t i = surfaces.surfaces[surface].first_point; i < end; ++i) {
+    const TensorPoint& point = surfaces.points[i];
+    const double s = double{point.s}, t = double{surfaces.lines[point.line].t};
+    const Vec3d x = rectangle.corner + s * rectangle.along + t * rectangle.across;
+    const PatchPoint place = FindInPatches(plan, polygon, normal, x);
+    const Vec3d position = plan.local_origin + ToDouble(vertices[i].position);
+    const Vec3d got_normal = ToDouble(vertices[i].normal);
+    if (!IsFinite(position) || !IsFinite(got_normal)) {
+      return absl::InternalError(fmt::format("surface {}: a vertex that is no number", surface));
     }
-    return absl::OkStatus();
+    // A polygon without area has no patch that could say where the point is.
+    if (place.barycentrics == std::array<double, 3>{}) continue;
+    precision.Add(direct.Evaluate(place.patch, place.barycentrics, DirectFfd::Normal::kFacet),
+                  position, got_normal, aspect);
   }
-
-  const TensorPrecision& result() const { return result_; }
-
- private:
-  const DeformPlan& plan_;
-  DirectFfd direct_;
-  TensorPrecision result_;
-};
+  return absl::OkStatus();
+}
 
 }  // namespace
 
-absl::StatusOr<TensorPrecision> CompareTensor(const DeformPlan& plan,
-                                              std::span<const Vec3d> control_points,
-                                              const TensorSurfaces& surfaces,
-                                              std::span<const TensorVertex> vertices,
-                                              size_t stride) {
+absl::StatusOr<ComparatorPrecision> CompareTensor(const DeformPlan& plan,
+                                                  std::span<const Vec3d> control_points,
+                                                  const TensorSurfaces& surfaces,
+                                                  std::span<const TensorVertex> vertices,
+                                                  size_t stride) {
   if (vertices.size() != surfaces.points.size()) {
     return absl::InternalError(
         fmt::format("{} vertices of {} points", vertices.size(), surfaces.points.size()));
   }
-  Comparison comparison(plan, control_points);
+  const DirectFfd direct(plan, control_points);
+  ComparatorPrecision precision;
   for (size_t surface = 0; surface < surfaces.count(); surface += stride) {
-    LATTICED_RETURN_IF_ERROR(comparison.Add(surfaces, surface, vertices));
+    LATTICED_RETURN_IF_ERROR(AddSurface(plan, direct, surfaces, surface, vertices, precision));
   }
-  return comparison.result();
-}
-
-absl::Status CheckTensor(const TensorPrecision& precision) {
-  if (!(precision.position() <= kTensorPositionError)) {
-    return absl::InternalError(
-        fmt::format("tensor product: position off by {:.2e} D, allowed {:.0e}",
-                    precision.position(), kTensorPositionError));
-  }
-  if (!(precision.normal <= kTensorNormalError)) {
-    return absl::InternalError(
-        fmt::format("tensor product: normal off by {:.2e} rad per kappa and aspect, allowed {:.0e}",
-                    precision.normal, kTensorNormalError));
-  }
-  return absl::OkStatus();
+  return precision;
 }
 
 }  // namespace latticed::bench

@@ -1,13 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Compares the vertices of the tensor-product comparator (tensor_product.h) with the definition in
-// double (core/ffd/direct_ffd.h), each at its own (s, t), found again in the patches of its polygon.
+// Compares the vertices of the tensor-product comparator (tensor_product.h) with the definition, each
+// at its own (s, t), found again in the patches of its polygon (comparator_precision.h).
 //
-//   position error  largest |p - definition| / diagonal of the deformed points
-//   normal error    largest angle / (kappa aspect), kappa <= 100, aspect <= 1,000
-//   aspect          longer side of the parameter rectangle / the shorter one: rounded control points
-//                   take as much from the tangent across
+//   aspect  longer side of the parameter rectangle / the shorter one: rounded control points take as
+//           much from the tangent across
 //
 // Threads  pure
 #ifndef LATTICED_TESTS_BENCH_PAPER_TENSOR_TENSOR_VERIFY_H_
@@ -17,35 +15,20 @@
 #include <span>
 
 #include "absl/status/statusor.h"
-#include "core/base/bounds.h"
 #include "core/ffd/deform_plan.h"
+#include "tests/bench/paper/comparator_precision.h"
 #include "tests/bench/paper/tensor/tensor_surfaces.h"
 
 namespace latticed::bench {
 
-// That of the GEMM pipelines (verify.h).
-inline constexpr double kTensorPositionError = 1e-6;
 // Of all points of the paper's models the largest is 1.4e-5. By norms alone, rows of inv(S) that add
 // up to 89 in two directions and slopes of degree 6, it could be 6 * 89^2 * 2^-24, 3e-3.
 inline constexpr double kTensorNormalError = 4e-5;
 
-struct TensorPrecision {
-  double distance = 0;  // world units
-  double normal = 0;
-  Bounds deformed;  // of the points by the definition
-
-  double position() const { return distance / deformed.diagonal(); }
-};
-
 // Every `stride`-th surface; `vertices` are those of all. kInternal where one is no number.
-[[nodiscard]] absl::StatusOr<TensorPrecision> CompareTensor(const DeformPlan& plan,
-                                                            std::span<const Vec3d> control_points,
-                                                            const TensorSurfaces& surfaces,
-                                                            std::span<const TensorVertex> vertices,
-                                                            size_t stride);
-
-// kInternal where one of the errors is larger than allowed.
-[[nodiscard]] absl::Status CheckTensor(const TensorPrecision& precision);
+[[nodiscard]] absl::StatusOr<ComparatorPrecision> CompareTensor(
+    const DeformPlan& plan, std::span<const Vec3d> control_points, const TensorSurfaces& surfaces,
+    std::span<const TensorVertex> vertices, size_t stride);
 
 }  // namespace latticed::bench
 

@@ -32,13 +32,6 @@ bool WriteBytes(const std::string& path, const std::vector<T>& values) {
   return file.good();
 }
 
-// Triangles of a fan around the first point.
-std::vector<std::array<uint32_t, 3>> Fan(size_t points) {
-  std::vector<std::array<uint32_t, 3>> fan;
-  for (uint32_t i = 2; i < points; ++i) fan.push_back({0, i - 1, i});
-  return fan;
-}
-
 bool WriteFiles(const std::string& folder, unsigned number, const Chunk& chunk,
                 const std::vector<uint8_t>& stream) {
   std::vector<uint32_t> values = chunk.integers.positions;

@@ -1,15 +1,20 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The two kernels of the tensor-product comparator: each enqueues one and returns its launch error.
-#ifndef LATTICED_TESTS_BENCH_PAPER_TENSOR_TENSOR_PRODUCT_LAUNCH_H_
-#define LATTICED_TESTS_BENCH_PAPER_TENSOR_TENSOR_PRODUCT_LAUNCH_H_
+// The kernels of tensor_product.h and bezier_net.h: each call enqueues one and returns its launch
+// error.
+#ifndef LATTICED_TESTS_BENCH_PAPER_COMPARATOR_KERNELS_H_
+#define LATTICED_TESTS_BENCH_PAPER_COMPARATOR_KERNELS_H_
 
 #include <cuda_runtime_api.h>
 
+#include "tests/bench/paper/bezier_net/bezier_net.h"
 #include "tests/bench/paper/tensor/tensor_product.h"
 
 namespace latticed::bench {
+
+// m is that of job.tables, which the host cannot read.
+cudaError_t LaunchBezierNets(const NetJob& job, int m, cudaStream_t stream);
 
 cudaError_t LaunchTensorControl(const TensorJob& job, cudaStream_t stream);
 // most_lines: of a group, which the host cannot read in the job.
@@ -17,4 +22,4 @@ cudaError_t LaunchTensorTessellation(const TensorJob& job, size_t most_lines, cu
 
 }  // namespace latticed::bench
 
-#endif  // LATTICED_TESTS_BENCH_PAPER_TENSOR_TENSOR_PRODUCT_LAUNCH_H_
+#endif  // LATTICED_TESTS_BENCH_PAPER_COMPARATOR_KERNELS_H_
