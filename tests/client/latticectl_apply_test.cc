@@ -5,17 +5,14 @@
 // every format, encoding and pipeline, and a moved lattice moves it as the definition says.
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
-#include "client/cpp/latticectl/json_output.h"
 #include "client/cpp/latticectl/lattice_json.h"
+#include "client/cpp/latticectl/output.h"
 #include "core/mesh/mesh_io.h"
 #include "tests/client/latticectl_fixture.h"
 
 namespace latticed::client {
 namespace {
-
-using ::testing::HasSubstr;
 
 double Area(const PolygonMesh& mesh) {
   double area = 0;
@@ -143,19 +140,6 @@ TEST_F(LatticectlApply, AMovedLatticeMovesTheMeshAndKeepsTheVertexOrder) {
     EXPECT_NEAR(deformed.positions[i].y, p.y, 1e-5);
     EXPECT_NEAR(deformed.positions[i].z, p.z, 1e-5);
   }
-}
-
-TEST_F(LatticectlApply, ARefusedLatticeIsOneSentenceThatNamesTheField) {
-  ASSERT_OK(WriteFile(Path("L.json"),
-                      R"({"frame": {"u": {"x": 1}, "v": {"y": 1}, "w": {"z": 1}},
-                          "degree": {"u": 2, "v": 0, "w": 2}})"));
-  const RunResult result = Latticectl({"apply", Path("cube.obj"), "--lattice", Path("L.json"),
-                                       "--backend", "cpu", "-o", Path("o.ply")});
-  EXPECT_EQ(result.code, 1);
-  EXPECT_THAT(result.err, HasSubstr("degree.v: got 0, allowed is 1 to 3"));
-  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-  EXPECT_EQ(result.out, "");
-  EXPECT_FALSE(std::filesystem::exists(Path("o.ply")));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <ostream>
 #include <utility>
 
-#include "client/cpp/latticectl/text_table.h"
+#include "client/cpp/latticectl/output.h"
 #include "fmt/format.h"
 
 namespace latticed::client {

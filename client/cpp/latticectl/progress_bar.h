@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <string>
 
-#include "client/cpp/latticectl/console.h"
+#include "client/cpp/latticectl/latticectl_app.h"
 #include "client/cpp/library/latticed_client.h"
 
 namespace latticed::client {

@@ -14,14 +14,13 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "client/cpp/latticectl/commands.h"
-#include "client/cpp/latticectl/json_output.h"
 #include "client/cpp/latticectl/latency_recorder.h"
 #include "client/cpp/latticectl/lattice_json.h"
+#include "client/cpp/latticectl/output.h"
 #include "client/cpp/latticectl/progress_bar.h"
 #include "client/cpp/latticectl/session.h"
 #include "client/cpp/latticectl/surface_mesh.h"
 #include "client/cpp/latticectl/temporary_scenes.h"
-#include "client/cpp/latticectl/text_table.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/sample_meshes.h"
 #include "fmt/format.h"
@@ -129,19 +128,6 @@ void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out
   const double per_update =
       static_cast<double>(report.drag.bytes) / static_cast<double>(latency.count);
   const double ratio = kRawBytesPerPoint * static_cast<double>(report.points) / per_update;
-  if (flags.json) {
-    PrintJson({{"patches", report.patches},
-               {"points", report.points},
-               {"triangles", report.triangles},
-               {"updates", latency.count},
-               {"p50Ms", latency.p50},
-               {"p99Ms", latency.p99},
-               {"bytesPerUpdate", per_update},
-               {"ratioToRaw", ratio},
-               {"files", report.files}},
-              out);
-    return;
-  }
   TextTable table;
   table.AddRow({"mesh", flags.sample});
   table.AddRow({"patches", FormatCount(report.patches)});
@@ -154,7 +140,17 @@ void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out
   table.AddRow(
       {"ratio to raw floats", fmt::format("{:.1f} times smaller (24 bytes a point)", ratio)});
   for (const std::string& file : report.files) table.AddRow({"written", file});
-  table.Print(out);
+  PrintResult(flags.json,
+              nlohmann::json{{"patches", report.patches},
+                             {"points", report.points},
+                             {"triangles", report.triangles},
+                             {"updates", latency.count},
+                             {"p50Ms", latency.p50},
+                             {"p99Ms", latency.p99},
+                             {"bytesPerUpdate", per_update},
+                             {"ratioToRaw", ratio},
+                             {"files", report.files}},
+              table.Text(), out);
 }
 
 absl::StatusOr<Report> RunOn(Client& client, const QuickstartFlags& flags, Console console) {

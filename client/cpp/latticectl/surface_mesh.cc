@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "client/cpp/latticectl/message_flags.h"
 #include "client/cpp/latticectl/progress_bar.h"
-#include "client/cpp/latticectl/units_flags.h"
 #include "client/cpp/library/mesh.h"
 #include "core/base/status_macros.h"
 

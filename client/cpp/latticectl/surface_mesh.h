@@ -8,8 +8,8 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "client/cpp/latticectl/console.h"
 #include "client/cpp/latticectl/files.h"
+#include "client/cpp/latticectl/latticectl_app.h"
 #include "client/cpp/library/latticed_client.h"
 #include "core/mesh/triangle_mesh.h"
 

@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "client/cpp/latticectl/console.h"
 #include "client/cpp/latticectl/files.h"
+#include "client/cpp/latticectl/latticectl_app.h"
 #include "client/cpp/library/latticed_client.h"
 
 namespace latticed::client {
