@@ -149,7 +149,7 @@ TEST_F(LatticectlBench, PrintsASectionOfADocument) {
         "| editors: edit to update end ", "| server: encode ",
         "; 0 edits merged, 0 updates restarted", "0 updates superseded by one in less detail",
         "\n* where the time goes: ", "\n* next bottleneck: ", "\n* processor: client and server ",
-        "\n* verified: 1 streams, "}) {
+        " points of 1 stream against EvaluatePoints"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
 }

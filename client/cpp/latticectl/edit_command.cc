@@ -13,7 +13,7 @@
 #include "absl/time/time.h"
 #include "client/cpp/latticectl/commands.h"
 #include "client/cpp/latticectl/lattice_json.h"
-#include "client/cpp/latticectl/named_values.h"
+#include "client/cpp/latticectl/message_flags.h"
 #include "client/cpp/latticectl/output.h"
 #include "client/cpp/latticectl/session.h"
 #include "core/base/sha256.h"

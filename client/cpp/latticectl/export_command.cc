@@ -11,7 +11,6 @@
 #include "client/cpp/latticectl/files.h"
 #include "client/cpp/latticectl/message_flags.h"
 #include "client/cpp/latticectl/output.h"
-#include "client/cpp/latticectl/progress_bar.h"
 #include "client/cpp/latticectl/session.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"

@@ -2,11 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/latticectl/message_flags.h"
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 
 #include "absl/strings/numbers.h"
-#include "client/cpp/latticectl/named_values.h"
 #include "core/base/limits.h"
 #include "fmt/format.h"
 

@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "client/cpp/latticectl/latticectl_app.h"
+#include "client/cpp/library/latticed_client.h"
 #include "google/protobuf/message.h"
 
 namespace CLI {
@@ -55,6 +57,29 @@ class TextTable {
 [[nodiscard]] std::string FormatBytes(uint64_t bytes);              // "1.50 MiB"
 [[nodiscard]] std::string FormatCount(uint64_t count);              // "1,129,920"
 [[nodiscard]] std::string FormatMilliseconds(double milliseconds);  // "12.3 ms"
+
+// A progress bar of one line on a terminal; nothing elsewhere.
+//
+//   upload [##########          ]  50 %  1.00 MiB of 2.00 MiB
+class ProgressBar {
+ public:
+  enum class Unit { kBytes, kCount, kNone };
+
+  ProgressBar(Console console, std::string label, Unit unit);
+  ~ProgressBar();  // wipes the line
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  void Show(uint64_t done, uint64_t total);
+  // For the client's rpcs; must not outlive the bar.
+  Progress callback();
+
+ private:
+  Console console_;
+  std::string label_;
+  Unit unit_;
+  int shown_percent_ = -1;
+};
 
 }  // namespace latticed::client
 

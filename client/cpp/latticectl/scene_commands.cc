@@ -9,8 +9,8 @@
 #include "client/cpp/latticectl/lattice_json.h"
 #include "client/cpp/latticectl/message_flags.h"
 #include "client/cpp/latticectl/output.h"
+#include "client/cpp/latticectl/server_meshes.h"
 #include "client/cpp/latticectl/session.h"
-#include "client/cpp/latticectl/surface_mesh.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 

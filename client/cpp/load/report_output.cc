@@ -126,6 +126,11 @@ std::string CpuText(const LoadReport& report) {
   return text + "user and system\n";
 }
 
+template <typename Number>
+std::string Counted(Number count, const char* one) {
+  return fmt::format("{} {}{}", count, one, count == 1 ? "" : "s");
+}
+
 std::string FactLines(const LoadReport& report) {
   std::string lines =
       fmt::format("* edits: {} in {:.2f} s, {:.1f}/s; {} replaced before they were sent\n",
@@ -144,14 +149,10 @@ std::string FactLines(const LoadReport& report) {
                        FormatCount(report.after.superseded - report.before.superseded));
   lines += TimeText(report) + CpuText(report);
   return lines + fmt::format(
-                     "* verified: {} streams, {} points of them against EvaluatePoints; the worst "
-                     "is off by {:.2f} of what is allowed\n",
-                     FormatCount(report.verified.surfaces), FormatCount(report.verified.points),
-                     report.verified.worst);
-}
-
-std::string Counted(int count, const char* one) {
-  return fmt::format("{} {}{}", count, one, count == 1 ? "" : "s");
+                     "* verified: {} points of {} against EvaluatePoints; the worst is off by "
+                     "{:.2f} of what is allowed\n",
+                     FormatCount(report.verified.points),
+                     Counted(report.verified.surfaces, "stream"), report.verified.worst);
 }
 
 // "2 scenes of knot, 1 editor and 20 watchers each, …".
