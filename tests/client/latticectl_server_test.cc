@@ -196,12 +196,6 @@ TEST_F(LatticectlServerTest, ApplyGivesTheSameAsInItsOwnProcessAndLeavesNothingT
                           "degree": {"u": 4, "v": 2, "w": 2}, "size": {"u": 5, "v": 4, "w": 4}})"));
   EXPECT_EQ(Latticectl(AtServer(there)).code, 1);
   EXPECT_EQ(RunJson({"meshes"}).size(), 0u);
-
-  // A mesh that was there before stays.
-  MustRun({"lattice", Path("vase.obj"), "-o", Path("L.json")});
-  const std::string id = RunJson({"upload", Path("vase.obj")})["id"];
-  Run(there);
-  EXPECT_EQ(RunJson({"meshes"})[0]["id"], id);
 }
 
 TEST_F(LatticectlServerTest, QuickstartWritesRestAndDeformed) {

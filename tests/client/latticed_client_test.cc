@@ -4,12 +4,10 @@
 // The client's unary calls and uploads against a real server in this process.
 #include "client/cpp/library/latticed_client.h"
 
-#include <algorithm>
 #include <stop_token>
 
 #include "core/base/error.h"
 #include "core/mesh/mesh_io.h"
-#include "tests/client/cutting_proxy.h"
 #include "tests/client/quiet_server.h"
 #include "tests/support/status_matchers.h"
 
@@ -130,41 +128,6 @@ TEST_F(ClientTest, AStopCancelsAllButDeletions) {
   }
   EXPECT_OK(client.DeleteScene(scene));
   EXPECT_OK(client.DeleteMesh(mesh, /*force=*/false));
-}
-
-TEST_F(ClientTest, CallsAndStreamsOutliveCutConnectionsAndEveryEditCountsOnce) {
-  CuttingProxy proxy(server_->address());
-  const auto client = Client::Connect({.address = proxy.address()});
-  const v1::CreateSceneRequest request = SceneRequest(*client);
-  proxy.Cut();
-  const auto scene = client->CreateScene(request);
-  ASSERT_OK(scene);
-  v1::WatchRequest watch;
-  watch.set_scene(scene->id());
-  const auto stream = client->Deform(watch);
-  ASSERT_OK(stream);
-  const double rest = (*stream)->surface().lattice().lattice().control_points(0);
-
-  uint64_t last = 0;
-  for (int i = 0; i < 20; ++i) {
-    const auto sequence = (*stream)->Send(OneMove());
-    ASSERT_OK(sequence);
-    last = *sequence;
-    if (i % 6 == 5) proxy.Cut();
-    if (i % 3 == 2) {
-      ASSERT_OK((*stream)->WaitFor(last));
-    }
-  }
-  const auto update = (*stream)->WaitFor(last);
-
-  ASSERT_OK(update);
-  EXPECT_EQ(update->end.revision(), 20u);
-  EXPECT_GE((*stream)->reconnections(), 3);
-  proxy.Cut();
-  const auto lattice = client->GetLattice(scene->id());
-  ASSERT_OK(lattice);
-  EXPECT_EQ(lattice->revision(), 20u);
-  EXPECT_NEAR(lattice->lattice().control_points(0) - rest, 20, 1e-9);
 }
 
 TEST_F(ClientTest, StreamsSeeEachOthersPresence) {
