@@ -77,18 +77,6 @@ TEST_F(LatticectlBench, OpenLoopSendsEveryEdit) {
   EXPECT_EQ(result["moved"], "one control point");
 }
 
-TEST_F(LatticectlBench, VerifiesEveryNormalModeDegreeAndEncoding) {
-  const std::vector<std::vector<std::string>> views{
-      {"--normals", "facet", "--degree", "1,1,1"},
-      {"--normals", "smooth", "--degree", "1,2,3", "--decode", "none"},
-      {"--encoding", "raw"},
-      {"--encoding", "quantised", "--pipeline", "gemm"}};
-  for (std::vector<std::string> flags : views) {
-    flags.insert(flags.end(), {"--edits", "2"});
-    EXPECT_GT(Bench(flags)["verified"]["points"], 100) << flags[1];
-  }
-}
-
 TEST_F(LatticectlBench, AnEditThatNoChunkShowsHasAnUpdateWithoutBytes) {
   const auto result = Bench({"--size", "8,8,8", "--points", "one", "--edits", "1"});
   EXPECT_EQ(result["editors"]["updates"], 1);
