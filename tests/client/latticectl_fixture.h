@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs latticectl's commands in this process, in a folder of the test's own.
+// Runs latticectl's commands and latticectl-bench in this process, in a folder of the test's own.
 #ifndef LATTICED_TESTS_CLIENT_LATTICECTL_FIXTURE_H_
 #define LATTICED_TESTS_CLIENT_LATTICECTL_FIXTURE_H_
 
@@ -11,6 +11,7 @@
 
 #include "client/cpp/latticectl/files.h"
 #include "client/cpp/latticectl/latticectl_app.h"
+#include "client/cpp/load/bench_app.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/temporary_folder.h"
 
@@ -28,7 +29,9 @@ class LatticectlTest : public ::testing::Test {
   static int RunAt(Console console, const std::vector<std::string>& arguments) {
     std::vector<const char*> argv{"latticectl"};
     for (const std::string& argument : arguments) argv.push_back(argument.c_str());
-    return RunLatticectl(static_cast<int>(argv.size()), argv.data(), console);
+    const int argc = static_cast<int>(argv.size());
+    if (argc == 1 || arguments[0] != "bench") return RunLatticectl(argc, argv.data(), console);
+    return RunLatticectlBench(argc - 1, argv.data() + 1, console);
   }
 
   static RunResult Latticectl(const std::vector<std::string>& arguments) {

@@ -33,46 +33,18 @@ void TakeSignals() {
   for (const int number : {SIGINT, SIGTERM}) signal(number, SIG_DFL);
 }
 
-// Shared by both services of a server: its meshes and scenes, and which rpc is interrupted.
-struct Things {
+// A server's meshes and scenes, and which rpc is interrupted.
+class FakeServices final : public v1::MeshService::Service, public v1::SceneService::Service {
+ public:
   std::string interrupted_rpc;
   int signal = 0;
-  Mutex mutex;
   std::set<std::string> meshes, scenes, ever;
-
-  // Whether it was this one.
-  bool Interrupt(const std::string& rpc) const {
-    if (rpc != interrupted_rpc) return false;
-    kill(getpid(), signal);
-    return true;
-  }
-  void Add(const std::string& id, std::set<std::string>* ids) {
-    const MutexLock lock(&mutex);
-    ids->insert(id);
-    ever.insert(id);
-  }
-  grpc::Status Find(const std::string& id, const std::set<std::string>& ids) {
-    const MutexLock lock(&mutex);
-    return ids.contains(id) ? grpc::Status::OK : grpc::Status(grpc::StatusCode::NOT_FOUND, id);
-  }
-  grpc::Status Delete(const std::string& id, std::set<std::string>* ids) {
-    const MutexLock lock(&mutex);
-    return ids->erase(id) > 0 ? grpc::Status::OK : grpc::Status(grpc::StatusCode::NOT_FOUND, id);
-  }
-  static grpc::Status UntilCancelled(const grpc::ServerContext& context) {
-    while (!context.IsCancelled()) absl::SleepFor(absl::Milliseconds(1));
-    return grpc::Status::CANCELLED;
-  }
-};
-
-class FakeMeshes final : public v1::MeshService::Service {
- public:
-  explicit FakeMeshes(Things* things) : things_(things) {}
 
   grpc::Status GetMesh(grpc::ServerContext*, const v1::GetMeshRequest* request,
                        v1::Mesh* mesh) override {
+    const MutexLock lock(&mutex_);
     Fill(request->mesh(), mesh);
-    return things_->Find(request->mesh(), things_->meshes);
+    return StatusOf(meshes.contains(request->mesh()));
   }
   grpc::Status UploadMesh(grpc::ServerContext* context,
                           grpc::ServerReader<v1::UploadMeshRequest>* parts,
@@ -80,52 +52,63 @@ class FakeMeshes final : public v1::MeshService::Service {
     v1::UploadMeshRequest part;
     parts->Read(&part);
     const std::string id = part.header().sha256();
-    if (things_->Interrupt("begin of UploadMesh")) return Things::UntilCancelled(*context);
+    if (Interrupt("begin of UploadMesh")) return UntilCancelled(*context);
     while (parts->Read(&part)) {
     }
-    (void)things_->Interrupt("end of UploadMesh");
-    things_->Add(id, &things_->meshes);
+    (void)Interrupt("end of UploadMesh");
+    Add(id, &meshes);
     Fill(id, mesh);
     return grpc::Status::OK;
   }
   grpc::Status DeleteMesh(grpc::ServerContext*, const v1::DeleteMeshRequest* request,
                           v1::DeleteMeshResponse*) override {
-    return things_->Delete(request->mesh(), &things_->meshes);
+    const MutexLock lock(&mutex_);
+    return StatusOf(meshes.erase(request->mesh()) > 0);
   }
-
- private:
-  static void Fill(const std::string& id, v1::Mesh* mesh) {
-    mesh->set_id(id);
-    mesh->set_format(v1::MESH_FORMAT_OBJ);
-  }
-
-  Things* const things_;
-};
-
-class FakeScenes final : public v1::SceneService::Service {
- public:
-  explicit FakeScenes(Things* things) : things_(things) {}
-
   grpc::Status CreateScene(grpc::ServerContext*, const v1::CreateSceneRequest* request,
                            v1::Scene* scene) override {
-    (void)things_->Interrupt("CreateScene");
-    things_->Add(request->scene_id(), &things_->scenes);
+    (void)Interrupt("CreateScene");
+    Add(request->scene_id(), &scenes);
     scene->set_id(request->scene_id());
     return grpc::Status::OK;
   }
   // Without end: only a cancellation gets the command out of here.
   grpc::Status GetUpdate(grpc::ServerContext* context, const v1::GetUpdateRequest*,
                          grpc::ServerWriter<v1::SceneEvent>*) override {
-    (void)things_->Interrupt("GetUpdate");
-    return Things::UntilCancelled(*context);
+    (void)Interrupt("GetUpdate");
+    return UntilCancelled(*context);
   }
   grpc::Status DeleteScene(grpc::ServerContext*, const v1::DeleteSceneRequest* request,
                            v1::DeleteSceneResponse*) override {
-    return things_->Delete(request->scene(), &things_->scenes);
+    const MutexLock lock(&mutex_);
+    return StatusOf(scenes.erase(request->scene()) > 0);
   }
 
  private:
-  Things* const things_;
+  // Whether it was this one.
+  bool Interrupt(const std::string& rpc) const {
+    if (rpc != interrupted_rpc) return false;
+    kill(getpid(), signal);
+    return true;
+  }
+  void Add(const std::string& id, std::set<std::string>* ids) {
+    const MutexLock lock(&mutex_);
+    ids->insert(id);
+    ever.insert(id);
+  }
+  static void Fill(const std::string& id, v1::Mesh* mesh) {
+    mesh->set_id(id);
+    mesh->set_format(v1::MESH_FORMAT_OBJ);
+  }
+  static grpc::Status StatusOf(bool found) {
+    return found ? grpc::Status::OK : grpc::Status(grpc::StatusCode::NOT_FOUND, "it is not here");
+  }
+  static grpc::Status UntilCancelled(const grpc::ServerContext& context) {
+    while (!context.IsCancelled()) absl::SleepFor(absl::Milliseconds(1));
+    return grpc::Status::CANCELLED;
+  }
+
+  Mutex mutex_;
 };
 
 class LatticectlInterrupt : public LatticectlTest {
@@ -144,10 +127,9 @@ class LatticectlInterrupt : public LatticectlTest {
                        "--server", server_.address()});
   }
 
-  Things things_;
-  FakeMeshes meshes_{&things_};
-  FakeScenes scenes_{&things_};
-  FakeServer server_{&meshes_, &scenes_};
+  FakeServices things_;
+  FakeServer server_{static_cast<v1::MeshService::Service*>(&things_),
+                     static_cast<v1::SceneService::Service*>(&things_)};
 };
 
 TEST_F(LatticectlInterrupt, ApplyDeletesItsSceneAndItsMeshWhereverItIs) {

@@ -32,6 +32,13 @@ class LatticectlServer : public LatticectlTest {
   std::string Run(std::vector<std::string> arguments) const {
     return MustRun(AtServer(std::move(arguments)));
   }
+  // The command fails, and says why in one sentence.
+  void ExpectFailure(std::vector<std::string> arguments,
+                     const ::testing::Matcher<std::string>& why) const {
+    const RunResult result = Latticectl(AtServer(std::move(arguments)));
+    EXPECT_EQ(result.code, 1);
+    EXPECT_THAT(result.err, why);
+  }
   nlohmann::json RunJson(std::vector<std::string> arguments) const {
     arguments.push_back("--json");
     return nlohmann::json::parse(Run(std::move(arguments)), nullptr, /*allow_exceptions=*/false);

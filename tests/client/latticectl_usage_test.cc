@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "client/cpp/latticectl/lattice_json.h"
@@ -9,6 +10,7 @@
 namespace latticed::client {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 class LatticectlUsage : public LatticectlTest {};
@@ -59,6 +61,14 @@ TEST_F(LatticectlUsage, WrongUsageIsTwoAndSaysWhat) {
   }
 }
 
+TEST_F(LatticectlUsage, BenchSaysWhereItsProgramIsMissing) {
+  const char* const argv[] = {"latticectl", "bench", "knot", "--edits", "1"};
+  std::ostringstream out, err;
+  EXPECT_EQ(RunLatticectl(std::size(argv), argv, {.out = out, .err = err}), 1);
+  EXPECT_THAT(err.str(),
+              ContainsRegex("cannot start the load generator .*/latticectl-bench: No such"));
+}
+
 TEST_F(LatticectlUsage, FileErrorsAreOneAndNameTheFile) {
   ASSERT_OK(WriteFile(Path("bad.obj"), "v 0 0 0\nf 1 2 3\n"));
   ASSERT_OK(WriteFile(Path("empty.obj"), ""));
@@ -66,6 +76,9 @@ TEST_F(LatticectlUsage, FileErrorsAreOneAndNameTheFile) {
   ASSERT_OK(WriteFile(Path("good.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
   ASSERT_OK(WriteFile(Path("bad.json"), "{\"frame\": 3}"));
   ASSERT_OK(WriteFile(Path("name.json"), "{\"points\": []}"));
+  ASSERT_OK(WriteFile(Path("refused.json"),
+                      R"({"frame": {"u": {"x": 1}, "v": {"y": 1}, "w": {"z": 1}},
+                          "degree": {"u": 2, "v": 0, "w": 2}})"));
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
       {{"lattice", Path("none.obj")}, "none.obj"},
       {{"lattice", Path("empty.obj")}, "empty"},
@@ -79,6 +92,9 @@ TEST_F(LatticectlUsage, FileErrorsAreOneAndNameTheFile) {
        "none.json"},
       {{"apply", Path("good.obj"), "--lattice", Path("bad.json"), "-o", Path("o.ply")}, "bad.json"},
       {{"apply", Path("good.obj"), "--lattice", Path("name.json"), "-o", Path("o.ply")}, "points"},
+      {{"apply", Path("good.obj"), "--lattice", Path("refused.json"), "--backend", "cpu", "-o",
+        Path("o.ply")},
+       "degree.v: got 0, allowed is 1 to 3"},
       {{"upload", Path("none.obj")}, "none.obj"},
       {{"info", "--server", "127.0.0.1:1"}, "latticed --listen 127.0.0.1:1"},
       {{"scene", "create", Path("good.obj"), "--lattice", Path("bad.json"), "--server",
@@ -91,6 +107,7 @@ TEST_F(LatticectlUsage, FileErrorsAreOneAndNameTheFile) {
     EXPECT_THAT(result.err, HasSubstr(text));
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
   }
+  EXPECT_FALSE(std::filesystem::exists(Path("o.ply")));
 }
 
 TEST_F(LatticectlUsage, LatticeIsTheJsonOfTheMessage) {

@@ -223,6 +223,32 @@ TEST_F(DeformStreamTest, HalfCloseEndsItAfterTheLastEdit) {
   EXPECT_THAT(stream_->Send(OneEdit()), StatusIs(absl::StatusCode::kFailedPrecondition));
 }
 
+// Refuses all calls for the moment.
+class BusyScenes final : public v1::SceneService::Service {
+ public:
+  int reads = 0, deletions = 0;
+
+  grpc::Status GetScene(grpc::ServerContext*, const v1::GetSceneRequest*, v1::Scene*) override {
+    ++reads;
+    return {grpc::StatusCode::UNAVAILABLE, "busy"};
+  }
+  grpc::Status DeleteScene(grpc::ServerContext*, const v1::DeleteSceneRequest*,
+                           v1::DeleteSceneResponse*) override {
+    ++deletions;
+    return {grpc::StatusCode::UNAVAILABLE, "busy"};
+  }
+};
+
+TEST(Client, MakesACallFourTimesInAllAndADeletionOnce) {
+  BusyScenes service;
+  const FakeServer server({&service});
+  const auto client = Client::Connect({.address = server.address()});
+  EXPECT_THAT(client->GetScene("a-scene"), StatusIs(absl::StatusCode::kUnavailable, "busy"));
+  EXPECT_THAT(client->DeleteScene("a-scene"), StatusIs(absl::StatusCode::kUnavailable, "busy"));
+  EXPECT_EQ(service.reads, 4);
+  EXPECT_EQ(service.deletions, 1);
+}
+
 TEST(Client, NoServerIsUnavailable) {
   // Port 1 of the loopback: nobody listens there.
   const auto client = Client::Connect({.address = "127.0.0.1:1"});

@@ -4,22 +4,11 @@
 // The client's unary calls and uploads against a real server in this process.
 #include "client/cpp/library/latticed_client.h"
 
-#include <unistd.h>
-
-#include <algorithm>
-#include <array>
-#include <atomic>
-#include <fstream>
 #include <stop_token>
-#include <thread>
 
-#include "absl/time/clock.h"
 #include "core/base/error.h"
 #include "core/mesh/mesh_io.h"
-#include "tests/client/cutting_proxy.h"
-#include "tests/client/fake_server.h"
 #include "tests/client/quiet_server.h"
-#include "tests/support/becomes.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::client {
@@ -141,41 +130,6 @@ TEST_F(ClientTest, AStopCancelsAllButDeletions) {
   EXPECT_OK(client.DeleteMesh(mesh, /*force=*/false));
 }
 
-TEST_F(ClientTest, CallsAndStreamsOutliveCutConnectionsAndEveryEditCountsOnce) {
-  CuttingProxy proxy(server_->address());
-  const auto client = Client::Connect({.address = proxy.address()});
-  const v1::CreateSceneRequest request = SceneRequest(*client);
-  proxy.Cut();
-  const auto scene = client->CreateScene(request);
-  ASSERT_OK(scene);
-  v1::WatchRequest watch;
-  watch.set_scene(scene->id());
-  const auto stream = client->Deform(watch);
-  ASSERT_OK(stream);
-  const double rest = (*stream)->surface().lattice().lattice().control_points(0);
-
-  uint64_t last = 0;
-  for (int i = 0; i < 20; ++i) {
-    const auto sequence = (*stream)->Send(OneMove());
-    ASSERT_OK(sequence);
-    last = *sequence;
-    if (i % 6 == 5) proxy.Cut();
-    if (i % 3 == 2) {
-      ASSERT_OK((*stream)->WaitFor(last));
-    }
-  }
-  const auto update = (*stream)->WaitFor(last);
-
-  ASSERT_OK(update);
-  EXPECT_EQ(update->end.revision(), 20u);
-  EXPECT_GE((*stream)->reconnections(), 3);
-  proxy.Cut();
-  const auto lattice = client->GetLattice(scene->id());
-  ASSERT_OK(lattice);
-  EXPECT_EQ(lattice->revision(), 20u);
-  EXPECT_NEAR(lattice->lattice().control_points(0) - rest, 20, 1e-9);
-}
-
 TEST_F(ClientTest, StreamsSeeEachOthersPresence) {
   v1::WatchRequest watch = WatchOfNewScene(*client_);
   watch.set_editor_id("alice");
@@ -259,79 +213,6 @@ TEST_F(ClientTest, AnErrorSaysReasonFieldAndTheRequestIdOfTheServersLog) {
         client_->Export({}).status(), client_->UploadMesh("", {}).status()}) {
     EXPECT_EQ(error::DetailsOf(stream_error).metadata.count("request_id"), 1u) << stream_error;
   }
-}
-
-// Counts how many batches of an editor are under way at once.
-class SlowScenes final : public v1::SceneService::Service {
- public:
-  std::atomic<int> in_all = 0, most_in_all = 0, most_of_an_editor = 0;
-  std::atomic<bool> hold = true;  // the first batch, until the others are in line
-  std::vector<uint64_t> sequences_of_a;
-
-  grpc::Status ApplyEdits(grpc::ServerContext*, const v1::EditBatch* batch,
-                          v1::EditResult* result) override {
-    {
-      const std::lock_guard lock(mutex_);
-      most_of_an_editor = std::max(most_of_an_editor.load(), ++of_editor_[batch->editor_id()]);
-      most_in_all = std::max(most_in_all.load(), ++in_all);
-      if (batch->editor_id() == "a") sequences_of_a.push_back(batch->sequence());
-    }
-    while (hold) absl::SleepFor(absl::Milliseconds(1));
-    const std::lock_guard lock(mutex_);
-    --of_editor_[batch->editor_id()];
-    --in_all;
-    result->set_sequence(batch->sequence());
-    return grpc::Status::OK;
-  }
-
- private:
-  std::mutex mutex_;
-  std::map<std::string, int> of_editor_;
-};
-
-// Whether a thread of this process waits for something.
-bool Sleeps(pid_t thread) {
-  std::ifstream file("/proc/self/task/" + std::to_string(thread) + "/stat");
-  std::string text;
-  std::getline(file, text);
-  return text.find(") S ") != std::string::npos;
-}
-
-TEST(ClientEdits, OneBatchAnEditorIsUnderWayAndTheLowestSequenceGoesNext) {
-  SlowScenes service;
-  const FakeServer server({&service});
-  const auto client = Client::Connect({.address = server.address()});
-  const auto apply = [&](const std::string& editor, uint64_t sequence) {
-    v1::EditBatch batch;
-    batch.set_scene("scene-of-this-test");
-    batch.set_editor_id(editor);
-    batch.set_sequence(sequence);
-    const auto result = client->ApplyEdits(batch);
-    ASSERT_OK(result);
-    EXPECT_EQ(result->sequence(), sequence);
-  };
-
-  std::vector<std::thread> threads;
-  threads.emplace_back(apply, "a", 1);
-  while (service.in_all < 1) absl::SleepFor(absl::Milliseconds(1));
-  std::array<std::atomic<pid_t>, 4> in_line{};
-  for (uint64_t i = 0; i < in_line.size(); ++i) {
-    threads.emplace_back([&, i] {
-      in_line[i] = gettid();
-      apply("a", std::array{5u, 3u, 4u, 2u}[i]);
-    });
-  }
-  threads.emplace_back(apply, "b", 1);  // another editor does not wait
-  while (service.in_all < 2) absl::SleepFor(absl::Milliseconds(1));
-  EXPECT_TRUE(testing::Becomes(2000, [&] {
-    return std::ranges::all_of(in_line, [](const auto& id) { return id != 0 && Sleeps(id); });
-  }));
-  service.hold = false;
-  for (std::thread& thread : threads) thread.join();
-
-  EXPECT_EQ(service.most_of_an_editor, 1);
-  EXPECT_EQ(service.most_in_all, 2);
-  EXPECT_EQ(service.sequences_of_a, (std::vector<uint64_t>{1, 2, 3, 4, 5}));
 }
 
 }  // namespace

@@ -19,16 +19,13 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// An update of that revision, of chunks of 100 bytes.
-void TakeUpdate(uint64_t revision, bool restart, UpdateLog* log, int chunks = 1) {
+// An update of that revision, of one chunk of 100 bytes.
+void TakeUpdate(uint64_t revision, bool restart, UpdateLog* log) {
   v1::SceneEvent event;
   event.mutable_update_begin()->set_revision(revision);
   event.mutable_update_begin()->set_restart(restart);
   log->Take(event);
-  event.mutable_chunks();
-  for (int i = 0; i < chunks; ++i) {
-    event.mutable_chunks()->add_chunks()->set_data(std::string(100, 'x'));
-  }
+  event.mutable_chunks()->add_chunks()->set_data(std::string(100, 'x'));
   log->Take(event);
   event.mutable_update_end()->set_revision(revision);
   event.mutable_update_end()->mutable_timings()->set_queue_us(3000);
@@ -78,38 +75,16 @@ TEST(StreamGroup, AnUpdateAnswersAllEditsThatItHolds) {
   EXPECT_EQ(stages.encode.Summarise().p50, 1.5);
 }
 
-TEST(StreamGroup, TellsHowManyOfTheChunksTheMedianUpdateHas) {
-  StreamGroup group;
-  EXPECT_EQ(group.MedianChunks().all, 0u);
-  const auto add = [&group](std::vector<uint32_t> runs, const std::vector<int>& updates) {
-    UpdateLog log;
-    v1::SceneEvent event;
-    for (const uint32_t chunks : runs) {
-      event.mutable_topology()->add_chunk_runs()->set_chunk_count(chunks);
-    }
-    log.Take(event);
-    uint64_t revision = 1;
-    TakeUpdate(revision, false, &log);  // the warm-up's
-    for (const int chunks : updates) TakeUpdate(++revision, false, &log, chunks);
-    group.Add(log, {}, /*first_revision=*/1);
-  };
-  add({3, 2}, {5, 1, 3});
-  add({1}, {0, 1});
-
-  EXPECT_EQ(group.MedianChunks().sent, 3u) << "of 0, 1/5, 3/5, 1 and 1";
-  EXPECT_EQ(group.MedianChunks().all, 5u);
-}
-
 TEST(ServerStages, AddsTheEditThatMadeAnUpdatesRevisionToTheUpdate) {
   UpdateLog log;
   TakeUpdate(2, false, &log);  // the warm-up's
   for (const uint64_t revision : {4u, 5u, 5u, 6u}) TakeUpdate(revision, false, &log);
-  const std::vector<AppliedEdit> applied{
+  const std::vector<AppliedBatch> batches{
       {.revision = 3, .apply_time = absl::Milliseconds(90)},  // merged
       {.revision = 4, .apply_time = absl::Milliseconds(10)},
       {.revision = 5, .apply_time = absl::Milliseconds(20)}};
   ServerStages stages;
-  stages.Add(log, applied, /*first_revision=*/2);
+  stages.Add(log, batches, /*first_revision=*/2);
 
   EXPECT_EQ(stages.apply.count(), 3u);
   EXPECT_EQ(stages.arrival_to_bytes.count(), 2u)

@@ -8,14 +8,11 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "client/cpp/latticectl/commands.h"
-#include "client/cpp/latticectl/json_output.h"
 #include "client/cpp/latticectl/lattice_json.h"
+#include "client/cpp/latticectl/message_flags.h"
+#include "client/cpp/latticectl/output.h"
+#include "client/cpp/latticectl/server_meshes.h"
 #include "client/cpp/latticectl/session.h"
-#include "client/cpp/latticectl/surface_mesh.h"
-#include "client/cpp/latticectl/temporary_scenes.h"
-#include "client/cpp/latticectl/text_table.h"
-#include "client/cpp/latticectl/units_flags.h"
-#include "client/cpp/latticectl/view_flags.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
@@ -31,23 +28,21 @@ struct ApplyFlags {
   bool json = false;
 };
 
-void PrintResult(const ApplyFlags& flags, const FetchedSurface& surface, absl::Duration time,
-                 Console console) {
+void PrintApplied(const ApplyFlags& flags, const FetchedSurface& surface, absl::Duration time,
+                  Console console) {
   const uint64_t points = surface.mesh.positions.size(), triangles = surface.mesh.triangles.size();
-  if (flags.json) {
-    PrintJson({{"output", flags.output},
-               {"patches", surface.patches},
-               {"points", points},
-               {"triangles", triangles},
-               {"streamedBytes", surface.bytes},
-               {"seconds", absl::ToDoubleSeconds(time)}},
-              console.out);
-    return;
-  }
-  console.out << fmt::format("{}: {} patches, {} points, {} triangles; {} streamed, {:.2f} s\n",
-                             flags.output, FormatCount(surface.patches), FormatCount(points),
-                             FormatCount(triangles), FormatBytes(surface.bytes),
-                             absl::ToDoubleSeconds(time));
+  PrintResult(
+      flags.json,
+      nlohmann::json{{"output", flags.output},
+                     {"patches", surface.patches},
+                     {"points", points},
+                     {"triangles", triangles},
+                     {"streamedBytes", surface.bytes},
+                     {"seconds", absl::ToDoubleSeconds(time)}},
+      fmt::format("{}: {} patches, {} points, {} triangles; {} streamed, {:.2f} s\n", flags.output,
+                  FormatCount(surface.patches), FormatCount(points), FormatCount(triangles),
+                  FormatBytes(surface.bytes), absl::ToDoubleSeconds(time)),
+      console.out);
 }
 
 absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, const MeshFile& file,
@@ -75,7 +70,7 @@ absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
         LATTICED_ASSIGN_OR_RETURN(const auto surface, Deform(session.client(), flags, file,
                                                              std::move(lattice), line.console));
         LATTICED_RETURN_IF_ERROR(WriteMeshFile(flags.output, surface.mesh));
-        PrintResult(flags, surface, absl::Now() - start, line.console);
+        PrintApplied(flags, surface, absl::Now() - start, line.console);
         return absl::OkStatus();
       });
 }

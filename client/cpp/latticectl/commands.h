@@ -9,8 +9,8 @@
 #include <functional>
 
 #include "absl/status/status.h"
-#include "client/cpp/latticectl/console.h"
 #include "client/cpp/latticectl/interruption.h"
+#include "client/cpp/latticectl/latticectl_app.h"
 
 namespace CLI {
 class App;
@@ -27,6 +27,10 @@ struct CommandLine {
 // Makes `run` the action of a command line that names `command`, and no subcommand of it.
 void SetAction(CLI::App& command, CommandLine& line, std::function<absl::Status()> run);
 
+// Parses a command line of `app` and runs the action. Returns what RunLatticectl does.
+[[nodiscard]] int RunCommandLine(CLI::App& app, CommandLine& line, int argc,
+                                 const char* const* argv);
+
 void AddInfoCommand(CLI::App& app, CommandLine& line);
 void AddSampleCommand(CLI::App& app, CommandLine& line);
 void AddMeshCommands(CLI::App& app, CommandLine& line);  // upload, meshes [delete]
@@ -37,7 +41,7 @@ void AddEditCommands(CLI::App& app, CommandLine& line);   // edit move|set|drag|
 void AddPickCommand(CLI::App& app, CommandLine& line);
 void AddWatchCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);
-void AddBenchCommand(CLI::App& app, CommandLine& line);
+void AddBenchCommand(CLI::App& app, CommandLine& line);  // starts latticectl-bench
 void AddQuickstartCommand(CLI::App& app, CommandLine& line);
 
 }  // namespace latticed::client

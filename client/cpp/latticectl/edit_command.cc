@@ -12,20 +12,19 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "client/cpp/latticectl/commands.h"
-#include "client/cpp/latticectl/json_output.h"
 #include "client/cpp/latticectl/lattice_json.h"
-#include "client/cpp/latticectl/named_values.h"
-#include "client/cpp/latticectl/ray_flags.h"
+#include "client/cpp/latticectl/message_flags.h"
+#include "client/cpp/latticectl/output.h"
 #include "client/cpp/latticectl/session.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "fmt/ranges.h"
 
 namespace latticed::client {
 namespace {
 
-struct EditFlags {
-  SessionFlags session;
+struct EditFlags : ServerFlags {
   std::string scene, editor;
   std::vector<std::string> points;  // "i,j,k"
   std::vector<double> vector;       // of --by or --to
@@ -35,7 +34,6 @@ struct EditFlags {
   v1::LatticeAxis axis = v1::LATTICE_AXIS_U;
   v1::ResetTarget target = v1::RESET_TARGET_IDENTITY;
   v1::UndoScope scope = v1::UNDO_SCOPE_SCENE;
-  bool json = false;
 };
 
 constexpr NamedValues<v1::LatticeAxis, 3> kAxes{
@@ -44,6 +42,22 @@ constexpr NamedValues<v1::ResetTarget, 2> kTargets{
     {{"identity", v1::RESET_TARGET_IDENTITY}, {"initial", v1::RESET_TARGET_INITIAL}}};
 constexpr NamedValues<v1::UndoScope, 2> kScopes{
     {{"mine", v1::UNDO_SCOPE_MINE}, {"scene", v1::UNDO_SCOPE_SCENE}}};
+
+// Six numbers: where the ray begins and where it goes.
+CLI::Option* AddRayFlag(CLI::App& command, std::vector<double>& ray) {
+  return command
+      .add_option("--ray", ray, "Ray X,Y,Z,DX,DY,DZ in the world: where it begins, where it goes")
+      ->delimiter(',')
+      ->expected(6);
+}
+
+v1::PickRequest PickRequestOf(const std::string& scene, const std::vector<double>& ray) {
+  v1::PickRequest request;
+  request.set_scene(scene);
+  *request.mutable_ray()->mutable_origin() = ToProto(Vec3d{ray[0], ray[1], ray[2]});
+  *request.mutable_ray()->mutable_direction() = ToProto(Vec3d{ray[3], ray[4], ray[5]});
+  return request;
+}
 
 using EditMaker =
     std::function<absl::Status(const EditFlags&, const v1::LatticeState&, Client&, v1::Edit&)>;
@@ -152,16 +166,13 @@ absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, 
   batch.set_structure_id(lattice.structure_id());
   LATTICED_RETURN_IF_ERROR(make(flags, lattice, client, *batch.add_edits()));
   LATTICED_ASSIGN_OR_RETURN(const auto result, client.ApplyEdits(batch));
-  if (flags.json) {
-    console.out << MessageJson(result);
-    return absl::OkStatus();
-  }
-  console.out << fmt::format("revision {}: {} patches in {} knot boxes changed, largest move {}\n",
-                             result.revision(), result.patches_touched(), result.boxes_touched(),
-                             result.largest_move());
+  std::string text = fmt::format(
+      "revision {}: {} patches in {} knot boxes changed, largest move {}\n", result.revision(),
+      result.patches_touched(), result.boxes_touched(), result.largest_move());
   if (batch.edits(0).has_drag_points()) {
-    console.out << fmt::format("left to the target: {}\n", result.drag_residual());
+    text += fmt::format("left to the target: {}\n", result.drag_residual());
   }
+  PrintResult(flags.json, result, text, console.out);
   return absl::OkStatus();
 }
 
@@ -182,6 +193,25 @@ void AddDragOptions(CLI::App& command, EditFlags& flags) {
   target->require_option(1);
 }
 
+struct PickFlags : ServerFlags {
+  std::string scene;
+  std::vector<double> ray;
+};
+
+absl::Status RunPick(const PickFlags& flags, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto point, client.Pick(PickRequestOf(flags.scene, flags.ray)));
+  std::string text = fmt::format("{}, {}, {} in face {}\n", point.position().x(),
+                                 point.position().y(), point.position().z(), point.face());
+  if (point.has_normal()) {
+    text += fmt::format("normal {:.6g}, {:.6g}, {:.6g}\n", point.normal().x(), point.normal().y(),
+                        point.normal().z());
+  }
+  text += fmt::format("edit drag --at {},{},{}\n", point.face(), fmt::join(point.corners(), ","),
+                      fmt::join(point.barycentrics(), ","));
+  PrintResult(flags.json, point, text, console.out);
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 void AddEditCommands(CLI::App& app, CommandLine& line) {
@@ -193,10 +223,10 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
     command->add_option("scene", flags->scene, "Id of the scene")->required();
     command->add_option("--editor", flags->editor,
                         "UUID of the editor; by default one of this user and host");
-    AddJsonFlag(*command, flags->json);
-    SetServerAction(*command, flags->session, line, [flags, make, &line](Client& client) {
-      return Run(*flags, make, client, line.console);
-    });
+    SetServerAction(*command, flags, line,
+                    [make](const EditFlags& from, Client& client, Console console) {
+                      return Run(from, make, client, console);
+                    });
     return command;
   };
   const auto add_points = [&](CLI::App* command, const char* vector_flag, const char* what) {
@@ -236,6 +266,15 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
       "Whose: this editor's, or anybody's");
   add("redo", "Applies the step again that was undone last",
       FromFlags([](const EditFlags&, v1::Edit& to) { to.mutable_redo(); }));
+}
+
+void AddPickCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<PickFlags>();
+  CLI::App* command =
+      app.add_subcommand("pick", "Finds the first point of the deformed surface on a ray");
+  command->add_option("scene", flags->scene, "Id of the scene")->required();
+  AddRayFlag(*command, flags->ray)->required();
+  SetServerAction(*command, flags, line, RunPick);
 }
 
 }  // namespace latticed::client

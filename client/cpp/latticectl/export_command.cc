@@ -9,23 +9,19 @@
 #include "absl/strings/ascii.h"
 #include "client/cpp/latticectl/commands.h"
 #include "client/cpp/latticectl/files.h"
-#include "client/cpp/latticectl/json_output.h"
-#include "client/cpp/latticectl/progress_bar.h"
+#include "client/cpp/latticectl/message_flags.h"
+#include "client/cpp/latticectl/output.h"
 #include "client/cpp/latticectl/session.h"
-#include "client/cpp/latticectl/text_table.h"
-#include "client/cpp/latticectl/view_flags.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
 namespace {
 
-struct ExportFlags {
-  SessionFlags session;
+struct ExportFlags : ServerFlags {
   std::string scene, output;
   uint64_t revision = 0;
   v1::ViewOptions view;
-  bool json = false;
 };
 
 // UNSPECIFIED for another extension.
@@ -56,15 +52,13 @@ absl::StatusOr<Client::ExportedFile> Export(const ExportFlags& flags, Client& cl
   return client.Export(request, bar.callback());
 }
 
-absl::Status Run(const ExportFlags& flags, Client& client, Console console) {
+absl::Status RunExport(const ExportFlags& flags, Client& client, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto file, Export(flags, client, console));
   LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, file.bytes));
-  if (flags.json) {
-    console.out << MessageJson(file.header);
-  } else {
-    console.out << fmt::format("{}: {}, revision {}\n", flags.output,
-                               FormatBytes(file.bytes.size()), file.header.revision());
-  }
+  PrintResult(flags.json, file.header,
+              fmt::format("{}: {}, revision {}\n", flags.output, FormatBytes(file.bytes.size()),
+                          file.header.revision()),
+              console.out);
   return absl::OkStatus();
 }
 
@@ -80,9 +74,7 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
       ->check(CheckOutput);
   command->add_option("--revision", flags->revision, "Fails unless this is the newest revision");
   AddViewFlags(*command, flags->view);
-  AddJsonFlag(*command, flags->json);
-  SetServerAction(*command, flags->session, line,
-                  [flags, &line](Client& client) { return Run(*flags, client, line.console); });
+  SetServerAction(*command, flags, line, RunExport);
 }
 
 }  // namespace latticed::client

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <memory>
+#include <fstream>
+#include <sstream>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -17,11 +17,6 @@
 
 namespace latticed::client {
 namespace {
-
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using File = std::unique_ptr<std::FILE, CloseFile>;
 
 absl::Status CannotRead(const std::string& path, std::string_view why) {
   return absl::NotFoundError(fmt::format("cannot read {}: {}", path, why));
@@ -36,23 +31,20 @@ absl::Status InFile(const std::string& path, const absl::Status& status) {
 absl::StatusOr<std::string> ReadFile(const std::string& path) {
   std::error_code failure;
   if (std::filesystem::is_directory(path, failure)) return CannotRead(path, "it is a folder");
-  const File file(std::fopen(path.c_str(), "rb"));
-  if (file == nullptr) return CannotRead(path, std::strerror(errno));
-  std::string bytes;
-  char buffer[1 << 16];
-  for (size_t count = 0; (count = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0;) {
-    bytes.append(buffer, count);
-  }
-  if (std::ferror(file.get()) != 0) return CannotRead(path, std::strerror(errno));
-  return bytes;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return CannotRead(path, std::strerror(errno));
+  std::ostringstream bytes;
+  // An empty file sets failbit of `bytes`.
+  if (file.peek() != std::ifstream::traits_type::eof()) bytes << file.rdbuf();
+  if (file.bad() || !bytes) return CannotRead(path, std::strerror(errno));
+  return std::move(bytes).str();
 }
 
 absl::Status WriteFile(const std::string& path, std::string_view bytes) {
-  File file(std::fopen(path.c_str(), "wb"));
-  if (file != nullptr && std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size() &&
-      std::fclose(file.release()) == 0) {
-    return absl::OkStatus();
-  }
+  std::ofstream file(path, std::ios::binary);
+  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  file.close();
+  if (file) return absl::OkStatus();
   return absl::UnknownError(fmt::format("cannot write {}: {}", path, std::strerror(errno)));
 }
 

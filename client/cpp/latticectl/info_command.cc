@@ -5,23 +5,20 @@
 #include <ostream>
 
 #include "client/cpp/latticectl/commands.h"
-#include "client/cpp/latticectl/json_output.h"
+#include "client/cpp/latticectl/message_flags.h"
+#include "client/cpp/latticectl/output.h"
 #include "client/cpp/latticectl/session.h"
-#include "client/cpp/latticectl/text_table.h"
-#include "client/cpp/latticectl/view_flags.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
 namespace {
 
-struct InfoFlags {
-  SessionFlags session;
-  bool json = false;
+struct InfoFlags : ServerFlags {
   bool health = false;
 };
 
-void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
+std::string InfoText(const v1::ServerInfo& info) {
   TextTable table;
   table.AddRow({"version", info.version()});
   table.AddRow({"node", info.node()});
@@ -58,21 +55,17 @@ void PrintInfo(const v1::ServerInfo& info, std::ostream& out) {
   table.AddRow(
       {"connections", fmt::format("up to {}, of up to {} calls each", limits.max_connections(),
                                   limits.max_calls_per_connection())});
-  table.Print(out);
+  return table.Text();
 }
 
-absl::Status Run(const InfoFlags& flags, Client& client, Console console) {
+absl::Status RunInfo(const InfoFlags& flags, Client& client, Console console) {
   if (flags.health) {
     LATTICED_RETURN_IF_ERROR(client.CheckHealth());
     console.out << "serving\n";
     return absl::OkStatus();
   }
   LATTICED_ASSIGN_OR_RETURN(const auto info, client.GetServerInfo());
-  if (flags.json) {
-    console.out << MessageJson(info);
-  } else {
-    PrintInfo(info, console.out);
-  }
+  PrintResult(flags.json, info, InfoText(info), console.out);
   return absl::OkStatus();
 }
 
@@ -81,11 +74,9 @@ absl::Status Run(const InfoFlags& flags, Client& client, Console console) {
 void AddInfoCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<InfoFlags>();
   CLI::App* command = app.add_subcommand("info", "Says what a server is and can do");
-  AddJsonFlag(*command, flags->json);
   command->add_flag("--health", flags->health,
                     "Only ask whether it serves, without a token: for health checks");
-  SetServerAction(*command, flags->session, line,
-                  [flags, &line](Client& client) { return Run(*flags, client, line.console); });
+  SetServerAction(*command, flags, line, RunInfo);
 }
 
 }  // namespace latticed::client

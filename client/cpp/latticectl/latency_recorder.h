@@ -8,6 +8,8 @@
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_LATENCY_RECORDER_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_LATENCY_RECORDER_H_
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -24,7 +26,20 @@ class LatencyRecorder {
  public:
   void Add(absl::Duration latency) { values_.push_back(absl::ToDoubleMilliseconds(latency)); }
   size_t count() const { return values_.size(); }
-  LatencySummary Summarise() const;
+  LatencySummary Summarise() const {
+    if (values_.empty()) return {};
+    std::vector<double> sorted = values_;
+    std::sort(sorted.begin(), sorted.end());
+    const auto nearest_rank = [&sorted](double p) {  // the share p of the values is this or less
+      const double rank = std::ceil(p * static_cast<double>(sorted.size()));
+      return sorted[static_cast<size_t>(rank) - 1];
+    };
+    return {.count = sorted.size(),
+            .p50 = nearest_rank(0.5),
+            .p90 = nearest_rank(0.9),
+            .p99 = nearest_rank(0.99),
+            .max = sorted.back()};
+  }
 
  private:
   std::vector<double> values_;

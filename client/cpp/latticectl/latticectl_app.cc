@@ -59,6 +59,22 @@ void SetAction(CLI::App& command, CommandLine& line, std::function<absl::Status(
   });
 }
 
+int RunCommandLine(CLI::App& app, CommandLine& line, int argc, const char* const* argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e, line.console.out, line.console.err) == 0 ? 0 : kWrongUsage;
+  }
+  const absl::Status status = line.action();
+  if (status.ok()) return 0;
+  if (const int signal = line.interruption.signal(); signal != 0) {
+    line.console.err << "latticectl: interrupted\n";
+    return kInterrupted + signal;
+  }
+  PrintFailure(status, line.console.err);
+  return kFailed;
+}
+
 int RunLatticectl(int argc, const char* const* argv, Console console) {
   CLI::App app("The command-line client of latticed: accurate free-form deformation of meshes.",
                "latticectl");
@@ -77,20 +93,7 @@ int RunLatticectl(int argc, const char* const* argv, Console console) {
   AddExportCommand(app, line);
   AddBenchCommand(app, line);
   AddQuickstartCommand(app, line);
-
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e, console.out, console.err) == 0 ? 0 : kWrongUsage;
-  }
-  const absl::Status status = line.action();
-  if (status.ok()) return 0;
-  if (const int signal = line.interruption.signal(); signal != 0) {
-    console.err << "latticectl: interrupted\n";
-    return kInterrupted + signal;
-  }
-  PrintFailure(status, console.err);
-  return kFailed;
+  return RunCommandLine(app, line, argc, argv);
 }
 
 }  // namespace latticed::client

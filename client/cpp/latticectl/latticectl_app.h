@@ -8,9 +8,16 @@
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_LATTICECTL_APP_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_LATTICECTL_APP_H_
 
-#include "client/cpp/latticectl/console.h"
+#include <iosfwd>
 
 namespace latticed::client {
+
+// Where a command writes: results on out, progress and errors on err.
+struct Console {
+  std::ostream& out;
+  std::ostream& err;
+  bool err_is_terminal = false;  // progress bars only there
+};
 
 [[nodiscard]] int RunLatticectl(int argc, const char* const* argv, Console console);
 

@@ -7,11 +7,10 @@
 
 #include "absl/strings/str_split.h"
 #include "client/cpp/latticectl/commands.h"
-#include "client/cpp/latticectl/json_output.h"
+#include "client/cpp/latticectl/message_flags.h"
+#include "client/cpp/latticectl/output.h"
+#include "client/cpp/latticectl/server_meshes.h"
 #include "client/cpp/latticectl/session.h"
-#include "client/cpp/latticectl/surface_mesh.h"
-#include "client/cpp/latticectl/text_table.h"
-#include "client/cpp/latticectl/units_flags.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/mesh_units.h"
 #include "fmt/format.h"
@@ -19,23 +18,21 @@
 namespace latticed::client {
 namespace {
 
-struct MeshFlags {
-  SessionFlags session;
+struct MeshFlags : ServerFlags {
   std::string file, name, filter;
   v1::MeshUnits units;
   std::vector<std::string> labels;  // key=value
   std::vector<std::string> ids;     // to be deleted
   bool force = false;
-  bool json = false;
 };
 
-void PrintMeshes(const std::vector<v1::Mesh>& meshes, std::ostream& out) {
+std::string MeshesText(const std::vector<v1::Mesh>& meshes) {
   TextTable table({"MESH", "NAME", "VERTICES", "FACES", "BYTES", "SCENES"});
   for (const v1::Mesh& mesh : meshes) {
     table.AddRow({mesh.id(), mesh.name(), FormatCount(mesh.vertices()), FormatCount(mesh.faces()),
                   FormatBytes(mesh.total_bytes()), FormatCount(mesh.scenes())});
   }
-  table.Print(out);
+  return table.Text();
 }
 
 // The same bytes are one mesh, with the units of their first upload.
@@ -62,11 +59,7 @@ absl::Status RunUpload(const MeshFlags& flags, Client& client, Console console) 
   *header.mutable_units() = flags.units;
   LATTICED_ASSIGN_OR_RETURN(const auto mesh, Upload(client, file, std::move(header), console));
   LATTICED_RETURN_IF_ERROR(CheckUnits(mesh, flags.units));
-  if (flags.json) {
-    console.out << MessageJson(mesh);
-  } else {
-    PrintMeshes({mesh}, console.out);
-  }
+  PrintResult(flags.json, mesh, MeshesText({mesh}), console.out);
   return absl::OkStatus();
 }
 
@@ -75,7 +68,7 @@ absl::Status RunList(const MeshFlags& flags, Client& client, Console console) {
   if (flags.json) {
     PrintJsonArray(meshes, console.out);
   } else {
-    PrintMeshes(meshes, console.out);
+    console.out << MeshesText(meshes);
   }
   return absl::OkStatus();
 }
@@ -97,27 +90,21 @@ absl::Status RunDelete(const MeshFlags& flags, Client& client, Console console) 
 
 void AddMeshCommands(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<MeshFlags>();
-  const auto add = [&](CLI::App* command, absl::Status (*run)(const MeshFlags&, Client&, Console)) {
-    AddJsonFlag(*command, flags->json);
-    SetServerAction(*command, flags->session, line, [flags, run, &line](Client& client) {
-      return run(*flags, client, line.console);
-    });
-  };
   CLI::App* upload = app.add_subcommand("upload", "Uploads a mesh file");
   upload->add_option("mesh", flags->file, "OBJ, PLY, STL, GLB or DRC file")->required();
   upload->add_option("--name", flags->name, "Name for people; by default the file's");
   upload->add_option("--label", flags->labels, "Label key=value; may be repeated");
   AddUnitsFlags(*upload, flags->units);
-  add(upload, RunUpload);
+  SetServerAction(*upload, flags, line, RunUpload);
 
   CLI::App* list = app.add_subcommand("meshes", "Lists or deletes the meshes of a server");
   list->add_option("--filter", flags->filter,
                    "Labels that must hold: key=value or key, with commas");
-  add(list, RunList);
+  SetServerAction(*list, flags, line, RunList);
   CLI::App* remove = list->add_subcommand("delete", "Deletes meshes");
   remove->add_option("mesh", flags->ids, "Ids of the meshes")->required();
   remove->add_flag("--force", flags->force, "Also delete the scenes that use them; role admin");
-  add(remove, RunDelete);
+  SetServerAction(*remove, flags, line, RunDelete);
 }
 
 }  // namespace latticed::client

@@ -14,14 +14,11 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "client/cpp/latticectl/commands.h"
-#include "client/cpp/latticectl/json_output.h"
 #include "client/cpp/latticectl/latency_recorder.h"
 #include "client/cpp/latticectl/lattice_json.h"
-#include "client/cpp/latticectl/progress_bar.h"
+#include "client/cpp/latticectl/output.h"
+#include "client/cpp/latticectl/server_meshes.h"
 #include "client/cpp/latticectl/session.h"
-#include "client/cpp/latticectl/surface_mesh.h"
-#include "client/cpp/latticectl/temporary_scenes.h"
-#include "client/cpp/latticectl/text_table.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/sample_meshes.h"
 #include "fmt/format.h"
@@ -76,14 +73,9 @@ v1::EditBatch MakeStep(const v1::Lattice& lattice, int step, int steps) {
   return batch;
 }
 
-// A drag in a closed loop: each edit is sent when the update with the one before it is complete.
-struct DragResult {
+struct Report {
   LatencyRecorder latencies;  // from sending an edit to the end of the update that holds it
   uint64_t bytes = 0;         // of chunk data in all updates
-};
-
-struct Report {
-  DragResult drag;
   uint64_t patches = 0, points = 0, triangles = 0;
   std::vector<std::string> files;
 };
@@ -105,43 +97,29 @@ absl::Status WriteSurface(Client& client, const v1::Scene& scene, const v1::Mesh
   return absl::OkStatus();
 }
 
-absl::StatusOr<DragResult> Drag(Client& client, const v1::Scene& scene, int steps,
-                                Console console) {
+// A closed loop: each edit is sent when the update with the one before it is complete.
+absl::Status Drag(Client& client, const v1::Scene& scene, int steps, Console console,
+                  Report* report) {
   v1::WatchRequest watch;
   watch.set_scene(scene.id());
   LATTICED_ASSIGN_OR_RETURN(const auto stream, client.Deform(std::move(watch)));
   const v1::Lattice lattice = stream->surface().lattice().lattice();
   ProgressBar bar(console, "drag", ProgressBar::Unit::kCount);
-  DragResult result;
   for (int step = 0; step < steps; ++step) {
     const absl::Time begin = absl::Now();
     LATTICED_ASSIGN_OR_RETURN(const auto sequence, stream->Send(MakeStep(lattice, step, steps)));
     LATTICED_ASSIGN_OR_RETURN(const auto update, stream->WaitFor(sequence));
-    result.latencies.Add(absl::Now() - begin);
-    result.bytes += update.bytes;
+    report->latencies.Add(absl::Now() - begin);
+    report->bytes += update.bytes;
     bar.Show(static_cast<uint64_t>(step) + 1, static_cast<uint64_t>(steps));
   }
-  return result;
+  return absl::OkStatus();
 }
 
 void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out) {
-  const LatencySummary latency = report.drag.latencies.Summarise();
-  const double per_update =
-      static_cast<double>(report.drag.bytes) / static_cast<double>(latency.count);
+  const LatencySummary latency = report.latencies.Summarise();
+  const double per_update = static_cast<double>(report.bytes) / static_cast<double>(latency.count);
   const double ratio = kRawBytesPerPoint * static_cast<double>(report.points) / per_update;
-  if (flags.json) {
-    PrintJson({{"patches", report.patches},
-               {"points", report.points},
-               {"triangles", report.triangles},
-               {"updates", latency.count},
-               {"p50Ms", latency.p50},
-               {"p99Ms", latency.p99},
-               {"bytesPerUpdate", per_update},
-               {"ratioToRaw", ratio},
-               {"files", report.files}},
-              out);
-    return;
-  }
   TextTable table;
   table.AddRow({"mesh", flags.sample});
   table.AddRow({"patches", FormatCount(report.patches)});
@@ -154,7 +132,17 @@ void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out
   table.AddRow(
       {"ratio to raw floats", fmt::format("{:.1f} times smaller (24 bytes a point)", ratio)});
   for (const std::string& file : report.files) table.AddRow({"written", file});
-  table.Print(out);
+  PrintResult(flags.json,
+              nlohmann::json{{"patches", report.patches},
+                             {"points", report.points},
+                             {"triangles", report.triangles},
+                             {"updates", latency.count},
+                             {"p50Ms", latency.p50},
+                             {"p99Ms", latency.p99},
+                             {"bytesPerUpdate", per_update},
+                             {"ratioToRaw", ratio},
+                             {"files", report.files}},
+              table.Text(), out);
 }
 
 absl::StatusOr<Report> RunOn(Client& client, const QuickstartFlags& flags, Console console) {
@@ -166,7 +154,7 @@ absl::StatusOr<Report> RunOn(Client& client, const QuickstartFlags& flags, Conso
   const std::string folder = flags.output + "/";
   LATTICED_RETURN_IF_ERROR(
       WriteSurface(client, scene, mesh, file, folder + "rest", console, &report));
-  LATTICED_ASSIGN_OR_RETURN(report.drag, Drag(client, scene, flags.steps, console));
+  LATTICED_RETURN_IF_ERROR(Drag(client, scene, flags.steps, console, &report));
   LATTICED_RETURN_IF_ERROR(
       WriteSurface(client, scene, mesh, file, folder + "deformed", console, &report));
   made.Keep();  // to be looked at

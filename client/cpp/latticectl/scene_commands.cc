@@ -6,25 +6,22 @@
 #include <ostream>
 
 #include "client/cpp/latticectl/commands.h"
-#include "client/cpp/latticectl/json_output.h"
 #include "client/cpp/latticectl/lattice_json.h"
+#include "client/cpp/latticectl/message_flags.h"
+#include "client/cpp/latticectl/output.h"
+#include "client/cpp/latticectl/server_meshes.h"
 #include "client/cpp/latticectl/session.h"
-#include "client/cpp/latticectl/surface_mesh.h"
-#include "client/cpp/latticectl/text_table.h"
-#include "client/cpp/latticectl/view_flags.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
 namespace {
 
-struct SceneFlags {
-  SessionFlags session;
+struct SceneFlags : ServerFlags {
   std::string id, mesh, lattice, filter;
   FitFlags fit;
   v1::ViewOptions view;
   v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
-  bool json = false;
 };
 
 constexpr size_t kMeshIdDigits = 64;
@@ -38,17 +35,17 @@ std::string Axes(const v1::LatticeAxes& axes) {
   return fmt::format("{},{},{}", axes.u(), axes.v(), axes.w());
 }
 
-void PrintScenes(const std::vector<v1::Scene>& scenes, std::ostream& out) {
+std::string ScenesText(const std::vector<v1::Scene>& scenes) {
   TextTable table({"SCENE", "MESH", "SIZE", "REVISION", "PATCHES", "CHUNKS"});
   for (const v1::Scene& scene : scenes) {
     const std::string size = scene.lattices_size() > 0 ? Axes(scene.lattices(0).size()) : "";
     table.AddRow({scene.id(), scene.mesh().substr(0, 12), size, FormatCount(scene.revision()),
                   FormatCount(scene.patches()), FormatCount(scene.chunks())});
   }
-  table.Print(out);
+  return table.Text();
 }
 
-void PrintScene(const v1::Scene& scene, std::ostream& out) {
+std::string SceneText(const v1::Scene& scene) {
   TextTable table;
   table.AddRow({"scene", scene.id()});
   table.AddRow({"mesh", scene.mesh()});
@@ -71,15 +68,7 @@ void PrintScene(const v1::Scene& scene, std::ostream& out) {
   for (const auto& [purpose, bytes] : scene.bytes()) {
     table.AddRow({"bytes of " + purpose, FormatBytes(bytes)});
   }
-  table.Print(out);
-}
-
-void Print(const v1::Scene& scene, bool json, std::ostream& out) {
-  if (json) {
-    out << MessageJson(scene);
-  } else {
-    PrintScene(scene, out);
-  }
+  return table.Text();
 }
 
 absl::StatusOr<v1::LatticeSource> Source(const SceneFlags& flags) {
@@ -105,7 +94,7 @@ absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console)
   *request.mutable_default_view() = flags.view;
   request.mutable_diagnostics()->set_pipeline(flags.pipeline);
   LATTICED_ASSIGN_OR_RETURN(const auto scene, client.CreateScene(std::move(request)));
-  Print(scene, flags.json, console.out);
+  PrintResult(flags.json, scene, SceneText(scene), console.out);
   return absl::OkStatus();
 }
 
@@ -114,24 +103,21 @@ absl::Status RunList(const SceneFlags& flags, Client& client, Console console) {
   if (flags.json) {
     PrintJsonArray(scenes, console.out);
   } else {
-    PrintScenes(scenes, console.out);
+    console.out << ScenesText(scenes);
   }
   return absl::OkStatus();
 }
 
 absl::Status RunShow(const SceneFlags& flags, Client& client, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, client.GetScene(flags.id));
-  Print(scene, flags.json, console.out);
+  PrintResult(flags.json, scene, SceneText(scene), console.out);
   return absl::OkStatus();
 }
 
 absl::Status RunDelete(const SceneFlags& flags, Client& client, Console console) {
   LATTICED_RETURN_IF_ERROR(client.DeleteScene(flags.id));
-  if (flags.json) {
-    PrintJson({{"deleted", std::vector{flags.id}}}, console.out);
-  } else {
-    console.out << fmt::format("scene {} is deleted\n", flags.id);
-  }
+  PrintResult(flags.json, nlohmann::json{{"deleted", std::vector{flags.id}}},
+              fmt::format("scene {} is deleted\n", flags.id), console.out);
   return absl::OkStatus();
 }
 
@@ -144,10 +130,7 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
   const auto add = [&](const char* name, const char* what,
                        absl::Status (*run)(const SceneFlags&, Client&, Console)) {
     CLI::App* command = scene->add_subcommand(name, what);
-    AddJsonFlag(*command, flags->json);
-    SetServerAction(*command, flags->session, line, [flags, run, &line](Client& client) {
-      return run(*flags, client, line.console);
-    });
+    SetServerAction(*command, flags, line, run);
     return command;
   };
   CLI::App* create = add("create", "Puts a mesh under a lattice", RunCreate);

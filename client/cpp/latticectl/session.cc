@@ -98,12 +98,4 @@ absl::Status WithSession(const SessionFlags& flags, const std::stop_token& stop,
   return session.Explain(use(session));
 }
 
-void SetServerAction(CLI::App& command, SessionFlags& flags, CommandLine& line,
-                     std::function<absl::Status(Client&)> run) {
-  AddSessionFlags(command, flags, ServerChoice::kRequired);
-  SetAction(command, line, [&flags, run = std::move(run)] {
-    return WithSession(flags, {}, [&run](Session& session) { return run(session.client()); });
-  });
-}
-
 }  // namespace latticed::client

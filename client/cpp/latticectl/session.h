@@ -13,6 +13,7 @@
 
 #include "absl/status/statusor.h"
 #include "client/cpp/latticectl/commands.h"
+#include "client/cpp/latticectl/output.h"
 #include "client/cpp/library/latticed_client.h"
 
 namespace CLI {
@@ -31,6 +32,12 @@ struct SessionFlags {
   std::string token;
   bool tls = false;
   std::string tls_ca, tls_cert, tls_key;  // PEM files
+};
+
+// What commands that ask a running server have in common.
+struct ServerFlags {
+  SessionFlags session;
+  bool json = false;
 };
 
 enum class ServerChoice {
@@ -64,9 +71,18 @@ class Session {
 [[nodiscard]] absl::Status WithSession(const SessionFlags& flags, const std::stop_token& stop,
                                        const std::function<absl::Status(Session&)>& use);
 
-// Adds the flags of a running server to a command, and makes `run` the command's action.
-void SetServerAction(CLI::App& command, SessionFlags& flags, CommandLine& line,
-                     std::function<absl::Status(Client&)> run);
+// Adds ServerFlags to a command, and makes run(flags, client, console) the command's action.
+template <typename Flags, typename Run>
+void SetServerAction(CLI::App& command, const std::shared_ptr<Flags>& flags, CommandLine& line,
+                     Run run) {
+  AddJsonFlag(command, flags->json);
+  AddSessionFlags(command, flags->session, ServerChoice::kRequired);
+  SetAction(command, line, [flags, run, &line] {
+    return WithSession(flags->session, {}, [&](Session& session) {
+      return run(*flags, session.client(), line.console);
+    });
+  });
+}
 
 }  // namespace latticed::client
 

@@ -7,22 +7,19 @@
 #include <ostream>
 
 #include "client/cpp/latticectl/commands.h"
-#include "client/cpp/latticectl/json_output.h"
+#include "client/cpp/latticectl/message_flags.h"
+#include "client/cpp/latticectl/output.h"
 #include "client/cpp/latticectl/session.h"
-#include "client/cpp/latticectl/text_table.h"
-#include "client/cpp/latticectl/view_flags.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
 namespace {
 
-struct WatchFlags {
-  SessionFlags session;
+struct WatchFlags : ServerFlags {
   std::string scene;
   v1::ViewOptions view;
   uint64_t updates = std::numeric_limits<uint64_t>::max();
-  bool json = false;
 };
 
 // One line an update, in JSON as well, and at once: a watch is endless.
@@ -48,7 +45,7 @@ void PrintUpdate(const CompleteUpdate& update, const Surface& surface, bool json
   out << std::endl;
 }
 
-absl::Status Run(const WatchFlags& flags, Client& client, Console console) {
+absl::Status RunWatch(const WatchFlags& flags, Client& client, Console console) {
   v1::WatchRequest request;
   request.set_scene(flags.scene);
   *request.mutable_view() = flags.view;
@@ -72,9 +69,7 @@ void AddWatchCommand(CLI::App& app, CommandLine& line) {
       ->check(CLI::PositiveNumber);
   AddViewFlags(*command, flags->view);
   AddDragFlags(*command, flags->view);
-  AddJsonFlag(*command, flags->json);
-  SetServerAction(*command, flags->session, line,
-                  [flags, &line](Client& client) { return Run(*flags, client, line.console); });
+  SetServerAction(*command, flags, line, RunWatch);
 }
 
 }  // namespace latticed::client

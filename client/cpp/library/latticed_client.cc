@@ -176,8 +176,6 @@ absl::StatusOr<v1::LatticeState> Client::GetLattice(const std::string& scene) {
 }
 
 absl::StatusOr<v1::EditResult> Client::ApplyEdits(const v1::EditBatch& batch) {
-  const Turns::Turn turn =
-      edit_turns_.Wait(fmt::format("{} {}", batch.scene(), batch.editor_id()), batch.sequence());
   return Call(*scenes_, &SceneStub::ApplyEdits, batch, batch.scene(), stop_);
 }
 

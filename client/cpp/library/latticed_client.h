@@ -27,7 +27,6 @@
 #include "absl/status/statusor.h"
 #include "client/cpp/library/stream.h"
 #include "client/cpp/library/surface.h"
-#include "client/cpp/library/turns.h"
 #include "client/cpp/library/watch.h"
 #include "grpcpp/channel.h"
 #include "latticed/v1/mesh.grpc.pb.h"
@@ -82,8 +81,8 @@ class Client {
   [[nodiscard]] absl::StatusOr<std::vector<v1::Scene>> ListScenes(const std::string& filter = "");
   [[nodiscard]] absl::Status DeleteScene(const std::string& scene);
   [[nodiscard]] absl::StatusOr<v1::LatticeState> GetLattice(const std::string& scene);
-  // Sends one batch of an editor and scene at a time, as the protocol asks. Others wait; the one
-  // with the lowest sequence goes next.
+  // The protocol allows one batch of an editor and scene on its way at a time: threads that share an
+  // editor take turns.
   [[nodiscard]] absl::StatusOr<v1::EditResult> ApplyEdits(const v1::EditBatch& batch);
   [[nodiscard]] absl::StatusOr<v1::EvaluatePointsResponse> EvaluatePoints(
       const v1::EvaluatePointsRequest& request);
@@ -142,7 +141,6 @@ class Client {
   const std::shared_ptr<grpc::Channel> channel_;
   std::string token_;
   std::stop_token stop_;
-  Turns edit_turns_;
   std::unique_ptr<v1::ServerService::Stub> server_;
   std::unique_ptr<v1::MeshService::Stub> meshes_;
   std::unique_ptr<v1::SceneService::Stub> scenes_;

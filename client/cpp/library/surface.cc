@@ -151,21 +151,6 @@ Surface::PatchRange Surface::PatchesOf(size_t chunk) const {
   return {first, 0};
 }
 
-Surface Surface::Excerpt(std::span<const uint32_t> chunks) const {
-  Surface excerpt;
-  excerpt.complete_ = complete_;
-  excerpt.topology_ = topology_;
-  excerpt.view_ = view_;
-  excerpt.revision_ = revision_;
-  excerpt.chunks_.resize(chunks_.size());
-  for (const uint32_t chunk : chunks) {
-    excerpt.chunks_[chunk] = chunks_[chunk];
-    // Another may have been announced since, for the update in progress.
-    excerpt.quantisation_ = chunks_[chunk].quantisation;
-  }
-  return excerpt;
-}
-
 absl::StatusOr<DecodedPoints> Surface::Decode() const {
   if (!complete_) return absl::FailedPreconditionError("no complete update has come yet");
   DecodedPoints points;

@@ -13,7 +13,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -58,9 +57,6 @@ class Surface {
   };
   // The patches of a chunk below chunk_count().
   PatchRange PatchesOf(size_t chunk) const;
-
-  // A copy of the newest complete update that has only these chunks, to be decoded one by one.
-  [[nodiscard]] Surface Excerpt(std::span<const uint32_t> chunks) const;
 
   // All points of the newest complete update.
   [[nodiscard]] absl::StatusOr<DecodedPoints> Decode() const;

@@ -4,23 +4,7 @@
 
 #include <cmath>
 
-#include "fmt/format.h"
-
 namespace latticed::client {
-
-std::string LoadModeText(const LoadPlan& plan) {
-  switch (plan.mode) {
-    case LoadMode::kClosed:
-      return "closed loop";
-    case LoadMode::kOpen:
-      return fmt::format("open loop, {:g} edits/s an editor",
-                         1 / absl::ToDoubleSeconds(plan.period));
-    case LoadMode::kInterval:
-      return fmt::format("an edit every {:g} ms, the newest replaces what waits",
-                         absl::ToDoubleMilliseconds(plan.period));
-  }
-  return "";
-}
 
 v1::EditBatch MakeLoadEdit(const v1::LatticeState& state, bool all_points, uint64_t step) {
   const v1::Lattice& lattice = state.lattice();

@@ -13,7 +13,6 @@
 #define LATTICED_CLIENT_CPP_LOAD_LOAD_PLAN_H_
 
 #include <cstdint>
-#include <string>
 
 #include "absl/time/time.h"
 #include "latticed/v1/edit.pb.h"
@@ -46,12 +45,7 @@ struct LoadPlan {
   bool all_points = true;
   Decoding decoding = Decoding::kFirst;
   v1::ViewOptions view;
-
-  bool timed() const { return duration < absl::InfiniteDuration(); }
 };
-
-// The pace of the edits: "open loop, 30 edits/s an editor".
-[[nodiscard]] std::string LoadModeText(const LoadPlan& plan);
 
 // Edit number `step`. It moves control points by a tenth of the lattice's first edge, there and
 // back: a long run does not drift.

@@ -15,7 +15,6 @@ void StreamGroup::Add(const UpdateLog& log, std::span<const TimedEdit> edits,
     if (update.revision <= first_revision) continue;
     ++updates;
     bytes += update.bytes;
-    chunks.push_back({update.chunks, update.all_chunks});
     const size_t first = next;
     for (; next < edits.size() && edits[next].revision <= update.revision; ++next) {
       first_chunk.Add(update.first_chunk - edits[next].due);
@@ -29,27 +28,20 @@ void StreamGroup::Add(const UpdateLog& log, std::span<const TimedEdit> edits,
       log.restarts(), [first_revision](uint64_t r) { return r > first_revision; }));
 }
 
-SentChunks StreamGroup::MedianChunks() const {
-  if (chunks.empty()) return {};
-  std::vector<SentChunks> sorted = chunks;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) / 2);
-  std::ranges::nth_element(sorted, middle, {}, &SentChunks::share);
-  return *middle;
-}
-
-void ServerStages::Add(const UpdateLog& log, std::span<const AppliedEdit> applied,
+void ServerStages::Add(const UpdateLog& log, std::span<const AppliedBatch> batches,
                        uint64_t first_revision) {
-  for (const AppliedEdit& edit : applied) apply.Add(edit.apply_time);
+  for (const AppliedBatch& batch : batches) apply.Add(batch.apply_time);
   uint64_t newest = first_revision;
   for (const LoggedUpdate& update : log.updates()) {
     if (update.revision <= first_revision) continue;
     const absl::Duration applied_to_begin = absl::Microseconds(update.timings.queue_us());
-    const auto edit =
-        std::ranges::lower_bound(applied, update.revision, {}, &AppliedEdit::revision);
-    const bool made_it = edit != applied.end() && edit->revision == update.revision;
+    const auto batch =
+        std::ranges::lower_bound(batches, update.revision, {}, &AppliedBatch::revision);
+    const bool made_it = batch != batches.end() && batch->revision == update.revision;
     // Not where a revision comes again, in more detail.
-    if (made_it && update.revision > newest)
-      arrival_to_bytes.Add(edit->apply_time + applied_to_begin);
+    if (made_it && update.revision > newest) {
+      arrival_to_bytes.Add(batch->apply_time + applied_to_begin);
+    }
     newest = update.revision;
     queue.Add(applied_to_begin);
     evaluate.Add(absl::Microseconds(update.timings.evaluate_us()));

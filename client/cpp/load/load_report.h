@@ -22,14 +22,6 @@
 
 namespace latticed::client {
 
-// How many chunks an update brought, of all chunks of the surface.
-struct SentChunks {
-  uint64_t sent = 0, all = 0;
-  double share() const {
-    return all == 0 ? 0 : static_cast<double>(sent) / static_cast<double>(all);
-  }
-};
-
 // Streams of one kind. Each edit of a scene and each stream of that scene give one latency: from
 // the time that the edit was due to the first update that holds it.
 struct StreamGroup {
@@ -42,13 +34,10 @@ struct StreamGroup {
   uint64_t restarted = 0;
   uint64_t unseen = 0;  // edits whose update had not come when the run ended
   LatencyRecorder first_chunk, update_end, decoded;
-  std::vector<SentChunks> chunks;  // of each update
 
   // Adds a stream. `edits` are those of its scene, sorted by revision. Updates up to
   // `first_revision` belong to the warm-up.
   void Add(const UpdateLog& log, std::span<const TimedEdit> edits, uint64_t first_revision);
-  // The median by share; zeros where there was no update.
-  SentChunks MedianChunks() const;
 };
 
 // Times on the server, from edit_result of each batch and from update_end of each scene's first
@@ -60,15 +49,17 @@ struct ServerStages {
   // merged into the update came earlier; the server does not tell by how much.
   LatencyRecorder arrival_to_bytes;
 
-  // `applied`: the scene's batches, by revision.
-  void Add(const UpdateLog& log, std::span<const AppliedEdit> applied, uint64_t first_revision);
+  // `batches` are the scene's, by revision.
+  void Add(const UpdateLog& log, std::span<const AppliedBatch> batches, uint64_t first_revision);
 };
 
-// Processor time of the measured run.
-struct CpuTimes {
-  absl::Duration own;
-  bool own_holds_server = false;         // the server runs in this process
-  std::optional<absl::Duration> server;  // of the server's process, where it is known
+// What grows during a run.
+struct LoadCounters {
+  absl::Duration own_cpu;                    // processor time of this process
+  std::optional<absl::Duration> server_cpu;  // of the server's process, where it is known
+  // Updates that gave way to one with less detail, of all streams of the server: it counts them
+  // itself.
+  uint64_t superseded = 0;
 };
 
 struct LoadReport {
@@ -77,14 +68,11 @@ struct LoadReport {
   v1::Encoding encoding = v1::ENCODING_UNSPECIFIED;
   uint64_t edits = 0;     // were due and have taken effect
   uint64_t replaced = 0;  // share of edits that a newer one replaced before they were sent
-  uint64_t unsent = 0;    // were due, but not sent when the run was stopped
   absl::Duration duration;
   StreamGroup editors, watchers, slow;
   ServerStages stages;
-  CpuTimes cpu;
-  // Updates that gave way to one with less detail, of all streams of the server: it counts them
-  // itself.
-  uint64_t superseded = 0;
+  bool own_holds_server = false;  // the server runs in this process
+  LoadCounters before, after;     // the measured run
   VerifiedPoints verified;
 
   uint64_t updates() const { return editors.updates + watchers.updates + slow.updates; }

@@ -4,28 +4,26 @@
 
 #include <time.h>
 
-#include <thread>
+#include <utility>
 
-#include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "client/cpp/library/status.h"
+#include "client/cpp/load/load_control.h"
+#include "client/cpp/load/load_stream.h"
+#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
 namespace {
 
-constexpr absl::Duration kProgressInterval = absl::Milliseconds(100);
+using Kind = LoadStream::Kind;
+
 // Between the last thread's start and the first edit.
 constexpr absl::Duration kStartDelay = absl::Milliseconds(20);
+constexpr uint64_t kWarmUpEdits = 4;  // an even number: all points are back where they were
 
 // Processor time, user and system together.
-absl::Duration OwnCpuTime() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return absl::DurationFromTimespec(time);
-}
-
 absl::StatusOr<absl::Duration> CpuTimeOf(int process) {
   clockid_t clock{};
   timespec time{};
@@ -35,85 +33,167 @@ absl::StatusOr<absl::Duration> CpuTimeOf(int process) {
   return absl::DurationFromTimespec(time);
 }
 
+// Names the scene in the message. Keeps the details.
+absl::Status About(const std::string& scene, const absl::Status& status) {
+  if (status.ok()) return status;
+  return error::WithDetails(absl::Status(status.code(), fmt::format("scene {}: {}", scene,
+                                                                    std::string(status.message()))),
+                            error::DetailsOf(status));
+}
+
+// The load on one scene: Open -> WarmUp -> Start -> WaitUntilEdited -> Settle -> Close -> AddTo.
+class SceneLoad {
+ public:
+  SceneLoad(std::string scene, std::unique_ptr<Client> client)
+      : scene_(std::move(scene)), client_(std::move(client)) {}
+
+  absl::Status Open(const LoadPlan& plan, const NewClient& new_client, LoadControl* control) {
+    LATTICED_ASSIGN_OR_RETURN(lattice_, client_->GetLattice(scene_));
+    const std::pair<Kind, int> kinds[] = {{Kind::kEditor, plan.editors},
+                                          {Kind::kWatcher, plan.watchers},
+                                          {Kind::kSlow, plan.slow},
+                                          {Kind::kStalled, plan.stalled}};
+    for (const auto& [kind, count] : kinds) {
+      for (int i = 0; i < count && !control->Ended(); ++i) {
+        LATTICED_ASSIGN_OR_RETURN(auto stream, LoadStream::Open(new_client(), kind, i,
+                                                                {.plan = &plan,
+                                                                 .control = control,
+                                                                 .scene = scene_,
+                                                                 .lattice = &lattice_,
+                                                                 .edits = &edits_}));
+        streams_.push_back(std::move(stream));
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  // Makes a few edits that are not measured, and waits until all streams that keep up have seen each.
+  absl::Status WarmUp(const LoadControl& control) {
+    const std::string editor = RandomEditorId();
+    for (uint64_t step = 0; step < kWarmUpEdits && !control.Ended(); ++step) {
+      v1::EditBatch batch = MakeLoadEdit(lattice_, /*all_points=*/true, step);
+      batch.set_scene(scene_);
+      batch.set_editor_id(editor);
+      batch.set_sequence(step + 1);
+      LATTICED_ASSIGN_OR_RETURN(const auto result, client_->ApplyEdits(batch));
+      first_revision_ = result.revision();
+      LATTICED_RETURN_IF_ERROR(WaitForAll(first_revision_));
+    }
+    return absl::OkStatus();
+  }
+
+  void Start(absl::Time begin) {
+    for (const auto& stream : streams_) stream->Start(begin);
+  }
+
+  void WaitUntilEdited() {
+    for (const auto& stream : streams_) stream->WaitUntilEdited();
+  }
+
+  // Waits until all streams that keep up have the last revision.
+  absl::Status Settle() {
+    LATTICED_ASSIGN_OR_RETURN(const auto scene, client_->GetScene(scene_));
+    return WaitForAll(scene.revision());
+  }
+
+  void Close() {
+    for (const auto& stream : streams_) stream->Close();
+  }
+
+  // Verifies a few chunks of each stream that keeps up.
+  absl::Status AddTo(LoadReport* report) {
+    SurfaceVerifier verifier(client_.get(), scene_);
+    edits_.Sort();
+    report->edits += edits_.edits().size();
+    report->replaced += edits_.edits().size() - edits_.batches().size();
+    size_t offset = 0;
+    for (const auto& stream : streams_) {
+      if (stream->keeps_up()) {
+        LATTICED_RETURN_IF_ERROR(verifier.Check(stream->surface(), offset++, &report->verified));
+      }
+      if (stream->kind() == Kind::kStalled) continue;
+      StreamGroup& group = stream->kind() == Kind::kEditor    ? report->editors
+                           : stream->kind() == Kind::kWatcher ? report->watchers
+                                                              : report->slow;
+      group.Add(stream->log(), edits_.edits(), first_revision_);
+    }
+    const LoadStream& first = *streams_.front();
+    report->stages.Add(first.log(), edits_.batches(), first_revision_);
+    report->patches += first.surface().topology().patch_count();
+    report->points += first.surface().topology().point_count();
+    report->encoding = first.surface().view().encoding();
+    return absl::OkStatus();
+  }
+
+  const std::string& scene() const { return scene_; }
+
+ private:
+  absl::Status WaitForAll(uint64_t revision) const {
+    absl::Status status;
+    for (const auto& stream : streams_) {
+      if (stream->keeps_up()) status.Update(stream->WaitFor(revision));
+    }
+    return status;
+  }
+
+  const std::string scene_;
+  const std::unique_ptr<Client> client_;  // for unary calls
+  v1::LatticeState lattice_;
+  uint64_t first_revision_ = 0;  // before the measured edits
+  EditLog edits_;
+  std::vector<std::unique_ptr<LoadStream>> streams_;  // last: they use all
+};
+
+// Counters that grow during the run.
+absl::StatusOr<LoadCounters> ReadCounters(Client& client, const LoadProcesses& processes) {
+  LoadCounters counters;
+  LATTICED_ASSIGN_OR_RETURN(const auto info, client.GetServerInfo());
+  counters.superseded = info.superseded_updates();
+  LATTICED_ASSIGN_OR_RETURN(counters.own_cpu, CpuTimeOf(/*process=*/0));
+  if (processes.server == 0) return counters;
+  LATTICED_ASSIGN_OR_RETURN(counters.server_cpu, CpuTimeOf(processes.server));
+  return counters;
+}
+
 }  // namespace
 
-LoadRun::LoadRun(const LoadPlan& plan, const std::vector<LoadScene>& scenes,
-                 const SceneLoad::NewClient& new_client, const Options& options,
-                 const std::stop_token& stop)
-    : plan_(plan), options_(options), client_(new_client()), control_(stop) {
-  for (const LoadScene& scene : scenes) {
-    scenes_.push_back(std::make_unique<SceneLoad>(&plan_, scene, new_client, &control_));
+absl::StatusOr<LoadReport> RunLoad(const LoadPlan& plan, const std::vector<std::string>& scenes,
+                                   const NewClient& new_client, const LoadProcesses& processes,
+                                   const Progress& progress, const std::stop_token& stop) {
+  const bool timed = plan.duration < absl::InfiniteDuration();
+  LoadControl control(stop, progress,
+                      timed ? 0 : plan.edits * static_cast<uint64_t>(plan.editors) * scenes.size());
+  std::vector<std::unique_ptr<SceneLoad>> loads;
+  for (const std::string& scene : scenes) {
+    loads.push_back(std::make_unique<SceneLoad>(scene, new_client()));
   }
-}
+  const auto for_each = [&loads](const auto& act) {
+    for (const auto& load : loads) {
+      LATTICED_RETURN_IF_ERROR(About(load->scene(), act(*load)));
+    }
+    return absl::OkStatus();
+  };
+  LATTICED_RETURN_IF_ERROR(
+      for_each([&](SceneLoad& load) { return load.Open(plan, new_client, &control); }));
+  LATTICED_RETURN_IF_ERROR(for_each([&](SceneLoad& load) { return load.WarmUp(control); }));
+  if (control.Ended()) return Stopped();
 
-absl::StatusOr<LoadReport> LoadRun::Run(const Progress& progress) {
-  LATTICED_RETURN_IF_ERROR(Prepare());
-  LATTICED_ASSIGN_OR_RETURN(const auto before, ReadCounters());
-  const absl::Time begin = absl::Now();
-  Measure(progress);
-  absl::Status status = Settle();
-  LoadReport report;
-  report.duration = absl::Now() - begin;
-  const auto after = ReadCounters();
-  for (const auto& scene : scenes_) scene->Close();
-  LATTICED_RETURN_IF_ERROR(status);
-  LATTICED_RETURN_IF_ERROR(after.status());
-  for (const auto& scene : scenes_) {
-    LATTICED_RETURN_IF_ERROR(scene->Verify(options_.fused));
-    scene->AddTo(&report);
-  }
-  if (report.edits == 0) return Stopped();
-  report.superseded = after->superseded - before.superseded;
-  report.cpu = after->cpu;
-  report.cpu.own -= before.cpu.own;
-  if (report.cpu.server.has_value()) *report.cpu.server -= *before.cpu.server;
-  return report;
-}
-
-absl::Status LoadRun::Prepare() {
-  for (const auto& scene : scenes_) {
-    LATTICED_RETURN_IF_ERROR(scene->Open());
-  }
-  for (const auto& scene : scenes_) {
-    LATTICED_RETURN_IF_ERROR(scene->WarmUp());
-  }
-  return control_.Ended() ? Stopped() : absl::OkStatus();
-}
-
-void LoadRun::Measure(const Progress& progress) {
+  const auto client = new_client();
+  LoadReport report{.own_holds_server = processes.own_holds_server};
+  LATTICED_ASSIGN_OR_RETURN(report.before, ReadCounters(*client, processes));
   const absl::Time begin = absl::Now() + kStartDelay;
-  control_.Begin(begin + plan_.duration);
-  for (const auto& scene : scenes_) scene->Start(begin);
-  absl::Notification done;
-  std::thread waiter([&] {
-    for (const auto& scene : scenes_) scene->WaitUntilDone();
-    done.Notify();
-  });
-  const bool timed = plan_.timed();
-  const uint64_t all = timed ? static_cast<uint64_t>(absl::ToInt64Milliseconds(plan_.duration))
-                             : plan_.edits * static_cast<uint64_t>(plan_.editors) * scenes_.size();
-  do {
-    const int64_t passed = std::max<int64_t>(0, absl::ToInt64Milliseconds(absl::Now() - begin));
-    progress(timed ? static_cast<uint64_t>(passed) : control_.edits(), all);
-  } while (!done.WaitForNotificationWithTimeout(kProgressInterval));
-  waiter.join();
-}
-
-absl::Status LoadRun::Settle() {
-  for (const auto& scene : scenes_) {
-    LATTICED_RETURN_IF_ERROR(control_.status());
-    LATTICED_RETURN_IF_ERROR(scene->Settle());
-  }
-  return control_.status();
-}
-
-absl::StatusOr<LoadRun::Counters> LoadRun::ReadCounters() const {
-  LATTICED_ASSIGN_OR_RETURN(const auto info, client_->GetServerInfo());
-  Counters counters{.cpu = {.own = OwnCpuTime(), .own_holds_server = options_.server_inside},
-                    .superseded = info.superseded_updates()};
-  if (options_.server_process == 0) return counters;
-  LATTICED_ASSIGN_OR_RETURN(counters.cpu.server, CpuTimeOf(options_.server_process));
-  return counters;
+  control.Begin(begin + plan.duration);
+  for (const auto& load : loads) load->Start(begin);
+  for (const auto& load : loads) load->WaitUntilEdited();
+  LATTICED_RETURN_IF_ERROR(control.status());
+  LATTICED_RETURN_IF_ERROR(for_each([](SceneLoad& load) { return load.Settle(); }));
+  LATTICED_RETURN_IF_ERROR(control.status());
+  report.duration = absl::Now() - begin;
+  LATTICED_ASSIGN_OR_RETURN(report.after, ReadCounters(*client, processes));
+  for (const auto& load : loads) load->Close();
+  LATTICED_RETURN_IF_ERROR(for_each([&](SceneLoad& load) { return load.AddTo(&report); }));
+  if (report.edits == 0) return Stopped();
+  return report;
 }
 
 }  // namespace latticed::client

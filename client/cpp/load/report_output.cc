@@ -3,13 +3,10 @@
 #include "client/cpp/load/report_output.h"
 
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <ostream>
-#include <utility>
 #include <vector>
 
-#include "client/cpp/latticectl/text_table.h"
-#include "client/cpp/latticectl/view_flags.h"
+#include "client/cpp/latticectl/message_flags.h"
+#include "client/cpp/latticectl/output.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -17,40 +14,41 @@ namespace {
 
 constexpr double kGigabyte = 1e9;
 
-using Row = std::vector<std::string>;
-
 double PerSecond(uint64_t count, const LoadReport& report) {
   return static_cast<double>(count) / absl::ToDoubleSeconds(report.duration);
-}
-
-// None where no chunk has changed.
-std::optional<double> PerGigabyte(absl::Duration cpu, const LoadReport& report) {
-  if (report.bytes() == 0) return std::nullopt;
-  return absl::ToDoubleSeconds(cpu) * kGigabyte / static_cast<double>(report.bytes());
 }
 
 const char* MovedText(const LoadPlan& plan) {
   return plan.all_points ? "every second control point" : "one control point";
 }
 
-std::string CountedIfAny(uint64_t count, const char* what) {
-  return count == 0 ? "" : fmt::format(", {} {}", FormatCount(count), what);
+std::string PaceText(const LoadPlan& plan) {
+  switch (plan.mode) {
+    case LoadMode::kClosed:
+      return "closed loop";
+    case LoadMode::kOpen:
+      return fmt::format("open loop, {:g} edits/s an editor",
+                         1 / absl::ToDoubleSeconds(plan.period));
+    case LoadMode::kInterval:
+      return fmt::format("an edit every {:g} ms, the newest replaces what waits",
+                         absl::ToDoubleMilliseconds(plan.period));
+  }
+  return "";
 }
 
 struct NamedGroup {
-  const char* name;
+  const char *key, *name;
   const StreamGroup& group;
 };
 
 std::vector<NamedGroup> Groups(const LoadReport& report) {
-  std::vector<NamedGroup> groups{{"editors", report.editors}};
-  if (report.watchers.streams > 0) groups.push_back({"watchers", report.watchers});
-  if (report.slow.streams > 0) groups.push_back({"slow watchers", report.slow});
-  return groups;
+  return {{"editors", "editors", report.editors},
+          {"watchers", "watchers", report.watchers},
+          {"slow", "slow watchers", report.slow}};
 }
 
 struct NamedLatency {
-  std::string key, name;
+  const char *key, *name;
   const LatencyRecorder& recorder;
 };
 
@@ -61,133 +59,100 @@ std::vector<NamedLatency> Latencies(const StreamGroup& group) {
 }
 
 std::vector<NamedLatency> Stages(const ServerStages& stages) {
-  return {{"arrivalToBytes", "server: edit's arrival to all bytes", stages.arrival_to_bytes},
-          {"apply", "server: edit's arrival to applied", stages.apply},
-          {"queue", "server: applied to update begin", stages.queue},
-          {"evaluate", "server: evaluate", stages.evaluate},
-          {"encode", "server: encode", stages.encode},
-          {"send", "server: update begin to end", stages.send}};
+  return {{"arrivalToBytes", "edit's arrival to all bytes", stages.arrival_to_bytes},
+          {"apply", "edit's arrival to applied", stages.apply},
+          {"queue", "applied to update begin", stages.queue},
+          {"evaluate", "evaluate", stages.evaluate},
+          {"encode", "encode", stages.encode},
+          {"send", "update begin to end", stages.send}};
 }
 
-Row LatencyHeader() { return {"", "P50 MS", "P90 MS", "P99 MS", "MAX MS", "COUNT"}; }
+struct CpuTime {
+  const char *key, *name;
+  absl::Duration time;
+  double per_gigabyte = 0;  // seconds; 0 where no chunk has changed
+};
 
-std::vector<Row> LatencyRows(const LoadReport& report) {
-  std::vector<Row> rows;
-  const auto add = [&rows](const std::string& name, const LatencyRecorder& recorder) {
-    if (recorder.count() == 0) return;
-    const LatencySummary summary = recorder.Summarise();
-    const auto text = [](double ms) { return fmt::format("{:.2f}", ms); };
-    rows.push_back({name, text(summary.p50), text(summary.p90), text(summary.p99),
-                    text(summary.max), FormatCount(summary.count)});
-  };
-  for (const auto& [name, group] : Groups(report)) {
-    for (const auto& latency : Latencies(group)) {
-      add(fmt::format("{}: {}", name, latency.name), latency.recorder);
-    }
+std::vector<CpuTime> CpuTimes(const LoadReport& report) {
+  const absl::Duration own = report.after.own_cpu - report.before.own_cpu;
+  std::vector<CpuTime> times{report.own_holds_server
+                                 ? CpuTime{"clientAndServer", "client and server", own}
+                                 : CpuTime{"client", "client", own}};
+  if (report.after.server_cpu.has_value()) {
+    times.push_back({"server", "server", *report.after.server_cpu - *report.before.server_cpu});
   }
-  for (const auto& stage : Stages(report.stages)) add(stage.name, stage.recorder);
+  for (CpuTime& time : times) {
+    if (report.bytes() == 0) continue;
+    time.per_gigabyte =
+        absl::ToDoubleSeconds(time.time) * kGigabyte / static_cast<double>(report.bytes());
+  }
+  return times;
+}
+
+std::string LatencyRows(const char* whose, const std::vector<NamedLatency>& latencies) {
+  std::string rows;
+  for (const auto& [key, name, recorder] : latencies) {
+    if (recorder.count() == 0) continue;
+    const LatencySummary summary = recorder.Summarise();
+    rows += fmt::format("| {:<40} | {:7.2f} | {:7.2f} | {:7.2f} | {:7.2f} | {:>7} |\n",
+                        fmt::format("{}: {}", whose, name), summary.p50, summary.p90, summary.p99,
+                        summary.max, FormatCount(summary.count));
+  }
   return rows;
 }
 
-std::string CpuText(const LoadReport& report) {
-  const CpuTimes& cpu = report.cpu;
-  const auto text = [&report](const char* whose, absl::Duration time) {
-    const auto per_gigabyte = PerGigabyte(time, report);
-    return fmt::format("{} {:.2f} s{}", whose, absl::ToDoubleSeconds(time),
-                       per_gigabyte ? fmt::format(", {:.2f} s/GB", *per_gigabyte) : "");
-  };
-  if (cpu.own_holds_server) return text("client and server in one process", cpu.own);
-  std::string result = text("client", cpu.own);
-  if (cpu.server.has_value()) result += "; " + text("server", *cpu.server);
-  return result;
-}
-
-std::vector<Row> TimeRows(const LoadReport& report) {
+std::string TimeText(const LoadReport& report) {
   const std::vector<TimeShare> shares = TimeShares(report);
-  if (shares.empty()) return {};
-  std::string text;
+  if (shares.empty()) return "";
+  std::string text = "* where the time goes: ";
   double sum = 0;
   for (const auto& [key, name, ms] : shares) {
     text += fmt::format("{} {:.2f} ms, ", name, ms);
     sum += ms;
   }
   const TimeShare& longest = shares.front();
-  return {{"where the time goes", text + "the median of each"},
-          {"next bottleneck", fmt::format("{}, {:.0f} % of these {:.2f} ms", longest.name,
-                                          sum > 0 ? 100 * longest.ms / sum : 0, sum)}};
+  return text +
+         fmt::format("the median of each\n* next bottleneck: {}, {:.0f} % of these {:.2f} ms\n",
+                     longest.name, sum > 0 ? 100 * longest.ms / sum : 0, sum);
 }
 
-std::vector<Row> FactRows(const LoadReport& report) {
-  std::vector<Row> rows{
-      {"edits", fmt::format("{} in {:.2f} s, {:.1f}/s; {} replaced before they were sent{}",
-                            FormatCount(report.edits), absl::ToDoubleSeconds(report.duration),
-                            PerSecond(report.edits, report), FormatCount(report.replaced),
-                            CountedIfAny(report.unsent, "due and not sent when it was stopped"))}};
-  for (const auto& [name, group] : Groups(report)) {
-    const SentChunks chunks = group.MedianChunks();
-    rows.push_back(
-        {fmt::format("{} ({})", name, group.streams),
-         fmt::format("{} updates, {:.1f}/s; {:.1f} MB/s; {} of {} chunks in the median update; {} "
-                     "edits merged, {} updates restarted{}",
-                     FormatCount(group.updates), PerSecond(group.updates, report),
-                     PerSecond(group.bytes, report) / 1e6, FormatCount(chunks.sent),
-                     FormatCount(chunks.all), FormatCount(group.merged),
-                     FormatCount(group.restarted),
-                     CountedIfAny(group.unseen, "edits not seen yet"))});
+std::string CpuText(const LoadReport& report) {
+  std::string text = "* processor: ";
+  for (const auto& [key, name, time, per_gigabyte] : CpuTimes(report)) {
+    text += fmt::format("{} {:.2f} s", name, absl::ToDoubleSeconds(time));
+    if (per_gigabyte > 0) text += fmt::format(" ({:.2f} s/GB)", per_gigabyte);
+    text += ", ";
   }
-  rows.push_back({"server", fmt::format("{} updates superseded by one in less detail",
-                                        FormatCount(report.superseded))});
-  for (Row& row : TimeRows(report)) rows.push_back(std::move(row));
-  rows.push_back({"processor", CpuText(report)});
-  rows.push_back(
-      {"verified",
-       fmt::format("{} updates at their own revisions, {} points and {} normals of them against "
-                   "EvaluatePoints; the worst are off by {:.2f} and {:.2f} of what is allowed",
-                   FormatCount(report.verified.updates), FormatCount(report.verified.positions),
-                   FormatCount(report.verified.normals), report.verified.worst_position,
-                   report.verified.worst_normal)});
-  return rows;
+  return text + "user and system\n";
 }
 
-nlohmann::json ToJson(const LatencyRecorder& recorder) {
-  const LatencySummary summary = recorder.Summarise();
-  return {{"count", summary.count},
-          {"p50Ms", summary.p50},
-          {"p90Ms", summary.p90},
-          {"p99Ms", summary.p99},
-          {"maxMs", summary.max}};
-}
-
-nlohmann::json ToJson(const StreamGroup& group, const LoadReport& report) {
-  const SentChunks chunks = group.MedianChunks();
-  nlohmann::json json{{"streams", group.streams},
-                      {"updates", group.updates},
-                      {"updatesPerSecond", PerSecond(group.updates, report)},
-                      {"bytes", group.bytes},
-                      {"bytesPerSecond", PerSecond(group.bytes, report)},
-                      {"medianUpdate", {{"chunks", chunks.sent}, {"allChunks", chunks.all}}},
-                      {"editsMerged", group.merged},
-                      {"updatesRestarted", group.restarted},
-                      {"editsUnseen", group.unseen}};
-  for (const auto& latency : Latencies(group)) json[latency.key] = ToJson(latency.recorder);
-  return json;
-}
-
-nlohmann::json CpuJson(const LoadReport& report) {
-  const auto time = [&report](absl::Duration cpu) {
-    nlohmann::json json{{"seconds", absl::ToDoubleSeconds(cpu)}};
-    const auto per_gigabyte = PerGigabyte(cpu, report);
-    if (per_gigabyte.has_value()) json["secondsPerGigabyte"] = *per_gigabyte;
-    return json;
-  };
-  nlohmann::json json{
-      {report.cpu.own_holds_server ? "clientAndServer" : "client", time(report.cpu.own)}};
-  if (report.cpu.server.has_value()) json["server"] = time(*report.cpu.server);
-  return json;
-}
-
-std::string Counted(int count, const char* one) {
+template <typename Number>
+std::string Counted(Number count, const char* one) {
   return fmt::format("{} {}{}", count, one, count == 1 ? "" : "s");
+}
+
+std::string FactLines(const LoadReport& report) {
+  std::string lines =
+      fmt::format("* edits: {} in {:.2f} s, {:.1f}/s; {} replaced before they were sent\n",
+                  FormatCount(report.edits), absl::ToDoubleSeconds(report.duration),
+                  PerSecond(report.edits, report), FormatCount(report.replaced));
+  for (const auto& [key, name, group] : Groups(report)) {
+    if (group.streams == 0) continue;
+    lines += fmt::format(
+        "* {} ({}): {} updates, {:.1f}/s; {:.1f} MB/s; {} edits merged, {} updates restarted, {} "
+        "edits not seen yet\n",
+        name, group.streams, FormatCount(group.updates), PerSecond(group.updates, report),
+        PerSecond(group.bytes, report) / 1e6, FormatCount(group.merged),
+        FormatCount(group.restarted), FormatCount(group.unseen));
+  }
+  lines += fmt::format("* server: {} updates superseded by one in less detail\n",
+                       FormatCount(report.after.superseded - report.before.superseded));
+  lines += TimeText(report) + CpuText(report);
+  return lines + fmt::format(
+                     "* verified: {} points of {} against EvaluatePoints; the worst is off by "
+                     "{:.2f} of what is allowed\n",
+                     FormatCount(report.verified.points),
+                     Counted(report.verified.surfaces, "stream"), report.verified.worst);
 }
 
 // "2 scenes of knot, 1 editor and 20 watchers each, …".
@@ -200,70 +165,71 @@ std::string LoadTitle(const LoadPlan& plan, const LoadReport& report) {
     title += fmt::format(", {} slow ({:g} MB/s)", plan.slow, plan.slow_rate / 1e6);
   }
   if (plan.stalled > 0) title += fmt::format(", {} stalled", plan.stalled);
-  return title + fmt::format("{}; {}; {} moved, {}", plan.scenes > 1 ? " each" : "",
-                             LoadModeText(plan), MovedText(plan), EncodingName(report.encoding));
+  return title + fmt::format("{}; {}; {} moved, {}", plan.scenes > 1 ? " each" : "", PaceText(plan),
+                             MovedText(plan), EncodingName(report.encoding));
 }
 
-std::string MarkdownRow(const Row& row) {
-  std::string text = "|";
-  for (const std::string& cell : row) text += " " + cell + " |";
-  return text + "\n";
+nlohmann::json ToJson(const LatencyRecorder& recorder) {
+  const LatencySummary summary = recorder.Summarise();
+  return {{"count", summary.count},
+          {"p50Ms", summary.p50},
+          {"p90Ms", summary.p90},
+          {"p99Ms", summary.p99},
+          {"maxMs", summary.max}};
 }
 
 }  // namespace
 
-void PrintLoadText(const LoadPlan& plan, const LoadReport& report, std::ostream& out) {
-  out << LoadTitle(plan, report) << "\n\n";
-  TextTable latencies(LatencyHeader());
-  for (Row& row : LatencyRows(report)) latencies.AddRow(std::move(row));
-  latencies.Print(out);
-  out << '\n';
-  TextTable facts;
-  for (Row& row : FactRows(report)) facts.AddRow(std::move(row));
-  facts.Print(out);
-}
-
 std::string LoadMarkdown(const LoadPlan& plan, const LoadReport& report) {
-  std::string text = fmt::format("## {}\n\n{}|---|---:|---:|---:|---:|---:|\n",
-                                 LoadTitle(plan, report), MarkdownRow(LatencyHeader()));
-  for (const Row& row : LatencyRows(report)) text += MarkdownRow(row);
-  text += '\n';
-  for (const Row& row : FactRows(report)) text += fmt::format("* {}: {}\n", row[0], row[1]);
-  return text + '\n';
+  std::string text =
+      fmt::format("## {}\n\n| {:<40} |  P50 MS |  P90 MS |  P99 MS |  MAX MS |   COUNT |\n",
+                  LoadTitle(plan, report), "");
+  text += "|---|---:|---:|---:|---:|---:|\n";
+  for (const auto& [key, name, group] : Groups(report)) text += LatencyRows(name, Latencies(group));
+  text += LatencyRows("server", Stages(report.stages));
+  return text + '\n' + FactLines(report) + '\n';
 }
 
-void PrintLoadJson(const LoadPlan& plan, const LoadReport& report, std::ostream& out) {
+nlohmann::json LoadJson(const LoadPlan& plan, const LoadReport& report) {
   nlohmann::json json{{"meshes", report.meshes},
                       {"scenes", plan.scenes},
                       {"stalled", plan.scenes * plan.stalled},
                       {"patches", report.patches},
                       {"points", report.points},
                       {"encoding", EncodingName(report.encoding)},
-                      {"pace", LoadModeText(plan)},
+                      {"pace", PaceText(plan)},
                       {"moved", MovedText(plan)},
                       {"edits", report.edits},
                       {"editsReplaced", report.replaced},
-                      {"editsUnsent", report.unsent},
                       {"seconds", absl::ToDoubleSeconds(report.duration)},
                       {"updatesPerSecond", PerSecond(report.updates(), report)},
                       {"bytesPerSecond", PerSecond(report.bytes(), report)},
-                      {"editors", ToJson(report.editors, report)},
-                      {"watchers", ToJson(report.watchers, report)},
-                      {"slow", ToJson(report.slow, report)},
-                      {"cpu", CpuJson(report)},
                       {"verified",
-                       {{"updates", report.verified.updates},
-                        {"points", report.verified.positions},
-                        {"normals", report.verified.normals},
-                        {"worstPosition", report.verified.worst_position},
-                        {"worstNormal", report.verified.worst_normal}}}};
-  const auto shares = TimeShares(report);
-  for (const TimeShare& share : shares) json["timeGoesMs"][share.key] = share.ms;
-  if (!shares.empty()) json["bottleneck"] = shares.front().key;
-  for (const auto& stage : Stages(report.stages))
-    json["server"][stage.key] = ToJson(stage.recorder);
-  json["server"]["updatesSuperseded"] = report.superseded;
-  out << json.dump(2) << '\n';
+                       {{"streams", report.verified.surfaces},
+                        {"points", report.verified.points},
+                        {"worst", report.verified.worst}}}};
+  for (const auto& [group_key, group_name, group] : Groups(report)) {
+    nlohmann::json& of_group = json[group_key];
+    of_group = {{"streams", group.streams},
+                {"updates", group.updates},
+                {"updatesPerSecond", PerSecond(group.updates, report)},
+                {"bytes", group.bytes},
+                {"bytesPerSecond", PerSecond(group.bytes, report)},
+                {"editsMerged", group.merged},
+                {"updatesRestarted", group.restarted},
+                {"editsUnseen", group.unseen}};
+    for (const auto& [key, name, recorder] : Latencies(group)) of_group[key] = ToJson(recorder);
+  }
+  for (const auto& [key, name, time, per_gigabyte] : CpuTimes(report)) {
+    json["cpu"][key] = {{"seconds", absl::ToDoubleSeconds(time)}};
+    if (per_gigabyte > 0) json["cpu"][key]["secondsPerGigabyte"] = per_gigabyte;
+  }
+  for (const TimeShare& share : TimeShares(report)) json["timeGoesMs"][share.key] = share.ms;
+  for (const auto& [key, name, recorder] : Stages(report.stages)) {
+    json["server"][key] = ToJson(recorder);
+  }
+  json["server"]["updatesSuperseded"] = report.after.superseded - report.before.superseded;
+  return json;
 }
 
 }  // namespace latticed::client

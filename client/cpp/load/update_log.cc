@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/load/update_log.h"
 
-#include <algorithm>
-#include <bit>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -14,28 +12,11 @@ namespace latticed::client {
 namespace {
 
 constexpr absl::Duration kPatience = absl::Seconds(60);
-// Chunks that are kept of a sampled update.
-constexpr size_t kBroughtChunks = 3, kAnyChunks = 1;
 
 }  // namespace
 
-std::vector<uint32_t> SpreadChunks(size_t count, size_t most, size_t offset) {
-  std::vector<uint32_t> chunks;
-  most = std::min(most, count);
-  for (size_t i = 0; i < most; ++i) {
-    chunks.push_back(static_cast<uint32_t>((offset + i * count / most) % count));
-  }
-  return chunks;
-}
-
 void UpdateLog::Take(const v1::SceneEvent& event) {
   switch (event.event_case()) {
-    case v1::SceneEvent::kTopology:
-      all_chunks_ = 0;
-      for (const v1::ChunkRun& run : event.topology().chunk_runs()) {
-        all_chunks_ += run.chunk_count();
-      }
-      break;
     case v1::SceneEvent::kUpdateBegin:
       if (event.update_begin().restart()) restarts_.push_back(event.update_begin().revision());
       current_ = {.first_chunk = absl::InfiniteFuture()};
@@ -61,8 +42,6 @@ void UpdateLog::TakeEnd(const v1::UpdateEnd& end) {
   if (current_chunks_.empty()) current_.first_chunk = current_.end;
   current_.revision = end.revision();
   current_.timings = end.timings();
-  current_.chunks = current_chunks_.size();
-  current_.all_chunks = all_chunks_;
   updates_.push_back(std::exchange(current_, {}));
   newest_chunks_ = std::exchange(current_chunks_, {});
   const MutexLock lock(&mutex_);
@@ -75,17 +54,6 @@ absl::Status UpdateLog::DecodeNewest(const Surface& surface) {
   }
   updates_.back().decoded = absl::Now();
   return absl::OkStatus();
-}
-
-void UpdateLog::SampleNewest(const Surface& surface) {
-  if (!std::has_single_bit(++sampled_from_)) return;
-  std::vector<uint32_t> chunks = SpreadChunks(surface.chunk_count(), kAnyChunks, samples_.size());
-  for (const uint32_t i : SpreadChunks(newest_chunks_.size(), kBroughtChunks, samples_.size())) {
-    if (std::ranges::find(chunks, newest_chunks_[i]) == chunks.end()) {
-      chunks.push_back(newest_chunks_[i]);
-    }
-  }
-  samples_.emplace_back(surface, std::move(chunks));
 }
 
 uint64_t UpdateLog::revision() const {
@@ -105,7 +73,7 @@ absl::Status UpdateLog::WaitFor(uint64_t revision) const {
 
 void UpdateLog::Fail(const absl::Status& status) {
   const MutexLock lock(&mutex_);
-  status_ = status;
+  status_.Update(status);
 }
 
 }  // namespace latticed::client

@@ -5,7 +5,6 @@
 //
 //   client.Watch(request, [&log](const v1::SceneEvent& event) { log.Take(event); });
 //   if (auto status = log.DecodeNewest(surface); …)         // where decoding is measured
-//   log.SampleNewest(surface);                              // keeps some, to be verified later
 //   log.WaitFor(revision)                                   // in any thread
 //
 // Threads  one takes and decodes; revision and WaitFor from any; the rest when that thread is done
@@ -13,7 +12,6 @@
 #define LATTICED_CLIENT_CPP_LOAD_UPDATE_LOG_H_
 
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -30,29 +28,14 @@ struct LoggedUpdate {
   absl::Time end;
   absl::Time decoded = absl::InfinitePast();  // not decoded
   uint64_t bytes = 0;                         // of chunk data
-  uint64_t chunks = 0, all_chunks = 0;        // brought by it; of the whole surface
   v1::UpdateTimings timings;
 };
-
-// A few chunks of the surface of a stream at the end of an update.
-struct SampledUpdate {
-  SampledUpdate(const Surface& surface, std::vector<uint32_t> chunks)
-      : surface(surface.Excerpt(chunks)), chunks(std::move(chunks)) {}
-  Surface surface;
-  std::vector<uint32_t> chunks;
-};
-
-// Up to `most` numbers below `count`, evenly spread. `offset` selects which.
-[[nodiscard]] std::vector<uint32_t> SpreadChunks(size_t count, size_t most, size_t offset);
 
 class UpdateLog {
  public:
   void Take(const v1::SceneEvent& event);
   // Decodes the chunks that the newest update has brought.
   [[nodiscard]] absl::Status DecodeNewest(const Surface& surface);
-  // Keeps the 1st, 2nd, 4th, 8th, … update that it is called with: some chunks that the update
-  // brought, and some that it did not bring, which means they have not changed.
-  void SampleNewest(const Surface& surface);
 
   // The revision of the newest complete update.
   uint64_t revision() const;
@@ -62,7 +45,6 @@ class UpdateLog {
   void Fail(const absl::Status& status);
 
   const std::vector<LoggedUpdate>& updates() const { return updates_; }
-  const std::vector<SampledUpdate>& samples() const { return samples_; }
   // Revisions of updates that replaced one that had not ended.
   const std::vector<uint64_t>& restarts() const { return restarts_; }
 
@@ -71,10 +53,7 @@ class UpdateLog {
 
   LoggedUpdate current_;
   std::vector<uint32_t> current_chunks_, newest_chunks_;
-  uint64_t all_chunks_ = 0;
   std::vector<LoggedUpdate> updates_;
-  std::vector<SampledUpdate> samples_;
-  uint64_t sampled_from_ = 0;
   std::vector<uint64_t> restarts_;
   mutable Mutex mutex_;
   uint64_t revision_ ABSL_GUARDED_BY(mutex_) = 0;

@@ -112,16 +112,8 @@ def test_an_edit_that_makes_no_sense_is_a_value_error(scene, edit, text):
 @pytest.mark.parametrize(
     "edit, reason, field",
     [
-        (
-            lambda scene: scene.move([9999], (1, 0, 0)),
-            "OUT_OF_RANGE",
-            "edits[0].move_control_points.indices[0]",
-        ),
-        (
-            lambda scene: scene.apply([edits.move([0], (1, 0, 0))], expected_revision=7),
-            "REVISION_CHANGED",
-            "",
-        ),
+        (lambda s: s.move([9999], (1, 0, 0)), "OUT_OF_RANGE", "edits[0].move_control_points.indices[0]"),
+        (lambda s: s.apply([edits.move([0], (1, 0, 0))], expected_revision=7), "REVISION_CHANGED", ""),
     ],
 )
 def test_a_refused_edit_says_why_and_changes_nothing(scene, edit, reason, field):

@@ -30,10 +30,7 @@ def test_all_details_of_a_status_are_read():
     assert (error.code, error.reason) == (grpc.StatusCode.RESOURCE_EXHAUSTED, "OUT_OF_MEMORY")
     assert (error.field, error.retry_after, error.request_id) == ("edits[0].set_control_points", 1.5, "r1")
     assert error.metadata == {"free_bytes": "3", "quota": "memory: asked 5 bytes, free 3 bytes"}
-    assert (
-        str(error)
-        == "RESOURCE_EXHAUSTED, OUT_OF_MEMORY: full (field edits[0].set_control_points) (request r1)"
-    )
+    assert str(error).endswith("OUT_OF_MEMORY: full (field edits[0].set_control_points) (request r1)")
 
 
 def test_a_code_of_a_later_version_is_unknown():

@@ -34,15 +34,8 @@ def test_what_the_readme_shows_runs(server, tmp_path):
 
 
 def test_the_twist_makes_a_picture(server, tmp_path):
-    run(
-        sys.executable,
-        EXAMPLES / "twist.py",
-        tmp_path / "twist.png",
-        "--server",
-        server.address,
-        "--height",
-        "60",
-    )
+    flags = ["--server", server.address, "--height", "60"]
+    run(sys.executable, EXAMPLES / "twist.py", tmp_path / "twist.png", *flags)
 
     data = (tmp_path / "twist.png").read_bytes()
     width, height = struct.unpack(">II", data[16:24])
@@ -53,19 +46,10 @@ def test_the_twist_makes_a_picture(server, tmp_path):
 def test_a_wheel_is_built_without_a_network_and_leaves_nothing_in_the_sources(tmp_path):
     before = sorted((ROOT / "client/python").rglob("*"))
 
-    offline = ["--no-index", "--no-build-isolation", "--no-deps", "--no-cache-dir", "-q"]
+    offline = "--no-index --no-build-isolation --no-deps --no-cache-dir -q".split()
     environment = {key: value for key, value in os.environ.items() if not key.startswith("PIP_")}
-    run(
-        sys.executable,
-        "-m",
-        "pip",
-        "wheel",
-        *offline,
-        "-w",
-        tmp_path,
-        ROOT / "client/python",
-        env=environment,
-    )
+    wheel = [sys.executable, "-m", "pip", "wheel", *offline, "-w", tmp_path, ROOT / "client/python"]
+    run(*wheel, env=environment)
 
     (wheel,) = tmp_path.glob("latticed-*-py3-none-any.whl")
     names = zipfile.ZipFile(wheel).namelist()

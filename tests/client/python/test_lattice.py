@@ -53,13 +53,11 @@ def test_a_scene_keeps_the_lattice_that_it_was_given(client, box, random):
 
 
 def test_latticectls_file_is_read_and_written(server, tmp_path):
-    subprocess.run(
-        [LATTICECTL, "sample", "vase", "-o", tmp_path / "vase.obj"], check=True, capture_output=True
-    )
-    lattice_flags = ["--size", "5,4,6", "--degree", "2,1,3", "-o", tmp_path / "L.json"]
-    subprocess.run(
-        [LATTICECTL, "lattice", tmp_path / "vase.obj", *lattice_flags], check=True, capture_output=True
-    )
+    def latticectl(arguments):
+        subprocess.run([LATTICECTL, *arguments.split()], cwd=tmp_path, check=True, capture_output=True)
+
+    latticectl("sample vase -o vase.obj")
+    latticectl("lattice vase.obj --size 5,4,6 --degree 2,1,3 -o L.json")
 
     lattice = latticed.Lattice.load(tmp_path / "L.json")
     lattice.control_points[-1, ..., 0] += 0.5
@@ -68,18 +66,7 @@ def test_latticectls_file_is_read_and_written(server, tmp_path):
 
     assert (lattice.size, lattice.degree) == ((5, 4, 6), (2, 1, 3))
     np.testing.assert_array_equal(again.control_points, lattice.control_points)
-    apply = [
-        LATTICECTL,
-        "apply",
-        tmp_path / "vase.obj",
-        "--lattice",
-        tmp_path / "M.json",
-        "--server",
-        server.address,
-        "--segments",
-        "1",
-    ]
-    subprocess.run([*apply, "-o", tmp_path / "out.ply"], check=True, capture_output=True)
+    latticectl(f"apply vase.obj --lattice M.json --server {server.address} --segments 1 -o out.ply")
 
 
 def test_a_file_that_is_no_lattice_is_a_value_error(tmp_path):

@@ -26,17 +26,6 @@ def remote(proxy, scene):
         yield client.scene(scene.id)
 
 
-def test_a_stream_goes_on_after_every_cut(proxy, remote):
-    with remote.deform(RAW) as stream:
-        for cuts in range(1, 4):
-            proxy.cut()
-            update = stream.wait(stream.move(stream.lattice.indices, (1, 0, 0)), timeout=60)
-
-            assert update.revision == update.applied_sequence == cuts
-            assert update.points[..., 0].min() == pytest.approx(cuts, abs=1e-5)
-        assert stream.reconnections >= 3
-
-
 def test_edits_of_a_broken_stream_count_once(proxy, remote, scene):
     with remote.deform(RAW) as stream:
         for i in range(40):

@@ -83,18 +83,6 @@ def test_a_refusal_that_nobody_asked_about_is_raised_at_the_end(scene):
     assert caught.value.reason == "OUT_OF_RANGE"
 
 
-def test_a_gesture_in_a_stream_is_one_step(scene):
-    rest = scene.lattice()
-    with scene.deform(RAW) as stream:
-        with stream.gesture() as drag:
-            for share in np.linspace(0.1, 1, 10):
-                last = drag.move(rest.indices[-1], (share, 0, 0))
-        assert stream.wait(last, timeout=60).applied_sequence >= last
-        stream.wait(stream.undo(), timeout=60)
-
-        np.testing.assert_array_equal(stream.lattice.control_points, rest.control_points)
-
-
 def test_the_view_can_be_changed_on_the_way(scene):
     with scene.deform(RAW) as stream:
         before = stream.latest

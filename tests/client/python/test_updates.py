@@ -42,22 +42,6 @@ def test_every_point_is_where_the_definition_puts_its_source(scene, random):
     np.testing.assert_allclose(update.points.reshape(-1, 3), expected, atol=update.step / 2 + FLOAT32)
 
 
-def test_surface_points_are_evaluated_in_double(scene, random):
-    lattice = scene.lattice()
-    lattice.control_points += random.normal(scale=0.2, size=lattice.control_points.shape)
-    scene.replace(lattice.control_points)
-    weights = random.dirichlet([1, 1, 1], size=50)
-    faces = random.integers(6, size=50)
-    corners = 4 * faces[:, None] + [0, 1, 2]
-
-    evaluation = scene.evaluate_surface(faces, corners, weights)
-
-    triangles = definition.BOX_POSITIONS[definition.BOX_FACES.reshape(-1)[corners]]
-    rest = np.einsum("pi,pix->px", weights, triangles)
-    np.testing.assert_allclose(evaluation.positions, definition.deform(lattice, rest), atol=1e-12)
-    np.testing.assert_allclose(np.linalg.norm(evaluation.normals, axis=1), 1, atol=1e-12)
-
-
 def test_encodings_agree(scene, random):
     lattice = scene.lattice()
     scene.replace(lattice.control_points + random.normal(scale=0.2, size=lattice.control_points.shape))
@@ -85,10 +69,7 @@ def test_encodings_agree(scene, random):
     [
         (lambda client, scene: scene.get_update(latticed.View(encoding="zip")), "'zip'"),
         (lambda client, scene: scene.get_update(latticed.View(normals="flat")), "'flat'"),
-        (
-            lambda client, scene: client.create_scene(scene.info.mesh, pipeline="fast"),
-            "pipeline is one of fused, gemm",
-        ),
+        (lambda client, scene: client.create_scene(scene.info.mesh, pipeline="fast"), "pipeline is one of"),
     ],
 )
 def test_an_unknown_word_is_a_value_error(client, scene, ask, text):

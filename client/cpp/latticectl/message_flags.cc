@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cpp/latticectl/view_flags.h"
+#include "client/cpp/latticectl/message_flags.h"
 
-#include <CLI/CLI.hpp>
+#include <cmath>
 
-#include "client/cpp/latticectl/named_values.h"
+#include "absl/strings/numbers.h"
 #include "core/base/limits.h"
+#include "fmt/format.h"
 
 namespace latticed::client {
 namespace {
@@ -33,6 +34,16 @@ CLI::Validator PositionBits() {
   return CLI::Range(limits::kMinPositionBits, limits::kMaxPositionBits);
 }
 CLI::Validator NormalBits() { return CLI::Range(limits::kMinNormalBits, limits::kMaxNormalBits); }
+
+constexpr NamedValues<v1::UpAxis, 3> kUpAxes{
+    {{"x", v1::UP_AXIS_X}, {"y", v1::UP_AXIS_Y}, {"z", v1::UP_AXIS_Z}}};
+
+// For CLI11, whose own check prints the largest double with 309 digits.
+std::string CheckLength(const std::string& text) {
+  double length = 0;
+  const bool good = absl::SimpleAtod(text, &length) && length > 0 && std::isfinite(length);
+  return good ? "" : fmt::format("'{}' is not a length above 0", text);
+}
 
 }  // namespace
 
@@ -79,5 +90,18 @@ std::string EncodingName(v1::Encoding encoding) { return NameOf(kEncodings, enco
 std::string NormalModeName(v1::NormalMode normals) {
   return NameOf(kNormalModes, normals, "default");
 }
+
+void AddUnitsFlags(CLI::App& command, v1::MeshUnits& units) {
+  AddNamedOption<v1::UpAxis>(
+      command, "--up-axis", kUpAxes, [&units](auto axis) { units.set_up_axis(axis); },
+      "Axis of the mesh that points up");
+  command
+      .add_option_function<double>(
+          "--meters-per-unit", [&units](double length) { units.set_meters_per_unit(length); },
+          "Length of the mesh's unit, for instance 0.001 for millimetres")
+      ->check(CheckLength);
+}
+
+std::string UpAxisName(v1::UpAxis axis) { return NameOf(kUpAxes, axis, ""); }
 
 }  // namespace latticed::client

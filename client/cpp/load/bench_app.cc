@@ -1,20 +1,19 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/load/bench_app.h"
+
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
 #include <limits>
-#include <memory>
+#include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "client/cpp/latticectl/commands.h"
-#include "client/cpp/latticectl/json_output.h"
 #include "client/cpp/latticectl/lattice_json.h"
-#include "client/cpp/latticectl/named_values.h"
-#include "client/cpp/latticectl/progress_bar.h"
+#include "client/cpp/latticectl/message_flags.h"
+#include "client/cpp/latticectl/output.h"
+#include "client/cpp/latticectl/server_meshes.h"
 #include "client/cpp/latticectl/session.h"
-#include "client/cpp/latticectl/temporary_scenes.h"
-#include "client/cpp/latticectl/view_flags.h"
 #include "client/cpp/load/load_run.h"
 #include "client/cpp/load/report_output.h"
 #include "core/base/status_macros.h"
@@ -37,7 +36,6 @@ struct BenchFlags {
   int resolution = kDefaultSampleResolution;
   FitFlags fit;
   v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
-  std::string markdown;
   int server_process = 0;
   bool json = false;
   LoadPlan plan;
@@ -51,32 +49,18 @@ std::string MeshNames(const BenchFlags& flags) {
   return names;
 }
 
-absl::Status Print(const BenchFlags& flags, const LoadReport& report, Console console) {
-  if (flags.json) {
-    PrintLoadJson(flags.plan, report, console.out);
-  } else {
-    PrintLoadText(flags.plan, report, console.out);
-  }
-  if (flags.markdown.empty()) return absl::OkStatus();
-  std::ofstream file(flags.markdown, std::ios::app);
-  file << LoadMarkdown(flags.plan, report);
-  file.close();
-  if (file) return absl::OkStatus();
-  return absl::UnknownError(fmt::format("{} cannot be written", flags.markdown));
-}
-
-absl::StatusOr<std::vector<LoadScene>> MakeScenes(TemporaryScenes& made, const BenchFlags& flags,
-                                                  Console console) {
+absl::StatusOr<std::vector<std::string>> MakeScenes(TemporaryScenes& made, const BenchFlags& flags,
+                                                    Console console) {
   v1::CreateSceneRequest request;
   *request.add_lattices()->mutable_fit() = ToProto(flags.fit);
   request.mutable_diagnostics()->set_pipeline(flags.pipeline);
-  std::vector<LoadScene> scenes;
+  std::vector<std::string> scenes;
   for (int i = 0; i < flags.plan.scenes; ++i) {
     const std::string& name = flags.meshes[static_cast<size_t>(i) % flags.meshes.size()];
-    LATTICED_ASSIGN_OR_RETURN(auto file, SampleOrFile(name, flags.resolution));
+    LATTICED_ASSIGN_OR_RETURN(const auto file, SampleOrFile(name, flags.resolution));
     LATTICED_RETURN_IF_ERROR(made.Upload(file, {}, console).status());
     LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(request));
-    scenes.push_back({scene.id(), std::make_shared<const MeshFile>(std::move(file))});
+    scenes.push_back(scene.id());
   }
   return scenes;
 }
@@ -85,15 +69,11 @@ absl::StatusOr<LoadReport> Measure(Session& session, const BenchFlags& flags,
                                    const std::stop_token& stop, Console console) {
   TemporaryScenes made(session.client());
   LATTICED_ASSIGN_OR_RETURN(const auto scenes, MakeScenes(made, flags, console));
-  LoadRun run(
+  ProgressBar bar(console, "edits", ProgressBar::Unit::kCount);
+  return RunLoad(
       flags.plan, scenes, [&session] { return session.NewClient(); },
-      {.fused = flags.pipeline == v1::PIPELINE_UNSPECIFIED || flags.pipeline == v1::PIPELINE_FUSED,
-       .server_inside = flags.session.server.empty(),
-       .server_process = flags.server_process},
-      stop);
-  ProgressBar bar(console, flags.plan.timed() ? "milliseconds" : "edits",
-                  ProgressBar::Unit::kCount);
-  return run.Run(bar.callback());
+      {.own_holds_server = flags.session.server.empty(), .server = flags.server_process},
+      bar.callback(), stop);
 }
 
 absl::Status Run(const BenchFlags& flags, CommandLine& line) {
@@ -101,7 +81,11 @@ absl::Status Run(const BenchFlags& flags, CommandLine& line) {
   return WithSession(flags.session, stop, [&](Session& session) -> absl::Status {
     LATTICED_ASSIGN_OR_RETURN(auto report, Measure(session, flags, stop, line.console));
     report.meshes = MeshNames(flags);
-    LATTICED_RETURN_IF_ERROR(Print(flags, report, line.console));
+    if (flags.json) {
+      PrintJson(LoadJson(flags.plan, report), line.console.out);
+    } else {
+      line.console.out << LoadMarkdown(flags.plan, report);
+    }
     return stop.stop_requested() ? absl::CancelledError("interrupted") : absl::OkStatus();
   });
 }
@@ -172,39 +156,39 @@ void AddPaceFlags(CLI::App& command, LoadPlan& plan) {
 
 }  // namespace
 
-void AddBenchCommand(CLI::App& app, CommandLine& line) {
-  auto flags = std::make_shared<BenchFlags>();
-  CLI::App* command = app.add_subcommand(
-      "bench",
+int RunLatticectlBench(int argc, const char* const* argv, Console console) {
+  CLI::App app(
       "Puts a server under load and measures the time from an edit to its update. An editor makes "
       "its next edit when the update of its last one is here, or at fixed times (--rate, "
-      "--interval)");
-  command->footer(
+      "--interval)",
+      "latticectl bench");
+  app.footer(
       "\"edits merged\" share their update with a later edit. \"updates restarted\" say so "
       "(UpdateBegin.restart): a newer update superseded one before its end, because its reader was "
       "slow or because it gave way to less detail (--max-points, --max-bytes-per-second). "
       "\"updates superseded\" gave way to less detail, counted by the server over all of its "
       "streams.");
-  command->add_option("meshes", flags->meshes, "Files, or names of 'latticectl sample'")
+  CommandLine line{.console = console};
+  BenchFlags flags;
+  app.add_option("meshes", flags.meshes, "Files, or names of 'latticectl sample'")
       ->capture_default_str();
-  command->add_option("--resolution", flags->resolution, "Of sample meshes")
+  app.add_option("--resolution", flags.resolution, "Of sample meshes")
       ->check(CLI::Range(kMinSampleResolution, kMaxSampleResolution))
       ->capture_default_str();
-  AddLoadFlags(*command, flags->plan);
-  AddPaceFlags(*command, flags->plan);
-  AddFitFlags(*command, flags->fit);
-  AddViewFlags(*command, flags->plan.view);
-  AddDragFlags(*command, flags->plan.view);
-  AddPipelineFlag(*command, flags->pipeline);
-  AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
-  command
-      ->add_option("--server-pid", flags->server_process,
-                   "The server's process on this machine; its processor time is reported")
+  AddLoadFlags(app, flags.plan);
+  AddPaceFlags(app, flags.plan);
+  AddFitFlags(app, flags.fit);
+  AddViewFlags(app, flags.plan.view);
+  AddDragFlags(app, flags.plan.view);
+  AddPipelineFlag(app, flags.pipeline);
+  AddSessionFlags(app, flags.session, ServerChoice::kInProcess);
+  app.add_option("--server-pid", flags.server_process,
+                 "The server's process on this machine; its processor time is reported")
       ->check(CLI::Range(1, kMostProcesses))
       ->needs("--server");
-  command->add_option("--markdown", flags->markdown, "Appends the result to this file");
-  AddJsonFlag(*command, flags->json);
-  SetAction(*command, line, [flags, &line] { return Run(*flags, line); });
+  AddJsonFlag(app, flags.json);
+  SetAction(app, line, [&flags, &line] { return Run(flags, line); });
+  return RunCommandLine(app, line, argc, argv);
 }
 
 }  // namespace latticed::client

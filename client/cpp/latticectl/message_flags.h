@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Options that take one of a few names, each with a value.
-#ifndef LATTICED_CLIENT_CPP_LATTICECTL_NAMED_VALUES_H_
-#define LATTICED_CLIENT_CPP_LATTICECTL_NAMED_VALUES_H_
+// Options that fill in a message of the protocol. An option that is not given leaves its field as it
+// is; an empty field of a view takes the scene's default view.
+#ifndef LATTICED_CLIENT_CPP_LATTICECTL_MESSAGE_FLAGS_H_
+#define LATTICED_CLIENT_CPP_LATTICECTL_MESSAGE_FLAGS_H_
 
 #include <CLI/CLI.hpp>
 #include <array>
@@ -12,8 +13,13 @@
 #include <utility>
 #include <vector>
 
+#include "latticed/v1/mesh.pb.h"
+#include "latticed/v1/scene.pb.h"
+#include "latticed/v1/view.pb.h"
+
 namespace latticed::client {
 
+// Options that take one of a few names, each with a value.
 template <typename Value, size_t N>
 using NamedValues = std::array<std::pair<const char*, Value>, N>;
 
@@ -40,6 +46,23 @@ CLI::Option* AddNamedOption(CLI::App& command, const std::string& option,
   return command.add_option_function<std::string>(option, take, text)->check(CLI::IsMember(words));
 }
 
+// --segments, --normals, --encoding, --position-bits, --normal-bits.
+void AddViewFlags(CLI::App& command, v1::ViewOptions& view);
+// Options in force while edits come: --max-points, --max-bytes-per-second, --drag-…-bits.
+void AddDragFlags(CLI::App& command, v1::ViewOptions& view);
+
+// --pipeline: fused, gemm, gemm12, control-net.
+void AddPipelineFlag(CLI::App& command, v1::Pipeline& pipeline);
+
+// "draco", "raw", …: the name that --encoding takes.
+[[nodiscard]] std::string EncodingName(v1::Encoding encoding);
+[[nodiscard]] std::string NormalModeName(v1::NormalMode normals);
+
+// --up-axis z, --meters-per-unit 0.001: what the numbers of a mesh file mean.
+void AddUnitsFlags(CLI::App& command, v1::MeshUnits& units);
+// "x", "y", "z"; empty for an unknown one.
+[[nodiscard]] std::string UpAxisName(v1::UpAxis axis);
+
 }  // namespace latticed::client
 
-#endif  // LATTICED_CLIENT_CPP_LATTICECTL_NAMED_VALUES_H_
+#endif  // LATTICED_CLIENT_CPP_LATTICECTL_MESSAGE_FLAGS_H_

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Commands that write a file without a server.
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "client/cpp/latticectl/commands.h"
+#include "client/cpp/latticectl/files.h"
+#include "client/cpp/latticectl/lattice_json.h"
+#include "client/cpp/latticectl/output.h"
+#include "core/base/status_macros.h"
+#include "core/mesh/mesh_io.h"
+#include "core/mesh/sample_meshes.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct LatticeFlags {
+  std::string mesh;
+  FitFlags fit;
+  std::string output;
+  bool json = false;
+};
+
+absl::Status RunLattice(const LatticeFlags& flags, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, ParseMesh(file));
+  LATTICED_ASSIGN_OR_RETURN(const auto lattice,
+                            FitLattice(mesh.ComputeBounds(), ParseAxes(flags.fit.size),
+                                       ParseAxes(flags.fit.degree), flags.fit.padding));
+  const std::string json = MessageJson(ToProto(lattice));
+  if (flags.output.empty()) {
+    console.out << json;
+    return absl::OkStatus();
+  }
+  LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, json));
+  const size_t points = lattice.control_points.size();
+  PrintResult(flags.json, nlohmann::json{{"output", flags.output}, {"controlPoints", points}},
+              fmt::format("{}: {} control points\n", flags.output, points), console.out);
+  return absl::OkStatus();
+}
+
+struct SampleFlags {
+  std::string name;
+  int resolution = kDefaultSampleResolution;
+  std::string output;
+  bool json = false;
+};
+
+absl::Status RunSample(const SampleFlags& flags, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, MakeSampleMesh(flags.name, flags.resolution));
+  LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, WriteObj(mesh)));
+  PrintResult(flags.json,
+              nlohmann::json{{"output", flags.output},
+                             {"vertices", mesh.positions.size()},
+                             {"faces", mesh.face_count()}},
+              fmt::format("{}: {} vertices, {} faces\n", flags.output,
+                          FormatCount(mesh.positions.size()), FormatCount(mesh.face_count())),
+              console.out);
+  return absl::OkStatus();
+}
+
+std::string CheckIsObj(const std::string& path) {
+  const auto format = MeshFormatFromFileName(path);
+  return format.ok() && *format == MeshFormat::kObj ? "" : "samples are written as .obj files";
+}
+
+}  // namespace
+
+void AddLatticeCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<LatticeFlags>();
+  CLI::App* command = app.add_subcommand(
+      "lattice", "Writes the identity lattice around a mesh as JSON, to be edited");
+  command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")->required();
+  AddFitFlags(*command, flags->fit);
+  command->add_option("-o,--output", flags->output, "JSON file to write; by default it is printed");
+  AddJsonFlag(*command, flags->json);
+  SetAction(*command, line, [flags, &line] { return RunLattice(*flags, line.console); });
+}
+
+void AddSampleCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<SampleFlags>();
+  CLI::App* command =
+      app.add_subcommand("sample", "Writes a mesh made by formula, to try things on");
+  const auto names = SampleMeshNames();
+  command->add_option("name", flags->name, "Which one")
+      ->required()
+      ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
+  command->add_option("--resolution", flags->resolution, "Faces grow with its square")
+      ->check(CLI::Range(kMinSampleResolution, kMaxSampleResolution))
+      ->capture_default_str();
+  command->add_option("-o,--output", flags->output, "OBJ file to write")
+      ->required()
+      ->check(CheckIsObj);
+  AddJsonFlag(*command, flags->json);
+  SetAction(*command, line, [flags, &line] { return RunSample(*flags, line.console); });
+}
+
+}  // namespace latticed::client

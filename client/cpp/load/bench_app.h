@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// latticectl-bench, the load generator, as a function, so that tests run it in their own process.
+// Users start it as 'latticectl bench'. Returns what RunLatticectl does.
+#ifndef LATTICED_CLIENT_CPP_LOAD_BENCH_APP_H_
+#define LATTICED_CLIENT_CPP_LOAD_BENCH_APP_H_
+
+#include "client/cpp/latticectl/latticectl_app.h"
+
+namespace latticed::client {
+
+[[nodiscard]] int RunLatticectlBench(int argc, const char* const* argv, Console console);
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LOAD_BENCH_APP_H_

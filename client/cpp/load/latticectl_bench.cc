@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
+#include <iostream>
+
+#include "client/cpp/load/bench_app.h"
+
+int main(int argc, char** argv) {
+  return latticed::client::RunLatticectlBench(
+      argc, argv,
+      {.out = std::cout, .err = std::cerr, .err_is_terminal = isatty(STDERR_FILENO) != 0});
+}
