@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Every stream leaves one line in the log, as every unary call does.
-
 #include "tests/server/support/call_sink.h"
 #include "tests/server/support/server_test.h"
 #include "tests/support/becomes.h"

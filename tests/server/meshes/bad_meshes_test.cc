@@ -72,8 +72,8 @@ TEST_F(BadMeshesTest, RawArraysAreChecked) {
   for (const uint32_t index : {3u, 65'534u, ~0u}) {
     ExpectMalformed(RawFace(0, {0, 1, index}), "vertex index");
   }
-  ExpectMalformed(RawFace(0, {0, 1}), "3 are needed");
-  ExpectMalformed(RawFace(0, {2}), "3 are needed");
+  ExpectMalformed(RawFace(0, {0, 1}), "at least 3");
+  ExpectMalformed(RawFace(0, {2}), "at least 3");
   MeshFile points = RawFace(0, {});
   points.header.mutable_raw_layout()->clear_face_count();
   points.header.mutable_raw_layout()->set_face_size(3);

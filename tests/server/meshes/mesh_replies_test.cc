@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Replies that any client can take: valid UTF-8, and below 1 MiB whatever words are in them.
-
 #include <algorithm>
 #include <set>
 #include <vector>

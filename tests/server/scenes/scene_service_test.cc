@@ -3,7 +3,6 @@
 //
 // SceneService's unary rpcs through the stub: what they return, and every refusal with its reason
 // and field.
-
 #include "tests/server/support/server_test.h"
 
 namespace latticed::testing {

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // SceneService.Deform through a stub.
-
 #include "tests/server/support/server_test.h"
 
 namespace latticed::testing {

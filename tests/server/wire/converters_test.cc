@@ -2,14 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/wire/converters.h"
 
-#include <limits>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
-#include "core/base/error.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
@@ -21,12 +19,6 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
-
-void SetAxes(int u, int v, int w, v1::LatticeAxes& axes) {
-  axes.set_u(u);
-  axes.set_v(v);
-  axes.set_w(w);
-}
 
 // A unit cube; all else at its default.
 v1::Lattice UnitLattice() {
@@ -49,8 +41,6 @@ Lattice SkewLattice() {
   lattice.control_points[7] = {1e9, -1e-9, 0.1};
   return lattice;
 }
-
-error::Details DetailsOf(const absl::Status& status) { return error::DetailsOf(status); }
 
 TEST(LatticeConverter, RoundTripKeepsEveryBit) {
   const Lattice lattice = SkewLattice();

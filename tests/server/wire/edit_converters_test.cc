@@ -2,14 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/wire/edit_converters.h"
 
-#include <limits>
 #include <variant>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
-#include "google/protobuf/unknown_field_set.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
@@ -17,8 +15,6 @@ namespace {
 
 using ::latticed::testing::StatusIs;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
 
