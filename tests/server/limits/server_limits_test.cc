@@ -180,15 +180,15 @@ class ConnectionsTest : public ServerLimitsTest {
 };
 
 TEST_F(ConnectionsTest, OneTooManyIsClosed) {
-  StartServer({.max_connections = 3});
-  EXPECT_EQ(Limits().max_connections(), 3);
+  StartServer({.max_connections = 4});  // of which the fixture's stubs have one
+  EXPECT_EQ(Limits().max_connections(), 4);
   auto first = Connect(), second = Connect(), third = Connect();
   const double refused_before = Metric("latticed_connections_refused_total");
 
   EXPECT_THAT(Ask(/*wait=*/false), StatusIs(absl::StatusCode::kUnavailable));
 
-  EXPECT_EQ(Metric("latticed_connections"), 3);
-  EXPECT_EQ(Metric("latticed_connections_limit"), 3);
+  EXPECT_EQ(Metric("latticed_connections"), 4);
+  EXPECT_EQ(Metric("latticed_connections_limit"), 4);
   EXPECT_GT(Metric("latticed_connections_refused_total"), refused_before);
   third.reset();
   EXPECT_OK(Ask(/*wait=*/true)) << "one has left";
