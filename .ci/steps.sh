@@ -3,7 +3,7 @@
 #
 # The steps of ./dev ci, which reads this file and has what they call.
 readonly ci_build=build/ci/tree/build
-readonly tsan_targets=(scene_engine_test engine_rooms_test structure_edit_test model_based_test)
+readonly tsan_targets=(scene_engine_test engine_rooms_test model_based_test)
 
 source .ci/node_18.sh
 

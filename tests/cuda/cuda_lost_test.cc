@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A device that is lost for good: each in a process of its own, since a process never gets it back.
-// What a server makes of it: tests/server/device_lost_test.cc.
+// What a server makes of it: tests/server/devices/device_lost_test.cc.
 #include <cstdlib>
 #include <iostream>
 #include <vector>

@@ -13,7 +13,7 @@
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
 #include "tests/server/engine/engine_support.h"
-#include "tests/server/engine/scripted_backend.h"
+#include "tests/server/support/scripted_backend.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -53,7 +53,7 @@ class ReleaseTest : public ::testing::Test {
     });
   }
 
-  ScriptedBackend backend_{/*on_device=*/true};
+  ScriptedBackend backend_{uint64_t{1} << 30};
   SceneRegistry registry_{&backend_, 0};
   std::shared_ptr<Scene> scene_;
   WatcherOptions options_;

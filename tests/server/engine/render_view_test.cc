@@ -15,8 +15,9 @@
 #include "absl/time/clock.h"
 #include "core/base/error.h"
 #include "tests/server/engine/engine_support.h"
-#include "tests/server/engine/scripted_backend.h"
+#include "tests/server/support/scripted_backend.h"
 #include "tests/support/status_matchers.h"
+#include "tests/support/test_meshes.h"
 
 namespace latticed::testing {
 namespace {
@@ -30,11 +31,15 @@ constexpr uint32_t kOtherCorner = 2 * 64 + 6 * 8 + 6;
 
 class RenderViewTest : public ::testing::Test {
  protected:
-  explicit RenderViewTest(bool on_device = false) : backend_(on_device) {}
+  RenderViewTest() = default;
+  // On a device.
+  explicit RenderViewTest(uint64_t device_bytes) : backend_(device_bytes) {}
   void SetUp() override { MakeScene(32, 4); }
 
   void MakeScene(int cells, int segments) {
-    SceneConfig config = MakeSceneConfig("scene-" + std::to_string(cells), cells, 8);
+    MakeScene(MakeSceneConfig("scene-" + std::to_string(cells), cells, 8), segments);
+  }
+  void MakeScene(SceneConfig config, int segments) {
     options_ = {.editor_id = "alice", .view = config.default_view, .max_unacked_updates = 0};
     options_.view.key.spec.segments = segments;
     auto scene = registry_.Create(std::move(config));
@@ -205,6 +210,37 @@ TEST_F(RenderViewTest, AViewReservesOnceForTheMostThatItCanTake) {
   }
 }
 
+// What a stream of them needs per point is far more than a surface's.
+TEST_F(RenderViewTest, AViewOfUnconnectedTrianglesTakesNoMoreThanItReserves) {
+  SceneConfig config = MakeSceneConfig("scene-soup");
+  config.mesh = std::make_shared<const PolygonMesh>(TriangleSoup(300, 20261122));
+  config.lattice = *FitLattice(config.mesh->ComputeBounds(), {4, 4, 4}, {2, 2, 2}, 0.05);
+  config.default_view.key.encoding = Encoding::kDracoPoints;
+  config.default_view.key.spec.position_bits = 16;
+  config.default_view.key.spec.normal_bits = 12;
+  MakeScene(config, 1);
+  const uint64_t before = budget_->used_bytes() - budget_->kept_bytes();
+
+  const auto client = Watch();
+
+  const MemoryUse use = scene_->memory();
+  ASSERT_GT(use.at("chunks"), use.at("vertices") * 3 / 4) << "long streams";
+  EXPECT_LE(use.at("chunks") + use.at("vertices"),
+            budget_->used_bytes() - budget_->kept_bytes() - before);
+}
+
+TEST_F(RenderViewTest, AnIdleViewOfAnotherSceneMakesRoom) {
+  const auto idle = scene_;
+  Watch();
+  MakeScene(16, 4);
+  const auto others =
+      budget_->Reserve("others", budget_->total_bytes() - budget_->used_bytes() - 1'000);
+  ASSERT_OK(others);
+  const auto client = Watch();
+  ExpectRightAtHead(*client);
+  EXPECT_EQ(idle->EvictableBytes(), 0u);
+}
+
 TEST_F(RenderViewTest, WithoutMemoryTheWatchersEndAndTheRefusalSaysWhatIsFree) {
   const auto others =
       budget_->Reserve("others", budget_->total_bytes() - budget_->used_bytes() - 1'000);
@@ -284,7 +320,7 @@ TEST_F(RenderViewTest, AnotherStructureNeedsNoMemoryForBoth) {
 
 class DeviceViewTest : public RenderViewTest {
  protected:
-  DeviceViewTest() : RenderViewTest(/*on_device=*/true) {}
+  DeviceViewTest() : RenderViewTest(uint64_t{1} << 30) {}
 };
 
 TEST_F(DeviceViewTest, AnEvictedSceneHasNoTargetAndGetsOneWhenItIsEvaluatedNext) {

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "absl/time/clock.h"
-#include "core/base/limits.h"
 #include "core/cpu/cpu_backend.h"
 #include "tests/server/engine/engine_support.h"
 #include "tests/support/status_matchers.h"
@@ -48,20 +47,6 @@ class SceneEngineTest : public ::testing::Test {
   SceneRegistry registry_{backend_.get(), /*workers=*/0};
 };
 
-TEST_F(SceneEngineTest, FirstUpdateHoldsEveryChunk) {
-  const auto scene = MakeScene();
-  WatcherClient client = Watch(scene, Options());
-
-  client.RunToHead();
-
-  ASSERT_EQ(client.updates().size(), 1u);
-  EXPECT_EQ(client.updates()[0].begin.chunk_count, scene->State()->plan->chunk_count());
-  EXPECT_GT(client.updates()[0].begin.chunk_count, 4u);
-  EXPECT_TRUE(client.updates()[0].end.full_detail);
-  EXPECT_EQ(client.lattice_wholes(), 1u);
-  ExpectEqualsFresh(client, *scene);
-}
-
 TEST_F(SceneEngineTest, AnEditSendsTheChunksItTouchesAndNoMore) {
   const auto scene = MakeScene("scene-one", 32, 8);
   WatcherClient client = Watch(scene, Options());
@@ -79,19 +64,6 @@ TEST_F(SceneEngineTest, AnEditSendsTheChunksItTouchesAndNoMore) {
   EXPECT_LT(client.updates().back().begin.chunk_count, all / 2);
   EXPECT_EQ(client.updates().back().end.applied_sequence, 7u);
   ExpectEqualsFresh(client, *scene);
-}
-
-TEST_F(SceneEngineTest, ARevisionWithoutChangedBytesIsCoveredByAnEmptyUpdate) {
-  const auto scene = MakeScene();
-  WatcherClient client = Watch(scene, Options());
-  client.RunToHead();
-
-  ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", 1, {3}, {0, 0, 0})));
-  client.RunToHead();
-
-  ASSERT_EQ(client.updates().size(), 2u);
-  EXPECT_EQ(client.updates()[1].begin.chunk_count, 0u);
-  EXPECT_EQ(client.updates()[1].end.revision, 1u);
 }
 
 TEST_F(SceneEngineTest, LatestWinsForASlowReader) {
@@ -148,129 +120,6 @@ TEST_F(SceneEngineTest, ARetiredSnapshotRestartsItsWatcher) {
   EXPECT_TRUE(slow[1]->updates()[0].begin.restart);
   EXPECT_EQ(slow[1]->updates()[0].begin.chunk_count, scene->State()->plan->chunk_count());
   for (const auto& client : slow) ExpectEqualsFresh(*client, *scene);
-}
-
-TEST_F(SceneEngineTest, LeavingTheBoxMakesANewOneAndSendsEverything) {
-  const auto scene = MakeScene();
-  WatcherClient client = Watch(scene, Options());
-  client.RunToHead();
-  const uint64_t box = scene->State()->box.id;
-
-  ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", 1, {62}, {40, 0, 0})));
-  client.RunToHead();
-
-  EXPECT_GT(scene->State()->box.id, box);
-  EXPECT_EQ(client.quantisations(), 2u);
-  EXPECT_EQ(client.updates().back().begin.chunk_count, scene->State()->plan->chunk_count());
-  ExpectEqualsFresh(client, *scene);
-}
-
-TEST_F(SceneEngineTest, KnotInsertionSendsLatticeTopologyAndEverything) {
-  const auto scene = MakeScene();
-  WatcherClient client = Watch(scene, Options());
-  client.RunToHead();
-
-  ASSERT_OK(scene->ApplyEdits(KnotBatch(*scene, "alice", 1, 0, 0.37)));
-  client.RunToHead();
-
-  EXPECT_EQ(scene->State()->structure_id, 2u);
-  EXPECT_EQ(client.lattice_wholes(), 2u);
-  EXPECT_EQ(client.topologies(), 2u);
-  EXPECT_EQ(client.cage().size(), 150u);
-  ExpectEqualsFresh(client, *scene);
-}
-
-TEST_F(SceneEngineTest, AStaleStructureIsRefusedAndChangesNothing) {
-  const auto scene = MakeScene();
-  EditBatch stale = MoveBatch(*scene, "alice", 1, {3}, {1, 0, 0});
-  stale.structure_id = 9;
-
-  EXPECT_THAT(scene->ApplyEdits(stale), StatusIs(absl::StatusCode::kAborted));
-  EXPECT_EQ(scene->State()->revision, 0u);
-}
-
-TEST_F(SceneEngineTest, ARepeatedSequenceReturnsTheStoredResult) {
-  const auto scene = MakeScene();
-  const EditBatch batch = MoveBatch(*scene, "alice", 5, {3}, {0.1, 0, 0});
-
-  const auto first = scene->ApplyEdits(batch);
-  const auto again = scene->ApplyEdits(batch);
-
-  ASSERT_OK(first);
-  ASSERT_OK(again);
-  EXPECT_EQ(again->revision, first->revision);
-  EXPECT_EQ(again->patches_touched, first->patches_touched);
-  EXPECT_EQ(scene->State()->revision, 1u);
-}
-
-TEST_F(SceneEngineTest, ATokenResumesWithWhatChangedSince) {
-  const auto scene = MakeScene("scene-one", 32, 8);
-  WatcherClient client = Watch(scene, Options());
-  client.RunToHead();
-  ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "bob", 1, {4 * 64 + 4 * 8 + 4}, {0, 0, 0.05})));
-
-  client.Reconnect(Options());
-  EXPECT_TRUE(client.watcher().resumed());
-  client.RunToHead();
-
-  EXPECT_LT(client.updates().back().begin.chunk_count, scene->State()->plan->chunk_count() / 2);
-  ExpectEqualsFresh(client, *scene);
-}
-
-TEST_F(SceneEngineTest, AViewChangeTakesEffectWithTheNextUpdate) {
-  const auto scene = MakeScene();
-  WatcherClient client = Watch(scene, Options());
-  client.RunToHead();
-
-  WatchView finer = client.watcher().view();
-  finer.key.spec.segments = 7;
-  ASSERT_OK(client.watcher().SetView(finer));
-  client.RunToHead();
-
-  EXPECT_EQ(client.topologies(), 2u);
-  EXPECT_EQ(client.updates().back().begin.view.key.spec.segments, 7);
-  EXPECT_EQ(client.updates().back().end.revision, 0u);
-  ExpectEqualsFresh(client, *scene);
-}
-
-TEST_F(SceneEngineTest, MaxPointsBelowOneSegmentAreRefused) {
-  const auto scene = MakeScene();
-  WatcherOptions options = Options();
-  options.view.max_points = 3 * scene->State()->plan->patches.size() - 1;
-
-  EXPECT_THAT(Watcher::Create(scene, options), StatusIs(absl::StatusCode::kInvalidArgument));
-}
-
-TEST_F(SceneEngineTest, DistinctViewsAreLimitedAndIdleOnesMakeRoom) {
-  const auto scene = MakeScene();
-  ViewKey key = MakeSceneConfig("x").default_view.key;
-  std::vector<std::shared_ptr<SnapshotBoard>> held;
-  for (int i = 0; i < limits::kMaxViewsPerScene; ++i) {
-    key.spec.segments = 1 + i;
-    held.push_back(*scene->AcquireView(key));
-  }
-  key.spec.segments = 20;
-
-  EXPECT_THAT(scene->AcquireView(key), StatusIs(absl::StatusCode::kResourceExhausted));
-  held.pop_back();
-  EXPECT_OK(scene->AcquireView(key));
-  key.spec.segments = 33;
-  EXPECT_THAT(scene->AcquireView(key), StatusIs(absl::StatusCode::kInvalidArgument));
-}
-
-TEST_F(SceneEngineTest, ADeletedSceneEndsItsWatchersAndRefusesEdits) {
-  const auto scene = MakeScene();
-  WatcherClient client = Watch(scene, Options());
-  client.RunToHead();
-
-  ASSERT_OK(registry_.Delete("scene-one"));
-
-  EXPECT_FALSE(client.Step());
-  EXPECT_THAT(client.status(), StatusIs(absl::StatusCode::kNotFound));
-  EXPECT_THAT(scene->ApplyEdits(MoveBatch(*scene, "alice", 1, {3}, {1, 0, 0})),
-              StatusIs(absl::StatusCode::kNotFound));
-  EXPECT_THAT(registry_.Find("scene-one"), StatusIs(absl::StatusCode::kNotFound));
-  EXPECT_THAT(registry_.Delete("scene-one"), StatusIs(absl::StatusCode::kNotFound));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/cpu/cpu_backend.h"
 #include "tests/server/engine/engine_support.h"
-#include "tests/server/gated_backend.h"
+#include "tests/server/support/scripted_backend.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -22,34 +22,6 @@ class SceneRegistryTest : public ::testing::Test {
   std::unique_ptr<Backend> backend_ = MakeCpuBackend({.threads = 2});
   SceneRegistry registry_{backend_.get(), 2};
 };
-
-TEST_F(SceneRegistryTest, TheSameRequestReturnsTheSameScene) {
-  SceneConfig config = MakeSceneConfig("scene-one");
-  config.fingerprint = std::string("first request");
-  const auto first = registry_.Create(config);
-  const auto again = registry_.Create(config);
-  config.fingerprint = std::string("another request");
-  const auto other = registry_.Create(config);
-
-  ASSERT_OK(first);
-  ASSERT_OK(again);
-  EXPECT_EQ(*first, *again);
-  EXPECT_THAT(other, StatusIs(absl::StatusCode::kAlreadyExists));
-}
-
-TEST_F(SceneRegistryTest, ScenesAreListedByIdAndCountedByMesh) {
-  for (const char* id : {"scene-b", "scene-a", "scene-c"})
-    ASSERT_OK(registry_.Create(MakeSceneConfig(id)));
-  const auto all = [](const Scene&) { return true; };
-
-  const auto page = registry_.List("", 2, all);
-  ASSERT_EQ(page.size(), 2u);
-  EXPECT_EQ(page[0]->id(), "scene-a");
-  EXPECT_EQ(registry_.List("scene-b", 9, all).size(), 1u);
-  EXPECT_EQ(registry_.CountOfMesh("grid"), 3u);
-  EXPECT_OK(registry_.DeleteMesh("grid", true, [] { return absl::OkStatus(); }));
-  EXPECT_EQ(registry_.size(), 0u);
-}
 
 TEST_F(SceneRegistryTest, AnIdleSceneIsEvictedAndAWatchedOneStays) {
   SceneConfig config = MakeSceneConfig("scene-idle");
@@ -67,12 +39,12 @@ TEST_F(SceneRegistryTest, AnIdleSceneIsEvictedAndAWatchedOneStays) {
 }
 
 TEST(DeleteMeshTest, ASceneInTheMakingHoldsItsMesh) {
-  GatedBackend backend;
+  ScriptedBackend backend;
   SceneRegistry registry(&backend, 1);
-  backend.Close();
+  backend.script().HoldNext(Step::kPrepare);
   auto scene =
       std::async(std::launch::async, [&] { return registry.Create(MakeSceneConfig("scene-one")); });
-  ASSERT_TRUE(backend.WaitForEntries(1));
+  ASSERT_TRUE(backend.script().WaitForHeld());
   bool removed = false;
   const auto remove = [&removed] {
     removed = true;
@@ -87,7 +59,7 @@ TEST(DeleteMeshTest, ASceneInTheMakingHoldsItsMesh) {
 
   EXPECT_OK(registry.DeleteMesh("grid", true, remove));
   EXPECT_TRUE(removed);
-  backend.Open();
+  backend.script().Release();
   EXPECT_THAT(scene.get(), StatusIs(absl::StatusCode::kNotFound));
   EXPECT_EQ(registry.size(), 0u);
 }
@@ -103,7 +75,7 @@ TEST_F(SceneRegistryTest, WhatAdmitRefusesIsNotMade) {
 }
 
 TEST(StopTest, AStoppedCreationLeavesNoSceneAndNoMemory) {
-  GatedBackend backend;
+  ScriptedBackend backend;
   const auto memory = std::make_shared<MemoryBudget>(uint64_t{1} << 30);
   SceneRegistry registry(&backend, 1, {.memory = memory});
   const SceneConfig config = MakeSceneConfig("scene-one");
@@ -111,14 +83,14 @@ TEST(StopTest, AStoppedCreationLeavesNoSceneAndNoMemory) {
   const auto stop = [&late] {
     return late ? absl::DeadlineExceededError("late") : absl::OkStatus();
   };
-  backend.Close();
+  backend.script().HoldNext(Step::kPrepare);
   auto scene =
       std::async(std::launch::async, [&] { return registry.Create(config, nullptr, stop); });
-  ASSERT_TRUE(backend.WaitForEntries(1));
+  ASSERT_TRUE(backend.script().WaitForHeld());
   EXPECT_GT(memory->used_bytes(), 0u);
 
   late = true;
-  backend.Open();
+  backend.script().Release();
 
   EXPECT_THAT(scene.get(), StatusIs(absl::StatusCode::kDeadlineExceeded));
   EXPECT_EQ(registry.size(), 0u);
@@ -128,30 +100,21 @@ TEST(StopTest, AStoppedCreationLeavesNoSceneAndNoMemory) {
 }
 
 TEST(StopTest, WhoWaitsForTheSameSceneStopsToo) {
-  GatedBackend backend;
+  ScriptedBackend backend;
   SceneRegistry registry(&backend, 1);
   const SceneConfig config = MakeSceneConfig("scene-one");
   const auto gone = [] { return absl::CancelledError("gone"); };
-  backend.Close();
+  backend.script().HoldNext(Step::kPrepare);
   auto scene = std::async(std::launch::async, [&] { return registry.Create(config); });
-  ASSERT_TRUE(backend.WaitForEntries(1));
+  ASSERT_TRUE(backend.script().WaitForHeld());
 
   auto again =
       std::async(std::launch::async, [&] { return registry.Create(config, nullptr, gone); });
-  EXPECT_EQ(again.wait_for(kLong), std::future_status::ready);
-  backend.Open();
+  EXPECT_EQ(again.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  backend.script().Release();
 
   EXPECT_THAT(again.get(), StatusIs(absl::StatusCode::kCancelled));
   EXPECT_OK(scene.get());
-}
-
-TEST_F(SceneRegistryTest, ATickIsPassedOn) {
-  int ticks = 0;
-  {
-    SceneRegistry registry(backend_.get(), 1, {.on_tick = [&ticks] { ++ticks; }});
-    registry.Tick(absl::Now());
-  }
-  EXPECT_GE(ticks, 1);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 
 #include "core/base/error.h"
 #include "tests/server/engine/engine_support.h"
-#include "tests/server/gated_backend.h"
+#include "tests/server/support/scripted_backend.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -25,7 +25,7 @@ class StructureEditTest : public ::testing::Test {
     ASSERT_OK(scene);
     scene_ = *scene;
   }
-  void TearDown() override { backend_.Open(); }
+  void TearDown() override { script().Release(); }
 
   using Result = std::future<absl::StatusOr<EditSummary>>;
   Result ApplyBeside(EditBatch batch) {
@@ -34,38 +34,19 @@ class StructureEditTest : public ::testing::Test {
     });
   }
 
-  GatedBackend backend_;
+  Script& script() { return backend_.script(); }
+
+  ScriptedBackend backend_;
   SceneRegistry registry_{&backend_, 1};
   std::shared_ptr<Scene> scene_;
 };
 
-TEST_F(StructureEditTest, OtherEditsGoOnWhileThePlanIsMade) {
-  backend_.Close();
-  Result knot = ApplyBeside(KnotBatch(*scene_, "alice", 1, 0, 0.3));
-  ASSERT_TRUE(backend_.WaitForEntries(1));
-
-  Result move = ApplyBeside(MoveBatch(*scene_, "bob", 1, {0}, {-0.5, 0, 0}));
-  ASSERT_EQ(move.wait_for(kLong), std::future_status::ready) << "held up by the plan";
-  const auto moved = move.get();
-  ASSERT_OK(moved);
-  EXPECT_EQ(moved->revision, 1u);
-  const Vec3d corner = (*scene_->State()->control_points)[0];
-
-  backend_.Open();
-  const auto inserted = knot.get();
-  ASSERT_OK(inserted);
-  EXPECT_EQ(inserted->revision, 2u);
-  EXPECT_EQ(inserted->structure_id, 2u);
-  EXPECT_EQ(scene_->State()->structure().size, (std::array<int, 3>{6, 5, 5}));
-  EXPECT_EQ((*scene_->State()->control_points)[0], corner) << "bob's edit is in the new lattice";
-}
-
 TEST_F(StructureEditTest, AStructureThatChangedMeanwhileIsRefusedAndChangesNothing) {
-  backend_.Close();
+  script().HoldNext(Step::kPrepare, 2);
   Result first = ApplyBeside(KnotBatch(*scene_, "alice", 1, 0, 0.3));
   Result second = ApplyBeside(KnotBatch(*scene_, "bob", 1, 1, 0.3));
-  ASSERT_TRUE(backend_.WaitForEntries(2));
-  backend_.Open();
+  ASSERT_TRUE(script().WaitForHeld(2));
+  script().Release();
 
   const auto alice = first.get();
   const auto bob = second.get();
@@ -80,10 +61,9 @@ TEST_F(StructureEditTest, AStructureThatChangedMeanwhileIsRefusedAndChangesNothi
 
 TEST_F(StructureEditTest, APlanThatCannotBeMadeRefusesTheEditOnceAndForReplay) {
   const EditBatch batch = KnotBatch(*scene_, "alice", 1, 0, 0.3);
-  backend_.Open(error::OutOfMemory("the plan", 3, 2));
+  script().FailNext(Step::kPrepare, error::OutOfMemory("the plan", 3, 2));
 
   EXPECT_THAT(scene_->ApplyEdits(batch), StatusIs(absl::StatusCode::kResourceExhausted));
-  backend_.Open();
   EXPECT_THAT(scene_->ApplyEdits(batch), StatusIs(absl::StatusCode::kResourceExhausted));
   EXPECT_EQ(scene_->State()->revision, 0u);
   EXPECT_EQ(scene_->State()->structure_id, 1u);
@@ -109,12 +89,12 @@ TEST_F(StructureEditTest, AStoppedPlanChangesNothingAndIsNotKeptForReplay) {
 }
 
 TEST_F(StructureEditTest, ASceneThatIsDeletedMeanwhileRefusesTheEdit) {
-  backend_.Close();
+  script().HoldNext(Step::kPrepare);
   Result knot = ApplyBeside(KnotBatch(*scene_, "alice", 1, 0, 0.3));
-  ASSERT_TRUE(backend_.WaitForEntries(1));
+  ASSERT_TRUE(script().WaitForHeld());
 
   ASSERT_OK(registry_.Delete("scene-one"));
-  backend_.Open();
+  script().Release();
 
   EXPECT_THAT(knot.get(), StatusIs(absl::StatusCode::kNotFound));
   EXPECT_EQ(scene_->State()->revision, 0u);
@@ -124,14 +104,15 @@ TEST_F(StructureEditTest, UndoOfAKnotAlsoLetsOthersEdit) {
   ASSERT_OK(scene_->ApplyEdits(KnotBatch(*scene_, "alice", 1, 0, 0.3)));
   EditBatch undo = KnotBatch(*scene_, "alice", 2, 0, 0.3);
   undo.edits = {Undo{UndoScope::kMine}};
-  backend_.Close();
+  script().HoldNext(Step::kPrepare);
   Result undone = ApplyBeside(undo);
-  ASSERT_TRUE(backend_.WaitForEntries(1));
+  ASSERT_TRUE(script().WaitForHeld());
 
   Result move = ApplyBeside(MoveBatch(*scene_, "bob", 1, {0}, {-0.5, 0, 0}));
-  ASSERT_EQ(move.wait_for(kLong), std::future_status::ready) << "held up by the plan";
+  ASSERT_EQ(move.wait_for(std::chrono::seconds(20)), std::future_status::ready)
+      << "held up by the plan";
   ASSERT_OK(move.get());
-  backend_.Open();
+  script().Release();
 
   // Bob has since changed the lattice that alice's knot made.
   const auto result = undone.get();

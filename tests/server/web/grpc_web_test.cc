@@ -59,8 +59,7 @@ TEST_F(WebTest, CallsAUnaryRpcWithMetadataBothWays) {
 
 TEST_F(WebTest, StreamsAnUpdate) {
   ServeScene();
-  v1::GetUpdateRequest request;
-  request.set_scene(kScene);
+  auto request = For<v1::GetUpdateRequest>();
 
   const GrpcWebAnswer answer =
       Call("latticed.v1.SceneService/GetUpdate", Frame(request.SerializeAsString()));
@@ -96,42 +95,6 @@ TEST_F(WebTest, EveryMethodOfEveryServiceIsReached) {
     }
   }
   EXPECT_GE(methods, 23);
-}
-
-TEST_F(WebTest, ListsAndDeletesMeshesAndExportsScenes) {
-  ServeScene();
-  v1::ExportRequest request;
-  request.set_scene(kScene);
-  request.set_format(v1::EXPORT_FORMAT_PLY);
-  v1::DeleteMeshRequest remove;
-  remove.set_mesh(mesh_id_);
-  remove.set_force(true);
-  const auto meshes = [this] {
-    const GrpcWebAnswer answer = Call("latticed.v1.MeshService/ListMeshes", Frame(""));
-    v1::ListMeshesResponse list;
-    EXPECT_EQ(answer.code, 0);
-    EXPECT_TRUE(answer.messages.size() == 1 && list.ParseFromString(answer.messages[0]));
-    return list;
-  };
-
-  const std::string download = Get(fmt::format("/export/{}.ply", kScene)).body;
-  const GrpcWebAnswer exported =
-      Call("latticed.v1.SceneService/Export", Frame(request.SerializeAsString()));
-  ASSERT_EQ(meshes().meshes_size(), 1);
-  EXPECT_EQ(meshes().meshes(0).id(), mesh_id_);
-  const GrpcWebAnswer removed =
-      Call("latticed.v1.MeshService/DeleteMesh", Frame(remove.SerializeAsString()));
-
-  EXPECT_EQ(exported.code, 0);
-  std::string file;
-  for (const std::string& message : exported.messages) {
-    v1::ExportResponse part;
-    ASSERT_TRUE(part.ParseFromString(message));
-    file += part.data();
-  }
-  EXPECT_TRUE(file == download) << file.size() << " bytes, and by /export " << download.size();
-  EXPECT_EQ(removed.code, 0);
-  EXPECT_EQ(meshes().meshes_size(), 0);
 }
 
 // Nothing more can follow a body, which half-closes the stream: it ends after what was sent.
@@ -200,8 +163,7 @@ TEST_F(WebTest, AnUnknownMethodIsToldInTheTrailers) {
 
 TEST_F(WebTest, ARefusalHasItsDetails) {
   Serve();
-  v1::GetSceneRequest request;
-  request.set_scene("no-such-scene");
+  auto request = For<v1::GetSceneRequest>("no-such-scene");
 
   const GrpcWebAnswer answer =
       Call("latticed.v1.SceneService/GetScene", Frame(request.SerializeAsString()));
@@ -339,17 +301,13 @@ TEST_F(WebTest, AReaderThatDoesNotReadIsSentNoQueue) {
   quick.Open(request);
   size_t update_bytes = 0;
   for (uint64_t i = 1; i <= kEdits; ++i) {
-    ASSERT_TRUE(Apply(Move(i, 62, 0.01)).ok());
+    ASSERT_OK(Apply(Move(i, 62, 0.01)));
     quick.ReadUntilRevision(i);
   }
   for (const auto& [index, data] : quick.log.chunks) update_bytes += data.size();
   ASSERT_GT(update_bytes * kEdits, size_t{60} << 20) << "beyond what sockets buffer";
 
-  v1::DeleteSceneRequest remove;
-  remove.set_scene(kScene);
-  grpc::ClientContext context;
-  v1::DeleteSceneResponse removed;
-  ASSERT_TRUE(scenes_->DeleteScene(&context, remove, &removed).ok());
+  ASSERT_OK(DeleteScene());
   const GrpcWebAnswer stream = ReadFrames(slow.Receive());
 
   size_t updates = 0;

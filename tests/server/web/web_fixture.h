@@ -12,7 +12,7 @@
 
 #include "core/base/sha256.h"
 #include "fmt/format.h"
-#include "tests/server/stream_support.h"
+#include "tests/server/support/server_test.h"
 #include "tests/server/web/web_client.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/temporary_folder.h"
@@ -35,14 +35,7 @@ class WebTest : public StreamTest {
   }
   void TearDown() override { server_.reset(); }
 
-  void Serve() {
-    server_.reset();
-    auto server = InProcessServer::Start(options_);
-    ASSERT_OK(server);
-    server_ = *std::move(server);
-    meshes_ = v1::MeshService::NewStub(server_->channel());
-    scenes_ = v1::SceneService::NewStub(server_->channel());
-  }
+  void Serve() { ServerTest::StartServer(options_); }
   void ServeScene(int cells = 8) {
     ASSERT_NO_FATAL_FAILURE(Serve());
     ASSERT_NO_FATAL_FAILURE(CreateScene(cells));
@@ -79,6 +72,7 @@ class WebTest : public StreamTest {
   WebAnswer Admin(const std::string& target, const std::string& method = "GET") const {
     return WebClient(server_->admin_address()).Ask(method, target);
   }
+  using StreamTest::Call;
   GrpcWebAnswer Call(const std::string& rpc, const std::string& body,
                      const WebFields& fields = {}) const {
     WebClient client(http());
@@ -103,9 +97,7 @@ class WebTlsTest : public WebTest {
     grpc::ChannelArguments arguments;
     arguments.SetSslTargetNameOverride("localhost");
     const auto credentials = grpc::SslCredentials({.pem_root_certs = folder_.Read("server.crt")});
-    const auto channel = grpc::CreateCustomChannel(server_->address(), credentials, arguments);
-    meshes_ = v1::MeshService::NewStub(channel);
-    scenes_ = v1::SceneService::NewStub(channel);
+    Reach(grpc::CreateCustomChannel(server_->address(), credentials, arguments));
     ASSERT_NO_FATAL_FAILURE(CreateScene(8));
   }
 

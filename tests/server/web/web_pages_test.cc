@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "server/web/admin_pages.h"
+#include "tests/server/support/raw_call.h"
 #include "tests/server/web/web_fixture.h"
 #include "tests/support/becomes.h"
 
@@ -202,15 +203,10 @@ TEST_F(WebTest, DownloadsAnExport) {
 
 TEST_F(WebTlsTest, DownloadsOverTlsWhatTheStubExports) {
   ServeScene();
-  v1::ExportRequest request;
-  request.set_scene(kScene);
+  auto request = For<v1::ExportRequest>();
   request.set_format(v1::EXPORT_FORMAT_PLY);
   request.mutable_view()->set_segments(32);
-  grpc::ClientContext context;
-  const auto reader = scenes_->Export(&context, request);
-  std::string native;
-  for (v1::ExportResponse part; reader->Read(&part);) native += part.data();
-  ASSERT_TRUE(reader->Finish().ok());
+  const std::string native = Export(request).value();
 
   WebClient client(http(), folder_.Path("server.crt"));
   const WebAnswer file = client.Get(fmt::format("/export/{}.ply?segments=32", kScene));
@@ -309,12 +305,18 @@ TEST_F(WebTest, ReadinessEndsWithServing) {
   EXPECT_TRUE(Becomes(300, ends));
   const int page = Get("/").status;
   const int health = admin.Get("/healthz").status;
+  const std::string grpc_health = Health(server_->channel(), "latticed.v1.SceneService");
+  const absl::Status during = StreamTest::Call(&Infos::GetServerInfo, {});
   drain.join();
 
   EXPECT_EQ(status, 503);
   EXPECT_EQ(page, 200) << "served during the delay";
   EXPECT_EQ(health, 200) << "a restart would not help";
+  EXPECT_EQ(grpc_health, "2") << "NOT_SERVING";
+  EXPECT_OK(during) << "calls are served during the delay";
   EXPECT_EQ(Get("/").status, 0) << "no connection any more";
+  EXPECT_THAT(StreamTest::Call(&Infos::GetServerInfo, {}),
+              StatusIs(absl::StatusCode::kUnavailable));
   EXPECT_EQ(Admin("/readyz").status, 503) << "said until the end of the process";
 }
 

@@ -4,7 +4,7 @@
 // The log names the client's end of the connection, whatever the client says.
 #include <gmock/gmock.h>
 
-#include "tests/server/call_sink.h"
+#include "tests/server/support/call_sink.h"
 #include "tests/server/web/web_fixture.h"
 #include "tests/support/becomes.h"
 
@@ -25,12 +25,9 @@ class WebPeerTest : public WebTest {
     return lines.size() == 1 ? lines[0]["peer"] : fmt::format("{} lines", lines.size());
   }
   // Through gRPC, with what a forger would try.
-  grpc::Status CallGrpc(const std::string& request_id, const WebFields& metadata = {}) const {
-    grpc::ClientContext context;
-    context.AddMetadata("latticed-request-id", request_id);
-    for (const auto& [name, value] : metadata) context.AddMetadata(name, value);
-    v1::ServerInfo info;
-    return v1::ServerService::NewStub(server_->channel())->GetServerInfo(&context, {}, &info);
+  absl::Status CallGrpc(const std::string& request_id, Metadata metadata = {}) {
+    metadata["latticed-request-id"] = request_id;
+    return StreamTest::Call(&Infos::GetServerInfo, {}, nullptr, metadata);
   }
 
   std::shared_ptr<CallSink> sink_;
@@ -70,10 +67,9 @@ TEST_F(WebPeerTest, NeitherABrowserNorAnotherClientCanNameAnother) {
   WebClient client(http());
 
   const GrpcWebAnswer answer = CallGrpcWeb(client, kInfo, Frame(""), fields);
-  const grpc::Status status = CallGrpc("grpc", forged);
+  EXPECT_OK(CallGrpc("grpc", forged));
 
   ASSERT_EQ(answer.code, 0);
-  ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(PeerOf("browser"), "ipv4:" + client.local_address());
   EXPECT_THAT(PeerOf("grpc"), StartsWith("ipv4:127.0.0.1:"));
   for (const auto& [name, value] : answer.http.fields) EXPECT_THAT(name, Not(HasSubstr("peer")));
@@ -85,11 +81,12 @@ TEST_F(WebPeerTest, AddressesOfIpv6AreWrittenAsGrpcWritesThem) {
   auto server = InProcessServer::Serve(options_);
   if (!server.ok()) GTEST_SKIP() << "no IPv6 here: " << server.status();
   server_ = *std::move(server);
+  Reach(server_->channel());
   sink_ = CallSink::Install();
   WebClient client(http());
 
   ASSERT_EQ(CallGrpcWeb(client, kInfo, Frame(""), {{"latticed-request-id", "browser"}}).code, 0);
-  ASSERT_TRUE(CallGrpc("grpc").ok());
+  ASSERT_OK(CallGrpc("grpc"));
 
   const std::string port = client.local_address().substr(client.local_address().rfind(':'));
   EXPECT_THAT(PeerOf("grpc"), StartsWith("ipv6:%5B::1%5D:"));
@@ -103,6 +100,7 @@ TEST_F(WebPeerTest, AddressesOfIpv4OnASocketOfIpv6AreThoseOfIpv4) {
   auto server = InProcessServer::Serve(options_);
   if (!server.ok()) GTEST_SKIP() << "no IPv6 here: " << server.status();
   server_ = *std::move(server);
+  Reach(server_->channel());
   sink_ = CallSink::Install();
   WebClient client("127.0.0.1" + http().substr(http().rfind(':')));
 

@@ -67,8 +67,7 @@ TEST_F(WebTimeoutsTest, AStreamIsNotIdle) {
   EXPECT_EQ(WebClient(http()).ReceiveBytes(1), "");
 
   // One that came to nothing above may take a moment to be noticed.
-  EXPECT_TRUE(Becomes(
-      [&] { return server_->metrics().find("\nlatticed_watchers 1\n") != std::string::npos; }));
+  EXPECT_TRUE(Becomes([&] { return Metric("latticed_watchers") == 1; }));
 }
 
 TEST_F(WebTimeoutsTest, ABodyThatStallsEndsItsCall) {

@@ -2,14 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/wire/converters.h"
 
-#include <limits>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
-#include "core/base/error.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
@@ -21,12 +19,6 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
-
-void SetAxes(int u, int v, int w, v1::LatticeAxes& axes) {
-  axes.set_u(u);
-  axes.set_v(v);
-  axes.set_w(w);
-}
 
 // A unit cube; all else at its default.
 v1::Lattice UnitLattice() {
@@ -49,8 +41,6 @@ Lattice SkewLattice() {
   lattice.control_points[7] = {1e9, -1e-9, 0.1};
   return lattice;
 }
-
-error::Details DetailsOf(const absl::Status& status) { return error::DetailsOf(status); }
 
 TEST(LatticeConverter, RoundTripKeepsEveryBit) {
   const Lattice lattice = SkewLattice();
@@ -101,62 +91,6 @@ TEST(LatticeConverter, UnsetPartsHaveTheDocumentedDefaults) {
   // Greville abscissae of the clamped knots on [0, 2]: 0, 1/2, 3/2, 2.
   EXPECT_DOUBLE_EQ(lattice->control_points[1].x, 0.25);
   EXPECT_DOUBLE_EQ(lattice->control_points[63].z, 1.0);
-}
-
-TEST(LatticeConverter, ErrorsNameTheFieldWhereItIsInTheRequest) {
-  v1::Lattice bad = UnitLattice();
-  SetAxes(4, 2, 2, *bad.mutable_degree());
-  const auto status = FromProto(bad, "lattices[0].lattice").status();
-  EXPECT_THAT(status, StatusIs(kInvalid, StartsWith("lattices[0].lattice.degree.u: got 4")));
-  EXPECT_EQ(DetailsOf(status).field, "lattices[0].lattice.degree.u");
-  EXPECT_EQ(DetailsOf(status).reason, "OUT_OF_RANGE");
-
-  SetAxes(0, 2, 2, *bad.mutable_degree());
-  EXPECT_THAT(FromProto(bad, "lattice"), StatusIs(kInvalid, StartsWith("lattice.degree.u")));
-  bad.clear_degree();
-  SetAxes(4, 2, 4, *bad.mutable_size());
-  EXPECT_THAT(FromProto(bad, "lattice"), StatusIs(kInvalid, StartsWith("lattice.size.v")));
-  EXPECT_THAT(FromProto(v1::Lattice(), "lattice"), StatusIs(kInvalid, StartsWith("lattice.frame")));
-}
-
-TEST(LatticeConverter, HugeSizesAreRefusedBeforeAnythingIsAllocated) {
-  v1::Lattice bad = UnitLattice();
-  constexpr int kMost = std::numeric_limits<int>::max();
-  for (const auto& [u, v, w] : {std::array{kMost, 4, 4}, std::array{kMost, kMost, kMost},
-                                std::array{32'768, 4, 4}, std::array{-5, 4, 4}}) {
-    SetAxes(u, v, w, *bad.mutable_size());
-    const auto status = FromProto(bad, "lattice").status();
-    EXPECT_THAT(status, StatusIs(kInvalid, StartsWith("lattice.size"))) << u;
-    EXPECT_EQ(DetailsOf(status).reason, "OUT_OF_RANGE");
-  }
-}
-
-TEST(LatticeConverter, CountsOfKnotsAndPointsMustAgree) {
-  v1::Lattice bad = UnitLattice();
-  bad.add_knots_v(0);
-  EXPECT_THAT(FromProto(bad, "lattice"), StatusIs(kInvalid, StartsWith("lattice.knots_v")));
-  bad = UnitLattice();
-  for (int i = 0; i < 3 * 63; ++i) bad.add_control_points(i);
-  EXPECT_THAT(FromProto(bad, "lattice"), StatusIs(kInvalid, HasSubstr("got 63 points")));
-  bad.add_control_points(0);
-  EXPECT_THAT(FromProto(bad, "lattice"), StatusIs(kInvalid, HasSubstr("x y z per point")));
-  while (bad.control_points_size() <= 3 * 32'768) bad.add_control_points(0);
-  bad.add_control_points(0);
-  bad.add_control_points(0);
-  EXPECT_EQ(DetailsOf(FromProto(bad, "lattice").status()).reason, "OUT_OF_RANGE");
-}
-
-TEST(LatticeConverter, NanAndInfinityAreRefusedEverywhere) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const double infinity = std::numeric_limits<double>::infinity();
-  v1::Lattice frame = UnitLattice();
-  frame.mutable_frame()->mutable_origin()->set_y(nan);
-  EXPECT_EQ(DetailsOf(FromProto(frame, "lattice").status()).reason, "NOT_FINITE");
-  v1::Lattice points = UnitLattice();
-  for (int i = 0; i < 3 * 64; ++i) points.add_control_points(i == 100 ? infinity : 0);
-  EXPECT_EQ(DetailsOf(FromProto(points, "lattice").status()).field, "lattice.control_points");
-  EXPECT_EQ(DetailsOf(FromProto(ToProto(Vec3d{0, 0, nan}), "ray.origin").status()).field,
-            "ray.origin");
 }
 
 TEST(LatticeConverter, FitSurroundsTheMeshWithTheDefaultMargin) {

@@ -2,14 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/wire/edit_converters.h"
 
-#include <limits>
 #include <variant>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
-#include "google/protobuf/unknown_field_set.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
@@ -17,8 +15,6 @@ namespace {
 
 using ::latticed::testing::StatusIs;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
 
@@ -99,40 +95,6 @@ TEST(EditConverter, ReadsEveryArmInOrder) {
   EXPECT_TRUE(std::holds_alternative<Redo>(result->edits[7]));
 }
 
-TEST(EditConverter, CountsMustAgree) {
-  v1::Edit set;
-  EXPECT_THAT(FromProto(BatchOf(v1::Edit()), Mesh()), StatusIs(kInvalid, StartsWith("edits[0]")));
-  set.mutable_set_control_points();
-  EXPECT_THAT(FromProto(BatchOf(set), Mesh()),
-              StatusIs(kInvalid, StartsWith("edits[0].set_control_points.indices")));
-  set.mutable_set_control_points()->add_indices(0);
-  EXPECT_THAT(FromProto(BatchOf(set), Mesh()),
-              StatusIs(kInvalid, HasSubstr("got 0 points for 1 indices")));
-  v1::Edit transform;
-  transform.mutable_transform_control_points()->add_indices(0);
-  for (int i = 0; i < 12; ++i) transform.mutable_transform_control_points()->add_matrix(i);
-  EXPECT_THAT(FromProto(BatchOf(transform), Mesh()),
-              StatusIs(kInvalid, StartsWith("edits[0].transform_control_points.matrix")));
-  v1::Edit move;
-  move.mutable_move_control_points()->add_indices(0);
-  EXPECT_THAT(FromProto(BatchOf(move), Mesh()),
-              StatusIs(kInvalid, StartsWith("edits[0].move_control_points.offset")));
-  v1::Edit many;
-  for (int i = 0; i < 32'769; ++i) many.mutable_move_control_points()->add_indices(0);
-  EXPECT_EQ(error::DetailsOf(FromProto(BatchOf(many), Mesh()).status()).reason, "OUT_OF_RANGE");
-}
-
-TEST(EditConverter, NumbersMustBeFinite) {
-  v1::Edit replace;
-  for (int i = 0; i < 3; ++i) {
-    replace.mutable_replace_control_points()->add_control_points(
-        std::numeric_limits<double>::infinity());
-  }
-  const auto status = FromProto(BatchOf(replace), Mesh()).status();
-  EXPECT_EQ(error::DetailsOf(status).reason, "NOT_FINITE");
-  EXPECT_EQ(error::DetailsOf(status).field, "edits[0].replace_control_points.control_points");
-}
-
 TEST(EditConverter, UnknownEnumValuesAreUnsupported) {
   v1::Edit knot, reset, undo;
   knot.mutable_insert_knot()->set_axis(static_cast<v1::LatticeAxis>(4));
@@ -145,29 +107,6 @@ TEST(EditConverter, UnknownEnumValuesAreUnsupported) {
     EXPECT_THAT(status, StatusIs(kInvalid));
     EXPECT_EQ(error::DetailsOf(status).reason, "UNSUPPORTED");
   }
-}
-
-TEST(EditConverter, EditsOfLaterVersionsAreUnsupported) {
-  v1::Edit later;
-  later.GetReflection()->MutableUnknownFields(&later)->AddVarint(/*number=*/500, 1);
-  const auto status = FromProto(BatchOf(later), Mesh()).status();
-  EXPECT_THAT(status, StatusIs(kInvalid, StartsWith("edits[0]")));
-  EXPECT_EQ(error::DetailsOf(status).reason, "UNSUPPORTED");
-}
-
-TEST(EditConverter, DraggedPointsAreReadAtRest) {
-  v1::Edit drag;
-  v1::SurfacePoint* point = drag.mutable_drag_points()->add_points();
-  for (const uint32_t corner : {2u, 0u, 1u}) point->add_corners(corner);
-  for (const double b : {0.5, 0.25, 0.25}) point->add_barycentrics(b);
-  for (const double x : {7.0, 8.0, 9.0}) drag.mutable_drag_points()->add_targets(x);
-
-  const auto result = FromProto(BatchOf(drag), Mesh());
-
-  ASSERT_OK(result);
-  const auto& read = std::get<DragPoints>(result->edits[0]);
-  EXPECT_THAT(read.points, ElementsAre(Vec3d{1, 2, 0}));
-  EXPECT_THAT(read.targets, ElementsAre(Vec3d{7, 8, 9}));
 }
 
 TEST(EditConverter, ResultsCarryTheStatusOnlyWhenRefused) {

@@ -93,55 +93,6 @@ TEST(ViewConverter, BitsWithoutEffectMakeNoOtherView) {
   EXPECT_EQ(other->drag_normal_bits, 0);
 }
 
-TEST(ViewConverter, NumbersOutOfRangeAreRefusedByName) {
-  const auto refuses = [](const v1::ViewOptions& options, const char* field) {
-    const auto view = WatchViewFromProto(options, DefaultView(false), "view");
-    EXPECT_THAT(view, StatusIs(kInvalid, StartsWith(field)));
-    EXPECT_EQ(error::DetailsOf(view.status()).reason, "OUT_OF_RANGE");
-  };
-  for (int segments : {-1, 33}) {
-    v1::ViewOptions options;
-    options.set_segments(segments);
-    refuses(options, "view.segments: got");
-  }
-  for (int bits : {7, 17}) {
-    v1::ViewOptions options;
-    options.set_position_bits(bits);
-    refuses(options, "view.position_bits: got");
-    options.set_position_bits(0);
-    options.set_drag_position_bits(bits);
-    refuses(options, "view.drag_position_bits: got");
-  }
-  for (int bits : {5, 13}) {
-    v1::ViewOptions options;
-    options.set_normal_bits(bits);
-    refuses(options, "view.normal_bits: got");
-    options.set_normal_bits(0);
-    options.set_drag_normal_bits(bits);
-    refuses(options, "view.drag_normal_bits: got");
-  }
-}
-
-TEST(ViewConverter, UnknownAndReservedEnumValuesAreUnsupported) {
-  v1::ViewOptions reserved, unknown;
-  reserved.set_encoding(v1::ENCODING_CONTROL_NETS);
-  unknown.set_normals(static_cast<v1::NormalMode>(99));
-
-  const auto a = WatchViewFromProto(reserved, DefaultView(false), "view");
-  const auto b = WatchViewFromProto(unknown, DefaultView(false), "view");
-
-  EXPECT_THAT(a, StatusIs(kInvalid, StartsWith("view.encoding")));
-  EXPECT_EQ(error::DetailsOf(a.status()).reason, "UNSUPPORTED");
-  EXPECT_THAT(b, StatusIs(kInvalid, StartsWith("view.normals")));
-  EXPECT_EQ(error::DetailsOf(b.status()).reason, "UNSUPPORTED");
-  EXPECT_EQ(error::DetailsOf(FromProto(static_cast<v1::Pipeline>(9), "p").status()).reason,
-            "UNSUPPORTED");
-  EXPECT_EQ(error::DetailsOf(FromProto(static_cast<v1::ExportFormat>(9), "f").status()).reason,
-            "UNSUPPORTED");
-  EXPECT_EQ(error::DetailsOf(FromProto(static_cast<v1::MeshFormat>(9), "f").status()).reason,
-            "UNSUPPORTED");
-}
-
 TEST(ViewConverter, EveryPublishedEnumValueRoundTrips) {
   for (int i = v1::PIPELINE_FUSED; i <= v1::Pipeline_MAX; ++i) {
     const auto pipeline = FromProto(static_cast<v1::Pipeline>(i), "pipeline");

@@ -1,0 +1,177 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/base/auth.h"
+
+#include <set>
+
+#include "core/base/sha256.h"
+#include "fmt/format.h"
+#include "tests/server/support/raw_call.h"
+#include "tests/server/support/server_test.h"
+#include "tests/support/temporary_folder.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string TokenLines() {
+  return fmt::format("# people\n{} read rita\n\n{} edit  ed\r\n{}\tadmin\tada\n",
+                     Sha256Hex("token-r"), Sha256Hex("token-e"), Sha256Hex("token-a"));
+}
+
+TEST(AuthenticatorTest, WithoutTokensEveryoneIsAdmin) {
+  const auto caller = Authenticator().Authenticate("");
+
+  ASSERT_OK(caller);
+  EXPECT_EQ(caller->role, Role::kAdmin);
+  EXPECT_EQ(caller->name, "");
+}
+
+TEST(AuthenticatorTest, TokensNameTheirCaller) {
+  const auto authenticator = Authenticator::FromText(TokenLines());
+  ASSERT_OK(authenticator);
+
+  EXPECT_EQ(authenticator->Authenticate("Bearer token-r")->name, "rita");
+  EXPECT_EQ(authenticator->Authenticate("bearer token-e")->role, Role::kEdit);
+  EXPECT_EQ(authenticator->Authenticate("Bearer token-a")->role, Role::kAdmin);
+}
+
+TEST(AuthenticatorTest, AnythingElseIsUnauthenticated) {
+  const auto authenticator = Authenticator::FromText(TokenLines());
+  ASSERT_OK(authenticator);
+
+  for (const std::string text : {"", "Bearer ", "Bearer token-x", "Basic token-r", "token-r"}) {
+    EXPECT_THAT(authenticator->Authenticate(text), StatusIs(absl::StatusCode::kUnauthenticated))
+        << text;
+  }
+  // The hash is not the token.
+  EXPECT_THAT(authenticator->Authenticate("Bearer " + Sha256Hex("token-r")),
+              StatusIs(absl::StatusCode::kUnauthenticated));
+}
+
+TEST(AuthenticatorTest, BadFilesAreRefusedByLine) {
+  const std::string hash = Sha256Hex("t");
+  for (const std::string& line :
+       std::vector<std::string>{hash, hash + " read", hash + " root x", "abc read x",
+                                std::string(64, 'g') + " read x", hash + " read x y"}) {
+    EXPECT_THAT(Authenticator::FromText("# first\n" + line),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("line 2")))
+        << line;
+  }
+  EXPECT_THAT(Authenticator::FromText("# none\n"), StatusIs(absl::StatusCode::kInvalidArgument));
+}
+
+Metadata Bearer(const std::string& token) { return {{"authorization", "Bearer " + token}}; }
+
+class TokenServerTest : public ServerTest {
+ protected:
+  void SetUp() override {
+    Options options = TestOptions();
+    options.token_file = folder_.Write("tokens", TokenLines());
+    StartServer(options);
+  }
+
+  // With an empty message: enough to be refused.
+  absl::Status CallEmpty(const google::protobuf::MethodDescriptor& method,
+                         const std::string& authorization) {
+    const std::string path = fmt::format("/{}/{}", method.service()->full_name(), method.name());
+    return client::FromGrpc(RawCall(server_->channel(), path, "", nullptr, authorization));
+  }
+
+  static std::vector<const google::protobuf::MethodDescriptor*> AllMethods() {
+    std::vector<const google::protobuf::MethodDescriptor*> methods;
+    for (const auto* file : {v1::MeshHeader::descriptor()->file(), v1::Scene::descriptor()->file(),
+                             v1::ServerInfo::descriptor()->file()}) {
+      for (int s = 0; s < file->service_count(); ++s) {
+        for (int m = 0; m < file->service(s)->method_count(); ++m) {
+          methods.push_back(file->service(s)->method(m));
+        }
+      }
+    }
+    return methods;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(TokenServerTest, NoRpcIsOpen) {
+  ASSERT_EQ(AllMethods().size(), 23u);
+  for (const auto* method : AllMethods()) {
+    for (const char* authorization : {"", "Bearer wrong"}) {
+      EXPECT_THAT(CallEmpty(*method, authorization), StatusIs(absl::StatusCode::kUnauthenticated))
+          << method->full_name();
+    }
+  }
+}
+
+// Each refusal names the rpc: what a handler's row says is what was called.
+TEST_F(TokenServerTest, ReaderCannotEdit) {
+  const std::set<std::string> edits = {"MeshService/UploadMesh",   "MeshService/BeginUpload",
+                                       "MeshService/AppendUpload", "MeshService/FinishUpload",
+                                       "MeshService/DeleteMesh",   "SceneService/CreateScene",
+                                       "SceneService/DeleteScene", "SceneService/ApplyEdits"};
+  for (const auto* method : AllMethods()) {
+    const std::string rpc = fmt::format("{}/{}", method->service()->name(), method->name());
+    const absl::Status status = CallEmpty(*method, "Bearer token-r");
+
+    const bool refused = absl::IsPermissionDenied(status);
+    EXPECT_EQ(refused, edits.contains(rpc)) << rpc << ": " << status.message();
+    if (refused) {
+      EXPECT_EQ(Reason(status), "PERMISSION_DENIED");
+      EXPECT_THAT(status.message(), HasSubstr(rpc + " needs the role 'edit'"));
+      EXPECT_THAT(status.message(), HasSubstr("rita"));
+    }
+  }
+}
+
+TEST_F(TokenServerTest, ReaderWatchesThroughDeformAndItsEditsAreRefused) {
+  v1::Mesh mesh;
+  ASSERT_OK(Upload(ObjHeader(CubeObj()), CubeObj(), &mesh, Bearer("token-e")));
+  EXPECT_EQ(mesh.owner(), "ed");
+  mesh_ = mesh.id();
+  ASSERT_OK(Call(&Scenes::CreateScene, SceneRequest(), nullptr, Bearer("token-e")));
+  auto watch = For<v1::WatchRequest>();
+  watch.set_editor_id("rita");
+
+  DeformClient client(*scenes_, watch, Bearer("token-r"));
+  ASSERT_TRUE(client.Send(MoveOne("rita", 1, 0, {1, 0, 0})));
+  client.ReadUntil([&] { return !client.log.results.empty(); });
+
+  EXPECT_EQ(client.log.results[0].sequence(), 1u);
+  EXPECT_EQ(client.log.results[0].status().code(), int{grpc::StatusCode::PERMISSION_DENIED});
+  EXPECT_EQ(client.log.results[0].revision(), 0u);
+  v1::DeformRequest request;
+  request.mutable_heartbeat();
+  EXPECT_TRUE(client.Send(request)) << "the stream goes on";
+  client.HalfClose();
+  EXPECT_OK(client.Finish());
+  EXPECT_EQ(client.log.ends.size(), 1u);
+  EXPECT_EQ(client.log.ends[0].head_revision(), 0u);
+
+  DeformClient shown(*scenes_, watch, Bearer("token-r"));
+  request.mutable_presence()->set_name("Rita");
+  ASSERT_TRUE(shown.Send(request));
+  EXPECT_THAT(shown.Finish(), StatusIs(absl::StatusCode::kPermissionDenied));
+}
+
+TEST_F(TokenServerTest, ForcedDeleteNeedsAdmin) {
+  v1::DeleteMeshRequest request;
+  request.set_mesh("none");
+  request.set_force(true);
+  EXPECT_THAT(Call(&Meshes::DeleteMesh, request, nullptr, Bearer("token-e")),
+              StatusIs(absl::StatusCode::kPermissionDenied));
+  EXPECT_THAT(Call(&Meshes::DeleteMesh, request, nullptr, Bearer("token-a")),
+              StatusIs(absl::StatusCode::kNotFound));
+}
+
+TEST(TokenFileTest, MissingFileStopsTheStart) {
+  Options options = TestOptions();
+  options.token_file = "/no/such/tokens";
+
+  EXPECT_THAT(InProcessServer::Start(options),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--token-file")));
+}
+
+}  // namespace
+}  // namespace latticed::testing

@@ -1,0 +1,255 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Start, health, reflection, TLS, drain and stop, and the daemon as a process.
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+
+#include "fmt/format.h"
+#include "server/base/drain_signal.h"
+#include "server/base/telemetry.h"
+#include "tests/server/support/raw_call.h"
+#include "tests/server/support/server_test.h"
+#include "tests/server/support/unfinished_calls.h"
+#include "tests/support/becomes.h"
+#include "tests/support/temporary_folder.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+using LifecycleTest = SmallServerTest;
+
+TEST_F(LifecycleTest, HealthKnowsEveryServiceByName) {
+  for (const char* service : kHealthNames) {
+    EXPECT_EQ(Health(server_->channel(), service), "1") << service;
+  }
+  EXPECT_EQ(Health(server_->channel(), "latticed.v1.Nothing"), "code 5");
+}
+
+TEST_F(LifecycleTest, ARunningUploadIsCancelledAtTheDeadlineOfADrain) {
+  StartServer({.drain_delay = absl::ZeroDuration(), .drain_timeout = absl::Milliseconds(100)});
+  grpc::ClientContext context;
+  v1::Mesh mesh;
+  const auto writer = meshes_->UploadMesh(&context, &mesh);
+  v1::UploadMeshRequest request;
+  *request.mutable_header() = ObjHeader(CubeObj());
+  ASSERT_TRUE(writer->Write(request));
+  ASSERT_EQ(Health(server_->channel(), ""), "1");
+
+  server_->Drain();
+
+  EXPECT_FALSE(writer->Finish().ok());
+}
+
+TEST_F(LifecycleTest, StopsTwiceWithoutHarm) {
+  Upload(CubeObj());
+
+  server_->Stop();
+  server_->Stop();
+
+  EXPECT_THAT(Call(&Infos::GetServerInfo, {}), StatusIs(absl::StatusCode::kUnavailable));
+}
+
+TEST_F(LifecycleTest, TakenPortIsRefused) {
+  Options options = TestOptions();
+  options.listen = server_->address();
+
+  EXPECT_THAT(InProcessServer::Serve(options),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr(options.listen)));
+}
+
+TEST_F(LifecycleTest, ServesOnAUnixSocket) {
+  Options options = TestOptions();
+  const TemporaryFolder folder;
+  options.listen = "unix:" + folder.Path("latticed.socket");
+  const auto server = InProcessServer::Serve(options);
+  ASSERT_OK(server);
+  Reach((*server)->channel());
+
+  EXPECT_EQ((*server)->address(), options.listen);
+  EXPECT_OK(Call(&Infos::GetServerInfo, {}));
+}
+
+TEST(StartTest, CudaByNameSaysWhyNot) {
+  Options options = TestOptions();
+  options.backend = "cuda";
+
+  const auto server = InProcessServer::Start(options);
+
+  if (server.ok()) GTEST_SKIP() << "this build has CUDA, and there is a device";
+  EXPECT_THAT(server.status().message(), HasSubstr("--backend cuda"));
+}
+
+TEST(StartTest, UnreadableKeyIsRefused) {
+  Options options = TestOptions();
+  options.tls_cert = "/no/such/cert.pem";
+  options.tls_key = "/no/such/key.pem";
+
+  EXPECT_THAT(InProcessServer::Start(options),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--tls-cert")));
+}
+
+TEST_F(LifecycleTest, ServesOverTlsOnly) {
+  const TemporaryFolder folder;
+  const std::string cert = folder.Path("cert.pem"), key = folder.Path("key.pem");
+  const std::string command = fmt::format(
+      "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost "
+      "-addext subjectAltName=DNS:localhost -keyout {} -out {} >/dev/null 2>&1",
+      key, cert);
+  if (std::system(command.c_str()) != 0) GTEST_SKIP() << "the openssl program is not there";
+  Options options = TestOptions();
+  options.tls_cert = cert;
+  options.tls_key = key;
+  StartServer(options);
+  EXPECT_THAT(Call(&Infos::GetServerInfo, {}), StatusIs(absl::StatusCode::kUnavailable));
+
+  grpc::SslCredentialsOptions tls{.pem_root_certs = folder.Read("cert.pem")};
+  grpc::ChannelArguments arguments;
+  arguments.SetSslTargetNameOverride("localhost");
+  Reach(grpc::CreateCustomChannel(server_->address(), grpc::SslCredentials(tls), arguments));
+  EXPECT_OK(Call(&Infos::GetServerInfo, {}));
+}
+
+TEST(DrainSignalTest, ObserversRunOnceAndLateOnesAtOnce) {
+  DrainSignal drain;
+  int first = 0, removed = 0, late = 0;
+  (void)drain.Subscribe([&first] { ++first; });
+  drain.Unsubscribe(drain.Subscribe([&removed] { ++removed; }));
+
+  EXPECT_FALSE(drain.begun());
+  drain.Begin();
+  drain.Begin();
+  (void)drain.Subscribe([&late] { ++late; });
+
+  EXPECT_TRUE(drain.begun());
+  EXPECT_EQ(first, 1);
+  EXPECT_EQ(removed, 0);
+  EXPECT_EQ(late, 1);
+}
+
+TEST(LogTest, LinesForPeopleAndForMachines) {
+  const std::string payload =
+      PackEvent("call finished", {{"rpc", "A/B"}, {"empty", ""}, {"error", "two \"words\"\n"}});
+
+  EXPECT_EQ(FormatEvent("text", "T", "info", payload),
+            "T info    call finished rpc=A/B error=\"two \\\"words\\\" \"");
+  EXPECT_EQ(FormatEvent("json", "T", "info", payload),
+            "{\"time\":\"T\",\"level\":\"info\",\"message\":\"call finished\",\"rpc\":\"A/B\","
+            "\"error\":\"two \\\"words\\\" \"}");
+}
+
+// The daemon with its standard error in a pipe.
+class Daemon {
+ public:
+  // 0: as many files as this process may have.
+  explicit Daemon(std::vector<std::string> arguments, rlim_t most_files = 0) {
+    std::array<int, 2> ends{};
+    if (pipe(ends.data()) != 0) std::abort();
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(ends[1], STDERR_FILENO);
+      close(ends[0]);
+      const rlimit files{.rlim_cur = most_files, .rlim_max = most_files};
+      if (most_files > 0) setrlimit(RLIMIT_NOFILE, &files);
+      std::vector<char*> argv{const_cast<char*>(LATTICED_BINARY)};
+      for (std::string& argument : arguments) argv.push_back(argument.data());
+      argv.push_back(nullptr);
+      execv(LATTICED_BINARY, argv.data());
+      _exit(127);
+    }
+    close(ends[1]);
+    log_ = fdopen(ends[0], "r");
+  }
+  ~Daemon() { fclose(log_); }
+
+  std::string ReadLine() {
+    std::array<char, 4'096> line{};
+    return fgets(line.data(), line.size(), log_) == nullptr ? "" : line.data();
+  }
+  void Signal(int signal) { kill(pid_, signal); }
+  size_t OpenFiles() const {
+    const std::filesystem::directory_iterator files(fmt::format("/proc/{}/fd", pid_));
+    return static_cast<size_t>(std::distance(begin(files), end(files)));
+  }
+  int Wait() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  pid_t pid_ = -1;
+  FILE* log_ = nullptr;
+};
+
+TEST(DaemonTest, BothSignalsDrainAndExitZero) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    Daemon daemon(
+        {"--listen=127.0.0.1:0", "--backend=cpu", "--drain-delay=0s", "--log-format=json"});
+    EXPECT_THAT(daemon.ReadLine(), HasSubstr("\"message\":\"serving\""));
+
+    daemon.Signal(signal);
+
+    EXPECT_THAT(daemon.ReadLine(), HasSubstr("\"message\":\"draining\""));
+    EXPECT_THAT(daemon.ReadLine(), HasSubstr("\"message\":\"stopped\""));
+    EXPECT_EQ(daemon.Wait(), 0);
+  }
+}
+
+TEST(DaemonTest, AcceptsAgainAfterItHadNoFileLeft) {
+  constexpr rlim_t kMostFiles = 64;
+  Daemon daemon({"--listen=127.0.0.1:0", "--backend=cpu", "--threads=1", "--drain-delay=0s"},
+                kMostFiles);
+  const std::string line = daemon.ReadLine(), key = "address=";
+  ASSERT_THAT(line, HasSubstr(key));
+  std::string address = line.substr(line.find(key) + key.size());
+  address.resize(address.find(' '));
+  std::vector<std::unique_ptr<UnfinishedCalls>> connections;
+  for (rlim_t i = 0; i < kMostFiles; ++i) {
+    connections.push_back(std::make_unique<UnfinishedCalls>(address, "", 0, 0));
+  }
+  EXPECT_TRUE(Becomes(2'000, [&] { return daemon.OpenFiles() >= kMostFiles; }))
+      << daemon.OpenFiles();
+
+  connections.clear();
+  {
+    const auto stub = v1::ServerService::NewStub(
+        grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
+    grpc::ClientContext context;
+    context.set_wait_for_ready(true);
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
+    v1::ServerInfo info;
+    EXPECT_TRUE(stub->GetServerInfo(&context, {}, &info).ok());
+  }
+
+  daemon.Signal(SIGTERM);
+  EXPECT_EQ(daemon.Wait(), 0);
+}
+
+TEST(DaemonTest, AnOpenPortIsLoggedWithTheProxy) {
+  Daemon daemon({"--listen=0.0.0.0:0", "--insecure", "--backend=cpu", "--drain-delay=0s"});
+
+  EXPECT_THAT(daemon.ReadLine(), HasSubstr("docker/haproxy.cfg"));
+  EXPECT_THAT(daemon.ReadLine(), HasSubstr("serving"));
+  daemon.Signal(SIGTERM);
+  EXPECT_EQ(daemon.Wait(), 0);
+}
+
+TEST(DaemonTest, UsageErrorsExitTwoInOneSentence) {
+  Daemon daemon({"--listen=0.0.0.0:0"});
+
+  EXPECT_THAT(daemon.ReadLine(), HasSubstr("latticed: --listen"));
+  EXPECT_EQ(daemon.ReadLine(), "");
+  EXPECT_EQ(daemon.Wait(), 2);
+}
+
+}  // namespace
+}  // namespace latticed::testing

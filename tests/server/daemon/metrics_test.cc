@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a Prometheus reads, beside what clients did through their stubs.
+#include <map>
+#include <memory>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_split.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "fmt/format.h"
+#include "tests/server/support/server_test.h"
+
+namespace latticed::testing {
+namespace {
+
+// A scrape: values by series, "name{label="value",…}". Fails the test where a line is not of the
+// text format, a series comes twice, or a sample has no type.
+class Scrape {
+ public:
+  explicit Scrape(const InProcessServer& server) : text(server.metrics()) {
+    static const std::regex kComment(R"(# (HELP|TYPE) ([a-z_]+) (.+))");
+    static const std::regex kSample(
+        R"re(([a-z_]+)((\{[a-z_]+="[^"\\]*"(,[a-z_]+="[^"\\]*")*\})?) ([-+.0-9a-zA-Z]+)( \d+)?)re");
+    for (const std::string& line : std::vector<std::string>(absl::StrSplit(text, '\n'))) {
+      std::smatch match;
+      if (line.empty()) continue;
+      if (std::regex_match(line, match, kComment)) {
+        if (match[1] == "TYPE") types[match[2]] = match[3];
+      } else if (std::regex_match(line, match, kSample)) {
+        double value = 0;
+        EXPECT_TRUE(absl::SimpleAtod(match[5].str(), &value)) << line;
+        EXPECT_TRUE(values.emplace(match[1].str() + match[2].str(), value).second) << line;
+        static const std::regex kPart("_(bucket|sum|count)$");
+        const std::string family = std::regex_replace(match[1].str(), kPart, "");
+        EXPECT_TRUE(types.contains(match[1]) || types[family] == "histogram") << line;
+      } else {
+        ADD_FAILURE() << "not of the text format: " << line;
+      }
+    }
+  }
+
+  // 0 for a series that is not there.
+  double operator[](const std::string& series) const {
+    const auto found = values.find(series);
+    return found == values.end() ? 0 : found->second;
+  }
+
+  std::string text;
+  std::map<std::string, std::string> types;
+  std::map<std::string, double> values;
+};
+
+using MetricsTest = SceneStreamTest;
+using EmptyServerMetricsTest = StreamTest;
+
+TEST_F(MetricsTest, TypesAndNamesFollowTheConventions) {
+  const Scrape scrape(*server_);
+
+  EXPECT_GE(scrape.types.size(), 30u);
+  for (const auto& [name, type] : scrape.types) {
+    EXPECT_TRUE(name.starts_with("latticed_") || name.starts_with("process_")) << name;
+    EXPECT_EQ(type == "counter", name.ends_with("_total")) << name;
+  }
+}
+
+TEST_F(MetricsTest, StoresMemoryAndProcessAreThoseOfTheScrape) {
+  DeformClient client(*scenes_, Watch());
+  client.ReadUntilRevision(0);
+
+  const v1::ServerInfo info = Info();
+  const Scrape scrape(*server_);
+
+  EXPECT_EQ(scrape["latticed_scenes"], 1);
+  EXPECT_EQ(scrape["latticed_watchers"], 1);
+  EXPECT_EQ(scrape["latticed_meshes"], 1);
+  EXPECT_EQ(scrape["latticed_uploads"], 0);
+  EXPECT_EQ(scrape["latticed_device_healthy"], 1);
+  EXPECT_EQ(scrape["latticed_draining"], 0);
+  EXPECT_EQ(scrape[fmt::format(R"(latticed_build_info{{version="{}",commit="{}",backend="cpu"}})",
+                               info.version(), info.commit())],
+            1);
+  ASSERT_TRUE(info.host_bytes().contains("plan"));
+  for (const auto& [purpose, bytes] : info.host_bytes()) {
+    EXPECT_EQ(scrape[fmt::format(R"(latticed_host_memory_bytes{{purpose="{}"}})", purpose)],
+              static_cast<double>(bytes))
+        << purpose;
+  }
+  EXPECT_EQ(scrape["latticed_host_memory_free_bytes"],
+            static_cast<double>(info.limits().max_host_bytes() - info.reserved_host_bytes()));
+  EXPECT_GT(scrape["process_resident_memory_bytes"], 1 << 20);
+  EXPECT_GT(scrape["process_virtual_memory_bytes"], scrape["process_resident_memory_bytes"]);
+  EXPECT_GT(scrape["process_cpu_seconds_total"], 0);
+  EXPECT_GT(scrape["process_threads"], 2);
+  EXPECT_GE(scrape["process_open_fds"], 3);
+  EXPECT_GT(scrape["process_max_fds"], scrape["process_open_fds"]);
+  const double now = absl::ToDoubleSeconds(absl::Now() - absl::UnixEpoch());
+  EXPECT_NEAR(scrape["process_start_time_seconds"], now, 3'600);
+}
+
+TEST_F(MetricsTest, EditsAndUpdatesAreCountedByWhatBecameOfThem) {
+  DeformClient client(*scenes_, Watch());
+  client.ReadUntilRevision(0);
+  v1::EditBatch stale = Move(3, 62, 0.1);
+  stale.set_structure_id(structure_id_ + 1);
+
+  ASSERT_TRUE(client.Send(Move(1, 62, 0.1)));
+  client.ReadUntilRevision(1);
+  ASSERT_TRUE(client.Send(Move(2, 62, 0.1)));
+  client.ReadUntilRevision(2);
+  ASSERT_TRUE(client.Send(Move(2, 62, 0.1)));  // once more
+  ASSERT_TRUE(client.Send(stale));
+  client.ReadUntil([&] { return client.log.results.size() == 4; });
+  client.HalfClose();
+  ASSERT_TRUE(client.Finish().ok());
+  const Scrape scrape(*server_);
+
+  EXPECT_EQ(scrape[R"(latticed_edits_total{result="applied"})"], 2);
+  EXPECT_EQ(scrape[R"(latticed_edits_total{result="refused"})"], 1);
+  EXPECT_EQ(scrape[R"(latticed_edits_total{result="repeated"})"], 1);
+  EXPECT_EQ(scrape[R"(latticed_refusals_total{reason="STRUCTURE_CHANGED"})"], 1);
+  EXPECT_EQ(scrape["latticed_updates_begun_total"], static_cast<double>(client.log.begins.size()));
+  EXPECT_EQ(scrape["latticed_updates_finished_total"], static_cast<double>(client.log.ends.size()));
+  double bytes = 0;
+  for (const v1::SceneEvent& event : client.log.events) {
+    for (const v1::Chunk& chunk : event.chunks().chunks()) {
+      bytes += static_cast<double>(chunk.data().size());
+    }
+  }
+  EXPECT_EQ(scrape["latticed_chunk_bytes_total"], bytes);
+}
+
+TEST_F(MetricsTest, CallsAreCountedByRpcAndCode) {
+  for (const char* id : {kScene, "no-such-scene"}) {
+    (void)Call(&Scenes::GetScene, For<v1::GetSceneRequest>(id));
+  }
+  ASSERT_OK(Apply(Move(1, 62, 0.1)));
+
+  const Scrape scrape(*server_);
+
+  EXPECT_EQ(scrape[R"(latticed_rpc_started_total{method="SceneService/GetScene"})"], 2);
+  EXPECT_EQ(scrape[R"(latticed_rpc_finished_total{method="SceneService/GetScene",code="OK"})"], 1);
+  EXPECT_EQ(
+      scrape[R"(latticed_rpc_finished_total{method="SceneService/GetScene",code="NOT_FOUND"})"], 1);
+  EXPECT_EQ(scrape[R"(latticed_rpc_finished_total{method="SceneService/ApplyEdits",code="OK"})"],
+            1);
+  EXPECT_EQ(scrape[R"(latticed_rpc_duration_seconds_count{method="SceneService/GetScene"})"], 2);
+  EXPECT_EQ(scrape[R"(latticed_refusals_total{reason="NOT_FOUND"})"], 1);
+  EXPECT_EQ(scrape[R"(latticed_refusals_total{reason="OUT_OF_MEMORY"})"], 0);
+}
+
+TEST_F(EmptyServerMetricsTest, WhatTheBudgetRefusesIsCounted) {
+  v1::BeginUploadRequest request;
+  request.mutable_header()->set_format(v1::MESH_FORMAT_OBJ);
+  request.mutable_header()->set_total_bytes(Info().limits().max_mesh_bytes());
+  uint64_t refused = 0;
+  for (int i = 0; i < 6; ++i) {  // a GiB each, of 4
+    if (!Call(&Meshes::BeginUpload, request).ok()) ++refused;
+  }
+
+  const Scrape scrape(*server_);
+
+  EXPECT_EQ(refused, 2u);
+  EXPECT_EQ(scrape[R"(latticed_refusals_total{reason="OUT_OF_MEMORY"})"], 2);
+  EXPECT_EQ(scrape["latticed_uploads"], 4);
+  EXPECT_EQ(scrape["latticed_host_memory_reserved_bytes"],
+            scrape["latticed_host_memory_budget_bytes"]);
+}
+
+TEST_F(MetricsTest, WordsOfClientsAreInNoLabel) {
+  DeformClient client(*scenes_, Watch("an-editor"));
+  client.ReadUntilRevision(0);
+
+  const Scrape scrape(*server_);
+
+  for (const std::string& word : {std::string(kScene), mesh_, std::string("an-editor")}) {
+    EXPECT_EQ(scrape.text.find(word), std::string::npos) << word;
+  }
+}
+
+}  // namespace
+}  // namespace latticed::testing

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Reflection, asked by the wire bytes of its messages, as grpcurl asks it.
+#include <grpcpp/generic/generic_stub.h>
+
+#include <filesystem>
+#include <iterator>
+
+#include "core/base/limits.h"
+#include "tests/server/support/raw_call.h"
+#include "tests/server/support/server_test.h"
+#include "tests/support/becomes.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr char kMethod[] = "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo";
+
+// A field of wire type 2 of less than 128 bytes.
+std::string Field(int number, const std::string& bytes) {
+  return std::string{static_cast<char>(number << 3 | 2), static_cast<char>(bytes.size())} + bytes;
+}
+
+class ReflectionTest : public SmallServerTest {
+ protected:
+  // The names of services as the server lists them; empty where it does not answer.
+  std::string List() {
+    std::string response;
+    RawCall(server_->channel(), kMethod, Field(7, "*"), &response);
+    return response;
+  }
+};
+
+TEST_F(ReflectionTest, ListsTheThreeServices) {
+  const std::string response = List();
+  for (const char* service :
+       {"latticed.v1.MeshService", "latticed.v1.SceneService", "latticed.v1.ServerService"}) {
+    EXPECT_NE(response.find(Field(1, service)), std::string::npos) << service;
+  }
+}
+
+int Threads() {
+  return static_cast<int>(
+      std::distance(std::filesystem::directory_iterator("/proc/self/task"), {}));
+}
+
+// A stream of reflection blocks a thread of gRPC's for as long as it is open.
+TEST_F(ReflectionTest, ManyStreamsTakeFewThreads) {
+  constexpr int kStreams = 120;  // on one connection
+  ASSERT_NE(List(), "");
+  const int before = Threads();
+  grpc::GenericStub stub(server_->channel());
+  grpc::CompletionQueue queue;
+  void* tag = nullptr;
+  bool ok = false;
+  struct Stream {
+    grpc::ClientContext context;
+    std::unique_ptr<grpc::GenericClientAsyncReaderWriter> call;
+  };
+  std::vector<Stream> streams(kStreams);
+  for (Stream& stream : streams) {
+    stream.call = stub.PrepareCall(&stream.context, kMethod, &queue);
+    stream.call->StartCall(nullptr);
+    ASSERT_TRUE(queue.Next(&tag, &ok));
+  }
+
+  EXPECT_OK(Call(&Infos::GetServerInfo, {}));
+  EXPECT_LE(Threads(), before + limits::kMaxGrpcThreads);
+
+  for (Stream& stream : streams) stream.context.TryCancel();
+  for (Stream& stream : streams) {
+    grpc::Status status;
+    stream.call->Finish(&status, nullptr);
+    ASSERT_TRUE(queue.Next(&tag, &ok));
+  }
+  EXPECT_TRUE(Becomes(1'000, [&] { return !List().empty(); }));
+}
+
+}  // namespace
+}  // namespace latticed::testing

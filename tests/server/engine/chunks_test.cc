@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <memory>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "server/engine/render/chunk_set.h"
+#include "server/engine/render/chunk_table.h"
+
+namespace latticed {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+// More than two groups.
+constexpr size_t kSize = 150;
+
+SnapshotChunk Chunk(uint64_t revision, uint8_t byte) {
+  return {revision, MakeSharedBytes({byte}), {}};
+}
+
+ChunkTable MakeTable() {
+  ChunkTable table(kSize);
+  for (size_t c = 0; c < kSize; ++c) table.Set(c, Chunk(1, static_cast<uint8_t>(c)));
+  return table;
+}
+
+TEST(ChunkTable, WhatIsSetInACopyIsNotInTheOther) {
+  const ChunkTable before = MakeTable();
+  ChunkTable after = before.Share();
+  ASSERT_EQ(after.size(), kSize);
+  after.Set(70, Chunk(2, 0xff));
+  after.Set(71, Chunk(2, 0xfe));
+
+  EXPECT_EQ(before[70].revision, 1u);
+  EXPECT_EQ(before[70].data.span()[0], 70);
+  EXPECT_EQ(after[70].data.span()[0], 0xff);
+  EXPECT_EQ(after[71].data.span()[0], 0xfe);
+  EXPECT_EQ(after[72].data.data, before[72].data.data) << "of the same group, and the same bytes";
+  EXPECT_EQ(&after[5], &before[5]) << "a group that nothing was set in is shared";
+  EXPECT_EQ(&after[149], &before[149]);
+}
+
+TEST(ChunkTable, ADigestIsSetBesideTheSameBytes) {
+  constexpr VertexDigest kDigest{.low = 1, .high = 2};
+  const ChunkTable before = MakeTable();
+  ChunkTable after = before.Share();
+
+  after.SetDigest(70, kDigest);
+  after.SetDigest(5, before[5].digest);
+
+  EXPECT_EQ(after[70].digest, kDigest);
+  EXPECT_EQ(after[70].revision, 1u);
+  EXPECT_EQ(after[70].data.data, before[70].data.data);
+  EXPECT_EQ(before[70].digest, VertexDigest());
+  EXPECT_EQ(&after[5], &before[5]) << "a group where it was that already is shared";
+  EXPECT_THAT(after.ChangedAfter(1), IsEmpty());
+}
+
+TEST(ChunkTable, ACopyOfACopyIsOneOfItsOwn) {
+  const ChunkTable first = MakeTable();
+  ChunkTable second = first.Share();
+  second.Set(3, Chunk(2, 2));
+  ChunkTable third = second.Share();
+  third.Set(4, Chunk(3, 3));
+
+  EXPECT_EQ(second[4].revision, 1u);
+  EXPECT_EQ(third[3].revision, 2u);
+  EXPECT_THAT(third.ChangedAfter(2), ElementsAre(4u));
+  EXPECT_THAT(third.ChangedAfter(1), ElementsAre(3u, 4u));
+}
+
+TEST(ChunkTable, TellsWhatChangedInAllGroups) {
+  ChunkTable table = MakeTable();
+  for (const size_t c : {0u, 63u, 64u, 149u}) table.Set(c, Chunk(7, 0));
+  EXPECT_THAT(table.ChangedAfter(6), ElementsAre(0u, 63u, 64u, 149u));
+  EXPECT_THAT(table.ChangedAfter(7), IsEmpty());
+  EXPECT_EQ(table.ChangedAfter(0).size(), kSize);
+}
+
+// `size` bytes of a block.
+SharedBytes Part(const std::shared_ptr<std::vector<uint8_t>>& block, size_t size) {
+  return {block, block->data(), size, block->size()};
+}
+
+TEST(ChunkTable, CountsBlocksOnceAndWhatIsUsedOfThem) {
+  const auto one = std::make_shared<std::vector<uint8_t>>(1000);
+  const auto other = std::make_shared<std::vector<uint8_t>>(500);
+  ChunkTable before(kSize);
+  for (size_t c = 0; c < kSize; ++c) before.Set(c, {1, Part(one, 5), {}});  // of three groups
+  ASSERT_EQ(before.Blocks().size(), 1u);
+  EXPECT_EQ(before.Blocks()[0].used, 750u);
+
+  ChunkTable after = before.Share();
+  for (size_t c = 60; c < 70; ++c) after.Set(c, {2, Part(other, 7), {}});
+  after.Set(149, Chunk(2, 1));
+
+  const std::vector<BlockUse> blocks = after.Blocks();
+  ASSERT_EQ(blocks.size(), 2u);
+  for (const BlockUse& block : blocks) {
+    EXPECT_EQ(block.bytes, block.owner == one.get() ? 1000u : 500u);
+    EXPECT_EQ(block.used, block.owner == one.get() ? 139 * 5u : 70u);
+  }
+  EXPECT_EQ(after.BytesOfNoBlock(), 1u);
+  EXPECT_EQ(before.Blocks()[0].used, 750u);
+
+  for (size_t c = 60; c < 70; ++c) after.Set(c, Chunk(3, 1));
+  EXPECT_EQ(after.Blocks().size(), 1u) << "nothing is left of the other";
+}
+
+TEST(ChunkTable, OfNothingAndOfOneGroup) {
+  EXPECT_EQ(ChunkTable().size(), 0u);
+  EXPECT_THAT(ChunkTable().ChangedAfter(0), IsEmpty());
+  ChunkTable one(64);
+  one.Set(63, Chunk(1, 1));
+  EXPECT_THAT(one.ChangedAfter(0), ElementsAre(63u));
+}
+
+using Chunks = std::vector<uint32_t>;
+
+TEST(ChunkSet, TakesWhatWasAddedOnce) {
+  ChunkSet set;
+  set.Add(Chunks{5, 1});
+  set.Add(Chunks{1, 3});
+
+  EXPECT_FALSE(set.all());
+  EXPECT_EQ(set.Take(6), (Chunks{1, 3, 5}));
+  EXPECT_TRUE(set.Take(6).empty());
+}
+
+TEST(ChunkSet, AllAreThoseOfThePlanThatTakesThem) {
+  ChunkSet set = ChunkSet::All();
+  set.Add(Chunks{7});
+
+  EXPECT_TRUE(set.all());
+  EXPECT_EQ(set.Take(3), (Chunks{0, 1, 2}));
+  EXPECT_FALSE(set.all());
+  EXPECT_TRUE(set.Take(3).empty());
+}
+
+TEST(ChunkSet, ForgetsWhatASmallerPlanDoesNotHave) {
+  ChunkSet set;
+  set.Add(Chunks{2, 9});
+
+  EXPECT_EQ(set.Take(4), (Chunks{2}));
+  EXPECT_TRUE(set.Take(20).empty());
+}
+
+}  // namespace
+}  // namespace latticed

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A sink of the server's log that keeps the lines "call finished" as their fields.
+#ifndef LATTICED_TESTS_SERVER_SUPPORT_CALL_SINK_H_
+#define LATTICED_TESTS_SERVER_SUPPORT_CALL_SINK_H_
+
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_split.h"
+
+namespace latticed::testing {
+
+class CallSink final : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  using Line = std::map<std::string, std::string>;
+
+  // In place of the log's own sinks, at every level; null before a server has set up the log.
+  static std::shared_ptr<CallSink> Install() {
+    const auto logger = spdlog::get("latticed");
+    if (logger == nullptr) return nullptr;
+    auto sink = std::make_shared<CallSink>();
+    logger->sinks() = {sink};
+    logger->set_level(spdlog::level::debug);
+    return sink;
+  }
+
+  std::vector<Line> Of(const std::string& request_id) {
+    const std::lock_guard lock(mutex_);
+    std::vector<Line> found;
+    for (const Line& line : lines_) {
+      const auto id = line.find("latticed-request-id");
+      if (id != line.end() && id->second == request_id) found.push_back(line);
+    }
+    return found;
+  }
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    const std::string text(message.payload.data(), message.payload.size());
+    const std::vector<std::string> parts = absl::StrSplit(text, '\x1f');
+    Line line;
+    for (size_t i = 1; i + 1 < parts.size(); i += 2) line[parts[i]] = parts[i + 1];
+    lines_.push_back(line);
+  }
+  void flush_() override {}
+
+ private:
+  std::vector<Line> lines_;
+};
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_SUPPORT_CALL_SINK_H_

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/server/support/stream_clients.h"
+
+#include <utility>
+
+namespace latticed::testing {
+
+void EventLog::Take(const v1::SceneEvent& event) {
+  events.push_back(event);
+  switch (event.event_case()) {
+    case v1::SceneEvent::kHello:
+      hello = event.hello();
+      break;
+    case v1::SceneEvent::kLatticeState:
+      lattice = event.lattice_state();
+      break;
+    case v1::SceneEvent::kLatticeDelta: {
+      const v1::LatticeDelta& delta = event.lattice_delta();
+      EXPECT_EQ(delta.revision(), lattice.revision() + 1) << "deltas have no gap";
+      lattice.set_revision(delta.revision());
+      for (int i = 0; i < delta.indices_size(); ++i) {
+        for (int k = 0; k < 3; ++k) {
+          lattice.mutable_lattice()->set_control_points(3 * static_cast<int>(delta.indices(i)) + k,
+                                                        delta.positions(3 * i + k));
+        }
+      }
+      ++deltas;
+      break;
+    }
+    case v1::SceneEvent::kTopology:
+      topologies.push_back(event.topology());
+      break;
+    case v1::SceneEvent::kQuantisation:
+      quantisations.push_back(event.quantisation());
+      break;
+    case v1::SceneEvent::kUpdateBegin:
+      EXPECT_EQ(in_update_, event.update_begin().restart());
+      in_update_ = true;
+      staged_.clear();
+      begins.push_back(event.update_begin());
+      break;
+    case v1::SceneEvent::kChunks:
+      EXPECT_TRUE(in_update_);
+      EXPECT_LT(event.ByteSizeLong(), size_t{1} << 20);
+      EXPECT_EQ(event.chunks().update_id(), begins.back().update_id());
+      EXPECT_EQ(event.chunks().topology_id(), topologies.back().topology_id());
+      EXPECT_EQ(event.chunks().quantisation_id(), quantisations.back().quantisation_id());
+      for (const v1::Chunk& chunk : event.chunks().chunks()) {
+        EXPECT_LE(chunk.revision(), begins.back().revision());
+        EXPECT_TRUE(staged_.emplace(chunk.index(), chunk.data()).second);
+      }
+      break;
+    case v1::SceneEvent::kUpdateEnd:
+      EXPECT_TRUE(in_update_);
+      in_update_ = false;
+      EXPECT_EQ(event.update_end().revision(), begins.back().revision());
+      EXPECT_EQ(staged_.size(), begins.back().chunk_count());
+      for (auto& [index, data] : staged_) chunks[index] = std::move(data);
+      EXPECT_GE(event.update_end().revision(), ends.empty() ? 0 : ends.back().revision());
+      ends.push_back(event.update_end());
+      break;
+    case v1::SceneEvent::kEditResult:
+      results.push_back(event.edit_result());
+      break;
+    case v1::SceneEvent::kPresence:
+      EXPECT_TRUE(lattice.has_lattice()) << "presence comes after lattice_state";
+      presences.push_back(event.presence());
+      break;
+    case v1::SceneEvent::kHeartbeat:
+      ++heartbeats;
+      break;
+    case v1::SceneEvent::kGoaway:
+      goaways.push_back(event.goaway());
+      break;
+    default:
+      ADD_FAILURE() << "unexpected " << event.ShortDebugString();
+  }
+}
+
+}  // namespace latticed::testing

@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Clients of Watch and Deform through the stub: they read when they are told to, and end with their scope.
+#ifndef LATTICED_TESTS_SERVER_SUPPORT_STREAM_CLIENTS_H_
+#define LATTICED_TESTS_SERVER_SUPPORT_STREAM_CLIENTS_H_
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include "absl/status/status.h"
+#include "client/cpp/library/status.h"
+#include "latticed/v1/scene.grpc.pb.h"
+
+namespace latticed::testing {
+
+using Metadata = std::map<std::string, std::string>;
+
+// A test whose stream is open for longer has failed.
+inline constexpr std::chrono::minutes kStreamDeadline{2};
+
+// Applies events as a client does, and fails the test when a guarantee is broken.
+class EventLog {
+ public:
+  void Take(const v1::SceneEvent& event);
+
+  std::vector<v1::SceneEvent> events;
+  v1::Hello hello;
+  v1::LatticeState lattice;  // deltas applied
+  std::vector<v1::Topology> topologies;
+  std::vector<v1::Quantisation> quantisations;
+  std::vector<v1::UpdateBegin> begins;
+  std::vector<v1::UpdateEnd> ends;
+  std::vector<v1::EditResult> results;
+  std::vector<v1::Presence> presences;
+  std::vector<v1::Goaway> goaways;
+  size_t heartbeats = 0;
+  size_t deltas = 0;
+  std::map<uint32_t, std::string> chunks;  // as of the last update_end
+
+ private:
+  bool in_update_ = false;
+  std::map<uint32_t, std::string> staged_;
+};
+
+template <class Stream>
+class EventStream {
+ public:
+  EventStream(const EventStream&) = delete;  // its call holds its context
+  EventStream& operator=(const EventStream&) = delete;
+
+  // One event into log.
+  bool Read() {
+    v1::SceneEvent event;
+    if (status_.has_value() || !stream_->Read(&event)) return false;
+    log.Take(event);
+    return true;
+  }
+  // Reads until `done`; fails the test when the stream ends before.
+  void ReadUntil(const std::function<bool()>& done) {
+    while (!done()) ASSERT_TRUE(Read()) << "the stream ended: " << Finish();
+  }
+  void ReadUntilRevision(uint64_t revision) {
+    ReadUntil([&] { return !log.ends.empty() && log.ends.back().revision() >= revision; });
+  }
+  void ReadUpdates(size_t count) {
+    ReadUntil([&] { return log.ends.size() >= count; });
+  }
+  void Cancel() { context_.TryCancel(); }
+  // Reads to the end.
+  absl::Status Finish() {
+    if (!status_.has_value()) {
+      while (Read()) continue;
+      status_ = client::FromGrpc(stream_->Finish());
+    }
+    return *status_;
+  }
+
+  EventLog log;
+
+ protected:
+  explicit EventStream(const Metadata& metadata) {
+    context_.set_deadline(std::chrono::system_clock::now() + kStreamDeadline);
+    for (const auto& [name, value] : metadata) context_.AddMetadata(name, value);
+  }
+  ~EventStream() {
+    Cancel();
+    (void)Finish();
+  }
+
+  grpc::ClientContext context_;
+  std::unique_ptr<Stream> stream_;
+
+ private:
+  std::optional<absl::Status> status_;  // once finished
+};
+
+class WatchClient : public EventStream<grpc::ClientReader<v1::SceneEvent>> {
+ public:
+  WatchClient(v1::SceneService::Stub& stub, const v1::WatchRequest& request,
+              const Metadata& metadata = {})
+      : EventStream(metadata) {
+    stream_ = stub.Watch(&context_, request);
+  }
+};
+
+class DeformClient
+    : public EventStream<grpc::ClientReaderWriter<v1::DeformRequest, v1::SceneEvent>> {
+ public:
+  explicit DeformClient(v1::SceneService::Stub& stub) : DeformClient(stub, nullptr, {}) {}
+  // Opens the stream.
+  DeformClient(v1::SceneService::Stub& stub, const v1::WatchRequest& request,
+               const Metadata& metadata = {})
+      : DeformClient(stub, &request, metadata) {}
+
+  bool Open(const v1::WatchRequest& request) {
+    v1::DeformRequest message;
+    *message.mutable_watch() = request;
+    return Send(message);
+  }
+  bool Send(const v1::EditBatch& batch) {
+    v1::DeformRequest message;
+    *message.mutable_edit() = batch;
+    return Send(message);
+  }
+  bool Send(const v1::DeformRequest& request) { return stream_->Write(request); }
+  bool Ack(uint64_t update_id) {
+    v1::DeformRequest message;
+    message.mutable_control()->set_acked_update_id(update_id);
+    return Send(message);
+  }
+  bool SetPaused(bool paused) {
+    v1::DeformRequest message;
+    message.mutable_control()->set_pause(paused);
+    return Send(message);
+  }
+  void HalfClose() { stream_->WritesDone(); }
+
+ private:
+  DeformClient(v1::SceneService::Stub& stub, const v1::WatchRequest* request,
+               const Metadata& metadata)
+      : EventStream(metadata) {
+    stream_ = stub.Deform(&context_);
+    if (request == nullptr) return;
+    EXPECT_TRUE(Open(*request));
+  }
+};
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_SUPPORT_STREAM_CLIENTS_H_

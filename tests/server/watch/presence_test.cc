@@ -1,0 +1,266 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Presence between two editors through the stub, and its pace by a clock of the test's own.
+#include "server/engine/scene/presence.h"
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "server/engine/scene.h"
+#include "tests/server/support/server_test.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::ElementsAre;
+
+constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+
+class PresenceTest : public SceneStreamTest {
+ protected:
+  static v1::DeformRequest Presence(const std::string& name, uint32_t colour = 0x3366FF) {
+    v1::DeformRequest request;
+    request.mutable_presence()->set_name(name);
+    request.mutable_presence()->set_colour(colour);
+    return request;
+  }
+  static v1::DeformRequest Spoilt(const std::function<void(v1::Presence&)>& spoil) {
+    v1::DeformRequest request = Presence("Alice");
+    spoil(*request.mutable_presence());
+    return request;
+  }
+  absl::Status Control(const WatchClient& watcher, const v1::Presence& presence) {
+    v1::ControlWatchRequest request;
+    *request.mutable_presence() = presence;
+    return StreamTest::Control(watcher, request);
+  }
+  // Of a stream that sends this and nothing else.
+  absl::Status StatusAfter(const v1::DeformRequest& request, const std::string& editor = "alice") {
+    DeformClient client(*scenes_, Watch(editor));
+    EXPECT_TRUE(client.Send(request));
+    return client.Finish();
+  }
+};
+
+TEST_F(PresenceTest, OthersSeeItThoseWhoComeLateToo) {
+  DeformClient alice(*scenes_, Watch("alice")), bob(*scenes_, Watch("bob"));
+  bob.ReadUntilRevision(0);
+  v1::DeformRequest shown = Presence("Alice");
+  for (const uint32_t index : {7u, 9u}) shown.mutable_presence()->add_selected_indices(index);
+  ASSERT_TRUE(alice.Send(shown));
+  bob.ReadUntil([&] { return !bob.log.presences.empty(); });
+  WatchClient carol(*scenes_, Watch("carol"));
+  carol.ReadUntil([&] { return !carol.log.presences.empty(); });
+
+  for (const EventLog* log : {&bob.log, &carol.log}) {
+    const v1::Presence& seen = log->presences[0];
+    EXPECT_EQ(seen.editor_id(), "alice");
+    EXPECT_EQ(seen.name(), "Alice");
+    EXPECT_EQ(seen.colour(), 0x3366FFu);
+    EXPECT_THAT(seen.selected_indices(), ElementsAre(7u, 9u));
+    EXPECT_FALSE(seen.left());
+  }
+  // What comes back to alice after carol's own presence would have come by then.
+  ASSERT_OK(Control(carol, Presence("Carol").presence()));
+  alice.ReadUntil([&] { return !alice.log.presences.empty(); });
+  EXPECT_EQ(alice.log.presences[0].editor_id(), "carol") << "not its own";
+  EXPECT_LE(alice.log.ends.size(), 1u) << "no revision, no update";
+}
+
+TEST_F(PresenceTest, OthersAreToldWhenAnEditorsLastStreamEnds) {
+  WatchClient bob(*scenes_, Watch("bob"));
+  bob.ReadUpdates(1);
+  const auto last = [&] { return bob.log.presences.back(); };
+  {
+    DeformClient again(*scenes_);
+    {
+      DeformClient alice(*scenes_, Watch("alice"));
+      ASSERT_TRUE(alice.Send(Presence("Alice")));
+      bob.ReadUntil([&] { return !bob.log.presences.empty(); });
+      again.Open(Watch("alice"));
+      ASSERT_TRUE(again.Send(Presence("Alice, again")));
+      bob.ReadUntil([&] { return last().name() == "Alice, again"; });
+    }
+    ASSERT_TRUE(again.Send(Presence("Alice, still")));
+    bob.ReadUntil([&] { return last().name() == "Alice, still"; });
+    for (const auto& presence : bob.log.presences) EXPECT_FALSE(presence.left());
+    again.HalfClose();
+    EXPECT_TRUE(again.Finish().ok());
+  }
+  bob.ReadUntil([&] { return last().left(); });
+  EXPECT_EQ(last().editor_id(), "alice");
+  EXPECT_EQ(last().name(), "");
+  WatchClient carol(*scenes_, Watch("carol"));
+  carol.ReadUpdates(1);
+  EXPECT_TRUE(carol.log.presences.empty()) << "nothing is stored";
+}
+
+TEST_F(PresenceTest, ScriptsAreNotBothered) {
+  DeformClient alice(*scenes_, Watch("alice"));
+  ASSERT_TRUE(alice.Send(Presence("Alice")));
+  WatchClient bob(*scenes_, Watch("bob"));
+  bob.ReadUntil([&] { return !bob.log.presences.empty(); });
+  EventLog log;
+  EXPECT_OK(Update(For<v1::GetUpdateRequest>(), log));
+  EXPECT_TRUE(log.presences.empty());
+}
+
+TEST_F(PresenceTest, RefusesWhatIsTooLargeOrSomebodyElses) {
+  const auto expect = [&](const v1::DeformRequest& request, const std::string& reason,
+                          const std::string& field, const std::string& message) {
+    ExpectRefusal(StatusAfter(request), {kInvalid, reason, field, message});
+  };
+  expect(Presence(std::string(65, 'a')), "OUT_OF_RANGE", "presence.name", "has 65 characters");
+  expect(Presence("Alice", 0x1000000), "OUT_OF_RANGE", "presence.colour", "16777215");
+  expect(Spoilt([](auto& p) {
+           for (int i = 0; i < 1025; ++i) p.add_selected_indices(0);
+         }),
+         "OUT_OF_RANGE", "presence.selected_indices", "1024");
+  expect(Spoilt([](auto& p) { p.add_selected_indices(32768); }), "OUT_OF_RANGE",
+         "presence.selected_indices[0]", "32767");
+  expect(Spoilt([](auto& p) { p.set_left(true); }), "INVALID_FIELD", "presence.left", "server");
+  expect(Spoilt([](auto& p) { p.set_editor_id("bob"); }), "INVALID_FIELD", "presence.editor_id",
+         "not the editor");
+  ExpectRefusal(StatusAfter(Presence("Nobody"), ""),
+                {kInvalid, "INVALID_FIELD", "presence", "no editor_id"});
+
+  WatchClient bob(*scenes_, Watch("bob"));
+  bob.ReadUpdates(1);
+  ExpectRefusal(Control(bob, Presence("Bob", 0x1000000).presence()),
+                {kInvalid, "OUT_OF_RANGE", "presence.colour", "16777215"});
+  // 64 characters of 3 bytes each are no more than 64.
+  std::string name;
+  for (int i = 0; i < 64; ++i) name += "\u2713";
+  EXPECT_OK(Control(bob, Presence(name).presence()));
+}
+
+latticed::Presence Of(const std::string& editor, const std::string& name) {
+  return {.editor_id = editor, .name = name};
+}
+
+// A stream that counts how often it is woken.
+class CountingStream final : public SceneListener {
+ public:
+  void OnSceneChanged() override { ++wakes; }
+  int wakes = 0;
+};
+
+// A board with streams; time is what the test says.
+class PresenceFeedTest : public ::testing::Test {
+ protected:
+  struct Watching {
+    Watching(PresenceBoard* board, const std::string& editor) : feed(board, editor) {}
+    const std::shared_ptr<CountingStream> stream = std::make_shared<CountingStream>();
+    PresenceFeed feed;
+
+    std::shared_ptr<const latticed::Presence> Next(absl::Time now) {
+      return feed.Next(now, stream);
+    }
+    // The names of all that can be told.
+    std::vector<std::string> All(absl::Time now) {
+      std::vector<std::string> names;
+      while (const auto told = Next(now)) names.push_back(told->name);
+      return names;
+    }
+  };
+  void Show(const Watching& by, const std::string& editor, const std::string& name) {
+    Wake(board_.Show(by.stream.get(), Of(editor, name)));
+  }
+
+  const absl::Time start_ = absl::UnixEpoch();
+  PresenceBoard board_;
+  Watching alice_{&board_, "alice"}, bob_{&board_, "bob"}, carol_{&board_, "carol"};
+};
+
+TEST_F(PresenceFeedTest, TellsTheNewestAtMostTenTimesASecond) {
+  Show(alice_, "alice", "0");
+  EXPECT_EQ(bob_.Next(start_)->name, "0");
+  EXPECT_EQ(bob_.Next(start_), nullptr);
+
+  int told = 0;
+  for (int ms = 1; ms <= 1000; ++ms) {
+    const absl::Time now = start_ + absl::Milliseconds(ms);
+    Show(alice_, "alice", std::to_string(ms));
+    const auto presence = bob_.Next(now);
+    if (presence == nullptr) {
+      EXPECT_EQ(bob_.feed.wake_at(), start_ + absl::Milliseconds(100 * (told + 1)));
+      continue;
+    }
+    ++told;
+    EXPECT_EQ(presence->name, std::to_string(ms)) << "the newest, not the first that waited";
+    EXPECT_EQ(bob_.Next(now), nullptr);
+  }
+  EXPECT_EQ(told, 10);
+}
+
+TEST_F(PresenceFeedTest, WhatOneShowsOneselfDelaysNothing) {
+  EXPECT_EQ(bob_.Next(start_), nullptr);
+  Show(bob_, "bob", "B");
+  EXPECT_EQ(bob_.Next(start_), nullptr);
+  Show(alice_, "alice", "A");
+  EXPECT_EQ(bob_.stream->wakes, 2);
+  EXPECT_EQ(bob_.Next(start_)->name, "A");
+}
+
+TEST_F(PresenceFeedTest, WhatIsShownDuringATurnIsOfTheNext) {
+  Show(alice_, "alice", "A");
+  Show(carol_, "carol", "C");
+  EXPECT_EQ(bob_.Next(start_)->name, "A");
+  // A slow reader: it would never come to anything else if the turn went on.
+  Show(alice_, "alice", "A2");
+  EXPECT_EQ(bob_.Next(start_)->name, "C");
+  Show(carol_, "carol", "C2");
+  EXPECT_EQ(bob_.Next(start_), nullptr);
+  EXPECT_EQ(bob_.feed.wake_at(), start_ + absl::Milliseconds(100));
+  EXPECT_THAT(bob_.All(bob_.feed.wake_at()), ElementsAre("A2", "C2"));
+}
+
+TEST_F(PresenceFeedTest, NobodyIsToldOfHimselfAndAllOfWhoLeaves) {
+  Show(alice_, "alice", "A");
+  Show(bob_, "bob", "B");
+  Show(carol_, "carol", "C");
+  EXPECT_THAT(bob_.All(start_), ElementsAre("A", "C"));
+
+  Show(alice_, "alice", "A2");
+  Wake(board_.Leave(carol_.stream.get(), "carol"));
+  const absl::Time then = bob_.feed.wake_at();
+  const auto left = bob_.Next(then);
+  ASSERT_NE(left, nullptr);
+  EXPECT_EQ(left->editor_id, "carol");
+  EXPECT_TRUE(left->left);
+  EXPECT_THAT(bob_.All(then), ElementsAre("A2"));
+
+  Wake(board_.Leave(alice_.stream.get(), "alice"));
+  Show(alice_, "alice", "A3");
+  EXPECT_THAT(bob_.All(bob_.feed.wake_at()), ElementsAre("A3")) << "came back before it was told";
+}
+
+TEST_F(PresenceFeedTest, AFloodWakesAStreamOnceATurn) {
+  constexpr int kWatchers = 200, kShown = 5'000, kTurns = 10;
+  std::vector<std::unique_ptr<Watching>> watchers;
+  for (int i = 0; i < kWatchers; ++i) {
+    watchers.push_back(std::make_unique<Watching>(&board_, std::to_string(i)));
+    EXPECT_EQ(watchers.back()->Next(start_), nullptr);  // waits
+  }
+  absl::Time now = start_;
+  for (int turn = 0; turn < kTurns; ++turn, now += absl::Milliseconds(200)) {
+    for (int i = 0; i < kShown; ++i) Show(alice_, "alice", std::to_string(i));
+    for (const auto& watcher : watchers) {
+      EXPECT_EQ(watcher->stream->wakes, turn + 1);
+      EXPECT_THAT(watcher->All(now), ElementsAre(std::to_string(kShown - 1)));
+      EXPECT_EQ(watcher->Next(now + absl::Milliseconds(100)), nullptr);  // waits again
+    }
+  }
+}
+
+TEST_F(PresenceFeedTest, AStreamThatHasLeftIsNotWoken) {
+  EXPECT_EQ(bob_.Next(start_), nullptr);
+  EXPECT_TRUE(board_.Leave(bob_.stream.get(), "bob").empty()) << "he had shown nothing";
+  Show(alice_, "alice", "A");
+  EXPECT_EQ(bob_.stream->wakes, 0);
+}
+
+}  // namespace
+}  // namespace latticed::testing

@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Watchers that do not read, beside prompt ones: what they cost the server and the others. How long it
+// takes is measured by latticectl bench --stalled.
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "tests/server/support/server_test.h"
+
+namespace latticed::testing {
+namespace {
+
+class StalledWatchersTest : public StreamTest {
+ protected:
+  // On a connection of its own, whose window stays as it is: this side holds no megabytes of what nobody reads.
+  struct Watcher {
+    Watcher(const std::string& address, const v1::WatchRequest& request)
+        : stub(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), Arguments())),
+          client(stub, request) {}
+    static grpc::ChannelArguments Arguments() {
+      grpc::ChannelArguments arguments;
+      arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+      arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+      return arguments;
+    }
+    Scenes stub;
+    WatchClient client;
+  };
+  std::unique_ptr<Watcher> Connect() const {
+    return std::make_unique<Watcher>(server_->address(), Watch());
+  }
+  static int64_t Restarts(const EventLog& log) {
+    return std::ranges::count_if(log.begins, [](const auto& begin) { return begin.restart(); });
+  }
+
+  // Moves the whole lattice: every chunk changes.
+  uint64_t EditAll() {
+    ++sequence_;
+    v1::EditBatch batch = Move(sequence_, 0, sequence_ % 2 == 0 ? 0.01 : -0.01, "bob");
+    for (uint32_t i = 1; i < 125; ++i) {
+      batch.mutable_edits(0)->mutable_move_control_points()->add_indices(i);
+    }
+    v1::EditResult result;
+    EXPECT_OK(Apply(batch, &result));
+    return result.revision();
+  }
+
+  uint64_t sequence_ = 0;
+};
+
+TEST_F(StalledWatchersTest, CostNoMoreThanARetiredSnapshotAndHoldNobodyUp) {
+  constexpr int kPrompt = 8;
+  constexpr size_t kMostStalled = 30;
+  CreateScene(48);
+  std::vector<std::unique_ptr<Watcher>> prompt, stalled;
+  for (int i = 0; i < kPrompt; ++i) {
+    prompt.push_back(Connect());
+    prompt.back()->client.ReadUntilRevision(0);
+  }
+  const uint64_t one_set = Info().host_bytes().at("chunks");
+  ASSERT_GT(one_set, 4u * 65'536) << "more than a stream's window: who does not read is stuck";
+
+  // Each that stalls holds another snapshot, until there are too many.
+  uint64_t revision = 0;
+  while (Info().retired_snapshots() == 0 && stalled.size() < kMostStalled) {
+    stalled.push_back(Connect());
+    revision = EditAll();
+    for (const auto& one : prompt) {
+      ASSERT_NO_FATAL_FAILURE(one->client.ReadUntilRevision(revision));
+    }
+    EXPECT_LE(Info().host_bytes().at("chunks"), 3 * one_set) << "three snapshots of a view";
+  }
+
+  EXPECT_EQ(Info().retired_snapshots(), 1u);
+  for (const auto& one : prompt) EXPECT_EQ(Restarts(one->client.log), 0);
+  int64_t restarts = 0;
+  for (const auto& one : stalled) {
+    ASSERT_NO_FATAL_FAILURE(one->client.ReadUntilRevision(revision));
+    EXPECT_LE(one->client.log.ends.size(), 2u) << "nothing was queued";
+    restarts += Restarts(one->client.log);
+  }
+  EXPECT_GE(restarts, 1) << "whose snapshot was retired begins again with the newest";
+  EXPECT_EQ(Metric("latticed_snapshots_retired_total"), 1);
+  EXPECT_EQ(Metric("latticed_updates_restarted_total"), static_cast<double>(restarts));
+}
+
+}  // namespace
+}  // namespace latticed::testing
