@@ -88,6 +88,8 @@ for line in 'Uid:\s65532\s' 'CapEff:\s0+$' 'CapBnd:\s0+$' 'NoNewPrivs:\s1$'; do
   grep -qP "^$line" <<<"$status" || fail "not confined, no $line in $status"
 done
 podman exec "$name" grep -q '^[^ ]* / [^ ]* ro,' /proc/mounts || fail "the root is not read-only"
+podman exec "$name" latticectl bench vase --resolution 1 --segments 1 --edits 1 --server 127.0.0.1:50151 >bench.txt 2>&1 ||
+  fail "the load generator does not run: $(<bench.txt)"
 
 # The image's own program makes the mesh; the client is this machine's.
 podman run --rm --network none --read-only --cap-drop ALL --user "$EUID" --volume "$work:/work" \
