@@ -16,7 +16,7 @@
 
 namespace latticed::error {
 
-// What travels beside a status. Empty members mean: does not apply.
+// Details of a status. An empty member means that it does not apply.
 struct Details {
   std::string reason;                           // UPPER_SNAKE_CASE, of latticed.v1.ErrorReason
   std::string field;                            // path of the offending field

@@ -24,8 +24,8 @@
 
 namespace latticed {
 
-// Two devices bring an evaluation of so many patches from about 0.7 ms to half of it, which a
-// client can notice; of fewer they are better kept for other scenes, which they serve at once.
+// Two devices halve the time of an evaluation of so many patches, from about 0.7 ms, which a client
+// can notice. For smaller scenes it is better to keep the second device for other scenes.
 inline constexpr uint64_t kDefaultSpanPatches = 1'000'000;
 
 // Each of `devices` is a backend with one device; at least one, all of a name. One device is

@@ -25,6 +25,12 @@ namespace latticed {
 
 class PinnedMemory;
 
+struct PinnedDeleter {
+  std::shared_ptr<PinnedMemory> memory;
+  size_t size = 0;
+  void operator()(uint8_t* data) const;
+};
+
 class PinnedBuffer {
  public:
   PinnedBuffer() = default;
@@ -33,16 +39,10 @@ class PinnedBuffer {
 
  private:
   friend class PinnedMemory;
-  struct GiveBack {
-    std::shared_ptr<PinnedMemory> memory;
-    size_t size = 0;
-    void operator()(uint8_t* data) const;
-  };
-
   PinnedBuffer(std::shared_ptr<PinnedMemory> memory, uint8_t* data, size_t size)
-      : data_(data, GiveBack{std::move(memory), size}) {}
+      : data_(data, PinnedDeleter{std::move(memory), size}) {}
 
-  std::unique_ptr<uint8_t, GiveBack> data_;
+  std::unique_ptr<uint8_t, PinnedDeleter> data_;
 };
 
 class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
@@ -52,14 +52,14 @@ class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
   PinnedMemory(const PinnedMemory&) = delete;  // owns the blocks
   PinnedMemory& operator=(const PinnedMemory&) = delete;
 
-  // At least `bytes`: the next power of two, so that updates of all sizes find a block that served
-  // another. Pins only where none is left.
+  // Returns a block of the next power of two of `bytes`, so that updates of all sizes can reuse
+  // blocks. Pins memory only where no such block is free.
   [[nodiscard]] absl::StatusOr<PinnedBuffer> Borrow(size_t bytes);
-  // Of the blocks that are not back yet.
+  // The bytes of all blocks that are not returned yet.
   uint64_t lent_bytes() const;
 
  private:
-  friend class PinnedBuffer;
+  friend struct PinnedDeleter;
   void Return(uint8_t* data, size_t size);
 
   RefuseAllocation refuse_;
