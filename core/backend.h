@@ -143,10 +143,11 @@ class DeformView {
   // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes.
   [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;
 
-  // Encodes the vertices of `chunks`, results in the same order. Those of one device must ascend, as
-  // EncodeOrder puts them. The encoding's format must be the view's. `digests` is empty, or says of each chunk which vertices the caller has bytes of, under
-  // this encoding and box, and is told which there are: where these are the same, nothing is
-  // encoded and the result has no data. A view that makes no digests encodes all and sets zeros.
+  // Encodes the vertices of `chunks`; the results are in the same order. Chunks of one device must
+  // ascend, as EncodeOrder puts them. The encoding's format must be the view's. `digests` is empty
+  // or has an entry a chunk: the digest of the vertices that the caller has bytes of, under this
+  // encoding and box. It is replaced by the present digest. Where the two are equal, nothing is
+  // encoded and the result has no data. A view without digests encodes all and sets zeros.
   [[nodiscard]] virtual absl::StatusOr<std::vector<SharedBytes>> Encode(
       std::span<const uint32_t> chunks, Encoding encoding, std::span<VertexDigest> digests) = 0;
   [[nodiscard]] absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,

@@ -25,7 +25,8 @@ namespace latticed {
 
 class LaunchGraph {
  public:
-  // As launching `calls` one by one. Their kernels are different ones, and the same at every launch.
+  // Launches `calls` in their order. No two have the same kernel, and the kernels are the same at
+  // every launch.
   [[nodiscard]] absl::Status Launch(std::span<kernels::KernelCall> calls, cudaStream_t stream);
 
  private:
