@@ -45,7 +45,8 @@ enum class Pipeline {
 
 enum class NormalMode { kNone, kFacet, kSmooth };
 
-// How a view keeps its vertices. Chunk-major; a chunk's points are patch-major in pattern order.
+// The format of a view's vertices: chunk by chunk, in a chunk patch by patch, in a patch in pattern
+// order.
 enum class VertexFormat {
   kFloat32,    // interleaved x y z [nx ny nz]: the RAW encoding
   kQuantised,  // planar uint16 x[] y[] z[], then [uint8 (normal_bits <= 8) or uint16 s[] t[]]
@@ -78,8 +79,8 @@ struct SharedBytes {
 };
 [[nodiscard]] SharedBytes MakeSharedBytes(std::vector<uint8_t> bytes);
 
-// The vertices of a chunk in 128 bits that are a function of them alone: equal digests, equal
-// vertices, within the views of one target under one spec. Zeros: of none.
+// A digest of the vertices of a chunk, in 128 bits. Equal digests mean equal vertices, within the
+// views of one target and spec. Zeros: no vertices.
 struct VertexDigest {
   uint64_t low = 0, high = 0;
   friend bool operator==(const VertexDigest&, const VertexDigest&) = default;
@@ -105,24 +106,24 @@ struct DeviceState {
   MemoryUse use;              // of the budget; all on the device, so without a prefix
 };
 
-// What a backend tells its caller of the views of one spec.
+// Properties of the views of one spec.
 struct ViewTraits {
-  // Vertices lie in a device's memory, and evaluating takes none of the host's cores.
+  // Vertices are in a device's memory, and an evaluation uses no core of the host.
   bool on_device = false;
   // The most host memory that a view takes: vertices where no device keeps them, staging, scratch.
   uint64_t host_bytes = 0;
-  // Host memory that encoding to Draco takes in all threads together. The backend keeps it for the
-  // next encoding, so all views of all specs take the largest of these, once.
+  // Host memory that all threads together take to encode Draco streams. The backend keeps it for
+  // the next encoding, so all views of all specs together take the largest of these.
   uint64_t encoder_bytes = 0;
-  // Chunks best encoded in one call. More of them only delay whoever waits for the call's end.
+  // The best number of chunks for one call of Encode. More only delay the caller.
   size_t encode_batch = 256;
   // The first chunk of each device, ascending from 0, where several share a plan. Each takes its
   // part of encode_batch.
   std::vector<uint32_t> device_chunks = {0};
 };
 
-// `chunks`, ascending, in the order in which to encode them, traits.encode_batch a call: each call has
-// work for every device.
+// Returns `chunks`, which ascend, in the order in which to encode them, traits.encode_batch a call.
+// In this order each call has work for every device.
 [[nodiscard]] std::vector<uint32_t> EncodeOrder(const ViewTraits& traits,
                                                 std::span<const uint32_t> chunks);
 
@@ -132,9 +133,9 @@ class DeformView {
 
   virtual const ViewSpec& spec() const = 0;
 
-  // Brings the vertices of `chunks` (sorted, distinct) to `control_points` under `box`. The first
-  // call must name all chunks, as must one with another box. GEMM pipelines evaluate all patches
-  // whatever is named. kUnavailable when the device is lost.
+  // Evaluates the vertices of `chunks` (sorted, distinct) for `control_points` and `box`. The first
+  // call, and each call with another box, must name all chunks. GEMM pipelines evaluate all
+  // patches, whatever is named. kUnavailable when the device is lost.
   [[nodiscard]] virtual absl::Status Evaluate(std::span<const Vec3d> control_points,
                                               const QuantisationBox& box,
                                               std::span<const uint32_t> chunks) = 0;
@@ -142,10 +143,11 @@ class DeformView {
   // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes.
   [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;
 
-  // Encodes the vertices of `chunks`, results in the same order. Those of one device must ascend, as
-  // EncodeOrder puts them. The encoding's format must be the view's. `digests` is empty, or says of each chunk which vertices the caller has bytes of, under
-  // this encoding and box, and is told which there are: where these are the same, nothing is
-  // encoded and the result has no data. A view that makes no digests encodes all and sets zeros.
+  // Encodes the vertices of `chunks`; the results are in the same order. Chunks of one device must
+  // ascend, as EncodeOrder puts them. The encoding's format must be the view's. `digests` is empty
+  // or has an entry a chunk: the digest of the vertices that the caller has bytes of, under this
+  // encoding and box. It is replaced by the present digest. Where the two are equal, nothing is
+  // encoded and the result has no data. A view without digests encodes all and sets zeros.
   [[nodiscard]] virtual absl::StatusOr<std::vector<SharedBytes>> Encode(
       std::span<const uint32_t> chunks, Encoding encoding, std::span<VertexDigest> digests) = 0;
   [[nodiscard]] absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
@@ -161,7 +163,7 @@ class DeformTarget {
   virtual ~DeformTarget() = default;
   virtual const DeformPlan& plan() const = 0;
   virtual Pipeline pipeline() const = 0;
-  // Of the views that CreateView makes of `spec`, which must be valid.
+  // The traits of the views that CreateView makes for `spec`, which must be valid.
   [[nodiscard]] virtual ViewTraits Traits(const ViewSpec& spec) const = 0;
   // kInvalidArgument for a spec out of limits; kResourceExhausted with asked and free bytes.
   [[nodiscard]] virtual absl::StatusOr<std::unique_ptr<DeformView>> CreateView(
@@ -171,7 +173,8 @@ class DeformTarget {
   [[nodiscard]] virtual absl::StatusOr<std::vector<double>> ControlNets(
       std::span<const Vec3d> control_points, size_t first, size_t last) = 0;
   [[nodiscard]] virtual MemoryUse memory() const = 0;
-  // Where memory()'s bytes on devices are. Those of its views lie in the same proportion.
+  // The bytes of memory() that are on each device. The bytes of its views have the same
+  // proportions.
   [[nodiscard]] virtual DeviceUse device_use() const { return {}; }
 };
 
@@ -179,9 +182,9 @@ class Backend {
  public:
   virtual ~Backend() = default;
   virtual std::string_view name() const = 0;  // "cpu", "cuda"
-  // What runs it, for people: "AVX-512, 2 threads, OpenBLAS SkylakeX".
+  // A description for people: "AVX-512, 2 threads, OpenBLAS SkylakeX".
   virtual std::string description() const = 0;
-  // What evaluates, the host itself where it does. None by default: none that can be told about.
+  // The devices that evaluate; the host itself for the CPU backend. Empty where nothing is known.
   [[nodiscard]] virtual std::vector<DeviceState> devices() const { return {}; }
   [[nodiscard]] virtual absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(
       std::shared_ptr<const DeformPlan> plan, Pipeline pipeline) = 0;

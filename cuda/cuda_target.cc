@@ -16,7 +16,8 @@
 namespace latticed {
 namespace {
 
-// Patches that are evaluated in 50 us: such a scene does not wait until all of a larger one has begun.
+// So many patches are evaluated in 50 us. The blocks of such a scene begin before those of a larger
+// one.
 constexpr size_t kSmallScene = 65'536;
 
 class CudaTarget : public DeformTarget {
@@ -72,8 +73,8 @@ class CudaTarget : public DeformTarget {
   }
 
  private:
-  // All that a view on `lane` has to itself on the device, and what it is the first to need of that
-  // which views share; not what GEMM pipelines take at the first evaluation.
+  // The device memory that a new view on `lane` allocates: its own, and what views share but no
+  // view has needed yet. Without what GEMM pipelines allocate at the first evaluation.
   uint64_t ViewBytes(const ViewSpec& spec, const CudaLane& lane) const {
     const bool fused = pipeline_ == Pipeline::kFused;
     const uint64_t of_kernel =

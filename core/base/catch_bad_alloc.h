@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where threads begin: a request too large for the machine's memory is refused, and the others go
-// on. Everything below may let std::bad_alloc and std::length_error pass, so it must be safe to
-// leave at any allocation.
+// Turns std::bad_alloc and std::length_error into a status. A thread calls this at its top: a
+// request that is too large for the machine's memory is refused, and the others continue.
+// Everything that it calls must be safe to leave at any allocation.
 #ifndef LATTICED_CORE_BASE_CATCH_BAD_ALLOC_H_
 #define LATTICED_CORE_BASE_CATCH_BAD_ALLOC_H_
 
@@ -17,8 +17,8 @@
 
 namespace latticed {
 
-// What `work` returns, an absl::Status or a StatusOr; kResourceExhausted naming `what` where memory
-// is short.
+// Returns the result of `work`, an absl::Status or a StatusOr, or kResourceExhausted with the name
+// `what` where memory is short.
 template <typename Work>
 [[nodiscard]] auto CatchBadAlloc(std::string_view what, Work&& work) -> decltype(work()) {
   try {

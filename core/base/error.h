@@ -16,7 +16,7 @@
 
 namespace latticed::error {
 
-// What travels beside a status. Empty members mean: does not apply.
+// Details of a status. An empty member means that it does not apply.
 struct Details {
   std::string reason;                           // UPPER_SNAKE_CASE, of latticed.v1.ErrorReason
   std::string field;                            // path of the offending field
@@ -27,7 +27,7 @@ struct Details {
 };
 
 [[nodiscard]] absl::Status WithDetails(absl::Status status, const Details& details);
-// Details of a status made here; of any other, empty but for a reason that follows from its code.
+// Details of a status made here. Any other status has only a reason, which follows from its code.
 [[nodiscard]] Details DetailsOf(const absl::Status& status);
 
 // INVALID_ARGUMENT. `field` is a path such as "lattice.degree.u"; the message starts with it.

@@ -50,7 +50,7 @@ inline constexpr size_t kMaxChunkBatchBytes = size_t{960} << 10;
 // Transport. Clients have a few calls under way, and a stream a window; calls above wait at the client,
 // which may open another connection, as proxies do.
 inline constexpr int kMaxCallsPerConnection = 128;
-// Of a header, each field as HTTP/2 counts it: its name, its value and 32.
+// The most bytes of a header. HTTP/2 counts each field as its name, its value and 32.
 inline constexpr uint32_t kMaxHeaderBytes = 8'192;
 // A call takes this much besides its messages, whether it waits for a worker or nothing of it has come.
 inline constexpr uint64_t kCallBytes = 20'480;
@@ -64,15 +64,15 @@ inline constexpr int kMaxConnections = 4'096;
 inline constexpr int kMaxGrpcThreads = 40;
 // The server pings a silent client this often, to find those that vanished without a word.
 inline constexpr int kKeepaliveMs = 60'000;
-// A client that answers nothing for so long has vanished.
+// A client that does not answer for this long has vanished.
 inline constexpr int kKeepaliveTimeoutMs = 20'000;
 // Clients may ping an idle connection this often; proxies and laptops make them want to.
 inline constexpr int kMinClientPingMs = 10'000;
 // HTTP/1.1: a request line with its fields. Browsers send cookies of other sites on localhost.
 inline constexpr size_t kMaxHttpHeadBytes = size_t{16} << 10;
-// Connections of --http beyond --max-connections that are told so; more are closed without a word.
+// Connections of --http beyond --max-connections that get an answer; further ones are just closed.
 inline constexpr size_t kMaxRefusedHttpConnections = 64;
-// Of --admin: probes and scrapers only.
+// Connections of --admin, which serves probes and scrapers only.
 inline constexpr size_t kMaxAdminConnections = 64;
 // Answers that a Deform stream queues for a slow reader; then its requests are not read.
 inline constexpr size_t kMaxQueuedAnswers = 64;
@@ -94,7 +94,7 @@ inline constexpr int kDefaultMaxWatchersPerScene = 1'000;
 inline constexpr int kMaxEvaluatePoints = 4'096;
 // A drag of so many points that all are independent takes 0.1 s.
 inline constexpr size_t kMaxDragPoints = 1'024;
-// What others are told of an editor, 10 times a second: with these it stays below 4 KiB.
+// The presence of an editor is sent 10 times a second. With these limits it is below 4 KiB.
 inline constexpr size_t kMaxPresenceName = 64;  // characters
 inline constexpr size_t kMaxPresenceIndices = 1'024;
 inline constexpr uint32_t kMaxPresenceColour = 0xFFFFFF;
@@ -114,8 +114,8 @@ inline constexpr int kMaxUploads = 64;
 // Updates that a watcher may leave without acknowledgement.
 inline constexpr int kMaxUnackedUpdates = 100;
 
-// Words of clients that are kept: ids, names and labels. Ids of editors and requests: a UUID in its
-// 36-character form, with room for other names.
+// Limits of stored text of clients: ids, names and labels. Ids of editors and requests are UUIDs of
+// 36 characters, or longer names.
 inline constexpr size_t kMinSceneIdBytes = 8;
 inline constexpr size_t kMaxSceneIdBytes = 63;
 inline constexpr size_t kMaxEditorIdBytes = 64;

@@ -28,7 +28,7 @@ class Sha256 {
   std::unique_ptr<EVP_MD_CTX, Free> context_;
 };
 
-// One call for bytes that are already together.
+// The digest of bytes that are in one piece.
 [[nodiscard]] std::string Sha256Hex(std::string_view bytes);
 
 }  // namespace latticed

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How long work learns that nobody waits for its result any more.
+// Lets long work stop when nobody waits for its result any more.
 //
 //   StopPoll poll(stop);
 //   for (…) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// UTF-8 for words that come from files and clients: proto3 strings, JSON and gRPC messages must be
-// valid, and a message that is not cannot be read at all.
+// Makes text from files and clients valid UTF-8. proto3 strings, JSON and gRPC messages must be
+// valid; otherwise the whole message cannot be read.
 //
 // Errors   none
 // Threads  pure functions
@@ -19,7 +19,7 @@ namespace latticed {
 // numbers above U+10FFFF are not valid. Valid text comes back as it is.
 [[nodiscard]] std::string ValidUtf8(std::string_view text);
 
-// The longest begin of valid text that has at most `most` bytes and cuts no character.
+// The longest prefix of valid text that has at most `most` bytes and ends between characters.
 [[nodiscard]] std::string_view CutUtf8(std::string_view text, size_t most);
 
 }  // namespace latticed

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The triangles of a chunk, and how Draco's method MESH_SEQUENTIAL says them: the bytes from the
-// number of faces to the last index, made once for all chunks of a shape.
+// The triangles of a chunk, and their code in Draco's method MESH_SEQUENTIAL: the bytes from the
+// number of faces to the last index. They are made once for all chunks of a shape.
 //
 //   varint faces | varint points | 0 | symbols of the indices' differences, coded as by rans_table.h
 //
@@ -25,8 +25,9 @@ class ChunkConnectivity {
 
   std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
   std::span<const uint8_t> bytes() const { return bytes_; }
-  // Of a whole stream: libdraco refuses one that has less than three bytes a face behind its
-  // counts, however well the indices are coded. It reads no further than it must, so zeros serve.
+  // The least size of a whole stream. libdraco refuses a stream with less than three bytes a face
+  // after its counts, however well the indices are coded. It does not read the rest, so zeros fill
+  // it.
   size_t LeastStreamBytes() const;
   size_t MemoryBytes() const;
 

@@ -51,18 +51,18 @@ class ChunkEncoder {
  public:
   virtual ~ChunkEncoder() = default;
   virtual std::string_view name() const = 0;  // "reference", "latticed"
-  // As many chunks are encoded fastest in one call.
+  // The number of chunks in one call that is fastest.
   virtual size_t batch() const = 0;
 
-  // Working memory that one call takes at most for chunks of so many points, and that is kept for the
-  // next: there are as many as calls at a time. 0: none is kept.
+  // The most working memory that one call takes for chunks of `points` points. It is kept for the
+  // next call, so there are as many blocks as concurrent calls. 0: none is kept.
   virtual uint64_t WorkingBytes(size_t /*points*/, int /*position_bits*/,
                                 int /*normal_bits*/) const {
     return 0;
   }
 
-  // streams[i] from chunks[i], each of a point or more. With `connectivity`, which may be null,
-  // meshes: all chunks then have its points.
+  // Makes streams[i] from chunks[i], each of which has a point at least. With `connectivity` the
+  // streams are meshes, and all chunks have as many points as it has. It may be null.
   [[nodiscard]] virtual absl::Status Encode(std::span<const QuantisedVertices> chunks, double range,
                                             const ChunkConnectivity* connectivity,
                                             std::span<std::vector<uint8_t>> streams) const = 0;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a Draco stream says of its size, read before libdraco allocates by it: a stream of 30 bytes
-// can announce two thousand million points.
+// The sizes that a Draco stream announces. They are checked before libdraco allocates memory for
+// them: a stream of 30 bytes can announce two thousand million points.
 //
 // Errors   kInvalidArgument, reason MALFORMED_FILE
 // Threads  pure functions
@@ -23,7 +23,7 @@ struct DracoAnnouncement {
   uint64_t faces = 0;
 };
 
-// Of streams of version 1.3 (libdraco's oldest) and later, all methods, metadata skipped.
+// Reads streams of version 1.3 (libdraco's oldest) and later, by any method. Metadata is skipped.
 [[nodiscard]] absl::StatusOr<DracoAnnouncement> ReadDracoAnnouncement(
     std::span<const uint8_t> bytes);
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a Draco stream of a chunk has around its symbols: constant bytes but for a few numbers.
+// The bytes of a chunk's Draco stream that are not symbols. All but a few numbers are constant.
 //
 //   "DRACO" major minor geometry method flags16      2.3 point cloud, 2.2 mesh; method sequential
 //   points: int32                                    a mesh has its connectivity here instead

@@ -18,8 +18,9 @@ namespace {
 using draco_kernel::kLanes;
 using draco_kernel::ValueSpan;
 
-// Of 16 chunks: 160 bytes of symbols and up to 240 of coded ones a point; a finished stream and its
-// connectivity. Tables and histograms for every value that a coordinate may have. Padding.
+// Memory for 16 chunks. A point takes 160 bytes of symbols, up to 240 coded bytes, and its part of
+// a finished stream with its connectivity. Each value that a coordinate may have takes its part of
+// tables and histograms. Padding is constant.
 constexpr uint64_t kBytesPerPoint = 448, kBytesPerValue = 352, kPaddingBytes = 65'536;
 
 }  // namespace

@@ -14,7 +14,7 @@
 
 namespace latticed {
 
-// A backend whose vertices lie on a device may write the same bytes there (cuda/draco/draco_kernels.h).
+// A backend with vertices on a device may write the same bytes there (cuda/draco/draco_kernels.h).
 inline constexpr std::string_view kDracoWriterName = "latticed";
 
 class DracoWriter final : public ChunkEncoder {
@@ -37,7 +37,8 @@ class DracoWriter final : public ChunkEncoder {
   std::unique_ptr<Group> TakeGroup() const;
 
   mutable Mutex mutex_;
-  // Of calls that have ended, the last one's last: its memory may still be in a cache.
+  // Free for the next call. The group of the last call is at the end: its memory may still be
+  // cached.
   mutable std::vector<std::unique_ptr<Group>> idle_ ABSL_GUARDED_BY(mutex_);
 };
 

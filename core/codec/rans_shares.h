@@ -46,7 +46,7 @@ class RansShares {
         fits_(scale_ / 2),
         exceeds_(2 * scale_) {}
 
-  // Of a symbol that is counted `count` times, not 0, at `scale`.
+  // The probability of a symbol that is counted `count` times, not 0, at `scale`.
   LATTICED_HD constexpr uint32_t Probability(uint32_t scale, uint32_t count) const {
     const uint32_t half = uint32_t{1} << (fraction_bits_ - 1);
     const uint32_t nearest = (scale * count + half) >> fraction_bits_;
@@ -83,7 +83,7 @@ class RansShares {
   // Three or four do for most; what further ones would gain is a ten thousandth of a percent.
   static constexpr uint32_t kMostTries = 6;
 
-  // Of squares below 2^24: kWorthAByte * 2^12 is, and larger M have a total of M / 4 at least.
+  // For squares below 2^24: kWorthAByte * 2^12 is below it; a larger M has a total of M / 4 at least.
   static LATTICED_HD constexpr uint32_t Root(uint64_t square) {
     uint32_t root = 0;
     for (uint32_t bit = 1 << 11; bit != 0; bit >>= 1) {

@@ -29,7 +29,7 @@ class RansTable {
   // says.
   void Build(std::vector<uint32_t>& histograms, size_t count, size_t stride, size_t end);
 
-  // Of RansBitLength. Without one there are no probabilities.
+  // By RansBitLength. Where it is 0 there are no probabilities.
   int bit_length() const { return bit_length_; }
   int precision() const { return precision_; }
   uint32_t largest() const { return symbols_[distinct_ - 1]; }

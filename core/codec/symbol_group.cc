@@ -16,10 +16,12 @@ using draco_kernel::kPadding;
 // Numbers of the format.
 constexpr uint32_t kPlain = 0, kCoded = 1;
 constexpr size_t kHistograms = 4;
-// States that are coded by turns without vectors: one waits while another multiplies.
+// The number of states that are coded by turns, without vectors: one waits while another
+// multiplies.
 constexpr size_t kChains = 4;
 constexpr int kMostChainPrecision = 16;
-// With fewer chunks than this, states by turns are as fast: vectors take as long for one as for 16.
+// With fewer chunks than this, coding by turns is as fast: vectors take as long for one chunk as
+// for 16.
 constexpr size_t kFewestLanes = 7;
 
 size_t RoundUp(size_t count, size_t step) { return (count + step - 1) / step * step; }
@@ -47,7 +49,7 @@ void SymbolGroup::Begin(size_t lanes, size_t points, size_t components, size_t m
   most_symbols_ = RoundUp(most_symbols, kPadding) + kPadding;
   GrowTo(symbols_, lanes * components * stride_);
   GrowTo(histograms_, kHistograms * most_symbols_);
-  // Here, so that nothing can throw while the histograms are not zero.
+  // Reserved here, so that nothing throws while the histograms are not zero.
   for (size_t lane = 0; lane < lanes; ++lane) lane_[lane].table.Reserve(most_symbols);
 }
 

@@ -24,7 +24,7 @@ namespace latticed {
 
 class SymbolGroup {
  public:
-  // Forgets all symbols. Those that come are below `most_symbols`.
+  // Begins anew. The symbols that follow are below `most_symbols`.
   void Begin(size_t lanes, size_t points, size_t components, size_t most_symbols);
 
   uint16_t* plane(size_t lane, size_t component) {
@@ -33,10 +33,11 @@ class SymbolGroup {
   // Counts the symbols of a lane, all below `end`, and shares out their probabilities.
   void Tabulate(size_t lane, size_t end);
 
-  // Codes all lanes. `normals` may be null; where both are given they are coded side by side.
+  // Codes all lanes of both groups side by side. `normals` may be null.
   static void Code(SymbolGroup& positions, SymbolGroup* normals);
 
-  // After that: table and states of a lane or its plain symbols, whichever is less.
+  // After Code: writes the table and the states of a lane, or its plain symbols, whichever is
+  // shorter.
   void Write(size_t lane, ByteWriter& out) const;
   size_t MostBytes(size_t lane) const;
 

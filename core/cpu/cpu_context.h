@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What all targets and views of one CPU backend share: the threads and the encoder.
+// The threads and the encoder, which all targets and views of one CPU backend share.
 #ifndef LATTICED_CORE_CPU_CPU_CONTEXT_H_
 #define LATTICED_CORE_CPU_CPU_CONTEXT_H_
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Denormal numbers are zero on this thread, read or written, until the scope ends. High powers of
-// small patches are full of them, far below what an integer of any view resolves, and Intel's
+// Treats denormal numbers as zero on this thread, read or written, until the scope ends. High
+// powers of small patches contain many of them, far below the resolution of any view, and Intel's
 // processors take a hundred cycles for each.
 #ifndef LATTICED_CORE_CPU_FLUSH_DENORMALS_H_
 #define LATTICED_CORE_CPU_FLUSH_DENORMALS_H_

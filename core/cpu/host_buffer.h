@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Owner of a block of host memory, aligned to a cache line, that says no instead of throwing.
+// Owner of a block of host memory, aligned to a cache line. It returns an error instead of
+// throwing.
 //
 // Errors   kResourceExhausted with asked and free bytes
 #ifndef LATTICED_CORE_CPU_HOST_BUFFER_H_
@@ -22,7 +23,7 @@ class HostBuffer {
  public:
   HostBuffer() = default;
 
-  // Zeroed bytes for `purpose`, as in MemoryUse. Refuses more than the machine's memory at once:
+  // Zeroed bytes for `purpose`, as in MemoryUse. More than the machine's memory is refused at once;
   // the kernel would grant it and kill the process later.
   [[nodiscard]] static absl::StatusOr<HostBuffer> Create(std::string_view purpose, size_t bytes);
 

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Numbers by (vertex, key), kept at the vertex: what is near in the mesh is near in memory, where a
-// hash table misses the cache at every edge of a large mesh.
+// A map from (vertex, key) to numbers, stored by vertex. Neighbours in the mesh are then near in
+// memory; a hash table would miss the cache at every edge of a large mesh.
 //
-// A vertex holds its first kMostAtVertex keys in a list, the rest are hashed: constant time also
-// for the apex of a fan of a million triangles.
+// A vertex has its first kMostAtVertex keys in a list; further keys are hashed. Look-up takes
+// constant time even at the apex of a fan of a million triangles.
 //
 // Threads  one at a time
 #ifndef LATTICED_CORE_FFD_ADJACENCY_INDEX_H_

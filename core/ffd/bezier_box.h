@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A part of a B-spline volume as a tensor-product Bézier volume: its coefficients hold it in their
-// hull, and their differences its derivatives.                     Ramshaw 1989, blossoming
+// A part of a B-spline volume as a tensor-product Bézier volume. It lies in the hull of its
+// coefficients; its derivatives lie in the hull of their differences.                     Ramshaw
+// 1989, blossoming
 //
 //   R(lower + l (upper - lower)) = sum_ijk B_ijk b_i(l_u) b_j(l_v) b_k(l_w),   l in [0, 1]^3
 //   B_ijk = f(lower_u^(n-i) upper_u^i; …), f the polar form of the knot box's polynomial
@@ -29,7 +30,7 @@ struct BezierBox {
   Vec3d points[kMostPoints][kMostPoints][kMostPoints];  // [k][j][i]
 
   [[nodiscard]] Bounds Hull() const;
-  // Of d R / d l along one axis.
+  // The hull of d R / d l along one axis.
   [[nodiscard]] Bounds SlopeHull(size_t axis) const;
 };
 

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What turns control points into the polynomial of a knot box, in power form about the box centre.
+// The matrices that turn control points into the polynomial of a knot box, in power form about the
+// box's centre.
 //
 //   R(u,v,w) = sum_abc C_abc l0^a l1^b l2^c,   l = (parameter - centre) / width
 //   C_abc    = sum_rst M0[r][a] M1[s][b] M2[t][c] P_rst,   P the control points that reach the box
@@ -34,13 +35,13 @@ class BoxBasis {
   const std::array<int, 3>& axes() const { return axes_; }
   // By permuted axis.
   std::array<int, 3> degree() const;
-  // Of a permuted axis, one a knot span; zero where the span is empty.
+  // The matrices of a permuted axis, one a knot span. They are zero where the span is empty.
   const std::vector<Matrix>& matrices(size_t permuted_axis) const { return basis_[permuted_axis]; }
 
   // By axis of the lattice, or of the world outside. A width is never 0.
   Vec3d Centre(uint32_t box) const;
   Vec3d Width(uint32_t box) const;
-  // Of each l by world position, by permuted axis.
+  // The gradient of each coordinate l by world position, by permuted axis.
   std::array<Vec3d, 3> Gradients(uint32_t box) const;
 
  private:

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How far a lattice may reach: a fit of a mesh at limits::kMaxCoordinate with the largest padding
-// has room, and squares of coordinates stay within float32.
+// The largest coordinate of a control point. A lattice that is fitted with the largest padding to a
+// mesh at limits::kMaxCoordinate stays below it, and squares of coordinates stay within float32.
 #ifndef LATTICED_CORE_FFD_CONTROL_POINT_RANGE_H_
 #define LATTICED_CORE_FFD_CONTROL_POINT_RANGE_H_
 

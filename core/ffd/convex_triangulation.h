@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The best triangulation of a small convex polygon: of all, one whose worst triangle is best.
+// The triangulation of a small convex polygon whose worst triangle is as good as possible.
 //
 //   quality of a triangle = |cross product of two sides| / (longest side)^2, 0 for no area
 //

@@ -39,13 +39,13 @@ namespace latticed {
                                          std::span<const Vec3d> control_points,
                                          const std::array<int, 3>& span, Vec3d parameter);
 
-// Where in the volume a point of the rest world is.
+// The place of a point of the rest world in the volume.
 struct VolumePlace {
   Vec3d parameter;
   std::array<int, 3> span{};  // of the lower box on a knot plane
 };
-// nullopt outside the domain. As a vertex of the mesh is, a point within kPlaneSnap of a face of
-// the domain is on it.
+// nullopt outside the domain. A point within kPlaneSnap of a face of the domain is on it, as a
+// vertex of the mesh would be.
 [[nodiscard]] std::optional<VolumePlace> FindVolumePlace(const LatticeStructure& structure,
                                                          Vec3d world);
 

@@ -30,7 +30,8 @@ struct ControlPointMoves {
   double residual = 0;  // largest distance that is left between a point and its target
 };
 
-// Of `points` of the rest world, one target each, from where the lattice has them.
+// The smallest moves that take `points` of the rest world from their deformed positions to their
+// targets. Each point has one target.
 [[nodiscard]] ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> points,
                                               std::span<const Vec3d> targets);
 

@@ -41,14 +41,14 @@ class DirtySet {
   uint64_t patches() const { return patch_count_; }
 
  private:
-  // Of knot boxes along an axis, `last` not among them.
+  // The knot boxes first … last - 1 along an axis.
   struct Range {
     uint32_t first, last;
   };
-  // Those that the control points of this index along the axis influence.
+  // The boxes that are influenced by control points with this index along the axis.
   Range BoxesOf(size_t axis, int index) const;
   void MarkBox(uint32_t box);
-  // The run [first, last) of a box's own patches: there are many.
+  // Marks the patches [first, last) of a box.
   void MarkOwnPatches(uint32_t first, uint32_t last);
   void MarkChunk(uint32_t chunk);
 

@@ -216,15 +216,15 @@ void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
   }
 }
 
-// Also redoes: what lies below may have changed since, so the knot is inserted into what is there
-// now.
+// Also redoes an insertion. The lattice below may have changed since then, so the knot is inserted
+// into the present one.
 absl::Status EditHistory::Insert(EditStep step, const InsertKnot& edit, std::string_view field,
                                  const AdmitStructure& admit) {
   LATTICED_ASSIGN_OR_RETURN(auto refined,
                             WithKnotInserted(lattice(), edit.axis, edit.value, field));
   LATTICED_RETURN_IF_ERROR(admit(refined.structure));
   CommitGestures("", "");
-  // Undone steps above this one may come back only if their indices mean the same as before.
+  // Undone steps above this one may be redone only if their indices mean the same as before.
   const bool same = step.structural.has_value() && step.structural->structure == refined.structure;
   if (!same) step.id = ++clock_;
   step.written_at = ++clock_;
@@ -321,7 +321,7 @@ size_t EditHistory::FindGesture(const EditBatch& batch) const {
   return kNoStep;
 }
 
-// Of one editor, but for one gesture; of all editors where editor_id is empty.
+// Commits the gestures of one editor, except one gesture. An empty editor_id means all editors.
 void EditHistory::CommitGestures(std::string_view editor_id, std::string_view except_gesture) {
   for (size_t n = layers_.steps().size(); n-- > 0;) {
     const EditStep& step = layers_.steps()[n];

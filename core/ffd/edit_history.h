@@ -56,8 +56,8 @@ class EditHistory {
   // Asked before a batch that changes the structure takes effect; an error refuses the batch. This
   // is where a scene makes its plan and asks for memory.
   using AdmitStructure = std::function<absl::Status(const LatticeStructure&)>;
-  // What it answers to put the batch off, to be asked again later: Apply returns this, and neither
-  // changes anything nor keeps a result for replay.
+  // The answer that puts the batch off. Apply then returns it, changes nothing and keeps no result
+  // for replay; the caller applies the batch again later.
   [[nodiscard]] static absl::Status PutOff();
   [[nodiscard]] static bool IsPutOff(const absl::Status& status);
 
@@ -82,12 +82,13 @@ class EditHistory {
   // 0 for an editor that is not remembered.
   uint64_t last_sequence(std::string_view editor_id) const;
   size_t undo_steps() const { return layers_.steps().size(); }
-  // Of the steps, those undone as well, and of what is kept for replay.
+  // The bytes of all steps, undone ones included, and of the results kept for replay.
   size_t MemoryBytes() const { return UndoBytes() + ledger_.MemoryBytes(); }
-  // Where memory is short: forgets what was undone longest ago, else the oldest step, which then
-  // cannot be undone; false where but the newest is left.
+  // Frees memory: forgets the step that was undone longest ago, else the oldest step, which then
+  // cannot be undone. Returns false where only the newest step is left.
   bool ForgetOldestStep();
-  // Forgets what is kept for replay of the editor silent longest; false where there is but one.
+  // Forgets the result kept for the editor that was silent longest. Returns false where only one
+  // editor is left.
   bool ForgetOldestEditor() { return ledger_.ForgetOldest(); }
 
  private:

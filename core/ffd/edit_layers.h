@@ -67,16 +67,16 @@ class EditLayers {
 
   void Push(EditStep step);
   EditStep Remove(size_t position);
-  // Its gesture is over; `timed_out`: unless an update comes after all.
+  // Ends the step's gesture. After a time-out, a later update may continue it.
   void Close(size_t position, bool timed_out);
   // Makes the oldest step part of the base: it can no longer be undone.
   void FoldOldest();
 
   // Id of the topmost structural step; 0 if there is none.
   uint64_t structure_step() const;
-  // What the structure would be without the step at `position`.
+  // The structure without the step at `position`.
   const LatticeStructure& StructureWithout(size_t position) const;
-  // Of the steps.
+  // The bytes of all steps.
   size_t MemoryBytes() const { return bytes_; }
 
  private:

@@ -21,7 +21,7 @@
 
 namespace latticed {
 
-// What an editor is told about a batch.
+// The result of a batch, as its editor gets it.
 struct EditSummary {
   uint64_t sequence = 0;
   absl::Status status;
@@ -31,7 +31,7 @@ struct EditSummary {
   uint64_t patches_touched = 0;
   double largest_move = 0;   // of a control point, world units; 0 where the structure changed
   double drag_residual = 0;  // EditTarget's
-  // By the scene; none of a batch that came before, and was answered from memory.
+  // Set by the scene. Empty where the batch came before and the stored result is returned.
   std::optional<std::chrono::steady_clock::time_point> commit_time;
 };
 
@@ -44,7 +44,7 @@ class EditorLedger {
   // Keeps `summary`, and forgets the editor that has been silent longest when there are too many.
   void Store(std::string_view editor_id, EditSummary summary);
   size_t size() const { return entries_.size(); }
-  // Forgets the editor that has been silent longest; false where there is but one.
+  // Forgets the editor that was silent longest. Returns false where only one is left.
   bool ForgetOldest();
   size_t MemoryBytes() const { return bytes_; }
 

@@ -5,8 +5,9 @@
 //
 //   On the axis of degree p, for a new knot t in the span k (knots[k] <= t <= knots[k+1]):
 //     Q_i = P_i                            i <= k - p
-//     Q_i = (1 - a_i) P_{i-1} + a_i P_i    k - p < i <= k,   a_i = (t - knots[i]) / (knots[i+p] -
-//     knots[i]) Q_i = P_{i-1}                        i > k
+//     Q_i = (1 - a_i) P_{i-1} + a_i P_i    k - p < i <= k
+//     Q_i = P_{i-1}                        i > k
+//   with a_i = (t - knots[i]) / (knots[i+p] - knots[i])
 //
 // The volume keeps its shape to 1e-12 of its diagonal; a point whose sources are at rest (bit for
 // bit at the identity position) is put at its own identity position, so that seams at rest stay

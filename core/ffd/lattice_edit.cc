@@ -18,7 +18,8 @@
 namespace latticed {
 namespace {
 
-// In range and no index twice: an edit that names a point twice has no order to apply them in.
+// Indices must be in range, and none may come twice: the order of two changes of one point would
+// not be defined.
 absl::Status CheckIndices(const std::vector<uint32_t>& indices, size_t count,
                           std::string_view field) {
   if (indices.empty()) {

@@ -80,12 +80,12 @@ struct EditBatch {
   std::string gesture_id;  // empty: the batch is an undo step of its own
   GesturePhase gesture_phase = GesturePhase::kUpdate;
   std::vector<Edit> edits;
-  // Not OK: what came could not be read as edits, and is refused with this, in its place in the
-  // editor's sequence.
+  // Not OK: the request could not be parsed. The batch is then refused with this status, in its
+  // place in the editor's sequence.
   absl::Status refusal;
 };
 
-// What the edits of a batch are applied to, one after the other.
+// The edits of a batch are applied to this, one after the other.
 struct EditTarget {
   Lattice lattice;
   std::vector<bool> written;  // per control point

@@ -8,11 +8,11 @@
 //   N1 N1' = L L'         r x r
 //   x = N1' (L L')^-1 W^+ b
 //
-// The rows of N1 are found by Cholesky's factorisation of N N' with pivoting: the next one is that
-// farthest from the span of those before, until none is farther than kDependence times the longest
-// row. What lies nearer counts as dependent: it could be met only by an x about 1 / kDependence
-// times as large as what it meets. N N' squares the condition of N; two steps of refinement, with
-// residuals of N itself, take that back.
+// The rows of N1 are found by Cholesky's factorisation of N N' with pivoting. The next row is the
+// one farthest from the span of those before, until none is farther than kDependence times the
+// longest row. Nearer rows count as dependent: only an x about 1 / kDependence times as large as
+// its effect could meet them. N N' squares the condition of N; two steps of refinement, with
+// residuals of N itself, restore the digits.
 //
 // A library's rank-revealing factorisation of N, which is dense in memory then, costs
 // 2 k^2 columns: for 1,024 rows and 32,768 columns a hundred times as much as k^3 / 3.

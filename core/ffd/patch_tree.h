@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where in the volume the patches of a plan are: a tree of boxes in parameter space for each knot
-// box, for searches of the deformed surface. Control points move what a box bounds, not the boxes:
-// one tree serves every revision.
+// A bounding-volume hierarchy of a plan's patches, in parameter space, one tree for each knot box.
+// It serves searches of the deformed surface. Control points do not change it, so one tree serves
+// every revision.
 //
 //   leaf    kLeafPatches consecutive patches of one knot box; the Morton order of the plan keeps
 //           them together

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Who owns the points that patches share, for pipelines that evaluate every patch by itself.
+// The owners of points that patches share, for pipelines that evaluate every patch by itself.
 //
 // Each plan vertex, and each plan edge without its ends, has one owner: the lowest patch of its
 // owner box that uses it (the lowest of all where that box has none). All others copy its
@@ -47,7 +47,8 @@ class SharedPoints {
     uint32_t seam = 0;
     SharedCopy copy;
   };
-  // A use without an owner patch: evaluated from the lattice itself, alike on every side.
+  // A use without an owner patch. It is evaluated from the lattice itself, in the same way on every
+  // side.
   struct Orphan {
     PointUse use;
     uint32_t entity = 0;       // index of the vertex or edge, as the slot says

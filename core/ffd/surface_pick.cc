@@ -63,7 +63,8 @@ struct Part {
   }
 };
 
-// What holds on a whole part: where it is, and its derivatives by s and t to within `spread`.
+// Bounds that hold on a whole part: of its position, and of its derivatives by s and t, to within
+// `spread`.
 struct Reach {
   Bounds hull;
   Vec3d corner;  // s = t = 0
@@ -81,8 +82,8 @@ struct Reach {
     }
     return mean;
   }
-  // Whether a line across the ray lies between the two: one along the part, which is hardly more
-  // than a line itself where the surface lies nearly along the ray.
+  // Whether a line, seen along the ray, separates the ray from the part. The line runs along the
+  // part, which is hardly more than a line itself where the surface lies nearly along the ray.
   bool PassesBy(double distance) const {
     const auto across = [](Vec3d v) { return std::hypot(v.x, v.y); };
     const Vec3d along = across(slope[0]) > across(slope[1]) ? slope[0] : slope[1];
@@ -114,8 +115,9 @@ struct Step {
   std::optional<uint32_t> node;
   Part part;  // without a node
 };
-// By layers of kTouch, and in one by depth: where the surface lies across the ray, or on top of
-// itself, one part is followed to its end instead of all of them side by side.
+// The order of steps: by layers of kTouch, and within a layer the deepest first. Where the surface
+// lies across the ray, or on itself, one part is then followed to its end, instead of all of them
+// side by side.
 struct Later {
   bool operator()(const Step& a, const Step& b) const {
     return std::pair(a.layer, -a.depth) > std::pair(b.layer, -b.depth);
@@ -150,14 +152,14 @@ class Search {
   }
 
  private:
-  // Between layers at no round number, where a flat surface might well lie.
+  // The boundaries of layers are at no round number, because flat surfaces often are.
   double LayerOf(double z) const { return touch_ > 0 ? std::floor(z / touch_ + 0.3819) : 0; }
   bool IsOutside(uint32_t patch) const { return plan_.patches[patch].box == plan_.outside_box(); }
   bool Misses(const Bounds& hull) const {
     return hull.min.x > reach_ || hull.max.x < -reach_ || hull.min.y > reach_ ||
            hull.max.y < -reach_ || hull.max.z < frame_.begin() - reach_ || hull.min.z > nearest_;
   }
-  // Of a part's point its place: of its corners' barycentrics, in the ray's frame or in parameters.
+  // Interpolates a field of the patch's vertices at a point with these barycentrics.
   template <typename Field>
   Vec3d Blend(const Part& part, Vec3d barycentrics, Field field) const {
     const auto& vertex = plan_.patches[part.patch].vertex;

@@ -86,7 +86,7 @@ bool NestsTooDeep(std::string_view text) {
   return false;
 }
 
-// An unknown extension may change how geometry is stored, which would then be read wrongly.
+// An unknown extension may store geometry in another way, which would then be read wrongly.
 absl::Status CheckExtensions(const json& document) {
   constexpr std::string_view kHarmless[] = {"KHR_mesh_quantization", "KHR_texture_transform",
                                             "KHR_texture_basisu",    "KHR_lights_punctual",

@@ -50,7 +50,8 @@ class GlbReader {
   }
 
  private:
-  // A small file can name one mesh in many nodes. Corners and vertices that it may grow to:
+  // A small file can name one mesh in many nodes. These bound the corners and vertices that it may
+  // grow to.
   static constexpr size_t kFreeBudget = size_t{1} << 22;
   static constexpr size_t kBudgetPerByte = 64;
 
@@ -78,7 +79,8 @@ class GlbReader {
     return roots;
   }
 
-  // Depth first in file order, on a stack of its own: a chain of nodes may be as long as the file.
+  // Depth first in file order. The stack is explicit, because a chain of nodes may be as long as
+  // the file.
   absl::Status ReadNodes(const std::vector<int64_t>& roots) {
     struct Pending {
       int64_t node;

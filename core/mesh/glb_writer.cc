@@ -18,8 +18,8 @@ namespace {
 
 using nlohmann::json;
 
-// glTF is in metres, +y up, right-handed: the rotation and scale from world units, column-major.
-// What is unknown is taken as glTF's.
+// The rotation and scale from world units to glTF's, which are metres, +y up, right-handed.
+// Column-major. Unknown units count as glTF's.
 json ToGltf(const MeshUnits& units) {
   const double s = units.meters_per_unit > 0 ? units.meters_per_unit : 1;
   if (units.up_axis == "z") return json::array({s, 0, 0, 0, 0, 0, -s, 0, 0, s, 0, 0, 0, 0, 0, 1});

@@ -3,8 +3,9 @@
 //
 // Mesh files in and out, by format. Each reader says what of its format it reads.
 //
-// Readers take untrusted bytes: they check every announced size against the bytes that are there
-// before they allocate, and validate what they return. kInvalidArgument with reason MALFORMED_FILE
+// Readers take untrusted bytes. They check each announced size against the size of the file before
+// they allocate, and validate the mesh that they return. kInvalidArgument with reason
+// MALFORMED_FILE
 // names the line or byte. Writers cannot fail but for memory.
 #ifndef LATTICED_CORE_MESH_MESH_IO_H_
 #define LATTICED_CORE_MESH_MESH_IO_H_

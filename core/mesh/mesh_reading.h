@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the readers of mesh files share: words and numbers of text files, and the last checks.
+// Functions that the readers of mesh files share: words, numbers and lines of text files, and the
+// last checks.
 //
 // Threads  pure functions
 #ifndef LATTICED_CORE_MESH_MESH_READING_H_
@@ -34,8 +35,8 @@ namespace latticed {
 // A name of the file as a message may show it: printable, at most 40 characters.
 [[nodiscard]] std::string Quoted(std::string_view word);
 
-// Positions without duplicates: formats without shared vertices get their connectivity back. Exact
-// bits decide, but that -0 is 0.
+// Positions without duplicates, for formats that do not share vertices between faces. Two positions
+// are one where all bits are equal; -0 counts as 0.
 class VertexWelder {
  public:
   explicit VertexWelder(std::vector<Vec3d>* positions) : positions_(*positions) {}

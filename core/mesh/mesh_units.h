@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the numbers of an exported mesh mean, as far as its uploader said: nothing is computed from
-// it but the root node of a GLB.
+// The axis and unit of an exported mesh, as its uploader gave them. Only the root node of a GLB is
+// computed from them.
 #ifndef LATTICED_CORE_MESH_MESH_UNITS_H_
 #define LATTICED_CORE_MESH_MESH_UNITS_H_
 

@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::string_view kObj = "OBJ";
 
-// The next word before a comment, which ends the line also where it is glued to a word.
+// The next word before a comment. A comment may begin inside a word.
 std::string_view TakeField(std::string_view* line) {
   const std::string_view word = TakeWord(line);
   const size_t comment = word.find('#');
@@ -215,8 +215,8 @@ class ObjReader {
     return FinishMesh(kObj, std::move(mesh_));
   }
 
-  // Groups in the order of their first mention; those without faces are left out, and so are all
-  // where no face is in a named group.
+  // Groups are in the order of their first face. Groups without faces are left out; so are all
+  // groups where no face is in a named one.
   void NameGroups() {
     std::vector<uint32_t> renumbered(group_ids_.size(), PolygonMesh::kNoAttribute);
     std::vector<std::string> names(group_ids_.size());

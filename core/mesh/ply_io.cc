@@ -40,7 +40,7 @@ class PlyBody {
         "PLY", is_ascii() ? LineAt(bytes_, offset_) : fmt::format("byte {}", offset_), problem);
   }
 
-  // May be NaN or infinite in a binary file: whoever uses the value checks it.
+  // The value may be NaN or infinite in a binary file; callers check it.
   absl::Status Read(const PlyType& type, double* value) {
     if (is_ascii()) return ReadAscii(type, value);
     const size_t size = type.bytes;

@@ -52,7 +52,7 @@ std::vector<Point> Project(std::span<const Vec3d> polygon) {
   return points;
 }
 
-// Corners that may lie in an ear, by cell of a uniform grid; one cell for small polygons.
+// The corners that may lie in an ear, in the cells of a uniform grid. A small polygon has one cell.
 class CornerGrid {
  public:
   explicit CornerGrid(const std::vector<Point>& points) : points_(points) {
@@ -172,8 +172,8 @@ class EarClipper {
     return inside(points_[previous_[p]]) || inside(points_[next_[p]]);
   }
 
-  // No corner is an ear: the rest crosses itself or is flat. A flat corner does the least harm,
-  // then a convex one.
+  // Called where no corner is an ear: the rest crosses itself or is flat. Clipping a flat corner
+  // does the least harm, then a convex one.
   uint32_t LeastBadCorner(uint32_t start) const {
     uint32_t best = start;
     double best_cost = INFINITY;

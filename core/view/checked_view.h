@@ -35,7 +35,7 @@ class CheckedView : public DeformView {
       : plan_(std::move(plan)), spec_(spec) {}
 
   const DeformPlan& plan() const { return *plan_; }
-  // Of the last evaluation; there must have been one.
+  // The box of the last evaluation; there must have been one.
   const QuantisationBox& box() const { return *box_; }
 
  private:

@@ -27,23 +27,24 @@ class CpuArena {
         arena_(threads + kCallers - 1, kCallers),
         few_(kFewThreads + kCallers - 1, kCallers) {}
 
-  // That one loop runs on.
+  // The most threads that one loop runs on.
   size_t threads() const { return threads_; }
-  // On how many of them a loop of so many parts runs. To wake the others takes longer than they
-  // save: 26 chunks were written in 0.26 ms on 64 threads, and in 0.19 on 32.
+  // The number of threads that a loop of `parts` parts runs on. Waking more takes longer than they
+  // save: 26 chunks were written in 0.26 ms on 64 threads, and in 0.19 ms on 32.
   size_t ThreadsFor(size_t parts) const {
     return parts <= kFewParts ? std::min<size_t>(threads_, kFewThreads) : threads_;
   }
-  // That run where several loops do.
+  // The most threads that run when several loops do.
   size_t most_threads() const {
     return threads_ + kCallers - 1 + (threads_ > kFewThreads ? kFewThreads + kCallers - 1 : 0);
   }
 
-  // body(begin, end) for parts of [0, count), of `grain` items or more where there are as many.
+  // Calls body(begin, end) for parts of [0, count) of about `grain` items.
   template <class Body>
   void ForRanges(size_t count, size_t grain, const Body& body) {
-    // oneTBB orders caller, parts and return by itself, but a packaged libtbb is not instrumented:
-    // ThreadSanitizer would report every loop. It sees this order, and what really races.
+    // oneTBB orders the caller, the parts and the return, but a packaged libtbb is not
+    // instrumented, so ThreadSanitizer would report every loop. It sees the order of this atomic,
+    // and so only real races.
     std::atomic<size_t> order;
     order.store(1, std::memory_order_release);
     ArenaOf((count + grain - 1) / grain).execute([&] {
@@ -57,7 +58,7 @@ class CpuArena {
     (void)order.load(std::memory_order_acquire);
   }
 
-  // body(i) for every i of [0, count).
+  // Calls body(i) for every i in [0, count).
   template <class Body>
   void ForEach(size_t count, const Body& body, size_t grain = 1) {
     ForRanges(count, grain, [&](size_t begin, size_t end) {
@@ -80,8 +81,8 @@ class CpuArena {
   }
 
  private:
-  // Threads that may begin a loop without waiting for a part of another's: the server's render workers.
-  // The system shares the cores among them.
+  // Callers that may begin a loop without waiting for another caller's loop: the server's render
+  // workers. The system shares the cores among them.
   static constexpr int kCallers = 3;
   // A loop wakes all threads of its arena, however few parts it has.
   static constexpr int kFewThreads = 32, kFewParts = 64;

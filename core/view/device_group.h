@@ -24,8 +24,8 @@
 
 namespace latticed {
 
-// Two devices bring an evaluation of so many patches from about 0.7 ms to half of it, which a
-// client can notice; of fewer they are better kept for other scenes, which they serve at once.
+// Two devices halve the time of an evaluation of so many patches, from about 0.7 ms, which a client
+// can notice. For smaller scenes it is better to keep the second device for other scenes.
 inline constexpr uint64_t kDefaultSpanPatches = 1'000'000;
 
 // Each of `devices` is a backend with one device; at least one, all of a name. One device is
@@ -33,9 +33,10 @@ inline constexpr uint64_t kDefaultSpanPatches = 1'000'000;
 [[nodiscard]] std::unique_ptr<Backend> MakeDeviceGroup(
     std::vector<std::unique_ptr<Backend>> devices, uint64_t span_patches = kDefaultSpanPatches);
 
-// How many of `chunks` each device gets: equal counts, where every device has room for an equal share;
-// else in proportion to the room. Patches cost alike whatever they hold, so equal counts are equal times.
-// One run for each number of free bytes: run i is [result[i], result[i + 1]), and may be empty.
+// Shares `chunks` among devices: in equal counts, where every device has memory for an equal share;
+// else in proportion to the free memory. All patches cost the same, so equal counts take equal
+// times.
+// Device i gets the run [result[i], result[i + 1]), which may be empty.
 [[nodiscard]] std::vector<size_t> ShareChunks(size_t chunks, uint64_t bytes_per_chunk,
                                               std::span<const uint64_t> free_bytes);
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What of this machine a backend may use.
+// The threads and the memory of this machine.
 #ifndef LATTICED_CORE_VIEW_MACHINE_H_
 #define LATTICED_CORE_VIEW_MACHINE_H_
 

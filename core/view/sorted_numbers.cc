@@ -13,7 +13,8 @@
 namespace latticed {
 namespace {
 
-// Of NumbersBelow: the first 2^n are at n, or null; made when they are wanted.
+// The lists of NumbersBelow. tables[n] has the numbers below 2^n; it is null until it is first
+// used.
 std::array<std::atomic<const uint32_t*>, 33> tables;
 
 }  // namespace
@@ -22,7 +23,7 @@ bool IsStrictlySorted(std::span<const uint32_t> numbers) {
   const bool known = std::ranges::any_of(
       tables, [&](const auto& table) { return table.load() == numbers.data(); });
   if (known && numbers.data() != nullptr) return true;
-  uint32_t falls = 0;  // no early end: compilers make vector instructions of this loop
+  uint32_t falls = 0;  // no early exit, so that compilers vectorise the loop
   for (size_t i = 1; i < numbers.size(); ++i) falls |= uint32_t{numbers[i] <= numbers[i - 1]};
   return falls == 0;
 }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Checks lists of chunks. A scene of 10^7 patches names 322,000 chunks for every evaluation, and on several devices
-// nothing is launched before they are checked.
+// Checks whether lists of chunks are sorted. A scene of 10^7 patches names 322,000 chunks for every
+// evaluation, and several devices launch nothing before the list is checked.
 //
 // Threads  safe
 #ifndef LATTICED_CORE_VIEW_SORTED_NUMBERS_H_
@@ -13,10 +13,11 @@
 
 namespace latticed {
 
-// Whether every number is above the one before. Lists made by NumbersBelow are known, and not read.
+// Whether every number is above the one before. A list made by NumbersBelow is recognised and not
+// read.
 [[nodiscard]] bool IsStrictlySorted(std::span<const uint32_t> numbers);
 
-// 0, 1, … count - 1. The list is never freed, and shared by all who ask.
+// The list 0, 1, … count - 1. It is shared by all callers and never freed.
 [[nodiscard]] std::span<const uint32_t> NumbersBelow(uint32_t count);
 
 }  // namespace latticed

@@ -7,8 +7,8 @@
 //   chunks of the plan   0 … first(1) - 1 | first(1) … first(2) - 1 | …
 //   part                 0                | 1                       | …
 //
-// Evaluate hands every part its own and waits for none: parts that enqueue run at once. A part with
-// nothing to do is not asked. Encode has a thread a part.
+// Evaluate gives each part its chunks and waits for none, so parts that enqueue run concurrently. A
+// part without chunks is not called. Encode uses one thread a part.
 //
 // Errors   those of core/view/checked_view.h and of the parts. After one of Evaluate all chunks
 //          must be named, also those of the parts that did not fail
@@ -59,8 +59,8 @@ class SpannedView : public CheckedView {
   uint32_t End(size_t part) const;  // its last chunk of the plan, plus one
 
   const std::vector<Part> parts_;
-  std::span<const uint32_t> all_;  // 0, 1, … for the largest part: whole parts are named by it
-  std::vector<uint32_t> named_;    // of the part that is being told
+  std::span<const uint32_t> all_;  // 0, 1, …, as long as the largest part; names all chunks of a part
+  std::vector<uint32_t> named_;    // the chunks named to the current part
 };
 
 }  // namespace latticed

@@ -27,7 +27,7 @@
 
 namespace latticed {
 
-// What a view's spec and plan say about its bytes.
+// The numbers of a view's spec and plan on which its bytes depend.
 struct VertexShape {
   size_t patches = 0;
   size_t points_per_patch = 0;

@@ -43,7 +43,7 @@ VertexDigest DigestOf(std::span<const uint8_t> vertices) {
 
 size_t DivideUp(size_t count, size_t step) { return (count + step - 1) / step; }
 
-// As many batches for every thread as for the others, none larger than `most`, none empty.
+// The size at which all threads get the same number of batches, none larger than `most`.
 size_t BatchSize(size_t count, size_t most, size_t threads) {
   const size_t rounds = DivideUp(count, most * threads);
   return DivideUp(count, rounds * threads);

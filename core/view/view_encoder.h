@@ -27,8 +27,8 @@ namespace latticed {
 
 class ViewEncoder {
  public:
-  // Vertices of the i-th of the named chunks in wire layout: where they lie, or, put into
-  // `scratch`, there. Called from the arena's threads.
+  // Returns the vertices of the i-th named chunk in wire layout: a view of them where they are, or
+  // of `scratch`, where it has put them. Called from the arena's threads.
   using BytesOf =
       absl::FunctionRef<std::span<const uint8_t>(size_t i, std::vector<uint8_t>& scratch)>;
 
@@ -43,7 +43,7 @@ class ViewEncoder {
                                     double range, BytesOf bytes_of, std::span<VertexDigest> digests,
                                     std::span<SharedBytes> results);
 
-  // Triangles of a chunk, for an encoder elsewhere; stays.
+  // The triangles of a chunk. They stay valid as long as this.
   const ChunkConnectivity& Connectivity(uint32_t chunk);
 
   size_t MemoryBytes() const;
@@ -51,7 +51,7 @@ class ViewEncoder {
   [[nodiscard]] static uint64_t MostBytes(const ViewSpec& spec);
 
  private:
-  // Which of `count` chunks are not those that `digests` says, and brings it up to date.
+  // Returns the chunks whose digest differs from `digests`, and updates `digests`.
   std::vector<size_t> FindChanged(size_t count, BytesOf bytes_of, std::span<VertexDigest> digests);
   // Draco streams of chunks[i] for the i in `places`.
   [[nodiscard]] absl::Status EncodeDraco(std::span<const uint32_t> chunks,

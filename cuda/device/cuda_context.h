@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What all targets and views on one device share: memory, streams, stage matrices, the encoder and
+// Shared by all targets and views on one device: memory, streams, stage matrices, the encoder and
 // its threads. Twin of core/cpu/cpu_context.h.
 //
 // Errors   those of cuda_status.h and device_memory.h
@@ -37,10 +37,11 @@ class CudaContext {
   const std::shared_ptr<const ChunkEncoder>& encoder() const { return encoder_; }
   CpuArena& arena() { return arena_; }
 
-  // Stage matrices, uploaded once, of bytes reserved: StageBytesToCome. Shared while anyone holds them.
+  // Stage matrices, uploaded once and shared while anyone holds them. Takes StageBytesToCome from
+  // the reservation.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeviceStage>> Stage(int degree, int segments,
                                                                          DeviceReservation& from);
-  // What Stage allocates: nothing while anyone holds them.
+  // The bytes that Stage will allocate; 0 while the matrices exist.
   uint64_t StageBytesToCome(int degree, int segments);
 
  private:

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Streams with their cuBLAS handles, lent one a view and kept for the next of its priority: a handle
-// costs more than a frame. Of idle ones a few keep it, since each has a workspace of the budget.
+// Streams with their cuBLAS handles. Each view borrows one; it is kept for the next view of its
+// priority, because a handle costs more than a frame. Only a few idle lanes keep their handle,
+// since each has a workspace of the budget.
 //
 // Errors   those of cuda_status.h; kResourceExhausted for the handle's workspace
 // Threads  CudaLanes is safe; a CudaLane is used by one thread at a time
@@ -30,14 +31,14 @@ class CudaLane {
   const CudaStream& stream() const { return stream_; }
   // Made on first use, of bytes reserved: GemmBytesToCome. The fused pipeline multiplies no matrices.
   [[nodiscard]] absl::StatusOr<CudaGemm*> gemm(DeviceReservation& from);
-  // What gemm allocates: nothing once it is made.
+  // The bytes that gemm will allocate; 0 once it exists.
   uint64_t GemmBytesToCome() const { return has_gemm() ? 0 : CudaGemm::kWorkspaceBytes; }
   bool has_gemm() const { return gemm_ != nullptr; }
   // Waits for the device.
   void DropGemm() { gemm_.reset(); }
 
-  // For measurements: told the name of each stage of an evaluation, on the host, once the stage's
-  // work is on the stream. Empty: nobody is.
+  // For measurements: called on the host with the name of each stage of an evaluation, once the
+  // stage's work is on the stream.
   using StageMark = std::function<void(std::string_view stage)>;
   void set_stage_mark(StageMark mark) { stage_mark_ = std::move(mark); }
   void Enqueued(std::string_view stage) const {

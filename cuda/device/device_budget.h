@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How much of a device's memory may be taken, and what takes it. Whoever needs several blocks reserves
-// the bytes of all of them first, so that none is allocated where not all would fit.
+// The budget of a device's memory, and its use by purpose. Callers that need several blocks reserve
+// the bytes of all of them first, so that none is allocated where not all fit.
 //
 //   free --Reserve--> reserved --Use--> used     GiveBack and Return go the other way
 //

@@ -46,8 +46,8 @@ class DeviceBuffer {
     LATTICED_ASSIGN_OR_RETURN(const auto data, from.Allocate(purpose, count * sizeof(T), stream));
     return DeviceBuffer(from.memory(), purpose, static_cast<T*>(data), count, stream);
   }
-  // Of the host's elements, which must stay until the stream has reached the copy; pageable memory
-  // is staged by the runtime and may go at once.
+  // Copies the host's elements. They must stay until the stream has reached the copy; pageable
+  // memory is staged by the runtime and may be freed at once.
   [[nodiscard]] static absl::StatusOr<DeviceBuffer> Upload(std::shared_ptr<DeviceMemory> memory,
                                                            std::string_view purpose,
                                                            std::span<const T> from,

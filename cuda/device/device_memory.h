@@ -27,7 +27,7 @@
 
 namespace latticed {
 
-// Says yes to refuse an allocation: tests of what happens then.
+// For tests: returns true to refuse an allocation.
 using RefuseAllocation = std::function<bool(std::string_view purpose, uint64_t bytes)>;
 
 class DeviceMemory {
@@ -45,8 +45,8 @@ class DeviceMemory {
   // `purpose` as in MemoryUse.
   [[nodiscard]] absl::StatusOr<void*> Allocate(std::string_view purpose, size_t bytes,
                                                cudaStream_t stream);
-  // As DeviceBudget says. Of reserved bytes AllocateReserved makes a block; where it fails they stay
-  // reserved, and count as free in what is told, as all `reserved_bytes` of the caller do.
+  // As in DeviceBudget. AllocateReserved allocates a block of reserved bytes. Where it fails they
+  // stay reserved; the error counts them as free, with all `reserved_bytes` of the caller.
   [[nodiscard]] absl::Status Reserve(std::string_view what, uint64_t bytes) {
     return budget_.Reserve(what, bytes);
   }
@@ -54,7 +54,7 @@ class DeviceMemory {
   [[nodiscard]] absl::StatusOr<void*> AllocateReserved(std::string_view purpose, size_t bytes,
                                                        uint64_t reserved_bytes,
                                                        cudaStream_t stream);
-  // Of a pointer, purpose and size that one of these two gave; null is nothing.
+  // Frees a block of Allocate or AllocateReserved, with its purpose and size. Null is allowed.
   void Free(void* data, std::string_view purpose, size_t bytes, cudaStream_t stream);
 
   int device() const { return device_; }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Bytes of a device's budget for blocks that are needed together, asked for before the first is
-// allocated. What no block took goes back when this goes; blocks stay with their buffers.
+// Reserves bytes of a device's budget for blocks that are needed together, before the first is
+// allocated. The destructor gives back what no block took; blocks stay with their buffers.
 //
 // Errors   kResourceExhausted with the bytes of all blocks and those that are free for them, also where
 //          the budget would hold a block and the device does not; what is left behind is of neither
@@ -25,8 +25,9 @@ class DeviceReservation {
   // `what`: a literal that names all blocks together.
   [[nodiscard]] static absl::StatusOr<DeviceReservation> Create(
       std::shared_ptr<DeviceMemory> memory, std::string_view what, uint64_t bytes);
-  // The same of what `bytes` tells, some of which others may bring: where it tells another number
-  // after a refusal, theirs may be what has taken the room, and it is asked for anew.
+  // Reserves what `bytes` returns. Others may allocate some of it meanwhile: where it returns
+  // another number after a refusal, their blocks may have taken the memory, and the reservation is
+  // tried again.
   [[nodiscard]] static absl::StatusOr<DeviceReservation> Create(
       const std::shared_ptr<DeviceMemory>& memory, std::string_view what,
       absl::FunctionRef<uint64_t()> bytes);
@@ -43,16 +44,16 @@ class DeviceReservation {
   // As DeviceMemory::Allocate, of the bytes reserved; more than are left is asked of the budget.
   [[nodiscard]] absl::StatusOr<void*> Allocate(std::string_view purpose, size_t bytes,
                                                cudaStream_t stream);
-  // So many of the bytes taken do not come free by the refusal of a later block: they stay, with what
-  // outlives that, and whoever asks again finds them; or they are free already.
+  // `bytes` of the bytes taken are not freed when a later block is refused: they belong to
+  // something that stays, or they are free already.
   void LeaveBehind(uint64_t bytes) { taken_ -= bytes; }
   const std::shared_ptr<DeviceMemory>& memory() const { return memory_; }
 
  private:
   DeviceReservation(std::shared_ptr<DeviceMemory> memory, std::string_view what, uint64_t bytes)
       : memory_(std::move(memory)), what_(what), left_(bytes) {}
-  // `status` of one block, told of all, which want so many bytes `more` than are reserved or taken;
-  // `freed`: of these, what is free once all are refused and `status` does not know of.
+  // Turns the error of one block into that of all blocks, which need `more` bytes than are reserved
+  // or taken. `freed`: bytes that are free once all are refused, and that `status` does not count.
   absl::Status OfAll(const absl::Status& status, uint64_t more, uint64_t freed) const;
 
   std::shared_ptr<DeviceMemory> memory_;

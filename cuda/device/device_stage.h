@@ -19,7 +19,7 @@ namespace latticed {
 
 class DeviceStage {
  public:
-  // Of bytes reserved: DeviceBytesFor. Waits for the stream.
+  // Takes DeviceBytesFor from the reservation. Waits for the stream.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<const DeviceStage>> Create(
       int degree, int segments, DeviceReservation& from, const CudaStream& stream);
   static uint64_t DeviceBytesFor(int degree, int segments);

@@ -5,7 +5,7 @@
 namespace latticed::kernels {
 namespace {
 
-// What every kernel may have.
+// Shared memory that every kernel may have.
 constexpr size_t kPlainSharedBytes = size_t{48} << 10;
 // Dependent launches came with compute capability 9.
 constexpr int kDependentMajor = 9;

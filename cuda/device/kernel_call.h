@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The launch of a kernel, apart from the act: to be done at once, or as part of a graph
+// A kernel launch as data. It is launched at once, or becomes part of a graph
 // (launch_graph.h).
 //
 // Errors   cudaError_t of the launch; cudaErrorInvalidValue for a call of no kernel
@@ -41,13 +41,13 @@ class KernelCall {
 
   const void* kernel() const { return kernel_; }
 
-  // How many of its blocks a multiprocessor of the current device holds at once.
+  // The number of its blocks that a multiprocessor of the current device holds at once.
   cudaError_t CountBlocksAtOnce(int& blocks) const;
   // Allows the kernel the shared memory that it asks for, where that is more than any may have.
   // To be called before it is launched or made part of a graph.
   cudaError_t AllowSharedMemory() const;
   cudaError_t Launch(cudaStream_t stream);
-  // In place of the call that `node` of the graph was made from, which was of the same kernel.
+  // Replaces the call that `node` of the graph was made from. Both have the same kernel.
   cudaError_t Replace(cudaGraphExec_t graph, cudaGraphNode_t node);
 
  private:

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Kernels that follow each other, launched as one CUDA graph. Made from the first launch and kept;
-// later ones set its kernels' arguments and sizes. On an H200 of a virtual machine three launches
-// take the host 9.9 us and a graph of three, all arguments set, 2.2; from launch to result three
-// small kernels take 15.9 and 11.1 us.
+// Kernels that follow each other, launched as one CUDA graph. The graph is made at the first
+// launch; later launches set its kernels' arguments and sizes. On an H200 of a virtual machine,
+// three launches take the host 9.9 us, and a graph of three with all arguments set 2.2 us. From
+// launch to result three small kernels take 15.9 us, and in a graph 11.1 us.
 //
 // Errors   kUnavailable, kResourceExhausted as cuda_status.h says
 // Threads  one at a time; Launch enqueues
@@ -25,7 +25,8 @@ namespace latticed {
 
 class LaunchGraph {
  public:
-  // As launching `calls` one by one. Their kernels are different ones, and the same at every launch.
+  // Launches `calls` in their order. No two have the same kernel, and the kernels are the same at
+  // every launch.
   [[nodiscard]] absl::Status Launch(std::span<kernels::KernelCall> calls, cudaStream_t stream);
 
  private:

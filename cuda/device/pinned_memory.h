@@ -52,10 +52,10 @@ class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
   PinnedMemory(const PinnedMemory&) = delete;  // owns the blocks
   PinnedMemory& operator=(const PinnedMemory&) = delete;
 
-  // At least `bytes`: the next power of two, so that updates of all sizes find a block that served
-  // another. Pins only where none is left.
+  // Returns a block of the next power of two of `bytes`, so that updates of all sizes can reuse
+  // blocks. Pins memory only where no such block is free.
   [[nodiscard]] absl::StatusOr<PinnedBuffer> Borrow(size_t bytes);
-  // Of the blocks that are not back yet.
+  // The bytes of all blocks that are not returned yet.
   uint64_t lent_bytes() const;
 
  private:

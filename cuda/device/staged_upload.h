@@ -32,12 +32,12 @@ class StagedUpload {
 
   // Where the next bytes are to be written: all of them.
   [[nodiscard]] absl::StatusOr<uint8_t*> Begin();
-  // The first `bytes` of them go to the device. Sent must follow, at once or once the kernels that
-  // read them are on the stream: between the copy and a dependent launch nothing may stand.
+  // Sends the first `bytes` to the device. Call Sent at once, or when the kernels that read the
+  // bytes are on the stream: nothing may come between the copy and a dependent launch.
   [[nodiscard]] absl::Status Send(size_t bytes) const { return Send(SendCall(bytes)); }
   [[nodiscard]] absl::Status Send(kernels::KernelCall call) const;
   kernels::KernelCall SendCall(size_t bytes) const;
-  // Of the pages named and what lies behind all pages alone.
+  // Sends the named pages, and everything after all pages.
   kernels::KernelCall SendCall(const kernels::PagedUpload& upload) const;
   [[nodiscard]] absl::Status Sent() const;
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Tables that stay as they are, brought to the device in one block: asked of the budget at once, so
-// that what does not fit is refused with all its bytes before any is allocated.
+// Uploads constant tables in one block. Their bytes are reserved together, so a refusal names all
+// of them, before any is allocated.
 //
 //   | table | padding | table | padding | …      each begins at a multiple of 256 bytes
 //
@@ -46,7 +46,7 @@ class TableUpload {
     tables_.push_back({at, bytes, {elements, elements->data()}, set_place});
   }
 
-  // Of a block with tables of so many bytes, in this order.
+  // The bytes of a block with tables of these sizes, in this order.
   static size_t BlockBytes(std::initializer_list<size_t> tables) {
     size_t size = 0;
     for (const size_t bytes : tables) size = PlaceAfter(size) + bytes;

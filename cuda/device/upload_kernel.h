@@ -21,8 +21,8 @@ namespace latticed::kernels {
 inline constexpr size_t kUploadUnit = 16;
 KernelCall UploadCall(const void* pinned, size_t bytes, void* to);
 
-// Of the first `paged_bytes` only some pages, each to its own place, and all of what lies behind them
-// up to `bytes`. Pages begin at multiples of kUploadPage, and so many at most are named.
+// Copies some pages of the first `paged_bytes`, each to its own place, and everything after them up
+// to `bytes`. Pages begin at multiples of kUploadPage; kMostUploadPages at most are named.
 inline constexpr size_t kUploadPage = 768, kMostUploadPages = 256;
 struct PagedUpload {
   std::span<const uint16_t> pages;

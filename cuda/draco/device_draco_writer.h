@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Draco streams of chunks whose vertices lie on the device, written there: the bytes that
-// core/codec/draco_writer.h writes of them. Only these cross the bus, in one copy, and each result is
-// a part of the block that they came in.
+// Writes the Draco streams of chunks whose vertices are on the device, there. The bytes are those
+// of core/codec/draco_writer.h. Only they cross the bus, in one copy; each result is a part of the
+// block that was copied.
 //
 //   digests | symbols, tables | states | places --> host: how many bytes
 //   pack    | copy                              --> host: the bytes
@@ -30,13 +30,13 @@
 
 namespace latticed {
 
-// What all streams of a view have in common.
+// The numbers that all streams of a view share.
 struct DracoShape {
   size_t points = 0;       // of a chunk
   size_t last_points = 0;  // of the last chunk of the plan
   int position_bits = 12;
   int normal_bits = 0;  // 0: no normals
-  // Of a chunk and of the last one, for meshes; else null.
+  // For meshes: the connectivity of a chunk, and of the last chunk. Else null.
   std::array<const ChunkConnectivity*, 2> connectivity{};
 };
 
@@ -72,7 +72,7 @@ class DeviceDracoWriter {
         heads_(std::move(heads)),
         head_bytes_(head_bytes) {}
 
-  // What a round encodes, and where it leaves it: digests are empty, or as many as numbers.
+  // The input and the output of a round. There are no digests, or as many as numbers.
   struct Batch {
     std::vector<uint32_t> numbers;
     std::vector<VertexDigest> digests;  // known, then found
@@ -81,13 +81,13 @@ class DeviceDracoWriter {
   };
   kernels::DracoFrame Frame(double range) const;
   kernels::DracoWork Work(const Vertices& vertices, const Batch& batch) const;
-  // Encodes what finds room.
+  // Encodes the chunks that find room; defers the others.
   absl::Status Round(const Vertices& vertices, const kernels::DracoFrame& frame,
                      uint32_t entry_room, Batch& batch);
-  // Everything up to the places, which are then in exchanged_, digests before them.
+  // Runs all kernels up to the places. Then exchanged_ has the digests, and after them the places.
   absl::Status Code(const kernels::DracoWork& work, const kernels::DracoFrame& frame,
                     kernels::DracoPlace* places, const Batch& batch);
-  // The streams, on the host, each of the size that its place says.
+  // Copies the streams to the host. The size of each is in its place.
   absl::StatusOr<std::shared_ptr<const PinnedBuffer>> Pack(const kernels::DracoWork& work,
                                                            const kernels::DracoFrame& frame,
                                                            const kernels::DracoPlace* places,

@@ -31,7 +31,7 @@ __device__ uint64_t WarpSum(uint64_t value) {
   return value;
 }
 
-// Of `count` bytes at a multiple of 8.
+// The digest of `count` bytes at a multiple of 8.
 __device__ DracoDigest DigestOf(const uint8_t* bytes, uint32_t count) {
   __shared__ DracoDigest sum;
   if (threadIdx.x == 0) sum = {count, count};

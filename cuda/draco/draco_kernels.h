@@ -63,7 +63,7 @@ inline constexpr uint32_t kSymbolsAWord = 16;
 // free one and gives it back.
 inline constexpr uint32_t kWideSlots = 64;
 
-// What the host sets to zero before the first kernel.
+// The host sets these to zero before the first kernel.
 struct DracoControl {
   uint32_t entries_used;
   uint32_t wide_taken[kWideSlots];
@@ -115,11 +115,11 @@ LATTICED_HD constexpr size_t RoundUpTo16(size_t bytes) { return (bytes + 15) / 1
 LATTICED_HD constexpr size_t StreamWords(uint32_t points, uint32_t values) {
   return (size_t{points} * values + kSymbolsAWord - 1) / kSymbolsAWord * kSymbolsAWord;
 }
-// Of all streams of a chunk.
+// Words of all streams of a chunk.
 LATTICED_HD constexpr size_t ChunkWords(uint32_t points, bool normals) {
   return StreamWords(points, kPositionValues) + (normals ? StreamWords(points, kNormalValues) : 0);
 }
-// Where a stream's begin.
+// The place of a stream's first word.
 LATTICED_HD constexpr size_t StreamAt(const DracoWork& work, uint32_t chunk, bool normals) {
   return chunk * ChunkWords(work.points, work.normal_bits > 0) +
          (normals ? StreamWords(work.points, kPositionValues) : 0);

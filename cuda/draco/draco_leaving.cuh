@@ -9,13 +9,13 @@
 
 namespace latticed::kernels {
 
-// Of sixteen symbols: the sum of sixteen numbers of two bits.
+// The bytes of sixteen symbols: the sum of sixteen numbers of two bits.
 __device__ __forceinline__ uint32_t SumOfBytes(uint32_t leaving_bytes) {
   return static_cast<uint32_t>(__popc(leaving_bytes & 0x55555555) +
                                2 * __popc(leaving_bytes & 0xaaaaaaaa));
 }
 
-// Of DracoStream::last_word, the highest of which says so itself.
+// The bytes of DracoStream::last_word; its highest byte says how many.
 __device__ __forceinline__ uint32_t LastBytes(uint32_t last_word) {
   return last_word < 1u << 8 ? 1 : last_word < 1u << 16 ? 2 : last_word < 1u << 24 ? 3 : 4;
 }

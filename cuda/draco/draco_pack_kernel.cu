@@ -150,7 +150,7 @@ class WordSink {
   uint32_t held_bits_;
 };
 
-// Of sixteen symbols, the last one first.
+// Puts the bytes of sixteen symbols, the last symbol first.
 __device__ void PutLeaving(const uint16_t* leaving, uint32_t counts, WordSink sink) {
   const auto* blocks = reinterpret_cast<const uint4*>(leaving);
   const uint4 halves[] = {__ldg(blocks), __ldg(blocks + 1)};

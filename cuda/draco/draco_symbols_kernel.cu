@@ -16,7 +16,7 @@ struct Span {
   __device__ uint32_t size() const { return most - least + 1; }
 };
 
-// Of `count` values, two at a time; they begin at a multiple of 4 bytes.
+// The span of `count` values, read two at a time; they begin at a multiple of 4 bytes.
 __device__ Span SpanOf(const uint16_t* values, uint32_t count) {
   __shared__ Span span;
   if (threadIdx.x == 0) span = {0xffff, 0};
@@ -78,7 +78,7 @@ __device__ void NormalSymbolsOf(const uint8_t* normals, uint32_t points, int bit
   }
 }
 
-// What is read with a stream's last symbols.
+// Sets to zero what is read together with a stream's last symbols.
 __device__ void ZeroPadding(uint16_t* symbols, uint32_t points, uint32_t values) {
   const uint32_t i = points * values + threadIdx.x;
   if (i < StreamWords(points, values)) symbols[i] = 0;

@@ -45,7 +45,7 @@ LATTICED_HD inline uint2 MakeShortEntry(uint32_t probability, uint32_t cumulativ
 LATTICED_HD inline uint32_t ShortProbability(uint2 entry) { return entry.y & 0x1fff; }
 LATTICED_HD inline uint32_t ShortBias(uint2 entry) { return entry.y >> 13 & 0x1fff; }
 LATTICED_HD inline uint32_t ShortShift(uint2 entry) { return entry.y >> 26; }
-// Of a state that nothing has to leave any more, by the parts of an entry; `rest`: M - p.
+// The step of a state that no byte has to leave any more, by the parts of an entry; `rest`: M - p.
 LATTICED_HD inline uint32_t ShortStep(uint32_t x, uint32_t reciprocal, uint32_t shift,
                                       uint32_t bias, uint32_t rest) {
   return x + bias + (HighProduct(x, reciprocal) >> shift) * rest;

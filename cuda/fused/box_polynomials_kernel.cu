@@ -113,7 +113,7 @@ class BoxWarp {
     Contract(first, 0, n1 * n2);
   }
 
-  // Of permuted axis i.
+  // For permuted axis i.
   __device__ Column LoadColumn(int i, int span) const {
     Column column;
 #pragma unroll
@@ -211,7 +211,7 @@ class BoxWarp {
   float slope_[kMine];   // of their powers, by world position
 };
 
-// Of all boxes, or of those listed: two kernels, so that the former's registers are its own.
+// For all boxes, or those listed. Two kernels: the first need not pay the second's registers.
 template <bool kListed>
 __global__ void __launch_bounds__(kBlockThreads)
     BoxPolynomialsKernel(const __grid_constant__ Arguments arguments) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pipeline kFused on the device: box polynomials, of all boxes or those that the frame names, then
-// vertices of the chunks asked, in the lane order of fused_kernels.h. Twin of
-// core/cpu/fused/fused_view_kernel.h.
+// Pipeline kFused on the device: the polynomials of all boxes, or of those that the frame names,
+// then the vertices of the named chunks, in the lane order of fused_kernels.h. Twin of
+// core/cpu/fused/cpu_fused.h.
 //
 // Errors   those of device_buffer.h and staged_upload.h
 // Threads  one at a time; enqueues on the lane, and waits only where ToWireOrder's list is still on
@@ -22,13 +22,14 @@ namespace latticed {
 
 class CudaFusedKernel : public CudaVertexKernel {
  public:
-  // `device_plan` was made for kFused. Of bytes reserved: DeviceBytesFor, and the plan's BytesToCome.
+  // `device_plan` was made for kFused. Takes DeviceBytesFor and the plan's BytesToCome from the
+  // reservation.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaFusedKernel>> Create(
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
       const ViewSpec& spec, CudaContext& context, std::shared_ptr<CudaLane> lane,
       DeviceReservation& from);
   static uint64_t DeviceBytesFor(const DeformPlan& plan);
-  // Of all vertices in lane order.
+  // The bytes of all vertices in lane order.
   static size_t LaneOrderBytes(const DeformPlan& plan, const ViewSpec& spec);
 
   absl::Status Evaluate(const CudaFrame& frame, const QuantisationBox& box,
@@ -42,7 +43,7 @@ class CudaFusedKernel : public CudaVertexKernel {
                            DeviceSpan<uint8_t> out) override;
 
  private:
-  // What is uploaded or computed for each evaluation.
+  // Buffers that each evaluation fills.
   struct Buffers {
     StagedUpload wire_chunks;
     DeviceBuffer<float> coefficients, cofactor_bounds;
@@ -51,11 +52,12 @@ class CudaFusedKernel : public CudaVertexKernel {
                   const ViewSpec& spec, std::shared_ptr<CudaLane> lane, kernels::PlanTables tables,
                   Buffers buffers);
   absl::Status CountBlocksAtOnce(int device);
-  // One by one, each stage marked: between kernels of a graph nothing can be.
+  // Launches the kernels one by one and marks each stage. Marks are impossible between the kernels
+  // of a graph.
   absl::Status LaunchByStages(std::span<kernels::KernelCall> calls);
   kernels::BoxPolynomials Polynomials(const QuantisationBox& box) const;
   kernels::FusedOutput Output(uint8_t* vertices) const;
-  // Of the second plane of quantised vertices.
+  // The bytes before the second plane of quantised vertices.
   size_t FirstPlaneBytes() const;
 
   std::shared_ptr<const DeformPlan> plan_;
@@ -65,7 +67,8 @@ class CudaFusedKernel : public CudaVertexKernel {
   kernels::PlanTables tables_;
   Buffers buffers_;
   int blocks_at_once_ = 1;  // that the device holds
-  // Of evaluations that bring the whole lattice, and of those that bring a part: other kernels.
+  // For evaluations that upload the whole lattice, and for those that upload a part of it. Their
+  // kernels differ.
   LaunchGraph graph_, part_graph_;
 };
 

@@ -131,7 +131,7 @@ class DirectWarp {
     }
   }
 
-  // Of the triple's point that is turned by r corners.
+  // For the triple's point that is turned by r corners.
   __device__ __forceinline__ void PlacePoint(const DirectTriple& triple, const float* weight, int r,
                                              float* place) const {
     const float* const a = patch_.corner(r).place;

@@ -31,7 +31,7 @@ class DirectPatch {
   }
 
   __device__ uint32_t box() const { return patch_.Box(); }
-  // Of its normals, by the polynomials.
+  // Its normals, by the polynomials.
   __device__ __forceinline__ NormalRange Range() const {
     const double bound = double{launch_.polynomials.cofactor_bounds[box()]} * per_unit_;
     return RangeOfNormals(bound, bound);
@@ -63,7 +63,7 @@ class DirectPatch {
   __device__ __forceinline__ uint32_t Word(int c) const {
     return c == 0 ? patch_.word[0] : c == 1 ? patch_.word[1] : patch_.word[2];
   }
-  // Of the facet normal, the same thrice.
+  // For the facet normal: the same value three times.
   __device__ __forceinline__ void SetConormals() {
     const Vec3d* row = launch_.tables.boxes[box()].gradient;
     const Vec3d cofactor[3] = {Cross(row[1], row[2]), Cross(row[2], row[0]), Cross(row[0], row[1])};

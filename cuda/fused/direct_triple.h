@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The points of a patch by three, which go into each other when its corners are rotated: in which order
-// the direct kernel takes them.
+// The order in which the direct kernel takes the points of a patch: by three, which go into each
+// other when its corners are rotated.
 #ifndef LATTICED_CUDA_FUSED_DIRECT_TRIPLE_H_
 #define LATTICED_CUDA_FUSED_DIRECT_TRIPLE_H_
 
@@ -40,8 +40,8 @@ struct DirectTriple {
   }
 
  private:
-  // Of the three that name the same points; of one that is the same thrice, the middle. On the rim
-  // Next gives none twice.
+  // Whether this is the first of the three that name the same points, or the middle, which is its
+  // own three. On the rim Next gives none twice.
   LATTICED_HD constexpr bool IsFirst() const {
     const int a = steps[0], b = steps[1], c = steps[2];
     return c == 0 || (a > b && a >= c) || (a == b && b == c);

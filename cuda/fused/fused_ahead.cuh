@@ -11,7 +11,7 @@
 
 namespace latticed::kernels {
 
-// Of a chunk that begins about when the warp's own ends. For one warp, a lane a patch.
+// For a chunk that begins about when the warp's own ends. Called by one warp, a lane a patch.
 class PlanAhead {
  public:
   // `index`: its place in the launch.

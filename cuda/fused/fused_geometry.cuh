@@ -31,7 +31,7 @@ constexpr double kWeakNormal = 1 / kMaxNormalCondition;
 constexpr double kShortestNormal = 1e-30, kLongestNormal = 1e37;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Of normals of a patch that come with the length that products give them.
+// For normals of a patch whose length is what products give them.
 struct NormalRange {
   float weak_below;  // |n|_1 of those that the definition must answer: not above it, or NaN
   float scale;       // makes others of a length whose square a float holds
@@ -121,7 +121,7 @@ __device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch
   }
 }
 
-// Of a patch.
+// For one patch.
 struct FrameSize {
   double length, height;  // of the longest edge, and over it
 };

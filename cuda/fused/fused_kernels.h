@@ -70,7 +70,7 @@ LATTICED_HD constexpr int MostDirectSegments(int n, Normals normals) {
   return 2 + n / 3 + (normals == Normals::kSmooth ? 1 : 0);
 }
 
-// Of a block: together a chunk, where patches are composed, and point by point a chunk each; or a part.
+// Warps of a block. Composing, they share a chunk or a part of it; point by point each has its own.
 inline constexpr int kFusedWarps = 3, kDirectWarps = 4;
 
 // Which blocks the chunks of a launch are, or which warps, point by point: the first `whole` one each, the

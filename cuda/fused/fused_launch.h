@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the files of fused kernels define between them.
+// Functions that one file of the fused kernels defines and another calls.
 #ifndef LATTICED_CUDA_FUSED_FUSED_LAUNCH_H_
 #define LATTICED_CUDA_FUSED_FUSED_LAUNCH_H_
 

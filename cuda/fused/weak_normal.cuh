@@ -12,7 +12,7 @@
 
 namespace latticed::kernels {
 
-// Of the patch of a lane, after its vertex is stored.
+// For the patch of a lane, after its vertex is stored.
 template <bool kFloat>
 __device__ __forceinline__ void ReplaceNormal(const FusedLaunch& launch, uint32_t chunk,
                                               unsigned lane, int row, int column) {

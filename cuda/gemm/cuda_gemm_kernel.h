@@ -4,9 +4,9 @@
 // Pipelines kGemm, kGemm12 and kControlNet on the device: samples, products, normals, shared
 // points. Twin of core/cpu/gemm/gemm_kernel.h.
 //
-// Patches go through in tiles of one size, whatever is asked: cuBLAS may round differently for
-// another shape, and the same control points must give the same bits. A tile's buffers are asked
-// for together at the first evaluation and stay with the view.
+// All patches are evaluated in tiles of one size: cuBLAS may round differently for another shape,
+// and the same control points must give the same bits. The buffers of a tile are reserved together
+// at the first evaluation and stay with the view.
 //
 // Errors   those of cuda_gemm_stages.h; kResourceExhausted for the buffers
 // Threads  one at a time; enqueues on the lane, nothing waits
@@ -24,7 +24,7 @@ namespace latticed {
 
 class CudaGemmKernel : public CudaVertexKernel {
  public:
-  // Of bytes reserved: CudaGemmStages::BytesToCome, and the plan's BytesToCome.
+  // Takes CudaGemmStages::BytesToCome and the plan's BytesToCome from the reservation.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaGemmKernel>> Create(
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
       Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,

@@ -13,7 +13,7 @@
 namespace latticed {
 namespace {
 
-// Of [Bb; Bbu; Bbv].
+// The elements of [Bb; Bbu; Bbv].
 size_t OwnElements(size_t m, size_t q) { return 3 * q * m; }
 
 }  // namespace

@@ -19,13 +19,13 @@ namespace latticed {
 
 class CudaGemmStages {
  public:
-  // `derivatives`: Pu and Pv are wanted too. pipeline is not kFused. Of bytes reserved: BytesToCome,
-  // of which the stage may have taken its part.
+  // `derivatives`: Pu and Pv are wanted too. `pipeline` is not kFused. Takes BytesToCome from the
+  // reservation, less what the stage has taken already.
   [[nodiscard]] static absl::StatusOr<CudaGemmStages> Create(
       Pipeline pipeline, std::shared_ptr<const DeviceStage> stage, bool derivatives,
       DeviceReservation& from, CudaLane& lane);
-  // What such stages allocate: their own matrices, and of what is shared, the context's stage and the
-  // lane's workspace, what is not there already. `degree`: of a patch.
+  // The bytes that Create allocates: its own matrices, and the context's stage and the lane's
+  // workspace where they do not exist yet. `degree`: of a patch.
   static uint64_t BytesToCome(Pipeline pipeline, int degree, int segments, CudaContext& context,
                               const CudaLane& lane);
 

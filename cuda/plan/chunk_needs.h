@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the fused kernel reads of a lattice for each chunk: the knot boxes inside the frame of its
-// patches, and those that own their corners and edges; and the seams that these corners and edges are
-// on.
+// The parts of a lattice that the fused kernel reads for each chunk: the knot boxes of its patches
+// and the boxes that own their corners and edges, without the outside box; and the seams of these
+// corners and edges.
 //
 // Threads  immutable
 #ifndef LATTICED_CUDA_PLAN_CHUNK_NEEDS_H_

@@ -73,9 +73,9 @@ std::vector<kernels::FusedBox> PackBoxes(const DeformPlan& plan, const BoxBasis&
   return boxes;
 }
 
-// What the fused kernels read besides: a patch takes 8 bytes (feature_uses.h), a box 120, a knot span
-// 128 (the matrix of core/ffd/box_basis.h), a corner or edge on a seam 8. The pointers of `tables` are
-// set when `upload` is sent.
+// Tables of the fused kernels alone. A patch takes 8 bytes (feature_uses.h), a box 120, a knot span
+// 128 (the matrix of core/ffd/box_basis.h), a corner or edge on a seam 8. The pointers of `tables`
+// are set when `upload` is sent.
 void AddBoxes(const std::shared_ptr<const DeformPlan>& plan,
               const std::vector<kernels::SeamUse>& seam_uses, TableUpload& upload,
               kernels::FusedTables& tables) {
@@ -98,8 +98,8 @@ void AddBoxes(const std::shared_ptr<const DeformPlan>& plan,
   upload.Add(PackFeatureUses(*plan), tables.feature_uses);
 }
 
-// What pipelines that evaluate every patch by itself read besides: whose positions its corners and edges
-// take, about 10 bytes a patch (pack_shared_points.h).
+// Tables of the pipelines that evaluate every patch by itself: the owners of the positions of
+// corners and edges, about 10 bytes a patch (pack_shared_points.h).
 void AddSharedPoints(const DeformPlan& plan, TableUpload& upload,
                      kernels::SharedPointTables& tables) {
   const PackedSharedPoints packed = PackSharedPoints(plan);
@@ -166,12 +166,13 @@ absl::StatusOr<kernels::PlanTables> DevicePlan::Tables(bool smooth, DeviceReserv
   if (!smooth) return tables;
   tables.corner_normals = CornerNormalsNow();
   if (tables.corner_normals != nullptr) return tables;
-  // Uploaded without the lock: who asks for MemoryBytes does not wait for it.
+  // Uploaded without the lock, so that MemoryBytes does not wait.
   auto made = UploadNormals(from);
-  // In the plan, or free at once where another's are there: not once a later block is refused.
+  // These bytes stay in the plan, or are free at once where another copy is kept; a later refusal
+  // frees none of them.
   if (made.ok()) from.LeaveBehind(made->size_bytes());
   const MutexLock lock(&mutex_);
-  // Before a refusal is told: another's copy may be what has taken the room.
+  // Checked before an error is returned: another call's copy may have taken the memory.
   if (corner_normals_.size() == 0) {
     if (!made.ok()) return made.status();
     corner_normals_ = *std::move(made);

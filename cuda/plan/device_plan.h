@@ -37,16 +37,16 @@ class DevicePlan {
 
   // Without corner normals.
   const kernels::PlanTables& tables() const { return tables_; }
-  // The first `smooth` call uploads the corner normals, of bytes reserved, and waits for that. Two at
-  // once may both upload them; one of the two is kept.
+  // The first `smooth` call uploads the corner normals, into reserved bytes, and waits for the
+  // upload. Two concurrent calls may both upload them; one copy is kept.
   [[nodiscard]] absl::StatusOr<kernels::PlanTables> Tables(bool smooth, DeviceReservation& from);
-  // What Tables allocates: nothing where all is here already.
+  // The bytes that Tables will allocate; 0 where they are allocated already.
   uint64_t BytesToCome(bool smooth) const;
   // Not for kFused.
   const kernels::SharedPointTables& shared_points() const { return shared_points_; }
   // For kFused alone.
   const kernels::FusedTables& fused_tables() const { return fused_tables_; }
-  // Of a large lattice, for kFused; else null.
+  // For kFused with a large lattice; else null.
   const std::shared_ptr<const ChunkNeeds>& chunk_needs() const { return chunk_needs_; }
   size_t MemoryBytes() const;  // of the device
   size_t HostMemoryBytes() const;

@@ -23,7 +23,7 @@ struct PackedPatches {
 };
 [[nodiscard]] absl::StatusOr<PackedPatches> PackPatches(const DeformPlan& plan);
 
-// How much further a box's number is than that of its neighbour below, by axis.
+// The difference of the numbers of two boxes that are neighbours along an axis, by axis.
 [[nodiscard]] std::array<uint32_t, 3> BoxStrides(const LatticeStructure& structure);
 
 }  // namespace latticed

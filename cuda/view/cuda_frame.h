@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What an edit changes, on the device, in one copy: the control points relative to the plan's local
-// origin, which seams are attached, and which chunks are to be evaluated. Of a large lattice, where
-// few chunks are named, only the control points that these need, and which boxes these are.
+// The input of an evaluation, brought to the device in one copy: the control points relative to the
+// plan's local origin, the attached seams, and the chunks to evaluate. Where few chunks of a large
+// lattice are named, only the control points that they need are copied, with the list of their
+// boxes.
 //
 //   | control points | seams | chunks | boxes |      the first in pages: lattice_part.h
 //
@@ -32,8 +33,8 @@ class CudaFrame {
       CudaContext& context, std::shared_ptr<CudaLane> lane, DeviceReservation& from);
   static size_t DeviceBytesFor(const DeformPlan& plan, bool has_chunk_needs);
 
-  // Takes what the next copy brings; nothing is enqueued. Then Send or SendCall, once, and then
-  // Sent, whether the kernels that read it were launched or not.
+  // Prepares the next copy and enqueues nothing. Call Send or SendCall once afterwards, and then
+  // Sent, whether the kernels that read the copy were launched or not.
   [[nodiscard]] absl::Status Stage(std::span<const Vec3d> control_points,
                                    std::span<const uint32_t> chunks);
   [[nodiscard]] absl::Status Send() const { return upload_.Send(SendCall()); }

@@ -30,17 +30,17 @@ namespace latticed {
 class CudaVertexKernel {
  public:
   virtual ~CudaVertexKernel() = default;
-  // As DeformView::Evaluate; `frame` is staged and this sends it; `vertices` is the whole view
-  // in the layout of core/view/vertex_layout.h or in the kernel's own order.
+  // As DeformView::Evaluate. `frame` is staged; this function sends it. `vertices` is the whole
+  // view, in the layout of core/view/vertex_layout.h or in the kernel's own order.
   [[nodiscard]] virtual absl::Status Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                                               std::span<const uint32_t> chunks,
                                               DeviceSpan<uint8_t> vertices) = 0;
   virtual MemoryUse memory() const = 0;
-  // For the frames that it is given: null where it reads the whole lattice.
+  // The needs of chunks, for CudaFrame. Null where the kernel reads the whole lattice.
   virtual std::shared_ptr<const ChunkNeeds> chunk_needs() const { return nullptr; }
 
-  // Bytes of `vertices` where they are not those of the wire layout, else 0. A kernel that keeps an
-  // order of its own writes chunks in wire order, one after the other, by ToWireOrder.
+  // The bytes of `vertices` where the kernel keeps them in its own order, else 0. Such a kernel
+  // writes chunks in wire order, one after the other, by ToWireOrder.
   virtual size_t OwnOrderBytes() const { return 0; }
   [[nodiscard]] virtual absl::Status ToWireOrder(DeviceSpan<const uint8_t> /*vertices*/,
                                                  std::span<const uint32_t> /*chunks*/,

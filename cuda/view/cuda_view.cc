@@ -13,11 +13,10 @@
 namespace latticed {
 namespace {
 
-// Of the host's writer: batches for all of its threads.
+// For the host's writer: batches for all of its threads.
 constexpr size_t kHostChunks = 256;
-// On the device the last state of a chunk is reached after a fifth of a millisecond, however few
-// there are. A thread of the host takes a tenth of that for each; but to wake more than sixteen of
-// them takes as long.
+// The device takes a fifth of a millisecond, however few chunks there are. A thread of the host
+// takes a tenth of that for each chunk, but waking more than sixteen threads takes as long.
 constexpr size_t kHostChunksAThread = 3, kMostHostThreads = 16;
 
 size_t VertexBytes(const DeformPlan& plan, const ViewSpec& spec, size_t own_order_bytes) {

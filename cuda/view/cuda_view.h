@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A view on the device: vertices that stay there, a kernel that fills them, a lane of its own to do
-// it on. Twin of core/cpu/cpu_view.h.
+// A view on the device: vertices that stay there, a kernel that fills them, and a lane of its own.
+// Twin of core/cpu/cpu_view.h.
 //
 // Evaluate enqueues and returns; what fails on the device shows at the next Read or Encode, which
 // wait for this view's lane alone. Draco streams are written on the device where the context's
@@ -29,15 +29,15 @@ namespace latticed {
 
 class CudaView : public CheckedView {
  public:
-  // The kernel works on `lane`. Of bytes reserved: DeviceBytesFor, what the kernel's OwnOrderBytes and
-  // chunk_needs say.
+  // The kernel works on `lane`. Takes DeviceBytesFor of the kernel's OwnOrderBytes and chunk_needs
+  // from the reservation.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<DeformView>> Create(
       std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
       std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
       std::unique_ptr<CudaVertexKernel> kernel, DeviceReservation& from);
   static uint64_t DeviceBytesFor(const DeformPlan& plan, const ViewSpec& spec,
                                  size_t own_order_bytes, bool has_chunk_needs);
-  // Of ViewTraits: host_bytes, encode_batch.
+  // The members host_bytes and encode_batch of ViewTraits.
   static uint64_t HostBytesFor(const DeformPlan& plan, const ViewSpec& spec);
   static size_t EncodeBatch(const CudaContext& context);
   ~CudaView() override;
@@ -62,7 +62,7 @@ class CudaView : public CheckedView {
   absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests, std::span<SharedBytes> results);
 
-  // What is declared first is destroyed last: the context outlives all that uses it, as the plan does.
+  // Members are destroyed in reverse order, so the context outlives all that uses it.
   std::shared_ptr<CudaContext> context_;
   std::shared_ptr<CudaLane> lane_;
   VertexLayout layout_;

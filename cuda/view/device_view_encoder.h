@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Draco streams of a view's chunks, written on its device: brings the vertices to wire order where
-// the kernel keeps an order of its own, and takes batches for which there is memory. Twin of
+// Writes the Draco streams of a view's chunks on its device. It brings the vertices to wire order
+// where the kernel keeps another order, and encodes in batches for which there is memory. Twin of
 // core/view/view_encoder.h.
 //
 // Errors   those of device_draco_writer.h
@@ -24,8 +24,8 @@ namespace latticed {
 
 class DeviceViewEncoder {
  public:
-  // In one batch: enough for every stream to have a scheduler's attention, and 0.3 GB of working
-  // memory at 10 segments; fewer, down to a few, where that is not to be had.
+  // Chunks of one batch. The most keep all schedulers busy and take 0.3 GB of working memory at 10
+  // segments. Where that does not fit, batches are halved, down to the fewest.
   static constexpr size_t kMostChunks = 4096, kFewestChunks = 64;
 
   // Keeps references to the plan and to `host`, which has the triangles of meshes.
@@ -49,7 +49,7 @@ class DeviceViewEncoder {
   size_t PinnedBytes() const { return writer_.has_value() ? writer_->PinnedBytes() : 0; }
 
  private:
-  // Of one call.
+  // The arguments of one call.
   struct Source {
     CudaVertexKernel& kernel;
     DeviceSpan<const uint8_t> vertices;

@@ -171,8 +171,8 @@ class Kernel final : public FusedKernel {
         .scratch = {scratch.rows.data(), static_cast<size_t>(PointsPerPatch(frame.spec.segments))},
         .weak = scratch.weak.data(),
         .weak_count = 0};
-    // What the next group reads and this one writes arrives while this one is evaluated: without,
-    // a quarter of the time is waiting for it.
+    // Prefetches what the next group reads and what this one writes, while this one is evaluated.
+    // Without it, a quarter of the time is spent waiting for memory.
     if (g + 1 < layout_.groups.size()) {
       PrefetchToRead(&layout_.patches[g + 1], sizeof(PatchLanes));
     }

@@ -39,7 +39,7 @@ struct alignas(64) EdgeLanes {
 // `along` is corner 0 -> corner 1, `across` its in-plane perpendicular up to corner 2.
 struct alignas(64) PatchLanes {
   std::array<CornerLanes, 3> corners;
-  // Of the facet normal, see BoxPolynomials::LocalConormal.
+  // For the facet normal, see BoxPolynomials::LocalConormal.
   std::array<Lanes, 3> conormal;
   std::array<Lanes, 3> center, along, across;
   Lanes shear;

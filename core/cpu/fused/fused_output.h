@@ -36,7 +36,8 @@ class FusedOutput {
   void Store(uint32_t group, const GroupScratch& scratch) const;
 
  private:
-  // Of a patch; the next one of its chunk begins `stride` behind.
+  // The values of one patch in a plane of its chunk. Those of the next patch begin `stride` bytes
+  // later.
   struct Plane {
     uint8_t* bytes;
     size_t stride;

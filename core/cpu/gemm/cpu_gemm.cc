@@ -13,7 +13,7 @@
 namespace latticed {
 namespace {
 
-// What OPENBLAS_CORETYPE should be here, or null for OpenBLAS's own choice.
+// The value of OPENBLAS_CORETYPE for this processor, or null for OpenBLAS's own choice.
 const char* CoreType() {
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&

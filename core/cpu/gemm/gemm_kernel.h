@@ -10,8 +10,8 @@
 //   Where the float products cancel beyond kMostCondition, the definition in double answers: folds,
 //   collapsed lattices and extreme slivers.
 //
-// A tile is a chunk, whatever is asked, whatever the threads: a BLAS may round differently for
-// another shape, and the same control points must give the same bits.
+// A tile is always one chunk, for any request and any number of threads: a BLAS may round
+// differently for another shape, and the same control points must give the same bits.
 //
 // Errors   kInternal from a product; nothing else once it is made
 // Threads  one thread at a time; uses those of the arena inside
@@ -42,7 +42,7 @@ class GemmKernel : public VertexKernel {
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                         std::span<const uint32_t> chunks, std::span<uint8_t> vertices) override;
   MemoryUse memory() const override;
-  // The most that memory() says of a kernel on so many threads.
+  // The most that memory() returns for a kernel on `threads` threads.
   [[nodiscard]] static uint64_t MostBytes(const StageMatrices& stage, size_t threads);
 
  private:
