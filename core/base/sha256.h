@@ -29,6 +29,8 @@ class Sha256 {
 
 // One call for bytes that are already together.
 [[nodiscard]] std::string Sha256Hex(std::string_view bytes);
+// Whether `text` is a digest as these functions write it.
+[[nodiscard]] bool IsSha256Hex(std::string_view text);
 
 }  // namespace latticed
 
