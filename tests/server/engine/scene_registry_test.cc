@@ -40,13 +40,13 @@ TEST_F(SceneRegistryTest, TheSameRequestReturnsTheSameScene) {
 TEST_F(SceneRegistryTest, ScenesAreListedByIdAndCountedByMesh) {
   for (const char* id : {"scene-b", "scene-a", "scene-c"})
     ASSERT_OK(registry_.Create(MakeSceneConfig(id)));
-  const auto all = [](const Scene&) { return true; };
 
-  const auto page = registry_.List("", 2, all);
-  ASSERT_EQ(page.size(), 2u);
-  EXPECT_EQ(page[0]->id(), "scene-a");
-  EXPECT_EQ(registry_.List("scene-b", 9, all).size(), 1u);
-  EXPECT_EQ(registry_.CountOfMesh("grid"), 3u);
+  const auto all = registry_.All();
+
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0]->id(), "scene-a");
+  EXPECT_EQ(all[2]->id(), "scene-c");
+  EXPECT_EQ(registry_.UseOfMesh("grid").scenes, 3u);
   EXPECT_OK(registry_.DeleteMesh("grid", true, [] { return absl::OkStatus(); }));
   EXPECT_EQ(registry_.size(), 0u);
 }
@@ -79,7 +79,7 @@ TEST(DeleteMeshTest, ASceneInTheMakingHoldsItsMesh) {
     return absl::OkStatus();
   };
 
-  EXPECT_EQ(registry.CountOfMesh("grid"), 1u);
+  EXPECT_EQ(registry.UseOfMesh("grid").scenes, 1u);
   const absl::Status status = registry.DeleteMesh("grid", false, remove);
   EXPECT_THAT(status, StatusIs(absl::StatusCode::kFailedPrecondition));
   EXPECT_EQ(error::DetailsOf(status).reason, "MESH_IN_USE");
@@ -122,7 +122,7 @@ TEST(StopTest, AStoppedCreationLeavesNoSceneAndNoMemory) {
 
   EXPECT_THAT(scene.get(), StatusIs(absl::StatusCode::kDeadlineExceeded));
   EXPECT_EQ(registry.size(), 0u);
-  EXPECT_EQ(registry.CountOfMesh("grid"), 0u);
+  EXPECT_EQ(registry.UseOfMesh("grid").scenes, 0u);
   EXPECT_EQ(memory->used_bytes(), 0u);
   EXPECT_OK(registry.Create(config)) << "the id is free";
 }
