@@ -114,7 +114,7 @@ std::string InProcessServer::metrics() const {
 void InProcessServer::Drain() {
   server_->SetServing(false);
   absl::SleepFor(env_->options.drain_delay);
-  env_->drain.Begin();
+  env_->drain.request_stop();
   const absl::Time deadline = absl::Now() + env_->options.drain_timeout;
   if (web_ != nullptr) web_->Drain(deadline);
   server_->Shutdown(deadline);
@@ -122,7 +122,7 @@ void InProcessServer::Drain() {
 
 void InProcessServer::Stop() {
   if (server_ == nullptr) return;
-  env_->drain.Begin();
+  env_->drain.request_stop();
   if (web_ != nullptr) web_->Stop();
   server_->Shutdown(absl::Now());
 }

@@ -29,4 +29,10 @@ std::string Sha256Hex(std::string_view bytes) {
   return hash.FinishHex();
 }
 
+bool IsSha256Hex(std::string_view text) {
+  constexpr size_t kDigits = 64;
+  return text.size() == kDigits &&
+         text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
 }  // namespace latticed

@@ -30,6 +30,8 @@ class Sha256 {
 
 // The digest of bytes that are in one piece.
 [[nodiscard]] std::string Sha256Hex(std::string_view bytes);
+// Whether `text` is a digest as these functions write it.
+[[nodiscard]] bool IsSha256Hex(std::string_view text);
 
 }  // namespace latticed
 

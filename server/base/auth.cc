@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/base/auth.h"
 
-#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <utility>
@@ -16,29 +15,11 @@
 namespace latticed {
 namespace {
 
-constexpr size_t kSha256HexDigits = 64;
-
 absl::StatusOr<Role> RoleFromName(std::string_view name) {
   for (const Role role : {Role::kRead, Role::kEdit, Role::kAdmin}) {
     if (RoleName(role) == name) return role;
   }
   return absl::InvalidArgumentError(fmt::format("role '{}' is not one of read, edit, admin", name));
-}
-
-bool IsSha256Hex(std::string_view text) {
-  return text.size() == kSha256HexDigits && std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-         });
-}
-
-// Looks at every digit whatever the first difference, so that timing tells nothing.
-bool EqualInConstantTime(std::string_view a, std::string_view b) {
-  if (a.size() != b.size()) return false;
-  unsigned difference = 0;
-  for (size_t i = 0; i < a.size(); ++i) {
-    difference |= static_cast<unsigned>(a[i] ^ b[i]);
-  }
-  return difference == 0;
 }
 
 }  // namespace
@@ -86,7 +67,7 @@ absl::StatusOr<Authenticator> Authenticator::FromText(std::string_view text) {
       return absl::InvalidArgumentError(fmt::format("token file, line {}: {}", line_number,
                                                     std::string(role.status().message())));
     }
-    result.tokens_->push_back({absl::AsciiStrToLower(words[0]), {words[2], *role}});
+    result.tokens_->emplace(absl::AsciiStrToLower(words[0]), Caller{words[2], *role});
   }
   if (result.tokens_->empty()) {
     return absl::InvalidArgumentError("token file: holds no token, so nobody could call");
@@ -106,13 +87,10 @@ absl::StatusOr<Caller> Authenticator::Authenticate(std::string_view authorizatio
   if (scheme != kScheme) {
     return error::Unauthenticated("authorization must read 'Bearer <token>'");
   }
-  const std::string presented = Sha256Hex(authorization.substr(kScheme.size()));
-  const Token* match = nullptr;
-  for (const Token& token : *tokens_) {  // all of them, for constant time
-    if (EqualInConstantTime(token.sha256_hex, presented)) match = &token;
-  }
-  if (match == nullptr) return error::Unauthenticated("the token is not known to this server");
-  return match->caller;
+  const auto known = tokens_->find(Sha256Hex(authorization.substr(kScheme.size())));
+  if (known == tokens_->end())
+    return error::Unauthenticated("the token is not known to this server");
+  return known->second;
 }
 
 absl::Status CheckRole(const Caller& caller, const Rpc& rpc) {

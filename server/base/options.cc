@@ -211,25 +211,22 @@ absl::Status CheckOpenPorts(const Options& o) {
   return absl::OkStatus();
 }
 
-absl::Status CheckDuration(std::string_view flag, absl::Duration value, absl::Duration lowest,
-                           absl::Duration highest) {
-  if (value >= lowest && value <= highest) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      fmt::format("{}: got {}, allowed is {} to {}", flag, absl::FormatDuration(value),
-                  absl::FormatDuration(lowest), absl::FormatDuration(highest)));
-}
-
 absl::Status CheckDurations(const Options& o) {
-  const std::array<absl::Status, 5> checks = {
-      CheckDuration("--heartbeat-interval", o.heartbeat_interval, absl::Milliseconds(100),
-                    absl::Minutes(10)),
-      CheckDuration("--first-message-timeout", o.first_message_timeout, absl::Milliseconds(100),
-                    absl::Hours(1)),
-      CheckDuration("--drain-delay", o.drain_delay, absl::ZeroDuration(), absl::Minutes(10)),
-      CheckDuration("--drain-timeout", o.drain_timeout, absl::ZeroDuration(), absl::Hours(1)),
-      CheckDuration("--scene-idle-ttl", o.scene_idle_ttl, absl::Seconds(1), absl::Hours(24 * 365))};
-  for (const absl::Status& status : checks) {
-    if (!status.ok()) return status;
+  struct Range {
+    std::string_view flag;
+    absl::Duration value, lowest, highest;
+  };
+  const Range ranges[] = {
+      {"--heartbeat-interval", o.heartbeat_interval, absl::Milliseconds(100), absl::Minutes(10)},
+      {"--first-message-timeout", o.first_message_timeout, absl::Milliseconds(100), absl::Hours(1)},
+      {"--drain-delay", o.drain_delay, absl::ZeroDuration(), absl::Minutes(10)},
+      {"--drain-timeout", o.drain_timeout, absl::ZeroDuration(), absl::Hours(1)},
+      {"--scene-idle-ttl", o.scene_idle_ttl, absl::Seconds(1), absl::Hours(24 * 365)}};
+  for (const auto& [flag, value, lowest, highest] : ranges) {
+    if (value >= lowest && value <= highest) continue;
+    return absl::InvalidArgumentError(
+        fmt::format("{}: got {}, allowed is {} to {}", flag, absl::FormatDuration(value),
+                    absl::FormatDuration(lowest), absl::FormatDuration(highest)));
   }
   return absl::OkStatus();
 }

@@ -9,6 +9,7 @@
 #ifndef LATTICED_SERVER_BASE_OPTIONS_H_
 #define LATTICED_SERVER_BASE_OPTIONS_H_
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -21,9 +22,20 @@
 #include "absl/time/time.h"
 #include "core/base/limits.h"
 #include "core/view/device_group.h"
-#include "server/base/http_timeouts.h"
 
 namespace latticed {
+
+// How long a client of HTTP may leave its connection waiting; then it is closed.
+struct HttpTimeouts {
+  using Duration = std::chrono::steady_clock::duration;
+
+  Duration head = std::chrono::seconds(10);    // for a handshake, and for the head of a request
+  Duration body = std::chrono::seconds(60);    // between pieces of a body
+  Duration write = std::chrono::minutes(5);    // to take what one write sends
+  Duration idle = std::chrono::seconds(75);    // between requests
+  Duration linger = std::chrono::seconds(5);   // to end what it sends, once it has its answer
+  Duration silence = std::chrono::minutes(5);  // of a WebSocket; pings are sent at half of it
+};
 
 struct Options {
   std::string listen = "127.0.0.1:50151";  // host:port; port 0 takes a free one

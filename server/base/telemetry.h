@@ -28,13 +28,9 @@ void ConfigureLogging(std::string_view level, std::string_view format);
 void LogEvent(spdlog::level::level_enum level, std::string_view message,
               std::initializer_list<LogField> fields);
 
-// One event as a line without its end, in the given format ("text" or "json"): what the logger
-// writes.
-[[nodiscard]] std::string FormatEvent(std::string_view format, std::string_view time,
-                                      std::string_view level, std::string_view payload);
-// Message and fields in one string, as they travel through spdlog to FormatEvent.
-[[nodiscard]] std::string PackEvent(std::string_view message,
-                                    std::initializer_list<LogField> fields);
+// Message and fields as the line of a log in `format` has them, after time and level.
+[[nodiscard]] std::string FormatEvent(std::string_view format, std::string_view message,
+                                      std::initializer_list<LogField> fields);
 
 }  // namespace latticed
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/edge/grpc_listener.h"
 
-#include <linux/tcp.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -33,11 +33,22 @@ absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
     const Options& options, std::unique_ptr<Acceptor> acceptor) {
   std::unique_ptr<GrpcListener> result(new GrpcListener(options, std::move(acceptor)));
   LATTICED_ASSIGN_OR_RETURN(
-      auto listener,
-      SocketListener::Open("--listen", options.listen,
-                           [listener = result.get()](int socket) { listener->Take(socket); }));
-  result->listener_ = std::move(listener);
+      result->listener_,
+      TcpListener::Open(result->context_, "--listen", options.listen,
+                        [listener = result.get()](boost::asio::ip::tcp::socket socket) {
+                          socket.native_non_blocking(true);
+                          listener->Take(socket.release());
+                        }));
+  result->thread_ = std::thread([&context = result->context_] { RunUntilDone(context); });
   return result;
+}
+
+void GrpcListener::Close() {
+  if (listener_ == nullptr) return;  // it could not be opened
+  std::call_once(closed_, [this] {
+    listener_->Close();
+    thread_.join();  // nothing is left to wait for
+  });
 }
 
 ConnectionCounts GrpcListener::counts() {

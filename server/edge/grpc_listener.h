@@ -14,17 +14,20 @@
 
 #include <grpcpp/server_builder.h>
 
+#include <boost/asio/io_context.hpp>
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
 #include "core/base/mutex.h"
 #include "server/base/connection_counts.h"
 #include "server/base/options.h"
-#include "server/net/socket_listener.h"
+#include "server/net/tcp_listener.h"
 
 namespace latticed {
 
@@ -36,11 +39,12 @@ class GrpcListener {
   // many, which its client sees as UNAVAILABLE. kUnavailable, kInvalidArgument.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<GrpcListener>> Open(
       const Options& options, std::unique_ptr<Acceptor> acceptor);
+  ~GrpcListener() { Close(); }
 
   const std::string& address() const { return listener_->address(); }
   [[nodiscard]] ConnectionCounts counts() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Hands over nothing afterwards. Call it before the server ends.
-  void Close() { listener_->Close(); }
+  // Hands over nothing afterwards. Call it before the server ends. Idempotent.
+  void Close();
 
  private:
   GrpcListener(const Options& options, std::unique_ptr<Acceptor> acceptor);
@@ -57,7 +61,10 @@ class GrpcListener {
   uint64_t refused_ ABSL_GUARDED_BY(mutex_) = 0;
   bool full_ ABSL_GUARDED_BY(mutex_) = false;  // and that was logged
 
-  std::unique_ptr<SocketListener> listener_;  // last: its thread uses the rest
+  boost::asio::io_context context_;
+  std::shared_ptr<TcpListener> listener_;
+  std::once_flag closed_;
+  std::thread thread_;  // last: it uses the rest
 };
 
 }  // namespace latticed

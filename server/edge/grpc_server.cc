@@ -16,9 +16,7 @@
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
-#include "server/rpc/mesh_service.h"
-#include "server/rpc/scene_service.h"
-#include "server/rpc/server_service.h"
+#include "server/rpc/services.h"
 #include "server/stores/scene_registry.h"
 
 namespace latticed {

@@ -3,17 +3,22 @@
 #include "server/edge/metrics.h"
 
 #include <prometheus/text_serializer.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "fmt/format.h"
-#include "google/protobuf/descriptor.h"
 #include "server/base/engine_counts.h"
 #include "server/edge/metric_families.h"
-#include "server/edge/process_stats.h"
 #include "server/rpc/call_counts.h"
 #include "server/rpc/server_env.h"
-#include "server/rpc/server_service.h"
+#include "server/rpc/services.h"
 #include "server/stores/scene_registry.h"
 #include "server/stores/upload_store.h"
 
@@ -30,12 +35,12 @@ void AddServer(ServerEnv& env, const v1::ServerInfo& info, MetricFamilies& out) 
             "1 while the backend has its device; 0 from its loss to the next start.")
       .Add(lost ? 0.0 : 1.0);
   out.Gauge("latticed_draining", "1 once new calls are refused since the server stops.")
-      .Add(env.drain.begun() ? 1.0 : 0.0);
+      .Add(env.drain.stop_requested() ? 1.0 : 0.0);
 }
 
 void AddStores(ServerEnv& env, const v1::ServerInfo& info, MetricFamilies& out) {
   size_t watchers = 0;
-  const auto scenes = env.scenes->List("", env.scenes->size(), [](const Scene&) { return true; });
+  const auto scenes = env.scenes->All();
   for (const auto& scene : scenes) watchers += scene->watcher_count();
   out.Gauge("latticed_scenes", "Scenes.").Add(scenes.size());
   out.Gauge("latticed_watchers", "Streams that watch a scene.").Add(watchers);
@@ -118,13 +123,12 @@ void AddCalls(const CallCounts& calls, MetricFamilies& out) {
                                 "From the beginning of a call to its status; streams last as long "
                                 "as their client likes.");
   for (const auto& [rpc, counts] : calls.rpcs()) {
-    if (counts.started == 0) continue;
-    started.Add(counts.started, {{"method", rpc}});
-    duration.Add(counts.duration, {{"method", rpc}});
-    for (size_t code = 0; code < counts.finished.size(); ++code) {
-      if (counts.finished[code] == 0) continue;
+    started.Add(counts->started, {{"method", rpc}});
+    duration.Add(counts->duration, {{"method", rpc}});
+    for (size_t code = 0; code < counts->finished.size(); ++code) {
+      if (counts->finished[code] == 0) continue;
       const auto name = absl::StatusCodeToString(static_cast<absl::StatusCode>(code));
-      finished.Add(counts.finished[code], {{"method", rpc}, {"code", name}});
+      finished.Add(counts->finished[code], {{"method", rpc}, {"code", name}});
     }
   }
 }
@@ -133,14 +137,7 @@ void AddRefusals(const CallCounts& calls, MetricFamilies& out) {
   auto refusals =
       out.Counter("latticed_refusals_total",
                   "Calls and edits refused, by ErrorReason; OUT_OF_MEMORY: by a budget.");
-  const auto* reasons = v1::ErrorReason_descriptor();
-  for (int i = 0; i < reasons->value_count(); ++i) {
-    const auto reason = static_cast<v1::ErrorReason>(reasons->value(i)->number());
-    const uint64_t count = calls.refusals(reason);
-    // What alerts look for is there from the start.
-    if (count == 0 && reason != v1::ERROR_REASON_OUT_OF_MEMORY) continue;
-    refusals.Add(count, {{"reason", CallCounts::NameOf(reason)}});
-  }
+  for (const auto& [reason, count] : calls.refusals()) refusals.Add(count, {{"reason", reason}});
 }
 
 void AddConnections(const ConnectionCounts& grpc, const ConnectionCounts& http,
@@ -157,17 +154,35 @@ void AddConnections(const ConnectionCounts& grpc, const ConnectionCounts& http,
   }
 }
 
-void AddProcess(MetricFamilies& out) {
-  const ProcessStats stats = ReadProcessStats();
+double Seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+// Entries of a folder of /proc.
+uint64_t CountEntries(const char* folder) {
+  std::error_code none;
+  const std::filesystem::directory_iterator entries(folder, none);
+  return static_cast<uint64_t>(std::distance(begin(entries), end(entries)));
+}
+
+// Under the names of Prometheus's own client libraries.
+void AddProcess(absl::Time start_time, MetricFamilies& out) {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  rlimit files{};
+  getrlimit(RLIMIT_NOFILE, &files);
+  uint64_t virtual_pages = 0, resident_pages = 0;
+  std::ifstream("/proc/self/statm") >> virtual_pages >> resident_pages;
+  const auto page_bytes = static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
   out.Counter("process_cpu_seconds_total", "Processor time, user and system.")
-      .Add(stats.cpu_seconds);
-  out.Gauge("process_start_time_seconds", "Start of the process since the epoch.")
-      .Add(stats.start_time_seconds);
-  out.Gauge("process_resident_memory_bytes", "Resident memory.").Add(stats.resident_bytes);
-  out.Gauge("process_virtual_memory_bytes", "Virtual memory.").Add(stats.virtual_bytes);
-  out.Gauge("process_open_fds", "Open file descriptors.").Add(stats.open_files);
-  out.Gauge("process_max_fds", "Most file descriptors.").Add(stats.max_files);
-  out.Gauge("process_threads", "Threads.").Add(stats.threads);
+      .Add(Seconds(usage.ru_utime) + Seconds(usage.ru_stime));
+  out.Gauge("process_start_time_seconds", "Start of the server since the epoch.")
+      .Add(absl::ToDoubleSeconds(start_time - absl::UnixEpoch()));
+  out.Gauge("process_resident_memory_bytes", "Resident memory.").Add(resident_pages * page_bytes);
+  out.Gauge("process_virtual_memory_bytes", "Virtual memory.").Add(virtual_pages * page_bytes);
+  out.Gauge("process_open_fds", "Open file descriptors.").Add(CountEntries("/proc/self/fd"));
+  out.Gauge("process_max_fds", "Most file descriptors.").Add(uint64_t{files.rlim_cur});
+  out.Gauge("process_threads", "Threads.").Add(CountEntries("/proc/self/task"));
 }
 
 }  // namespace
@@ -184,7 +199,7 @@ std::string MetricsText(ServerEnv& env, const ConnectionCounts& grpc,
   AddConnections(grpc, http, families);
   AddCalls(*env.calls, families);
   AddRefusals(*env.calls, families);
-  AddProcess(families);
+  AddProcess(env.start_time, families);
   return prometheus::TextSerializer().Serialize(std::move(families).Take());
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
-#include <random>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -13,6 +12,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/random_id.h"
 #include "server/base/telemetry.h"
 #include "server/rpc/call_counts.h"
 #include "server/rpc/server_env.h"
@@ -22,6 +22,7 @@ namespace latticed {
 namespace {
 
 constexpr char kRequestId[] = "latticed-request-id";
+constexpr size_t kRequestIdDigits = 16;   // of an id that we make
 constexpr size_t kTraceparentBytes = 55;  // 00-<32 hex>-<16 hex>-<2 hex>
 constexpr uint32_t kDrainRetryMs = 1'000;
 
@@ -39,11 +40,6 @@ bool IsSaneId(const std::string& id) {
   };
   return !id.empty() && id.size() <= limits::kMaxRequestIdBytes &&
          std::all_of(id.begin(), id.end(), allowed);
-}
-
-std::string NewRequestId() {
-  thread_local std::mt19937_64 generator{std::random_device{}()};
-  return fmt::format("{:016x}", generator());
 }
 
 // A client certificate names its holder; without tokens that is all we know.
@@ -67,10 +63,10 @@ CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context, co
   call.start_time = absl::Now();
   call.arrival = std::chrono::steady_clock::now();
   call.counts = env.calls.get();
-  if (RpcCounts* rpc_counts = call.counts->Find(rpc.name)) ++rpc_counts->started;
+  ++call.counts->Of(rpc.name).started;
   call.peer = PeerAddress(env, *context);
   const std::string asked_id = Metadata(*context, kRequestId);
-  call.request_id = IsSaneId(asked_id) ? asked_id : NewRequestId();
+  call.request_id = IsSaneId(asked_id) ? asked_id : NewRandomId().substr(0, kRequestIdDigits);
   const std::string traceparent = Metadata(*context, "traceparent");
   if (traceparent.size() == kTraceparentBytes && IsSaneId(traceparent)) {
     call.traceparent = traceparent;
@@ -89,7 +85,7 @@ absl::Status Admit(const ServerEnv& env, CallInfo& call) {
   call.caller = std::move(caller);
   if (call.caller.name.empty()) call.caller.name = PeerName(*call.context);
   LATTICED_RETURN_IF_ERROR(CheckRole(call.caller, call.rpc));
-  if (env.drain.begun()) {
+  if (env.drain.stop_requested()) {
     return error::Unavailable("DRAINING", "this server is shutting down; call another or come back",
                               kDrainRetryMs);
   }
@@ -118,10 +114,9 @@ spdlog::level::level_enum LevelOf(grpc::StatusCode code) {
 }
 
 void Count(const CallInfo& call, const grpc::Status& status, absl::Duration taken) {
-  if (RpcCounts* rpc = call.counts->Find(call.rpc.name)) {
-    ++rpc->finished[static_cast<size_t>(status.error_code())];
-    rpc->duration.Observe(taken);
-  }
+  RpcCounts& rpc = call.counts->Of(call.rpc.name);
+  ++rpc.finished[static_cast<size_t>(status.error_code())];
+  rpc.duration.Observe(taken);
   if (!status.ok()) call.counts->NoteRefusal(ReasonOf(status));
 }
 
@@ -157,9 +152,8 @@ void LogFinished(const CallInfo& call, const grpc::Status& status) {
             {"error", status.error_message()}});
 }
 
-absl::Status CheckSceneMetadata(const grpc::CallbackServerContext& context,
-                                std::string_view scene_id) {
-  const std::string routed = Metadata(context, "latticed-scene");
+absl::Status CheckSceneMetadata(const CallInfo& call, std::string_view scene_id) {
+  const std::string routed = Metadata(*call.context, "latticed-scene");
   if (routed.empty() || routed == scene_id) return absl::OkStatus();
   return error::InvalidField(
       "scene",
@@ -167,12 +161,13 @@ absl::Status CheckSceneMetadata(const grpc::CallbackServerContext& context,
       "SCENE_MISMATCH");
 }
 
-absl::Status CheckCancelled(const grpc::CallbackServerContext& context) {
+absl::Status CheckCancelled(const CallInfo& call) {
   // gRPC cancels a call some time after its deadline.
-  if (std::chrono::system_clock::now() >= context.deadline()) {
+  if (std::chrono::system_clock::now() >= call.context->deadline()) {
     return absl::DeadlineExceededError("the caller's deadline has passed");
   }
-  return context.IsCancelled() ? absl::CancelledError("the caller cancelled") : absl::OkStatus();
+  return call.context->IsCancelled() ? absl::CancelledError("the caller cancelled")
+                                     : absl::OkStatus();
 }
 
 // Both are plain members of gRPC's call, which handlers see as const. Clear keeps what a message has
@@ -189,6 +184,18 @@ void FreeMessage(const grpc::ByteBuffer& message) {
 absl::StatusOr<MemoryReservation> AdmitRequest(const ServerEnv& env,
                                                const google::protobuf::Message& request) {
   return env.requests->Reserve("the request", limits::kCallBytes + request.SpaceUsedLong());
+}
+
+uint64_t ReplyBytes(const google::protobuf::Message& reply) {
+  return reply.SpaceUsedLong() + reply.ByteSizeLong();
+}
+
+// Nothing is always granted.
+ReplyRoom::ReplyRoom(const ServerEnv& env) : room_(*env.replies->Reserve("the reply", 0)) {}
+
+absl::Status ReplyRoom::Hold(uint64_t bytes) {
+  if (bytes <= std::max(limits::kSmallReplyBytes, room_.bytes())) return absl::OkStatus();
+  return room_.Resize("the reply", bytes);
 }
 
 }  // namespace latticed

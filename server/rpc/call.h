@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What every rpc does first and last: who calls, may they, under which request id; and the answer's
-// status. Streams call BeginCall in their constructor, and LogFinished before they finish; unary_call.h
-// does both.
+// status. call_reactor.h does both.
 #ifndef LATTICED_SERVER_RPC_CALL_H_
 #define LATTICED_SERVER_RPC_CALL_H_
 
@@ -56,11 +55,10 @@ void NoteScene(CallInfo& call, const std::string& scene);
 void LogFinished(const CallInfo& call, const grpc::Status& status);
 
 // The metadata `latticed-scene`, where set, must name the scene of the body. kInvalidArgument.
-[[nodiscard]] absl::Status CheckSceneMetadata(const grpc::CallbackServerContext& context,
-                                              std::string_view scene_id);
+[[nodiscard]] absl::Status CheckSceneMetadata(const CallInfo& call, std::string_view scene_id);
 
 // Whether the caller still waits, for long work to ask: kDeadlineExceeded, kCancelled.
-[[nodiscard]] absl::Status CheckCancelled(const grpc::CallbackServerContext& context);
+[[nodiscard]] absl::Status CheckCancelled(const CallInfo& call);
 
 // Frees what a message of gRPC's holds, once nobody reads it any more: gRPC keeps it until its call has
 // ended, which is as late as the client likes.
@@ -70,6 +68,27 @@ void FreeMessage(const grpc::ByteBuffer& message);
 // Room for a parsed request while it waits for a worker. kResourceExhausted OUT_OF_MEMORY.
 [[nodiscard]] absl::StatusOr<MemoryReservation> AdmitRequest(
     const ServerEnv& env, const google::protobuf::Message& request);
+
+// As a message and as its bytes.
+[[nodiscard]] uint64_t ReplyBytes(const google::protobuf::Message& reply);
+
+// Room for what a call keeps until its client has taken the reply: a client that does not read, or
+// whose HTTP/2 window is shut, holds the message and gRPC's copy of its bytes. All such replies
+// together have a budget of their own, beside --memory, so that they are in the way of no scene.
+//
+// Empty at first. Destroyed when the call is done. One thread at a time.
+class ReplyRoom {
+ public:
+  explicit ReplyRoom(const ServerEnv& env);
+
+  // For `bytes` in all, where that is more than it has. limits::kSmallReplyBytes need no room: so a
+  // server whose replies nobody takes still answers who asks how it is, or frees memory.
+  // kResourceExhausted OUT_OF_MEMORY, and nothing changes.
+  [[nodiscard]] absl::Status Hold(uint64_t bytes);
+
+ private:
+  MemoryReservation room_;
+};
 
 }  // namespace latticed
 

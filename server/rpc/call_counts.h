@@ -4,7 +4,7 @@
 // Calls by rpc and by how they ended, and refusals by reason. What clients can make up (unknown
 // methods, words of their own) is in none of the names.
 //
-// Threads  safe, without locks
+// Threads  safe
 #ifndef LATTICED_SERVER_RPC_CALL_COUNTS_H_
 #define LATTICED_SERVER_RPC_CALL_COUNTS_H_
 
@@ -15,11 +15,13 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <grpcpp/support/status.h>
 
-#include "absl/time/time.h"
-#include "latticed/v1/common.pb.h"
+#include "absl/base/thread_annotations.h"
+#include "core/base/mutex.h"
 #include "server/base/duration_histogram.h"
 
 namespace latticed {
@@ -35,25 +37,35 @@ struct RpcCounts {
 
 class CallCounts {
  public:
-  // Every rpc of latticed.v1, as its descriptors have them.
-  CallCounts();
+  // Of "MeshService/UploadMesh", an Rpc's name.
+  [[nodiscard]] RpcCounts& Of(std::string_view rpc) ABSL_LOCKS_EXCLUDED(mutex_) {
+    const MutexLock lock(&mutex_);
+    return rpcs_[std::string(rpc)];
+  }
+  // A call or an edit was refused for that ErrorReason; one without a reason does not count.
+  void NoteRefusal(const std::string& reason) ABSL_LOCKS_EXCLUDED(mutex_) {
+    const MutexLock lock(&mutex_);
+    if (!reason.empty()) ++refusals_[reason];
+  }
 
-  // Of "MeshService/UploadMesh"; null for a name that is no rpc.
-  [[nodiscard]] RpcCounts* Find(std::string_view rpc);
-  // A call or an edit was refused for that ErrorReason; none other counts.
-  void NoteRefusal(std::string_view reason);
-
-  // As ErrorInfo has it: "OUT_OF_MEMORY".
-  [[nodiscard]] static std::string NameOf(v1::ErrorReason reason);
-
-  const std::map<std::string, RpcCounts, std::less<>>& rpcs() const { return rpcs_; }
-  uint64_t refusals(v1::ErrorReason reason) const {
-    return refusals_[static_cast<size_t>(reason)].load();
+  // Of the rpcs that were called.
+  [[nodiscard]] std::vector<std::pair<std::string, const RpcCounts*>> rpcs() const
+      ABSL_LOCKS_EXCLUDED(mutex_) {
+    const MutexLock lock(&mutex_);
+    std::vector<std::pair<std::string, const RpcCounts*>> all;
+    for (const auto& [name, counts] : rpcs_) all.emplace_back(name, &counts);
+    return all;
+  }
+  [[nodiscard]] std::map<std::string, uint64_t> refusals() const ABSL_LOCKS_EXCLUDED(mutex_) {
+    const MutexLock lock(&mutex_);
+    return refusals_;
   }
 
  private:
-  std::map<std::string, RpcCounts, std::less<>> rpcs_;  // its keys never change
-  std::array<std::atomic<uint64_t>, v1::ErrorReason_ARRAYSIZE> refusals_{};
+  mutable Mutex mutex_;
+  std::map<std::string, RpcCounts> rpcs_ ABSL_GUARDED_BY(mutex_);  // whose addresses stay
+  // OUT_OF_MEMORY is shown from the start: operators watch it.
+  std::map<std::string, uint64_t> refusals_ ABSL_GUARDED_BY(mutex_) = {{"OUT_OF_MEMORY", 0}};
 };
 
 }  // namespace latticed

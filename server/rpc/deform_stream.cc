@@ -16,8 +16,8 @@
 #include "core/base/limits.h"
 #include "core/base/mutex.h"
 #include "core/base/status_macros.h"
-#include "server/rpc/call.h"
 #include "server/rpc/call_counts.h"
+#include "server/rpc/call_reactor.h"
 #include "server/rpc/first_message.h"
 #include "server/rpc/scene_stream.h"
 #include "server/rpc/server_env.h"
@@ -45,18 +45,13 @@ bool MayTakeLong(const v1::DeformRequest& request) {
 }
 
 // Reading runs beside writing: one message is read, answered, then the next is asked for.
-class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
-                           public StreamSink,
-                           public std::enable_shared_from_this<DeformStream> {
+class DeformStream final
+    : public CallReactor<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>,
+      public StreamSink,
+      public std::enable_shared_from_this<DeformStream> {
  public:
-  DeformStream(const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context)
-      : env_(env), context_(context) {
-    auto call = BeginCall(*env, context, rpc);
-    if (!call.ok()) {
-      ServerBidiReactor::Finish(ToGrpcStatus(call.status()));
-      return;
-    }
-    call_ = *std::move(call);
+  DeformStream(const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context) : env_(env) {
+    if (!Begin(*env, context, rpc)) return;
     first_message_.Await(env->options.first_message_timeout, "watch",
                          [this](const absl::Status& late) { End(late); });
     reading_ = true;
@@ -69,8 +64,7 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
   void Write(const grpc::ByteBuffer* buffer) override { StartWrite(buffer); }
   void Finish(const grpc::Status& status) override {
     StopReading();
-    LogFinished(call_, status);
-    ServerBidiReactor::Finish(status);
+    FinishCall(status);
   }
 
   void OnReadDone(bool ok) override;
@@ -109,8 +103,6 @@ class DeformStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc
 
   std::shared_ptr<DeformStream> self_;
   ServerEnv* const env_;
-  grpc::CallbackServerContext* const context_;
-  CallInfo call_;
   FirstMessage first_message_;
   std::atomic<bool> cancelled_ = false;  // the context's own word ends with the call
   // Used by the one message that is being handled.
@@ -158,8 +150,8 @@ void DeformStream::HandOver(v1::DeformRequest request) {
   }
   // A std::function is copied, a reservation is not.
   auto shared_room = std::make_shared<MemoryReservation>(*std::move(room));
-  env_->workers.Post([self = shared_from_this(), request = std::move(request),
-                      room = std::move(shared_room), arrival = Clock::now()] {
+  env_->Post([self = shared_from_this(), request = std::move(request),
+              room = std::move(shared_room), arrival = Clock::now()] {
     self->HandleEdit(request.edit(), arrival, absl::OkStatus());
     room->Release();
     self->FinishedReading();
@@ -200,7 +192,7 @@ absl::Status DeformStream::Open(const v1::DeformRequest& request) {
     return error::FailedPrecondition("STREAM_NOT_OPENED", "the first message must be watch");
   }
   NoteScene(call_, request.watch().scene());
-  LATTICED_ASSIGN_OR_RETURN(auto open, FromProto(env_, *context_, request.watch()));
+  LATTICED_ASSIGN_OR_RETURN(auto open, FromProto(env_, call_, request.watch()));
   editor_id_ = request.watch().editor_id();
   LATTICED_ASSIGN_OR_RETURN(auto stream, SceneStream::Open(env_, open.scene, open.options, this));
   {

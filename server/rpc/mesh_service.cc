@@ -1,20 +1,17 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/rpc/mesh_service.h"
-
 #include <memory>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "latticed/v1/mesh.grpc.pb.h"
 #include "server/base/labels.h"
-#include "server/rpc/call.h"
-#include "server/rpc/file_parts.h"
 #include "server/rpc/method.h"
 #include "server/rpc/server_env.h"
-#include "server/rpc/store_upload.h"
+#include "server/rpc/services.h"
 #include "server/rpc/upload_stream.h"
 #include "server/stores/scene_registry.h"
 #include "server/stores/upload_store.h"
@@ -27,14 +24,7 @@ namespace {
 using Context = grpc::CallbackServerContext;
 using UnaryReactor = grpc::ServerUnaryReactor;
 
-// Ids of meshes are hashes, and tokens are ids.
-bool IsSha256Hex(std::string_view text) {
-  constexpr size_t kDigits = 64;
-  return text.size() == kDigits &&
-         text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
-}
-
-absl::Status BeginUpload(const UnaryContext& context, const v1::BeginUploadRequest& request,
+absl::Status BeginUpload(const CallContext& context, const v1::BeginUploadRequest& request,
                          v1::BeginUploadResponse& response) {
   UploadStore& uploads = *context.env.uploads;
   LATTICED_ASSIGN_OR_RETURN(UploadHeader header,
@@ -46,7 +36,7 @@ absl::Status BeginUpload(const UnaryContext& context, const v1::BeginUploadReque
   return absl::OkStatus();
 }
 
-absl::Status AppendUpload(const UnaryContext& context, const v1::AppendUploadRequest& request,
+absl::Status AppendUpload(const CallContext& context, const v1::AppendUploadRequest& request,
                           v1::AppendUploadResponse& response) {
   UploadStore& uploads = *context.env.uploads;
   LATTICED_ASSIGN_OR_RETURN(const auto upload, uploads.Find(request.upload_id()));
@@ -57,22 +47,20 @@ absl::Status AppendUpload(const UnaryContext& context, const v1::AppendUploadReq
   return absl::OkStatus();
 }
 
-absl::Status FinishUpload(const UnaryContext& context, const v1::FinishUploadRequest& request,
+absl::Status FinishUpload(const CallContext& context, const v1::FinishUploadRequest& request,
                           v1::Mesh& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto upload, context.env.uploads->Take(request.upload_id()));
-  return StoreUpload(
-      context.env, *upload, [&] { return context.call.context->IsCancelled(); }, context.room,
-      response);
+  return StoreUpload(context.env, context.call, *upload, context.room, response);
 }
 
-absl::Status GetMesh(const UnaryContext& context, const v1::GetMeshRequest& request,
+absl::Status GetMesh(const CallContext& context, const v1::GetMeshRequest& request,
                      v1::Mesh& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto mesh, context.env.meshes.Find(request.mesh()));
   response = ToProto(*mesh, context.env.scenes->UseOfMesh(mesh->id), true);
   return absl::OkStatus();
 }
 
-absl::Status DeleteMesh(const UnaryContext& context, const v1::DeleteMeshRequest& request,
+absl::Status DeleteMesh(const CallContext& context, const v1::DeleteMeshRequest& request,
                         v1::DeleteMeshResponse&) {
   ServerEnv& env = context.env;
   if (request.force() && context.call.caller.role < Role::kAdmin) {
@@ -87,19 +75,18 @@ absl::Status DeleteMesh(const UnaryContext& context, const v1::DeleteMeshRequest
                                 [&] { return env.meshes.Remove(request.mesh()); });
 }
 
-absl::Status ListMeshes(const UnaryContext& context, const v1::ListMeshesRequest& request,
+absl::Status ListMeshes(const CallContext& context, const v1::ListMeshesRequest& request,
                         v1::ListMeshesResponse& response) {
   ServerEnv& env = context.env;
   LATTICED_ASSIGN_OR_RETURN(const size_t page_size, PageSize(request.page_size()));
   LATTICED_ASSIGN_OR_RETURN(const LabelFilter filter, LabelFilter::Parse(request.filter()));
+  // A page token is the last id of the page before, and ids are hashes.
   if (!request.page_token().empty() && !IsSha256Hex(request.page_token())) {
     return error::InvalidField("page_token", "is none that this server gave out");
   }
-  const auto accept = [&filter](const StoredMesh& mesh) { return filter.Matches(mesh.labels); };
-  // A page token is the last id of the page before; one more mesh than asked tells whether another
-  // page follows.
   PageRoom room(page_size);
-  for (const auto& mesh : env.meshes.List(request.page_token(), page_size + 1, accept)) {
+  for (const auto& mesh : env.meshes.All()) {
+    if (mesh->id <= request.page_token() || !filter.Matches(mesh->labels)) continue;
     v1::Mesh item = ToProto(*mesh, env.scenes->UseOfMesh(mesh->id), false);
     if (!room.Take(item.ByteSizeLong())) {
       response.set_next_page_token(response.meshes().rbegin()->id());
@@ -111,7 +98,7 @@ absl::Status ListMeshes(const UnaryContext& context, const v1::ListMeshesRequest
 }
 
 absl::StatusOr<NextPart<v1::DownloadMeshResponse>> OpenDownload(
-    const PartContext& context, const v1::DownloadMeshRequest& request) {
+    const CallContext& context, const v1::DownloadMeshRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(auto mesh, context.env.meshes.Find(request.mesh()));
   const size_t size = mesh->bytes->size();
   if (request.offset() > size) {
@@ -123,7 +110,7 @@ absl::StatusOr<NextPart<v1::DownloadMeshResponse>> OpenDownload(
 }
 
 // Every rpc of the service: name, role, handler.
-constexpr StreamMethod kUploadMesh{Rpc{"MeshService/UploadMesh", Role::kEdit}, NewUploadStream};
+constexpr Rpc kUploadMesh{"MeshService/UploadMesh", Role::kEdit};
 constexpr UnaryMethod kBeginUpload{Rpc{"MeshService/BeginUpload", Role::kEdit}, BeginUpload};
 constexpr UnaryMethod kAppendUpload{Rpc{"MeshService/AppendUpload", Role::kEdit}, AppendUpload};
 constexpr UnaryMethod kFinishUpload{Rpc{"MeshService/FinishUpload", Role::kEdit}, FinishUpload};
@@ -138,7 +125,7 @@ class MeshServiceImpl final : public v1::MeshService::CallbackService {
 
   grpc::ServerReadReactor<v1::UploadMeshRequest>* UploadMesh(Context* context,
                                                              v1::Mesh* response) override {
-    return kUploadMesh.Run(env_, context, response);
+    return NewUploadStream(kUploadMesh, env_, context, response);
   }
   UnaryReactor* BeginUpload(Context* context, const v1::BeginUploadRequest* request,
                             v1::BeginUploadResponse* response) override {

@@ -7,78 +7,164 @@
 //
 //   grpc::ServerUnaryReactor* GetScene(…) override { return kGetScene.Run(env_, context, request, response); }
 //
-// Threads  Run is gRPC's to call
+// Every call takes the same way:
+//
+//   Begin -> room for the request -> the handler on a worker -> room for the reply -> FinishCall
+//
+// A refused call changes nothing: a handler that changes something, and whose reply may be large, takes
+// room for the reply itself, before it does. A server stream of parts has one part in memory at a time,
+// and gRPC's flow control is its pace.
+//
+// Threads  Run is gRPC's to call; handlers run on a worker
 #ifndef LATTICED_SERVER_RPC_METHOD_H_
 #define LATTICED_SERVER_RPC_METHOD_H_
 
+#include <algorithm>
+#include <cstddef>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include <grpcpp/grpcpp.h>
 
 #include "absl/status/statusor.h"
-#include "server/base/auth.h"
-#include "server/rpc/part_stream.h"
-#include "server/rpc/unary_call.h"
+#include "core/base/limits.h"
+#include "core/base/status_macros.h"
+#include "server/rpc/call_reactor.h"
 
 namespace latticed {
 
-// One request, one reply; the handler runs on a worker.
+// What a handler has besides its request and its reply.
+struct CallContext {
+  ServerEnv& env;
+  const CallInfo& call;
+  ReplyRoom& room;
+};
+
+// One request, one reply.
+template <typename Request, typename Response>
+using UnaryHandler = absl::Status (*)(const CallContext&, const Request&, Response&);
+
+template <typename Request, typename Response>
+class UnaryCall final : public CallReactor<grpc::ServerUnaryReactor> {
+ public:
+  UnaryCall(ServerEnv* env, grpc::CallbackServerContext* context, const Rpc& rpc,
+            const Request* request, Response* response, UnaryHandler<Request, Response> handler)
+      : room_(*env) {
+    if (!Begin(*env, context, rpc)) return;
+    Work(
+        *env, *request,
+        [=, this] {
+          return handler({*env, call_, room_}, *request, *response);
+        },
+        [this, response](absl::Status result) {
+          if (result.ok()) result = room_.Hold(ReplyBytes(*response));
+          if (!result.ok()) FreeMessage(*response);
+          FinishCall(result);
+        });
+  }
+
+ private:
+  ReplyRoom room_;
+};
+
 template <typename Request, typename Response>
 struct UnaryMethod {
   Rpc rpc;
-  absl::Status (*handler)(const UnaryContext&, const Request&, Response&);
+  UnaryHandler<Request, Response> handler;
 
   grpc::ServerUnaryReactor* Run(ServerEnv* env, grpc::CallbackServerContext* context,
                                 const Request* request, Response* response) const {
-    return RunUnary(env, context, rpc, *request, response,
-                    [handler = handler, request, response](const UnaryContext& unary) {
-                      return handler(unary, *request, *response);
-                    });
+    return new UnaryCall<Request, Response>(env, context, rpc, request, response, handler);
   }
 };
 
 // Clang 14 deduces no aggregates by itself.
 template <typename Request, typename Response>
-UnaryMethod(Rpc, absl::Status (*)(const UnaryContext&, const Request&, Response&))
+UnaryMethod(Rpc, absl::Status (*)(const CallContext&, const Request&, Response&))
     -> UnaryMethod<Request, Response>;
 
-// A server stream of parts; `open` runs on a worker.
+// The next part of a stream, nothing after the last.
+template <typename Message>
+using NextPart = std::function<absl::StatusOr<std::optional<Message>>()>;
+// Opens a stream of parts.
+template <typename Request, typename Message>
+using PartHandler = absl::StatusOr<NextPart<Message>> (*)(const CallContext&, const Request&);
+
+template <typename Request, typename Message>
+class PartStream final : public CallReactor<grpc::ServerWriteReactor<Message>> {
+ public:
+  PartStream(ServerEnv* env, grpc::CallbackServerContext* context, const Rpc& rpc,
+             const Request* request, PartHandler<Request, Message> open)
+      : room_(*env) {
+    if (!this->Begin(*env, context, rpc)) return;
+    const auto work = [=, this]() -> absl::Status {
+      LATTICED_ASSIGN_OR_RETURN(next_, open({*env, this->call_, room_}, *request));
+      return absl::OkStatus();
+    };
+    this->Work(*env, *request, work, [this](const absl::Status& opened) {
+      opened.ok() ? WriteNext() : this->FinishCall(opened);
+    });
+  }
+
+  void OnWriteDone(bool ok) override {
+    if (!ok || this->call_.context->IsCancelled()) return this->FinishCall(grpc::Status::CANCELLED);
+    WriteNext();
+  }
+
+ private:
+  void WriteNext() {
+    auto message = CatchBadAlloc("the next part", next_);
+    if (!message.ok()) return this->FinishCall(message.status());
+    if (!message->has_value()) return this->FinishCall(grpc::Status::OK);
+    message_ = **std::move(message);
+    if (auto s = room_.Hold(ReplyBytes(message_)); !s.ok()) return this->FinishCall(s);
+    this->StartWrite(&message_);
+  }
+
+  NextPart<Message> next_;
+  Message message_;
+  ReplyRoom room_;  // for the largest so far
+};
+
 template <typename Request, typename Message>
 struct PartMethod {
   Rpc rpc;
-  absl::StatusOr<NextPart<Message>> (*open)(const PartContext&, const Request&);
+  PartHandler<Request, Message> open;
 
   grpc::ServerWriteReactor<Message>* Run(ServerEnv* env, grpc::CallbackServerContext* context,
                                          const Request* request) const {
-    std::string scene;
-    if constexpr (requires { request->scene(); }) scene = request->scene();
-    return new PartStream<Message>(
-        env, context, rpc, *request, scene,
-        [open = open, env, context, request](const std::function<bool()>& cancelled) {
-          return open({*env, *context, cancelled}, *request);
-        });
+    return new PartStream<Request, Message>(env, context, rpc, request, open);
   }
 };
 
 template <typename Request, typename Message>
-PartMethod(Rpc, absl::StatusOr<NextPart<Message>> (*)(const PartContext&, const Request&))
+PartMethod(Rpc, absl::StatusOr<NextPart<Message>> (*)(const CallContext&, const Request&))
     -> PartMethod<Request, Message>;
 
-// A stream with a reactor of its own, which deletes itself when the call is done.
-template <typename Reactor, typename... Messages>
-struct StreamMethod {
-  Rpc rpc;
-  Reactor* (*open)(const Rpc&, ServerEnv*, grpc::CallbackServerContext*, Messages...);
-
-  Reactor* Run(ServerEnv* env, grpc::CallbackServerContext* context, Messages... messages) const {
-    return open(rpc, env, context, messages...);
-  }
-};
-
-template <typename Reactor, typename... Messages>
-StreamMethod(Rpc, Reactor* (*)(const Rpc&, ServerEnv*, grpc::CallbackServerContext*, Messages...))
-    -> StreamMethod<Reactor, Messages...>;
+// A file as a stream of parts: a message with the header, then its bytes in messages of
+// limits::kMaxPartBytes.
+// The bytes from `offset` on, which is not beyond their end. What they are of is kept until the
+// stream is done, with its room.
+template <typename Message, typename Header>
+NextPart<Message> FileParts(Header header, std::shared_ptr<const std::string> bytes,
+                            size_t offset = 0) {
+  return [header = std::optional(std::move(header)), bytes = std::move(bytes),
+          offset]() mutable -> absl::StatusOr<std::optional<Message>> {
+    Message part;
+    if (header.has_value()) {
+      *part.mutable_header() = *std::exchange(header, std::nullopt);
+      return part;
+    }
+    if (offset == bytes->size()) return std::nullopt;
+    const size_t size = std::min(limits::kMaxPartBytes, bytes->size() - offset);
+    part.set_data(bytes->data() + offset, size);
+    offset += size;
+    return part;
+  };
+}
 
 }  // namespace latticed
 

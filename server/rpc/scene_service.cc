@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/rpc/scene_service.h"
 
 #include <algorithm>
 #include <chrono>
@@ -15,18 +14,17 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "latticed/v1/scene.grpc.pb.h"
 #include "server/base/labels.h"
 #include "server/engine/surface_export.h"
-#include "server/rpc/call.h"
+#include "server/engine/watch_control.h"
 #include "server/rpc/deform_stream.h"
-#include "server/rpc/file_parts.h"
-#include "server/rpc/get_update.h"
 #include "server/rpc/method.h"
-#include "server/rpc/scene_service_base.h"
 #include "server/rpc/server_env.h"
+#include "server/rpc/services.h"
 #include "server/rpc/topology.h"
+#include "server/rpc/update_stream.h"
 #include "server/rpc/watch_request.h"
-#include "server/rpc/watch_stream.h"
 #include "server/stores/scene_registry.h"
 #include "server/wire/converters.h"
 #include "server/wire/edit_converters.h"
@@ -40,9 +38,9 @@ using Clock = std::chrono::steady_clock;
 using Context = grpc::CallbackServerContext;
 using UnaryReactor = grpc::ServerUnaryReactor;
 
-absl::StatusOr<std::shared_ptr<Scene>> SceneOf(const UnaryContext& context,
+absl::StatusOr<std::shared_ptr<Scene>> SceneOf(const CallContext& context,
                                                const std::string& scene) {
-  return FindScene(context.env, *context.call.context, scene);
+  return FindScene(context.env, context.call, scene);
 }
 
 // Where a page of scenes, oldest first, begins: after the scene that this names.
@@ -72,11 +70,11 @@ uint64_t SceneReplyBytes(const v1::CreateSceneRequest& request) {
   return kAllButLabels + ReplyBytes(scene);
 }
 
-absl::Status CreateScene(const UnaryContext& context, const v1::CreateSceneRequest& request,
+absl::Status CreateScene(const CallContext& context, const v1::CreateSceneRequest& request,
                          v1::Scene& response) {
   ServerEnv& env = context.env;
   LATTICED_RETURN_IF_ERROR(CheckCreateScene(request));
-  LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(*context.call.context, request.scene_id()));
+  LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(context.call, request.scene_id()));
   LATTICED_ASSIGN_OR_RETURN(const auto mesh, env.meshes.Find(request.mesh()));
   LATTICED_ASSIGN_OR_RETURN(
       auto config,
@@ -87,27 +85,27 @@ absl::Status CreateScene(const UnaryContext& context, const v1::CreateSceneReque
       const auto scene,
       env.scenes->Create(
           std::move(config), [&] { return env.meshes.Find(request.mesh()).status(); },
-          [&] { return CheckCancelled(*context.call.context); }));
+          [&] { return CheckCancelled(context.call); }));
   response = ToProto(*scene);
   return absl::OkStatus();
 }
 
-absl::Status GetScene(const UnaryContext& context, const v1::GetSceneRequest& request,
+absl::Status GetScene(const CallContext& context, const v1::GetSceneRequest& request,
                       v1::Scene& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   response = ToProto(*scene);
   return absl::OkStatus();
 }
 
-absl::Status ListScenes(const UnaryContext& context, const v1::ListScenesRequest& request,
+absl::Status ListScenes(const CallContext& context, const v1::ListScenesRequest& request,
                         v1::ListScenesResponse& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto size, PageSize(request.page_size()));
   LATTICED_ASSIGN_OR_RETURN(const auto filter, LabelFilter::Parse(request.filter()));
   LATTICED_ASSIGN_OR_RETURN(const auto after, FromToken(request.page_token()));
-  auto scenes =
-      context.env.scenes->List("", std::numeric_limits<size_t>::max(), [&](const Scene& scene) {
-        return filter.Matches(scene.config().labels) && KeyOf(scene) > after;
-      });
+  auto scenes = context.env.scenes->All();
+  std::erase_if(scenes, [&](const auto& scene) {
+    return !filter.Matches(scene->config().labels) || KeyOf(*scene) <= after;
+  });
   std::ranges::sort(scenes, {}, [](const auto& scene) { return KeyOf(*scene); });
   PageRoom room(size);
   PageKey last;
@@ -123,26 +121,26 @@ absl::Status ListScenes(const UnaryContext& context, const v1::ListScenesRequest
   return absl::OkStatus();
 }
 
-absl::Status DeleteScene(const UnaryContext& context, const v1::DeleteSceneRequest& request,
+absl::Status DeleteScene(const CallContext& context, const v1::DeleteSceneRequest& request,
                          v1::DeleteSceneResponse&) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   return context.env.scenes->Delete(scene->id());
 }
 
-absl::Status GetLattice(const UnaryContext& context, const v1::GetLatticeRequest& request,
+absl::Status GetLattice(const CallContext& context, const v1::GetLatticeRequest& request,
                         v1::LatticeState& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   response = LatticeStateToProto(*scene->State());
   return absl::OkStatus();
 }
 
-absl::Status ApplyEdits(const UnaryContext& context, const v1::EditBatch& request,
+absl::Status ApplyEdits(const CallContext& context, const v1::EditBatch& request,
                         v1::EditResult& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   const auto begun = Clock::now();
-  LATTICED_ASSIGN_OR_RETURN(
-      const auto summary, scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh),
-                                            [&] { return CheckCancelled(*context.call.context); }));
+  LATTICED_ASSIGN_OR_RETURN(const auto summary,
+                            scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh),
+                                              [&] { return CheckCancelled(context.call); }));
   response = ToProto(summary);
   const auto ended = summary.commit_time.value_or(Clock::now());
   v1::EditTimings& timings = *response.mutable_timings();
@@ -151,34 +149,39 @@ absl::Status ApplyEdits(const UnaryContext& context, const v1::EditBatch& reques
   return absl::OkStatus();
 }
 
-absl::Status EvaluateScene(const UnaryContext& context, const v1::EvaluatePointsRequest& request,
+absl::Status EvaluateScene(const CallContext& context, const v1::EvaluatePointsRequest& request,
                            v1::EvaluatePointsResponse& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   return EvaluatePoints(*scene->State(), request, &response);
 }
 
-absl::Status PickInScene(const UnaryContext& context, const v1::PickRequest& request,
+absl::Status PickInScene(const CallContext& context, const v1::PickRequest& request,
                          v1::SurfacePoint& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   return Pick(
-      *scene->State(), request, [&] { return CheckCancelled(*context.call.context); }, &response);
+      *scene->State(), request, [&] { return CheckCancelled(context.call); }, &response);
 }
 
-absl::Status SteerWatch(const UnaryContext& context, const v1::ControlWatchRequest& request,
-                        v1::ControlWatchResponse& response) {
+absl::Status ControlWatch(const CallContext& context, const v1::ControlWatchRequest& request,
+                          v1::ControlWatchResponse& response) {
   if (!request.scene().empty()) {
-    LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(*context.call.context, request.scene()));
+    LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(context.call, request.scene()));
   }
   if (request.has_presence()) {
     LATTICED_RETURN_IF_ERROR(CheckRole(context.call.caller, kApplyEditsRpc));
   }
-  return ControlWatch(&context.env, request, &response);
+  if (request.watch_id().empty()) return error::InvalidField("watch_id", "is required");
+  LATTICED_ASSIGN_OR_RETURN(auto watch, context.env.scenes->FindWatch(request.watch_id()));
+  const Scene& scene = watch->scene();
+  LATTICED_ASSIGN_OR_RETURN(const auto command, FromProto(request, scene));
+  LATTICED_RETURN_IF_ERROR(watch->Control(command));
+  response.set_head_revision(scene.State()->revision);
+  return absl::OkStatus();
 }
 
-absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const PartContext& context,
+absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const CallContext& context,
                                                         const v1::GetTopologyRequest& request) {
-  LATTICED_ASSIGN_OR_RETURN(const auto scene,
-                            FindScene(context.env, context.grpc, request.scene()));
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   const auto plan = scene->State()->plan;
   if (!IsTopologyOf(request.topology_id(), scene->config().mesh_id, plan->structure)) {
     return error::NotFound("topology", request.topology_id());
@@ -192,10 +195,10 @@ absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const PartContext& conte
   };
 }
 
-absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const PartContext& context,
+absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& context,
                                                         const v1::ExportRequest& request) {
   ServerEnv& env = context.env;
-  LATTICED_ASSIGN_OR_RETURN(const auto scene, FindScene(env, context.grpc, request.scene()));
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   const RenderInput head = scene->Head();
   const SceneState* const state = head.state.get();
   if (request.revision() != 0 && request.revision() != state->revision) {
@@ -212,7 +215,8 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const PartContext& conte
   const auto hold = scene->Hold();
   const uint64_t most = ExportMemoryBytes(*state->plan, spec);
   LATTICED_ASSIGN_OR_RETURN(auto room, env.memory->Reserve("the export", most));
-  LATTICED_ASSIGN_OR_RETURN(auto bytes, ExportSurface(head, spec, context.cancelled));
+  const auto cancelled = [&] { return context.call.context->IsCancelled(); };
+  LATTICED_ASSIGN_OR_RETURN(auto bytes, ExportSurface(head, spec, cancelled));
 
   v1::ExportHeader header;
   header.set_revision(state->revision);
@@ -238,12 +242,24 @@ constexpr UnaryMethod kApplyEdits{kApplyEditsRpc, ApplyEdits};
 constexpr UnaryMethod kEvaluatePoints{Rpc{"SceneService/EvaluatePoints", Role::kRead},
                                       EvaluateScene};
 constexpr UnaryMethod kPick{Rpc{"SceneService/Pick", Role::kRead}, PickInScene};
-constexpr UnaryMethod kControlWatch{Rpc{"SceneService/ControlWatch", Role::kRead}, SteerWatch};
+constexpr UnaryMethod kControlWatch{Rpc{"SceneService/ControlWatch", Role::kRead}, ControlWatch};
 constexpr PartMethod kGetTopology{Rpc{"SceneService/GetTopology", Role::kRead}, OpenTopology};
 constexpr PartMethod kExport{Rpc{"SceneService/Export", Role::kRead}, OpenExport};
-constexpr StreamMethod kDeform{Rpc{"SceneService/Deform", Role::kRead}, NewDeformStream};
-constexpr StreamMethod kWatch{Rpc{"SceneService/Watch", Role::kRead}, NewWatchStream};
-constexpr StreamMethod kGetUpdate{Rpc{"SceneService/GetUpdate", Role::kRead}, NewGetUpdateStream};
+constexpr Rpc kDeform{"SceneService/Deform", Role::kRead};
+constexpr Rpc kWatch{"SceneService/Watch", Role::kRead};
+constexpr Rpc kGetUpdate{"SceneService/GetUpdate", Role::kRead};
+
+// The callback API, where the three streams that carry chunks take and give raw ByteBuffers, so that
+// chunk bytes leave without being copied.
+using S = v1::SceneService;
+using Streams = S::WithRawCallbackMethod_Deform<
+    S::WithRawCallbackMethod_Watch<S::WithRawCallbackMethod_GetUpdate<S::Service>>>;
+using Scenes = S::WithCallbackMethod_CreateScene<S::WithCallbackMethod_GetScene<
+    S::WithCallbackMethod_ListScenes<S::WithCallbackMethod_DeleteScene<Streams>>>>;
+using Edits = S::WithCallbackMethod_GetLattice<
+    S::WithCallbackMethod_ApplyEdits<S::WithCallbackMethod_ControlWatch<Scenes>>>;
+using SceneServiceBase = S::WithCallbackMethod_GetTopology<S::WithCallbackMethod_Export<
+    S::WithCallbackMethod_Pick<S::WithCallbackMethod_EvaluatePoints<Edits>>>>;
 
 class SceneServiceImpl final : public SceneServiceBase {
  public:
@@ -294,15 +310,15 @@ class SceneServiceImpl final : public SceneServiceBase {
     return kExport.Run(env_, context, request);
   }
   grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Deform(Context* context) override {
-    return kDeform.Run(env_, context);
+    return NewDeformStream(kDeform, env_, context);
   }
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Watch(Context* context,
                                                     const grpc::ByteBuffer* request) override {
-    return kWatch.Run(env_, context, request);
+    return new UpdateStream<v1::WatchRequest>(env_, context, kWatch, *request);
   }
   grpc::ServerWriteReactor<grpc::ByteBuffer>* GetUpdate(Context* context,
                                                         const grpc::ByteBuffer* request) override {
-    return kGetUpdate.Run(env_, context, request);
+    return new UpdateStream<v1::GetUpdateRequest>(env_, context, kGetUpdate, *request);
   }
 
  private:

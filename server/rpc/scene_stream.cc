@@ -79,7 +79,7 @@ void SceneStream::Start() {
   if (!only_update_) {
     env_->scenes->AddWatch(watch_id_, weak);
   }
-  drain_subscription_ = env_->drain.Subscribe([weak] {
+  on_drain_.emplace(env_->drain.get_token(), [weak] {
     if (const auto stream = weak.lock(); stream != nullptr) stream->GoAway();
   });
   OnSceneChanged();
@@ -143,15 +143,21 @@ std::optional<grpc::ByteBuffer> SceneStream::NextPresence() {
   return EncodeEvent(event);
 }
 
+std::unique_ptr<grpc::Alarm> SceneStream::AlarmAt(absl::Time time, void (SceneStream::*what)()) {
+  // A new one each time: an Alarm runs once, and must not be set again from its own callback.
+  auto alarm = std::make_unique<grpc::Alarm>();
+  alarm->Set(absl::ToChronoTime(time), [weak = weak_from_this(), what](bool expired) {
+    if (!expired) return;  // another one took its place
+    if (const auto stream = weak.lock(); stream != nullptr) ((*stream).*what)();
+  });
+  return alarm;
+}
+
 void SceneStream::WakeAt(absl::Time time) {
   // A client that sends without a pause makes no alarm with every message.
   if (time == absl::InfiniteFuture() || time == pace_time_) return;
   pace_time_ = time;
-  pace_ = std::make_unique<grpc::Alarm>();
-  pace_->Set(absl::ToChronoTime(time), [weak = weak_from_this()](bool expired) {
-    if (!expired) return;  // another one took its place
-    if (const auto stream = weak.lock(); stream != nullptr) stream->OnPace();
-  });
+  pace_ = AlarmAt(time, &SceneStream::OnPace);
 }
 
 void SceneStream::OnPace() {
@@ -285,7 +291,7 @@ void SceneStream::Fail(const absl::Status& status) {
 
 void SceneStream::Close() {
   // Not in the destructor: an observer that holds the last reference must not wait for itself.
-  if (drain_subscription_.has_value()) env_->drain.Unsubscribe(*drain_subscription_);
+  on_drain_.reset();
   // The stream has finished: nothing can be shown through it any more.
   Wake(scene_->presence().Leave(this, editor_id_));
 }
@@ -296,13 +302,7 @@ size_t SceneStream::backlog() const {
 }
 
 void SceneStream::ScheduleHeartbeat() {
-  // An Alarm runs once, and must not be set again from its own callback.
-  heartbeat_ = std::make_unique<grpc::Alarm>();
-  heartbeat_->Set(absl::ToChronoTime(absl::Now() + env_->options.heartbeat_interval),
-                  [weak = weak_from_this()](bool expired) {
-                    if (!expired) return;
-                    if (const auto stream = weak.lock(); stream != nullptr) stream->OnHeartbeat();
-                  });
+  heartbeat_ = AlarmAt(absl::Now() + env_->options.heartbeat_interval, &SceneStream::OnHeartbeat);
 }
 
 void SceneStream::OnHeartbeat() {

@@ -23,8 +23,10 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 
@@ -113,6 +115,8 @@ class SceneStream : public SceneListener,
   absl::StatusOr<std::optional<grpc::ByteBuffer>> NextBuffer()
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   std::optional<grpc::ByteBuffer> NextPresence() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Calls `what` at `time`, while the alarm and the stream are there.
+  std::unique_ptr<grpc::Alarm> AlarmAt(absl::Time time, void (SceneStream::*what)());
   void WakeAt(absl::Time time) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void OnPace() ABSL_LOCKS_EXCLUDED(mutex_);
   // Whom a presence that it shows wakes comes to `waiting`.
@@ -130,8 +134,9 @@ class SceneStream : public SceneListener,
   const std::shared_ptr<Scene> scene_;
   const bool only_update_;
   const std::string watch_id_;
-  const std::string editor_id_;                 // may be empty
-  std::optional<uint64_t> drain_subscription_;  // written by Start alone
+  const std::string editor_id_;  // may be empty
+  // Of Start and Close alone.
+  std::optional<std::stop_callback<std::function<void()>>> on_drain_;
 
   mutable Mutex mutex_;
   StreamState state_ ABSL_GUARDED_BY(mutex_) = StreamState::kIdle;

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/asio/post.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <thread>
 #include <utility>
 
@@ -63,9 +65,11 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
                                  .memory = memory,
                                  .on_tick = [this] { uploads->DropExpired(); },
                                  .on_evict = LogEviction})),
-      workers(static_cast<int>(
+      workers_(std::make_unique<boost::asio::thread_pool>(
           std::clamp(std::thread::hardware_concurrency(), kMinWorkers, kMaxWorkers))) {}
 
-ServerEnv::~ServerEnv() = default;
+ServerEnv::~ServerEnv() { workers_->join(); }
+
+void ServerEnv::Post(std::function<void()> work) { boost::asio::post(*workers_, std::move(work)); }
 
 }  // namespace latticed

@@ -8,7 +8,9 @@
 #ifndef LATTICED_SERVER_RPC_SERVER_ENV_H_
 #define LATTICED_SERVER_RPC_SERVER_ENV_H_
 
+#include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,10 +18,12 @@
 #include "absl/time/time.h"
 #include "core/backend.h"
 #include "server/base/auth.h"
-#include "server/base/drain_signal.h"
 #include "server/base/options.h"
-#include "server/base/worker_pool.h"
 #include "server/stores/mesh_store.h"
+
+namespace boost::asio {
+class thread_pool;
+}
 
 namespace latticed {
 
@@ -35,6 +39,8 @@ struct ServerEnv {
   ServerEnv(const ServerEnv&) = delete;  // services hold its address
   ServerEnv& operator=(const ServerEnv&) = delete;
 
+  // Runs `work` on a worker, for what may take long. The destructor waits for all of it.
+  void Post(std::function<void()> work);
   // Scenes use the first one.
   Backend& backend() const { return *backends.front(); }
 
@@ -44,7 +50,7 @@ struct ServerEnv {
   // Under this metadata key server/web says for whom it calls. Nobody else knows it.
   const std::string peer_key;
   const absl::Time start_time;
-  DrainSignal drain;
+  std::stop_source drain;  // stopped once the server drains: streams send goaway and end OK
   const std::unique_ptr<CallCounts> calls;
   const std::vector<std::unique_ptr<Backend>> backends;
   const Authenticator authenticator;
@@ -54,7 +60,9 @@ struct ServerEnv {
   MeshStore meshes;
   const std::unique_ptr<UploadStore> uploads;
   const std::unique_ptr<SceneRegistry> scenes;  // its thread uses the uploads
-  WorkerPool workers;                           // last: its threads may use all of the above
+
+ private:
+  const std::unique_ptr<boost::asio::thread_pool> workers_;  // last: they may use all of the above
 };
 
 }  // namespace latticed

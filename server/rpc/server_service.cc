@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/rpc/server_service.h"
-
 #include "core/base/limits.h"
 #include "latticed/v1/server.grpc.pb.h"
 #include "server/base/version.h"
 #include "server/rpc/method.h"
 #include "server/rpc/server_env.h"
+#include "server/rpc/services.h"
 #include "server/stores/scene_registry.h"
 #include "server/wire/time_converters.h"
 
@@ -39,8 +38,7 @@ void FillHostMemory(ServerEnv& env, v1::ServerInfo& info) {
   for (const auto& [purpose, size] : env.scenes->memory()) {
     if (!purpose.starts_with(kDevicePurpose)) bytes[purpose] = size;
   }
-  const auto all = [](const StoredMesh&) { return true; };
-  for (const auto& mesh : env.meshes.List("", env.meshes.size(), all)) {
+  for (const auto& mesh : env.meshes.All()) {
     bytes["mesh"] += mesh->MemoryBytes();
   }
   if (const uint64_t kept = env.memory->kept_bytes(); kept > 0) bytes["encoder"] = kept;
@@ -133,7 +131,7 @@ v1::ServerInfo DescribeServer(ServerEnv& env) {
 
 namespace {
 
-absl::Status GetServerInfo(const UnaryContext& context, const v1::GetServerInfoRequest&,
+absl::Status GetServerInfo(const CallContext& context, const v1::GetServerInfoRequest&,
                            v1::ServerInfo& response) {
   response = DescribeServer(context.env);
   return absl::OkStatus();

@@ -3,34 +3,65 @@
 #include "server/rpc/upload_stream.h"
 
 #include <memory>
+#include <string>
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
+#include "core/base/sha256.h"
 #include "core/base/status_macros.h"
-#include "server/rpc/call.h"
+#include "fmt/format.h"
+#include "server/rpc/call_reactor.h"
 #include "server/rpc/first_message.h"
-#include "server/rpc/reply_room.h"
 #include "server/rpc/server_env.h"
-#include "server/rpc/store_upload.h"
-#include "server/stores/upload_store.h"
-#include "server/wire/grpc_status.h"
+#include "server/stores/scene_registry.h"
 #include "server/wire/mesh_header.h"
 
 namespace latticed {
 namespace {
 
-class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest> {
+// What a stored mesh's reply has beyond that of the mesh before: its time, and counts of scenes that
+// may have come up since.
+constexpr uint64_t kStillToCome = 256;
+constexpr size_t kHashBlockBytes = size_t{16} << 20;  // between checks for cancellation
+
+absl::StatusOr<std::string> Hash(std::string_view bytes, const CallInfo& call) {
+  Sha256 sha256;
+  for (size_t at = 0; at < bytes.size(); at += kHashBlockBytes) {
+    LATTICED_RETURN_IF_ERROR(CheckCancelled(call));
+    sha256.Update(bytes.substr(at, kHashBlockBytes));
+  }
+  return sha256.FinishHex();
+}
+
+absl::Status CheckSha256(const std::string& announced, const std::string& actual) {
+  if (announced.empty() || absl::AsciiStrToLower(announced) == actual) return absl::OkStatus();
+  return error::InvalidField("header.sha256",
+                             fmt::format("announced {}, the bytes have {}", announced, actual),
+                             "HASH_MISMATCH");
+}
+
+// The mesh of the bytes, all but its memory and time.
+absl::StatusOr<StoredMesh> Read(UploadHeader header, std::shared_ptr<const std::string> bytes,
+                                const CallInfo& call) {
+  StoredMesh stored{std::move(header.mesh)};
+  stored.bytes = std::move(bytes);
+  LATTICED_ASSIGN_OR_RETURN(stored.id, Hash(*stored.bytes, call));
+  LATTICED_RETURN_IF_ERROR(CheckSha256(header.sha256, stored.id));
+  LATTICED_ASSIGN_OR_RETURN(PolygonMesh mesh, ReadUpload(stored, *stored.bytes));
+  LATTICED_RETURN_IF_ERROR(CheckCancelled(call));
+  stored.bounds = mesh.ComputeBounds();
+  stored.mesh = std::make_shared<const PolygonMesh>(std::move(mesh));
+  return stored;
+}
+
+class UploadStream final : public CallReactor<grpc::ServerReadReactor<v1::UploadMeshRequest>> {
  public:
   UploadStream(const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context,
                v1::Mesh* response)
-      : env_(env), context_(context), response_(response), reply_room_(*env) {
-    absl::StatusOr<CallInfo> call = BeginCall(*env, context, rpc);
-    if (!call.ok()) {
-      Finish(ToGrpcStatus(call.status()));
-      return;
-    }
-    call_ = *std::move(call);
+      : env_(env), response_(response), reply_room_(*env) {
+    if (!Begin(*env, context, rpc)) return;
     first_message_.Await(env->options.first_message_timeout, "the header",
                          [this](const absl::Status& late) { End(late); });
     StartRead(&request_);
@@ -43,8 +74,6 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
     if (!status.ok()) return End(status);
     StartRead(&request_);
   }
-
-  void OnDone() override { delete this; }
 
  private:
   absl::Status Take() {
@@ -65,24 +94,21 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
 
   // The client has half-closed, or is gone.
   void OnAllRead() {
-    if (context_->IsCancelled()) return End(absl::CancelledError("the caller cancelled"));
+    if (call_.context->IsCancelled()) return End(absl::CancelledError("the caller cancelled"));
     if (upload_ == nullptr) return End(NotOpened());
-    env_->workers.Post([this] { End(CatchBadAlloc("the upload", [this] { return Store(); })); });
+    env_->Post([this] { End(CatchBadAlloc("the upload", [this] { return Store(); })); });
   }
 
   absl::Status Store() {
     request_ = v1::UploadMeshRequest();  // its bytes
-    absl::Status status = StoreUpload(
-        *env_, *upload_, [this] { return context_->IsCancelled(); }, reply_room_, *response_);
+    absl::Status status = StoreUpload(*env_, call_, *upload_, reply_room_, *response_);
     if (!status.ok()) *response_ = v1::Mesh();
     return status;
   }
 
   void End(const absl::Status& result) {
     upload_.reset();  // gives back its bytes before the client hears
-    const grpc::Status status = ToGrpcStatus(result);
-    LogFinished(call_, status);
-    Finish(status);
+    FinishCall(result);
   }
 
   static absl::Status NotOpened() {
@@ -90,9 +116,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
   }
 
   ServerEnv* const env_;
-  grpc::CallbackServerContext* const context_;
   v1::Mesh* const response_;
-  CallInfo call_;
   FirstMessage first_message_;
   v1::UploadMeshRequest request_;
   std::shared_ptr<Upload> upload_;  // null until the header is admitted
@@ -100,6 +124,22 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadMeshRequest>
 };
 
 }  // namespace
+
+absl::Status StoreUpload(ServerEnv& env, const CallInfo& call, Upload& upload, ReplyRoom& room,
+                         v1::Mesh& reply) {
+  const auto describe = [&env](const StoredMesh& mesh) {
+    return ToProto(mesh, env.scenes->UseOfMesh(mesh.id), true);
+  };
+  LATTICED_ASSIGN_OR_RETURN(CompleteUpload complete, upload.Take());
+  LATTICED_ASSIGN_OR_RETURN(StoredMesh made,
+                            Read(std::move(complete.header), std::move(complete.bytes), call));
+  LATTICED_RETURN_IF_ERROR(room.Hold(ReplyBytes(describe(made)) + kStillToCome));
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh,
+                            env.meshes.Add(std::move(made), std::move(complete.reservation)));
+  reply = describe(*mesh);
+  // More than was taken only where the mesh was there before, with labels of its own.
+  return room.Hold(ReplyBytes(reply));
+}
 
 grpc::ServerReadReactor<v1::UploadMeshRequest>* NewUploadStream(
     const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context, v1::Mesh* response) {

@@ -3,7 +3,7 @@
 //
 // MeshService.UploadMesh: header, parts, half-close, answer.
 //
-//   kHeader --header--> kParts --half-close--> kStoring (on env->workers) --> done
+//   kHeader --header--> kParts --half-close--> kStoring (on a worker) --> done
 //   a header that does not come within --first-message-timeout ends the call
 //   initial metadata goes out when the header is admitted; any refusal or cancellation ends the
 //   call at once; what came is dropped
@@ -12,12 +12,23 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include "absl/status/status.h"
 #include "latticed/v1/mesh.pb.h"
+#include "server/stores/upload_store.h"
 
 namespace latticed {
 
+class ReplyRoom;
+struct CallInfo;
 struct Rpc;
 struct ServerEnv;
+
+// The end of an upload, by whichever rpc: verifies, parses and stores the mesh, and describes it in the
+// reply. Takes seconds for large files: call it on a worker, once for each upload. The errors of
+// MeshService.UploadMesh (mesh.proto), CheckCancelled's, and kResourceExhausted OUT_OF_MEMORY where the
+// reply finds no room: then the mesh is not stored.
+[[nodiscard]] absl::Status StoreUpload(ServerEnv& env, const CallInfo& call, Upload& upload,
+                                       ReplyRoom& room, v1::Mesh& reply);
 
 // The reactor of one call; it deletes itself when the call is done. `env` outlives the server.
 [[nodiscard]] grpc::ServerReadReactor<v1::UploadMeshRequest>* NewUploadStream(

@@ -33,17 +33,16 @@ absl::Status ParseMessage(const grpc::ByteBuffer& bytes, google::protobuf::Messa
   return error::InvalidField("message", fmt::format("the bytes are no {}", message->GetTypeName()));
 }
 
-absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env,
-                                                 const grpc::CallbackServerContext& context,
+absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env, const CallInfo& call,
                                                  const std::string& id) {
   if (id.empty()) return error::InvalidField("scene", "is required");
-  LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(context, id));
+  LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(call, id));
   return env.scenes->Find(id);
 }
 
-absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServerContext& context,
+absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const CallInfo& call,
                                       const v1::WatchRequest& request) {
-  LATTICED_ASSIGN_OR_RETURN(auto scene, FindScene(*env, context, request.scene()));
+  LATTICED_ASSIGN_OR_RETURN(auto scene, FindScene(*env, call, request.scene()));
   LATTICED_ASSIGN_OR_RETURN(
       auto view, WatchViewFromProto(request.view(), scene->config().default_view, "view"));
   if (request.editor_id().size() > limits::kMaxEditorIdBytes) {
@@ -63,9 +62,9 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServer
   return open;
 }
 
-absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const grpc::CallbackServerContext& context,
+absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const CallInfo& call,
                                       const v1::GetUpdateRequest& request) {
-  LATTICED_ASSIGN_OR_RETURN(auto scene, FindScene(*env, context, request.scene()));
+  LATTICED_ASSIGN_OR_RETURN(auto scene, FindScene(*env, call, request.scene()));
   LATTICED_ASSIGN_OR_RETURN(
       auto view, WatchViewFromProto(request.view(), scene->config().default_view, "view"));
   const uint64_t revision = std::max(request.min_revision(), scene->State()->revision);

@@ -20,6 +20,7 @@
 
 namespace latticed {
 
+struct CallInfo;
 struct ServerEnv;
 
 // kInvalidArgument for bytes that are no such message.
@@ -28,18 +29,17 @@ struct ServerEnv;
 
 // The scene that a request names. kInvalidArgument where it names none, or another than the
 // metadata; kNotFound.
-[[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> FindScene(
-    const ServerEnv& env, const grpc::CallbackServerContext& context, const std::string& id);
+[[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env,
+                                                               const CallInfo& call,
+                                                               const std::string& id);
 
 struct OpenRequest {
   std::shared_ptr<Scene> scene;
   SceneStream::Options options;
 };
-[[nodiscard]] absl::StatusOr<OpenRequest> FromProto(ServerEnv* env,
-                                                    const grpc::CallbackServerContext& context,
+[[nodiscard]] absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const CallInfo& call,
                                                     const v1::WatchRequest& request);
-[[nodiscard]] absl::StatusOr<OpenRequest> FromProto(ServerEnv* env,
-                                                    const grpc::CallbackServerContext& context,
+[[nodiscard]] absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const CallInfo& call,
                                                     const v1::GetUpdateRequest& request);
 // `scene` is that of the watch.
 [[nodiscard]] absl::StatusOr<WatchCommand> FromProto(const v1::ControlWatchRequest& request,

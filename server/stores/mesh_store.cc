@@ -35,15 +35,11 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Find(std::string_vi
   return found->second;
 }
 
-std::vector<std::shared_ptr<const StoredMesh>> MeshStore::List(
-    std::string_view after, size_t limit,
-    const std::function<bool(const StoredMesh&)>& accept) const {
-  std::vector<std::shared_ptr<const StoredMesh>> page;
+std::vector<std::shared_ptr<const StoredMesh>> MeshStore::All() const {
+  std::vector<std::shared_ptr<const StoredMesh>> all;
   const MutexLock lock(&mutex_);
-  for (auto it = meshes_.upper_bound(after); it != meshes_.end() && page.size() < limit; ++it) {
-    if (accept(*it->second)) page.push_back(it->second);
-  }
-  return page;
+  for (const auto& [id, mesh] : meshes_) all.push_back(mesh);
+  return all;
 }
 
 absl::Status MeshStore::Remove(std::string_view id) {

@@ -9,7 +9,6 @@
 #define LATTICED_SERVER_STORES_MESH_STORE_H_
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -65,10 +64,8 @@ class MeshStore {
   // kNotFound.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Find(std::string_view id) const;
 
-  // Up to `limit` meshes with ids above `after` that `accept` takes, by id.
-  [[nodiscard]] std::vector<std::shared_ptr<const StoredMesh>> List(
-      std::string_view after, size_t limit,
-      const std::function<bool(const StoredMesh&)>& accept) const;
+  // By id.
+  [[nodiscard]] std::vector<std::shared_ptr<const StoredMesh>> All() const;
 
   // kNotFound.
   [[nodiscard]] absl::Status Remove(std::string_view id);

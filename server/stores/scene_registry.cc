@@ -44,7 +44,7 @@ SceneRegistry::~SceneRegistry() {
 }
 
 bool SceneRegistry::Evict(const MemoryShortage& shortage) {
-  const auto scenes = List("", size(), [](const Scene&) { return true; });
+  const auto scenes = All();
   std::vector<EvictionCandidate> candidates;
   candidates.reserve(scenes.size());
   for (const auto& scene : scenes) {
@@ -127,24 +127,16 @@ absl::Status SceneRegistry::Delete(std::string_view id) {
   return absl::OkStatus();
 }
 
-std::vector<std::shared_ptr<Scene>> SceneRegistry::List(
-    std::string_view after, size_t limit, const std::function<bool(const Scene&)>& accept) const {
-  std::vector<std::shared_ptr<Scene>> page;
+std::vector<std::shared_ptr<Scene>> SceneRegistry::All() const {
+  std::vector<std::shared_ptr<Scene>> all;
   const MutexLock lock(&mutex_);
-  for (auto s = scenes_.upper_bound(after); s != scenes_.end() && page.size() < limit; ++s) {
-    if (accept(*s->second)) page.push_back(s->second);
-  }
-  return page;
+  for (const auto& [id, scene] : scenes_) all.push_back(scene);
+  return all;
 }
 
 size_t SceneRegistry::size() const {
   const MutexLock lock(&mutex_);
   return scenes_.size();
-}
-
-size_t SceneRegistry::CountOfMesh(std::string_view mesh_id) const {
-  const MutexLock lock(&mutex_);
-  return CountOfMeshLocked(mesh_id);
 }
 
 MeshUse SceneRegistry::UseOfMesh(std::string_view mesh_id) const {
@@ -159,7 +151,7 @@ MeshUse SceneRegistry::UseOfMesh(std::string_view mesh_id) const {
 
 MemoryUse SceneRegistry::memory() const {
   MemoryUse total;
-  for (const auto& scene : List("", size(), [](const Scene&) { return true; })) {
+  for (const auto& scene : All()) {
     for (const auto& [purpose, bytes] : scene->memory()) total[purpose] += bytes;
   }
   total.erase("mesh");
@@ -195,7 +187,7 @@ absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
 }
 
 void SceneRegistry::Tick(absl::Time now) {
-  for (const auto& scene : List("", size(), [](const Scene&) { return true; })) scene->Tick(now);
+  for (const auto& scene : All()) scene->Tick(now);
   if (options_.on_tick != nullptr) options_.on_tick();
   std::vector<std::shared_ptr<Scene>> gone;
   {

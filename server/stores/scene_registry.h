@@ -69,13 +69,10 @@ class SceneRegistry {
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends its streams with kNotFound and forgets it. kNotFound.
   [[nodiscard]] absl::Status Delete(std::string_view id) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Up to `limit` scenes with ids above `after` that `accept` takes, by id.
-  [[nodiscard]] std::vector<std::shared_ptr<Scene>> List(
-      std::string_view after, size_t limit, const std::function<bool(const Scene&)>& accept) const
-      ABSL_LOCKS_EXCLUDED(mutex_);
+  // By id.
+  [[nodiscard]] std::vector<std::shared_ptr<Scene>> All() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Of the scenes of a mesh, those in the making as well.
-  [[nodiscard]] size_t CountOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] MeshUse UseOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
   // Of all scenes, their meshes left out: scenes share them.
   [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);

@@ -2,15 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/web/call_metadata.h"
 
-#include <grpc/grpc.h>
-#include <grpc/slice.h>
-
 #include <algorithm>
 #include <array>
 #include <string>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
-#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "core/base/error.h"
 #include "fmt/format.h"
@@ -19,50 +16,9 @@
 namespace latticed::web {
 namespace {
 
-// Of the connection, the browser or the body; the rest is the application's.
-constexpr std::array<std::string_view, 24> kNotMetadata = {"host",
-                                                           "connection",
-                                                           "keep-alive",
-                                                           "transfer-encoding",
-                                                           "te",
-                                                           "trailer",
-                                                           "upgrade",
-                                                           "content-type",
-                                                           "content-length",
-                                                           "content-encoding",
-                                                           "accept",
-                                                           "accept-encoding",
-                                                           "accept-language",
-                                                           "accept-charset",
-                                                           "expect",
-                                                           "user-agent",
-                                                           "origin",
-                                                           "referer",
-                                                           "cookie",
-                                                           "cache-control",
-                                                           "pragma",
-                                                           "priority",
-                                                           "dnt",
-                                                           "x-grpc-web"};
-
-bool IsMetadata(std::string_view name) {
-  if (name.starts_with("grpc-") || name.starts_with("sec-") || name.starts_with("proxy-") ||
-      name.starts_with("access-control-")) {
-    return false;
-  }
-  return std::ranges::find(kNotMetadata, name) == kNotMetadata.end();
-}
-
-bool IsBinary(std::string_view name) { return name.ends_with("-bin"); }
-
-grpc_slice Slice(const std::string& text) {
-  return grpc_slice_from_static_buffer(text.data(), text.size());
-}
-
-bool IsLegal(const std::string& name, const std::string& value) {
-  return grpc_header_key_is_legal(Slice(name)) != 0 &&
-         (IsBinary(name) || grpc_header_nonbin_value_is_legal(Slice(value)) != 0);
-}
+// All that the server reads of a call's metadata (server/rpc/call.cc).
+constexpr std::array<std::string_view, 4> kRead = {"authorization", "latticed-request-id",
+                                                   "latticed-scene", "traceparent"};
 
 bool IsMessageCharacter(char c) { return c >= ' ' && c <= '~' && c != '%'; }
 
@@ -71,25 +27,19 @@ bool IsMessageCharacter(char c) { return c >= ' ' && c <= '~' && c != '%'; }
 absl::StatusOr<CallMetadata> ToMetadata(const HttpFields& fields) {
   CallMetadata metadata;
   for (const HttpField& field : fields) {
-    if (!IsMetadata(field.name)) continue;
-    std::string value = field.value;
-    const bool decoded = !IsBinary(field.name) || absl::Base64Unescape(field.value, &value);
-    if (!decoded || !IsLegal(field.name, value)) {
-      return error::InvalidField(field.name, IsBinary(field.name)
-                                                 ? "is no base64"
-                                                 : "holds what metadata cannot: printable ASCII");
+    if (std::ranges::find(kRead, field.name) == kRead.end()) continue;
+    if (!std::ranges::all_of(field.value, absl::ascii_isprint)) {
+      return error::InvalidField(field.name, "holds what metadata cannot: printable ASCII");
     }
-    metadata.emplace_back(field.name, std::move(value));
+    metadata.push_back(field);
   }
   return metadata;
 }
 
 HttpFields ToFields(const CallMetadata& metadata) {
-  HttpFields fields;
-  for (const auto& [name, value] : metadata) {
-    if (name.starts_with("grpc-") || name == "content-type" || name == "user-agent") continue;
-    fields.push_back({name, IsBinary(name) ? absl::Base64Escape(value) : value});
-  }
+  HttpFields fields = metadata;
+  std::erase_if(fields,
+                [](const HttpField& field) { return !field.name.starts_with("latticed-"); });
   return fields;
 }
 
@@ -104,7 +54,7 @@ HttpFields StatusFields(const grpc::Status& status) {
   return fields;
 }
 
-absl::StatusOr<absl::Time> Deadline(std::string_view timeout, absl::Time now) {
+absl::StatusOr<absl::Time> DeadlineOf(std::string_view timeout, absl::Time now) {
   constexpr size_t kMaxDigits = 8;
   constexpr std::array<std::pair<char, absl::Duration>, 6> kUnits = {{{'H', absl::Hours(1)},
                                                                       {'M', absl::Minutes(1)},

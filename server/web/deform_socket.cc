@@ -3,101 +3,172 @@
 #include "server/web/deform_socket.h"
 
 #include <array>
+#include <boost/beast/core/buffers_to_string.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket/stream.hpp>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_split.h"
 #include "core/base/error.h"
+#include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/base/utf8.h"
 #include "fmt/format.h"
 #include "server/web/call_metadata.h"
 #include "server/web/http_answers.h"
-#include "server/web/query_parameters.h"
-#include "server/web/web_socket.h"
+#include "server/web/http_connection.h"
 #include "server/wire/grpc_status.h"
 
 namespace latticed::web {
 namespace {
+
+namespace websocket = beast::websocket;
 
 constexpr char kDeformMethod[] = "/latticed.v1.SceneService/Deform";
 constexpr char kProtocol[] = "latticed.v1";
 constexpr std::string_view kBearer = "bearer.";
 constexpr std::array<std::string_view, 3> kQueryMetadata = {"latticed-scene", "latticed-request-id",
                                                             "traceparent"};
-constexpr uint16_t kNormalClosure = 1'000;
-constexpr uint16_t kFirstStatusCode = 4'000;
+constexpr int kNormalClosure = 1'000;
+constexpr int kFirstStatusCode = 4'000;
+constexpr size_t kMaxReasonBytes = 123;  // RFC 6455, 5.5
 
-class DeformSocket final : public CallObserver, public std::enable_shared_from_this<DeformSocket> {
+class DeformSocket final : public CallObserver,
+                           public Connection,
+                           public std::enable_shared_from_this<DeformSocket> {
  public:
-  explicit DeformSocket(std::shared_ptr<WebSocket> socket) : socket_(std::move(socket)) {}
+  explicit DeformSocket(Upgraded upgraded)
+      : place_(std::move(upgraded.place)),
+        stream_(std::move(upgraded.transport)),
+        timeouts_(upgraded.timeouts),
+        request_(std::move(upgraded.request)) {}
 
-  void Start(const ServerChannel& server, CallMetadata metadata, std::string peer);
+  // Answers the handshake with `subprotocol`, where it is not empty, and begins the call; ends the
+  // connection where the handshake fails.
+  void Accept(const std::string& subprotocol, const ServerChannel& server,
+              const CallMetadata& metadata, const std::string& peer);
 
+  void Post(std::function<void()> work) override {
+    net::post(stream_.get_executor(), std::move(work));
+  }
   void OnHead(CallMetadata /*metadata*/) override {}
   void OnMessage(grpc::ByteBuffer message) override;
   void OnWritten() override { ReadSocket(); }
   void OnEnd(grpc::Status status, CallMetadata /*trailers*/) override;
 
+  // Its stream is told, and ends it.
+  void Drain() override {}
+  void Abort() override {
+    Post([self = shared_from_this()] {
+      self->stream_.next_layer().Close();
+      if (self->call_ != nullptr) self->call_->Cancel();
+    });
+  }
+
  private:
   void ReadSocket();
-  void OnSocket(WebSocket::Event event, const std::string& message);
+  void OnRead(error_code failure);
+  void OnSent(error_code failure);
+  void SendClose();
 
-  const std::shared_ptr<WebSocket> socket_;
-  std::shared_ptr<GenericCall> call_;
+  const std::shared_ptr<ConnectionSet::Place> place_;  // destroyed last: see http_connection.cc
+  websocket::stream<Transport, false> stream_;         // no compression: chunks are Draco's
+  const HttpTimeouts timeouts_;
+  const beast::http::request<beast::http::string_body> request_;
+  std::shared_ptr<GenericCall> call_;  // null before the handshake
+  beast::flat_buffer buffer_;
+  std::optional<OutBytes> sending_;
   absl::Status failure_;        // found here; the rpc is then cancelled
+  bool reading_ = false;        // the socket
   bool client_closed_ = false;  // nothing more can be sent
-  bool sending_ = false;
+  std::optional<websocket::close_reason> closing_;
 };
 
-void DeformSocket::Start(const ServerChannel& server, CallMetadata metadata, std::string peer) {
-  call_ = GenericCall::Start(server, {kDeformMethod, std::move(metadata), std::move(peer)}, socket_,
-                             shared_from_this());
-  call_->Read();
-  ReadSocket();
+void DeformSocket::Accept(const std::string& subprotocol, const ServerChannel& server,
+                          const CallMetadata& metadata, const std::string& peer) {
+  place_->Hold(shared_from_this());
+  stream_.set_option(websocket::stream_base::timeout{timeouts_.head, timeouts_.silence, true});
+  stream_.set_option(
+      websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
+        response.set(beast::http::field::server, "latticed");
+        if (!subprotocol.empty()) {
+          response.set(beast::http::field::sec_websocket_protocol, subprotocol);
+        }
+      }));
+  stream_.binary(true);
+  stream_.auto_fragment(false);
+  stream_.read_message_max(limits::kMaxMessageBytes);
+  stream_.async_accept(
+      request_, [self = shared_from_this(), server, metadata, peer](error_code failure) {
+        if (failure) return;
+        self->call_ = GenericCall::Start(server, {kDeformMethod, metadata, peer}, self);
+        self->ReadSocket();
+      });
 }
 
 void DeformSocket::ReadSocket() {
-  socket_->Read([self = shared_from_this()](WebSocket::Event event, const std::string& message) {
-    self->OnSocket(event, message);
+  reading_ = true;
+  stream_.async_read(buffer_, [self = shared_from_this()](error_code failure, size_t) {
+    self->reading_ = false;
+    self->OnRead(failure);
   });
 }
 
-void DeformSocket::OnSocket(WebSocket::Event event, const std::string& message) {
-  switch (event) {
-    case WebSocket::Event::kMessage:
-      return call_->Write(message);
-    case WebSocket::Event::kTextMessage:
-      failure_ = error::InvalidField("message", "must be binary, one DeformRequest a frame");
-      return call_->Cancel();
-    case WebSocket::Event::kClosed:
-      client_closed_ = true;
-      if (sending_) call_->Read();  // what was being sent has come to nothing
-      return call_->WritesDone();
-    case WebSocket::Event::kGone:
-      return call_->Cancel();
+void DeformSocket::OnRead(error_code failure) {
+  if (failure == websocket::error::closed) {
+    client_closed_ = true;
+    if (sending_.has_value()) call_->Read();  // what was being sent has come to nothing
+    return call_->WritesDone();
   }
+  // It broke, was silent for too long, or sent no valid frame.
+  if (failure) return call_->Cancel();
+  if (stream_.got_text()) {
+    failure_ = error::InvalidField("message", "must be binary, one DeformRequest a frame");
+    return call_->Cancel();
+  }
+  const std::string message = beast::buffers_to_string(buffer_.data());
+  buffer_.clear();
+  call_->Write(message);
 }
 
 void DeformSocket::OnMessage(grpc::ByteBuffer message) {
   if (client_closed_) return call_->Read();
-  sending_ = true;
-  socket_->Write(ToOutBytes("", message), [self = shared_from_this()] {
-    self->sending_ = false;
-    self->call_->Read();
-  });
+  sending_ = SlicesOf(message);
+  stream_.async_write(
+      BuffersOf(*sending_),
+      [self = shared_from_this()](error_code failure, size_t) { self->OnSent(failure); });
+}
+
+void DeformSocket::OnSent(error_code failure) {
+  // A read that is under way tells more: whether it was closed, or broke.
+  if (failure) return reading_ ? void() : call_->Cancel();
+  sending_.reset();
+  if (closing_.has_value()) return SendClose();
+  call_->Read();
 }
 
 void DeformSocket::OnEnd(grpc::Status status, CallMetadata /*trailers*/) {
   if (!failure_.ok()) status = ToGrpcStatus(failure_);
-  if (status.ok()) return socket_->Close(kNormalClosure, "");
-  const std::string reason = ReasonOf(status);
-  socket_->Close(static_cast<uint16_t>(kFirstStatusCode + status.error_code()),
-                 reason.empty() ? status.error_message()
-                                : fmt::format("{}: {}", reason, status.error_message()));
+  std::string words;
+  if (!status.ok()) {
+    const std::string reason = ReasonOf(status);
+    words = ValidUtf8(reason.empty() ? status.error_message()
+                                     : fmt::format("{}: {}", reason, status.error_message()));
+  }
+  const int code = status.ok() ? kNormalClosure : kFirstStatusCode + status.error_code();
+  const std::string_view cut = CutUtf8(words, kMaxReasonBytes);
+  closing_.emplace(static_cast<websocket::close_code>(code),
+                   beast::string_view(cut.data(), cut.size()));
+  if (!sending_.has_value()) SendClose();
 }
 
-// What the query says of the call, among what the browser's own fields say.
+void DeformSocket::SendClose() {
+  stream_.async_close(*closing_, [self = shared_from_this()](error_code) {});
+}
+
 absl::StatusOr<CallMetadata> MetadataOf(const HttpRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(auto parameters, QueryParameters(request.query, kQueryMetadata));
   HttpFields fields = request.fields;
@@ -140,11 +211,10 @@ void OpenDeformSocket(const ServerChannel& server, const std::shared_ptr<HttpExc
   auto metadata = MetadataOf(request);
   if (!metadata.ok()) return exchange->Reply(FailureAnswer(ToGrpcStatus(metadata.status())));
   if (!offer.token.empty()) metadata->emplace_back("authorization", "Bearer " + offer.token);
-  exchange->Upgrade(
-      offer.ours ? kProtocol : "", [server, metadata = *std::move(metadata),
-                                    peer = request.peer](std::shared_ptr<WebSocket> socket) {
-        std::make_shared<DeformSocket>(std::move(socket))->Start(server, metadata, peer);
-      });
+  exchange->Upgrade([&](Upgraded upgraded) {
+    std::make_shared<DeformSocket>(std::move(upgraded))
+        ->Accept(offer.ours ? kProtocol : "", server, *metadata, request.peer);
+  });
 }
 
 }  // namespace latticed::web

@@ -16,7 +16,6 @@
 #include "latticed/v1/surface.pb.h"
 #include "server/web/call_metadata.h"
 #include "server/web/http_answers.h"
-#include "server/web/query_parameters.h"
 #include "server/wire/grpc_status.h"
 
 namespace latticed::web {
@@ -33,28 +32,6 @@ constexpr std::array<std::pair<std::string_view, v1::ExportFormat>, 6> kFormats 
      {"nets", v1::EXPORT_FORMAT_CONTROL_NETS}}};
 
 constexpr std::array<std::string_view, 2> kParameters = {"segments", "normals"};
-constexpr std::array<std::pair<std::string_view, v1::NormalMode>, 3> kNormals = {
-    {{"none", v1::NORMAL_MODE_NONE},
-     {"facet", v1::NORMAL_MODE_FACET},
-     {"smooth", v1::NORMAL_MODE_SMOOTH}}};
-
-absl::StatusOr<int> SegmentsOf(const std::string& text) {
-  int segments = 0;
-  if (absl::SimpleAtoi(text, &segments) && segments >= limits::kMinSegments &&
-      segments <= limits::kMaxSegments) {
-    return segments;
-  }
-  return error::InvalidField("segments", fmt::format("got '{}', allowed is {} to {}", text,
-                                                     limits::kMinSegments, limits::kMaxSegments));
-}
-
-absl::StatusOr<v1::NormalMode> NormalsOf(std::string_view text) {
-  for (const auto& [name, mode] : kNormals) {
-    if (text == name) return mode;
-  }
-  return error::InvalidField("normals",
-                             fmt::format("got '{}', allowed are none, facet, smooth", text));
-}
 
 // What the query asks of the surface; what it does not name is as the scene's default view has it.
 absl::StatusOr<v1::ViewOptions> ViewOf(const std::string& query) {
@@ -62,11 +39,21 @@ absl::StatusOr<v1::ViewOptions> ViewOf(const std::string& query) {
   v1::ViewOptions view;
   for (const auto& [name, value] : parameters) {
     if (name == "segments") {
-      LATTICED_ASSIGN_OR_RETURN(const auto segments, SegmentsOf(value));
+      int segments = 0;
+      if (!absl::SimpleAtoi(value, &segments) || segments < limits::kMinSegments ||
+          segments > limits::kMaxSegments) {
+        return error::InvalidField(
+            "segments", fmt::format("got '{}', allowed is {} to {}", value, limits::kMinSegments,
+                                    limits::kMaxSegments));
+      }
       view.set_segments(segments);
     } else {
-      LATTICED_ASSIGN_OR_RETURN(const auto normals, NormalsOf(value));
-      view.set_normals(normals);
+      v1::NormalMode mode = v1::NORMAL_MODE_UNSPECIFIED;
+      if (!v1::NormalMode_Parse("NORMAL_MODE_" + absl::AsciiStrToUpper(value), &mode)) {
+        return error::InvalidField("normals",
+                                   fmt::format("got '{}', allowed are none, facet, smooth", value));
+      }
+      view.set_normals(mode);
     }
   }
   return view;
@@ -92,6 +79,7 @@ class ExportDownload final : public CallObserver,
 
   void Start(const ServerChannel& server, const v1::ExportRequest& request, CallMetadata metadata);
 
+  void Post(std::function<void()> work) override { exchange_->Post(std::move(work)); }
   void OnHead(CallMetadata metadata) override { fields_ = ToFields(metadata); }
   void OnMessage(grpc::ByteBuffer message) override;
   void OnWritten() override { call_->WritesDone(); }
@@ -109,11 +97,10 @@ class ExportDownload final : public CallObserver,
 
 void ExportDownload::Start(const ServerChannel& server, const v1::ExportRequest& request,
                            CallMetadata metadata) {
-  call_ =
-      GenericCall::Start(server, {kExportMethod, std::move(metadata), exchange_->request().peer},
-                         exchange_, shared_from_this());
+  call_ = GenericCall::Start(
+      server, {kExportMethod, std::move(metadata), exchange_->request().peer}, shared_from_this());
+  exchange_->OnGone([call = call_] { call->Cancel(); });
   call_->Write(request.SerializeAsString());
-  call_->Read();
 }
 
 void ExportDownload::StartAnswer(const v1::ExportHeader& header) {
@@ -134,7 +121,7 @@ void ExportDownload::OnMessage(grpc::ByteBuffer message) {
     StartAnswer(part.header());
     return call_->Read();
   }
-  exchange_->Write(ToOutBytes(std::move(*part.mutable_data())), [call = call_] { call->Read(); });
+  exchange_->Write({grpc::Slice(part.data())}, [call = call_] { call->Read(); });
 }
 
 void ExportDownload::OnEnd(grpc::Status status, CallMetadata trailers) {

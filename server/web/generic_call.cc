@@ -13,13 +13,36 @@ namespace {
 CallMetadata Copied(const std::multimap<grpc::string_ref, grpc::string_ref>& metadata) {
   CallMetadata result;
   for (const auto& [key, value] : metadata) {
-    result.emplace_back(std::string(key.data(), key.size()),
-                        std::string(value.data(), value.size()));
+    result.push_back(
+        {std::string(key.data(), key.size()), std::string(value.data(), value.size())});
   }
   return result;
 }
 
 }  // namespace
+
+std::vector<grpc::Slice> SlicesOf(const grpc::ByteBuffer& message) {
+  std::vector<grpc::Slice> slices;
+  (void)message.Dump(&slices);  // fails for compressed messages only, which a channel undoes
+  return slices;
+}
+
+std::shared_ptr<GenericCall> GenericCall::Start(const ServerChannel& server, const Request& request,
+                                                std::shared_ptr<CallObserver> observer) {
+  const auto call = std::make_shared<GenericCall>(std::move(observer));
+  call->self_ = call;
+  for (const auto& [key, value] : request.metadata) call->context_.AddMetadata(key, value);
+  call->context_.AddMetadata(server.peer_key, request.peer);
+  if (request.deadline != absl::InfiniteFuture()) {
+    call->context_.set_deadline(absl::ToChronoTime(request.deadline));
+  }
+  grpc::GenericStub stub(server.channel);
+  stub.PrepareBidiStreamingCall(&call->context_, request.method, {}, call.get());
+  call->AddHold();  // operations are started from outside of the reactions
+  call->StartCall();
+  call->Read();  // at once: a channel within the process drops what a call that has ended still holds
+  return call;
+}
 
 void GenericCall::Write(const std::string& message) {
   const grpc::Slice slice(message);
@@ -44,23 +67,6 @@ void GenericCall::Cancel() {
   Release();
 }
 
-void GenericCall::Hand(const grpc::ByteBuffer& message) {
-  post_([observer = observer_, message] { observer->OnMessage(message); });
-}
-
-void GenericCall::Begin(const ServerChannel& server, const Request& request) {
-  self_ = shared_from_this();
-  for (const auto& [key, value] : request.metadata) context_.AddMetadata(key, value);
-  context_.AddMetadata(server.peer_key, request.peer);
-  if (request.deadline != absl::InfiniteFuture()) {
-    context_.set_deadline(absl::ToChronoTime(request.deadline));
-  }
-  grpc::GenericStub stub(server.channel);
-  stub.PrepareBidiStreamingCall(&context_, request.method, {}, this);
-  AddHold();  // operations are started from outside of the reactions
-  StartCall();
-}
-
 void GenericCall::Release() {
   {
     const MutexLock lock(&mutex_);
@@ -72,9 +78,10 @@ void GenericCall::Release() {
 
 void GenericCall::OnReadInitialMetadataDone(bool ok) {
   if (ok) {
-    post_([observer = observer_, metadata = Copied(context_.GetServerInitialMetadata())]() mutable {
-      observer->OnHead(std::move(metadata));
-    });
+    observer_->Post(
+        [observer = observer_, metadata = Copied(context_.GetServerInitialMetadata())]() mutable {
+          observer->OnHead(std::move(metadata));
+        });
   }
   const MutexLock lock(&mutex_);
   head_read_ = true;
@@ -91,17 +98,22 @@ void GenericCall::OnReadDone(bool ok) {
   early_ = message;
 }
 
+void GenericCall::Hand(const grpc::ByteBuffer& message) {
+  observer_->Post([observer = observer_, message] { observer->OnMessage(message); });
+}
+
 void GenericCall::OnWriteDone(bool ok) {
   writing_.Clear();
   // A failed write means that the call has ended; a read brings its status.
-  if (ok) post_([observer = observer_] { observer->OnWritten(); });
+  if (ok) observer_->Post([observer = observer_] { observer->OnWritten(); });
 }
 
 void GenericCall::OnDone(const grpc::Status& status) {
-  post_([observer = std::move(observer_), status,
-         trailers = Copied(context_.GetServerTrailingMetadata())]() mutable {
-    observer->OnEnd(status, std::move(trailers));
-  });
+  const std::shared_ptr<CallObserver> observer = std::exchange(observer_, nullptr);
+  observer->Post(
+      [observer, status, trailers = Copied(context_.GetServerTrailingMetadata())]() mutable {
+        observer->OnEnd(status, std::move(trailers));
+      });
   self_ = nullptr;
 }
 

@@ -33,6 +33,7 @@ class GrpcWebCall final : public CallObserver, public std::enable_shared_from_th
 
   void Start(const ServerChannel& server);
 
+  void Post(std::function<void()> work) override { exchange_->Post(std::move(work)); }
   void OnHead(CallMetadata metadata) override { StartAnswer(metadata); }
   void OnMessage(grpc::ByteBuffer message) override;
   void OnWritten() override {
@@ -61,15 +62,15 @@ class GrpcWebCall final : public CallObserver, public std::enable_shared_from_th
 void GrpcWebCall::Start(const ServerChannel& server) {
   const HttpRequest& request = exchange_->request();
   const auto metadata = ToMetadata(request.fields);
-  const auto deadline = Deadline(request.Field("grpc-timeout"), absl::Now());
+  const auto deadline = DeadlineOf(request.Field("grpc-timeout"), absl::Now());
   if (!metadata.ok()) return OnEnd(ToGrpcStatus(metadata.status()), {});
   if (!deadline.ok()) return OnEnd(ToGrpcStatus(deadline.status()), {});
   if (!IsUncompressed(request)) {
     return OnEnd(ToGrpcStatus(error::Unimplemented("compression of requests")), {});
   }
-  call_ = GenericCall::Start(server, {request.path, *metadata, request.peer, *deadline}, exchange_,
+  call_ = GenericCall::Start(server, {request.path, *metadata, request.peer, *deadline},
                              shared_from_this());
-  call_->Read();
+  exchange_->OnGone([call = call_] { call->Cancel(); });
   ReadBody();
 }
 
@@ -112,14 +113,15 @@ void GrpcWebCall::StartAnswer(const CallMetadata& metadata) {
 
 void GrpcWebCall::OnMessage(grpc::ByteBuffer message) {
   StartAnswer({});
-  exchange_->Write(ToOutBytes(MessagePrefix(message.Length()), message),
-                   [call = call_] { call->Read(); });
+  OutBytes bytes = SlicesOf(message);
+  bytes.insert(bytes.begin(), grpc::Slice(MessagePrefix(message.Length())));
+  exchange_->Write(std::move(bytes), [call = call_] { call->Read(); });
 }
 
 void GrpcWebCall::OnEnd(grpc::Status status, CallMetadata trailers) {
   StartAnswer(trailers);
   if (!failure_.ok()) status = ToGrpcStatus(failure_);
-  exchange_->Write(ToOutBytes(TrailersFrame(status, trailers)), [] {});
+  exchange_->Write({grpc::Slice(TrailersFrame(status, trailers))}, [] {});
   exchange_->End();
 }
 

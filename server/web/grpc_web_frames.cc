@@ -6,6 +6,7 @@
 #include "core/base/limits.h"
 #include "fmt/format.h"
 #include "server/web/call_metadata.h"
+#include "server/web/http_answers.h"
 
 namespace latticed::web {
 namespace {
@@ -59,10 +60,9 @@ std::string MessagePrefix(size_t bytes) { return Prefix(0, bytes); }
 
 std::string TrailersFrame(const grpc::Status& status, const CallMetadata& trailers) {
   std::string lines;
-  for (const auto& [name, value] : StatusFields(status)) {
-    lines += fmt::format("{}: {}\r\n", name, value);
-  }
-  for (const auto& [name, value] : ToFields(trailers)) {
+  HttpFields fields = StatusFields(status);
+  Append(ToFields(trailers), fields);
+  for (const auto& [name, value] : fields) {
     lines += fmt::format("{}: {}\r\n", name, value);
   }
   return Prefix(kTrailersFlag, lines.size()) + lines;

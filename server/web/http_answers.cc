@@ -3,43 +3,20 @@
 #include "server/web/http_answers.h"
 
 #include <algorithm>
+#include <array>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
+#include "absl/strings/str_split.h"
+#include "core/base/error.h"
 #include "fmt/format.h"
 
 namespace latticed::web {
 namespace {
 
-int HttpStatus(grpc::StatusCode code) {
-  switch (code) {
-    case grpc::StatusCode::OK:
-      return 200;
-    case grpc::StatusCode::INVALID_ARGUMENT:
-    case grpc::StatusCode::OUT_OF_RANGE:
-    case grpc::StatusCode::FAILED_PRECONDITION:
-      return 400;
-    case grpc::StatusCode::UNAUTHENTICATED:
-      return 401;
-    case grpc::StatusCode::PERMISSION_DENIED:
-      return 403;
-    case grpc::StatusCode::NOT_FOUND:
-      return 404;
-    case grpc::StatusCode::ALREADY_EXISTS:
-    case grpc::StatusCode::ABORTED:
-      return 409;
-    case grpc::StatusCode::RESOURCE_EXHAUSTED:
-      return 429;
-    case grpc::StatusCode::UNIMPLEMENTED:
-      return 501;
-    case grpc::StatusCode::UNAVAILABLE:
-      return 503;
-    case grpc::StatusCode::DEADLINE_EXCEEDED:
-      return 504;
-    default:
-      return 500;
-  }
-}
+// By grpc::StatusCode, from OK to UNAUTHENTICATED.
+constexpr std::array<int, 17> kHttpStatus = {200, 500, 500, 400, 504, 404, 409, 403, 429,
+                                             400, 409, 400, 501, 500, 503, 500, 401};
 
 }  // namespace
 
@@ -64,7 +41,8 @@ HttpResponse MethodNotAllowed(std::string_view allowed) {
 }
 
 HttpResponse FailureAnswer(const grpc::Status& status) {
-  HttpResponse answer = TextAnswer(HttpStatus(status.error_code()), status.error_message());
+  HttpResponse answer =
+      TextAnswer(kHttpStatus[static_cast<size_t>(status.error_code())], status.error_message());
   if (answer.status == 401) answer.fields.push_back({"www-authenticate", "Bearer"});
   return answer;
 }
@@ -100,6 +78,29 @@ bool PercentDecode(std::string_view text, std::string* decoded) {
     i += 2;
   }
   return true;
+}
+
+absl::StatusOr<HttpFields> QueryParameters(const std::string& query,
+                                           std::span<const std::string_view> known) {
+  HttpFields parameters;
+  for (const auto pair : absl::StrSplit(query, '&', absl::SkipEmpty())) {
+    const std::string text(pair);
+    const size_t equals = std::min(text.find('='), text.size());
+    const std::string name = text.substr(0, equals);
+    if (std::ranges::find(known, name) == known.end()) {
+      return error::InvalidField(
+          "query", fmt::format("'{}' is none of its parameters: {}", name, fmt::join(known, ", ")));
+    }
+    if (std::ranges::find(parameters, name, &HttpField::name) != parameters.end()) {
+      return error::InvalidField("query", fmt::format("'{}' is there twice", name));
+    }
+    std::string value;
+    if (equals == text.size() || !PercentDecode(text.substr(equals + 1), &value)) {
+      return error::InvalidField("query", fmt::format("'{}' has no value that can be read", text));
+    }
+    parameters.push_back({name, value});
+  }
+  return parameters;
 }
 
 }  // namespace latticed::web

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Answers that several handlers give.
+// Answers that several handlers give, and addresses as they read them.
 //
 // Threads  pure functions
 #ifndef LATTICED_SERVER_WEB_HTTP_ANSWERS_H_
@@ -9,9 +9,11 @@
 
 #include <grpcpp/support/status.h>
 
+#include <span>
 #include <string>
 #include <string_view>
 
+#include "absl/status/statusor.h"
 #include "server/web/http_exchange.h"
 
 namespace latticed::web {
@@ -30,6 +32,12 @@ void Append(const HttpFields& more, HttpFields& fields);
 
 // %41 -> A; false for a malformed escape or for NUL.
 [[nodiscard]] bool PercentDecode(std::string_view text, std::string* decoded);
+
+// The query of an address, behind the '?', such as "segments=20&normals=smooth": names with their
+// values unescaped, in order. kInvalidArgument for a name that is not among `known`,
+// and for a value that is missing or escaped wrongly.
+[[nodiscard]] absl::StatusOr<HttpFields> QueryParameters(const std::string& query,
+                                                         std::span<const std::string_view> known);
 
 }  // namespace latticed::web
 

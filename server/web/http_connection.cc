@@ -3,7 +3,7 @@
 #include "server/web/http_connection.h"
 
 #include <array>
-#include <boost/asio/dispatch.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/buffer_body.hpp>
@@ -17,9 +17,7 @@
 
 #include "core/base/limits.h"
 #include "fmt/format.h"
-#include "server/web/deadline.h"
 #include "server/web/http_answers.h"
-#include "server/web/web_socket_session.h"
 
 namespace latticed::web {
 namespace {
@@ -56,8 +54,7 @@ class HttpConnection final : public HttpExchange,
   void Abort() override {  // both of the exchange and of the set
     Post([self = shared_from_this()] { self->Leave(); });
   }
-  void Upgrade(std::string subprotocol,
-               std::function<void(std::shared_ptr<WebSocket>)> opened) override;
+  void Upgrade(const std::function<void(Upgraded)>& take) override;
   void OnGone(std::function<void()> gone) override { on_gone_ = std::move(gone); }
   void Drain() override;
 
@@ -80,15 +77,16 @@ class HttpConnection final : public HttpExchange,
   void ReadHead();
   void OnHead(error_code failure);
   void Describe();
-  void Refuse(int status, std::string_view text);
-  void ReadBody(std::function<void(std::string_view)> done);
   void OnBodyRead(error_code failure, std::function<void(std::string_view)> done);
   void Pump();
   void Answered();
   void Linger();
   void Discard();
   void Leave();
-  void Expect(Deadline& deadline, HttpTimeouts::Duration after);
+  void Expect(net::steady_timer& timer, HttpTimeouts::Duration after);
+  static void Clear(net::steady_timer& timer) {
+    timer.expires_at(net::steady_timer::time_point::max());
+  }
 
   // Destroyed last, maybe on a gRPC thread. The server waits for it before it destroys the executor.
   std::shared_ptr<ConnectionSet::Place> place_;
@@ -96,8 +94,8 @@ class HttpConnection final : public HttpExchange,
   const Transport::executor_type executor_;
   const HttpTimeouts timeouts_;
   const HttpHandler& handler_;
-  Deadline read_, written_;    // of the client: what is awaited, and what is sent
-  beast::flat_buffer buffer_;  // read and not parsed
+  net::steady_timer read_, written_;  // of the client: what is awaited, and what is sent
+  beast::flat_buffer buffer_;         // read and not parsed
   std::optional<Parser> parser_;
   HttpRequest request_;
   State state_ = State::kIdle;
@@ -124,8 +122,14 @@ void HttpConnection::Begin() {
   });
 }
 
-void HttpConnection::Expect(Deadline& deadline, HttpTimeouts::Duration after) {
-  deadline.Set(after, weak_from_this(), &HttpConnection::Leave);
+void HttpConnection::Expect(net::steady_timer& timer, HttpTimeouts::Duration after) {
+  timer.expires_after(after);
+  timer.async_wait([weak = weak_from_this(), &timer](error_code failure) {
+    const auto self = weak.lock();  // and with it the timer
+    if (self == nullptr || failure) return;
+    // A wait that had ended before the time was moved has no failure.
+    if (timer.expiry() <= net::steady_timer::clock_type::now()) self->Leave();
+  });
 }
 
 void HttpConnection::AwaitRequest() {
@@ -169,16 +173,16 @@ void HttpConnection::ReadHead() {
 void HttpConnection::OnHead(error_code failure) {
   if (state_ == State::kClosed) return;
   state_ = State::kAnswering;
-  read_.Clear();
+  Clear(read_);
   keep_alive_ = false;
   request_ = {};
   if (failure == http::error::header_limit) {
-    return Refuse(
-        431, fmt::format("the head of a request has {} bytes at most", limits::kMaxHttpHeadBytes));
+    return Reply(TextAnswer(
+        431, fmt::format("the head of a request has {} bytes at most", limits::kMaxHttpHeadBytes)));
   }
   if (failure.category() == http::make_error_code(http::error::end_of_stream).category() &&
       failure != http::error::end_of_stream && failure != http::error::partial_message) {
-    return Refuse(400, "this is no request of HTTP/1.1: " + failure.message());
+    return Reply(TextAnswer(400, "this is no request of HTTP/1.1: " + failure.message()));
   }
   if (failure) return Leave();
   Describe();
@@ -216,8 +220,6 @@ void HttpConnection::Describe() {
   keep_alive_ = head.keep_alive();
 }
 
-void HttpConnection::Refuse(int status, std::string_view text) { Reply(TextAnswer(status, text)); }
-
 void HttpConnection::Read(std::function<void(std::string_view)> done) {
   if (state_ == State::kClosed) return;
   if (body_read_) {
@@ -226,10 +228,6 @@ void HttpConnection::Read(std::function<void(std::string_view)> done) {
     });
   }
   Expect(read_, timeouts_.body);
-  ReadBody(std::move(done));
-}
-
-void HttpConnection::ReadBody(std::function<void(std::string_view)> done) {
   parser_->get().body() = {body_.data(), body_.size(), true};
   reading_ = true;
   http::async_read_some(
@@ -246,8 +244,8 @@ void HttpConnection::OnBodyRead(error_code failure, std::function<void(std::stri
   if (failure && failure != http::error::need_buffer) return Leave();
   const size_t bytes = body_.size() - parser_->get().body().size;
   body_read_ = parser_->is_done();
-  if (bytes == 0 && !body_read_) return ReadBody(std::move(done));
-  read_.Clear();
+  if (bytes == 0 && !body_read_) return Read(std::move(done));
+  Clear(read_);
   if (body_read_) Watch();
   done({body_.data(), bytes});
 }
@@ -255,7 +253,7 @@ void HttpConnection::OnBodyRead(error_code failure, std::function<void(std::stri
 void HttpConnection::Reply(HttpResponse response) {
   const uint64_t length = response.body.size();
   Start(response.status, std::move(response.fields), length);
-  if (length > 0) Write(ToOutBytes(std::move(response.body)), [] {});
+  if (length > 0) Write({grpc::Slice(response.body)}, [] {});
   End();
 }
 
@@ -279,7 +277,7 @@ void HttpConnection::Start(int status, HttpFields fields, std::optional<uint64_t
   if (!keep_alive_) head.set(http::field::connection, "close");
   std::ostringstream text;
   text << head;
-  outgoing_.push_back({ToOutBytes(text.str()), [] {}});
+  outgoing_.push_back({{grpc::Slice(text.str())}, [] {}});
   Pump();
 }
 
@@ -287,11 +285,10 @@ void HttpConnection::Write(OutBytes bytes, std::function<void()> done) {
   if (state_ != State::kAnswering) return;
   if (request_.method == "HEAD") return Post(std::move(done));
   if (chunked_) {
-    auto kept = std::make_shared<std::pair<std::string, std::shared_ptr<const void>>>(
-        fmt::format("{:x}\r\n", bytes.size()), std::move(bytes.owner));
-    bytes.pieces.insert(bytes.pieces.begin(), kept->first);
-    bytes.pieces.emplace_back("\r\n");
-    bytes.owner = std::move(kept);
+    size_t size = 0;
+    for (const grpc::Slice& slice : bytes) size += slice.size();
+    bytes.insert(bytes.begin(), grpc::Slice(fmt::format("{:x}\r\n", size)));
+    bytes.emplace_back("\r\n");
   }
   outgoing_.push_back({std::move(bytes), std::move(done)});
   Pump();
@@ -301,7 +298,7 @@ void HttpConnection::End() {
   if (state_ != State::kAnswering) return;
   on_gone_ = nullptr;
   OutBytes end;
-  if (chunked_ && request_.method != "HEAD") end.pieces = {"0\r\n\r\n"};
+  if (chunked_ && request_.method != "HEAD") end.emplace_back("0\r\n\r\n");
   outgoing_.push_back({std::move(end), [this] { Answered(); }});
   Pump();
 }
@@ -310,21 +307,18 @@ void HttpConnection::End() {
 void HttpConnection::Pump() {
   if (writing_ || outgoing_.empty()) return;
   writing_ = true;
-  std::vector<net::const_buffer> buffers;
-  for (const std::string_view piece : outgoing_.front().bytes.pieces) {
-    buffers.emplace_back(piece.data(), piece.size());
-  }
   Expect(written_, timeouts_.write);
-  net::async_write(transport_, buffers, [self = shared_from_this()](error_code failure, size_t) {
-    self->writing_ = false;
-    if (self->state_ != State::kAnswering) return;
-    if (failure) return self->Leave();
-    self->written_.Clear();
-    const auto done = std::move(self->outgoing_.front().done);
-    self->outgoing_.pop_front();
-    done();
-    self->Pump();
-  });
+  net::async_write(transport_, BuffersOf(outgoing_.front().bytes),
+                   [self = shared_from_this()](error_code failure, size_t) {
+                     self->writing_ = false;
+                     if (self->state_ != State::kAnswering) return;
+                     if (failure) return self->Leave();
+                     Clear(self->written_);
+                     const auto done = std::move(self->outgoing_.front().done);
+                     self->outgoing_.pop_front();
+                     done();
+                     self->Pump();
+                   });
 }
 
 void HttpConnection::Answered() {
@@ -356,15 +350,13 @@ void HttpConnection::Discard() {
       });
 }
 
-void HttpConnection::Upgrade(std::string subprotocol,
-                             std::function<void(std::shared_ptr<WebSocket>)> opened) {
-  UpgradeRequest upgrade;
-  upgrade.base() = parser_->release().base();
-  read_.Clear();
+void HttpConnection::Upgrade(const std::function<void(Upgraded)>& take) {
+  Upgraded upgraded{std::move(transport_), std::move(place_), timeouts_, {}};
+  upgraded.request.base() = parser_->release().base();
+  Clear(read_);
   on_gone_ = nullptr;
   state_ = State::kClosed;
-  AcceptWebSocket(std::move(transport_), std::move(place_), timeouts_, std::move(upgrade),
-                  std::move(subprotocol), std::move(opened));
+  take(std::move(upgraded));
 }
 
 void HttpConnection::Drain() {
@@ -377,8 +369,8 @@ void HttpConnection::Drain() {
 void HttpConnection::Leave() {
   if (state_ == State::kClosed) return;
   state_ = State::kClosed;
-  read_.Clear();
-  written_.Clear();
+  Clear(read_);
+  Clear(written_);
   transport_.Close();
   outgoing_.clear();
   if (const auto gone = std::exchange(on_gone_, nullptr)) gone();

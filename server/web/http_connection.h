@@ -9,14 +9,24 @@
 #ifndef LATTICED_SERVER_WEB_HTTP_CONNECTION_H_
 #define LATTICED_SERVER_WEB_HTTP_CONNECTION_H_
 
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/http/string_body.hpp>
 #include <memory>
 
-#include "server/base/http_timeouts.h"
+#include "server/base/options.h"
 #include "server/web/connection_set.h"
 #include "server/web/http_exchange.h"
 #include "server/web/transport.h"
 
 namespace latticed::web {
+
+// A connection whose request asks for a WebSocket, before its handshake.
+struct Upgraded {
+  Transport transport;
+  std::shared_ptr<ConnectionSet::Place> place;  // held as long as the connection
+  HttpTimeouts timeouts;
+  beast::http::request<beast::http::string_body> request;
+};
 
 // Serves until the client, the set or a timeout ends it. `handler` outlives it.
 void ServeConnection(Transport transport, std::shared_ptr<ConnectionSet::Place> place,

@@ -12,6 +12,8 @@
 #ifndef LATTICED_SERVER_WEB_HTTP_EXCHANGE_H_
 #define LATTICED_SERVER_WEB_HTTP_EXCHANGE_H_
 
+#include <grpcpp/support/slice.h>
+
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -19,8 +21,6 @@
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include "server/web/out_bytes.h"
 
 namespace latticed::web {
 
@@ -49,7 +49,10 @@ struct HttpResponse {
   std::string body = {};
 };
 
-class WebSocket;
+// Bytes to send, one after the other; slices share what they hold.
+using OutBytes = std::vector<grpc::Slice>;
+
+struct Upgraded;  // server/web/http_connection.h
 
 class HttpExchange {
  public:
@@ -68,10 +71,8 @@ class HttpExchange {
   // Breaks off an answer that cannot be completed, so that the client sees that it is not whole.
   virtual void Abort() = 0;
 
-  // Instead of an answer: the request becomes a WebSocket, which speaks `subprotocol` where that is
-  // not empty. Not called back where the handshake fails.
-  virtual void Upgrade(std::string subprotocol,
-                       std::function<void(std::shared_ptr<WebSocket>)> opened) = 0;
+  // Instead of an answer: hands over the connection, for a WebSocket.
+  virtual void Upgrade(const std::function<void(Upgraded)>& take) = 0;
 
   // At most once, and not after End.
   virtual void OnGone(std::function<void()> gone) = 0;

@@ -102,8 +102,7 @@ void SendFile(const std::shared_ptr<HttpExchange>& exchange,
     return exchange->Abort();
   }
   left -= piece.size();
-  exchange->Write(ToOutBytes(std::move(piece)),
-                  [exchange, file, left] { SendFile(exchange, file, left); });
+  exchange->Write({grpc::Slice(piece)}, [exchange, file, left] { SendFile(exchange, file, left); });
 }
 
 }  // namespace

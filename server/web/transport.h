@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A TCP connection, with or without TLS, as the one stream type that the HTTP library is compiled
-// for. For the files that know that library alone: http_connection.cc, web_socket_session.cc,
-// http_listener.cc.
+// for. For the files that know that library alone: http_connection.cc, deform_socket.cc,
+// web_server.cc.
 //
 // Threads  on the strand that is its executor
 #ifndef LATTICED_SERVER_WEB_TRANSPORT_H_
@@ -18,8 +18,10 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "fmt/format.h"
+#include "server/web/http_exchange.h"
 
 namespace latticed::web {
 
@@ -97,6 +99,13 @@ class Transport {
   std::unique_ptr<Socket> plain_;
   std::unique_ptr<net::ssl::stream<Socket>> tls_;
 };
+
+// For the library to send; `bytes` outlive the write.
+inline std::vector<net::const_buffer> BuffersOf(const OutBytes& bytes) {
+  std::vector<net::const_buffer> buffers;
+  for (const grpc::Slice& slice : bytes) buffers.emplace_back(slice.begin(), slice.size());
+  return buffers;
+}
 
 // How a WebSocket ends its connection: the names that the library asks for.
 template <typename Handler>

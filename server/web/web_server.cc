@@ -13,19 +13,74 @@
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
+#include "server/net/tcp_listener.h"
 #include "server/web/connection_set.h"
 #include "server/web/deform_socket.h"
 #include "server/web/export_download.h"
 #include "server/web/grpc_web_call.h"
-#include "server/web/http_listener.h"
+#include "server/web/http_answers.h"
+#include "server/web/http_connection.h"
 #include "server/web/request_guard.h"
 #include "server/web/static_files.h"
+#include "server/web/transport.h"
 
 namespace latticed::web {
 namespace {
 
 // They move bytes; evaluating and encoding has threads of its own.
 constexpr int kThreads = 2;
+
+const HttpHandler kRefuse = [](const std::shared_ptr<HttpExchange>& exchange) {
+  HttpResponse answer = TextAnswer(503, "this server has as many connections as fit");
+  answer.fields.push_back({"retry-after", "1"});
+  answer.fields.push_back({"connection", "close"});
+  exchange->Reply(std::move(answer));
+};
+
+absl::Status Unreadable(std::string_view flag, const std::string& path, const error_code& failure) {
+  return absl::InvalidArgumentError(
+      fmt::format("{}: cannot use '{}': {}", flag, path, failure.message()));
+}
+
+// Of --tls-cert, --tls-key and --tls-client-ca; null where they are not given. kInvalidArgument.
+absl::StatusOr<std::unique_ptr<net::ssl::context>> MakeTlsContext(const Options& options) {
+  if (options.tls_cert.empty()) return nullptr;
+  auto tls = std::make_unique<net::ssl::context>(net::ssl::context::tls_server);
+  error_code failure;
+  tls->set_options(net::ssl::context::default_workarounds | net::ssl::context::no_sslv2 |
+                   net::ssl::context::no_sslv3 | net::ssl::context::no_tlsv1 |
+                   net::ssl::context::no_tlsv1_1 | net::ssl::context::no_compression);
+  tls->use_certificate_chain_file(options.tls_cert, failure);
+  if (failure) return Unreadable("--tls-cert", options.tls_cert, failure);
+  tls->use_private_key_file(options.tls_key, net::ssl::context::pem, failure);
+  if (failure) return Unreadable("--tls-key", options.tls_key, failure);
+  if (!options.tls_client_ca.empty()) {
+    tls->load_verify_file(options.tls_client_ca, failure);
+    if (failure) return Unreadable("--tls-client-ca", options.tls_client_ca, failure);
+    tls->set_verify_mode(net::ssl::verify_peer | net::ssl::verify_fail_if_no_peer_cert);
+  }
+  return tls;
+}
+
+// Listens on `listen`, "host:port", for `flag`. Connections above the set's limit are answered 503 and
+// closed; those far above it are closed at once. What the pointers name outlives the listener and its
+// connections. kUnavailable for a port that is taken, kInvalidArgument for an invalid address.
+absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
+    net::io_context& context, const std::string& flag, const std::string& listen,
+    net::ssl::context* tls, ConnectionSet* connections, const HttpTimeouts& timeouts,
+    const HttpHandler& handler) {
+  return TcpListener::Open(context, flag, listen, [=](net::ip::tcp::socket socket) {
+    error_code ignored;
+    socket.set_option(net::socket_base::keep_alive(true), ignored);  // finds those that vanished
+    auto place = connections->Enter();
+    if (place == nullptr) return;
+    const bool served = place->served();
+    HttpTimeouts patience = timeouts;
+    if (!served) patience.idle = patience.head;
+    ServeConnection(Transport(std::move(socket), tls), std::move(place), patience,
+                    served ? handler : kRefuse);
+  });
+}
 
 }  // namespace
 
@@ -38,7 +93,7 @@ struct WebServer::Impl {
         files(StaticFiles::FindRoot(options.web_root)),
         admin_guard(options.admin, options.allowed_hosts, {}),
         admin_hooks(std::move(admin)),
-        work(boost::asio::make_work_guard(context)) {}
+        work(net::make_work_guard(context)) {}
 
   // Of --http, where there is one.
   ConnectionCounts counts() const {
@@ -54,9 +109,9 @@ struct WebServer::Impl {
   const StaticFiles files;
   const RequestGuard admin_guard;
   const AdminHooks admin_hooks;
-  std::unique_ptr<boost::asio::ssl::context> tls;
-  boost::asio::io_context context;
-  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work;
+  std::unique_ptr<net::ssl::context> tls;
+  net::io_context context;
+  net::executor_work_guard<net::io_context::executor_type> work;
   std::shared_ptr<TcpListener> http, admin;
   std::vector<std::thread> threads;
 };

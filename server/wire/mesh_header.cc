@@ -8,8 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/ascii.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "core/base/utf8.h"
 #include "core/codec/draco_decode.h"
@@ -20,12 +22,10 @@
 #include "server/wire/enum_table.h"
 #include "server/wire/raw_mesh.h"
 #include "server/wire/time_converters.h"
-#include "server/wire/view_converters.h"
 
 namespace latticed {
 namespace {
 
-constexpr size_t kSha256HexDigits = 64;
 // Tag and length of a group in its Mesh.
 constexpr size_t kGroupOverheadBytes = 4;
 
@@ -34,20 +34,21 @@ Labels LabelsOf(const v1::MeshHeader& header) {
 }
 
 // Words of a StoredMesh.
+constexpr auto kUploadFormats = std::to_array<std::pair<v1::MeshFormat, UploadFormat>>(
+    {{v1::MESH_FORMAT_OBJ, UploadFormat::kObj},
+     {v1::MESH_FORMAT_PLY, UploadFormat::kPly},
+     {v1::MESH_FORMAT_STL, UploadFormat::kStl},
+     {v1::MESH_FORMAT_GLB, UploadFormat::kGlb},
+     {v1::MESH_FORMAT_DRACO, UploadFormat::kDraco},
+     {v1::MESH_FORMAT_RAW, UploadFormat::kRaw}});
+
 constexpr auto kUpAxes =
     std::to_array<std::pair<v1::UpAxis, std::string_view>>({{v1::UP_AXIS_X, "x"},
                                                             {v1::UP_AXIS_Y, "y"},
                                                             {v1::UP_AXIS_Z, "z"},
                                                             {v1::UP_AXIS_UNSPECIFIED, ""}});
 
-std::string UpAxisName(v1::UpAxis axis) {
-  return std::string(ReadEnum(kUpAxes, axis, "up_axis").value_or(""));
-}
-
-v1::UpAxis UpAxisFromName(std::string_view name) { return WriteEnum(kUpAxes, name); }
-
 absl::Status CheckUnits(const v1::MeshUnits& units) {
-  LATTICED_RETURN_IF_ERROR(ReadEnum(kUpAxes, units.up_axis(), "header.units.up_axis").status());
   if (!std::isfinite(units.meters_per_unit())) {
     return error::NotFinite("header.units.meters_per_unit");
   }
@@ -63,9 +64,7 @@ absl::Status CheckWords(const v1::MeshHeader& header) {
     return error::OutOfRange("header.name", static_cast<double>(header.name().size()), 0,
                              static_cast<double>(limits::kMaxNameBytes));
   }
-  const std::string& digest = header.sha256();
-  const bool hex = digest.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
-  if (header.has_sha256() && (digest.size() != kSha256HexDigits || !hex)) {
+  if (header.has_sha256() && !IsSha256Hex(absl::AsciiStrToLower(header.sha256()))) {
     return error::InvalidField("header.sha256", "expected 64 hexadecimal digits");
   }
   return CheckLabels(LabelsOf(header), "header.labels");
@@ -92,11 +91,17 @@ void FillGroups(const PolygonMesh& mesh, v1::Mesh& out) {
 
 absl::StatusOr<UploadHeader> FromProto(const v1::MeshHeader& header, uint64_t max_mesh_bytes) {
   UploadHeader out;
-  LATTICED_ASSIGN_OR_RETURN(out.mesh.format, FromProto(header.format(), "header.format"));
+  if (header.format() == v1::MESH_FORMAT_UNSPECIFIED) {
+    return error::InvalidField("header.format", "is required");
+  }
+  LATTICED_ASSIGN_OR_RETURN(out.mesh.format,
+                            ReadEnum(kUploadFormats, header.format(), "header.format"));
   if (header.total_bytes() == 0 || header.total_bytes() > max_mesh_bytes) {
     return error::OutOfRange("header.total_bytes", static_cast<double>(header.total_bytes()), 1,
                              static_cast<double>(max_mesh_bytes));
   }
+  LATTICED_ASSIGN_OR_RETURN(out.mesh.up_axis,
+                            ReadEnum(kUpAxes, header.units().up_axis(), "header.units.up_axis"));
   LATTICED_RETURN_IF_ERROR(CheckUnits(header.units()));
   LATTICED_RETURN_IF_ERROR(CheckWords(header));
   if (header.has_raw_layout() != (out.mesh.format == UploadFormat::kRaw)) {
@@ -108,7 +113,6 @@ absl::StatusOr<UploadHeader> FromProto(const v1::MeshHeader& header, uint64_t ma
   }
   out.mesh.name = header.name();
   out.mesh.labels = LabelsOf(header);
-  out.mesh.up_axis = UpAxisName(header.units().up_axis());
   out.mesh.meters_per_unit = header.units().meters_per_unit();
   out.mesh.layout = header.raw_layout().SerializeAsString();
   out.total_bytes = header.total_bytes();
@@ -139,10 +143,10 @@ absl::StatusOr<PolygonMesh> ReadUpload(const MeshDescription& described, std::st
 v1::MeshHeader HeaderOf(const StoredMesh& mesh) {
   v1::MeshHeader header;
   header.set_name(mesh.name);
-  header.set_format(ToProto(mesh.format));
+  header.set_format(WriteEnum(kUploadFormats, mesh.format));
   header.set_total_bytes(mesh.bytes->size());
   header.set_sha256(mesh.id);
-  header.mutable_units()->set_up_axis(UpAxisFromName(mesh.up_axis));
+  header.mutable_units()->set_up_axis(WriteEnum(kUpAxes, std::string_view(mesh.up_axis)));
   header.mutable_units()->set_meters_per_unit(mesh.meters_per_unit);
   header.mutable_labels()->insert(mesh.labels.begin(), mesh.labels.end());
   if (mesh.format == UploadFormat::kRaw) header.mutable_raw_layout()->ParseFromString(mesh.layout);
@@ -153,7 +157,7 @@ v1::Mesh ToProto(const StoredMesh& mesh, const MeshUse& use, bool with_groups) {
   v1::Mesh out;
   out.set_id(mesh.id);
   out.set_name(mesh.name);
-  out.set_format(ToProto(mesh.format));
+  out.set_format(WriteEnum(kUploadFormats, mesh.format));
   out.set_total_bytes(mesh.bytes->size());
   out.set_vertices(mesh.mesh->positions.size());
   out.set_faces(mesh.mesh->face_count());
@@ -166,7 +170,7 @@ v1::Mesh ToProto(const StoredMesh& mesh, const MeshUse& use, bool with_groups) {
   out.set_device_bytes(use.device_bytes);
   out.mutable_labels()->insert(mesh.labels.begin(), mesh.labels.end());
   out.set_owner(mesh.owner);
-  out.set_up_axis(UpAxisFromName(mesh.up_axis));
+  out.set_up_axis(WriteEnum(kUpAxes, std::string_view(mesh.up_axis)));
   out.set_meters_per_unit(mesh.meters_per_unit);
   SetTime(mesh.create_time, *out.mutable_create_time());
   out.set_scenes(use.scenes);

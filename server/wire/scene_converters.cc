@@ -14,11 +14,30 @@
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
 #include "server/base/labels.h"
 #include "server/wire/converters.h"
+#include "server/wire/enum_table.h"
 #include "server/wire/time_converters.h"
 #include "server/wire/view_converters.h"
 
 namespace latticed {
 namespace {
+
+constexpr auto kPipelines = std::to_array<std::pair<v1::Pipeline, Pipeline>>(
+    {{v1::PIPELINE_FUSED, Pipeline::kFused},
+     {v1::PIPELINE_GEMM, Pipeline::kGemm},
+     {v1::PIPELINE_GEMM12, Pipeline::kGemm12},
+     {v1::PIPELINE_CONTROL_NET, Pipeline::kControlNet},
+     {v1::PIPELINE_UNSPECIFIED, Pipeline::kFused}});
+
+// No MeshFormat: the Bézier control nets.
+constexpr auto kExportFormats =
+    std::to_array<std::pair<v1::ExportFormat, std::optional<MeshFormat>>>(
+        {{v1::EXPORT_FORMAT_PLY, MeshFormat::kPly},
+         {v1::EXPORT_FORMAT_OBJ, MeshFormat::kObj},
+         {v1::EXPORT_FORMAT_STL, MeshFormat::kStl},
+         {v1::EXPORT_FORMAT_GLB, MeshFormat::kGlb},
+         {v1::EXPORT_FORMAT_DRC, MeshFormat::kDraco},
+         {v1::EXPORT_FORMAT_CONTROL_NETS, std::nullopt},
+         {v1::EXPORT_FORMAT_UNSPECIFIED, MeshFormat::kPly}});
 
 Labels LabelsOf(const v1::CreateSceneRequest& request) {
   return {request.labels().begin(), request.labels().end()};
@@ -90,8 +109,9 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   LATTICED_ASSIGN_OR_RETURN(
       auto view, DefaultViewFromProto(request.default_view(), DefaultView(mesh.mesh->has_normals()),
                                       "default_view"));
-  LATTICED_ASSIGN_OR_RETURN(const auto pipeline,
-                            FromProto(request.diagnostics().pipeline(), "diagnostics.pipeline"));
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto pipeline,
+      ReadEnum(kPipelines, request.diagnostics().pipeline(), "diagnostics.pipeline"));
   LATTICED_ASSIGN_OR_RETURN(const auto idle_ttl, IdleTtl(request, default_idle_ttl));
 
   SceneConfig config;
@@ -118,7 +138,7 @@ v1::Scene ToProto(const Scene& scene) {
   *result.mutable_default_view() = ToProto(config.default_view);
   SetDuration(config.idle_ttl, *result.mutable_idle_ttl());
   result.mutable_labels()->insert(config.labels.begin(), config.labels.end());
-  result.set_pipeline(ToProto(config.pipeline));
+  result.set_pipeline(WriteEnum(kPipelines, config.pipeline));
   result.set_revision(state->revision);
   result.set_structure_id(state->structure_id);
   result.set_patches(state->plan->patches.size());
@@ -144,7 +164,8 @@ v1::LatticeState LatticeStateToProto(const SceneState& state) {
 
 absl::StatusOr<ExportSpec> ExportSpecFromProto(const v1::ExportRequest& request,
                                                const WatchView& defaults) {
-  LATTICED_ASSIGN_OR_RETURN(const auto format, FromProto(request.format(), "format"));
+  LATTICED_ASSIGN_OR_RETURN(const auto format,
+                            ReadEnum(kExportFormats, request.format(), "format"));
   LATTICED_ASSIGN_OR_RETURN(const auto view, WatchViewFromProto(request.view(), defaults, "view"));
   ExportSpec spec;
   spec.format = format;

@@ -26,31 +26,6 @@ constexpr auto kEncodings = std::to_array<std::pair<v1::Encoding, Encoding>>(
      {v1::ENCODING_RAW, Encoding::kRaw},
      {v1::ENCODING_QUANTISED, Encoding::kQuantised}});
 
-constexpr auto kPipelines = std::to_array<std::pair<v1::Pipeline, Pipeline>>(
-    {{v1::PIPELINE_FUSED, Pipeline::kFused},
-     {v1::PIPELINE_GEMM, Pipeline::kGemm},
-     {v1::PIPELINE_GEMM12, Pipeline::kGemm12},
-     {v1::PIPELINE_CONTROL_NET, Pipeline::kControlNet},
-     {v1::PIPELINE_UNSPECIFIED, Pipeline::kFused}});
-
-constexpr auto kUploadFormats = std::to_array<std::pair<v1::MeshFormat, UploadFormat>>(
-    {{v1::MESH_FORMAT_OBJ, UploadFormat::kObj},
-     {v1::MESH_FORMAT_PLY, UploadFormat::kPly},
-     {v1::MESH_FORMAT_STL, UploadFormat::kStl},
-     {v1::MESH_FORMAT_GLB, UploadFormat::kGlb},
-     {v1::MESH_FORMAT_DRACO, UploadFormat::kDraco},
-     {v1::MESH_FORMAT_RAW, UploadFormat::kRaw}});
-
-constexpr auto kExportFormats =
-    std::to_array<std::pair<v1::ExportFormat, std::optional<MeshFormat>>>(
-        {{v1::EXPORT_FORMAT_PLY, MeshFormat::kPly},
-         {v1::EXPORT_FORMAT_OBJ, MeshFormat::kObj},
-         {v1::EXPORT_FORMAT_STL, MeshFormat::kStl},
-         {v1::EXPORT_FORMAT_GLB, MeshFormat::kGlb},
-         {v1::EXPORT_FORMAT_DRC, MeshFormat::kDraco},
-         {v1::EXPORT_FORMAT_CONTROL_NETS, std::nullopt},
-         {v1::EXPORT_FORMAT_UNSPECIFIED, MeshFormat::kPly}});
-
 // Takes the numbers of `options` that are not 0.
 absl::Status TakeNumbers(const v1::ViewOptions& options, std::string_view field, WatchView& view) {
   struct Number {
@@ -91,16 +66,16 @@ WatchView DefaultView(bool mesh_has_normals) {
 absl::StatusOr<WatchView> DefaultViewFromProto(const v1::ViewOptions& options,
                                                const WatchView& defaults, std::string_view field) {
   WatchView view = defaults;
-  LATTICED_ASSIGN_OR_RETURN(
-      const auto normals,
-      FromProto(options.normals(), defaults.key.spec.normals, fmt::format("{}.normals", field)));
-  LATTICED_ASSIGN_OR_RETURN(
-      const auto encoding,
-      FromProto(options.encoding(), defaults.key.encoding, fmt::format("{}.encoding", field)));
+  if (options.normals() != v1::NORMAL_MODE_UNSPECIFIED) {
+    LATTICED_ASSIGN_OR_RETURN(view.key.spec.normals, ReadEnum(kNormals, options.normals(),
+                                                              fmt::format("{}.normals", field)));
+  }
+  if (options.encoding() != v1::ENCODING_UNSPECIFIED) {
+    LATTICED_ASSIGN_OR_RETURN(view.key.encoding, ReadEnum(kEncodings, options.encoding(),
+                                                          fmt::format("{}.encoding", field)));
+  }
   LATTICED_RETURN_IF_ERROR(TakeNumbers(options, field, view));
-  view.key.spec.normals = normals;
-  view.key.encoding = encoding;
-  view.key.spec.format = FormatOf(encoding);
+  view.key.spec.format = FormatOf(view.key.encoding);
   if (options.max_points() != 0) view.max_points = options.max_points();
   if (options.max_bytes_per_second() != 0) {
     view.max_bytes_per_second = options.max_bytes_per_second();
@@ -128,8 +103,8 @@ absl::StatusOr<WatchView> WatchViewFromProto(const v1::ViewOptions& options,
 v1::ViewOptions ToProto(const WatchView& view) {
   v1::ViewOptions result;
   result.set_segments(view.key.spec.segments);
-  result.set_normals(ToProto(view.key.spec.normals));
-  result.set_encoding(ToProto(view.key.encoding));
+  result.set_normals(WriteEnum(kNormals, view.key.spec.normals));
+  result.set_encoding(WriteEnum(kEncodings, view.key.encoding));
   result.set_position_bits(view.key.spec.position_bits);
   result.set_normal_bits(view.key.spec.normal_bits);
   result.set_max_points(view.max_points);
@@ -137,44 +112,6 @@ v1::ViewOptions ToProto(const WatchView& view) {
   result.set_drag_position_bits(view.drag_position_bits);
   result.set_drag_normal_bits(view.drag_normal_bits);
   return result;
-}
-
-absl::StatusOr<NormalMode> FromProto(v1::NormalMode mode, NormalMode unspecified,
-                                     std::string_view field) {
-  if (mode == v1::NORMAL_MODE_UNSPECIFIED) return unspecified;
-  return ReadEnum(kNormals, mode, field);
-}
-
-v1::NormalMode ToProto(NormalMode mode) { return WriteEnum(kNormals, mode); }
-
-absl::StatusOr<Encoding> FromProto(v1::Encoding encoding, Encoding unspecified,
-                                   std::string_view field) {
-  if (encoding == v1::ENCODING_UNSPECIFIED) return unspecified;
-  return ReadEnum(kEncodings, encoding, field);
-}
-
-v1::Encoding ToProto(Encoding encoding) { return WriteEnum(kEncodings, encoding); }
-
-absl::StatusOr<Pipeline> FromProto(v1::Pipeline pipeline, std::string_view field) {
-  return ReadEnum(kPipelines, pipeline, field);
-}
-
-v1::Pipeline ToProto(Pipeline pipeline) { return WriteEnum(kPipelines, pipeline); }
-
-absl::StatusOr<UploadFormat> FromProto(v1::MeshFormat format, std::string_view field) {
-  if (format == v1::MESH_FORMAT_UNSPECIFIED) return error::InvalidField(field, "is required");
-  return ReadEnum(kUploadFormats, format, field);
-}
-
-v1::MeshFormat ToProto(UploadFormat format) { return WriteEnum(kUploadFormats, format); }
-
-absl::StatusOr<std::optional<MeshFormat>> FromProto(v1::ExportFormat format,
-                                                    std::string_view field) {
-  return ReadEnum(kExportFormats, format, field);
-}
-
-v1::ExportFormat ExportFormatToProto(std::optional<MeshFormat> format) {
-  return WriteEnum(kExportFormats, format);
 }
 
 }  // namespace latticed

@@ -13,6 +13,7 @@
 #include "core/ffd/tessellation_pattern.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "server/wire/converters.h"
+#include "server/wire/scene_converters.h"
 #include "server/wire/time_converters.h"
 #include "server/wire/view_converters.h"
 
@@ -59,10 +60,7 @@ grpc::Slice SliceOf(const SharedBytes& bytes) {
 
 v1::SceneEvent ToProto(const LatticeWhole& event) {
   v1::SceneEvent message;
-  v1::LatticeState& out = *message.mutable_lattice_state();
-  *out.mutable_lattice() = ToProto(event.state->structure(), *event.state->control_points);
-  out.set_structure_id(event.state->structure_id);
-  out.set_revision(event.state->revision);
+  *message.mutable_lattice_state() = LatticeStateToProto(*event.state);
   return message;
 }
 

@@ -12,7 +12,6 @@
 #include <filesystem>
 
 #include "fmt/format.h"
-#include "server/base/drain_signal.h"
 #include "server/base/telemetry.h"
 #include "tests/server/support/raw_call.h"
 #include "tests/server/support/server_test.h"
@@ -118,32 +117,14 @@ TEST_F(LifecycleTest, ServesOverTlsOnly) {
   EXPECT_OK(Call(&Infos::GetServerInfo, {}));
 }
 
-TEST(DrainSignalTest, ObserversRunOnceAndLateOnesAtOnce) {
-  DrainSignal drain;
-  int first = 0, removed = 0, late = 0;
-  (void)drain.Subscribe([&first] { ++first; });
-  drain.Unsubscribe(drain.Subscribe([&removed] { ++removed; }));
-
-  EXPECT_FALSE(drain.begun());
-  drain.Begin();
-  drain.Begin();
-  (void)drain.Subscribe([&late] { ++late; });
-
-  EXPECT_TRUE(drain.begun());
-  EXPECT_EQ(first, 1);
-  EXPECT_EQ(removed, 0);
-  EXPECT_EQ(late, 1);
-}
-
 TEST(LogTest, LinesForPeopleAndForMachines) {
-  const std::string payload =
-      PackEvent("call finished", {{"rpc", "A/B"}, {"empty", ""}, {"error", "two \"words\"\n"}});
+  const std::initializer_list<LogField> fields = {
+      {"rpc", "A/B"}, {"empty", ""}, {"error", "two \"words\"\n"}};
 
-  EXPECT_EQ(FormatEvent("text", "T", "info", payload),
-            "T info    call finished rpc=A/B error=\"two \\\"words\\\" \"");
-  EXPECT_EQ(FormatEvent("json", "T", "info", payload),
-            "{\"time\":\"T\",\"level\":\"info\",\"message\":\"call finished\",\"rpc\":\"A/B\","
-            "\"error\":\"two \\\"words\\\" \"}");
+  EXPECT_EQ(FormatEvent("text", "call finished", fields),
+            "call finished rpc=A/B error=\"two \\\"words\\\" \"");
+  EXPECT_EQ(FormatEvent("json", "call finished", fields),
+            "\"message\":\"call finished\",\"rpc\":\"A/B\",\"error\":\"two \\\"words\\\" \"}");
 }
 
 // The daemon with its standard error in a pipe.

@@ -51,7 +51,7 @@ TEST(DeleteMeshTest, ASceneInTheMakingHoldsItsMesh) {
     return absl::OkStatus();
   };
 
-  EXPECT_EQ(registry.CountOfMesh("grid"), 1u);
+  EXPECT_EQ(registry.UseOfMesh("grid").scenes, 1u);
   const absl::Status status = registry.DeleteMesh("grid", false, remove);
   EXPECT_THAT(status, StatusIs(absl::StatusCode::kFailedPrecondition));
   EXPECT_EQ(error::DetailsOf(status).reason, "MESH_IN_USE");
@@ -94,7 +94,7 @@ TEST(StopTest, AStoppedCreationLeavesNoSceneAndNoMemory) {
 
   EXPECT_THAT(scene.get(), StatusIs(absl::StatusCode::kDeadlineExceeded));
   EXPECT_EQ(registry.size(), 0u);
-  EXPECT_EQ(registry.CountOfMesh("grid"), 0u);
+  EXPECT_EQ(registry.UseOfMesh("grid").scenes, 0u);
   EXPECT_EQ(memory->used_bytes(), 0u);
   EXPECT_OK(registry.Create(config)) << "the id is free";
 }

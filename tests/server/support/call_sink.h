@@ -11,10 +11,11 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "absl/strings/str_split.h"
+#include "server/base/telemetry.h"
 
 namespace latticed::testing {
 
@@ -24,11 +25,11 @@ class CallSink final : public spdlog::sinks::base_sink<std::mutex> {
 
   // In place of the log's own sinks, at every level; null before a server has set up the log.
   static std::shared_ptr<CallSink> Install() {
+    if (spdlog::get("latticed") == nullptr) return nullptr;
+    ConfigureLogging("debug", "json");
     const auto logger = spdlog::get("latticed");
-    if (logger == nullptr) return nullptr;
     auto sink = std::make_shared<CallSink>();
     logger->sinks() = {sink};
-    logger->set_level(spdlog::level::debug);
     return sink;
   }
 
@@ -45,10 +46,7 @@ class CallSink final : public spdlog::sinks::base_sink<std::mutex> {
  protected:
   void sink_it_(const spdlog::details::log_msg& message) override {
     const std::string text(message.payload.data(), message.payload.size());
-    const std::vector<std::string> parts = absl::StrSplit(text, '\x1f');
-    Line line;
-    for (size_t i = 1; i + 1 < parts.size(); i += 2) line[parts[i]] = parts[i + 1];
-    lines_.push_back(line);
+    lines_.push_back(nlohmann::json::parse("{" + text).get<Line>());
   }
   void flush_() override {}
 

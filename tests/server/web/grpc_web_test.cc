@@ -216,16 +216,16 @@ TEST_F(WebTest, AMessageAsLargeAsAllowedIsTaken) {
   EXPECT_EQ(answer.code, 5);
 }
 
-TEST_F(WebTest, ABadTimeoutOrBinaryValueIsRefused) {
+TEST_F(WebTest, ABadTimeoutOrValueIsRefused) {
   Serve();
 
   const GrpcWebAnswer timeout = Call(kInfo, Frame(""), {{"grpc-timeout", "soon"}});
-  const GrpcWebAnswer binary = Call(kInfo, Frame(""), {{"trace-bin", "*"}});
+  const GrpcWebAnswer accent = Call(kInfo, Frame(""), {{"latticed-scene", "caf\xc3\xa9"}});
 
   EXPECT_EQ(timeout.code, 3);
   EXPECT_THAT(timeout.trailers.at("grpc-message"), HasSubstr("grpc-timeout"));
-  EXPECT_EQ(binary.code, 3);
-  EXPECT_THAT(binary.trailers.at("grpc-message"), HasSubstr("trace-bin"));
+  EXPECT_EQ(accent.code, 3);
+  EXPECT_THAT(accent.trailers.at("grpc-message"), HasSubstr("latticed-scene"));
 }
 
 TEST_F(WebTest, ACompressedRequestIsRefused) {

@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The base of every reactor: a call is counted and logged from Begin to FinishCall, and its reactor is
+// deleted when gRPC is done with it.
+//
+// Threads  as gRPC calls a reactor; Work runs on a worker
+#ifndef LATTICED_SERVER_RPC_CALL_REACTOR_H_
+#define LATTICED_SERVER_RPC_CALL_REACTOR_H_
+
+#include <functional>
+#include <utility>
+
+#include <grpcpp/grpcpp.h>
+
+#include "absl/status/status.h"
+#include "core/base/catch_bad_alloc.h"
+#include "server/rpc/call.h"
+#include "server/rpc/server_env.h"
+#include "server/wire/grpc_status.h"
+
+namespace latticed {
+
+template <typename Reactor>
+class CallReactor : public Reactor {
+ public:
+  void OnDone() override { delete this; }
+
+ protected:
+  // Whether the call may go on. One that may not is finished.
+  bool Begin(const ServerEnv& env, grpc::CallbackServerContext* context, const Rpc& rpc) {
+    absl::StatusOr<CallInfo> call = BeginCall(env, context, rpc);
+    if (call.ok()) {
+      call_ = *std::move(call);
+      return true;
+    }
+    Reactor::Finish(ToGrpcStatus(call.status()));
+    return false;
+  }
+
+  void FinishCall(const grpc::Status& status) {
+    LogFinished(call_, status);
+    Reactor::Finish(status);
+  }
+  void FinishCall(const absl::Status& status) { FinishCall(ToGrpcStatus(status)); }
+
+  // Runs `work` on a worker, frees the request, and gives the result to `done`, on that worker as well.
+  // A request that finds no room while it waits finishes the call. Last of a constructor: the reactor
+  // may be gone when this returns.
+  template <typename Request>
+  void Work(ServerEnv& env, const Request& request, std::function<absl::Status()> work,
+            std::function<void(absl::Status)> done) {
+    if constexpr (requires { request.scene(); }) NoteScene(call_, request.scene());
+    auto room = AdmitRequest(env, request);
+    if (!room.ok()) return FinishCall(room.status());
+    request_room_ = *std::move(room);
+    env.Post([this, &request, work = std::move(work), done = std::move(done)] {
+      absl::Status result = CheckCancelled(call_);
+      if (result.ok()) result = CatchBadAlloc("the request", work);
+      FreeMessage(request);
+      request_room_.Release();
+      done(result);
+    });
+  }
+
+  CallInfo call_;
+
+ private:
+  MemoryReservation request_room_;  // while the request waits
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_RPC_CALL_REACTOR_H_
