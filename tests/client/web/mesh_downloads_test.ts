@@ -49,22 +49,6 @@ test('a mesh is fetched once for its pictures, for its texture and to be kept, w
   assert.equal(server.downloads, 2); // no page has one in memory for ever
 });
 
-test('a mesh that may have its pictures inside is fetched unasked up to 64 MiB; of a larger one it is known how large', async () => {
-  const server = new HeldServer();
-  const services = new Services(server.client);
-  const { signal } = new AbortController();
-  server.release();
-
-  server.meshBytes = (64n << 20n) + 1n;
-  assert.deepEqual(await services.picturedMesh('mesh-1', signal), { bytes: 2 ** 26 + 1 });
-  assert.equal(server.asked, 0);
-  server.meshBytes = 64n << 20n;
-  assert.equal((await services.picturedMesh('mesh-1', signal))?.file?.name, 'cube');
-  server.meshFacts = { format: MeshFormat.GLB, hasUvs: false };
-  assert.equal(await services.picturedMesh('mesh-1', signal), undefined);
-  assert.equal(server.asked, 1);
-});
-
 test('a download goes on for who waits for it still, and ends when nobody does; who comes then begins anew', async () => {
   const server = new HeldServer();
   const { downloads } = server.client;

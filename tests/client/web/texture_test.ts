@@ -85,18 +85,6 @@ for (const little of [true, false]) {
   });
 }
 
-test('the materials of an OBJ get the pictures that its MTL file names, their colours, or the grid; v turns over', async () => {
-  const obj = mesh('t.obj', 'vt 0 .25\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 1/1 2/1 3/1\nusemtl c\nf 1/1 2/1 3/1\n');
-  const mtl = file('t.mtl', 'newmtl a\nmap_Kd C:\\x\\Wood.PNG\nnewmtl b\nKd 1 0 0\nmap_Kd lost.png\n');
-  const wood = picture('wood.png');
-
-  const { layers, corners, notes } = await meshLayers(obj, [picture('other.jpg'), mtl, wood], GRID);
-
-  assert.deepEqual(layers, [{ picture: wood }, { colour: 'rgb(255 0 0)' }, { picture: GRID }]);
-  assert.deepEqual([...corners.subarray(0, 3)], [0, 0.75, 0]);
-  assert.deepEqual(notes, ['t.obj names the picture lost.png, which was not dropped with it.']);
-});
-
 test('without an MTL file a picture is for the material of its name, and a single one for all', async () => {
   const obj = mesh('t.obj', 'vt 0 0\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 1/1 2/1 3/1\n');
   const [a, b] = [picture('a.png'), picture('b.png')];
