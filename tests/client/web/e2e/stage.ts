@@ -9,7 +9,6 @@ import type {} from '@src/main'; // window.latticed
 import type { LiveSession } from '@src/session/live_session';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { launch, openPage } from './browser';
-import type { Certificate } from './certificate';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
 import { createScene, dropFiles, segmentsCome } from './viewer_page';
@@ -25,22 +24,20 @@ export let errors: string[];
 export interface StageOptions {
   /** More options of the server's program. */
   readonly serverOptions?: readonly string[];
-  /** Of the server, which then speaks TLS. */
-  readonly certificate?: Certificate;
-  /** Behind the server's origin. */
-  readonly path?: string;
+  /** Where the page is opened, in place of the server's origin. */
+  readonly address?: () => string | Promise<string>;
   readonly context?: BrowserContextOptions;
   /** What the page shows before the first test. */
   readonly begin?: () => Promise<unknown>;
 }
 
 /** Starts all of it before the first test of the file, and ends it after the last. */
-export function useStage({ serverOptions, certificate, path = '', context, begin }: StageOptions = {}): void {
+export function useStage({ serverOptions, address = () => server.origin, context, begin }: StageOptions = {}): void {
   before(async () => {
-    server = await ServerProcess.start(process.env.LATTICED_VIEWER!, serverOptions, certificate);
+    server = await ServerProcess.start(process.env.LATTICED_VIEWER!, serverOptions);
     direct = new LatticedServer(server.origin);
-    browser = await launch(certificate ? [certificate.browserOption] : []);
-    ({ page, errors } = await openPage(browser, server.origin + path, context));
+    browser = await launch();
+    ({ page, errors } = await openPage(browser, await address(), context));
     await begin?.();
   });
   after(async () => {

@@ -12,6 +12,7 @@ import { randomId } from '@src/wire/ids';
 import { uploadMesh } from '@src/wire/upload';
 import { limitStorage, openPage } from './browser';
 import { lookAtColours, paint, quarters, squareGlb } from './colours';
+import { keeps } from './restarts';
 import { sheetObj } from './sheet';
 import { browser, direct, errors, page, server, until, useStage } from './stage';
 import { createScene, dropFiles, latticeIn, live, promised } from './viewer_page';
@@ -57,21 +58,6 @@ function materialSheet(): string {
   return sheetObj((quad) => (quad === 0 ? 'usemtl all' : ''));
 }
 
-/** Waits until this browser keeps what a server that has lost the scene needs of it. */
-async function keptScene(of: Page): Promise<void> {
-  await promised(of, () => new Promise<boolean>((resolve) => {
-    const { opener, scene } = window.latticed;
-    const request = indexedDB.open('latticed');
-    request.onsuccess = () => {
-      const transaction = request.result.transaction(['meshes', 'scenes']);
-      const mesh = transaction.objectStore('meshes').getKey((opener as unknown as { mesh: { id: string } }).mesh.id);
-      const kept = transaction.objectStore('scenes').getKey(scene!.session.sceneId);
-      request.result.close(); // when all is answered
-      transaction.oncomplete = () => resolve(mesh.result !== undefined && kept.result !== undefined);
-    };
-  }));
-}
-
 test('pictures dropped beside an OBJ are shown after a reload, a restart of the server, and in this browser\'s other windows', async () => {
   await dropFiles(page, [['sheet.mtl', MTL], ['squares.png', other], ['sheet.obj', materialSheet()]]);
   await createScene(page);
@@ -87,7 +73,7 @@ test('pictures dropped beside an OBJ are shown after a reload, a restart of the 
   await comesTo(second, 'red green blue white');
   await second.close();
 
-  await keptScene(page);
+  await keeps(page);
   const address = page.url();
   await page.goto('about:blank');
   await server.kill();
@@ -99,7 +85,7 @@ test('pictures dropped beside an OBJ are shown after a reload, a restart of the 
 });
 
 test('a picture that is dropped after a reload, before the mesh is here again, is kept beside the others', async () => {
-  await keptScene(page);
+  await keeps(page);
   await forgetMeshes(page);
   let release!: () => void;
   const released = new Promise<void>((resolve) => (release = resolve));
@@ -112,7 +98,7 @@ test('a picture that is dropped after a reload, before the mesh is here again, i
   await comesTo(page, 'white blue green red');
   release();
   await page.unrouteAll({ behavior: 'wait' });
-  await keptScene(page);
+  await keeps(page);
 });
 
 /** Drops the sheet with the picture of red, green, blue and white, or alone; waits until it is shown. */
@@ -136,7 +122,7 @@ test('a picture that is dropped on a scene just restored, before its mesh is kno
   t.after(() => fresh.close());
   await openSheet(fresh, true);
   await keptBeside(fresh, 'squares.png', picture);
-  await keptScene(fresh);
+  await keeps(fresh);
   const address = fresh.url();
   await fresh.goto('about:blank');
   await server.kill();

@@ -46,10 +46,6 @@ export class FakeStream implements SceneStream {
   get controls(): ControlWatchRequest[] {
     return this.sent.flatMap(({ message }) => (message.case === 'control' ? [message.value] : []));
   }
-
-  get presences(): Presence[] {
-    return this.sent.flatMap(({ message }) => (message.case === 'presence' ? [message.value] : []));
-  }
 }
 
 /** Opens streams and keeps them, the newest last. */
