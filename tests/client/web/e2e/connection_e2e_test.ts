@@ -9,7 +9,7 @@ import type { Vec3 } from '@src/lattice/vec';
 import { followsDefinition } from './definition';
 import { keeps } from './restarts';
 import { tapSockets, type TappedSocket } from './socket_tap';
-import { CORNER, direct, page, server, until, useStage } from './stage';
+import { CORNER, direct, page, pointAtServer, server, until, useStage } from './stage';
 import { TcpProxy } from './tcp_proxy';
 import { torusObj } from './torus';
 import { controlPoint, createScene, dropFiles, live, segmentsCome } from './viewer_page';
@@ -51,12 +51,6 @@ async function revision(): Promise<number> {
   return Number((await direct.scenes.getScene({ scene })).revision);
 }
 
-/** Where the server has the control point that is moved. */
-async function cornerAtServer(): Promise<number[]> {
-  const { lattice } = await direct.scenes.getLattice({ scene });
-  return lattice!.controlPoints.slice(3 * CORNER, 3 * CORNER + 3);
-}
-
 /** States of the session, as they are told from now on. */
 async function states(): Promise<() => Promise<string[]>> {
   const told = await page.evaluateHandle(() => {
@@ -69,7 +63,7 @@ async function states(): Promise<() => Promise<string[]>> {
 
 /** Waits until the page and the server have a point where all edits so far put it, and the surface is there too. */
 async function arrives(target: readonly number[]): Promise<void> {
-  await until(async () => String(await cornerAtServer()) === String(target));
+  await until(async () => String(await pointAtServer(CORNER)) === String(target));
   assert.deepEqual(await controlPoint(page, CORNER), target);
   await followsDefinition(page, OBJ);
 }

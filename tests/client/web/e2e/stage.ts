@@ -87,6 +87,12 @@ export function allPoints(of = page): Promise<number[]> {
   return of.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
 }
 
+/** Where the server has a control point of the page's scene. */
+export async function pointAtServer(index: number): Promise<number[]> {
+  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+  return (await direct.scenes.getLattice({ scene })).lattice!.controlPoints.slice(3 * index, 3 * index + 3);
+}
+
 /** Waits until something holds, for a minute at most. */
 export async function until(holds: () => boolean | Promise<boolean>, say: () => unknown = () => holds.toString()): Promise<void> {
   for (const end = Date.now() + 60_000; !(await holds()); await new Promise((resolve) => setTimeout(resolve, 20))) {
