@@ -3,13 +3,13 @@
 //
 // Pages whose server, which keeps nothing, is killed and started again.
 import type { Page } from 'playwright-core';
-import { promised } from './viewer_page';
+import { until } from '../support/until';
 
 const RESTORED = 'The server was restarted; (this browser|another window) restored mesh and lattice';
 
 /** Waits until the browser has what it takes to restore the page's scene: only then may the server go. */
 export async function keeps(page: Page): Promise<void> {
-  await promised(page, () => new Promise<boolean>((resolve) => {
+  await until(() => page.evaluate(() => new Promise<boolean>((resolve) => {
     const { opener, scene } = window.latticed;
     const request = indexedDB.open('latticed');
     request.onsuccess = () => {
@@ -19,7 +19,7 @@ export async function keeps(page: Page): Promise<void> {
       request.result.close(); // when all is answered
       transaction.oncomplete = () => resolve(mesh.result !== undefined && kept.result !== undefined);
     };
-  }));
+  })));
 }
 
 /** Keeps what the page tells from now on: its toasts go after some seconds. */

@@ -8,10 +8,13 @@ import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import type { LiveSession } from '@src/session/live_session';
 import { LatticedServer } from '@src/wire/latticed_server';
+import { until } from '../support/until';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
 import { createScene, dropFiles, segmentsCome } from './viewer_page';
+
+export { until };
 
 export let server: ServerProcess;
 /** Calls that no page makes. */
@@ -58,8 +61,8 @@ export async function openTorus(segments = 2): Promise<void> {
   await segmentsCome(page, segments);
 }
 
-export async function setView(view: Parameters<LiveSession['setView']>[0]): Promise<void> {
-  await page.evaluate((change) => {
+export async function setView(view: Parameters<LiveSession['setView']>[0], of = page): Promise<void> {
+  await of.evaluate((change) => {
     const { settings } = window.latticed;
     settings.set({ view: { ...settings.value.view, ...change } });
   }, view);
@@ -91,11 +94,4 @@ export function allPoints(of = page): Promise<number[]> {
 export async function pointAtServer(index: number): Promise<number[]> {
   const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
   return (await direct.scenes.getLattice({ scene })).lattice!.controlPoints.slice(3 * index, 3 * index + 3);
-}
-
-/** Waits until something holds, for a minute at most. */
-export async function until(holds: () => boolean | Promise<boolean>, say: () => unknown = () => holds.toString()): Promise<void> {
-  for (const end = Date.now() + 60_000; !(await holds()); await new Promise((resolve) => setTimeout(resolve, 20))) {
-    if (Date.now() > end) throw new Error(`waited in vain: ${String(await say())}`);
-  }
 }

@@ -61,15 +61,6 @@ export async function pointComesTo(of: Page, index: number, place: Vec3): Promis
   }, [index, ...place] as const);
 }
 
-/** Waits until what the page promises holds, and returns it: for waitForFunction a promise holds at once. */
-export async function promised<T, A = undefined>(of: Page, ask: (about: A) => Promise<T | undefined | false>, about?: A): Promise<T> {
-  for (const end = Date.now() + 60_000; ; await of.waitForTimeout(20)) {
-    const answer = await of.evaluate(ask as (about: unknown) => Promise<T | undefined | false>, about);
-    if (answer) return answer;
-    if (Date.now() > end) throw new Error(`waited in vain: ${ask.toString()}`);
-  }
-}
-
 /**
  * Waits until what has changed is taken in and drawn: handles are pressed where they were drawn last. Where a graphics
  * processor has enough to do, frames wait.

@@ -290,14 +290,6 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
   await undo(rest);
 });
 
-test('software OpenGL, three times slower with it, draws without antialiasing', async () => {
-  const samples = await page.evaluate(() => {
-    const gl = window.latticed.viewport.renderer.getContext();
-    return gl.getParameter(gl.SAMPLES) as number;
-  });
-  assert.equal(samples, 0);
-});
-
 test('where nothing changes nothing is drawn', async () => {
   await page.waitForFunction(() => {
     const { isWanted, frames: queue } = window.latticed.viewport as unknown as { isWanted: boolean; frames: { isEmpty: boolean } };

@@ -19,6 +19,9 @@ import { FakeServer } from './fake_server';
 import { FakeStreams, type FakeStream } from './fake_stream';
 import { FakeWorker } from './fake_worker';
 import { MemorySceneStore } from './memory_scene_store';
+import { until } from './until';
+
+export { until };
 
 export const decoderWasm = new Uint8Array(readFileSync('node_modules/draco3d/draco_decoder.wasm')).buffer;
 
@@ -137,13 +140,4 @@ export class SessionFixture {
 /** Control points at 0, 1/2 and 1 per axis: number 0 at the origin, 1 at (0.5, 0, 0). */
 export function cubeLattice(): Lattice {
   return fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [3, 3, 3], degree: [2, 2, 2], padding: 0 });
-}
-
-/** Waits, for a minute at most, until something holds. */
-export async function until(holds: () => boolean | Promise<boolean>): Promise<void> {
-  for (const end = Date.now() + 60_000; Date.now() < end;) {
-    if (await holds()) return;
-    await new Promise((resolve) => setTimeout(resolve, 1));
-  }
-  throw new Error(`waited in vain: ${holds.toString()}`);
 }
