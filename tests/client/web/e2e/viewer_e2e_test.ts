@@ -11,7 +11,7 @@ import { distance, type Vec3 } from '@src/lattice/vec';
 import { openPage } from './browser';
 import { followsDefinition } from './definition';
 import { browser, CORNER, errors, OBJ, page, press, selected as selection, server, setView, shot, until, useStage } from './stage';
-import { colourAt, controlPoint, createScene, dropFiles, frames, live, onScreen, saved } from './viewer_page';
+import { colourAt, controlPoint, dropFiles, frames, live, onScreen, saved } from './viewer_page';
 
 
 const readBacks: string[] = []; // addresses of calls for a mesh that the page has itself
