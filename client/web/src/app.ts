@@ -2,15 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Ties it together: the page, the settings, the view and the scene that is open.
-import { makeCommands } from './commands/all_commands';
-import type { CommandTarget } from './commands/command_makers';
+import { makeCommands, type CommandTarget } from './commands/all_commands';
 import { SceneOpener } from './scene_opener';
 import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
-import type { PatchFacts } from './surface/surface_look';
+import type { PatchFacts } from './surface/patch_colours';
 import { Commands, letterOf } from './ui/commands';
 import { acceptDrops } from './ui/drop_zone';
 import { HeatLegend } from './ui/overlays/heat_legend';

@@ -3,11 +3,11 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Editor } from '@src/edit/editor';
-import { fitLattice } from '@src/lattice/identity';
 import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import type { LiveSession } from '@src/session/live_session';
 import { DEFAULT_SETTINGS, rememberedSettings } from '@src/state/settings';
 import { Store } from '@src/state/store';
+import { fitLattice } from './support/fitted_lattice';
 
 /** An editor whose session writes down what it is asked. */
 function open(): { editor: Editor; log: (LatticeEdit | string)[] } {

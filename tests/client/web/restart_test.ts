@@ -6,9 +6,9 @@ import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { Code, ConnectError } from '@connectrpc/connect';
 import { GesturePhase } from 'latticed/v1/edit_pb';
-import { fitLattice } from '@src/lattice/identity';
 import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import { SessionFixture, cubeLattice, noScene, until } from './support/session_fixture';
+import { fitLattice } from './support/fitted_lattice';
 
 const LET_GO = 'The server was restarted, so what was being moved was let go where it was.';
 const OTHER_STRUCTURE = fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 });
