@@ -239,10 +239,10 @@ test('inner points that are hidden are neither drawn nor selected, until they ar
 
 test('bits and encoding of the panel are those of what comes, which the head-up line counts', async () => {
   const step = (): Promise<number> =>
-    page.evaluate(() => window.latticed.scene!.session.surface.drawnStep!);
+    page.evaluate(() => window.latticed.scene!.session.surface.grid!.step);
   const waitForStep = (low: number, high: number): Promise<unknown> =>
     page.waitForFunction(([a, b]) => {
-      const step = window.latticed.scene!.session.surface.drawnStep!;
+      const step = window.latticed.scene!.session.surface.grid!.step;
       return step > a && step < b;
     }, [low, high] as const);
   await press('n');
@@ -284,7 +284,7 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
   await page.locator('[data-hud=latency][title^="The newest: server "]').getByText(/^[1-9]/).waitFor(); // a frame has shown it
   for (const encoding of ['raw', 'draco', 'quantised'] as const) {
     await setView({ encoding });
-    await page.waitForFunction((isRaw) => (window.latticed.scene!.session.surface.drawnStep === 1) === isRaw, encoding === 'raw');
+    await page.waitForFunction((isRaw) => (window.latticed.scene!.session.surface.grid?.step === 1) === isRaw, encoding === 'raw');
     await followsDefinition(page, OBJ);
   }
   await undo(rest);
