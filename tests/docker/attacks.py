@@ -124,14 +124,6 @@ def slow_readers(attack):
         connection.ending(stream)
 
 
-def compressed(attack):
-    """Messages that say that they are compressed."""
-    for encodings in (["gzip"], ["identity", "gzip"], ["identity,gzip"]):
-        more = [("grpc-encoding", encoding) for encoding in encodings]
-        expect(attack.connect().call(INFO, more=more) == 12, f"grpc-encoding {encodings} is taken")
-    expect(attack.connect().call(INFO, more=[("grpc-encoding", "identity")]) == 0, "identity is refused")
-
-
 def long_trailers(attack):
     """Trailers that are longer than gRPC takes."""
     for _ in range(8):
@@ -203,7 +195,6 @@ def main(port, cut_port, ca, admin, scene):
         continuations,
         rapid_reset,
         calls_never_begun,
-        compressed,
         long_trailers,
         pings,
         connections,

@@ -5,10 +5,10 @@ import { test } from 'node:test';
 import { beginSpread, buildEdit } from '@src/edit/build_edit';
 import { softWeights } from '@src/edit/falloff';
 import { moved, motionMatrix, type Motion } from '@src/edit/motion';
-import { pivotPoint, type Pivot } from '@src/edit/pivot';
+import type { Pivot } from '@src/edit/pivot';
 import { Selection } from '@src/edit/selection';
-import { fitLattice } from '@src/lattice/identity';
 import { pointAt } from '@src/lattice/vec';
+import { fitLattice } from './support/fitted_lattice';
 
 // Points 0, 1, 2, 3 along u at x = 0, 0.5, 1.5, 2.
 const lattice = fitLattice({ min: [0, 0, 0], max: [2, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 });
@@ -75,11 +75,6 @@ test('indices ascend as numbers, and hidden points are out of reach', () => {
   assert.equal(selection.size, 12);
 });
 
-test('the median, and the active point, as pivots', () => {
-  close(pivotPoint(lattice.points, Uint32Array.of(0, 3), 'median', 3), [1, 0, 0]);
-  close(pivotPoint(lattice.points, Uint32Array.of(0, 3), 'active', 3), [2, 0, 0]);
-});
-
 test('soft selection falls from the nearest selected point to the radius', () => {
   const soft = { enabled: true, radius: 2, falloff: 'linear' } as const;
 
@@ -90,16 +85,6 @@ test('soft selection falls from the nearest selected point to the radius', () =>
     { index: 1, weight: 0.75, leader: 0 },
     { index: 2, weight: 0.25, leader: 0 },
   ]);
-});
-
-test('a plain move and a plain turn are one offset and one matrix', () => {
-  const spread = beginSpread(lattice, Uint32Array.of(1, 2), off, shown);
-
-  const move = buildEdit(spread, { kind: 'move', offset: [0, 0, 1] }, [0, 0, 0]);
-  const turn = buildEdit(spread, { kind: 'rotate', axis: [0, 0, 1], angle: 1 }, [0, 0, 0]);
-
-  assert.deepEqual(move, { kind: 'move', indices: Uint32Array.of(1, 2), offset: [0, 0, 1] });
-  assert.equal(turn.kind, 'transform');
 });
 
 test('the mirror reflects a move; a point in the middle stays in the middle', () => {

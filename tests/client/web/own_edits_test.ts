@@ -5,17 +5,17 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { GesturePhase } from 'latticed/v1/edit_pb';
-import { fitLattice } from '@src/lattice/identity';
 import { Lattice } from '@src/lattice/lattice';
 import { refusal } from './support/fake_stream';
-import { cubeLattice, SessionFixture } from './support/session_fixture';
+import { cubeLattice, SessionFixture, until } from './support/session_fixture';
+import { fitLattice } from './support/fitted_lattice';
 
 const one = Uint32Array.of(1);
 const move = (x: number, indices = one) => ({ kind: 'move', indices, offset: [x, 0, 0] }) as const;
 
-test('an edit is shown at once and stays where it is until answer and delta are here, in either order', async () => {
+test('an edit is shown at once and stays where it is until answer and delta are here, in either order', async (t) => {
   for (const answerFirst of [true, false]) {
-    const fixture = await SessionFixture.live();
+    const fixture = await SessionFixture.live(t);
     const moved: number[][] = [];
     fixture.session.on('points', (indices) => moved.push([...indices]));
 
@@ -32,12 +32,11 @@ test('an edit is shown at once and stays where it is until answer and delta are 
     assert.deepEqual(moved, [[1]]);  // and not once more for the delta
     fixture.delta(2n, [1], [0.1, 0, 0], 'somebody');
     assert.equal(fixture.x(1), 0.1);
-    fixture.session.close();
   }
 });
 
-test('one batch is in flight; of what waits only the newest update of a gesture goes, made of its begin', async () => {
-  const fixture = await SessionFixture.live();
+test('one batch is in flight; of what waits only the newest update of a gesture goes, made of its begin', async (t) => {
+  const fixture = await SessionFixture.live(t);
   const gesture = fixture.session.gesture();
 
   for (const x of [0.1, 0.2, 0.3, 0.4]) gesture.update(move(x));
@@ -52,11 +51,10 @@ test('one batch is in flight; of what waits only the newest update of a gesture 
   assert.equal(second.gestureId, first.gestureId);
   assert.ok(second.sequence > first.sequence);
   assert.equal(second.edits[0].edit.case === 'moveControlPoints' && second.edits[0].edit.value.offset?.x, 0.4);
-  fixture.session.close();
 });
 
-test('a commit takes the update that waits with it, and goes bare where none does', async () => {
-  const fixture = await SessionFixture.live();
+test('a commit takes the update that waits with it, and goes bare where none does', async (t) => {
+  const fixture = await SessionFixture.live(t);
   const gesture = fixture.session.gesture();
   gesture.update(move(0.1));
   gesture.update(move(0.2));
@@ -73,11 +71,10 @@ test('a commit takes the update that waits with it, and goes bare where none doe
 
   assert.equal(fixture.stream.edits[3].gesturePhase, GesturePhase.COMMIT);
   assert.equal(fixture.stream.edits[3].edits.length, 0);
-  fixture.session.close();
 });
 
-test('a gesture puts back points that its next update leaves out, and all of them when it is cancelled', async () => {
-  const fixture = await SessionFixture.live();
+test('a gesture puts back points that its next update leaves out, and all of them when it is cancelled', async (t) => {
+  const fixture = await SessionFixture.live(t);
   const gesture = fixture.session.gesture();
   gesture.update(move(0.1));
   gesture.update(move(0.2, Uint32Array.of(2)));
@@ -88,11 +85,10 @@ test('a gesture puts back points that its next update leaves out, and all of the
   assert.deepEqual([fixture.x(1), fixture.x(2)], [0.5, 1]);
   fixture.accept(fixture.stream.edits[0].sequence, 1n);
   assert.deepEqual(fixture.stream.edits.map(({ gesturePhase }) => gesturePhase), [GesturePhase.UPDATE, GesturePhase.CANCEL]);
-  fixture.session.close();
 });
 
-test('a gesture that is cancelled before anything of it was sent sends nothing', async () => {
-  const fixture = await SessionFixture.live();
+test('a gesture that is cancelled before anything of it was sent sends nothing', async (t) => {
+  const fixture = await SessionFixture.live(t);
   fixture.session.apply(move(0.1));
   const gesture = fixture.session.gesture();
   gesture.update(move(0.2));
@@ -101,11 +97,10 @@ test('a gesture that is cancelled before anything of it was sent sends nothing',
 
   assert.equal(fixture.stream.edits.length, 1);
   assert.equal(fixture.x(1), 0.6);
-  fixture.session.close();
 });
 
-test('a refused edit goes back to the server\'s place and is said in words; the next one goes', async () => {
-  const fixture = await SessionFixture.live();
+test('a refused edit goes back to the server\'s place and is said in words; the next one goes', async (t) => {
+  const fixture = await SessionFixture.live(t);
   const idle: unknown[] = [];
   fixture.session.on('refused', (_, nothing) => idle.push(nothing));
   fixture.session.apply(move(0.25));
@@ -121,11 +116,10 @@ test('a refused edit goes back to the server\'s place and is said in words; the 
     sequence: fixture.stream.edits[1].sequence, status: refusal(9, 'NOTHING_TO_UNDO', 'nothing'), revision: 0n } });
   assert.equal(fixture.said[1], 'There is nothing to undo.');
   assert.deepEqual(idle, [false, true]);
-  fixture.session.close();
 });
 
-test('another structure drops what waits for the old one, says so, and ends the open gesture', async () => {
-  const fixture = await SessionFixture.live();
+test('another structure drops what waits for the old one, says so, and ends the open gesture', async (t) => {
+  const fixture = await SessionFixture.live(t);
   let seen = 0;
   fixture.session.on('lattice', (lattice) => (seen = lattice.count));
   const gesture = fixture.session.gesture();
@@ -145,7 +139,6 @@ test('another structure drops what waits for the old one, says so, and ends the 
   assert.match(fixture.said[0], /unsent edits were dropped/);
   fixture.session.apply(move(0.1));
   assert.equal(fixture.stream.edits[1].structureId, 2n);
-  fixture.session.close();
 });
 
 const like = cubeLattice();
@@ -156,9 +149,8 @@ for (const [what, lattice] of [
   ['knots', new Lattice(like.frame, like.degree, like.size, [Float64Array.of(0, 0, 0, 2, 2, 2), like.knots[1], like.knots[2]], like.points)],
 ] as const) {
   test(`a lattice that differs in its ${what} is another, also with as many control points and under the same id`, async (t) => {
-    const fixture = await SessionFixture.live();
-    t.after(() => fixture.session.close());
-    const shown: Lattice[] = [];
+    const fixture = await SessionFixture.live(t);
+      const shown: Lattice[] = [];
     let ended = 0;
     fixture.session.on('lattice', (other) => shown.push(other));
     const gesture = fixture.session.gesture({ ended: () => ++ended });
@@ -180,8 +172,7 @@ for (const [what, lattice] of [
 }
 
 test('a lattice that is the same is none, however often it comes', async (t) => {
-  const fixture = await SessionFixture.live();
-  t.after(() => fixture.session.close());
+  const fixture = await SessionFixture.live(t);
   fixture.session.on('lattice', () => assert.fail('another lattice'));
   const gesture = fixture.session.gesture();
   gesture.update(move(0.1));
@@ -193,8 +184,7 @@ test('a lattice that is the same is none, however often it comes', async (t) => 
 });
 
 test('another structure ends the open gesture, which is told and said, also where all of it was answered', async (t) => {
-  const fixture = await SessionFixture.live();
-  t.after(() => fixture.session.close());
+  const fixture = await SessionFixture.live(t);
   let ended = 0;
   const listener = { ended: () => ++ended };
   fixture.session.gesture(listener).commit();
@@ -210,8 +200,7 @@ test('another structure ends the open gesture, which is told and said, also wher
 });
 
 test('an edit beside an open gesture commits that, which is told, and goes after it', async (t) => {
-  const fixture = await SessionFixture.live();
-  t.after(() => fixture.session.close());
+  const fixture = await SessionFixture.live(t);
   let ended = 0;
   const gesture = fixture.session.gesture({ ended: () => ++ended });
   gesture.update(move(0.1));
@@ -226,8 +215,8 @@ test('an edit beside an open gesture commits that, which is told, and goes after
   assert.deepEqual(fixture.said, []);
 });
 
-test('turning, setting and replacing points do what the server will', async () => {
-  const fixture = await SessionFixture.live();
+test('turning, setting and replacing points do what the server will', async (t) => {
+  const fixture = await SessionFixture.live(t);
   const quarterTurn = Float64Array.of(0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1);
   fixture.session.apply({ kind: 'transform', indices: one, matrix: quarterTurn });
   assert.deepEqual([...fixture.session.lattice.points.slice(3, 6)], [0, 0.5, 0]);
@@ -237,43 +226,26 @@ test('turning, setting and replacing points do what the server will', async () =
 
   fixture.session.replace(cubeLattice().points);
   assert.equal(fixture.x(1), 0.5);
-  fixture.session.close();
 });
 
-test('a gesture hears how far the server left its drags from their targets, until it ends', async () => {
-  const fixture = await SessionFixture.live();
-  const heard: number[] = [];
-  fixture.session.apply(move(0.1)); // of no gesture
-  const gesture = fixture.session.gesture({ dragged: (left) => heard.push(left) });
-  const point = { face: 0, corners: [0, 1, 2], barycentrics: [1, 0, 0], position: [0, 0, 0] } as const;
-  const drag = (z: number) => gesture.update({ kind: 'drag', points: [point], targets: Float64Array.of(0, 0, z) });
-  const answer = (dragResidual: number): void =>
-    fixture.stream.event({ case: 'editResult', value: {
-      sequence: fixture.stream.edits.at(-1)!.sequence, revision: BigInt(fixture.stream.edits.length), structureId: 1n, dragResidual } });
+test('an update says how long ago the own edit was that the server has applied with it, and of others nothing', async (t) => {
+  const fixture = await SessionFixture.live(t);
+  let now = 1000;
+  t.mock.method(performance, 'now', () => now);
+  const ages: (number | undefined)[] = [];
+  fixture.session.on('update', ({ msFromEdit }) => ages.push(msFromEdit));
+  const update = async (updateId: bigint, appliedSequence: bigint): Promise<void> => {
+    fixture.stream.event({ case: 'updateBegin', value: { updateId, revision: updateId } });
+    fixture.stream.event({ case: 'updateEnd', value: { updateId, revision: updateId, appliedSequence } });
+    await until(() => ages.length === Number(updateId));
+  };
 
-  answer(9); // of the edit before
-  drag(1);
-  drag(2);
-  answer(0.5);
-  answer(0.75); // of the drag that waited
-  drag(3);
-  gesture.commit();
-  answer(0.25);
-  answer(0.25); // of the commit
+  fixture.session.apply(move(0.1));
+  const [{ sequence }] = fixture.stream.edits;
+  now = 1040;
+  await update(1n, 0n);
+  await update(2n, sequence);
+  await update(3n, sequence);
 
-  assert.deepEqual(heard, [0.5, 0.75]);
-  fixture.session.close();
-});
-
-test('a drag of the surface is left to the server, whose delta the cage follows', async () => {
-  const fixture = await SessionFixture.live();
-  const point = { face: 0, corners: [0, 1, 2], barycentrics: [1, 0, 0], position: [0, 0, 0] } as const;
-  fixture.session.apply({ kind: 'drag', points: [point], targets: Float64Array.of(0, 0, 1) });
-  assert.equal(fixture.x(1), 0.5);
-  assert.equal(fixture.stream.edits[0].edits[0].edit.case, 'dragPoints');
-
-  fixture.delta(1n, [1], [0.5, 0, 0.3]);
-
-  assert.equal(fixture.session.lattice.points[5], 0.3);
-  fixture.session.close();
+  assert.deepEqual(ages, [undefined, 40, undefined]);
 });

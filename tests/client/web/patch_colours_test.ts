@@ -5,8 +5,7 @@
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { DataArrayTexture } from 'three';
-import { Encoding, NormalMode } from 'latticed/v1/view_pb';
-import type { PatchOrigins, PatchSource, RestCorners } from '@src/surface/patch_source';
+import type { PatchOrigins, PatchSource, RestCorners } from '@src/surface/patch_colours';
 import { noPatches, SessionFixture, until } from './support/session_fixture';
 
 const REST: RestCorners = { origin: [0, 0, 0], corners: Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0) };
@@ -23,14 +22,8 @@ class AskedPatches implements PatchSource {
   readonly rest: Ask<RestCorners>[] = [];
   readonly uvs: Ask<PatchOrigins>[] = [];
   readonly boxOf = noPatches.boxOf;
-
-  restCorners(): Promise<RestCorners> {
-    return asked(this.rest);
-  }
-
-  origins(): Promise<PatchOrigins> {
-    return asked(this.uvs);
-  }
+  readonly restCorners = (): Promise<RestCorners> => asked(this.rest);
+  readonly origins = (): Promise<PatchOrigins> => asked(this.uvs);
 }
 
 function asked<T>(asks: Ask<T>[]): Promise<T> {
@@ -38,105 +31,59 @@ function asked<T>(asks: Ask<T>[]): Promise<T> {
 }
 
 /** A session that shows one triangle at (4, 4, 4), and what it failed to get. */
-async function shown(context: TestContext): Promise<{ fixture: SessionFixture; patches: AskedPatches; failed: string[] }> {
+async function shown(t: TestContext): Promise<{ fixture: SessionFixture; patches: AskedPatches; failed: string[] }> {
   const patches = new AskedPatches();
-  const fixture = await SessionFixture.live({ patches });
-  context.after(() => fixture.session.close());
+  const fixture = await SessionFixture.live(t, { patches });
   const failed: string[] = [];
   fixture.surface.onFailed = (what, error) => failed.push(`${what}: ${(error as Error).message}`);
-  const { stream } = fixture;
-  stream.event({ case: 'topology', value: {
-    topologyId: 't', patchCount: 1n, pointCount: 3n, triangleCount: 1n, segments: 1, chunkRuns: [{ chunkCount: 1, patchesPerChunk: 1 }],
-    pattern: { points: [1, 0, 0, 0, 1, 0, 0, 0, 1], triangles: [0, 1, 2] } } });
-  stream.event({ case: 'quantisation', value: { quantisationId: 1n, origin: {}, step: 1, bits: 12 } });
-  stream.event({ case: 'updateBegin', value: { updateId: 1n, revision: 1n, view: { encoding: Encoding.QUANTISED, normals: NormalMode.NONE } } });
-  const data = new Uint8Array(new Uint16Array(9).fill(4).buffer);
-  stream.event({ case: 'chunks', value: { updateId: 1n, topologyId: 't', quantisationId: 1n, chunks: [{ index: 0, data }] } });
-  stream.event({ case: 'updateEnd', value: { updateId: 1n, revision: 1n } });
+  fixture.sendTriangle(1n, 4);
   await until(() => fixture.surface.patchCount === 1);
   return { fixture, patches, failed };
 }
 
-/** Loses the stream, and opens the next. */
-async function reconnect(fixture: SessionFixture): Promise<void> {
-  const { length } = fixture.sockets.opened;
-  fixture.stream.end();
-  await until(() => fixture.sockets.opened.length > length);
-  fixture.stream.hello();
-}
+test('a shape at rest that could not be had is told of once for each cause and choice, and is there when the server is', async (t) => {
+  const { fixture, patches, failed } = await shown(t);
+  const { surface } = fixture;
 
-test('a shape at rest that could not be had is told of once for each cause, and is there when the server is', async (context) => {
-  const { fixture, patches, failed } = await shown(context);
-
-  fixture.surface.setLook({ colouring: 'displacement' });
+  surface.setLook({ colouring: 'displacement' });
   patches.rest[0].reject(new Error('no room'));
   await until(() => failed.length === 1);
-  fixture.surface.setLook({ wireframe: true }); // nothing else was chosen
+  surface.setLook({ wireframe: true }); // nothing else was chosen
   assert.equal(patches.rest.length, 1);
-  await reconnect(fixture);
-  assert.equal(patches.rest.length, 2);
+  await fixture.reconnect();
   patches.rest[1].reject(new Error('no room'));
-  await reconnect(fixture);
+  await fixture.reconnect();
   patches.rest[2].reject(new Error('no right'));
   await until(() => failed.length === 2);
-  assert.equal(fixture.surface.displacementRange, 0);
-  await reconnect(fixture);
-  patches.rest[3].resolve(REST);
-  await until(() => fixture.surface.displacementRange > 0);
+  surface.setLook({ colouring: 'plain' });
+  surface.setLook({ colouring: 'displacement' });
+  patches.rest[3].reject(new Error('no right'));
+  await until(() => failed.length === 3);
+  assert.equal(surface.displacementRange, 0);
+  await fixture.reconnect(); // the answer is lost with the connection
+  await fixture.reconnect();
+  patches.rest[5].resolve(REST);
+  await until(() => surface.displacementRange > 0);
+  patches.rest[4].reject(new Error('too late'));
 
-  assert.deepEqual(failed, ['rest: no room', 'rest: no right']);
-  await reconnect(fixture);
-  assert.equal(patches.rest.length, 4); // it is here
+  await fixture.reconnect();
+  assert.deepEqual([failed, patches.rest.length], [['rest: no room', 'rest: no right', 'rest: no right'], 6]);
 });
 
-test('who chooses a look again is told again; an answer that was lost with the connection is not waited for', async (context) => {
-  const { fixture, patches, failed } = await shown(context);
-  fixture.surface.setLook({ ghost: true });
-  patches.rest[0].reject(new Error('no room'));
-  await until(() => failed.length === 1);
-
-  fixture.surface.setLook({ ghost: false });
-  assert.equal(patches.rest.length, 1);
-  fixture.surface.setLook({ ghost: true });
-  patches.rest[1].reject(new Error('no room'));
-  await until(() => failed.length === 2);
-  fixture.surface.setLook({ colouring: 'displacement' });
-  await reconnect(fixture);
-  patches.rest[3].resolve(REST);
-  await until(() => fixture.surface.displacementRange > 0);
-  patches.rest[2].reject(new Error('too late'));
-  await reconnect(fixture);
-
-  assert.deepEqual([failed, patches.rest.length], [['rest: no room', 'rest: no room'], 4]);
-});
-
-test('texture coordinates that could not be had are told of, and are there when the server is', async (context) => {
-  const { fixture, patches, failed } = await shown(context);
-  fixture.surface.setLook({ colouring: 'texture' });
-  fixture.surface.setTexture(new DataArrayTexture(new Uint8Array(4), 1, 1, 1), new Float32Array(9));
+test('texture coordinates that could not be had are told of, and are there when the server is; another picture in the same places is drawn at once', async (t) => {
+  const { fixture, patches, failed } = await shown(t);
+  const { surface } = fixture;
+  const setPicture = (): void => surface.setTexture(new DataArrayTexture(new Uint8Array(4), 1, 1, 1), new Float32Array(9));
+  surface.setLook({ colouring: 'texture' });
+  setPicture();
 
   patches.uvs[0].reject(new Error('no answer'));
   await until(() => failed.length === 1);
-  assert.equal(fixture.surface.isTextured, false);
-  await reconnect(fixture);
-  patches.uvs[1].resolve(ORIGINS);
-  await until(() => fixture.surface.isTextured);
-
-  assert.deepEqual(failed, ['uvs: no answer']);
-});
-
-test('another picture in the same places is drawn at once, in others when their coordinates are here', async (context) => {
-  const { fixture: { surface }, patches } = await shown(context);
-  const picture = (): DataArrayTexture => new DataArrayTexture(new Uint8Array(4), 1, 1, 1);
-  surface.setLook({ colouring: 'texture' });
-  surface.setTexture(picture(), new Float32Array(9));
-  patches.uvs[0].resolve(ORIGINS);
-  await until(() => surface.isTextured);
-
-  surface.setTexture(picture(), new Float32Array(9));
-  assert.deepEqual([surface.isTextured, patches.uvs.length], [true, 1]);
-  surface.setTexture(picture(), new Float32Array(9).fill(1));
-  assert.deepEqual([surface.isTextured, patches.uvs.length], [false, 2]);
+  assert.equal(surface.isTextured, false);
+  await fixture.reconnect();
   patches.uvs[1].resolve(ORIGINS);
   await until(() => surface.isTextured);
+
+  setPicture();
+  assert.deepEqual([surface.isTextured, patches.uvs.length, failed], [true, 2, ['uvs: no answer']]);
 });

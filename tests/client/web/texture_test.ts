@@ -85,18 +85,6 @@ for (const little of [true, false]) {
   });
 }
 
-test('the materials of an OBJ get the pictures that its MTL file names, their colours, or the grid; v turns over', async () => {
-  const obj = mesh('t.obj', 'vt 0 .25\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 1/1 2/1 3/1\nusemtl c\nf 1/1 2/1 3/1\n');
-  const mtl = file('t.mtl', 'newmtl a\nmap_Kd C:\\x\\Wood.PNG\nnewmtl b\nKd 1 0 0\nmap_Kd lost.png\n');
-  const wood = picture('wood.png');
-
-  const { layers, corners, notes } = await meshLayers(obj, [picture('other.jpg'), mtl, wood], GRID);
-
-  assert.deepEqual(layers, [{ picture: wood }, { colour: 'rgb(255 0 0)' }, { picture: GRID }]);
-  assert.deepEqual([...corners.subarray(0, 3)], [0, 0.75, 0]);
-  assert.deepEqual(notes, ['t.obj names the picture lost.png, which was not dropped with it.']);
-});
-
 test('without an MTL file a picture is for the material of its name, and a single one for all', async () => {
   const obj = mesh('t.obj', 'vt 0 0\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 1/1 2/1 3/1\n');
   const [a, b] = [picture('a.png'), picture('b.png')];
@@ -106,20 +94,14 @@ test('without an MTL file a picture is for the material of its name, and a singl
   assert.deepEqual((await meshLayers(obj, [], GRID)).layers, [{ picture: GRID }, { picture: GRID }]);
 });
 
-test('a PLY gets the pictures that it names; one picture of another name will do', async () => {
-  const header = (comments: string): string =>
-    `ply\nformat ascii 1.0\n${comments}${PLY_VERTICES}property float u\nproperty float v\n${PLY_FACES}end_header\n` +
-    '0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n';
-  const [wood, stone] = [picture('wood.png'), picture('stone.png')];
-
-  const two = mesh('two.ply', header('comment TextureFile ./Stone.png\ncomment TextureFile gone.png\n'));
-  const { layers, notes } = await meshLayers(two, [wood, stone], GRID);
-  assert.deepEqual(layers, [{ picture: stone }, { picture: GRID }]);
-  assert.deepEqual(notes, ['two.ply names the picture gone.png, which was not dropped with it.']);
-
-  const one = mesh('one.ply', header('comment TextureFile gone.png\n'));
-  assert.deepEqual((await meshLayers(one, [wood], GRID)).layers, [{ picture: wood }]);
-  assert.deepEqual((await meshLayers(mesh('none.ply', header('')), [stone], GRID)).layers, [{ picture: stone }]);
+test('one picture will do for a PLY that names another, or none', async () => {
+  const wood = picture('wood.png');
+  for (const comments of ['comment TextureFile gone.png\n', '']) {
+    const ply = mesh('one.ply',
+      `ply\nformat ascii 1.0\n${comments}${PLY_VERTICES}property float u\nproperty float v\n${PLY_FACES}end_header\n` +
+      '0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n');
+    assert.deepEqual((await meshLayers(ply, [wood], GRID)).layers, [{ picture: wood }]);
+  }
 });
 
 test('what cannot be textured is refused in words, and what has no colours does not ask for them', async () => {
@@ -162,21 +144,18 @@ test('an address of a GLB that holds no picture is a broken one', () => {
   }
 });
 
-test('a GLB that bones, morph targets or animations would move is said to be shown at rest', async () => {
-  const glb = (document: object): MeshFile => mesh('fox.glb', new GlbMaker().file(document) as Uint8Array<ArrayBuffer>);
-  const targets = [{ POSITION: 1 }];
-  const meshes = [{ primitives: [{ attributes: {} }, { attributes: {}, targets }] }];
-  const nodes = [{ mesh: 0 }, { mesh: 0, skin: 0 }];
-
-  assert.equal(await shownAtRest(glb({ nodes })), 'fox.glb is shown at rest, without its bones.');
-  assert.equal(await shownAtRest(glb({ meshes })), 'fox.glb is shown at rest, without its morph targets.');
-  assert.equal(
-    await shownAtRest(glb({ nodes, meshes, animations: [{}] })), 'fox.glb is shown at rest, without its bones, morph targets and animations.');
-  assert.equal(await shownAtRest(glb({ nodes: [{ mesh: 0 }], meshes: [{ primitives: [{ targets: [] }] }], skins: [{}], animations: [] })), undefined);
-  assert.equal(await shownAtRest(glb({})), undefined);
-  assert.equal(await shownAtRest(glb({ nodes: [{ mesh: 0, skin: null }], meshes: null, animations: null })), undefined);
-  assert.equal(
-    await shownAtRest(glb({ nodes: null, meshes: [{}, { primitives: null }, { primitives: [{ targets: null }, { targets }] }] })),
-    'fox.glb is shown at rest, without its morph targets.');
-  assert.equal(await shownAtRest(mesh('a.obj', 'v 0 0 0')), undefined);
-});
+const TARGETS = [{ POSITION: 1 }];
+const POSED = { nodes: [{ mesh: 0 }, { mesh: 0, skin: 0 }], meshes: [{ primitives: [{ attributes: {} }, { attributes: {}, targets: TARGETS }] }] };
+for (const [document, what] of [
+  [{ nodes: POSED.nodes }, 'bones'],
+  [{ meshes: POSED.meshes }, 'morph targets'],
+  [{ ...POSED, animations: [{}] }, 'bones, morph targets and animations'],
+  [{ nodes: null, meshes: [{}, { primitives: null }, { primitives: [{ targets: null }, { targets: TARGETS }] }] }, 'morph targets'],
+  [{ nodes: [{ mesh: 0 }], meshes: [{ primitives: [{ targets: [] }] }], skins: [{}], animations: [] }, undefined],
+  [{ nodes: [{ mesh: 0, skin: null }], meshes: null, animations: null }, undefined],
+] as const) {
+  test(`a GLB of ${JSON.stringify(document)} is ${what ? `said to be shown at rest, without its ${what}` : 'shown as it is'}`, async () => {
+    const glb = mesh('fox.glb', new GlbMaker().file(document) as Uint8Array<ArrayBuffer>);
+    assert.equal(await shownAtRest(glb), what && `fox.glb is shown at rest, without its ${what}.`);
+  });
+}

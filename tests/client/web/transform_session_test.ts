@@ -3,13 +3,12 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { transformHeadline } from '@src/edit/headline';
-import type { MotionKind } from '@src/edit/motion';
+import type { Motion, MotionKind } from '@src/edit/motion';
 import { TransformSession, snapStep, type TransformView } from '@src/edit/transform_session';
-import { WORLD_BASIS, type Basis } from '@src/lattice/vec';
+import { WORLD_BASIS } from '@src/lattice/vec';
 
-const NONE = { shift: false, ctrl: false };
-// Looks along -z, x right and y up, 100 pixels a unit, the pivot at (200, 100).
-const front: TransformView = {
+// Looks along -z, x right and y up, 100 pixels a unit, the pivot at (200, 100), where the pointer begins 100 pixels to the right.
+const FRONT: TransformView = {
   basis: WORLD_BASIS,
   jacobian: [[100, 0, 0], [0, -100, 0]],
   pivot: [200, 100],
@@ -17,237 +16,92 @@ const front: TransformView = {
   secondAxes: [[0, 1, 0], [-1, 0, 0], [0, 0, 1]],
   snapStep: 0.5,
 };
+const FROM_BEHIND: TransformView = { ...FRONT, axes: [[1, 0, 0], [0, -1, 0], [0, 0, -1]] };
+const QUARTER = Math.PI / 2;
 
-function begin(kind: MotionKind, at: [number, number] = [300, 100], view = front): TransformSession {
-  return new TransformSession(kind, view, at);
+/** Keys, or a place of the pointer and what is held there. */
+type Step = string | readonly [x: number, y: number, held?: 'Shift' | 'Ctrl'];
+
+function after(kind: MotionKind, steps: readonly Step[], view = FRONT): TransformSession {
+  const session = new TransformSession(kind, view, [300, 100]);
+  for (const step of steps) {
+    if (typeof step === 'string') {
+      for (const key of step.split(' ')) assert.equal(session.key(key.replace('Shift+', ''), key.startsWith('Shift+')), 'running');
+    } else {
+      const [x, y, held] = step;
+      session.pointer(x, y, { shift: held === 'Shift', ctrl: held === 'Ctrl' });
+    }
+  }
+  return session;
 }
 
-function type(session: TransformSession, keys: string): void {
-  for (const key of keys) assert.equal(session.key(key, false), 'running');
+/** An offset, the factors of a scaling, or the axis of a turn, as long as its angle. */
+function numbersOf(motion: Motion): readonly number[] {
+  if (motion.kind === 'move') return motion.offset;
+  return motion.kind === 'scale' ? motion.factors : motion.axis.map((x) => x * motion.angle);
 }
 
-function near(got: readonly number[], wanted: readonly number[]): void {
-  got.forEach((x, i) => assert.ok(Math.abs(x - wanted[i]) < 1e-9, `${got} is not ${wanted}`));
+const TWO_TYPED = ['Shift+Y', '1 Tab 2'];
+const THREE_TYPED = ['1 Tab - 2 . 5 Tab 3'];
+const BALL_TYPED = ['r', '9 0 Tab - 9 0'];
+for (const [what, kind, steps, wanted, view] of [
+  ['follows the pointer in the plane of the view', 'move', [[350, 80]], [0.5, 0.2, 0]],
+  ['keeps to the chosen axis by X', 'move', [[350, 80], 'x'], [0.5, 0, 0]],
+  ["keeps to the lattice's axis by X X", 'move', [[350, 80], 'x x'], [0, 0.2, 0]],
+  ['is free again by X X X', 'move', [[350, 80], 'x x x'], [0.5, 0.2, 0]],
+  ['keeps by Shift to the plane across an axis, of which Y alone is not seen from its edge', 'move', [[350, 80], 'Shift+X'], [0, 0.2, 0]],
+  ['takes a minus, a point and Backspace', 'move', ['y - 1 . 2 5 Backspace'], [0, -1.2, 0]],
+  ['follows the pointer again when all of a number is deleted', 'move', [[400, 100], 'x 7 Backspace'], [1, 0, 0]],
+  ['is fine from where Shift is pressed', 'move', [[400, 100], [500, 100, 'Shift']], [1.1, 0, 0]],
+  ['snaps by Ctrl', 'move', [[400, 100], [500, 100, 'Shift'], [570, 100, 'Ctrl']], [2, 0, 0]],
+  ['goes by Tab from number to number', 'move', THREE_TYPED, [1, -2.5, 3]],
+  ['has the first number after the last, and the last before the first', 'move', [...THREE_TYPED, 'Tab 0 Shift+Tab 4'], [10, -2.5, 34]],
+  ['has two numbers in a plane', 'move', TWO_TYPED, [1, 0, 2]],
+  ['keeps the first number for an axis', 'move', [...TWO_TYPED, 'z'], [0, 0, 1]],
+  ['has one number along an axis', 'move', [...TWO_TYPED, 'z', 'Tab 5'], [0, 0, 15]],
+  ['follows the pointer about the line of sight', 'rotate', [[200, 0]], [0, 0, QUARTER]],
+  ['takes degrees', 'rotate', [[200, 0], 'x 9 0'], [QUARTER, 0, 0]],
+  ['turns with the pointer also about an axis that points away from the viewer', 'rotate', [[200, 0], 'z'], [0, 0, QUARTER], FROM_BEHIND],
+  ['rolls a ball below the pointer by R R, a radian in a hundred pixels', 'rotate', ['r', [350, 130]], [0.3, 0.5, 0]],
+  ['of a ball takes two numbers', 'rotate', BALL_TYPED, [QUARTER, -QUARTER, 0]],
+  ['goes back from the ball by R', 'rotate', [...BALL_TYPED, 'r'], [0, 0, QUARTER]],
+  ['goes back from the ball by an axis', 'rotate', [...BALL_TYPED, 'y'], [0, QUARTER, 0]],
+  ['is the ratio of distances to the pivot, and leaves the normal of a plane', 'scale', [[400, 100], 'Shift+Z'], [2, 2, 1]],
+  ['by one factor is of all axes', 'scale', ['. 5'], [0.5, 0.5, 0.5]],
+  ['by two factors leaves the third at 1', 'scale', ['. 5 Tab 3'], [0.5, 3, 1]],
+] as const satisfies readonly (readonly [string, MotionKind, readonly Step[], readonly number[], TransformView?])[]) {
+  test(`${kind} ${what}`, () => {
+    const got = numbersOf(after(kind, steps, view).motion());
+    got.forEach((x, i) => assert.ok(Math.abs(x - wanted[i]) < 1e-9, `${got} is not ${wanted}`));
+  });
 }
 
-function offset(session: TransformSession): readonly number[] {
-  const motion = session.motion();
-  assert.ok(motion.kind === 'move');
-  return motion.offset;
+for (const [kind, steps, orientation, wanted] of [
+  ['move', ['1 Tab - 2 . 5'], 'world', 'Move  1  -2.5|  ·'],
+  ['move', ['x 2'], 'world', 'Move  2|   along X (world)'],
+  ['move', ['x 2 x'], 'view', 'Move  2|   along u (lattice)'],
+  ['move', ['x 2 x'], 'lattice', 'Move  2|   along X (world)'],
+  ['rotate', ['r', [350, 130]], 'world', 'Trackball  33.4°'],
+] as const satisfies readonly (readonly [MotionKind, readonly Step[], string, string])[]) {
+  test(`the headline of ${kind}, ${steps}, ${orientation} axes`, () =>
+    assert.equal(transformHeadline(after(kind, steps), orientation), wanted));
 }
-
-test('G follows the pointer in the plane of the view', () => {
-  const session = begin('move');
-
-  session.pointer(350, 80, NONE);
-
-  near(offset(session), [0.5, 0.2, 0]);
-});
-
-test('G X 1 Enter moves by one along X', () => {
-  const session = begin('move');
-
-  type(session, 'x1');
-
-  near(offset(session), [1, 0, 0]);
-  assert.equal(session.key('Enter', false), 'confirmed');
-});
-
-test("X once is the chosen axis, twice the lattice's, three times none", () => {
-  const session = begin('move');
-  session.pointer(350, 80, NONE);
-
-  type(session, 'x');
-  near(offset(session), [0.5, 0, 0]);
-  type(session, 'x');
-  near(offset(session), [0, 0.2, 0]);
-  type(session, 'x');
-  near(offset(session), [0.5, 0.2, 0]);
-});
-
-test('Shift with an axis keeps to the plane across it', () => {
-  const session = begin('move');
-  session.pointer(350, 80, NONE);
-
-  assert.equal(session.key('X', true), 'running');
-
-  // The plane of Y and Z is seen from its edge: only Y follows.
-  near(offset(session), [0, 0.2, 0]);
-});
-
-test('the typed number takes a minus, a point and Backspace, and Escape cancels', () => {
-  const session = begin('move');
-
-  type(session, 'y-1.25');
-  session.key('Backspace', false);
-
-  near(offset(session), [0, -1.2, 0]);
-  assert.equal(session.key('Escape', false), 'cancelled');
-  assert.equal(session.key('F5', false), undefined);
-});
-
-test('Backspace over everything gives the pointer its word back', () => {
-  const session = begin('move');
-  session.pointer(400, 100, NONE);
-
-  type(session, 'x7');
-  session.key('Backspace', false);
-
-  near(offset(session), [1, 0, 0]);
-});
-
-test('Shift is fine from where it is pressed, Ctrl snaps', () => {
-  const session = begin('move');
-
-  session.pointer(400, 100, NONE);
-  session.pointer(500, 100, { shift: true, ctrl: false });
-  near(offset(session), [1.1, 0, 0]);
-
-  session.pointer(570, 100, { shift: false, ctrl: true });
-  near(offset(session), [2, 0, 0]);
-});
-
-test('R turns with the pointer about the line of sight, a typed number is in degrees', () => {
-  const session = begin('rotate');
-
-  session.pointer(200, 0, NONE); // from right of the pivot to above it
-  const free = session.motion();
-  assert.ok(free.kind === 'rotate');
-  near([free.angle, ...free.axis], [Math.PI / 2, 0, 0, 1]);
-
-  type(session, 'x90');
-  const typed = session.motion();
-  assert.ok(typed.kind === 'rotate');
-  near([typed.angle, ...typed.axis], [Math.PI / 2, 1, 0, 0]);
-});
-
-test('about an axis that points away from the viewer the pointer turns the other way round', () => {
-  const axes: Basis = [[1, 0, 0], [0, -1, 0], [0, 0, -1]];
-  const session = begin('rotate', [300, 100], { ...front, axes });
-
-  session.pointer(200, 0, NONE);
-  session.key('z', false);
-
-  const motion = session.motion();
-  assert.ok(motion.kind === 'rotate');
-  near([motion.angle, ...motion.axis], [-Math.PI / 2, 0, 0, -1]);
-});
-
-test('S is the ratio of distances to the pivot; a plane leaves its normal', () => {
-  const session = begin('scale');
-
-  session.pointer(400, 100, NONE);
-  session.key('Z', true);
-
-  const motion = session.motion();
-  assert.ok(motion.kind === 'scale');
-  near(motion.factors, [2, 2, 1]);
-});
 
 test('an axis that points at the viewer does not run away', () => {
-  const session = begin('move');
-  session.pointer(310, 100, NONE);
-
-  session.key('z', false);
-
-  assert.ok(Math.abs(offset(session)[2]) <= 0.1);
-});
-
-test('snap steps are 1, 2 or 5 times a power of ten', () => {
-  assert.equal(snapStep(100), 0.5);
-  assert.equal(snapStep(24), 1);
-  assert.equal(snapStep(2), 20);
-});
-
-test('Tab goes from number to number: G 1 Tab 2 Tab 3, and the last is followed by the first', () => {
-  const session = begin('move');
-
-  type(session, '1');
-  session.key('Tab', false);
-  type(session, '-2.5');
-  assert.equal(transformHeadline(session, 'world'), 'Move  1  -2.5|  ·');
-  session.key('Tab', false);
-  type(session, '3');
-  near(offset(session), [1, -2.5, 3]);
-
-  session.key('Tab', false);
-  type(session, '0');
-  session.key('Tab', true);
-  type(session, '4');
-  near(offset(session), [10, -2.5, 34]);
-});
-
-test('in a plane there are two numbers, along one axis one, and what was typed stays', () => {
-  const session = begin('move');
-  session.key('Y', true);
-
-  type(session, '1');
-  session.key('Tab', false);
-  type(session, '2');
-  near(offset(session), [1, 0, 2]);
-
-  session.key('z', false);
-  near(offset(session), [0, 0, 1]);
-  session.key('Tab', false); // the only one again
-  type(session, '5');
-  near(offset(session), [0, 0, 15]);
-});
-
-test('one factor scales all axes, Tab makes them differ and leaves at 1 what has none', () => {
-  const session = begin('scale');
-  const factors = (): readonly number[] => {
-    const motion = session.motion();
-    assert.ok(motion.kind === 'scale');
-    return motion.factors;
-  };
-
-  type(session, '.5');
-  near(factors(), [0.5, 0.5, 0.5]);
-  session.key('Tab', false);
-  type(session, '3');
-  near(factors(), [0.5, 3, 1]);
-});
-
-test('R R rolls a ball below the pointer, R again or an axis goes back, and two numbers are typed', () => {
-  const session = begin('rotate');
-  const turn = (): readonly number[] => {
-    const motion = session.motion();
-    assert.ok(motion.kind === 'rotate');
-    return motion.axis.map((x) => x * motion.angle);
-  };
-
-  session.key('r', false);
-  session.pointer(350, 130, NONE); // 50 right, 30 down: a hundred pixels are a radian
-  near(turn(), [0.3, 0.5, 0]);
-  assert.match(transformHeadline(session, 'world'), /^Trackball {2}33\.4°$/);
-  type(session, '90');
-  session.key('Tab', false);
-  type(session, '-90');
-  near(turn(), [Math.PI / 2, -Math.PI / 2, 0]);
-
-  session.key('r', false);
-  near(turn(), [0, 0, Math.PI / 2]);
-  session.key('r', false);
-  session.key('y', false);
-  near(turn(), [0, Math.PI / 2, 0]);
+  const [, , z] = numbersOf(after('move', [[310, 100], 'z']).motion());
+  assert.ok(Math.abs(z) <= 0.1, `${z}`);
 });
 
 test('a finger that comes down elsewhere moves nothing until it moves', () => {
-  const session = begin('move');
+  const session = after('move', []);
 
   session.resume(20, 20);
-  near(offset(session), [0, 0, 0]);
-  session.pointer(70, 20, NONE);
+  assert.deepEqual(numbersOf(session.motion()).map(Math.abs), [0, 0, 0]);
+  session.pointer(70, 20, { shift: false, ctrl: false });
 
-  near(offset(session), [0.5, 0, 0]);
+  assert.deepEqual(numbersOf(session.motion()).map((x) => Number(x.toFixed(9))), [0.5, 0, 0]);
 });
 
-test('the headline says what is done, in words', () => {
-  const session = begin('move');
-  type(session, 'x2');
-
-  assert.equal(transformHeadline(session, 'world'), 'Move  2|   along X (world)');
-  session.key('x', false);
-  assert.equal(transformHeadline(session, 'view'), 'Move  2|   along u (lattice)');
-  assert.equal(transformHeadline(session, 'lattice'), 'Move  2|   along X (world)');
+test('snap steps are 1, 2 or 5 times a power of ten', () => {
+  assert.deepEqual([100, 24, 2].map((pixels) => snapStep(pixels)), [0.5, 1, 20]);
 });

@@ -1,22 +1,45 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
+import { test, type TestContext } from 'node:test';
 import { create } from '@bufbuild/protobuf';
-import { Code, ConnectError, createRouterTransport } from '@connectrpc/connect';
+import { Code, ConnectError, createRouterTransport, type ServiceImpl } from '@connectrpc/connect';
 import { ErrorInfoSchema } from 'google/rpc/error_info_pb';
 import { EditResultSchema, type EditBatch } from 'latticed/v1/edit_pb';
 import { SceneEventSchema, type SceneEvent } from 'latticed/v1/event_pb';
-import { MeshSchema, MeshService } from 'latticed/v1/mesh_pb';
 import { ControlWatchResponseSchema, SceneService, type ControlWatchRequest } from 'latticed/v1/scene_pb';
 import { downloadExport } from '@src/wire/export_download';
 import { randomUuid } from '@src/wire/ids';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { ServerError } from '@src/wire/server_error';
-import { uploadMesh } from '@src/wire/upload';
 import { WatchStream } from '@src/wire/watch_stream';
 import { bytes, inWords } from '@src/wire/words';
 import { until } from './support/session_fixture';
+
+/** A stream over gRPC-Web to a service of the test, whose watch says hello when it is let, and goes on until it is closed. */
+class Watched {
+  readonly events: SceneEvent['event'][] = [];
+  readonly ends: (ServerError | undefined)[] = [];
+  /** What the watch named: in its header, and in its request. */
+  readonly scenes: (string | null)[] = [];
+  readonly stream: WatchStream;
+
+  constructor(t: TestContext, calls: Partial<ServiceImpl<typeof SceneService>>, isOpen: Promise<unknown> = Promise.resolve()) {
+    const { scenes } = this;
+    const transport = createRouterTransport(({ service }) => service(SceneService, {
+      watch: async function* ({ scene }, context) {
+        scenes.push(context.requestHeader.get('latticed-scene'), scene);
+        await isOpen;
+        yield create(SceneEventSchema, { event: { case: 'hello', value: { watchId: 'w-1' } } });
+        await new Promise((resolve) => context.signal.addEventListener('abort', resolve));
+      },
+      ...calls,
+    }));
+    this.stream = new WatchStream(new LatticedServer('http://test', undefined, transport), { scene: 'scene-0001', editorId: 'e' },
+      { event: ({ event }) => this.events.push(event), end: (error) => this.ends.push(error) });
+    t.after(() => this.stream.close());
+  }
+}
 
 test('what a socket closes with is the status of the stream', () => {
   const gone = ServerError.fromClose(4005, 'NOT_FOUND: no scene abc: it was deleted');
@@ -64,67 +87,24 @@ test('an export is asked for as it is shown, and one that the server has no memo
   }
 });
 
-test('a mesh goes up in parts of 768 KiB and comes down as it was', async () => {
-  const sent = Uint8Array.from({ length: 20_000_000 }, (_, i) => (i * i) >> 7);
-  const arrived = new Uint8Array(sent.length);
-  const sizes: number[] = [];
-  const transport = createRouterTransport(({ service }) => {
-    service(MeshService, {
-      beginUpload: ({ header }) => (assert.equal(header?.totalBytes, 20_000_000n), { uploadId: 'u' }),
-      appendUpload: ({ offset, data }) => {
-        arrived.set(data, Number(offset));
-        sizes.push(data.length);
-        return { committed: offset + BigInt(data.length) };
-      },
-      finishUpload: () => create(MeshSchema, { id: 'mesh-1' }),
-      downloadMesh: async function* () {
-        yield { message: { case: 'header' as const, value: { name: 'large', totalBytes: 20_000_000n } } };
-        for (let at = 0; at < arrived.length; at += 1 << 20) {
-          yield { message: { case: 'data' as const, value: arrived.subarray(at, at + (1 << 20)) } };
-        }
-      },
-    });
-  });
-  const server = new LatticedServer('http://test', undefined, transport);
-
-  await uploadMesh(server, { name: 'large' }, new Blob([sent]));
-  const { header, content } = await server.downloads.get('mesh-1');
-
-  assert.deepEqual([sizes.length, sizes[0], sizes[25]], [26, 768 * 1024, 20_000_000 - 25 * 768 * 1024]);
-  assert.equal(header.name, 'large');
-  assert.equal(Buffer.compare(Buffer.from(await content.arrayBuffer()), Buffer.from(sent.buffer)), 0);
-});
-
 test('editor ids are version 4 UUIDs', () => {
   const ids = new Set(Array.from({ length: 100 }, randomUuid));
   assert.equal(ids.size, 100);
   for (const id of ids) assert.match(id, /^[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}$/);
 });
 
-test('over gRPC-Web edits, controls and heartbeats are calls, a refusal is an event, and a lost answer ends the stream', async () => {
+test('over gRPC-Web edits, controls and heartbeats are calls, a refusal is an event, and a lost answer ends the stream', async (t) => {
   const batches: EditBatch[] = [];
   const controls: ControlWatchRequest[] = [];
-  const scenes: string[] = [];
   let refuse: ConnectError | undefined;
-  const transport = createRouterTransport(({ service }) => {
-    service(SceneService, {
-      watch: async function* ({ scene }, context) {
-        scenes.push(context.requestHeader.get('latticed-scene') ?? '', scene);
-        yield create(SceneEventSchema, { event: { case: 'hello', value: { watchId: 'w-1' } } });
-        await new Promise((resolve) => context.signal.addEventListener('abort', resolve));
-      },
-      applyEdits: (batch) => {
-        batches.push(batch);
-        if (refuse) throw refuse;
-        return create(EditResultSchema, { sequence: batch.sequence, revision: 7n });
-      },
-      controlWatch: (request) => (controls.push(request), create(ControlWatchResponseSchema)),
-    });
+  const { stream, events, ends, scenes } = new Watched(t, {
+    applyEdits: (batch) => {
+      batches.push(batch);
+      if (refuse) throw refuse;
+      return create(EditResultSchema, { sequence: batch.sequence, revision: 7n });
+    },
+    controlWatch: (request) => (controls.push(request), create(ControlWatchResponseSchema)),
   });
-  const events: SceneEvent['event'][] = [];
-  const ends: (ServerError | undefined)[] = [];
-  const stream = new WatchStream(new LatticedServer('http://test', undefined, transport), { scene: 'scene-0001', editorId: 'e' },
-    { event: ({ event }) => events.push(event), end: (error) => ends.push(error) });
   await until(() => events.length === 1);
 
   stream.send({ message: { case: 'edit', value: { sequence: 1n, structureId: 2n } } });
@@ -155,24 +135,13 @@ test('over gRPC-Web what is sent before the watch is open goes then, and one cal
   const controls: string[] = [];
   const answers: (() => void)[] = [];
   let open!: () => void;
-  const opened = new Promise<void>((resolve) => (open = resolve));
-  const transport = createRouterTransport(({ service }) => {
-    service(SceneService, {
-      watch: async function* (_, context) {
-        await opened;
-        yield create(SceneEventSchema, { event: { case: 'hello', value: { watchId: 'w-1' } } });
-        await new Promise((resolve) => context.signal.addEventListener('abort', resolve));
-      },
-      controlWatch: async ({ view, ackedUpdateId, presence }) => {
-        controls.push([view?.segments, ackedUpdateId, presence?.selectedIndices].join());
-        await new Promise<void>((resolve) => answers.push(resolve));
-        return create(ControlWatchResponseSchema);
-      },
-    });
-  });
-  const stream = new WatchStream(new LatticedServer('http://test', undefined, transport), { scene: 'scene-0001' },
-    { event: () => undefined, end: () => undefined });
-  t.after(() => stream.close());
+  const { stream } = new Watched(t, {
+    controlWatch: async ({ view, ackedUpdateId, presence }) => {
+      controls.push([view?.segments, ackedUpdateId, presence?.selectedIndices].join());
+      await new Promise<void>((resolve) => answers.push(resolve));
+      return create(ControlWatchResponseSchema);
+    },
+  }, new Promise<void>((resolve) => (open = resolve)));
   const setSegments = (segments: number): void => stream.send({ message: { case: 'control', value: { view: { segments } } } });
 
   setSegments(3);
@@ -188,25 +157,15 @@ test('over gRPC-Web what is sent before the watch is open goes then, and one cal
   assert.deepEqual(controls, ['4,,7', '6,9,']);
 });
 
-test('over gRPC-Web a call is not waited for longer than 15 seconds: then the stream ends, with what may stand in the way', async () => {
+test('over gRPC-Web a call is not waited for longer than 15 seconds: then the stream ends, with what may stand in the way', async (t) => {
   const timeouts: (number | undefined)[] = [];
-  const transport = createRouterTransport(({ service }) => {
-    service(SceneService, {
-      watch: async function* (_, context) {
-        yield create(SceneEventSchema, { event: { case: 'hello', value: { watchId: 'w-1' } } });
-        await new Promise((resolve) => context.signal.addEventListener('abort', resolve));
-      },
-      applyEdits: (_, context) => {
-        timeouts.push(context.timeoutMs());
-        throw new ConnectError('the operation timed out', Code.DeadlineExceeded);
-      },
-    });
+  const { stream, events, ends } = new Watched(t, {
+    applyEdits: (_, context) => {
+      timeouts.push(context.timeoutMs());
+      throw new ConnectError('the operation timed out', Code.DeadlineExceeded);
+    },
   });
-  let ready = false;
-  const ends: (ServerError | undefined)[] = [];
-  const stream = new WatchStream(new LatticedServer('http://test', undefined, transport), { scene: 'scene-0001' },
-    { event: () => (ready = true), end: (error) => ends.push(error) });
-  await until(() => ready);
+  await until(() => events.length === 1);
 
   stream.send({ message: { case: 'edit', value: { sequence: 1n } } });
   await until(() => ends.length === 1);

@@ -2,19 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Code } from '@connectrpc/connect';
 import { Feature } from 'latticed/v1/server_pb';
+import { indicesTo } from '../lattice/index_sets';
 import type { Lattice, Vec3 } from '../lattice/lattice';
 import type { SurfaceMesh } from '../surface/surface_mesh';
 import { edits, fromEdit, toSurfacePoint } from '../wire/edit_message';
 import { randomUuid } from '../wire/ids';
 import { fromVector } from '../wire/lattice_message';
+import type { DownloadedMesh } from '../wire/mesh_download';
 import { ServerError } from '../wire/server_error';
 import { targetsOf } from './edits/edit_targets';
 import type { LatticeEdit, SurfacePoint } from './edits/lattice_edit';
 import { LatticeSync } from './edits/lattice_sync';
 import { Listeners } from './listeners';
 import type { Gesture, GestureListener, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
-import type { SessionParts } from './session_parts';
-import { SessionStream } from './session_stream';
+import { SessionStream, type SessionParts } from './session_stream';
 
 /** A scene that is watched and edited. It reconnects by itself. Its lattice is there once `ready` has resolved. */
 export class LiveSession {
@@ -27,24 +28,22 @@ export class LiveSession {
   private readonly listeners = new Listeners<SessionEvents>();
   private readonly sync: LatticeSync;
   private readonly stream: SessionStream;
-  private resolveReady!: () => void;
 
   constructor(readonly sceneId: string, private readonly parts: SessionParts) {
-    let failed!: (error: Error) => void;
+    const { keeper, surface } = parts;
     this.ready = new Promise((resolve, reject) => {
-      this.resolveReady = resolve;
-      failed = reject;
+      this.on('lattice', () => resolve());
+      this.on('status', ({ state, text }) => state === 'failed' && reject(new Error(text)));
     });
-    this.sync = new LatticeSync((batch) => this.stream.send({ message: { case: 'edit', value: batch } }), {
-      ready: () => this.latticeReady(),
-      structureChanged: (lattice) => this.structureChanged(lattice),
-      pointsMoved: (indices) => this.listeners.emit('points', indices),
-      serverMoved: () => parts.keeper.changed(() => this.lattice),
-      refused: (text, idle) => this.listeners.emit('refused', text, idle),
+    this.on('lattice', (lattice) => {
+      surface.structureChanged();
+      void keeper.keep(lattice);
     });
-    parts.keeper.onNotKept = (text) => this.listeners.emit('notKept', text);
+    this.on('serverMoved', () => keeper.changed(() => this.lattice));
     this.on('status', ({ state }) => (state === 'live' || state === 'restored') && this.connected());
-    this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners, failed);
+    keeper.onNotKept = (text) => this.listeners.emit('notKept', text);
+    this.sync = new LatticeSync((batch) => this.stream.send({ message: { case: 'edit', value: batch } }), this.listeners);
+    this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners);
   }
 
   /** The newest of the server with this window's own edits on top. Another object after a change of structure. */
@@ -94,8 +93,7 @@ export class LiveSession {
 
   /** All control points at once, x y z each. */
   replace(points: Float64Array): void {
-    const indices = Uint32Array.from({ length: this.lattice.count }, (_, i) => i);
-    this.sync.step(edits.replace(points), { indices, positions: points.slice() });
+    this.sync.step(edits.replace(points), { indices: Uint32Array.from(indicesTo(this.lattice.count)), positions: points.slice() });
   }
 
   setView(view: ViewRequest): void {
@@ -121,29 +119,19 @@ export class LiveSession {
     }
   }
 
+  /** The scene's mesh as it was uploaded. */
+  downloadMesh(id: string): Promise<DownloadedMesh> {
+    return this.parts.keeper.downloadMesh(id);
+  }
+
   close(): void {
     this.stream.close();
     this.parts.keeper.close();
     this.parts.surface.dispose();
   }
 
-  private latticeReady(): void {
-    this.listeners.emit('lattice', this.lattice);
-    this.resolveReady();
-    this.keep();
-  }
-
   private connected(): void {
-    this.keep();
-    this.parts.surface.reconnected();
-  }
-
-  private structureChanged(lattice: Lattice): void {
-    this.parts.surface.structureChanged();
-    this.listeners.emit('lattice', lattice);
-  }
-
-  private keep(): void {
     if (this.sync.shown) void this.parts.keeper.keep(this.sync.shown);
+    this.parts.surface.reconnected();
   }
 }

@@ -1,14 +1,42 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type DataArrayTexture, type Texture } from 'three';
-import { PatchColours } from './patch_colours';
-import type { PatchSource } from './patch_source';
+import type { DecodedChunk } from '../decode/chunk_form';
+import { PatchColours, type PatchFacts, type PatchSource } from './patch_colours';
 import { patternTexture } from './patch_texture';
 import { PointBuffer } from './point_buffer';
-import type { PatchFacts, SurfaceLook } from './surface_look';
 import { FRAGMENT_SHADER, VERTEX_SHADER } from './surface_shader';
-import type { Grid, SurfaceUpdate } from './surface_update';
 import type { TopologyLayout } from './topology_layout';
+
+/** How the surface is drawn. */
+export interface SurfaceLook {
+  /** boxes: a colour per knot box; displacement: a heat map of the distance from the rest shape. */
+  readonly colouring?: 'plain' | 'boxes' | 'displacement' | 'texture';
+  readonly wireframe?: boolean;
+  readonly patchEdges?: boolean;
+  /** The rest shape as a ghost. */
+  readonly ghost?: boolean;
+  readonly colour?: number;
+}
+
+/** What the integers of chunks mean (event.proto, Quantisation): position = origin + integer * step. */
+export interface Grid {
+  /** World units, in double. */
+  readonly origin: readonly [number, number, number];
+  /** World units per integer; 1 for floats, which are relative to `origin` too. */
+  readonly step: number;
+  /** Bits per coordinate of the octahedral map. */
+  readonly normalBits: number;
+}
+
+/** All new chunks of one update, decoded. */
+export interface SurfaceUpdate {
+  readonly layout: TopologyLayout;
+  readonly grid: Grid;
+  /** Whether chunks hold normals. */
+  readonly normals: boolean;
+  readonly chunks: readonly { readonly index: number; readonly decoded: DecodedChunk }[];
+}
 
 /** The streamed surface as three draws it: one geometry for all chunks, written in place. */
 export class SurfaceMesh {
@@ -38,8 +66,9 @@ export class SurfaceMesh {
   /** Called when what a look asked for cannot be had: it is drawn without. Once for each cause until another look is chosen. */
   onFailed?: (what: PatchFacts, error: unknown) => void;
   private extents = new Float32Array();
-  private layout: TopologyLayout | undefined;
-  private grid: Grid | undefined;
+  /** What is drawn; absent before the first update. */
+  layout: TopologyLayout | undefined;
+  grid: Grid | undefined;
   private hasNormals = false;
   private look: SurfaceLook = {};
 
@@ -65,28 +94,9 @@ export class SurfaceMesh {
     return this.layout?.patchCount ?? 0;
   }
 
-  get triangleCount(): number {
-    return this.layout?.triangleCount ?? 0;
-  }
-
   /** Whether the look's texture is drawn: its coordinates come from the server first. */
   get isTextured(): boolean {
     return 'TEXTURED' in (this.material.defines ?? {});
-  }
-
-  /** Buffers and geometries made so far: it stands still while updates come. */
-  get geometriesMade(): number {
-    return this.points.made;
-  }
-
-  /** Absent before the first update. */
-  get drawnLayout(): TopologyLayout | undefined {
-    return this.layout;
-  }
-
-  /** World units per integer; 1 for floats. */
-  get drawnStep(): number | undefined {
-    return this.grid?.step;
   }
 
   /** World coordinates of a point, by its number in the layout, as it was received. */
@@ -210,15 +220,11 @@ export class SurfaceMesh {
 
   /** Bounds from the chunks' extents. */
   private measure(): void {
-    const low = [Infinity, Infinity, Infinity];
-    const high = [-Infinity, -Infinity, -Infinity];
-    for (let i = 0; i < this.extents.length; i += 6) {
-      for (let axis = 0; axis < 3; ++axis) {
-        if (this.extents[i + axis]! < low[axis]!) low[axis] = this.extents[i + axis]!;
-        if (this.extents[i + 3 + axis]! > high[axis]!) high[axis] = this.extents[i + 3 + axis]!;
-      }
+    const local = new Box3();
+    const corner = new Vector3();
+    for (let i = 0; i < this.extents.length; i += 3) {
+      if (Number.isFinite(this.extents[i])) local.expandByPoint(corner.fromArray(this.extents, i)); // else that chunk has not come
     }
-    const local = new Box3(new Vector3().fromArray(low), new Vector3().fromArray(high));
     this.mesh.geometry.boundingBox = local;
     this.mesh.geometry.boundingSphere = local.getBoundingSphere(new Sphere());
     this.mesh.updateMatrix();

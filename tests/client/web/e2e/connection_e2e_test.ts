@@ -5,29 +5,39 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
-import type {} from '@src/main'; // window.latticed
 import type { Vec3 } from '@src/lattice/vec';
-import { LatticedServer } from '@src/wire/latticed_server';
-import { launch, openPage } from './browser';
 import { followsDefinition } from './definition';
-import { ServerProcess } from './server_process';
+import { keeps } from './restarts';
 import { tapSockets, type TappedSocket } from './socket_tap';
+import { CORNER, direct, page, pointAtServer, server, until, useStage } from './stage';
 import { TcpProxy } from './tcp_proxy';
-import { until } from './stage';
 import { torusObj } from './torus';
-import { controlPoint, createScene, dropFiles, segmentsCome } from './viewer_page';
+import { controlPoint, createScene, dropFiles, live, segmentsCome } from './viewer_page';
 
-const OBJ = torusObj(24, 12);
-const CORNER = 63; // the last of 4 x 4 x 4 control points: one of eight knot boxes has it
+const OBJ = torusObj(24, 12); // one of eight knot boxes has the corner, so that most chunks do not change with it
 
-let server: ServerProcess;
-let direct: LatticedServer; // past the proxy
 let proxy: TcpProxy;
-let browser: Browser;
-let page: Page;
 let sockets: TappedSocket[];
 let scene: string;
+
+const heartbeat = (interval: string): string[] => ['--heartbeat-interval', interval]; // a page notices a silence of three
+
+useStage({
+  serverOptions: heartbeat('60s'), // long before which each test is over, however slow the machine is
+  address: async () => (proxy = await TcpProxy.to(server.port)).origin,
+  begin: async () => {
+    sockets = tapSockets(page);
+    await dropFiles(page, [['torus.obj', OBJ]]);
+    await createScene(page);
+    scene = await page.evaluate(() => {
+      const { session } = window.latticed.scene!;
+      session.setView({ segments: 1 }); // reading a surface back must not keep the page from heartbeats
+      return session.sceneId;
+    });
+    await segmentsCome(page, 1);
+  },
+});
+after(() => proxy.close());
 
 /** Steps of 1/4 and 1/8 add up without rounding. */
 function move(offset: Vec3): Promise<void> {
@@ -39,12 +49,6 @@ function move(offset: Vec3): Promise<void> {
 
 async function revision(): Promise<number> {
   return Number((await direct.scenes.getScene({ scene })).revision);
-}
-
-/** Where the server has the control point that is moved. */
-async function cornerAtServer(): Promise<number[]> {
-  const { lattice } = await direct.scenes.getLattice({ scene });
-  return lattice!.controlPoints.slice(3 * CORNER, 3 * CORNER + 3);
 }
 
 /** States of the session, as they are told from now on. */
@@ -59,7 +63,7 @@ async function states(): Promise<() => Promise<string[]>> {
 
 /** Waits until the page and the server have a point where all edits so far put it, and the surface is there too. */
 async function arrives(target: readonly number[]): Promise<void> {
-  await until(async () => String(await cornerAtServer()) === String(target));
+  await until(async () => String(await pointAtServer(CORNER)) === String(target));
   assert.deepEqual(await controlPoint(page, CORNER), target);
   await followsDefinition(page, OBJ);
 }
@@ -73,35 +77,7 @@ function assertResumed(since: number): void {
   assert.ok(chunks > 0 && chunks < all / 2, `${chunks} of ${all} chunks`);
 }
 
-/** A server and a page with a scene, in place of those before. The page notices a silence of three heartbeats. */
-async function begin(heartbeat: string): Promise<void> {
-  await end();
-  server = await ServerProcess.start(process.env.LATTICED_VIEWER!, ['--heartbeat-interval', heartbeat]);
-  direct = new LatticedServer(server.origin);
-  proxy = await TcpProxy.to(server.port);
-  browser = await launch();
-  ({ page } = await openPage(browser, proxy.origin));
-  sockets = tapSockets(page);
-  await dropFiles(page, [['torus.obj', OBJ]]);
-  await createScene(page);
-  scene = await page.evaluate(() => {
-    const { session } = window.latticed.scene!;
-    session.setView({ segments: 1 }); // reading a surface back must not keep the page from heartbeats
-    return session.sceneId;
-  });
-  await segmentsCome(page, 1);
-}
-
-async function end(): Promise<void> {
-  await browser?.close();
-  proxy?.close();
-  await server?.kill();
-}
-
-after(end);
-
 test('a connection that is cut in the middle of edits comes back by itself: each counts once, what has not changed stays', async () => {
-  await begin('60s'); // nobody notices the silence before the connection is cut, however slow the machine is
   const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
   const told = await states();
   const opened = sockets.length;
@@ -125,26 +101,7 @@ test('a connection that is cut in the middle of edits comes back by itself: each
   assert.deepEqual([...new Set(await told())], ['retrying', 'live']);
 });
 
-test('a connection that neither carries anything nor ends is noticed, and another takes its place', async () => {
-  await begin('1s');
-  const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
-  const told = await states();
-  const opened = sockets.length;
-
-  proxy.shut(); // until the test has looked at what the server has: a page on a slow machine may have noticed by then
-  proxy.freeze();
-  await move([0.125, 0, 0]);
-  assert.equal(await revision(), first);
-  proxy.mend();
-  await until(async () => (await told()).at(-1) === 'live');
-
-  await arrives([x + 0.125, y, z]);
-  assert.equal(await revision(), first + 1);
-  assertResumed(opened);
-});
-
 test('when the browser says that its network is back, the page opens another connection', async () => {
-  await begin('60s'); // long before it would notice the silence
   const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
   const opened = sockets.length;
 
@@ -172,4 +129,25 @@ test('a page that is looked at after a sleep, in which nothing came, opens anoth
 
   assert.equal(state, 'retrying');
   await until(() => sockets.slice(opened).some(({ hello }) => hello?.resumed === true));
+});
+
+test('a connection that neither carries anything nor ends is noticed, and another takes its place', async () => {
+  await keeps(page);
+  await server.kill();
+  await server.restart(heartbeat('1s'));
+  await live(page, 'restored');
+  const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
+  const told = await states();
+  const opened = sockets.length;
+
+  proxy.shut(); // until the test has looked at what the server has: a page on a slow machine may have noticed by then
+  proxy.freeze();
+  await move([0.125, 0, 0]);
+  assert.equal(await revision(), first);
+  proxy.mend();
+  await until(async () => (await told()).at(-1) === 'live');
+
+  await arrives([x + 0.125, y, z]);
+  assert.equal(await revision(), first + 1);
+  assertResumed(opened);
 });

@@ -3,37 +3,23 @@
 //
 // Pages whose server, which keeps nothing, is killed and started again.
 import type { Page } from 'playwright-core';
-import { followsDefinition } from './definition';
-import { direct, until } from './stage';
-import { promised } from './viewer_page';
+import { until } from '../support/until';
 
 const RESTORED = 'The server was restarted; (this browser|another window) restored mesh and lattice';
 
-/** Waits until the server and all windows have these control points, and surfaces are where those put them. */
-export async function allHave(
-  scene: string, windows: readonly Page[], expected: readonly number[], obj: string,
-): Promise<void> {
-  for (const page of windows) {
-    await page.waitForFunction((all) => String(window.latticed.scene!.session.lattice.points) === all, String(expected), { timeout: 60_000 });
-  }
-  await until(async () => String((await direct.scenes.getLattice({ scene })).lattice!.controlPoints) === String(expected));
-  for (const page of windows) await followsDefinition(page, obj);
-}
-
-/** Waits until the browser has what it takes to restore the scene: only then may the server go. */
+/** Waits until the browser has what it takes to restore the page's scene: only then may the server go. */
 export async function keeps(page: Page): Promise<void> {
-  await promised(page, async () => {
-    const done = <T>(request: IDBRequest<T>): Promise<T> => new Promise((resolve, reject) => {
-      request.onsuccess = () => resolve(request.result);
-      request.onerror = () => reject(request.error);
-    });
-    const database = await done(indexedDB.open('latticed'));
-    const tables = database.transaction(['scenes', 'contents']);
-    const [scene, meshes] = await Promise.all([
-      done(tables.objectStore('scenes').get(window.latticed.scene!.session.sceneId)), done(tables.objectStore('contents').count())]);
-    database.close();
-    return scene !== undefined && meshes > 0;
-  });
+  await until(() => page.evaluate(() => new Promise<boolean>((resolve) => {
+    const { opener, scene } = window.latticed;
+    const request = indexedDB.open('latticed');
+    request.onsuccess = () => {
+      const transaction = request.result.transaction(['meshes', 'scenes']);
+      const mesh = transaction.objectStore('meshes').getKey((opener as unknown as { mesh: { id: string } }).mesh.id);
+      const kept = transaction.objectStore('scenes').getKey(scene!.session.sceneId);
+      request.result.close(); // when all is answered
+      transaction.oncomplete = () => resolve(mesh.result !== undefined && kept.result !== undefined);
+    };
+  })));
 }
 
 /** Keeps what the page tells from now on: its toasts go after some seconds. */
@@ -55,7 +41,7 @@ export async function toldOf(page: Page, words: string): Promise<string> {
     const { toasts } = window as unknown as { toasts: string[] };
     const found = toasts.map((text) => new RegExp(pattern).exec(text)).find(Boolean);
     return found && { group: found[1] ?? '' };
-  }, words, { timeout: 60_000 });
+  }, words);
   return (await said.jsonValue())!.group;
 }
 

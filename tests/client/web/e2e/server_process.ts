@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { spawn, type ChildProcess } from 'node:child_process';
 import { connect, createServer } from 'node:net';
-import type { Certificate } from './certificate';
 
 /** The server under test, on the CPU; it may be killed and started again at the same address. */
 export class ServerProcess {
@@ -10,19 +9,17 @@ export class ServerProcess {
   private log = '';
 
   private constructor(
-    readonly port: number, private readonly grpcPort: number, private readonly scheme: string,
-    private readonly options: readonly string[]) {}
+    readonly port: number, private readonly grpcPort: number, private readonly webRoot: string, private more: readonly string[]) {}
 
-  /** With more options of the program, over TLS where there is a certificate. Environment: LATTICED, the program. */
-  static async start(webRoot: string, more: readonly string[] = [], certificate?: Certificate): Promise<ServerProcess> {
-    const options = ['--web-root', webRoot, '--backend', 'cpu', ...(certificate?.serverOptions ?? []), ...more];
-    const server = new ServerProcess(await freePort(20_000), await freePort(26_000), certificate ? 'https' : 'http', options);
+  /** With more options of the program. Environment: LATTICED, the program. */
+  static async start(webRoot: string, more: readonly string[] = []): Promise<ServerProcess> {
+    const server = new ServerProcess(await freePort(20_000), await freePort(26_000), webRoot, more);
     await server.restart();
     return server;
   }
 
   get origin(): string {
-    return `${this.scheme}://127.0.0.1:${this.port}`;
+    return `${this.more.includes('--tls-cert') ? 'https' : 'http'}://127.0.0.1:${this.port}`;
   }
 
   get grpcAddress(): string {
@@ -44,9 +41,10 @@ export class ServerProcess {
     this.child!.kill('SIGCONT');
   }
 
-  async restart(): Promise<void> {
+  async restart(more = this.more): Promise<void> {
+    this.more = more;
     this.child = spawn(process.env.LATTICED!, [
-      '--listen', this.grpcAddress, '--http', `127.0.0.1:${this.port}`, ...this.options]);
+      '--listen', this.grpcAddress, '--http', `127.0.0.1:${this.port}`, '--web-root', this.webRoot, '--backend', 'cpu', ...more]);
     for (const stream of [this.child.stdout!, this.child.stderr!]) stream.on('data', (data: Buffer) => (this.log += data.toString()));
     for (let attempt = 0; attempt < 200 && this.child.exitCode === null; ++attempt) {
       if ((await isOpen(this.port)) && this.child.exitCode === null) return;

@@ -8,11 +8,13 @@ import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import type { LiveSession } from '@src/session/live_session';
 import { LatticedServer } from '@src/wire/latticed_server';
+import { until } from '../support/until';
 import { launch, openPage } from './browser';
-import type { Certificate } from './certificate';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
 import { createScene, dropFiles, segmentsCome } from './viewer_page';
+
+export { until };
 
 export let server: ServerProcess;
 /** Calls that no page makes. */
@@ -25,22 +27,20 @@ export let errors: string[];
 export interface StageOptions {
   /** More options of the server's program. */
   readonly serverOptions?: readonly string[];
-  /** Of the server, which then speaks TLS. */
-  readonly certificate?: Certificate;
-  /** Behind the server's origin. */
-  readonly path?: string;
+  /** Where the page is opened, in place of the server's origin. */
+  readonly address?: () => string | Promise<string>;
   readonly context?: BrowserContextOptions;
   /** What the page shows before the first test. */
   readonly begin?: () => Promise<unknown>;
 }
 
 /** Starts all of it before the first test of the file, and ends it after the last. */
-export function useStage({ serverOptions, certificate, path = '', context, begin }: StageOptions = {}): void {
+export function useStage({ serverOptions, address = () => server.origin, context, begin }: StageOptions = {}): void {
   before(async () => {
-    server = await ServerProcess.start(process.env.LATTICED_VIEWER!, serverOptions, certificate);
+    server = await ServerProcess.start(process.env.LATTICED_VIEWER!, serverOptions);
     direct = new LatticedServer(server.origin);
-    browser = await launch(certificate ? [certificate.browserOption] : []);
-    ({ page, errors } = await openPage(browser, server.origin + path, context));
+    browser = await launch();
+    ({ page, errors } = await openPage(browser, await address(), context));
     await begin?.();
   });
   after(async () => {
@@ -61,8 +61,8 @@ export async function openTorus(segments = 2): Promise<void> {
   await segmentsCome(page, segments);
 }
 
-export async function setView(view: Parameters<LiveSession['setView']>[0]): Promise<void> {
-  await page.evaluate((change) => {
+export async function setView(view: Parameters<LiveSession['setView']>[0], of = page): Promise<void> {
+  await of.evaluate((change) => {
     const { settings } = window.latticed;
     settings.set({ view: { ...settings.value.view, ...change } });
   }, view);
@@ -90,9 +90,8 @@ export function allPoints(of = page): Promise<number[]> {
   return of.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
 }
 
-/** Waits until something holds, for a minute at most. */
-export async function until(holds: () => boolean | Promise<boolean>, say: () => unknown = () => holds.toString()): Promise<void> {
-  for (const end = Date.now() + 60_000; !(await holds()); await new Promise((resolve) => setTimeout(resolve, 20))) {
-    if (Date.now() > end) throw new Error(`waited in vain: ${String(await say())}`);
-  }
+/** Where the server has a control point of the page's scene. */
+export async function pointAtServer(index: number): Promise<number[]> {
+  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+  return (await direct.scenes.getLattice({ scene })).lattice!.controlPoints.slice(3 * index, 3 * index + 3);
 }

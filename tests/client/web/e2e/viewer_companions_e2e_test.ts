@@ -12,9 +12,10 @@ import { randomId } from '@src/wire/ids';
 import { uploadMesh } from '@src/wire/upload';
 import { limitStorage, openPage } from './browser';
 import { lookAtColours, paint, quarters, squareGlb } from './colours';
+import { keeps } from './restarts';
 import { sheetObj } from './sheet';
-import { browser, direct, errors, page, server, until, useStage } from './stage';
-import { createScene, dropFiles, latticeIn, live, promised } from './viewer_page';
+import { browser, direct, errors, page, server, shot, until, useStage } from './stage';
+import { createScene, dropFiles, latticeIn, live } from './viewer_page';
 
 let picture: Buffer; // red green above blue white
 let other: Buffer; // white blue above green red
@@ -27,14 +28,15 @@ useStage({
 });
 
 /** Waits until this browser keeps a picture beside the mesh that is open; returns the names of all that it keeps there. */
-function keptBeside(of: Page, name: string, content: Buffer): Promise<string[]> {
-  return promised(of, async ([picture, base64]) => {
+async function keptBeside(of: Page, name: string, content: Buffer): Promise<string[]> {
+  const names = await until(() => of.evaluate(async ([picture, base64]) => {
     const { services, opener } = window.latticed;
     const { companions } = await services.keptMesh((opener as unknown as { mesh: { id: string } }).mesh.id);
     const bytes = await companions.find((file) => file.name === picture)?.arrayBuffer();
     if (bytes === undefined || btoa(String.fromCharCode(...new Uint8Array(bytes))) !== base64) return undefined;
     return companions.map((file) => file.name);
-  }, [name, content.toString('base64')] as const);
+  }, [name, content.toString('base64')] as const));
+  return names!;
 }
 
 /** Makes this browser forget all meshes, but not what was dropped beside them. */
@@ -57,37 +59,14 @@ function materialSheet(): string {
   return sheetObj((quad) => (quad === 0 ? 'usemtl all' : ''));
 }
 
-/** Waits until this browser keeps what a server that has lost the scene needs of it. */
-async function keptScene(of: Page): Promise<void> {
-  await promised(of, () => new Promise<boolean>((resolve) => {
-    const { opener, scene } = window.latticed;
-    const request = indexedDB.open('latticed');
-    request.onsuccess = () => {
-      const transaction = request.result.transaction(['meshes', 'scenes']);
-      const mesh = transaction.objectStore('meshes').getKey((opener as unknown as { mesh: { id: string } }).mesh.id);
-      const kept = transaction.objectStore('scenes').getKey(scene!.session.sceneId);
-      request.result.close(); // when all is answered
-      transaction.oncomplete = () => resolve(mesh.result !== undefined && kept.result !== undefined);
-    };
-  }));
-}
-
-test('pictures dropped beside an OBJ are shown after a reload, a restart of the server, and in this browser\'s other windows', async () => {
+test('pictures dropped beside an OBJ are shown after a restart of the server', async () => {
   await dropFiles(page, [['sheet.mtl', MTL], ['squares.png', other], ['sheet.obj', materialSheet()]]);
   await createScene(page);
   await lookAtColours(page);
   await dropFiles(page, [['squares.png', picture]]); // in place of the one before
   await keptBeside(page, 'squares.png', picture);
 
-  await page.reload();
-  await live(page);
-  await comesTo(page, 'red green blue white');
-  const [second] = await Promise.all([page.waitForEvent('popup'), page.evaluate(() => void window.open(location.href))]);
-  await live(second);
-  await comesTo(second, 'red green blue white');
-  await second.close();
-
-  await keptScene(page);
+  await keeps(page);
   const address = page.url();
   await page.goto('about:blank');
   await server.kill();
@@ -99,7 +78,7 @@ test('pictures dropped beside an OBJ are shown after a reload, a restart of the 
 });
 
 test('a picture that is dropped after a reload, before the mesh is here again, is kept beside the others', async () => {
-  await keptScene(page);
+  await keeps(page);
   await forgetMeshes(page);
   let release!: () => void;
   const released = new Promise<void>((resolve) => (release = resolve));
@@ -112,7 +91,7 @@ test('a picture that is dropped after a reload, before the mesh is here again, i
   await comesTo(page, 'white blue green red');
   release();
   await page.unrouteAll({ behavior: 'wait' });
-  await keptScene(page);
+  await keeps(page);
 });
 
 /** Drops the sheet with the picture of red, green, blue and white, or alone; waits until it is shown. */
@@ -136,7 +115,7 @@ test('a picture that is dropped on a scene just restored, before its mesh is kno
   t.after(() => fresh.close());
   await openSheet(fresh, true);
   await keptBeside(fresh, 'squares.png', picture);
-  await keptScene(fresh);
+  await keeps(fresh);
   const address = fresh.url();
   await fresh.goto('about:blank');
   await server.kill();
@@ -224,35 +203,30 @@ test('another browser shows a mesh without what was dropped beside it, and says 
   await elsewhere.getByLabel('Colour', { exact: true }).selectOption('texture');
   await elsewhere.getByText('This browser has no pictures for sheet.obj, and shows a grid. Those dropped in another stay there.').waitFor();
   await lookAtColours(elsewhere); // the grid
-  await dropFiles(elsewhere, [['squares.png', other]]);
-  await keptBeside(elsewhere, 'squares.png', other);
-  await elsewhere.reload();
-  await live(elsewhere);
-  await comesTo(elsewhere, 'white blue green red');
   await elsewhere.close();
 });
 
-test('a GLB is shown with its own pictures after a reload, in other windows and in other browsers', async () => {
+test('a GLB is shown with its own pictures in other browsers', async () => {
   await dropFiles(page, [['sheet.glb', squareGlb(picture)]]);
   await createScene(page);
-  await lookAtColours(page); // a reload that interrupts three's loading is told to the console as an error
+  await lookAtColours(page);
 
-  await page.reload();
-  await live(page);
-  await comesTo(page, 'red green blue white');
   const { page: elsewhere } = await openPage(browser, page.url());
   await live(elsewhere);
   await comesTo(elsewhere, 'red green blue white');
   await elsewhere.close();
 });
 
-test('pictures that the browser has no room for are shown, and it is said that they are not kept', async () => {
+test('a scene and pictures that the browser has no room for are shown, and it is said that they are not kept', async () => {
   const { page: full } = await openPage(browser, server.origin);
   await limitStorage(full, 1e5);
 
-  await dropFiles(full, [['sheet.obj', sheetObj()], ['squares.png', picture], ['sheet.mtl', '#'.repeat(300_000)]]);
+  const filling = '#'.repeat(300_000);
+  await dropFiles(full, [['sheet.obj', `${sheetObj()}\n${filling}`], ['squares.png', picture], ['sheet.mtl', filling]]);
   await createScene(full);
 
+  await full.locator('.toast-error').getByText('If the server is restarted, this scene may be lost: the browser has no room left for it.').waitFor();
+  await shot('viewer_not_kept', full);
   await full.locator('.toast-error').getByText(
     'After a reload this mesh will be without what was dropped beside it: the browser has no room left for it.').waitFor();
   await comesTo(full, 'red green blue white');

@@ -8,33 +8,13 @@ import { test } from 'node:test';
 import type { Page } from 'playwright-core';
 import { latticeFromJson } from '@src/wire/lattice_json';
 import { distance, type Vec3 } from '@src/lattice/vec';
-import { limitStorage, openPage } from './browser';
+import { openPage } from './browser';
 import { followsDefinition } from './definition';
-import { browser, CORNER, errors, OBJ, page, press, selected as selection, server, shot, useStage } from './stage';
-import { colourAt, controlPoint, createScene, dropFiles, frames, live, onScreen, saved } from './viewer_page';
+import { browser, CORNER, errors, OBJ, page, press, selected as selection, server, setView, shot, until, useStage } from './stage';
+import { colourAt, controlPoint, dropFiles, frames, live, onScreen, saved } from './viewer_page';
 
 
 const readBacks: string[] = []; // addresses of calls for a mesh that the page has itself
-
-/** Waits until all own edits are answered, and all detail of the newest one is there. */
-async function settled(of = page): Promise<void> {
-  await of.waitForFunction(() => {
-    const { scene } = window.latticed;
-    const { sync } = scene!.session as unknown as { sync: { queue: { unanswered: number }; model: { revision: bigint } } };
-    const seen = (window as { seen?: { revision: number; fullDetail: boolean; at: number } }).seen;
-    return sync.queue.unanswered === 0 && seen !== undefined && seen.revision >= Number(sync.model.revision) && seen.fullDetail &&
-      performance.now() - seen.at > 400;
-  });
-}
-
-/** Notes updates as they come, for settled(). */
-function watchUpdates(of: Page): Promise<void> {
-  return of.evaluate(() => {
-    window.latticed.scene!.session.on('update', ({ revision, fullDetail }) =>
-      Object.assign(window, { seen: { revision, fullDetail, at: performance.now() } }),
-    );
-  });
-}
 
 /** Waits until a window shows what another has selected: a ring in its colour around a control point, and a dot with its name. */
 async function seesSelection(seer: Page, editor: Page, index: number, words: string): Promise<void> {
@@ -77,10 +57,10 @@ test('a dropped file becomes a scene with the lattice that is asked for', async 
   await page.getByLabel('Points along u').press('Enter');
 
   await live(page);
-  await watchUpdates(page);
   assert.equal(await page.locator('.toast-error').count(), 0); // of what was no mesh
   assert.match(page.url(), /\?scene=[0-9a-f]{32}$/);
   assert.equal(await page.evaluate(() => window.latticed.scene!.session.lattice.count), 64);
+  await setView({ segments: 3 }); // quick frames
 });
 
 test('the mouse drags a control point: it stays below the pointer, and the surface goes where the definition says', async () => {
@@ -92,9 +72,7 @@ test('the mouse drags a control point: it stays below the pointer, and the surfa
 
   const [nowX, nowY] = await onScreen(page, CORNER);
   assert.ok(Math.hypot(nowX - (x + 60), nowY - (y - 50)) < 2, `${[nowX - x, nowY - y]} is not 60, -50`);
-  await settled();
   await followsDefinition(page, OBJ);
-  await page.locator('[data-hud=latency]').getByText(/^[1-9]/).waitFor(); // a frame has shown it
   await shot('viewer_dragged');
 });
 
@@ -155,7 +133,7 @@ test('points are selected by a click, a row, a plane, a box, all and none', asyn
 test('a second window shows the same scene, follows, and may insert a knot that the first one takes over', async () => {
   const { page: other, errors: otherErrors } = await openPage(browser, page.url());
   await live(other);
-  await watchUpdates(other);
+  await setView({ segments: 3 }, other);
   await seesSelection(other, page, CORNER, '64 control points'); // of before it was opened
   await other.evaluate(() => window.latticed.settings.set({ colouring: 'displacement' }));
   await other.locator('.heat-legend').getByText(/^0\.\d+$/).waitFor(); // the dragged corner's, without another update
@@ -165,7 +143,6 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   await press('g', 'z', '-', '1', 'Enter');
   const moved = await controlPoint(page, 0);
   await other.waitForFunction(([z]) => window.latticed.scene!.session.lattice.points[2] === z, [moved[2]] as const);
-  await settled(other);
   await followsDefinition(other, OBJ);
   await seesSelection(other, page, 0, '1 control point');
   await other.evaluate((corner) => window.latticed.scene!.editor.selection.select([corner]), CORNER);
@@ -181,7 +158,6 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   await other.getByLabel('Knot', { exact: true }).press('Enter');
   for (const each of [page, other]) {
     await each.waitForFunction(() => window.latticed.scene!.session.lattice.count === 80);
-    await settled(each);
     await followsDefinition(each, OBJ);
   }
   await shot('viewer_second_window', other);
@@ -216,13 +192,12 @@ test('the surface itself is pulled: what was pressed comes along to where the po
   await page.mouse.move(x, y);
   await page.mouse.down();
   for (let step = 1; step <= 8; ++step) await page.mouse.move(x - 5 * step, y + 4 * step); // the pick is on its way
-  await page.locator('.hint.running').getByText(/^Pull/).waitFor();
+  await page.locator('.hint.running').getByText(/^Pull {2}\S+ {2}\S+ {2}\S+ {3}\(\S+\)$/).waitFor();
   await page.mouse.move(x - 41, y + 32);
+  assert.ok(await page.locator('.pull-line').isHidden()); // nothing is out of reach
   await page.mouse.up();
   await page.keyboard.press('p');
-  await settled();
 
-  const there = (await picked(x - 41, y + 32))!;
   const target = await page.evaluate(
     ([p, dx, dy]) => {
       const { viewport } = window.latticed;
@@ -233,7 +208,7 @@ test('the surface itself is pulled: what was pressed comes along to where the po
     },
     [held, -41, 32] as const,
   );
-  assert.ok(distance(there, target) < 0.02, `${there} is not ${target}`);
+  await until(async () => distance((await picked(x - 41, y + 32)) ?? held, target) < 0.02);
 });
 
 test('a lattice that was saved brings its shape back when it is dropped on the page', async () => {
@@ -247,7 +222,6 @@ test('a lattice that was saved brings its shape back when it is dropped on the p
   await page.waitForFunction(([x]) => window.latticed.scene!.session.lattice.points[2] === x, [before[2]] as const);
 
   assert.equal(latticeFromJson(json).count, 80);
-  await settled();
   await followsDefinition(page, OBJ);
 });
 
@@ -260,7 +234,6 @@ test('a sample becomes a scene, whose upper plane R Z 4 5 turns about its middle
   await fresh.getByRole('button', { name: 'Create scene' }).click();
   await live(fresh);
   await fresh.keyboard.press('n');
-  await watchUpdates(fresh);
   const before = await controlPoint(fresh, CORNER);
   const opposite = await controlPoint(fresh, 48); // of the same plane
 
@@ -276,7 +249,7 @@ test('a sample becomes a scene, whose upper plane R Z 4 5 turns about its middle
     before[2],
   ];
   assert.ok(distance(after, turned) < 1e-9, `${after} is not ${turned}`);
-  await settled(fresh);
+  await fresh.locator('[data-hud=updates]').getByText(/^0$/).waitFor(); // all of it is here
   await shot('viewer', fresh);
   assert.deepEqual(freshErrors, []);
   await fresh.close();
@@ -311,20 +284,8 @@ test('a page that is opened after the restart has the dropped mesh from the brow
   await page.goto(address);
   await page.locator('.toast').getByText('this browser restored mesh and lattice').waitFor();
 
-  await page.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
+  await live(page, 'restored');
+  await setView({ segments: 3 });
   assert.deepEqual(await controlPoint(page, 0), before);
   await followsDefinition(page, OBJ);
-});
-
-test('a scene that the browser has no room for is told of', async () => {
-  const { page: full } = await openPage(browser, server.origin);
-  await limitStorage(full, 1e5);
-  await full.locator('[data-sample=slab]').click();
-  await createScene(full);
-  const toast = full.locator('.toast-error');
-  await toast.getByText('If the server is restarted, this scene may be lost: the browser has no room left for it.').waitFor();
-  await shot('viewer_not_kept', full);
-  await toast.getByRole('button', { name: 'Close' }).click();
-
-  await full.close();
 });

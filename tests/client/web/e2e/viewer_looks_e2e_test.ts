@@ -2,15 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What each look of the surface draws where, by the colours of pixels: a sheet in the plane of the screen, whose upper right
-// corner one control point has pulled to the left, so that light is the same everywhere.
+// corner one control point has pulled to the left, so that light is the same everywhere; at last a roof, shaded by each kind of
+// normals, and a pull at what cannot follow.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { afterEach, test } from 'node:test';
 import { Color } from 'three';
 import { add, distance, scale, type Vec3 } from '@src/lattice/vec';
+import { latticeToJson } from '@src/wire/lattice_json';
 import { deformed, followsDefinition, shownBy, type Shown } from './definition';
-import { errors, page, shot, useStage } from './stage';
-import { changesView, createScene, dropFiles, meshUploaded, placeOf, segmentsCome } from './viewer_page';
+import { plainSheetObj } from './sheet';
+import { errors, page, press, setView, shot, until, useStage } from './stage';
+import { changesView, colourAt, createScene, dropFiles, frames, latticeIn, live, meshUploaded, placeOf, segmentsCome } from './viewer_page';
 
 const CORNER = 31; // the last of 4 x 4 x 2 control points
 const PULL: Vec3 = [-1, 0, 0];
@@ -55,9 +58,14 @@ function assertAll(colours: readonly Vec3[], wanted: Vec3, what: string): void {
   for (const colour of colours) assert.ok(distance(colour, wanted) <= SAME, `${what}: ${colour} is not ${wanted}`);
 }
 
-/** Draws with other settings than plain ones, from when that is seen. */
+/** Draws another look, from when that is seen. */
 function look(settings: object): Promise<void> {
   return changesView(page, 500, () => page.evaluate((other) => window.latticed.settings.set(other), settings));
+}
+
+/** The same, by the look's key. */
+function toggle(key: string): Promise<void> {
+  return changesView(page, 500, () => press(key));
 }
 
 useStage({
@@ -144,7 +152,7 @@ test('the ghost tints where the rest shape is and the deformed one is not, and n
   assertAll(await coloursAt([...OUTSIDE, ...left]), background, 'without a ghost');
   assertAll(await coloursAt(both), plain, 'the surface');
 
-  await look({ ghost: true });
+  await toggle('t');
   const tint = add(scale(background, 0.8), scale(plain, 0.2)); // it lets most through
   await shot('viewer_look_ghost');
 
@@ -172,6 +180,7 @@ test('every knot box has one colour, of all patches in it, and no other has the 
   for (const [i, one] of [...colours, plain, background].entries()) {
     for (const other of [...colours, plain, background].slice(0, i)) assert.ok(distance(one, other) > 5 * SAME, `${one}, ${other}`);
   }
+  for (const key of 'jjcc') await toggle(key); // edges of boxes, and the cage
 });
 
 interface Places {
@@ -187,7 +196,7 @@ interface Places {
 async function placesOnPatches(): Promise<Places> {
   const { points, pattern } = shown;
   const triangles = await page.evaluate(() =>
-    [...window.latticed.scene!.session.surface.drawnLayout!.patternTriangles]);
+    [...window.latticed.scene!.session.surface.layout!.patternTriangles]);
   const pixels = distance([...(await placeOf(page, [1, 0, 0])), 0], [...(await placeOf(page, [0, 0, 0])), 0]); // of a unit
   const count = pattern.length / 3;
   const onEdge = (...numbers: number[]): boolean => [0, 1, 2].some((k) => numbers.every((n) => pattern[3 * n + k] === 0));
@@ -223,16 +232,108 @@ test('lines lie on the edges of patches and not inside; those of the wireframe i
   assert.ok(edges.length > 40 && lines.length > 40 && cells.length > 40, `${[edges.length, lines.length, cells.length]}`);
   assertAll(await coloursAt([...edges, ...lines, ...cells]), plain, 'without lines');
 
-  await look({ patchEdges: true });
+  await toggle('e');
   const onEdges = await coloursAt(edges);
   assertAll(await coloursAt([...lines, ...cells]), plain, 'inside a patch');
   await shot('viewer_look_edges');
-  await look({ patchEdges: false, wireframe: true });
+  await toggle('e');
+  await toggle('z');
   const onLines = await coloursAt([...edges, ...lines]);
   assertAll(await coloursAt(cells), plain, 'inside a triangle');
   await shot('viewer_look_wireframe');
 
   for (const colour of onEdges) assert.ok(brightness(colour) < 0.6 * brightness(plain), `${colour}, where ${plain} is the surface`);
   for (const colour of onLines) assert.ok(brightness(colour) < 0.95 * brightness(plain), `${colour}, where ${plain} is the surface`);
+});
+
+/** Looks from above at what is open, without its cage. */
+async function lookFromAbove(): Promise<void> {
+  await page.evaluate(() => {
+    window.latticed.settings.set({ cage: false, gizmo: 'none', orthographic: true });
+    window.latticed.viewport.rig.lookFrom([0, -1e-3, 1]);
+    window.latticed.scene!.frameAll();
+  });
+  await frames(page);
+}
+
+/** The ends of the line to what is out of reach, in pixels of the page. */
+function pullLine(): Promise<number[]> {
+  return page.evaluate(() => {
+    const line = document.querySelector('.pull-line line')!;
+    const box = window.latticed.viewport.canvas.getBoundingClientRect();
+    return ['x1', 'y1', 'x2', 'y2'].map((name, i) => Number(line.getAttribute(name)) + (i % 2 === 0 ? box.left : box.top));
+  });
+}
+
+test('what lies outside the lattice is out of reach of a pull: a line and words say how far, until Escape', async () => {
+  await dropFiles(page, [['sheet.obj', plainSheetObj()]]);
+  await createScene(page);
+  const whole = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+  const half = latticeIn([[0, -1.2, -1], [1.2, 0, 0], [0, 2.4, 0], [0, 0, 2]], 3, 2); // around the right half
+  await dropFiles(page, [['half.json', latticeToJson(half)]]);
+  await page.waitForFunction((id) => window.latticed.scene!.session.sceneId !== id, whole);
+  await live(page);
+  await lookFromAbove();
+  await page.keyboard.press('p');
+
+  const [x, y] = await placeOf(page, [-0.6, 0.1, 0]);
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 60, y - 40, { steps: 4 });
+  await page.locator('.hint.running').getByText(/^Pull .*\((\S+)\) +out of reach by \1: outside the lattice$/).waitFor();
+  await page.mouse.move(x + 30, y - 40);
+  await page.locator('.hint.running').getByText(/\((\S+)\) +out of reach by \1:/).waitFor();
+  await frames(page);
+
+  assert.ok(await page.locator('.pull-line').isVisible());
+  (await pullLine()).forEach((at, i) => assert.ok(Math.abs(at - [x, y, x + 30, y - 40][i]) < 1, `${i}: ${at}`));
+  assert.ok(await page.locator('.transform-bar').isHidden());
+  await shot('viewer_out_of_reach');
+  await page.keyboard.press('Escape');
+  await page.locator('.pull-line').waitFor({ state: 'hidden' });
+  assert.equal(await page.locator('.hint').innerText(), 'Press on the surface and pull it');
+  await page.mouse.up();
+  await page.keyboard.press('p');
+});
+
+/** Two planes at right angles, whose ridge goes along y. */
+const ROOF = ['-1 -1 0', '-1 1 0', '0 -1 1', '0 1 1', '1 -1 0', '1 1 0'].map((at) => `v ${at}\n`).join('') + 'f 1 3 4 2\nf 3 5 6 4\n';
+
+/** The roof's colours: left and right of the ridge, and near the right eaves. */
+async function roofColours(): Promise<Vec3[]> {
+  const colours: Vec3[] = [];
+  for (const x of [-0.04, 0.04, 0.9]) colours.push(await colourAt(page, [x, 0.1, 1 - Math.abs(x)]));
+  return colours;
+}
+
+const EDGE = 30; // of 255 per channel, length of the three: neighbours that a person sees apart
+const FLAT = 6;
+
+
+test('facets are flat with an edge between them, smooth normals hide the edge, and without normals facets are shaded', async () => {
+  await dropFiles(page, [['roof.obj', ROOF]]);
+  await createScene(page);
+  await page.setViewportSize({ width: 1000, height: 600 }); // with room for the panel
+  await page.evaluate(() => window.latticed.settings.set({ panel: true }));
+  await setView({ segments: 6, normalBits: 12 });
+  await lookFromAbove();
+  const shades: Vec3[][] = [];
+  for (const [mode, hasEdge] of [['smooth', false], ['facet', true], ['none', true]] as const) {
+    await page.getByLabel('Normals', { exact: true }).selectOption(mode);
+    await page.waitForFunction((are) => {
+      const { material } = window.latticed.scene!.session.surface as unknown as { material: { defines: object } };
+      return 'HAS_NORMALS' in material.defines === are;
+    }, mode !== 'none');
+    await until(async () => {
+      const [left, right, eaves] = await roofColours();
+      return hasEdge
+        ? distance(left, right) > EDGE && distance(right, eaves) < FLAT
+        : distance(left, right) < FLAT && distance(right, eaves) > EDGE;
+    }, async () => `${mode}: ${(await roofColours()).join(' ')}`);
+    shades.push(await roofColours());
+    await shot(`viewer_roof_${mode}`);
+  }
+  const [, facet, none] = shades;
+  facet.forEach((colour, i) => assert.ok(distance(colour, none[i]) < FLAT, `${colour} and ${none[i]}`));
   assert.deepEqual(errors, []);
 });

@@ -50,7 +50,7 @@ export async function live(of: Page, state: 'live' | 'restored' = 'live'): Promi
 /** Waits until the surface is here with so many segments: what was asked for comes some time later. */
 export async function segmentsCome(of: Page, segments: number): Promise<void> {
   await of.waitForFunction((n) =>
-    window.latticed.scene!.session.surface.drawnLayout?.segments === n, segments);
+    window.latticed.scene!.session.surface.layout?.segments === n, segments);
 }
 
 /** Waits until a control point is at a place, as the server says. */
@@ -59,15 +59,6 @@ export async function pointComesTo(of: Page, index: number, place: Vec3): Promis
     const { points } = window.latticed.scene!.session.lattice;
     return Math.hypot(points[3 * i] - x, points[3 * i + 1] - y, points[3 * i + 2] - z) < 1e-9;
   }, [index, ...place] as const);
-}
-
-/** Waits until what the page promises holds, and returns it: for waitForFunction a promise holds at once. */
-export async function promised<T, A = undefined>(of: Page, ask: (about: A) => Promise<T | undefined | false>, about?: A): Promise<T> {
-  for (const end = Date.now() + 60_000; ; await of.waitForTimeout(20)) {
-    const answer = await of.evaluate(ask as (about: unknown) => Promise<T | undefined | false>, about);
-    if (answer) return answer;
-    if (Date.now() > end) throw new Error(`waited in vain: ${ask.toString()}`);
-  }
 }
 
 /**

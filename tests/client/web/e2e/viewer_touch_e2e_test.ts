@@ -7,8 +7,8 @@ import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
 import { add, distance, scale, sub, type Vec3 } from '@src/lattice/vec';
 import { swipe, type Place } from './fingers';
-import { allPoints, browser, CORNER, errors, openTorus, page, select, selected, shot, useStage } from './stage';
-import { camera, controlPoint, frames, live, onScreen, placeOf, pointComesTo, upperHandle } from './viewer_page';
+import { allPoints, CORNER, errors, openTorus, page, pointAtServer, select, selected, shot, until, useStage } from './stage';
+import { camera, controlPoint, frames, onScreen, placeOf, upperHandle } from './viewer_page';
 
 const BESIDE = 62;
 const EMPTY: Place = [80, 430]; // nothing is there
@@ -181,12 +181,9 @@ test('buttons keep a move to a plane, make it fine, snap it and confirm it, and 
   await page.getByRole('button', { name: 'Confirm' }).tap();
   await page.locator('.transform-bar').waitFor({ state: 'hidden' });
 
-  const other = await browser.newPage(); // in a window of its own: this one stays in front
-  await other.goto(page.url());
-  await live(other);
-  await pointComesTo(other, CORNER, await controlPoint(page, CORNER));
-  assertWay(sub(await controlPoint(other, CORNER), rest), snapped);
-  await other.close();
+  const there = await controlPoint(page, CORNER);
+  await until(async () => String(await pointAtServer(CORNER)) === String(there));
+  assertWay(sub(there, rest), snapped);
 });
 
 test('on a tablet the help scrolls below its button, and an edge glows where there is more', async () => {

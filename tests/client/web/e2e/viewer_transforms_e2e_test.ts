@@ -6,8 +6,9 @@
 import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
 import { add, distance, scale, sub, type Vec3 } from '@src/lattice/vec';
-import { CORNER, errors, openTorus, page, press, select, selected, useStage } from './stage';
-import { controlPoint, frames, onScreen, placeOf, pointComesTo, upperHandle } from './viewer_page';
+import { followsDefinition } from './definition';
+import { CORNER, errors, OBJ, openTorus, page, pointAtServer, press, select, selected, server, until, useStage } from './stage';
+import { colourAt, controlPoint, frames, onScreen, placeOf, pointComesTo, upperHandle } from './viewer_page';
 
 const BESIDE = 62;
 
@@ -122,6 +123,30 @@ test('a handle moves along its axis; Escape and a right click let go of it witho
   await release();
   const [x, y, z] = await controlPoint(page, CORNER);
   assert.ok(Math.hypot(x - rest[0], y - rest[1]) < 1e-9 && z > rest[2] + 0.05, `${[x, y, z]} from ${rest}`);
+});
+
+test('while the server stands still the cage and the handles follow the pointer, and then the server has what was done', async () => {
+  const handles = (): Promise<Vec3> => page.evaluate(() => {
+    const { gizmo } = window.latticed.scene as unknown as { gizmo: { standIn: { position: { toArray(): number[] } } } };
+    return gizmo.standIn.position.toArray() as unknown as Vec3;
+  });
+  const disc = await colourAt(page, rest);
+  const tip = await upperHandle(page, rest);
+
+  server.halt();
+  await page.mouse.move(...tip);
+  await page.mouse.down();
+  await page.mouse.move(tip[0], tip[1] - 40, { steps: 4 });
+  const lifted = await controlPoint(page, CORNER);
+  assert.ok(lifted[2] > rest[2] + 0.05, `${lifted} from ${rest}`);
+  assertNear(await handles(), lifted);
+  await page.mouse.up();
+  await frames(page);
+  assert.ok(distance(await colourAt(page, rest), disc) > 30, 'the disc is still where it was');
+
+  server.goOn();
+  await until(async () => String(await pointAtServer(CORNER)) === String(lifted));
+  await followsDefinition(page, OBJ);
 });
 
 test('an undo while a handle is held, or a transform runs, ends that and takes it back', async () => {

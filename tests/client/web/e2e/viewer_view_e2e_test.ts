@@ -8,9 +8,10 @@ import { beforeEach, test } from 'node:test';
 import { add, distance, type Basis, type Vec3 } from '@src/lattice/vec';
 import { bytes as inUnits } from '@src/wire/words';
 import { behindSurface } from './behind_surface';
+import { followsDefinition } from './definition';
 import { allPoints, CORNER, errors, OBJ, page, press, select, selected, setView, shot, useStage } from './stage';
 import {
-  camera, changesView, colourAt, controlPoint, createScene, dropFiles, frames, meshUploaded, onScreen, placeOf, pointComesTo,
+  camera, colourAt, controlPoint, createScene, dropFiles, frames, meshUploaded, onScreen, placeOf, pointComesTo,
 } from './viewer_page';
 
 const INNER = [21, 22, 25, 26, 37, 38, 41, 42];
@@ -236,31 +237,12 @@ test('inner points that are hidden are neither drawn nor selected, until they ar
   await page.evaluate(() => window.latticed.settings.set({ surface: true }));
 });
 
-test('every look is drawn by its key or choice, and a heat map has its legend', async () => {
-  const rest = await controlPoint(page, CORNER);
-  await select(CORNER);
-  await press('g', 'z', '2', 'Enter', 'Alt+a');
-  for (const key of 'etjzc') await changesView(page, 1000, () => press(key));
-  await shot('viewer_lines');
-  await changesView(page, 5000, () => press(...'etjzc'));
-
-  await press('n');
-  for (const look of ['displacement', 'boxes'] as const) {
-    await changesView(page, 5000, () => page.getByLabel('Colour', { exact: true }).selectOption(look).then(() => {}));
-    await page.locator('.heat-legend').waitFor({ state: look === 'displacement' ? 'visible' : 'hidden' });
-  }
-  await shot('viewer_boxes');
-  await page.getByLabel('Colour', { exact: true }).selectOption('plain');
-  await press('n');
-  await undo(rest);
-});
-
 test('bits and encoding of the panel are those of what comes, which the head-up line counts', async () => {
   const step = (): Promise<number> =>
-    page.evaluate(() => window.latticed.scene!.session.surface.drawnStep!);
+    page.evaluate(() => window.latticed.scene!.session.surface.grid!.step);
   const waitForStep = (low: number, high: number): Promise<unknown> =>
     page.waitForFunction(([a, b]) => {
-      const step = window.latticed.scene!.session.surface.drawnStep!;
+      const step = window.latticed.scene!.session.surface.grid!.step;
       return step > a && step < b;
     }, [low, high] as const);
   await press('n');
@@ -299,15 +281,13 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
   }));
   assert.deepEqual(told, [inUnits(bytes), `${patchesSent.toLocaleString('en')} / ${patchesAll.toLocaleString('en')}`]);
   assert.ok(patchesSent <= patchesAll && bytes >= patchesSent * 12, `${bytes} bytes of ${patchesSent} patches`);
+  await page.locator('[data-hud=latency][title^="The newest: server "]').getByText(/^[1-9]/).waitFor(); // a frame has shown it
+  for (const encoding of ['raw', 'draco', 'quantised'] as const) {
+    await setView({ encoding });
+    await page.waitForFunction((isRaw) => (window.latticed.scene!.session.surface.grid?.step === 1) === isRaw, encoding === 'raw');
+    await followsDefinition(page, OBJ);
+  }
   await undo(rest);
-});
-
-test('software OpenGL, three times slower with it, draws without antialiasing', async () => {
-  const samples = await page.evaluate(() => {
-    const gl = window.latticed.viewport.renderer.getContext();
-    return gl.getParameter(gl.SAMPLES) as number;
-  });
-  assert.equal(samples, 0);
 });
 
 test('where nothing changes nothing is drawn', async () => {

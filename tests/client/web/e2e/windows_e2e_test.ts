@@ -1,36 +1,42 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Many windows of one browser on one scene: a browser opens six HTTP/1.1 connections to a server for all of them together.
-// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+// Several windows on one scene: more than the six HTTP/1.1 connections that a browser opens to a server for all of them
+// together; and when the server, which keeps nothing, is killed and started again: one of them is quicker and restores the
+// scene, the others go on with it. Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
+import { test, type TestContext } from 'node:test';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
 import type { BrowserContext, Page } from 'playwright-core';
 import { randomId } from '@src/wire/ids';
 import { uploadMesh } from '@src/wire/upload';
 import { stopWebSockets } from './browser';
 import { followsDefinition } from './definition';
-import { browser, direct, OBJ, server, until, useStage } from './stage';
-import { live } from './viewer_page';
+import { keeps, keepToasts, toldOf, whoRestored } from './restarts';
+import { allPoints, browser, CORNER, direct, OBJ, openTorus, page, press, select, server, until, useStage } from './stage';
+import { controlPoint, frames, live, onScreen } from './viewer_page';
+
+const LET_GO = 'The server was restarted, so what was being moved was let go where it was.';
 
 let scene: string;
 
-async function openWindow(context: BrowserContext): Promise<Page> {
-  const page = await context.newPage();
-  await page.goto(`${server.origin}/?scene=${scene}`, { waitUntil: 'commit' });
-  return page;
+/** As another browser is. */
+async function openContext(t: TestContext): Promise<BrowserContext> {
+  const context = await browser.newContext({ viewport: { width: 320, height: 240 } });
+  t.after(() => context.close());
+  return context;
 }
 
-/** Moves a control point down, 1/16 at a time: sums of that are exact. */
-function move(page: Page, index: number, steps: number): Promise<void> {
-  return page.evaluate(
-    ([i, times]) => {
-      for (let step = 0; step < times; ++step)
-        window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(i), offset: [0, 0, -1 / 16] });
-    },
-    [index, steps] as const,
-  );
+async function openWindow(context: BrowserContext): Promise<Page> {
+  const window = await context.newPage();
+  await window.goto(`${server.origin}/?scene=${scene}`, { waitUntil: 'commit' });
+  return window;
+}
+
+async function openWindows(context: BrowserContext, count: number): Promise<Page[]> {
+  const windows = await Promise.all(Array.from({ length: count }, () => openWindow(context)));
+  await Promise.all(windows.map((window) => live(window)));
+  return windows;
 }
 
 /** What the server has. */
@@ -38,18 +44,30 @@ async function controlPoints(): Promise<number[]> {
   return (await direct.scenes.getLattice({ scene })).lattice!.controlPoints;
 }
 
-/** Waits until the server and a window have these control points. */
-async function haveAll(page: Page, expected: readonly number[]): Promise<void> {
-  await until(async () => String(await controlPoints()) === String(expected));
-  await page.waitForFunction((all) => String(window.latticed.scene!.session.lattice.points) === all, String(expected));
+/** Moves a control point down by quarters, whose sums are exact, and changes what is expected. */
+async function move(of: Page, index: number, quarters: number, expected: number[]): Promise<void> {
+  expected[3 * index + 2] -= quarters / 4;
+  await of.evaluate(
+    ([i, n]) => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(i), offset: [0, 0, -n / 4] }),
+    [index, quarters] as const);
 }
 
-/** `points` with some moved down. */
-function moved(points: readonly number[], steps: ReadonlyMap<number, number>): number[] {
-  return points.map((value, i) => value - (i % 3 === 2 ? (steps.get((i - 2) / 3) ?? 0) / 16 : 0));
+/** Waits until the server and all windows have these control points, and the last window's surface is where those put it. */
+async function allHave(windows: readonly Page[], expected: readonly number[]): Promise<void> {
+  await until(async () => String(await controlPoints()) === String(expected));
+  for (const each of windows) {
+    await each.waitForFunction((all) => String(window.latticed.scene!.session.lattice.points) === all, String(expected));
+  }
+  await followsDefinition(windows.at(-1)!, OBJ);
+}
+
+/** What lies straight below a point, if anything. */
+function pickBelow(of: Page, x: number, y: number): Promise<readonly number[] | undefined> {
+  return of.evaluate(async (from) => (await window.latticed.scene!.session.pick([...from, 10], [0, 0, -1]))?.position, [x, y] as const);
 }
 
 useStage({
+  context: { viewport: { width: 640, height: 480 } },
   begin: async () => {
     const mesh = await uploadMesh(direct, { format: MeshFormat.OBJ }, new Blob([OBJ]));
     // Few points: the windows share a processor, which also draws.
@@ -57,55 +75,104 @@ useStage({
   },
 });
 
-test('twelve windows of one browser edit and pick at once: all have one lattice, and the surface that the definition says', async () => {
-  const context = await browser.newContext({ viewport: { width: 320, height: 240 } });
-  const windows = await Promise.all(Array.from({ length: 12 }, () => openWindow(context)));
-  await Promise.all(windows.map((page) => live(page)));
-  const before = await controlPoints();
+test('eight windows of one browser edit and pick at once: all have one lattice, and the surface that the definition says', async (t) => {
+  const windows = await openWindows(await openContext(t), 8);
+  const expected = await controlPoints();
 
-  const hits = await Promise.all(windows.map(async (page, i) => {
-    await move(page, 5 * i, 3);
-    const angle = (2 * Math.PI * i) / 12; // down onto the middle of the tube
-    return page.evaluate(async ([x, y]) => {
-      const hit = await window.latticed.scene!.session.pick([x, y, 10], [0, 0, -1]);
-      return Math.hypot(hit!.position[0] - x, hit!.position[1] - y);
-    }, [Math.cos(angle), Math.sin(angle)] as const);
+  await Promise.all(windows.map(async (window, i) => {
+    await move(window, 5 * i, 1, expected);
+    const [x, y] = [Math.cos((Math.PI * i) / 4), Math.sin((Math.PI * i) / 4)]; // onto the middle of the tube
+    const [hitX, hitY] = (await pickBelow(window, x, y))!;
+    assert.ok(Math.hypot(hitX - x, hitY - y) < 1e-9, `${[hitX, hitY]} is not ${[x, y]}`);
   }));
 
-  hits.forEach((off) => assert.ok(off < 1e-9, `${hits}`));
-  const expected = moved(before, new Map(windows.map((_, i) => [5 * i, 3])));
-  for (const page of windows) {
-    await haveAll(page, expected);
-    await followsDefinition(page, OBJ);
-  }
-  await context.close();
+  await allHave(windows, expected);
 });
 
-test('where no WebSocket passes five windows edit and pick; a sixth says what to do, and goes on when one is closed', async () => {
-  const context = await browser.newContext({ viewport: { width: 320, height: 240 } });
+test('where no WebSocket passes five windows edit and pick; a sixth says what to do, and goes on when one is closed', async (t) => {
+  const context = await openContext(t);
   await stopWebSockets(context);
-  const windows = await Promise.all(Array.from({ length: 5 }, () => openWindow(context)));
-  await Promise.all(windows.map((page) => live(page)));
-  const before = await controlPoints();
+  const windows = await openWindows(context, 5);
+  const expected = await controlPoints();
 
   const sixth = await openWindow(context);
   await sixth.locator('.banner').getByText('without WebSockets a browser shows 5 of its windows at once: close one of them').waitFor();
-  const hits = await Promise.all(windows.map(async (page, i) => {
-    await move(page, 7 * i, 2);
-    return page.evaluate(async () => (await window.latticed.scene!.session.pick([1, 0, 10], [0, 0, -1])) !== undefined);
+  await Promise.all(windows.map(async (window, i) => {
+    await move(window, 7 * i, 1, expected);
+    assert.ok(await pickBelow(window, 1, 0));
   }));
-  assert.deepEqual(hits, [true, true, true, true, true]);
-  const expected = moved(before, new Map(windows.map((_, i) => [7 * i, 2])));
-  for (const page of windows) await haveAll(page, expected);
+  await allHave(windows, expected);
 
   await windows[0].close();
   await live(sixth);
   await sixth.locator('.banner').waitFor({ state: 'hidden' });
-  await move(sixth, 63, 1);
-  const final = moved(expected, new Map([[63, 1]]));
-  for (const page of [sixth, ...windows.slice(1)]) {
-    await haveAll(page, final);
-    await followsDefinition(page, OBJ);
-  }
-  await context.close();
+  await move(sixth, 63, 1, expected);
+  await allHave([...windows.slice(1), sixth], expected);
+});
+
+for (const [whose, isOther] of [['one browser', false], ['two browsers', true]] as const) {
+  test(`two windows of ${whose}: a scene is restored once, both say so, and edits of either one are right in the other`, async (t) => {
+    const context = await openContext(t);
+    const [first] = await openWindows(context, 1);
+    const [second] = await openWindows(isOther ? await openContext(t) : context, 1);
+    const windows = [first, second];
+    for (const window of windows) {
+      await keeps(window);
+      await keepToasts(window);
+    }
+    const expected = await controlPoints();
+
+    await server.kill();
+    for (const window of windows) await window.locator('.connection[data-state=retrying]').waitFor();
+    await move(first, 21, 1, expected); // people go on meanwhile
+    await move(second, 63, 2, expected);
+    await server.restart();
+
+    const said = await Promise.all(windows.map(whoRestored));
+    assert.deepEqual(said.sort(), ['another window', 'this browser']);
+    await allHave(windows, expected);
+    assert.deepEqual((await direct.scenes.listScenes({})).scenes.map(({ id }) => id), [scene]);
+    await move(first, 5, 3, expected);
+    await move(second, 42, 1, expected);
+    await allHave(windows, expected);
+    await second.evaluate(() => window.latticed.scene!.session.undo());
+    expected[3 * 42 + 2] += 0.25;
+    await allHave(windows, expected);
+  });
+}
+
+test('a move by G whose server is killed goes on in the cage, and is let go once where it was when the server is back', async () => {
+  await openTorus();
+  scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+  await page.evaluate(() => window.latticed.settings.set({ gizmo: 'none' }));
+  await keeps(page);
+  await keepToasts(page);
+  await frames(page);
+  const rest = await allPoints();
+  const [x, y] = await onScreen(page, CORNER);
+  await select(CORNER);
+  await page.mouse.move(x, y);
+  await press('g');
+  await page.mouse.move(x - 20, y + 10, { steps: 4 });
+  await until(async () => (await controlPoints())[3 * CORNER] !== rest[3 * CORNER]);
+  await page.mouse.move(x - 40, y + 20, { steps: 4 }); // some of these are on their way
+  await server.kill();
+  await page.locator('.connection[data-state=retrying]').waitFor();
+  const cut = await controlPoint(page, CORNER);
+  await page.mouse.move(x - 60, y + 30, { steps: 4 });
+  const there = await controlPoint(page, CORNER);
+  assert.notDeepEqual(there, cut); // the cage answers without a server
+  const moved = rest.map((value, i) => (i >= 3 * CORNER ? there[i - 3 * CORNER] : value));
+
+  await server.restart();
+  assert.equal(await whoRestored(page), 'this browser');
+  await toldOf(page, LET_GO);
+  await page.locator('.connection[data-state=restored]').waitFor();
+  assert.equal(await page.locator('.hint.running').count(), 0);
+  await page.mouse.move(x - 100, y + 80, { steps: 4 });
+  await press('Enter');
+  await page.mouse.click(20, 460);
+  await allHave([page], moved);
+  await press('Control+z');
+  await toldOf(page, '^There is nothing to undo\\.');
 });

@@ -5,7 +5,7 @@ import { anyPack } from '@bufbuild/protobuf/wkt';
 import { ErrorInfoSchema } from 'google/rpc/error_info_pb';
 import { StatusSchema, type Status } from 'google/rpc/status_pb';
 import type { EditBatch } from 'latticed/v1/edit_pb';
-import { SceneEventSchema, type Presence } from 'latticed/v1/event_pb';
+import { SceneEventSchema } from 'latticed/v1/event_pb';
 import { DeformRequestSchema, type ControlWatchRequest, type DeformRequest } from 'latticed/v1/scene_pb';
 import type { OpenStream, SceneStream, StreamHandlers, WatchRequestInit } from '@src/wire/scene_stream';
 import type { ServerError } from '@src/wire/server_error';
@@ -45,10 +45,6 @@ export class FakeStream implements SceneStream {
 
   get controls(): ControlWatchRequest[] {
     return this.sent.flatMap(({ message }) => (message.case === 'control' ? [message.value] : []));
-  }
-
-  get presences(): Presence[] {
-    return this.sent.flatMap(({ message }) => (message.case === 'presence' ? [message.value] : []));
   }
 }
 

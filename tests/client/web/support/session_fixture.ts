@@ -1,20 +1,26 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { readFileSync } from 'node:fs';
+import type { TestContext } from 'node:test';
+import { Code } from '@connectrpc/connect';
+import { Encoding, NormalMode } from 'latticed/v1/view_pb';
 import { DecodePool } from '@src/decode/decode_pool';
 import { Lattice } from '@src/lattice/lattice';
-import { fitLattice } from '@src/lattice/identity';
 import { LiveSession } from '@src/session/live_session';
-import type { Wakeable } from '@src/session/page_wakes';
-import type { BackOff } from '@src/session/scene_connection';
+import type { BackOff, Wakeable } from '@src/session/scene_connection';
 import { SceneKeeper } from '@src/session/store/scene_keeper';
-import type { PatchSource } from '@src/surface/patch_source';
+import type { PatchSource } from '@src/surface/patch_colours';
 import { SurfaceMesh } from '@src/surface/surface_mesh';
 import { fromLattice } from '@src/wire/lattice_message';
+import { ServerError } from '@src/wire/server_error';
 import { FakeServer } from './fake_server';
 import { FakeStreams, type FakeStream } from './fake_stream';
 import { FakeWorker } from './fake_worker';
 import { MemorySceneStore } from './memory_scene_store';
+import { fitLattice } from './fitted_lattice';
+import { until } from './until';
+
+export { until };
 
 export const decoderWasm = new Uint8Array(readFileSync('node_modules/draco3d/draco_decoder.wasm')).buffer;
 
@@ -27,31 +33,31 @@ export const noPatches: PatchSource = {
 
 export interface Options {
   readonly features?: FakeServer['features'];
-  readonly name?: string;
-  readonly store?: MemorySceneStore;
   readonly backOff?: BackOff;
   readonly patches?: PatchSource;
   /** Whether the one worker decodes what it gets at once, which it does unless told otherwise. */
   readonly decodesAtOnce?: boolean;
 }
 
-/** A session whose server is the test; its lattice has 3 x 3 x 3 points over the unit cube. */
+/** What a stream ends with where the connection is lost, and where the server has no such scene. */
+export const unavailable = new ServerError(Code.Unavailable, '', 'the connection is lost');
+export const noScene = new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001');
+
+/** A session whose server is the test; its lattice has 3 x 3 x 3 points over the unit cube. It is closed after the test. */
 export class SessionFixture {
   readonly server = new FakeServer();
   readonly sockets = new FakeStreams();
   readonly watches = new FakeStreams();
   readonly worker: FakeWorker;
-  readonly store: MemorySceneStore;
+  readonly store = new MemorySceneStore();
   readonly surface: SurfaceMesh;
   readonly said: string[] = [];
   readonly notKept: string[] = [];
-  readonly states: string[] = [];
   readonly session: LiveSession;
   /** What the page wakes, until the session is closed. */
   awake: Wakeable | undefined;
 
-  constructor(options: Options = {}) {
-    this.store = options.store ?? new MemorySceneStore();
+  constructor(t: TestContext, options: Options = {}) {
     this.surface = new SurfaceMesh(options.patches ?? noPatches);
     this.worker = new FakeWorker(decoderWasm, options.decodesAtOnce ?? true);
     this.server.features = options.features ?? [];
@@ -65,17 +71,16 @@ export class SessionFixture {
         this.awake = connection;
         return () => (this.awake = undefined);
       },
-      ...(options.name && { name: options.name }),
     });
     this.session.on('refused', (text) => this.said.push(text));
     this.session.on('notKept', (text) => this.notKept.push(text));
-    this.session.on('status', ({ state }) => this.states.push(state));
     this.session.ready.catch(() => undefined);
+    t.after(() => this.session.close());
   }
 
   /** Connected, with the first lattice. */
-  static async live(options: Options = {}): Promise<SessionFixture> {
-    const fixture = new SessionFixture(options);
+  static async live(t: TestContext, options: Options = {}): Promise<SessionFixture> {
+    const fixture = new SessionFixture(t, options);
     fixture.stream.hello(fixture.server.bootId);
     fixture.state();
     await fixture.session.ready;
@@ -85,6 +90,19 @@ export class SessionFixture {
 
   get stream(): FakeStream {
     return this.sockets.newest;
+  }
+
+  /** The stream ends, and the session opens the next one. */
+  async lose(error?: ServerError): Promise<void> {
+    const { length } = this.sockets.opened;
+    this.stream.end(error);
+    await until(() => this.sockets.opened.length > length);
+  }
+
+  /** The same, and the next one is there. */
+  async reconnect(error?: ServerError, bootId = this.server.bootId): Promise<void> {
+    await this.lose(error);
+    this.stream.hello(bootId);
   }
 
   state(lattice = cubeLattice(), structureId = 1n, revision = 0n): void {
@@ -99,6 +117,19 @@ export class SessionFixture {
     this.stream.event({ case: 'editResult', value: { sequence, revision, structureId: 1n } });
   }
 
+  /** Sends a whole update of one triangle, all of whose points are at (value, value, value). */
+  sendTriangle(updateId: bigint, value = 0): void {
+    const { stream } = this;
+    stream.event({ case: 'topology', value: {
+      topologyId: 't', patchCount: 1n, pointCount: 3n, triangleCount: 1n, segments: 1, chunkRuns: [{ chunkCount: 1, patchesPerChunk: 1 }],
+      pattern: { points: [1, 0, 0, 0, 1, 0, 0, 0, 1], triangles: [0, 1, 2] } } });
+    stream.event({ case: 'quantisation', value: { quantisationId: 1n, origin: { x: 0, y: 0, z: 0 }, step: 1, bits: 12 } });
+    stream.event({ case: 'updateBegin', value: { updateId, view: { encoding: Encoding.QUANTISED, normals: NormalMode.NONE } } });
+    const data = new Uint8Array(new Uint16Array(9).fill(value).buffer);
+    stream.event({ case: 'chunks', value: { updateId, topologyId: 't', quantisationId: 1n, chunks: [{ index: 0, data }] } });
+    stream.event({ case: 'updateEnd', value: { updateId, resumeToken: Uint8Array.of(Number(updateId)) } });
+  }
+
   /** x of a control point as it is shown. */
   x(index: number): number {
     return this.session.lattice.points[3 * index]!;
@@ -108,13 +139,4 @@ export class SessionFixture {
 /** Control points at 0, 1/2 and 1 per axis: number 0 at the origin, 1 at (0.5, 0, 0). */
 export function cubeLattice(): Lattice {
   return fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [3, 3, 3], degree: [2, 2, 2], padding: 0 });
-}
-
-/** Waits, for a minute at most, until something holds. */
-export async function until(holds: () => boolean | Promise<boolean>): Promise<void> {
-  for (const end = Date.now() + 60_000; Date.now() < end;) {
-    if (await holds()) return;
-    await new Promise((resolve) => setTimeout(resolve, 1));
-  }
-  throw new Error(`waited in vain: ${holds.toString()}`);
 }

@@ -1,32 +1,24 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+import { indicesTo } from '../../lattice/index_sets';
 import type { Lattice } from '../../lattice/lattice';
-import { sameStructure } from '../../lattice/same_structure';
+import { sameStructure } from '../../lattice/grid';
+import type { EditQueue } from './edit_queue';
 import type { Targets } from './edit_targets';
-
-/** An own edit that the server's lattice does not hold yet, or is not known to. */
-export interface Overlay {
-  readonly targets: Targets | undefined;
-}
 
 /**
  * The lattice that is shown: the server's newest with own edits on top, in their order.
  *
- * The server's states and deltas may come before or after the answers to own edits; whoever keeps the overlays
+ * The server's states and deltas may come before or after the answers to own edits; the queue
  * takes one away only when both are here, so the cage never jumps back.
  */
 export class LatticeModel {
-  private server: Lattice;
   private shownLattice: Lattice;
-  structureId: bigint;
-  revision: bigint;
 
-  /** @param overlays Own edits of a structure, oldest first; read anew each time. */
-  constructor(lattice: Lattice, structureId: bigint, revision: bigint, private readonly overlays: (structureId: bigint) => readonly Overlay[]) {
-    this.server = lattice;
-    this.shownLattice = lattice.clone();
-    this.structureId = structureId;
-    this.revision = revision;
+  constructor(
+    private server: Lattice, public structureId: bigint, public revision: bigint, private readonly queue: EditQueue,
+  ) {
+    this.shownLattice = server.clone();
   }
 
   get shown(): Lattice {
@@ -54,7 +46,7 @@ export class LatticeModel {
   }
 
   /** Puts points where the server and the overlays have them; returns those that moved. Absent: all points. */
-  refresh(indices: Uint32Array = everyIndex(this.server.count)): Uint32Array {
+  refresh(indices: Uint32Array = Uint32Array.from(indicesTo(this.server.count))): Uint32Array {
     const points = this.shownLattice.points;
     const before = new Float64Array(3 * indices.length);
     indices.forEach((index, i) => {
@@ -63,7 +55,7 @@ export class LatticeModel {
         points[3 * index + axis] = this.server.points[3 * index + axis]!;
       }
     });
-    for (const { targets } of this.overlays(this.structureId)) if (targets) write(points, targets);
+    for (const targets of this.queue.overlays(this.structureId)) write(points, targets);
     return indices.filter((index, i) =>
       [0, 1, 2].some((axis) => before[3 * i + axis] !== points[3 * index + axis]));
   }
@@ -73,8 +65,4 @@ function write(points: Float64Array, { indices, positions }: Targets): void {
   indices.forEach((index, i) => {
     for (let axis = 0; axis < 3; ++axis) points[3 * index + axis] = positions[3 * i + axis]!;
   });
-}
-
-function everyIndex(count: number): Uint32Array {
-  return Uint32Array.from({ length: count }, (_, i) => i);
 }
