@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // From a file, a sample or a link to an open scene.
+import type { Mesh } from 'latticed/v1/mesh_pb';
 import type { DataArrayTexture } from 'three';
 import { shownAtRest } from './intake/glb_json';
 import { fileKind, readMeshFile, type MeshFile } from './intake/mesh_file';
@@ -9,12 +10,12 @@ import { sampleFile, type SampleName } from './intake/samples';
 import type { MeshLayers } from './intake/corner_layers';
 import { layerTexture, uvGrid } from './intake/layer_texture';
 import { hasColours, meshLayers } from './intake/mesh_layers';
-import type { Services, UploadedMesh } from './intake/services';
 import type { Fit } from './lattice/identity';
 import type { Lattice } from './lattice/lattice';
 import { latticeFromJson, latticeToJson } from './wire/lattice_json';
 import { sameStructure } from './lattice/same_structure';
 import type { LiveSession } from './session/live_session';
+import { openSession } from './session/open_session';
 import type { SessionStatus, ViewRequest } from './session/scene_session';
 import { FitDialog } from './ui/dialogs/fit_dialog';
 import { randomPerson } from './ui/people';
@@ -32,14 +33,10 @@ interface OpenMesh {
   companions: readonly File[];
   /** Of the companions, those that this browser does not keep, or not yet. */
   unkept: readonly File[];
-  /** Resolves when this page has written them, or could not. */
-  writing: Promise<void>;
   /** Whether files of earlier drops, which this browser keeps beside the mesh, belong to it too. */
   takesKept: boolean;
   /** Whether it was dropped on this page, and not opened by a link or after a reload. */
   readonly isDropped: boolean;
-  /** Ends what is fetched for it. */
-  readonly left: AbortController;
 }
 
 type MadeTexture = Pick<MeshLayers, 'corners' | 'notes'> & { readonly texture: DataArrayTexture };
@@ -47,9 +44,7 @@ type MadeTexture = Pick<MeshLayers, 'corners' | 'notes'> & { readonly texture: D
 /** A mesh that is dropped with companions has these alone. */
 function openMesh(known: Partial<OpenMesh> = {}): OpenMesh {
   const { companions = [] } = known;
-  const takesKept = companions.length === 0;
-  const unknown = { id: '', writing: Promise.resolve(), isDropped: false, left: new AbortController() };
-  return { ...unknown, companions, unkept: companions, takesKept, ...known };
+  return { id: '', isDropped: false, companions, unkept: companions, takesKept: companions.length === 0, ...known };
 }
 
 export class SceneOpener {
@@ -108,22 +103,22 @@ export class SceneOpener {
     const turn = ++this.textureTurn;
     const isAsked = (): boolean => turn === this.textureTurn && scene === this.app.scene;
     try {
-      const { texture, corners, notes } = await this.makeTexture(mesh, scene.session.sceneId);
+      const { texture, corners, notes } = await this.makeTexture(mesh, scene.session);
       if (!isAsked()) return texture.dispose();
       scene.session.surface.setTexture(texture, corners);
       for (const note of notes) this.app.toasts.tell(note);
       this.texture?.dispose();
       this.texture = texture;
       this.app.viewport.invalidate();
-      mesh.writing = this.keepCompanions(mesh, mesh.writing);
+      void this.keepCompanions(mesh);
     } catch (error) {
       if (isAsked()) throw error; // of other pictures, or of a scene that has gone, nobody asks
     }
   }
 
-  private async makeTexture(mesh: OpenMesh, scene: string): Promise<MadeTexture> {
-    const id = await this.idOf(mesh, scene);
-    mesh.file ??= await this.app.services.downloadMesh(id, mesh.left.signal);
+  private async makeTexture(mesh: OpenMesh, session: LiveSession): Promise<MadeTexture> {
+    const id = await this.idOf(mesh, session);
+    mesh.file ??= await this.app.services.downloadMesh(id, session);
     const grid = uvGrid();
     const { corners, layers, notes } = await meshLayers(mesh.file, mesh.companions, grid);
     const lacksPictures = !mesh.isDropped && mesh.companions.length === 0 && layers.some(({ picture }) => picture === grid);
@@ -132,15 +127,14 @@ export class SceneOpener {
   }
 
   /** Keeps the companions that were used, for reloads and other windows. */
-  private async keepCompanions(mesh: OpenMesh, before: Promise<void>): Promise<void> {
-    await before;
+  private async keepCompanions(mesh: OpenMesh): Promise<void> {
     const { companions, unkept, takesKept } = mesh;
     if (unkept.length === 0) return;
-    Object.assign(mesh, { unkept: [], takesKept: true }); // what is dropped from now on is written after these
     try {
       await this.app.services.keepCompanions(mesh.id, takesKept ? unkept : companions, takesKept);
+      mesh.takesKept = true;
+      mesh.unkept = mesh.unkept.filter((file) => !unkept.includes(file)); // others may have come meanwhile
     } catch (error) {
-      Object.assign(mesh, { unkept: byName(unkept, mesh.unkept), takesKept });
       this.app.toasts.fail(`After a reload this mesh will be without what was dropped beside it: ${inWords(error)}`);
     }
   }
@@ -149,12 +143,7 @@ export class SceneOpener {
   private async companionsCame(id: string): Promise<void> {
     const { mesh, app } = this;
     if (id !== mesh.id || !mesh.takesKept) return;
-    let kept: Awaited<ReturnType<Services['keptMesh']>>;
-    let writing: Promise<void>;
-    do { // what is read before this page has written is without that
-      await (writing = mesh.writing);
-      kept = await app.services.keptMesh(id);
-    } while (writing !== mesh.writing);
+    const kept = await app.services.keptMesh(id);
     mesh.file ??= kept.file;
     mesh.companions = byName(kept.companions, mesh.unkept);
     const { colouring } = app.settings.value;
@@ -245,9 +234,8 @@ export class SceneOpener {
     const { mesh: before } = this;
     if (known !== undefined) this.mesh = known;
     else if (before.id !== facts?.mesh) this.mesh = openMesh({ id: facts?.mesh ?? '' });
-    if (this.mesh !== before) before.left.abort();
     // Nobody has asked: who chooses the texture is told what is wrong with it.
-    if (this.mesh !== before || wasTextured) void this.recallColours(this.mesh, id).catch(() => undefined);
+    if (this.mesh !== before || wasTextured) void this.recallColours(this.mesh, session).catch(() => undefined);
     return true;
   }
 
@@ -259,7 +247,7 @@ export class SceneOpener {
       if (isAsked() || (session !== undefined && session === this.app.scene?.session)) this.app.showStatus(status);
     };
     try {
-      session = await this.app.services.openSession(id, { ...this.person, view, onStatus });
+      session = await openSession(this.app.services.server, id, { ...this.person, view, onStatus });
     } catch (error) {
       if (!isAsked()) return undefined;
       if (shown !== undefined) onStatus(shown.status);
@@ -270,8 +258,8 @@ export class SceneOpener {
     return undefined;
   }
 
-  private async recallColours(mesh: OpenMesh, scene: string): Promise<void> {
-    if (mesh.takesKept) await this.recall(mesh, scene);
+  private async recallColours(mesh: OpenMesh, session: LiveSession): Promise<void> {
+    if (mesh.takesKept) await this.recall(mesh, session);
     await this.showIfColoured(mesh);
   }
 
@@ -282,14 +270,14 @@ export class SceneOpener {
   }
 
   /** Fills in what this browser has of a scene's mesh, or what the server has in one file. */
-  private async recall(mesh: OpenMesh, scene: string): Promise<void> {
+  private async recall(mesh: OpenMesh, session: LiveSession): Promise<void> {
     const { services } = this.app;
-    const id = await this.idOf(mesh, scene);
+    const id = await this.idOf(mesh, session);
     const { file, companions } = await services.keptMesh(id).catch(() => ({ file: undefined, companions: [] }));
     mesh.companions = byName(companions, mesh.companions); // others may have come meanwhile
     mesh.file ??= file;
     if (mesh.companions.length > 0 || mesh.file !== undefined) return;
-    const pictured = await services.picturedMesh(id, mesh.left.signal);
+    const pictured = await services.picturedMesh(id, session);
     mesh.file ??= pictured?.file;
     if (pictured === undefined || mesh.file !== undefined || mesh !== this.mesh) return;
     const size = bytes(pictured.bytes);
@@ -297,8 +285,8 @@ export class SceneOpener {
   }
 
   /** A scene that was about to be restored when it was opened has been restored since. */
-  private async idOf(mesh: OpenMesh, scene: string): Promise<string> {
-    return (mesh.id ||= (await this.app.services.describeScene(scene)).mesh);
+  private async idOf(mesh: OpenMesh, { sceneId }: LiveSession): Promise<string> {
+    return (mesh.id ||= (await this.app.services.describeScene(sceneId)).mesh);
   }
 }
 
@@ -309,7 +297,7 @@ function byName(older: readonly File[], newer: readonly File[]): File[] {
 }
 
 /** Fewer segments for more faces; a person may ask for more. */
-function viewFor({ faces }: UploadedMesh): ViewRequest {
-  const segments = Math.floor(Math.sqrt(TRIANGLES_AT_FIRST / (2 * Math.max(faces, 1))));
+function viewFor({ faces }: Mesh): ViewRequest {
+  const segments = Math.floor(Math.sqrt(TRIANGLES_AT_FIRST / (2 * Math.max(Number(faces), 1))));
   return { segments: Math.min(Math.max(segments, 2), 10), normals: 'smooth' };
 }

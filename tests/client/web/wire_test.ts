@@ -13,6 +13,7 @@ import { downloadExport } from '@src/wire/export_download';
 import { randomUuid } from '@src/wire/ids';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { ServerError } from '@src/wire/server_error';
+import { downloadMesh } from '@src/wire/mesh_download';
 import { uploadMesh } from '@src/wire/upload';
 import { WatchStream } from '@src/wire/watch_stream';
 import { bytes, inWords } from '@src/wire/words';
@@ -88,7 +89,7 @@ test('a mesh goes up in parts of 768 KiB and comes down as it was', async () => 
   const server = new LatticedServer('http://test', undefined, transport);
 
   await uploadMesh(server, { name: 'large' }, new Blob([sent]));
-  const { header, content } = await server.downloads.get('mesh-1');
+  const { header, content } = await downloadMesh(server.meshes, 'mesh-1', new AbortController().signal);
 
   assert.deepEqual([sizes.length, sizes[0], sizes[25]], [26, 768 * 1024, 20_000_000 - 25 * 768 * 1024]);
   assert.equal(header.name, 'large');

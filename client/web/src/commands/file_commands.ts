@@ -6,6 +6,7 @@ import type { SceneView } from '../scene_view';
 import type { Command } from '../ui/commands';
 import { showExportDialog } from '../ui/dialogs/export_dialog';
 import { chooseFiles } from '../ui/dialogs/start_screen';
+import { downloadExport } from '../wire/export_download';
 import { makersOf, type CommandTarget } from './command_makers';
 
 export function fileCommands(app: CommandTarget): Command[] {
@@ -16,7 +17,7 @@ export function fileCommands(app: CommandTarget): Command[] {
       formats: EXPORT_FORMATS,
       view: app.settings.value.view,
       patches: session.surface.patchCount,
-      write: (...order) => app.services.exportScene(session.sceneId, ...order),
+      write: (...order) => downloadExport(app.services.server, session.sceneId, ...order),
     });
   return [
     { id: 'open', label: 'Open mesh…', group: 'File', keys: ['Ctrl+O'], icon: 'open', run: open(MESH_ENDINGS) },

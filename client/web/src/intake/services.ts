@@ -5,28 +5,18 @@
 import { fromBinary, type MessageInitShape } from '@bufbuild/protobuf';
 import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
 import { MeshFormat, MeshHeaderSchema, type Mesh, type MeshHeader } from 'latticed/v1/mesh_pb';
-import type { Bounds, Fit } from '../lattice/identity';
+import type { Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
 import { IndexedSceneStore } from '../session/store/indexed_scene_store';
 import type { LiveSession } from '../session/live_session';
-import { openSession, type SessionOptions } from '../session/open_session';
 import type { ViewRequest } from '../session/scene_session';
 import { storedMesh } from '../session/store/scene_store';
-import { downloadExport, type ExportedFile, type ExportView } from '../wire/export_download';
 import { randomId } from '../wire/ids';
-import { fromLattice, vector } from '../wire/lattice_message';
+import { fromAxes, fromLattice } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
 import { uploadMesh } from '../wire/upload';
 import { fromView, toView } from '../wire/view_message';
 import type { MeshFile, MeshFormatName } from './mesh_file';
-
-export interface UploadedMesh {
-  readonly id: string;
-  readonly name: string;
-  readonly vertices: number;
-  readonly faces: number;
-  readonly bounds: Bounds;
-}
 
 export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'stl', 'drc', 'nets'] as const;
 export type ExportFormat = (typeof EXPORT_FORMATS)[number];
@@ -50,11 +40,14 @@ const MOST_FETCHED_UNASKED = 64 << 20; // bytes of a mesh: what is shown without
 
 const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
 
+/** What fetches the mesh of the open scene. */
+type MeshSource = Pick<LiveSession, 'downloadMesh'>;
+
 export class Services {
   private channel: BroadcastChannel | undefined;
 
   constructor(
-    private readonly server: LatticedServer,
+    readonly server: LatticedServer,
     private readonly store = IndexedSceneStore.ofPage(),
   ) {}
 
@@ -70,13 +63,13 @@ export class Services {
   }
 
   /** Rejects with an Error in words; `progress` goes from 0 to 1. */
-  async upload(file: MeshFile, progress: (fraction: number) => void, signal: AbortSignal): Promise<UploadedMesh> {
+  async upload(file: MeshFile, progress: (fraction: number) => void, signal: AbortSignal): Promise<Mesh> {
     const header = { name: file.name, format: FORMATS[file.format] };
     const onProgress = (sent: number, all: number): void => progress(sent / all);
     const mesh = await uploadMesh(this.server, header, file.content, { onProgress, signal });
     // Where it cannot be kept, who opens a scene of it is told.
     void this.store.saveMesh(storedMesh(mesh.id, header, file.content)).catch(() => undefined);
-    return describe(mesh);
+    return mesh;
   }
 
   /** Makes a scene and returns its id. */
@@ -86,9 +79,9 @@ export class Services {
     return sceneId;
   }
 
-  /** The file that a mesh was uploaded from. */
-  async downloadMesh(mesh: string, signal: AbortSignal): Promise<MeshFile> {
-    const { header, content } = await this.server.downloads.get(mesh, signal);
+  /** The file that the mesh of a scene was uploaded from. */
+  async downloadMesh(mesh: string, scene: MeshSource): Promise<MeshFile> {
+    const { header, content } = await scene.downloadMesh(mesh);
     const file = meshFile(header, content);
     if (file === undefined) throw new Error('The mesh was not uploaded as a file that this page reads.');
     return file;
@@ -113,35 +106,18 @@ export class Services {
   }
 
   /** Of a mesh that may have its pictures inside, and undefined of others. */
-  async picturedMesh(id: string, signal: AbortSignal): Promise<PicturedMesh | undefined> {
-    const { format, hasUvs, totalBytes } = await this.server.meshes.getMesh({ mesh: id }, { signal });
+  async picturedMesh(id: string, scene: MeshSource): Promise<PicturedMesh | undefined> {
+    const { format, hasUvs, totalBytes } = await this.server.meshes.getMesh({ mesh: id });
     if (format !== MeshFormat.GLB || !hasUvs) return undefined;
     const bytes = Number(totalBytes);
     if (bytes > MOST_FETCHED_UNASKED) return { bytes };
-    const { header, content } = await this.server.downloads.get(id, signal);
-    const file = meshFile(header, content);
-    return { bytes, ...(file && { file }) };
+    return { bytes, file: await this.downloadMesh(id, scene) };
   }
 
   /** The mesh of a scene, and what watchers see who do not say. */
   async describeScene(sceneId: string): Promise<{ readonly mesh: string; readonly view: ViewRequest }> {
     const { mesh, defaultView } = await this.server.scenes.getScene({ scene: sceneId });
     return { mesh, view: defaultView === undefined ? {} : toView(defaultView) };
-  }
-
-  openSession(sceneId: string, options: SessionOptions): Promise<LiveSession> {
-    return openSession(this.server, sceneId, options);
-  }
-
-  /** The deformed surface as a file; of control nets, `view` says nothing. `progress` in bytes. Rejects with an Error in words. */
-  exportScene(
-    sceneId: string,
-    format: ExportFormat,
-    view: ExportView,
-    progress: (received: number, all: number) => void,
-    signal: AbortSignal,
-  ): Promise<ExportedFile> {
-    return downloadExport(this.server, sceneId, format, view, progress, signal);
   }
 }
 
@@ -151,19 +127,8 @@ function meshFile(header: MeshHeader, content: Blob): MeshFile | undefined {
   return format && { name: header.name, format, content };
 }
 
-function describe(mesh: Mesh): UploadedMesh {
-  return {
-    id: mesh.id,
-    name: mesh.name,
-    vertices: Number(mesh.vertices),
-    faces: Number(mesh.faces),
-    bounds: { min: vector(mesh.bounds?.min), max: vector(mesh.bounds?.max) },
-  };
-}
-
 function latticeSource(lattice: Fit | Lattice): MessageInitShape<typeof LatticeSourceSchema> {
   if (lattice instanceof Lattice) return { source: { case: 'lattice', value: fromLattice(lattice) } };
-  const axes = ([u, v, w]: Fit['size']) => ({ u, v, w });
   const { size, degree, padding } = lattice;
-  return { source: { case: 'fit', value: { size: axes(size), degree: axes(degree), padding } } };
+  return { source: { case: 'fit', value: { size: fromAxes(size), degree: fromAxes(degree), padding } } };
 }

@@ -7,6 +7,7 @@ import type { SurfaceMesh } from '../surface/surface_mesh';
 import { edits, fromEdit, toSurfacePoint } from '../wire/edit_message';
 import { randomUuid } from '../wire/ids';
 import { fromVector } from '../wire/lattice_message';
+import type { DownloadedMesh } from '../wire/mesh_download';
 import { ServerError } from '../wire/server_error';
 import { targetsOf } from './edits/edit_targets';
 import type { LatticeEdit, SurfacePoint } from './edits/lattice_edit';
@@ -119,6 +120,11 @@ export class LiveSession {
       if (failure.code === Code.NotFound && failure.reason === 'NOTHING_HIT') return undefined;
       throw failure;
     }
+  }
+
+  /** The scene's mesh as it was uploaded. */
+  downloadMesh(id: string): Promise<DownloadedMesh> {
+    return this.parts.keeper.downloadMesh(id);
   }
 
   close(): void {

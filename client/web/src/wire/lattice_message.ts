@@ -40,6 +40,6 @@ function axes(message: LatticeAxes | undefined): [number, number, number] {
   return message ? [message.u, message.v, message.w] : [0, 0, 0];
 }
 
-function fromAxes([u, v, w]: Vec3): { u: number; v: number; w: number } {
+export function fromAxes([u, v, w]: Vec3): { u: number; v: number; w: number } {
   return { u, v, w };
 }

@@ -5,14 +5,12 @@ import { createGrpcWebTransport } from '@connectrpc/connect-web';
 import { MeshService } from 'latticed/v1/mesh_pb';
 import { SceneService } from 'latticed/v1/scene_pb';
 import { ServerService } from 'latticed/v1/server_pb';
-import { MeshDownloads } from './mesh_downloads';
 
 /** The server that the page comes from: clients of its services by gRPC-Web, and its address for WebSockets. */
 export class LatticedServer {
   readonly scenes: Client<typeof SceneService>;
   readonly meshes: Client<typeof MeshService>;
   readonly server: Client<typeof ServerService>;
-  readonly downloads: MeshDownloads;
 
   /**
    * @param origin Scheme, host and port, "http://localhost:8080".
@@ -26,7 +24,6 @@ export class LatticedServer {
     this.scenes = createClient(SceneService, transport);
     this.meshes = createClient(MeshService, transport);
     this.server = createClient(ServerService, transport);
-    this.downloads = new MeshDownloads(this.meshes);
   }
 }
 

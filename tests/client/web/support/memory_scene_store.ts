@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { SceneStore, StoredMesh, StoredScene } from '@src/session/store/scene_store';
+import type { SceneStore } from '@src/session/store/indexed_scene_store';
+import type { StoredMesh, StoredScene } from '@src/session/store/scene_store';
 
 /** A browser's store, as long as the test runs. */
 export class MemorySceneStore implements SceneStore {

@@ -1,14 +1,17 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { CompanionTable } from './companion_table';
-import { committed, done, OutdatedPage, openSceneDatabase, type MeshFacts, type SceneTable } from './scene_database';
-import type { SceneStore, StoredMesh, StoredScene } from './scene_store';
+import { committed, done, openSceneDatabase, type MeshFacts, type SceneTable } from './scene_database';
+import type { StoredMesh, StoredScene } from './scene_store';
+
+/** The key of a companion. Companions of a mesh are in the order in which they came. */
+type CompanionKey = [mesh: string, place: number, name: string];
 
 /**
- * Scenes and meshes in the browser's IndexedDB, a mesh once however many scenes use it, with what was dropped beside it.
- * The page itself holds the newest mesh and scene while they are being written, or if writing was refused.
+ * Scenes and meshes in the browser's IndexedDB, with what was dropped beside a mesh. They outlive the server. Saving
+ * rejects, with an Error in words, where something would not outlive the page. The page itself holds the newest mesh and
+ * scene while they are being written, or if writing was refused.
  */
-export class IndexedSceneStore implements SceneStore {
+export class IndexedSceneStore {
   private static readonly SCENES_KEPT = 16;
   private static readonly UNUSED_MESH_KEPT_MS = 60 * 60 * 1000;  // some window may be about to make a scene of it
   private static page: IndexedSceneStore | undefined;
@@ -22,122 +25,110 @@ export class IndexedSceneStore implements SceneStore {
     return (IndexedSceneStore.page ??= new IndexedSceneStore());
   }
 
+  /** Whether a mesh is where it outlives the page. */
   async keepsMesh(id: string): Promise<boolean> {
-    const meshes = (await this.reading(['meshes']))?.objectStore('meshes');
+    const meshes = (await this.reading('meshes'))?.objectStore('meshes');
     return meshes !== undefined && (await done(meshes.getKey(id))) !== undefined;
   }
 
   async mesh(id: string): Promise<StoredMesh | undefined> {
     if (this.unwrittenMesh?.id === id) return this.unwrittenMesh;
-    const transaction = await this.reading(['meshes', 'contents']);
+    const transaction = await this.reading('meshes', 'contents');
     const facts = transaction && (await done<MeshFacts | undefined>(transaction.objectStore('meshes').get(id)));
     return facts && { id, header: facts.header, content: await done<Blob>(transaction.objectStore('contents').get(id)) };
   }
 
   async scene(id: string): Promise<StoredScene | undefined> {
     if (this.unwrittenScene?.id === id) return this.unwrittenScene;
-    const transaction = await this.reading(['scenes']);
+    const transaction = await this.reading('scenes');
     return transaction && done<StoredScene | undefined>(transaction.objectStore('scenes').get(id));
   }
 
+  /** Does nothing where the mesh is there. */
   async saveMesh(mesh: StoredMesh): Promise<void> {
+    const { id, header, content } = mesh;
     this.unwrittenMesh = mesh;
-    await this.save(() => this.writeMesh(mesh), mesh.id, mesh.content.size);
+    await this.save(id, content.size, ['meshes', 'contents'], async (transaction) => {
+      const meshes = transaction.objectStore('meshes');
+      if ((await done(meshes.getKey(id))) !== undefined) return;
+      meshes.put({ id, header, savedAt: Date.now() } satisfies MeshFacts);
+      transaction.objectStore('contents').put(content, id);
+    });
     if (this.unwrittenMesh === mesh) this.unwrittenMesh = undefined;
   }
 
   async saveScene(scene: StoredScene): Promise<void> {
     this.unwrittenScene = scene;
-    await this.save(() => this.writeScene(scene), scene.mesh, scene.request.length);
+    await this.save(scene.mesh, scene.request.length, ['scenes'], (transaction) => {
+      transaction.objectStore('scenes').put(scene);
+    });
     if (this.unwrittenScene === scene) this.unwrittenScene = undefined;
   }
 
   /** Pictures and materials that were dropped beside a mesh. */
   async companions(mesh: string): Promise<readonly File[]> {
-    const transaction = await this.reading(['companions']);
-    return transaction === undefined ? [] : new CompanionTable(transaction).files(mesh);
+    const transaction = await this.reading('companions');
+    return transaction === undefined ? [] : done<File[]>(transaction.objectStore('companions').getAll(companionsOf(mesh)));
   }
 
-  /** In place of those before: of all, or beside others only of those that have their names. */
+  /** Replaces all companions, or with `beside` only those of the same names. */
   saveCompanions(mesh: string, files: readonly File[], beside = false): Promise<void> {
-    return this.save(() => this.writeCompanions(mesh, files, beside), mesh, sum(files.map(({ size }) => size)));
+    const size = files.reduce((sum, file) => sum + file.size, 0);
+    return this.save(mesh, size, ['companions'], async (transaction) => {
+      const table = transaction.objectStore('companions');
+      const before = (await done(table.getAllKeys(companionsOf(mesh)))) as CompanionKey[];
+      const names = new Set(files.map(({ name }) => name));
+      for (const key of before) if (!beside || names.has(key[2])) table.delete(key);
+      const first = (before.at(-1)?.[1] ?? 0) + 1;
+      files.forEach((file, i) => table.put(file, [mesh, first + i, file.name] satisfies CompanionKey));
+    });
   }
 
-  async forgetOld(): Promise<void> {
-    const since = Date.now() - IndexedSceneStore.UNUSED_MESH_KEPT_MS;
-    await this.forget(IndexedSceneStore.SCENES_KEPT, '', ({ savedAt }) => savedAt > since);
+  /** Keeps the newest scenes and their meshes. */
+  forgetOld(): Promise<void> {
+    return this.forget(IndexedSceneStore.SCENES_KEPT, '', Date.now() - IndexedSceneStore.UNUSED_MESH_KEPT_MS);
   }
 
   /** Opened when it is first asked for, and again after it has gone. */
   private get database(): Promise<IDBDatabase> {
     return (this.connection ??= openSceneDatabase(() => (this.connection = undefined)).catch((error: unknown) => {
-      if (error instanceof OutdatedPage) throw error;
       throw new Error(`the browser keeps nothing for this page, as in some private windows${detail(error)}`);
     }));
   }
 
-  /** Undefined where there is no database: all there is, the page has. */
-  private async reading(tables: SceneTable[]): Promise<IDBTransaction | undefined> {
-    const database = await this.database.catch((error: unknown) => {
-      if (error instanceof OutdatedPage) throw error;
-    });
-    return database?.transaction(tables);
+  /** Undefined where there is no database: then the page has everything there is. */
+  private async reading(...tables: SceneTable[]): Promise<IDBTransaction | undefined> {
+    return (await this.database.catch(() => undefined))?.transaction(tables);
   }
 
-  private async writeMesh({ id, header, content }: StoredMesh): Promise<void> {
-    const transaction = (await this.database).transaction(['meshes', 'contents', 'companions'], 'readwrite');
-    const meshes = transaction.objectStore('meshes');
-    if ((await done(meshes.getKey(id))) === undefined) {
-      const companionBytes = await new CompanionTable(transaction).bytes(id); // they may come before a mesh that is read back
-      meshes.put({ id, header, bytes: content.size + companionBytes, companionBytes, savedAt: Date.now() } satisfies MeshFacts);
-      transaction.objectStore('contents').put(content, id);
-    }
-    await committed(transaction);
-  }
-
-  private async writeCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void> {
-    const transaction = (await this.database).transaction(['meshes', 'companions'], 'readwrite');
-    const companionBytes = await new CompanionTable(transaction).put(mesh, files, beside);
-    const meshes = transaction.objectStore('meshes');
-    const facts = await done<MeshFacts | undefined>(meshes.get(mesh));
-    if (facts) {
-      const bytes = facts.bytes - (facts.companionBytes ?? 0) + companionBytes;
-      meshes.put({ ...facts, bytes, companionBytes } satisfies MeshFacts);
-    }
-    await committed(transaction);
-  }
-
-  private async writeScene(scene: StoredScene): Promise<void> {
-    const transaction = (await this.database).transaction('scenes', 'readwrite');
-    transaction.objectStore('scenes').put(scene);
-    await committed(transaction);
-  }
-
-  /** Writes `bytes` for the scenes of one mesh; rejects with an Error in words. */
-  private async save(write: () => Promise<void>, mesh: string, bytes: number): Promise<void> {
+  /** Writes `bytes` for one mesh; rejects with an Error in words. */
+  private async save(
+    mesh: string, bytes: number, tables: SceneTable[], write: (transaction: IDBTransaction) => Promise<void> | void,
+  ): Promise<void> {
+    const attempt = async (): Promise<void> => {
+      const transaction = (await this.database).transaction(tables, 'readwrite');
+      await write(transaction);
+      await committed(transaction);
+    };
     try {
-      await write().catch((refusal: unknown) => this.makeRoom(refusal, write, mesh, bytes));
+      await attempt().catch((refusal: unknown) => this.makeRoom(refusal, mesh, bytes, attempt));
     } catch (error) {
       throw inWords(error);
     }
   }
 
   /**
-   * Writes what there was no room for, without the scenes that were saved longest ago and their meshes: as many as it
-   * takes, but none where even all of them do not take as much.
+   * Writes what there was no room for. Forgets as many of the scenes that were saved longest ago, with their meshes, as it
+   * takes; none for what the browser could not keep by itself either.
    */
-  private async makeRoom(refusal: unknown, write: () => Promise<void>, mesh: string, bytes: number): Promise<void> {
-    if (!isFull(refusal)) throw refusal;
-    const transaction = (await this.database).transaction(['meshes', 'scenes']);
-    const meshes = await done<MeshFacts[]>(transaction.objectStore('meshes').getAll());
-    const scenes = await done(transaction.objectStore('scenes').count());
-    const others = meshes.filter(({ id }) => id !== mesh);
-    if (sum(others.map((other) => other.bytes)) < bytes) throw refusal;
-    let freed = 0;
-    for (let kept = scenes; kept >= 0 && freed < bytes; --kept) {
-      freed += await this.forget(kept, mesh, () => false);
+  private async makeRoom(refusal: unknown, mesh: string, bytes: number, attempt: () => Promise<void>): Promise<void> {
+    const { quota = Infinity } = (await navigator.storage?.estimate()) ?? {};
+    if (!isFull(refusal) || bytes >= quota) throw refusal;
+    const scenes = await done((await this.database).transaction('scenes').objectStore('scenes').count());
+    for (let kept = scenes; kept >= 0; --kept) {
+      await this.forget(kept, mesh);
       try {
-        return await write();
+        return await attempt();
       } catch (error) {
         if (!isFull(error)) throw error;
       }
@@ -145,28 +136,33 @@ export class IndexedSceneStore implements SceneStore {
     throw refusal;
   }
 
-  /** Keeps so many scenes, the newest, and those of one mesh, and of meshes theirs and the spared; returns bytes freed. */
-  private async forget(kept: number, inUse: string, isSpared: (mesh: MeshFacts) => boolean): Promise<number> {
-    const transaction = (await this.database).transaction(['scenes', 'meshes', 'contents', 'companions'], 'readwrite');
-    const scenes = transaction.objectStore('scenes');
+  /** Keeps the `kept` newest scenes and those of the mesh in use, with their meshes, and meshes that were saved after `since`. */
+  private async forget(kept: number, inUse: string, since = Infinity): Promise<void> {
+    const tables: SceneTable[] = ['scenes', 'meshes', 'contents', 'companions'];
+    const transaction = (await this.database).transaction(tables, 'readwrite');
+    const [scenes, meshes, contents, companions] = tables.map((name) => transaction.objectStore(name));
     const used = new Set([inUse]);
     const newestFirst = (await done<StoredScene[]>(scenes.getAll())).sort((a, b) => b.savedAt - a.savedAt);
     newestFirst.forEach(({ id, mesh }, place) => {
       if (place < kept || mesh === inUse) used.add(mesh);
       else scenes.delete(id);
     });
-    const meshes = await done<MeshFacts[]>(transaction.objectStore('meshes').getAll());
-    for (const mesh of meshes) if (isSpared(mesh)) used.add(mesh.id);
-    const useless = meshes.filter(({ id }) => !used.has(id));
-    for (const { id } of useless) for (const table of ['meshes', 'contents']) transaction.objectStore(table).delete(id);
-    await new CompanionTable(transaction).forgetAllBut(used);
+    for (const { id, savedAt } of await done<MeshFacts[]>(meshes.getAll())) {
+      if (savedAt > since) used.add(id);
+      if (used.has(id)) continue;
+      meshes.delete(id);
+      contents.delete(id);
+    }
+    for (const key of (await done(companions.getAllKeys())) as CompanionKey[]) if (!used.has(key[0])) companions.delete(key);
     await committed(transaction);
-    return sum(useless.map(({ bytes }) => bytes));
   }
 }
 
-function sum(numbers: readonly number[]): number {
-  return numbers.reduce((total, one) => total + one, 0);
+/** What a session needs of it. */
+export type SceneStore = Pick<IndexedSceneStore, 'keepsMesh' | 'mesh' | 'scene' | 'saveMesh' | 'saveScene' | 'forgetOld'>;
+
+function companionsOf(mesh: string): IDBKeyRange {
+  return IDBKeyRange.bound([mesh], [mesh, []]); // a list is more than any number
 }
 
 function isFull(error: unknown): boolean {

@@ -9,9 +9,11 @@ import type { Lattice } from '../../lattice/lattice';
 import { fromLattice } from '../../wire/lattice_message';
 import type { LatticedServer } from '../../wire/latticed_server';
 import { ServerError } from '../../wire/server_error';
+import { downloadMesh, type DownloadedMesh } from '../../wire/mesh_download';
 import { uploadMesh } from '../../wire/upload';
 import { bytes, inWords } from '../../wire/words';
-import { storedMesh, type SceneStore, type StoredMesh } from './scene_store';
+import type { SceneStore } from './indexed_scene_store';
+import { storedMesh, type StoredMesh } from './scene_store';
 
 /** A scene that was made again. */
 export interface Restored {
@@ -32,6 +34,7 @@ export class SceneKeeper {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private bootId = '';
   private kept: Promise<void> | undefined;
+  private download: Promise<DownloadedMesh> | undefined;
   private readonly closed = new AbortController();
   /** Told once, in words, where the scene would be lost with the server, or with the server and this page. */
   onNotKept: ((text: string) => void) | undefined;
@@ -76,17 +79,22 @@ export class SceneKeeper {
       if (!stored) return undefined;
       const { bootId } = await this.server.server.getServerInfo({});
       // Another window saves what it has made.
-      if (bootId === stored.bootId) return (await this.exists()) ? { by: 'elsewhere', bootId } : undefined;
+      if (bootId === stored.bootId) return (await succeeds(this.server.scenes.getScene({ scene: this.sceneId }), Code.NotFound)) ? { by: 'elsewhere', bootId } : undefined;
       const request = fromBinary(CreateSceneRequestSchema, stored.request);
       if (lattice) request.lattices = [sourceOf(lattice)];
       await this.uploadAgain(request.mesh);
-      if (!(await this.createUnlessThere(request))) return { by: 'elsewhere', bootId };
+      if (!(await succeeds(this.server.scenes.createScene(request), Code.AlreadyExists))) return { by: 'elsewhere', bootId };
       const restored = { ...stored, bootId, request: toBinary(CreateSceneRequestSchema, request) };
       await this.store.saveScene(restored).catch((error: unknown) => this.warn(error));
       return { by: 'here', bootId };
     } catch (error) {
       throw error instanceof ConnectError ? ServerError.fromConnect(error) : error;
     }
+  }
+
+  /** The scene's mesh as it was uploaded. Fetched once for all who ask while it comes; rejects when the scene is left. */
+  downloadMesh(id: string): Promise<DownloadedMesh> {
+    return (this.download ??= downloadMesh(this.server.meshes, id, this.closed.signal).finally(() => (this.download = undefined)));
   }
 
   close(): void {
@@ -117,7 +125,7 @@ export class SceneKeeper {
     if (totalBytes > SceneKeeper.LARGEST_READ_BACK) {
       throw new Error(`its mesh, ${bytes(Number(totalBytes))}, was uploaded elsewhere and is too large to fetch`);
     }
-    const { header, content } = await this.server.downloads.get(id, this.closed.signal);
+    const { header, content } = await this.downloadMesh(id);
     return storedMesh(id, header, content);
   }
 
@@ -126,33 +134,8 @@ export class SceneKeeper {
     this.onNotKept = undefined;
   }
 
-  private async exists(): Promise<boolean> {
-    try {
-      await this.server.scenes.getScene({ scene: this.sceneId });
-      return true;
-    } catch (error) {
-      if (ServerError.fromConnect(error).code !== Code.NotFound) throw error;
-      return false;
-    }
-  }
-
-  private async createUnlessThere(request: CreateSceneRequest): Promise<boolean> {
-    try {
-      await this.server.scenes.createScene(request);
-      return true;
-    } catch (error) {  // another window may have been quicker
-      if (ServerError.fromConnect(error).code !== Code.AlreadyExists) throw error;
-      return false;
-    }
-  }
-
   private async uploadAgain(id: string): Promise<void> {
-    try {
-      await this.server.meshes.getMesh({ mesh: id });
-      return;
-    } catch (error) {
-      if (ServerError.fromConnect(error).code !== Code.NotFound) throw error;
-    }
+    if (await succeeds(this.server.meshes.getMesh({ mesh: id }), Code.NotFound)) return;
     const mesh = await this.store.mesh(id);
     if (!mesh) throw new ServerError(Code.NotFound, 'NOT_FOUND', 'the server was restarted and this browser has no copy of the mesh');
     await uploadMesh(this.server, fromBinary(MeshHeaderSchema, mesh.header), mesh.content);
@@ -164,6 +147,17 @@ export class SceneKeeper {
     await this.store.saveScene({
       id: this.sceneId, mesh: request.mesh, bootId: this.bootId, savedAt: Date.now(),
       request: toBinary(CreateSceneRequestSchema, request) });
+  }
+}
+
+/** Whether a call succeeds; false where it fails with `expected`. Rejects with any other failure. */
+async function succeeds(call: Promise<unknown>, expected: Code): Promise<boolean> {
+  try {
+    await call;
+    return true;
+  } catch (error) {
+    if (ServerError.fromConnect(error).code !== expected) throw error;
+    return false;
   }
 }
 

@@ -25,22 +25,6 @@ export interface StoredScene {
   readonly savedAt: number;
 }
 
-/**
- * What outlives the server: the meshes and lattices of scenes that were opened here. Saving rejects, with an Error in
- * words, where something would not outlive the page as well; the page can then have it still.
- */
-export interface SceneStore {
-  /** Whether a mesh is where it outlives the page. */
-  keepsMesh(id: string): Promise<boolean>;
-  mesh(id: string): Promise<StoredMesh | undefined>;
-  scene(id: string): Promise<StoredScene | undefined>;
-  /** Does nothing where the mesh is there. */
-  saveMesh(mesh: StoredMesh): Promise<void>;
-  saveScene(scene: StoredScene): Promise<void>;
-  /** Keeps the newest scenes and their meshes. */
-  forgetOld(): Promise<void>;
-}
-
 export function storedMesh(id: string, header: MeshHeaderInit, content: Blob): StoredMesh {
   return { id, header: toBinary(MeshHeaderSchema, create(MeshHeaderSchema, header)), content };
 }

@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Asks for the lattice of a mesh that was dropped, while the mesh goes up: the upload begins at once.
+import type { Mesh } from 'latticed/v1/mesh_pb';
 import type { MeshFile } from '../../intake/mesh_file';
-import type { UploadedMesh } from '../../intake/services';
 import { AXES, AXIS_NAMES, pointCount, refusalOfAxes, type Axes } from '../../lattice/grid';
 import { DEFAULT_FIT, type Fit } from '../../lattice/identity';
+import { vector } from '../../wire/lattice_message';
 import { bytes, inWords } from '../../wire/words';
 import { button, choice, numberInput, type Control } from '../controls';
 import { h, onEnter, showDialog } from '../dom';
@@ -14,8 +15,8 @@ const DEGREES = { 1: '1, straight', 2: '2, smooth', 3: '3, smoother' };
 
 export interface FitDialogParts {
   readonly file: MeshFile;
-  upload(progress: (fraction: number) => void, signal: AbortSignal): Promise<UploadedMesh>;
-  create(mesh: UploadedMesh, fit: Fit): Promise<void>;
+  upload(progress: (fraction: number) => void, signal: AbortSignal): Promise<Mesh>;
+  create(mesh: Mesh, fit: Fit): Promise<void>;
 }
 
 export class FitDialog {
@@ -30,7 +31,7 @@ export class FitDialog {
     disabled: true,
   });
   private readonly dialog: HTMLDialogElement;
-  private mesh: UploadedMesh | undefined;
+  private mesh: Mesh | undefined;
   private isUsed = false;
 
   constructor(private readonly parts: FitDialogParts) {
@@ -71,7 +72,8 @@ export class FitDialog {
       return;
     }
     const { name, vertices, faces, bounds } = this.mesh;
-    const extent = AXES.map((axis) => Number((bounds.max[axis] - bounds.min[axis]).toPrecision(3))).join(' × ');
+    const [min, max] = [vector(bounds?.min), vector(bounds?.max)];
+    const extent = AXES.map((axis) => Number((max[axis] - min[axis]).toPrecision(3))).join(' × ');
     this.facts.textContent = `${name}: ${vertices.toLocaleString('en')} vertices, ${faces.toLocaleString('en')} faces, ${extent}`;
     this.bar.hidden = true;
     this.check();
