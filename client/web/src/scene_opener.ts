@@ -247,7 +247,7 @@ export class SceneOpener {
       if (isAsked() || (session !== undefined && session === this.app.scene?.session)) this.app.showStatus(status);
     };
     try {
-      session = await openSession(this.app.services.server, id, { ...this.person, view, onStatus });
+      session = await openSession(this.app.services.server, id, { ...this.person, view }, onStatus);
     } catch (error) {
       if (!isAsked()) return undefined;
       if (shown !== undefined) onStatus(shown.status);

@@ -3,13 +3,13 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Editor } from '@src/edit/editor';
-import { fitLattice } from '@src/lattice/identity';
 import { WORLD_BASIS, type Basis, type Vec3 } from '@src/lattice/vec';
 import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import type { LiveSession } from '@src/session/live_session';
 import type { GestureListener } from '@src/session/scene_session';
 import { DEFAULT_SETTINGS, rememberedSettings } from '@src/state/settings';
 import { Store } from '@src/state/store';
+import { fitLattice } from './support/fitted_lattice';
 
 /** A session that writes down what it is asked. */
 function recordingSession() {

@@ -4,10 +4,11 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { evaluate, knotBoxLines } from '@src/lattice/bspline';
 import { domain, indexOf, placeOf, refusalOfAxes } from '@src/lattice/grid';
-import { clampedUniformKnots, fitLattice, grevilleAbscissae } from '@src/lattice/identity';
+import { clampedUniformKnots, grevilleAbscissae } from '@src/lattice/identity';
 import { gridLines, innerPoints, mirrorImage, planeOf, rowOf } from '@src/lattice/index_sets';
 import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 import { pointAt } from '@src/lattice/vec';
+import { fitLattice } from './support/fitted_lattice';
 
 const fit = { size: [5, 4, 3], degree: [3, 2, 1], padding: 0.1 } as const;
 const bounds = { min: [-1, 0, 2], max: [1, 1, 2.5] } as const;

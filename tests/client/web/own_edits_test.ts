@@ -5,10 +5,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { GesturePhase } from 'latticed/v1/edit_pb';
-import { fitLattice } from '@src/lattice/identity';
 import { Lattice } from '@src/lattice/lattice';
 import { refusal } from './support/fake_stream';
 import { cubeLattice, SessionFixture } from './support/session_fixture';
+import { fitLattice } from './support/fitted_lattice';
 
 const one = Uint32Array.of(1);
 const move = (x: number, indices = one) => ({ kind: 'move', indices, offset: [x, 0, 0] }) as const;

@@ -6,12 +6,12 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Code, ConnectError } from '@connectrpc/connect';
 import { GesturePhase } from 'latticed/v1/edit_pb';
-import { fitLattice } from '@src/lattice/identity';
 import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import type { LiveSession } from '@src/session/live_session';
 import type { Gesture } from '@src/session/scene_session';
 import { ServerError } from '@src/wire/server_error';
 import { SessionFixture, cubeLattice, until } from './support/session_fixture';
+import { fitLattice } from './support/fitted_lattice';
 
 const LET_GO = 'The server was restarted, so what was being moved was let go where it was.';
 const move = (x: number): LatticeEdit => ({ kind: 'move', indices: Uint32Array.of(1), offset: [x, 0, 0] });

@@ -4,13 +4,7 @@
 // The lattice at rest: control points at the Greville abscissae of the frame, which leave the mesh as it is.
 
 import { AXES, domain, frameEdges, pointCount, type Axes, type LatticeStructure } from './grid';
-import { Lattice, type LatticeFrame } from './lattice';
 import { add, scale, type Vec3 } from './vec';
-
-export interface Bounds {
-  min: Vec3;
-  max: Vec3;
-}
 
 export interface Fit {
   size: Axes;
@@ -66,29 +60,4 @@ export function identityPoints(structure: LatticeStructure): Float64Array {
 /** One knot vector per axis. */
 export function knotVectors(of: (axis: 0 | 1 | 2) => Float64Array): LatticeStructure['knots'] {
   return [of(0), of(1), of(2)];
-}
-
-/** The frame that the server fits around a mesh with these bounds: along the world axes. */
-export function fittedFrame(bounds: Bounds, padding: number): LatticeFrame {
-  const extent = AXES.map((a) => bounds.max[a] - bounds.min[a]) as unknown as Vec3;
-  const longest = Math.max(...extent);
-  const margin = padding * (longest > 0 ? longest : 1);
-  const edge = (a: 0 | 1 | 2): number => extent[a] + 2 * margin;
-  return {
-    origin: AXES.map((a) => bounds.min[a] - margin) as unknown as Vec3,
-    u: [edge(0), 0, 0],
-    v: [0, edge(1), 0],
-    w: [0, 0, edge(2)],
-  };
-}
-
-/** The lattice that the server fits around a mesh with these bounds. */
-export function fitLattice(bounds: Bounds, fit: Fit): Lattice {
-  const structure: LatticeStructure = {
-    degree: fit.degree,
-    size: fit.size,
-    knots: knotVectors((a) => clampedUniformKnots(fit.degree[a], fit.size[a])),
-    frame: fittedFrame(bounds, fit.padding),
-  };
-  return new Lattice(structure.frame, structure.degree, structure.size, structure.knots, identityPoints(structure));
 }

@@ -14,8 +14,7 @@ import type { LatticeEdit, SurfacePoint } from './edits/lattice_edit';
 import { LatticeSync } from './edits/lattice_sync';
 import { Listeners } from './listeners';
 import type { Gesture, GestureListener, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
-import type { SessionParts } from './session_parts';
-import { SessionStream } from './session_stream';
+import { SessionStream, type SessionParts } from './session_stream';
 
 /** A scene that is watched and edited. It reconnects by itself. Its lattice is there once `ready` has resolved. */
 export class LiveSession {
@@ -28,24 +27,22 @@ export class LiveSession {
   private readonly listeners = new Listeners<SessionEvents>();
   private readonly sync: LatticeSync;
   private readonly stream: SessionStream;
-  private resolveReady!: () => void;
 
   constructor(readonly sceneId: string, private readonly parts: SessionParts) {
-    let failed!: (error: Error) => void;
+    const { keeper, surface } = parts;
     this.ready = new Promise((resolve, reject) => {
-      this.resolveReady = resolve;
-      failed = reject;
+      this.on('lattice', () => resolve());
+      this.on('status', ({ state, text }) => state === 'failed' && reject(new Error(text)));
     });
-    this.sync = new LatticeSync((batch) => this.stream.send({ message: { case: 'edit', value: batch } }), {
-      ready: () => this.latticeReady(),
-      structureChanged: (lattice) => this.structureChanged(lattice),
-      pointsMoved: (indices) => this.listeners.emit('points', indices),
-      serverMoved: () => parts.keeper.changed(() => this.lattice),
-      refused: (text, idle) => this.listeners.emit('refused', text, idle),
+    this.on('lattice', (lattice) => {
+      surface.structureChanged();
+      void keeper.keep(lattice);
     });
-    parts.keeper.onNotKept = (text) => this.listeners.emit('notKept', text);
+    this.on('serverMoved', () => keeper.changed(() => this.lattice));
     this.on('status', ({ state }) => (state === 'live' || state === 'restored') && this.connected());
-    this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners, failed);
+    keeper.onNotKept = (text) => this.listeners.emit('notKept', text);
+    this.sync = new LatticeSync((batch) => this.stream.send({ message: { case: 'edit', value: batch } }), this.listeners);
+    this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners);
   }
 
   /** The newest of the server with this window's own edits on top. Another object after a change of structure. */
@@ -133,23 +130,8 @@ export class LiveSession {
     this.parts.surface.dispose();
   }
 
-  private latticeReady(): void {
-    this.listeners.emit('lattice', this.lattice);
-    this.resolveReady();
-    this.keep();
-  }
-
   private connected(): void {
-    this.keep();
-    this.parts.surface.reconnected();
-  }
-
-  private structureChanged(lattice: Lattice): void {
-    this.parts.surface.structureChanged();
-    this.listeners.emit('lattice', lattice);
-  }
-
-  private keep(): void {
     if (this.sync.shown) void this.parts.keeper.keep(this.sync.shown);
+    this.parts.surface.reconnected();
   }
 }

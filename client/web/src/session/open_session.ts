@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { DecodePool } from '../decode/decode_pool';
-import type { Lattice } from '../lattice/lattice';
 import { SurfaceMesh } from '../surface/surface_mesh';
 import { DeformSocket } from '../wire/deform_socket';
 import type { LatticedServer } from '../wire/latticed_server';
@@ -9,20 +8,11 @@ import { WatchStream } from '../wire/watch_stream';
 import { inWords } from '../wire/words';
 import { IndexedSceneStore } from './store/indexed_scene_store';
 import { LiveSession } from './live_session';
-import { followPage } from './page_wakes';
+import { followPage } from './scene_connection';
 import { SceneKeeper } from './store/scene_keeper';
-import type { SessionStatus, ViewRequest } from './scene_session';
+import type { SessionStatus } from './scene_session';
 import { ServerPatches } from './server_patches';
-
-export interface SessionOptions {
-  /** This editor's name for other windows. */
-  readonly name?: string;
-  /** This editor's colour, 0xRRGGBB. */
-  readonly colour?: number;
-  readonly view?: ViewRequest;
-  /** Told of attempts before the session exists, and of everything afterwards. */
-  readonly onStatus?: (status: SessionStatus) => void;
-}
+import type { SessionOptions } from './session_stream';
 
 let pool: Promise<DecodePool> | undefined;  // one for the page: workers are dear
 
@@ -37,15 +27,18 @@ function poolOfPage(): Promise<DecodePool> {
 /**
  * Opens a scene that exists on the server, or that this browser can restore.
  *
+ * @param onStatus Told of attempts before the session exists, and of everything afterwards.
+ *
  * Resolves when its lattice is here; rejects with an Error in words where there is no such scene.
  */
-export async function openSession(server: LatticedServer, sceneId: string, options: SessionOptions = {}): Promise<LiveSession> {
-  options.onStatus?.({ state: 'connecting', text: 'Connecting …' });
+export async function openSession(
+  server: LatticedServer, sceneId: string, options: SessionOptions, onStatus: (status: SessionStatus) => void,
+): Promise<LiveSession> {
+  onStatus({ state: 'connecting', text: 'Connecting …' });
   const [info, decoders] = await Promise.all([server.server.getServerInfo({}), poolOfPage()])
     .catch((error: unknown) => { throw new Error(inWords(error)); });
   const keeper = new SceneKeeper(server, IndexedSceneStore.ofPage(), sceneId);
-  let lattice: () => Lattice = () => { throw new Error('no lattice yet'); };
-  const session = new LiveSession(sceneId, {
+  const session: LiveSession = new LiveSession(sceneId, {
     server,
     info,
     streams: [
@@ -53,15 +46,12 @@ export async function openSession(server: LatticedServer, sceneId: string, optio
       (open, handlers) => new WatchStream(server, open, handlers),
     ],
     pool: decoders,
-    surface: new SurfaceMesh(new ServerPatches(server, sceneId, () => lattice())),
+    surface: new SurfaceMesh(new ServerPatches(server, sceneId, () => session.lattice)),
     keeper,
     wakes: followPage,
-    name: options.name,
-    colour: options.colour,
-    view: options.view,
+    ...options,
   });
-  if (options.onStatus) session.on('status', options.onStatus);
-  lattice = () => session.lattice;
+  session.on('status', onStatus);
   try {
     await session.ready;
   } catch (error) {

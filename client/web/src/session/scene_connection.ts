@@ -4,7 +4,6 @@ import type { Hello, SceneEvent } from 'latticed/v1/event_pb';
 import { Code } from '@connectrpc/connect';
 import type { DeformRequestInit, OpenStream, SceneStream, WatchRequestInit } from '../wire/scene_stream';
 import { ServerError } from '../wire/server_error';
-import type { Wakeable } from './page_wakes';
 
 /** Pauses between attempts: doubled from the first to the last, with jitter. */
 export interface BackOff {
@@ -29,6 +28,23 @@ export interface ConnectionHost {
   ended(error: ServerError): Promise<AfterEnd>;
   /** What another call to the server fails with; undefined where it is answered. */
   probe(): Promise<ServerError | undefined>;
+}
+
+/** What a page that comes back to life wakes. */
+export interface Wakeable {
+  /** What was open before the network went is of no use. */
+  networkBack(): void;
+  /** Somebody looks at the page again, perhaps after a sleep of the computer. */
+  seen(): void;
+}
+
+/** Tells `connection` what happens to the page; returns what ends that. */
+export function followPage(connection: Wakeable): () => void {
+  const ended = new AbortController();
+  const { signal } = ended;
+  window.addEventListener('online', () => connection.networkBack(), { signal });
+  document.addEventListener('visibilitychange', () => document.visibilityState === 'visible' && connection.seen(), { signal });
+  return () => ended.abort();
 }
 
 /**

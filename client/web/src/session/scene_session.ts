@@ -55,10 +55,12 @@ export interface SessionStatus {
 }
 
 export interface SessionEvents {
-  /** The whole lattice: after a change of structure, and where a restored scene has another. */
+  /** The whole lattice: the first, after a change of structure, and where a restored scene has another. */
   lattice: (lattice: Lattice) => void;
   /** `session.lattice.points` changed at these control points, by own or others' edits. */
   points: (indices: Uint32Array) => void;
+  /** The server's lattice changed. */
+  serverMoved: () => void;
   update: (info: UpdateInfo) => void;
   /** By editor id. */
   presence: (others: ReadonlyMap<string, Presence>) => void;

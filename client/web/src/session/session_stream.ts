@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Code } from '@connectrpc/connect';
 import type { Hello, Presence as PresenceMessage, SceneEvent } from 'latticed/v1/event_pb';
-import { Feature } from 'latticed/v1/server_pb';
-import type { DeformRequestInit, WatchRequestInit } from '../wire/scene_stream';
+import { Feature, type ServerInfo } from 'latticed/v1/server_pb';
+import type { DecodePool } from '../decode/decode_pool';
+import type { SurfaceMesh } from '../surface/surface_mesh';
+import type { LatticedServer } from '../wire/latticed_server';
+import type { DeformRequestInit, OpenStream, WatchRequestInit } from '../wire/scene_stream';
 import { ServerError } from '../wire/server_error';
 import { fromView, toView } from '../wire/view_message';
 import { inWords } from '../wire/words';
@@ -11,11 +14,32 @@ import { AckPace } from './ack_pace';
 import type { LatticeSync } from './edits/lattice_sync';
 import type { Listeners } from './listeners';
 import { Presences } from './presences';
-import { SceneConnection, type AfterEnd, type ConnectionHost } from './scene_connection';
-import type { Restored } from './store/scene_keeper';
+import { SceneConnection, type AfterEnd, type BackOff, type ConnectionHost, type Wakeable } from './scene_connection';
+import type { Restored, SceneKeeper } from './store/scene_keeper';
 import type { SessionEvents, SessionStatus, ViewRequest } from './scene_session';
-import type { SessionParts } from './session_parts';
 import { UpdateReceiver, type ReceivedUpdate } from './update_receiver';
+
+/** Who edits, and what is sent first. */
+export interface SessionOptions {
+  /** This editor's name for other windows. */
+  readonly name?: string;
+  /** This editor's colour, 0xRRGGBB. */
+  readonly colour?: number;
+  readonly view?: ViewRequest;
+}
+
+/** What a session works with. */
+export interface SessionParts extends SessionOptions {
+  readonly server: LatticedServer;
+  readonly info: ServerInfo;
+  readonly streams: readonly OpenStream[];
+  readonly pool: DecodePool;
+  readonly surface: SurfaceMesh;
+  readonly keeper: SceneKeeper;
+  readonly backOff?: BackOff;
+  /** Wakes the connection when the page wakes, until what it returns is called. */
+  readonly wakes?: (connection: Wakeable) => () => void;
+}
 
 /**
  * The streams of a session, one after another. Their messages go to the lattice, the surface and the listeners. A lost
@@ -38,14 +62,12 @@ export class SessionStream implements ConnectionHost {
   private presenceAllowed: boolean;
   private shown: SessionStatus = { state: 'connecting', text: 'Connecting …' };
 
-  /** @param failed Told where the scene cannot be had. */
   constructor(
     private readonly sceneId: string,
     private readonly editorId: string,
     private readonly parts: SessionParts,
     private readonly sync: LatticeSync,
     private readonly listeners: Listeners<SessionEvents>,
-    private readonly failed: (error: Error) => void,
   ) {
     this.view = parts.view ?? {};
     this.presenceAllowed = parts.info.features.includes(Feature.PRESENCE);
@@ -135,14 +157,14 @@ export class SessionStream implements ConnectionHost {
         this.sync.restored();
         return 'open';
       }
-      this.fail(error);
+      this.tell('failed', inWords(error));
     } catch (failure) {
       // Where there is no room, the whole mesh would go up anew each time.
       if (failure instanceof ServerError && failure.isPassing && failure.code !== Code.ResourceExhausted) {
         this.tell('retrying', `${inWords(failure)} Trying again …`);
         return 'retry';
       }
-      this.fail(failure);
+      this.tell('failed', inWords(failure));
     }
     return 'stop';
   }
@@ -229,11 +251,6 @@ export class SessionStream implements ConnectionHost {
   private lost(): void {
     this.sync.lost();
     this.receiver.reset();
-  }
-
-  private fail(error: unknown): void {
-    this.failed(new Error(inWords(error)));
-    this.tell('failed', inWords(error));
   }
 
   private tell(state: SessionStatus['state'], text: string): void {

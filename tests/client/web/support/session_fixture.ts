@@ -3,10 +3,8 @@
 import { readFileSync } from 'node:fs';
 import { DecodePool } from '@src/decode/decode_pool';
 import { Lattice } from '@src/lattice/lattice';
-import { fitLattice } from '@src/lattice/identity';
 import { LiveSession } from '@src/session/live_session';
-import type { Wakeable } from '@src/session/page_wakes';
-import type { BackOff } from '@src/session/scene_connection';
+import type { BackOff, Wakeable } from '@src/session/scene_connection';
 import { SceneKeeper } from '@src/session/store/scene_keeper';
 import type { PatchSource } from '@src/surface/patch_source';
 import { SurfaceMesh } from '@src/surface/surface_mesh';
@@ -15,6 +13,7 @@ import { FakeServer } from './fake_server';
 import { FakeStreams, type FakeStream } from './fake_stream';
 import { FakeWorker } from './fake_worker';
 import { MemorySceneStore } from './memory_scene_store';
+import { fitLattice } from './fitted_lattice';
 
 export const decoderWasm = new Uint8Array(readFileSync('node_modules/draco3d/draco_decoder.wasm')).buffer;
 

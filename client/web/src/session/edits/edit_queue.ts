@@ -3,7 +3,6 @@
 import { create } from '@bufbuild/protobuf';
 import { EditBatchSchema, type Edit, type EditBatch, type EditResult, type GesturePhase } from 'latticed/v1/edit_pb';
 import { together, type Targets } from './edit_targets';
-import type { Overlay } from './lattice_model';
 
 /** What becomes one EditBatch. */
 export interface NewBatch {
@@ -13,7 +12,7 @@ export interface NewBatch {
   readonly phase?: GesturePhase;
 }
 
-interface Batch extends Overlay {
+interface Batch {
   readonly message: EditBatch;
   readonly targets: Targets | undefined;
   /** performance.now() of the edit. */
@@ -49,15 +48,15 @@ export class EditQueue {
    */
   constructor(private readonly send: (batch: EditBatch) => void, private readonly now: () => number = () => performance.now()) {}
 
-  /** All of one structure that the server's lattice may lack, oldest first. */
-  overlays(structureId: bigint): readonly Overlay[] {
-    return [...this.answered, ...(this.inFlight ? [this.inFlight] : []), ...this.waiting]
-      .filter(({ message }) => message.structureId === structureId);
+  /** Where edits of one structure put control points that the server's lattice may not have there yet, oldest first. */
+  overlays(structureId: bigint): readonly Targets[] {
+    return [...this.answered, ...this.unansweredBatches]
+      .flatMap(({ message, targets }) => (targets && message.structureId === structureId ? [targets] : []));
   }
 
   /** Batches without an answer. */
   get unanswered(): number {
-    return this.waiting.length + (this.inFlight ? 1 : 0);
+    return this.unansweredBatches.length;
   }
 
   /** Adds a batch; with `replace` in place of the newest of that gesture, if it still waits. */
@@ -130,9 +129,8 @@ export class EditQueue {
    * an answer of which only the server knew where it would put them, as an undo.
    */
   clear(structureId: bigint): { readonly targets: Targets | undefined; readonly lost: boolean } {
-    const unanswered = [...(this.inFlight ? [this.inFlight] : []), ...this.waiting];
-    const lost = unanswered.some(({ message, targets }) => message.edits.length > 0 && !targets);
-    const targets = together(this.overlays(structureId).map(({ targets }) => targets));
+    const lost = this.unansweredBatches.some(({ message, targets }) => message.edits.length > 0 && !targets);
+    const targets = together(this.overlays(structureId));
     this.answered.length = this.waiting.length = this.sent.length = 0;
     this.inFlight = undefined;
     return { targets, lost };
@@ -143,6 +141,10 @@ export class EditQueue {
     let newest: number | undefined;
     while (this.sent[0] && this.sent[0].sequence <= sequence) newest = this.sent.shift()!.madeAt;
     return newest === undefined ? undefined : this.now() - newest;
+  }
+
+  private get unansweredBatches(): readonly Batch[] {
+    return [...(this.inFlight ? [this.inFlight] : []), ...this.waiting];
   }
 
   /** Without a sequence, which it gets when it is sent. */

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+import { add, pointAt, type Vec3 } from '../../lattice/vec';
 import type { LatticeEdit } from './lattice_edit';
 
 /** Where control points go: x y z per index, world units. */
@@ -12,13 +13,10 @@ export interface Targets {
 export function targetsOf(edit: LatticeEdit, points: Float64Array): Targets | undefined {
   switch (edit.kind) {
     case 'set': return { indices: edit.indices, positions: edit.positions };
-    case 'move': return moved(edit.indices, points, ([x, y, z]) => {
-      const [dx, dy, dz] = edit.offset;
-      return [x + dx, y + dy, z + dz];
-    });
+    case 'move': return moved(edit.indices, points, (point) => add(point, edit.offset));
     case 'transform': return moved(edit.indices, points, ([x, y, z]) => {
       const m = edit.matrix;
-      return [0, 1, 2].map((row) => m[row]! * x + m[4 + row]! * y + m[8 + row]! * z + m[12 + row]!) as [number, number, number];
+      return [0, 1, 2].map((row) => m[row]! * x + m[4 + row]! * y + m[8 + row]! * z + m[12 + row]!);
     });
     case 'drag': return undefined;
   }
@@ -38,10 +36,10 @@ export function withRestored(targets: Targets, touched: Iterable<number>, points
 }
 
 /** Where targets, one after another, leave control points; undefined where they move none. */
-export function together(all: readonly (Targets | undefined)[]): Targets | undefined {
+export function together(all: readonly Targets[]): Targets | undefined {
   const places = new Map<number, Float64Array>();
-  for (const targets of all) {
-    targets?.indices.forEach((index, i) => places.set(index, targets.positions.subarray(3 * i, 3 * i + 3)));
+  for (const { indices, positions } of all) {
+    indices.forEach((index, i) => places.set(index, positions.subarray(3 * i, 3 * i + 3)));
   }
   if (places.size === 0) return undefined;
   const positions = new Float64Array(3 * places.size);
@@ -60,11 +58,8 @@ export function differing({ indices, positions }: Targets, points: Float64Array)
   };
 }
 
-type Point = [number, number, number];
-
-function moved(indices: Uint32Array, points: Float64Array, map: (point: Point) => Point): Targets {
+function moved(indices: Uint32Array, points: Float64Array, map: (point: Vec3) => ArrayLike<number>): Targets {
   const positions = new Float64Array(3 * indices.length);
-  indices.forEach((index, i) =>
-    positions.set(map([points[3 * index]!, points[3 * index + 1]!, points[3 * index + 2]!]), 3 * i));
+  indices.forEach((index, i) => positions.set(map(pointAt(points, index)), 3 * i));
   return { indices, positions };
 }

@@ -2,31 +2,22 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Lattice } from '../../lattice/lattice';
 import { sameStructure } from '../../lattice/same_structure';
+import type { EditQueue } from './edit_queue';
 import type { Targets } from './edit_targets';
-
-/** An own edit that the server's lattice does not hold yet, or is not known to. */
-export interface Overlay {
-  readonly targets: Targets | undefined;
-}
 
 /**
  * The lattice that is shown: the server's newest with own edits on top, in their order.
  *
- * The server's states and deltas may come before or after the answers to own edits; whoever keeps the overlays
+ * The server's states and deltas may come before or after the answers to own edits; the queue
  * takes one away only when both are here, so the cage never jumps back.
  */
 export class LatticeModel {
-  private server: Lattice;
   private shownLattice: Lattice;
-  structureId: bigint;
-  revision: bigint;
 
-  /** @param overlays Own edits of a structure, oldest first; read anew each time. */
-  constructor(lattice: Lattice, structureId: bigint, revision: bigint, private readonly overlays: (structureId: bigint) => readonly Overlay[]) {
-    this.server = lattice;
-    this.shownLattice = lattice.clone();
-    this.structureId = structureId;
-    this.revision = revision;
+  constructor(
+    private server: Lattice, public structureId: bigint, public revision: bigint, private readonly queue: EditQueue,
+  ) {
+    this.shownLattice = server.clone();
   }
 
   get shown(): Lattice {
@@ -63,7 +54,7 @@ export class LatticeModel {
         points[3 * index + axis] = this.server.points[3 * index + axis]!;
       }
     });
-    for (const { targets } of this.overlays(this.structureId)) if (targets) write(points, targets);
+    for (const targets of this.queue.overlays(this.structureId)) write(points, targets);
     return indices.filter((index, i) =>
       [0, 1, 2].some((axis) => before[3 * i + axis] !== points[3 * index + axis]));
   }

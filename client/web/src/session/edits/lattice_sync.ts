@@ -13,20 +13,8 @@ import { EditQueue } from './edit_queue';
 import { differing, together, type Targets } from './edit_targets';
 import { LatticeModel } from './lattice_model';
 import { OwnGesture } from './own_gesture';
-import type { Gesture, GestureListener } from '../scene_session';
-
-export interface LatticeListener {
-  /** The first lattice is here. */
-  ready(): void;
-  /** After a change of structure another lattice is shown. */
-  structureChanged(lattice: Lattice): void;
-  /** The lattice that is shown changed at these control points. */
-  pointsMoved(indices: Uint32Array): void;
-  /** The server's lattice changed. */
-  serverMoved(): void;
-  /** An edit was refused or dropped, or the gesture ended, in words; `idle`: there was nothing to undo or redo. */
-  refused(text: string, idle?: boolean): void;
-}
+import type { Listeners } from '../listeners';
+import type { Gesture, GestureListener, SessionEvents } from '../scene_session';
 
 /** Keeps the lattice that is shown in step with the server's, between edits that go out and states that come in. */
 export class LatticeSync {
@@ -40,7 +28,7 @@ export class LatticeSync {
   private isRestored = false;  // the scene was made anew and its lattice has not come
   private toRepeat: Targets | undefined;  // own edits that a restored scene may lack
 
-  constructor(send: (batch: EditBatch) => void, private readonly listener: LatticeListener) {
+  constructor(send: (batch: EditBatch) => void, private readonly listeners: Listeners<SessionEvents>) {
     this.queue = new EditQueue(send);
   }
 
@@ -51,14 +39,7 @@ export class LatticeSync {
 
   gesture(owner: GestureListener = {}): Gesture {
     this.openGesture?.giveWay();
-    this.openGesture = new OwnGesture({
-      queue: this.queue,
-      structureId: this.model!.structureId,
-      isCurrent: (structureId) => structureId === this.model!.structureId,
-      points: () => this.model!.shown.points,
-      show: (targets) => this.show(targets),
-      owner,
-    });
+    this.openGesture = new OwnGesture(this.queue, this.model!, (targets) => this.show(targets), owner);
     return this.openGesture;
   }
 
@@ -75,15 +56,14 @@ export class LatticeSync {
     const { isRestored } = this;
     const known = this.model?.structureId;
     if (isRestored) this.repeat(lattice, state.structureId);
-    this.model ??= new LatticeModel(lattice, state.structureId, state.revision, (structure) => this.queue.overlays(structure));
+    this.model ??= new LatticeModel(lattice, state.structureId, state.revision, this.queue);
     const changed = this.model.takeState(lattice, state.structureId, state.revision);
     this.queue.reached(state.revision);
     if (changed) this.letGo(state.structureId === known ? undefined : state.structureId);
     const moved = this.model.refresh();
-    if (first) this.listener.ready();
-    else if (changed) this.listener.structureChanged(this.model.shown);
+    if (first || changed) this.listeners.emit('lattice', this.model.shown);
     else this.pointsMoved(moved);
-    if (!first) this.listener.serverMoved();
+    if (!first) this.listeners.emit('serverMoved');
     if (isRestored) this.queue.opened();
   }
 
@@ -93,7 +73,7 @@ export class LatticeSync {
     this.model.takeDelta(targets, delta.revision);
     this.queue.reached(delta.revision);
     this.pointsMoved(this.model.refresh(targets.indices));
-    this.listener.serverMoved();
+    this.listeners.emit('serverMoved');
   }
 
   takeResult(result: EditResult): void {
@@ -103,7 +83,7 @@ export class LatticeSync {
     if (!refused) return;
     if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
     const error = ServerError.fromStatus(result.status!);
-    this.listener.refused(inWords(error), /^NOTHING_TO_/.test(error.reason));
+    this.listeners.emit('refused', inWords(error), /^NOTHING_TO_/.test(error.reason));
   }
 
   /** Milliseconds since the newest own edit up to `sequence` that was not asked for before. */
@@ -126,11 +106,11 @@ export class LatticeSync {
    */
   restored(): void {
     if (!this.model) return;
-    if (this.openGesture?.abandon()) this.listener.refused(LatticeSync.RESTARTED);
+    if (this.openGesture?.abandon()) this.listeners.emit('refused', LatticeSync.RESTARTED);
     const { targets, lost } = this.queue.clear(this.model.structureId);
     this.isRestored = true;
-    this.toRepeat = together([this.toRepeat, targets]);  // of a restart before, whose lattice has not come
-    if (lost) this.listener.refused('The server was restarted before it had answered all edits, so some were dropped.');
+    this.toRepeat = together([this.toRepeat, targets].filter((each) => each !== undefined));  // of a restart before, whose lattice has not come
+    if (lost) this.listeners.emit('refused', 'The server was restarted before it had answered all edits, so some were dropped.');
   }
 
   /** Puts what the lattice of a scene made anew lacks before what was done since; a gesture that runs goes on. */
@@ -139,12 +119,12 @@ export class LatticeSync {
     this.isRestored = false;
     this.toRepeat = undefined;
     if (sameStructure(lattice, model!.shown)) {
-      if (structureId !== model!.structureId && this.openGesture?.giveWay()) this.listener.refused(LatticeSync.RESTARTED);
+      if (structureId !== model!.structureId && this.openGesture?.giveWay()) this.listeners.emit('refused', LatticeSync.RESTARTED);
       const targets = toRepeat && differing(toRepeat, lattice.points);
       this.queue.goOn(structureId, targets && { edits: [fromEdit({ kind: 'set', ...targets })], targets });
     } else {
       this.openGesture?.abandon();
-      if (toRepeat || this.queue.unanswered) this.listener.refused(LatticeSync.DROPPED);
+      if (toRepeat || this.queue.unanswered) this.listeners.emit('refused', LatticeSync.DROPPED);
       this.queue.clear(model!.structureId);
     }
   }
@@ -152,8 +132,8 @@ export class LatticeSync {
   /** Of another structure than this, of all where it is absent: one may come under the id of the one before. */
   private letGo(structureId?: bigint): void {
     const ended = this.openGesture?.abandon();
-    if (this.queue.dropOther(structureId)) this.listener.refused(LatticeSync.DROPPED);
-    else if (ended) this.listener.refused(LatticeSync.CHANGED);
+    if (this.queue.dropOther(structureId)) this.listeners.emit('refused', LatticeSync.DROPPED);
+    else if (ended) this.listeners.emit('refused', LatticeSync.CHANGED);
   }
 
   private show(targets: Targets): void {
@@ -162,6 +142,6 @@ export class LatticeSync {
   }
 
   private pointsMoved(indices: Uint32Array): void {
-    if (indices.length) this.listener.pointsMoved(indices);
+    if (indices.length) this.listeners.emit('points', indices);
   }
 }

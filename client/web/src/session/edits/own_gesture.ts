@@ -6,32 +6,29 @@ import { randomId } from '../../wire/ids';
 import type { EditQueue, NewBatch } from './edit_queue';
 import { targetsOf, withRestored, type Targets } from './edit_targets';
 import type { LatticeEdit } from './lattice_edit';
+import type { LatticeModel } from './lattice_model';
 import type { Gesture, GestureListener } from '../scene_session';
-
-/** What a gesture needs of its session. */
-export interface GestureHost {
-  readonly queue: EditQueue;
-  /** Of the lattice at the gesture's begin. */
-  readonly structureId: bigint;
-  isCurrent(structureId: bigint): boolean;
-  /** Control points as they are shown. */
-  points(): Float64Array;
-  show(targets: Targets): void;
-  readonly owner: GestureListener;
-}
 
 /** Edits are made of the points at the gesture's begin, as the server does, so that nothing drifts. */
 export class OwnGesture implements Gesture {
   private readonly id = randomId();
+  private readonly structureId: bigint;  // of the lattice at the gesture's begin
   private start: Float64Array | undefined;
   private readonly touched = new Set<number>();
   private begun = false;  // a batch was queued
   private ended = false;
 
-  constructor(private readonly host: GestureHost) {}
+  constructor(
+    private readonly queue: EditQueue,
+    private readonly model: LatticeModel,
+    private readonly show: (targets: Targets) => void,
+    private readonly owner: GestureListener,
+  ) {
+    this.structureId = model.structureId;
+  }
 
   get isOpen(): boolean {
-    return !this.ended && this.host.isCurrent(this.host.structureId);
+    return !this.ended && this.model.structureId === this.structureId;
   }
 
   update(edit: LatticeEdit): void {
@@ -43,8 +40,8 @@ export class OwnGesture implements Gesture {
     if (edit) {
       this.add(edit, GesturePhase.COMMIT);
     } else if (this.begun) {
-      const last: NewBatch = this.host.queue.takeBack(this.id) ?? { edits: [] };
-      this.host.queue.add({ ...last, gestureId: this.id, phase: GesturePhase.COMMIT }, this.host.structureId);
+      const last: NewBatch = this.queue.takeBack(this.id) ?? { edits: [] };
+      this.queue.add({ ...last, gestureId: this.id, phase: GesturePhase.COMMIT }, this.structureId);
     }
     this.ended = true;
   }
@@ -53,20 +50,20 @@ export class OwnGesture implements Gesture {
     if (!this.isOpen) return;
     this.ended = true;
     if (!this.begun) return;
-    this.host.queue.takeBack(this.id);
+    this.queue.takeBack(this.id);
     const start = this.start!;
     const targets = withRestored({ indices: new Uint32Array(), positions: new Float64Array() }, this.touched, start);
-    if (this.host.queue.hasSent(this.id)) {
-      this.host.queue.add({ edits: [], targets, gestureId: this.id, phase: GesturePhase.CANCEL }, this.host.structureId);
+    if (this.queue.hasSent(this.id)) {
+      this.queue.add({ edits: [], targets, gestureId: this.id, phase: GesturePhase.CANCEL }, this.structureId);
     }
-    this.host.show(targets);
+    this.show(targets);
   }
 
   /** Commits the gesture, but not for its owner, who is told; says whether it was open. */
   giveWay(): boolean {
     if (!this.isOpen) return false;
     this.commit();
-    this.host.owner.ended?.();
+    this.owner.ended?.();
     return true;
   }
 
@@ -74,22 +71,22 @@ export class OwnGesture implements Gesture {
   abandon(): boolean {
     if (this.ended) return false;
     this.ended = true;
-    this.host.owner.ended?.();
+    this.owner.ended?.();
     return true;
   }
 
   /** The server has applied a batch of the gesture of that id. */
   answered(gestureId: string, dragResidual: number): void {
-    if (gestureId === this.id && this.isOpen) this.host.owner.dragged?.(dragResidual);
+    if (gestureId === this.id && this.isOpen) this.owner.dragged?.(dragResidual);
   }
 
   private add(edit: LatticeEdit, phase: GesturePhase): void {
-    this.start ??= this.host.points().slice();
+    this.start ??= this.model.shown.points.slice();
     const moved = targetsOf(edit, this.start);
     const targets = moved && withRestored(moved, this.touched, this.start);
     for (const index of moved?.indices ?? []) this.touched.add(index);
     this.begun = true;
-    this.host.queue.add({ edits: [fromEdit(edit)], targets, gestureId: this.id, phase }, this.host.structureId, true);
-    if (targets) this.host.show(targets);
+    this.queue.add({ edits: [fromEdit(edit)], targets, gestureId: this.id, phase }, this.structureId, true);
+    if (targets) this.show(targets);
   }
 }

@@ -122,8 +122,9 @@ export class IndexedSceneStore {
    * takes; none for what the browser could not keep by itself either.
    */
   private async makeRoom(refusal: unknown, mesh: string, bytes: number, attempt: () => Promise<void>): Promise<void> {
-    const { quota = Infinity } = (await navigator.storage?.estimate()) ?? {};
-    if (!isFull(refusal) || bytes >= quota) throw refusal;
+    if (!isFull(refusal)) throw refusal;
+    const { quota = Infinity } = (await navigator.storage?.estimate()) ?? {}; // absent without https
+    if (bytes >= quota) throw refusal;
     const scenes = await done((await this.database).transaction('scenes').objectStore('scenes').count());
     for (let kept = scenes; kept >= 0; --kept) {
       await this.forget(kept, mesh);

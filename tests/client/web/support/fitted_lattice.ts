@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { AXES } from '@src/lattice/grid';
+import { clampedUniformKnots, identityPoints, knotVectors, type Fit } from '@src/lattice/identity';
+import { Lattice } from '@src/lattice/lattice';
+import type { Vec3 } from '@src/lattice/vec';
+
+/** The lattice that the server fits around a mesh with these bounds, along the world axes. */
+export function fitLattice(bounds: { min: Vec3; max: Vec3 }, { size, degree, padding }: Fit): Lattice {
+  const extent = AXES.map((a) => bounds.max[a] - bounds.min[a]);
+  const margin = padding * (Math.max(...extent) || 1);
+  const [x, y, z] = extent.map((length) => length + 2 * margin);
+  const origin = AXES.map((a) => bounds.min[a] - margin) as unknown as Vec3;
+  const frame = { origin, u: [x, 0, 0], v: [0, y, 0], w: [0, 0, z] } as const;
+  const knots = knotVectors((a) => clampedUniformKnots(degree[a], size[a]));
+  return new Lattice(frame, degree, size, knots, identityPoints({ degree, size, knots, frame }));
+}
