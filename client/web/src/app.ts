@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Ties it together: the page, the settings, the view and the scene that is open.
-import { makeCommands } from './commands/all_commands';
-import type { CommandTarget } from './commands/command_makers';
+import { makeCommands, type CommandTarget } from './commands/all_commands';
 import { SceneOpener } from './scene_opener';
 import { SceneView } from './scene_view';
 import type { Services } from './intake/services';

@@ -1,21 +1,196 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What can be done, by name and key: a file per menu.
-import type { Command } from '../ui/commands';
-import type { CommandTarget } from './command_makers';
-import { editCommands } from './edit_commands';
-import { fileCommands } from './file_commands';
-import { selectCommands } from './select_commands';
-import { transformCommands } from './transform_commands';
-import { viewCommands } from './view_commands';
+// What can be done, by name and key, menu by menu.
+import { MESH_ENDINGS } from '../intake/mesh_file';
+import { SAMPLES, type SampleName } from '../intake/samples';
+import { EXPORT_FORMATS } from '../intake/services';
+import { switchedMirror } from '../edit/mirror';
+import { AXIS_NAMES, type Axis } from '../lattice/grid';
+import type { Vec3 } from '../lattice/vec';
+import type { SceneOpener } from '../scene_opener';
+import type { SceneView } from '../scene_view';
+import type { Settings } from '../state/settings';
+import type { Command, CommandGroup, Commands } from '../ui/commands';
+import { showExportDialog } from '../ui/dialogs/export_dialog';
+import { showHelp } from '../ui/dialogs/help';
+import { showKnotDialog } from '../ui/dialogs/knot_dialog';
+import { chooseFiles } from '../ui/dialogs/start_screen';
+import type { IconName } from '../ui/icons';
+import { downloadExport } from '../wire/export_download';
+import type { Workspace } from '../workspace';
+
+/** The page, as commands see it. */
+export interface CommandTarget extends Workspace {
+  readonly opener: SceneOpener;
+  readonly commands: Commands;
+}
+
+type More = Partial<Command>;
 
 export function makeCommands(app: CommandTarget): Command[] {
+  return [...fileCommands(app), ...editCommands(app), ...selectCommands(app), ...transformCommands(app), ...viewCommands(app)];
+}
+
+/** Makes commands of one menu, by their kinds. */
+class Makers {
+  constructor(private readonly app: CommandTarget, private readonly group: CommandGroup) {}
+
+  /** A command that is always there. */
+  readonly always = (id: string, label: string, run: () => void, more?: More): Command => ({ id, label, group: this.group, run, ...more });
+
+  /** A command on the open scene, which waits for one. */
+  readonly onScene = (id: string, label: string, run: (scene: SceneView) => void, more?: More): Command =>
+    this.always(id, label, () => this.app.scene !== undefined && run(this.app.scene), { enabled: () => this.app.scene !== undefined, ...more });
+
+  /** A command that turns a setting on and off. */
+  readonly onOff = (key: keyof Settings & string, label: string, more?: More): Command => {
+    const { settings } = this.app;
+    const checked = (): boolean => settings.value[key] === true;
+    return this.always(key, label, () => settings.set({ [key]: !checked() }), { checked, ...more });
+  };
+
+  /** A command that goes to the next value of a setting. */
+  readonly cycle = <K extends keyof Settings>(key: K, values: readonly Settings[K][], id: string, label: string, more?: More): Command => {
+    const { settings } = this.app;
+    const next = (): Settings[K] => values[(values.indexOf(settings.value[key]) + 1) % values.length];
+    return this.always(id, label, () => settings.set({ [key]: next() }), more);
+  };
+
+  /** A command that takes a tool; where it is taken already, that gives way to the plain pointer. */
+  readonly tool = (name: Settings['tool'], label: string, key: string): Command => {
+    const { settings } = this.app;
+    const checked = (): boolean => settings.value.tool === name;
+    return this.always(`tool-${name}`, label, () => settings.set({ tool: checked() ? 'select' : name }), { keys: [key], icon: name, checked });
+  };
+}
+
+function fileCommands(app: CommandTarget): Command[] {
+  const { always, onScene } = new Makers(app, 'File');
+  const open = (accept: string) => () => chooseFiles(accept, (files) => app.opener.takeFiles(files));
+  const showExport = ({ session }: SceneView): void =>
+    showExportDialog({
+      formats: EXPORT_FORMATS,
+      view: app.settings.value.view,
+      patches: session.surface.patchCount,
+      write: (...order) => downloadExport(app.services.server, session.sceneId, ...order),
+    });
   return [
-    ...fileCommands(app),
-    ...editCommands(app),
-    ...selectCommands(app),
-    ...transformCommands(app),
-    ...viewCommands(app),
+    always('open', 'Open mesh…', open(MESH_ENDINGS), { keys: ['Ctrl+O'], icon: 'open' }),
+    ...(Object.keys(SAMPLES) as SampleName[]).map((name) =>
+      always(`sample-${name}`, `Sample: ${name}`, () => app.opener.takeSample(name), { icon: 'sample' })),
+    onScene('open-lattice', 'Open lattice…', open('.json'), { icon: 'load' }),
+    onScene('save-lattice', 'Save lattice', () => app.opener.saveLattice(), { keys: ['Ctrl+S'], icon: 'save' }),
+    onScene('export', 'Export…', showExport, { keys: ['Ctrl+E'], icon: 'export' }),
+    onScene('share', 'Copy link to this scene', () => void copyLink(app), { icon: 'share' }),
+  ];
+}
+
+/** Without the address's fragment, which may hold this person's token. */
+async function copyLink(app: CommandTarget): Promise<void> {
+  const link = location.origin + location.pathname + location.search;
+  try {
+    await navigator.clipboard.writeText(link);
+    const { companionsStay } = app.opener;
+    const unshared = companionsStay ? ` What was dropped beside the mesh stays ${companionsStay}.` : '';
+    app.toasts.tell(`The link is copied. Who opens it edits the same scene.${unshared}`);
+  } catch {
+    app.toasts.tell(`Copy this link: ${link}`); // no clipboard without https
+  }
+}
+
+function editCommands(app: CommandTarget): Command[] {
+  const { onScene } = new Makers(app, 'Edit');
+  return [
+    onScene('undo', 'Undo', ({ session }) => session.undo(), { keys: ['Ctrl+Z'], icon: 'undo' }),
+    onScene('redo', 'Redo', ({ session }) => session.redo(), { keys: ['Ctrl+Shift+Z', 'Ctrl+Y'], icon: 'redo' }),
+    onScene('reset', 'Reset to rest', ({ session }) => session.reset('identity'), { icon: 'reset' }),
+    onScene('reset-initial', 'Reset to the first lattice', ({ session }) => session.reset('initial')),
+    onScene('knot', 'Insert knot plane…', ({ editor }) => showKnotDialog(editor), { keys: ['K'], icon: 'knot' }),
+  ];
+}
+
+function selectCommands(app: CommandTarget): Command[] {
+  const { onScene, onOff, tool } = new Makers(app, 'Select');
+  const { settings } = app;
+  const lines = AXIS_NAMES.flatMap((name, axis) => {
+    const key = name.toUpperCase();
+    return [
+      onScene(`row-${name}`, `Row along ${name}`, ({ editor }) => editor.selectRows(axis as Axis, false), { keys: [key] }),
+      onScene(`plane-${name}`, `Plane across ${name}`, ({ editor }) => editor.selectRows(axis as Axis, true), { keys: [`Shift+${key}`] }),
+    ];
+  });
+  /** Out of a tool first, then of the selection. */
+  const leave = ({ editor }: SceneView): void =>
+    settings.value.tool === 'select' ? editor.selection.none() : settings.set({ tool: 'select' });
+  return [
+    onScene('select-all', 'All', ({ editor }) => editor.selection.all(), { keys: ['A'], icon: 'all' }),
+    onScene('select-none', 'None', leave, { keys: ['Alt+A', 'Escape'], icon: 'none' }),
+    onScene('select-invert', 'Invert', ({ editor }) => editor.selection.invert(), { keys: ['Ctrl+I'], icon: 'invert' }),
+    ...lines,
+    onScene('hide', 'Hide selected', ({ editor: { selection } }) => selection.hide(selection.indices), { keys: ['H'], icon: 'eyeOff' }),
+    onScene('hide-inner', 'Hide inner points', ({ editor }) => editor.hideInner(), { keys: ['Shift+H'] }),
+    onScene('reveal', 'Show hidden', ({ editor }) => editor.selection.reveal(), { keys: ['Alt+H'], icon: 'eye' }),
+    onOff('toggling', 'Add and take out, one by one', { icon: 'extend' }),
+    onOff('through', 'Through the surface', { keys: ['Alt+Z'], icon: 'through' }),
+    tool('select', 'Select', 'Q'),
+    tool('box', 'Select by a box', 'B'),
+  ];
+}
+
+function transformCommands(app: CommandTarget): Command[] {
+  const { settings, toasts } = app;
+  const { always, onScene, cycle, tool } = new Makers(app, 'Transform');
+  const kinds = [['move', 'Move', 'G'], ['rotate', 'Rotate', 'R'], ['scale', 'Scale', 'S']] as const;
+  const begin = kinds.map(([kind, label, key]) => onScene(kind, label, (scene) => {
+    if (!scene.beginTransform(kind)) toasts.tell('Select control points first: click one, or A for all.');
+  }, { keys: [key] }));
+  const handles = kinds.map(([kind, label]) => {
+    const checked = (): boolean => settings.value.gizmo === kind;
+    const run = (): void => settings.set({ gizmo: checked() ? 'none' : kind, tool: 'select' });
+    return always(`gizmo-${kind}`, `${label} handles`, run, { icon: kind, checked });
+  });
+  const mirrors = AXIS_NAMES.map((name, axis) => {
+    const run = (): void => settings.set({ mirror: switchedMirror(settings.value.mirror, axis as Axis) });
+    return always(`mirror-${name}`, `Mirror over ${name}`, run, { keys: [`Alt+${name.toUpperCase()}`], checked: () => settings.value.mirror[axis] });
+  });
+  const soft = (): Settings['soft'] => settings.value.soft;
+  return [
+    ...begin,
+    tool('pull', 'Pull the surface', 'P'),
+    ...handles,
+    cycle('orientation', ['world', 'lattice', 'view'], 'cycle-orientation', 'Next axes', { keys: [','] }),
+    cycle('pivot', ['median', 'active', 'each'], 'cycle-pivot', 'Next pivot', { keys: ['.'] }),
+    always('soft', 'Soft selection', () => settings.set({ soft: { ...soft(), enabled: !soft().enabled } }), {
+      keys: ['O'], icon: 'soft', checked: () => soft().enabled,
+    }),
+    onScene('soft-smaller', 'Smaller soft radius', ({ editor }) => editor.resizeSoft(-1), { keys: ['[', 'PageDown'] }),
+    onScene('soft-larger', 'Larger soft radius', ({ editor }) => editor.resizeSoft(1), { keys: [']', 'PageUp'] }),
+    ...mirrors,
+  ];
+}
+
+function viewCommands(app: CommandTarget): Command[] {
+  const { always, onScene, onOff, cycle } = new Makers(app, 'View');
+  const look = (id: string, label: string, from: Vec3, key: string, icon?: IconName): Command =>
+    always(id, label, () => app.viewport.rig.lookFrom(from), { keys: [key], icon });
+  return [
+    onScene('frame-all', 'Frame all', (scene) => scene.frameAll(), { keys: ['Home'] }),
+    onScene('frame-selected', 'Frame selected', (scene) => scene.frameSelected(), { keys: ['F'], icon: 'frame' }),
+    look('view-front', 'Front', [0, -1, 0], '1', 'front'),
+    look('view-side', 'Side', [1, 0, 0], '3', 'side'),
+    look('view-top', 'Top', [0, 0, 1], '7', 'top'),
+    look('view-back', 'Back', [0, 1, 0], 'Ctrl+1'),
+    look('view-left', 'Other side', [-1, 0, 0], 'Ctrl+3'),
+    look('view-bottom', 'Bottom', [0, 0, -1], 'Ctrl+7'),
+    onOff('orthographic', 'Orthographic', { keys: ['5'], icon: 'ortho' }),
+    onOff('wireframe', 'Wireframe', { keys: ['Z'], icon: 'wire' }),
+    onOff('patchEdges', 'Patch edges', { keys: ['E'] }),
+    onOff('ghost', 'Rest shape', { keys: ['T'] }),
+    onOff('knotBoxes', 'Box edges', { keys: ['J'] }),
+    onOff('cage', 'Cage', { keys: ['C'], icon: 'lattice' }),
+    onOff('panel', 'Side panel', { keys: ['N'], icon: 'panel', enabled: () => app.scene !== undefined }),
+    cycle('theme', ['system', 'dark', 'light'], 'theme', 'Theme: system, dark, light', { icon: 'theme' }),
+    always('help', 'Keys', () => showHelp(app.commands.list), { keys: ['?'], icon: 'help' }),
   ];
 }

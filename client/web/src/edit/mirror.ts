@@ -10,6 +10,11 @@ import { add, combine, coordinates, scale, type MutableVec3, type Vec3 } from '.
 /** Whether edits are mirrored along u, v, w. */
 export type Mirror = readonly [boolean, boolean, boolean];
 
+/** With one axis switched on or off. */
+export function switchedMirror(mirror: Mirror, axis: Axis): Mirror {
+  return mirror.map((on, i) => (i === axis ? !on : on)) as unknown as Mirror;
+}
+
 /** A displacement, reflected along the axes named: its components along those edges of the frame change sign. */
 export function reflected(structure: LatticeStructure, displacement: Vec3, axes: readonly Axis[]): Vec3 {
   const edges = frameEdges(structure.frame);

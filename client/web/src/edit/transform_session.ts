@@ -122,24 +122,15 @@ export class TransformSession {
       axes.forEach((axis, i) => (x[axis] = numbers[i]));
       return combine(basis, x);
     }
+    const { jacobian, snapStep, basis: screen } = this.view;
     if (axes.length === 3) {
-      const [right, up] = this.view.basis;
-      const [along, upward] = amountsInPlane(this.view.jacobian, right, up, dx, dy);
-      return this.snappedOffset(combine(this.view.basis, [along, upward, 0]));
+      const offset = combine(screen, [...amountsInPlane(jacobian, screen[0], screen[1], dx, dy), 0]);
+      return offset.map((part) => this.snapped(part, snapStep)) as unknown as Vec3;
     }
-    if (axes.length === 1) {
-      x[axes[0]] = this.snapped(amountAlong(this.view.jacobian, basis[axes[0]], dx, dy), this.view.snapStep);
-    } else {
-      const [a, b] = axes as [Axis, Axis];
-      const [s, t] = amountsInPlane(this.view.jacobian, basis[a], basis[b], dx, dy);
-      x[a] = this.snapped(s, this.view.snapStep);
-      x[b] = this.snapped(t, this.view.snapStep);
-    }
+    const [a, b] = axes.map((axis) => basis[axis]);
+    const amounts = axes.length === 1 ? [amountAlong(jacobian, a, dx, dy)] : amountsInPlane(jacobian, a, b, dx, dy);
+    axes.forEach((axis, i) => (x[axis] = this.snapped(amounts[i], snapStep)));
     return combine(basis, x);
-  }
-
-  private snappedOffset(offset: Vec3): Vec3 {
-    return offset.map((x) => this.snapped(x, this.view.snapStep)) as unknown as Vec3;
   }
 
   /** Without a constraint turns are about the line of sight; a plane turns about its normal. */

@@ -4,6 +4,7 @@
 // The side panel: what is selected, how transforms behave, how the surface looks and how it is sent.
 import { FALLOFFS, type Falloff } from '../edit/falloff';
 import type { Editor } from '../edit/editor';
+import { switchedMirror } from '../edit/mirror';
 import { AXIS_NAMES, type Axis } from '../lattice/grid';
 import type { Vec3 } from '../lattice/vec';
 import type { Settings, SettingsStore } from '../state/settings';
@@ -108,11 +109,7 @@ export class Panel {
 
   private mirrorSwitch(name: string, axis: Axis): HTMLElement {
     const get = (): boolean => this.settings.value.mirror[axis];
-    const set = (on: boolean): void => {
-      const mirror = [...this.settings.value.mirror] as [boolean, boolean, boolean];
-      mirror[axis] = on;
-      this.settings.set({ mirror });
-    };
+    const set = (): void => this.settings.set({ mirror: switchedMirror(this.settings.value.mirror, axis) });
     return this.keep(toggle({ label: name, get, set }, `Mirror over ${name}`));
   }
 
