@@ -9,7 +9,7 @@ import type { Services } from './intake/services';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
-import type { PatchFacts } from './surface/surface_look';
+import type { PatchFacts } from './surface/patch_colours';
 import { Commands, letterOf } from './ui/commands';
 import { acceptDrops } from './ui/drop_zone';
 import { HeatLegend } from './ui/overlays/heat_legend';

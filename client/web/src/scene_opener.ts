@@ -13,7 +13,7 @@ import { hasColours, meshLayers } from './intake/mesh_layers';
 import type { Fit } from './lattice/identity';
 import type { Lattice } from './lattice/lattice';
 import { latticeFromJson, latticeToJson } from './wire/lattice_json';
-import { sameStructure } from './lattice/same_structure';
+import { sameStructure } from './lattice/grid';
 import type { LiveSession } from './session/live_session';
 import { openSession } from './session/open_session';
 import type { SessionStatus, ViewRequest } from './session/scene_session';

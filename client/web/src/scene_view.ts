@@ -17,7 +17,6 @@ import type { Settings, SettingsStore } from './state/settings';
 import { PullLine } from './ui/overlays/pull_line';
 import { SoftCircle } from './ui/overlays/soft_circle';
 import { Gizmo } from './viewport/gizmo';
-import { Occlusion } from './viewport/occlusion';
 import { PointPicker } from './viewport/point_picker';
 import { PointerTools } from './viewport/pointer_tools';
 import type { Viewport } from './viewport/viewport';
@@ -38,7 +37,6 @@ export class SceneView {
   private readonly softCircle = new SoftCircle();
   private readonly pullLine = new PullLine();
   private readonly gizmo: Gizmo;
-  private readonly occlusion: Occlusion;
   private readonly picker: PointPicker;
   private gizmoGesture: TransformGesture | undefined;
   private pull: SurfacePull | undefined;
@@ -53,8 +51,7 @@ export class SceneView {
   ) {
     this.editor = new Editor(session, settings, (text) => this.headline(text));
     this.cage = new Cage(session.lattice, this.editor.selection);
-    this.occlusion = new Occlusion(viewport);
-    this.picker = new PointPicker(viewport, this.editor, this.occlusion);
+    this.picker = new PointPicker(viewport, this.editor);
     this.gizmo = new Gizmo(viewport, {
       begin: () => (this.gizmoGesture = this.editor.beginGesture(() => this.pointer.cancel())),
       update: (motion) => this.gizmoGesture?.update(motion),
@@ -126,7 +123,7 @@ export class SceneView {
     this.viewport.scene.remove(this.session.surface.object, this.cage.object, this.knotBoxes.object);
     this.cage.dispose();
     this.knotBoxes.dispose();
-    this.occlusion.dispose();
+    this.picker.dispose();
     this.session.close();
     this.viewport.invalidate();
   }

@@ -6,7 +6,7 @@ import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { DataArrayTexture } from 'three';
 import { Encoding, NormalMode } from 'latticed/v1/view_pb';
-import type { PatchOrigins, PatchSource, RestCorners } from '@src/surface/patch_source';
+import type { PatchOrigins, PatchSource, RestCorners } from '@src/surface/patch_colours';
 import { noPatches, SessionFixture, until } from './support/session_fixture';
 
 const REST: RestCorners = { origin: [0, 0, 0], corners: Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0) };

@@ -1,7 +1,30 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { ChunkForm, DecodedChunk } from './chunk_form';
-import type { DecodeAnswer, DecodeRequest } from './decode_messages';
+
+/** The first message to a worker. */
+interface DecodeStart {
+  readonly kind: 'start';
+  readonly wasm: ArrayBuffer;
+}
+
+/** One chunk to decode; `data` is the worker's from then on, as `reuse`, an earlier result that nobody needs. */
+export interface DecodeJob {
+  readonly kind: 'job';
+  readonly id: number;
+  readonly data: Uint8Array<ArrayBuffer>;
+  readonly form: ChunkForm;
+  readonly reuse?: ArrayBuffer | undefined;
+}
+
+export type DecodeRequest = DecodeStart | DecodeJob;
+
+/** The answer to a job: the chunk, or why there is none. */
+export interface DecodeAnswer {
+  readonly id: number;
+  readonly chunk?: DecodedChunk;
+  readonly error?: string;
+}
 
 /** What the pool needs of a Worker. */
 export interface DecodeWorker {
@@ -13,7 +36,7 @@ export interface DecodeWorker {
 
 /** A chunk that is decoded or will be. */
 export interface PendingChunk {
-  readonly result: Promise<DecodedChunk & { readonly ms: number }>;
+  readonly result: Promise<DecodedChunk>;
   /** Takes it out of the queue; false where a worker has it or had it. `result` is then never settled. */
   cancel(): boolean;
 }
@@ -22,7 +45,7 @@ interface Job {
   readonly id: number;
   readonly data: Uint8Array<ArrayBuffer>;
   readonly form: ChunkForm;
-  readonly resolve: (chunk: DecodedChunk & { ms: number }) => void;
+  readonly resolve: (chunk: DecodedChunk) => void;
   readonly reject: (error: Error) => void;
 }
 
@@ -63,7 +86,7 @@ export class DecodePool {
   /** Decodes one chunk. `data` is the pool's from then on. */
   decode(data: Uint8Array<ArrayBuffer>, form: ChunkForm): PendingChunk {
     const id = this.nextId++;
-    const result = new Promise<DecodedChunk & { ms: number }>((resolve, reject) => {
+    const result = new Promise<DecodedChunk>((resolve, reject) => {
       if (this.failure) reject(this.failure);
       else this.queue.push({ id, data, form, resolve, reject });
     });
@@ -102,9 +125,7 @@ export class DecodePool {
       const reuse = this.spare.pop();
       // A part of a message is copied out of it, where posting would clone the whole buffer once a chunk.
       const data = job.data.byteLength === job.data.buffer.byteLength ? job.data : job.data.slice();
-      this.workers[number]!.postMessage(
-        { kind: 'job', id: job.id, data, form: job.form, ...(reuse && { reuse }) },
-        reuse ? [data.buffer, reuse] : [data.buffer]);
+      this.workers[number]!.postMessage({ kind: 'job', id: job.id, data, form: job.form, reuse }, reuse ? [data.buffer, reuse] : [data.buffer]);
     }
   }
 
@@ -112,7 +133,7 @@ export class DecodePool {
     --this.load[number]!;
     const job = this.running.get(answer.id);
     this.running.delete(answer.id);
-    if (answer.points && answer.extent) job?.resolve({ points: answer.points, extent: answer.extent, ms: answer.ms });
+    if (answer.chunk) job?.resolve(answer.chunk);
     else job?.reject(new Error(answer.error ?? 'a worker answered nothing'));
     this.pump();
   }

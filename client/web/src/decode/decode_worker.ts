@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { ChunkDecoder } from './chunk_decoder';
-import type { DecodeAnswer, DecodeJob, DecodeRequest } from './decode_messages';
+import type { DecodeAnswer, DecodeJob, DecodeRequest } from './decode_pool';
 
 /** A worker's end: decodes in the order of arrival. */
 const worker = globalThis as unknown as {
@@ -10,15 +10,13 @@ const worker = globalThis as unknown as {
 };
 let decoder: Promise<ChunkDecoder> | undefined;
 
-async function answer(job: DecodeJob): Promise<void> {
-  const start = performance.now();
+async function answer({ id, data, form, reuse }: DecodeJob): Promise<void> {
   try {
     if (!decoder) throw new Error('a job before the start');
-    const chunk = (await decoder).decode(job.data, job.form, job.reuse);
-    const ms = performance.now() - start;
-    worker.postMessage({ id: job.id, ...chunk, ms }, [chunk.points.buffer as ArrayBuffer]);
+    const chunk = (await decoder).decode(data, form, reuse);
+    worker.postMessage({ id, chunk }, [chunk.points.buffer as ArrayBuffer]);
   } catch (error) {
-    worker.postMessage({ id: job.id, ms: 0, error: error instanceof Error ? error.message : String(error) }, []);
+    worker.postMessage({ id, error: error instanceof Error ? error.message : String(error) }, []);
   }
 }
 

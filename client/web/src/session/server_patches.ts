@@ -6,7 +6,7 @@ import { knotPlanes } from '../lattice/bspline';
 import { AXES, domain, frameEdges } from '../lattice/grid';
 import type { Lattice } from '../lattice/lattice';
 import { coordinates, sub } from '../lattice/vec';
-import type { PatchOrigins, PatchSource, RestCorners } from '../surface/patch_source';
+import type { PatchOrigins, PatchSource, RestCorners } from '../surface/patch_colours';
 import { randomId } from '../wire/ids';
 import { fromLattice, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';

@@ -4,7 +4,7 @@ import type { Chunks, Quantisation, Topology, UpdateBegin, UpdateEnd } from 'lat
 import { NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
 import type { DecodedChunk } from '../decode/chunk_form';
 import type { DecodePool, PendingChunk } from '../decode/decode_pool';
-import type { Grid, SurfaceUpdate } from '../surface/surface_update';
+import type { Grid, SurfaceUpdate } from '../surface/surface_mesh';
 import { TopologyLayout } from '../surface/topology_layout';
 import { vector } from '../wire/lattice_message';
 import { encodingOf } from '../wire/view_message';

@@ -1,10 +1,34 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { Color, type DataTexture } from 'three';
-import type { PatchOrigins, PatchSource, RestCorners } from './patch_source';
 import { patchTexture } from './patch_texture';
-import type { PatchFacts } from './surface_look';
 import type { TopologyLayout } from './topology_layout';
+
+/** What is known of patches besides their points: their shape at rest, texture coordinates. */
+export type PatchFacts = 'rest' | 'uvs';
+
+/** Where patches come from in the source mesh (surface.proto, TopologyPart). */
+export interface PatchOrigins {
+  /** Three per patch: corners of the source triangle. */
+  readonly corners: Uint32Array;
+  /** Nine per patch: for its corners 0, 1, 2 the barycentrics in that triangle. */
+  readonly barycentrics: Float64Array;
+}
+
+/** Corners of all patches before any deformation, as x y z each, relative to `origin` (world units). */
+export interface RestCorners {
+  readonly origin: readonly [number, number, number];
+  /** Nine per patch. */
+  readonly corners: Float32Array;
+}
+
+/** What the surface asks for only when a look needs it. */
+export interface PatchSource {
+  origins(topologyId: string): Promise<PatchOrigins>;
+  restCorners(): Promise<RestCorners>;
+  /** Knot box of a world point at rest: a number per box, or -1 outside the frame. */
+  boxOf(x: number, y: number, z: number): number;
+}
 
 /**
  * Facts of every patch besides its points: corners at rest, the colour of its knot box, texture coordinates. They are

@@ -1,14 +1,42 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type DataArrayTexture, type Texture } from 'three';
-import { PatchColours } from './patch_colours';
-import type { PatchSource } from './patch_source';
+import type { DecodedChunk } from '../decode/chunk_form';
+import { PatchColours, type PatchFacts, type PatchSource } from './patch_colours';
 import { patternTexture } from './patch_texture';
 import { PointBuffer } from './point_buffer';
-import type { PatchFacts, SurfaceLook } from './surface_look';
 import { FRAGMENT_SHADER, VERTEX_SHADER } from './surface_shader';
-import type { Grid, SurfaceUpdate } from './surface_update';
 import type { TopologyLayout } from './topology_layout';
+
+/** How the surface is drawn. */
+export interface SurfaceLook {
+  /** boxes: a colour per knot box; displacement: a heat map of the distance from the rest shape. */
+  readonly colouring?: 'plain' | 'boxes' | 'displacement' | 'texture';
+  readonly wireframe?: boolean;
+  readonly patchEdges?: boolean;
+  /** The rest shape as a ghost. */
+  readonly ghost?: boolean;
+  readonly colour?: number;
+}
+
+/** What the integers of chunks mean (event.proto, Quantisation): position = origin + integer * step. */
+export interface Grid {
+  /** World units, in double. */
+  readonly origin: readonly [number, number, number];
+  /** World units per integer; 1 for floats, which are relative to `origin` too. */
+  readonly step: number;
+  /** Bits per coordinate of the octahedral map. */
+  readonly normalBits: number;
+}
+
+/** All new chunks of one update, decoded. */
+export interface SurfaceUpdate {
+  readonly layout: TopologyLayout;
+  readonly grid: Grid;
+  /** Whether chunks hold normals. */
+  readonly normals: boolean;
+  readonly chunks: readonly { readonly index: number; readonly decoded: DecodedChunk }[];
+}
 
 /** The streamed surface as three draws it: one geometry for all chunks, written in place. */
 export class SurfaceMesh {

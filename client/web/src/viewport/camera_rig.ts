@@ -17,14 +17,19 @@ export class CameraRig {
   private readonly orthographic = new OrthographicCamera();
   private aspect = 1;
   camera: ViewCamera = this.perspective;
-  controls: OrbitControls;
+  readonly controls: OrbitControls;
 
-  constructor(private readonly element: HTMLElement, private readonly onChange: () => void) {
+  constructor(element: HTMLElement, private readonly onChange: () => void) {
     for (const camera of [this.perspective, this.orthographic]) {
       camera.up.set(0, 0, 1);
       camera.position.set(3, -4, 2.4);
     }
-    this.controls = this.makeControls(new Vector3());
+    this.controls = new OrbitControls(this.camera, element);
+    this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.ROTATE, RIGHT: MOUSE.PAN };
+    this.controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
+    this.controls.zoomToCursor = true;
+    this.controls.update();
+    this.controls.addEventListener('change', onChange);
   }
 
   get target(): Vector3 {
@@ -45,8 +50,9 @@ export class CameraRig {
     if (on) camera.zoom = 1;
     else camera.position.sub(this.target).divideScalar(this.orthographic.zoom).add(this.target);
     this.camera = camera;
-    this.controls = this.makeControls(this.target.clone());
+    this.controls.object = camera;
     this.setLens();
+    this.controls.update();
     this.onChange();
   }
 
@@ -120,17 +126,5 @@ export class CameraRig {
     this.orthographic.left = -height * this.aspect;
     this.perspective.updateProjectionMatrix();
     this.orthographic.updateProjectionMatrix();
-  }
-
-  private makeControls(target: Vector3): OrbitControls {
-    this.controls?.dispose();
-    const controls = new OrbitControls(this.camera, this.element);
-    controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.ROTATE, RIGHT: MOUSE.PAN };
-    controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
-    controls.zoomToCursor = true;
-    controls.target.copy(target);
-    controls.update();
-    controls.addEventListener('change', this.onChange);
-    return controls;
   }
 }

@@ -5,7 +5,7 @@
 // selection goes through the surface, not behind it.
 import type { Object3D } from 'three';
 import type { Editor } from '../edit/editor';
-import type { Occlusion } from './occlusion';
+import { Occlusion } from './occlusion';
 import { nearestPoint, pointsInBox } from './projection';
 import type { Viewport } from './viewport';
 
@@ -14,12 +14,15 @@ const REACH = { mouse: 11, pen: 14, touch: 24 } as Record<string, number>; // CS
 export class PointPicker {
   private visible: Uint8Array | undefined;
   private seenFrom = '';
+  private readonly occlusion: Occlusion;
 
-  constructor(
-    private readonly viewport: Viewport,
-    private readonly editor: Editor,
-    private readonly occlusion: Occlusion,
-  ) {}
+  constructor(private readonly viewport: Viewport, private readonly editor: Editor) {
+    this.occlusion = new Occlusion(viewport);
+  }
+
+  dispose(): void {
+    this.occlusion.dispose();
+  }
 
   /** Forgets what the surface hides: the surface or the points have moved. */
   invalidate(): void {

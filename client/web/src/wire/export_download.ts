@@ -14,15 +14,8 @@ export interface ExportedFile {
 /** Of a view, what a file is written with. */
 export type ExportView = Pick<Required<ViewRequest>, 'segments' | 'normals'>;
 
-const CODES: Readonly<Record<number, Code>> = {
-  400: Code.InvalidArgument, 401: Code.Unauthenticated, 403: Code.PermissionDenied, 404: Code.NotFound,
-  409: Code.Aborted, 429: Code.ResourceExhausted,
-};
-
-/** What an HTTP status leaves of the server's reason. */
-const REASONS: Partial<Record<Code, string>> = {
-  [Code.Unauthenticated]: 'UNAUTHENTICATED', [Code.ResourceExhausted]: 'OUT_OF_MEMORY',
-};
+/** The server's reasons that an HTTP status tells. */
+const REASONS: Readonly<Record<number, string>> = { 401: 'UNAUTHENTICATED', 429: 'OUT_OF_MEMORY' };
 
 /**
  * Fetches /export/<scene>.<format> with the view's segments and normals, and with the token that a plain link could not
@@ -38,7 +31,7 @@ export async function downloadExport(
   try {
     const query = new URLSearchParams({ segments: String(segments), normals });
     const answer = await fetch(`${server.origin}/export/${sceneId}.${format}?${query}`, { headers, signal });
-    if (!answer.ok) throw await failureOf(answer);
+    if (!answer.ok) throw new ServerError(Code.Unknown, REASONS[answer.status] ?? 'EXPORT_FAILED', (await answer.text()).trim());
     const all = Number(answer.headers.get('content-length') ?? 0);
     const counted = answer.body!.pipeThrough(counter((received) => onProgress(received, all)));
     const type = answer.headers.get('content-type') ?? 'application/octet-stream';
@@ -48,12 +41,6 @@ export async function downloadExport(
     if (error instanceof ServerError) throw error;
     throw new ServerError(Code.Unavailable, '', '');  // fetch says no more than that it failed
   }
-}
-
-async function failureOf(answer: Response): Promise<ServerError> {
-  const code = CODES[answer.status] ?? Code.Unavailable;
-  const reason = REASONS[code] ?? 'EXPORT_FAILED';
-  return new ServerError(code, reason, (await answer.text()).trim());
 }
 
 function counter(received: (bytes: number) => void): TransformStream<Uint8Array<ArrayBuffer>, Uint8Array<ArrayBuffer>> {

@@ -3,7 +3,7 @@
 import { create } from '@bufbuild/protobuf';
 import { Code, ConnectError, type CallOptions } from '@connectrpc/connect';
 import { StatusSchema } from 'google/rpc/status_pb';
-import { EditBatchSchema, type EditBatch, type EditResult, EditResultSchema } from 'latticed/v1/edit_pb';
+import { type EditBatch, type EditResult, EditResultSchema } from 'latticed/v1/edit_pb';
 import { SceneEventSchema } from 'latticed/v1/event_pb';
 import { DeformRequestSchema, type ControlWatchRequest } from 'latticed/v1/scene_pb';
 import type { LatticedServer } from './latticed_server';
@@ -67,8 +67,7 @@ export class WatchStream implements SceneStream {
   }
 
   private async edit(batch: EditBatch): Promise<void> {
-    const request = create(EditBatchSchema, {
-      ...batch, scene: this.open.scene ?? '', editorId: batch.editorId || (this.open.editorId ?? '') });
+    const request = { ...batch, scene: this.open.scene ?? '', editorId: this.open.editorId ?? '' };
     try {
       this.answer(await this.server.scenes.applyEdits(request, this.callOptions));
     } catch (error) {

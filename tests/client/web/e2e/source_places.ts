@@ -5,7 +5,7 @@
 import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import { add, cross, dot, scale, type Basis, type Vec3 } from '@src/lattice/vec';
-import type { PatchOrigins, PatchSource } from '@src/surface/patch_source';
+import type { PatchOrigins, PatchSource } from '@src/surface/patch_colours';
 
 export interface SourcePlaces {
   /** One for each point of each patch, in the order of the page's points. */

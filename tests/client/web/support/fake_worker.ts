@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { ChunkDecoder } from '@src/decode/chunk_decoder';
-import type { DecodeAnswer, DecodeJob, DecodeRequest } from '@src/decode/decode_messages';
-import type { DecodeWorker } from '@src/decode/decode_pool';
+import type { DecodeAnswer, DecodeJob, DecodeRequest, DecodeWorker } from '@src/decode/decode_pool';
 
 /** A worker that decodes when told to. */
 export class FakeWorker implements DecodeWorker {
@@ -29,9 +28,9 @@ export class FakeWorker implements DecodeWorker {
     for (const job of this.jobs.splice(0)) {
       let answer: DecodeAnswer;
       try {
-        answer = { id: job.id, ...decoder.decode(job.data, job.form, job.reuse), ms: 1 };
+        answer = { id: job.id, chunk: decoder.decode(job.data, job.form, job.reuse) };
       } catch (error) {
-        answer = { id: job.id, ms: 0, error: (error as Error).message };
+        answer = { id: job.id, error: (error as Error).message };
       }
       this.onmessage?.({ data: answer });
     }

@@ -6,7 +6,7 @@ import { Lattice } from '@src/lattice/lattice';
 import { LiveSession } from '@src/session/live_session';
 import type { BackOff, Wakeable } from '@src/session/scene_connection';
 import { SceneKeeper } from '@src/session/store/scene_keeper';
-import type { PatchSource } from '@src/surface/patch_source';
+import type { PatchSource } from '@src/surface/patch_colours';
 import { SurfaceMesh } from '@src/surface/surface_mesh';
 import { fromLattice } from '@src/wire/lattice_message';
 import { FakeServer } from './fake_server';

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { Lattice } from '../../lattice/lattice';
-import { sameStructure } from '../../lattice/same_structure';
+import { sameStructure } from '../../lattice/grid';
 import type { EditQueue } from './edit_queue';
 import type { Targets } from './edit_targets';
 

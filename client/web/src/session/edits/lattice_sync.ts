@@ -4,7 +4,7 @@ import type { Edit, EditBatch, EditResult } from 'latticed/v1/edit_pb';
 import type { LatticeDelta } from 'latticed/v1/event_pb';
 import type { LatticeState } from 'latticed/v1/lattice_pb';
 import type { Lattice } from '../../lattice/lattice';
-import { sameStructure } from '../../lattice/same_structure';
+import { sameStructure } from '../../lattice/grid';
 import { fromEdit } from '../../wire/edit_message';
 import { toLattice } from '../../wire/lattice_message';
 import { ServerError } from '../../wire/server_error';
