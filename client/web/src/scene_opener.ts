@@ -17,7 +17,7 @@ import { sameStructure } from './lattice/grid';
 import type { LiveSession } from './session/live_session';
 import { openSession } from './session/open_session';
 import type { SessionStatus, ViewRequest } from './session/scene_session';
-import { FitDialog } from './ui/dialogs/fit_dialog';
+import { showFitDialog } from './ui/dialogs/fit_dialog';
 import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
 import { bytes, inWords } from './wire/words';
@@ -49,7 +49,7 @@ function openMesh(known: Partial<OpenMesh> = {}): OpenMesh {
 
 export class SceneOpener {
   private mesh = openMesh();
-  private fitting: FitDialog | undefined;
+  private closeFitting: (() => void) | undefined;
   private texture: DataArrayTexture | undefined;
   private textureTurn = 0;
   private openTurn = 0;
@@ -178,8 +178,8 @@ export class SceneOpener {
 
   private takeMesh(file: MeshFile, companions: readonly File[] = []): void {
     const { services } = this.app;
-    this.fitting?.close(); // for what was dropped before
-    this.fitting = new FitDialog({
+    this.closeFitting?.(); // for what was dropped before
+    this.closeFitting = showFitDialog({
       file,
       upload: (progress, signal) => services.upload(file, progress, signal),
       create: async (mesh, fit) => {

@@ -3,10 +3,34 @@
 //
 // Texture coordinates of a PLY file by its two conventions: of vertices (s t, u v, texture_u texture_v, texture_s
 // texture_t), or of the corners of every face, the list texcoord, with texnumber for which picture. The pictures' names
-// are comments: "comment TextureFile NAME".
-import { PlyBody, readPlyHeader, type PlyElement } from './ply_body';
+// are comments: "comment TextureFile NAME". The server has read the file before, so nothing malformed comes here.
 
-export interface PlyCorners {
+const MOST_HEADER_BYTES = 1 << 20;
+
+/** Names of types, what reads each from a DataView, and its bytes. */
+const TYPES = {
+  int8: ['getInt8', 1], char: ['getInt8', 1],
+  uint8: ['getUint8', 1], uchar: ['getUint8', 1],
+  int16: ['getInt16', 2], short: ['getInt16', 2],
+  uint16: ['getUint16', 2], ushort: ['getUint16', 2],
+  int32: ['getInt32', 4], int: ['getInt32', 4],
+  uint32: ['getUint32', 4], uint: ['getUint32', 4],
+  float32: ['getFloat32', 4], float: ['getFloat32', 4],
+  float64: ['getFloat64', 8], double: ['getFloat64', 8],
+} as const;
+type PlyType = keyof typeof TYPES;
+
+interface PlyElement {
+  readonly name: string;
+  readonly count: number;
+  /** `countType`: of a list's length; absent for a single value. */
+  readonly properties: { readonly name: string; readonly type: PlyType; readonly countType?: PlyType }[];
+}
+
+/** The values of the next record of an element: one array per property. */
+type NextRecord = (element: PlyElement) => number[][];
+
+interface PlyCorners {
   /** u v picture of every corner of the faces, in the file's order; v counts upwards, as in the file. */
   readonly corners: Float32Array;
   /** Names of pictures; may be empty. */
@@ -19,39 +43,78 @@ const INDEX_LISTS = ['vertex_indices', 'vertex_index'];
 
 /** Undefined without texture coordinates; throws an Error in words where the file cannot be read for them. */
 export function plyCorners(bytes: Uint8Array): PlyCorners | undefined {
-  const { elements, comments, ...form } = readPlyHeader(bytes);
-  const body = new PlyBody(bytes, form);
+  const { elements, pictures, next } = openPly(bytes);
   const corners: number[] = [];
   let uvs: number[] | undefined;
   let any = false;
   for (const element of elements) {
     if (element.name === 'tristrips') throw new Error('Textures of PLY files with triangle strips are not shown.');
-    if (element.name === 'vertex') uvs = vertexUvs(element, body);
-    else if (element.name === 'face') any = faceCorners(element, body, uvs, corners);
-    else for (let i = 0; i < element.count; ++i) body.record(element);
+    if (element.name === 'vertex') uvs = vertexUvs(element, next);
+    else if (element.name === 'face') any = faceCorners(element, next, uvs, corners);
+    else for (let i = 0; i < element.count; ++i) next(element);
   }
-  const pictures = comments.flatMap((comment) => /^\s*TextureFile\s+(.*?)\s*$/i.exec(comment)?.[1] ?? []);
   return any ? { corners: Float32Array.from(corners), pictures } : undefined;
 }
 
-function vertexUvs(element: PlyElement, body: PlyBody): number[] | undefined {
+function openPly(bytes: Uint8Array): { elements: readonly PlyElement[]; pictures: readonly string[]; next: NextRecord } {
+  const begin = new TextDecoder('latin1').decode(bytes.subarray(0, MOST_HEADER_BYTES));
+  const [header] = /^[^]*?^end_header[^\S\r\n]*(?:\r\n?|\n)/m.exec(begin) ?? [];
+  if (header === undefined) throw new Error('The file ends before end_header.');
+  const elements: PlyElement[] = [];
+  const pictures: string[] = [];
+  let encoding = 'ascii';
+  for (const line of header.split(/\r\n?|\n/)) {
+    const [word, ...rest] = line.trim().split(/\s+/);
+    if (word === 'format') encoding = rest[0];
+    else if (word === 'comment') pictures.push(...(/^\s*comment\s+TextureFile\s+(.*?)\s*$/i.exec(line)?.slice(1) ?? []));
+    else if (word === 'element') elements.push({ name: rest[0], count: Number(rest[1]), properties: [] });
+    else if (word === 'property') elements.at(-1)!.properties.push(property(rest));
+  }
+  const body = bytes.subarray(header.length);
+  const nextNumber = encoding === 'ascii' ? asciiNumbers(body) : binaryNumbers(body, encoding === 'binary_little_endian');
+  const next: NextRecord = ({ properties }) => properties.map(({ type, countType }) =>
+    Array.from({ length: countType === undefined ? 1 : nextNumber(countType) }, () => nextNumber(type)));
+  return { elements, pictures, next };
+}
+
+function property(words: readonly string[]): PlyElement['properties'][number] {
+  const [countType, type, name] = words[0] === 'list' ? words.slice(1) : [undefined, ...words];
+  return { name: name!, type: type as PlyType, countType: countType as PlyType | undefined };
+}
+
+function asciiNumbers(body: Uint8Array): () => number {
+  const words = new TextDecoder().decode(body).matchAll(/\S+/g);
+  return () => Number(words.next().value?.[0]);
+}
+
+function binaryNumbers(body: Uint8Array, little: boolean): (type: PlyType) => number {
+  const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
+  let at = 0;
+  return (type) => {
+    const [read, size] = TYPES[type];
+    at += size;
+    return view[read](at - size, little);
+  };
+}
+
+function vertexUvs(element: PlyElement, next: NextRecord): number[] | undefined {
   const column = (names: readonly string[]): number =>
     element.properties.findIndex(({ name, countType }) => countType === undefined && names.includes(name));
   const [u, v] = [column(U_NAMES), column(V_NAMES)];
   const uvs: number[] = [];
   for (let i = 0; i < element.count; ++i) {
-    const record = body.record(element);
+    const record = next(element);
     if (u >= 0 && v >= 0) uvs.push(record[u][0], record[v][0]);
   }
   return u >= 0 && v >= 0 ? uvs : undefined;
 }
 
 /** Appends the corners of all faces; says whether there are texture coordinates. */
-function faceCorners(element: PlyElement, body: PlyBody, uvs: number[] | undefined, corners: number[]): boolean {
+function faceCorners(element: PlyElement, next: NextRecord, uvs: number[] | undefined, corners: number[]): boolean {
   const column = (...names: string[]): number => element.properties.findIndex(({ name }) => names.includes(name));
   const [indices, own, number] = [column(...INDEX_LISTS), column('texcoord'), column('texnumber')];
   for (let i = 0; i < element.count; ++i) {
-    const record = body.record(element);
+    const record = next(element);
     const ofFace = own >= 0 ? record[own] : [];
     const picture = number >= 0 ? Math.max(record[number][0], 0) : 0;
     record[indices].forEach((vertex, corner) => {

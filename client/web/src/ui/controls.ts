@@ -19,8 +19,14 @@ export interface Bound<T> {
   isIdle?: (() => boolean) | undefined;
 }
 
+/** A control that shows its value. */
+function made<E extends HTMLElement>(element: E, refresh: () => void): Control & { readonly element: E } {
+  refresh();
+  return { element, refresh };
+}
+
 /** A label in front of anything. */
-export function field(label: string, ...content: HTMLElement[]): HTMLElement {
+export function field(label: string, ...content: (HTMLElement | string)[]): HTMLElement {
   return h(
     'div',
     { class: 'field' },
@@ -32,7 +38,7 @@ export function field(label: string, ...content: HTMLElement[]): HTMLElement {
 export function toggle({ label, get, set }: Bound<boolean>, hint?: string): Control {
   const input = h('input', { type: 'checkbox', role: 'switch', onchange: () => set(input.checked) });
   const element = h('label', { class: 'toggle', title: hint }, input, h('span', {}, label));
-  return { element, refresh: () => (input.checked = get()) };
+  return made(element, () => (input.checked = get()));
 }
 
 /** One of a few, side by side. */
@@ -44,7 +50,7 @@ export function segmented<T extends string>({ label, get, set }: Bound<T>, optio
   const refresh = (): void => {
     for (const button of buttons) button.setAttribute('aria-checked', String(button.dataset['value'] === get()));
   };
-  return { element: field(label, group), refresh };
+  return made(field(label, group), refresh);
 }
 
 export function choice<T extends string>({ label, get, set }: Bound<T>, options: Record<T, string>): Control {
@@ -53,7 +59,7 @@ export function choice<T extends string>({ label, get, set }: Bound<T>, options:
     { 'aria-label': label, onchange: () => set(select.value as T) },
     ...Object.entries<string>(options).map(([value, text]) => h('option', { value }, text)),
   );
-  return { element: field(label, select), refresh: () => (select.value = get()) };
+  return made(field(label, select), () => (select.value = get()));
 }
 
 interface Range {
@@ -81,7 +87,7 @@ export function numberInput(bound: Bound<number>, range: Partial<Range> = {}): C
     const value = bound.get();
     element.value = String(Math.abs(value) < 1e-12 ? 0 : Number(value.toPrecision(4)));
   };
-  return { element, refresh };
+  return made(element, refresh);
 }
 
 /** A slider with its number beside it; `commit` waits for the release where every step would be costly. */
@@ -102,13 +108,13 @@ export function slider(bound: Bound<number>, range: Range, when: 'input' | 'chan
     input.disabled = bound.isIdle?.() ?? false;
     output.textContent = shown(bound.get());
   };
-  return { element: field(bound.label, input, output), refresh };
+  return made(field(bound.label, input, output), refresh);
 }
 
 function shown(value: number): string {
   return String(Number(value.toPrecision(3)));
 }
 
-export function button(label: string, onclick: () => void, attributes: Record<string, unknown> = {}): HTMLButtonElement {
-  return h('button', { type: 'button', class: 'button', onclick, ...attributes }, label);
+export function button(content: Node | string, onclick: () => void, attributes: Record<string, unknown> = {}): HTMLButtonElement {
+  return h('button', { type: 'button', class: 'button', onclick, ...attributes }, content);
 }

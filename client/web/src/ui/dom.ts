@@ -23,9 +23,13 @@ const SVG = 'http://www.w3.org/2000/svg';
 
 export function svg(tag: string, attributes: Record<string, string | number>, ...children: Node[]): SVGElement {
   const element = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
+  setAttributes(element, attributes);
   element.append(...children);
   return element;
+}
+
+export function setAttributes(element: Element, attributes: Record<string, string | number>): void {
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
 }
 
 /** Enter in a dialog's field takes what was typed, where it is valid, and does what the dialog is for. */

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What happened, in words, at the edge of the view for a while; errors stay until they are closed, or another scene is shown.
+import { button } from './controls';
 import { h } from './dom';
 import { icon } from './icons';
 
@@ -36,13 +37,7 @@ export class Toasts {
   }
 
   private add(text: string, className: string): HTMLElement {
-    const close = h('button', {
-      type: 'button',
-      class: 'icon-button',
-      'aria-label': 'Close',
-      onclick: () => toast.remove(),
-    });
-    close.append(icon('close'));
+    const close = button(icon('close'), () => toast.remove(), { class: 'icon-button', 'aria-label': 'Close' });
     const toast = h('div', { class: className }, h('span', {}, text), close);
     this.list.append(toast);
     while (this.list.childElementCount > 4) this.list.firstElementChild?.remove();

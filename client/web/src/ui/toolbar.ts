@@ -3,6 +3,7 @@
 //
 // Buttons for commands, so that everything works by touch as well.
 import { tooltip, type Command, type Commands } from './commands';
+import { button } from './controls';
 import { h, moveFocus } from './dom';
 import { icon } from './icons';
 
@@ -28,18 +29,12 @@ export class Toolbar {
   }
 
   private button(command: Command): HTMLButtonElement {
-    const run = (): void => command.run();
-    const button = h('button', {
-      type: 'button',
-      class: 'icon-button',
-      title: tooltip(command),
-      'aria-label': command.label,
-      'data-command': command.id,
-      onclick: run,
-    });
-    button.append(command.icon === undefined ? command.label : icon(command.icon));
-    this.buttons.push([command, button]);
-    return button;
+    const { id, label } = command;
+    const content = command.icon === undefined ? label : icon(command.icon);
+    const attributes = { class: 'icon-button', title: tooltip(command), 'aria-label': label, 'data-command': id };
+    const element = button(content, () => command.run(), attributes);
+    this.buttons.push([command, element]);
+    return element;
   }
 
   /** Arrow keys go from button to button, as in every toolbar. */

@@ -24,10 +24,8 @@ export class TransformBar {
 
   /** `editor`: of the scene that is open. */
   constructor(private readonly editor: () => Editor | undefined) {
-    const cancel = button('', () => this.press('Escape'), { class: 'button', 'aria-label': 'Cancel' });
-    const confirm = button('', () => this.press('Enter'), { class: 'button primary', 'aria-label': 'Confirm' });
-    cancel.append(icon('close'));
-    confirm.append(icon('check'));
+    const cancel = button(icon('close'), () => this.press('Escape'), { 'aria-label': 'Cancel' });
+    const confirm = button(icon('check'), () => this.press('Enter'), { class: 'button primary', 'aria-label': 'Confirm' });
     this.element.hidden = true;
     const { axes, plane, fine, snap, amount } = this;
     this.element.append(...axes, plane.element, fine.element, snap.element, amount, cancel, confirm);

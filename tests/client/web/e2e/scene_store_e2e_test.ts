@@ -151,7 +151,7 @@ test('for a mesh without room the oldest scenes are forgotten, none in vain; wha
   assert.equal(await there(), 'ab123');
   assert.equal(await save([['c', 3]], []), '');
   assert.equal(await there(), 'bc23');
-  assert.equal(await save([['d', 11]], []), 'the browser has no room left for it'); // 10 is all there is
+  assert.equal(await save([['d', 8]], []), 'the browser has no room left for it'); // b and c together have 7
   assert.equal(await there(), 'bcD23');
   await storing.reload();
   assert.equal(await there(), 'bc23');

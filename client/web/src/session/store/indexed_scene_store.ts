@@ -4,7 +4,7 @@ import { committed, done, openSceneDatabase, type MeshFacts, type SceneTable } f
 import type { StoredMesh, StoredScene } from './scene_store';
 
 /** The key of a companion. Companions of a mesh are in the order in which they came. */
-type CompanionKey = [mesh: string, place: number, name: string];
+type CompanionKey = [mesh: string, place: number, name: string, bytes: number];
 
 /**
  * Scenes and meshes in the browser's IndexedDB, with what was dropped beside a mesh. They outlive the server. Saving
@@ -51,7 +51,7 @@ export class IndexedSceneStore {
     await this.save(id, content.size, ['meshes', 'contents'], async (transaction) => {
       const meshes = transaction.objectStore('meshes');
       if ((await done(meshes.getKey(id))) !== undefined) return;
-      meshes.put({ id, header, savedAt: Date.now() } satisfies MeshFacts);
+      meshes.put({ id, header, bytes: content.size, savedAt: Date.now() } satisfies MeshFacts);
       transaction.objectStore('contents').put(content, id);
     });
     if (this.unwrittenMesh === mesh) this.unwrittenMesh = undefined;
@@ -80,7 +80,7 @@ export class IndexedSceneStore {
       const names = new Set(files.map(({ name }) => name));
       for (const key of before) if (!beside || names.has(key[2])) table.delete(key);
       const first = (before.at(-1)?.[1] ?? 0) + 1;
-      files.forEach((file, i) => table.put(file, [mesh, first + i, file.name] satisfies CompanionKey));
+      files.forEach((file, i) => table.put(file, [mesh, first + i, file.name, file.size] satisfies CompanionKey));
     });
   }
 
@@ -119,13 +119,16 @@ export class IndexedSceneStore {
 
   /**
    * Writes what there was no room for. Forgets as many of the scenes that were saved longest ago, with their meshes, as it
-   * takes; none for what the browser could not keep by itself either.
+   * takes, but none where even all of them do not take as much.
    */
   private async makeRoom(refusal: unknown, mesh: string, bytes: number, attempt: () => Promise<void>): Promise<void> {
     if (!isFull(refusal)) throw refusal;
-    const { quota = Infinity } = (await navigator.storage?.estimate()) ?? {}; // absent without https
-    if (bytes >= quota) throw refusal;
-    const scenes = await done((await this.database).transaction('scenes').objectStore('scenes').count());
+    const transaction = (await this.database).transaction(['scenes', 'meshes', 'companions']);
+    const meshes = await done<MeshFacts[]>(transaction.objectStore('meshes').getAll());
+    const companions = (await done(transaction.objectStore('companions').getAllKeys())) as CompanionKey[];
+    const scenes = await done(transaction.objectStore('scenes').count());
+    const taken = [...meshes.map(({ id, bytes }) => [id, bytes] as const), ...companions.map(([id, , , bytes]) => [id, bytes] as const)];
+    if (taken.reduce((sum, [id, bytes]) => sum + (id === mesh ? 0 : bytes), 0) < bytes) throw refusal;
     for (let kept = scenes; kept >= 0; --kept) {
       await this.forget(kept, mesh);
       try {

@@ -12,6 +12,8 @@ export type SceneTable = 'scenes' | 'meshes' | 'contents' | 'companions';
 export interface MeshFacts {
   readonly id: string;
   readonly header: Uint8Array;
+  /** Of the content. */
+  readonly bytes: number;
   /** Date.now(). */
   readonly savedAt: number;
 }

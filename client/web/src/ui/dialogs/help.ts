@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { Command, CommandGroup } from '../commands';
+import { button } from '../controls';
 import { h, showDialog } from '../dom';
 
 const GROUPS: readonly CommandGroup[] = ['Transform', 'Select', 'View', 'Edit', 'File'];
@@ -40,7 +41,7 @@ export function showHelp(commands: readonly Command[]): void {
     const rows = commands.filter((c) => c.group === group && c.keys !== undefined);
     return section(group, rows.map((c) => [c.keys![0], c.label] as const));
   });
-  const close = h('button', { type: 'button', class: 'button' }, 'Close');
+  const close = button('Close', () => dialog.close());
   const dialog = showDialog(
     'Keys',
     'help',
@@ -59,7 +60,6 @@ export function showHelp(commands: readonly Command[]): void {
       ),
     ),
   );
-  close.addEventListener('click', () => dialog.close());
 }
 
 function section(title: string, rows: readonly (readonly [string, string])[]): HTMLElement {

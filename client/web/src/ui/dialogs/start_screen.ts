@@ -4,6 +4,7 @@
 // What the page shows while it has no scene: where to drop a mesh, and samples to choose.
 import { MESH_ENDINGS } from '../../intake/mesh_file';
 import { SAMPLES, type SampleName } from '../../intake/samples';
+import { button } from '../controls';
 import { h } from '../dom';
 import { icon } from '../icons';
 
@@ -19,12 +20,9 @@ export function chooseFiles(accept: string, chosen: (files: File[]) => void): vo
 }
 
 export function startScreen(choices: StartChoices): HTMLElement {
-  const browse = h('button', {
-    type: 'button',
-    class: 'button primary',
-    onclick: () => chooseFiles(MESH_ENDINGS, (files) => files.length > 0 && choices.files(files)),
-  });
-  browse.append(icon('open'), 'Open a mesh');
+  const choose = (): void => chooseFiles(MESH_ENDINGS, (files) => files.length > 0 && choices.files(files));
+  const browse = button(icon('open'), choose, { class: 'button primary' });
+  browse.append('Open a mesh');
   const samples = (Object.keys(SAMPLES) as SampleName[]).map((name) => {
     const { label, note } = SAMPLES[name];
     return h(

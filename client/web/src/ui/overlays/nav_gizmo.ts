@@ -3,7 +3,7 @@
 //
 // The world's axes as the camera sees them, in the view's corner; a press on an end looks from there.
 import { distance, dot, scale, WORLD_BASIS, type Basis, type Vec3 } from '../../lattice/vec';
-import { svg } from '../dom';
+import { setAttributes, svg } from '../dom';
 
 const REACH = 30;
 
@@ -60,8 +60,7 @@ export class NavGizmo {
     }));
     for (const { end, x, y } of seen) {
       end.group.setAttribute('transform', `translate(${(x * REACH).toFixed(2)} ${(y * REACH).toFixed(2)})`);
-      end.line?.setAttribute('x2', (x * REACH).toFixed(2));
-      end.line?.setAttribute('y2', (y * REACH).toFixed(2));
+      if (end.line) setAttributes(end.line, { x2: (x * REACH).toFixed(2), y2: (y * REACH).toFixed(2) });
     }
     seen.sort((a, b) => a.z - b.z);
     this.element.replaceChildren(

@@ -2,21 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // How far soft selection reaches: a circle around the pivot, while a transform runs and while the radius is chosen.
-import { svg } from '../dom';
+import { setAttributes, svg } from '../dom';
 
 export class SoftCircle {
-  readonly element = svg('svg', { class: 'overlay soft-circle', 'aria-hidden': 'true' });
   private readonly circle = svg('circle', {});
-
-  constructor() {
-    this.element.append(this.circle);
-  }
+  readonly element = svg('svg', { class: 'overlay soft-circle', 'aria-hidden': 'true' }, this.circle);
 
   /** In pixels of the view; undefined hides it. */
   show(at: { x: number; y: number; radius: number } | undefined): void {
-    this.circle.setAttribute('r', String(at?.radius ?? 0));
-    if (at === undefined) return;
-    this.circle.setAttribute('cx', String(at.x));
-    this.circle.setAttribute('cy', String(at.y));
+    setAttributes(this.circle, at === undefined ? { r: 0 } : { cx: at.x, cy: at.y, r: at.radius });
   }
 }
