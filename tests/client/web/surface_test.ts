@@ -72,7 +72,7 @@ test('an update is shown whole, in world units about an origin far away', async 
   assert.deepEqual(surface.positionOf(5), [1e6 + 2, 2, 0]);
   assert.deepEqual(surface.positionOf(6), [1e6 + 5, 5, 3]);
   assert.deepEqual([surface.bounds.min.toArray(), surface.bounds.max.toArray()], [[1e6 + 2, 2, 0], [1e6 + 5, 5, 3]]);
-  assert.deepEqual([surface.patchCount, surface.triangleCount], [3, 3]);
+  assert.equal(surface.patchCount, 3);
 });
 
 test('the heat map ends at the largest displacement of a patch corner, and there is nothing at rest', async () => {

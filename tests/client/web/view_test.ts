@@ -100,7 +100,7 @@ test('a key runs its command, unless the command cannot run', () => {
 
 test('files are told apart by their names, and those that cannot be taken are refused in words', async () => {
   const read = (file: File, most = 0) => readMeshFile(file as unknown as globalThis.File, () => Promise.resolve(most));
-  assert.equal(fileKind('Teapot.v2.OBJ'), 'obj');
+  assert.equal(fileKind('Teapot.v2.OBJ'), 'mesh');
   assert.equal(fileKind('lattice.json'), 'lattice');
   assert.equal(fileKind('README'), undefined);
   await assert.rejects(read(new File(['x'], 'part.step')), /^Error: part.step is no mesh that the server reads/);

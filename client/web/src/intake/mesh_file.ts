@@ -5,7 +5,8 @@
 
 import { bytes } from '../wire/words';
 
-export type MeshFormatName = 'obj' | 'ply' | 'stl' | 'glb' | 'drc';
+const MESHES = ['obj', 'ply', 'stl', 'glb', 'drc'] as const;
+export type MeshFormatName = (typeof MESHES)[number];
 
 export interface MeshFile {
   readonly name: string;
@@ -14,29 +15,27 @@ export interface MeshFile {
   readonly content: Blob;
 }
 
-export type FileKind = MeshFormatName | 'lattice' | 'materials' | 'picture';
-
-const KINDS: Record<string, FileKind> = {
-  obj: 'obj',
-  ply: 'ply',
-  stl: 'stl',
-  glb: 'glb',
-  drc: 'drc',
-  json: 'lattice',
-  mtl: 'materials',
-  png: 'picture',
-  jpg: 'picture',
-  jpeg: 'picture',
-  webp: 'picture',
-};
-
-/** What a file is by its name's ending; undefined where the page has no use for it. */
-export function fileKind(name: string): FileKind | undefined {
-  return KINDS[name.slice(name.lastIndexOf('.') + 1).toLowerCase()];
-}
+const PICTURES = ['png', 'jpg', 'jpeg', 'webp'];
 
 /** For the file dialog: meshes, and what may come with them. */
-export const MESH_ENDINGS = '.obj,.ply,.stl,.glb,.drc,.mtl,.png,.jpg,.jpeg,.webp';
+export const MESH_ENDINGS = [...MESHES, 'mtl', ...PICTURES].map((ending) => `.${ending}`).join();
+
+/** What a file is by its name's ending; undefined where the page has no use for it. */
+export function fileKind(name: string): 'mesh' | 'lattice' | 'materials' | 'picture' | undefined {
+  const ending = endingOf(name);
+  if (meshFormat(name) !== undefined) return 'mesh';
+  if (PICTURES.includes(ending)) return 'picture';
+  if (ending === 'mtl') return 'materials';
+  return ending === 'json' ? 'lattice' : undefined;
+}
+
+function meshFormat(name: string): MeshFormatName | undefined {
+  return MESHES.find((format) => format === endingOf(name));
+}
+
+function endingOf(name: string): string {
+  return name.slice(name.lastIndexOf('.') + 1).toLowerCase();
+}
 
 /**
  * Takes a dropped mesh. Throws an Error in words for another file, and for one that the browser cannot read, a folder
@@ -45,10 +44,8 @@ export const MESH_ENDINGS = '.obj,.ply,.stl,.glb,.drc,.mtl,.png,.jpg,.jpeg,.webp
  * @param mostBytes Asked only of a mesh; 0: any number.
  */
 export async function readMeshFile(file: File, mostBytes: () => Promise<number>): Promise<MeshFile> {
-  const kind = fileKind(file.name);
-  if (kind === undefined || kind === 'lattice' || kind === 'materials' || kind === 'picture') {
-    throw new Error(`${file.name} is no mesh that the server reads: OBJ, PLY, STL, GLB or DRC.`);
-  }
+  const format = meshFormat(file.name);
+  if (format === undefined) throw new Error(`${file.name} is no mesh that the server reads: OBJ, PLY, STL, GLB or DRC.`);
   if (file.size === 0) throw new Error(`${file.name} is empty.`);
   const most = await mostBytes();
   if (most > 0 && file.size > most) {
@@ -58,5 +55,5 @@ export async function readMeshFile(file: File, mostBytes: () => Promise<number>)
   await first.arrayBuffer().catch(() => {
     throw new Error(`The browser cannot read ${file.name}, ${bytes(file.size)}.`);
   });
-  return { name: file.name, format: kind, content: file };
+  return { name: file.name, format, content: file };
 }

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Chunks, Quantisation, Topology, UpdateBegin, UpdateEnd } from 'latticed/v1/event_pb';
 import { NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
-import type { DecodedChunk } from '../decode/chunk_form';
 import type { DecodePool, PendingChunk } from '../decode/decode_pool';
 import type { Grid, SurfaceUpdate } from '../surface/surface_mesh';
 import { TopologyLayout } from '../surface/topology_layout';
@@ -18,29 +17,17 @@ interface Incoming {
   grid?: Grid;
   unseen?: bigint;
   bytes: number;
-}
-
-/** One that has ended, while it is decoded. */
-interface Ended {
-  readonly update: Incoming;
-  readonly end: UpdateEnd;
-  readonly at: number;  // performance.now()
-  cancelled: boolean;
+  /** Absent until it has ended; then it is decoded. */
+  end?: UpdateEnd;
+  isCancelled: boolean;
   ofLostStream: boolean;
 }
 
 /** An update that is whole and decoded. */
-export interface ReceivedUpdate {
+export interface ReceivedUpdate extends Pick<Incoming, 'ofLostStream' | 'unseen' | 'view' | 'bytes'> {
   readonly end: UpdateEnd;
-  /** Its number means nothing to the stream that is open now. */
-  readonly ofLostStream: boolean;
-  /** The newest update of the same stream that ended before and was not handed on by itself. */
-  readonly unseen: bigint | undefined;
-  /** In force; absent where the update began without. */
-  readonly view: ViewOptions | undefined;
   /** Absent where no chunk changed. */
   readonly surface: SurfaceUpdate | undefined;
-  readonly bytes: number;
   /** In its chunks, each counted once. */
   readonly patches: number;
   /** From update_begin to update_end, in ms. */
@@ -59,10 +46,12 @@ export class UpdateReceiver {
   private readonly layouts = new Map<string, TopologyLayout>();
   private readonly grids = new Map<bigint, Grid>();
   private incoming: Incoming | undefined;
-  private ended: Ended | undefined;
+  private ended: Incoming | undefined;
 
   /**
-   * @param received Gets whole updates in order; what it throws goes to failed.
+   * @param received Gets whole updates in order; what it throws goes to failed. `ofLostStream`: the number of the update
+   *   means nothing to the stream that is open now. `unseen`: the newest update of the same stream that ended before and was
+   *   not handed on by itself.
    * @param failed Gets what could not be decoded; the stream is of no use then.
    */
   constructor(
@@ -83,9 +72,9 @@ export class UpdateReceiver {
       origin: vector(message.origin), step: message.bits ? message.step : 1, normalBits: message.normalBits });
   }
 
-  begin(message: UpdateBegin): void {
+  begin({ view }: UpdateBegin): void {
     this.drop(this.incoming);
-    this.incoming = { view: message.view, begun: performance.now(), chunks: new Map(), bytes: 0 };
+    this.incoming = { view, begun: performance.now(), chunks: new Map(), bytes: 0, isCancelled: false, ofLostStream: false };
   }
 
   chunks(message: Chunks): void {
@@ -94,8 +83,7 @@ export class UpdateReceiver {
     const layout = this.layouts.get(message.topologyId);
     const grid = this.grids.get(message.quantisationId);
     if (!layout || !grid || !update.view) throw new Error('chunks of a layout or grid that was not sent');
-    update.layout = layout;
-    update.grid = grid;
+    Object.assign(update, { layout, grid });
     for (const { index, data } of message.chunks) {
       update.bytes += data.length;
       update.chunks.set(index, this.pool.decode(data as Uint8Array<ArrayBuffer>, {
@@ -104,18 +92,18 @@ export class UpdateReceiver {
     }
   }
 
-  end(message: UpdateEnd): void {
-    const update = this.incoming;
+  end(end: UpdateEnd): void {
+    const { incoming: update, ended: older } = this;
     if (!update) return;
-    this.incoming = undefined;
-    if (this.ended) {
-      this.merge(this.ended.update, update);
-      if (!this.ended.ofLostStream) update.unseen = this.ended.end.updateId;
+    if (older) {
+      this.merge(older, update);
+      if (!older.ofLostStream) update.unseen = older.end!.updateId;
+      older.isCancelled = true;
     }
-    const ended = { update, end: message, at: performance.now(), cancelled: false, ofLostStream: false };
-    if (this.ended) this.ended.cancelled = true;
-    this.ended = ended;
-    void this.finish(ended);
+    this.incoming = undefined;
+    this.ended = update;
+    update.end = end;
+    void this.finish(update, end);
   }
 
   /** The stream is lost: what has not ended does not count. */
@@ -128,25 +116,28 @@ export class UpdateReceiver {
   /** Nothing more is handed on. */
   close(): void {
     this.reset();
-    if (this.ended) this.ended.cancelled = true;
+    if (this.ended) this.ended.isCancelled = true;
     this.ended = undefined;
   }
 
-  private async finish(ended: Ended): Promise<void> {
-    const { update, end, at } = ended;
+  private async finish(update: Incoming, end: UpdateEnd): Promise<void> {
+    const at = performance.now();
     try {
-      const chunks = await decodedOf(update);
-      if (ended.cancelled) return;
+      const chunks = await Promise.all(
+        Array.from(update.chunks, async ([index, { result }]) => ({ index, decoded: await result })));
+      if (update.isCancelled) return;
       this.ended = undefined;
-      const decodeMs = performance.now() - at;
       const { layout, grid, view } = update;
-      const surface = layout && grid && chunks.length ? { layout, grid, normals: hasNormals(view), chunks } : undefined;
-      const patches = chunks.reduce((sum, { index }) => sum + layout!.patchesOf(index), 0);
       this.received({
-        end, ofLostStream: ended.ofLostStream, unseen: update.unseen, view, surface, bytes: update.bytes, patches, transferMs: at - update.begun, decodeMs });
+        ...update, end,
+        surface: layout && grid && chunks.length ? { layout, grid, normals: hasNormals(view), chunks } : undefined,
+        patches: chunks.reduce((sum, { index }) => sum + layout!.patchesOf(index), 0),
+        transferMs: at - update.begun,
+        decodeMs: performance.now() - at,
+      });
       for (const { decoded } of chunks) this.pool.giveBack(decoded);
     } catch (error) {
-      if (!ended.cancelled) this.failed(error as Error);
+      if (!update.isCancelled) this.failed(error as Error);
     }
   }
 
@@ -157,10 +148,7 @@ export class UpdateReceiver {
       if (!sameForm || newer.chunks.has(index)) chunk.cancel();
       else newer.chunks.set(index, chunk);
     }
-    if (!newer.layout && older.layout && older.grid) {
-      newer.layout = older.layout;
-      newer.grid = older.grid;
-    }
+    if (!newer.layout) Object.assign(newer, { layout: older.layout, grid: older.grid });
     newer.bytes += older.bytes;
   }
 
@@ -174,8 +162,4 @@ export class UpdateReceiver {
 
 function hasNormals(view: ViewOptions | undefined): boolean {
   return view !== undefined && view.normals !== NormalMode.NONE;
-}
-
-async function decodedOf(update: Incoming): Promise<{ index: number; decoded: DecodedChunk }[]> {
-  return Promise.all(Array.from(update.chunks, async ([index, chunk]) => ({ index, decoded: await chunk.result })));
 }

@@ -14,53 +14,33 @@ export type Tool = 'select' | 'box' | 'pull';
 export type Colouring = 'plain' | 'boxes' | 'displacement' | 'texture';
 export type Theme = 'system' | 'light' | 'dark';
 
-export interface Settings {
-  tool: Tool;
+export const DEFAULT_SETTINGS = {
+  tool: 'select' as Tool,
   /** The handles at the selected points; none hides them. */
-  gizmo: MotionKind | 'none';
-  orientation: Orientation;
-  pivot: Pivot;
-  soft: SoftSelection;
-  mirror: Mirror;
+  gizmo: 'move' as MotionKind | 'none',
+  orientation: 'world' as Orientation,
+  pivot: 'median' as Pivot,
+  soft: { enabled: false, radius: 0.5, falloff: 'smooth' } as SoftSelection,
+  mirror: [false, false, false] as Mirror,
   /** Whether a press adds a point to the selection, or takes it out again, instead of replacing it. */
-  toggling: boolean;
-  /** Selects, and shows, points through the surface too. */
-  through: boolean;
-  orthographic: boolean;
-  cage: boolean;
-  knotBoxes: boolean;
-  surface: boolean;
-  colouring: Colouring;
-  wireframe: boolean;
-  patchEdges: boolean;
-  ghost: boolean;
-  view: Required<ViewRequest>;
-  theme: Theme;
-  /** Whether the side panel is open. */
-  panel: boolean;
-}
-
-export const DEFAULT_SETTINGS: Settings = {
-  tool: 'select',
-  gizmo: 'move',
-  orientation: 'world',
-  pivot: 'median',
-  soft: { enabled: false, radius: 0.5, falloff: 'smooth' },
-  mirror: [false, false, false],
   toggling: false,
+  /** Selects, and shows, points through the surface too. */
   through: true,
   orthographic: false,
   cage: true,
   knotBoxes: false,
   surface: true,
-  colouring: 'plain',
+  colouring: 'plain' as Colouring,
   wireframe: false,
   patchEdges: false,
   ghost: false,
-  view: { segments: 10, normals: 'smooth', encoding: 'draco', positionBits: 12, normalBits: 8 },
-  theme: 'system',
+  view: { segments: 10, normals: 'smooth', encoding: 'draco', positionBits: 12, normalBits: 8 } as Required<ViewRequest>,
+  theme: 'system' as Theme,
+  /** Whether the side panel is open. */
   panel: true,
 };
+
+export type Settings = typeof DEFAULT_SETTINGS;
 
 /** What a browser remembers from one visit to the next: taste, not what depends on the mesh. */
 const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme'] as const;

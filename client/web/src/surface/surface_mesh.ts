@@ -93,18 +93,9 @@ export class SurfaceMesh {
     return this.layout?.patchCount ?? 0;
   }
 
-  get triangleCount(): number {
-    return this.layout?.triangleCount ?? 0;
-  }
-
   /** Whether the look's texture is drawn: its coordinates come from the server first. */
   get isTextured(): boolean {
     return 'TEXTURED' in (this.material.defines ?? {});
-  }
-
-  /** Buffers and geometries made so far: it stands still while updates come. */
-  get geometriesMade(): number {
-    return this.points.made;
   }
 
   /** Absent before the first update. */

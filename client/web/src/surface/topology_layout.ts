@@ -9,7 +9,6 @@ export class TopologyLayout {
   readonly segments: number;
   readonly patchCount: number;
   readonly pointCount: number;
-  readonly triangleCount: number;
   readonly pointsPerPatch: number;
   /** (i0, i1, i2) of each point of a patch. */
   readonly patternPoints: Uint32Array;
@@ -23,7 +22,6 @@ export class TopologyLayout {
     this.segments = message.segments;
     this.patchCount = Number(message.patchCount);
     this.pointCount = Number(message.pointCount);
-    this.triangleCount = Number(message.triangleCount);
     this.patternPoints = Uint32Array.from(message.pattern?.points ?? []);
     this.patternTriangles = Uint32Array.from(message.pattern?.triangles ?? []);
     this.pointsPerPatch = this.patternPoints.length / 3;

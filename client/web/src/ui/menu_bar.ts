@@ -5,14 +5,12 @@
 import type { Command, CommandGroup, Commands } from './commands';
 import { h, moveFocus } from './dom';
 
-const GROUPS: readonly CommandGroup[] = ['File', 'Edit', 'Select', 'Transform', 'View'];
-
 export class MenuBar {
   readonly element = h('nav', { class: 'menu-bar', 'aria-label': 'Menus' });
   private open: { button: HTMLElement; list: HTMLElement } | undefined;
 
   constructor(private readonly commands: Commands) {
-    for (const group of GROUPS) {
+    for (const group of new Set(commands.list.map((command) => command.group))) {
       const button: HTMLButtonElement = h(
         'button',
         {

@@ -4,30 +4,20 @@
 // The page's parts and where they stand: menus above, tools left, the view, properties right, a line below.
 import { h } from './dom';
 
-export interface Page {
-  readonly header: HTMLElement;
-  readonly tools: HTMLElement;
-  readonly view: HTMLElement;
-  readonly side: HTMLElement;
-  /** What runs, or what one could do. */
-  readonly hint: HTMLElement;
-  readonly connection: HTMLElement;
-  /** Above the view, while something is wrong with the connection. */
-  readonly banner: HTMLElement;
-  /** Along the view's lower edge: one above the other, so that none hides another. */
-  readonly bottom: HTMLElement;
-  readonly footer: HTMLElement;
-}
+export type Page = ReturnType<typeof buildPage>;
 
-export function buildPage(root: HTMLElement): Page {
-  const page: Page = {
+export function buildPage(root: HTMLElement) {
+  const page = {
     header: h('header', { class: 'header' }),
     tools: h('div', { class: 'tools' }),
     view: h('main', { class: 'view', id: 'viewport' }),
     side: h('div', { class: 'side' }),
+    /** What runs, or what one could do. */
     hint: h('span', { class: 'hint', role: 'status' }),
     connection: h('span', { class: 'connection', 'data-state': 'none' }),
+    /** Above the view, while something is wrong with the connection. */
     banner: h('div', { class: 'banner', role: 'alert', hidden: true }),
+    /** Along the view's lower edge: one above the other, so that none hides another. */
     bottom: h('div', { class: 'bottom' }),
     footer: h('footer', { class: 'footer' }),
   };

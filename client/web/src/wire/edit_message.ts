@@ -1,38 +1,37 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { create } from '@bufbuild/protobuf';
+import { create, type MessageInitShape } from '@bufbuild/protobuf';
 import { EditSchema, ResetTarget, UndoScope, type Edit } from 'latticed/v1/edit_pb';
 import { LatticeAxis } from 'latticed/v1/lattice_pb';
 import { SurfacePointSchema, type SurfacePoint as SurfacePointMessage } from 'latticed/v1/surface_pb';
 import type { LatticeEdit, SurfacePoint } from '../session/edits/lattice_edit';
 import { fromVector, vector } from './lattice_message';
 
+type Arm = Exclude<MessageInitShape<typeof EditSchema>['edit'], undefined>;
+
+const made = (edit: Arm): Edit => create(EditSchema, { edit });
+
 export function fromEdit(edit: LatticeEdit): Edit {
+  if (edit.kind === 'drag') {
+    const { points, targets } = edit;
+    return made({ case: 'dragPoints', value: { points: points.map(fromSurfacePoint), targets: Array.from(targets) } });
+  }
+  const indices = Array.from(edit.indices);
   switch (edit.kind) {
-    case 'move':
-      return create(EditSchema, { edit: { case: 'moveControlPoints',
-        value: { indices: Array.from(edit.indices), offset: fromVector(edit.offset) } } });
-    case 'transform':
-      return create(EditSchema, { edit: { case: 'transformControlPoints',
-        value: { indices: Array.from(edit.indices), matrix: Array.from(edit.matrix) } } });
-    case 'set':
-      return create(EditSchema, { edit: { case: 'setControlPoints',
-        value: { indices: Array.from(edit.indices), positions: Array.from(edit.positions) } } });
-    case 'drag':
-      return create(EditSchema, { edit: { case: 'dragPoints',
-        value: { points: edit.points.map(fromSurfacePoint), targets: Array.from(edit.targets) } } });
+    case 'move': return made({ case: 'moveControlPoints', value: { indices, offset: fromVector(edit.offset) } });
+    case 'transform': return made({ case: 'transformControlPoints', value: { indices, matrix: Array.from(edit.matrix) } });
+    case 'set': return made({ case: 'setControlPoints', value: { indices, positions: Array.from(edit.positions) } });
   }
 }
 
 export const edits = {
-  undo: (): Edit => create(EditSchema, { edit: { case: 'undo', value: { scope: UndoScope.MINE } } }),
-  redo: (): Edit => create(EditSchema, { edit: { case: 'redo', value: {} } }),
-  reset: (to: 'identity' | 'initial'): Edit => create(EditSchema, { edit: { case: 'reset',
-    value: { target: to === 'initial' ? ResetTarget.INITIAL : ResetTarget.IDENTITY } } }),
-  insertKnot: (axis: 0 | 1 | 2, value: number): Edit => create(EditSchema, { edit: { case: 'insertKnot',
-    value: { axis: [LatticeAxis.U, LatticeAxis.V, LatticeAxis.W][axis]!, value } } }),
-  replace: (points: Float64Array): Edit => create(EditSchema, { edit: { case: 'replaceControlPoints',
-    value: { controlPoints: Array.from(points) } } }),
+  undo: () => made({ case: 'undo', value: { scope: UndoScope.MINE } }),
+  redo: () => made({ case: 'redo', value: {} }),
+  reset: (to: 'identity' | 'initial') =>
+    made({ case: 'reset', value: { target: to === 'initial' ? ResetTarget.INITIAL : ResetTarget.IDENTITY } }),
+  insertKnot: (axis: 0 | 1 | 2, value: number) =>
+    made({ case: 'insertKnot', value: { axis: [LatticeAxis.U, LatticeAxis.V, LatticeAxis.W][axis]!, value } }),
+  replace: (points: Float64Array) => made({ case: 'replaceControlPoints', value: { controlPoints: Array.from(points) } }),
 };
 
 export function toSurfacePoint(message: SurfacePointMessage): SurfacePoint {

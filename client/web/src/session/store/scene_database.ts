@@ -27,7 +27,7 @@ const VERSION = 3; // of the tables; what older pages kept is dropped
  *
  * @param onClosed Called when the connection has gone: a newer window wants another version, or everything was deleted.
  */
-export function openSceneDatabase(onClosed: () => void): Promise<IDBDatabase> {
+export async function openSceneDatabase(onClosed: () => void): Promise<IDBDatabase> {
   const request = indexedDB.open(NAME, VERSION);
   request.onupgradeneeded = () => {
     const { result } = request;
@@ -35,14 +35,13 @@ export function openSceneDatabase(onClosed: () => void): Promise<IDBDatabase> {
     for (const name of ['scenes', 'meshes']) result.createObjectStore(name, { keyPath: 'id' });
     for (const name of ['contents', 'companions']) result.createObjectStore(name);
   };
-  return done(request).then((database) => {
-    database.onclose = onClosed;
-    database.onversionchange = () => {
-      database.close();
-      onClosed();
-    };
-    return database;
-  });
+  const database = await done(request);
+  database.onclose = onClosed;
+  database.onversionchange = () => {
+    database.close();
+    onClosed();
+  };
+  return database;
 }
 
 /** The result of a request. What it has written is not safe yet: see committed(). */
