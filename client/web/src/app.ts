@@ -11,6 +11,7 @@ import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
 import type { PatchFacts } from './surface/patch_colours';
 import { Commands, letterOf } from './ui/commands';
+import { h } from './ui/dom';
 import { acceptDrops } from './ui/drop_zone';
 import { HeatLegend } from './ui/overlays/heat_legend';
 import { Hud } from './ui/overlays/hud';
@@ -102,9 +103,8 @@ export class App implements CommandTarget {
   show(session: LiveSession): void {
     this.scene?.dispose();
     this.toasts.clearErrors(); // of the scene before, or of what could not be opened
-    const refresh = (): void => this.refresh();
     this.scene = new SceneView(this.viewport, session, this.settings, {
-      changed: refresh,
+      changed: () => this.refresh(),
       headline: (text) => this.showHint(text),
       pullMissed: (error) =>
         error === undefined ? this.toasts.tell('There is no surface here to pull.') : this.toasts.fail(inWords(error)),
@@ -151,9 +151,7 @@ export class App implements CommandTarget {
     this.viewport.onFrame(() => nav.update(this.viewport.rig.basis()));
     this.viewport.onDrawn((seen) => void this.hud.drawn(seen));
     const [left, right] = this.toolbars;
-    const title = document.createElement('strong');
-    title.textContent = 'latticed';
-    header.append(title, new MenuBar(this.commands).element, this.people.element, right.element);
+    header.append(h('strong', {}, 'latticed'), new MenuBar(this.commands).element, this.people.element, right.element);
     tools.append(left.element);
     side.append(this.panel.element);
     this.hud.element.hidden = true;

@@ -31,7 +31,6 @@ export interface DecodeWorker {
   onmessage: ((event: { data: DecodeAnswer }) => void) | null;
   onerror: ((event: { message?: string }) => void) | null;
   postMessage(message: DecodeRequest, transfer: ArrayBuffer[]): void;
-  terminate(): void;
 }
 
 /** A chunk that is decoded or will be. */
@@ -102,11 +101,6 @@ export class DecodePool {
   /** Chunks that wait or are being decoded. */
   get pending(): number {
     return this.queue.length + this.running.size;
-  }
-
-  close(): void {
-    this.fail(new Error('the decoders are closed'));
-    for (const worker of this.workers) worker.terminate();
   }
 
   private cancel(id: number): boolean {

@@ -3,6 +3,7 @@
 //
 // Which control points are selected, which one is active, which are hidden. Hidden points are never selected.
 
+import { indicesTo } from '../lattice/index_sets';
 import { Signal } from '../state/signal';
 
 export type SelectMode = 'replace' | 'extend' | 'toggle' | 'remove';
@@ -102,7 +103,7 @@ export class Selection {
   }
 
   private visible(): number[] {
-    return Array.from({ length: this.points }, (_, i) => i).filter((i) => !this.hiddenPoints.has(i));
+    return indicesTo(this.points).filter((i) => !this.hiddenPoints.has(i));
   }
 
   private keepActive(): void {

@@ -5,6 +5,11 @@
 
 import { AXES, indexOf, placeOf, pointCount, type Axes, type Axis } from './grid';
 
+/** 0 to count - 1. */
+export function indicesTo(count: number): number[] {
+  return Array.from({ length: count }, (_, i) => i);
+}
+
 /** The row through a control point along an axis. */
 export function rowOf(size: Axes, index: number, axis: Axis): number[] {
   const place = placeOf(size, index);
@@ -17,21 +22,12 @@ export function rowOf(size: Axes, index: number, axis: Axis): number[] {
 /** The plane through a control point across an axis: all points with the same place along it. */
 export function planeOf(size: Axes, index: number, axis: Axis): number[] {
   const at = placeOf(size, index)[axis];
-  const found: number[] = [];
-  for (let i = 0; i < pointCount(size); ++i) {
-    if (placeOf(size, i)[axis] === at) found.push(i);
-  }
-  return found;
+  return indicesTo(pointCount(size)).filter((i) => placeOf(size, i)[axis] === at);
 }
 
 /** Points that lie on none of the grid's six faces. */
 export function innerPoints(size: Axes): number[] {
-  const found: number[] = [];
-  for (let i = 0; i < pointCount(size); ++i) {
-    const place = placeOf(size, i);
-    if (AXES.every((a) => place[a] > 0 && place[a] < size[a] - 1)) found.push(i);
-  }
-  return found;
+  return indicesTo(pointCount(size)).filter((i) => placeOf(size, i).every((at, axis) => at > 0 && at < size[axis] - 1));
 }
 
 /** The control point on the other side of the grid's middle, along each of the axes named. */

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Code } from '@connectrpc/connect';
 import { Feature } from 'latticed/v1/server_pb';
+import { indicesTo } from '../lattice/index_sets';
 import type { Lattice, Vec3 } from '../lattice/lattice';
 import type { SurfaceMesh } from '../surface/surface_mesh';
 import { edits, fromEdit, toSurfacePoint } from '../wire/edit_message';
@@ -92,8 +93,7 @@ export class LiveSession {
 
   /** All control points at once, x y z each. */
   replace(points: Float64Array): void {
-    const indices = Uint32Array.from({ length: this.lattice.count }, (_, i) => i);
-    this.sync.step(edits.replace(points), { indices, positions: points.slice() });
+    this.sync.step(edits.replace(points), { indices: Uint32Array.from(indicesTo(this.lattice.count)), positions: points.slice() });
   }
 
   setView(view: ViewRequest): void {

@@ -66,8 +66,9 @@ export class SurfaceMesh {
   /** Called when what a look asked for cannot be had: it is drawn without. Once for each cause until another look is chosen. */
   onFailed?: (what: PatchFacts, error: unknown) => void;
   private extents = new Float32Array();
-  private layout: TopologyLayout | undefined;
-  private grid: Grid | undefined;
+  /** What is drawn; absent before the first update. */
+  layout: TopologyLayout | undefined;
+  grid: Grid | undefined;
   private hasNormals = false;
   private look: SurfaceLook = {};
 
@@ -96,16 +97,6 @@ export class SurfaceMesh {
   /** Whether the look's texture is drawn: its coordinates come from the server first. */
   get isTextured(): boolean {
     return 'TEXTURED' in (this.material.defines ?? {});
-  }
-
-  /** Absent before the first update. */
-  get drawnLayout(): TopologyLayout | undefined {
-    return this.layout;
-  }
-
-  /** World units per integer; 1 for floats. */
-  get drawnStep(): number | undefined {
-    return this.grid?.step;
   }
 
   /** World coordinates of a point, by its number in the layout, as it was received. */
@@ -229,15 +220,11 @@ export class SurfaceMesh {
 
   /** Bounds from the chunks' extents. */
   private measure(): void {
-    const low = [Infinity, Infinity, Infinity];
-    const high = [-Infinity, -Infinity, -Infinity];
-    for (let i = 0; i < this.extents.length; i += 6) {
-      for (let axis = 0; axis < 3; ++axis) {
-        if (this.extents[i + axis]! < low[axis]!) low[axis] = this.extents[i + axis]!;
-        if (this.extents[i + 3 + axis]! > high[axis]!) high[axis] = this.extents[i + 3 + axis]!;
-      }
+    const local = new Box3();
+    const corner = new Vector3();
+    for (let i = 0; i < this.extents.length; i += 3) {
+      if (Number.isFinite(this.extents[i])) local.expandByPoint(corner.fromArray(this.extents, i)); // else that chunk has not come
     }
-    const local = new Box3(new Vector3().fromArray(low), new Vector3().fromArray(high));
     this.mesh.geometry.boundingBox = local;
     this.mesh.geometry.boundingSphere = local.getBoundingSphere(new Sphere());
     this.mesh.updateMatrix();

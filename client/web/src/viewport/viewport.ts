@@ -4,8 +4,7 @@
 // The canvas: a renderer, the scene and its cameras. Frames are drawn when something has changed, and only then; where the
 // graphics processor has enough to do, when it is through with that.
 import { Box3, Color, DirectionalLight, Group, HemisphereLight, Scene, Vector3, WebGLRenderer } from 'three';
-import type { TransformView } from '../edit/transform_session';
-import { snapStep } from '../edit/transform_session';
+import { snapStep, type TransformView } from '../edit/transform_session';
 import type { Basis, Vec3 } from '../lattice/vec';
 import { Signal } from '../state/signal';
 import { wantsAntialiasing } from './antialiasing';
@@ -35,7 +34,6 @@ export class Viewport {
 
   constructor(readonly element: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: wantsAntialiasing(), powerPreference: 'high-performance' });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO));
     this.frames = new FrameQueue(this.renderer.getContext() as WebGL2RenderingContext);
     const canvas = this.renderer.domElement;
     canvas.tabIndex = 0;

@@ -13,7 +13,6 @@ import { ServerError } from './server_error';
 export class DeformSocket implements SceneStream {
   private static readonly CLOSE_OK = 1000;
   private readonly socket: WebSocket;
-  private isOpen = false;
   private readonly early: Uint8Array<ArrayBuffer>[] = [];  // sent before the socket was open
 
   constructor(origin: string, token: string | undefined, open: WatchRequestInit, private readonly handlers: StreamHandlers) {
@@ -22,7 +21,7 @@ export class DeformSocket implements SceneStream {
     url.searchParams.set('latticed-scene', open.scene ?? '');
     this.socket = new WebSocket(url, ['latticed.v1', ...(token ? [`bearer.${base64Url(token)}`] : [])]);
     this.socket.binaryType = 'arraybuffer';
-    this.socket.onopen = () => this.opened();
+    this.socket.onopen = () => this.early.forEach((frame) => this.socket.send(frame));
     this.socket.onmessage = ({ data }) => this.received(data as ArrayBuffer);
     this.socket.onclose = ({ code, reason }) => this.closed(code, reason);
     this.send({ message: { case: 'watch', value: open } });
@@ -30,18 +29,13 @@ export class DeformSocket implements SceneStream {
 
   send(message: DeformRequestInit): void {
     const frame = toBinary(DeformRequestSchema, create(DeformRequestSchema, message));
-    if (this.isOpen) this.socket.send(frame);
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(frame);
     else this.early.push(frame);
   }
 
   close(): void {
     this.forget();
     this.socket.close(DeformSocket.CLOSE_OK);
-  }
-
-  private opened(): void {
-    this.isOpen = true;
-    for (const frame of this.early.splice(0)) this.socket.send(frame);
   }
 
   private received(data: ArrayBuffer): void {
@@ -54,7 +48,6 @@ export class DeformSocket implements SceneStream {
   }
 
   private forget(): void {
-    this.isOpen = false;
     this.socket.onopen = this.socket.onmessage = this.socket.onclose = null;
   }
 }

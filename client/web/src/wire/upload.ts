@@ -42,10 +42,10 @@ export async function uploadMesh(
 async function append(
   server: LatticedServer, part: MessageInitShape<typeof AppendUploadRequestSchema>, call: { signal?: AbortSignal | undefined },
 ): Promise<number> {
-  try {
-    return Number((await server.meshes.appendUpload(part, call)).committed);
-  } catch (error) {
+  const send = () => server.meshes.appendUpload(part, call);
+  const { committed } = await send().catch((error: unknown) => {
     if (!ServerError.fromConnect(error).isPassing || call.signal?.aborted) throw error;
-    return Number((await server.meshes.appendUpload(part, call)).committed);
-  }
+    return send();
+  });
+  return Number(committed);
 }

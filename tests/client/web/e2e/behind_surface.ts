@@ -9,7 +9,7 @@ export async function behindSurface(page: Page): Promise<{ hidden: number[]; sho
   const { triangles, rays } = await page.evaluate(() => {
     const { viewport, scene } = window.latticed;
     const surface = scene!.session.surface;
-    const { patchCount, pointsPerPatch, patternTriangles } = surface.drawnLayout!;
+    const { patchCount, pointsPerPatch, patternTriangles } = surface.layout!;
     const corners = Array.from({ length: patchCount }, (_, patch) =>
       [...patternTriangles].map((corner) => surface.positionOf(patch * pointsPerPatch + corner))).flat();
     const { points, count } = scene!.session.lattice;

@@ -29,14 +29,14 @@ export interface Shown {
 export async function shownBy(page: Page): Promise<Shown> {
   const { lattice, ...shown } = await page.evaluate((floatStep) => {
     const surface = window.latticed.scene!.session.surface;
-    const layout = surface.drawnLayout!;
+    const layout = surface.layout!;
     const numbers = Array.from({ length: layout.patchCount * layout.pointsPerPatch }, (_, i) => i);
     const { frame, degree, size, knots, points } = window.latticed.scene!.session.lattice;
     return {
       topology: layout.id,
       pattern: [...layout.patternPoints],
       points: numbers.map((i) => surface.positionOf(i)),
-      step: surface.drawnStep === 1 ? floatStep : surface.drawnStep!,
+      step: surface.grid?.step === 1 ? floatStep : surface.grid!.step,
       lattice: { frame, degree, size, knots: knots.map((k) => [...k]), points: [...points] },
     };
   }, FLOAT_STEP);

@@ -187,7 +187,7 @@ interface Places {
 async function placesOnPatches(): Promise<Places> {
   const { points, pattern } = shown;
   const triangles = await page.evaluate(() =>
-    [...window.latticed.scene!.session.surface.drawnLayout!.patternTriangles]);
+    [...window.latticed.scene!.session.surface.layout!.patternTriangles]);
   const pixels = distance([...(await placeOf(page, [1, 0, 0])), 0], [...(await placeOf(page, [0, 0, 0])), 0]); // of a unit
   const count = pattern.length / 3;
   const onEdge = (...numbers: number[]): boolean => [0, 1, 2].some((k) => numbers.every((n) => pattern[3 * n + k] === 0));

@@ -50,7 +50,7 @@ export async function live(of: Page, state: 'live' | 'restored' = 'live'): Promi
 /** Waits until the surface is here with so many segments: what was asked for comes some time later. */
 export async function segmentsCome(of: Page, segments: number): Promise<void> {
   await of.waitForFunction((n) =>
-    window.latticed.scene!.session.surface.drawnLayout?.segments === n, segments);
+    window.latticed.scene!.session.surface.layout?.segments === n, segments);
 }
 
 /** Waits until a control point is at a place, as the server says. */

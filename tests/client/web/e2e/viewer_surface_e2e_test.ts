@@ -144,7 +144,7 @@ test('after an edit every point is where the definition says, in each encoding',
     await page.getByRole('combobox', { name: 'Encoding' }).selectOption(encoding);
     await page.waitForFunction((floats) => {
       const surface = window.latticed.scene!.session.surface;
-      return (surface.drawnStep === 1) === floats;
+      return (surface.grid?.step === 1) === floats;
     }, encoding === 'raw');
     await followsDefinition(page, OBJ);
   }

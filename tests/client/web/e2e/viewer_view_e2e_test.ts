@@ -257,10 +257,10 @@ test('every look is drawn by its key or choice, and a heat map has its legend', 
 
 test('bits and encoding of the panel are those of what comes, which the head-up line counts', async () => {
   const step = (): Promise<number> =>
-    page.evaluate(() => window.latticed.scene!.session.surface.drawnStep!);
+    page.evaluate(() => window.latticed.scene!.session.surface.grid!.step);
   const waitForStep = (low: number, high: number): Promise<unknown> =>
     page.waitForFunction(([a, b]) => {
-      const step = window.latticed.scene!.session.surface.drawnStep!;
+      const step = window.latticed.scene!.session.surface.grid!.step;
       return step > a && step < b;
     }, [low, high] as const);
   await press('n');

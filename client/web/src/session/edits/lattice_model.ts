@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+import { indicesTo } from '../../lattice/index_sets';
 import type { Lattice } from '../../lattice/lattice';
 import { sameStructure } from '../../lattice/grid';
 import type { EditQueue } from './edit_queue';
@@ -45,7 +46,7 @@ export class LatticeModel {
   }
 
   /** Puts points where the server and the overlays have them; returns those that moved. Absent: all points. */
-  refresh(indices: Uint32Array = everyIndex(this.server.count)): Uint32Array {
+  refresh(indices: Uint32Array = Uint32Array.from(indicesTo(this.server.count))): Uint32Array {
     const points = this.shownLattice.points;
     const before = new Float64Array(3 * indices.length);
     indices.forEach((index, i) => {
@@ -64,8 +65,4 @@ function write(points: Float64Array, { indices, positions }: Targets): void {
   indices.forEach((index, i) => {
     for (let axis = 0; axis < 3; ++axis) points[3 * index + axis] = positions[3 * i + axis]!;
   });
-}
-
-function everyIndex(count: number): Uint32Array {
-  return Uint32Array.from({ length: count }, (_, i) => i);
 }

@@ -43,7 +43,7 @@ const MOST_SEGMENTS = 32;
 export function showExportDialog({ formats, view, patches, write }: ExportDialogParts): void {
   let { segments } = view;
   const facts = h('p', { class: 'facts', role: 'status' });
-  const { element: amount, refresh } = numberInput(
+  const { element: amount } = numberInput(
     { label: 'Segments', get: () => segments, set: (n) => (segments = n) },
     { min: 1, max: MOST_SEGMENTS, step: 1 },
   );
@@ -77,7 +77,6 @@ export function showExportDialog({ formats, view, patches, write }: ExportDialog
     h('footer', {}, button('Cancel', () => dialog.close())),
   );
   dialog.addEventListener('close', () => abort.abort());
-  refresh();
   showFacts();
 
   const save = async (format: ExportFormat): Promise<void> => {

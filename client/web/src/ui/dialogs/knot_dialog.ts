@@ -4,7 +4,7 @@
 // Asks where to put one more plane of control points: a knot strictly inside the domain of an axis.
 import type { Editor } from '../../edit/editor';
 import { AXIS_NAMES, domain, type Axis } from '../../lattice/grid';
-import { button, numberInput, segmented } from '../controls';
+import { button, field, numberInput, segmented } from '../controls';
 import { h, onEnter, showDialog } from '../dom';
 
 export function showKnotDialog(editor: Editor): void {
@@ -39,7 +39,7 @@ export function showKnotDialog(editor: Editor): void {
     'knot',
     h('h2', {}, 'Insert a knot plane'),
     axes.element,
-    h('div', { class: 'field' }, h('span', { class: 'field-label' }, 'Knot'), knot.element),
+    field('Knot', knot.element),
     range,
     h('footer', {}, button('Cancel', () => dialog.close()), button('Insert', insert, { class: 'button primary' })),
   );
