@@ -41,12 +41,6 @@ export function readmePage(root, readme, readmes) {
       images.push(image);
       return `<img src="${relative(page, image)}" alt="${escape(text)}">`;
     },
-    table(token) {
-      const cell = (tag) => ({ tokens }) => `<${tag}>${this.parser.parseInline(tokens)}</${tag}>`;
-      const row = (cells, tag) => `<tr>${cells.map(cell(tag)).join('')}</tr>`;
-      const rows = token.rows.map((cells) => row(cells, 'td')).join('\n');
-      return `<div class="wide"><table><thead>${row(token.header, 'th')}</thead>\n<tbody>${rows}</tbody></table></div>\n`;
-    },
   };
   const body = new Marked({ renderer }).parse(readFileSync(join(root, readme), 'utf8'));
   return { path: page, title, outline, body, images };

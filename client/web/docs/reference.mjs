@@ -20,7 +20,7 @@ const pageOfFile = (file) => `reference/${posix.basename(file.name, '.proto')}.h
 const shortName = (typeName) => typeName.replace(`.${PACKAGE}.`, '').replace(/^\./, '');
 
 const declarationsIn = (file) => [...file.service, ...file.messageType, ...file.enumType];
-const tableOf = (rows) => `<div class="wide"><table class="fields"><tbody>${rows.join('\n')}</tbody></table></div>`;
+const tableOf = (rows) => `<table class="fields"><tbody>${rows.join('\n')}</tbody></table>`;
 const numberedRow = (id, number, cells, kind = '') =>
   `<tr id="${id}" class="${kind}"><td class="number">${number}</td>${cells.map((cell) => `<td>${cell}</td>`).join('')}</tr>`;
 
