@@ -81,8 +81,8 @@ class Client {
   [[nodiscard]] absl::StatusOr<std::vector<v1::Scene>> ListScenes(const std::string& filter = "");
   [[nodiscard]] absl::Status DeleteScene(const std::string& scene);
   [[nodiscard]] absl::StatusOr<v1::LatticeState> GetLattice(const std::string& scene);
-  // The protocol allows one batch of an editor and scene on its way at a time: threads that share an
-  // editor take turns.
+  // An editor of a scene has one batch on its way at a time: threads that share it call this one after
+  // the other. A batch that another overtook is refused with OUT_OF_ORDER.
   [[nodiscard]] absl::StatusOr<v1::EditResult> ApplyEdits(const v1::EditBatch& batch);
   [[nodiscard]] absl::StatusOr<v1::EvaluatePointsResponse> EvaluatePoints(
       const v1::EvaluatePointsRequest& request);
