@@ -93,27 +93,5 @@ TEST(ViewConverter, BitsWithoutEffectMakeNoOtherView) {
   EXPECT_EQ(other->drag_normal_bits, 0);
 }
 
-TEST(ViewConverter, EveryPublishedEnumValueRoundTrips) {
-  for (int i = v1::PIPELINE_FUSED; i <= v1::Pipeline_MAX; ++i) {
-    const auto pipeline = FromProto(static_cast<v1::Pipeline>(i), "pipeline");
-    ASSERT_OK(pipeline);
-    EXPECT_EQ(ToProto(*pipeline), i);
-  }
-  for (int i = v1::MESH_FORMAT_OBJ; i <= v1::MeshFormat_MAX; ++i) {
-    const auto format = FromProto(static_cast<v1::MeshFormat>(i), "format");
-    ASSERT_OK(format);
-    EXPECT_EQ(ToProto(*format), i);
-  }
-  for (int i = v1::EXPORT_FORMAT_PLY; i <= v1::ExportFormat_MAX; ++i) {
-    const auto format = FromProto(static_cast<v1::ExportFormat>(i), "format");
-    ASSERT_OK(format);
-    EXPECT_EQ(ExportFormatToProto(*format), i);
-  }
-  EXPECT_EQ(*FromProto(v1::PIPELINE_UNSPECIFIED, "pipeline"), Pipeline::kFused);
-  EXPECT_EQ(*FromProto(v1::EXPORT_FORMAT_UNSPECIFIED, "format"), MeshFormat::kPly);
-  EXPECT_THAT(FromProto(v1::MESH_FORMAT_UNSPECIFIED, "header.format"),
-              StatusIs(kInvalid, StartsWith("header.format")));
-}
-
 }  // namespace
 }  // namespace latticed
