@@ -20,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kRuns = 200, kUpdatesBefore = 5;
+constexpr int kRuns = 200, kWarmUps = 5;
 constexpr size_t kComparedChunks = 64;
 
 // All chunks, or those that a control point of most, median or least effect touches.
@@ -87,7 +87,7 @@ void EditToBytes(benchmark::State& state, Backend& backend, const PaperModel& mo
   std::vector<VertexDigest> digests(chunks.size());
   std::vector<double> whole, encode;
   size_t bytes = 0;
-  for (int run = 0; run < kRuns + kUpdatesBefore; ++run) {
+  for (int run = 0; run < kRuns + kWarmUps; ++run) {
     const auto start = Clock::now();
     CheckOk((*view)->Evaluate(scenario.control_points[static_cast<size_t>(run + 1) % 2],
                               scenario.box, chunks));
@@ -97,7 +97,7 @@ void EditToBytes(benchmark::State& state, Backend& backend, const PaperModel& mo
     CheckOk((*view)->Encode(chunks, Encoding::kDracoPoints).status());
     const double alone = MillisecondsSince(again);
     CheckOk(streams.status());
-    if (run < kUpdatesBefore) continue;
+    if (run < kWarmUps) continue;
     whole.push_back(both);
     encode.push_back(alone);
     bytes = 0;

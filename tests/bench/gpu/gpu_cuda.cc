@@ -21,7 +21,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kWarmUpRuns = 3;
+constexpr int kWarmUps = 3;
 constexpr double kWarmUpMs = 30;
 // The matrices of (24) and a cuBLAS workspace; a comparator's control points and vertices.
 constexpr uint64_t kOwnBytes = uint64_t{2} << 30;
@@ -83,7 +83,7 @@ StageRuns& Find(std::vector<StageRuns>& stages, const std::string& name) {
 // Loads kernels, makes buffers and handles, lets clocks rise.
 void WarmUp(const CudaLane& lane, const GpuWork& work) {
   const auto start = Clock::now();
-  for (int run = 0; run < kWarmUpRuns || Milliseconds(start, Clock::now()) < kWarmUpMs; ++run) {
+  for (int run = 0; run < kWarmUps || Milliseconds(start, Clock::now()) < kWarmUpMs; ++run) {
     CheckOk(work(run));
   }
   CheckOk(lane.stream().Synchronize("the warm-up"));
