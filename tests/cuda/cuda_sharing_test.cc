@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What scenes and views share on a device: made once, and nobody waits for what another brings there.
+// What scenes and views share on a device is made once. Who asks for memory need not wait for it.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -14,9 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
 #include "cuda/cuda_backend.h"
-#include "cuda/device/cuda_context.h"
 #include "fmt/format.h"
 #include "tests/cuda/cuda_test.h"
 #include "tests/support/pipeline_name.h"
@@ -51,14 +49,6 @@ class CudaSharing : public CudaTest {
     EXPECT_EQ(other_one.wait_for(kLong), std::future_status::ready) << "waits for another's upload";
     opened_.set_value();
   }
-  // Of degree 6.
-  static absl::StatusOr<std::shared_ptr<const DeviceStage>> Stage(CudaContext& context,
-                                                                  int segments) {
-    auto room = DeviceReservation::Create(context.memory(), "the stage",
-                                          context.StageBytesToCome(6, segments));
-    if (!room.ok()) return room.status();
-    return context.Stage(6, segments, *room);
-  }
   // Makes a view and evaluates it.
   absl::StatusOr<std::unique_ptr<DeformView>> View(DeformTarget& target) {
     auto view = target.CreateView(kSmooth);
@@ -79,42 +69,6 @@ class CudaSharing : public CudaTest {
   bool held_ = false;
   std::promise<void> reached_, opened_;
 };
-
-TEST_F(CudaSharing, StageMatricesThatAreHereAreFoundWhileOthersAreBrought) {
-  ASSERT_OK_AND_ASSIGN(const auto context, CudaContext::Create(0, Gated()));
-  ASSERT_OK_AND_ASSIGN(const auto here, Stage(*context, 4));
-
-  WhileHeld(
-      "stage_matrices", [&] { EXPECT_OK(Stage(*context, 5)); },
-      [&] {
-        ASSERT_OK_AND_ASSIGN(const auto found, Stage(*context, 4));
-        EXPECT_EQ(found, here);
-      });
-}
-
-// Its copy is free again, once, when a later block is refused.
-TEST_F(CudaSharing, WhoBringsStageMatricesSecondTakesTheFirstOnes) {
-  ASSERT_OK_AND_ASSIGN(const auto context, CudaContext::Create(0, Gated()));
-  const std::shared_ptr<DeviceMemory>& memory = context->memory();
-  constexpr uint64_t kVertices = 256 * kMiB;  // all of the budget
-  std::shared_ptr<const DeviceStage> kept;
-  absl::Status refused;
-
-  WhileHeld(
-      "stage_matrices",
-      [&] {
-        ASSERT_OK_AND_ASSIGN(auto room, DeviceReservation::Create(memory, "a view",
-                                                                  context->StageBytesToCome(6, 5)));
-        ASSERT_OK_AND_ASSIGN(const auto stage, context->Stage(6, 5, room));
-        EXPECT_EQ(stage, kept);
-        refused = room.Allocate("vertices", kVertices, nullptr).status();
-      },
-      [&] { ASSERT_OK_AND_ASSIGN(kept, Stage(*context, 5)); });
-
-  ASSERT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
-  EXPECT_EQ(error::DetailsOf(refused).asked_bytes, kVertices);
-  EXPECT_EQ(error::DetailsOf(refused).free_bytes, memory->free_bytes());
-}
 
 TEST_F(CudaSharing, ASceneTellsItsMemoryWhileItsNormalsAreBrought) {
   ASSERT_OK_AND_ASSIGN(const auto backend, MakeCudaBackend(Gated()));

@@ -91,7 +91,7 @@ echo "refused: $(tail -n 1 "$work/ctl.log")"
 ctl scene delete scene-large || true
 
 ctl bench knot --resolution 2 --size 5,5,5 --edits 20 || fail "bench"
-grep -E 'verified +[1-9]' "$work/ctl.log" || fail "nothing was verified"
+grep -E 'verified: [1-9]' "$work/ctl.log" || fail "nothing was verified"
 kill -TERM "$server"
 wait "$server" || fail "the server's exit status is $?"
 trap 'rm -rf "$work"' EXIT
