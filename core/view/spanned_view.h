@@ -59,8 +59,9 @@ class SpannedView : public CheckedView {
   uint32_t End(size_t part) const;  // its last chunk of the plan, plus one
 
   const std::vector<Part> parts_;
-  std::span<const uint32_t> all_;  // 0, 1, …, as long as the largest part; names all chunks of a part
-  std::vector<uint32_t> named_;    // the chunks named to the current part
+  std::span<const uint32_t>
+      all_;  // 0, 1, …, as long as the largest part; names all chunks of a part
+  std::vector<uint32_t> named_;  // the chunks named to the current part
 };
 
 }  // namespace latticed

@@ -24,6 +24,7 @@
 namespace latticed::bench {
 namespace {
 
+constexpr int kWorkers = 3;  // as a server has
 constexpr int kRounds = 8;
 constexpr int kAlonePerRound = 40, kBesidePerRound = 100;
 
@@ -87,8 +88,8 @@ double BatchOf(const Scene& scene) {
   return static_cast<double>(target->Traits(scene.config().default_view.key.spec).encode_batch);
 }
 
-void SmallBesideHuge(benchmark::State& state, Backend* backend, int workers) {
-  SceneRegistry registry(backend, workers);
+void SmallBesideHuge(benchmark::State& state, Backend* backend) {
+  SceneRegistry registry(backend, kWorkers);
   const auto small = Checked(registry.Create(ConfigOf(Small(), Encoding::kDracoPoints)));
   const auto huge = Checked(registry.Create(ConfigOf(Huge(), Encoding::kDracoPoints)));
   Reader reader(small);
@@ -119,13 +120,9 @@ void SmallBesideHuge(benchmark::State& state, Backend* backend, int workers) {
 
 void RegisterFairnessBenches() {
   for (const auto& backend : AllBackends()) {
-    for (const int workers : {1, 3}) {
-      RegisterOnce(
-          fmt::format("fairness/{}/{}", backend->name(), workers == 1 ? "1-worker" : "3-workers"),
-          [backend = backend.get(), workers](benchmark::State& state) {
-            SmallBesideHuge(state, backend, workers);
-          });
-    }
+    RegisterOnce(
+        fmt::format("fairness/{}", backend->name()),
+        [backend = backend.get()](benchmark::State& state) { SmallBesideHuge(state, backend); });
   }
 }
 

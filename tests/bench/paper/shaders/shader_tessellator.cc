@@ -73,9 +73,8 @@ absl::StatusOr<std::unique_ptr<ShaderTessellator>> ShaderTessellator::Create(
   LATTICED_ASSIGN_OR_RETURN(programs.probe, Link(shaders, false, kProbed));
   LATTICED_ASSIGN_OR_RETURN(programs.drawn, Link(shaders, true, {}));
   LATTICED_ASSIGN_OR_RETURN(auto buffer, GlBuffer::Create(nets.size_bytes(), nets.data()));
-  std::unique_ptr<ShaderTessellator> tessellator(
-      new ShaderTessellator(spec, nets.size() / static_cast<size_t>(stride), std::move(programs),
-                            std::move(buffer)));
+  std::unique_ptr<ShaderTessellator> tessellator(new ShaderTessellator(
+      spec, nets.size() / static_cast<size_t>(stride), std::move(programs), std::move(buffer)));
   LATTICED_RETURN_IF_ERROR(GlStatus("a picture"));
   LATTICED_RETURN_IF_ERROR(tessellator->MakeCaptureBuffers());
   return tessellator;
