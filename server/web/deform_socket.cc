@@ -210,7 +210,7 @@ void OpenDeformSocket(const ServerChannel& server, const std::shared_ptr<HttpExc
   }
   auto metadata = MetadataOf(request);
   if (!metadata.ok()) return exchange->Reply(FailureAnswer(ToGrpcStatus(metadata.status())));
-  if (!offer.token.empty()) metadata->emplace_back("authorization", "Bearer " + offer.token);
+  if (!offer.token.empty()) metadata->push_back({"authorization", "Bearer " + offer.token});
   exchange->Upgrade([&](Upgraded upgraded) {
     std::make_shared<DeformSocket>(std::move(upgraded))
         ->Accept(offer.ours ? kProtocol : "", server, *metadata, request.peer);

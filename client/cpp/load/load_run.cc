@@ -164,6 +164,7 @@ absl::StatusOr<LoadReport> RunLoad(const LoadPlan& plan, const std::vector<std::
   LoadControl control(stop, progress,
                       timed ? 0 : plan.edits * static_cast<uint64_t>(plan.editors) * scenes.size());
   std::vector<std::unique_ptr<SceneLoad>> loads;
+  loads.reserve(scenes.size());
   for (const std::string& scene : scenes) {
     loads.push_back(std::make_unique<SceneLoad>(scene, new_client()));
   }
