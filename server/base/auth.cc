@@ -67,7 +67,7 @@ absl::StatusOr<Authenticator> Authenticator::FromText(std::string_view text) {
       return absl::InvalidArgumentError(fmt::format("token file, line {}: {}", line_number,
                                                     std::string(role.status().message())));
     }
-    result.tokens_->emplace(absl::AsciiStrToLower(words[0]), Caller{words[2], *role});
+    result.tokens_->insert_or_assign(absl::AsciiStrToLower(words[0]), Caller{words[2], *role});
   }
   if (result.tokens_->empty()) {
     return absl::InvalidArgumentError("token file: holds no token, so nobody could call");

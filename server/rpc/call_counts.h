@@ -37,6 +37,9 @@ struct RpcCounts {
 
 class CallCounts {
  public:
+  // With the rpcs of all services: a counter that appears with its first call hides that call from rates.
+  CallCounts();
+
   // Of "MeshService/UploadMesh", an Rpc's name.
   [[nodiscard]] RpcCounts& Of(std::string_view rpc) ABSL_LOCKS_EXCLUDED(mutex_) {
     const MutexLock lock(&mutex_);
@@ -48,7 +51,7 @@ class CallCounts {
     if (!reason.empty()) ++refusals_[reason];
   }
 
-  // Of the rpcs that were called.
+  // By name, those that were never called as well.
   [[nodiscard]] std::vector<std::pair<std::string, const RpcCounts*>> rpcs() const
       ABSL_LOCKS_EXCLUDED(mutex_) {
     const MutexLock lock(&mutex_);

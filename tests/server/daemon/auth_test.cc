@@ -37,6 +37,14 @@ TEST(AuthenticatorTest, TokensNameTheirCaller) {
   EXPECT_EQ(authenticator->Authenticate("Bearer token-a")->role, Role::kAdmin);
 }
 
+TEST(AuthenticatorTest, TheLastLineOfATokenCounts) {
+  const auto authenticator =
+      Authenticator::FromText(fmt::format("{0} admin rita\n{0} read rita\n", Sha256Hex("token-r")));
+  ASSERT_OK(authenticator);
+
+  EXPECT_EQ(authenticator->Authenticate("Bearer token-r")->role, Role::kRead);
+}
+
 TEST(AuthenticatorTest, AnythingElseIsUnauthenticated) {
   const auto authenticator = Authenticator::FromText(TokenLines());
   ASSERT_OK(authenticator);

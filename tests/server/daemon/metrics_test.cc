@@ -143,6 +143,8 @@ TEST_F(MetricsTest, CallsAreCountedByRpcAndCode) {
   const Scrape scrape(*server_);
 
   EXPECT_EQ(scrape[R"(latticed_rpc_started_total{method="SceneService/GetScene"})"], 2);
+  EXPECT_TRUE(scrape.values.contains(R"(latticed_rpc_started_total{method="SceneService/Watch"})"))
+      << "as 0, before its first call";
   EXPECT_EQ(scrape[R"(latticed_rpc_finished_total{method="SceneService/GetScene",code="OK"})"], 1);
   EXPECT_EQ(
       scrape[R"(latticed_rpc_finished_total{method="SceneService/GetScene",code="NOT_FOUND"})"], 1);
