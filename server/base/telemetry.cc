@@ -60,16 +60,19 @@ void LogEvent(spdlog::level::level_enum level, std::string_view message,
 
 std::string FormatEvent(std::string_view format, std::string_view message,
                         std::initializer_list<LogField> fields) {
+  const bool is_json = format == kJson;
   std::string text = Printable(message);
-  nlohmann::ordered_json object;
-  object["message"] = text;
+  nlohmann::ordered_json object = {{"message", text}};
   for (const auto& [name, value] : fields) {
     if (value.empty()) continue;
-    const std::string printable = Printable(value);
-    object[std::string(name)] = printable;
-    text += fmt::format(" {}={}", name, QuotedWhereNeeded(printable));
+    std::string printable = Printable(value);
+    if (is_json) {
+      object[std::string(name)] = std::move(printable);
+    } else {
+      text += fmt::format(" {}={}", name, QuotedWhereNeeded(printable));
+    }
   }
-  return format == kJson ? ToJson(object).substr(1) : text;
+  return is_json ? ToJson(object).substr(1) : text;
 }
 
 }  // namespace latticed

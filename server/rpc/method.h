@@ -144,10 +144,8 @@ template <typename Request, typename Message>
 PartMethod(Rpc, absl::StatusOr<NextPart<Message>> (*)(const CallContext&, const Request&))
     -> PartMethod<Request, Message>;
 
-// A file as a stream of parts: a message with the header, then its bytes in messages of
-// limits::kMaxPartBytes.
-// The bytes from `offset` on, which is not beyond their end. What they are of is kept until the
-// stream is done, with its room.
+// A file as a stream of parts: a message with the header, then the bytes from `offset` on in messages of
+// limits::kMaxPartBytes. `offset` is not beyond the end. The bytes are kept until the stream is done.
 template <typename Message, typename Header>
 NextPart<Message> FileParts(Header header, std::shared_ptr<const std::string> bytes,
                             size_t offset = 0) {
