@@ -13,7 +13,7 @@
 namespace latticed::testing {
 namespace {
 
-constexpr uint32_t kSeed = 20140310;
+constexpr uint32_t kAccuracySeed = 20140310;
 constexpr double kNoise = 0.08;  // of the frame: strong bends, few folds
 
 ViewSpec FloatView(int segments, NormalMode normals) {
@@ -35,7 +35,7 @@ class Accuracy : public BackendTest {
     ASSERT_OK(Validate(structure));
     const Plan plan = MakeTestPlan(std::move(mesh), structure);
     ASSERT_NE(plan, nullptr);
-    ExpectMatchesDefinition(plan, Jitter(structure, noise, kSeed), spec);
+    ExpectMatchesDefinition(plan, Jitter(structure, noise, kAccuracySeed), spec);
   }
 };
 
@@ -43,7 +43,7 @@ TEST_P(Accuracy, AllDegreeMixesMatchDefinition) {
   for (int u = 1; u <= 3; ++u) {
     for (int v = 1; v <= 3; ++v) {
       for (int w = 1; w <= 3; ++w) {
-        SCOPED_TRACE(fmt::format("degree {} {} {}, seed {}", u, v, w, kSeed));
+        SCOPED_TRACE(fmt::format("degree {} {} {}, seed {}", u, v, w, kAccuracySeed));
         const NormalMode normals = (u + v + w) % 2 ? NormalMode::kFacet : NormalMode::kSmooth;
         CheckFewAndMany(TorusMesh(9, 6), {.degree = {u, v, w}}, normals);
       }
@@ -56,7 +56,7 @@ TEST_P(Accuracy, AllKindsOfKnotsMatchDefinition) {
        {KnotKind::kUniform, KnotKind::kNonUniform, KnotKind::kUnclamped, KnotKind::kRepeated}) {
     for (std::array<int, 3> degree : {std::array{1, 1, 1}, {2, 2, 2}, {3, 2, 1}, {3, 3, 3}}) {
       SCOPED_TRACE(fmt::format("knots {}, degree {} {} {}, seed {}", static_cast<int>(kind),
-                               degree[0], degree[1], degree[2], kSeed));
+                               degree[0], degree[1], degree[2], kAccuracySeed));
       CheckFewAndMany(TorusMesh(8, 5), {.degree = degree, .extra = {3, 4, 3}, .knots = kind},
                       NormalMode::kFacet);
     }
@@ -94,15 +94,15 @@ TEST_P(Accuracy, OnePatchMatchesDefinition) {
 
 TEST_P(Accuracy, PatchCountsThatFillNoLanesMatchDefinition) {
   for (int count : {2, 7, 15, 17, 31, 33, 65}) {
-    SCOPED_TRACE(fmt::format("{} triangles, seed {}", count, kSeed));
-    CheckFewAndMany(TriangleSoup(count, kSeed), {.degree = {2, 2, 2}, .extra = {0, 0, 0}},
+    SCOPED_TRACE(fmt::format("{} triangles, seed {}", count, kAccuracySeed));
+    CheckFewAndMany(TriangleSoup(count, kAccuracySeed), {.degree = {2, 2, 2}, .extra = {0, 0, 0}},
                     NormalMode::kFacet);
   }
 }
 
 TEST_P(Accuracy, SliversMatchDefinition) {
-  CheckFewAndMany(TriangleSoup(64, kSeed), {.degree = {2, 2, 2}}, NormalMode::kFacet);
-  CheckFewAndMany(TriangleSoup(64, kSeed), {.degree = {3, 1, 2}}, NormalMode::kSmooth);
+  CheckFewAndMany(TriangleSoup(64, kAccuracySeed), {.degree = {2, 2, 2}}, NormalMode::kFacet);
+  CheckFewAndMany(TriangleSoup(64, kAccuracySeed), {.degree = {3, 1, 2}}, NormalMode::kSmooth);
 }
 
 TEST_P(Accuracy, PartlyAndWhollyOutsideMatchDefinition) {
@@ -144,8 +144,8 @@ TEST_P(Accuracy, HundredThousandPatchesMatchDefinition) {
   ASSERT_GE(plan->patches.size(), 100'000u);
 
   // A prime stride meets every lane and every place in a chunk.
-  ExpectMatchesDefinition(plan, Jitter(structure, kNoise, kSeed), FloatView(2, NormalMode::kFacet),
-                          101);
+  ExpectMatchesDefinition(plan, Jitter(structure, kNoise, kAccuracySeed),
+                          FloatView(2, NormalMode::kFacet), 101);
 }
 
 TEST_P(Accuracy, RandomCasesMatchDefinition) {
@@ -171,7 +171,7 @@ TEST_P(Accuracy, RealMeshesMatchDefinition) {
       const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {.extra = {3, 3, 3}});
       const Plan plan = MakeTestPlan(std::move(mesh), structure);
       ASSERT_NE(plan, nullptr);
-      const std::vector<Vec3d> points = Jitter(structure, kNoise, kSeed);
+      const std::vector<Vec3d> points = Jitter(structure, kNoise, kAccuracySeed);
       ExpectMatchesDefinition(plan, points, FloatView(10, NormalMode::kFacet), 97);
       for (const int segments : kFewAndMany) {
         ExpectMatchesDefinition(plan, points, FloatView(segments, NormalMode::kSmooth), 89);
@@ -185,12 +185,12 @@ TEST_P(Accuracy, HugeAndTinyLatticesMatchDefinition) {
   constexpr std::array<std::pair<double, double>, 6> kScales{
       {{1e-3, 1e-9}, {1e-3, 1e10}, {1, 1e-9}, {1, 1e10}, {1e14, 1e-9}, {1e14, 3e3}}};
   for (const auto& [of_mesh, of_lattice] : kScales) {
-    SCOPED_TRACE(fmt::format("mesh {}, lattice {}, seed {}", of_mesh, of_lattice, kSeed));
+    SCOPED_TRACE(fmt::format("mesh {}, lattice {}, seed {}", of_mesh, of_lattice, kAccuracySeed));
     PolygonMesh mesh = TorusMesh(6, 5);
     for (Vec3d& p : mesh.positions) p = of_mesh * p;
     const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
     const Plan plan = MakeTestPlan(std::move(mesh), structure);
-    std::vector<Vec3d> points = Jitter(structure, kNoise, kSeed);
+    std::vector<Vec3d> points = Jitter(structure, kNoise, kAccuracySeed);
     for (Vec3d& p : points) p = of_lattice * p;
     for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
       for (const int segments : kFewAndMany) {
@@ -206,12 +206,12 @@ TEST_P(Accuracy, HugeLatticesOfThinMeshesMatchDefinition) {
   for (Vec3d& p : mesh.positions) p = {100 * p.x, 1e-4 * p.y, 1e-4 * p.z};
   const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
   const Plan plan = MakeTestPlan(std::move(mesh), structure);
-  std::vector<Vec3d> points = Jitter(structure, kNoise, kSeed);
+  std::vector<Vec3d> points = Jitter(structure, kNoise, kAccuracySeed);
   for (Vec3d& p : points) p = 3e18 * p;
   for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
     for (const int segments : kFewAndMany) {
       SCOPED_TRACE(fmt::format("{} segments, normals {}, seed {}", segments,
-                               static_cast<int>(normals), kSeed));
+                               static_cast<int>(normals), kAccuracySeed));
       ExpectMatchesDefinition(plan, points, FloatView(segments, normals));
     }
   }

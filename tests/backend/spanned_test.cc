@@ -17,7 +17,7 @@
 namespace latticed::testing {
 namespace {
 
-constexpr uint32_t kSeed = 20'261'122;
+constexpr uint32_t kSpannedSeed = 20'261'122;
 constexpr std::array kNormals{NormalMode::kNone, NormalMode::kFacet, NormalMode::kSmooth};
 
 struct Case {
@@ -28,12 +28,13 @@ struct Case {
 
 // 22, 14, 50 and 3 chunks or so: cuts inside boxes, at planes, through seams and unconnected pieces.
 std::vector<Case> Cases() {
-  return {{"partly outside", TorusMesh(20, 12), {.scale = 0.8}},
-          {"aligned with knot planes",
-           CubeMesh(5),
-           {.degree = {2, 3, 1}, .extra = {3, 3, 3}, .scale = 1.0}},
-          {"unconnected", TriangleSoup(300, kSeed), {.degree = {1, 1, 2}, .extra = {3, 3, 3}}},
-          {"a box or two", TorusMesh(7, 5), {.degree = {3, 3, 3}, .extra = {0, 0, 0}}}};
+  return {
+      {"partly outside", TorusMesh(20, 12), {.scale = 0.8}},
+      {"aligned with knot planes",
+       CubeMesh(5),
+       {.degree = {2, 3, 1}, .extra = {3, 3, 3}, .scale = 1.0}},
+      {"unconnected", TriangleSoup(300, kSpannedSeed), {.degree = {1, 1, 2}, .extra = {3, 3, 3}}},
+      {"a box or two", TorusMesh(7, 5), {.degree = {3, 3, 3}, .extra = {0, 0, 0}}}};
 }
 
 class Spanned : public ::testing::TestWithParam<std::string> {
@@ -53,7 +54,7 @@ class Spanned : public ::testing::TestWithParam<std::string> {
     plan_ = MakeTestPlan(std::move(c.mesh), structure);
     ASSERT_NE(plan_, nullptr);
     ASSERT_GT(plan_->chunk_count(), 2u);
-    points_ = Jitter(structure, 0.1, kSeed);
+    points_ = Jitter(structure, 0.1, kSpannedSeed);
   }
   Views MakeViews(const ViewSpec& spec) {
     return {MakeView(*one_, Pipeline::kFused, plan_, spec),
@@ -100,14 +101,14 @@ TEST_P(Spanned, WholeEvaluationsHaveTheBitsOfOneDevice) {
 TEST_P(Spanned, DirtyChunksHaveTheBitsOfOneDevice) {
   constexpr int kEdits = 40;
   for (const Case& c : Cases()) {
-    SCOPED_TRACE(fmt::format("{}, seed {}", c.name, kSeed));
+    SCOPED_TRACE(fmt::format("{}, seed {}", c.name, kSpannedSeed));
     ASSERT_NO_FATAL_FAILURE(Prepare(c));
     std::vector<Vec3d> points = plan_->identity_points;
     QuantisationBox box = BoxFor(*plan_, points);
     box.range *= 2;
     Views views = MakeViews({.segments = 3, .normals = NormalMode::kSmooth});
     Evaluate(views, points, box, AllChunks(*plan_));
-    std::mt19937 random(kSeed);
+    std::mt19937 random(kSpannedSeed);
     for (int edit = 0; edit < kEdits; ++edit) {
       const auto moved = static_cast<uint32_t>(random() % points.size());
       points[moved] += Vec3d{0.02, -0.01, 0.03};

@@ -17,7 +17,7 @@
 namespace latticed::testing {
 namespace {
 
-constexpr uint32_t kSeed = 66;
+constexpr uint32_t kViewSeed = 66;
 
 class View : public BackendTest {
  protected:
@@ -27,7 +27,7 @@ class View : public BackendTest {
     const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {.scale = 0.9});
     plan_ = MakeTestPlan(std::move(mesh), structure);
     ASSERT_NE(plan_, nullptr);
-    points_ = Jitter(structure, 0.05, kSeed);
+    points_ = Jitter(structure, 0.05, kViewSeed);
     box_ = BoxFor(*plan_, points_);
   }
 
@@ -170,7 +170,7 @@ TEST_P(View, DracoStreamsAreOurWritersOfTheIntegers) {
   PolygonMesh mesh = TorusMesh(60, 40);
   const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
   const Plan plan = MakeTestPlan(std::move(mesh), structure);
-  const auto points = Jitter(structure, 0.2, kSeed);
+  const auto points = Jitter(structure, 0.2, kViewSeed);
   const QuantisationBox box = BoxFor(*plan, points);
   for (const ViewSpec& spec :
        {ViewSpec{.segments = 10}, ViewSpec{.segments = 3, .position_bits = 14, .normal_bits = 10},

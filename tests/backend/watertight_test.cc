@@ -19,7 +19,7 @@
 namespace latticed::testing {
 namespace {
 
-constexpr uint32_t kSeed = 1974;
+constexpr uint32_t kWatertightSeed = 1974;
 
 struct Scenario {
   std::string_view name;
@@ -40,7 +40,7 @@ std::vector<Scenario> Scenarios() {
       {"aligned, half outside",
        CubeMesh(4),
        {.degree = {1, 2, 1}, .extra = {1, 1, 1}, .scale = 1.0, .shift = {0.5, 0, 0}}},
-      {"unconnected", TriangleSoup(40, kSeed), {.degree = {1, 1, 2}, .extra = {4, 4, 4}}},
+      {"unconnected", TriangleSoup(40, kWatertightSeed), {.degree = {1, 1, 2}, .extra = {4, 4, 4}}},
   };
 }
 
@@ -73,18 +73,18 @@ class Watertight : public BackendTest {
     const Plan plan = MakeTestPlan(scenario.mesh, structure);
     ASSERT_NE(plan, nullptr);
     std::vector<Vec3d> points = IdentityControlPoints(structure);
-    QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.5, kSeed));
+    QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.5, kWatertightSeed));
     const auto incremental = MakeView(plan, spec);
     const auto full = MakeView(plan, spec);
     ASSERT_NE(incremental, nullptr);
     ASSERT_NE(full, nullptr);
     ASSERT_OK(incremental->Evaluate(points, box, AllChunks(*plan)));
     std::vector<std::vector<uint8_t>> watched = ReadAll(*plan, *incremental);
-    std::mt19937 random(kSeed);
+    std::mt19937 random(kWatertightSeed);
     DirtySet dirty(plan);
     for (int edit = 0; edit <= edits; ++edit) {
       SCOPED_TRACE(fmt::format("{}, {} segments: edit {}, seed {}", scenario.name, spec.segments,
-                               edit, kSeed));
+                               edit, kWatertightSeed));
       if (edit % compare_every == 0 || edit == edits) {
         ASSERT_OK(full->Evaluate(points, box, AllChunks(*plan)));
         const auto expected = ReadAll(*plan, *full);
@@ -107,12 +107,12 @@ class Watertight : public BackendTest {
     ASSERT_NE(some, nullptr);
     ASSERT_NE(full, nullptr);
     const std::vector<uint32_t> all = AllChunks(*plan);
-    const QuantisationBox box = BoxFor(*plan, Jitter(plan->structure, 0.5, kSeed));
+    const QuantisationBox box = BoxFor(*plan, Jitter(plan->structure, 0.5, kWatertightSeed));
     ASSERT_OK(some->Evaluate(plan->identity_points, box, all));
-    std::mt19937 random(kSeed);
+    std::mt19937 random(kWatertightSeed);
     for (uint32_t round = 0; round < 6; ++round) {
       SCOPED_TRACE(fmt::format("round {}", round));
-      const std::vector<Vec3d> points = Jitter(plan->structure, 0.02, kSeed + round);
+      const std::vector<Vec3d> points = Jitter(plan->structure, 0.02, kWatertightSeed + round);
       std::vector<uint32_t> chunks = all;
       std::ranges::shuffle(chunks, random);
       chunks.resize(std::max<size_t>(1, all.size() >> round));
@@ -232,7 +232,8 @@ TEST_P(Watertight, AnyChunksOfALargeLatticeComeToTheControlPointsGiven) {
     const Plan plan = MakeTestPlan(scenario.mesh, structure);
     ASSERT_NE(plan, nullptr);
     for (const int segments : kFewAndMany) {
-      SCOPED_TRACE(fmt::format("{}, {} segments, seed {}", scenario.name, segments, kSeed));
+      SCOPED_TRACE(
+          fmt::format("{}, {} segments, seed {}", scenario.name, segments, kWatertightSeed));
       EvaluateAnyChunks(plan, {.segments = segments, .format = VertexFormat::kFloat32});
       if (HasFailure()) return;
     }
@@ -248,7 +249,7 @@ TEST_P(Watertight, FewChunksOfManyHaveTheSameBits) {
   const std::vector<uint32_t> all = AllChunks(*plan), few{0, 7, 1'000, all.back()};
   ASSERT_GE(all.size(), 3'000u);
   const ViewSpec spec{.segments = 2, .format = VertexFormat::kFloat32};
-  const std::vector<Vec3d> points = Jitter(structure, 0.05, kSeed);
+  const std::vector<Vec3d> points = Jitter(structure, 0.05, kWatertightSeed);
   const QuantisationBox box = BoxFor(*plan, points);
   const auto view = MakeView(plan, spec);
   ASSERT_NE(view, nullptr);
@@ -267,7 +268,7 @@ TEST_P(Watertight, FewChunksOfManyHaveTheSameBits) {
 
   ASSERT_OK(view->Evaluate(points, box, few));
 
-  EXPECT_EQ(read(), expected) << "seed " << kSeed;
+  EXPECT_EQ(read(), expected) << "seed " << kWatertightSeed;
 }
 
 TEST_P(Watertight, AttachedSeamsHoldUntilTheirControlPointsMove) {

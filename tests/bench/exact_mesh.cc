@@ -16,7 +16,7 @@
 namespace latticed::bench {
 namespace {
 
-constexpr double kPadding = 0.05;
+constexpr double kMeshPadding = 0.05;
 constexpr int kProbeResolution = 8;  // 46,000 triangles: enough to see how many the planes cut
 
 using SharedMesh = std::shared_ptr<const PolygonMesh>;
@@ -39,7 +39,7 @@ absl::StatusOr<SharedPlan> PlanOf(SharedMesh mesh, std::array<int, 3> degree) {
   std::array<int, 3> size{};
   for (size_t axis = 0; axis < 3; ++axis) size[axis] = kBoxesPerAxis + degree[axis];
   LATTICED_ASSIGN_OR_RETURN(const auto lattice,
-                            FitLattice(mesh->ComputeBounds(), size, degree, kPadding));
+                            FitLattice(mesh->ComputeBounds(), size, degree, kMeshPadding));
   return MakePlan(std::move(mesh), lattice.structure);
 }
 

@@ -17,7 +17,7 @@ namespace latticed::testing {
 namespace {
 
 // Two of which are the first to need the plan's normals.
-const std::array kSpecs{
+const std::array kRefusalSpecs{
     ViewSpec{.segments = 4, .normals = NormalMode::kSmooth},
     ViewSpec{.segments = 32, .normal_bits = 12},
     ViewSpec{.segments = 7, .normals = NormalMode::kSmooth, .format = VertexFormat::kFloat32}};
@@ -70,7 +70,7 @@ TEST_F(CudaRefusals, APlanThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
 // workspace of cuBLAS.
 TEST_F(CudaRefusals, AViewThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
   for (const Pipeline pipeline : kPipelines) {
-    for (const ViewSpec& spec : kSpecs) {
+    for (const ViewSpec& spec : kRefusalSpecs) {
       SCOPED_TRACE(fmt::format("{}, {} segments", PipelineName(pipeline), spec.segments));
       const FirstView first = MakeFirstView(pipeline, spec);
       ASSERT_GT(first.view_bytes, pipeline == Pipeline::kFused ? 0 : 4 * kMiB);
@@ -99,7 +99,7 @@ TEST_F(CudaRefusals, AViewThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
 TEST_F(CudaRefusals, ControlNetsThatDoNotFitAreRefusedBeforeAnythingIsAllocated) {
   for (const Pipeline pipeline : kPipelines) {
     SCOPED_TRACE(PipelineName(pipeline));
-    const uint64_t plan_bytes = MakeFirstView(pipeline, kSpecs.front()).plan_bytes;
+    const uint64_t plan_bytes = MakeFirstView(pipeline, kRefusalSpecs.front()).plan_bytes;
     ASSERT_OK_AND_ASSIGN(const auto none, MakeCudaBackend({.memory_bytes = plan_bytes}));
     ASSERT_OK_AND_ASSIGN(const auto target, none->Prepare(plan_, pipeline));
     const DeviceState before = none->devices().front();

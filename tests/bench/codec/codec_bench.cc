@@ -35,7 +35,7 @@
 namespace latticed::bench {
 namespace {
 
-constexpr int kSegments = 10, kPositionBits = 12, kNormalBits = 8;
+constexpr int kCodecSegments = 10, kPositionBits = 12, kNormalBits = 8;
 constexpr double kRange = 8;
 constexpr char kScenario[] = "codec/torus-17k/";
 
@@ -107,14 +107,14 @@ std::vector<uint8_t> RowByRow(std::span<const uint8_t> integers, const ViewSpec&
 const std::vector<ChunkData>& Chunks(bool row_by_row) {
   static const auto* chunks = [] {
     const Scenario& scenario = SmallScenario(2);
-    const ViewSpec spec{.segments = kSegments,
+    const ViewSpec spec{.segments = kCodecSegments,
                         .normals = NormalMode::kSmooth,
                         .position_bits = kPositionBits,
                         .normal_bits = kNormalBits};
     const auto view = MakeView(scenario, Pipeline::kFused, spec, 1);
     auto* both = new std::array<std::vector<ChunkData>, 2>;
     for (const uint32_t c : scenario.all_chunks) {
-      const size_t points = ChunkPoints(*scenario.plan, c, kSegments);
+      const size_t points = ChunkPoints(*scenario.plan, c, kCodecSegments);
       std::vector<uint8_t> bytes = ReadChunk(scenario, *view, c);
       (*both)[1].push_back(MakeChunk(points, RowByRow(bytes, spec)));
       (*both)[0].push_back(MakeChunk(points, std::move(bytes)));
@@ -248,7 +248,7 @@ void RegisterModel(const std::string& model) {
        {std::pair{NormalMode::kFacet, "facet"}, {NormalMode::kSmooth, "smooth"}}) {
     for (const auto& [position_bits, normal_bits] :
          {std::pair{11, 8}, {12, 8}, {14, 10}, {16, 12}}) {
-      const ViewSpec spec{.segments = kSegments,
+      const ViewSpec spec{.segments = kCodecSegments,
                           .normals = normals,
                           .position_bits = position_bits,
                           .normal_bits = normal_bits};

@@ -20,8 +20,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kRuns = 200, kWarmUps = 5;
-constexpr size_t kComparedChunks = 64;
+constexpr int kBytesRuns = 200, kBytesWarmUps = 5;
+constexpr size_t kComparedByteChunks = 64;
 
 // All chunks, or those that a control point of most, median or least effect touches.
 enum class Edited { kAll, kMostPoint, kMedianPoint, kLeastPoint };
@@ -43,7 +43,7 @@ struct Compared {
 Compared CompareWithHost(const Scenario& scenario, DeformView& view,
                          std::span<const uint32_t> chunks) {
   const auto streams = Checked(view.Encode(chunks, Encoding::kDracoPoints));
-  const size_t stride = std::max<size_t>(1, chunks.size() / kComparedChunks);
+  const size_t stride = std::max<size_t>(1, chunks.size() / kComparedByteChunks);
   Compared compared;
   size_t points = 0;
   double milliseconds = 0;
@@ -87,7 +87,7 @@ void EditToBytes(benchmark::State& state, Backend& backend, const PaperModel& mo
   std::vector<VertexDigest> digests(chunks.size());
   std::vector<double> whole, encode;
   size_t bytes = 0;
-  for (int run = 0; run < kRuns + kWarmUps; ++run) {
+  for (int run = 0; run < kBytesRuns + kBytesWarmUps; ++run) {
     const auto start = Clock::now();
     CheckOk((*view)->Evaluate(scenario.control_points[static_cast<size_t>(run + 1) % 2],
                               scenario.box, chunks));
@@ -97,7 +97,7 @@ void EditToBytes(benchmark::State& state, Backend& backend, const PaperModel& mo
     CheckOk((*view)->Encode(chunks, Encoding::kDracoPoints).status());
     const double alone = MillisecondsSince(again);
     CheckOk(streams.status());
-    if (run < kWarmUps) continue;
+    if (run < kBytesWarmUps) continue;
     whole.push_back(both);
     encode.push_back(alone);
     bytes = 0;

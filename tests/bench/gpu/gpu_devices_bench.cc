@@ -25,7 +25,7 @@
 namespace latticed::bench {
 namespace {
 
-constexpr int kRuns = 50, kByteRuns = 10, kByteWarmUps = 3;
+constexpr int kDeviceRuns = 50, kByteRuns = 10, kByteWarmUps = 3;
 constexpr int kCounts[]{1, 2, 4};
 constexpr size_t kLarge = 10'000'000;
 constexpr size_t kScale[]{100'000, 1'000'000, kLarge};
@@ -55,7 +55,7 @@ void Span(benchmark::State& state, size_t patches, VertexFormat format, int devi
   const auto view =
       MakeGpuView(*backend, scenario, Pipeline::kFused, GpuSpec(format, NormalMode::kFacet, 10));
   if (!view.ok()) return Skip(state, view.status());
-  const WallTimes times = gpu.WallTime(**view, AllChunks(scenario, **view), kRuns);
+  const WallTimes times = gpu.WallTime(**view, AllChunks(scenario, **view), kDeviceRuns);
   SetTime(state, times.whole);
   state.counters["patches"] = static_cast<double>(scenario.plan->patches.size());
   state.counters["enqueue_ms"] = times.enqueue_ms;

@@ -18,8 +18,8 @@
 namespace latticed::bench {
 namespace {
 
-constexpr int kRuns = 100;
-constexpr int kSegments = 10, kFewSegments = 4;
+constexpr int kEditRuns = 100;
+constexpr int kEditSegments = 10, kFewSegments = 4;
 constexpr size_t kComparedChunks = 64;
 constexpr int kLargeSize = 32;  // an axis: 32,768 control points
 
@@ -81,15 +81,15 @@ void OnePoint(benchmark::State& state, const Scenario& scenario, Pipeline pipeli
   const GpuWork work = [&](int run) {
     return (*view)->Evaluate(turns[static_cast<size_t>(run + 1) % 2], scenario.box, edit.chunks);
   };
-  const GpuTimes launch = gpu.LaunchToResult(**view, work, kRuns);
-  const GpuTimes device = gpu.DeviceTime(**view, work, kRuns);
+  const GpuTimes launch = gpu.LaunchToResult(**view, work, kEditRuns);
+  const GpuTimes device = gpu.DeviceTime(**view, work, kEditRuns);
   if (const auto same = CompareWithFull(scenario, **view, edit.chunks); !same.ok()) {
     return Skip(state, same);
   }
   const auto patches = static_cast<double>(edit.patches);
   SetTime(state, launch);
   state.counters["device_ms"] = device.median;
-  state.counters["ms:copy"] = StageMs(gpu.Stages(**view, work, kRuns), "copy");
+  state.counters["ms:copy"] = StageMs(gpu.Stages(**view, work, kEditRuns), "copy");
   state.counters["control_points"] =
       static_cast<double>(scenario.plan->structure.control_point_count());
   state.counters["dirty_patches"] = patches;
@@ -106,7 +106,7 @@ void RegisterGpuEditBenches() {
                                    {"all", Pick::kAll}}) {
     for (const auto& [format_name, format] :
          {std::pair{"float32", VertexFormat::kFloat32}, {"quantised", VertexFormat::kQuantised}}) {
-      const ViewSpec spec = GpuSpec(format, NormalMode::kFacet, kSegments),
+      const ViewSpec spec = GpuSpec(format, NormalMode::kFacet, kEditSegments),
                      few = GpuSpec(format, NormalMode::kFacet, kFewSegments);
       RegisterOnce(fmt::format("gpu/one-control-point/fused/{}/{}", format_name, name),
                    [pick = pick, spec](benchmark::State& state) {
@@ -126,7 +126,7 @@ void RegisterGpuEditBenches() {
   // For comparison: this pipeline evaluates all patches whatever is dirty.
   RegisterOnce("gpu/one-control-point/gemm/float32/most", [](benchmark::State& state) {
     OnePoint(state, SmallLattice(), Pipeline::kGemm,
-             GpuSpec(VertexFormat::kFloat32, NormalMode::kFacet, kSegments), Pick::kMost);
+             GpuSpec(VertexFormat::kFloat32, NormalMode::kFacet, kEditSegments), Pick::kMost);
   });
 }
 

@@ -9,7 +9,7 @@
 namespace latticed::bench {
 namespace {
 
-constexpr int kRuns = 20;
+constexpr int kFloorRuns = 20;
 constexpr size_t kDeviceBytes = size_t{1} << 30;
 constexpr size_t kHostBytes = size_t{256} << 20;
 constexpr int kBlocksPerProcessor = 8;  // times 256 threads: all that a multiprocessor holds
@@ -34,16 +34,16 @@ void MeasureDevice(GpuTimer& timer, cudaStream_t stream, GpuFloors& floors) {
   const Scratch a(kDeviceBytes), b(kDeviceBytes);
   constexpr double kBytes{kDeviceBytes};
   // The better of the runtime's fill and ours is the ceiling.
-  const GpuTimes set = timer.Median(stream, kRuns, [&] {
+  const GpuTimes set = timer.Median(stream, kFloorRuns, [&] {
     CheckCuda(cudaMemsetAsync(a.get(), 1, kDeviceBytes, stream), "a fill");
   });
-  const GpuTimes fill = timer.Median(stream, kRuns, [&] {
+  const GpuTimes fill = timer.Median(stream, kFloorRuns, [&] {
     CheckCuda(
         LaunchFill(static_cast<float4*>(a.get()), kDeviceBytes / sizeof(float4), 1.5f, stream),
         "a fill");
   });
   floors.written = std::max(PerSecond(kBytes, set), PerSecond(kBytes, fill));
-  floors.copied = PerSecond(2 * kBytes, timer.Median(stream, kRuns, [&] {
+  floors.copied = PerSecond(2 * kBytes, timer.Median(stream, kFloorRuns, [&] {
     CheckCuda(cudaMemcpyAsync(b.get(), a.get(), kDeviceBytes, cudaMemcpyDeviceToDevice, stream),
               "a copy");
   }));
@@ -54,11 +54,11 @@ void MeasureHost(GpuTimer& timer, cudaStream_t stream, GpuFloors& floors) {
   void* host = nullptr;
   CheckCuda(cudaHostAlloc(&host, kHostBytes, cudaHostAllocDefault), "pinned memory");
   constexpr double kBytes{kHostBytes};
-  floors.to_device = PerSecond(kBytes, timer.Median(stream, kRuns, [&] {
+  floors.to_device = PerSecond(kBytes, timer.Median(stream, kFloorRuns, [&] {
     CheckCuda(cudaMemcpyAsync(device.get(), host, kHostBytes, cudaMemcpyHostToDevice, stream),
               "a copy to the device");
   }));
-  floors.to_host = PerSecond(kBytes, timer.Median(stream, kRuns, [&] {
+  floors.to_host = PerSecond(kBytes, timer.Median(stream, kFloorRuns, [&] {
     CheckCuda(cudaMemcpyAsync(host, device.get(), kHostBytes, cudaMemcpyDeviceToHost, stream),
               "a copy to the host");
   }));
@@ -75,7 +75,7 @@ void MeasureArithmetic(GpuTimer& timer, cudaStream_t stream, GpuFloors& floors) 
   const auto threads = static_cast<size_t>(blocks) * kMultiplyAddThreads;
   const Scratch out(threads * sizeof(float));
   floors.multiply_adds = PerSecond(
-      static_cast<double>(threads) * kMultiplyAddsPerThread, timer.Median(stream, kRuns, [&] {
+      static_cast<double>(threads) * kMultiplyAddsPerThread, timer.Median(stream, kFloorRuns, [&] {
         CheckCuda(LaunchMultiplyAdds(blocks, 0.75f, static_cast<float*>(out.get()), stream),
                   "multiply-adds");
       }));

@@ -12,7 +12,7 @@ namespace latticed::bench {
 namespace {
 
 constexpr size_t kFlushBytes = size_t{256} << 20;  // several times the L2 cache: 50 MB on an H200
-constexpr int kWarmUps = 2;
+constexpr int kTimerWarmUps = 2;
 
 }  // namespace
 
@@ -78,7 +78,7 @@ double GpuTimer::Time(cudaStream_t stream, const std::function<void()>& enqueue)
 
 GpuTimes GpuTimer::Median(cudaStream_t stream, int runs, const std::function<void()>& enqueue) {
   std::vector<double> times;
-  for (int run = -kWarmUps; run < runs; ++run) {
+  for (int run = -kTimerWarmUps; run < runs; ++run) {
     const double ms = Time(stream, enqueue);
     if (run >= 0) times.push_back(ms);
   }

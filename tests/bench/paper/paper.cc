@@ -16,7 +16,7 @@ namespace latticed::bench {
 namespace {
 
 constexpr char kUnknown[] = "not known";
-constexpr int kSegments = 10;
+constexpr int kPaperSegments = 10;
 
 struct Row {
   PaperModel model;
@@ -121,7 +121,7 @@ std::string Ns(double value) { return std::isnan(value) ? "-" : fmt::format("{:.
 
 // Of our own pipelines: each patch has all of its pattern.
 double PatternPoints(const Row& row) {
-  return static_cast<double>(row.model.patches) * PointsPerPatch(kSegments);
+  return static_cast<double>(row.model.patches) * PointsPerPatch(kPaperSegments);
 }
 
 // Of the tensor product.

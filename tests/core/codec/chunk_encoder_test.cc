@@ -17,13 +17,13 @@
 namespace latticed::testing {
 namespace {
 
-constexpr unsigned kSeed = 3;
+constexpr unsigned kEncoderSeed = 3;
 
 class ChunkEncoderTest : public ::testing::TestWithParam<const char*> {
  protected:
   void ExpectIntegersSurvive(const Chunk& chunk) {
     SCOPED_TRACE(fmt::format("{} points, {} and {} bits, seed {}", chunk.points,
-                             chunk.position_bits, chunk.normal_bits, kSeed));
+                             chunk.position_bits, chunk.normal_bits, kEncoderSeed));
     ASSERT_OK_AND_ASSIGN(const auto stream,
                          testing::EncodePoints(*encoder_, chunk.vertices(), 8.0));
     ASSERT_TRUE(HoldsIntegers(stream, chunk.vertices()));
@@ -43,7 +43,7 @@ TEST_P(ChunkEncoderTest, IntegersSurviveAtAllBits) {
   for (int position_bits = 8; position_bits <= 16; ++position_bits) {
     for (const int normal_bits : {0, 6, 7, 8, 9, 10, 11, 12}) {
       for (const Data data : kAllData) {
-        ExpectIntegersSurvive(MakeChunk(1000, position_bits, normal_bits, data, kSeed));
+        ExpectIntegersSurvive(MakeChunk(1000, position_bits, normal_bits, data, kEncoderSeed));
       }
     }
   }
@@ -53,14 +53,14 @@ TEST_P(ChunkEncoderTest, IntegersSurviveAtAllSizes) {
   for (const size_t points :
        {1u, 2u, 3u, 4u, 5u, 31u, 32u, 33u, 64u, 66u, 2112u, 12'289u, 65'535u}) {
     for (const Data data : kAllData) {
-      ExpectIntegersSurvive(MakeChunk(points, 12, 8, data, kSeed));
-      if (points < 5000) ExpectIntegersSurvive(MakeChunk(points, 16, 12, data, kSeed));
+      ExpectIntegersSurvive(MakeChunk(points, 12, 8, data, kEncoderSeed));
+      if (points < 5000) ExpectIntegersSurvive(MakeChunk(points, 16, 12, data, kEncoderSeed));
     }
   }
 }
 
 TEST_P(ChunkEncoderTest, AnyRangeIsExact) {
-  const Chunk chunk = MakeChunk(500, 14, 10, Data::kRandom, kSeed);
+  const Chunk chunk = MakeChunk(500, 14, 10, Data::kRandom, kEncoderSeed);
   // Far outside of what six decimals of text could carry.
   for (const double range : {0x1p-60, 0x1p-20, 1.0, 0x1p+40, 0x1p+100}) {
     ASSERT_OK_AND_ASSIGN(const auto stream,
@@ -114,18 +114,18 @@ TEST_P(ChunkEncoderTest, MeshStreamsOfPatchesDecode) {
       }
     }
     const size_t points = 32 * pattern.points.size();
-    ExpectMeshDecodes(*encoder_, MakeChunk(points, 12, 8, Data::kWalk, kSeed), triangles);
+    ExpectMeshDecodes(*encoder_, MakeChunk(points, 12, 8, Data::kWalk, kEncoderSeed), triangles);
   }
 }
 
 TEST_P(ChunkEncoderTest, MeshStreamsWithoutPatternDecode) {
   constexpr size_t kPoints = 65'535;
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kEncoderSeed);
   Triangles triangles(kPoints / 3);  // libdraco decodes no fewer
   for (auto& triangle : triangles) {
     for (uint32_t& index : triangle) index = static_cast<uint32_t>(random()) % kPoints;
   }
-  ExpectMeshDecodes(*encoder_, MakeChunk(kPoints, 12, 8, Data::kWalk, kSeed), triangles);
+  ExpectMeshDecodes(*encoder_, MakeChunk(kPoints, 12, 8, Data::kWalk, kEncoderSeed), triangles);
 }
 
 // Points and triangles so regular that a compressed connectivity takes under three bytes a face,
@@ -137,7 +137,7 @@ TEST_P(ChunkEncoderTest, MeshStreamsOfRegularChunksDecode) {
       triangles.push_back({i, i + 1, i + 2});
       triangles.push_back({i, i + 2, i + 1});
     }
-    const Chunk chunk = MakeChunk(points, 12, 8, Data::kConstant, kSeed);
+    const Chunk chunk = MakeChunk(points, 12, 8, Data::kConstant, kEncoderSeed);
     ASSERT_OK_AND_ASSIGN(const auto stream,
                          testing::EncodeMesh(*encoder_, chunk.vertices(), 2.0, triangles));
     EXPECT_TRUE(HoldsIntegers(stream, chunk.vertices()));

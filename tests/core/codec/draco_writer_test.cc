@@ -23,7 +23,7 @@
 namespace latticed::testing {
 namespace {
 
-constexpr unsigned kSeed = 47;
+constexpr unsigned kWriterSeed = 47;
 constexpr size_t kFull = draco_kernel::kLanes;
 constexpr std::array kAllNormalBits{0, 6, 7, 8, 9, 10, 11, 12};
 
@@ -39,7 +39,7 @@ std::vector<Chunk> MakeChunks(const Shape& shape, std::span<const Data> kinds, s
   std::vector<Chunk> chunks;
   for (size_t i = 0; i < count; ++i) {
     chunks.push_back(MakeChunk(shape.points, shape.position_bits, shape.normal_bits,
-                               kinds[i % kinds.size()], kSeed + static_cast<unsigned>(i)));
+                               kinds[i % kinds.size()], kWriterSeed + static_cast<unsigned>(i)));
   }
   return chunks;
 }
@@ -80,7 +80,7 @@ void ExpectGroupIsAsOneByOne(const Shape& shape, std::span<const Data> kinds, si
 // not for the lanes.
 TEST(DracoLanes, IntegersSurviveAtBitsAndShapesTogether) {
   constexpr size_t kMostPoints = 2112;
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kWriterSeed);
   std::set<int> segments_seen;
   for (int position_bits = 8; position_bits <= 16; ++position_bits) {
     for (const int normal_bits : kAllNormalBits) {
@@ -108,7 +108,7 @@ TEST(DracoLanes, IntegersSurviveInGroupsThatAreNotFull) {
 TEST(DracoLanes, IntegersSurviveWhereOneChunkHasAnotherSize) {
   for (const size_t count : {2u, 3u, 4u, 5u, 8u, 9u, 17u, 35u}) {
     std::vector<Chunk> chunks = MakeChunks({467, 12, 8}, kAllData, count - 1);
-    chunks.push_back(MakeChunk(66, 12, 8, Data::kWalk, kSeed));
+    chunks.push_back(MakeChunk(66, 12, 8, Data::kWalk, kWriterSeed));
     ExpectGroupIsAsOneByOne(chunks);
   }
 }
@@ -126,7 +126,7 @@ TEST(DracoLanes, IntegersSurviveInLargeChunks) {
 // Values that no view has cannot lead the writer astray.
 TEST(DracoWriter, ValuesOutOfRangeAreHarmless) {
   for (const auto& [position_bits, normal_bits] : {std::pair{12, 8}, {8, 6}, {16, 12}}) {
-    Chunk chunk = MakeChunk(467, position_bits, normal_bits, Data::kRandom, kSeed);
+    Chunk chunk = MakeChunk(467, position_bits, normal_bits, Data::kRandom, kWriterSeed);
     for (uint8_t& byte : chunk.bytes) byte = 0xFF;
     for (size_t i = 0; i < chunk.bytes.size(); i += 3) chunk.bytes[i] = static_cast<uint8_t>(i);
     for (const int64_t target : Targets()) {
@@ -141,7 +141,7 @@ TEST(DracoWriter, ValuesOutOfRangeAreHarmless) {
 TEST(DracoWriter, TakesNoMoreBytesThanLibdraco) {
   size_t ours = 0, theirs = 0;
   for (unsigned i = 0; i < 20; ++i) {
-    const Chunk chunk = MakeChunk(2112, 12, 8, Data::kWalk, kSeed + i);
+    const Chunk chunk = MakeChunk(2112, 12, 8, Data::kWalk, kWriterSeed + i);
     ASSERT_OK_AND_ASSIGN(const auto stream,
                          testing::EncodePoints(DracoWriter(), chunk.vertices(), 8.0));
     ASSERT_OK_AND_ASSIGN(const auto reference,
@@ -173,7 +173,7 @@ TEST(DracoWriter, KeepsNoMoreMemoryThanItSays) {
 
 // Nothing to gain from: stored plainly, two bytes a value.
 TEST(DracoWriter, RandomDataTakesNoMoreThanPlainSymbols) {
-  const Chunk chunk = MakeChunk(2112, 16, 12, Data::kRandom, kSeed);
+  const Chunk chunk = MakeChunk(2112, 16, 12, Data::kRandom, kWriterSeed);
   ASSERT_OK_AND_ASSIGN(const auto stream,
                        testing::EncodePoints(DracoWriter(), chunk.vertices(), 8.0));
   EXPECT_LE(stream.size(), 128 + 10 * chunk.points);

@@ -13,7 +13,7 @@
 namespace latticed {
 namespace {
 
-constexpr uint32_t kSeed = 7;
+constexpr uint32_t kDirectFfdSeed = 7;
 
 void ExpectNear(Vec3d got, Vec3d expected, double tolerance) {
   EXPECT_NEAR(got.x, expected.x, tolerance);
@@ -32,7 +32,7 @@ LatticeStructure ObliqueStructure(std::array<int, 3> degree) {
 }
 
 std::vector<Vec3d> Jittered(const LatticeStructure& s, double amount) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kDirectFfdSeed);
   std::uniform_real_distribution<double> uniform(-amount, amount);
   std::vector<Vec3d> points = IdentityControlPoints(s);
   for (Vec3d& p : points) p += Vec3d{uniform(random), uniform(random), uniform(random)};

@@ -18,7 +18,7 @@
 namespace latticed {
 namespace {
 
-constexpr uint32_t kSeed = 11;
+constexpr uint32_t kDragSeed = 11;
 
 Lattice MakeLattice(std::array<int, 3> size, std::array<int, 3> degree, uint32_t seed) {
   Bounds bounds;
@@ -107,7 +107,7 @@ std::vector<Vec3d> SolveDensely(const Lattice& lattice, const std::vector<Vec3d>
 TEST(DirectManipulation, OnePointReachesItsTargetAtEveryDegree) {
   for (const std::array<int, 3> degree :
        {std::array{1, 1, 1}, {2, 2, 2}, {3, 3, 3}, {1, 2, 3}, {3, 1, 2}}) {
-    const Lattice lattice = MakeLattice({5, 4, 6}, degree, kSeed);
+    const Lattice lattice = MakeLattice({5, 4, 6}, degree, kDragSeed);
     for (const Vec3d point : {Vec3d{0.3, 0.2, 2.7}, {-1, 0, 2}, {1, 1, 3}, {0, 0.5, 2.5}}) {
       const Vec3d by{0.4, -0.3, 0.7};
       const std::vector targets{Deform(lattice, point) + by};
@@ -129,11 +129,11 @@ TEST(DirectManipulation, OnePointReachesItsTargetAtEveryDegree) {
 }
 
 TEST(DirectManipulation, IndependentPointsReachTheirTargetsByTheSmallestMove) {
-  SCOPED_TRACE(kSeed);
+  SCOPED_TRACE(kDragSeed);
   for (const size_t count : {size_t{2}, size_t{7}, size_t{30}}) {
-    const Lattice lattice = MakeLattice({6, 5, 7}, {2, 3, 2}, kSeed);
-    const auto points = RandomPoints(count, kSeed + 1);
-    const auto by = RandomPoints(count, kSeed + 2);
+    const Lattice lattice = MakeLattice({6, 5, 7}, {2, 3, 2}, kDragSeed);
+    const auto points = RandomPoints(count, kDragSeed + 1);
+    const auto by = RandomPoints(count, kDragSeed + 2);
 
     const ControlPointMoves moves = DragToTargets(lattice, points, Offset(lattice, points, by));
 
@@ -147,7 +147,7 @@ TEST(DirectManipulation, IndependentPointsReachTheirTargetsByTheSmallestMove) {
 }
 
 TEST(DirectManipulation, ContradictoryTargetsMeetInTheMiddle) {
-  const Lattice lattice = MakeLattice({4, 4, 4}, {2, 2, 2}, kSeed);
+  const Lattice lattice = MakeLattice({4, 4, 4}, {2, 2, 2}, kDragSeed);
   const Vec3d point{0.1, 0.6, 2.4}, at = Deform(lattice, point);
   const std::vector<Vec3d> points{point, point, {-0.7, 0.3, 2.9}};
   const std::vector<Vec3d> targets{at + Vec3d{0, 0, 1}, at - Vec3d{0, 0.5, 0},
@@ -162,7 +162,7 @@ TEST(DirectManipulation, ContradictoryTargetsMeetInTheMiddle) {
 }
 
 TEST(DirectManipulation, WhatIsOutsideTheFrameStays) {
-  const Lattice lattice = MakeLattice({4, 4, 4}, {2, 2, 2}, kSeed);
+  const Lattice lattice = MakeLattice({4, 4, 4}, {2, 2, 2}, kDragSeed);
   const std::vector<Vec3d> points{{0.2, 0.2, 2.2}, {5, 5, 5}};
   const std::vector<Vec3d> targets{{0, 0, 0}, {5, 5, 8}};
 
@@ -177,9 +177,9 @@ TEST(DirectManipulation, WhatIsOutsideTheFrameStays) {
 }
 
 TEST(DirectManipulation, MorePointsThanControlPointsLeaveTheLeastSquares) {
-  const Lattice lattice = MakeLattice({2, 2, 2}, {1, 1, 1}, kSeed);
-  const auto points = RandomPoints(1000, kSeed);
-  const auto targets = Offset(lattice, points, RandomPoints(1000, kSeed + 3));
+  const Lattice lattice = MakeLattice({2, 2, 2}, {1, 1, 1}, kDragSeed);
+  const auto points = RandomPoints(1000, kDragSeed);
+  const auto targets = Offset(lattice, points, RandomPoints(1000, kDragSeed + 3));
 
   const ControlPointMoves moves = DragToTargets(lattice, points, targets);
 
@@ -198,7 +198,7 @@ TEST(DirectManipulation, MorePointsThanControlPointsLeaveTheLeastSquares) {
 }
 
 TEST(DirectManipulation, PointsCloseToEachOther) {
-  const Lattice lattice = MakeLattice({5, 5, 5}, {3, 3, 3}, kSeed);
+  const Lattice lattice = MakeLattice({5, 5, 5}, {3, 3, 3}, kDragSeed);
   const Vec3d point{0.1, 0.4, 2.6};
   const auto drag = [&](double apart) {
     const std::vector<Vec3d> points{point, point + Vec3d{apart, 0, 0}};
@@ -213,9 +213,9 @@ TEST(DirectManipulation, PointsCloseToEachOther) {
 }
 
 TEST(DirectManipulation, AsManyPointsAsAreAllowed) {
-  const Lattice lattice = MakeLattice({16, 16, 16}, {2, 2, 2}, kSeed);
-  const auto points = RandomPoints(limits::kMaxDragPoints, kSeed + 4);
-  const auto by = RandomPoints(limits::kMaxDragPoints, kSeed + 5);
+  const Lattice lattice = MakeLattice({16, 16, 16}, {2, 2, 2}, kDragSeed);
+  const auto points = RandomPoints(limits::kMaxDragPoints, kDragSeed + 4);
+  const auto by = RandomPoints(limits::kMaxDragPoints, kDragSeed + 5);
 
   const ControlPointMoves moves = DragToTargets(lattice, points, Offset(lattice, points, by));
 
@@ -223,7 +223,7 @@ TEST(DirectManipulation, AsManyPointsAsAreAllowed) {
 }
 
 TEST(DirectManipulation, AnEditSaysWhatItLeft) {
-  const Lattice lattice = MakeLattice({4, 4, 4}, {2, 2, 2}, kSeed);
+  const Lattice lattice = MakeLattice({4, 4, 4}, {2, 2, 2}, kDragSeed);
   EditTarget target(lattice);
   const Vec3d inside{0, 0.5, 2.5};
 

@@ -12,7 +12,7 @@
 namespace latticed {
 namespace {
 
-constexpr uint32_t kSeed = 7;
+constexpr uint32_t kBoxSeed = 7;
 
 Bounds Cube(Vec3d lower, double edge) {
   Bounds bounds;
@@ -22,8 +22,8 @@ Bounds Cube(Vec3d lower, double edge) {
 }
 
 TEST(QuantisationBox, HoldsItsBoundsWithMarginOnAnExactGrid) {
-  SCOPED_TRACE(kSeed);
-  std::mt19937 generator(kSeed);
+  SCOPED_TRACE(kBoxSeed);
+  std::mt19937 generator(kBoxSeed);
   std::uniform_real_distribution<double> exponent(-20, 20), unit(-1, 1);
   for (int i = 0; i < 1000; ++i) {
     const double size = std::exp2(exponent(generator));

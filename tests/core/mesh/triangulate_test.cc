@@ -153,7 +153,7 @@ TEST(TriangulateTest, HoleBridgedByADoubledEdge) {
 
 TEST(TriangulateTest, RandomStarShapedPolygons) {
   constexpr uint32_t kSeed = 20141;
-  SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+  SCOPED_TRACE(::testing::Message() << "seed " << kSeed);
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> radius(0.2, 1.0);
   for (int round = 0; round < 500; ++round) {

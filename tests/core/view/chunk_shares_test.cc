@@ -7,26 +7,26 @@
 namespace latticed {
 namespace {
 
-using Bounds = std::vector<size_t>;
+using Shares = std::vector<size_t>;
 using Free = std::vector<uint64_t>;
 
 TEST(ChunkShares, AreEqualWhereEveryDeviceHasRoom) {
-  EXPECT_EQ(ShareChunks(12, 10, Free{1'000, 40, 500}), (Bounds{0, 4, 8, 12}));
-  EXPECT_EQ(ShareChunks(10, 1, Free{100, 200, 300, 400}), (Bounds{0, 3, 5, 8, 10}));
+  EXPECT_EQ(ShareChunks(12, 10, Free{1'000, 40, 500}), (Shares{0, 4, 8, 12}));
+  EXPECT_EQ(ShareChunks(10, 1, Free{100, 200, 300, 400}), (Shares{0, 3, 5, 8, 10}));
 }
 
 TEST(ChunkShares, FollowTheRoomWhereAnEqualShareDoesNotFit) {
-  EXPECT_EQ(ShareChunks(12, 10, Free{300, 39, 261}), (Bounds{0, 6, 7, 12}));
-  EXPECT_EQ(ShareChunks(12, 10, Free{120, 0}), (Bounds{0, 12, 12}));
+  EXPECT_EQ(ShareChunks(12, 10, Free{300, 39, 261}), (Shares{0, 6, 7, 12}));
+  EXPECT_EQ(ShareChunks(12, 10, Free{120, 0}), (Shares{0, 12, 12}));
 }
 
 TEST(ChunkShares, AreNoneWhereThereAreFewerChunksThanDevices) {
-  EXPECT_EQ(ShareChunks(1, 10, Free{100, 100, 100}), (Bounds{0, 0, 1, 1}));
+  EXPECT_EQ(ShareChunks(1, 10, Free{100, 100, 100}), (Shares{0, 0, 1, 1}));
 }
 
 // Nobody has room: who is asked refuses, and says what is free.
 TEST(ChunkShares, AreEqualWhereNobodyHasRoom) {
-  EXPECT_EQ(ShareChunks(4, 10, Free{0, 0}), (Bounds{0, 2, 4}));
+  EXPECT_EQ(ShareChunks(4, 10, Free{0, 0}), (Shares{0, 2, 4}));
 }
 
 }  // namespace

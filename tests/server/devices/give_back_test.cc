@@ -16,15 +16,15 @@ namespace latticed::testing {
 namespace {
 
 // The default view at two segments, quantised to 12 bits with normals of 8.
-constexpr int kSegments = 2;
-constexpr uint64_t kBytesPerPatch = ScriptedBackend::kPlanBytes + uint64_t{6} * 8;
+constexpr int kWatchedSegments = 2;
+constexpr uint64_t kSceneBytesPerPatch = ScriptedBackend::kPlanBytes + uint64_t{6} * 8;
 
 class GiveBackTest : public DeviceFixture {
  protected:
   void SetUp() override {
     StartOnDevice(uint64_t{1} << 30, PlaneObj(20));
     ASSERT_OK(Create(SceneRequest()));
-    scene_bytes_ = Get().patches() * kBytesPerPatch;
+    scene_bytes_ = Get().patches() * kSceneBytesPerPatch;
   }
 
   // A device for so many scenes with one view each.
@@ -38,7 +38,7 @@ class GiveBackTest : public DeviceFixture {
   absl::Status View(const std::string& id, Chunks* chunks = nullptr) {
     return OnceIdle([&] {
       EventLog log;
-      const absl::Status status = Update(kSegments, id, &log);
+      const absl::Status status = Update(kWatchedSegments, id, &log);
       if (chunks != nullptr) *chunks = log.chunks;
       return status;
     });
@@ -51,7 +51,7 @@ class GiveBackTest : public DeviceFixture {
     auto watch = For<v1::WatchRequest>(scene);
     watch.set_editor_id("alice");
     watch.set_max_unacked_updates(0);
-    watch.mutable_view()->set_segments(kSegments);
+    watch.mutable_view()->set_segments(kWatchedSegments);
     return watch;
   }
 

@@ -8,7 +8,7 @@
 namespace latticed::testing {
 namespace {
 
-constexpr uint32_t kPoints = 125;  // of the lattice of StreamTest
+constexpr uint32_t kLatticePoints = 125;  // of the lattice of StreamTest
 constexpr uint32_t kInner = 62;
 
 class GesturesTest : public SceneStreamTest {
@@ -195,7 +195,7 @@ TEST_F(GesturesTest, ReplacedTransformedAndResetControlPointsAreSeen) {
   // x' = 2 x + 5, y' = y, z' = z, of all points: column-major.
   v1::EditBatch transform = Batch();
   auto& map = *transform.add_edits()->mutable_transform_control_points();
-  for (uint32_t i = 0; i < kPoints; ++i) map.add_indices(i);
+  for (uint32_t i = 0; i < kLatticePoints; ++i) map.add_indices(i);
   for (const double entry : {2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1}) map.add_matrix(entry);
   MustApply(transform);
   const std::vector<double> mapped = Cage();

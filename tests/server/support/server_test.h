@@ -9,6 +9,7 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <source_location>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -72,10 +73,13 @@ struct Refusal {
   std::string field;    // of BadRequest; empty: it has none
   std::string message;  // part of it: the allowed range, or what is wrong
 };
-void ExpectRefusal(const absl::Status& status, const Refusal& refusal);
+// A failure names the line of the caller.
+void ExpectRefusal(const absl::Status& status, const Refusal& refusal,
+                   std::source_location caller = std::source_location::current());
 inline void ExpectRefused(const absl::Status& status, absl::StatusCode code,
-                          const std::string& reason, const std::string& field = "") {
-  ExpectRefusal(status, {code, reason, field, ""});
+                          const std::string& reason, const std::string& field = "",
+                          std::source_location caller = std::source_location::current()) {
+  ExpectRefusal(status, {code, reason, field, ""}, caller);
 }
 // The published reason of a failed call, such as "NOT_FOUND".
 [[nodiscard]] inline std::string Reason(const absl::Status& status) {

@@ -17,8 +17,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr char kInfo[] = "latticed.v1.ServerService/GetServerInfo";
-
 std::string Reason(const GrpcWebAnswer& answer) {
   std::string details;
   const auto found = answer.trailers.find("grpc-status-details-bin");

@@ -60,7 +60,8 @@ struct GrpcWebAnswer {
   int code = -1;  // grpc-status
 };
 [[nodiscard]] GrpcWebAnswer ReadFrames(WebAnswer http);
-// `rpc` as "latticed.v1.ServerService/GetServerInfo".
+// The rpc that takes and needs nothing, as CallGrpcWeb wants it.
+inline constexpr char kInfo[] = "latticed.v1.ServerService/GetServerInfo";
 [[nodiscard]] GrpcWebAnswer CallGrpcWeb(WebClient& client, const std::string& rpc,
                                         const std::string& body, WebFields fields = {});
 

@@ -13,8 +13,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-constexpr char kInfo[] = "latticed.v1.ServerService/GetServerInfo";
-
 TEST_F(WebTlsTest, ServesOverTls) {
   Serve();
   WebClient client(http(), folder_.Path("server.crt"));

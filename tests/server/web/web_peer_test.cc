@@ -15,7 +15,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-constexpr char kInfo[] = "latticed.v1.ServerService/GetServerInfo";
 constexpr char kForged[] = "ipv4:203.0.113.7:4711";
 
 class WebPeerTest : public WebTest {

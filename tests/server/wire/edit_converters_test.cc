@@ -16,7 +16,7 @@ namespace {
 using ::latticed::testing::StatusIs;
 using ::testing::ElementsAre;
 
-constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
+constexpr absl::StatusCode kInvalidEdit = absl::StatusCode::kInvalidArgument;
 
 v1::EditBatch BatchOf(const v1::Edit& edit) {
   v1::EditBatch batch;
@@ -104,7 +104,7 @@ TEST(EditConverter, UnknownEnumValuesAreUnsupported) {
   phase.set_gesture_phase(static_cast<v1::GesturePhase>(9));
   for (const auto& batch : {BatchOf(knot), BatchOf(reset), BatchOf(undo), phase}) {
     const auto status = FromProto(batch, Mesh()).status();
-    EXPECT_THAT(status, StatusIs(kInvalid));
+    EXPECT_THAT(status, StatusIs(kInvalidEdit));
     EXPECT_EQ(error::DetailsOf(status).reason, "UNSUPPORTED");
   }
 }

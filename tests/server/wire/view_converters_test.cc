@@ -14,7 +14,7 @@ namespace {
 using ::latticed::testing::StatusIs;
 using ::testing::StartsWith;
 
-constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
+constexpr absl::StatusCode kInvalidView = absl::StatusCode::kInvalidArgument;
 
 TEST(ViewConverter, DefaultsAreTheDocumentedOnes) {
   const auto view =
