@@ -16,6 +16,7 @@ const INNER = 42; // moves all of the surface
 const HANDLES = 10; // three uploads a handle when it is first drawn, be it in the tenth gesture
 const SMALL_OBJ = torusObj(3, 3);
 const UPDATES = 5000; // each of which may leave 400 bytes of objects
+const WARM_UP = 2500; // updates until V8 has as much memory as it will take: some 40 MB
 const FRAME_MS = 200; // of a slow screen: more frames take longer than all of the updates
 
 /** What three has on the GPU. */
@@ -118,7 +119,7 @@ test('5,000 updates of the surface, beside cage, panel and head-up line, leave w
   await show(1, false); // what stays of every update does not go with its points
   await page.locator('.panel').waitFor();
   assert.ok(await page.evaluate(() => window.latticed.settings.value.cage));
-  await drag(300);
+  await drag(WARM_UP);
   const onGpu = await drawn();
   let seen = { received: 0, frames: 0, rate: 0 };
 
