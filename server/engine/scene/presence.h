@@ -1,19 +1,21 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Who is at a scene, and what of that a watcher has not been told yet.           WIRE.md "presence"
+// Who is at a scene, and what of that a watcher has not been told yet.          proto/README.md
 //
 //   stream of an editor -> PresenceBoard::Show, Leave -> PresenceFeed::Next of every other stream
 //
-// The board holds the newest of each editor and nothing else; a feed holds how far it has read, so
-// that there is no queue, a slow reader skips what is old, one who comes late is told of all who
-// are there, and no leaving is missed. A feed reads in turns: what is new when a turn begins, then,
-// having told something, nothing for a second / limits::kMaxPresencesPerSecond. So Show costs the
-// same however many watch: it wakes those alone who have read all and wait, and of them each that
-// tells it waits again only after the pause.
+// The board holds the newest presence of each editor and nothing else. Each watcher has a feed,
+// which holds how far it has read. There is no queue: a slow reader skips what is old, a late one
+// is told of everybody who is there, and nobody misses that an editor left.
+//
+// A feed works in turns. It tells all that was new when the turn began, and then nothing for a
+// second / limits::kMaxPresencesPerSecond. Show wakes only the feeds that have read everything; a
+// feed that is pausing looks at the board when its pause ends. So an editor who moves quickly wakes
+// a watcher no more often than that.
 //
 // Errors   none
-// Threads  the board is safe; a feed belongs to its stream, which locks
+// Threads  the board is safe; a feed belongs to its stream, which locks it
 #ifndef LATTICED_SERVER_ENGINE_SCENE_PRESENCE_H_
 #define LATTICED_SERVER_ENGINE_SCENE_PRESENCE_H_
 
@@ -53,17 +55,17 @@ class PresenceBoard {
   // Whom to wake, with no lock held.
   using Waiting = absl::flat_hash_map<Stream, std::weak_ptr<SceneListener>>;
 
-  // Takes the place of what the editor showed before, through whichever stream.
+  // Replaces what the editor showed before, through whichever stream.
   [[nodiscard]] Waiting Show(Stream stream, Presence presence) ABSL_LOCKS_EXCLUDED(mutex_);
-  // The stream waits no more, and the editor has left unless another stream shows him.
+  // The stream no longer waits. The editor has left unless another stream still shows the editor.
   [[nodiscard]] Waiting Leave(Stream stream, const std::string& editor_id)
       ABSL_LOCKS_EXCLUDED(mutex_);
 
   struct News {
-    uint64_t version = 0;    // rises with all that changes
-    uint64_t departure = 0;  // the version at which somebody left last
+    uint64_t version = 0;    // rises with every change
+    uint64_t departure = 0;  // the version at which an editor left last
   };
-  // Where nothing has changed since `version`, nothing, and `stream` waits for what will.
+  // nullopt when nothing has changed since `version`; `stream` is then woken by the next change.
   [[nodiscard]] std::optional<News> NewsSince(uint64_t version,
                                               const std::shared_ptr<SceneListener>& stream)
       ABSL_LOCKS_EXCLUDED(mutex_);
@@ -79,7 +81,7 @@ class PresenceBoard {
  private:
   struct Editor {
     uint64_t version = 0;
-    absl::flat_hash_set<Stream> streams;  // that show him
+    absl::flat_hash_set<Stream> streams;  // that show this editor
   };
   mutable Mutex mutex_;
   News news_ ABSL_GUARDED_BY(mutex_);
