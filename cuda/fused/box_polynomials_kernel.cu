@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The polynomial of each knot box from its control points, one warp a box, a lane a coefficient; in
-// double, rounded once. Twin of core/cpu/fused/box_polynomials.h.
+// Computes the polynomial of each knot box from its control points: one warp a box, one lane a
+// coefficient, in double, rounded once. Twin of core/cpu/fused/box_polynomials.h.
 //
-// All that a box needs is loaded at once, then contracted axis by axis through shared memory: the
-// kernel is over when two loads in a row are, and it stands before every evaluation. By a dependent
-// launch after the copy of the control points: what it reads of the plan is loaded meanwhile, unless
-// that copy has to bring the list of boxes first. The fused kernel may begin once that copy is over,
-// for it reads the list of chunks before it waits.
+// Every evaluation waits for this kernel, so its latency counts. It loads all that a box needs at
+// once and contracts it axis by axis through shared memory: it takes as long as two loads, one after
+// the other. It is a dependent launch after the copy of the control points, and reads the plan while
+// that copy runs; a list of boxes comes with the copy and is read after it. The fused kernel may begin
+// when the copy is over, because it reads the list of chunks before it waits.
 #include "core/base/limits.h"
 #include "cuda/device/dependent_launch.cuh"
 #include "cuda/device/launch.cuh"
@@ -30,7 +30,8 @@ struct Arguments {
   BoxPolynomials out;
 };
 
-// The index-th of (d0 + 1)(d1 + 1)(d2 + 1) triples, one number an axis, permuted; the last fastest.
+// The index-th of (d0 + 1)(d1 + 1)(d2 + 1) triples of numbers, one a permuted axis; the last varies
+// fastest.
 struct Triple {
   int at[3];
 };
@@ -41,7 +42,7 @@ __device__ Triple TripleAt(const int* degree, int index) {
 
 class BoxWarp {
  public:
-  // Divisions come here, before anything is waited for.
+  // Divides here, before the kernel waits for anything.
   __device__ BoxWarp(const Arguments& a, uint32_t box, Vec3d* tile)
       : a_(a),
         box_(box),
@@ -74,15 +75,15 @@ class BoxWarp {
   }
 
  private:
-  static constexpr int kMine = kMost / kLanes;  // numbers of a lane
-  // Column `power` of the matrix of an axis, for each of the lane's numbers.
+  static constexpr int kMine = kMost / kLanes;  // coefficients of a lane
+  // Column `power` of the matrix of an axis, for each of the lane's coefficients.
   struct Column {
     double of[kMine][kSide];
   };
 
   __device__ int Mine(int k) const { return lane_ + k * kLanes; }
 
-  // ||grad l0^a l1^b l2^c|| in the box, where |l| <= 1/2, is no more.
+  // An upper bound of ||grad l0^a l1^b l2^c|| in the box, where |l| <= 1/2.
   __device__ static float SlopeOf(const Triple& power, const float (&gradient)[3]) {
     const int(&at)[3] = power.at;
     const float sum = static_cast<float>(at[0]) * gradient[0] +
@@ -100,7 +101,7 @@ class BoxWarp {
     const int n1 = degree_[1] + 1, n2 = degree_[2] + 1;
     const Column last = LoadColumn(2, span[2]), middle = LoadColumn(1, span[1]),
                  first = LoadColumn(0, span[0]);
-    // Until here only the plan was read.
+    // Only the plan was read before this line.
     WaitForKernelBefore();
     LetNextKernelBegin();
 #pragma unroll
@@ -126,7 +127,7 @@ class BoxWarp {
     return column;
   }
 
-  // That of the box's control points which is `local`, of a box that ends at `span`.
+  // The control point at `local` within the box that ends at `span`.
   __device__ const Vec3d* ControlPoint(const int* span, const Triple& local) const {
     int at[3];  // by axis of the lattice
 #pragma unroll
@@ -140,7 +141,8 @@ class BoxWarp {
     return a_.control_points + (at[0] + size[0] * (at[1] + size[1] * at[2]));
   }
 
-  // From basis functions to powers along permuted axis i, along which neighbours lie `stride` apart.
+  // Changes from basis functions to powers along permuted axis i; neighbours along it are `stride`
+  // apart.
   __device__ void Contract(const Column& column, int i, int stride) {
     Vec3d sums[kMine];
 #pragma unroll
@@ -160,7 +162,7 @@ class BoxWarp {
     __syncwarp();
   }
 
-  // l0, l1, l2 scaled to the box.
+  // The identity map, by box-local coordinates.
   __device__ void SetIdentity() {
     const FusedBox& box = a_.tables.boxes[box_];
 #pragma unroll
@@ -198,7 +200,7 @@ class BoxWarp {
     for (int step = kLanes / 2; step > 0; step /= 2) {
       slope += __shfl_xor_sync(kAllLanes, slope, step);
     }
-    // ||cof J|| <= ||J||^2 / 2, Frobenius.
+    // ||cof J|| <= ||J||^2 / 2 in the Frobenius norm.
     if (lane_ == 0) a_.out.cofactor_bounds[box_] = 0.5f * slope * slope;
   }
 
@@ -207,11 +209,11 @@ class BoxWarp {
   Vec3d* const tile_;  // control points, then coefficients
   const int* const degree_;
   const int count_, lane_;
-  Triple power_[kMine];  // of the lane's numbers; that of the last one where there are fewer
-  float slope_[kMine];   // of their powers, by world position
+  Triple power_[kMine];  // of each of the lane's coefficients; past the end, of the last one
+  float slope_[kMine];   // bounds of these powers' gradients by world position
 };
 
-// For all boxes, or those listed. Two kernels: the first need not pay the second's registers.
+// For all boxes, or for a list of them. The list takes registers, so these are two kernels.
 template <bool kListed>
 __global__ void __launch_bounds__(kBlockThreads)
     BoxPolynomialsKernel(const __grid_constant__ Arguments arguments) {
@@ -220,7 +222,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   auto box = static_cast<uint32_t>(Item() / kLanes);
   if (box >= (kListed ? arguments.boxes.count : arguments.tables.box_count)) return;
   if constexpr (kListed) {
-    // To wait and let begin once more, as all do, changes nothing.
+    // BoxWarp::Run does both again, which has no effect.
     WaitForKernelBefore();
     LetNextKernelBegin();
     box = arguments.boxes.numbers[box];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From degrees that are known when it runs to those of a template.
+// Calls a template of three degrees with degrees that are known at run time.
 #ifndef LATTICED_CUDA_FUSED_CALL_BY_DEGREE_H_
 #define LATTICED_CUDA_FUSED_CALL_BY_DEGREE_H_
 
@@ -9,7 +9,8 @@
 
 namespace latticed::kernels {
 
-// call.operator()<d[0], d[1], d[2]>(), d falling and from 1 to 3; of no kernel where they are not.
+// call.operator()<d[0], d[1], d[2]>(). The degrees are 1 to 3 and do not rise; for others it returns a
+// call of no kernel.
 template <class Call>
 KernelCall CallByDegree(const int* d, const Call& call) {
   switch (100 * d[0] + 10 * d[1] + d[2]) {

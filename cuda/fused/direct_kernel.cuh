@@ -1,17 +1,18 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The fused pipeline where points are few: R and its Jacobian at each point, from the polynomial of the
-// patch's box as it is, nothing composed and nothing shared.        Twin of core/cpu/fused/fused_direct-inl.h
+// The fused pipeline for patches with few points. It evaluates R and its Jacobian at each point from the
+// polynomial of the patch's box; nothing is composed, and lanes share nothing.
+//                                                          Twin of core/cpu/fused/fused_direct-inl.h
 //
 //   position   R of the box that owns the point, at a place whose bits are the same from both sides
 //   normal     cof(J) N = n0 J1 x J2 + n1 J2 x J0 + n2 J0 x J1, J the Jacobian of R of the patch's own
 //              box and n the conormal of N there, interpolated from the corners
 //
-// Comes after box_polynomials_kernel.cu, by a dependent launch. A warp is a chunk, or a part of one where
-// chunks are few, and a lane a patch; corners and edges are evaluated by every patch that has them. Points
-// are taken by three, for it is loads of coefficients that take longest: four cycles of a multiprocessor
-// for four numbers of each lane.
+// This kernel is a dependent launch after box_polynomials_kernel.cu. A warp takes a chunk, or a part of one
+// when chunks are few; a lane takes a patch. Every patch evaluates its own corners and edges. A lane
+// evaluates three points with each coefficient that it loads, because loads take longest: a multiprocessor
+// needs four cycles to load four numbers for each lane of a warp.
 #ifndef LATTICED_CUDA_FUSED_DIRECT_KERNEL_CUH_
 #define LATTICED_CUDA_FUSED_DIRECT_KERNEL_CUH_
 
@@ -29,19 +30,19 @@
 namespace latticed::kernels {
 
 constexpr int kDirectThreads = kDirectWarps * kLanes;
-// A bit each.
+// Weak points are the bits of one word.
 static_assert(PointsPerPatch(MostDirectSegments(3 * limits::kMaxDegree, Normals::kSmooth)) <= 32);
 
-// Blocks that a multiprocessor holds at once, as far as registers go, of degrees that sum to N. With one
-// more, of fewer registers, it takes 1.04 (1x1x1) to 1.12 times as long (2x2x2); with blocks of two
-// warps and as many registers 0.97 to 1.00 times (3x3x3).
+// How many blocks a multiprocessor must hold at once; the compiler limits the registers to that. N is the
+// sum of the degrees. One more block leaves fewer registers and takes 1.04 (1x1x1) to 1.12 times as long
+// (2x2x2). Blocks of two warps with as many registers take 0.97 to 1.00 times as long (3x3x3).
 template <int N>
 constexpr int DirectBlocksAtOnce() {
   return N <= 6 ? 4 : 3;
 }
 
-// The k-th point of the line between two places in `segments` steps, from its first end on: bit for
-// bit the same when the ends change places.
+// The k-th of `segments` + 1 points on the line from one place to another. Point k from one end is bit for
+// bit point `segments` - k from the other end.
 __device__ __forceinline__ void PlaceOnEdge(const float* from, const float* to, int k, int segments,
                                             float* place) {
   const float tau = static_cast<float>(2 * k - segments) * (0.5f / static_cast<float>(segments));
@@ -52,8 +53,8 @@ __device__ __forceinline__ void PlaceOnEdge(const float* from, const float* to, 
   }
 }
 
-// Normals of one lane's weak points, by the definition. `weak`: bit i is point i. Not inlined, so that
-// its registers are no business of the kernel's.
+// Replaces the normals of one lane's weak points by those of the definition. `weak`: bit i is point i. It
+// is not inlined, so that the kernel needs no registers for it.
 template <bool kFloat>
 __device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, unsigned weak,
                                                 uint32_t chunk, unsigned lane) {
@@ -76,15 +77,15 @@ class DirectWarp {
         part_(part),
         chunk_(launch.chunks != nullptr ? launch.chunks[part.index] : part.index),
         lane_(lane),
-        // Lanes after the last patch repeat it.
+        // Lanes past the last patch repeat it.
         patch_(launch, min(chunk_ * kLanes + lane, launch.patch_count - 1)) {}
 
   __device__ __forceinline__ void Run() {
-    // Until here the plan was read, and the list of chunks: it came before the kernel waited for.
+    // Only the plan and the list of chunks were read before this line: an earlier kernel brought them.
     WaitForKernelBefore();
     range_ = patch_.Range();
     DirectTriple triple(launch_.segments);
-    uint32_t others = part_.part;  // whose turns come first
+    uint32_t others = part_.part;  // triples of other warps that come before the next of this one
     do {
       if (others-- > 0) continue;
       Evaluate(triple);
@@ -100,7 +101,7 @@ class DirectWarp {
   }
 
  private:
-  // Of one point R and, from the last coordinate on, its derivatives; by component.
+  // By component of R at one point: the value, then the derivatives by coordinates 2, 1 and 0.
   using Jet = float[3][4];
 
   __device__ bool IsFloat() const { return launch_.output.format == LaneFormat::kFloat32; }
@@ -131,7 +132,7 @@ class DirectWarp {
     }
   }
 
-  // For the triple's point that is turned by r corners.
+  // The place of the r-th point of the triple.
   __device__ __forceinline__ void PlacePoint(const DirectTriple& triple, const float* weight, int r,
                                              float* place) const {
     const float* const a = patch_.corner(r).place;
@@ -145,7 +146,7 @@ class DirectWarp {
     return fmaf(a, weight[0], fmaf(b, weight[1], c * weight[2]));
   }
 
-  // Positions on the rim, where another box than the patch's own gives them.
+  // Positions of points on the rim that another box owns, from that box's polynomial.
   __device__ __forceinline__ void TakeFromOwners(const DirectTriple& triple, Jet* jet) const {
     const int k = triple.steps[1];
 #pragma unroll 1
@@ -181,7 +182,7 @@ class DirectWarp {
       const int index = triple.Index(r);
       const float3 normal = Carry(weight, r, jet[r]);
       const float norm1 = fabsf(normal.x) + fabsf(normal.y) + fabsf(normal.z);
-      const bool strong = norm1 > range_.weak_below && norm1 < kInfinity;  // not where it is NaN
+      const bool strong = norm1 > range_.weak_below && norm1 < kInfinity;  // false for NaN
       if (!strong) weak_ |= 1u << index;
       places[r] = sink.Place(index);
       vertices[r] = sink.MakeVertex(sink.MakePosition({jet[r][0][0], jet[r][1][0], jet[r][2][0]}),
@@ -200,7 +201,7 @@ class DirectWarp {
     }
     const float3 j0{jet[0][3], jet[1][3], jet[2][3]}, j1{jet[0][2], jet[1][2], jet[2][2]},
         j2{jet[0][1], jet[1][1], jet[2][1]};
-    // The first two terms are one product.
+    // n0 J1 x J2 + n1 J2 x J0 = (n0 J1 - n1 J0) x J2.
     const float3 side{fmaf(n[0], j1.x, -n[1] * j0.x), fmaf(n[0], j1.y, -n[1] * j0.y),
                       fmaf(n[0], j1.z, -n[1] * j0.z)};
     const float3 sum = CrossProduct(side, j2), last = CrossProduct(j0, j1);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A patch as the direct kernel has it, in the registers of its lane: its corners in coordinates of its
-// box, and what its normals are there.
+// A patch in the registers of a lane of the direct kernel: its corners and their normals, in coordinates
+// of the patch's box.
 #ifndef LATTICED_CUDA_FUSED_DIRECT_PATCH_CUH_
 #define LATTICED_CUDA_FUSED_DIRECT_PATCH_CUH_
 
@@ -12,14 +12,15 @@ namespace latticed::kernels {
 
 struct DirectCorner {
   float place[3];  // box-local
-  // cof(A) N of its normal N, A the Jacobian of box-local coordinates by world position: what the
-  // cofactors of the polynomial's own Jacobian take to cof(J) N. In units of the patch's largest.
+  // cof(A) N, where N is the normal at the corner and A the Jacobian of box-local coordinates by world
+  // position. The cofactors of the polynomial's Jacobian map it to cof(J) N. It is scaled so that the
+  // largest component of the patch is 1.
   float conormal[3];
 };
 
 class DirectPatch {
  public:
-  // From nothing but the plan.
+  // Reads only the plan.
   __device__ __forceinline__ DirectPatch(const FusedLaunch& launch, uint32_t index)
       : launch_(launch),
         index_(index),
@@ -31,14 +32,14 @@ class DirectPatch {
   }
 
   __device__ uint32_t box() const { return patch_.Box(); }
-  // Its normals, by the polynomials.
+  // Reads the polynomials.
   __device__ __forceinline__ NormalRange Range() const {
     const double bound = double{launch_.polynomials.cofactor_bounds[box()]} * per_unit_;
     return RangeOfNormals(bound, bound);
   }
 
   __device__ const DirectCorner& corner(int c) const { return corner_[c]; }
-  // In coordinates of any box.
+  // The place of corner c in coordinates of `box`.
   __device__ __forceinline__ void PlaceCorner(int c, uint32_t box, float* place) const {
     const DevicePatch corner{{Word(c), 0, 0, 0}};
     const DeviceVertex& vertex = launch_.plan.vertices[corner.Vertex(0)];
@@ -59,11 +60,11 @@ class DirectPatch {
   }
 
  private:
-  // Registers have no index.
+  // An index that is not a constant would move the words from registers to memory.
   __device__ __forceinline__ uint32_t Word(int c) const {
     return c == 0 ? patch_.word[0] : c == 1 ? patch_.word[1] : patch_.word[2];
   }
-  // For the facet normal: the same value three times.
+  // With facet normals all three corners have the same.
   __device__ __forceinline__ void SetConormals() {
     const Vec3d* row = launch_.tables.boxes[box()].gradient;
     const Vec3d cofactor[3] = {Cross(row[1], row[2]), Cross(row[2], row[0]), Cross(row[0], row[1])};

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The order in which the direct kernel takes the points of a patch: by three, which go into each
-// other when its corners are rotated.
+// The order in which the direct kernel takes the points of a patch: three at a time. Rotating the corners
+// of the patch takes the three points of a triple to each other.
 #ifndef LATTICED_CUDA_FUSED_DIRECT_TRIPLE_H_
 #define LATTICED_CUDA_FUSED_DIRECT_TRIPLE_H_
 
@@ -11,15 +11,16 @@
 
 namespace latticed::kernels {
 
-// Barycentric coordinates by corners r, r + 1, r + 2, times segments.
+// steps: barycentric coordinates of point r with respect to corners r, r + 1, r + 2, times segments.
 struct DirectTriple {
   int segments;
   int steps[3];
 
-  // The corners.
+  // Begins with the three corners.
   LATTICED_HD constexpr explicit DirectTriple(int segments)
       : segments(segments), steps{segments, 0, 0} {}
-  // All others, each once but the middle, thrice at a time, the rim's first; false when there are no more.
+  // Goes on to the next triple, those on the rim first; false when there are no more. Each point comes
+  // once, except that the middle is all three points of its triple.
   LATTICED_HD constexpr bool Next() {
     do {
       ++steps[1];
@@ -32,16 +33,16 @@ struct DirectTriple {
     } while (!IsFirst());
     return true;
   }
-  // Then points are steps[1] along edges, from corner r on.
+  // Point r is then steps[1] segments from corner r, on the edge that begins there.
   LATTICED_HD constexpr bool IsOnRim() const { return steps[2] == 0; }
-  // In the pattern, of the point that is turned by r corners.
+  // The index of point r in the tessellation pattern.
   LATTICED_HD constexpr int Index(int r) const {
     return PointIndex(segments, steps[2 - r], steps[r == 2 ? 2 : 1 - r]);
   }
 
  private:
-  // Whether this is the first of the three that name the same points, or the middle, which is its
-  // own three. On the rim Next gives none twice.
+  // Three values of `steps` name the same three points; this says whether these are the first of them.
+  // The middle has only one. On the rim Next makes none twice.
   LATTICED_HD constexpr bool IsFirst() const {
     const int a = steps[0], b = steps[1], c = steps[2];
     return c == 0 || (a > b && a >= c) || (a == b && b == c);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a later chunk needs of the plan, on its way to the L2 cache while this one is worked on: blocks
-// begin one after the other as room is made, and the first thing each does is wait for its patches,
-// then for their vertices. As measured at 113,663 patches and 10 segments: 1 to 5 % of the time.
+// Prefetches to the L2 cache what a later chunk needs of the plan. A block begins when an earlier one ends,
+// and waits first for its patches and then for their vertices. Prefetching saves 1 to 5 % of the time at
+// 113,663 patches and 10 segments.
 #ifndef LATTICED_CUDA_FUSED_FUSED_AHEAD_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_AHEAD_CUH_
 
@@ -11,10 +11,10 @@
 
 namespace latticed::kernels {
 
-// For a chunk that begins about when the warp's own ends. Called by one warp, a lane a patch.
+// For the chunk that begins about when the warp's own chunk ends. Called by one warp, one lane a patch.
 class PlanAhead {
  public:
-  // `index`: its place in the launch.
+  // `index`: the place of the later chunk in the launch.
   __device__ PlanAhead(const FusedLaunch& launch, uint32_t index, unsigned lane)
       : launch_(launch), lane_(lane) {
     if (index >= launch.chunk_count) return;
@@ -22,7 +22,7 @@ class PlanAhead {
     is_whole_ = first_ + kLanes <= launch.patch_count;
   }
 
-  // The chunk's part of a table that has one entry a patch, a lane a line.
+  // The chunk's part of a table with one entry a patch; a lane prefetches one cache line.
   template <typename T>
   __device__ __forceinline__ void BringPartOf(const T* table) const {
     constexpr unsigned kLine = 128, kLines = kLanes * sizeof(T) / kLine;
@@ -34,7 +34,7 @@ class PlanAhead {
     if (is_whole_) patch_ = launch_.plan.patches[first_ + lane_];
   }
 
-  // Later, when the patches are here.
+  // Called later, so that it need not wait for the patches.
   __device__ __forceinline__ void BringVertices() const {
     if (!is_whole_) return;
 #pragma unroll

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the fused kernels make of the plan's tables, in double, before they go on in float: which box
-// owns a point, box-local coordinates, the sliver-proof frame of a patch, and which of its normals a
-// float can tell.
+// What the fused kernels compute from the plan's tables in double, before they go on in float: the box
+// that owns a point, box-local coordinates, the frame of a patch, which is accurate for slivers too, and
+// which normals float can represent.
 //
 //   point(x, t) = centre + (x + shear t) along + t across,   x = b1 + b2/2 - 1/2,  t = b2 - 1/2
 //
 // `along` runs from corner 0 to corner 1, the longest edge; `across` is its perpendicular up to
-// corner 2, in the plane of the *source* triangle, which is known well however thin the patch is.
-// Rows of constant t are symmetric about x = 0, so that x and -x share their even and odd parts.
+// corner 2, in the plane of the *source* triangle: that plane is accurate however thin the patch is.
+// Rows of constant t are symmetric about x = 0, so the points at x and -x share even and odd parts.
 #ifndef LATTICED_CUDA_FUSED_FUSED_GEOMETRY_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_GEOMETRY_CUH_
 
@@ -21,27 +21,27 @@
 namespace latticed::kernels {
 
 constexpr int kLanes = 32;  // patches of a chunk, and threads of a warp
-// Height of a patch below this part of its longest edge is rounding: the perpendicular keeps its
+// A height below this fraction of the longest edge is a rounding error: the perpendicular keeps its
 // direction and gets this length.
 constexpr double kSmallestHeight = 0x1p-40;
-// Normals shorter than this part of their bound are taken from the definition, which then decides
-// exactly. So are all where the bound is not between these two: squares or products might not be what
-// a float holds.
+// Normals shorter than this fraction of their bound are computed by the definition, in double. So are all
+// normals of a patch whose bound is not between the next two: squares or products could overflow or
+// underflow in float.
 constexpr double kWeakNormal = 1 / kMaxNormalCondition;
 constexpr double kShortestNormal = 1e-30, kLongestNormal = 1e37;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// For normals of a patch whose length is what products give them.
+// Which normals of a patch float can represent, by the length that the products give them.
 struct NormalRange {
-  float weak_below;  // |n|_1 of those that the definition must answer: not above it, or NaN
-  float scale;       // makes others of a length whose square a float holds
+  float weak_below;  // a normal whose |n|_1 is not above this, or NaN, is left to the definition
+  float scale;       // times this, any other normal has a square that float can represent
 };
-// None is longer than `bound`, and nothing on the way to one than `largest`.
+// No normal is longer than `bound`, and no intermediate vector is longer than `largest`.
 __device__ inline NormalRange RangeOfNormals(double bound, double largest) {
-  // The L1 norm is compared: up to sqrt(3) times the length by which weakness is defined.
+  // The kernels compare the L1 norm, which is up to sqrt(3) times the length.
   constexpr double kSqrt3 = 1.7320508075688773;
   const bool fits = bound >= kShortestNormal && bound <= kLongestNormal &&
-                    largest <= kLongestNormal;  // not where one is NaN
+                    largest <= kLongestNormal;  // false for NaN
   return {fits ? static_cast<float>(kSqrt3 * kWeakNormal * bound) : kInfinity,
           1 / static_cast<float>(bound)};
 }
@@ -59,7 +59,7 @@ __device__ inline uint32_t SeamOf(const FusedTables& tables, uint32_t key) {
   return tables.seam_uses[low].seam;
 }
 
-// The box whose polynomial gives the points of a slot (corners 0..2, edges 3..5).
+// A corner (number 0..2) or edge (3..5) of a patch, and where to find the box that owns its points.
 struct Slot {
   uint32_t patch;
   uint32_t box;
@@ -79,8 +79,9 @@ __device__ inline uint32_t OwnerOf(const FusedLaunch& launch, const Slot& slot) 
   return box;
 }
 
-// Box-local coordinate i (permuted axis) of a vertex: rounded here, since an edge's direction is a
-// difference of two that must be exact in either order, which a fused multiply-add is not.
+// Box-local coordinate i (permuted axis) of a vertex. The product is rounded: the difference of two
+// coordinates must change only its sign when the ends of an edge are exchanged, and the compiler would
+// otherwise form a fused multiply-add of one of them.
 __device__ inline double LocalCoordinate(const FusedLaunch& launch, const DeviceVertex& vertex,
                                          uint32_t box, int i) {
   const int axis = launch.tables.axis[i];
@@ -89,21 +90,21 @@ __device__ inline double LocalCoordinate(const FusedLaunch& launch, const Device
   return __dmul_rn(v[axis] - (&b.centre.x)[axis], (&b.inverse_width.x)[axis]);
 }
 
-// Rows of PatchFrame in shared memory, one float a lane each.
+// Rows of a chunk's frames in shared memory. A row has one float for each lane.
 enum FrameRow {
   kCentre = 0,
   kAlong = 3,
   kAcross = 6,
   kShear = 9,
-  kWeakBelow,  // of the patch's NormalRange, as the next
+  kWeakBelow,  // this and the next: the patch's NormalRange
   kNormalScale,
   kFacetRows,
-  kFacet = kFacetRows,         // direction of the facet normal; smooth only, as what follows
+  kFacet = kFacetRows,         // direction of the facet normal; this and the next are smooth only
   kVertexNormal = kFacet + 3,  // [3 corners][3]: by facet normal, along and across; see CarryNormal
   kSmoothRows = kVertexNormal + 9,
 };
 
-// Vertex normals N in the frame, so that cof(J) N |along| |across| =
+// Vertex normals in the frame, as components n with cof(J) N |along| |across| =
 //   n0 P_along x P_across + n1 P_across x P_facet + n2 P_facet x P_along.
 __device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch, uint32_t box,
                                        Vec3d facet, Vec3d along, Vec3d across, float* rows,
@@ -121,13 +122,12 @@ __device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch
   }
 }
 
-// For one patch.
 struct FrameSize {
-  double length, height;  // of the longest edge, and over it
+  double length, height;  // of the patch's longest edge, and of the patch over it
 };
 
-// All rows but those of the normals' range, from nothing but the plan. `corner`: the vertices of the
-// patch; `facet`: its facet normal.
+// Writes all rows but the two of NormalRange. Reads only the plan. `corner`: the vertices of the patch;
+// `facet`: its facet normal.
 template <bool kSmooth>
 __device__ inline FrameSize WriteFrame(const FusedLaunch& launch, uint32_t patch, uint32_t box,
                                        Vec3d facet, const DeviceVertex* const (&corner)[3],
@@ -137,7 +137,7 @@ __device__ inline FrameSize WriteFrame(const FusedLaunch& launch, uint32_t patch
   Vec3d along = corner[1]->world - origin;
   const double length2 = Dot(along, along), inverse = length2 > 0 ? rsqrt(length2) : 0.0;
   const double length = length2 * inverse;
-  // The ends of a very short edge are rounded out of the plane; its direction must not be.
+  // Rounding moves the ends of a very short edge out of the facet's plane; this puts its direction back.
   along -= Dot(along, facet) * facet;
   const Vec3d unit = inverse * Cross(facet, along);
   const double height = fmax(Dot(side, unit), kSmallestHeight * length);

@@ -1,14 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The fused kernel: from box polynomials to vertices, nothing in memory between.
+// The fused kernel: from box polynomials to vertices, with nothing in global memory between.
 //
-// Comes after box_polynomials_kernel.cu, by a dependent launch. A block is a chunk, 32 patches, a
-// lane each (or a chunk is several blocks, which do 1 and 2 alike); its three warps
-//   1  evaluate the chunk's edges and corners, and make the patches' frames
-//   2  compose a component each, and leave its Taylor coefficients in shared memory
-//   3  take rows by turns, and write vertices straight from registers
-//   4  replace normals that cancelled by those of the definition, where there are any
+// This kernel is a dependent launch after box_polynomials_kernel.cu. A block takes a chunk of 32 patches,
+// one a lane. (When chunks are few, several blocks share a chunk: each does steps 1 and 2, and some of the
+// rows of step 3.) The three warps of a block
+//   1  evaluate the chunk's edges and corners, and compute the patches' frames
+//   2  compose one component each, and leave its Taylor coefficients in shared memory
+//   3  take rows in turn, and write vertices from registers
+//   4  replace the normals that lost their digits to cancellation by those of the definition
 #ifndef LATTICED_CUDA_FUSED_FUSED_KERNEL_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_KERNEL_CUH_
 
@@ -23,9 +24,10 @@ namespace latticed::kernels {
 
 constexpr int kFusedThreads = kFusedWarps * kLanes;
 
-// Blocks that a multiprocessor holds at once, as far as registers go, of degrees that sum to N: those
-// that were fastest on an H200, at 113,663 patches and 10 segments. One more and rows are kept in
-// memory (2x2x2 smooth 0.135 ms with five, 0.109 with four), one fewer and it is idle for longer.
+// How many blocks a multiprocessor must hold at once; the compiler limits the registers to that. N is the
+// sum of the degrees. These were fastest on an H200, at 113,663 patches and 10 segments. With one more,
+// registers spill to memory (2x2x2 smooth: 0.135 ms with five, 0.109 with four); with one fewer, the
+// multiprocessor is idle more often.
 template <int N, bool kSmooth>
 constexpr int BlocksAtOnce() {
   constexpr int kLeastSum = 3;
@@ -33,7 +35,7 @@ constexpr int BlocksAtOnce() {
   return kSmooth ? kVertex[N - kLeastSum] : kFacet[N - kLeastSum];
 }
 
-// Which pairs of rows, `row` and segments - row, are a warp's: one in `of`, from `first` on.
+// The pairs of rows, `row` and segments - row, that a warp takes: every `of`-th pair from `first` on.
 struct RowTurns {
   int first, of;
 
@@ -42,14 +44,15 @@ struct RowTurns {
   }
 };
 
-// The normals of a warp's weak rows by the definition, a lane a point, whichever lane it is of.
-// `weak`: per row the lanes concerned. After the warp has written all vertices of these rows. Not
-// inlined, so that its registers are no business of the kernel's.
+// Replaces the normals of a warp's weak points by those of the definition. `weak`: for each row, the lanes
+// that have weak points in it. The points are spread over all lanes, whichever lane's patch they are on. It
+// is called after the warp has written all vertices of its rows. It is not inlined, so that the kernel
+// needs no registers for it.
 template <bool kFloat>
 __device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, const unsigned* weak,
                                                 uint32_t chunk, RowTurns turns) {
   const int thread = static_cast<int>(threadIdx.x) % kLanes;
-  int first = 0;  // points of the rows before
+  int first = 0;  // points in earlier rows
   for (int row = 0; row <= launch.segments; ++row) {
     if (!turns.Have(row, launch.segments)) continue;
     const int columns = launch.segments - row + 1, points = __popc(weak[row]) * columns;
@@ -78,7 +81,7 @@ class FusedBlock {
         warp_(static_cast<int>(threadIdx.x / kLanes)),
         lane_(threadIdx.x % kLanes) {
     const uint32_t patch = chunk_ * kLanes + lane_;
-    // Lanes after the last patch repeat it.
+    // Lanes past the last patch repeat it.
     patch_index_ = patch < launch.patch_count ? patch : launch.patch_count - 1;
   }
 
@@ -105,7 +108,7 @@ class FusedBlock {
       size = MakeFrame(uses, patch, facet);
       ahead.BringVertices();
     }
-    // Until here the plan was read, and the list of chunks: it came before the kernel waited for.
+    // Only the plan and the list of chunks were read before this line: an earlier kernel brought them.
     WaitForKernelBefore();
     if (frames) BoundNormals(patch.Box(), size);
     features.Evaluate(warp_, lane_);
@@ -129,11 +132,11 @@ class FusedBlock {
     return WriteFrame<kSmooth>(launch_, patch_index_, patch.Box(), UnpackDirection(facet), corner,
                                &Shared::Frame(0, lane_), kLanes);
   }
-  // By the polynomials.
+  // Reads the polynomials.
   __device__ __forceinline__ void BoundNormals(uint32_t box, FrameSize size) const {
     const double by_length = double{launch_.polynomials.cofactor_bounds[box]} * size.length;
     const double bound = by_length * size.height;
-    // Vertex normals come by way of P_facet x P_along, and the facet normal's length is one.
+    // Smooth normals have the term P_facet x P_along, and P_facet belongs to a normal of length 1.
     const NormalRange range = RangeOfNormals(bound, kSmooth ? by_length : bound);
     Shared::Frame(kWeakBelow, lane_) = range.weak_below;
     Shared::Frame(kNormalScale, lane_) = range.scale;
@@ -143,7 +146,7 @@ class FusedBlock {
     return {static_cast<int>(part.part * kFusedWarps) + warp_,
             static_cast<int>(part.parts * kFusedWarps)};
   }
-  // Component warp_.
+  // Warp w composes component w.
   __device__ __forceinline__ void Compose(uint32_t box) {
     AffineMap<D2> map;
 #pragma unroll
@@ -165,8 +168,8 @@ class FusedBlock {
     }
   }
 
-  // From powers in the frame to Taylor coefficients in sheared rows. P_across is taken before the
-  // shear: afterwards it would be a small difference of large numbers in a thin patch.
+  // From powers in the frame to Taylor coefficients in sheared rows. P_across is computed before the
+  // shear: after it, in a thin patch, it would be a small difference of large numbers.
   __device__ __forceinline__ void ToRowForm(float* p, float shear, float* out) const {
     ToTaylor<N>(p);
     float* across = out + Shared::kAcrossAt;
