@@ -37,7 +37,7 @@ LaneFormat FormatFor(const ViewSpec& spec) {
   return wide ? LaneFormat::kQuantised16 : LaneFormat::kQuantised8;
 }
 
-// Points of all chunks, the padding of the last one included.
+// Points of all chunks, with the padding of the last one.
 size_t PaddedPoints(const DeformPlan& plan, const ViewSpec& spec) {
   return plan.chunk_count() * limits::kPatchesPerChunk *
          static_cast<size_t>(PointsPerPatch(spec.segments));

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pipeline kFused on the device: the polynomials of all boxes, or of those that the frame names,
-// then the vertices of the named chunks, in the lane order of fused_kernels.h. Twin of
+// Pipeline kFused on the device. It computes the polynomials of all boxes, or of those that the frame
+// names, and then the vertices of the named chunks in the lane order of fused_kernels.h. Twin of
 // core/cpu/fused/cpu_fused.h.
 //
 // Errors   those of device_buffer.h and staged_upload.h
-// Threads  one at a time; enqueues on the lane, and waits only where ToWireOrder's list is still on
-//          its way from the last call
+// Threads  one at a time. Calls enqueue on the lane; ToWireOrder waits until the list of its last call
+//          has been copied
 #ifndef LATTICED_CUDA_FUSED_CUDA_FUSED_KERNEL_H_
 #define LATTICED_CUDA_FUSED_CUDA_FUSED_KERNEL_H_
 
@@ -66,7 +66,7 @@ class CudaFusedKernel : public CudaVertexKernel {
   std::shared_ptr<CudaLane> lane_;
   kernels::PlanTables tables_;
   Buffers buffers_;
-  int blocks_at_once_ = 1;  // that the device holds
+  int blocks_at_once_ = 1;  // how many blocks of FusedCall the device holds at once
   // For evaluations that upload the whole lattice, and for those that upload a part of it. Their
   // kernels differ.
   LaunchGraph graph_, part_graph_;

@@ -9,7 +9,7 @@
 
 namespace latticed::kernels {
 
-// One component of it.
+// Loads one component of the polynomial of `box`.
 template <int kStride>
 __device__ __forceinline__ void LoadCoefficients(const FusedLaunch& launch, uint32_t box,
                                                  int component, float* c) {

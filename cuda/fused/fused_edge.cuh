@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One component of a box polynomial along a straight edge: positions that do not depend on the patch
-// that asks.
+// One component of a box polynomial along a straight edge, as a polynomial in tau. The positions do not
+// depend on which of the edge's two patches asks.
 //
 //   l(tau) = midpoint + tau direction,  tau in [-1/2, 1/2]
 //
-// Exchanging the edge's ends flips the direction and with it, exactly, every odd coefficient: so
-// both patches of an edge get the same bits without agreeing on a direction.
+// Exchanging the edge's ends changes the sign of the direction, and exactly that of every odd coefficient.
+// So both patches of an edge get the same bits, whichever way each runs along it.
 #ifndef LATTICED_CUDA_FUSED_FUSED_EDGE_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_EDGE_CUH_
 
@@ -81,7 +81,7 @@ class EdgeComposition {
   }
 };
 
-// Even and odd part of a polynomial in tau of degree N: p(±tau) = even ± tau odd.
+// The even and the odd part of a polynomial of degree N in tau: p(±tau) = even ± tau odd.
 template <int N>
 __device__ __forceinline__ void SplitPowers(const float* p, float tau2, float& even, float& odd) {
   constexpr int kEven = N - N % 2, kOdd = N - 1 + N % 2;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The kernels of the fused pipeline, as the .cc files see them. Order of work: box polynomials, then
-// vertices of chunks in lane order, then chunks in wire order where somebody reads them.
+// The kernels of the fused pipeline, as the .cc files see them. They run in this order: box polynomials,
+// then vertices of chunks in lane order, then, for chunks that are read, from lane order to wire order.
 //
 // Layout   lane order, q points a patch, lane = patch in its chunk of 32; the last chunk is padded
 //   kFloat32          float [chunk][point][x y z nx ny nz, or x y z][lane]
@@ -10,10 +10,10 @@
 //                     t mean nothing in a view without normals
 //   kQuantised16      8 bytes [chunk][point][lane]: x | y << 16, z and 16 bits of no meaning;
 //                     then, 4 bytes [chunk][point][lane], s | t << 16
-//   so that every store of a warp is whole lines.
+//   so every store of a warp fills whole cache lines.
 // Units    world units relative to plan.local_origin
 // Errors   cudaError_t of the launch; those of kernel_call.h
-// Threads  none wait; all pointers must stay until the stream has passed
+// Threads  no call waits; all pointers must stay valid until the stream has run the kernels
 #ifndef LATTICED_CUDA_FUSED_FUSED_KERNELS_H_
 #define LATTICED_CUDA_FUSED_FUSED_KERNELS_H_
 
@@ -26,31 +26,31 @@
 
 namespace latticed::kernels {
 
-// The polynomial of each box, in the units that the format wants, float: [box][component][coefficient],
+// The polynomial of each box in the units of the output format, float: [box][component][coefficient],
 // rows of CoefficientStride; coefficient (a (d1 + 1) + b)(d2 + 1) + c belongs to l0^a l1^b l2^c.
 struct BoxPolynomials {
-  double scale;  // of scale R + offset
+  double scale;  // the polynomial is scale R + offset
   Vec3d offset;
   float* coefficients;
-  float* cofactor_bounds;  // not below ||cof J|| in the box, scaled
+  float* cofactor_bounds;  // upper bounds of ||cof J|| in the box, J of the scaled polynomial
 };
-// Rows begin at multiples of 16 bytes.
+// Rows are padded to multiples of 16 bytes.
 LATTICED_HD constexpr int CoefficientStride(int d0, int d1, int d2) {
   return ((d0 + 1) * (d1 + 1) * (d2 + 1) + 3) / 4 * 4;
 }
-// Boxes, each once, or, where `numbers` is null, all of the plan.
+// `count` boxes, each once; all boxes of the plan when `numbers` is null.
 struct BoxList {
   const uint32_t* numbers;
   uint32_t count;
 };
-// After the copy of the control points, which may bring the list too.
+// Runs after the copy of the control points, which may bring the list too.
 KernelCall BoxPolynomialsCall(const PlanTables& plan, const FusedTables& tables,
                               const Vec3d* control_points, const BoxList& boxes,
                               const BoxPolynomials& polynomials);
 
 enum class LaneFormat { kFloat32, kQuantised8, kQuantised16 };
 
-// Quantised, integer = round(top * saturate(p)), p running from 0 to 1 over the quantisation box.
+// Quantised formats: integer = round(top * saturate(p)), where p is 0 to 1 over the quantisation box.
 struct FusedOutput {
   LaneFormat format;
   float top;        // 2^position_bits - 1
@@ -59,29 +59,32 @@ struct FusedOutput {
   uint8_t* second_plane;  // kQuantised16
 };
 
-// Up to so many segments, points of patches whose degrees sum to N are evaluated one by one, by
-// direct_kernel.cuh. Of the time of the other form that takes, as measured at 113,663 patches:
+// The most segments with which direct_kernel.cuh evaluates the points one by one; n is the sum of the
+// degrees. The table is its time over that of the composing kernel, by segments, measured at 113,663
+// patches:
 //           facet normals                              vertex normals
 //   1x1x1   0.78 to 0.86 up to 2, 0.96 and 1.05 at 3   0.65 to 0.92 up to 4, 0.97 and 1.03 at 5
 //   2x2x2   0.63 to 0.96 up to 4, 1.09 and 1.15 at 5   0.50 to 0.89 up to 5, 0.96 and 1.03 at 6
 //   3x3x3   0.35 to 0.87 up to 5, 0.85 and 1.06 at 6   0.19 to 0.46 up to 6
-// where the first of two numbers is float32's. Other degrees by analogy.
+// Where there are two numbers, the first is of float32. Other degrees follow by analogy.
 LATTICED_HD constexpr int MostDirectSegments(int n, Normals normals) {
   return 2 + n / 3 + (normals == Normals::kSmooth ? 1 : 0);
 }
 
-// Warps of a block. Composing, they share a chunk or a part of it; point by point each has its own.
+// Warps of a block. In the composing kernel they share a chunk, or a part of one; in the direct kernel each
+// warp has its own.
 inline constexpr int kFusedWarps = 3, kDirectWarps = 4;
 
-// Which blocks the chunks of a launch are, or which warps, point by point: the first `whole` one each, the
-// others `parts` each, which take a chunk's rows by turns, or its points by three. Every part does again
-// what comes before them: where it is composed, half of a chunk's time.
+// How chunks of a launch are divided among blocks (direct kernel: among warps). The first `whole` chunks
+// take one block each, the others `parts` blocks each, which share the chunk's rows (direct kernel: its
+// triples of points). Every part repeats the work before the rows: in the composing kernel that is half of
+// a chunk's time.
 struct FusedBlocks {
   uint32_t whole, parts;
-  uint32_t at_once;  // that the device holds
+  uint32_t at_once;  // how many the device holds at once
 
   LATTICED_HD uint32_t Count(uint32_t chunks) const { return whole + (chunks - whole) * parts; }
-  // A chunk, by its place in the launch, and which part of it.
+  // A chunk, as its place in the launch, and which of its parts.
   struct Part {
     uint32_t index, part, parts;
   };
@@ -106,15 +109,16 @@ struct FusedLaunch {
   Normals normals;
   FusedOutput output;
 };
-// Divides chunks where multiprocessors would be idle: where there are fewer than the device holds at once,
-// and, composed, those that are left when it has been full. The latter of float32 alone, whose rows take
-// longer: 2 % there, and quantised up to 3 % slower. Point by point the former takes an edit of 128
-// chunks and 4 segments from 0.0317 to 0.0267 ms; parts for two turns of the device are no faster, and
-// slower from 535 chunks on.
-// `blocks_at_once`: of FusedCall, that the device holds.
+// Divides chunks where multiprocessors would otherwise be idle:
+//   all chunks        when they are fewer than the device holds at once. Direct kernel: an edit of 128 chunks
+//                     with 4 segments takes 0.0267 ms, not 0.0317. Parts for twice as many blocks as the
+//                     device holds are no faster, and slower from 535 chunks on.
+//   the last chunks   that do not fill the device once more; composing kernel and float32 only, whose rows
+//                     take longer. It saves 2 % there, and would cost quantised vertices up to 3 %.
+// `blocks_at_once`: blocks of FusedCall that the device holds at once.
 FusedBlocks DivideChunks(const FusedLaunch& launch, int blocks_at_once);
-// After the polynomials of all boxes that own points of the chunks. At least one chunk. Of no kernel
-// where the degrees are none that a plan has.
+// Runs after the polynomials of all boxes that own points of the chunks. There is at least one chunk. Returns
+// a call of no kernel for degrees that no plan has.
 KernelCall FusedCall(const FusedLaunch& launch);
 
 // Chunks of a view from lane order to the bytes of core/view/vertex_layout.h.

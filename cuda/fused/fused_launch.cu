@@ -9,14 +9,15 @@
 namespace latticed::kernels {
 namespace {
 
-// By direct_kernel.cuh. Whatever chunks there are, or their borders would not have the same bits.
+// Whether direct_kernel.cuh evaluates. It must not depend on the chunks: points on their borders would
+// otherwise differ in their last bits.
 bool IsDirect(const FusedLaunch& launch) {
   const auto& degree = launch.tables.degree;
   const int sum = degree[0] + degree[1] + degree[2];
   return launch.segments <= MostDirectSegments(sum, launch.normals);
 }
 
-// Parts of a chunk that have work each.
+// The most parts of a chunk that all have work.
 int MostParts(const FusedLaunch& launch) {
   const auto divided_up = [](int work, int share) { return (work + share - 1) / share; };
   return IsDirect(launch) ? divided_up(PointsPerPatch(launch.segments), 3)

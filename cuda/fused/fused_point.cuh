@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One component of a box's polynomial R at one point, and of its Jacobian, by Horner's rule. Twin of
-// core/cpu/fused/fused_point-inl.h.
+// Evaluates one component of a box's polynomial R and of its Jacobian at one point, by Horner's rule. Twin
+// of core/cpu/fused/fused_point-inl.h.
 #ifndef LATTICED_CUDA_FUSED_FUSED_POINT_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_POINT_CUH_
 
@@ -27,8 +27,8 @@ class PointJet {
   }
 
  private:
-  // One step of Horner's rule, sum * l + next, on a value and its derivatives: the first kEntries by
-  // the coordinates within, and with kSlopes the one by l itself behind them.
+  // One step of Horner's rule, sum * l + next. `sum` holds the value and its derivatives by the inner
+  // coordinates, kEntries in all; with kSlopes the derivative by l itself comes after them.
   template <int kEntries>
   __device__ static __forceinline__ void Step(float l, const float* next, bool first, float* sum) {
     if constexpr (kSlopes) sum[kEntries] = first ? sum[0] : fmaf(sum[kEntries], l, sum[0]);

@@ -4,8 +4,9 @@
 // Composition of one component of a box polynomial with the affine map of a patch, exactly, in
 // registers: one patch a lane.
 //
-// A bivariate polynomial of degree n is an array of (n+1)(n+2)/2 numbers, x^i t^j at At(i, j):
-// graded, so a polynomial of lower degree is a prefix. All loops have constant bounds and unroll.
+// A bivariate polynomial of degree n is an array of (n+1)(n+2)/2 coefficients, that of x^i t^j at
+// At(i, j). They are ordered by degree, so a polynomial of lower degree is a prefix. All loops have
+// constant bounds and are unrolled.
 // Twin of core/cpu/fused/fused_polynomial-inl.h.
 #ifndef LATTICED_CUDA_FUSED_FUSED_POLYNOMIAL_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_POLYNOMIAL_CUH_
@@ -150,8 +151,8 @@ __device__ __forceinline__ void ToTaylor(float* p) {
   }
 }
 
-// Taylor coefficients of p(x + shear t, t) in place: d/dt becomes d/dt + shear d/dx, once a degree
-// of t.
+// Replaces the Taylor coefficients of p(x, t) by those of p(x + shear t, t): d/dt becomes d/dt + shear
+// d/dx, once for each degree of t.
 template <int N>
 __device__ __forceinline__ void Shear(float* p, float shear) {
 #pragma unroll

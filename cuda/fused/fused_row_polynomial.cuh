@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One component of a patch, from Taylor coefficients P_ij = d^i/dx^i d^j/dt^j, graded as At(i, j) has
-// them, to those of a row and to its points:
+// Evaluates one component of a patch: from its Taylor coefficients P_ij = d^i/dx^i d^j/dt^j, ordered by
+// At(i, j), to those of a row, and to the row's points:
 //
 //   row t       p_i = sum_j P_ij t^j / j!
 //   point x     p(x) = sum_i p_i x^i / i!
 //
-// Each by its even and its odd part, which t and -t, and x and -x, share.
+// The even and the odd part are computed once for t and -t, and once for x and -x.
 #ifndef LATTICED_CUDA_FUSED_FUSED_ROW_POLYNOMIAL_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_ROW_POLYNOMIAL_CUH_
 
@@ -55,8 +55,8 @@ __device__ __forceinline__ void CollapseRows(const float* p, const RowPowers<kMo
   }
 }
 
-// A step along a row to x: by[i] = x^2 / (i (i + 1)). Made and not looked up: what is loaded from shared
-// memory is what rows wait for.
+// Factors for the point x of a row: by[i] = x^2 / (i (i + 1)). They are computed and not loaded: rows
+// already wait for their loads from shared memory.
 template <int N>
 struct RowStep {
   float x, by[size_t{N}];

@@ -5,8 +5,9 @@
 //
 //   row t       polynomials in x of P, P_across and P_facet: fused_row_polynomial.cuh
 //   point x     position = sum_i p_i x^i / i!,   d/dx = sum_i p_(i+1) x^i / i!
-//   normal      P_along x P_across; with vertex normals as WriteSmoothRows says. Made also for views
-//               without normals, which do not store it: a branch a point would cost all others
+//   normal      P_along x P_across; with smooth normals the formula of WriteSmoothRows. Views without
+//               normals compute it too, and do not store it: a branch for each point costs all other
+//               views more
 //
 // Points on the patch's edges take their positions from shared memory: fused_features.cuh.
 #ifndef LATTICED_CUDA_FUSED_FUSED_ROWS_CUH_
@@ -19,7 +20,7 @@
 
 namespace latticed::kernels {
 
-// NaN where either is.
+// NaN when a or b is NaN.
 __device__ __forceinline__ float MinOrNan(float a, float b) {
   float result;
   asm("min.NaN.f32 %0, %1, %2;" : "=f"(result) : "f"(a), "f"(b));
@@ -34,7 +35,7 @@ struct FusedRow {
   float facet[3][kSmooth ? size_t{N} : 1];
 };
 
-// What a point's normal is made of.
+// Derivatives of P at a point, from which its normal is computed.
 struct Tangents {
   float3 along, across, facet;
 };
@@ -49,7 +50,7 @@ class RowKernel {
   using Position = typename Sink::Position;
   using Vertex = typename Sink::Vertex;
 
-  // `uses` of the lane's patch.
+  // `uses`: those of the lane's patch.
   __device__ RowKernel(const FusedLaunch& launch, const FeatureUses& uses, uint32_t chunk,
                        unsigned lane)
       : sink_(launch, chunk, lane),
@@ -60,7 +61,7 @@ class RowKernel {
         weak_below_(Shared::Frame(kWeakBelow, lane)),
         scale_(Shared::Frame(kNormalScale, lane)) {}
 
-  // Whether Shared::Weak has any lane in the rows that were run; the same in all lanes.
+  // Whether a lane has a weak normal in any row so far; the same for all lanes of the warp.
   __device__ bool any_weak() const { return any_weak_; }
 
   // Rows `low` and segments - low, low <= segments / 2.
@@ -91,13 +92,13 @@ class RowKernel {
     }
   }
 
-  // Where the next two points go, at -x and x; from the ends of a row inwards.
+  // Where the next two points of a row are stored, at -x and x, going from its ends inwards.
   struct Places {
     unsigned left, right;
     int step;
   };
 
-  // Points at -x come first in the pattern in rows of even number, those at x in the others.
+  // In the pattern, even rows begin with the point of smallest x, odd rows with that of largest x.
   __device__ __forceinline__ Places PlacesOf(int row) const {
     const int stride = static_cast<int>(sink_.stride());
     const unsigned first = sink_.Place(RowBegin(segments_, row));
@@ -115,12 +116,12 @@ class RowKernel {
     } else {
       EvaluateInner(row, r, places);
     }
-    const unsigned weak = __ballot_sync(~0u, !(least_ > weak_below_));  // NaN too
+    const unsigned weak = __ballot_sync(~0u, !(least_ > weak_below_));  // true for NaN
     if (lane_ == 0) Shared::Weak(row) = weak;
     any_weak_ |= weak != 0;
   }
 
-  // Row 0, all of it on edge 0.
+  // Row 0: all its points lie on edge 0.
   __device__ __forceinline__ void EvaluateBottom(const Row& r, Places& places) {
     unsigned left = Shared::CornerAt(uses_.Corner(0)), right = Shared::CornerAt(uses_.Corner(1));
     int k = 1;
@@ -153,18 +154,18 @@ class RowKernel {
                 places);
   }
 
-  // Where the position of point k of an edge stands, counted from the edge's end where `from_end`.
+  // Where the position of point k of an edge is stored; k is counted from the edge's end if `from_end`.
   __device__ __forceinline__ unsigned EdgeAt(int edge, bool from_end, int k) const {
     const bool back = uses_.IsReversed(edge) != from_end;
     return Shared::EdgePointAt(uses_.Edge(edge), back ? segments_ - k : k);
   }
 
-  // Point m of a row, counted by halves of a segment from its middle.
+  // The point m half segments from the middle of a row.
   __device__ __forceinline__ Step StepTo(int m) const {
     return Step(static_cast<float>(m) * unit_);
   }
 
-  // The points at -x and x, of positions `left` and `right`.
+  // Stores the points at -x and x, whose positions are `left` and `right`.
   __device__ __forceinline__ void StorePair(const Row& r, const Step& step, Position left,
                                             Position right, Places& places) {
     Tangents a, b;
@@ -201,7 +202,7 @@ class RowKernel {
     return sink_.MakeVertex(p, n, norm1, scale_);
   }
 
-  // The vertex normals' interpolation along row t: linear in b1 = x - t/2 + 1/4 and b2 = t + 1/2.
+  // Interpolates the corners' normals along row t: linear in b1 = x - t/2 + 1/4 and b2 = t + 1/2.
   __device__ __forceinline__ void InterpolateNormals(float t) {
     const float b1 = 0.25f - 0.5f * t, b2 = t + 0.5f;  // b0 = b1 at x = 0
 #pragma unroll

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Shared memory of a block of the fused kernel. Every row has a float, or a vector of floats, a lane.
+// Shared memory of a block of the fused kernel. Each row holds one float, or one vector of floats, for each
+// lane.
 #ifndef LATTICED_CUDA_FUSED_FUSED_SHARED_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_SHARED_CUH_
 
@@ -15,7 +16,7 @@ namespace latticed::kernels {
 template <int N, bool kSmooth, bool kFloat>
 class FusedShared {
  public:
-  // A component's Taylor coefficients: P, P_across, and with vertex normals P_facet.
+  // Taylor coefficients of one component: of P, of P_across and, with smooth normals, of P_facet.
   static constexpr int kAcrossAt = Terms(N), kFacetAt = kAcrossAt + Terms(N - 1);
   static constexpr int kNumbers = kFacetAt + (kSmooth ? Terms(N - 1) : 0);
   static constexpr int kVectors = (kNumbers + 3) / 4;
@@ -31,11 +32,11 @@ class FusedShared {
   __device__ static float& Frame(int row, unsigned lane) {
     return Floats()[kFrameAt + row * kLanes + lane];
   }
-  // Per row, the lanes with a weak normal.
+  // For each row of points, the lanes with a weak normal in it, as bits.
   __device__ static unsigned& Weak(int row) {
     return reinterpret_cast<unsigned*>(Floats())[kWeakAt + row];
   }
-  // The chunk's patches and distinct vertices, where the coefficients come later.
+  // The chunk's patches, uses and distinct vertices. The coefficients overwrite them later.
   __device__ static DevicePatch& Patch(unsigned lane) {
     return reinterpret_cast<DevicePatch*>(Vectors())[lane];
   }
@@ -57,7 +58,7 @@ class FusedShared {
   __device__ static __forceinline__ unsigned EdgePointAt(unsigned number, int k) {
     return static_cast<unsigned>(kEdgesAt + (k - 1) * kWords * kUses) + number;
   }
-  // Words of a position lie kUses apart.
+  // The words of a position are kUses words apart.
   __device__ static __forceinline__ Position Load(unsigned at) {
     const float* word = Floats() + at;
     if constexpr (kFloat) {
@@ -77,7 +78,7 @@ class FusedShared {
 
  private:
   static constexpr int kRows = limits::kMaxSegments + 1;
-  static constexpr int kUses = 3 * kLanes;  // of corners, and of edges
+  static constexpr int kUses = 3 * kLanes;  // uses of corners; as many of edges
   static constexpr int kWords = VertexSink<kFloat>::kPositionWords;
   static constexpr int kFrameAt = 3 * kVectors * 4 * kLanes;
   static constexpr int kWeakAt = kFrameAt + (kSmooth ? kSmoothRows : kFacetRows) * kLanes;
@@ -88,7 +89,7 @@ class FusedShared {
                     kUses * sizeof(DeviceVertex) <=
                 kFrameAt * sizeof(float));
 
-  // Named here and not passed, so that the compiler knows what kind of memory it is.
+  // Declared here, not passed as a pointer, so that the compiler knows that it is shared memory.
   __device__ static float4* Vectors() {
     extern __shared__ float4 fused_shared[];
     return fused_shared;

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How a lane makes its vertices and writes them, in the lane order of fused_kernels.h.
+// How a lane converts its vertices to the output format and writes them in the lane order of
+// fused_kernels.h.
 #ifndef LATTICED_CUDA_FUSED_FUSED_STORE_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_STORE_CUH_
 
@@ -12,24 +13,24 @@
 
 namespace latticed::kernels {
 
-// Added to a float of magnitude below 2^22, rounds it to an integer, which stands in the low bits.
+// Adding it to a float of magnitude below 2^22 rounds that to an integer, which is then the low bits.
 constexpr float kRound = 12582912.0f;  // 1.5 * 2^23
 
-// Without the care for denormal numbers that division takes.
+// Faster than a division, which treats denormal numbers correctly.
 __device__ __forceinline__ float ApproximateReciprocal(float x) {
   float result;
   asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
   return result;
 }
 
-// Octahedral coordinates of a direction in the low 16 bits of each, `centre` = 2^(bits - 1) - 1.
+// Octahedral coordinates (s, t) of a direction, each in the low 16 bits; `centre` = 2^(bits - 1) - 1.
 //
-//   s = centre + sign(y) (|y| + max(-x, 0)) centre / |n|_1,   t likewise by z
+//   s = centre + sign(y) (|y| + max(-x, 0)) centre / |n|_1,   t likewise with z
 //
-// the map of core/codec/octahedral.h without a branch, rounded to the nearest on each axis. The rim
-// of the square names directions twice, by the signs of a y or z that is nothing; a direction moved
-// by kBias, a fraction of the finest step, has no sign of chance there, so that the numbers of a flat
-// or ruled surface stay smooth and compress.
+// This is the map of core/codec/octahedral.h without a branch, rounded to nearest on each axis. On the rim
+// of the square a direction has two pairs of coordinates, and the sign of a y or z that is zero decides.
+// Rounding errors would choose that sign at random. So the direction is first moved by kBias, a fraction
+// of the finest step: the numbers of a flat or ruled surface then stay smooth and compress well.
 constexpr float kBias = 0x1p-16f;
 __device__ __forceinline__ uint2 QuantiseDirection(float3 n, float norm1, float centre) {
   const float scale = centre * ApproximateReciprocal(norm1), back = fmaxf(-n.x, 0.0f);
@@ -38,14 +39,14 @@ __device__ __forceinline__ uint2 QuantiseDirection(float3 n, float norm1, float 
           __float_as_uint(fmaf(copysignf(fabsf(z) + back, z), scale, centre + kRound))};
 }
 
-// The vertices of one lane. Places are bytes from the chunk's first vertex.
+// Writes the vertices of one lane. A place is a number of bytes from the chunk's first vertex.
 template <bool kFloat>
 class VertexSink {
  public:
-  // What is stored of a position; quantised x | y << 16 and z.
+  // A position as it is stored; quantised, x | y << 16 and z.
   using Position = std::conditional_t<kFloat, float3, uint2>;
   static constexpr int kPositionWords = sizeof(Position) / sizeof(float);
-  // What is stored of a vertex; of a quantised normal s and t, in the low 16 bits of each.
+  // A vertex before it is stored; a quantised normal is s and t, each in the low 16 bits.
   struct Vertex {
     Position position;
     std::conditional_t<kFloat, float3, uint2> normal;
@@ -67,13 +68,13 @@ class VertexSink {
     second_ = launch.output.second_plane + first * kRowBytes;
   }
 
-  // Bytes from a point to the next.
+  // Bytes from one point to the next.
   __device__ unsigned stride() const { return stride_; }
   __device__ unsigned Place(int point) const {
     return lane_ + static_cast<unsigned>(point) * stride_;
   }
 
-  // Quantised, `p` runs from 0 to 1 over the quantisation box; NaN is 0.
+  // For quantised formats `p` is 0 to 1 over the quantisation box. NaN becomes 0.
   __device__ __forceinline__ Position MakePosition(float3 p) const {
     if constexpr (kFloat) {
       return p;
@@ -97,8 +98,8 @@ class VertexSink {
     }
   }
 
-  // One decision for all of them, so that the work on one fills the waits of the other. Views without
-  // normals do without: s and t of their quantised words mean nothing.
+  // Stores all vertices with one branch, so that their instructions can overlap. Views without normals need
+  // none: s and t in their quantised words mean nothing.
   template <unsigned kCount>
   __device__ __forceinline__ void Store(const unsigned (&places)[kCount],
                                         const Vertex (&vertices)[kCount]) const {
@@ -131,7 +132,7 @@ class VertexSink {
     if constexpr (kFloat) {
       StoreFloats(place, v.position);
     } else {
-      // With wide normals s and t stand here too, and nobody reads them.
+      // With wide normals, s and t are written here too, and nothing reads them.
       const uint32_t zs = __byte_perm(v.position.y, v.normal.x, 0x0410);
       StoreWords(place, v.position.x, __byte_perm(zs, v.normal.y, 0x4210));
     }
@@ -152,7 +153,7 @@ class VertexSink {
                                              uint32_t second) const {
     *reinterpret_cast<uint2*>(base_ + place) = {first, second};
   }
-  // Half as wide as the words, so at half the place.
+  // The second plane has 4 bytes where the first has 8.
   __device__ __forceinline__ uint32_t& SecondWord(unsigned place) const {
     return *reinterpret_cast<uint32_t*>(second_ + place / 2);
   }

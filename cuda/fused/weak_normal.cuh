@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The normal of one point by the definition, in place of one whose products cancelled.
+// Replaces the normal of one point, when cancellation has taken its digits, by that of the definition.
 #ifndef LATTICED_CUDA_FUSED_WEAK_NORMAL_CUH_
 #define LATTICED_CUDA_FUSED_WEAK_NORMAL_CUH_
 
@@ -12,7 +12,7 @@
 
 namespace latticed::kernels {
 
-// For the patch of a lane, after its vertex is stored.
+// `lane`: that of the patch. Called after the vertex is stored.
 template <bool kFloat>
 __device__ __forceinline__ void ReplaceNormal(const FusedLaunch& launch, uint32_t chunk,
                                               unsigned lane, int row, int column) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From the fused kernel's lane order to wire order. A block takes 32 points of a chunk: it reads
-// them a point at a time, whole lines, and writes them a patch at a time through shared memory.
+// Copies chunks from the fused kernel's lane order to wire order. A block takes 32 points of a chunk. It
+// reads them point by point, in whole cache lines, and writes them patch by patch, through shared memory.
 #include "cuda/fused/fused_kernels.h"
 
 namespace latticed::kernels {
@@ -31,7 +31,7 @@ __device__ void Transpose(const Place& place, const Load& load, const Store& sto
   __shared__ T tile[kTile][kTile + 1];
   const int first = static_cast<int>(blockIdx.y) * kTile;
   const int x = static_cast<int>(threadIdx.x);
-  __syncthreads();  // the tile's last readers
+  __syncthreads();  // until an earlier call has read the tile
   for (int y = static_cast<int>(threadIdx.y); y < kTile; y += kRowsAtOnce) {
     if (first + y < place.points) tile[y][x] = load(first + y, x);
   }
@@ -56,7 +56,7 @@ __global__ void FloatsKernel(const __grid_constant__ WireOrder order) {
   }
 }
 
-// Planes x, y, z of 16 bits, then s and t of T.
+// The planes x, y and z of 16 bits come first, then s and t as T.
 template <class T>
 __device__ void StoreNormal(const Place& place, int at, uint32_t s, uint32_t t) {
   const int points = place.lanes * place.points;
