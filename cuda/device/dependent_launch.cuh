@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A kernel that begins while the one before it on the stream still runs, and waits for that one's
-// results where it needs them: from compute capability 9.0 on, elsewhere one after the other.
+// Programmatic dependent launch: a kernel begins while the kernel before it on the stream still runs, and
+// waits for that kernel's results only where it needs them. Below compute capability 9.0 the kernels run
+// one after the other.
 #ifndef LATTICED_CUDA_DEVICE_DEPENDENT_LAUNCH_CUH_
 #define LATTICED_CUDA_DEVICE_DEPENDENT_LAUNCH_CUH_
 
@@ -11,13 +12,14 @@
 
 namespace latticed::kernels {
 
-// In the first kernel, by all its blocks, after its own wait: the next one may begin, and read what
-// the kernels before this one wrote, for these are done. What this one writes only after its wait.
+// Called in the first kernel, by all its blocks, after WaitForKernelBefore. The second kernel may then begin
+// and read what earlier kernels wrote, because these are done. What the first kernel writes it may read
+// only after its own WaitForKernelBefore.
 __device__ __forceinline__ void LetNextKernelBegin() {
   NV_IF_TARGET(NV_PROVIDES_SM_90, (asm volatile("griddepcontrol.launch_dependents;");))
 }
 
-// In the second kernel: all that the first one wrote is there.
+// Called in the second kernel: returns when all that the first kernel wrote can be read.
 __device__ __forceinline__ void WaitForKernelBefore() {
   NV_IF_TARGET(NV_PROVIDES_SM_90, (asm volatile("griddepcontrol.wait;" ::: "memory");))
 }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kWhat = "the encoding";
 
-// A stream up to the symbols of its positions.
+// The bytes of a stream before the symbols of its positions.
 std::vector<uint8_t> HeadBytes(size_t points, int normal_bits, const ChunkConnectivity* triangles) {
   std::vector<uint8_t> bytes(kMostContainerBytes +
                              (triangles == nullptr ? 0 : triangles->bytes().size()));

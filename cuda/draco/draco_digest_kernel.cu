@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A chunk's digest: two sums over its bytes, eight at a time, of 64 bits that depend on them and on
-// where they are by two mixing functions (splitmix64's, Stafford's variants 13 and 4 of Murmur3's
-// finaliser). Sums need no order, so all threads add to them. The host's digest is another
-// (core/view/view_encoder.cc): a chunk that was encoded there is encoded here once more.
+// A chunk's digest is two sums of 64 bits. Each adds, for every eight bytes of the chunk, a mixing function
+// of these bytes and of their place (splitmix64's: Stafford's variants 13 and 4 of Murmur3's finaliser).
+// The order of a sum does not matter, so all threads add to it. The host uses another digest
+// (core/view/view_encoder.cc), so a chunk that was encoded on the host is encoded here once more.
 #include "cuda/draco/draco_table.cuh"
 
 namespace latticed::kernels {

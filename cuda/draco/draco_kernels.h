@@ -6,17 +6,18 @@
 //   draco_digest_kernel.cu   a block a chunk     integers -> their digest; whether it is the known one
 //   draco_symbols_kernel.cu  a block a chunk     integers -> symbols, their counts, probabilities,
 //                                                the bytes of the tables
-//   draco_rans_kernel.cu     a thread a stream   symbols -> what leaves the state at each
+//   draco_rans_kernel.cu     a thread a stream   symbols -> the bytes that leave the state at each
 //   draco_pack_kernel.cu     one block, then     sizes -> places, then the bytes of each chunk in
 //                            a block a chunk     its place
 //
-// A stream is one attribute of a chunk: stream 2 i positions, 2 i + 1 normals. Tables of all streams
-// lie in one store, each by the symbols that occur. A chunk that finds no room in it is deferred: it
-// comes out empty, and is to be encoded again among fewer.
+// A stream is one attribute of a chunk: stream 2 i holds positions, stream 2 i + 1 normals. The tables of
+// all streams share one store; a table takes as many entries as its stream has symbols. A chunk whose tables
+// do not fit is deferred: its result is empty, and the caller encodes it again together with fewer chunks.
 //
-// Layout   chunks one after the other in wire layout, all of as many points but the last of a plan
+// Layout   chunks one after the other in wire layout; all have equally many points, except the last of a
+//          plan
 // Errors   cudaError_t of the launch
-// Threads  none wait; all pointers must stay until the stream has passed
+// Threads  no call waits; all pointers must stay valid until the stream has run the kernels
 #ifndef LATTICED_CUDA_DRACO_DRACO_KERNELS_H_
 #define LATTICED_CUDA_DRACO_DRACO_KERNELS_H_
 
@@ -31,18 +32,18 @@ namespace latticed::kernels {
 
 inline constexpr uint32_t kPositionValues = 3, kNormalValues = 2;  // of a point
 
-// How a stream came out.
+// The result of coding a stream.
 struct DracoStream {
   uint32_t first_entry;  // of its table in DracoWork::entries, by symbol
   uint32_t table_bytes;
-  uint32_t coded_bytes;  // those of the last state included
+  uint32_t coded_bytes;  // with those of the last state
   uint32_t largest;      // symbol
   uint32_t last_word;    // the last state's bytes, the lowest first
   uint16_t least, most;  // of the chunk's coordinates; of positions only
   uint8_t bit_length;    // rans_model.h
   uint8_t fate;          // DracoFate, of the chunk
 };
-// Unchanged: its integers have the digest that the host has bytes of.
+// kUnchanged: the integers have the digest that the caller gave, so the host has the bytes already.
 enum class DracoFate : uint8_t { kCoded, kDeferred, kUnchanged };
 
 LATTICED_HD inline bool IsCoded(const DracoStream& stream) {
@@ -54,13 +55,13 @@ struct DracoDigest {
   unsigned long long low, high;
 };
 
-// At 12 bits, up to two bytes leave a state at each symbol: the two are kept whether they leave or
-// not, and how many do, by two bits, for sixteen symbols in a word. Streams of more bits are rare,
-// and their bytes are kept one after the other, as far as two for each symbol.
+// At 12 bits, up to two bytes leave the state at each symbol. Both are stored, whether they leave or not,
+// and two bits say how many do: a word has these bits for sixteen symbols. Streams of more bits are rare.
+// Their bytes are stored one after the other, up to two for each symbol.
 inline constexpr uint32_t kSymbolsAWord = 16;
 
-// Sets of counts for chunks whose coordinates span more than shared memory holds. A block takes a
-// free one and gives it back.
+// Arrays of counts for chunks whose coordinates span more than shared memory holds. A block takes a free
+// one and gives it back.
 inline constexpr uint32_t kWideSlots = 64;
 
 // The host sets these to zero before the first kernel.
@@ -75,7 +76,7 @@ struct DracoWork {
   const uint32_t* numbers;             // of the chunks to encode; null: 0, 1, 2 …
   uint32_t count;                      // of them
   uint32_t points;                     // of a chunk
-  uint32_t last_chunk, last_points;    // the one number that has others
+  uint32_t last_chunk, last_points;    // the chunk that may have fewer points, and its points
   int32_t position_bits, normal_bits;  // 0: no normals
 
   // By place in `numbers`, the parts that StreamAt says.
@@ -89,7 +90,7 @@ struct DracoWork {
   uint32_t* wide_counts;  // kWideSlots of 2^position_bits, where these are more than kSharedCounts
   DracoControl* control;
   DracoStream* streams;
-  DracoDigest* digests;  // the known ones, then those found; null: all are encoded
+  DracoDigest* digests;  // in: known ones; out: those found; null: all chunks are encoded
 
   LATTICED_HD uint32_t Number(uint32_t i) const { return numbers == nullptr ? i : numbers[i]; }
   LATTICED_HD bool IsLast(uint32_t i) const { return Number(i) == last_chunk; }
@@ -102,20 +103,20 @@ struct DracoWork {
   }
 };
 
-// Coordinates of 12 bits, and of chunks that span no more.
+// Enough for coordinates of 12 bits, and for chunks whose coordinates span no more.
 inline constexpr uint32_t kSharedCounts = 4096;
 
-// A table takes three bytes a symbol and three more at most; only where M = 4096, and the three are
-// two, may it have fewer symbols than three.
+// A table takes at most three bytes a symbol and three more. Only a table with M = 4096 may have fewer
+// than three symbols, and there both numbers are two.
 inline constexpr uint32_t kTableBytes = 4;
 
 LATTICED_HD constexpr size_t RoundUpTo16(size_t bytes) { return (bytes + 15) / 16 * 16; }
 
-// Words of 16 bits of one stream, a multiple of kSymbolsAWord.
+// The 16-bit words that one stream takes, a multiple of kSymbolsAWord.
 LATTICED_HD constexpr size_t StreamWords(uint32_t points, uint32_t values) {
   return (size_t{points} * values + kSymbolsAWord - 1) / kSymbolsAWord * kSymbolsAWord;
 }
-// Words of all streams of a chunk.
+// The 16-bit words that all streams of a chunk take.
 LATTICED_HD constexpr size_t ChunkWords(uint32_t points, bool normals) {
   return StreamWords(points, kPositionValues) + (normals ? StreamWords(points, kNormalValues) : 0);
 }
@@ -125,19 +126,19 @@ LATTICED_HD constexpr size_t StreamAt(const DracoWork& work, uint32_t chunk, boo
          (normals ? StreamWords(work.points, kPositionValues) : 0);
 }
 
-// First, where there are digests.
+// Runs first, when there are digests.
 cudaError_t LaunchDracoDigests(const DracoWork& work, cudaStream_t stream);
 cudaError_t LaunchDracoSymbols(const DracoWork& work, cudaStream_t stream);
 cudaError_t LaunchDracoRans(const DracoWork& work, cudaStream_t stream);
 
-// The constant bytes of the streams: `head` up to the symbols of positions, by shape: full chunks
-// and the last one; `end` behind the symbols of the last attribute.
+// The constant bytes of the streams. `head` comes before the symbols of positions; there is one for full
+// chunks and one for the last chunk. `end` comes after the symbols of the last attribute.
 struct DracoFrame {
   static constexpr size_t kEndBytes = 40;
   struct Head {
     const uint8_t* bytes;
     uint32_t size;
-    uint32_t least_stream;  // what a stream is filled up to with zeros
+    uint32_t least_stream;  // shorter streams are padded to it with zeros
   };
   Head heads[2];
   uint8_t normal_prediction[2];

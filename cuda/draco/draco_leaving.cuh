@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Counting the bytes that leave a state, for the kernels that write them down and put them together.
+// Counts the bytes that leave a state, for the kernel that stores them and the kernel that packs them.
 #ifndef LATTICED_CUDA_DRACO_DRACO_LEAVING_CUH_
 #define LATTICED_CUDA_DRACO_DRACO_LEAVING_CUH_
 
@@ -9,13 +9,13 @@
 
 namespace latticed::kernels {
 
-// The bytes of sixteen symbols: the sum of sixteen numbers of two bits.
+// How many bytes sixteen symbols have: the sum of sixteen numbers of two bits.
 __device__ __forceinline__ uint32_t SumOfBytes(uint32_t leaving_bytes) {
   return static_cast<uint32_t>(__popc(leaving_bytes & 0x55555555) +
                                2 * __popc(leaving_bytes & 0xaaaaaaaa));
 }
 
-// The bytes of DracoStream::last_word; its highest byte says how many.
+// How many bytes DracoStream::last_word has; its highest byte says so.
 __device__ __forceinline__ uint32_t LastBytes(uint32_t last_word) {
   return last_word < 1u << 8 ? 1 : last_word < 1u << 16 ? 2 : last_word < 1u << 24 ? 3 : 4;
 }

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where each chunk's stream lies among all, and its bytes there, part by part:
+// Finds the place of each chunk's stream among all streams, and writes its bytes there, part by part:
 //
 //   head | positions | least, most | prediction of normals | normals | end
 //
-// positions and normals are a table with the bytes that left the state, or plain symbols where these
-// take less.
+// positions and normals are a table and the bytes that left the state, or plain symbols when these are
+// shorter.
 #include "cuda/draco/draco_leaving.cuh"
 #include "cuda/draco/draco_table.cuh"
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr unsigned kThreads = 128;        // that pack a chunk
 constexpr unsigned kPlaceThreads = 1024;  // that add up sizes
-// Numbers of the format.
+// Constants of the Draco format.
 constexpr uint32_t kPlain = 0, kCoded = 1, kSchemeRaw = 1;
 
 struct Arguments {
@@ -51,7 +51,7 @@ __device__ const DracoFrame::Head& HeadOf(const Arguments& arguments, uint32_t c
   return arguments.frame.heads[arguments.work.IsLast(chunk) ? 1 : 0];
 }
 
-// 0 where the chunk was not coded.
+// 0 for a chunk that was not coded.
 __device__ uint32_t StreamBytes(const Arguments& arguments, uint32_t chunk) {
   const Part positions(arguments.work, chunk, false);
   if (!IsCoded(positions.stream)) return 0;
@@ -87,7 +87,7 @@ __global__ void __launch_bounds__(kPlaceThreads)
 }
 static_assert(kPlaceThreads / kWarp == kWarp, "a warp adds up the sums of all warps");
 
-// Appends bytes by all threads of the block.
+// Appends bytes; all threads of the block call it together.
 class Packer {
  public:
   __device__ explicit Packer(uint8_t* at) : at_(at) {}
@@ -124,7 +124,7 @@ class Packer {
   uint8_t* at_;
 };
 
-// Appends bytes to words of shared memory that are zero, from any byte on.
+// Appends bytes to words of shared memory that were set to zero. It may begin at any byte of a word.
 class WordSink {
  public:
   __device__ WordSink(uint32_t* words, uint32_t byte)
@@ -133,7 +133,7 @@ class WordSink {
     held_ |= static_cast<uint64_t>(bytes) << held_bits_;
     held_bits_ += bits;
   }
-  // After four bytes at most: neighbours share the first word and the last one.
+  // Called after at most four bytes. Threads share the first and the last word, so it uses atomicOr.
   __device__ void Flush() {
     if (held_bits_ < 32) return;
     atomicOr(at_++, static_cast<uint32_t>(held_));
@@ -150,7 +150,7 @@ class WordSink {
   uint32_t held_bits_;
 };
 
-// Puts the bytes of sixteen symbols, the last symbol first.
+// Appends the bytes of sixteen symbols, the last symbol first.
 __device__ void PutLeaving(const uint16_t* leaving, uint32_t counts, WordSink sink) {
   const auto* blocks = reinterpret_cast<const uint4*>(leaving);
   const uint4 halves[] = {__ldg(blocks), __ldg(blocks + 1)};
@@ -170,8 +170,8 @@ __device__ void PutLeaving(const uint16_t* leaving, uint32_t counts, WordSink si
   sink.Finish();
 }
 
-// The bytes that left a state at 12 bits: sixteen symbols a thread, the last ones first, put
-// together in shared memory, so that they go out in whole lines.
+// Packs the bytes that left a state at 12 bits, sixteen symbols a thread, the last symbols first. They are
+// put together in shared memory, so that they are written in whole cache lines.
 __device__ void PackLeaving(const uint16_t* leaving, const uint32_t* leaving_bytes,
                             uint32_t symbols, Packer& packer) {
   constexpr uint32_t kBytes = kThreads * kSymbolsAWord * 2;

@@ -1,27 +1,27 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A lane a stream: its state takes the symbols, last one first, and each step waits for the one
-// before. So all that a step can do without is done elsewhere: symbols and entries are loaded ahead
-// and taken apart by all lanes of the warp, sixteen symbols of each stream at a time; the bytes that
-// leave a state are stored where they are and put together later (draco_pack_kernel.cu).
+// One lane codes one stream. Its state takes the symbols, the last one first, and each step waits for the
+// one before. So a step does only what it must. All lanes of the warp load the symbols and entries ahead
+// and take the entries apart, sixteen symbols of each stream at a time. The bytes that leave a state are
+// stored with gaps and packed later (draco_pack_kernel.cu).
 #include "cuda/draco/draco_leaving.cuh"
 #include "cuda/draco/draco_table.cuh"
 
 namespace latticed::kernels {
 namespace {
 
-// A step of p = M, which leaves all as it is: for what is behind a stream's last symbol.
+// A step with p = M, which changes nothing: used past a stream's last symbol.
 __device__ __forceinline__ uint2 NoStep() { return MakeShortEntry(kShortM, 0); }
 
-// A stream as the warp's lanes see it.
+// A stream as the lanes of a warp read it.
 struct ShortStream {
   const uint16_t* symbols;
   const uint2* entries;
-  uint32_t count;  // 0 where there is none, or one of more than 12 bits
+  uint32_t count;  // 0: there is no stream, or it has more than 12 bits
 };
 
-// kStreams at once; in each round all lanes prepare 16 symbols of each, kPart a lane.
+// Codes kStreams streams at once. In each round all lanes prepare 16 symbols of each stream, kPart a lane.
 template <uint32_t kStreams>
 class Coder {
  public:
@@ -61,7 +61,7 @@ class Coder {
   __device__ __forceinline__ uint32_t FirstOf(uint32_t round) const {
     return round * kSymbolsAWord + Lane() % kLanesAStream * kPart;
   }
-  // Symbols of a round; below the first round there is nothing.
+  // Loads the symbols of a round; before the first round there are none.
   __device__ __forceinline__ void Load(uint32_t round) {
     const uint32_t first = FirstOf(round);
     if (static_cast<int32_t>(round) < 0 || first >= mine_.count) return;
@@ -74,7 +74,7 @@ class Coder {
       pairs_[0] = eight.x, pairs_[1] = eight.y, pairs_[2] = eight.z, pairs_[3] = eight.w;
     }
   }
-  // Their entries.
+  // Loads their entries.
   __device__ __forceinline__ void Gather(uint32_t round) {
     const uint32_t first = FirstOf(round);
 #pragma unroll
@@ -104,7 +104,7 @@ class Coder {
       const bool any = x_ >= first.y, both = x_ >= first.z;
       low[k] = x_;
       counts |= (both ? 2u : any ? 1u : 0u) << (2 * k);
-      // Both shifts beside the comparisons: a shift by what they say takes 6 % longer.
+      // Both shifts are computed while the comparisons run: one shift by their result takes 6 % longer.
       uint32_t kept = any ? x_ >> 8 : x_;
       kept = both ? x_ >> 16 : kept;
       x_ = ShortStep(kept, first.x, second.y, first.w, second.x);
@@ -136,7 +136,7 @@ __device__ void Finish(uint32_t x, int precision, uint32_t bytes, DracoStream& s
   stream.coded_bytes = bytes + more + 1;
 }
 
-// Bytes one after the other, as far as there is room: more than that are not wanted.
+// Stores the bytes one after the other while there is room. A stream with more is sent as plain symbols.
 __device__ void CodeLong(const uint16_t* symbols, uint32_t count, const uint2* entries,
                          uint8_t* leaving, DracoStream& stream) {
   const int precision = RansPrecision(stream.bit_length);
@@ -152,7 +152,7 @@ __device__ void CodeLong(const uint16_t* symbols, uint32_t count, const uint2* e
   Finish(x, precision, bytes, stream);
 }
 
-// Streams of one attribute: which of the chunks, and whether they are there.
+// The stream of one attribute of a chunk; null when there is none to code.
 __device__ DracoStream* StreamOf(const DracoWork& work, uint32_t chunk, bool normals) {
   if (chunk >= work.count) return nullptr;
   DracoStream* stream = work.streams + 2 * chunk + (normals ? 1 : 0);
@@ -210,7 +210,7 @@ cudaError_t Launch(const DracoWork& work, cudaStream_t stream) {
 }  // namespace
 
 cudaError_t LaunchDracoRans(const DracoWork& work, cudaStream_t stream) {
-  // A warp a scheduler is best: the steps of two take turns. A large device has about 500.
+  // One warp for each scheduler is best: two would take turns. A large device has about 500 schedulers.
   constexpr uint32_t kFew = 1000, kFewStreams = 4, kManyStreams = 16;
   if (work.count == 0) return cudaSuccess;
   return work.count <= kFew ? Launch<kFewStreams>(work, stream)

@@ -12,8 +12,8 @@ namespace {
 
 using kernels::DracoWork;
 
-// Where many chunks share a surface each spans a few hundred steps at 12 bits, twice as many with
-// every further bit; where few do, each may span all.
+// When a surface has many chunks, each spans a few hundred steps at 12 bits, and twice as many with every
+// further bit. When it has few, each may span all of them.
 constexpr uint32_t kUsualSpan = 1024;
 constexpr int kUsualBits = 12;
 constexpr uint64_t kFewEntries = 1 << 22, kManyEntries = 1 << 24;
@@ -31,7 +31,7 @@ uint32_t UsualEntries(const DracoWork& work) {
       std::max(std::min(work.count * usual, kManyEntries), std::min(all, kFewEntries)));
 }
 
-// Hands out parts of a block whose size is found by a first pass over no memory.
+// Hands out parts of a block. A first pass without memory finds the size of the block.
 class Parts {
  public:
   explicit Parts(uint8_t* block) : block_(block) {}

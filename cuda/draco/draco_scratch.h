@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The device memory that encoding some chunks takes, in one block that goes back when they are
-// encoded: about 25 bytes a point, and the tables.
+// The device memory that encoding some chunks takes: one block, freed when they are encoded. It is about
+// 25 bytes a point, and the tables.
 //
 // Errors   those of device_buffer.h
 // Threads  one at a time

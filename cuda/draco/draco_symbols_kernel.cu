@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A block a chunk: the span of its coordinates, the symbols of all its points and their counts by
-// all threads; then the two tables by a warp each.
+// A block takes a chunk. All its threads find the span of the coordinates, the symbols of all points and
+// their counts. Then one warp makes each of the two tables.
 #include "core/codec/draco_symbols.h"
 #include "cuda/draco/draco_table.cuh"
 
@@ -78,13 +78,13 @@ __device__ void NormalSymbolsOf(const uint8_t* normals, uint32_t points, int bit
   }
 }
 
-// Sets to zero what is read together with a stream's last symbols.
+// Sets the padding to zero that is read together with a stream's last symbols.
 __device__ void ZeroPadding(uint16_t* symbols, uint32_t points, uint32_t values) {
   const uint32_t i = points * values + threadIdx.x;
   if (i < StreamWords(points, values)) symbols[i] = 0;
 }
 
-// Counts in shared memory, or for chunks of a wide span in a slot of global memory.
+// Counts in shared memory or, for a chunk of a wide span, in a slot of global memory.
 struct Counts {
   uint32_t* positions;
   uint32_t* normals;
@@ -116,12 +116,12 @@ __device__ Counts ZeroCounts(const DracoWork& work, uint32_t* shared, uint32_t s
   return counts;
 }
 
-// Symbols of normals, where there are any.
+// One past the largest symbol of normals; 0 without normals.
 __device__ uint32_t NormalEnd(const DracoWork& work) {
   return work.normal_bits == 0 ? 0 : static_cast<uint32_t>(OctahedralMax(work.normal_bits)) + 1;
 }
 
-// Room for both tables of the chunk; where there is none it is deferred.
+// Room for both tables of the chunk. Without room the chunk is deferred.
 struct Room {
   uint32_t first_entry;
   bool found;
@@ -140,7 +140,7 @@ __device__ Room TakeRoom(const DracoWork& work, Span span) {
   return {first_entry, first_entry + entries <= work.entry_room};
 }
 
-// By one warp. Positions: `span` of their coordinates.
+// Called by one warp. `span`: of the coordinates of positions.
 __device__ void WriteTable(const DracoWork& work, bool normals, uint32_t* counts, Span span,
                            uint32_t first_entry) {
   __shared__ uint32_t lists[2][kListedCounts];

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From the counts of a stream's symbols to its table, by one warp: twin of core/codec/rans_table.cc,
-// 32 symbols at a time.
+// One warp makes a stream's table from the counts of its symbols, 32 symbols at a time. Twin of
+// core/codec/rans_table.cc.
 #ifndef LATTICED_CUDA_DRACO_DRACO_TABLE_CUH_
 #define LATTICED_CUDA_DRACO_DRACO_TABLE_CUH_
 
@@ -15,8 +15,8 @@ namespace latticed::kernels {
 
 inline constexpr unsigned kWarp = 32, kAllLanes = 0xffffffffu;
 
-// Counts of a stream that are listed one after the other, where it has no more: nearly all have
-// fewer, far apart among those that are zero.
+// A stream with at most so many distinct symbols has their counts in a list. Nearly all streams do, and
+// most of their counts are zero.
 inline constexpr uint32_t kListedCounts = 256;
 
 __device__ __forceinline__ unsigned Lane() { return threadIdx.x % kWarp; }
@@ -24,7 +24,7 @@ __device__ __forceinline__ unsigned LanesBelow() { return (1u << Lane()) - 1; }
 // The highest bit of a mask that is not 0.
 __device__ __forceinline__ unsigned HighestBit(unsigned mask) { return 31 - __clz(mask); }
 
-// Sum of the values of this lane and those below.
+// The sum of the values of this lane and of all lower lanes.
 __device__ __forceinline__ uint32_t SumUpTo(uint32_t value) {
   for (unsigned step = 1; step < kWarp; step *= 2) {
     const uint32_t below = __shfl_up_sync(kAllLanes, value, step);
@@ -35,8 +35,8 @@ __device__ __forceinline__ uint32_t SumUpTo(uint32_t value) {
 
 class TableBuilder {
  public:
-  // `counts` of the symbols 0 … end - 1, `total` in all; `list`: kListedCounts words of shared
-  // memory. All lanes of a warp.
+  // `counts`: of the symbols 0 … end - 1; `total`: their sum; `list`: kListedCounts words of shared
+  // memory. All lanes of a warp call it.
   __device__ TableBuilder(uint32_t* counts, uint32_t end, uint32_t total, uint32_t* list)
       : counts_(counts) {
     Look(end, list);
@@ -49,11 +49,11 @@ class TableBuilder {
   __device__ uint32_t largest() const { return largest_; }
   __device__ int bit_length() const { return bit_length_; }
 
-  // Entries by symbol, and the table's bytes; how many they are.
+  // Writes the entries by symbol and the table's bytes; returns how many bytes.
   __device__ uint32_t Write(uint2* entries, uint8_t* bytes) const;
 
  private:
-  // In any order, zeros among them or not.
+  // In any order, with or without zeros.
   struct Counts {
     const uint32_t* values;
     uint32_t size;
@@ -73,7 +73,7 @@ class TableBuilder {
   int bit_length_ = 0, precision_ = 0;
 };
 
-// Distinct symbols, the largest and the most frequent one, and a list of their counts.
+// Finds the number of distinct symbols, the largest and the most frequent one, and lists the counts.
 __device__ inline void TableBuilder::Look(uint32_t end, uint32_t* list) {
   uint32_t most = 0, its_symbol = 0;  // of this lane's
   for (uint32_t base = 0; base < end; base += kWarp) {
@@ -137,7 +137,7 @@ __device__ inline void TableBuilder::GiveOut(const RansShares& shares, uint32_t 
   __syncwarp();
 }
 
-// `count` bytes of a word, the lowest first.
+// Writes `count` bytes of a word, the lowest first.
 __device__ __forceinline__ void PutBytes(uint8_t* to, uint32_t word, uint32_t count) {
   for (uint32_t b = 0; b < count; ++b) to[b] = static_cast<uint8_t>(word >> (8 * b));
 }

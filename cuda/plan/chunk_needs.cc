@@ -12,7 +12,7 @@ ChunkNeeds::ChunkNeeds(const DeformPlan& plan) {
     const auto [first, last] = plan.ChunkPatches(chunk);
     for (size_t p = first; p < last; ++p) {
       const Patch& patch = plan.patches[p];
-      // All points of those outside are the identity map's.
+      // The identity map gives all points of patches outside.
       if (patch.box == plan.outside_box()) continue;
       boxes.push_back(patch.box);
       for (size_t i = 0; i < 3; ++i) {

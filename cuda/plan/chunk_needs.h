@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The parts of a lattice that the fused kernel reads for each chunk: the knot boxes of its patches
-// and the boxes that own their corners and edges, without the outside box; and the seams of these
-// corners and edges.
+// What the fused kernel reads of a lattice for each chunk: the knot boxes of its patches, the boxes that
+// own the patches' corners and edges (but not the outside box), and the seams that these lie on.
 //
 // Threads  immutable
 #ifndef LATTICED_CUDA_PLAN_CHUNK_NEEDS_H_
@@ -22,16 +21,16 @@ class ChunkNeeds {
  public:
   explicit ChunkNeeds(const DeformPlan& plan);
 
-  // Ascending, each once.
+  // In ascending order, each once.
   std::span<const uint32_t> Boxes(uint32_t chunk) const { return boxes_.Of(chunk); }
   std::span<const uint32_t> Seams(uint32_t chunk) const { return seams_.Of(chunk); }
   size_t MemoryBytes() const { return boxes_.MemoryBytes() + seams_.MemoryBytes(); }
 
  private:
-  // Numbers by chunk, one list behind the other.
+  // A list of numbers for each chunk, one list after the other.
   class Lists {
    public:
-    // The next chunk's, in any order and more than once; leaves none of them there.
+    // Adds the next chunk's numbers, which may be in any order and repeat. Empties `numbers`.
     void Add(std::vector<uint32_t>& numbers);
     std::span<const uint32_t> Of(uint32_t chunk) const {
       return std::span(numbers_).subspan(first_[chunk], first_[chunk + 1] - first_[chunk]);
@@ -39,7 +38,7 @@ class ChunkNeeds {
     size_t MemoryBytes() const { return (first_.size() + numbers_.size()) * sizeof(uint32_t); }
 
    private:
-    std::vector<uint32_t> first_{0};  // of each chunk in numbers_, and the end
+    std::vector<uint32_t> first_{0};  // where each chunk's list begins in numbers_, and the end
     std::vector<uint32_t> numbers_;
   };
 

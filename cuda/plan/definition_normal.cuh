@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The normal of the definition at one point, in double: the twin of DirectFfd::Evaluate on the
-// device's tables, by the same formulas (core/ffd/carried_normal.h). For points where products in
-// float32 cancel.
+// The normal of the definition at one point, in double, for points where products in float32 cancel. It
+// has the formulas of DirectFfd::Evaluate (core/ffd/carried_normal.h) and reads the device's tables.
 #ifndef LATTICED_CUDA_PLAN_DEFINITION_NORMAL_CUH_
 #define LATTICED_CUDA_PLAN_DEFINITION_NORMAL_CUH_
 
@@ -27,7 +26,7 @@ __device__ inline Vec3d RestNormal(const PlanTables& plan, size_t patch, Vec3d b
   return smooth ? RestSmoothNormal(plan, patch, b) : UnpackDirection(plan.facet_normals[patch]);
 }
 
-// Not inlined, for it is called twice, by kernels of many instances.
+// Not inlined, because kernels with many instances call it twice.
 __device__ __noinline__ inline CarriedNormal CarryAt(const PlanTables& plan,
                                                      const Vec3d* control_points, size_t patch,
                                                      Vec3d b, bool smooth) {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr char kPlanPurpose[] = "plan";
 
-// The device reads no absolute world position, so that it need not subtract what it does not know.
+// All world positions on the device are relative to the local origin.
 std::vector<kernels::DeviceVertex> PackVertices(const DeformPlan& plan) {
   std::vector<kernels::DeviceVertex> packed;
   packed.reserve(plan.vertices.size());

@@ -11,8 +11,9 @@ namespace {
 
 using kernels::FeatureUses;
 
-// Numbers in order of first use. A seam's points have an owner on either side of it. A hash table
-// with open addressing: entries of chunks before count as free, so that none is ever cleared.
+// Numbers corners or edges in order of first use. A corner or edge on a seam counts once for each side of
+// the seam, because each side has its own owner. It is a hash table with open addressing; entries of earlier
+// chunks count as free, so nothing is ever cleared.
 class Numbering {
  public:
   struct Number {
@@ -54,7 +55,7 @@ class Numbering {
 std::vector<FeatureUses> PackFeatureUses(const DeformPlan& plan) {
   std::vector<FeatureUses> uses(plan.patches.size());
   Numbering edges, corners;
-  std::vector<bool> runs_back;  // of the first use of each edge of the chunk
+  std::vector<bool> runs_back;  // for each edge of the chunk: its first use runs backwards
   for (size_t chunk = 0; chunk < plan.chunk_count(); ++chunk) {
     edges.Clear();
     corners.Clear();

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The distinct corners and edges of each chunk, so that a block evaluates each of them once though
-// several of its patches use it: 55 to 65 edges for 96 uses, 25 corners.
+// The distinct corners and edges of each chunk. Several patches of a chunk use the same corner or edge, and
+// a block evaluates it once: 55 to 65 edges and 25 corners for 96 uses of each.
 //
-//   edges     9 bits an edge of the patch: number in the chunk (7), runs against it (1), first use (1)
-//   corners   8 bits a corner: number in the chunk (7), first use (1)
+//   edges     9 bits for each edge of the patch: number in the chunk (7), reversed (1), first use (1)
+//   corners   8 bits for each corner: number in the chunk (7), first use (1)
 //
-// The first use of a corner or edge, by patch and then by slot, stands for all: it says which box
-// owns it and which way it runs. Numbers count the first uses.
+// The first use of a corner or edge, by patch and then by slot, says which box owns it and in which
+// direction it is evaluated. Numbers count the first uses.
 //
 // Threads  plain data; PackFeatureUses is pure
 #ifndef LATTICED_CUDA_PLAN_FEATURE_USES_H_
@@ -35,7 +35,7 @@ struct FeatureUses {
 
 }  // namespace kernels
 
-// One a patch.
+// The uses of one patch.
 [[nodiscard]] std::vector<kernels::FeatureUses> PackFeatureUses(const DeformPlan& plan);
 
 }  // namespace latticed

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the fused kernels read of a plan besides PlanTables.
+// What the fused kernels read of a plan in addition to PlanTables.
 #ifndef LATTICED_CUDA_PLAN_FUSED_TABLES_H_
 #define LATTICED_CUDA_PLAN_FUSED_TABLES_H_
 
@@ -13,7 +13,8 @@
 
 namespace latticed::kernels {
 
-// Box-local coordinates are (parameter - centre) * inverse_width; of world positions outside.
+// Box-local coordinates are (parameter - centre) * inverse_width; for the outside box, (world position -
+// centre) * inverse_width.
 struct FusedBox {
   Vec3d centre, inverse_width;  // by axis of the lattice, or of the world
   Vec3d gradient[3];            // of the coordinates by world position, by permuted axis
@@ -22,9 +23,9 @@ struct FusedBox {
 // Permuted axes: core/ffd/box_basis.h.
 struct FusedTables {
   int axis[3];             // of the lattice, behind each permuted axis
-  int degree[3];           // by permuted axis, falling
+  int degree[3];           // by permuted axis, none greater than the one before
   uint32_t box_stride[3];  // by axis of the lattice
-  uint32_t box_count;      // the outside box among them
+  uint32_t box_count;      // with the outside box
   const FusedBox* boxes;
   const double* basis[3];  // by permuted axis: BoxBasis::Matrix, 16 doubles a knot span
   const SeamUse* seam_uses;

@@ -27,7 +27,7 @@ LatticePart::LatticePart(std::shared_ptr<const DeformPlan> plan,
       has_box_(plan_->boxes.size()),
       has_page_(PageCount(plan_->structure)),
       has_seam_(plan_->seams.size()) {
-  // All that a selection can come to: nothing is allocated between a mark and its list.
+  // Room for the largest selection, so that making a list allocates nothing.
   boxes_.reserve(MostBoxes(*plan_));
   pages_.reserve(has_page_.size());
   seams_.reserve(has_seam_.size());
@@ -39,7 +39,7 @@ size_t LatticePart::MostBoxes(const DeformPlan& plan) {
 
 bool LatticePart::Select(std::span<const uint32_t> chunks) {
   Clear();
-  AddBox(plan_->outside_box());  // of no control points
+  AddBox(plan_->outside_box());  // it has no control points
   for (const uint32_t chunk : chunks) {
     for (const uint32_t box : chunk_needs_->Boxes(chunk)) {
       if (has_box_[box] != 0) continue;

@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The part of a large lattice that some chunks are made from: their knot boxes, the control points of
-// these by pages, and the seams that they are on. An evaluation of few chunks brings this part to the
-// device and makes these boxes' polynomials, whatever earlier ones brought: what it reads is always its
-// own, whether those before it failed, were left out or named other chunks.
+// The part of a large lattice that some chunks need: their knot boxes, the pages of control points of these
+// boxes, and the seams that the chunks are on. An evaluation of few chunks copies this part to the device
+// and computes the polynomials of these boxes. It relies on nothing that earlier evaluations copied: those
+// may have failed, been left out or named other chunks.
 //
 //   control points   | 0 … 31 | 32 … 63 | …      page by page
 //
-// All of 32 x 32 x 32 control points take the host 37 us to stage, and an H200 35 us to copy. The
-// part of the median control point takes 3 us, the search included, and 6 us. It is not worth while
-// up to 4,096 control points: these are copied in 2 us, their boxes fit one round of all
-// multiprocessors, and reading the list of boxes takes a microsecond.
+// A lattice of 32 x 32 x 32 control points takes the host 37 us to stage and an H200 35 us to copy. The part
+// for the median control point takes 3 us, with the search, and 6 us. For lattices of up to 4,096 control
+// points it would save nothing: they are copied in 2 us, all multiprocessors together compute their boxes
+// in one round, and reading a list of boxes takes a microsecond.
 //
 // Threads  one at a time
 #ifndef LATTICED_CUDA_PLAN_LATTICE_PART_H_
@@ -46,12 +46,12 @@ class LatticePart {
   // pages.
   [[nodiscard]] bool Select(std::span<const uint32_t> chunks);
 
-  // Each once; the outside box among them.
+  // Each once, with the outside box.
   std::span<const uint32_t> boxes() const { return boxes_; }
   std::span<const uint16_t> pages() const { return pages_; }
   std::span<const uint32_t> seams() const { return seams_; }
-  // The most boxes of any selection: a page has the first control point of kPagePoints boxes at
-  // most.
+  // The most boxes of any selection: a page holds the first control points of at most kPagePoints
+  // boxes.
   static size_t MostBoxes(const DeformPlan& plan);
 
  private:

@@ -35,7 +35,7 @@ class Packer {
     DevicePatch packed{};
     packed.word[3] = patch.box;
     for (uint32_t c = 0; c < 3; ++c) packed.word[c] = patch.vertex[c];
-    // Pieces outside take every point from the identity map, seam or not.
+    // Patches outside take every point from the identity map, on a seam or not.
     if (patch.box != outside_) {
       for (uint32_t c = 0; c < 3; ++c) {
         const PlanVertex& corner = plan_.vertices[patch.vertex[c]];
@@ -51,7 +51,7 @@ class Packer {
     result_.patches.push_back(packed);
   }
 
-  // Axes along which `owner` is below `box`.
+  // The axes along which `owner` is the next lower box of `box`, as bits.
   uint32_t Steps(uint32_t box, uint32_t owner) const {
     uint32_t steps = 0, left = box - owner;
     for (uint32_t axis = 3; axis-- > 0;) {
@@ -62,7 +62,7 @@ class Packer {
     return steps;
   }
 
-  // Whether there is a seam; patches and their slots come in ascending order.
+  // Returns whether the slot is on a seam. Patches and their slots come in ascending order.
   bool AddSeam(uint32_t patch, uint32_t slot, uint32_t seam) {
     if (seam == kNoIndex) return false;
     result_.seam_uses.push_back({patch * 8 + slot, seam});

@@ -23,7 +23,7 @@ struct PackedPatches {
 };
 [[nodiscard]] absl::StatusOr<PackedPatches> PackPatches(const DeformPlan& plan);
 
-// The difference of the numbers of two boxes that are neighbours along an axis, by axis.
+// By axis: the difference of the numbers of two boxes that are neighbours along it.
 [[nodiscard]] std::array<uint32_t, 3> BoxStrides(const LatticeStructure& structure);
 
 }  // namespace latticed

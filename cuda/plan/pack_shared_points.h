@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// core/ffd/shared_points.h as the device reads it, in about 10 bytes a patch.
+// Packs the tables of core/ffd/shared_points.h for the device, in about 10 bytes a patch.
 //
 //   a vertex  4 bytes: the use that owns its position
-//   an edge   5 bytes for each of its uses but the owner; 4 a run of 32 patches, where theirs begin
-//   on seams, and without an owner: a record each
+//   an edge   5 bytes for each of its uses but the owner; 4 for each run of 32 patches, where its copies begin
+//   on seams, and for positions without an owner: one record each
 //
 // Threads  pure
 #ifndef LATTICED_CUDA_PLAN_PACK_SHARED_POINTS_H_

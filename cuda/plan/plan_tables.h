@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A plan as kernels read it: plain tables in device memory.
+// The tables of a plan in device memory, as all kernels read them.
 //
 // Units    world units relative to plan.local_origin
 #ifndef LATTICED_CUDA_PLAN_PLAN_TABLES_H_

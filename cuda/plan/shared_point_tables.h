@@ -30,7 +30,7 @@ struct DeviceSeamCopy {
   DeviceCopy copy;
   uint32_t seam;  // seam << 1 | when attached
 };
-// Evaluated from the lattice: at vertex[0], or between the two along an edge in canonical order.
+// Points evaluated from the lattice: at vertex[0], or along the edge between both, in canonical order.
 struct DeviceOrphan {
   PackedUse use;
   uint32_t box;
@@ -38,12 +38,12 @@ struct DeviceOrphan {
   uint32_t seam;  // only while this one is detached; all bits set: always
 };
 
-// Patches in a run, whose copies of edges stand together.
+// The patches of a run; their copies of edges are stored together.
 inline constexpr uint32_t kSharedRun = 32;
 
 struct SharedPointTables {
   size_t patch_count;
-  // One a vertex of the plan; kNoUse where nothing is copied, or not always.
+  // One for each vertex of the plan; kNoUse when nothing is copied, or not always.
   const PackedUse* vertex_owners;
   // Copies edge_begins[r] .. edge_begins[r + 1] - 1 are those of run r: each from edge_owners[i],
   // reversed as in DeviceCopy, to edge_uses[i] = patch in the run | edge << 5.
