@@ -26,12 +26,13 @@ class BoxPolynomials {
 
   BoxPolynomial Make(uint32_t box, std::span<const Vec3d> control_points) const;
 
-  // Box-local coordinates of a vertex in `box`, axes permuted. By world position outside.
+  // Coordinates of a vertex local to `box`, by permuted axis; for the outside box, from its world
+  // position.
   Vec3d Local(uint32_t box, const PlanVertex& vertex) const;
   // The same of a world direction.
   Vec3d LocalDirection(uint32_t box, Vec3d world) const;
-  // cof(A) N of a normal N of the world, A the Jacobian of box-local coordinates by world position:
-  // what the cofactor matrix of the polynomial's own Jacobian takes to cof(J) N.
+  // cof(A) N of a normal N in the world, where A is the Jacobian of box-local coordinates by world
+  // position. The cofactors of the polynomial's Jacobian map it to cof(J) N.
   Vec3d LocalConormal(uint32_t box, Vec3d world_normal) const;
 
  private:

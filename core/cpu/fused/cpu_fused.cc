@@ -134,7 +134,7 @@ class Kernel final : public FusedKernel {
     const auto polynomial = [&](uint32_t box) -> const BoxPolynomial& {
       return frame.polynomials[frame.polynomial_of[box]];
     };
-    // In the groups' own mode: an edge's bits may not depend on which of the two evaluates it.
+    // In the same form as the groups: an edge must have the same bits whichever code evaluates it.
     arena.ForEach(frame.edge_groups.size(), [&](size_t i) {
       const FlushDenormals flush;
       const size_t g = frame.edge_groups[i];

@@ -12,8 +12,8 @@
 //     rows     collapse to polynomials in x, rows t and -t together; points by Horner with
 //              derivative
 //     edges    each from its own univariate polynomial about its midpoint, each corner by itself
-//   In either form the points of edges and corners are the same operations on the same bits whichever
-//   patch asks, hence no cracks.
+//   In either form the points of edges and corners come from the same operations on the same bits,
+//   whichever patch asks, so there are no cracks.
 //   Edges and corners owned by another box (knot planes, seams) are evaluated there first and
 //   copied in. Points whose normal is ill-conditioned go to the definition in double (DirectFfd).
 //
@@ -34,7 +34,7 @@ namespace latticed {
 
 enum class FusedOrder {
   kWire,   // point after point, as core/view/vertex_layout.h says
-  kLanes,  // as the kernel has them, kFloat32 only: the fastest stores, to measure the others by
+  kLanes,  // the kernel's own order, kFloat32 only: the fastest stores, for benchmarks
 };
 
 class FusedKernel {
@@ -52,8 +52,8 @@ class FusedKernel {
                                               CpuArena& arena,
                                               FusedOrder order = FusedOrder::kWire) const = 0;
 
-  // Lane order, kFloat32: per lane group [point][component][16 lanes] float. Bytes of the whole
-  // view.
+  // The bytes of a whole view in lane order, kFloat32: for each group float [point][component][16
+  // lanes].
   [[nodiscard]] virtual size_t LaneOrderBytes(const ViewSpec& spec) const = 0;
   // One chunk of lane-ordered vertices in wire layout.
   virtual void ReadLaneOrder(std::span<const uint8_t> vertices, const ViewSpec& spec,

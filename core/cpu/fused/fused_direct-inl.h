@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// All points of a group from the box polynomial as it is, without composing one for each patch:
+// Evaluates all points of a group from the polynomial of the box, without composing one for each patch:
 //
-//   position   R at the point; the places of edge points are bit for bit the same from both sides
-//   normal     cof(J) N = n0 J1 x J2 + n1 J2 x J0 + n2 J0 x J1, J the Jacobian of R there and n the
-//              conormal of N, interpolated from the corners where normals are smooth
+//   position   R at the point; an edge point has the same place, bit for bit, from both sides
+//   normal     cof(J) N = n0 J1 x J2 + n1 J2 x J0 + n2 J0 x J1, where J is the Jacobian of R at the point
+//              and n the conormal of N; smooth normals interpolate it from the corners
 //
 // Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_FUSED_DIRECT_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -26,9 +26,9 @@ HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
 namespace HWY_NAMESPACE {
 
-// Composing the polynomials of a patch and of its edges takes 2,100 multiply-adds at degree
-// 2 x 2 x 2 and collapsing them 100 a row; a point then takes 110 to 120 fewer than here. So they
-// break even between 5 and 6 segments; measured in tests/bench/results/cpu.md.
+// The other form composes the polynomials of a patch and of its edges, which takes 2,100 multiply-adds at
+// degree 2 x 2 x 2, and collapses them, 100 for each row. A point then takes 110 to 120 fewer than here.
+// So the two break even between 5 and 6 segments, as measured in tests/bench/results/cpu.md.
 constexpr int kMostDirectSegments = 5;
 
 template <int D0, int D1, int D2, bool kNormals, bool kSmooth>
@@ -86,7 +86,7 @@ class DirectGroupKernel {
       const V3 j0{jet[0][3], jet[1][3], jet[2][3]}, j1{jet[0][2], jet[1][2], jet[2][2]},
           j2{jet[0][1], jet[1][1], jet[2][1]};
       const V n0 = Conormal(0, steps), n1 = Conormal(1, steps), n2 = Conormal(2, steps);
-      // The first two terms are one product.
+      // n0 J1 x J2 + n1 J2 x J0 = (n0 J1 - n1 J0) x J2.
       const V3 side{hn::MulSub(n0, j1.x, hn::Mul(n1, j0.x)),
                     hn::MulSub(n0, j1.y, hn::Mul(n1, j0.y)),
                     hn::MulSub(n0, j1.z, hn::Mul(n1, j0.z))};

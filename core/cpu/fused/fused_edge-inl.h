@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Inner points of edges, bit for bit the same from either end: from the edge's own polynomial, or
-// one by one where points are few (fused_direct-inl.h).
+// Evaluates the inner points of edges, with the same bits from either end: from the edge's own polynomial,
+// or one by one when points are few (fused_direct-inl.h).
 // Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_FUSED_EDGE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_FUSED_FUSED_EDGE_INL_H_
@@ -55,9 +55,9 @@ HWY_INLINE void EdgeMiddle(const BoxPolynomial& box, const V* m, const V* d, int
   }
 }
 
-// The polynomial in tau of one component along an edge, degree D0 + D1 + D2. Exchanging the edge's
-// ends flips d and with it, exactly, every odd coefficient: so both patches of an edge get the same
-// bits without agreeing on a direction.
+// Composes one component with an edge's line: a polynomial in tau of degree D0 + D1 + D2. Exchanging the
+// edge's ends changes the sign of d, and exactly that of every odd coefficient. So both patches of an edge
+// get the same bits, whichever way each runs along it.
 template <int D0, int D1, int D2, int A>
 HWY_INLINE void ComposeEdge(const BoxPolynomial& box, const V* m, const V* d, int component,
                             V* out) {
@@ -73,8 +73,8 @@ HWY_INLINE void ComposeEdge(const BoxPolynomial& box, const V* m, const V* d, in
   }
 }
 
-// point(tau) = midpoint + tau * direction, tau in [-1/2, 1/2]. Exchanging the ends keeps midpoint
-// and flips direction, both exactly.
+// point(tau) = midpoint + tau * direction, tau in [-1/2, 1/2]. Exchanging the ends keeps the midpoint and
+// changes the sign of the direction, both exactly.
 struct EdgeLine {
   V midpoint[3], direction[3];
   EdgeLine(const V* from, const V* to) {
@@ -84,8 +84,8 @@ struct EdgeLine {
     }
   }
 
-  // The k-th of `segments` + 1 points. Mirrored points have one |tau|: k / segments - 1/2 would be
-  // rounded differently on either side.
+  // The k-th of `segments` + 1 points. Points k and `segments` - k must have the same |tau|, and
+  // k / segments - 1/2 would be rounded differently for the two.
   HWY_INLINE void Place(int k, int segments, V* point) const {
     const bool low = 2 * k < segments;
     const float tau =
@@ -124,7 +124,7 @@ HWY_INLINE void ComposedEdgePoints(const BoxPolynomial& box, const EdgeLine& lin
   }
 }
 
-// The same with R at each point: what a group evaluated directly has there.
+// The same, with R evaluated at each point: the bits of groups that fused_direct-inl.h evaluates.
 template <int D0, int D1, int D2, class StorePoint>
 HWY_INLINE void DirectEdgePoints(const BoxPolynomial& box, const EdgeLine& line, int segments,
                                  const StorePoint& store) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// All points of a group: rows of the composed polynomials, then edges and corners over them; where
-// points are few, fused_direct-inl.h takes less time.
+// Evaluates all points of a group: the rows of the composed polynomials, and then edges and corners, which
+// overwrite the ends of rows. When points are few, fused_direct-inl.h takes less time.
 // Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_FUSED_GROUP_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_FUSED_FUSED_GROUP_INL_H_
@@ -34,8 +34,8 @@ struct RowPowers {
   }
 };
 
-// Row polynomials in x at t (plus) and at -t (minus), from one pass over the even and odd parts:
-// value of degree N, and d/dt of degree N - 1.
+// Computes the row polynomials in x at t (plus) and at -t (minus) from one pass over the even and odd
+// parts: the value, of degree N, and d/dt, of degree N - 1.
 template <int N, bool kSlope>
 HWY_INLINE void CollapseRows(const V* HWY_RESTRICT p, const float* powers,
                              const float* power_slopes, V* HWY_RESTRICT plus, V* HWY_RESTRICT minus,

@@ -23,7 +23,7 @@ using Lanes = std::array<float, kLanes>;
 // sum_abc coefficient[(a (d1+1) + b)(d2+1) + c][component] l0^a l1^b l2^c
 struct alignas(64) BoxPolynomial {
   std::array<std::array<float, 3>, 64> coefficient;
-  // Not below ||cof J|| anywhere in the box: normals much shorter are ill-conditioned.
+  // An upper bound of ||cof J|| in the box. Normals that are much shorter are ill-conditioned.
   float cofactor_bound = 0;
 };
 

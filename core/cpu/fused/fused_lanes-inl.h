@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What all SIMD code of the fused pipeline computes in: one patch, edge or corner a lane.
+// The vector types of all SIMD code of the fused pipeline: one patch, edge or corner a lane.
 // Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_FUSED_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_FUSED_FUSED_LANES_INL_H_
@@ -42,7 +42,7 @@ HWY_INLINE V DotLanes(const V3& a, const V3& b) {
   return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
 }
 
-// x86's estimate has 12 bits or more, others have 8: what one Newton step doubles must be 24.
+// x86's estimate has 12 bits or more, that of others 8. A Newton step doubles them; float has 24.
 constexpr int kNewtonSteps =
     HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128 ? 1 : 2;
 

@@ -15,11 +15,11 @@ void SetLane(std::array<Lanes, 3>& field, size_t lane, Vec3d value) {
   field[2][lane] = f.z;
 }
 
-// Height of a patch below this part of its longest edge is rounding: the perpendicular keeps its
-// direction and gets this length, so that its polynomials stay normal numbers.
+// A height below this fraction of the longest edge is a rounding error: the perpendicular keeps its
+// direction and gets this length, so that no coefficient of its polynomials is denormal.
 constexpr double kSmallestHeight = 0x1p-40;
 
-// A free lane of the box's open feature group, or of a new one. Lanes after it repeat it.
+// Takes a free lane of the box's open feature group, or of a new group. Later lanes repeat it.
 template <typename LanesType, typename Pack>
 uint32_t AddFeature(FeatureSet<LanesType>& set,
                     std::map<uint32_t, std::pair<uint32_t, uint32_t>>& open, uint32_t box,
@@ -79,7 +79,7 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
   }
 
   // The frame, in the world: the longest edge, and its perpendicular in the plane of the *source*
-  // triangle, which is known well however thin the patch is.
+  // triangle. That plane is accurate however thin the patch is.
   const auto& corners = plan_->sources[p].corners;
   const auto source = [&](size_t c) {
     return plan_->mesh->positions[plan_->mesh->corner_vertices[corners[c]]];
@@ -93,7 +93,8 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
   double height = 0;
   if (Norm(facet) > 0 && length > 0) {
     facet = facet / Norm(facet);
-    // The ends of a very short edge are rounded out of the plane; its direction must not be.
+    // Rounding moves the ends of a very short edge out of the facet's plane; this puts its direction
+    // back.
     along -= Dot(along, facet) * facet;
     const Vec3d unit = Cross(facet, along / length);
     height = std::max(Dot(side, unit), kSmallestHeight * length);
@@ -106,7 +107,7 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
   SetLane(out.center, lane, local[0] + 0.5 * local_along + 0.5 * local_across);
   SetLane(out.along, lane, local_along);
   SetLane(out.across, lane, local_across);
-  // Without a height there is no area, or none to tell from the facet's: from the definition.
+  // A patch without height has no area, or none that tells its normal: the definition gives it.
   const Vec3d normal = height > 0 ? facet : Vec3d{};
   SetLane(out.conormal, lane, polynomials_.LocalConormal(patch.box, normal));
   out.shear[lane] = static_cast<float>(shear);

@@ -43,7 +43,7 @@ void FusedOutput::ForRuns(const Group& group, const F& f) const {
 }
 
 void FusedOutput::Prefetch(const Group& group) const {
-  if (spec_.format != VertexFormat::kQuantised) return;  // whole lines, by streaming stores
+  if (spec_.format != VertexFormat::kQuantised) return;  // streaming stores write whole lines
   ForRuns(group, [](size_t, size_t lanes, const std::array<Plane, 5>& planes) {
     for (const Plane& plane : planes) PrefetchToWrite(plane.bytes, lanes * plane.stride);
   });

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where the fused kernel's groups of 16 patches go in a view's vertices.
+// Stores the fused kernel's groups of 16 patches in a view's vertices.
 //
 //   kQuantised  planes x y z s t of each chunk (backend.h), 2 bytes a position, 1 or 2 a normal
 //   kFloat32    interleaved by point; in lane order [group][point][component][16 lanes] instead
@@ -30,7 +30,7 @@ class FusedOutput {
   FusedOutput(const DeformPlan& plan, const FusedLayout& layout, const QuantisationBox& box,
               const ViewSpec& spec, FusedOrder order, std::span<uint8_t> vertices);
 
-  // The lines that the group's stores will write arrive while it is evaluated.
+  // Prefetches the cache lines that the group's stores will write, while the group is evaluated.
   void Prefetch(const Group& group) const;
   // `scratch` holds x y z, then the normal where the view has normals.
   void Store(uint32_t group, const GroupScratch& scratch) const;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// R and its Jacobian at one point per lane, from the polynomial of the point's box.
+// Evaluates R and its Jacobian at one point a lane, from the polynomial of the point's box.
 // Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_FUSED_POINT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_FUSED_FUSED_POINT_INL_H_
@@ -16,9 +16,9 @@ HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
 namespace HWY_NAMESPACE {
 
-// One step of Horner's rule in l, sum * l + next, on a value and its derivatives: the first kEntries
-// by the coordinates within, and with kSlopes the one by l itself behind them. The value's bits do
-// not depend on kSlopes.
+// One step of Horner's rule in l, sum * l + next. `sum` holds the value and its derivatives by the inner
+// coordinates, kEntries in all; with kSlopes the derivative by l itself comes after them. The value's
+// bits do not depend on kSlopes.
 template <int kEntries, bool kSlopes>
 HWY_INLINE void JetStep(V l, const V* next, bool first, V* sum) {
   if constexpr (kSlopes) sum[kEntries] = first ? sum[0] : hn::MulAdd(sum[kEntries], l, sum[0]);

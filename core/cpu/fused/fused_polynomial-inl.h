@@ -3,9 +3,9 @@
 //
 // Composition of a box polynomial with affine maps, one map per lane, exactly.
 //
-// A bivariate polynomial of degree n is an array of (n+1)(n+2)/2 vectors, x^i t^j at At(i, j):
-// graded, so a polynomial of lower degree is a prefix. Included once per instruction set by
-// fused_kernel.cc; loops have constant bounds and are unrolled whole.
+// A bivariate polynomial of degree n is an array of (n+1)(n+2)/2 coefficients, that of x^i t^j at
+// At(i, j). They are ordered by degree, so a polynomial of lower degree is a prefix. All loops have constant
+// bounds and are unrolled. Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_FUSED_POLYNOMIAL_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_FUSED_FUSED_POLYNOMIAL_INL_H_
 #undef LATTICED_CORE_CPU_FUSED_FUSED_POLYNOMIAL_INL_H_

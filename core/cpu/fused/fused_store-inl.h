@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From lane-major rows to vertices in wire layout. Transposition goes by fours: four rows are
-// interleaved into 16-byte pieces, one per lane, which are then copied to the lanes' patches.
+// Stores rows of lanes as vertices in wire layout. It transposes four rows at a time: it interleaves them
+// into 16-byte pieces, one a lane, and copies the pieces to the lanes' patches.
 // Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_FUSED_STORE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_FUSED_FUSED_STORE_INL_H_
@@ -79,8 +79,9 @@ HWY_INLINE VI QuantisePosition(VF p, VF scale, VF offset, VI top) {
   return hn::Min(hn::Max(integer, hn::Zero(DI())), top);
 }
 
-// The lanes behind the diamond, folded outwards over its sides. Only there a direction can lie on
-// the rim of the square, which names it twice: the same choice as CanonicaliseOctahedral.
+// Folds the lanes of the lower half outwards over the sides of the diamond. Only these directions can lie
+// on the rim of the square, where each has two pairs of coordinates: it chooses the same pair as
+// CanonicaliseOctahedral.
 HWY_INLINE void FoldBack(hn::Mask<DI> back, VI i1, VI i2, VI centre, VI top, VI& s, VI& t) {
   const DI di;
   const VI zero = hn::Zero(di);
@@ -114,14 +115,14 @@ HWY_INLINE void QuantiseNormalLanes(VF x, VF y, VF z, int bits, VI& s, VI& t) {
   VI i0 = hn::ConvertTo(di, hn::Floor(hn::MulAdd(x, scale, half)));
   VI i1 = hn::ConvertTo(di, hn::Floor(hn::MulAdd(y, scale, half)));
   VI i2 = hn::Sub(hn::Sub(centre, hn::Abs(i0)), hn::Abs(i1));
-  // Rounding both up can overshoot the diamond: take it from i1.
+  // When both were rounded up the sum can exceed the diamond: subtract the excess from i1.
   const VI over = hn::Min(i2, zero);
   i1 = hn::IfThenElse(hn::Gt(i1, zero), hn::Add(i1, over), hn::Sub(i1, over));
   i2 = hn::Max(i2, zero);
   i2 = hn::IfThenElse(hn::RebindMask(di, hn::Lt(z, hn::Zero(df))), hn::Neg(i2), i2);
   s = hn::Add(i1, centre);
   t = hn::Add(i2, centre);
-  // Patches of a group are neighbours: their normals lie on one side of the map nearly always.
+  // The patches of a group are neighbours, so nearly always none of their normals is folded.
   const auto back = hn::Lt(i0, zero);
   if (!hn::AllFalse(di, back)) FoldBack(back, i1, i2, centre, top, s, t);
 }
@@ -166,7 +167,7 @@ HWY_INLINE void PackNormals(const QuantiseArguments& a, int32_t* s_words, int32_
   for (size_t point = 0; point < points; point += kPerWord, s_words += kLanes, t_words += kLanes) {
     for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(df)) {
       VI s_word = hn::Zero(di), t_word = s_word;
-      // Backwards, so that every value is shifted in from below by a constant.
+      // Backwards, so that each value is shifted in from below by a constant.
       for (size_t i = kPerWord; i-- > 0;) {
         const size_t p = point + i < points ? point + i : points - 1;
         VI s, t;
@@ -217,7 +218,7 @@ void StoreFloatsImpl(const GroupScratch& scratch, size_t components, size_t lane
       [&](size_t r) HWY_ATTR { return scratch.Row(r % components, r / components); }, bytes);
 }
 
-// By streaming stores: nobody reads the vertices soon, and lines are written whole.
+// Uses streaming stores: the vertices are not read soon, and whole cache lines are written.
 void StoreLaneOrderImpl(const GroupScratch& scratch, size_t components, float* to) {
   const DF d;
   for (size_t point = 0; point < scratch.points; ++point) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where the points of a group go, and which of its normals are left to the definition.
+// Stores the points of a group, and finds the normals that are left to the definition.
 // Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_FUSED_VERTICES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_FUSED_FUSED_VERTICES_INL_H_
@@ -16,16 +16,16 @@ HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
 namespace HWY_NAMESPACE {
 
-// Normals shorter than this part of the box's bound are taken from the definition, which then
-// decides exactly; direct_ffd.h has the same 1e4 as the largest condition of a normal. None is longer
-// than the bound, but where something overflowed.
+// Normals shorter than this fraction of the box's bound are computed by the definition, in double;
+// direct_ffd.h has the same 1e4 as the largest condition of a normal. A normal is longer than the bound
+// only when something overflowed.
 constexpr float kWeakNormal = 1e-4f, kTooLong = 4;
 
 class GroupVertices {
  public:
-  // Normals are to come `scale` times as long as cof(J) N.
+  // `scale`: how many times as long as cof(J) N the normals will be.
   GroupVertices(GroupArguments& arguments, size_t lane, V scale) : args_(arguments), lane_(lane) {
-    // First by the bound, then by the scale: their product may be more than a float holds.
+    // Divided by one after the other: their product may overflow.
     to_bound_ = hn::Div(hn::Set(D(), 1.0f / args_.box->cofactor_bound), scale);
   }
 
@@ -34,7 +34,7 @@ class GroupVertices {
   }
 
   HWY_INLINE void StoreNormal(const V3& carried, size_t point) {
-    // In parts of the bound: whatever the units of the mesh, the square is a number.
+    // As a fraction of the bound, so that the square does not overflow in any units of the mesh.
     const V3 normal{hn::Mul(carried.x, to_bound_), hn::Mul(carried.y, to_bound_),
                     hn::Mul(carried.z, to_bound_)};
     const V length2 = DotLanes(normal, normal);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Hints that bytes will be wanted soon; no address faults.
+// Prefetch hints. An invalid address is no error.
 #ifndef LATTICED_CORE_CPU_FUSED_PREFETCH_H_
 #define LATTICED_CORE_CPU_FUSED_PREFETCH_H_
 
@@ -17,7 +17,7 @@ inline void PrefetchToRead(const void* bytes, size_t size) {
     __builtin_prefetch(static_cast<const uint8_t*>(bytes) + at, 0);
   }
 }
-// Owns the lines, so that stores need not wait for them.
+// Fetches the lines for writing, so that stores do not wait for them.
 inline void PrefetchToWrite(const void* bytes, size_t size) {
   for (size_t at = 0; at < size; at += kCacheLine) {
     __builtin_prefetch(static_cast<const uint8_t*>(bytes) + at, 1);
