@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A part of a B-spline volume as a tensor-product Bézier volume. It lies in the hull of its
-// coefficients; its derivatives lie in the hull of their differences.                     Ramshaw
-// 1989, blossoming
+// coefficients; its derivatives lie in the hull of their differences.
+//                                                                       Ramshaw 1989, blossoming
 //
 //   R(lower + l (upper - lower)) = sum_ijk B_ijk b_i(l_u) b_j(l_v) b_k(l_w),   l in [0, 1]^3
 //   B_ijk = f(lower_u^(n-i) upper_u^i; …), f the polar form of the knot box's polynomial

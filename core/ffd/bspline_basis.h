@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// B-spline basis functions by Cox and de Boor's recurrence.       Piegl & Tiller, The NURBS Book,
-// A2.1-2.3
+// B-spline basis functions by Cox and de Boor's recurrence.
+//                                                      Piegl & Tiller, The NURBS Book, A2.1-2.3
 //
 //   On span k (knots[k] <= u <= knots[k+1], knots[k] < knots[k+1]) the degree + 1 functions
 //   N_{k-degree} … N_k are not zero everywhere; values[r] = N_{k-degree+r}(u).

@@ -12,11 +12,11 @@
 //             so that the edge from corner 0 to corner 1 is the longest in the world
 //   chunks    runs of limits::kPatchesPerChunk patches; the last may be shorter
 //
-// Ownership, for watertightness: a vertex or edge belongs to the box that contains it, the *lower*
-// one where it lies in a knot plane. It is evaluated there, whichever patch asks. Where patches
-// inside and outside the frame share it, it is on a seam: while no control point with a non-zero
-// basis value on the seam has moved from its identity position (bit test), both sides take the
-// outside's point.
+// Ownership makes the surface watertight. A vertex or edge belongs to the box that contains it; in a
+// knot plane, to the *lower* box. It is evaluated there, whichever patch asks. A vertex or edge that
+// patches inside and outside the frame share is on a seam. A seam is attached while no control point
+// with a non-zero basis value on it has moved from its identity position (compared bit by bit): both
+// sides then take the outside's point.
 //
 // Threads  immutable after MakePlan
 #ifndef LATTICED_CORE_FFD_DEFORM_PLAN_H_
@@ -115,7 +115,7 @@ struct DeformPlan {
     std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
     StopCheck stop = NeverStop);
 
-// Whether both sides of a seam still take the outside's points, compared bit by bit; and of each.
+// Whether one seam is attached, and whether each is.
 [[nodiscard]] bool IsAttached(const DeformPlan& plan, const Seam& seam,
                               std::span<const Vec3d> control_points);
 [[nodiscard]] std::vector<bool> AttachedSeams(const DeformPlan& plan,

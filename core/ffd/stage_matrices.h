@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage matrices of accurate FFD.      Cui & Feng 2014, doi:10.1007/s11766-014-3239-6, formulas
-// (4), (9), (24)
+// Stage matrices of accurate FFD.
+//                    Cui & Feng 2014, doi:10.1007/s11766-014-3239-6, formulas (4), (9), (24)
 //
 //   stack = [Bq; Bqu; Bqv] * inv(B)     inv(B): m x m    Bq, Bqu, Bqv: q x m    stack: 3q x m
 //

@@ -6,8 +6,7 @@
 // In the ray's frame, x and y across it and z along it, a point of the surface is on the ray where
 // x = y = 0. Control points are put into that frame; the hull of the Bézier coefficients of a part
 // of the volume then bounds x, y and z of all patches in it, and that of their differences the
-// derivatives. A best-first search by the least z goes down the PatchTree, then bisects patches,
-// until
+// derivatives. A best-first search by the least z goes down the PatchTree, then bisects patches:
 //
 //   the bounds miss the ray, or lie behind what was hit                              left out
 //   |I - Y J| < 1/2 for every Jacobian J of (x, y) in it, Y the inverse in the middle: one root at

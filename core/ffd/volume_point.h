@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One point of the B-spline volume and its derivatives.                  Cui & Feng 2014, formula
-// (1)
+// One point of the B-spline volume and its derivatives.         Cui & Feng 2014, formula (1)
 //
 //   R(u,v,w) = sum_ijk P_ijk N_i(u) N_j(v) N_k(w)
 //

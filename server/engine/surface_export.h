@@ -6,10 +6,9 @@
 //   state -> float view of all chunks -> TriangleMesh -> PLY, OBJ, STL, GLB or DRC
 //   state -> Bézier control nets
 //
-// Layout   patch after patch in plan order, inside a patch in pattern order: vertex order depends
-// on
-//          mesh, lattice structure and segments alone. UVs are interpolated in the source triangle,
-//          groups are those of the source face.
+// Layout   patch after patch in plan order, inside a patch in pattern order. So the order of vertices
+//          depends only on mesh, lattice structure and segments. UVs are interpolated in the source
+//          triangle; groups are those of the source face.
 //          Control nets, little endian: "LATTNETS", uint32 version 1, uint32 degree n, uint32 m =
 //          (n+1)(n+2)/2, uint32 0, uint64 patches; then m x 3 doubles a patch, T_{n,0,0} first.
 // Units    world units; GLB is relative to the translation of its node
