@@ -47,24 +47,23 @@
 
 namespace latticed {
 
-// What a scene is made from, and what of it never changes.
+// What a scene is made from. Only its lattice changes.
 struct SceneConfig {
   std::string id;
   std::string mesh_id;
   std::shared_ptr<const PolygonMesh> mesh;
-  // At revision 0, and what reset{INITIAL} returns to. The scene takes it out of here: it has enough
-  // copies.
+  // At revision 0; reset{INITIAL} returns to it. The scene moves it out of here and keeps its own copies.
   Lattice lattice;
   WatchView default_view;
   Pipeline pipeline = Pipeline::kFused;
   absl::Duration idle_ttl = absl::Hours(24);
   std::map<std::string, std::string> labels;
   std::string owner;
-  // Of the request: the same again returns the scene, another is ALREADY_EXISTS.
+  // Identifies the request: the same request again returns the scene, another one is ALREADY_EXISTS.
   std::string fingerprint;
 };
 
-// What the scenes of a server share; it outlives them.
+// What the scenes of a server share. Both outlive the scenes.
 struct SceneContext {
   RenderBackend* backend = nullptr;
   RenderQueue* queue = nullptr;
@@ -84,14 +83,14 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   const SceneConfig& config() const { return config_; }
   const std::string& id() const { return config_.id; }
   absl::Time create_time() const { return create_time_; }
-  // No other scene of this process has it, not even one of the same id.
+  // A number that no other scene of this process has, not even a later one of the same id.
   uint64_t incarnation() const { return incarnation_; }
 
-  // All of the batch or nothing; revision + 1. kInvalidArgument, kAborted (STRUCTURE_CHANGED,
-  // REVISION_CHANGED, OUT_OF_ORDER, UNDO_CONFLICT), kFailedPrecondition (nothing to undo),
-  // kResourceExhausted, kNotFound when the scene was deleted. A change of structure makes its plan
-  // here, for seconds on large meshes; other edits go on meanwhile, and what `stop` says ends it:
-  // then nothing has changed and nothing is kept for replay, so that the batch may be sent again.
+  // Applies all of the batch or nothing, and makes the next revision. kInvalidArgument, kAborted
+  // (STRUCTURE_CHANGED, REVISION_CHANGED, OUT_OF_ORDER, UNDO_CONFLICT), kFailedPrecondition (nothing to
+  // undo), kResourceExhausted, kNotFound when the scene was deleted. A change of structure makes its plan
+  // in this call, which takes seconds on large meshes; other edits are applied meanwhile. When `stop` ends
+  // it, nothing has changed and nothing is kept for replay, so the batch may be sent again.
   [[nodiscard]] absl::StatusOr<EditSummary> ApplyEdits(const EditBatch& batch,
                                                        StopCheck stop = NeverStop)
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
@@ -100,41 +99,41 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // The newest state, and what evaluates it.
   [[nodiscard]] RenderInput Head() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // When it expires if nobody watches or edits from now on.
+  // When the scene expires if nobody watches or edits it from now on.
   [[nodiscard]] absl::Time expire_time() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] bool deleted() const { return deleted_.load(); }
   [[nodiscard]] size_t watcher_count() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // Of all scenes together.
+  // Counts of all scenes together.
   EngineCounts& counts() const { return context_.backend->counts(); }
 
-  // The most that Evict would free, on the host and on all devices, or on one of them; 0 while somebody
-  // watches, holds, or has a view of it.
+  // The most bytes that Evict would free, on the host and all devices, or on one device. 0 while somebody
+  // watches or holds the scene, or has a view of it.
   [[nodiscard]] uint64_t EvictableBytes(std::optional<int> device = std::nullopt) const
       ABSL_LOCKS_EXCLUDED(mutex_);
   // When it was last watched, held or edited.
   [[nodiscard]] absl::Time last_use() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // Frees its views and what it has on the device, unless somebody watches, holds, or has a view of
-  // it. Whoever comes next has the same made again. Whether it freed any.
+  // Frees the views and what the scene has on devices, unless somebody watches or holds the scene, or has a
+  // view of it. They are made again when they are needed. Returns whether it freed any.
   bool Evict() ABSL_LOCKS_EXCLUDED(mutex_);
-  // While the result lives nothing is evicted.
+  // Nothing is evicted while somebody keeps the result.
   [[nodiscard]] std::shared_ptr<const void> Hold() const { return hold_; }
 
-  // From here on edits are refused and streams end with kNotFound. Idempotent.
+  // Refuses edits from now on, and ends streams with kNotFound. Idempotent.
   void Delete() ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
-  // Housekeeping, about once a second: gestures that time out, views that nobody has watched
-  // lately.
+  // Housekeeping, called about once a second: ends gestures that time out, and drops views that nobody has
+  // watched lately.
   void Tick(absl::Time now) ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
 
-  // Notifies `listener` from now on; it expires by itself.
+  // Notifies `listener` from now on, until it is destroyed.
   void AddListener(std::weak_ptr<SceneListener> listener) ABSL_LOCKS_EXCLUDED(mutex_);
   void NotifyListeners() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Who is here. Who shows or takes back a presence wakes those who wait for it.
+  // Who is at the scene. Whoever calls Show or Leave also wakes those that they return.
   PresenceBoard& presence() { return presence_; }
-  // The view of that key, made when it is new; it lives as long as the result. kInvalidArgument, or
-  // kResourceExhausted when all of limits::kMaxViewsPerScene are watched.
+  // Returns the view with that key, which is made if it is new and lives as long as the result.
+  // kInvalidArgument, or kResourceExhausted when limits::kMaxViewsPerScene views are watched.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<SnapshotBoard>> AcquireView(const ViewKey& key)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // A view may have work: it was attached, wants a newer snapshot, or is behind.
+  // Called when a view may have work: it was attached, wants a newer snapshot, or is behind.
   void RequestWork() { context_.queue->Schedule(shared_from_this()); }
   [[nodiscard]] std::function<void()> TakeWork(uint64_t most_points) override
       ABSL_LOCKS_EXCLUDED(mutex_);
@@ -146,12 +145,12 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   };
   [[nodiscard]] LatticeNews LatticeAfter(std::optional<uint64_t> revision) const
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // As EditLog has it.
+  // As EditLog::AppliedSequence.
   [[nodiscard]] uint64_t AppliedSequence(const std::string& editor_id, uint64_t revision) const
       ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
-  // A plan for a structure, and the backend prepared for it; or why they cannot be had.
+  // A plan for a structure, and the backend's target for it.
   struct Prepared {
     SceneState state;
     std::shared_ptr<TargetSlot> target;
@@ -160,8 +159,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
         const SceneContext& context);
   [[nodiscard]] absl::StatusOr<Prepared> Prepare(const LatticeStructure& structure,
                                                  StopCheck stop) const;
-  // Applies the batch with the plan that is there, unless it leads to another structure: then
-  // `wanted` is that structure and nothing has changed.
+  // Applies the batch with the present plan. If it leads to another structure, sets `wanted` to that and
+  // changes nothing.
   [[nodiscard]] absl::StatusOr<EditSummary> TryEdits(const EditBatch& batch,
                                                      std::optional<PlanCandidate>& candidate,
                                                      std::shared_ptr<TargetSlot> target,
@@ -169,7 +168,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
   void Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Forgets the oldest of history and log until the rest has memory. An edit is never refused for them.
+  // Forgets the oldest of history and log until the rest fits in memory. No edit is refused for them.
   void FitHistory() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] bool ForgetOldest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
       ABSL_LOCKS_EXCLUDED(mutex_);
@@ -189,7 +188,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   Mutex edit_mutex_;
   SceneEditor editor_ ABSL_GUARDED_BY(edit_mutex_);
   HistoryReservation history_reservation_ ABSL_GUARDED_BY(edit_mutex_);
-  std::atomic<uint64_t> history_bytes_ = 0;  // and of log_, for those who do not lock
+  std::atomic<uint64_t> history_bytes_ = 0;  // with those of log_, to be read without the lock
 
   mutable Mutex mutex_;
   RenderInput head_ ABSL_GUARDED_BY(mutex_);
@@ -197,7 +196,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   EditLog log_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::weak_ptr<SceneListener>> listeners_ ABSL_GUARDED_BY(mutex_);
   absl::Time last_use_ ABSL_GUARDED_BY(mutex_);
-  size_t next_view_ ABSL_GUARDED_BY(mutex_) = 0;  // round robin over the views
+  size_t next_view_ ABSL_GUARDED_BY(mutex_) = 0;  // which view has the next turn
 };
 
 }  // namespace latticed

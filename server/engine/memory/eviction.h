@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Who gives memory back when another needs it.
+// Chooses who gives memory back when somebody else needs it.
 //
 // Threads  pure
 #ifndef LATTICED_SERVER_ENGINE_MEMORY_EVICTION_H_
@@ -16,15 +16,15 @@
 
 namespace latticed {
 
-// A holder of memory that can be made again.
+// Something that holds memory and can be made again.
 struct EvictionCandidate {
-  uint64_t bytes = 0;  // that its eviction frees; 0: it is in use
+  uint64_t bytes = 0;  // how many its eviction frees; 0: it is in use
   absl::Time last_use;
 };
 
-// Places of those to evict so that `bytes` come free, the least recently used first. Empty where all
-// together have fewer: nobody is evicted for a request that cannot be served. 0 bytes, which says
-// that nobody knows how many are missing, evicts one.
+// Returns the places of those to evict so that `bytes` become free, the least recently used first. It is
+// empty when all of them together hold fewer: nothing is evicted for a request that cannot be served. 0
+// bytes mean that the missing bytes are not known; then one is evicted.
 [[nodiscard]] std::vector<size_t> ChooseVictims(std::span<const EvictionCandidate> candidates,
                                                 uint64_t bytes);
 

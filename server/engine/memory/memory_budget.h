@@ -32,13 +32,13 @@ namespace latticed {
 
 class MemoryBudget;
 
-// What a request was refused for.
+// What was missing when a request was refused.
 struct MemoryShortage {
-  uint64_t bytes = 0;         // that are missing; 0: nobody knows how many
-  std::optional<int> device;  // in whose memory; nullopt: the host's
+  uint64_t bytes = 0;         // missing bytes; 0: not known
+  std::optional<int> device;  // the device that lacks them; nullopt: the host
 };
 
-// Empty, or bytes of a budget, which it keeps alive.
+// Reserved bytes of a budget, which it keeps alive; or empty.
 class MemoryReservation {
  public:
   MemoryReservation() = default;
@@ -46,8 +46,8 @@ class MemoryReservation {
   MemoryReservation& operator=(MemoryReservation&& other) noexcept;
   ~MemoryReservation() { Release(); }
 
-  // To `bytes` in all. Less is always granted. More is granted as by Reserve; where it is refused
-  // nothing changes. An empty reservation has no budget and no limit.
+  // Changes the reservation to `bytes`. Fewer bytes are always granted; more are granted as by Reserve. A
+  // refusal changes nothing. An empty reservation has no budget and no limit.
   [[nodiscard]] absl::Status Resize(std::string_view what, uint64_t bytes);
   // The same, but evicts nothing.
   [[nodiscard]] absl::Status TryResize(std::string_view what, uint64_t bytes);
@@ -64,18 +64,19 @@ class MemoryReservation {
 
 class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
  public:
-  // Frees what is missing, or nothing where less can be freed. Whether it freed any.
+  // Frees the missing bytes, or nothing when fewer can be freed. Returns whether it freed any.
   using Evictor = std::function<bool(const MemoryShortage&)>;
 
   explicit MemoryBudget(uint64_t bytes) : total_(bytes) {}
 
-  // Null: nothing can be evicted. Whoever sets it takes it back before the end of what it uses.
+  // With null nothing can be evicted. The caller sets null again before what the evictor uses is
+  // destroyed.
   void SetEvictor(Evictor evictor) ABSL_LOCKS_EXCLUDED(mutex_);
 
   [[nodiscard]] absl::StatusOr<MemoryReservation> Reserve(std::string_view what, uint64_t bytes)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // For working memory that all share and nobody gives back: `bytes` in all, or what an earlier call
-  // asked for where that is more.
+  // Reserves working memory that all share and nobody gives back. Of all calls, the one that asks for the
+  // most counts.
   [[nodiscard]] absl::Status KeepAtLeast(std::string_view what, uint64_t bytes)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Runs `call`, which returns a Status or StatusOr. Runs it again while it is refused with
@@ -91,7 +92,7 @@ class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
 
   uint64_t total_bytes() const { return total_; }
   uint64_t used_bytes() const ABSL_LOCKS_EXCLUDED(mutex_);
-  uint64_t kept_bytes() const ABSL_LOCKS_EXCLUDED(mutex_);  // of the used ones
+  uint64_t kept_bytes() const ABSL_LOCKS_EXCLUDED(mutex_);  // of KeepAtLeast; part of used_bytes
 
  private:
   friend class MemoryReservation;

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The blocks that chunks are parts of. A backend may encode many chunks into one block
-// (SharedBytes::block_bytes), which stays as long as one of them is used: after an edit of a corner
-// a snapshot would hold two blocks for one block's worth of chunks, after a hundred edits any number.
-// So chunks are copied out of blocks most of which nobody uses.
+// (SharedBytes::block_bytes), which stays in memory as long as one of its chunks is used. After an edit of
+// a few chunks a snapshot would hold two blocks for one block's worth of chunks, and after a hundred edits
+// any number. So chunks are copied out of blocks that are mostly unused.
 //
 // Threads  pure functions
 #ifndef LATTICED_SERVER_ENGINE_RENDER_CHUNK_BLOCKS_H_
@@ -16,16 +16,16 @@
 
 namespace latticed {
 
-// Bytes that the chunks keep: of the blocks that they are parts of, each once, and of those that are
-// parts of none.
+// The bytes that the chunks keep in memory: those of their blocks, each counted once, and those of chunks
+// that are part of no block.
 [[nodiscard]] uint64_t HeldBytes(const ChunkTable& chunks);
 
-// Copies out of every block the chunks that are less than half of it, so that the blocks left are at
-// most twice their chunks. Sets snapshot.held_bytes.
+// Copies the chunks out of every block of which they are less than half. Blocks then take at most twice
+// the bytes of their chunks. Sets snapshot.held_bytes.
 void LeaveEmptyBlocks(Snapshot& snapshot);
 
-// To be called with each new snapshot: does so where blocks have grown to four times their chunks, so
-// seldom that it costs each byte that was encoded the same. Sets snapshot.held_bytes.
+// Called with each new snapshot. It does the same once blocks have grown to four times their chunks, so
+// copying costs a constant for each encoded byte. Sets snapshot.held_bytes.
 void KeepBlocksFew(Snapshot& snapshot);
 
 }  // namespace latticed

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Chunks that something must still be done with: some, or all of a plan that may change meanwhile.
+// A set of chunks that still have to be evaluated: some, or all of a plan that may change meanwhile.
 //
 // Threads  guarded by its owner
 #ifndef LATTICED_SERVER_ENGINE_RENDER_CHUNK_SET_H_
@@ -23,14 +23,14 @@ class ChunkSet {
   }
 
   void Add(std::span<const uint32_t> chunks);
-  // Of whatever plan Take will speak of.
+  // All chunks of the plan that the next Take is about.
   void AddAll() { all_ = true; }
-  // Those below `count`, ascending; the set is empty then. What another plan left in it beyond
-  // `count` is forgotten: a change of plan adds all.
+  // Returns the chunks below `count`, ascending, and empties the set. Numbers from `count` on are those of
+  // an earlier plan and are dropped: a change of plan adds all chunks.
   [[nodiscard]] std::vector<uint32_t> Take(size_t count);
 
   bool all() const { return all_; }
-  // How many Take would give.
+  // How many chunks Take would return.
   [[nodiscard]] size_t Count(size_t count) const;
 
  private:

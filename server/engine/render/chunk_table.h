@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The chunks of a snapshot, in groups that snapshots share: an edit that reaches few of thousands
-// costs the next snapshot those, and a pointer for every group that it did not reach.
+// The chunks of a snapshot, in groups that snapshots share. After an edit that reaches few chunks of
+// thousands, the next snapshot copies only their groups, and a pointer for each of the others.
 //
-// Threads  may be read by any once nobody calls Set; a table that Share made may be written while
-//          the one that it was made of is read
+// Threads  any thread may read a table that nobody writes. A table that Share returned may be written
+//          while the original is read
 #ifndef LATTICED_SERVER_ENGINE_RENDER_CHUNK_TABLE_H_
 #define LATTICED_SERVER_ENGINE_RENDER_CHUNK_TABLE_H_
 
@@ -22,14 +22,14 @@ namespace latticed {
 struct SnapshotChunk {
   uint64_t revision = 0;  // at which its bytes last changed
   SharedBytes data;
-  VertexDigest digest;  // of what `data` was made from
+  VertexDigest digest;  // of the vertices that `data` encodes
 };
 
 // A block that chunks are parts of: SharedBytes::block_bytes.
 struct BlockUse {
   const void* owner = nullptr;
   uint64_t bytes = 0;
-  uint64_t used = 0;  // by chunks
+  uint64_t used = 0;  // bytes that are of chunks in the table
 };
 
 class ChunkTable {
@@ -38,7 +38,7 @@ class ChunkTable {
   ChunkTable(ChunkTable&&) = default;
   ChunkTable& operator=(ChunkTable&&) = default;
 
-  // The same chunks; Set must not be called on this table afterwards.
+  // Returns a table of the same chunks. Set must not be called on this one afterwards.
   [[nodiscard]] ChunkTable Share() const;
 
   size_t size() const { return size_; }
@@ -46,12 +46,12 @@ class ChunkTable {
     return groups_[chunk / kGroup].chunks->at[chunk % kGroup];
   }
   void Set(size_t chunk, SnapshotChunk to);
-  // The same bytes and revision; where the digest is that already, the chunk stays shared.
+  // Keeps the bytes and the revision. A chunk that has the digest already stays shared.
   void SetDigest(size_t chunk, const VertexDigest& to);
-  // Chunks whose revision is later, ascending.
+  // The chunks with a later revision, ascending.
   [[nodiscard]] std::vector<uint32_t> ChangedAfter(uint64_t revision) const;
-  // Every block once, and the bytes of chunks that are parts of none: in a time of the groups, not of
-  // the chunks.
+  // Every block once, and the bytes of chunks that are part of no block. Both take time by the number of
+  // groups, not of chunks.
   [[nodiscard]] std::vector<BlockUse> Blocks() const;
   [[nodiscard]] uint64_t BytesOfNoBlock() const;
 
@@ -60,7 +60,7 @@ class ChunkTable {
   struct Chunks {
     std::array<SnapshotChunk, kGroup> at;
     uint64_t newest_revision = 0;  // or later
-    std::vector<BlockUse> blocks;  // each that chunks of this group are parts of
+    std::vector<BlockUse> blocks;  // of the chunks of this group
     uint64_t bytes_of_no_block = 0;
 
     void Add(const SharedBytes& data);

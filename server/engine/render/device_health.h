@@ -24,9 +24,9 @@ class DeviceHealth {
 
   // OK, or kUnavailable, reason DEVICE_LOST, with the backend's words.
   [[nodiscard]] absl::Status status() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // What a call of the backend answered.
+  // Tells what a call of the backend returned.
   void Note(const absl::Status& answer) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Null: nobody.
+  // With null nobody is told.
   void SetObserver(Observer observer) ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:

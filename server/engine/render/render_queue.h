@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Whose turn it is to be evaluated and encoded, and the workers that do it: round robin over the scenes
-// that have work. Nothing is queued but scenes: the work itself is decided when a worker comes, so
-// edits that arrive meanwhile merge.
+// Gives scenes their turns to be evaluated and encoded, round robin over those that have work, and owns the
+// workers that do it. The queue holds scenes, not work: what is to be done is decided when a worker is
+// free, so edits that arrive meanwhile are merged.
 //
 //   worker kAny     huge ................ | medium ....... | huge ............
 //   worker kShort   small | small |       | small |  small | small |
 //
-// One worker is kept for short turns: beside any number of long ones a short one waits for short ones
-// alone. The others take what comes first.
+// One worker takes only short turns. So a short turn waits only for other short turns, however many long
+// ones there are. The other workers take what comes first.
 //
 // Threads  safe; work runs with no lock held. The destructor finishes what runs and drops the rest.
 #ifndef LATTICED_SERVER_ENGINE_RENDER_RENDER_QUEUE_H_
@@ -28,12 +28,12 @@
 
 namespace latticed {
 
-// Who has turns: a scene.
+// What takes turns: a scene.
 class RenderSource {
  public:
   virtual ~RenderSource() = default;
-  // Begins a turn of at most `most_points`, as RenderView::Begin counts them. The result runs it;
-  // null: there is none.
+  // Begins a turn of at most `most_points`, as RenderView::Begin counts them, and returns the function that
+  // runs it; null when there is nothing to do.
   [[nodiscard]] virtual std::function<void()> TakeWork(uint64_t most_points) = 0;
 };
 
@@ -41,19 +41,19 @@ class RenderQueue {
  public:
   enum class Role { kAny, kShort };
   static constexpr uint64_t kAnyPoints = std::numeric_limits<uint64_t>::max();
-  // Of a short turn: some 10 ms on two cores.
+  // The most points of a short turn, which takes about 10 ms on two cores.
   static constexpr uint64_t kShortPoints = 1'000'000;
 
-  // `workers` threads; of two or more the last is kept for short turns. None: a test runs them by
+  // `workers` threads; of two or more, the last takes only short turns. With none, a test runs turns by
   // RunNext.
   explicit RenderQueue(int workers);
   ~RenderQueue();
   RenderQueue(const RenderQueue&) = delete;  // its threads hold its address
   RenderQueue& operator=(const RenderQueue&) = delete;
 
-  // Has a worker look at the source; a source waits at most once.
+  // Queues the source for a worker. A source is in the queue at most once.
   void Schedule(const std::shared_ptr<RenderSource>& source) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Runs the first turn that the role may take. False where there is none.
+  // Runs the first turn that the role may take. Returns false when there is none.
   bool RunNext(Role role) ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:

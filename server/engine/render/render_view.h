@@ -10,12 +10,12 @@
 //                                +--- nobody watches ---+----> kIdle      its chunks stay dirty
 //                                +--- an error ---------+----> kFailed    until a watcher attaches
 //
-// Edits meanwhile gather as dirty chunks for the next turn. Sending goes on beside all stages. A view
-// that nobody watches is never begun, but remembers what is dirty.
+// Edits during a turn add dirty chunks for the next turn. Snapshots are sent during all stages. A view that
+// nobody watches begins no turn, but remembers its dirty chunks.
 //
-// Memory   reserved once, with the vertices, for the most that the view can take: vertices, staging,
-//          and chunks of snapshots, which are retired where they would take more
-// Threads  safe; the vertices are used by the turn under way, with no lock held
+// Memory   reserved once, when the vertices are made, for the most that the view can take: vertices,
+//          staging, and chunks of snapshots, which are retired when they would take more
+// Threads  safe; the running turn uses the vertices with no lock held
 #ifndef LATTICED_SERVER_ENGINE_RENDER_RENDER_VIEW_H_
 #define LATTICED_SERVER_ENGINE_RENDER_RENDER_VIEW_H_
 
@@ -52,7 +52,7 @@ struct RenderWork {
   std::vector<uint32_t> chunks;  // dirty, ascending; may be empty
 };
 
-// Bytes of all vertices of a view. Its chunks are no larger, but for their headers.
+// The bytes of all vertices of a view. Its encoded chunks take no more, except for their headers.
 [[nodiscard]] uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key);
 // The most that a view's snapshots may keep. Draco streams usually take a quarter of their
 // vertices, so there is room for four; raw and quantised chunks are their vertices.
@@ -69,21 +69,22 @@ class RenderView {
   const ViewKey& key() const { return board_.key(); }
   Stage stage() const ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // What an edit changed. All chunks, after a change of structure or quantisation box.
+  // Adds the chunks that an edit changed; all after a change of structure or quantisation box.
   void MarkDirty(std::span<const uint32_t> chunks) ABSL_LOCKS_EXCLUDED(mutex_);
   void MarkAllDirty() ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // Takes what is dirty. nullopt while a turn is under way or after a failure; where nobody watches or
-  // wants a newer snapshot, or the newest is of the state already; and where the turn costs more than
-  // `most_points`, each of which is to be encoded, or evaluated on the host's cores.
+  // Begins a turn and takes the dirty chunks. Returns nullopt
+  //   while a turn runs, or after a failure;
+  //   when nobody watches, nobody wants a newer snapshot, or the newest one has this state already;
+  //   when the turn has more than `most_points` points to encode, or to evaluate on the host's cores.
   [[nodiscard]] std::optional<RenderWork> Begin(std::shared_ptr<RenderView> self, RenderInput input,
                                                 uint64_t most_points) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Evaluates, encodes and publishes, with no lock held meanwhile. Stops early when the last watcher
-  // leaves. Once for each Begin. Whether watchers should look: there is a new snapshot, or a failure.
+  // Evaluates, encodes and publishes, with no lock held. It stops early when the last watcher leaves. Called
+  // once for each Begin. Returns whether watchers should look: there is a new snapshot, or a failure.
   bool Run(const RenderWork& work) ABSL_LOCKS_EXCLUDED(mutex_);
 
   [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // What would be free without this view, on the host and on devices.
+  // The bytes that destroying this view would free, on the host and on devices.
   [[nodiscard]] uint64_t EvictableBytes() const ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
@@ -93,7 +94,7 @@ class RenderView {
       ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::Status PrepareVertices(const RenderInput& input) ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::Status Evaluate(const RenderWork& work);
-  // Its ends.
+  // The ends of a turn.
   void Publish(std::shared_ptr<Snapshot> snapshot) ABSL_LOCKS_EXCLUDED(mutex_);
   bool GiveUp(const RenderWork& work, const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
   void DropVertices() ABSL_LOCKS_EXCLUDED(mutex_);
@@ -102,7 +103,7 @@ class RenderView {
   RenderBackend* const backend_;
   SnapshotBoard board_;
 
-  // Of the turn under way.
+  // Used by the running turn.
   std::shared_ptr<DeformTarget> target_;  // what vertices_ is a view of
   std::unique_ptr<DeformView> vertices_;
   ViewTraits traits_;

@@ -33,7 +33,7 @@ struct Snapshot {
   QuantisationBox box;
   std::shared_ptr<const DeformPlan> plan;
   ChunkTable chunks;
-  uint64_t held_bytes = 0;  // that the chunks keep; chunk_blocks.h
+  uint64_t held_bytes = 0;  // what the chunks keep in memory; chunk_blocks.h
   absl::Time edit_time;     // when the edit that made the revision was committed
   absl::Duration evaluate_time;
   absl::Duration encode_time;

@@ -7,8 +7,8 @@
 //   view      wanted? -> Publish(snapshot) | Fail(status)
 //   watcher   Attach, Want(the number that it has) -> newest, Lease -> Detach
 //
-// Back-pressure: a snapshot is wanted once some watcher could take it at once. Publish ends the
-// want, so that a view runs at most one snapshot ahead of its fastest watcher.
+// Back-pressure: a snapshot is wanted when some watcher could take it at once. Publish ends the want, so
+// a view is at most one snapshot ahead of its fastest watcher.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_ENGINE_RENDER_SNAPSHOT_BOARD_H_
@@ -35,29 +35,29 @@ class SnapshotBoard {
 
   const ViewKey& key() const { return key_; }
 
-  // Watchers that want updates now; paused ones do not count. A new watcher wants a snapshot, and
-  // ends a failure: it is a new try.
+  // Counts the watchers that take updates; paused ones do not. A new watcher wants a snapshot. It also clears
+  // a failure, so that the view is tried again.
   void Attach(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
   void Detach(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
   bool watched() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // `now` while somebody watches.
+  // Returns `now` while somebody watches.
   absl::Time last_watched(absl::Time now) const ABSL_LOCKS_EXCLUDED(mutex_);
-  // A watcher that has snapshot `number`, or is being sent it, could take a newer one at once; 0: it
-  // saw none. Whether that is new, and the view should look.
+  // Says that a watcher could take a snapshot newer than `number` at once; 0: it has none. Returns whether
+  // this is new, so that the view should look.
   [[nodiscard]] bool Want(uint64_t number) ABSL_LOCKS_EXCLUDED(mutex_);
   bool wanted() const ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // Gives it the next number. What it dropped is destroyed without the lock; how many of these were
-  // retired. `most_bytes` as in SnapshotRing::Publish.
+  // Publishes the snapshot under the next number. Snapshots that this drops are destroyed without the lock.
+  // Returns how many were retired. `most_bytes` as in SnapshotRing::Publish.
   size_t Publish(std::shared_ptr<Snapshot> snapshot, absl::Time now, uint64_t most_bytes)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Null before the first Publish.
   [[nodiscard]] std::shared_ptr<const Snapshot> newest() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // Why the view cannot be evaluated any more; its watchers end with it.
+  // Says why the view cannot be evaluated any more. Its watchers end with this status.
   void Fail(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::Status failure() const ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // Of the snapshots' chunks: those that they share count once, and as SnapshotRing::held_bytes.
+  // As SnapshotRing::bytes and SnapshotRing::held_bytes.
   uint64_t chunk_bytes() const ABSL_LOCKS_EXCLUDED(mutex_);
   uint64_t held_bytes() const ABSL_LOCKS_EXCLUDED(mutex_);
 
@@ -77,10 +77,10 @@ class SnapshotBoard {
   absl::Status failure_ ABSL_GUARDED_BY(mutex_);
 };
 
-// The newest snapshot of a board, which keeps it for as long as this lives, unless it is retired.
+// Pins the snapshot that was the newest when it was made: the board keeps it, unless it is retired.
 class SnapshotLease {
  public:
-  // nullopt where nothing is published.
+  // nullopt when nothing is published.
   [[nodiscard]] static std::optional<SnapshotLease> OfNewest(std::shared_ptr<SnapshotBoard> board,
                                                              absl::Time now);
   SnapshotLease(SnapshotLease&& other) noexcept
@@ -96,7 +96,7 @@ class SnapshotLease {
 
   const std::shared_ptr<SnapshotBoard>& board() const { return board_; }
   uint64_t number() const { return number_; }
-  // Null once it was retired.
+  // Null when it was retired.
   [[nodiscard]] std::shared_ptr<const Snapshot> Get(absl::Time now) const {
     return board_->Find(number_, now);
   }

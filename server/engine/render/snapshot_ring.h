@@ -4,11 +4,11 @@
 // The snapshots of a view that are still needed: the newest, and those that a watcher is being sent
 // (pinned), at most limits::kMaxSnapshotsPerView and within the bytes that the view has reserved.
 //
-// A pinned snapshot that leaves the ring is *retired*: its watcher finds nothing under the number any
-// more and begins again with the newest. Bytes that a socket still holds live until it lets go.
+// A pinned snapshot that leaves the ring is *retired*: its watcher no longer finds it and begins again with
+// the newest. Bytes that are queued at a socket stay in memory until they are sent.
 //
-// The oldest stays as long as somebody takes more of it, and the next one is retired in its stead:
-// otherwise many slow readers, each of a snapshot of its own, would all begin again and again.
+// The oldest snapshot stays as long as somebody takes more of it, and the next older one is retired in its
+// place. Otherwise many slow readers, each of another snapshot, would all begin again and again.
 //
 // Threads  guarded by its owner
 #ifndef LATTICED_SERVER_ENGINE_RENDER_SNAPSHOT_RING_H_
@@ -28,30 +28,31 @@ namespace latticed {
 
 class SnapshotRing {
  public:
-  // The oldest is retired first once nobody has looked at it for so long.
+  // When nobody has taken more of the oldest snapshot for so long, it is retired first.
   static constexpr absl::Duration kStalled = absl::Seconds(5);
 
-  // What left the ring, to be destroyed where no lock is held: its chunks may be a device's to free.
+  // Snapshots that left the ring. They are destroyed with no lock held, because freeing chunks of a device
+  // may take long.
   struct Dropped {
     std::vector<std::shared_ptr<const Snapshot>> snapshots;
-    size_t retired = 0;  // of them
+    size_t retired = 0;  // how many of them were retired
   };
-  // Makes `snapshot` the newest. Drops what is not pinned, then retires what is above the limit, or
-  // what does not fit into `most_bytes` together with it.
+  // Makes `snapshot` the newest. Drops the snapshots that are not pinned. Then retires others while there are
+  // more than the limit, or while all together take more than `most_bytes`.
   Dropped Publish(std::shared_ptr<const Snapshot> snapshot, absl::Time now,
                   uint64_t most_bytes = std::numeric_limits<uint64_t>::max());
   // Null before the first Publish.
   std::shared_ptr<const Snapshot> newest() const;
   // The newest, pinned until Unpin(number); null before the first Publish.
   std::shared_ptr<const Snapshot> PinNewest(absl::Time now);
-  // The snapshot where that dropped it, as Dropped; null for a retired one.
+  // Returns the snapshot if this dropped it, to be destroyed as Dropped is; else null.
   std::shared_ptr<const Snapshot> Unpin(uint64_t number);
-  // For a watcher that takes more of it; null when it was retired.
+  // Called by a watcher that takes more of the snapshot. Null when it was retired.
   std::shared_ptr<const Snapshot> Find(uint64_t number, absl::Time now);
   size_t size() const { return entries_.size(); }
-  // Of chunks; those that snapshots share count once.
+  // The bytes of all chunks; a chunk that snapshots share counts once.
   size_t bytes() const;
-  // Of the snapshots' held_bytes: what is shared counts in each.
+  // The sum of the snapshots' held_bytes; what they share counts in each.
   uint64_t held_bytes() const;
 
  private:

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A plan, and the backend's target for it while nobody has evicted that. An evicted target is
-// prepared again when the plan is evaluated next. On the CPU there is nothing to evict.
+// A plan, and the backend's target for it until that is evicted. An evicted target is prepared again when
+// the plan is evaluated next. On the CPU there is nothing to evict.
 //
 // Errors   those of RenderBackend::Run
 // Threads  safe
@@ -21,7 +21,7 @@ namespace latticed {
 
 class TargetSlot {
  public:
-  // `backend` outlives this, which keeps the host memory that `reservation` is for.
+  // `backend` outlives this. `reservation` is for the host memory of plan and target.
   TargetSlot(RenderBackend* backend, std::shared_ptr<DeformTarget> target,
              std::shared_ptr<const DeformPlan> plan, MemoryReservation reservation);
   TargetSlot(const TargetSlot&) = delete;  // scenes and work share it
@@ -29,15 +29,16 @@ class TargetSlot {
 
   const std::shared_ptr<const DeformPlan>& plan() const { return plan_; }
   RenderBackend& backend() const { return *backend_; }
-  // Vertices of its views lie on a device.
+  // Whether the vertices of its views are on a device.
   bool on_device() const { return on_device_; }
-  // While somebody holds the result it is not evicted.
+  // The target is not evicted while somebody holds the result.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<DeformTarget>> Get() ABSL_LOCKS_EXCLUDED(mutex_);
 
   [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // The part of `bytes`, on all devices together, that is on one: views lie as their target does.
+  // `bytes` are those of a view on all devices; returns those on one device. Views are distributed among
+  // devices as their target is.
   [[nodiscard]] uint64_t BytesOn(int device, uint64_t bytes) const ABSL_LOCKS_EXCLUDED(mutex_);
-  // Frees the target, unless somebody holds it. Whether that freed any memory.
+  // Frees the target, unless somebody holds it. Returns whether that freed any memory.
   bool Evict() ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:

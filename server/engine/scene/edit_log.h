@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the latest edits of a scene did, for watchers whose cage is a little behind, and whose edits
-// they were.
+// What the latest edits of a scene did, and who made them, for watchers whose lattice is a little behind.
 //
 // Threads  guarded by its owner
 #ifndef LATTICED_SERVER_ENGINE_SCENE_EDIT_LOG_H_
@@ -20,7 +19,7 @@
 
 namespace latticed {
 
-// What one edit did to the control points, so that every watcher's cage is true.
+// What one edit did to the control points. Watchers apply it to their lattice.
 struct LatticeDelta {
   uint64_t revision = 0;
   uint64_t structure_id = 0;
@@ -32,25 +31,25 @@ struct LatticeDelta {
 
 class EditLog {
  public:
-  // Oldest first; `complete` = false when the log does not reach back far enough, or no longer has
-  // the points, or the structure has changed since: then the watcher wants the whole lattice.
+  // Oldest first. `complete` is false when the log does not reach back far enough, no longer has the points,
+  // or the structure has changed since: the watcher then needs the whole lattice.
   struct Deltas {
     bool complete = true;
     std::vector<std::shared_ptr<const LatticeDelta>> deltas;
   };
 
-  // The edit that made the newest revision. Where it changed the structure, those before are
-  // forgotten with it.
+  // Adds the edit that made the newest revision. If it changed the structure, the log forgets it and all
+  // earlier ones.
   void Add(const std::shared_ptr<const LatticeDelta>& delta, bool structure_changed);
   // Deltas after `revision` up to `newest`.
   [[nodiscard]] Deltas After(uint64_t revision, uint64_t newest) const;
-  // The highest sequence of an editor that a state at `revision` holds, as far as is remembered: 0
-  // for an unknown editor, and possibly too low for a revision that the log does not reach.
+  // The highest sequence number of an editor's edits that a state at `revision` holds. 0 for an unknown
+  // editor; it may be too low for a revision that is older than the log.
   [[nodiscard]] uint64_t AppliedSequence(const std::string& editor_id, uint64_t revision) const;
 
   [[nodiscard]] uint64_t MemoryBytes() const;
-  // Where memory is short: forgets the points of the oldest edit that has them, else whose the oldest
-  // was, else the editor silent longest; false where but the newest is left.
+  // Called when memory is short. Forgets the points of the oldest edit that still has them; else the oldest
+  // edit; else the editor who has been silent longest. Returns false when only the newest is left.
   bool ForgetOldest();
 
  private:
@@ -64,7 +63,7 @@ class EditLog {
   void ForgetEditor();
 
   std::deque<std::shared_ptr<const LatticeDelta>> deltas_;
-  size_t emptied_ = 0;  // of them the oldest, which say no more than whose they were
+  size_t emptied_ = 0;  // the oldest of them, whose points are forgotten
   size_t points_ = 0;   // of all deltas
   std::map<std::string, LastEdit> last_edits_;
 };

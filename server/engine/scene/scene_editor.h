@@ -27,8 +27,8 @@
 
 namespace latticed {
 
-// A plan for a structure that edits lead to: what follows from it alone is set, or why it cannot be
-// had.
+// A plan for a structure that edits lead to, or the status of making it. Of the state, only what follows
+// from the plan is set.
 struct PlanCandidate {
   LatticeStructure structure;
   absl::StatusOr<SceneState> state;
@@ -40,7 +40,7 @@ struct EditCommit {
   std::shared_ptr<const SceneState> state;
   std::shared_ptr<const LatticeDelta> delta;
   bool structure_changed = false;
-  bool all_dirty = false;       // another structure or quantisation box
+  bool all_dirty = false;       // the structure or the quantisation box is new
   std::vector<uint32_t> dirty;  // chunks, ascending
 };
 
@@ -52,7 +52,7 @@ class SceneEditor {
   // `initial` must be valid.
   explicit SceneEditor(Lattice initial) : history_(std::move(initial)) {}
 
-  // The state at revision 0, of what its plan says.
+  // The state at revision 0. `planned` has what follows from the plan.
   [[nodiscard]] std::shared_ptr<const SceneState> FirstState(SceneState planned,
                                                              absl::Time now) const;
   // `before` is the newest state. An EditCommit without a state repeats the answer of an earlier batch.
@@ -60,12 +60,12 @@ class SceneEditor {
                                                  std::optional<PlanCandidate>& candidate,
                                                  std::optional<LatticeStructure>& wanted,
                                                  TimePoint now, const Clock& clock);
-  // Commits gestures that have been silent for too long. The newest state without an open gesture,
-  // at the same revision, where that ends the last of them; else null.
+  // Commits gestures that have been silent for too long. If that ends the last open gesture, returns the
+  // newest state without it, at the same revision; else null.
   [[nodiscard]] std::shared_ptr<const SceneState> EndIdleGestures(const SceneState& newest,
                                                                   TimePoint now);
 
-  // Undo steps and what is kept for replay.
+  // The bytes of undo steps and of what is kept for replay.
   size_t MemoryBytes() const { return history_.MemoryBytes(); }
   bool ForgetOldestStep() { return history_.ForgetOldestStep(); }
   bool ForgetOldestEditor() { return history_.ForgetOldestEditor(); }

@@ -27,13 +27,13 @@ struct SceneState {
   std::shared_ptr<const PatchTree> patch_tree;  // of the plan
   std::shared_ptr<const std::vector<Vec3d>> control_points;
   QuantisationBox box;
-  // Which control points influence any patch: what the box must hold, with the outside pieces.
+  // Which control points influence any patch: the box must hold these, and the patches outside.
   std::shared_ptr<const std::vector<bool>> influential;
   absl::Time commit_time;
-  // Of the edit that made the revision.
+  // About the edit that made the revision.
   uint64_t patches_touched = 0;
   bool gesture_open = false;
-  // Edits come until then, unless another state says otherwise: see BusyUntil.
+  // Until when edits count as coming, unless a newer state says otherwise: see BusyUntil.
   absl::Time busy_until;
   const LatticeStructure& structure() const { return plan->structure; }
 };
@@ -44,8 +44,8 @@ struct SceneState {
 // What the quantisation box must hold: a B-spline volume stays in the hull of its control points.
 [[nodiscard]] Bounds BoundsOf(const SceneState& state);
 
-// Until when edits are said to come after one at `edit_time`, where the one before was at `before`:
-// they pause when none came for half as long again as between those two, but 40 to 80 ms.
+// Until when edits count as coming after one at `edit_time`, when the edit before it was at `before`. They
+// pause after one and a half times the time between the two, but not less than 40 nor more than 80 ms.
 [[nodiscard]] absl::Time BusyUntil(absl::Time before, absl::Time edit_time);
 
 }  // namespace latticed

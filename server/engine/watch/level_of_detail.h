@@ -31,20 +31,20 @@ namespace latticed {
 
 class LevelOfDetail {
  public:
-  // A fourth above the 20 a second at which a drag looks smooth, for what limits do not count.
+  // A drag looks smooth at 20 updates a second; a quarter more is for bytes that the limits do not count.
   static constexpr double kUpdatesPerSecond = 25;
 
   explicit LevelOfDetail(const WatchView& asked) : asked_(asked) {}
 
-  // What the next update is to be of. `had`: what the watcher has all chunks of, under the state's
-  // structure and box; null where none.
+  // Chooses the view of the next update. `had`: the view of which the watcher has all chunks, under the
+  // state's structure and box; null if none.
   ViewKey Choose(const SceneState& state, const ViewKey* had, absl::Time now);
-  // When Choose may say something else without a new state.
+  // When Choose may return something else without a new state.
   static absl::Time ChangesAt(const SceneState& state) { return state.busy_until; }
-  // Whether an update with all segments and `bytes` left to send is to give way to one of less:
-  // then that is what Choose says next.
+  // Whether an update in full detail with `bytes` left to send must give way to one of less detail, which
+  // Choose then returns.
   bool GivesWay(const SceneState& state, uint64_t bytes, absl::Time now);
-  // Takes the bytes of a snapshot for those of the next ones under its key.
+  // Expects the next snapshots with this key to take as many bytes as this one.
   void Learn(const Snapshot& snapshot);
 
  private:
