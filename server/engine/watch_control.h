@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How a running watch is steered, whoever carries it: a Deform stream's own messages, or
-// ControlWatch.
+// Controls a running watch: by messages of its own Deform stream, or by ControlWatch.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_ENGINE_WATCH_CONTROL_H_
@@ -23,15 +22,15 @@ struct WatchCommand {
   std::optional<uint64_t> acked_update_id;
   std::optional<WatchView> view;
   std::optional<bool> pause;
-  std::optional<Presence> presence;  // an empty editor_id is the watch's own
+  std::optional<Presence> presence;  // an empty editor_id means that of the watch
 };
 
 class WatchControl {
  public:
   virtual ~WatchControl() = default;
   virtual const Scene& scene() const = 0;
-  // All or nothing. An empty command says that the client lives. kInvalidArgument,
-  // kResourceExhausted, kNotFound when the watch has ended.
+  // Applies all of the command or nothing. An empty command shows that the client is alive.
+  // kInvalidArgument, kResourceExhausted, kNotFound when the watch has ended.
   [[nodiscard]] virtual absl::Status Control(const WatchCommand& command) = 0;
 };
 

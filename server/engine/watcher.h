@@ -4,7 +4,7 @@
 // One watcher of a scene: it attaches to a view, holds the snapshot that is being sent, and asks
 // watch/next_event.h what comes next.
 //
-// Threads  one at a time: the stream locks. Takes the locks of the scene and the view.
+// Threads  one at a time: the stream locks it. Takes the locks of the scene and the view.
 #ifndef LATTICED_SERVER_ENGINE_WATCHER_H_
 #define LATTICED_SERVER_ENGINE_WATCHER_H_
 
@@ -25,12 +25,12 @@ namespace latticed {
 
 struct WatcherOptions {
   std::string boot_id;
-  std::string editor_id;           // whose applied_sequence is told; may be empty
+  std::string editor_id;           // whose applied_sequence is sent; may be empty
   WatchView view;                  // as asked for
-  std::string resume_token;        // may be empty or of another run
+  std::string resume_token;        // may be empty, or of another run of the server
   size_t max_unacked_updates = 2;  // 0: acknowledgements are off
   uint64_t min_revision = 0;       // updates below it are not begun
-  bool only_full_detail = false;   // whatever the limits of the view
+  bool only_full_detail = false;   // the limits of the view do not lower the detail
 };
 
 class Watcher {
@@ -42,31 +42,31 @@ class Watcher {
   Watcher(const Watcher&) = delete;  // counts as a watcher of its view
   Watcher& operator=(const Watcher&) = delete;
 
-  // The next event; nullopt when there is nothing to send before the scene changes, or before
-  // wake_at(). kNotFound when the scene was deleted, or why its view cannot be evaluated.
+  // The next event; nullopt when there is nothing to send before the scene changes, or before wake_at().
+  // kNotFound when the scene was deleted; the view's error when it cannot be evaluated.
   [[nodiscard]] absl::StatusOr<std::optional<WatchEvent>> Next(absl::Time now);
-  // When max_bytes_per_second lets the next batch go, or full detail may be due; InfiniteFuture
-  // where time changes nothing.
+  // When max_bytes_per_second allows the next batch, or when full detail may be due. InfiniteFuture when the
+  // passing of time changes nothing.
   absl::Time wake_at() const { return wake_at_; }
 
   // Acknowledges an update and those before it. kInvalidArgument for one that was not begun.
   [[nodiscard]] absl::Status Ack(uint64_t update_id);
   [[nodiscard]] absl::Status CheckAck(uint64_t update_id) const;
-  // The view from the next update on.
+  // Sets the view from the next update on.
   [[nodiscard]] absl::Status SetView(const WatchView& view) { return UseView(view); }
-  // While paused, or silent, no update is begun. The one in progress goes on when paused, and is
-  // dropped when silent.
+  // No update is begun while paused or silent. The update in progress goes on while paused, and is dropped
+  // when silent.
   void SetPaused(bool paused);
   void SetSilent(bool silent);
   // While an edit is being applied, updates above the revision before it wait for its answer.
   void SetCeiling(std::optional<uint64_t> revision) { client_.ceiling = revision; }
-  // The client can acknowledge no more (half-close): nothing waits for it.
+  // The client has half-closed and can acknowledge no more, so nothing waits for acknowledgements.
   void StopAcks() { client_.max_unacked_updates = 0; }
-  // From the next update on.
+  // Takes effect from the next update on.
   void WantFullDetail() { only_full_detail_ = true; }
 
   bool resumed() const { return resumed_; }
-  // Revision of the last update_end; nullopt before the first.
+  // The revision of the last update_end; nullopt before the first.
   std::optional<uint64_t> covered() const { return client_.covered; }
   // Whether the last update_end left all the detail that the view asks for.
   bool has_full_detail() const { return client_.had && client_.had->view == asked_.key; }
@@ -75,17 +75,17 @@ class Watcher {
   bool has_lattice() const { return client_.lattice_revision.has_value(); }
   bool lattice_current() const;
   const WatchView& view() const { return asked_; }
-  // Of the updates to come, as the limits of the view have it.
+  // The view of the next updates, under the limits of the view.
   const ViewKey& key() const { return board_->key(); }
   const std::shared_ptr<Scene>& scene() const { return scene_; }
 
  private:
   Watcher(std::shared_ptr<Scene> scene, const WatcherOptions& options);
   absl::Status UseView(const WatchView& asked);
-  // Stays with the view that there is where no other can be had.
+  // Keeps the present view when no other can be acquired.
   void SwitchTo(const ViewKey& key);
   void ChooseDetail(absl::Time now);
-  // Whether the update in progress, of `snapshot`, makes way for one of fewer segments.
+  // Whether the update in progress, of `snapshot`, gives way to one of fewer segments.
   bool GivesWay(const Snapshot& snapshot, absl::Time now);
   void UpdateActivity();
   void Drop();
@@ -103,8 +103,8 @@ class Watcher {
   WatchView asked_;
   LevelOfDetail detail_{asked_};
   std::shared_ptr<SnapshotBoard> full_board_;  // as asked
-  std::shared_ptr<SnapshotBoard> board_;  // of the updates to come, perhaps with fewer segments
-  std::optional<SnapshotLease> lease_;    // of the update in progress
+  std::shared_ptr<SnapshotBoard> board_;       // of the next updates, perhaps with fewer segments
+  std::optional<SnapshotLease> lease_;         // of the update in progress
   bool attached_ = false, paused_ = false, silent_ = false;
   bool only_full_detail_ = false;
   bool resumed_ = false;

@@ -34,7 +34,7 @@ enum class UploadFormat { kObj, kPly, kStl, kGlb, kDraco, kRaw };
 struct MeshDescription {
   std::string name;
   UploadFormat format = UploadFormat::kObj;
-  std::string layout;  // of RAW: its RawLayout as bytes; else empty
+  std::string layout;  // for RAW its RawLayout as bytes; else empty
   std::string owner;   // name of the caller's token, empty without tokens
   std::map<std::string, std::string> labels;
   std::string up_axis;         // as announced, carried through; empty: not said
@@ -49,22 +49,22 @@ struct StoredMesh : MeshDescription {
   absl::Time create_time;                    // set by MeshStore::Add
   MemoryReservation memory;                  // MemoryBytes(), by MeshStore::Add
 
-  // Against the budget: the upload and its mesh.
+  // What the budget counts: the upload and its mesh.
   uint64_t MemoryBytes() const { return bytes->size() + mesh->MemoryBytes(); }
 };
 
 class MeshStore {
  public:
-  // Keeps `mesh`, filling in its create time; the upload's reservation becomes the mesh's. The same
-  // bytes twice are one mesh, of which the first upload's name, labels and units stay; in another
-  // format or layout they are kAlreadyExists. kResourceExhausted with asked and free bytes.
+  // Keeps `mesh` and sets its create time. The upload's reservation becomes the mesh's. The same bytes twice
+  // are one mesh, which keeps the name, labels and units of the first upload; in another format or layout
+  // they are kAlreadyExists. kResourceExhausted with asked and free bytes.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Add(
       StoredMesh mesh, MemoryReservation reservation);
 
   // kNotFound.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Find(std::string_view id) const;
 
-  // By id.
+  // In order of id.
   [[nodiscard]] std::vector<std::shared_ptr<const StoredMesh>> All() const;
 
   // kNotFound.

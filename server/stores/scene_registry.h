@@ -30,7 +30,7 @@ namespace latticed {
 
 class WatchControl;  // server/engine/watch_control.h
 
-// What the scenes of a mesh are to it, those in the making counted but without bytes.
+// The scenes of a mesh. Scenes that are being made are counted, without bytes.
 struct MeshUse {
   size_t scenes = 0;
   uint64_t device_bytes = 0;  // of their plans
@@ -40,11 +40,11 @@ class SceneRegistry {
  public:
   struct Options {
     size_t max_scenes = limits::kDefaultMaxScenes;
-    // Of all scenes and views, which it evicts where memory is short. Null: without a limit.
+    // The budget of all scenes and views, which are evicted when it is short. Null: no limit.
     std::shared_ptr<MemoryBudget> memory;
-    // Called by every Tick, with no lock held: the housekeeping of others.
+    // Called by every Tick, with no lock held, for other housekeeping.
     std::function<void()> on_tick;
-    // Called with no lock held when a scene was evicted, which freed so many bytes at most.
+    // Called with no lock held after a scene was evicted, with the most bytes that this freed.
     std::function<void(const Scene&, uint64_t)> on_evict;
   };
   // `backend` outlives the registry. `workers` threads evaluate and encode.
@@ -54,35 +54,34 @@ class SceneRegistry {
   SceneRegistry(const SceneRegistry&) = delete;  // its thread holds its address
   SceneRegistry& operator=(const SceneRegistry&) = delete;
 
-  // Makes the scene of config.id, or returns the one that an equal request (config.fingerprint)
-  // made before, after waiting for it if need be. kAlreadyExists for another request with the id;
-  // kResourceExhausted LIMIT_EXCEEDED for one scene too many;
-  // else Scene::Create's errors. `admit`, where given, is asked before a scene is made, and what it
-  // refuses is not: while it runs no mesh is deleted by DeleteMesh. kNotFound when its mesh was
-  // deleted by force meanwhile. What `stop` says ends waiting and making, and leaves nothing; it is
-  // asked with the lock held, too.
+  // Makes the scene of config.id, or returns the one that an equal request (config.fingerprint) made or is
+  // making. kAlreadyExists for another request with the id; kResourceExhausted, reason LIMIT_EXCEEDED, for
+  // one scene too many; else Scene::Create's errors. `admit`, if given, is asked before a scene is made and
+  // may refuse it; DeleteMesh deletes no mesh while it runs. kNotFound when the mesh was deleted by force
+  // meanwhile. `stop` ends waiting and making, and then nothing is left; it is also asked with the lock
+  // held.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Create(
       SceneConfig config, const std::function<absl::Status()>& admit = nullptr,
       StopCheck stop = NeverStop) ABSL_LOCKS_EXCLUDED(mutex_);
   // kNotFound.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Find(std::string_view id) const
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Ends its streams with kNotFound and forgets it. kNotFound.
+  // Ends the scene's streams with kNotFound and forgets it. kNotFound.
   [[nodiscard]] absl::Status Delete(std::string_view id) ABSL_LOCKS_EXCLUDED(mutex_);
-  // By id.
+  // In order of id.
   [[nodiscard]] std::vector<std::shared_ptr<Scene>> All() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // Of the scenes of a mesh, those in the making as well.
+  // The scenes of a mesh, with those that are being made.
   [[nodiscard]] MeshUse UseOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
-  // Of all scenes, their meshes left out: scenes share them.
+  // The memory of all scenes, without their meshes, which scenes share.
   [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // Calls `remove` while no scene of the mesh can come up, so that none is left that names a
-  // deleted mesh. With `force` its scenes go as well, those in the making too; without,
-  // kFailedPrecondition MESH_IN_USE where there are some. Else remove's status.
+  // Calls `remove` while no scene of the mesh can be made, so that no scene names a deleted mesh. With `force`
+  // its scenes are deleted too, also those that are being made; without it, kFailedPrecondition, reason
+  // MESH_IN_USE, if there are any. Else remove's status.
   [[nodiscard]] absl::Status DeleteMesh(std::string_view mesh_id, bool force,
                                         const std::function<absl::Status()>& remove)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // The hook of eviction and time-outs; its own thread calls it about once a second.
+  // Handles time-outs. The registry's own thread calls it about once a second; tests call it themselves.
   void Tick(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Streams by watch id, for ControlWatch. An expired one is kNotFound.
@@ -93,12 +92,12 @@ class SceneRegistry {
   DeviceHealth& health() { return render_backend_.health(); }
   EngineCounts& counts() { return render_backend_.counts(); }
   RenderQueue& queue() { return queue_; }
-  // How often a scene was evicted, so that another could have its memory.
+  // How often a scene was evicted to free memory for another.
   uint64_t evictions() const { return evictions_.load(); }
 
  private:
   void KeepHouse() ABSL_LOCKS_EXCLUDED(mutex_);
-  // MemoryBudget's: evicts scenes that nobody uses, the least recently used first.
+  // The budget's evictor: evicts scenes that nobody uses, the least recently used first.
   bool Evict(const MemoryShortage& shortage) ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<std::shared_ptr<Scene>> TakeWhere(const std::function<bool(const Scene&)>& condemned)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -111,12 +110,12 @@ class SceneRegistry {
 
   mutable Mutex mutex_;
   std::map<std::string, std::shared_ptr<Scene>, std::less<>> scenes_ ABSL_GUARDED_BY(mutex_);
-  // By scene id: of which mesh, emptied when that was deleted meanwhile.
+  // The mesh id by scene id; emptied when the mesh was deleted meanwhile.
   std::map<std::string, std::string, std::less<>> creating_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
-  RenderQueue queue_;        // its threads use all of the above
-  std::thread housekeeper_;  // and so does it
+  RenderQueue queue_;        // last but one: its threads use all of the above
+  std::thread housekeeper_;  // last, for the same reason
 };
 
 }  // namespace latticed

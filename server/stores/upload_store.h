@@ -48,7 +48,7 @@ class Upload {
   using Clock = std::function<absl::Time()>;
   Upload(UploadHeader header, MemoryReservation reservation, Clock clock);
 
-  // Puts off the expiry, as adding bytes does.
+  // Postpones the expiry, as adding bytes does.
   void Touch() { last_use_ns_ = absl::ToUnixNanos(clock_()); }
   [[nodiscard]] bool IsIdle() const;
   // Frees the memory and returns true, unless the upload is in use. Later calls return kNotFound.
@@ -57,8 +57,9 @@ class Upload {
   // Adds the next bytes: 1 to limits::kMaxPartBytes, and no more in all than announced.
   // kInvalidArgument, reasons OUT_OF_RANGE and SIZE_MISMATCH; kNotFound once expired.
   [[nodiscard]] absl::Status Append(std::string_view data) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Adds bytes that begin at `offset` and returns how many are committed. Ignores bytes that came
-  // before; no bytes only ask for the answer. As Append; kFailedPrecondition, reason OFFSET_MISMATCH.
+  // Adds bytes that begin at `offset` and returns how many bytes the upload has. Bytes that it has already
+  // are ignored; an empty part only asks for the number. Errors of Append; kFailedPrecondition, reason
+  // OFFSET_MISMATCH.
   [[nodiscard]] absl::StatusOr<uint64_t> AppendAt(uint64_t offset, std::string_view data)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // kInvalidArgument, reason SIZE_MISMATCH, while bytes are missing; kNotFound once expired.
@@ -91,17 +92,17 @@ class UploadStore {
 
   // Keeps an upload under a new, unguessable id.
   [[nodiscard]] std::string Keep(std::shared_ptr<Upload> upload) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Also puts off the expiry. kNotFound.
+  // Also postpones the expiry. kNotFound.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Find(std::string_view id)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Removes a complete upload from the store. kNotFound; CheckComplete's errors, which leave it there.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Take(std::string_view id)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Frees the memory of idle uploads, streams' as well; the calls above do so too.
+  // Frees the memory of idle uploads, also of those that streams carry. The calls above do so too.
   void DropExpired() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Under way, those of streams as well.
+  // The number of unfinished uploads, with those that streams carry.
   [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // When an upload that was just used will expire.
+  // When an upload that is used now will expire.
   [[nodiscard]] absl::Time ExpireTime() const {
     return clock_() + absl::Seconds(limits::kUploadIdleSeconds);
   }
@@ -113,7 +114,7 @@ class UploadStore {
   const Upload::Clock clock_;
   mutable Mutex mutex_;
   std::map<std::string, std::shared_ptr<Upload>, std::less<>> kept_ ABSL_GUARDED_BY(mutex_);
-  std::vector<std::weak_ptr<Upload>> live_ ABSL_GUARDED_BY(mutex_);  // streams' as well
+  std::vector<std::weak_ptr<Upload>> live_ ABSL_GUARDED_BY(mutex_);  // with those of streams
 };
 
 }  // namespace latticed

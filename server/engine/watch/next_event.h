@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a watcher is sent next, by what it has and what there is.
+// Decides what a watcher is sent next, from what it has and what there is.
 //
 //   Next(client, offer) -> the next event; `client` then has it
 //
-// There is no queue. After update_end at revision r a client has every chunk with a version at or
-// below r, so its view, structure, quantisation and revision say all: they are the resume token too.
-// The lattice comes before the surface. An update whose snapshot was retired is begun again with
-// restart, from what the client had before it.
+// There is no queue. After update_end at revision r a client has every chunk with a version at or below r.
+// So its view, structure, quantisation and revision describe all that it has; they are also the resume
+// token. The lattice comes before the surface. An update whose snapshot was retired is begun again, with
+// restart set, from what the client had before it.
 //
 // Threads  pure: no clock, no lock, no scene
 #ifndef LATTICED_SERVER_ENGINE_WATCH_NEXT_EVENT_H_
@@ -41,23 +41,23 @@ struct ClientSurface {
 struct ClientUpdate {
   std::string topology_id;
   std::vector<uint32_t> chunks;
-  size_t sent = 0;  // of them
+  size_t sent = 0;  // how many of them were sent
   uint64_t id = 0;  // 0: update_begin was not sent yet
   absl::Time begin_time;
 };
 
 struct ClientState {
-  // As the client would have it.
+  // What the client asked for.
   bool takes_updates = true;        // begins new ones
   size_t max_unacked_updates = 2;   // 0: acknowledgements are off
   uint64_t min_revision = 0;        // updates below it are not begun
-  std::optional<uint64_t> ceiling;  // nor above it: an edit waits for its answer
-  // What it was sent.
+  std::optional<uint64_t> ceiling;  // updates above it wait for the answer to an edit
+  // What the client was sent.
   std::optional<uint64_t> lattice_structure, lattice_revision;
   std::string topology_id;
   std::optional<std::pair<uint64_t, ViewKey>> quantisation;  // id and view
-  std::optional<ClientSurface> had;                          // in full, perhaps by another watch
-  std::optional<uint64_t> covered;                           // revision of the last update_end
+  std::optional<ClientSurface> had;  // in full; perhaps from an earlier watch
+  std::optional<uint64_t> covered;   // revision of the last update_end
   std::optional<ClientUpdate> update;
   bool restart = false;  // the next update replaces one that was begun
   uint64_t last_update_id = 0;
@@ -65,11 +65,12 @@ struct ClientState {
   absl::Time next_batch_time = absl::InfinitePast();
 };
 
-// What there is, at one moment.
+// What the scene offers at one moment.
 struct WatchOffer {
   std::shared_ptr<const SceneState> state;  // the newest
-  EditLog::Deltas deltas;                   // after the client's lattice
-  // That client.update is of, which must be alive; else the newest of the view in force, if any.
+  EditLog::Deltas deltas;                   // those after the client's lattice
+  // The snapshot of client.update, which must not be retired; without one, the newest of the view in force,
+  // if any.
   std::shared_ptr<const Snapshot> snapshot;
   std::string topology_id;  // of the snapshot
   WatchView asked;          // in full detail
@@ -77,22 +78,23 @@ struct WatchOffer {
 };
 
 struct NextEvent {
-  std::optional<WatchEvent> event;              // none: nothing to send before the offer changes
-  absl::Time wake_at = absl::InfiniteFuture();  // or before then
+  std::optional<WatchEvent> event;  // nullopt: nothing to send until the offer changes, …
+  absl::Time wake_at = absl::InfiniteFuture();  // … or until this time
 };
 
-// Whether the lattice comes first: it needs no snapshot.
+// Whether the lattice is sent next, for which no snapshot is needed.
 [[nodiscard]] bool LatticeIsDue(const ClientState& client, const EditLog::Deltas& deltas);
-// UpdateEnds leaves applied_sequence and resume_token to the caller.
+// The caller sets applied_sequence and resume_token of an UpdateEnd.
 [[nodiscard]] NextEvent Next(ClientState& client, const WatchOffer& offer);
 
-// Whether the client may be sent so many more updates before it acknowledges one.
+// Whether the client may be sent this many more updates before it acknowledges one.
 [[nodiscard]] bool AcksAllow(const ClientState& client, size_t updates);
-// Whether the view should make a snapshot newer than the one offered: the client could take it at once.
+// Whether the client could take a snapshot newer than the offered one at once, so that the view should make
+// it.
 [[nodiscard]] bool WantsNewer(const ClientState& client, const Snapshot* offered);
-// Gives up the update in progress. It is begun again where the client knows of it.
+// Gives up the update in progress. If the client knows of it, it is begun again.
 void DropUpdate(ClientState& client);
-// The client has all of update `id` and those before it.
+// The client has acknowledged update `id` and all earlier ones.
 void Acknowledge(ClientState& client, uint64_t id);
 
 }  // namespace latticed

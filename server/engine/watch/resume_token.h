@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a client has, as a token that it gives back when it comes again.
+// What a client has, as a token. The client sends it back when it watches again.
 //
 // Threads  pure
 #ifndef LATTICED_SERVER_ENGINE_WATCH_RESUME_TOKEN_H_
@@ -17,8 +17,8 @@
 
 namespace latticed {
 
-// Of which scene a token speaks. Structures and revisions begin anew in a scene that is created again
-// under the id of a deleted one, and in another run of the server.
+// The scene of a token. A scene that is created again under the id of a deleted one begins with the same
+// structure and revision numbers, and so does another run of the server.
 struct TokenScope {
   std::string boot_id;
   std::string scene_id;
@@ -26,8 +26,7 @@ struct TokenScope {
 };
 
 [[nodiscard]] std::string MakeResumeToken(const TokenScope& scope, const ClientSurface& had);
-// nullopt where the token is not of this scope and view, or the scene has another structure or box by
-// now.
+// nullopt when the token is of another scope or view, or the scene now has another structure or box.
 [[nodiscard]] std::optional<ClientSurface> ParseResumeToken(std::string_view token,
                                                             const TokenScope& scope,
                                                             const ViewKey& view,

@@ -38,7 +38,7 @@ struct UpdateBegins {
   uint64_t revision = 0;
   size_t chunk_count = 0;
   bool restart = false;
-  WatchView view;  // in force
+  WatchView view;  // the view in force
 };
 struct ChunkBatch {
   uint64_t update_id = 0;

@@ -15,7 +15,7 @@ struct WatchView {
   // While edits come, segments are lowered to keep to these (level_of_detail.h). 0: no limit.
   uint64_t max_points = 0;
   uint64_t max_bytes_per_second = 0;
-  // In force while a gesture is open. 0: the key's.
+  // Used while a gesture is open. 0: those of the key.
   int drag_position_bits = 0;
   int drag_normal_bits = 0;
 };
