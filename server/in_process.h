@@ -33,9 +33,9 @@ class WebServer;
 
 class InProcessServer {
  public:
-  // Serves on a free port of 127.0.0.1, whatever options.listen says; the process's log is set up
-  // by the options. kInvalidArgument for options that cannot be, kUnimplemented or kUnavailable for
-  // a backend or port that cannot be had.
+  // Serves on a free port of 127.0.0.1, whatever options.listen says, and configures the process's log.
+  // kInvalidArgument for invalid options, kUnimplemented or kUnavailable for a backend or port that cannot
+  // be used.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<InProcessServer>> Start(Options options);
   // The same on these backends, whatever options.backend says; the first one serves.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<InProcessServer>> Start(
@@ -47,7 +47,7 @@ class InProcessServer {
   // A new channel without TLS.
   [[nodiscard]] std::shared_ptr<grpc::Channel> channel() const;
   [[nodiscard]] std::string address() const;
-  // Of --http and --admin, host:port; empty where there is none.
+  // The addresses of --http and --admin, host:port; empty when there is none.
   [[nodiscard]] std::string http_address() const;
   [[nodiscard]] std::string admin_address() const;
   // "cpu: AVX-512, 2 threads, …": what evaluates.
@@ -56,15 +56,15 @@ class InProcessServer {
   // What GET /metrics of the admin listener answers.
   [[nodiscard]] std::string metrics() const;
 
-  // As a balancer wants it: health says NOT_SERVING, options.drain_delay passes, streams are told
-  // goaway and new calls are refused, running calls get options.drain_timeout. Then Stop.
+  // Ends the server so that balancers notice: health says NOT_SERVING; options.drain_delay passes; streams
+  // get goaway, new calls are refused, and running calls have options.drain_timeout to end. Then Stop.
   void Drain();
   // Cancels running calls and returns when all are done. Idempotent.
   void Stop();
 
  private:
   InProcessServer();
-  // No backends: those of options.backend.
+  // Without `backends` it makes those of options.backend.
   static absl::StatusOr<std::unique_ptr<InProcessServer>> ServeOn(
       Options options, std::vector<std::unique_ptr<Backend>> backends);
   absl::Status StartWeb();

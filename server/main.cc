@@ -19,8 +19,8 @@ namespace {
 constexpr int kExitFailure = 1;
 constexpr int kExitUsage = 2;
 
-// A handler and not sigwait: threads that a library starts before main have no
-// signal blocked, and one of them would get it, and the program would die of it.
+// A handler, not sigwait: libraries start threads before main, in which no signal is blocked. One of these
+// would receive the signal and end the program.
 sem_t stop_semaphore;
 std::atomic<int> stop_signal = 0;
 static_assert(std::atomic<int>::is_always_lock_free, "set in a signal handler");
@@ -38,7 +38,7 @@ void CatchStopSignals() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGINT, &action, nullptr);
-  // A log that nobody reads any more is no reason to end.
+  // The program must not end because nobody reads its log any more.
   signal(SIGPIPE, SIG_IGN);
 }
 

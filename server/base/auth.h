@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Bearer tokens and roles. The token file has lines `sha256hex role name` (blank lines and #
-// comments allowed): hashes, so that a leaked file is no leaked token.        make one: printf %s
-// "$T" | sha256sum
+// Bearer tokens and roles. The token file has lines `sha256hex role name`; blank lines and # comments are
+// allowed. It holds hashes, so that a leaked file leaks no token. To make one: printf %s "$T" | sha256sum
 //
 // Roles    read < edit < admin; each rpc names the one that it needs beside its handler, in server/rpc
 // Threads  immutable after loading
@@ -41,7 +40,7 @@ class Authenticator {
   Authenticator() = default;
   // kInvalidArgument naming the line; `text` is the content of a token file.
   [[nodiscard]] static absl::StatusOr<Authenticator> FromText(std::string_view text);
-  // Of --token-file; an empty path admits everyone. kInvalidArgument.
+  // Reads --token-file; an empty path admits everyone. kInvalidArgument.
   [[nodiscard]] static absl::StatusOr<Authenticator> FromFile(const std::string& path);
 
   // `authorization` is the metadata value, "Bearer …", empty if absent. kUnauthenticated.
@@ -49,7 +48,7 @@ class Authenticator {
   bool open() const { return !tokens_.has_value(); }
 
  private:
-  // By the token's hash: how long a look-up takes tells nothing about a token.
+  // By the token's hash, so that the time of a look-up tells nothing about a token.
   std::optional<std::map<std::string, Caller>> tokens_;
 };
 

@@ -13,7 +13,7 @@ namespace latticed {
 struct ConnectionCounts {
   size_t open = 0;
   size_t most = 0;       // MostConnections; 0: no limit
-  uint64_t refused = 0;  // since the start, for being one too many
+  uint64_t refused = 0;  // since the start, because there were too many
 };
 
 }  // namespace latticed

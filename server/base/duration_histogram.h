@@ -5,7 +5,7 @@
 // that dashboards may add them up.
 //
 // Units    seconds; a bucket holds what took no longer than its bound
-// Threads  safe, without locks: a reading beside an observation may miss half of it
+// Threads  safe, without locks: a reading may see one half of a concurrent observation
 #ifndef LATTICED_SERVER_BASE_DURATION_HISTOGRAM_H_
 #define LATTICED_SERVER_BASE_DURATION_HISTOGRAM_H_
 
@@ -27,7 +27,7 @@ class DurationHistogram {
       0.065, 0.08,    0.1,     0.13,   0.16,   0.2,    0.25,   0.3,   0.4,   0.5,   0.65,
       0.8,   1,       2,       5,      10,     20,     50,     100};
 
-  // A negative duration, of clocks that were set back, counts as none.
+  // A negative duration, after a clock was set back, counts as 0.
   void Observe(absl::Duration duration) {
     const absl::Duration taken = std::max(duration, absl::ZeroDuration());
     const auto bound = std::ranges::lower_bound(kBounds, absl::ToDoubleSeconds(taken));
@@ -36,7 +36,7 @@ class DurationHistogram {
   }
 
   struct Reading {
-    std::array<uint64_t, kBounds.size() + 1> counts{};  // the last is of what took longer
+    std::array<uint64_t, kBounds.size() + 1> counts{};  // the last counts what took longer
     double sum_seconds = 0;
   };
   Reading Read() const {

@@ -16,27 +16,27 @@
 namespace latticed {
 
 struct EngineCounts {
-  // Batches of edits: committed; refused, or cancelled while their plan was made; answered from
-  // memory, since they came a second time.
+  // Batches of edits: committed; refused, or cancelled while their plan was made; answered from memory,
+  // because they came a second time.
   std::atomic<uint64_t> edits_applied = 0, edits_refused = 0, edits_repeated = 0;
-  // Undo steps that a scene forgot for want of memory, before limits::kMaxUndoSteps and kMaxUndoBytes.
+  // Undo steps that a scene forgot because memory was short, before limits::kMaxUndoSteps and kMaxUndoBytes.
   std::atomic<uint64_t> undo_steps_forgotten = 0;
-  // Revisions that a view skipped: a newer one was there when its turn came.
+  // Revisions that a view skipped, because a newer one existed when its turn came.
   std::atomic<uint64_t> revisions_merged = 0;
 
   std::atomic<uint64_t> evaluations = 0;  // of views, begun
 
-  // Of watchers: update_begin and update_end sent; given up on the way for a newer one in less
-  // detail; begun with restart, since what they replace was not finished.
+  // Updates of watchers: begun and finished; given up for a newer one in less detail; begun with restart set,
+  // because the update that they replace was not finished.
   std::atomic<uint64_t> updates_begun = 0, updates_finished = 0, updates_superseded = 0,
                         updates_restarted = 0;
-  // Snapshots that a view dropped, at the limit of limits::kMaxSnapshotsPerView, while a watcher
-  // was being sent them: so often readers were too slow.
+  // Snapshots that a view retired while a watcher was being sent them, because the reader was too slow for
+  // limits::kMaxSnapshotsPerView.
   std::atomic<uint64_t> snapshots_retired = 0;
   std::atomic<uint64_t> chunk_bytes = 0;  // handed to gRPC
 
-  // As in UpdateTimings: evaluation and encoding once a snapshot, queue and send once a watcher's
-  // update. The queue leaves out first updates, which may be of edits of long ago.
+  // As in UpdateTimings. Evaluation and encoding are counted once a snapshot, queue and send once an update
+  // of a watcher. The queue leaves out first updates, which may show edits of long ago.
   DurationHistogram queue, evaluate, encode, send;
 };
 

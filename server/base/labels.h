@@ -44,12 +44,12 @@ class LabelFilter {
 // 0 is limits::kDefaultPageSize.
 [[nodiscard]] absl::StatusOr<size_t> PageSize(int32_t page_size);
 
-// What a page may still hold: so many items, and limits::kMaxPageBytes of them, so that a reply is
-// below a message's bound whatever labels its items carry.
+// What a page may still hold: a number of items, and limits::kMaxPageBytes in all, so that a reply fits in
+// a message whatever labels its items have.
 class PageRoom {
  public:
   explicit PageRoom(size_t items) : items_(items) {}
-  // Whether an item of so many bytes is on the page; the first one always is.
+  // Whether an item of so many bytes fits on the page. The first item always does.
   [[nodiscard]] bool Take(size_t bytes);
 
  private:

@@ -48,8 +48,7 @@ CLI::Option* AddBytes(CLI::App& app, const std::string& name, uint64_t& value,
       ->capture_default_str();
 }
 
-// One value and not CLI11's list: a flag takes the place of the environment's, and does not join
-// it.
+// One value, not CLI11's list: a flag replaces the value of the environment and is not added to it.
 void AddDevices(CLI::App& app, std::vector<int>& devices) {
   const auto parse = [&devices](const std::string& text) {
     devices.clear();
@@ -70,14 +69,14 @@ void AddDevices(CLI::App& app, std::vector<int>& devices) {
       ->default_str(absl::StrJoin(devices, ","));
 }
 
-// May stand several times, and each time name several.
+// May be given several times, each time with several values.
 void AddList(CLI::App& app, const std::string& name, std::vector<std::string>& values,
              const std::string& help) {
   app.add_option(name, values, help)
       ->delimiter(',')
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->default_str("")  // as --print-config writes an empty one
+      ->default_str("")  // --print-config writes an empty list so
       ->type_name("LIST");
 }
 
@@ -143,8 +142,8 @@ void Define(CLI::App& app, Options& o) {
   app.add_option("--node", o.node, "This server's name in logs and metadata; default: host name");
 }
 
-// LATTICED_… variables as flags, to stand before the real ones: the last one wins.
-// A list that a flag gives is the whole list.
+// Returns LATTICED_… variables as flags. They come before the real flags, and the last one wins. A list that
+// a flag gives replaces the whole list.
 std::vector<std::string> EnvironmentFlags(const CLI::App& app,
                                           const std::vector<std::string>& given) {
   std::vector<std::string> flags;

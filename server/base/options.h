@@ -25,7 +25,7 @@
 
 namespace latticed {
 
-// How long a client of HTTP may leave its connection waiting; then it is closed.
+// How long an HTTP client may keep its connection waiting before it is closed.
 struct HttpTimeouts {
   using Duration = std::chrono::steady_clock::duration;
 
@@ -33,7 +33,7 @@ struct HttpTimeouts {
   Duration body = std::chrono::seconds(60);    // between pieces of a body
   Duration write = std::chrono::minutes(5);    // to take what one write sends
   Duration idle = std::chrono::seconds(75);    // between requests
-  Duration linger = std::chrono::seconds(5);   // to end what it sends, once it has its answer
+  Duration linger = std::chrono::seconds(5);   // to stop sending, after the last answer
   Duration silence = std::chrono::minutes(5);  // of a WebSocket; pings are sent at half of it
 };
 
@@ -42,12 +42,12 @@ struct Options {
   std::string backend = "auto";            // auto, cpu or cuda: server/backends.h
   int threads = 0;  // of the CPU backend, and those that encode; 0: all that the machine allows
   std::vector<int> devices{0};                  // CUDA devices; each scene goes to the freest
-  uint64_t span_patches = kDefaultSpanPatches;  // but one of so many patches takes them all
+  uint64_t span_patches = kDefaultSpanPatches;  // a scene of so many patches takes all devices
   uint64_t gpu_memory_bytes = 0;  // budget of each device; 0: nine tenths of what is free
   uint64_t memory_bytes = uint64_t{4} << 30;            // host budget: meshes, plans, chunks
   uint64_t transport_memory_bytes = uint64_t{1} << 30;  // what gRPC may buffer for all connections
   uint64_t max_mesh_bytes = uint64_t{1} << 30;          // largest single upload
-  int max_connections = 0;  // of each of listen and http; 0: what transport memory has room for
+  int max_connections = 0;  // of listen, and of http; 0: as many as transport memory allows
   int max_scenes = limits::kDefaultMaxScenes;
   int max_watchers = limits::kDefaultMaxWatchersPerScene;  // of one scene
   std::string http;                        // host:port of the viewer and gRPC-Web; empty: none
@@ -71,7 +71,7 @@ struct Options {
   std::string node;                                  // in logs and metadata; empty: the host name
 };
 
-// What the command line asks for: run with `options`, or print `text` and exit.
+// What the command line asks for: to run with `options`, or to print `text` and exit.
 struct CommandLine {
   Options options;
   std::optional<std::string> text;  // of --help, --version, --print-config
@@ -83,7 +83,7 @@ struct CommandLine {
 [[nodiscard]] bool IsUnixSocket(std::string_view address);
 // Whether only this machine can reach the address.
 [[nodiscard]] bool IsLoopback(std::string_view listen);
-// Of each of --listen and --http.
+// The most connections of --listen, and of --http.
 [[nodiscard]] size_t MostConnections(const Options& options);
 // Checks ranges, and combinations such as an open port without TLS or tokens.
 [[nodiscard]] absl::Status Validate(const Options& options);

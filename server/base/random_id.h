@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ids that nobody can guess: who knows one may use what it names.
+// Ids that nobody can guess: whoever knows an id may use what it names.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_BASE_RANDOM_ID_H_

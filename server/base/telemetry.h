@@ -28,7 +28,7 @@ void ConfigureLogging(std::string_view level, std::string_view format);
 void LogEvent(spdlog::level::level_enum level, std::string_view message,
               std::initializer_list<LogField> fields);
 
-// Message and fields as the line of a log in `format` has them, after time and level.
+// The message and its fields as a line of a log in `format` shows them, after time and level.
 [[nodiscard]] std::string FormatEvent(std::string_view format, std::string_view message,
                                       std::initializer_list<LogField> fields);
 

@@ -18,7 +18,7 @@
 namespace latticed {
 namespace {
 
-// Of the socket that the descriptor is; no other socket has it. 0 where the descriptor is no socket.
+// The inode of the descriptor's socket, which no other socket has. 0 when it is no socket.
 uint64_t SocketInode(int descriptor) {
   struct stat state = {};
   return fstat(descriptor, &state) == 0 && S_ISSOCK(state.st_mode) ? state.st_ino : 0;
@@ -44,7 +44,7 @@ absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
 }
 
 void GrpcListener::Close() {
-  if (listener_ == nullptr) return;  // it could not be opened
+  if (listener_ == nullptr) return;  // the port could not be opened
   std::call_once(closed_, [this] {
     listener_->Close();
     thread_.join();  // nothing is left to wait for
@@ -64,7 +64,7 @@ void GrpcListener::DropEnded() {
 
 bool GrpcListener::Enter(int socket) {
   const MutexLock lock(&mutex_);
-  sockets_.erase(socket);  // a connection that had the descriptor has ended
+  sockets_.erase(socket);  // the connection that had this descriptor has ended
   if (sockets_.size() >= most_) DropEnded();
   if (sockets_.size() >= most_) {
     ++refused_;

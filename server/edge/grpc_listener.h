@@ -5,8 +5,8 @@
 // not limit their number, and stops accepting for good once the process has run out of file descriptors
 // (CVE-2023-4785).
 //
-// gRPC does not say when a connection ends. It has ended when its descriptor is another socket or none:
-// the descriptor's inode tells.
+// gRPC does not say when a connection ends. It has ended when its descriptor is closed or is another socket,
+// which the inode of the descriptor shows.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_EDGE_GRPC_LISTENER_H_
@@ -35,21 +35,21 @@ class GrpcListener {
  public:
   using Acceptor = grpc::experimental::ExternalConnectionAcceptor;
 
-  // Accepts on options.listen for the server of `acceptor`, which has started. Closes a connection too
-  // many, which its client sees as UNAVAILABLE. kUnavailable, kInvalidArgument.
+  // Accepts on options.listen for the server of `acceptor`, which has started. Closes connections above the
+  // limit; their clients see UNAVAILABLE. kUnavailable, kInvalidArgument.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<GrpcListener>> Open(
       const Options& options, std::unique_ptr<Acceptor> acceptor);
   ~GrpcListener() { Close(); }
 
   const std::string& address() const { return listener_->address(); }
   [[nodiscard]] ConnectionCounts counts() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Hands over nothing afterwards. Call it before the server ends. Idempotent.
+  // Hands over no connection afterwards. Called before the server ends. Idempotent.
   void Close();
 
  private:
   GrpcListener(const Options& options, std::unique_ptr<Acceptor> acceptor);
   void Take(int socket) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Counts the connection, if there is a place for it.
+  // Counts the connection. Returns false when there are too many.
   bool Enter(int socket) ABSL_LOCKS_EXCLUDED(mutex_);
   void DropEnded() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
@@ -59,7 +59,7 @@ class GrpcListener {
   Mutex mutex_;
   std::map<int, uint64_t> sockets_ ABSL_GUARDED_BY(mutex_);  // their inodes, by descriptor
   uint64_t refused_ ABSL_GUARDED_BY(mutex_) = 0;
-  bool full_ ABSL_GUARDED_BY(mutex_) = false;  // and that was logged
+  bool full_ ABSL_GUARDED_BY(mutex_) = false;  // the limit was reached, and logged
 
   boost::asio::io_context context_;
   std::shared_ptr<TcpListener> listener_;

@@ -25,18 +25,18 @@ namespace latticed {
 
 class GrpcServer {
  public:
-  // Serves when it returns. kInvalidArgument for unreadable credentials, kUnavailable for a port
-  // that cannot be had. `env` outlives the result.
+  // The server accepts calls when this returns. kInvalidArgument for unreadable credentials, kUnavailable
+  // for a port that cannot be opened. `env` outlives the result.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<GrpcServer>> Start(ServerEnv* env);
   ~GrpcServer();
 
   [[nodiscard]] std::string address() const;  // with the port that was taken
-  // Of --listen; none are counted on a Unix socket.
+  // The connections of --listen; those of a Unix socket are not counted.
   [[nodiscard]] ConnectionCounts connections() const;
-  // Calls from this process, without a socket.
+  // A channel for calls from this process, without a socket.
   [[nodiscard]] std::shared_ptr<grpc::Channel> InProcessChannel();
   void SetServing(bool serving);
-  // What health says.
+  // Sets what the health service answers.
   bool serving() const { return serving_; }
   // Takes no more calls, waits for those running, and cancels what is left at `deadline`. Returns
   // when all are done. Idempotent.

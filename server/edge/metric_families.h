@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Families of metrics in the making.
+// Builds families of metrics.
 //
 //   MetricFamilies out;
 //   out.Gauge("latticed_scenes", "Scenes.").Add(scenes.size());
@@ -27,7 +27,7 @@ class MetricFamilies {
  public:
   using Labels = std::vector<prometheus::ClientMetric::Label>;
 
-  // One of them, while the MetricFamilies live.
+  // A family of a MetricFamilies, valid as long as that.
   class Family {
    public:
     explicit Family(prometheus::MetricFamily* family) : family_(family) {}
@@ -69,7 +69,7 @@ class MetricFamilies {
   Family Gauge(std::string name, std::string help) {
     return New(std::move(name), std::move(help), prometheus::MetricType::Gauge);
   }
-  // Only rises; its name ends in _total.
+  // A counter never falls; its name ends in _total.
   Family Counter(std::string name, std::string help) {
     return New(std::move(name), std::move(help), prometheus::MetricType::Counter);
   }
@@ -87,7 +87,7 @@ class MetricFamilies {
         &families_.emplace_back(prometheus::MetricFamily{std::move(name), std::move(help), type}));
   }
 
-  std::deque<prometheus::MetricFamily> families_;  // whose addresses stay
+  std::deque<prometheus::MetricFamily> families_;  // a deque: their addresses must not change
 };
 
 }  // namespace latticed

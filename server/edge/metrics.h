@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a Prometheus scrapes: GET /metrics of the admin listener.
+// What Prometheus scrapes: GET /metrics of the admin listener.
 //
 //   ServerInfo, stores   gauges: memory, scenes, watchers, …      collected at the scrape
 //   EngineCounts         edits, updates, stages                   counted where they happen
@@ -24,8 +24,8 @@ namespace latticed {
 
 struct ServerEnv;
 
-// All metrics of the server in Prometheus' text format, the connections being those of --listen and of
-// --http.
+// All metrics of the server in Prometheus' text format. The arguments count the connections of --listen and
+// of --http.
 [[nodiscard]] std::string MetricsText(ServerEnv& env, const ConnectionCounts& grpc,
                                       const ConnectionCounts& http);
 

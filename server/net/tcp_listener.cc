@@ -74,7 +74,7 @@ absl::Status TcpListener::Bind(const std::string& host, const std::string& port)
   if (failure) return absl::UnavailableError(failure.message());
   for (const auto& entry : found) {
     tcp::endpoint endpoint = entry.endpoint();
-    // A free port, once taken, is that of all addresses.
+    // The free port of the first address is used for all of them.
     if (!ports_.empty()) endpoint.port(ports_.front().acceptor.local_endpoint().port());
     const bool has_it = std::ranges::any_of(ports_, [&endpoint](const Port& other) {
       return other.acceptor.local_endpoint() == endpoint;

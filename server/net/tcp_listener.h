@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A listening port, at every address that its name has, whose sockets go to one function. While the
-// process has no file descriptor left it tries again, and what a socket's function throws costs that
-// socket alone.
+// Listens on a port, at every address of a name, and gives the sockets to one function. While the process
+// has no file descriptor left it tries again. An exception of the function ends only that socket.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_EDGE_TCP_LISTENER_H_
@@ -22,17 +21,17 @@
 
 namespace latticed {
 
-// Of the calling thread, until the context is stopped or has no work. Nothing that a client sends may
-// end the process: what a handler throws ends its connection.
+// Runs the context on the calling thread until it is stopped or has no work. An exception of a handler ends
+// its connection, so that nothing a client sends ends the process.
 void RunUntilDone(boost::asio::io_context& context);
 
 class TcpListener : public std::enable_shared_from_this<TcpListener> {
  public:
-  // Called one after the other. The socket does not delay what is written.
+  // Called for one socket after the other. TCP_NODELAY is set.
   using OnSocket = std::function<void(boost::asio::ip::tcp::socket)>;
 
-  // Listens on `listen`, "host:port", for `flag`. The context outlives the listener. kUnavailable for
-  // a port that cannot be had, kInvalidArgument for what is none.
+  // Listens on `listen`, "host:port"; errors name `flag`. The context outlives the listener. kUnavailable
+  // for a port that cannot be opened, kInvalidArgument for an invalid address.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<TcpListener>> Open(
       boost::asio::io_context& context, const std::string& flag, const std::string& listen,
       OnSocket on_socket);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What every rpc does first and last: who calls, may they, under which request id; and the answer's
-// status. call_reactor.h does both.
+// What every rpc does first and last: it finds out who calls, checks the role, takes the request id; and it
+// counts and logs the status. call_reactor.h calls both.
 #ifndef LATTICED_SERVER_RPC_CALL_H_
 #define LATTICED_SERVER_RPC_CALL_H_
 
@@ -30,10 +30,10 @@ inline constexpr Rpc kApplyEditsRpc{"SceneService/ApplyEdits", Role::kEdit};
 struct CallInfo {
   Rpc rpc;
   Caller caller;            // who, and with which role
-  std::string request_id;   // the client's where it is sane, else 16 random hex digits
+  std::string request_id;   // the client's if it is valid, else 16 random hex digits
   std::string traceparent;  // W3C, empty if absent or malformed
-  std::string peer;         // "ipv4:127.0.0.1:5000": who is at the other end of the socket
-  std::string scene;        // that the call is about, as far as is known: metadata, or the request
+  std::string peer;         // "ipv4:127.0.0.1:5000": the other end of the socket
+  std::string scene;        // the scene of the call, if metadata or the request name one
   absl::Time start_time;
   std::chrono::steady_clock::time_point arrival;
   grpc::CallbackServerContext* context = nullptr;  // alive until the rpc is finished
@@ -47,7 +47,7 @@ struct CallInfo {
                                                  grpc::CallbackServerContext* context,
                                                  const Rpc& rpc);
 
-// The scene that a request names, for the log: unless it is no id, as long as a message may be.
+// The scene that a request names, for the log. Empty when it is no id: it could be as long as a message.
 void NoteScene(CallInfo& call, const std::string& scene);
 
 // Counts the end of a call and logs it: faults of the server as errors, refusals as info, the rest
@@ -57,11 +57,11 @@ void LogFinished(const CallInfo& call, const grpc::Status& status);
 // The metadata `latticed-scene`, where set, must name the scene of the body. kInvalidArgument.
 [[nodiscard]] absl::Status CheckSceneMetadata(const CallInfo& call, std::string_view scene_id);
 
-// Whether the caller still waits, for long work to ask: kDeadlineExceeded, kCancelled.
+// Long work asks whether the caller still waits: OK, kDeadlineExceeded or kCancelled.
 [[nodiscard]] absl::Status CheckCancelled(const CallInfo& call);
 
-// Frees what a message of gRPC's holds, once nobody reads it any more: gRPC keeps it until its call has
-// ended, which is as late as the client likes.
+// Frees what a message of gRPC's holds, after its last use. gRPC keeps the message until the call has ended,
+// and the client decides when that is.
 void FreeMessage(const google::protobuf::Message& message);
 void FreeMessage(const grpc::ByteBuffer& message);
 
@@ -72,18 +72,18 @@ void FreeMessage(const grpc::ByteBuffer& message);
 // As a message and as its bytes.
 [[nodiscard]] uint64_t ReplyBytes(const google::protobuf::Message& reply);
 
-// Room for what a call keeps until its client has taken the reply: a client that does not read, or
-// whose HTTP/2 window is shut, holds the message and gRPC's copy of its bytes. All such replies
-// together have a budget of their own, beside --memory, so that they are in the way of no scene.
+// Memory for what a call keeps until its client has taken the reply. A client that does not read keeps the
+// message, and gRPC's copy of its bytes, in memory. All such replies share a budget beside --memory, so that
+// they take nothing from scenes.
 //
 // Empty at first. Destroyed when the call is done. One thread at a time.
 class ReplyRoom {
  public:
   explicit ReplyRoom(const ServerEnv& env);
 
-  // For `bytes` in all, where that is more than it has. limits::kSmallReplyBytes need no room: so a
-  // server whose replies nobody takes still answers who asks how it is, or frees memory.
-  // kResourceExhausted OUT_OF_MEMORY, and nothing changes.
+  // Grows to `bytes`, if that is more than it has. Replies of up to limits::kSmallReplyBytes need no room: a
+  // server whose replies nobody takes still answers probes, and requests that free memory.
+  // kResourceExhausted, reason OUT_OF_MEMORY, changes nothing.
   [[nodiscard]] absl::Status Hold(uint64_t bytes);
 
  private:

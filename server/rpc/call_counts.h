@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Calls by rpc and by how they ended, and refusals by reason. What clients can make up (unknown
-// methods, words of their own) is in none of the names.
+// Counts calls by rpc and by status, and refusals by reason. No name contains what clients can choose
+// (unknown methods, their own words).
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_RPC_CALL_COUNTS_H_
@@ -28,7 +28,7 @@ namespace latticed {
 
 inline constexpr size_t kStatusCodes = grpc::StatusCode::UNAUTHENTICATED + 1;  // OK is the first
 
-// Of one rpc. Streams last as long as their client likes.
+// The counts of one rpc. Durations of streams are as long as their clients choose.
 struct RpcCounts {
   std::atomic<uint64_t> started = 0;
   std::array<std::atomic<uint64_t>, kStatusCodes> finished{};
@@ -40,7 +40,7 @@ class CallCounts {
   // With the rpcs of all services: a counter that appears with its first call hides that call from rates.
   CallCounts();
 
-  // Of "MeshService/UploadMesh", an Rpc's name.
+  // The counts of an Rpc's name, such as "MeshService/UploadMesh".
   [[nodiscard]] RpcCounts& Of(std::string_view rpc) ABSL_LOCKS_EXCLUDED(mutex_) {
     const MutexLock lock(&mutex_);
     return rpcs_[std::string(rpc)];
@@ -51,7 +51,7 @@ class CallCounts {
     if (!reason.empty()) ++refusals_[reason];
   }
 
-  // By name, those that were never called as well.
+  // By name, with those that were never called.
   [[nodiscard]] std::vector<std::pair<std::string, const RpcCounts*>> rpcs() const
       ABSL_LOCKS_EXCLUDED(mutex_) {
     const MutexLock lock(&mutex_);

@@ -27,7 +27,7 @@ class CallReactor : public Reactor {
   void OnDone() override { delete this; }
 
  protected:
-  // Whether the call may go on. One that may not is finished.
+  // Returns whether the call may go on. If not, it has been finished.
   bool Begin(const ServerEnv& env, grpc::CallbackServerContext* context, const Rpc& rpc) {
     absl::StatusOr<CallInfo> call = BeginCall(env, context, rpc);
     if (call.ok()) {
@@ -44,9 +44,9 @@ class CallReactor : public Reactor {
   }
   void FinishCall(const absl::Status& status) { FinishCall(ToGrpcStatus(status)); }
 
-  // Runs `work` on a worker, frees the request, and gives the result to `done`, on that worker as well.
-  // A request that finds no room while it waits finishes the call. Last of a constructor: the reactor
-  // may be gone when this returns.
+  // Runs `work` on a worker, frees the request, and gives the result to `done` on the same worker. If there is
+  // no memory for the waiting request, the call is finished. Called last in a constructor: the reactor may
+  // be deleted when this returns.
   template <typename Request>
   void Work(ServerEnv& env, const Request& request, std::function<absl::Status()> work,
             std::function<void(absl::Status)> done) {

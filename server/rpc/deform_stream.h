@@ -3,9 +3,9 @@
 //
 // SceneService.Deform: edits, view control and watching in one bidirectional stream.
 //
-//   new DeformStream -> first message, within --first-message-timeout, opens the watch
-//   (scene_stream.h) -> reads go on side by side with writes -> half-close, cancel, goaway or a fatal
-//   status end it
+//   new DeformStream -> the first message, within --first-message-timeout, opens the watch
+//   (scene_stream.h) -> reads and writes run concurrently -> half-close, cancellation, goaway or a fatal
+//   status ends it
 #ifndef LATTICED_SERVER_RPC_DEFORM_STREAM_H_
 #define LATTICED_SERVER_RPC_DEFORM_STREAM_H_
 

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The wait for the first message of a stream that the client writes. Before it a stream has reserved
-// nothing, so the wait has an end: a stream that never says what it wants must not hold its place.
+// Waits for the first message of a stream that the client writes, up to a time limit: a stream that never
+// says what it wants must not keep its place.
 //
-//   Await -> Arrive, by the reader     what comes first decides, and the other does nothing
-//         -> late, by an alarm
+//   Await -> Arrive, called by the reader     whichever comes first; the other then does nothing
+//         -> late, called by an alarm
 //
 // Threads  Arrive is safe beside the alarm; Await comes before
 #ifndef LATTICED_SERVER_RPC_FIRST_MESSAGE_H_
@@ -24,11 +24,11 @@ namespace latticed {
 
 class FirstMessage {
  public:
-  // `late` ends the call, after which its object may be gone, with FAILED_PRECONDITION
-  // STREAM_NOT_OPENED: the first message must be `what`, and none came in time.
+  // `late` gets FAILED_PRECONDITION, reason STREAM_NOT_OPENED: the first message must be `what`, and none came
+  // in time. It ends the call, whose object may then be deleted.
   void Await(absl::Duration timeout, const char* what, std::function<void(absl::Status)> late);
-  // The message is here, or none will come. False when it was too late: `late` runs, or has run. Those
-  // after the first say what the first did.
+  // Called when the message has come, or none will come. Returns false when it is too late, because `late`
+  // runs or has run. Later calls return what the first one did.
   [[nodiscard]] bool Arrive();
 
  private:
