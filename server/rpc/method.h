@@ -1,21 +1,21 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A row of a service's table: the name of an rpc, the role that its callers need, and its handler.
+// A row of a service's table: the name of an rpc, the role that callers need, and the handler.
 //
 //   constexpr UnaryMethod kGetScene{Rpc{"SceneService/GetScene", Role::kRead}, GetScene};
 //
 //   grpc::ServerUnaryReactor* GetScene(…) override { return kGetScene.Run(env_, context, request, response); }
 //
-// Every call takes the same way:
+// Every call goes through the same steps:
 //
 //   Begin -> room for the request -> the handler on a worker -> room for the reply -> FinishCall
 //
-// A refused call changes nothing: a handler that changes something, and whose reply may be large, takes
-// room for the reply itself, before it does. A server stream of parts has one part in memory at a time,
-// and gRPC's flow control is its pace.
+// A refused call changes nothing. So a handler that changes something, and whose reply may be large, takes
+// room for the reply itself before it changes anything. A server stream of parts has one part in memory at
+// a time; gRPC's flow control paces it.
 //
-// Threads  Run is gRPC's to call; handlers run on a worker
+// Threads  gRPC calls Run; handlers run on a worker
 #ifndef LATTICED_SERVER_RPC_METHOD_H_
 #define LATTICED_SERVER_RPC_METHOD_H_
 
@@ -36,7 +36,7 @@
 
 namespace latticed {
 
-// What a handler has besides its request and its reply.
+// What a handler gets in addition to its request and its reply.
 struct CallContext {
   ServerEnv& env;
   const CallInfo& call;
@@ -86,10 +86,10 @@ template <typename Request, typename Response>
 UnaryMethod(Rpc, absl::Status (*)(const CallContext&, const Request&, Response&))
     -> UnaryMethod<Request, Response>;
 
-// The next part of a stream, nothing after the last.
+// Returns the next part of a stream, nullopt after the last.
 template <typename Message>
 using NextPart = std::function<absl::StatusOr<std::optional<Message>>()>;
-// Opens a stream of parts.
+// Checks the request and opens a stream of parts.
 template <typename Request, typename Message>
 using PartHandler = absl::StatusOr<NextPart<Message>> (*)(const CallContext&, const Request&);
 
@@ -126,7 +126,7 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<Message>> {
 
   NextPart<Message> next_;
   Message message_;
-  ReplyRoom room_;  // for the largest so far
+  ReplyRoom room_;  // for the largest part so far
 };
 
 template <typename Request, typename Message>

@@ -22,9 +22,9 @@
 namespace latticed {
 namespace {
 
-// A watcher from which nothing came for so many heartbeats is paused.
+// A client from which nothing came for so many heartbeats is paused.
 constexpr int kSilentHeartbeats = 3;
-// By then another server, or this one's successor, may well listen. The drain delay is over when
+// After so long another server, or a new run of this one, probably listens. The drain delay is over when
 // goaway is sent.
 constexpr absl::Duration kGoawayRetry = absl::Seconds(1);
 
@@ -113,8 +113,7 @@ void SceneStream::Pump() {
 
 bool SceneStream::AtEnd() const {
   if (!small_.empty() || watcher_->update_in_progress()) return false;
-  // GetUpdate's client gets the update that is on its way, but does not wait for a revision to
-  // come.
+  // GetUpdate's client gets the update in progress, but does not wait for a later revision.
   const bool on_its_way = only_update_ && *finish_at_ <= scene_->State()->revision;
   if (going_away_ && !on_its_way) return true;
   return finish_at_.has_value() && watcher_->covered().has_value() &&
@@ -147,14 +146,14 @@ std::unique_ptr<grpc::Alarm> SceneStream::AlarmAt(absl::Time time, void (SceneSt
   // A new one each time: an Alarm runs once, and must not be set again from its own callback.
   auto alarm = std::make_unique<grpc::Alarm>();
   alarm->Set(absl::ToChronoTime(time), [weak = weak_from_this(), what](bool expired) {
-    if (!expired) return;  // another one took its place
+    if (!expired) return;  // a later alarm replaced this one
     if (const auto stream = weak.lock(); stream != nullptr) ((*stream).*what)();
   });
   return alarm;
 }
 
 void SceneStream::WakeAt(absl::Time time) {
-  // A client that sends without a pause makes no alarm with every message.
+  // So a client that sends without a pause does not make an alarm with every message.
   if (time == absl::InfiniteFuture() || time == pace_time_) return;
   pace_time_ = time;
   pace_ = AlarmAt(time, &SceneStream::OnPace);
@@ -212,7 +211,7 @@ void SceneStream::Touch() {
 absl::Status SceneStream::Control(const WatchCommand& command) {
   PresenceBoard::Waiting waiting;
   auto status = Steer(command, waiting);
-  // Others' locks are not taken with this stream's held.
+  // The locks of other streams are not taken while this one's is held.
   Wake(waiting);
   return status;
 }
@@ -229,7 +228,7 @@ absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Wait
   const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return error::NotFound("watch", watch_id_);
   Hear();
-  // What can be refused comes first, so that a refused command has changed nothing.
+  // What may be refused comes first, so that a refused command changes nothing.
   if (command.presence.has_value()) {
     LATTICED_RETURN_IF_ERROR(CheckPresence(*command.presence));
     if (presence_room_.bytes() == 0) {
@@ -313,7 +312,7 @@ void SceneStream::OnHeartbeat() {
   if (!half_closed_ && silence > kSilentHeartbeats * env_->options.heartbeat_interval) {
     watcher_->SetSilent(true);
   }
-  // While a write is outstanding the reader is busy with it, and heartbeats must not pile up.
+  // While a write is outstanding the client has something to read, and heartbeats must not pile up.
   if (state_ != StreamState::kIdle) return;
   v1::SceneEvent event;
   event.mutable_heartbeat()->set_head_revision(scene_->State()->revision);

@@ -1,20 +1,19 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What Deform, Watch and GetUpdate have in common: one watcher, one outstanding write, an orderly
-// end. The reactor reads and owns the call; this decides what is written next:
+// The part that Deform, Watch and GetUpdate share: one watcher, one outstanding write, an orderly end. The
+// reactor reads and owns the call; this class decides what is written next:
 //
 //   small events (hello, edit_result, heartbeat, goaway) > first lattice > presence > lattice >
 //   the update's next event
 //
-// Nothing is queued but small events, and the reader stops reading when those pile up (backlog). A
-// stream ends OK at finish_at, in full detail (half-close, GetUpdate), or after goaway; with a
-// status when the scene is deleted or cannot be evaluated; CANCELLED when the client cancels or its
-// deadline passes. Then the watcher is let go at once, and with it its claim on evaluations and
-// snapshots.
+// Only small events are queued, and the reactor stops reading when too many wait (backlog). A stream ends OK
+// when full detail has reached finish_at (half-close, GetUpdate), or after goaway; with a status when the
+// scene is deleted or cannot be evaluated; CANCELLED when the client cancels or its deadline passes. The
+// watcher is then destroyed at once, so that nothing is evaluated or kept for it.
 //
-// A client that does not read costs the message that it does not take, whose chunks live on when
-// their snapshot is retired: the stream reserves that from --memory, a MiB at most.
+// A client that does not read keeps one message in memory, with the chunks in it, also when their snapshot
+// is retired. The stream reserves the message from --memory, at most one MiB.
 //
 // Locks    the stream's mutex before those of scene and view
 // Threads  safe
@@ -52,7 +51,7 @@ struct ServerEnv;
 enum class StreamState {
   kIdle,      // open, and nothing is being written
   kWriting,   // one write is outstanding
-  kFinished,  // Finish was called: nothing is written or counted any more
+  kFinished,  // Finish was called: nothing more is written or counted
 };
 
 // The writing half of a reactor. Neither call blocks; each is made at most once per OnWriteDone.
@@ -69,8 +68,8 @@ class SceneStream : public SceneListener,
  public:
   struct Options {
     WatcherOptions watcher;
-    // GetUpdate: no hello, no heartbeats, and the end after the first update at or above this
-    // revision.
+    // Set for GetUpdate: no hello, no heartbeats, and the stream ends after the first update at or above
+    // this revision.
     std::optional<uint64_t> only_update;
   };
   // Opens the watch of `scene`; nothing is written before Start. The sink lives until its reactor
@@ -79,7 +78,7 @@ class SceneStream : public SceneListener,
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<SceneStream>> Open(
       ServerEnv* env, std::shared_ptr<Scene> scene, Options options, StreamSink* sink);
 
-  // Writes the first event. Once the reactor can find the stream: the write may be done at once.
+  // Writes the first event. Called when the reactor can find the stream, because the write may end at once.
   void Start() ABSL_LOCKS_EXCLUDED(mutex_);
 
   void OnSceneChanged() override ABSL_LOCKS_EXCLUDED(mutex_);
@@ -88,23 +87,23 @@ class SceneStream : public SceneListener,
   [[nodiscard]] absl::Status Control(const WatchCommand& command) override
       ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // From the reactor. `ok` is false when the call is over.
+  // Called by the reactor. `ok` is false when the call is over.
   void OnWriteDone(bool ok) ABSL_LOCKS_EXCLUDED(mutex_);
   void OnCancel() ABSL_LOCKS_EXCLUDED(mutex_);
-  // The client lives.
+  // The client has shown that it is alive.
   void Touch() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Around the application of an edit: its answer goes before the next chunks, and before any
-  // update that holds it.
+  // Called before and after an edit is applied: its answer is sent before the next chunks, and before any
+  // update that contains it.
   void BeginEdit() ABSL_LOCKS_EXCLUDED(mutex_);
   void Answer(const v1::SceneEvent& result) ABSL_LOCKS_EXCLUDED(mutex_);
-  // No more messages will come: the end is OK after an update at or above `revision`.
+  // No more messages will come: the stream ends OK after an update at or above `revision`.
   void HalfClose(uint64_t revision) ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends the stream now.
   void Fail(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
-  // The call is done: nobody calls the sink any more. Before the reactor lets go of the stream.
-  // Takes back the presence that it has shown.
+  // The call is done: the sink is not called any more, and the presence that the stream showed is taken
+  // back. Called before the reactor releases the stream.
   void Close() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Small events that wait to be written.
+  // How many small events wait to be written.
   size_t backlog() const ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
@@ -115,11 +114,11 @@ class SceneStream : public SceneListener,
   absl::StatusOr<std::optional<grpc::ByteBuffer>> NextBuffer()
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   std::optional<grpc::ByteBuffer> NextPresence() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Calls `what` at `time`, while the alarm and the stream are there.
+  // Calls `what` at `time`, if the alarm and the stream still exist.
   std::unique_ptr<grpc::Alarm> AlarmAt(absl::Time time, void (SceneStream::*what)());
   void WakeAt(absl::Time time) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void OnPace() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Whom a presence that it shows wakes comes to `waiting`.
+  // Sets `waiting` to those that the presence wakes.
   absl::Status Steer(const WatchCommand& command, PresenceBoard::Waiting& waiting)
       ABSL_LOCKS_EXCLUDED(mutex_);
   absl::Status CheckPresence(const Presence& presence) const;
@@ -135,7 +134,7 @@ class SceneStream : public SceneListener,
   const bool only_update_;
   const std::string watch_id_;
   const std::string editor_id_;  // may be empty
-  // Of Start and Close alone.
+  // Used by Start and Close only.
   std::optional<std::stop_callback<std::function<void()>>> on_drain_;
 
   mutable Mutex mutex_;
@@ -145,7 +144,7 @@ class SceneStream : public SceneListener,
   std::unique_ptr<Watcher> watcher_ ABSL_GUARDED_BY(mutex_);  // null once finished
   std::deque<grpc::ByteBuffer> small_ ABSL_GUARDED_BY(mutex_);
   PresenceFeed presence_ ABSL_GUARDED_BY(mutex_);
-  MemoryReservation presence_room_ ABSL_GUARDED_BY(mutex_);  // for what is shown; empty before
+  MemoryReservation presence_room_ ABSL_GUARDED_BY(mutex_);  // for the presence that is shown
   grpc::ByteBuffer writing_ ABSL_GUARDED_BY(mutex_);
   std::optional<uint64_t> finish_at_ ABSL_GUARDED_BY(mutex_);
   bool half_closed_ ABSL_GUARDED_BY(mutex_) = false;

@@ -32,22 +32,23 @@ class SceneRegistry;  // server/stores/scene_registry.h
 class UploadStore;    // server/stores/upload_store.h
 
 struct ServerEnv {
-  // `backends` has one at least, and the first one serves. `authenticator` knows who may call.
+  // `backends` has at least one; the first one serves. `authenticator` decides who may call.
   ServerEnv(Options options, std::vector<std::unique_ptr<Backend>> backends,
             Authenticator authenticator);
   ~ServerEnv();
   ServerEnv(const ServerEnv&) = delete;  // services hold its address
   ServerEnv& operator=(const ServerEnv&) = delete;
 
-  // Runs `work` on a worker, for what may take long. The destructor waits for all of it.
+  // Runs `work`, which may take long, on a worker. The destructor waits for all of it.
   void Post(std::function<void()> work);
-  // Scenes use the first one.
+  // Scenes use the first backend.
   Backend& backend() const { return *backends.front(); }
 
   const Options options;
   const std::string boot_id;  // 32 random hex digits, new at every start
   const std::string node;     // options.node or the host name
-  // Under this metadata key server/web says for whom it calls. Nobody else knows it.
+  // The metadata key under which server/web passes the address of its client. It is secret, so that clients
+  // cannot set it.
   const std::string peer_key;
   const absl::Time start_time;
   std::stop_source drain;  // stopped once the server drains: streams send goaway and end OK

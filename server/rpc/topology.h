@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where each patch comes from, in parts that fit a message: the answer of GetTopology.
+// The answer of GetTopology: where each patch comes from, in parts that fit a message.
 //
 // Errors   none: the caller checks the range
 // Threads  pure functions

@@ -21,8 +21,8 @@
 namespace latticed {
 namespace {
 
-// What a stored mesh's reply has beyond that of the mesh before: its time, and counts of scenes that
-// may have come up since.
+// The most that the reply of a stored mesh is larger than that of the mesh before: its time, and counts of
+// scenes that may have been made since.
 constexpr uint64_t kStillToCome = 256;
 constexpr size_t kHashBlockBytes = size_t{16} << 20;  // between checks for cancellation
 
@@ -88,7 +88,7 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<v1::Upload
                               FromProto(request_.header(), env_->options.max_mesh_bytes));
     header.mesh.owner = call_.caller.name;
     LATTICED_ASSIGN_OR_RETURN(upload_, env_->uploads->Admit(std::move(header)));
-    StartSendInitialMetadata();  // tells a client that waits for it that its bytes are welcome
+    StartSendInitialMetadata();  // tells a client that waits for it to send its bytes
     return absl::OkStatus();
   }
 
@@ -107,7 +107,7 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<v1::Upload
   }
 
   void End(const absl::Status& result) {
-    upload_.reset();  // gives back its bytes before the client hears
+    upload_.reset();  // its memory is free before the client gets the status
     FinishCall(result);
   }
 

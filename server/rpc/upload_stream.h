@@ -4,9 +4,8 @@
 // MeshService.UploadMesh: header, parts, half-close, answer.
 //
 //   kHeader --header--> kParts --half-close--> kStoring (on a worker) --> done
-//   a header that does not come within --first-message-timeout ends the call
-//   initial metadata goes out when the header is admitted; any refusal or cancellation ends the
-//   call at once; what came is dropped
+//   A header that does not come within --first-message-timeout ends the call. Initial metadata is sent
+//   when the header is admitted. Any refusal or cancellation ends the call at once and drops what came.
 #ifndef LATTICED_SERVER_RPC_UPLOAD_STREAM_H_
 #define LATTICED_SERVER_RPC_UPLOAD_STREAM_H_
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The scene of a request, and the messages that open and steer a watch, checked and converted.
+// Checks and converts the scene of a request, and the messages that open and control a watch.
 //
 // Errors   kNotFound for the scene or the watch; kInvalidArgument with the path of the field
 // Threads  pure functions

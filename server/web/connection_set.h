@@ -22,9 +22,9 @@ namespace latticed::web {
 class Connection {
  public:
   virtual ~Connection() = default;
-  // Takes no request after the one that is being answered.
+  // The connection takes no request after the present one.
   virtual void Drain() = 0;
-  // Ends it now and cancels its calls.
+  // The connection ends now, and its calls are cancelled.
   virtual void Abort() = 0;
 };
 
@@ -32,16 +32,16 @@ class ConnectionSet {
  public:
   explicit ConnectionSet(size_t most) : most_(most) {}
 
-  // A place in the set. Its last owner gives it back.
+  // A connection's place in the set, which is free when its last owner destroys it.
   class Place {
    public:
     Place(ConnectionSet* set, uint64_t id, bool served) : set_(set), id_(id), served_(served) {}
     ~Place() { set_->Leave(id_, served_); }
     Place(const Place&) = delete;  // one place, one connection
     Place& operator=(const Place&) = delete;
-    // False where the set was full.
+    // False when the set was full.
     bool served() const { return served_; }
-    // Who is told to drain or abort. A connection calls it again when it changes its protocol.
+    // Sets who is told to drain or abort. A connection calls it again when its protocol changes.
     void Hold(const std::shared_ptr<Connection>& connection) { set_->Hold(id_, connection); }
 
    private:
@@ -52,7 +52,7 @@ class ConnectionSet {
 
   // Null when there is no room even for an answer.
   [[nodiscard]] std::shared_ptr<Place> Enter() ABSL_LOCKS_EXCLUDED(mutex_);
-  // These hold for connections that enter later, too.
+  // Both also apply to connections that enter later.
   void Drain() ABSL_LOCKS_EXCLUDED(mutex_);
   void Abort() ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] ConnectionCounts counts() const ABSL_LOCKS_EXCLUDED(mutex_);

@@ -59,7 +59,7 @@ class DeformSocket final : public CallObserver,
   void OnWritten() override { ReadSocket(); }
   void OnEnd(grpc::Status status, CallMetadata /*trailers*/) override;
 
-  // Its stream is told, and ends it.
+  // The stream of the call learns of it and ends the call.
   void Drain() override {}
   void Abort() override {
     Post([self = shared_from_this()] {
@@ -120,10 +120,10 @@ void DeformSocket::ReadSocket() {
 void DeformSocket::OnRead(error_code failure) {
   if (failure == websocket::error::closed) {
     client_closed_ = true;
-    if (sending_.has_value()) call_->Read();  // what was being sent has come to nothing
+    if (sending_.has_value()) call_->Read();  // the message that was being sent is lost
     return call_->WritesDone();
   }
-  // It broke, was silent for too long, or sent no valid frame.
+  // The connection broke, was silent for too long, or sent an invalid frame.
   if (failure) return call_->Cancel();
   if (stream_.got_text()) {
     failure_ = error::InvalidField("message", "must be binary, one DeformRequest a frame");
@@ -143,7 +143,7 @@ void DeformSocket::OnMessage(grpc::ByteBuffer message) {
 }
 
 void DeformSocket::OnSent(error_code failure) {
-  // A read that is under way tells more: whether it was closed, or broke.
+  // A pending read will tell whether the connection was closed or broke.
   if (failure) return reading_ ? void() : call_->Cancel();
   sending_.reset();
   if (closing_.has_value()) return SendClose();

@@ -33,7 +33,7 @@ constexpr std::array<std::pair<std::string_view, v1::ExportFormat>, 6> kFormats 
 
 constexpr std::array<std::string_view, 2> kParameters = {"segments", "normals"};
 
-// What the query asks of the surface; what it does not name is as the scene's default view has it.
+// What the query asks of the surface. What it does not name is that of the scene's default view.
 absl::StatusOr<v1::ViewOptions> ViewOf(const std::string& query) {
   LATTICED_ASSIGN_OR_RETURN(const auto parameters, QueryParameters(query, kParameters));
   v1::ViewOptions view;

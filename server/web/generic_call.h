@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// An rpc of any method, by its bytes. gRPC-Web, the WebSocket and downloads make their calls by it.
+// A call of any rpc, with messages as bytes. gRPC-Web, the WebSocket and downloads use it.
 //
 //   call = GenericCall::Start(channel, {method, metadata, peer, deadline}, observer);
 //   call->Write(message);   next after OnWritten        call->Read();   next after OnMessage
 //
-// At most one message waits in each direction. A message that is not asked for stays with the server,
-// which then makes no more.
+// At most one message waits in each direction. A message that nobody asks for stays with the server, which
+// then makes no more.
 //
 // Threads  methods safe from any thread; the observer is called on its strand
 #ifndef LATTICED_SERVER_WEB_GENERIC_CALL_H_
@@ -49,13 +49,13 @@ using CallMetadata = HttpFields;
 // Its bytes, shared.
 [[nodiscard]] std::vector<grpc::Slice> SlicesOf(const grpc::ByteBuffer& message);
 
-// Hears of one call. OnEnd comes last.
+// Is told of the events of one call. OnEnd comes last.
 class CallObserver {
  public:
   virtual ~CallObserver() = default;
-  // From any thread: runs `work` on the strand where everything else is called.
+  // Runs `work` on the strand on which all other functions are called. Any thread may call it.
   virtual void Post(std::function<void()> work) = 0;
-  // The server's initial metadata. Not called where a call ends without any.
+  // The server's initial metadata. Not called when the call ends without any.
   virtual void OnHead(CallMetadata metadata) = 0;
   virtual void OnMessage(grpc::ByteBuffer message) = 0;
   virtual void OnWritten() = 0;
@@ -77,12 +77,12 @@ class GenericCall final : private grpc::ClientBidiReactor<grpc::ByteBuffer, grpc
                                                           std::shared_ptr<CallObserver> observer);
   explicit GenericCall(std::shared_ptr<CallObserver> observer) : observer_(std::move(observer)) {}
 
-  // Not before OnWritten of the one before.
+  // Called only after OnWritten of the message before.
   void Write(const std::string& message) ABSL_LOCKS_EXCLUDED(mutex_);
   void WritesDone() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Asks for the message after the one of OnMessage; the first comes unasked.
+  // Asks for the next message. The first one comes without asking.
   void Read() ABSL_LOCKS_EXCLUDED(mutex_);
-  // OnEnd follows soon.
+  // Cancels the call; OnEnd follows soon.
   void Cancel();
 
  private:

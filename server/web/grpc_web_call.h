@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One rpc of gRPC-Web (binary), of any method: frames in, frames out, no method known here.
+// A call of gRPC-Web (binary), of any rpc: frames in, frames out. No rpc is named here.
 //
 // A request may hold several messages, where the rpc takes several. grpc-timeout is the deadline.
 // When the client goes away the rpc is cancelled. An error found here is sent as the server's own

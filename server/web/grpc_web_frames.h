@@ -22,11 +22,11 @@
 
 namespace latticed::web {
 
-// Cuts a request's body into messages. Holds at most one message and the bytes that came behind it.
+// Cuts a request's body into messages. Holds at most one message and the bytes that came after it.
 class FrameReader {
  public:
   void Append(std::string_view bytes) { buffer_.append(bytes); }
-  // The next whole message, or nothing until it has come. kResourceExhausted for one above
+  // The next whole message, or nullopt until it has come. kResourceExhausted for one above
   // limits::kMaxMessageBytes, kUnimplemented for a compressed one, kInvalidArgument for other flags.
   [[nodiscard]] absl::StatusOr<std::optional<std::string>> Next();
   // Whether the body may end here.

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One connection of HTTP/1.1: its requests one after the other, each an HttpExchange.
+// A connection of HTTP/1.1. It serves its requests one after the other, each as an HttpExchange.
 //
-// A client holds at most a head of 16 KiB, a piece of a body and what one Write sends, for as long as
-// the timeouts let it.
+// A connection holds at most a head of 16 KiB, a piece of a body and what one Write sends, and that no
+// longer than the timeouts allow.
 // Threads  on its strand; Drain and Abort from anywhere
 #ifndef LATTICED_SERVER_WEB_HTTP_CONNECTION_H_
 #define LATTICED_SERVER_WEB_HTTP_CONNECTION_H_

@@ -8,7 +8,7 @@
 //                   that a client that does not read holds one message and stops its writer
 //
 // Threads  Post from anywhere; everything else, and every callback, on the connection's strand, which
-//          Post reaches. Once the client has gone only OnGone's function is called.
+//          Post reaches. After the client has gone, only OnGone's function is called.
 #ifndef LATTICED_SERVER_WEB_HTTP_EXCHANGE_H_
 #define LATTICED_SERVER_WEB_HTTP_EXCHANGE_H_
 
@@ -39,7 +39,7 @@ struct HttpRequest {
   bool secure = false;         // over TLS
   bool wants_upgrade = false;  // to a WebSocket
 
-  // The first field of that name, empty where there is none.
+  // The value of the first field of that name; empty if there is none.
   [[nodiscard]] std::string_view Field(std::string_view name) const;
 };
 
@@ -68,7 +68,7 @@ class HttpExchange {
   virtual void Start(int status, HttpFields fields, std::optional<uint64_t> length) = 0;
   virtual void Write(OutBytes bytes, std::function<void()> done) = 0;
   virtual void End() = 0;
-  // Breaks off an answer that cannot be completed, so that the client sees that it is not whole.
+  // Breaks off an answer that cannot be completed, so that the client sees that it is incomplete.
   virtual void Abort() = 0;
 
   // Instead of an answer: hands over the connection, for a WebSocket.

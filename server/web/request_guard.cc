@@ -35,8 +35,8 @@ bool IsAddress(std::string host) {
          inet_pton(AF_INET6, host.c_str(), address.data()) == 1;
 }
 
-// Whether a page of `origin` came from the host of the request. Behind a proxy that ends TLS the
-// schemes differ. A page without TLS never has the origin of a server with TLS.
+// Whether `origin` is that of the request's host. Behind a proxy that ends TLS the schemes differ. But a page
+// without TLS never has the origin of a server with TLS.
 bool SameOrigin(std::string_view origin, std::string_view host, bool secure) {
   constexpr std::string_view kPlain = "http://";
   constexpr std::string_view kSecure = "https://";
@@ -45,8 +45,8 @@ bool SameOrigin(std::string_view origin, std::string_view host, bool secure) {
          Lower(origin.substr(kPlain.size())) == Lower(host);
 }
 
-// Browsers say where a request comes from also where they send no Origin: for images, scripts and
-// frames. A person may follow a link.
+// For images, scripts and frames browsers send no Origin, but they say in Sec-Fetch-Site where the request
+// comes from. Following a link is allowed.
 bool FromForeignPage(const HttpRequest& request) {
   const std::string_view site = request.Field("sec-fetch-site");
   const bool own = site.empty() || site == "same-origin" || site == "none";

@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A TCP connection, with or without TLS, as the one stream type that the HTTP library is compiled
-// for. For the files that know that library alone: http_connection.cc, deform_socket.cc,
-// web_server.cc.
+// A TCP connection with or without TLS, as one stream type, so that the HTTP library is compiled once. Only
+// the files that use that library include it: http_connection.cc, deform_socket.cc, web_server.cc.
 //
 // Threads  on the strand that is its executor
 #ifndef LATTICED_SERVER_WEB_TRANSPORT_H_

@@ -8,8 +8,8 @@
 //             checked: server/web/request_guard.h
 //   --admin   /healthz, /readyz, /metrics, without TLS or tokens, and nothing else
 //
-// Every rpc goes as bytes to the server's own channel. Only Deform and Export are known here, since
-// HTTP has a form of its own for them.
+// Every rpc goes as bytes to the server's own channel. Only Deform and Export are named here, because they
+// have forms of their own over HTTP.
 //
 // Memory   each connection holds at most one message in and one out. --transport-memory or
 //          --max-connections limits the number of connections
@@ -42,11 +42,11 @@ class WebServer {
   [[nodiscard]] std::string http_address() const;
   [[nodiscard]] std::string admin_address() const;
 
-  // Of --http.
+  // The connections of --http.
   [[nodiscard]] ConnectionCounts connections() const;
 
   // Takes no more connections or requests on --http, waits for running ones, and cancels the rest at
-  // `deadline`. To be called before gRPC's server ends, which would cancel them at once.
+  // `deadline`. Called before gRPC's server ends, which would cancel them at once.
   void Drain(absl::Time deadline);
   // Cancels what runs, and ends both ports. Idempotent.
   void Stop();

@@ -25,14 +25,14 @@
 
 namespace latticed {
 
-// Whether the message itself holds fields that this server does not know: in one with nothing but a
-// oneof, an arm of later.
+// Whether the message has fields that this server does not know. In a message with only a oneof this is an
+// alternative of a later version.
 [[nodiscard]] bool HoldsUnknown(const google::protobuf::Message& message);
 
 // Vectors. Finite, or NOT_FINITE.
 [[nodiscard]] absl::StatusOr<Vec3d> FromProto(const v1::Vec3& v, std::string_view field);
 [[nodiscard]] v1::Vec3 ToProto(Vec3d v);
-// Unset for empty bounds: callers leave the field out.
+// For empty bounds callers leave the field unset.
 [[nodiscard]] v1::Bounds ToProto(const Bounds& bounds);
 
 // Flat x, y, z lists; at most `most` points.

@@ -3,8 +3,7 @@
 //
 // Edit batches and their results <-> core/ffd.
 //
-// Errors   kInvalidArgument with the path of the field, such as
-// "edits[2].move_control_points.offset"
+// Errors   kInvalidArgument with the path of the field, "edits[2].move_control_points.offset"
 // Threads  pure functions
 #ifndef LATTICED_SERVER_WIRE_EDIT_CONVERTERS_H_
 #define LATTICED_SERVER_WIRE_EDIT_CONVERTERS_H_
@@ -17,15 +16,16 @@
 
 namespace latticed {
 
-// Checks what the message and the scene's mesh can tell: counts that must agree, known enum values,
-// finite numbers, points of the surface. Indices, sequence and structure are the scene's to judge.
+// Checks what follows from the message and the scene's mesh: counts that must agree, known enum values,
+// finite numbers, points of the surface. The scene checks indices, sequence and structure.
 [[nodiscard]] absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch,
                                                   const PolygonMesh& mesh);
 
-// The same, for a scene to judge in its editor's sequence: what cannot be read is in `refusal`.
+// The same, but an error is put in `refusal`, so that the scene refuses the batch in its place in the
+// editor's sequence.
 [[nodiscard]] EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh);
 
-// All but the timings.
+// Sets all fields but the timings.
 [[nodiscard]] v1::EditResult ToProto(const EditSummary& summary);
 
 }  // namespace latticed

@@ -6,7 +6,7 @@
 //   constexpr auto kModes = std::to_array<std::pair<v1::Mode, Mode>>(
 //       {{v1::MODE_FAST, Mode::kFast}, {v1::MODE_UNSPECIFIED, Mode::kFast}});
 //
-// A value that two rows have is written as the first of them, so the default comes last.
+// A value in two rows is written as in the first of them, so the default comes last.
 //
 // Errors   kInvalidArgument UNSUPPORTED for a value without a row
 // Threads  pure functions

@@ -16,14 +16,14 @@ namespace {
 
 constexpr char kDomain[] = "latticed";
 constexpr size_t kMaxMessageBytes = 1'024;
-// All of a status rides in trailers, 8 KiB at most: the message escaped, threefold at worst, and
-// the details, base64-coded, with the message twice more in them.
+// A status is sent in trailers of at most 8 KiB: the message, which escaping may triple, and the details in
+// base64, which contain the message twice more.
 constexpr size_t kMaxFieldBytes = 256;
 constexpr size_t kMaxMetadataBytes = 1'024;
 constexpr char kAskedBytes[] = "asked_bytes";
 constexpr char kFreeBytes[] = "free_bytes";
 
-// A status that is not UTF-8 could not be read at all, whatever words of clients are in it.
+// Clients could not read a status that is not UTF-8, and it may contain their own words.
 std::string Truncated(std::string_view text, size_t most) {
   const std::string valid = ValidUtf8(text);
   return std::string(CutUtf8(valid, most));
@@ -77,7 +77,7 @@ google::rpc::Status ToRpcStatus(const absl::Status& status) {
   google::rpc::Status rpc;
   if (status.ok()) return rpc;
   const error::Details details = error::DetailsOf(status);
-  // absl and gRPC number their codes alike, by the same list.
+  // The codes of absl and gRPC have the same numbers.
   rpc.set_code(static_cast<int32_t>(status.code()));
   rpc.set_message(Truncated(std::string_view(status.message().data(), status.message().size()),
                             kMaxMessageBytes));

@@ -8,8 +8,8 @@
 // Details travel as ErrorInfo{domain "latticed", reason, metadata}, always; BadRequest (field
 // path), QuotaFailure (bytes asked and free, also in the metadata as "asked_bytes" and
 // "free_bytes") and RetryInfo where they apply. Messages are cut at 1 KiB, metadata and field paths
-// before that: all of it rides in HTTP/2 trailers, of which clients take 8 KiB. The way back is in
-// the client library.
+// before that: all of it is sent in HTTP/2 trailers, of which clients accept 8 KiB. The client library has
+// the opposite conversion.
 //
 // Threads  pure functions
 #ifndef LATTICED_SERVER_WIRE_GRPC_STATUS_H_
@@ -28,7 +28,7 @@ namespace latticed {
 [[nodiscard]] grpc::Status ToGrpcStatus(const absl::Status& status);
 // For EditResult.status. OK is code 0 with nothing else.
 [[nodiscard]] google::rpc::Status ToRpcStatus(const absl::Status& status);
-// The reason that it carries; empty where it has none.
+// The reason in a status; empty if it has none.
 [[nodiscard]] std::string ReasonOf(const grpc::Status& status);
 
 }  // namespace latticed

@@ -14,7 +14,7 @@
 
 namespace latticed {
 
-// Sizes and ranges; whose it is, the watch knows.
+// Checks sizes and ranges. The watch knows whose presence it is.
 [[nodiscard]] absl::StatusOr<Presence> FromProto(const v1::Presence& presence);
 [[nodiscard]] v1::Presence ToProto(const Presence& presence);
 

@@ -21,10 +21,10 @@
 
 namespace latticed {
 
-// What the message alone can tell: the id, labels, idle_ttl, count of lattices.
+// Converts what follows from the message alone: the id, labels, idle_ttl, count of lattices.
 [[nodiscard]] absl::Status CheckCreateScene(const v1::CreateSceneRequest& request);
-// The rest: lattice, view and pipeline for this mesh. `owner` takes part in the fingerprint, so
-// that nobody is handed another's scene.
+// Converts the rest: lattice, view and pipeline for this mesh. The fingerprint contains `owner`, so that
+// nobody gets the scene of somebody else.
 [[nodiscard]] absl::StatusOr<SceneConfig> SceneConfigFromProto(
     const v1::CreateSceneRequest& request, const StoredMesh& mesh, const std::string& owner,
     absl::Duration default_idle_ttl);

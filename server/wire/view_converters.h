@@ -23,8 +23,8 @@ namespace latticed {
 [[nodiscard]] absl::StatusOr<WatchView> DefaultViewFromProto(const v1::ViewOptions& options,
                                                              const WatchView& defaults,
                                                              std::string_view field);
-// The same for a watcher: bits that have no effect are those of the defaults, so that views that
-// cannot be told apart are one.
+// The same for a watcher. Bits that have no effect are set to the defaults, so that views with the same
+// result are one view.
 [[nodiscard]] absl::StatusOr<WatchView> WatchViewFromProto(const v1::ViewOptions& options,
                                                            const WatchView& defaults,
                                                            std::string_view field);
