@@ -18,6 +18,26 @@ step() {  # NAME COMMAND…: runs it, keeps its time; a failure ends the run
   printf '%7d  %s\n' $((SECONDS - start)) "$ci_step" >>build/ci/seconds.txt
   echo "$((SECONDS - start)) s$(grep -qsF "$ci_step: " build/ci/skipped.txt && echo ', NOT RUN')"
 }
+# Starts a step that runs beside the next ones. What it prints comes with `joined`, which waits for all of them.
+ci_beside=()
+beside() {  # NAME COMMAND…
+  (step "$@") >"build/ci/beside-${#ci_beside[@]}.txt" 2>&1 &
+  ci_beside+=($!)
+}
+joined() {
+  local i status
+  for i in "${!ci_beside[@]}"; do
+    status=0
+    wait "${ci_beside[i]}" || status=$?
+    cat "build/ci/beside-$i.txt"
+    ((status == 0)) || exit "$status"
+  done
+  ci_beside=()
+}
+at_leisure() {  # COMMAND…: with what other processes leave of the cores
+  renice -n 19 "$BASHPID" >/dev/null
+  "$@"
+}
 not_run() {  # WHY: this machine cannot run the step; said when it ends, and last of all
   printf '%s: %s\n' "$ci_step" "$*" | tee -a build/ci/skipped.txt
 }
@@ -106,14 +126,15 @@ verb_ci() {
   step "fresh tree, ./dev run" ci_fresh_run
   # CUDA too, where nvcc is, for one kind of device.
   step "the rest of the Release build" env CUDAARCHS=90-real build/ci/tree/dev build
+  # Tests wait half of their time, and the image waits for disks and the network: each leaves a core to another step.
+  trap 'kill $(jobs -p) 2>/dev/null || true' EXIT
+  beside "clang-tidy" at_leisure check_tidy build/ci/tidy
   step "tests" ci_tests
   step "viewer and example with Node 18" ci_node_18
-  # The image waits for disks and the network more than for processors: it is built beside two steps that do not.
-  (step "container" ci_container) >build/ci/beside.txt 2>&1 &
-  trap 'kill $(jobs -p) 2>/dev/null || true' EXIT
-  step "clang-tidy" check_tidy build/ci/tidy
+  joined
+  beside "container" ci_container
   step "tests under ASan and UBSan" ci_sanitized address . latticed_tests
-  wait -n && cat build/ci/beside.txt || { cat build/ci/beside.txt; exit 1; }
+  joined
   step "scene engine under TSan" ci_sanitized thread "^($(IFS='|'; echo "${tsan_targets[*]}"))[.]" "${tsan_targets[@]}"
   step "fuzzing" ci_fuzz
   printf '\n%7s  %s\n' seconds step
