@@ -75,7 +75,7 @@ ci_tests() {
 ci_sanitized() {  # KIND TESTS TARGETS…: of which TESTS, an expression for names of programs, are run
   local kind=$1 tests=$2
   shift 2
-  configure "build/ci/$kind" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O0 -fno-omit-frame-pointer" \
+  configure "build/ci/$kind" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O1 -fno-omit-frame-pointer" \
     -DLATTICED_SANITIZE="$kind" -DLATTICED_CUDA=OFF
   build "build/ci/$kind" "$@"
   ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 \
