@@ -14,7 +14,7 @@
 namespace latticed {
 namespace {
 
-// One device.
+// A backend of one device.
 class CudaBackend : public Backend {
  public:
   explicit CudaBackend(std::shared_ptr<CudaContext> context)
@@ -43,7 +43,7 @@ class CudaBackend : public Backend {
   static constexpr double kGiB = uint64_t{1} << 30;
 
   const std::shared_ptr<CudaContext> context_;
-  const std::string device_name_;  // asking takes longer than all else here
+  const std::string device_name_;  // kept, because asking the driver is slow
 };
 
 }  // namespace

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The CUDA backend, by the same pipelines and with the same results as the CPU's
+// The CUDA backend. It has the same pipelines and results as the CPU backend
 // (core/cpu/cpu_backend.h), on one device or several (core/view/device_group.h). A build without
-// CUDA compiles cuda_backend_stub.cc instead and answers kUnimplemented.
+// CUDA compiles cuda_backend_stub.cc instead, which answers kUnimplemented.
 #ifndef LATTICED_CUDA_CUDA_BACKEND_H_
 #define LATTICED_CUDA_CUDA_BACKEND_H_
 

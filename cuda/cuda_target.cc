@@ -16,8 +16,8 @@
 namespace latticed {
 namespace {
 
-// So many patches are evaluated in 50 us. The blocks of such a scene begin before those of a larger
-// one.
+// Patches that are evaluated in 50 us. Scenes up to this size get streams of greater priority, so
+// their blocks start before those of larger scenes.
 constexpr size_t kSmallScene = 65'536;
 
 class CudaTarget : public DeformTarget {
@@ -45,7 +45,7 @@ class CudaTarget : public DeformTarget {
     });
   }
 
-  // Waits for a lane of its own.
+  // Runs on a lane of its own and waits for it.
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
                                                   size_t first, size_t last) override {
     LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
@@ -73,8 +73,8 @@ class CudaTarget : public DeformTarget {
   }
 
  private:
-  // The device memory that a new view on `lane` allocates: its own, and what views share but no
-  // view has needed yet. Without what GEMM pipelines allocate at the first evaluation.
+  // The device memory that a new view on `lane` allocates: its own, and shared tables that do not
+  // exist yet. Excludes what GEMM pipelines allocate at the first evaluation.
   uint64_t ViewBytes(const ViewSpec& spec, const CudaLane& lane) const {
     const bool fused = pipeline_ == Pipeline::kFused;
     const uint64_t of_kernel =

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A plan prepared for one pipeline on one device. Twin of core/cpu/cpu_target.h. Its views keep it
-// alive through the plan, the device's tables and the context.
+// A plan that is prepared for one pipeline on one device. Twin of core/cpu/cpu_target.h. Views may
+// outlive the target: each keeps the plan, the device's tables and the context alive.
 #ifndef LATTICED_CUDA_CUDA_TARGET_H_
 #define LATTICED_CUDA_CUDA_TARGET_H_
 

@@ -32,13 +32,13 @@ class CudaContext {
   const std::shared_ptr<DeviceMemory>& memory() const { return memory_; }
   PinnedMemory& pinned() const { return *pinned_; }
   CudaLanes& lanes() const { return *lanes_; }
-  // For what outlives a view: tables are uploaded and freed on it.
+  // The stream on which data that outlives a view is uploaded and freed.
   const CudaStream& stream() const { return stream_; }
   const std::shared_ptr<const ChunkEncoder>& encoder() const { return encoder_; }
   CpuArena& arena() { return arena_; }
 
-  // Stage matrices, uploaded once and shared while anyone holds them. Takes StageBytesToCome from
-  // the reservation.
+  // Stage matrices. They are uploaded once and shared while anyone holds them. An upload takes
+  // StageBytesToCome from the reservation.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeviceStage>> Stage(int degree, int segments,
                                                                          DeviceReservation& from);
   // The bytes that Stage will allocate; 0 while the matrices exist.

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The calling thread's current device, and the stream and event that belong to one.
+// The current device of the calling thread, and the streams and events of a device.
 //
-// Errors   those of cuda_status.h; destructors say nothing, also when the runtime is unloading
-// Threads  a DeviceGuard belongs to its thread; a stream takes work of several, in the order in which
-//          it comes; an event is used by one at a time
+// Errors   those of cuda_status.h; destructors ignore errors, also while the runtime unloads
+// Threads  a DeviceGuard belongs to its thread; several threads may enqueue on a stream, which runs
+//          the work in the order of the calls; an event is used by one thread at a time
 #ifndef LATTICED_CUDA_DEVICE_CUDA_DEVICE_H_
 #define LATTICED_CUDA_DEVICE_CUDA_DEVICE_H_
 
@@ -20,7 +20,7 @@
 
 namespace latticed {
 
-// Makes a device current until it goes out of scope, then the one that was.
+// Makes a device current. The destructor restores the previous one.
 class DeviceGuard {
  public:
   explicit DeviceGuard(int device);
@@ -33,7 +33,7 @@ class DeviceGuard {
   int previous_ = -1;
 };
 
-// Blocks of greater priority begin first where blocks of several streams wait for a multiprocessor.
+// When blocks of several streams wait for a multiprocessor, those of greater priority start first.
 enum class StreamPriority { kLeast, kGreatest };
 
 // A stream that does not wait for the legacy default stream.
@@ -56,14 +56,14 @@ class CudaStream {
   std::unique_ptr<std::remove_pointer_t<cudaStream_t>, Destroy> stream_;
 };
 
-// Without timing: for order only.
+// Orders work. Records no time.
 class CudaEvent {
  public:
   [[nodiscard]] static absl::StatusOr<CudaEvent> Create();
 
-  // Marks the end of what the stream holds now; does not wait.
+  // Marks the end of the work that is now on the stream. Does not wait.
   [[nodiscard]] absl::Status Record(cudaStream_t stream) const;
-  // Waits until the last mark is reached; at once where there is none.
+  // Waits for the last mark. Returns at once where there is none.
   [[nodiscard]] absl::Status Synchronize() const;
 
  private:

@@ -19,7 +19,7 @@ int Int(size_t n) { return static_cast<int>(n); }
 
 void* Open(std::string& problem) {
   const std::string name = fmt::format("libcublas.so.{}", CUBLAS_VER_MAJOR);
-  // Some installations leave the toolkit off the loader's path.
+  // Some installations do not put the toolkit on the loader's path.
   for (const std::string& path : {name, "/usr/local/cuda/lib64/" + name}) {
     if (void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL)) return library;
     if (problem.empty()) problem = dlerror();
@@ -71,7 +71,7 @@ absl::StatusOr<std::unique_ptr<CudaGemm>> CudaGemm::Create(DeviceReservation& fr
 }
 
 absl::Status CudaGemm::Configure(cudaStream_t stream) {
-  // The stream first: setting it puts the default workspace back.
+  // The stream comes first: cublasSetStream resets the workspace to the default.
   LATTICED_RETURN_IF_ERROR(CublasStatus(library_.set_stream(handle_, stream), "cuBLAS"));
   LATTICED_RETURN_IF_ERROR(
       CublasStatus(library_.set_workspace(handle_, workspace_.data(), kWorkspaceBytes), "cuBLAS"));

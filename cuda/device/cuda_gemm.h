@@ -5,12 +5,12 @@
 //
 //   c = a * b      a: c.rows x k    b: k x c.columns    column-major
 //
-// In float32 without TF32, and the same bits for the same shape on the same device: one handle a
-// stream, with a workspace of its own and no atomics.
+// float32 products do not use TF32. The same shape gives the same bits on the same device: each stream has
+// its own handle and workspace, and atomics are off.
 //
-// Errors   kInternal with the shapes where they do not fit; those of cuda_status.h; kUnavailable, reason
-//          NO_CUBLAS, where the library of the toolkit's major version is neither on the loader's path
-//          nor in the toolkit's usual place
+// Errors   kInternal with the shapes where they do not match; those of cuda_status.h; kUnavailable, reason
+//          NO_CUBLAS, where the library of the toolkit's major version is neither on the loader's path nor in
+//          the toolkit's usual place
 // Threads  one at a time; Multiply enqueues and does not wait
 #ifndef LATTICED_CUDA_DEVICE_CUDA_GEMM_H_
 #define LATTICED_CUDA_DEVICE_CUDA_GEMM_H_
@@ -26,8 +26,8 @@
 
 namespace latticed {
 
-// cuBLAS, loaded when the first product asks for it, and never unloaded: a program with the CUDA backend
-// starts without cuBLAS, and does not read its half gigabyte where no product is wanted.
+// cuBLAS, loaded at its first use and never unloaded. A program with the CUDA backend thus starts without
+// cuBLAS, and never reads its half gigabyte if it multiplies no matrices.
 struct CublasLibrary {
   decltype(&::cublasCreate_v2) create = nullptr;
   decltype(&::cublasDestroy_v2) destroy = nullptr;
@@ -42,11 +42,11 @@ struct CublasLibrary {
 
 class CudaGemm {
  public:
-  // The products are tall and thin, hardly split along m: less than the 32 MiB that cuBLAS would
-  // take.
+  // Less than the 32 MiB of cuBLAS's default: the inner dimension of these products is small, so
+  // cuBLAS hardly splits it.
   static constexpr size_t kWorkspaceBytes = size_t{4} << 20;
 
-  // On the current device. Of bytes reserved: kWorkspaceBytes.
+  // On the current device. Takes kWorkspaceBytes from the reservation.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaGemm>> Create(DeviceReservation& from,
                                                                         cudaStream_t stream);
   ~CudaGemm();

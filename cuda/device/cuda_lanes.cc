@@ -35,7 +35,7 @@ absl::StatusOr<std::shared_ptr<CudaLane>> CudaLanes::Borrow(StreamPriority prior
     LATTICED_ASSIGN_OR_RETURN(auto stream, CudaStream::Create(priority));
     lane = std::make_unique<CudaLane>(priority, std::move(stream));
   }
-  // The list lives as long as any lane.
+  // Each lane keeps the list alive.
   return std::shared_ptr<CudaLane>(lane.release(), [lanes = shared_from_this()](CudaLane* used) {
     lanes->Return(std::unique_ptr<CudaLane>(used));
   });

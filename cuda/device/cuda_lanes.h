@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Streams with their cuBLAS handles. Each view borrows one; it is kept for the next view of its
-// priority, because a handle costs more than a frame. Only a few idle lanes keep their handle,
-// since each has a workspace of the budget.
+// Lanes: streams with their cuBLAS handles. Each view borrows one and then returns it for the next
+// view of the same priority, because making a handle takes longer than a frame. Only a few idle
+// lanes keep their handle, since each handle has a workspace that counts against the budget.
 //
 // Errors   those of cuda_status.h; kResourceExhausted for the handle's workspace
 // Threads  CudaLanes is safe; a CudaLane is used by one thread at a time
@@ -29,16 +29,17 @@ class CudaLane {
 
   StreamPriority priority() const { return priority_; }
   const CudaStream& stream() const { return stream_; }
-  // Made on first use, of bytes reserved: GemmBytesToCome. The fused pipeline multiplies no matrices.
+  // Made at its first use, which takes GemmBytesToCome from the reservation. The fused pipeline
+  // never asks for it.
   [[nodiscard]] absl::StatusOr<CudaGemm*> gemm(DeviceReservation& from);
   // The bytes that gemm will allocate; 0 once it exists.
   uint64_t GemmBytesToCome() const { return has_gemm() ? 0 : CudaGemm::kWorkspaceBytes; }
   bool has_gemm() const { return gemm_ != nullptr; }
-  // Waits for the device.
+  // Waits for the device, as cublasDestroy does.
   void DropGemm() { gemm_.reset(); }
 
-  // For measurements: called on the host with the name of each stage of an evaluation, once the
-  // stage's work is on the stream.
+  // For measurements: called on the host with the name of each stage of an evaluation, after the
+  // stage's work is enqueued.
   using StageMark = std::function<void(std::string_view stage)>;
   void set_stage_mark(StageMark mark) { stage_mark_ = std::move(mark); }
   void Enqueued(std::string_view stage) const {
@@ -48,7 +49,7 @@ class CudaLane {
 
  private:
   const StreamPriority priority_;
-  CudaStream stream_;  // before the rest: the workspace goes back on it
+  CudaStream stream_;  // declared first: the workspace is freed on it
   std::unique_ptr<CudaGemm> gemm_;
   StageMark stage_mark_;
 };
@@ -57,7 +58,7 @@ class CudaLanes : public std::enable_shared_from_this<CudaLanes> {
  public:
   explicit CudaLanes(std::shared_ptr<DeviceMemory> memory) : memory_(std::move(memory)) {}
 
-  // Work that the last user left on the stream comes first. On the current device.
+  // A lane of the current device. Its stream may still hold work of the last borrower.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<CudaLane>> Borrow(
       StreamPriority priority = StreamPriority::kLeast);
 

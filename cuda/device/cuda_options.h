@@ -17,15 +17,15 @@
 namespace latticed {
 
 struct CudaOptions {
-  // Ordinals of the CUDA runtime. One that is named twice counts as two devices, for tests.
+  // Ordinals of the CUDA runtime. For tests, an ordinal may be repeated and then counts as several devices.
   std::vector<int> devices{0};
-  uint64_t span_patches = kDefaultSpanPatches;  // a plan of so many takes all the devices
+  uint64_t span_patches = kDefaultSpanPatches;  // plans of so many or more span all devices
   uint64_t memory_bytes = 0;  // budget of each device; 0: nine tenths of what is free at the start
-  int threads = 0;            // that encode on the host; 0: all that the machine or cgroup allows
-  std::shared_ptr<const ChunkEncoder> encoder;  // null: the one of core/codec/draco_writer.h
-  // For tests: says yes to refuse an allocation of device or pinned memory.
+  int threads = 0;            // for encoding on the host; 0: all that the machine or cgroup allows
+  std::shared_ptr<const ChunkEncoder> encoder;  // null: core/codec/draco_writer.h
+  // For tests: returns true to refuse an allocation of device or pinned memory.
   std::function<bool(std::string_view purpose, uint64_t bytes)> refuse_allocation;
-  // For tests: new device memory is all ones, NaN as floats.
+  // For tests: sets all bits of new device memory, which makes floats NaN.
   bool poison_memory = false;
 };
 

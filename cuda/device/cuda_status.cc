@@ -11,7 +11,7 @@
 namespace latticed {
 namespace {
 
-// A process does not get a lost context back; another server must take over.
+// A process cannot recover a lost context, so the client must go to another server.
 constexpr uint32_t kRetryElsewhereMs = 1'000;
 
 enum class Kind { kMemory, kNoDevice, kLost, kOther };
@@ -51,7 +51,7 @@ Kind KindOf(cudaError_t error) {
   }
 }
 
-// cuBLAS can say it itself, but only where it could be loaded.
+// cuBLAS's own function for this needs the library to be loaded.
 std::string_view CublasName(cublasStatus_t status) {
   switch (status) {
     case CUBLAS_STATUS_NOT_INITIALIZED:
@@ -93,7 +93,7 @@ absl::Status CublasStatus(cublasStatus_t status, std::string_view what) {
   if (status == CUBLAS_STATUS_SUCCESS) return absl::OkStatus();
   if (status == CUBLAS_STATUS_NOT_INITIALIZED || status == CUBLAS_STATUS_EXECUTION_FAILED ||
       status == CUBLAS_STATUS_INTERNAL_ERROR) {
-    // The runtime knows why: a lost context, for example.
+    // The runtime's error tells the cause, for example a lost context.
     LATTICED_RETURN_IF_ERROR(LastCudaStatus(what));
   }
   if (status == CUBLAS_STATUS_ALLOC_FAILED) return error::AllocationFailed(what);

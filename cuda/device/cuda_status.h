@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// cudaError_t and cublasStatus_t -> absl::Status: the only place.
+// Turns cudaError_t and cublasStatus_t into absl::Status. No other file does.
 //
 //   memory (device or pinned)           kResourceExhausted
 //   no device, no driver, too old       kUnavailable, reason NO_DEVICE
@@ -9,9 +9,9 @@
 //                                       launch, uncorrectable memory error, …
 //   anything else                       kInternal
 //
-// Each also takes the runtime's "last error" away, so that the next call starts clean; a lost
-// context reports again by itself.
-// Threads  pure, but for that last error, which is the thread's own
+// Each function also clears the runtime's "last error", so that the next call starts clean. A lost
+// context reports its error again at the next call.
+// Threads  safe; the last error belongs to the calling thread
 #ifndef LATTICED_CUDA_DEVICE_CUDA_STATUS_H_
 #define LATTICED_CUDA_DEVICE_CUDA_STATUS_H_
 
@@ -24,11 +24,11 @@
 
 namespace latticed {
 
-// `what` was being done: "the samples", "the copy of control points".
+// `what` names the failed work: "the samples", "the copy of control points".
 [[nodiscard]] absl::Status CudaStatus(cudaError_t error, std::string_view what);
 [[nodiscard]] absl::Status CublasStatus(cublasStatus_t status, std::string_view what);
 
-// The thread's last error, a failed launch for example.
+// The thread's last error, for example that of a failed launch.
 [[nodiscard]] absl::Status LastCudaStatus(std::string_view what);
 
 }  // namespace latticed

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The budget of a device's memory, and its use by purpose. Callers that need several blocks reserve
-// the bytes of all of them first, so that none is allocated where not all fit.
+// The budget of a device's memory, and its use by purpose. A caller that needs several blocks first
+// reserves the bytes of all of them. Where they do not all fit, it allocates none.
 //
 //   free --Reserve--> reserved --Use--> used     GiveBack and Return go the other way
 //
@@ -22,16 +22,16 @@ namespace latticed {
 
 class DeviceBudget {
  public:
-  // `device`: its number, for errors.
+  // `device`: the number that errors name.
   DeviceBudget(int device, uint64_t bytes) : device_(device), bytes_(bytes) {}
 
-  // All of `bytes` or none; `what` needs them.
+  // Reserves all of `bytes` or nothing. `what` names their user in the error.
   [[nodiscard]] absl::Status Reserve(std::string_view what, uint64_t bytes);
-  // Bytes that were reserved and are not used.
+  // Frees bytes that were reserved but not used.
   void GiveBack(uint64_t bytes);
-  // Bytes that were reserved are in use from now on; `purpose` as in MemoryUse.
+  // Turns reserved bytes into used ones. `purpose`: as in MemoryUse.
   void Use(std::string_view purpose, uint64_t bytes);
-  // Bytes that were in use are free.
+  // Frees bytes that were used.
   void Return(std::string_view purpose, uint64_t bytes);
 
   uint64_t bytes() const { return bytes_; }

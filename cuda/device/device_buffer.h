@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Owner of elements in device memory, allocated and freed in the order of one stream.
+// Owns elements in device memory. They are allocated and freed in the order of one stream.
 //
-// Allocation, Upload and destruction enqueue on that stream and do not wait. Work of other streams
-// on the buffer must be done before the buffer goes.
+// Create, Upload and the destructor enqueue on that stream and do not wait. Work of other streams
+// on the buffer must be complete before the destructor runs.
 //
 // Errors   kResourceExhausted with asked and free bytes
 // Threads  one at a time
@@ -39,15 +39,15 @@ class DeviceBuffer {
                               memory->Allocate(purpose, count * sizeof(T), stream));
     return DeviceBuffer(std::move(memory), purpose, static_cast<T*>(data), count, stream);
   }
-  // The same of bytes reserved.
+  // The same, from reserved bytes.
   [[nodiscard]] static absl::StatusOr<DeviceBuffer> Create(DeviceReservation& from,
                                                            std::string_view purpose, size_t count,
                                                            cudaStream_t stream) {
     LATTICED_ASSIGN_OR_RETURN(const auto data, from.Allocate(purpose, count * sizeof(T), stream));
     return DeviceBuffer(from.memory(), purpose, static_cast<T*>(data), count, stream);
   }
-  // Copies the host's elements. They must stay until the stream has reached the copy; pageable
-  // memory is staged by the runtime and may be freed at once.
+  // Copies elements of the host. Pinned elements must stay until the stream has passed the copy.
+  // Pageable ones may be freed at once, because the runtime stages them.
   [[nodiscard]] static absl::StatusOr<DeviceBuffer> Upload(std::shared_ptr<DeviceMemory> memory,
                                                            std::string_view purpose,
                                                            std::span<const T> from,

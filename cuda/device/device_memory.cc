@@ -39,7 +39,8 @@ absl::StatusOr<std::shared_ptr<DeviceMemory>> DeviceMemory::Create(int device,
   cudaMemPool_t pool = nullptr;
   LATTICED_RETURN_IF_ERROR(
       CudaStatus(cudaMemPoolCreate(&pool, &properties), "the device's memory"));
-  // Not given back at every synchronisation: edits allocate nothing, new views reuse.
+  // The pool keeps freed blocks for new views instead of returning them to the driver at each
+  // synchronisation.
   uint64_t keep = std::numeric_limits<uint64_t>::max();
   if (auto s = CudaStatus(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep),
                           "the device's memory");
@@ -82,7 +83,7 @@ absl::StatusOr<void*> DeviceMemory::AllocateReserved(std::string_view purpose, s
   void* data = nullptr;
   const cudaError_t result = cudaMallocFromPoolAsync(&data, bytes, pool_, stream);
   if (result == cudaErrorMemoryAllocation) {
-    // Others use the device too.
+    // Other processes use the device too, so its free bytes may be less than the budget says.
     static_cast<void>(cudaGetLastError());
     return out_of_memory(LookAtDevice().value_or(OnDevice{}).free);
   }

@@ -1,15 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The memory of one device: a stream-ordered pool with a budget, its bytes counted by purpose.
+// The memory of one device: a stream-ordered pool with a budget. Bytes are counted by purpose.
 //
-// A block is usable on `stream` from Allocate on, and elsewhere once that stream has reached it.
-// Free returns it when the stream gets there. Neither waits. Blocks stay with the pool.
+// A block is usable on `stream` as soon as Allocate returns, and on other streams once that stream
+// has passed the allocation. Free takes effect when its stream has passed it. Neither waits. The
+// pool keeps freed blocks.
 //
 // Blocks that are needed together are reserved together: device_reservation.h.
 //
-// Errors   kResourceExhausted with asked and free bytes, before anything is allocated where the
-//          budget would not hold it; the CUDA error state is clean afterwards
+// Errors   kResourceExhausted with asked and free bytes; where they exceed the budget, nothing is
+//          allocated; the CUDA error state is clean afterwards
 // Threads  safe
 #ifndef LATTICED_CUDA_DEVICE_DEVICE_MEMORY_H_
 #define LATTICED_CUDA_DEVICE_DEVICE_MEMORY_H_
@@ -32,8 +33,8 @@ using RefuseAllocation = std::function<bool(std::string_view purpose, uint64_t b
 
 class DeviceMemory {
  public:
-  // budget_bytes 0: nine tenths of what the device has free.
-  // `poison`: for tests, new blocks are all ones.
+  // `budget_bytes`: 0 means nine tenths of the device's free memory. `poison`: for tests, sets all
+  // bits of new blocks.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<DeviceMemory>> Create(int device,
                                                                             uint64_t budget_bytes,
                                                                             RefuseAllocation refuse,
@@ -45,8 +46,8 @@ class DeviceMemory {
   // `purpose` as in MemoryUse.
   [[nodiscard]] absl::StatusOr<void*> Allocate(std::string_view purpose, size_t bytes,
                                                cudaStream_t stream);
-  // As in DeviceBudget. AllocateReserved allocates a block of reserved bytes. Where it fails they
-  // stay reserved; the error counts them as free, with all `reserved_bytes` of the caller.
+  // Reserve and GiveBack: as in DeviceBudget. AllocateReserved allocates a block from reserved bytes.
+  // If it fails, they stay reserved, and the error counts all `reserved_bytes` of the caller as free.
   [[nodiscard]] absl::Status Reserve(std::string_view what, uint64_t bytes) {
     return budget_.Reserve(what, bytes);
   }
@@ -58,7 +59,7 @@ class DeviceMemory {
   void Free(void* data, std::string_view purpose, size_t bytes, cudaStream_t stream);
 
   int device() const { return device_; }
-  uint64_t device_bytes() const { return device_bytes_; }  // of the device in all
+  uint64_t device_bytes() const { return device_bytes_; }  // in all, budget or not
   uint64_t budget_bytes() const { return budget_.bytes(); }
   uint64_t free_bytes() const { return budget_.free_bytes(); }
   MemoryUse use() const { return budget_.use(); }

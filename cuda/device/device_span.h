@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Views of device memory: what std::span and MatrixView are for the host's. The type says where the
-// bytes are; nothing here may be read on the host.
+// Views of device memory, as std::span and MatrixView are views of host memory. The type says where
+// the bytes are. Host code must not read them.
 #ifndef LATTICED_CUDA_DEVICE_DEVICE_SPAN_H_
 #define LATTICED_CUDA_DEVICE_DEVICE_SPAN_H_
 
@@ -15,7 +15,7 @@ struct DeviceSpan {
   T* data = nullptr;
   size_t size = 0;
 
-  // Implicit, as from a span of T to one of const T.
+  // Implicit, as the conversion of std::span<T> to std::span<const T>.
   // NOLINTNEXTLINE(google-explicit-constructor)
   operator DeviceSpan<const T>() const { return {data, size}; }
 };
@@ -28,7 +28,7 @@ struct DeviceMatrix {
   size_t columns = 0;
   size_t stride = 0;
 
-  // `count` rows from `first` on.
+  // Rows first … first + count - 1.
   DeviceMatrix Rows(size_t first, size_t count) const {
     return {data + first, count, columns, stride};
   }

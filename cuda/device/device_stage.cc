@@ -46,7 +46,7 @@ absl::StatusOr<std::shared_ptr<const DeviceStage>> DeviceStage::Create(int degre
 uint64_t DeviceStage::DeviceBytesFor(int degree, int segments) {
   const auto m = static_cast<size_t>(BernsteinCount(degree)),
              q = static_cast<size_t>(PointsPerPatch(segments));
-  // As Create adds them.
+  // In the order in which Create adds the tables.
   return TableUpload::BlockBytes({m * sizeof(uchar4), q * sizeof(uchar4), 3 * q * m * sizeof(float),
                                   3 * q * m * sizeof(float), 3 * q * m * sizeof(double),
                                   m * m * sizeof(double)});

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The stage matrices of (n, s) on the device (core/ffd/stage_matrices.h), with the sample points
-// and the tessellation pattern as kernels read them.
+// The stage matrices of degree n and s segments on the device (core/ffd/stage_matrices.h), with the
+// sample points and the tessellation pattern as kernels read them.
 //
 // Errors   those of StageMatrices::Get and device_buffer.h
 // Threads  immutable; usable on every stream once it is made
@@ -44,7 +44,7 @@ class DeviceStage {
   }
 
   const StageMatrices* host_;    // lives until the process ends
-  DeviceBuffer<uint8_t> block_;  // has all of these
+  DeviceBuffer<uint8_t> block_;  // holds the tables below
   const uchar4 *samples_ = nullptr, *pattern_ = nullptr;
   const float *stack_ = nullptr, *bernstein_f_ = nullptr;
   const double *bernstein_ = nullptr, *inverse_ = nullptr;

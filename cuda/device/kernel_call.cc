@@ -5,9 +5,9 @@
 namespace latticed::kernels {
 namespace {
 
-// Shared memory that every kernel may have.
+// The dynamic shared memory that a kernel may use without asking.
 constexpr size_t kPlainSharedBytes = size_t{48} << 10;
-// Dependent launches came with compute capability 9.
+// The compute capability that introduced programmatic dependent launches.
 constexpr int kDependentMajor = 9;
 
 cudaError_t DeviceKnowsDependentLaunches(bool& knows) {

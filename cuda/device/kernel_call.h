@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A kernel launch as data. It is launched at once, or becomes part of a graph
-// (launch_graph.h).
+// A kernel launch as data. It is launched by itself, or becomes part of a graph (launch_graph.h).
 //
-// Errors   cudaError_t of the launch; cudaErrorInvalidValue for a call of no kernel
-// Threads  plain data; Launch enqueues
+// Errors   cudaError_t of the launch; cudaErrorInvalidValue where the call has no kernel
+// Threads  plain data; Launch enqueues and does not wait
 #ifndef LATTICED_CUDA_DEVICE_KERNEL_CALL_H_
 #define LATTICED_CUDA_DEVICE_KERNEL_CALL_H_
 
@@ -18,14 +17,14 @@
 
 namespace latticed::kernels {
 
-// Whether a kernel waits for all of the one before, or may begin meanwhile: then it calls
-// WaitForKernelBefore (dependent_launch.cuh) before it touches what that one writes.
+// kAfter: the kernel starts when its predecessor is complete. kDependent: it may start earlier, and
+// calls WaitForKernelBefore (dependent_launch.cuh) before it touches what the predecessor writes.
 enum class Order { kAfter, kDependent };
 
 class KernelCall {
  public:
-  KernelCall() = default;  // of no kernel
-  // A kernel of one argument, which is copied.
+  KernelCall() = default;  // has no kernel
+  // `kernel` has one argument, of which the call keeps a copy.
   template <class Argument>
   KernelCall(void (*kernel)(Argument), Order order, unsigned blocks, unsigned threads,
              size_t shared_bytes, const Argument& argument)
@@ -41,13 +40,13 @@ class KernelCall {
 
   const void* kernel() const { return kernel_; }
 
-  // The number of its blocks that a multiprocessor of the current device holds at once.
+  // The number of blocks of this call that a multiprocessor of the current device holds at once.
   cudaError_t CountBlocksAtOnce(int& blocks) const;
-  // Allows the kernel the shared memory that it asks for, where that is more than any may have.
-  // To be called before it is launched or made part of a graph.
+  // Raises the kernel's limit of shared memory where the call exceeds the default one. Must precede
+  // a launch or the use in a graph.
   cudaError_t AllowSharedMemory() const;
   cudaError_t Launch(cudaStream_t stream);
-  // Replaces the call that `node` of the graph was made from. Both have the same kernel.
+  // Puts this call in place of the one that `node` was made from. Both have the same kernel.
   cudaError_t Replace(cudaGraphExec_t graph, cudaGraphNode_t node);
 
  private:

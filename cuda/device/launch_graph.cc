@@ -25,7 +25,7 @@ absl::Status LaunchGraph::Launch(std::span<kernels::KernelCall> calls, cudaStrea
 }
 
 cudaError_t LaunchGraph::Make(std::span<kernels::KernelCall> calls, cudaStream_t stream) {
-  // Captured: so a dependent launch becomes the edge that it stands for.
+  // Stream capture turns a dependent launch into the matching edge of the graph.
   if (const auto e = cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal);
       e != cudaSuccess) {
     return e;

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Kernels that follow each other, launched as one CUDA graph. The graph is made at the first
-// launch; later launches set its kernels' arguments and sizes. On an H200 of a virtual machine,
-// three launches take the host 9.9 us, and a graph of three with all arguments set 2.2 us. From
-// launch to result three small kernels take 15.9 us, and in a graph 11.1 us.
+// Launches consecutive kernels as one CUDA graph. The first launch makes the graph; later launches
+// set the arguments and sizes of its kernels. Measured on an H200 in a virtual machine: three
+// launches take 9.9 us of host time, and a graph of three with all arguments set takes 2.2 us. From
+// launch to result, three small kernels take 15.9 us, and as a graph 11.1 us.
 //
-// Errors   kUnavailable, kResourceExhausted as cuda_status.h says
+// Errors   those of cuda_status.h
 // Threads  one at a time; Launch enqueues
 #ifndef LATTICED_CUDA_DEVICE_LAUNCH_GRAPH_H_
 #define LATTICED_CUDA_DEVICE_LAUNCH_GRAPH_H_
@@ -35,7 +35,7 @@ class LaunchGraph {
     void operator()(cudaGraphExec_t graph) const { cudaGraphExecDestroy(graph); }
   };
   cudaError_t Make(std::span<kernels::KernelCall> calls, cudaStream_t stream);
-  // The node of each call.
+  // Fills nodes_: one node for each call.
   cudaError_t FindNodes(std::span<const kernels::KernelCall> calls);
 
   std::unique_ptr<std::remove_pointer_t<cudaGraph_t>, Destroy> graph_;  // owns the nodes

@@ -18,18 +18,18 @@ namespace latticed {
 namespace {
 
 constexpr char kStagingPurpose[] = "staging";
-// Pages of the host.
+// Page sizes of the host.
 constexpr size_t kPage = size_t{4} << 10, kHugePage = size_t{2} << 20;
-// The most that is kept for later users. Blocks that are returned beyond it are unpinned.
+// The most free bytes that are kept for later users. A returned block beyond them is unpinned.
 constexpr size_t kMostFreeBytes = size_t{256} << 20;
 
 absl::Status OutOfHostMemory(size_t asked) {
   return error::OutOfMemory(kStagingPurpose, asked, MachineBytes(_SC_AVPHYS_PAGES));
 }
 
-// `size` is a power of two, of whole pages. The pages are touched first, huge ones where the host
-// has them, and then pinned, because no kernel can be launched while the driver pins. For 8 MiB
-// that takes 1.3 ms, 0.25 ms of them pinning; cudaHostAlloc blocks launches for 3 to 4 ms.
+// `size` is a power of two of at least a page. Pages are touched before they are pinned, as huge pages
+// where the host has them, because the driver blocks kernel launches while it pins. For 8 MiB this takes
+// 1.3 ms, of which pinning takes 0.25 ms. cudaHostAlloc blocks launches for 3 to 4 ms.
 absl::StatusOr<uint8_t*> Pin(size_t size) {
   auto* const data = static_cast<uint8_t*>(std::aligned_alloc(std::min(size, kHugePage), size));
   if (data == nullptr) return OutOfHostMemory(size);

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Host memory that the device copies from and to by itself. Blocks are kept for the next user:
-// nothing is launched on any stream while one is pinned or unpinned.
+// Pinned host memory, which the device reads and writes by itself. Returned blocks are kept for the
+// next user, because the driver blocks all launches while it pins or unpins memory.
 //
-// A PinnedBuffer may go back only when no copy uses it any more.
+// A PinnedBuffer must outlive every copy from or to it.
 //
 // Errors   kResourceExhausted with asked and free bytes
 // Threads  PinnedMemory is safe; a PinnedBuffer is used by one thread at a time
@@ -52,8 +52,8 @@ class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
   PinnedMemory(const PinnedMemory&) = delete;  // owns the blocks
   PinnedMemory& operator=(const PinnedMemory&) = delete;
 
-  // Returns a block of the next power of two of `bytes`, so that updates of all sizes can reuse
-  // blocks. Pins memory only where no such block is free.
+  // Returns a block of `bytes`, rounded up to a power of two and at least a page, so that updates
+  // of all sizes can reuse blocks. Pins memory only where no block of this size is free.
   [[nodiscard]] absl::StatusOr<PinnedBuffer> Borrow(size_t bytes);
   // The bytes of all blocks that are not returned yet.
   uint64_t lent_bytes() const;

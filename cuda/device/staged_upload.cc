@@ -25,7 +25,7 @@ absl::StatusOr<StagedUpload> StagedUpload::Create(CudaContext& context,
 }
 
 StagedUpload::~StagedUpload() {
-  // The pinned bytes go back to others: not before they are read.
+  // The copy must be complete before the pinned bytes go back for reuse.
   if (lane_ != nullptr) static_cast<void>(copied_.Synchronize());
 }
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A few KB that change from one evaluation to the next, brought to the device by upload_kernel.cu
-// from pinned memory of their own.
+// Brings a few KB that change with each evaluation to the device. upload_kernel.cu copies them from
+// a pinned buffer of this object.
 //
 // Errors   those of device_buffer.h and pinned_memory.h
 // Threads  one at a time; Send and Sent enqueue, Begin waits for the last Sent
@@ -20,8 +20,7 @@ namespace latticed {
 
 class StagedUpload {
  public:
-  // Copies on the stream of `lane`. Its memory on the device is of bytes reserved:
-  // DeviceBytesFor(bytes).
+  // Copies on the stream of `lane`. Takes DeviceBytesFor(bytes) from the reservation.
   [[nodiscard]] static absl::StatusOr<StagedUpload> Create(CudaContext& context,
                                                            std::shared_ptr<CudaLane> lane,
                                                            size_t bytes, DeviceReservation& from);
@@ -30,14 +29,14 @@ class StagedUpload {
   StagedUpload(StagedUpload&&) = default;
   StagedUpload& operator=(StagedUpload&&) = delete;
 
-  // Where the next bytes are to be written: all of them.
+  // Waits for the last copy. Returns where to write the next bytes; those of the last time are still there.
   [[nodiscard]] absl::StatusOr<uint8_t*> Begin();
-  // Sends the first `bytes` to the device. Call Sent at once, or when the kernels that read the
-  // bytes are on the stream: nothing may come between the copy and a dependent launch.
+  // Send copies the first `bytes` to the device. Sent must follow: at once, or after the launch of
+  // the kernels that read the bytes, since a dependent launch must directly follow the copy.
   [[nodiscard]] absl::Status Send(size_t bytes) const { return Send(SendCall(bytes)); }
   [[nodiscard]] absl::Status Send(kernels::KernelCall call) const;
   kernels::KernelCall SendCall(size_t bytes) const;
-  // Sends the named pages, and everything after all pages.
+  // Copies the named pages, and everything after the paged bytes.
   kernels::KernelCall SendCall(const kernels::PagedUpload& upload) const;
   [[nodiscard]] absl::Status Sent() const;
 

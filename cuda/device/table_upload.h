@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Uploads constant tables in one block. Their bytes are reserved together, so a refusal names all
-// of them, before any is allocated.
+// Uploads constant tables in one block. Their bytes are reserved together, so nothing is allocated
+// where they do not all fit, and the error names the bytes of all.
 //
 //   | table | padding | table | padding | …      each begins at a multiple of 256 bytes
 //
@@ -31,8 +31,8 @@ namespace latticed {
 
 class TableUpload {
  public:
-  // `to` must stay where it is: Send sets it to the table's place in the block, to null where the
-  // table is empty.
+  // Adds a table. Send sets `to` to its place in the block, so `to` must live until then. It is
+  // null for an empty table.
   template <typename T>
   void Add(std::vector<std::type_identity_t<T>> table, const T*& to) {
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= kAlignment);
@@ -53,7 +53,7 @@ class TableUpload {
     return size;
   }
 
-  // The block, to be kept as long as the tables are read.
+  // Returns the block. It must live as long as the tables are read.
   [[nodiscard]] absl::StatusOr<DeviceBuffer<uint8_t>> Send(std::shared_ptr<DeviceMemory> memory,
                                                            std::string_view purpose,
                                                            cudaStream_t stream) const {
@@ -61,7 +61,7 @@ class TableUpload {
                               DeviceReservation::Create(std::move(memory), purpose, size_));
     return Send(room, purpose, stream);
   }
-  // The same of bytes reserved: BlockBytes.
+  // The same. Takes BlockBytes of the tables from the reservation.
   [[nodiscard]] absl::StatusOr<DeviceBuffer<uint8_t>> Send(DeviceReservation& from,
                                                            std::string_view purpose,
                                                            cudaStream_t stream) const {
@@ -78,7 +78,7 @@ class TableUpload {
   }
 
  private:
-  static constexpr size_t kAlignment = 256;  // that of a block
+  static constexpr size_t kAlignment = 256;  // that of device memory blocks
   struct Table {
     size_t at;  // in the block
     size_t bytes;

@@ -26,7 +26,8 @@ __global__ void __launch_bounds__(kBlockThreads)
 constexpr uint32_t kPageUnits = kUploadPage / kUploadUnit;
 static_assert(kUploadPage % kUploadUnit == 0);
 
-// Units; the list of pages is an argument, so that nothing is waited for before the copy.
+// Numbers are units of kUploadUnit bytes. The list of pages is an argument, so that the copy need
+// not wait for it.
 struct PagedArguments {
   const uint4* pinned;
   uint4* to;
@@ -43,7 +44,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   uint32_t end = arguments.all;
   if (i < in_pages) {
     unit = arguments.pages[i / kPageUnits] * kPageUnits + i % kPageUnits;
-    end = arguments.paged;  // where the last page is not whole
+    end = arguments.paged;  // the last page may be cut off
   }
   if (unit < end) arguments.to[unit] = arguments.pinned[unit];
 }

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A few KB from pinned memory by a kernel's own loads over the bus: 12 KB take 5 microseconds by
-// events, and 7 to 10 by the copy engine (H200).
+// Copies a few KB from pinned memory by loads of a kernel. For 12 KB this takes 5 microseconds, and
+// a copy engine 7 to 10 (H200, by events).
 //
-// Threads  does not wait; the memory must stay until the stream has passed
+// Threads  calls enqueue and do not wait; the memory must stay until the stream has passed them
 #ifndef LATTICED_CUDA_DEVICE_UPLOAD_KERNEL_H_
 #define LATTICED_CUDA_DEVICE_UPLOAD_KERNEL_H_
 
@@ -16,13 +16,13 @@
 
 namespace latticed::kernels {
 
-// Copies `bytes`, more than none, rounded up to kUploadUnit, which both sides have room for and are
-// aligned to. `pinned` is host memory that the device can read.
+// Copies `bytes` > 0, rounded up to kUploadUnit. Both buffers hold the rounded size and are aligned
+// to kUploadUnit. `pinned` is host memory that the device can read.
 inline constexpr size_t kUploadUnit = 16;
 KernelCall UploadCall(const void* pinned, size_t bytes, void* to);
 
-// Copies some pages of the first `paged_bytes`, each to its own place, and everything after them up
-// to `bytes`. Pages begin at multiples of kUploadPage; kMostUploadPages at most are named.
+// Copies the named pages of the first `paged_bytes`, each to the same offset, and everything from
+// there up to `bytes`. Page k begins at k * kUploadPage. At most kMostUploadPages are named.
 inline constexpr size_t kUploadPage = 768, kMostUploadPages = 256;
 struct PagedUpload {
   std::span<const uint16_t> pages;

@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A symbol's entry in a table of the device, eight bytes, and the step of a state that it stands for
-// (core/codec/rans_encoder.h):  x' = floor(x / p) M + x mod p + c.
+// A symbol's entry in a table on the device, in eight bytes, and the step of the rANS state that it
+// encodes (core/codec/rans_encoder.h):  x' = floor(x / p) M + x mod p + c.
 //
-// At 12 bits, which nearly all tables have, division is a multiplication. With s = ceil(log2 p) and
-// R = ceil(2^(31 + s) / p), which is below 2^32 for p >= 2,
+// At 12 bits, the precision of nearly all tables, a multiplication replaces the division. With
+// s = ceil(log2 p) and R = ceil(2^(31 + s) / p), which is below 2^32 for p >= 2,
 //
 //   floor(x / p) = floor(x R / 2^32) >> (s - 1)        for x < 2^31 (Granlund and Montgomery 1994)
 //
-// and x' = x + floor(x / p) (M - p) + c. For p = 1, R would be 2^32: one less gives x - 1 for x, and
-// c + M - 1 in place of c makes up for it.
+// and x' = x + floor(x / p) (M - p) + c. For p = 1, s is 1 and R would be 2^32, which does not fit.
+// R = 2^32 - 1 gives x - 1 instead of x, and c' = c + M - 1 in place of c corrects that.
 //
-//   first word   R                        p
-//   second word  p | c' << 13 | (s - 1) << 26        c
-//                at 12 bits               at more
+//                at 12 bits                        at more
+//   first word   R                                 p
+//   second word  p | c' << 13 | (s - 1) << 26      c
 //
 // Threads  pure functions, on host and device
 #ifndef LATTICED_CUDA_DRACO_RANS_ENTRY_H_
@@ -45,7 +45,7 @@ LATTICED_HD inline uint2 MakeShortEntry(uint32_t probability, uint32_t cumulativ
 LATTICED_HD inline uint32_t ShortProbability(uint2 entry) { return entry.y & 0x1fff; }
 LATTICED_HD inline uint32_t ShortBias(uint2 entry) { return entry.y >> 13 & 0x1fff; }
 LATTICED_HD inline uint32_t ShortShift(uint2 entry) { return entry.y >> 26; }
-// The step of a state that no byte has to leave any more, by the parts of an entry; `rest`: M - p.
+// The step of a state that has emitted its bytes, from the fields of an entry. `rest`: M - p.
 LATTICED_HD inline uint32_t ShortStep(uint32_t x, uint32_t reciprocal, uint32_t shift,
                                       uint32_t bias, uint32_t rest) {
   return x + bias + (HighProduct(x, reciprocal) >> shift) * rest;

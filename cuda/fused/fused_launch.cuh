@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The instance of the fused kernel that fits a launch. Instantiated by fused_facet_float.cu and its
-// like, which compile side by side.
+// Selects the instance of the fused kernel for a launch. fused_facet_float.cu and its three
+// siblings instantiate this template, so that they compile in parallel.
 #ifndef LATTICED_CUDA_FUSED_FUSED_LAUNCH_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_LAUNCH_CUH_
 

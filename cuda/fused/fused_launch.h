@@ -9,10 +9,10 @@
 
 namespace latticed::kernels {
 
-// As FusedCall, by direct_kernel.cuh.
+// FusedCall with direct_kernel.cuh.
 KernelCall DirectCall(const FusedLaunch& launch);
-// The same by fused_kernel.cuh, for one kind of normals and format; without normals the facet kernel
-// serves.
+// FusedCall with fused_kernel.cuh, for one kind of normals and format. The facet kernel also serves
+// views without normals.
 template <bool kSmooth, bool kFloat>
 KernelCall FusedCallByDegree(const FusedLaunch& launch);
 extern template KernelCall FusedCallByDegree<false, false>(const FusedLaunch&);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t kTilePatches = 16'384;  // 22 MB of nets at n = 9
 
-// The device's side of one tile.
+// Device buffers of one tile.
 struct Nets {
   DeviceBuffer<double> samples, control;  // m x 3t
   DeviceBuffer<Vec3d> centres;
@@ -67,7 +67,7 @@ absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const 
                                                     CudaContext& context,
                                                     std::span<const Vec3d> control_points,
                                                     size_t first, size_t last) {
-  // The net does not depend on the segments: any of the stages has inv(B).
+  // The net does not depend on the segments, so the stage of any number of segments has its inv(B).
   const int degree = plan->structure.patch_degree(), any_segments = 1;
   const auto m = static_cast<size_t>(BernsteinCount(degree));
   const size_t tile_patches = std::min(kTilePatches, last - first);

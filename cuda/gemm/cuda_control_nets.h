@@ -6,7 +6,7 @@
 //   T = inv(B) Rs, in double
 //
 // Errors   those of cuda_gemm.h, device_buffer.h and pinned_memory.h
-// Threads  one a lane; waits for that lane
+// Threads  safe; borrows a lane of its own and waits for it
 #ifndef LATTICED_CUDA_GEMM_CUDA_CONTROL_NETS_H_
 #define LATTICED_CUDA_GEMM_CUDA_CONTROL_NETS_H_
 
@@ -19,7 +19,7 @@
 
 namespace latticed {
 
-// As DeformTarget::ControlNets, whose arguments are checked already.
+// As DeformTarget::ControlNets, with arguments that are checked already.
 [[nodiscard]] absl::StatusOr<std::vector<double>> CudaControlNets(
     const std::shared_ptr<const DeformPlan>& plan, const DevicePlan& device_plan,
     CudaContext& context, std::span<const Vec3d> control_points, size_t first, size_t last);

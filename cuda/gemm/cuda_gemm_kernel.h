@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pipelines kGemm, kGemm12 and kControlNet on the device: samples, products, normals, shared
-// points. Twin of core/cpu/gemm/gemm_kernel.h.
+// Pipelines kGemm, kGemm12 and kControlNet on the device. The steps are samples, products, normals
+// and shared points. Twin of core/cpu/gemm/gemm_kernel.h.
 //
-// All patches are evaluated in tiles of one size: cuBLAS may round differently for another shape,
-// and the same control points must give the same bits. The buffers of a tile are reserved together
-// at the first evaluation and stay with the view.
+// Each evaluation divides all patches into the same tiles: cuBLAS may round differently for another
+// shape, and the same control points must give the same bits. The buffers of a tile are reserved
+// together at the first evaluation and stay with the view.
 //
 // Errors   those of cuda_gemm_stages.h; kResourceExhausted for the buffers
-// Threads  one at a time; enqueues on the lane, nothing waits
+// Threads  one at a time; enqueues on the lane and does not wait
 #ifndef LATTICED_CUDA_GEMM_CUDA_GEMM_KERNEL_H_
 #define LATTICED_CUDA_GEMM_CUDA_GEMM_KERNEL_H_
 
@@ -57,7 +57,8 @@ class CudaGemmKernel : public CudaVertexKernel {
   absl::Status Products(const kernels::Tile& tile);
   template <typename T>
   absl::Status Sample(const kernels::Tile& tile, T* positions, T* by_normal);
-  // The products of `samples`, or, by kControlNet, of the same `in_double`, which are rounded to them.
+  // Multiplies `samples` into `out`. kControlNet multiplies `in_double` instead, and writes its
+  // control nets, rounded, to `samples`.
   absl::Status Apply(const kernels::Tile& tile, const DeviceBuffer<double>& in_double,
                      const DeviceBuffer<float>& samples, const DeviceBuffer<float>& out,
                      size_t rows);

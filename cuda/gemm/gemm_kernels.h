@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The kernels of the products' pipelines, as the .cc files see them: functions that enqueue one
-// kernel each.                                                      Cui & Feng 2014, §3.4 and §3.6
+// The kernels of the matrix pipelines, as the .cc files see them. Each function enqueues one or
+// more kernels.                                                     Cui & Feng 2014, §3.4 and §3.6
 //
 // Layout   matrices are column-major; a tile of t patches has 3t columns: x of all its patches,
 //          then y, then z
 // Units    world units relative to plan.local_origin
-// Errors   cudaError_t of the launch; what a kernel does wrong shows at the stream's next wait
-// Threads  none wait; all pointers must stay until the stream has passed
+// Errors   cudaError_t of the launch; errors in a kernel show at the stream's next wait
+// Threads  calls enqueue and do not wait; all pointers must stay until the stream has passed them
 #ifndef LATTICED_CUDA_GEMM_GEMM_KERNELS_H_
 #define LATTICED_CUDA_GEMM_GEMM_KERNELS_H_
 
@@ -23,7 +23,7 @@
 
 namespace latticed::kernels {
 
-// Patches first … first + count - 1 under one set of control points.
+// Patches first … first + count - 1, under one set of control points.
 struct Tile {
   PlanTables plan;
   const Vec3d* control_points;
@@ -45,10 +45,10 @@ struct Samples {
 cudaError_t LaunchSamples(const Tile& tile, const Samples<float>& samples, cudaStream_t stream);
 cudaError_t LaunchSamples(const Tile& tile, const Samples<double>& samples, cudaStream_t stream);
 
-// Each number rounded to float.
+// Rounds each number to float.
 cudaError_t LaunchRound(const double* from, size_t count, float* to, cudaStream_t stream);
 
-// §3.6, one thread a tessellation point: rearranges [P; Pu; Pv] to vertices, with normals.
+// §3.6, one thread a tessellation point: writes vertices from [P; Pu; Pv], with their normals.
 struct Surface {
   const float* products;  // [P; Pu; Pv], rows x 3t
   const float* across;    // Pf, q x 3t, smooth normals only
@@ -58,16 +58,16 @@ struct Surface {
   int segments;
   int q;
   Normals normals;
-  uint32_t* ill;  // IllWords(q t) words, a bit a point; with normals only
+  uint32_t* ill;  // IllWords(q t) words, one bit per point; only with normals
   VertexLayout layout;
   VertexWriter writer;
   uint8_t* vertices;
 };
-// Words of marks that so many points need.
+// The number of 32-bit words with one mark for each point.
 LATTICED_HD constexpr size_t IllWords(size_t points) { return (points + 31) / 32; }
 cudaError_t LaunchSurface(const Tile& tile, const Surface& surface, cudaStream_t stream);
 
-// Brings shared positions to their owners', one thread a point.     core/ffd/shared_points.h
+// Copies shared positions from their owners, one thread a point.     core/ffd/shared_points.h
 struct SharedPositions {
   SharedPointTables tables;
   const uint8_t* attached;  // per seam

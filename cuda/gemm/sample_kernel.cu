@@ -5,8 +5,8 @@
 //
 //   u_i = sum_c (t_ic / n) u_c,   t_i the index triples of bernstein.h, u_c the patch's corners
 //
-// In double, relative to the patch's centre before rounding: float32 carries the shape of a patch
-// and not its place, as in core/cpu/gemm/patch_sampler.h.
+// Computed in double and stored relative to the patch's centre, so that float32 carries the shape
+// of a patch without its position, as in core/cpu/gemm/patch_sampler.h.
 #include "cuda/device/launch.cuh"
 #include "cuda/gemm/gemm_kernels.h"
 #include "cuda/plan/volume.cuh"

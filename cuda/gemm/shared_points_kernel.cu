@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Watertight: shared positions are their owners', bit for bit.
+// Makes the surface watertight: copies shared positions from their owners, bit for bit.
 //
-// A block a run of patches, a thread a point: first the corners, then the inner points of the edges
-// that are copied. The few records of seams and orphans are not sorted: item i is point
-// k = i mod max(1, segments - 1) of record i / that, and the corners' other items have nothing to
-// do. No point is both read and written (core/ffd/shared_points.h), so order does not matter.
+// CopyKernel has one block per run of patches and one thread per point: first the corners, then the
+// inner points of the edges that are copied. The few records of seams and orphans are not sorted. With
+// n = max(1, segments - 1), item i is point i mod n of record i / n; a corner needs only its item 0.
+// No point is both read and written (core/ffd/shared_points.h), so the order does not matter.
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/gemm/gemm_kernels.h"
@@ -26,12 +26,12 @@ __host__ __device__ size_t PointsPerRecord(int segments) {
   return segments > 1 ? static_cast<size_t>(segments) - 1 : 1;
 }
 
-// Whether point k of a record is there: corners have one, edges of one segment none.
+// Whether a record has a point k. Corners have one; edges have segments - 1.
 __device__ bool IsThere(int slot, int k, int segments) {
   return slot < kFirstEdge ? k == 0 : k + 1 < segments;
 }
 
-// Index in its patch of inner point k of the slot, counted from the slot's begin or its end.
+// The index in the patch of inner point k of a slot, from the end of the edge if `reversed`.
 __device__ size_t PointOf(int slot, int k, bool reversed, int segments) {
   if (slot < kFirstEdge) return static_cast<size_t>(EdgePoint(segments, slot, 0));
   const int at = reversed ? segments - 1 - k : k + 1;

@@ -1,15 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From the products to vertices: rearrangement and normals.          Cui & Feng 2014, §3.6
+// Vertices from the products: rearrangement and normals.             Cui & Feng 2014, §3.6
 //
 //   facet   Pu x Pv
 //   smooth  with N the interpolated vertex normal, e1, e2 the rest edges and f the facet normal,
 //           cof(J) N ~ (N.f) Pu x Pv + (N.e1) Pv x Pf + (N.e2) Pf x Pu
-//   Where the float products cancel beyond kMostCondition, the definition in double answers: folds,
-//   collapsed lattices and extreme slivers. As in core/cpu/gemm/gemm_kernel.h. One kernel marks those
-//   points, a bit each, and a second one answers them: together, every point would pay the
-//   definition's registers.
+//
+// Where the float products cancel beyond kMostCondition, the normal is computed by its definition in
+// double: at folds, in collapsed lattices and on extreme slivers. As in core/cpu/gemm/gemm_kernel.h.
+// One kernel marks these points, one bit each, and a second kernel computes them: in one kernel, all
+// points would pay for the registers of the definition.
 #include "cuda/device/launch.cuh"
 #include "cuda/gemm/gemm_kernels.h"
 #include "cuda/plan/definition_normal.cuh"
@@ -21,7 +22,7 @@ constexpr double kMostCondition = 1e3;
 constexpr unsigned kLanes = 32;
 constexpr unsigned kAllLanes = ~0u;
 
-// Row `row` of the patch's columns x, y and z.
+// Row `row` of the patch's three columns x, y and z.
 __device__ Vec3d Column(const float* products, size_t rows, size_t row, size_t patch,
                         size_t patches) {
   const float* x = products + patch * rows + row;
@@ -29,7 +30,7 @@ __device__ Vec3d Column(const float* products, size_t rows, size_t row, size_t p
   return {double{x[0]}, double{x[stride]}, double{x[2 * stride]}};
 }
 
-// A vector along the normal, and a bound of its square before its terms cancelled.
+// A vector along the normal, and an upper bound of its squared length if no terms cancel.
 struct RawNormal {
   Vec3d direction;
   double bound2;
@@ -88,7 +89,8 @@ __global__ void __launch_bounds__(kBlockThreads)
   surface.writer.WriteNormal(place, point, ToFloat(rsqrt(length2) * raw.direction));
 }
 
-// One thread a word of marks; a warp answers the points of its words together.
+// Each thread reads one word of marks. Then its warp takes the marked words one after the other, a
+// lane per point.
 template <bool kSmooth>
 __global__ void __launch_bounds__(kBlockThreads)
     IllKernel(const __grid_constant__ Tile tile, const __grid_constant__ Surface surface) {

@@ -3,7 +3,7 @@
 //
 // A plan on the device, as the kernels of one pipeline read it.
 //
-//   a patch   16 bytes of indices, 8 of facet normal, 36 more where a smooth view asked
+//   a patch   16 bytes of indices, 8 of facet normal, 36 more once a smooth view exists
 //   a vertex  48 bytes, about half a vertex a patch
 //   fused     knot boxes, feature uses: fused_tables.h
 //   others    shared points: shared_point_tables.h
@@ -35,12 +35,12 @@ class DevicePlan {
       std::shared_ptr<const DeformPlan> plan, Pipeline pipeline,
       std::shared_ptr<CudaContext> context);
 
-  // Without corner normals.
+  // corner_normals is null in these.
   const kernels::PlanTables& tables() const { return tables_; }
   // The first `smooth` call uploads the corner normals, into reserved bytes, and waits for the
   // upload. Two concurrent calls may both upload them; one copy is kept.
   [[nodiscard]] absl::StatusOr<kernels::PlanTables> Tables(bool smooth, DeviceReservation& from);
-  // The bytes that Tables will allocate; 0 where they are allocated already.
+  // The bytes that Tables will allocate; 0 where it has allocated them.
   uint64_t BytesToCome(bool smooth) const;
   // Not for kFused.
   const kernels::SharedPointTables& shared_points() const { return shared_points_; }
@@ -48,21 +48,21 @@ class DevicePlan {
   const kernels::FusedTables& fused_tables() const { return fused_tables_; }
   // For kFused with a large lattice; else null.
   const std::shared_ptr<const ChunkNeeds>& chunk_needs() const { return chunk_needs_; }
-  size_t MemoryBytes() const;  // of the device
+  size_t MemoryBytes() const;  // on the device
   size_t HostMemoryBytes() const;
 
  private:
   DevicePlan(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<CudaContext> context)
       : plan_(std::move(plan)), context_(std::move(context)) {}
   absl::Status AddTables(Pipeline pipeline, TableUpload& upload);
-  // Null until they are here.
   [[nodiscard]] absl::StatusOr<DeviceBuffer<kernels::CornerNormals>> UploadNormals(
       DeviceReservation& from) const;
+  // Null until they are uploaded.
   const kernels::CornerNormals* CornerNormalsNow() const;
 
   std::shared_ptr<const DeformPlan> plan_;
   std::shared_ptr<CudaContext> context_;
-  DeviceBuffer<uint8_t> block_;  // of all tables but the corner normals
+  DeviceBuffer<uint8_t> block_;  // holds all tables but the corner normals
   kernels::PlanTables tables_{};
   kernels::FusedTables fused_tables_{};
   kernels::SharedPointTables shared_points_{};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A direction in 8 bytes, to within 2^-29 rad: its octahedral coordinates, 32 bits each.
+// A direction in 8 bytes: octahedral coordinates of 32 bits each. The error is at most 2^-29 rad.
 //
 //   n / |n|_1 = (s, t, 1 - |s| - |t|) on the upper half of the octahedron; the lower half is folded
 //   out: (s, t) -> ((1 - |t|) sign s, (1 - |s|) sign t)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The lattice of a plan under one set of control points.
+// The lattice of a plan with the given control points.
 #ifndef LATTICED_CUDA_PLAN_VOLUME_CUH_
 #define LATTICED_CUDA_PLAN_VOLUME_CUH_
 

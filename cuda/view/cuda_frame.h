@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The input of an evaluation, brought to the device in one copy: the control points relative to the
-// plan's local origin, the attached seams, and the chunks to evaluate. Where few chunks of a large
-// lattice are named, only the control points that they need are copied, with the list of their
-// boxes.
+// plan's local origin, the attached seams, and the chunks to evaluate. Where the frame names few
+// chunks of a large lattice, it copies only the control points that they need, and the list of
+// their boxes.
 //
 //   | control points | seams | chunks | boxes |      the first in pages: lattice_part.h
 //
@@ -26,29 +26,30 @@ namespace latticed {
 
 class CudaFrame {
  public:
-  // Copies on the stream of `lane`. Its memory on the device is of bytes reserved: DeviceBytesFor.
-  // `chunk_needs`: what chunks need, for kernels that read no more of a large lattice; else null.
+  // Copies on the stream of `lane`. Takes DeviceBytesFor from the reservation. `chunk_needs`: what
+  // each chunk needs of a large lattice, for kernels that read only this; else null.
   [[nodiscard]] static absl::StatusOr<CudaFrame> Create(
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<const ChunkNeeds> chunk_needs,
       CudaContext& context, std::shared_ptr<CudaLane> lane, DeviceReservation& from);
   static size_t DeviceBytesFor(const DeformPlan& plan, bool has_chunk_needs);
 
-  // Prepares the next copy and enqueues nothing. Call Send or SendCall once afterwards, and then
-  // Sent, whether the kernels that read the copy were launched or not.
+  // Prepares the next copy and enqueues nothing. Then call Send or SendCall once and Sent after it,
+  // also if the launch of the kernels that read the copy fails.
   [[nodiscard]] absl::Status Stage(std::span<const Vec3d> control_points,
                                    std::span<const uint32_t> chunks);
   [[nodiscard]] absl::Status Send() const { return upload_.Send(SendCall()); }
   kernels::KernelCall SendCall() const;
   [[nodiscard]] absl::Status Sent() const { return upload_.Sent(); }
-  // All three, for kernels that read no list of chunks.
+  // Stage, Send and Sent, for kernels that read no list of chunks.
   [[nodiscard]] absl::Status Upload(std::span<const Vec3d> control_points);
 
   DeviceSpan<const Vec3d> control_points() const;
-  // 1 or 0, per seam of the plan; where boxes() are not all, of those that the chunks are on.
+  // For each seam of the plan: 1 if it is attached, else 0. Where boxes() is a list, only the seams
+  // of the named chunks are valid.
   DeviceSpan<const uint8_t> attached() const;
-  // Null where all chunks of the plan were named.
+  // The named chunks; null for all chunks of the plan.
   const uint32_t* chunks() const { return all_chunks_ ? nullptr : ListAt(ChunksAt()); }
-  // The knot boxes whose control points are sent; null data: all.
+  // The knot boxes whose control points are copied. Null data means all boxes.
   DeviceSpan<const uint32_t> boxes() const;
   size_t DeviceBytes() const { return upload_.DeviceBytes(); }
   size_t PinnedBytes() const { return upload_.PinnedBytes(); }
@@ -58,7 +59,7 @@ class CudaFrame {
             StagedUpload upload)
       : plan_(std::move(plan)), part_(std::move(part)), upload_(std::move(upload)) {}
   size_t points() const { return static_cast<size_t>(plan_->structure.control_point_count()); }
-  // In upload_.
+  // Offsets in upload_.
   size_t SeamsAt() const;
   size_t ChunksAt() const;
   const uint32_t* ListAt(size_t place) const {
@@ -69,9 +70,9 @@ class CudaFrame {
   void StageSeams(std::span<const Vec3d> control_points, uint8_t* staged) const;
 
   std::shared_ptr<const DeformPlan> plan_;
-  std::optional<LatticePart> part_;  // where it may be all that is sent
+  std::optional<LatticePart> part_;  // for large lattices and kernels with chunk_needs
   StagedUpload upload_;
-  // What is staged.
+  // Set by Stage.
   size_t bytes_ = 0, boxes_at_ = 0;
   bool all_chunks_ = true, only_part_ = false;
 };

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A view on the device: vertices that stay there, a kernel that fills them, and a lane of its own.
-// Twin of core/cpu/cpu_view.h.
+// A view on the device. It has a vertex buffer, a kernel that fills it, and a lane of its own. Twin
+// of core/cpu/cpu_view.h.
 //
-// Evaluate enqueues and returns; what fails on the device shows at the next Read or Encode, which
-// wait for this view's lane alone. Draco streams are written on the device where the context's
-// encoder is our writer, whose bytes these are.
+// Evaluate enqueues and returns. Read and Encode wait for this view's lane only, and report what
+// failed on the device since the last wait. Draco streams are written on the device if the
+// context's encoder is our own writer, since the device writes the same bytes.
 //
-// Errors   those of core/view/checked_view.h; kResourceExhausted for memory of the device or
-//          pinned; kUnavailable when the device is lost
+// Errors   those of core/view/checked_view.h; kResourceExhausted for device or pinned memory;
+//          kUnavailable when the device is lost
 // Threads  one thread at a time; Encode uses the context's arena and returns when done
 #ifndef LATTICED_CUDA_VIEW_CUDA_VIEW_H_
 #define LATTICED_CUDA_VIEW_CUDA_VIEW_H_
@@ -29,22 +29,22 @@ namespace latticed {
 
 class CudaView : public CheckedView {
  public:
-  // The kernel works on `lane`. Takes DeviceBytesFor of the kernel's OwnOrderBytes and chunk_needs
-  // from the reservation.
+  // `kernel` works on `lane`. Takes DeviceBytesFor from the reservation, with the kernel's
+  // OwnOrderBytes and whether it has chunk_needs.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<DeformView>> Create(
       std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
       std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
       std::unique_ptr<CudaVertexKernel> kernel, DeviceReservation& from);
   static uint64_t DeviceBytesFor(const DeformPlan& plan, const ViewSpec& spec,
                                  size_t own_order_bytes, bool has_chunk_needs);
-  // The members host_bytes and encode_batch of ViewTraits.
+  // host_bytes and encode_batch of ViewTraits.
   static uint64_t HostBytesFor(const DeformPlan& plan, const ViewSpec& spec);
   static size_t EncodeBatch(const CudaContext& context);
   ~CudaView() override;
 
   MemoryUse memory() const override;
 
-  // For measurements: the stream that Evaluate enqueues on, and its stages.
+  // For measurements: the lane that Evaluate enqueues on. It marks the stages.
   CudaLane& lane() const { return *lane_; }
 
  private:
@@ -62,7 +62,7 @@ class CudaView : public CheckedView {
   absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests, std::span<SharedBytes> results);
 
-  // Members are destroyed in reverse order, so the context outlives all that uses it.
+  // The context comes first: members are destroyed in reverse order, and all others use it.
   std::shared_ptr<CudaContext> context_;
   std::shared_ptr<CudaLane> lane_;
   VertexLayout layout_;

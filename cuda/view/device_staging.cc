@@ -11,8 +11,8 @@
 namespace latticed {
 namespace {
 
-// A fraction of a millisecond over the bus, so that the first use begins soon; and the most that each
-// of the two slots keeps pinned, unless one chunk is larger.
+// A batch takes a fraction of a millisecond over the bus, so the first one can be used early. Each of
+// the two slots keeps at most this much pinned, or one chunk if that is larger.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
 absl::Status CopyToHost(uint8_t* to, const uint8_t* from, size_t bytes, cudaStream_t stream) {
@@ -55,7 +55,7 @@ absl::Status DeviceStaging::Copy(Slot& slot, CudaVertexKernel& kernel,
   for (uint32_t chunk : chunks) total += layout_.ChunkBytes(chunk);
   LATTICED_RETURN_IF_ERROR(Reserve(slot, total, own_order));
   batch.bytes.clear();
-  size_t at = 0, run = 0;  // where this chunk goes, and where its run of neighbours began
+  size_t at = 0, run = 0;  // offsets of this chunk and of its run of neighbours
   for (size_t i = 0; i < chunks.size(); ++i) {
     const size_t bytes = layout_.ChunkBytes(chunks[i]);
     batch.bytes.emplace_back(slot.pinned.data() + at, bytes);
@@ -101,7 +101,7 @@ absl::Status DeviceStaging::Run(CudaVertexKernel& kernel, DeviceSpan<const uint8
 absl::Status DeviceStaging::Fetch(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,
                                   std::span<const uint32_t> chunks, UseBatch use) {
   const absl::Status status = Run(kernel, vertices, chunks, use);
-  // A failure may leave a copy under way to memory that the next user gets.
+  // A copy may still write to memory that goes to the next user.
   if (!status.ok()) static_cast<void>(lane_->stream().Synchronize("the copy of vertices"));
   return status;
 }

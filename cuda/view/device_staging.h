@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Brings chunks of a view to pinned host memory, a batch at a time; while one batch is used the
+// Copies chunks of a view to pinned host memory in batches. While the caller uses one batch, the
 // next one is copied.
 //
-//   for each batch k:  Wait(k's copy)   Copy(k + 1)   use k        two buffers, by turns
+//   for each batch k:  Wait(k's copy)   Copy(k + 1)   use k        two buffers alternate
 //
 // Errors   those of pinned_memory.h, device_buffer.h and cuda_status.h
 // Threads  one at a time
@@ -27,8 +27,8 @@ namespace latticed {
 
 class DeviceStaging {
  public:
-  // Chunks first … first + bytes.size() - 1 of those named, each in wire layout; valid inside the
-  // call.
+  // Receives the named chunks first … first + bytes.size() - 1, each in wire layout. The bytes are
+  // valid during the call.
   using UseBatch = absl::FunctionRef<absl::Status(size_t first,
                                                   std::span<const std::span<const uint8_t>> bytes)>;
 
@@ -37,7 +37,7 @@ class DeviceStaging {
                 std::shared_ptr<CudaLane> lane)
       : layout_(layout), context_(std::move(context)), lane_(std::move(lane)) {}
 
-  // Uses all of `chunks`, in order, and has copied them all when it returns.
+  // Calls `use` for all of `chunks`, in order. All copies are complete when it returns.
   [[nodiscard]] absl::Status Fetch(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,
                                    std::span<const uint32_t> chunks, UseBatch use);
 
@@ -47,7 +47,7 @@ class DeviceStaging {
  private:
   struct Slot {
     PinnedBuffer pinned;
-    DeviceBuffer<uint8_t> wire;  // kernels with an order of their own only
+    DeviceBuffer<uint8_t> wire;  // only for kernels with their own order
     std::optional<CudaEvent> copied;
   };
   struct Batch {

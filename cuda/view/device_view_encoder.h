@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Writes the Draco streams of a view's chunks on its device. It brings the vertices to wire order
-// where the kernel keeps another order, and encodes in batches for which there is memory. Twin of
-// core/view/view_encoder.h.
+// Writes the Draco streams of a view's chunks on its device, in batches. Brings vertices to wire
+// order first, if the kernel keeps another order. Twin of core/view/view_encoder.h.
 //
 // Errors   those of device_draco_writer.h
-// Threads  one at a time; works on the lane, and has waited for it when it returns
+// Threads  one at a time; works on the lane and waits for it before it returns
 #ifndef LATTICED_CUDA_VIEW_DEVICE_VIEW_ENCODER_H_
 #define LATTICED_CUDA_VIEW_DEVICE_VIEW_ENCODER_H_
 
@@ -24,11 +23,11 @@ namespace latticed {
 
 class DeviceViewEncoder {
  public:
-  // Chunks of one batch. The most keep all schedulers busy and take 0.3 GB of working memory at 10
-  // segments. Where that does not fit, batches are halved, down to the fewest.
+  // Chunks of one batch. kMostChunks keep all schedulers busy and take 0.3 GB of working memory at
+  // 10 segments. A batch that does not fit is halved, if it has more than kFewestChunks.
   static constexpr size_t kMostChunks = 4096, kFewestChunks = 64;
 
-  // Keeps references to the plan and to `host`, which has the triangles of meshes.
+  // Keeps references to `plan` and to `host`, which supplies the connectivity of meshes.
   DeviceViewEncoder(const DeformPlan& plan, const ViewSpec& spec, const VertexLayout& layout,
                     std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
                     ViewEncoder& host)
@@ -39,7 +38,7 @@ class DeviceViewEncoder {
         lane_(std::move(lane)),
         host_(host) {}
 
-  // As DeformView::Encode, of the vertices that `kernel` made. `range`: of the quantisation box.
+  // As DeformView::Encode, for `vertices` of `kernel`. `range`: that of the quantisation box.
   [[nodiscard]] absl::Status Encode(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,
                                     std::span<const uint32_t> chunks, Encoding encoding,
                                     double range, std::span<VertexDigest> digests,
@@ -69,7 +68,7 @@ class DeviceViewEncoder {
   std::shared_ptr<CudaContext> context_;
   std::shared_ptr<CudaLane> lane_;
   ViewEncoder& host_;
-  std::optional<DeviceDracoWriter> writer_;  // made when it is first asked for
+  std::optional<DeviceDracoWriter> writer_;  // made at the first Encode
   Encoding writer_encoding_ = Encoding::kDracoPoints;
 };
 
