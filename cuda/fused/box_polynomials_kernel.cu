@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Computes the polynomial of each knot box from its control points: one warp a box, one lane a
-// coefficient, in double, rounded once. Twin of core/cpu/fused/box_polynomials.h.
+// Computes the polynomial of each knot box from its control points: one warp a box, at most two
+// coefficients a lane, in double, rounded once. Twin of core/cpu/fused/box_polynomials.h.
 //
 // Every evaluation waits for this kernel, so its latency counts. It loads all that a box needs at
 // once and contracts it axis by axis through shared memory: it takes as long as two loads, one after
@@ -200,7 +200,7 @@ class BoxWarp {
     for (int step = kLanes / 2; step > 0; step /= 2) {
       slope += __shfl_xor_sync(kAllLanes, slope, step);
     }
-    // ||cof J|| <= ||J||^2 / 2 in the Frobenius norm.
+    // The spectral norm of cof J is at most half the squared Frobenius norm of J.
     if (lane_ == 0) a_.out.cofactor_bounds[box_] = 0.5f * slope * slope;
   }
 

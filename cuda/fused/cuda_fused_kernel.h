@@ -43,7 +43,7 @@ class CudaFusedKernel : public CudaVertexKernel {
                            DeviceSpan<uint8_t> out) override;
 
  private:
-  // Buffers that each evaluation fills.
+  // Evaluate fills the polynomials; ToWireOrder fills the list of chunks.
   struct Buffers {
     StagedUpload wire_chunks;
     DeviceBuffer<float> coefficients, cofactor_bounds;

@@ -86,7 +86,7 @@ class VertexSink {
     }
   }
 
-  // `n` has the normal's direction, `norm1` = |n|_1; `scale` keeps its square from underflow.
+  // `n` has the normal's direction, `norm1` = |n|_1; `scale` keeps its square in float's range.
   __device__ __forceinline__ Vertex MakeVertex(Position p, float3 n, float norm1,
                                                float scale) const {
     if constexpr (kFloat) {
