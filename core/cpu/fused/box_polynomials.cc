@@ -12,9 +12,8 @@ Vec3d Permute(Vec3d v, const std::array<int, 3>& axes) {
   return {v[axes[0]], v[axes[1]], v[axes[2]]};
 }
 
-// An upper bound of the spectral norm of cof J in the box. It is at most half the squared Frobenius norm
-// of J, and that norm is at most the sum, over all coefficients, of their length times that of the
-// gradient of their powers.
+// An upper bound of the spectral norm of cof J in the box. It is at most half the squared Frobenius norm of J.
+// That norm is at most the sum, over all coefficients, of |coefficient| times |gradient of its power product|.
 double CofactorBound(const std::array<Vec3d, 64>& c, const std::array<int, 3>& degree,
                      const std::array<Vec3d, 3>& gradient) {
   const double g[3] = {Norm(gradient[0]), Norm(gradient[1]), Norm(gradient[2])};

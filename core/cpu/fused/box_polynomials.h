@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The polynomial of a knot box, R - local_origin, by core/ffd/box_basis.h: computed in double from
-// control points, rounded once.
+// The polynomial of each knot box, relative to the plan's local origin: R - local_origin (core/ffd/box_basis.h).
+// It is computed in double from the control points and rounded to float once.
 //
-// Threads  pure; construction does all that does not depend on control points
+// Threads  pure functions; the constructor does all work that does not depend on control points
 #ifndef LATTICED_CORE_CPU_FUSED_BOX_POLYNOMIALS_H_
 #define LATTICED_CORE_CPU_FUSED_BOX_POLYNOMIALS_H_
 
@@ -21,18 +21,17 @@ class BoxPolynomials {
  public:
   explicit BoxPolynomials(std::shared_ptr<const DeformPlan> plan);
 
-  // By permuted axis.
+  // Degrees by permuted axis.
   std::array<int, 3> degree() const { return basis_.degree(); }
 
   BoxPolynomial Make(uint32_t box, std::span<const Vec3d> control_points) const;
 
-  // Coordinates of a vertex local to `box`, by permuted axis; for the outside box, from its world
-  // position.
+  // Coordinates of a vertex local to `box`, by permuted axis. For the outside box they come from the world position.
   Vec3d Local(uint32_t box, const PlanVertex& vertex) const;
-  // The same of a world direction.
+  // The same for a direction in the world.
   Vec3d LocalDirection(uint32_t box, Vec3d world) const;
-  // cof(A) N of a normal N in the world, where A is the Jacobian of box-local coordinates by world
-  // position. The cofactors of the polynomial's Jacobian map it to cof(J) N.
+  // The conormal cof(A) N of a world normal N, where A is the Jacobian of box-local coordinates by world position.
+  // The cofactors of the polynomial's Jacobian map it to cof(J) N.
   Vec3d LocalConormal(uint32_t box, Vec3d world_normal) const;
 
  private:

@@ -34,7 +34,7 @@ struct alignas(64) LaneRow {
   float value[kLanes];
 };
 
-// One Evaluate: what all tasks read.
+// The data of one Evaluate that its tasks share.
 struct Frame {
   std::span<const Vec3d> control_points;
   const ViewSpec& spec;
@@ -82,7 +82,7 @@ class Kernel final : public FusedKernel {
   uint64_t MemoryBytes() const override { return layout_.MemoryBytes(); }
 
  private:
-  // Groups that hold patches of the chunks, the features they borrow, and the boxes of all of them.
+  // Finds the groups that hold patches of the chunks, the features that they borrow, and the boxes of both.
   void Gather(std::span<const uint32_t> chunks, Frame& frame) const {
     for (const uint32_t chunk : chunks) {
       const auto [first, last] = plan_->ChunkPatches(chunk);
@@ -134,7 +134,7 @@ class Kernel final : public FusedKernel {
     const auto polynomial = [&](uint32_t box) -> const BoxPolynomial& {
       return frame.polynomials[frame.polynomial_of[box]];
     };
-    // In the same form as the groups: an edge must have the same bits whichever code evaluates it.
+    // Features are evaluated in the same form as groups: an edge must have the same bits whichever code evaluates it.
     arena.ForEach(frame.edge_groups.size(), [&](size_t i) {
       const FlushDenormals flush;
       const size_t g = frame.edge_groups[i];

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Compiled once per instruction set (AVX-512, AVX2, and the compiler's baseline); Highway picks at
-// run time. -ffp-contract=off for this file: fused multiply-adds only where MulAdd says so, or the
-// two sides of an edge, inlined into different functions, could round differently.
+// Compiled once per instruction set (AVX-512, AVX2, and the compiler's baseline); Highway picks one at run time.
+// The build sets -ffp-contract=off for this file, so that only MulAdd makes fused multiply-adds. Otherwise the two
+// sides of an edge, which are inlined into different functions, could be rounded differently.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/cpu/fused/fused_kernel.cc"
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
-// After foreach_target, as Highway asks.
+// Highway requires this include to follow foreach_target.
 #include "core/cpu/fused/fused_direct-inl.h"
 #include "core/cpu/fused/fused_group-inl.h"
 #include "core/cpu/fused/fused_kernel.h"
@@ -71,7 +71,7 @@ struct Instance {
   }
 };
 
-// Calls f with the Instance of falling degrees.
+// Calls f with the Instance for these degrees, which must be in falling order.
 template <class F>
 void WithDegrees(const std::array<int, 3>& degree, const F& f) {
   switch (degree[0] * 100 + degree[1] * 10 + degree[2]) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the SIMD code of the fused pipeline works on. A group is 16 patches (or edges, or corners)
-// of one knot box, one per lane; unused lanes repeat the last used one. Axes are permuted so that
-// degrees fall (degree[0] >= degree[1] >= degree[2]): 10 instances serve all 27 mixes.
+// The data that the SIMD code of the fused pipeline works on. A group is 16 patches (or edges, or corners) of one
+// knot box, one per lane. Unused lanes repeat the last used one. Axes are permuted so that degrees fall
+// (degree[0] >= degree[1] >= degree[2]): 10 instances of the code serve all 27 combinations of degrees.
 //
 // Box-local coordinates: (parameter - box centre) / box width, in [-1/2, 1/2].
 // Layout  lane arrays are [field][16] floats, 64-byte aligned
@@ -23,7 +23,7 @@ using Lanes = std::array<float, kLanes>;
 // sum_abc coefficient[(a (d1+1) + b)(d2+1) + c][component] l0^a l1^b l2^c
 struct alignas(64) BoxPolynomial {
   std::array<std::array<float, 3>, 64> coefficient;
-  // An upper bound of ||cof J|| in the box. Normals that are much shorter are ill-conditioned.
+  // An upper bound of the spectral norm of cof J in the box. Normals that are much shorter are ill-conditioned.
   float cofactor_bound = 0;
 };
 
@@ -35,11 +35,12 @@ struct alignas(64) EdgeLanes {
   CornerLanes from, to;
 };
 
-// point(x, t) = center + x * along + t * across, with x = b1 + shear * b2 - 1/2, t = b2 - 1/2;
-// `along` is corner 0 -> corner 1, `across` its in-plane perpendicular up to corner 2.
+// point(x, t) = center + x * along + t * across, with x = b1 + shear * b2 - 1/2, t = b2 - 1/2. `along` is the edge
+// from corner 0 to corner 1, `across` the perpendicular from that edge to corner 2,
+// in the plane of the source triangle.
 struct alignas(64) PatchLanes {
   std::array<CornerLanes, 3> corners;
-  // For the facet normal, see BoxPolynomials::LocalConormal.
+  // Of the facet normal; see BoxPolynomials::LocalConormal.
   std::array<Lanes, 3> conormal;
   std::array<Lanes, 3> center, along, across;
   Lanes shear;
@@ -47,16 +48,16 @@ struct alignas(64) PatchLanes {
   Lanes inverse_height;  // 1 / world length of `across`
 };
 
-// Smooth normals: the facet normal as a direction in box-local coordinates, and the vertex normal
-// at each corner in the frame (facet normal / |along|, along^, across^ / |along|), and its conormal.
+// For smooth normals. `facet` is the facet normal f as a direction in box-local coordinates. `normal` holds the vertex
+// normal N of each corner as (N.f / |along|, N.a, N.c / |along|); a and c are the unit vectors of `along` and `across`.
 struct alignas(64) SmoothLanes {
   std::array<Lanes, 3> facet;
   std::array<std::array<Lanes, 3>, 3> normal;    // [component][corner]
   std::array<std::array<Lanes, 3>, 3> conormal;  // [component][corner]
 };
 
-// Vertices of one group before they are stored: row[component][point] of 16 lanes; components are
-// x y z relative to the local origin, then the unit normal.
+// The vertices of one group before they are stored: row[component][point] has 16 lanes. The components are x y z
+// relative to the local origin, then the unit normal.
 struct GroupScratch {
   float* rows = nullptr;  // 64-byte aligned
   size_t points = 0;
@@ -65,7 +66,7 @@ struct GroupScratch {
   }
 };
 
-// A normal that must be taken from the definition.
+// A point whose normal must come from the definition.
 struct WeakNormal {
   uint16_t point, lane;
 };
@@ -82,14 +83,14 @@ struct GroupArguments {
   size_t weak_count;
 };
 
-// All points of a group, edges and corners from the group's own box.
+// Evaluates all points of a group, its edges and corners included, from the group's own box.
 void EvaluateGroup(GroupArguments& arguments);
 
-// Inner points of 16 edges: out[(k - 1) * 3 + component][lane] for k = 1 … segments - 1, from one
-// end to the other.
+// Evaluates the inner points of 16 edges: out[(k - 1) * 3 + component][lane] for k = 1 … segments - 1, from one end to
+// the other.
 void EvaluateEdges(const std::array<int, 3>& degree, const BoxPolynomial& box,
                    const EdgeLanes& edges, int segments, float* out);
-// 16 corners: out[component][lane].
+// Evaluates 16 corners: out[component][lane].
 void EvaluateCorners(const std::array<int, 3>& degree, const BoxPolynomial& box,
                      const CornerLanes& corners, float* out);
 
@@ -99,7 +100,7 @@ struct QuantiseArguments {
   int position_bits;
   int normal_bits;  // 0: no normals
   size_t lanes;     // used lanes
-  // Where the values of a lane's patch begin in the planes x y z s t of its chunk.
+  // Where the values of a lane's patch begin in each plane (x y z s t) of its chunk.
   std::array<std::array<uint8_t*, 5>, kLanes> destination;
 };
 // Rounds the rows of a group and stores them patch by patch.
@@ -109,7 +110,7 @@ void StoreQuantised(const QuantiseArguments& arguments);
 // floats.
 void StoreFloats(const GroupScratch& scratch, size_t components, size_t lanes,
                  const std::array<float*, kLanes>& destination);
-// The rows of a group as [point][component][lane]; `destination` is 64-byte aligned.
+// Stores the rows of a group as [point][component][lane]; `destination` is 64-byte aligned.
 void StoreLaneOrder(const GroupScratch& scratch, size_t components, float* destination);
 
 // Name of the instruction set that dispatch chose.

@@ -42,7 +42,7 @@ HWY_INLINE V DotLanes(const V3& a, const V3& b) {
   return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
 }
 
-// x86's estimate has 12 bits or more, that of others 8. A Newton step doubles them; float has 24.
+// The hardware's estimate has 12 bits or more on x86, and 8 elsewhere. A Newton step doubles them; a float has 24.
 constexpr int kNewtonSteps =
     HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128 ? 1 : 2;
 

@@ -15,11 +15,11 @@ void SetLane(std::array<Lanes, 3>& field, size_t lane, Vec3d value) {
   field[2][lane] = f.z;
 }
 
-// A height below this fraction of the longest edge is a rounding error: the perpendicular keeps its
-// direction and gets this length, so that no coefficient of its polynomials is denormal.
+// A height below this fraction of the longest edge is a rounding error. The perpendicular then keeps its direction and
+// gets this length, so that no coefficient of its polynomials is denormal.
 constexpr double kSmallestHeight = 0x1p-40;
 
-// Takes a free lane of the box's open feature group, or of a new group. Later lanes repeat it.
+// Takes the next lane of the box's feature group, or the first of a new group. All later lanes repeat its values.
 template <typename LanesType, typename Pack>
 uint32_t AddFeature(FeatureSet<LanesType>& set,
                     std::map<uint32_t, std::pair<uint32_t, uint32_t>>& open, uint32_t box,
@@ -78,8 +78,8 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
     SetLane(out.corners[c].point, lane, local[c]);
   }
 
-  // The frame, in the world: the longest edge, and its perpendicular in the plane of the *source*
-  // triangle. That plane is accurate however thin the patch is.
+  // The patch's frame in the world: the longest edge, and its perpendicular in the plane of the *source* triangle.
+  // That plane is accurate however thin the patch is.
   const auto& corners = plan_->sources[p].corners;
   const auto source = [&](size_t c) {
     return plan_->mesh->positions[plan_->mesh->corner_vertices[corners[c]]];
@@ -93,8 +93,7 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
   double height = 0;
   if (Norm(facet) > 0 && length > 0) {
     facet = facet / Norm(facet);
-    // Rounding moves the ends of a very short edge out of the facet's plane; this puts its direction
-    // back.
+    // Rounding moves the ends of a very short edge out of the facet's plane. This projects it back onto the plane.
     along -= Dot(along, facet) * facet;
     const Vec3d unit = Cross(facet, along / length);
     height = std::max(Dot(side, unit), kSmallestHeight * length);
@@ -103,11 +102,11 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
   const double shear = length > 0 ? Dot(side, along) / (length * length) : 0.0;
   const Vec3d local_along = polynomials_.LocalDirection(patch.box, along);
   const Vec3d local_across = polynomials_.LocalDirection(patch.box, across);
-  // x = t = 0 is half-way along, half-way up: corner 0 is at x = -1/2, t = -1/2.
+  // x = t = 0 is half-way along and half-way up: corner 0 is at x = -1/2, t = -1/2.
   SetLane(out.center, lane, local[0] + 0.5 * local_along + 0.5 * local_across);
   SetLane(out.along, lane, local_along);
   SetLane(out.across, lane, local_across);
-  // A patch without height has no area, or none that tells its normal: the definition gives it.
+  // A patch without height has no facet normal. Its zero conormal makes the kernel take the definition's normals.
   const Vec3d normal = height > 0 ? facet : Vec3d{};
   SetLane(out.conormal, lane, polynomials_.LocalConormal(patch.box, normal));
   out.shear[lane] = static_cast<float>(shear);
@@ -142,7 +141,7 @@ void FusedLayout::PackSmooth(size_t group, size_t lane, uint32_t p, Vec3d facet,
 void FusedLayout::AddFixes(uint32_t p, uint8_t lane) {
   const Patch& patch = plan_->patches[p];
   const uint32_t outside = plan_->outside_box();
-  if (patch.box == outside) return;  // takes every point from its own box
+  if (patch.box == outside) return;  // outside patches take all points from their own box
   for (uint8_t slot = 0; slot < 3; ++slot) {
     const PlanVertex& vertex = plan_->vertices[patch.vertex[slot]];
     if (vertex.box != patch.box || vertex.seam != kNoIndex) {

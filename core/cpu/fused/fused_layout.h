@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The plan as the fused kernel reads it: patches packed 16 to a group by knot box, and the edges
-// and corners that a group must take from another box.
+// The plan in the form that the fused kernel reads: the patches of each knot box in groups of 16, and the edges and
+// corners that a group takes from another box.
 //
 //   group    patches first_patch … first_patch + lanes - 1, all of one box
-//   feature  an edge or corner evaluated in its owner's box for others' sake; 16 to a feature group
-//   fix      "lane l of this group takes edge or corner `slot` from feature f": on knot planes
-//            always; on a seam from the outside's feature while attached, from the inside's after
+//   feature  an edge or corner that is evaluated in one box for the patches of others; 16 to a feature group
+//   fix      "lane l of this group takes edge or corner `slot` from feature f". On a knot plane it always applies. On
+//            a seam it takes the outside's feature while the seam is attached, and the inside's while it is not.
 //
 // Threads  immutable after construction
 #ifndef LATTICED_CORE_CPU_FUSED_FUSED_LAYOUT_H_
@@ -32,7 +32,7 @@ struct Group {
   uint32_t first_fix = 0, last_fix = 0;  // half open
 };
 
-// Features are numbered feature_group * 16 + lane; kNoIndex keeps what the group computed itself.
+// Features are numbered feature_group * 16 + lane. With kNoIndex the group keeps what it computed itself.
 struct Fix {
   uint8_t lane = 0;
   uint8_t slot = 0;  // corner or edge 0 … 2
@@ -74,7 +74,7 @@ class FusedLayout {
 
   std::shared_ptr<const DeformPlan> plan_;
   const BoxPolynomials& polynomials_;
-  // Feature numbers by (edge or vertex, box), and the groups of each box that have free lanes.
+  // Feature numbers by (edge or vertex, box), and each box's last feature group with its number of used lanes.
   std::map<std::pair<uint32_t, uint32_t>, uint32_t> edge_features_, corner_features_;
   std::map<uint32_t, std::pair<uint32_t, uint32_t>> open_edges_, open_corners_;
 };

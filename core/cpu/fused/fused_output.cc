@@ -30,7 +30,7 @@ FusedOutput::FusedOutput(const DeformPlan& plan, const FusedLayout& layout,
   offset_ = {offset.x, offset.y, offset.z};
 }
 
-// Calls f(lane, lanes, planes) for the runs of a group's patches that lie in one chunk.
+// Calls f(lane, lanes, planes) for each run of the group's patches that lies in one chunk.
 template <class F>
 void FusedOutput::ForRuns(const Group& group, const F& f) const {
   for (size_t lane = 0; lane < group.lanes;) {
@@ -43,7 +43,7 @@ void FusedOutput::ForRuns(const Group& group, const F& f) const {
 }
 
 void FusedOutput::Prefetch(const Group& group) const {
-  if (spec_.format != VertexFormat::kQuantised) return;  // streaming stores write whole lines
+  if (spec_.format != VertexFormat::kQuantised) return;  // lane order uses streaming stores
   ForRuns(group, [](size_t, size_t lanes, const std::array<Plane, 5>& planes) {
     for (const Plane& plane : planes) PrefetchToWrite(plane.bytes, lanes * plane.stride);
   });
@@ -87,7 +87,7 @@ void FusedOutput::StoreInPlanes(const Group& group, const GroupScratch& scratch)
   StoreQuantised(q);
 }
 
-// Where a patch's x, y, z, s and t go: the planes of its chunk, s and t empty without normals.
+// Where a patch's x, y, z, s and t go in the planes of its chunk. Without normals, s and t take no bytes.
 std::array<FusedOutput::Plane, 5> FusedOutput::PatchPlanes(size_t patch) const {
   const auto points = static_cast<size_t>(PointsPerPatch(spec_.segments));
   const auto [first, last] = plan_.ChunkPatches(patch / limits::kPatchesPerChunk);

@@ -3,8 +3,8 @@
 //
 // Stores the fused kernel's groups of 16 patches in a view's vertices.
 //
-//   kQuantised  planes x y z s t of each chunk (backend.h), 2 bytes a position, 1 or 2 a normal
-//   kFloat32    interleaved by point; in lane order [group][point][component][16 lanes] instead
+//   kQuantised  the planes x y z s t of each chunk (backend.h); x y z in 2 bytes, s t in 1 or 2
+//   kFloat32    point after point, or in lane order [group][point][component][16 lanes]
 //
 // Threads  groups may be stored by several threads at once; they share no byte
 #ifndef LATTICED_CORE_CPU_FUSED_FUSED_OUTPUT_H_
@@ -24,20 +24,19 @@
 
 namespace latticed::fused {
 
-// One Evaluate's vertices. Everything named lives as long as this.
+// Stores the vertices of one Evaluate. The plan, the layout, the spec and the vertices must outlive it.
 class FusedOutput {
  public:
   FusedOutput(const DeformPlan& plan, const FusedLayout& layout, const QuantisationBox& box,
               const ViewSpec& spec, FusedOrder order, std::span<uint8_t> vertices);
 
-  // Prefetches the cache lines that the group's stores will write, while the group is evaluated.
+  // Prefetches the cache lines that Store will write for the group, kQuantised only. Call it before the evaluation.
   void Prefetch(const Group& group) const;
-  // `scratch` holds x y z, then the normal where the view has normals.
+  // `scratch` holds x y z, and then the normal if the view has normals.
   void Store(uint32_t group, const GroupScratch& scratch) const;
 
  private:
-  // The values of one patch in a plane of its chunk. Those of the next patch begin `stride` bytes
-  // later.
+  // The values of one patch in a plane of its chunk. The next patch's values begin `stride` bytes later.
   struct Plane {
     uint8_t* bytes;
     size_t stride;
@@ -56,9 +55,9 @@ class FusedOutput {
   std::array<float, 3> scale_, offset_;  // integer = round(p * scale + offset)
 };
 
-// Bytes of a whole view in lane order, kFloat32.
+// The size of a whole view in lane order, kFloat32.
 [[nodiscard]] size_t LaneOrderBytes(const FusedLayout& layout, const ViewSpec& spec);
-// One chunk of lane-ordered vertices in wire layout.
+// Copies one chunk of lane-ordered vertices to `out`, in wire layout.
 void ReadLaneOrder(const DeformPlan& plan, const FusedLayout& layout, const ViewSpec& spec,
                    std::span<const uint8_t> vertices, uint32_t chunk, std::span<uint8_t> out);
 

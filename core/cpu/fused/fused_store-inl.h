@@ -40,7 +40,7 @@ HWY_INLINE void InterleaveRows(const T* const rows[4], uint8_t* pieces) {
   }
 }
 
-// At most 15 bytes, without a call into the C library.
+// Copies at most 15 bytes without a call into the C library.
 HWY_INLINE void CopyTail(uint8_t* to, const uint8_t* from, size_t bytes) {
   size_t done = 0;
   if (bytes & 8) std::memcpy(to, from, 8), done = 8;
@@ -167,7 +167,7 @@ HWY_INLINE void PackNormals(const QuantiseArguments& a, int32_t* s_words, int32_
   for (size_t point = 0; point < points; point += kPerWord, s_words += kLanes, t_words += kLanes) {
     for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(df)) {
       VI s_word = hn::Zero(di), t_word = s_word;
-      // Backwards, so that each value is shifted in from below by a constant.
+      // Runs backwards, so that each step shifts the word by a constant.
       for (size_t i = kPerWord; i-- > 0;) {
         const size_t p = point + i < points ? point + i : points - 1;
         VI s, t;

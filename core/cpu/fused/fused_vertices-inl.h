@@ -25,7 +25,7 @@ class GroupVertices {
  public:
   // `scale`: how many times as long as cof(J) N the normals will be.
   GroupVertices(GroupArguments& arguments, size_t lane, V scale) : args_(arguments), lane_(lane) {
-    // Divided by one after the other: their product may overflow.
+    // Two divisions, because the product of the divisors may overflow.
     to_bound_ = hn::Div(hn::Set(D(), 1.0f / args_.box->cofactor_bound), scale);
   }
 
@@ -34,7 +34,7 @@ class GroupVertices {
   }
 
   HWY_INLINE void StoreNormal(const V3& carried, size_t point) {
-    // As a fraction of the bound, so that the square does not overflow in any units of the mesh.
+    // Scaled to a fraction of the bound, so that the square does not overflow in any units of the mesh.
     const V3 normal{hn::Mul(carried.x, to_bound_), hn::Mul(carried.y, to_bound_),
                     hn::Mul(carried.z, to_bound_)};
     const V length2 = DotLanes(normal, normal);
