@@ -7,7 +7,7 @@
 // A vertex has its first kMostAtVertex keys in a list; further keys are hashed. Look-up takes
 // constant time even at the apex of a fan of a million triangles.
 //
-// Threads  one at a time
+// Threads  one thread at a time
 #ifndef LATTICED_CORE_FFD_ADJACENCY_INDEX_H_
 #define LATTICED_CORE_FFD_ADJACENCY_INDEX_H_
 
@@ -24,13 +24,13 @@ class AdjacencyIndex {
  public:
   static constexpr size_t kMostAtVertex = 32;
 
-  // Room for as many vertices and keys; more may come.
+  // Reserves memory for this many vertices and keys. More may be added.
   void Reserve(size_t vertices, size_t keys) {
     first_.resize(vertices, kNone);
     entries_.reserve(keys);
   }
 
-  // The number of (vertex, key), and whether it is new: then it is `number` from now on.
+  // Returns the number of (vertex, key) and whether the pair is new. A new pair gets `number`.
   std::pair<uint32_t, bool> TryEmplace(uint32_t vertex, uint64_t key, uint32_t number) {
     if (vertex >= first_.size()) first_.resize(vertex + size_t{1}, kNone);
     size_t count = 0;

@@ -29,7 +29,7 @@ LATTICED_HD constexpr T Power(T base, int exponent) {
   return product;
 }
 
-// Zero where an index is negative, as the derivative's recurrence wants it.
+// B^n_ijk with n = i + j + k. It is zero where an index is negative, as the recurrence of the derivatives needs.
 template <typename T>
 LATTICED_HD constexpr T Bernstein(int i, int j, int k, T b0, T b1, T b2) {
   if (i < 0 || j < 0 || k < 0) return T{0};
@@ -40,7 +40,7 @@ LATTICED_HD constexpr T Bernstein(int i, int j, int k, T b0, T b1, T b2) {
   return multinomial * Power(b0, i) * Power(b1, j) * Power(b2, k);
 }
 
-// d/db1 and d/db2 with b0 = 1 - b1 - b2: along the edges from corner 0 to corners 1 and 2.
+// Derivatives of B^n_ijk by b1 (U) and b2 (V), with b0 = 1 - b1 - b2: along the edges from corner 0 to corners 1 and 2.
 template <typename T>
 LATTICED_HD constexpr T BernsteinU(int i, int j, int k, T b0, T b1, T b2) {
   return T(i + j + k) * (Bernstein(i, j - 1, k, b0, b1, b2) - Bernstein(i - 1, j, k, b0, b1, b2));

@@ -9,8 +9,7 @@ constexpr size_t kMost = BezierBox::kMostPoints;
 using Row = std::array<double, kMost>;
 using Matrix = std::array<Row, kMost>;  // [coefficient][control point]
 
-// The recurrence of EvaluateBasis with another argument a level: the polar form of each basis
-// function.
+// The polar form of each basis function: the recurrence of EvaluateBasis, with another argument at each level.
 Row PolarForm(const double* knots, int degree, int span, const double* arguments) {
   Row values{1};
   for (int j = 1; j <= degree; ++j) {

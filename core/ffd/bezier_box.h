@@ -34,13 +34,13 @@ struct BezierBox {
   [[nodiscard]] Bounds SlopeHull(size_t axis) const;
 };
 
-// The part [lower, upper] of the knot box with the given spans.
+// Returns the part [lower, upper] of the knot box with the given spans.
 [[nodiscard]] BezierBox RestrictVolume(const LatticeStructure& structure,
                                        std::span<const Vec3d> control_points,
                                        const std::array<int, 3>& span, Vec3d lower, Vec3d upper);
 
-// The hull of the control points behind a whole knot box: wider than that of its BezierBox, and
-// cheaper.
+// The bounds of the control points that influence a knot box. They are wider than the Hull of its BezierBox, and
+// cheaper to compute.
 [[nodiscard]] Bounds ControlHull(const LatticeStructure& structure,
                                  std::span<const Vec3d> control_points,
                                  const std::array<int, 3>& span);

@@ -7,11 +7,11 @@
 //   R(u,v,w) = sum_abc C_abc l0^a l1^b l2^c,   l = (parameter - centre) / width
 //   C_abc    = sum_rst M0[r][a] M1[s][b] M2[t][c] P_rst,   P the control points that reach the box
 //
-// Axes are permuted so that degrees fall (degree()[0] >= degree()[1] >= degree()[2]): 10 kernels
-// serve all 27 mixes. The outside box is the identity map: its l runs over the world bounds of the
-// outside pieces.
+// Axes are permuted so that degrees fall (degree()[0] >= degree()[1] >= degree()[2]): 10 kernels serve all 27
+// combinations of degrees. The outside box has the identity map, and its l runs over the world bounds of the outside
+// pieces.
 //
-// Units    parameters; world units outside
+// Units    parameters; world units in the outside box
 // Threads  immutable
 #ifndef LATTICED_CORE_FFD_BOX_BASIS_H_
 #define LATTICED_CORE_FFD_BOX_BASIS_H_
@@ -31,14 +31,14 @@ class BoxBasis {
 
   explicit BoxBasis(std::shared_ptr<const DeformPlan> plan);
 
-  // Axis of the lattice behind each permuted axis.
+  // The lattice's axis for each permuted axis.
   const std::array<int, 3>& axes() const { return axes_; }
-  // By permuted axis.
+  // Degrees by permuted axis.
   std::array<int, 3> degree() const;
-  // The matrices of a permuted axis, one a knot span. They are zero where the span is empty.
+  // The matrices of a permuted axis, one per knot span. They are zero where the span is empty.
   const std::vector<Matrix>& matrices(size_t permuted_axis) const { return basis_[permuted_axis]; }
 
-  // By axis of the lattice, or of the world outside. A width is never 0.
+  // By axis of the lattice; in the outside box, of the world. A width is never 0.
   Vec3d Centre(uint32_t box) const;
   Vec3d Width(uint32_t box) const;
   // The gradient of each coordinate l by world position, by permuted axis.

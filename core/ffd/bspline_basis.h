@@ -7,7 +7,7 @@
 //   On span k (knots[k] <= u <= knots[k+1], knots[k] < knots[k+1]) the degree + 1 functions
 //   N_{k-degree} … N_k are not zero everywhere; values[r] = N_{k-degree+r}(u).
 //
-// Loops have constant bounds and a guard: unrolled, they keep their arrays in a device's registers.
+// Loops have constant bounds and a guard, so that compilers unroll them and keep the arrays in a device's registers.
 //
 // Errors   none: callers pass a non-empty span of valid knots
 // Threads  pure functions, host and device
@@ -19,8 +19,8 @@
 
 namespace latticed {
 
-// The non-empty span that holds u, clamped to the domain [knots[degree], knots[size]]. A u that is
-// a knot belongs to the span below it (the lower box), at the domain's begin to the first.
+// Returns the non-empty span that holds u. A u outside the domain [knots[degree], knots[size]] counts as the
+// nearer end. A u on a knot belongs to the span below it (the lower box), and at the domain's begin to the first.
 LATTICED_HD constexpr int FindLowerSpan(const double* knots, int degree, int size, double u) {
   int span = degree;
   while (knots[span + 1] == knots[span]) ++span;  // the first non-empty one

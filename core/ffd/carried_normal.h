@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How a normal travels through the deformation, in double.
+// How the deformation maps a normal, in double.
 //
 //   n' = cof(J) n / |…|       kappa = ||cof J||_F |n| / |cof(J) n|, the condition of n'
 //
-// kappa is infinite where J has rank 1 or 0 to 12 digits. A normal with kappa above
-// kMaxNormalCondition is replaced by that of the patch's centroid, and where that one is no better
-// by the rest normal; so normals are always unit and finite.
+// kappa is infinite where J has rank 1 or 0 to 12 digits. A normal with kappa above kMaxNormalCondition is replaced by
+// the one at the patch's centroid, or by the rest normal if kappa is too large there as well. Normals are therefore
+// always unit and finite.
 //
 // Layout   Jacobians are three columns d(deformed)/d(x, y, z)
 // Errors   none
@@ -24,12 +24,12 @@
 namespace latticed {
 
 inline constexpr double kMaxNormalCondition = 1e4;
-// A cofactor below this part of |J|^2 is rounding: J maps space to a line, and kappa means nothing.
+// A cofactor below this fraction of |J|^2 is a rounding error: J then maps space to a line, and kappa means nothing.
 inline constexpr double kRankTolerance = 1e-12;
 
 // Unit vector along v, or zero where v has no direction.
 LATTICED_HD inline Vec3d Unit(Vec3d v) {
-  // Scaled first: the squares of a tiny patch's normal would underflow.
+  // Scales v first, because the squares of a tiny patch's normal would underflow.
   const double x = std::abs(v.x), y = std::abs(v.y), z = std::abs(v.z);
   const double xy = x < y ? y : x, largest = xy < z ? z : xy;
   if (!(largest > 0) || !std::isfinite(largest)) return {};
@@ -37,7 +37,7 @@ LATTICED_HD inline Vec3d Unit(Vec3d v) {
   return scaled / Norm(scaled);
 }
 
-// cof(J) n: how a surface normal travels.
+// cof(J) n: the deformed normal, not normalised.
 LATTICED_HD inline Vec3d ApplyCofactor(const Vec3d* j, Vec3d n) {
   return n.x * Cross(j[1], j[2]) + n.y * Cross(j[2], j[0]) + n.z * Cross(j[0], j[1]);
 }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The largest coordinate of a control point. A lattice that is fitted with the largest padding to a
-// mesh at limits::kMaxCoordinate stays below it, and squares of coordinates stay within float32.
+// The limit of control points' coordinates. A lattice that is fitted with the largest padding to a mesh at
+// limits::kMaxCoordinate stays below it, and the squares of coordinates fit in float32.
 #ifndef LATTICED_CORE_FFD_CONTROL_POINT_RANGE_H_
 #define LATTICED_CORE_FFD_CONTROL_POINT_RANGE_H_
 
@@ -19,7 +19,7 @@ namespace latticed {
 
 inline constexpr double kMaxControlCoordinate = 1e3 * limits::kMaxCoordinate;
 
-// kInvalidArgument naming `field`: NOT_FINITE, or OUT_OF_RANGE.
+// kInvalidArgument naming `field`, reason NOT_FINITE or OUT_OF_RANGE.
 [[nodiscard]] inline absl::Status CheckControlCoordinate(double x, std::string_view field) {
   if (!std::isfinite(x)) return error::NotFinite(field);
   return error::CheckRange(field, x, -kMaxControlCoordinate, kMaxControlCoordinate);

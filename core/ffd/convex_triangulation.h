@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The triangulation of a small convex polygon whose worst triangle is as good as possible.
+// Triangulates a small convex polygon so that its worst triangle is as good as possible.
 //
 //   quality of a triangle = |cross product of two sides| / (longest side)^2, 0 for no area
 //
-// Cutting leaves several vertices on one straight side, where a fan or an ear would make triangles
-// without area; here that happens only where every triangulation has one. Klincsek's dynamic
-// programme, O(n^3) for n <= 9 corners, which is cheap since most polygons have three or four.
+// Cutting leaves several vertices on one straight side, where a fan or ear clipping would make triangles without area.
+// This method makes such a triangle only where every triangulation has one. It is Klincsek's dynamic programme, O(n^3)
+// for n corners; most polygons have three or four, and none that cutting makes has many more than 9.
 //
 // Threads  pure function
 #ifndef LATTICED_CORE_FFD_CONVEX_TRIANGULATION_H_
@@ -30,15 +30,15 @@ inline double TriangleQuality(Vec3d a, Vec3d b, Vec3d c) {
   return longest > 0 ? std::sqrt(Dot(normal, normal)) / longest : 0.0;
 }
 
-// Calls emit(a, b, c) for each of the points.size() - 2 triangles, a < b < c. 3 <= size <= 16: a
-// triangle cut by three slabs has at most 9 corners, and rounding may leave a few collinear ones
-// more.
+// Calls emit(a, b, c) for each of the points.size() - 2 triangles, a < b < c. There are 3 points or more.
+// A triangle cut by three slabs has at most 9 corners, and rounding may add a few collinear ones. Above 16, a fan is
+// made.
 template <typename Emit>
 void TriangulateConvex(std::span<const Vec3d> points, Emit&& emit) {
   const size_t n = points.size();
   if (n == 3) return emit(size_t{0}, size_t{1}, size_t{2});
   constexpr size_t kMost = 16;
-  if (n > kMost) {  // unreachable by cutting; a fan keeps the topology all the same
+  if (n > kMost) {  // cutting never makes so many; a fan keeps the topology
     for (size_t k = 1; k + 1 < n; ++k) emit(size_t{0}, k, k + 1);
     return;
   }

@@ -110,7 +110,7 @@ class Planner {
     return true;
   }
 
-  // The box whose closed cell holds a point, the lower one in a knot plane.
+  // The box whose closed cell holds a point; in a knot plane, the lower one.
   uint32_t LowerBox(Vec3d parameter) const {
     std::array<uint32_t, 3> cell;
     for (int a = 0; a < 3; ++a) {
@@ -122,8 +122,8 @@ class Planner {
     return cell[0] + box_count_[0] * (cell[1] + box_count_[1] * cell[2]);
   }
 
-  // A piece lies in one slab per axis, so its largest coordinates name its box; in a plane, the
-  // lower.
+  // A piece lies in one slab per axis, so its largest coordinates are in its box. In a knot plane it belongs to the
+  // lower box.
   absl::Status AssignPieces() {
     piece_box_.reserve(split_.pieces.size());
     for (const SplitPiece& piece : split_.pieces) {
@@ -146,7 +146,7 @@ class Planner {
 
   absl::Status SortPatches() {
     const size_t count = split_.pieces.size();
-    // Box and Morton code, then the piece: sorted together, no comparison looks elsewhere.
+    // Sorts pairs of (box and Morton code, piece), so that a comparison reads no other memory.
     std::vector<std::pair<uint64_t, uint32_t>> order(count);
     for (size_t p = 0; p < count; ++p) {
       LATTICED_RETURN_IF_ERROR(poll_.Step());
@@ -253,7 +253,7 @@ class Planner {
     return false;
   }
 
-  // The control points with a non-zero basis value on the segment a–b of `box`.
+  // Returns the seam that has the control points with a non-zero basis value on the segment a–b of `box`.
   uint32_t FindSeam(uint32_t box, Vec3d a, Vec3d b) {
     Seam seam{.box = box};
     for (int axis = 0; axis < 3; ++axis) {
@@ -278,7 +278,7 @@ class Planner {
     for (size_t p = 0; p < plan_->patches.size(); ++p) {
       LATTICED_RETURN_IF_ERROR(poll_.Step());
       const Patch& patch = plan_->patches[p];
-      if (patch.box == plan_->outside_box()) continue;  // takes every point from its own box
+      if (patch.box == plan_->outside_box()) continue;  // outside patches own all their points
       for (size_t i = 0; i < 3; ++i) {
         for (const uint32_t owner :
              {plan_->vertices[patch.vertex[i]].box, plan_->edges[patch.edge[i]].box}) {

@@ -1,22 +1,21 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The plan: everything about (mesh, lattice structure) that control points cannot change. Made once
-// on the host in double, shared by all backends, views and revisions.
+// The plan: everything about a mesh and a lattice structure that does not depend on control points. It is made once, on
+// the host, in double. All backends, views and revisions share it.
 //
-//   boxes     the non-empty cells of the knot grid, u fastest, then one pseudo box for what lies
-//             outside the frame, under the identity map
-//   vertices  corners of patches, one per position: all patches around a vertex name the same one
+//   boxes     the non-empty cells of the knot grid, u fastest, then the outside box: it stands for all that lies
+//             outside the frame, and has the identity map
+//   vertices  corners of patches; all patches around a vertex name the same one
 //   edges     edges of patches, end points in canonical order (lexicographic by world position)
-//   patches   sub-triangles, sorted by box, then along a Morton curve; source winding kept, rotated
-//             so that the edge from corner 0 to corner 1 is the longest in the world
+//   patches   sub-triangles, sorted by box, then along a Morton curve. They keep the winding of the source, and are
+//             rotated so that the edge from corner 0 to corner 1 is the longest in the world
 //   chunks    runs of limits::kPatchesPerChunk patches; the last may be shorter
 //
-// Ownership makes the surface watertight. A vertex or edge belongs to the box that contains it; in a
-// knot plane, to the *lower* box. It is evaluated there, whichever patch asks. A vertex or edge that
-// patches inside and outside the frame share is on a seam. A seam is attached while no control point
-// with a non-zero basis value on it has moved from its identity position (compared bit by bit): both
-// sides then take the outside's point.
+// Ownership makes the surface watertight. The box that contains a vertex or edge owns it; in a knot plane that is the
+// *lower* box. The vertex or edge is evaluated there, whichever patch asks. A vertex or edge that patches inside and
+// outside the frame share is on a seam. A seam is attached while no control point with a non-zero basis value on it has
+// moved from its identity position (compared without tolerance): both sides then take the outside's point.
 //
 // Threads  immutable after MakePlan
 #ifndef LATTICED_CORE_FFD_DEFORM_PLAN_H_
@@ -41,22 +40,22 @@ namespace latticed {
 inline constexpr uint32_t kNoIndex = std::numeric_limits<uint32_t>::max();
 
 struct KnotBox {
-  // Knot spans: the box is [knots[span], knots[span + 1]] per axis. Unused outside.
+  // Knot spans: the box is [knots[span], knots[span + 1]] per axis. The outside box does not use them.
   std::array<int, 3> span{};
-  // Parameter bounds; world bounds of the outside pieces for the outside box.
+  // Bounds in parameter space; in the outside box, the world bounds of the outside pieces.
   Vec3d lower, upper;
 };
 
-// Control points with a non-zero basis value on a seam: a product of index ranges [first, last].
+// The control points with a non-zero basis value on a seam, as an index range [first, last] per axis.
 struct Seam {
   uint32_t box = 0;
   std::array<int, 3> first{}, last{};
 };
 
 struct PlanVertex {
-  Vec3d world;       // rest position
-  Vec3d parameter;   // exactly the knot where the vertex is on a knot plane
-  uint32_t box = 0;  // owner: lower box; the outside box if the vertex is outside the domain
+  Vec3d world;               // rest position
+  Vec3d parameter;           // exactly the knot where the vertex is on a knot plane
+  uint32_t box = 0;          // owner: the lower box; the outside box if only outside patches use it
   uint32_t seam = kNoIndex;  // index into seams when both inside and outside patches use it
 };
 
@@ -73,7 +72,7 @@ struct Patch {
   std::array<bool, 3> edge_reversed{};  // canonical order runs from corner (e + 1) % 3 to corner e
 };
 
-// Where a patch comes from: enough to interpolate any corner attribute of the source.
+// The source triangle of a patch, and what is needed to interpolate any attribute of its corners.
 struct PatchSource {
   uint32_t face = 0;
   std::array<uint32_t, 3> corners{};  // of the source triangle, indices into mesh corners
@@ -93,29 +92,29 @@ struct DeformPlan {
   std::vector<Vec3d> identity_points;  // IdentityControlPoints(structure)
   Bounds mesh_bounds;
   Bounds outside_bounds;  // world bounds of the outside pieces; empty if none
-  // Device arithmetic is relative to this point, a centre of the lattice.
+  // Backends compute relative to this point, the centre of the mesh's bounds.
   Vec3d local_origin;
   uint64_t outside_patches = 0;
   uint64_t seam_patches = 0;  // patches with an edge or corner on a seam
 
   uint32_t outside_box() const { return static_cast<uint32_t>(boxes.size()) - 1; }
   size_t chunk_count() const;
-  // [first, last) patches of a chunk.
+  // The patches [first, last) of a chunk.
   std::array<size_t, 2> ChunkPatches(size_t chunk) const;
   // Patches in `box` are box_patches[box] .. box_patches[box + 1] - 1.
   std::vector<uint32_t> box_patches;
-  // Patches of other boxes that have a vertex or edge owned by `box`, sorted, by box.
+  // By owner: the patches of other knot boxes that have a vertex or edge owned by this box, ascending.
   std::vector<std::vector<uint32_t>> box_borrowers;
   size_t MemoryBytes() const;
 };
 
-// kInvalidArgument for an invalid structure; kResourceExhausted past limits::kMaxPatches; what
-// `stop` says, which is asked every few thousand faces or patches.
+// Errors: kInvalidArgument for an invalid structure, or where no face has three different positions;
+// kResourceExhausted past limits::kMaxPatches; what `stop` returns. It is called every few thousand faces or patches.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(
     std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
     StopCheck stop = NeverStop);
 
-// Whether one seam is attached, and whether each is.
+// Whether `seam` is attached; AttachedSeams answers for every seam of the plan.
 [[nodiscard]] bool IsAttached(const DeformPlan& plan, const Seam& seam,
                               std::span<const Vec3d> control_points);
 [[nodiscard]] std::vector<bool> AttachedSeams(const DeformPlan& plan,

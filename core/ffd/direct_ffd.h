@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The definition of the deformation, in double: what every backend and pipeline is measured
-// against, and what answers single points.
+// The definition of the deformation, in double. Every backend and pipeline is measured against it, and requests for
+// single points are answered by it.
 //
 //   inside the domain   x -> R(u(x)),  J = dR/du * du/dx         formula (1)
 //   outside             x -> x,        J = I
@@ -10,15 +10,13 @@
 //   smooth normal       cof(J) N / |…|,  N the interpolated vertex normal of the source triangle
 //   kappa               of carried_normal.h, which also says when a normal is replaced
 //
-// e1 x e2 is the normal of the source triangle: that of a sliver drowns in its corners' rounding.
+// e1 and e2 are edges of the source triangle, because the normal of a sliver patch is lost in its corners' rounding.
 //
-// Points of an attached seam need no rule here: R is the identity on it to the last bits of a
-// double.
+// Points of an attached seam need no rule here: R differs from the identity there only in the last bits of a double.
 //
 // Units    world units; Jacobians are columns d(deformed)/d(x, y, z)
 // Errors   none: plans and control points are validated where they are made
-// Threads  pure; a DirectFfd may be shared, it refers to the plan and the control points it was
-// given
+// Threads  pure; a DirectFfd may be shared. It keeps references to the plan and the control points
 #ifndef LATTICED_CORE_FFD_DIRECT_FFD_H_
 #define LATTICED_CORE_FFD_DIRECT_FFD_H_
 
@@ -34,18 +32,17 @@
 
 namespace latticed {
 
-// On the knot box with the given spans; `parameter` may leave it, the box's polynomial goes on.
+// Evaluates the polynomial of the knot box with the given spans; `parameter` may lie outside the box.
 [[nodiscard]] VolumePoint EvaluateVolume(const LatticeStructure& structure,
                                          std::span<const Vec3d> control_points,
                                          const std::array<int, 3>& span, Vec3d parameter);
 
-// The place of a point of the rest world in the volume.
+// Where a point of the rest world lies in the volume.
 struct VolumePlace {
   Vec3d parameter;
   std::array<int, 3> span{};  // of the lower box on a knot plane
 };
-// nullopt outside the domain. A point within kPlaneSnap of a face of the domain is on it, as a
-// vertex of the mesh would be.
+// nullopt outside the domain. A point within kPlaneSnap of a face of the domain is on it, like a vertex of the mesh.
 [[nodiscard]] std::optional<VolumePlace> FindVolumePlace(const LatticeStructure& structure,
                                                          Vec3d world);
 
@@ -55,7 +52,7 @@ struct DeformedPoint {
   bool inside = false;  // of the lattice's domain, faces included
 };
 
-// Any point of the world: the lower box of a knot plane decides its Jacobian.
+// Deforms any point of the world. On a knot plane, the Jacobian is that of the lower box.
 [[nodiscard]] DeformedPoint EvaluateWorld(const LatticeStructure& structure,
                                           std::span<const Vec3d> control_points, Vec3d world);
 
@@ -78,17 +75,16 @@ class DirectFfd {
 
   DirectFfd(const DeformPlan& plan, std::span<const Vec3d> control_points);
 
-  // Point of a patch at barycentrics that sum to 1.
+  // The point of a patch at barycentrics that sum to 1.
   [[nodiscard]] SurfacePoint Evaluate(size_t patch, std::array<double, 3> barycentrics,
                                       Normal normal) const;
   [[nodiscard]] DeformedPoint EvaluatePosition(size_t patch,
                                                std::array<double, 3> barycentrics) const;
-  // Unit normal of the undeformed patch's source triangle; of the patch where that has no area, and
-  // +z where neither has.
+  // Unit normal of the patch's source triangle at rest; of the patch, if the source has no area; +z if neither has.
   [[nodiscard]] Vec3d RestFacetNormal(size_t patch) const;
   // The interpolated vertex normal, not normalised.
   [[nodiscard]] Vec3d RestSmoothNormal(size_t patch, std::array<double, 3> barycentrics) const;
-  // The normal that points of ill condition get: the centroid's, else the rest normal there.
+  // The replacement for an ill-conditioned normal: the centroid's, or the rest normal there if that is no better.
   [[nodiscard]] Vec3d SubstituteNormal(size_t patch, Normal normal) const;
 
  private:

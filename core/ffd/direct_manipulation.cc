@@ -56,7 +56,7 @@ ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> p
   }
   std::ranges::sort(moves.indices);
   moves.indices.erase(std::unique(moves.indices.begin(), moves.indices.end()), moves.indices.end());
-  for (SparseRow& row : rows) {  // columns of the control points that take part alone
+  for (SparseRow& row : rows) {  // renumbers columns: others take no part
     for (uint32_t& column : row.columns) {
       column = static_cast<uint32_t>(std::ranges::lower_bound(moves.indices, column) -
                                      moves.indices.begin());

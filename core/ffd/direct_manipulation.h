@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Direct manipulation: the control-point move that takes points of the volume to their targets.
+// Direct manipulation: the smallest move of control points that takes points of the volume to their targets.
 // Hu, Zhang, Tai & Sun, Direct manipulation of FFD, The Visual Computer 17 (2001)
 //
 //   N dC = dS      N: k x control points, the basis values at the k points; dS = targets - R
 //   dC = N^+ dS    one point: dC = N' dS / sum N^2; else minimum_norm.h
 //
-// A point outside the domain has an empty row: nothing moves it, and its distance is residual.
+// A point outside the domain has an empty row: no control point moves it, and its distance is left as residual.
 //
 // Units    world units
 // Errors   none: callers check what clients send
@@ -25,7 +25,7 @@
 namespace latticed {
 
 struct ControlPointMoves {
-  std::vector<uint32_t> indices;  // with a basis value other than 0 at a point; ascending
+  std::vector<uint32_t> indices;  // control points with a non-zero basis value; ascending
   std::vector<Vec3d> offsets;
   double residual = 0;  // largest distance that is left between a point and its target
 };

@@ -35,7 +35,7 @@ void DirtySet::MarkControlPoints(std::span<const uint32_t> indices) {
   const uint32_t row = boxes_below_[0].back(), layer = row * boxes_below_[1].back();
   for (size_t begin = 0, end = 0; begin < indices.size(); begin = end) {
     const int first = static_cast<int>(indices[begin]), line = first / size[0];
-    // Neighbours along u together, as in an edit of all.
+    // Takes neighbours along u together; an edit of all points then takes one step per row.
     int last = first;
     for (end = begin + 1; end < indices.size(); ++end, ++last) {
       if (static_cast<int>(indices[end]) != last + 1 || (last + 1) / size[0] != line) break;

@@ -1,14 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The chunks that edits touched since the last update.
+// The chunks that edits have touched since the last update.
 //
-// Control point (i,j,k) influences the boxes whose spans are in i … i+nu, j … j+nv, k … k+nw. Dirty
-// are the chunks of patches in those boxes, and of patches elsewhere with a vertex or edge owned by
-// one of them: re-evaluating the owner can change the last bits of points that the edit cannot
-// move.
+// Control point (i,j,k) influences the boxes whose spans are in i … i+nu, j … j+nv, k … k+nw. Its move makes the chunks
+// of all patches in those boxes dirty. It does so also with the chunks of patches elsewhere that have a vertex or edge
+// owned by one of those boxes: re-evaluating the owner can change the last bits of points that the edit cannot move.
 //
-// Threads  plain data: one owner at a time
+// Threads  plain data; one thread at a time
 #ifndef LATTICED_CORE_FFD_DIRTY_SET_H_
 #define LATTICED_CORE_FFD_DIRTY_SET_H_
 
@@ -28,7 +27,7 @@ class DirtySet {
   // Nothing is dirty at first.
   explicit DirtySet(std::shared_ptr<const DeformPlan> plan);
 
-  // Indices of control points that changed; they must be in range.
+  // Marks what the control points with these indices influence. The indices must be in range.
   void MarkControlPoints(std::span<const uint32_t> indices);
   void MarkAll();
   void Clear();
@@ -36,7 +35,7 @@ class DirtySet {
   bool empty() const { return chunk_count_ == 0; }
   // Dirty chunks, ascending.
   [[nodiscard]] std::vector<uint32_t> Chunks() const;
-  // Boxes touched since Clear, and patches in them or borrowing from them: for EditResult.
+  // For EditResult: boxes touched since Clear, and patches in them or with a vertex or edge that they own.
   uint64_t boxes() const { return box_count_; }
   uint64_t patches() const { return patch_count_; }
 
@@ -53,11 +52,11 @@ class DirtySet {
   void MarkChunk(uint32_t chunk);
 
   std::shared_ptr<const DeformPlan> plan_;
-  // By axis: how many boxes along it have a lower span than this one.
+  // By axis and span: the number of boxes along the axis with a lower span.
   std::array<std::vector<uint32_t>, 3> boxes_below_;
   std::vector<bool> chunk_dirty_;
-  std::vector<uint8_t> box_dirty_;    // bytes: asked again and again
-  std::vector<uint8_t> patch_dirty_;  // bytes: a run of them is counted and set at once
+  std::vector<uint8_t> box_dirty_;    // bytes, because it is read often
+  std::vector<uint8_t> patch_dirty_;  // bytes, so that a run is counted and set at once
   uint64_t box_count_ = 0, patch_count_ = 0, chunk_count_ = 0;
 };
 

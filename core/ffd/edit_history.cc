@@ -30,7 +30,7 @@ absl::Status CheckEditor(const EditBatch& batch) {
 }
 
 bool InGesture(const EditBatch& batch) { return !batch.gesture_id.empty(); }
-// A phase says nothing about a batch that is in no gesture.
+// The phase of a batch without a gesture is ignored.
 bool Cancels(const EditBatch& batch) {
   return InGesture(batch) && batch.gesture_phase == GesturePhase::kCancel;
 }
@@ -60,7 +60,7 @@ absl::Status Conflict(std::string_view what, std::string_view editor_id) {
       {.reason = "UNDO_CONFLICT", .metadata = {{"editor_id", std::string(editor_id)}}});
 }
 
-// The insert_knot, undo or redo that stands alone in a batch, as it must.
+// Returns the insert_knot, undo or redo of a batch; it must be the only edit and outside of gestures. Else null.
 template <typename T>
 const T* Lone(const EditBatch& batch) {
   if (batch.edits.size() != 1 || !batch.gesture_id.empty()) return nullptr;
@@ -136,7 +136,7 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
     status = Insert(EditStep{.editor_id = batch.editor_id}, *insert, "edits[0].insert_knot", admit);
     if (status.ok()) ForgetUndone(batch.editor_id);
   } else if (Cancels(batch)) {
-    // A client may cancel a gesture whose first update it never sent: nothing to take back.
+    // A client may cancel a gesture whose first update it never sent. Nothing is taken back then.
     if (const size_t gesture = FindGesture(batch); gesture != kNoStep) layers_.Remove(gesture);
   } else {
     status = Write(batch, now, summary);
@@ -177,7 +177,7 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, EditSumma
     const std::string field = fmt::format("edits[{}]", n);
     LATTICED_RETURN_IF_ERROR(ApplyEdit(batch.edits[n], initial_, field, target));
   }
-  if (batch.edits.empty()) {  // a bare commit: what was undone may still be redone
+  if (batch.edits.empty()) {  // a commit alone: undone steps may still be redone
     if (gesture != kNoStep) layers_.Close(gesture, false);
     return absl::OkStatus();
   }
@@ -216,15 +216,15 @@ void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
   }
 }
 
-// Also redoes an insertion. The lattice below may have changed since then, so the knot is inserted
-// into the present one.
+// Inserts a knot as a new step; also redoes an insertion. The lattice may have changed since that was undone, so the
+// knot is inserted into the present one.
 absl::Status EditHistory::Insert(EditStep step, const InsertKnot& edit, std::string_view field,
                                  const AdmitStructure& admit) {
   LATTICED_ASSIGN_OR_RETURN(auto refined,
                             WithKnotInserted(lattice(), edit.axis, edit.value, field));
   LATTICED_RETURN_IF_ERROR(admit(refined.structure));
   CommitGestures("", "");
-  // Undone steps above this one may be redone only if their indices mean the same as before.
+  // Undone steps above this one name its id. They may be redone only if their indices mean the same as before.
   const bool same = step.structural.has_value() && step.structural->structure == refined.structure;
   if (!same) step.id = ++clock_;
   step.written_at = ++clock_;

@@ -1,28 +1,26 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The edited lattice of a scene: batches in, lattice and undo history out.
+// The edited lattice of a scene. It applies batches and keeps the undo history.
 //
-// Gestures  batches of one editor with one gesture_id are one undo step. Each update starts from
-//           the positions that its points had when the gesture first touched them, and what the
-//           previous update did elsewhere is taken back; other editors' changes to other points
-//           stay. The point that two editors hold belongs to who wrote last. An editor has one
-//           gesture open: a batch without gesture_id or with another commits it, so does a change
-//           of structure or 60 s of silence; an update after such a silence goes on with the same
-//           step if it can.
-// Undo      a step is a layer over those before it, and undo takes one layer out (edit_layers.h):
-//           what others did meanwhile to other points stays. It is kAborted UNDO_CONFLICT, naming
-//           the editor, if another editor has since written one of its points or changed the
-//           structure. Redo puts back what the caller last undid; a new edit of the caller clears it.
-// Replay    the last sequence of each of the last 1,024 editors is kept with its result: the same
-//           sequence again returns that, a refusal included, and changes nothing; a lower one is
-//           kAborted OUT_OF_ORDER. A batch with no usable editor_id or sequence is not kept: there
-//           is no key to keep it under, and 0 is a sequence that was not set.
+// Gestures  The batches of one editor with one gesture_id are one undo step. Each update starts from the positions that
+//           its points had when the gesture first touched them. The previous update's changes to other points are taken
+//           back; changes by other editors to other points stay. Where two editors move the same point, the last write
+//           counts. An editor has at most one open gesture. A batch without gesture_id or with another one commits it;
+//           so does a change of structure, and 60 s of silence. After a silence, an update continues the same step if
+//           it can.
+// Undo      A step is a layer over earlier steps, and undo takes one layer out (edit_layers.h): what others did since
+//           then to other points stays. Undo is kAborted UNDO_CONFLICT, naming the editor, if another editor has since
+//           written one of the step's points or changed the structure. Redo puts back what the caller last undid; a new
+//           edit of the caller discards it.
+// Replay    The last sequence of each of the last 1,024 editors is kept with its result. The same sequence again
+//           returns this result, also if it is an error, and changes nothing. A lower one is kAborted OUT_OF_ORDER.
+//           A batch without a usable editor_id or sequence is not kept: it has no key, and sequence 0 means "not set".
 //
-// Errors   kInvalidArgument naming the field; kAborted OUT_OF_ORDER, STRUCTURE_CHANGED,
-//          REVISION_CHANGED, UNDO_CONFLICT; kFailedPrecondition NOTHING_TO_UNDO, NOTHING_TO_REDO. A
-//          refused batch changes nothing but what is kept for replay.
-// Threads  one at a time: the caller locks
+// Errors    kInvalidArgument naming the field; kAborted OUT_OF_ORDER, STRUCTURE_CHANGED, REVISION_CHANGED,
+//           UNDO_CONFLICT; kFailedPrecondition NOTHING_TO_UNDO, NOTHING_TO_REDO. A refused batch changes nothing but
+//           what is kept for replay.
+// Threads   one thread at a time: the caller locks
 #ifndef LATTICED_CORE_FFD_EDIT_HISTORY_H_
 #define LATTICED_CORE_FFD_EDIT_HISTORY_H_
 
@@ -43,35 +41,35 @@ namespace latticed {
 
 struct EditOutcome {
   EditSummary summary;
-  // Control points whose bits changed, sorted; empty when the structure changed (all did) or
-  // repeated.
+  // Control points whose bits changed, ascending. Empty for a repeated batch, and for a change of structure, which
+  // changes all of them.
   std::vector<uint32_t> changed;
   bool structure_changed = false;
-  bool repeated = false;  // nothing was done: this is the stored result of the same sequence
+  bool repeated = false;  // the stored result of the same sequence; nothing was done
 };
 
 class EditHistory {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
-  // Asked before a batch that changes the structure takes effect; an error refuses the batch. This
-  // is where a scene makes its plan and asks for memory.
+  // Called before a batch that changes the structure takes effect; an error refuses the batch. A scene makes its plan
+  // and asks for memory here.
   using AdmitStructure = std::function<absl::Status(const LatticeStructure&)>;
-  // The answer that puts the batch off. Apply then returns it, changes nothing and keeps no result
-  // for replay; the caller applies the batch again later.
+  // The status by which AdmitStructure puts a batch off. Apply then returns it, changes nothing and keeps no result for
+  // replay; the caller applies the batch again later.
   [[nodiscard]] static absl::Status PutOff();
   [[nodiscard]] static bool IsPutOff(const absl::Status& status);
 
-  // `initial` must be valid. Revision 0, structure_id 1.
+  // `initial` must be valid. The history begins at revision 0 and structure_id 1.
   explicit EditHistory(Lattice initial);
 
-  // Atomic. On success the revision is one higher, even where no control point changed.
+  // Applies the whole batch or nothing. On success the revision rises by one, even if no control point changed.
   [[nodiscard]] absl::StatusOr<EditOutcome> Apply(const EditBatch& batch, TimePoint now,
                                                   const AdmitStructure& admit);
-  // Completes the kept result of the editor's last batch with what only the scene can count.
+  // Adds to the kept result of the editor's last batch what only the scene can count.
   void SetTouched(std::string_view editor_id, uint64_t boxes, uint64_t patches);
 
-  // Commits gestures silent for limits::kGestureTimeoutSeconds. Apply does so itself; call this
-  // from a timer where gesture_open() matters. No revision is made.
+  // Commits gestures that have been silent for limits::kGestureTimeoutSeconds. Apply does so itself; call this from a
+  // timer where gesture_open() matters. It makes no revision.
   void CommitIdleGestures(TimePoint now);
   bool gesture_open() const;
 
@@ -84,8 +82,8 @@ class EditHistory {
   size_t undo_steps() const { return layers_.steps().size(); }
   // The bytes of all steps, undone ones included, and of the results kept for replay.
   size_t MemoryBytes() const { return UndoBytes() + ledger_.MemoryBytes(); }
-  // Frees memory: forgets the step that was undone longest ago, else the oldest step, which then
-  // cannot be undone. Returns false where only the newest step is left.
+  // Frees memory: forgets the step that was undone longest ago, or else the oldest step, which can then no longer be
+  // undone. Returns false where only the newest step is left.
   bool ForgetOldestStep();
   // Forgets the result kept for the editor that was silent longest. Returns false where only one
   // editor is left.

@@ -30,7 +30,7 @@ bool EditStep::Overlaps(const EditStep& other) const {
 }
 
 size_t EditStep::MemoryBytes() const {
-  // A node of a std::map costs about as much again as its value.
+  // A std::map node takes 32 bytes of value, 32 of links and 16 of the allocator.
   constexpr size_t kMapNodeBytes = 80;
   size_t bytes = sizeof(EditStep) + editor_id.size() + gesture_id.size() +
                  indices.capacity() * sizeof(uint32_t) + positions.capacity() * sizeof(Vec3d) +
@@ -41,7 +41,7 @@ size_t EditStep::MemoryBytes() const {
   return bytes;
 }
 
-// A copy may have less capacity, and bytes_ is of what was measured.
+// Steps must move when steps_ grows. A copy may have less capacity, and bytes_ counts what was measured.
 static_assert(std::is_nothrow_move_constructible_v<EditStep>);
 
 EditLayers::EditLayers(Lattice base) : base_(std::move(base)), lattice_(base_) {}
@@ -123,7 +123,7 @@ void EditLayers::RestorePoints(const std::vector<uint32_t>& indices) {
     }
     for (size_t m = 0; m < step.indices.size(); ++m) take(step.indices[m], step.positions[m]);
   }
-  if (left == 0) return;  // below a structural step the base numbers its points otherwise
+  if (left == 0) return;  // always so above a structural step; the base has other indices
   for (const uint32_t index : indices) take(index, base_.control_points[index]);
 }
 

@@ -9,8 +9,8 @@
 //   step 2 (editor A)   p  .  p  .     and does not change point 2, which step 3 holds.
 //   base                p  p  p  p
 //
-// A step that changes the structure holds every point, and indices above it are of its structure,
-// so nothing below it can be taken out before it.
+// A step that changes the structure holds every point. The indices of steps above it refer to its structure, so nothing
+// below it can be taken out before it.
 //
 // Errors   none: callers check first
 // Threads  plain data
@@ -30,25 +30,25 @@
 namespace latticed {
 
 struct EditStep {
-  // A change of knots: the structure from here up, and the edit that made it, for redo.
+  // A knot insertion: the structure that it made, and the edit, which a redo repeats.
   struct Structural {
     LatticeStructure structure;
     InsertKnot edit;
   };
 
   uint64_t id = 0;
-  // The id of the structural step that gave these indices their meaning; 0 = the initial structure.
+  // The id of the structural step to whose structure these indices refer; 0 = the initial structure.
   uint64_t structure_step = 0;
   uint64_t written_at = 0;
   std::string editor_id;
   std::string gesture_id;
-  bool open = false;       // its gesture goes on
+  bool open = false;       // its gesture has not ended
   bool timed_out = false;  // committed by silence: an update may open it again
   std::chrono::steady_clock::time_point last_heard;
-  // Sorted, and the positions that they were given; all of them in order for a structural step.
+  // Control points, ascending, and their positions. A structural step has no indices, but the positions of all points.
   std::vector<uint32_t> indices;
   std::vector<Vec3d> positions;
-  // Where the gesture found the points that it ever touched.
+  // The positions before the gesture of all points that it has ever touched.
   std::map<uint32_t, Vec3d> start;
   std::optional<Structural> structural;
 

@@ -9,7 +9,7 @@
 namespace latticed {
 
 size_t EditorLedger::BytesOf(const Entry& entry) {
-  // The nodes of list and map, and what holds a refusal together.
+  // The nodes of list and map, and the allocations of an error status.
   constexpr size_t kNodes = 96, kRefusal = 96;
   size_t bytes = sizeof(Entry) + kNodes + entry.editor_id.capacity();
   if (entry.summary.status.ok()) return bytes;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The last sequence and its result of each of the editors that a scene remembers, so that a batch
-// sent twice is done once.
+// Keeps the last sequence, with its result, of each editor that a scene remembers, so that a batch that is sent twice
+// is applied once.
 //
 // Errors   none
 // Threads  plain data
@@ -21,7 +21,7 @@
 
 namespace latticed {
 
-// The result of a batch, as its editor gets it.
+// The result of a batch, as its editor receives it.
 struct EditSummary {
   uint64_t sequence = 0;
   absl::Status status;
@@ -30,8 +30,8 @@ struct EditSummary {
   uint64_t boxes_touched = 0;
   uint64_t patches_touched = 0;
   double largest_move = 0;   // of a control point, world units; 0 where the structure changed
-  double drag_residual = 0;  // EditTarget's
-  // Set by the scene. Empty where the batch came before and the stored result is returned.
+  double drag_residual = 0;  // of EditTarget
+  // Set by the scene. Empty in the stored result, which a repeated batch gets.
   std::optional<std::chrono::steady_clock::time_point> commit_time;
 };
 
@@ -39,7 +39,7 @@ class EditorLedger {
  public:
   explicit EditorLedger(size_t capacity) : capacity_(capacity) {}
 
-  // nullptr for an editor that is not remembered; valid until the next Store.
+  // nullptr for an editor that is not remembered. The pointer is valid until the next Store or ForgetOldest.
   EditSummary* Find(std::string_view editor_id) const;
   // Keeps `summary`, and forgets the editor that has been silent longest when there are too many.
   void Store(std::string_view editor_id, EditSummary summary);
@@ -58,7 +58,7 @@ class EditorLedger {
 
   size_t capacity_;
   size_t bytes_ = 0;
-  std::list<Entry> entries_;  // last heard of first
+  std::list<Entry> entries_;  // most recent first
   // Keys point into entries_, whose nodes do not move.
   std::unordered_map<std::string_view, std::list<Entry>::iterator> by_editor_;
 };

@@ -9,9 +9,8 @@
 //     Q_i = P_{i-1}                        i > k
 //   with a_i = (t - knots[i]) / (knots[i+p] - knots[i])
 //
-// The volume keeps its shape to 1e-12 of its diagonal; a point whose sources are at rest (bit for
-// bit at the identity position) is put at its own identity position, so that seams at rest stay
-// attached.
+// The volume keeps its shape to 1e-12 of its diagonal. A new point whose sources are all at rest (bit for bit at their
+// identity positions) is put at its own identity position, so that seams at rest stay attached.
 //
 // Threads  pure
 #ifndef LATTICED_CORE_FFD_KNOT_INSERTION_H_
@@ -24,14 +23,13 @@
 
 namespace latticed {
 
-// kInvalidArgument naming `field`.axis (0…2) or `field`.value: not finite, not strictly inside the
-// domain, there already as often as the degree allows; or naming `field` where more than
+// Errors: kInvalidArgument naming `field`.axis if it is not in 0…2; naming `field`.value if it is not finite, not
+// strictly inside the domain, or there already as often as the degree allows; naming `field` if more than
 // limits::kMaxControlPoints would result.
 [[nodiscard]] absl::StatusOr<Lattice> WithKnotInserted(const Lattice& lattice, int axis,
                                                        double value, std::string_view field);
 
-// The lattice with every knot of `structure` that it lacks. `structure` must come from the
-// lattice's by insertions.
+// Inserts every knot of `structure` that the lattice lacks. `structure` must result from the lattice's by insertions.
 [[nodiscard]] absl::StatusOr<Lattice> WithKnotsOf(const Lattice& lattice,
                                                   const LatticeStructure& structure);
 

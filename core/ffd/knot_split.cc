@@ -27,7 +27,7 @@ using Polygon = std::vector<PolygonVertex>;
 
 using PositionKey = std::array<uint64_t, 3>;
 
-// Equal for equal positions; + 0.0 makes one zero of the two.
+// Equal positions have equal keys: + 0.0 turns -0 into +0.
 PositionKey KeyOf(Vec3d p) {
   return {std::bit_cast<uint64_t>(p.x + 0.0), std::bit_cast<uint64_t>(p.y + 0.0),
           std::bit_cast<uint64_t>(p.z + 0.0)};
@@ -118,7 +118,7 @@ class Splitter {
       vertex.barycentric[c] = 1.0;
       polygon.push_back(vertex);
     }
-    // Two corners at one position: no area, and its two sides cancel, so nothing needs it.
+    // With two corners at one position the triangle has no area, and two of its sides coincide: it is left out.
     if (polygon[0].id == polygon[1].id || polygon[1].id == polygon[2].id ||
         polygon[2].id == polygon[0].id) {
       return;
@@ -201,8 +201,8 @@ class Splitter {
   double Coordinate(const PolygonVertex& v, int axis) const {
     return result_.vertices[v.id].parameter[axis];
   }
-  // Canonical order of an edge's end points. Distinct cut points can round to one position: then by
-  // id, which both sides share as well.
+  // Canonical order of an edge's end points. Distinct cut points can round to one position; then their ids decide,
+  // which both sides share as well.
   bool IsBefore(uint32_t a, uint32_t b) const {
     return std::pair(result_.vertices[a].world, a) < std::pair(result_.vertices[b].world, b);
   }
@@ -212,7 +212,7 @@ class Splitter {
   std::array<std::vector<double>, 3> planes_;
   Vec3d snap_;
   std::vector<uint32_t> vertex_of_position_;
-  AdjacencyIndex cuts_;  // by the first end: the other end and the plane
+  AdjacencyIndex cuts_;  // vertex: the first end; key: the other end and the plane
   std::vector<Vec3d> emit_points_;
   StopPoll poll_;
   SplitMesh result_;

@@ -3,16 +3,15 @@
 //
 // Cutting a mesh at the knot planes, watertight.
 //
-// All in double, in parameter space. Each source triangle is cut at the u planes, then v, then w,
-// ascending, the six faces of the frame included. What remains of it in a cell is a convex polygon,
-// which is triangulated so that its worst triangle is as good as can be.
+// All in double, in parameter space. Each source triangle is cut at the u planes, then v, then w, ascending, the six
+// faces of the frame included. The part of it in a cell is a convex polygon. This is triangulated so that its worst
+// triangle is as good as possible.
 //
-// Why no crack can appear: a vertex exists once per position. It is snapped to planes once. A cut
-// point is keyed by its edge's two vertices and the plane, and computed once, from the end points
-// in canonical order (lexicographic by world position). So the two triangles of an edge name the
-// same vertices.
+// No crack can appear, because the two triangles of an edge name the same vertices. Mesh vertices at one position are
+// one vertex, which is snapped to planes once. A cut point is keyed by its edge's two vertices and the plane. It is
+// computed once, from the end points in canonical order (lexicographic by world position).
 //
-// Errors   kResourceExhausted past limits::kMaxPatches; what `stop` says
+// Errors   kResourceExhausted past limits::kMaxPatches; what `stop` returns
 // Threads  pure function
 #ifndef LATTICED_CORE_FFD_KNOT_SPLIT_H_
 #define LATTICED_CORE_FFD_KNOT_SPLIT_H_

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kAxis{"u", "v", "w"};
 
-// `of` begins the names of fields: "lattice" or "fit".
+// `of` is the first part of field names: "lattice" or "fit".
 absl::Status ValidateSizes(const LatticeStructure& s, std::string_view of) {
   int64_t count = 1;
   for (size_t a = 0; a < 3; ++a) {
@@ -76,7 +76,7 @@ absl::Status ValidateFrame(const LatticeFrame& frame) {
     product *= Norm(frame.edges[a]);
   }
   const double volume = std::abs(Dot(Cross(frame.edges[0], frame.edges[1]), frame.edges[2]));
-  // Below this the inverse has no correct digit left for the 2^-40 snapping of vertices.
+  // Below this ratio the inverse has no correct digit left for the 2^-40 snapping of vertices.
   constexpr double kSmallestVolumeRatio = 1e-9;
   if (!(volume > kSmallestVolumeRatio * product) || !std::isfinite(1.0 / volume)) {
     return error::InvalidField("lattice.frame", "the three edge vectors must span a volume",
@@ -146,7 +146,7 @@ absl::StatusOr<Lattice> FitLattice(const Bounds& bounds, std::array<int, 3> size
   LATTICED_RETURN_IF_ERROR(error::CheckRange("fit.padding", padding, 0, kMostPadding));
   const Vec3d extent = bounds.extent();
   const double longest = std::max({extent.x, extent.y, extent.z});
-  // A single point has no length of its own: give it a unit box.
+  // A single point has no longest edge: padding then counts in world units.
   const double margin = padding * (longest > 0 ? longest : 1.0);
   const Vec3d pad{margin, margin, margin};
   const Vec3d edge = extent + 2.0 * pad;
@@ -160,7 +160,7 @@ absl::StatusOr<Lattice> FitLattice(const Bounds& bounds, std::array<int, 3> size
   s.frame = {bounds.min - pad, {Vec3d{edge.x, 0, 0}, Vec3d{0, edge.y, 0}, Vec3d{0, 0, edge.z}}};
   LATTICED_RETURN_IF_ERROR(ValidateSizes(s, "fit"));
   for (size_t a = 0; a < 3; ++a) s.knots[a] = ClampedUniformKnots(degree[a], size[a]);
-  // Only the frame is left to be wrong: as flat as a mesh and a tiny padding make it.
+  // Only the frame can still be invalid: a flat mesh with a tiny padding makes it too flat.
   if (auto status = Validate(s); !status.ok()) {
     return error::InvalidField("fit.padding",
                                "makes a frame without volume; a larger one is needed",

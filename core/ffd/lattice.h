@@ -5,10 +5,9 @@
 //
 //   R(u,v,w) = sum_ijk P_ijk N_i(u) N_j(v) N_k(w)
 //
-//   degree 1..3 and size (control points) per axis, size > degree; size + degree + 1 knots,
-//   non-decreasing, finite, interior multiplicity <= degree; domain [knot_degree, knot_size],
-//   closed. The frame is a parallelepiped in the world, of either hand, that maps affinely to the
-//   domain.
+//   degree 1..3 and size (control points) per axis, size > degree; size + degree + 1 knots, finite, non-decreasing,
+//   interior multiplicity <= degree, others <= degree + 1; domain [knot_degree, knot_size], closed. The frame is a
+//   parallelepiped in the world, right- or left-handed, that maps affinely to the domain.
 //
 // Layout  control points in world coordinates, u fastest: index = i + size_u (j + size_v k)
 // Errors  kInvalidArgument naming the field ("lattice.knots_u", "lattice.control_points", …)
@@ -34,7 +33,7 @@ struct LatticeFrame {
   friend bool operator==(const LatticeFrame&, const LatticeFrame&) = default;
 };
 
-// All of a lattice but its control points: what a plan depends on.
+// A lattice without its control points. A plan depends on nothing else of a lattice.
 struct LatticeStructure {
   std::array<int, 3> degree{2, 2, 2};
   std::array<int, 3> size{4, 4, 4};
@@ -62,26 +61,25 @@ struct Lattice {
 [[nodiscard]] std::vector<double> ClampedUniformKnots(int degree, int size);
 
 [[nodiscard]] absl::Status Validate(const LatticeStructure& structure);
-// The structure, and the count and finiteness of the control points.
+// Checks the structure, and the number and range of the control points.
 [[nodiscard]] absl::Status Validate(const Lattice& lattice);
 
-// Control points at the Greville abscissae: R is then the frame's affine map, and the mesh is at
-// rest.
+// Control points at the Greville abscissae: R is then the affine map of the frame, and the mesh is at rest.
 [[nodiscard]] std::vector<Vec3d> IdentityControlPoints(const LatticeStructure& structure);
 
-// An axis-aligned identity lattice around `bounds`, enlarged on every side of every axis by
-// `padding` times the longest edge of the bounds, so that flat meshes have a volume. padding 0 is
-// refused for a flat mesh. kInvalidArgument names fit.size, fit.degree or fit.padding.
+// Returns an axis-aligned identity lattice around `bounds`. Every side is moved out by `padding` times the longest edge
+// of the bounds, so that flat meshes have a volume. A flat mesh with padding 0 is refused. kInvalidArgument names
+// fit.size, fit.degree or fit.padding.
 [[nodiscard]] absl::StatusOr<Lattice> FitLattice(const Bounds& bounds, std::array<int, 3> size,
                                                  std::array<int, 3> degree, double padding);
 
-// World <-> parameter space, by the frame. Construct once, use for many points.
+// Maps between world and parameter space, by the frame. Construct it once and use it for many points.
 class FrameMap {
  public:
   explicit FrameMap(const LatticeStructure& structure);
   Vec3d ToParameter(Vec3d world) const;
   Vec3d ToWorld(Vec3d parameter) const;
-  // The linear parts: for directions.
+  // The linear part of the map, for directions.
   Vec3d DirectionToParameter(Vec3d world) const;
 
  private:

@@ -85,7 +85,7 @@ struct EditBatch {
   absl::Status refusal;
 };
 
-// The edits of a batch are applied to this, one after the other.
+// The lattice to which the edits of a batch are applied, one after the other.
 struct EditTarget {
   Lattice lattice;
   std::vector<bool> written;  // per control point
@@ -94,12 +94,12 @@ struct EditTarget {
   explicit EditTarget(Lattice start);
 };
 
-// Applies one edit; `field` is its path, such as "edits[2]". kInvalidArgument; also for
-// insert_knot, undo and redo, which need a history and must be alone in their batch.
+// Applies one edit; `field` is its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot, undo and
+// redo, which need a history and must be alone in their batch.
 [[nodiscard]] absl::Status ApplyEdit(const Edit& edit, const Lattice& initial,
                                      std::string_view field, EditTarget& target);
 
-// Whether two points have the same bits: what "has not moved" means.
+// Whether two points have the same bits. A point "has not moved" if this is so.
 [[nodiscard]] bool SameBits(Vec3d a, Vec3d b);
 
 }  // namespace latticed

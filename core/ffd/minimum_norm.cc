@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kRefinements = 2;
 
-// Four sums side by side: one alone would wait for each addition.
+// Four independent sums, because each addition to a single one would wait for the one before.
 double DotOf(const double* a, const double* b, size_t n) {
   double sum[4] = {};
   size_t i = 0;
@@ -89,7 +89,7 @@ void MinimumNorm::ChooseRows() {
 void MinimumNorm::FactorDependence() {
   if (dependent_.empty()) return;
   const size_t r = rank();
-  for (const uint32_t i : dependent_) {  // w L = the row's factor
+  for (const uint32_t i : dependent_) {  // solves w L = the row's factor
     std::vector<double> w(FactorRow(i), FactorRow(i) + r);
     for (size_t j = r; j-- > 0;) {
       const double* l = FactorRow(chosen_[j]);

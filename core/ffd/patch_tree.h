@@ -31,7 +31,7 @@ class PatchTree {
   struct Node {
     Vec3d lower, upper;  // parameters; world units in the outside box
     uint32_t box = 0;    // of the plan
-    uint32_t first = 0;  // patch of a leaf, else node
+    uint32_t first = 0;  // first patch of a leaf, else first node
     uint32_t count = 0;
     bool leaf = false;
   };

@@ -14,7 +14,7 @@ class Renumbering {
   explicit Renumbering(size_t entries) : number_(entries, kNoIndex) {}
 
   void Use(uint32_t entry) { number_[entry] = 0; }
-  // From here on Of may be asked, of entries in use.
+  // After this, Of may be called for entries in use.
   void Number() {
     for (uint32_t& number : number_) {
       if (number != kNoIndex) number = count_++;

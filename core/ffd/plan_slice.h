@@ -1,19 +1,18 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A run of a plan's chunks as a plan of its own: all that one of several devices needs for them.
+// Makes a plan of a run of another plan's chunks: all that one of several devices needs for them.
 //
 //   patch p of the slice                   patch 32 first_chunk + p of the plan
 //   boxes, seams, identity points, origin  the plan's
 //   vertices, edges, mesh corners          those that the run names, in their order, numbered anew
 //
-// A patch takes every shared point from the box that owns it (deform_plan.h), which a slice has
-// like any other box: pipeline kFused gives a slice's points the bits that the whole plan's have.
-// The GEMM pipelines copy shared points from other patches, which a slice may lack.
+// A patch takes every shared point from the box that owns it (deform_plan.h), and a slice has all boxes. Pipeline
+// kFused therefore gives the points of a slice the same bits as with the whole plan. The GEMM pipelines copy shared
+// points from other patches, which a slice may lack.
 //
-// `mesh` has positions and corners of the run alone, no faces; box_borrowers is empty, and
-// mesh_bounds and the counts of patches stay the plan's: slices are evaluated, not edited or
-// exported.
+// `mesh` has positions and corners of the run alone, and no faces; box_borrowers is empty. mesh_bounds and the counts
+// of patches stay those of the plan. Slices are evaluated, but not edited or exported.
 //
 // Threads  pure
 #ifndef LATTICED_CORE_FFD_PLAN_SLICE_H_

@@ -8,9 +8,9 @@
 namespace latticed {
 namespace {
 
-// The bounds may take this part of the range when the box is made; the rest is margin.
+// The part of a new box's range that the bounds may take; the rest is margin.
 constexpr double kLargestUse = 0.75;
-// Below this part of the range the box is worth shrinking.
+// The box may shrink when the bounds take less than this part of its range.
 constexpr double kSmallestUse = 0.25;
 // Origins are multiples of range / kOriginGrid.
 constexpr double kOriginGrid = 64;
@@ -50,7 +50,7 @@ std::optional<QuantisationBox> NextQuantisationBox(const QuantisationBox& curren
   const bool too_large = LongestEdge(bounds) < kSmallestUse * current.range;
   if (current.Contains(bounds) && (gesture_open || !too_large)) return std::nullopt;
   QuantisationBox next = FitQuantisationBox(bounds, current.id + 1);
-  // A box of the same size at the same place would only cost a full update.
+  // A box that is no smaller would only cost a full update.
   if (current.Contains(bounds) && next.range >= current.range) return std::nullopt;
   return next;
 }

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The cube whose grid all streamed positions of a scene are rounded to.
+// The cube that defines the grid to which all streamed positions of a scene are rounded.
 //
 //   position = origin + integer * step,   step = range / (2^bits - 1),   integer in 0 … 2^bits - 1
 //
-// range is a power of two and each coordinate of origin a multiple of range/64, so both are exact
-// in a Draco stream and neighbouring boxes nest. Units: world units.
+// range is a power of two and each coordinate of origin is a multiple of range/64, so both are exact in a Draco stream.
+// Units: world units.
 #ifndef LATTICED_CORE_FFD_QUANTISATION_BOX_H_
 #define LATTICED_CORE_FFD_QUANTISATION_BOX_H_
 
@@ -27,11 +27,10 @@ struct QuantisationBox {
   bool Contains(const Bounds& bounds) const;
 };
 
-// The smallest legal box that leaves a margin of at least 25 % of the bounds' longest edge in
-// total.
+// Returns the smallest legal box around the bounds that leaves at least a quarter of its range as margin.
 [[nodiscard]] QuantisationBox FitQuantisationBox(const Bounds& bounds, uint64_t id);
 
-// The box for new bounds: nullopt keeps the current one. It grows when the bounds leave it, and
+// Returns the box for new bounds, or nullopt to keep the current one. The box is replaced when the bounds leave it. It
 // shrinks only when less than a quarter of the range is used and no gesture is open.
 [[nodiscard]] std::optional<QuantisationBox> NextQuantisationBox(const QuantisationBox& current,
                                                                  const Bounds& bounds,

@@ -85,7 +85,7 @@ class SharedPointsBuilder {
     return it == uses.end() ? nullptr : &*it;
   }
 
-  // A seam has users on both sides; `box` is the inside owner's.
+  // A seam has uses on both sides; `box` is the owner box inside.
   void AddSeam(std::span<const PointUse> uses, uint32_t entity, uint32_t box, uint32_t seam) {
     const PointUse* outside = Find(uses, [&](const PointUse& u) { return IsOutside(u); });
     const PointUse* inside = Find(uses, [&](const PointUse& u) { return BoxOf(u) == box; });

@@ -1,16 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The owners of points that patches share, for pipelines that evaluate every patch by itself.
+// Which patch owns each point that patches share, for pipelines that evaluate every patch by itself.
 //
-// Each plan vertex, and each plan edge without its ends, has one owner: the lowest patch of its
-// owner box that uses it (the lowest of all where that box has none). All others copy its
-// positions, so that the sides of an edge have the same bits.
-// On a seam: attached, the lowest outside patch owns it; detached, each side has an owner of its
-// own. Normals are not shared.
+// Each plan vertex, and each plan edge without its ends, has one owner: the lowest patch of its owner box that uses it.
+// All other patches copy the owner's positions, so that the sides of an edge have the same bits. Where no patch of that
+// box uses it, the lattice itself is evaluated (Orphan). On an attached seam, the lowest outside patch is the owner. On
+// a detached seam, each side has its own owner. Normals are not shared.
 //
-// No point is both read and written: within a vertex or edge only the owner is read, and each
-// patch's corner or edge belongs to one of them. So a backend may copy in any order, all at once.
+// No point is both read and written. Of the patches that use a vertex or edge, only the owner is read, and each corner
+// or edge of a patch is a use of one vertex or edge. A backend may therefore copy in any order, or all at once.
 //
 // Threads  immutable after construction
 #ifndef LATTICED_CORE_FFD_SHARED_POINTS_H_

@@ -8,8 +8,8 @@
 //
 //   m = (n+1)(n+2)/2   q = (s+1)(s+2)/2   n = nu+nv+nw, 3..9   s = segments per edge
 // Samples  the m uniform barycentric points (i,j,k)/n, in the order of bernstein.h
-// Layout   column-major, computed in double; rows of a block in pattern order. The double originals
-//          stay for the products that float cannot carry: inv(B) has entries up to 494 at n = 9.
+// Layout   column-major, computed in double; rows of a block in pattern order. The matrices in double are kept for
+//          products in which float is too coarse: inv(B) has entries up to 494 at n = 9.
 // Units    none: barycentric weights; each row of Bq*inv(B) sums to 1, of Bqu*inv(B) to 0
 // Errors   kInvalidArgument when n or s leaves limits::kDegree… / kSegments…
 // Threads  Get is safe from any thread; matrices are immutable and live until the process ends

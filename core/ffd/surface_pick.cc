@@ -19,11 +19,11 @@ namespace latticed {
 namespace {
 
 constexpr int kMostIterations = 24;
-// Patches whose sine of an angle is below this have no inside that their neighbours lack.
+// A patch with a smaller sine at its first corner is left out: its neighbours cover its points.
 constexpr double kNoArea = 1e-12;
 
-// The ray as the z axis of a right-handed frame, whose origin is the point of the ray's line next
-// to `near`: coordinates keep their digits, however far away the ray begins.
+// The ray as the z axis of a right-handed frame. The origin is the point of the ray's line nearest to `near`, so that
+// coordinates keep their digits however far away the ray begins.
 class RayFrame {
  public:
   RayFrame(const Ray& ray, Vec3d near) {
@@ -63,16 +63,15 @@ struct Part {
   }
 };
 
-// Bounds that hold on a whole part: of its position, and of its derivatives by s and t, to within
-// `spread`.
+// Bounds that hold on a whole part: of its position, and of its derivatives by s and t, which differ from `slope` by at
+// most `spread`.
 struct Reach {
   Bounds hull;
   Vec3d corner;  // s = t = 0
   std::array<Vec3d, 2> slope, spread;
 
-  // By the mean value theorem from the corner on. Its error falls with the square of the part's
-  // size, that of the Bézier hull with the size alone, since the box around the part leaves its
-  // plane.
+  // Bounds by the mean value theorem, from `corner`. Their error falls with the square of the part's size. The error of
+  // the Bézier hull falls with the size only, since the box around the part extends beyond the part's plane.
   Bounds MeanValueHull() const {
     Bounds mean;
     mean.Extend(corner);
@@ -82,8 +81,8 @@ struct Reach {
     }
     return mean;
   }
-  // Whether a line, seen along the ray, separates the ray from the part. The line runs along the
-  // part, which is hardly more than a line itself where the surface lies nearly along the ray.
+  // Whether a line, seen along the ray, separates the ray from the part. The line runs along the longer derivative:
+  // where the surface lies nearly along the ray, the part itself looks like a line.
   bool PassesBy(double distance) const {
     const auto across = [](Vec3d v) { return std::hypot(v.x, v.y); };
     const Vec3d along = across(slope[0]) > across(slope[1]) ? slope[0] : slope[1];
@@ -98,7 +97,7 @@ struct Reach {
     return least > distance || most < -distance;
   }
 
-  // Whether (x, y) cannot vanish twice, even if it is `noise` off.
+  // Whether (x, y) has at most one root in the part, even if (x, y) is off by `noise`.
   bool OneRootAtMost(double noise) const {
     const double det = slope[0].x * slope[1].y - slope[1].x * slope[0].y;
     const double x = spread[0].x + spread[1].x + noise, y = spread[0].y + spread[1].y + noise;
@@ -115,9 +114,8 @@ struct Step {
   std::optional<uint32_t> node;
   Part part;  // without a node
 };
-// The order of steps: by layers of kTouch, and within a layer the deepest first. Where the surface
-// lies across the ray, or on itself, one part is then followed to its end, instead of all of them
-// side by side.
+// The order of steps: by layers of kTouch, and within a layer the deepest first. Where the surface lies across the ray,
+// or on itself, the search then follows one part to its end instead of all of them in parallel.
 struct Later {
   bool operator()(const Step& a, const Step& b) const {
     return std::pair(a.layer, -a.depth) > std::pair(b.layer, -b.depth);
@@ -152,7 +150,7 @@ class Search {
   }
 
  private:
-  // The boundaries of layers are at no round number, because flat surfaces often are.
+  // The boundaries of layers are at no round number, because flat surfaces often lie at one.
   double LayerOf(double z) const { return touch_ > 0 ? std::floor(z / touch_ + 0.3819) : 0; }
   bool IsOutside(uint32_t patch) const { return plan_.patches[patch].box == plan_.outside_box(); }
   bool Misses(const Bounds& hull) const {
@@ -167,7 +165,7 @@ class Search {
            barycentrics.y * field(plan_.vertices[vertex[1]]) +
            barycentrics.z * field(plan_.vertices[vertex[2]]);
   }
-  // In the ray's frame, with the derivatives by s and t.
+  // A point in the ray's frame, with its derivatives by s and t.
   struct Point {
     Vec3d position;
     std::array<Vec3d, 2> slope;
@@ -280,7 +278,7 @@ class Search {
     steps_.push({.entry = entry, .layer = LayerOf(entry), .depth = depth, .part = part});
   }
 
-  // At the middle of the edge that is the longest at rest.
+  // Bisects the edge that is the longest at rest.
   void Bisect(const Part& part, int depth) {
     std::array<Vec3d, 3> world;
     for (size_t c = 0; c < 3; ++c) {
@@ -337,7 +335,7 @@ class Search {
     if (std::hypot(p.x, p.y) <= reach_) Take(part, s, t, p.z, 0);
   }
 
-  // At z, give or take `uncertainty`.
+  // Takes a hit at z, which may be off by `uncertainty`.
   void Take(const Part& part, double s, double t, double z, double uncertainty) {
     if (z < frame_.begin() - reach_ || z - uncertainty >= nearest_) return;
     const Vec3d b = part.At(s, t);
@@ -353,7 +351,7 @@ class Search {
   double reach_ = 0, touch_ = 0;       // world units
   std::priority_queue<Step, std::vector<Step>, Later> steps_;
   std::optional<SurfaceHit> hit_;
-  // z of hit_: what follows must be nearer, and by more than its uncertainty.
+  // The least z that hit_ may have; another hit must have a lower one.
   double nearest_ = std::numeric_limits<double>::infinity();
 };
 

@@ -10,8 +10,8 @@
 namespace latticed {
 namespace {
 
-// Newell's area vector: exact for planar polygons of any shape, sensible for others. Relative to
-// the first corner, so that distance from the origin costs no digits.
+// Newell's area vector: exact for planar polygons of any shape, sensible for others. It is computed relative to the
+// first corner, so that distance from the origin costs no digits.
 Vec3d AreaVector(const PolygonMesh& mesh, size_t face) {
   const uint32_t begin = mesh.face_offsets[face], end = mesh.face_offsets[face + 1];
   const Vec3d origin = mesh.positions[mesh.corner_vertices[begin]];

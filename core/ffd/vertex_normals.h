@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The rest normals that smooth shading carries: one unit normal per corner of the mesh.
+// The rest normals for smooth shading: one unit normal per corner of the mesh.
 //
-//   the file's own normal where it has one of non-zero length, else the sum of the area vectors of
-//   the faces around the position (seams of UVs or normals do not count), else the face's own,
-//   else +z
+//   It is the file's own normal if that has a length. Else it is the sum of the area vectors of the faces around the
+//   position, where seams of UVs or normals do not count; else the face's own area vector; else +z.
 //
-// Errors   what `stop` says
+// Errors   what `stop` returns
 // Threads  pure function
 #ifndef LATTICED_CORE_FFD_VERTEX_NORMALS_H_
 #define LATTICED_CORE_FFD_VERTEX_NORMALS_H_

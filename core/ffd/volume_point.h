@@ -32,8 +32,8 @@ struct VolumePoint {
   Vec3d derivatives[3];
 };
 
-// On the knot box with the given spans; `parameter` may leave it, the box's polynomial goes on.
-// Without kDerivatives they stay zero.
+// Evaluates the polynomial of the knot box with the given spans; `parameter` may lie outside the box. The derivatives
+// stay zero without kDerivatives.
 template <bool kDerivatives>
 LATTICED_HD inline VolumePoint EvaluateVolume(const VolumeView& volume, const int* span,
                                               Vec3d parameter) {
@@ -51,8 +51,8 @@ LATTICED_HD inline VolumePoint EvaluateVolume(const VolumeView& volume, const in
   const auto row_of = [&](int j, int k) {
     return first[0] + volume.size[0] * (first[1] + j + volume.size[1] * (first[2] + k));
   };
-  // Relative to one control point, so that derivatives far from the origin, or of a collapsed
-  // lattice, hold no rounding of its place.
+  // Sums relative to one control point, so that the derivatives hold no rounding of its position. This matters far from
+  // the origin and for a collapsed lattice.
   const Vec3d origin = volume.control_points[row_of(0, 0)];
   VolumePoint result;
   // Constant bounds and guards, as in bspline_basis.h.
