@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The one interface of evaluation. Backends are objects chosen at run time by name; a call is a
-// frame, not a kernel, so virtual dispatch costs nothing. All that does not depend on control
-// points is in the plan, made on the host and shared: parity by construction.
+// The one interface of evaluation. A backend is an object that is chosen at run time by name. One call handles a whole
+// frame, so virtual dispatch costs nothing. Everything that does not depend on control points is in the plan. The plan
+// is made on the host and shared, so that backends agree.
 //
 //   Backend --Prepare(plan, pipeline)--> DeformTarget --CreateView(spec)--> DeformView
 //
-//   DeformTarget::Traits  what to know of a view before it is made
+//   DeformTarget::Traits  properties of a view, before it is made
 //   DeformView::Evaluate  control points -> vertices of the named chunks, kept by the backend
 //   DeformView::Read      vertices of one chunk -> host memory, in wire layout
 //   DeformView::Encode    vertices of chunks that changed -> encoded bytes in host memory
@@ -79,15 +79,15 @@ struct SharedBytes {
 };
 [[nodiscard]] SharedBytes MakeSharedBytes(std::vector<uint8_t> bytes);
 
-// A digest of the vertices of a chunk, in 128 bits. Equal digests mean equal vertices, within the
-// views of one target and spec. Zeros: no vertices.
+// A digest of a chunk's vertices, in 128 bits. Within the views of one target and spec, equal digests mean equal
+// vertices. Zeros: no vertices.
 struct VertexDigest {
   uint64_t low = 0, high = 0;
   friend bool operator==(const VertexDigest&, const VertexDigest&) = default;
 };
 
-// Bytes by purpose: "plan", "stage_matrices", "samples", "vertices", "staging", "chunks". The place is
-// in the name: "device_vertices" lie in a device's memory, all without that prefix in the host's.
+// Bytes by purpose: "plan", "stage_matrices", "samples", "vertices", "staging", "chunks". A purpose that begins with
+// "device_", such as "device_vertices", is in a device's memory; all others are in the host's.
 using MemoryUse = std::map<std::string, uint64_t>;
 inline constexpr std::string_view kDevicePurpose = "device_";
 [[nodiscard]] uint64_t HostBytes(const MemoryUse& use);
@@ -96,7 +96,7 @@ inline constexpr std::string_view kDevicePurpose = "device_";
 // Bytes by device, as DeviceState::number names it.
 using DeviceUse = std::map<int, uint64_t>;
 
-// A device as it is now. 0: unknown.
+// The present state of a device. 0: unknown.
 struct DeviceState {
   int number = 0;    // what the command line calls it
   std::string name;  // for people
@@ -122,8 +122,8 @@ struct ViewTraits {
   std::vector<uint32_t> device_chunks = {0};
 };
 
-// Returns `chunks`, which ascend, in the order in which to encode them, traits.encode_batch a call.
-// In this order each call has work for every device.
+// Returns `chunks`, which ascend, in the order in which to encode them, traits.encode_batch per call. In this order
+// each call has work for every device.
 [[nodiscard]] std::vector<uint32_t> EncodeOrder(const ViewTraits& traits,
                                                 std::span<const uint32_t> chunks);
 
@@ -143,11 +143,11 @@ class DeformView {
   // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes.
   [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;
 
-  // Encodes the vertices of `chunks`; the results are in the same order. Chunks of one device must
-  // ascend, as EncodeOrder puts them. The encoding's format must be the view's. `digests` is empty
-  // or has an entry a chunk: the digest of the vertices that the caller has bytes of, under this
-  // encoding and box. It is replaced by the present digest. Where the two are equal, nothing is
-  // encoded and the result has no data. A view without digests encodes all and sets zeros.
+  // Encodes the vertices of `chunks`; the results are in the same order. Chunks of one device must ascend, as
+  // EncodeOrder puts them. The encoding's format must be the view's. `digests` is empty or has one entry per chunk: the
+  // digest of the vertices whose bytes the caller already has, under this encoding and box. Encode replaces it by the
+  // present digest. If the two are equal, nothing is encoded and the result has no data. A view without digests
+  // encodes all and sets zeros.
   [[nodiscard]] virtual absl::StatusOr<std::vector<SharedBytes>> Encode(
       std::span<const uint32_t> chunks, Encoding encoding, std::span<VertexDigest> digests) = 0;
   [[nodiscard]] absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,

@@ -49,7 +49,7 @@ struct Details {
 // RESOURCE_EXHAUSTED with asked and free bytes.
 [[nodiscard]] absl::Status OutOfMemory(std::string_view what, uint64_t asked_bytes,
                                        uint64_t free_bytes);
-// The same of one device, whose number is in metadata[kDeviceKey].
+// The same for one device, whose number is in metadata[kDeviceKey].
 inline constexpr char kDeviceKey[] = "device";
 [[nodiscard]] absl::Status OutOfDeviceMemory(std::string_view what, int device,
                                              uint64_t asked_bytes, uint64_t free_bytes);

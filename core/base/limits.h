@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every limit of the program, unit in the name, reason in the comment. GetServerInfo publishes
-// them.
+// Every limit of the program: the unit is in the name, the reason in the comment. GetServerInfo publishes those that
+// clients meet.
 #ifndef LATTICED_CORE_BASE_LIMITS_H_
 #define LATTICED_CORE_BASE_LIMITS_H_
 
@@ -11,8 +11,7 @@
 
 namespace latticed::limits {
 
-// Lattice. Degree 3 per axis makes patches of degree 9, the last whose interpolation matrix is
-// sane.
+// Lattice. Degree 3 per axis makes patches of degree 9. Beyond it the interpolation matrix is too ill-conditioned.
 inline constexpr int kMinDegree = 1;
 inline constexpr int kMaxDegree = 3;
 inline constexpr int kMaxControlPoints = 32'768;
@@ -26,7 +25,7 @@ inline constexpr int kMinNormalBits = 6;
 inline constexpr int kMaxNormalBits = 12;
 inline constexpr int kMaxViewsPerScene = 8;
 
-// Chunks: 32 patches is the power of two nearest to 2,112 points at the default 10 segments.
+// Chunks. At the default 10 segments, 32 patches have 2,112 points.
 inline constexpr int kPatchesPerChunk = 32;
 inline constexpr int kMaxChunkPoints = 65'535;
 
@@ -47,26 +46,26 @@ inline constexpr size_t kMaxMessageBytes = size_t{1} << 20;
 inline constexpr size_t kMinChunkBatchBytes = size_t{256} << 10;
 inline constexpr size_t kMaxChunkBatchBytes = size_t{960} << 10;
 
-// Transport. Clients have a few calls under way, and a stream a window; calls above wait at the client,
-// which may open another connection, as proxies do.
+// Transport. A client has a few concurrent calls, and one stream per window. Further calls wait at the client, which
+// may open another connection, as proxies do.
 inline constexpr int kMaxCallsPerConnection = 128;
 // The most bytes of a header. HTTP/2 counts each field as its name, its value and 32.
 inline constexpr uint32_t kMaxHeaderBytes = 8'192;
-// A call takes this much besides its messages, whether it waits for a worker or nothing of it has come.
+// The memory of a call besides its messages, whether it waits for a worker or none of its bytes have arrived.
 inline constexpr uint64_t kCallBytes = 20'480;
-// A connection takes at most this much besides what gRPC's own quota counts: on --listen, its calls; on
-// --http, a message in, one out, a piece of a body, TLS. --transport-memory divided by it is the most
-// connections, unless a process has fewer file descriptors.
+// The most memory of a connection besides what gRPC's own quota counts: on --listen, its calls; on --http, a message
+// in, one out, a piece of a body, TLS. --transport-memory divided by it is the largest number of connections, unless a
+// process has fewer file descriptors.
 inline constexpr uint64_t kConnectionBytes = kMaxCallsPerConnection * kCallBytes;
 inline constexpr int kMaxConnections = 4'096;
 // gRPC's threads for services that block one thread per call; reflection is the only one. Calls beyond
 // it are refused with RESOURCE_EXHAUSTED.
 inline constexpr int kMaxGrpcThreads = 40;
-// The server pings a silent client this often, to find those that vanished without a word.
+// The server pings a silent client this often, to find those that are gone without closing their connection.
 inline constexpr int kKeepaliveMs = 60'000;
-// A client that does not answer for this long has vanished.
+// A client that does not answer for this long counts as gone.
 inline constexpr int kKeepaliveTimeoutMs = 20'000;
-// Clients may ping an idle connection this often; proxies and laptops make them want to.
+// Clients may ping an idle connection this often. Behind proxies and on laptops they need to.
 inline constexpr int kMinClientPingMs = 10'000;
 // HTTP/1.1: a request line with its fields. Browsers send cookies of other sites on localhost.
 inline constexpr size_t kMaxHttpHeadBytes = size_t{16} << 10;
@@ -74,15 +73,15 @@ inline constexpr size_t kMaxHttpHeadBytes = size_t{16} << 10;
 inline constexpr size_t kMaxRefusedHttpConnections = 64;
 // Connections of --admin, which serves probes and scrapers only.
 inline constexpr size_t kMaxAdminConnections = 64;
-// Answers that a Deform stream queues for a slow reader; then its requests are not read.
+// Answers that a Deform stream queues for a slow reader. At this number, its requests are not read.
 inline constexpr size_t kMaxQueuedAnswers = 64;
-// Below this a few connections of ordinary clients would be under pressure.
+// With less, a few connections of ordinary clients would meet back-pressure.
 inline constexpr uint64_t kMinTransportBytes = uint64_t{16} << 20;
-// Parsed requests that wait for a worker take up to one part in so many of --memory more. It is beside
-// --memory, so that requests that free memory are not refused.
+// Parsed requests that wait for a worker may take --memory divided by this. It comes on top of --memory, so that
+// requests that free memory are not refused.
 inline constexpr uint64_t kWaitingRequestsShare = 8;
-// Replies that their clients have not taken yet may take as much again. Small replies are not counted: a
-// call that holds one takes no more than a call of which nothing has come.
+// Replies that clients have not read yet may take as much again. Small replies are not counted: a call that holds one
+// takes no more memory than a call of which no bytes have arrived.
 inline constexpr uint64_t kUntakenRepliesShare = 8;
 inline constexpr uint64_t kSmallReplyBytes = 8'192;
 
@@ -92,7 +91,7 @@ inline constexpr int kDefaultMaxScenes = 10'000;
 inline constexpr int kDefaultMaxWatchersPerScene = 1'000;
 // 4,096 points are answered in a millisecond, and their answer fits a message.
 inline constexpr int kMaxEvaluatePoints = 4'096;
-// A drag of so many points that all are independent takes 0.1 s.
+// A drag of this many points, all independent, takes 0.1 s.
 inline constexpr size_t kMaxDragPoints = 1'024;
 // The presence of an editor is sent 10 times a second. With these limits it is below 4 KiB.
 inline constexpr size_t kMaxPresenceName = 64;  // characters
@@ -109,7 +108,7 @@ inline constexpr int kMaxPageSize = 1'000;
 inline constexpr int kDefaultPageSize = 100;
 // Items of one page of a list: its reply must fit in a message.
 inline constexpr size_t kMaxPageBytes = size_t{768} << 10;
-// Each upload under way holds its bytes.
+// Each unfinished upload holds its bytes.
 inline constexpr int kMaxUploads = 64;
 // Updates that a watcher may leave without acknowledgement.
 inline constexpr int kMaxUnackedUpdates = 100;

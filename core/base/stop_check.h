@@ -10,7 +10,7 @@
 //   }
 //
 // Errors   kCancelled or kDeadlineExceeded, whichever the check gives
-// Threads  a poll belongs to one thread, and to the scope of the check
+// Threads  a poll belongs to one thread and must not outlive the check
 #ifndef LATTICED_CORE_BASE_STOP_CHECK_H_
 #define LATTICED_CORE_BASE_STOP_CHECK_H_
 
@@ -34,12 +34,12 @@ inline bool IsStopped(const absl::Status& status) {
 
 class StopPoll {
  public:
-  // Some milliseconds of planning; a check looks at a clock and at a lock.
+  // This many steps take some milliseconds of planning. A check reads a clock and takes a lock.
   static constexpr size_t kStepsPerCheck = 4'096;
 
   explicit StopPoll(StopCheck check) : check_(check) {}
 
-  // Before something that is as much work as `steps` faces or patches. Asks the first time too.
+  // Call this before work on `steps` faces or patches. The first call asks, too.
   absl::Status Step(size_t steps = 1) {
     if (steps < left_) {
       left_ -= steps;

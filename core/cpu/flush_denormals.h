@@ -22,7 +22,7 @@ class FlushDenormals {
   FlushDenormals() {}  // others compute with them at full speed
   ~FlushDenormals() {}
 #endif
-  FlushDenormals(const FlushDenormals&) = delete;  // restores once
+  FlushDenormals(const FlushDenormals&) = delete;  // a copy would restore twice
   FlushDenormals& operator=(const FlushDenormals&) = delete;
 
 #if defined(__x86_64__)

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The base of every backend's views: it checks their arguments, with the same words everywhere, and
-// turns std::bad_alloc into a status.
+// The base of every backend's views. It checks their arguments, with the same messages everywhere, and turns
+// std::bad_alloc into a status.
 //
-// Errors   kFailedPrecondition, reason NOT_EVALUATED, before the first Evaluate;
-//          kInvalidArgument for a chunk that does not exist, for a first or re-boxed Evaluate that does
-//          not name all chunks, and for an encoding of another format; kResourceExhausted for memory
+// Errors   kFailedPrecondition, reason NOT_EVALUATED, before the first Evaluate; kInvalidArgument for a chunk that does
+//          not exist, for an encoding of another format, and for an Evaluate that does not name all chunks though it is
+//          the first or has another box; kResourceExhausted for memory
 // Threads  one thread at a time
 #ifndef LATTICED_CORE_VIEW_CHECKED_VIEW_H_
 #define LATTICED_CORE_VIEW_CHECKED_VIEW_H_

@@ -19,14 +19,14 @@
 namespace latticed {
 namespace {
 
-// On a device: 64 of the plan, and 66 points of 8 bytes.
+// Device bytes of a patch at 10 segments: 64 of the plan, and 66 points of 8 bytes.
 constexpr uint64_t kPatchBytes = 592;
 constexpr uint64_t kChunkBytes = kPatchBytes * limits::kPatchesPerChunk;
 
 // A target whose chunks are shared out among other targets, each of a slice of the plan
 // (core/ffd/plan_slice.h). Its vertices are bit for bit those of one target of the whole plan.
 //
-// The plan stays on the host beside its slices: about as much again.
+// The whole plan stays on the host beside the slices, which take about as much memory again.
 class SpannedTarget : public DeformTarget {
  public:
   struct Part {

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Several devices as one backend: each plan goes to the device with most free budget, and a large
-// one is shared out among all of them.
+// Several devices as one backend. Each plan goes to the device with the most free budget; a large one is shared out
+// among all of them.
 //
 //   shared out   plans of `span_patches` patches or more, or of more bytes than any one device's
 //                budget, a view of 10 segments counted in; by pipeline kFused alone, in runs of
 //                chunks, with the same bits
-//   else         the device's own target: nothing stands between
+//   else         the target of the device itself, without a wrapper
 //
-// Errors   those of the devices; where a part is refused no part keeps anything
+// Errors   those of the devices; where one part is refused, no part keeps anything
 // Threads  safe
 #ifndef LATTICED_CORE_VIEW_DEVICE_GROUP_H_
 #define LATTICED_CORE_VIEW_DEVICE_GROUP_H_
@@ -28,8 +28,8 @@ namespace latticed {
 // can notice. For smaller scenes it is better to keep the second device for other scenes.
 inline constexpr uint64_t kDefaultSpanPatches = 1'000'000;
 
-// Each of `devices` is a backend with one device; at least one, all of a name. One device is
-// returned as it is.
+// Each of `devices` is a backend with one device. There is at least one, and all have the same name. A single device
+// is returned as it is.
 [[nodiscard]] std::unique_ptr<Backend> MakeDeviceGroup(
     std::vector<std::unique_ptr<Backend>> devices, uint64_t span_patches = kDefaultSpanPatches);
 

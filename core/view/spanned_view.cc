@@ -71,7 +71,7 @@ std::vector<SpannedView::Share> SpannedView::ShareOut(std::span<const uint32_t> 
   return shares;
 }
 
-// The first share on the caller's thread.
+// Encodes all shares concurrently, the first one on the caller's thread.
 void SpannedView::EncodeAtOnce(std::vector<Share>& shares, Encoding encoding) const {
   const auto encode = [&](size_t p) {
     Share& share = shares[p];

@@ -10,8 +10,8 @@
 // Evaluate gives each part its chunks and waits for none, so parts that enqueue run concurrently. A
 // part without chunks is not called. Encode uses one thread a part.
 //
-// Errors   those of core/view/checked_view.h and of the parts. After one of Evaluate all chunks
-//          must be named, also those of the parts that did not fail
+// Errors   those of core/view/checked_view.h and of the parts. After an error of Evaluate, the next one must name all
+//          chunks, also those of the parts that did not fail
 // Threads  one thread at a time
 #ifndef LATTICED_CORE_VIEW_SPANNED_VIEW_H_
 #define LATTICED_CORE_VIEW_SPANNED_VIEW_H_

@@ -36,7 +36,7 @@ struct VertexShape {
   int normal_bits = 0;  // kQuantised with normals only
 };
 
-// A number in a buffer of bytes; aligned, which a compiler cannot know of a byte pointer.
+// Stores a number in a buffer of bytes. It is aligned, which a compiler cannot know from a byte pointer.
 template <typename T>
 LATTICED_HD inline void StoreNumber(uint8_t* to, T value) {
   std::memcpy(__builtin_assume_aligned(to, alignof(T)), &value, sizeof(T));
@@ -71,7 +71,7 @@ class VertexLayout {
             patch % kPatches * shape_.points_per_patch};
   }
 
-  // Position of one point copied from another place, bit for bit; its normal stays.
+  // Copies the position of one point from another place, bit for bit. The normal stays.
   LATTICED_HD void CopyPosition(const PatchPlace& from, size_t from_point, const PatchPlace& to,
                                 size_t to_point) const {
     const size_t a = from.first_point + from_point, b = to.first_point + to_point;

@@ -32,10 +32,10 @@ std::vector<std::array<uint32_t, 3>> ChunkTriangles(int segments, size_t patches
 
 // The digest of a chunk's vertices on the host: XXH3's 128 bits of their bytes in wire layout.
 //
-// A dirty chunk whose integers are those that its bytes were made from need not be encoded. To keep
-// the integers for comparison would double the memory of vertices; the digest is 16 bytes a chunk,
-// and takes 0.3 ns a point of 8 bytes on one core where the encoding takes 13. Two chunks that differ
-// have one digest once in 2^128 comparisons: a million a second would miss one update in 10^25 years.
+// A dirty chunk need not be encoded if its integers are those from which its bytes were made. Keeping the integers for
+// comparison would double the memory of vertices. A digest is 16 bytes per chunk, and takes 0.3 ns per point of 8 bytes
+// on one core; encoding takes 13 ns. Two different chunks have the same digest once in 2^128 comparisons: at a million
+// per second, one update would be missed in 10^25 years.
 VertexDigest DigestOf(std::span<const uint8_t> vertices) {
   const XXH128_hash_t hash = XXH3_128bits(vertices.data(), vertices.size());
   return {hash.low64, hash.high64};
@@ -76,7 +76,7 @@ size_t ViewEncoder::MemoryBytes() const {
 }
 
 uint64_t ViewEncoder::MostBytes(const ViewSpec& spec) {
-  // Two connectivities: indices, and their code, which is no longer.
+  // Two connectivities, each of indices and their code. The code takes no more bytes than the indices.
   constexpr uint64_t kTriangleBytes = 2 * 2 * sizeof(std::array<uint32_t, 3>);
   return kTriangleBytes * limits::kPatchesPerChunk *
          static_cast<uint64_t>(TrianglesPerPatch(spec.segments));
@@ -87,7 +87,7 @@ std::vector<size_t> ViewEncoder::FindChanged(size_t count, BytesOf bytes_of,
   std::vector<size_t> places(count);
   std::iota(places.begin(), places.end(), size_t{0});
   if (digests.empty()) return places;
-  std::vector<uint8_t> changed(count);  // bytes: threads write side by side
+  std::vector<uint8_t> changed(count);  // bytes, because threads write neighbours at once
   arena_.ForEach(count, [&](size_t i) {
     std::vector<uint8_t> scratch;
     const VertexDigest digest = DigestOf(bytes_of(i, scratch));

@@ -7,8 +7,8 @@
 //   facet   Pu x Pv
 //   smooth  with N the interpolated vertex normal, e1, e2 the rest edges and f the facet normal,
 //           cof(J) N ~ (N.f) Pu x Pv + (N.e1) Pv x Pf + (N.e2) Pf x Pu
-//   Where the float products cancel beyond kMostCondition, the definition in double answers: folds,
-//   collapsed lattices and extreme slivers.
+//   Where the float products cancel beyond kMostCondition, the definition in double takes their place: at folds, in
+//   collapsed lattices and in extreme slivers.
 //
 // A tile is always one chunk, for any request and any number of threads: a BLAS may round
 // differently for another shape, and the same control points must give the same bits.

@@ -36,7 +36,7 @@ class GemmStages {
   size_t rows() const { return rows_; }
   size_t MemoryBytes() const;
 
-  // Call once per evaluation: (18) is part of the paper's trivial form.
+  // Call once per evaluation: the paper's plain form includes (18).
   [[nodiscard]] absl::Status Begin();
 
   struct Scratch {

@@ -6,9 +6,8 @@
 //   Rs[i] = R(u_i) - centre,   u_i = sum_c (t_ic / n) u_c,   t_i the index triples of bernstein.h
 //   Rf[i] = dR/df (u_i),       f the unit facet normal of the source triangle
 //
-// The basis is evaluated and summed in double; `centre`, the mean of the three corner samples, is
-// taken off before anything is rounded, so that float32 carries the patch's shape and not its
-// place.
+// The basis is evaluated and summed in double. `centre`, the mean of the three corner samples, is subtracted before
+// anything is rounded, so that the digits of float32 hold the patch's shape and not its place.
 //
 // Layout   column-major, m x 3: x of all samples, then y, then z, with a stride between the columns
 // Units    world units relative to plan.local_origin
