@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Numbers into memory that the caller has made large enough, little endian.
+// Writes little-endian numbers to memory that the caller has made large enough.
 #ifndef LATTICED_CORE_CODEC_BYTE_WRITER_H_
 #define LATTICED_CORE_CODEC_BYTE_WRITER_H_
 
@@ -25,7 +25,7 @@ class ByteWriter {
     at_ += sizeof(value);
   }
 
-  // Seven bits a byte, the lowest first, the eighth says that more follow.
+  // Seven bits per byte, the lowest first. The eighth bit says that more bytes follow.
   void Varint(uint64_t value) {
     for (; value >= 0x80; value >>= 7) Byte(static_cast<uint32_t>(value & 0x7F) | 0x80);
     Byte(static_cast<uint32_t>(value));

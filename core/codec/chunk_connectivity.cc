@@ -17,7 +17,7 @@ namespace {
 // A number of the format.
 constexpr uint32_t kCompressedIndices = 0;
 
-// Each index less the one before it; the sign in the lowest bit.
+// Each index minus the one before it; the sign is in the lowest bit.
 std::vector<uint32_t> IndexSymbols(std::span<const std::array<uint32_t, 3>> triangles) {
   std::vector<uint32_t> symbols;
   symbols.reserve(3 * triangles.size());

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From the quantised vertices of chunks to Draco streams, each of which a stock decoder reads alone.
+// Encodes the quantised vertices of chunks as Draco streams. A stock decoder reads each stream by itself.
 //
 // A stream holds POSITION (float32, quantised: origin 0, range = the quantisation box's range, so
 // decoded positions are relative to the box's origin) and, with normals, NORMAL (octahedral);

@@ -27,23 +27,23 @@ namespace latticed {
 
 enum class DracoAttribute { kPosition, kNormal };
 
-// "DRACO" to flags.
+// The bytes from "DRACO" to flags.
 inline constexpr size_t kDracoHeaderBytes = 11;
 // All that is neither connectivity nor symbols, rounded up.
 inline constexpr size_t kMostContainerBytes = 128;
 
-// Before the attributes. normal_bits = 0: none.
+// Writes what comes before the attributes. normal_bits = 0: no normals.
 void WriteCloudHead(size_t point_count, int normal_bits, ByteWriter& out);
-// `connectivity`: of ChunkConnectivity.
+// `connectivity`: the bytes of a ChunkConnectivity.
 void WriteMeshHead(std::span<const uint8_t> connectivity, int normal_bits, ByteWriter& out);
 
-// Before the symbols of an attribute.
+// Writes what comes before the symbols of an attribute.
 void WritePrediction(DracoAttribute attribute, ByteWriter& out);
-// After them.
+// Write what comes after the symbols.
 void WritePositionBounds(uint32_t least, uint32_t most, ByteWriter& out);
 void WriteNormalBounds(int normal_bits, ByteWriter& out);
 
-// At the end: decoded position = integer * range / (2^position_bits - 1).
+// Writes the end of the stream: decoded position = integer * range / (2^position_bits - 1).
 void WriteDequantisation(int position_bits, int normal_bits, float range, ByteWriter& out);
 
 }  // namespace latticed

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Draco streams in, through libdraco: uploads in the DRACO format, and chunks on the client's side.
+// Draco through libdraco: reads uploads in the DRACO format, and chunks on the client's side; writes the DRC export.
 //
 // Errors   kInvalidArgument, reason MALFORMED_FILE, for bytes that are no Draco stream
 // Threads  pure functions
@@ -20,8 +20,8 @@ namespace latticed {
 
 // A mesh stream (any method) as a polygon mesh of triangles: positions, normals, first UV set.
 [[nodiscard]] absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes);
-// A mesh as one Draco stream (sequential, order kept; 16-bit positions and 12-bit normals
-// unless told, uvs as positions but 12 bits at least): the DRC export.
+// Writes a mesh as one Draco stream, the DRC export: sequential, order kept; positions in 16 bits and normals in 12
+// unless told otherwise, uvs in as many bits as positions but at least 12.
 [[nodiscard]] absl::StatusOr<std::string> WriteDracoMesh(const TriangleMesh& mesh,
                                                          int position_bits = 16,
                                                          int normal_bits = 12);
@@ -37,7 +37,7 @@ struct DecodedIntegers {
   std::vector<uint32_t> positions;  // 3 a point
   std::vector<uint32_t> normals;    // s, t a point, or empty
 };
-// The same, attribute transforms skipped: the integers that the stream holds.
+// The same without the attribute transforms: the integers that the stream holds.
 [[nodiscard]] absl::StatusOr<DecodedIntegers> DecodeDracoChunkIntegers(
     std::span<const uint8_t> bytes);
 

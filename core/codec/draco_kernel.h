@@ -23,21 +23,20 @@ struct ValueSpan {
 };
 ValueSpan SpanOf(const uint16_t* values, size_t count);
 
-// draco_symbols.h for `count` values of one component.
+// The symbols of draco_symbols.h, for `count` values of one component.
 void PositionSymbols(const uint16_t* values, size_t count, ValueSpan span, uint16_t* symbols);
-// The same for normals; values of one byte up to 8 bits, else of two.
+// The same for normals. A value takes one byte if it has up to 8 bits, else two.
 void NormalSymbols(const uint8_t* s, const uint8_t* t, size_t count, int bits, uint16_t* s_symbols,
                    uint16_t* t_symbols);
 
-// Adds up the `histograms`, which lie `stride` apart, and sets them to zero; the symbols that
-// occur, ascending, and their counts. Returns how many. All have room for kPadding more than `size`.
+// Adds up the `histograms`, which lie `stride` apart, and sets them to zero. Writes the symbols that occur, ascending,
+// with their counts, and returns how many they are. All arrays have room for kPadding more than `size`.
 size_t CollectCounts(uint32_t* histograms, size_t histogram_count, size_t stride, size_t size,
                      uint32_t* symbols, uint32_t* counts);
 
-// One attribute of kLanes chunks. Lane l's symbols lie symbols_at[l] bytes after `symbols`, a plane
-// for each component; its table is entries[entries_at[l] + symbol], probability in the low half of
-// a word and cumulative in the high one; its bytes go to out + l * out_stride, with room for four
-// more.
+// One attribute of kLanes chunks. The symbols of lane l begin symbols_at[l] bytes after `symbols`, with a plane for
+// each component. Its table is entries[entries_at[l] + symbol]: the probability in the low half of a word, the
+// cumulative in the high half. Its bytes go to out + l * out_stride, with room for four more.
 struct LaneStreams {
   const uint16_t* symbols;
   int32_t symbols_at[kLanes];
@@ -51,11 +50,11 @@ struct LaneStreams {
   uint32_t state[kLanes];
   uint32_t bytes[kLanes];
 };
-// A float's x / p, cut off, is the integers': x < 1024 p <= 2^23 is exact, and a quotient just below
-// an integer k is rounded to less than k, since k p <= x + p < 2^24.
+// Up to this precision the float quotient x / p, cut off, equals the quotient of the integers: x < 1024 p <= 2^23 is
+// exact, and a quotient just below an integer k is rounded to less than k, since k p <= x + p < 2^24.
 inline constexpr int kMostLanePrecision = 13;
 
-// Whether CodeLanes is there: where a vector holds eight lanes or more.
+// Whether CodeLanes can be used: it needs vectors of eight lanes or more.
 bool HasLanes();
 // Puts the symbols of all `points` into the lanes' states, last point first, like RansEncoder.
 // `normals` may be null.

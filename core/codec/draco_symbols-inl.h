@@ -27,7 +27,7 @@ using DU16 = hn::ScalableTag<uint16_t>;
 using DI16 = hn::RebindToSigned<DU16>;
 using VU16 = hn::Vec<DU16>;
 using VI16 = hn::Vec<DI16>;
-// Else the definitions are faster: selects for a single lane cost more than branches.
+// Without vectors the scalar definitions are faster: selects for a single lane cost more than branches.
 constexpr bool kVectors = hn::MaxLanes(DU16()) > 1;
 
 ValueSpan SpanOfImpl(const uint16_t* values, size_t count) {
@@ -106,13 +106,13 @@ HWY_INLINE void InvertDiamondLanes(hn::Mask<DI16> outside, VI16 centre, VI16& s,
   t = hn::IfThenElse(outside, hn::Add(corner_t, turned_t), t);
 }
 
-// NormalSymbols about the centre.
+// NormalSymbols for values about the centre.
 HWY_INLINE void NormalSymbolLanes(VI16 s, VI16 t, VI16 ps, VI16 pt, VI16 centre, VI16& s_symbol,
                                   VI16& t_symbol) {
   const DI16 d;
   const VI16 zero = hn::Zero(d);
   const auto outside = hn::Gt(hn::Add(hn::Abs(ps), hn::Abs(pt)), centre);
-  // Neighbours look into the same hemisphere, most of the time.
+  // Neighbours are in the same hemisphere most of the time.
   if (!hn::AllFalse(d, outside)) {
     InvertDiamondLanes(outside, centre, s, t);
     InvertDiamondLanes(outside, centre, ps, pt);

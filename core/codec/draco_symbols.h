@@ -1,17 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From quantised integers to the symbols that a Draco stream codes: prediction DIFFERENCE, so a
-// point is predicted by the one before it, the first by zero. These are the definitions; the
-// vectorised ones in draco_symbols-inl.h give the same numbers.
+// From quantised integers to the symbols that a Draco stream codes. The prediction is DIFFERENCE: a point is predicted
+// by the one before it, the first one by zero. These are the definitions; the vectorised functions in
+// draco_symbols-inl.h give the same numbers.
 //
 //   position   d = value - previous, wrapped into [-floor(D / 2), floor((D - 1) / 2)] by adding or
 //              subtracting D = most - least + 1 of the chunk's values; symbol 2d, or -2d - 1.
 //              The first prediction, 0, counts as the least value
-//   normal     value and prediction about the centre of the octahedral square; where the
-//              prediction lies outside of the diamond both are turned inside out; both are turned
-//              by quarters until the prediction is in the lower left; symbol = difference modulo
-//              2^b - 1, for s and t
+//   normal     value and prediction are taken about the centre of the octahedral square. Where the prediction lies
+//              outside of the diamond, both are inverted (InvertDiamond). Both are turned by quarters until the
+//              prediction is in the lower left. symbol = difference modulo 2^b - 1, for s and t
 //
 // Source   Draco bitstream 2.2, prediction transforms WRAP and NORMAL_OCTAHEDRON_CANONICALIZED
 // Threads  pure functions, on host and device
@@ -25,7 +24,7 @@
 
 namespace latticed {
 
-// Below `span` = most - least + 1 <= 2^16, for values from least to most.
+// The symbol is below `span` = most - least + 1 <= 2^16, for values from least to most.
 LATTICED_HD constexpr uint32_t PositionSymbol(uint32_t value, uint32_t previous, uint32_t span) {
   const bool falls = value < previous;
   const uint32_t distance = falls ? previous - value : value - previous;
@@ -53,7 +52,7 @@ LATTICED_HD constexpr OctahedralNormal NormalSymbols(OctahedralNormal value,
     n = InvertDiamond(n, centre);
     p = InvertDiamond(p, centre);
   }
-  // Turning is linear: only the difference need be turned.
+  // Turning is linear, so it suffices to turn the difference.
   const int32_t s = n.s - p.s, t = n.t - p.t;
   OctahedralNormal d{s, t};
   if (p.s > 0 && p.t >= 0) {

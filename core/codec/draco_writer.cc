@@ -25,7 +25,7 @@ constexpr uint64_t kBytesPerPoint = 448, kBytesPerValue = 352, kPaddingBytes = 6
 
 }  // namespace
 
-// Chunks of as many points and bits, 16 at most.
+// Encodes up to 16 chunks with the same number of points and bits.
 class DracoWriter::Group {
  public:
   void Encode(std::span<const QuantisedVertices> chunks, float range,
@@ -119,7 +119,7 @@ size_t DracoWriter::batch() const { return kLanes; }
 absl::Status DracoWriter::Encode(std::span<const QuantisedVertices> chunks, double range,
                                  const ChunkConnectivity* connectivity,
                                  std::span<std::vector<uint8_t>> streams) const {
-  // Kept: fresh pages for every call would take a third of the time.
+  // The group is kept for the next call. Fresh pages for every call would take a third of the time.
   std::unique_ptr<Group> group = TakeGroup();
   while (!chunks.empty()) {
     size_t count = 1;

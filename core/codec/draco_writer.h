@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Our writer of Draco streams. Stock decoders read them to exactly the integers that went in, and
-// the bytes are a function of those integers alone, whatever instructions the machine has.
+// Our writer of Draco streams. Stock decoders read them to exactly the integers that went in. The bytes depend on those
+// integers alone, not on the instructions that the machine has.
 #ifndef LATTICED_CORE_CODEC_DRACO_WRITER_H_
 #define LATTICED_CORE_CODEC_DRACO_WRITER_H_
 
@@ -28,7 +28,7 @@ class DracoWriter final : public ChunkEncoder {
                       const ChunkConnectivity* connectivity,
                       std::span<std::vector<uint8_t>> streams) const override;
 
-  // Kept between calls. Not while one runs.
+  // The memory kept between calls, without that of calls that run now.
   uint64_t MemoryBytes() const;
 
  private:
@@ -37,8 +37,7 @@ class DracoWriter final : public ChunkEncoder {
   std::unique_ptr<Group> TakeGroup() const;
 
   mutable Mutex mutex_;
-  // Free for the next call. The group of the last call is at the end: its memory may still be
-  // cached.
+  // Groups that are free for the next call. The one used last is at the end: its memory may still be cached.
   mutable std::vector<std::unique_ptr<Group>> idle_ ABSL_GUARDED_BY(mutex_);
 };
 

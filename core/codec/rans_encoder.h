@@ -6,8 +6,8 @@
 //   state x in [4 M, 1024 M), M = 2^precision; symbols are put in reverse order:
 //   while x >= 1024 p: one byte of x leaves;  x := floor(x / p) M + x mod p + c
 //
-// with the symbol's probability p of M and c = the sum of those of smaller symbols. Division by
-// multiplication: x < 1024 p and p <= 2^20, so x * ceil(2^50 / p) stays below 2^61 and is exact.
+// where p is the symbol's probability of M, and c the sum of the probabilities of smaller symbols. The division is done
+// by multiplication: x < 1024 p and p <= 2^20, so x * ceil(2^50 / p) stays below 2^61 and the quotient is exact.
 #ifndef LATTICED_CORE_CODEC_RANS_ENCODER_H_
 #define LATTICED_CORE_CODEC_RANS_ENCODER_H_
 
@@ -58,8 +58,8 @@ class RansEncoder {
     Push(state_, entry);
   }
 
-  // The same for precisions up to 16, of which two bytes leave at most, without a branch to guess
-  // wrong. Writes two bytes always.
+  // Put for precisions up to 16, where at most two bytes leave the state. It has no branch to mispredict; it always
+  // writes two bytes.
   void PutShort(const RansEntry& entry) {
     const uint32_t limit = entry.probability << 10;
     const uint32_t leaving = (state_ >= limit ? 1u : 0u) + (state_ >> 8 >= limit ? 1u : 0u);

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// RansEncoder for 16 streams side by side, a chunk in each lane, positions and normals by turns: a
-// stream is one chain of dependent steps, so it is the other streams that fill its gaps.
+// RansEncoder for 16 streams side by side, a chunk in each lane, with positions and normals in turns. One stream is a
+// chain of dependent steps; the other streams use the time in which it waits.
 //
-// A step lets go of two bytes at most: what leaves gathers in a word of each lane, which is stored
-// after every second step.
+// At most two bytes leave the state in a step. They are collected in a word of each lane, which is stored after two
+// steps at the latest.
 // Included once per instruction set by draco_kernel.cc.
 #if defined(LATTICED_CORE_CODEC_RANS_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CODEC_RANS_LANES_INL_H_
@@ -58,7 +58,7 @@ class LaneCoder {
     const VI32 probability = hn::And(entry, hn::Set(d, 0xFFFF));
     const VI32 cumulative = hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(DU32(), entry)));
     const VI32 limit = hn::ShiftLeft<10>(probability), byte = hn::Set(d, 8);
-    // Less than one byte, less than two.
+    // Lanes in which no byte leaves, and lanes in which at most one does.
     const auto none = hn::Lt(state_, limit), one = hn::Lt(hn::ShiftRight<8>(state_), limit);
     const VI32 bits = hn::Add(hn::IfThenZeroElse(none, byte), hn::IfThenZeroElse(one, byte));
     const VI32 rest = hn::Shr(state_, bits);
@@ -113,7 +113,7 @@ struct PairSteps {
   VI32 step[2 * kComponents];
 };
 
-// The last point of an odd number.
+// Puts the last point of an odd number of points.
 template <size_t kComponents>
 HWY_INLINE void PutSingle(LaneCoder& coder, size_t pair) {
   const PairSteps<kComponents> steps(coder, pair);

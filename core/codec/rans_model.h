@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every choice that Draco leaves to a writer of rANS symbols (its scheme RAW), as integer functions
-// of the histogram, so that all writers make the same bytes; how symbols share the probabilities is
-// in rans_shares.h.
+// Every choice that Draco leaves to a writer of rANS symbols (its scheme RAW), as integer functions of the histogram,
+// so that all writers make the same bytes. rans_shares.h has the probabilities of the symbols.
 //
 //   M = 2^precision: what the probabilities of a stream sum up to. A stream names it by its bit
 //   length b, 1 … 18: precision = clamp(floor(3 b / 2), 12, 20).
@@ -30,8 +29,8 @@ LATTICED_HD constexpr int RansPrecision(int bit_length) {
   return bits > kMostRansPrecision ? kMostRansPrecision : bits;
 }
 
-// The least bit length whose M is twice the distinct symbols or more: so many can be told apart
-// without distorting the others. 0 where there is none: store the symbols plainly.
+// The least bit length whose M is at least twice the number of distinct symbols. Then so many symbols get a probability
+// without distorting those of the others. 0 where there is none: store the symbols plainly.
 LATTICED_HD constexpr int RansBitLength(uint32_t distinct_symbols) {
   for (int bit_length = kLeastRansBitLength; bit_length <= kMostRansBitLength; ++bit_length) {
     if (distinct_symbols <= uint32_t{1} << (RansPrecision(bit_length) - 1)) return bit_length;
@@ -44,7 +43,7 @@ LATTICED_HD constexpr uint32_t PlainSymbolBytes(uint32_t largest_symbol) {
   return largest_symbol < 0x100 ? 1 : largest_symbol < 0x10000 ? 2 : 4;
 }
 
-// The last word, once the table and the states are coded: plain symbols where they take less.
+// Decides, after the table and the states are coded, whether the plain symbols take less.
 LATTICED_HD constexpr bool StorePlainly(uint64_t coded_bytes, uint64_t symbols,
                                         uint32_t largest_symbol) {
   return coded_bytes > symbols * PlainSymbolBytes(largest_symbol);

@@ -1,29 +1,29 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The probabilities of a stream's symbols, which sum up to M (rans_model.h): how a count becomes one,
-// and the search for the scale at which they nearly do.
+// The probabilities of a stream's symbols, which sum to M (rans_model.h): how a count becomes a probability, and the
+// search for the scale at which the probabilities nearly sum to M.
 //
 //   share = scale * count
 //
-// The probability is the share rounded to the nearest, 1 at least. From 64 on it takes a second byte
-// of the table: it is 63 for the shares above that, too, for which the longer stream is the lesser
-// cost. 63 in place of a share s takes (s - 63)^2 / 126 * log2(e) * total / M bits, to the second
-// order, where `total` counts share M and all others share what is saved.
+// A probability is the share rounded to the nearest integer, and at least 1. From 64 on, it takes a second byte of the
+// table. Shares a little above 63 therefore get 63, as long as this makes the stream longer by less than that byte.
+// With 63 in place of a share s, the stream takes (s - 63)^2 / 126 * log2(e) * total / M bits more, to the second
+// order; `total` is the sum of all counts, and the other symbols share what is saved.
 //
-// Probabilities ascend with the scale. `fits()` is one at which they sum up to M at most; `exceeds()`
-// one at which they sum up to more, or the end of the range that is searched, or the same where the
-// sum is M. Who shares out begins with `fits()`. What is left of M goes
+// Probabilities rise with the scale. `fits()` is a scale at which they sum to M or less. `exceeds()` is one at which
+// they sum to more, or the end of the searched range; it equals `fits()` where the sum is M. The writer takes the
+// probabilities at `fits()`. The rest of M goes
 //
-//   to the symbols that have more at `exceeds()`, as much more, in ascending order, up to the first
-//   that it does not suffice for; then to the most frequent symbol, the least one of several.
+//   to the symbols that have a higher probability at `exceeds()`, up to that one, in ascending order, until the rest is
+//   too small for one; what is left then goes to the most frequent symbol, the smallest one of several.
 //
-// So they sum up to M and none is below 1, given that the search begins with a scale that fits, which
-// M / 2 / total does. There shares sum up to M / 2, a probability is at most its share + 1, and there
-// are M / 2 symbols at most (RansBitLength).
+// The result sums to M and has no probability below 1, provided that the search begins with a scale that fits. The
+// scale M / 2 / total does: shares sum to M / 2, a probability is at most its share + 1, and there are at most M / 2
+// symbols (RansBitLength).
 //
-// Integers throughout, and a guess depends on sums only: all that search make the same guesses. The
-// scale is in units of M / 2^30 and at most 2^31 / total: times a count it fits 32 bits.
+// All numbers are integers, and a guess depends on sums only, so that all writers make the same guesses. The scale is
+// in units of M / 2^30 and at most 2^31 / total; its product with a count fits 32 bits.
 //
 // Threads  one thread at a time, on host and device
 #ifndef LATTICED_CORE_CODEC_RANS_SHARES_H_
@@ -37,7 +37,7 @@ namespace latticed {
 
 class RansShares {
  public:
-  // `total`: of all counts, not 0.
+  // `total`: the sum of all counts, not 0.
   LATTICED_HD constexpr RansShares(uint32_t total, int precision)
       : fraction_bits_(kShareBits - precision),
         gap_(1 + Root((uint64_t{kWorthAByte} << precision) / total)),
@@ -46,22 +46,22 @@ class RansShares {
         fits_(scale_ / 2),
         exceeds_(2 * scale_) {}
 
-  // The probability of a symbol that is counted `count` times, not 0, at `scale`.
+  // The probability at `scale` of a symbol that occurs `count` times, not 0.
   LATTICED_HD constexpr uint32_t Probability(uint32_t scale, uint32_t count) const {
     const uint32_t half = uint32_t{1} << (fraction_bits_ - 1);
     const uint32_t nearest = (scale * count + half) >> fraction_bits_;
     const uint32_t probability = nearest > 0 ? nearest : 1;
-    // One comparison: below the gap the difference wraps.
+    // One unsigned comparison: below 63 the difference wraps around.
     return probability - kMostOfOneByte < gap_ ? kMostOfOneByte : probability;
   }
 
   LATTICED_HD constexpr bool searching() const {
     return tries_ < kMostTries && exceeds_ - fits_ > 1;
   }
-  // The next one to try.
+  // The next scale to try.
   LATTICED_HD constexpr uint32_t scale() const { return scale_; }
-  // What probabilities sum up to with it, and how many of them are 1, which hardly move with the
-  // scale. The next is where M would be if all others moved as it does, or else half-way.
+  // `sum`: of the probabilities at scale(). `ones`: how many of them are 1; these hardly change with the scale. The
+  // next scale is where the sum would be M if all others changed in proportion, or the middle if that is out of range.
   LATTICED_HD constexpr void Try(uint32_t sum, uint32_t ones) {
     ++tries_;
     if (sum <= sum_) fits_ = scale_;
@@ -80,10 +80,10 @@ class RansShares {
  private:
   static constexpr int kShareBits = 30;
   static constexpr uint32_t kMostOfOneByte = 63, kWorthAByte = 699;  // 8 * 126 / log2(e)
-  // Three or four do for most; what further ones would gain is a ten thousandth of a percent.
+  // Three or four suffice for most streams. Further ones would gain a ten thousandth of a percent.
   static constexpr uint32_t kMostTries = 6;
 
-  // For squares below 2^24: kWorthAByte * 2^12 is below it; a larger M has a total of M / 4 at least.
+  // The root of a square below 2^24. kWorthAByte * 2^12 is below it; a larger M implies a total of M / 4 at least.
   static LATTICED_HD constexpr uint32_t Root(uint64_t square) {
     uint32_t root = 0;
     for (uint32_t bit = 1 << 11; bit != 0; bit >>= 1) {

@@ -33,7 +33,7 @@ void RansTable::Reserve(size_t most_symbols) {
   const size_t room = most_symbols + draco_kernel::kPadding;
   if (symbols_.size() >= room) return;
   for (std::vector<uint32_t>* values : {&symbols_, &counts_, &probabilities_}) {
-    values->reserve(room);  // no more than asked for
+    values->reserve(room);  // resize alone might take more
     values->resize(room);
   }
 }
@@ -75,7 +75,7 @@ void RansTable::ShareOut() {
 }
 
 size_t RansTable::MostBytes() const {
-  // Three a probability, and a byte of zeros before it for each 64.
+  // Three bytes per probability, one for zeros before it, and one for every 64 zeros.
   return kMostVarintBytes + 4 * distinct_ + largest() / kMostZeros;
 }
 

@@ -24,17 +24,17 @@ class RansTable {
   // Makes room for `most_symbols` distinct ones and the padding of draco_kernel::CollectCounts.
   void Reserve(size_t most_symbols);
 
-  // `count` histograms, `stride` apart, to be added up; no symbol from `end` on occurs, and one
-  // below does; `end` must have been reserved. They are zero afterwards, padded as CollectCounts
-  // says.
+  // Adds up `count` histograms, which lie `stride` apart, and makes the table from them. No symbol from `end` on
+  // occurs, and at least one below does; `end` must have been reserved. The histograms are zero afterwards. They are
+  // padded as CollectCounts says.
   void Build(std::vector<uint32_t>& histograms, size_t count, size_t stride, size_t end);
 
-  // By RansBitLength. Where it is 0 there are no probabilities.
+  // The result of RansBitLength. If it is 0, there are no probabilities.
   int bit_length() const { return bit_length_; }
   int precision() const { return precision_; }
   uint32_t largest() const { return symbols_[distinct_ - 1]; }
 
-  // visit(symbol, probability, cumulative) for those that occur, ascending.
+  // Calls visit(symbol, probability, cumulative) for the symbols that occur, ascending.
   template <class Visit>
   void ForEach(const Visit& visit) const {
     uint32_t cumulative = 0;

@@ -16,12 +16,10 @@ using draco_kernel::kPadding;
 // Numbers of the format.
 constexpr uint32_t kPlain = 0, kCoded = 1;
 constexpr size_t kHistograms = 4;
-// The number of states that are coded by turns, without vectors: one waits while another
-// multiplies.
+// Without vectors, this many states are coded in turns: one waits for its multiplication while the next begins.
 constexpr size_t kChains = 4;
 constexpr int kMostChainPrecision = 16;
-// With fewer chunks than this, coding by turns is as fast: vectors take as long for one chunk as
-// for 16.
+// With fewer chunks than this, coding in turns is as fast: vectors take as long for one chunk as for 16.
 constexpr size_t kFewestLanes = 7;
 
 size_t RoundUp(size_t count, size_t step) { return (count + step - 1) / step * step; }
@@ -29,7 +27,7 @@ size_t RoundUp(size_t count, size_t step) { return (count + step - 1) / step * s
 template <class T>
 void GrowTo(std::vector<T>& values, size_t size) {
   if (values.size() >= size) return;
-  values.reserve(size);  // no more than asked for
+  values.reserve(size);  // resize alone might take more
   values.resize(size);
 }
 

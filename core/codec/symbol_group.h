@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The symbols of one attribute of up to 16 chunks of as many points, and how they become bytes.
+// The symbols of one attribute of up to 16 chunks with the same number of points, and their coding.
 //
 // Layout   a plane of uint16 for each lane and component, padded so that vectors may go past its
 //          last point; a stream's order is point by point, components within a point
@@ -24,13 +24,13 @@ namespace latticed {
 
 class SymbolGroup {
  public:
-  // Begins anew. The symbols that follow are below `most_symbols`.
+  // Starts over. All symbols that follow are below `most_symbols`.
   void Begin(size_t lanes, size_t points, size_t components, size_t most_symbols);
 
   uint16_t* plane(size_t lane, size_t component) {
     return symbols_.data() + (lane * components_ + component) * stride_;
   }
-  // Counts the symbols of a lane, all below `end`, and shares out their probabilities.
+  // Counts the symbols of a lane, all below `end`, and makes its table of probabilities.
   void Tabulate(size_t lane, size_t end);
 
   // Codes all lanes of both groups side by side. `normals` may be null.
@@ -63,10 +63,10 @@ class SymbolGroup {
   size_t lanes_ = 0, points_ = 0, components_ = 0, stride_ = 0, most_symbols_ = 0,
          coded_stride_ = 0, entry_stride_ = 0;
   std::vector<uint16_t> symbols_;
-  std::vector<uint32_t> histograms_;    // kHistograms; zero but while counting
+  std::vector<uint32_t> histograms_;    // kHistograms; zero except while counting
   std::vector<RansEntry> entries_;      // by symbol, of each chain
   std::vector<uint32_t> lane_entries_;  // the same as words, of each lane
-  std::vector<uint8_t> coded_;          // what left the states, by lane
+  std::vector<uint8_t> coded_;          // bytes that left the states, by lane
   std::array<Lane, draco_kernel::kLanes> lane_;
 };
 

@@ -140,7 +140,7 @@ int ComponentsOf(std::string_view type) {
   return found == kTypes.end() ? 0 : static_cast<int>(found - kTypes.begin()) + 1;
 }
 
-// A count or an offset in bytes; a value that is none is larger than any file.
+// A count, or an offset in bytes. For a value that is neither, returns a number larger than any file.
 uint64_t Size(const json& object, const char* key) {
   const json& value = GlbMember(object, key);
   if (value.is_null()) return 0;

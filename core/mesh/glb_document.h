@@ -30,7 +30,7 @@ namespace latticed {
 [[nodiscard]] const nlohmann::json& GlbMember(const nlohmann::json& object, const char* key);
 // Null, which is as good as an empty array, where there is none.
 [[nodiscard]] const nlohmann::json& GlbArray(const nlohmann::json& object, const char* key);
-// An index of another array: kGlbNoIndex where there is none, less for a value that is no index.
+// The index that a member holds: kGlbNoIndex if it is absent, a smaller number if it is no index.
 inline constexpr int64_t kGlbNoIndex = -1;
 [[nodiscard]] int64_t GlbIndex(const nlohmann::json& object, const char* key);
 [[nodiscard]] std::vector<int64_t> GlbIndices(const nlohmann::json& object, const char* key);
@@ -63,7 +63,7 @@ class GlbDocument {
   static absl::StatusOr<GlbDocument> Parse(std::string_view bytes);
 
   const nlohmann::json& root() const { return root_; }
-  // Accessor `index`, which must exist, be dense, lie in its buffer, and have so many components.
+  // Opens accessor `index`. It must exist, be dense, lie in its buffer, and have this many components.
   [[nodiscard]] absl::StatusOr<GlbAccessor> Open(int64_t index, int components) const;
   // The same for vertex indices, which are unsigned integers.
   [[nodiscard]] absl::StatusOr<GlbAccessor> OpenIndices(int64_t index) const;

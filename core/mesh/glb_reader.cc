@@ -3,13 +3,12 @@
 //
 // Binary glTF 2.0 (GLB).
 //
-// Read are all triangle primitives (list, strip, fan) of the default scene, or of all roots where
-// there is none: POSITION, NORMAL, TEXCOORD_0, under the transforms of their nodes; a mirroring
-// node turns its triangles over. Positions with the same bits become one vertex: glTF doubles
-// vertices at every seam. A primitive's group is its material, else its mesh. Texture coordinates
-// are turned to have their origin below left. Lines and points are passed over. Refused are
-// external buffers, sparse accessors, compressed geometry and unknown required extensions. Skins,
-// morph targets and images are not looked at.
+// Reads all triangle primitives (list, strip, fan) of the default scene, or of all roots where there is none: POSITION,
+// NORMAL and TEXCOORD_0, under the transforms of their nodes. A mirroring node reverses its triangles. Positions with
+// the same bits become one vertex, because glTF doubles vertices at every seam. A primitive's group is its material,
+// else its mesh. Texture coordinates are flipped to have their origin at the lower left. Lines and points are skipped.
+// External buffers, sparse accessors, compressed geometry and unknown required extensions are refused. Skins, morph
+// targets and images are ignored.
 //
 // Errors   kInvalidArgument, reason MALFORMED_FILE, naming the byte or the glTF element
 #include <cmath>
@@ -151,7 +150,7 @@ class GlbReader {
     return absl::OkStatus();
   }
 
-  // An attribute of the primitive, if it has it; slots are shared by the primitives of one node.
+  // Opens an attribute of the primitive, if it has it. The primitives of one node share slots.
   absl::Status OpenAttribute(const json& attributes, const char* name, int components,
                              std::map<int64_t, Slots>* slots_of, GlbAccessor* accessor,
                              Slots** slots) {

@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Mesh files in and out, by format. Each reader says what of its format it reads.
+// Reads and writes mesh files, by format. Each reader says what of its format it reads.
 //
-// Readers take untrusted bytes. They check each announced size against the size of the file before
-// they allocate, and validate the mesh that they return. kInvalidArgument with reason
-// MALFORMED_FILE
-// names the line or byte. Writers cannot fail but for memory.
+// Readers take untrusted bytes. They check each announced size against the size of the file before they allocate, and
+// validate the mesh that they return. Errors: kInvalidArgument with reason MALFORMED_FILE names the line or byte.
+// Writers fail only for memory, except as noted.
 #ifndef LATTICED_CORE_MESH_MESH_IO_H_
 #define LATTICED_CORE_MESH_MESH_IO_H_
 
@@ -21,7 +20,7 @@ namespace latticed {
 
 enum class MeshFormat { kObj, kPly, kStl, kGlb, kDraco };
 
-// By file extension, any case; kInvalidArgument lists what is known.
+// By file extension, in any case. Errors: kInvalidArgument, which lists the known extensions.
 [[nodiscard]] absl::StatusOr<MeshFormat> MeshFormatFromFileName(std::string_view file_name);
 [[nodiscard]] std::string_view MeshFormatName(MeshFormat format);       // "OBJ", "PLY", …
 [[nodiscard]] std::string_view MeshFormatExtension(MeshFormat format);  // "obj", "ply", …, "drc"
@@ -29,9 +28,9 @@ enum class MeshFormat { kObj, kPly, kStl, kGlb, kDraco };
 // kDraco is read by core/codec and refused here with kUnimplemented.
 [[nodiscard]] absl::StatusOr<PolygonMesh> ReadMesh(MeshFormat format, std::string_view bytes);
 
-// OBJ, PLY (binary little endian: float x y z nx ny nz s t as present, uchar int faces), STL
-// (binary), GLB (float32 relative to a node translation). Known units are a comment in the first
-// three, and a root node in GLB; groups are in OBJ and GLB alone.
+// OBJ, PLY (binary little endian: float x y z nx ny nz s t as present, uchar int faces), STL (binary), GLB (float32
+// relative to a node translation). Known units are written as a comment in the first three, and as a root node in GLB.
+// Only OBJ and GLB keep groups.
 [[nodiscard]] absl::StatusOr<std::string> WriteMesh(MeshFormat format, const TriangleMesh& mesh);
 
 // The same by one format.
@@ -42,16 +41,14 @@ enum class MeshFormat { kObj, kPly, kStl, kGlb, kDraco };
 // Numbers are the shortest decimals that read back to the same bits.
 [[nodiscard]] std::string WriteObj(const TriangleMesh& mesh);
 [[nodiscard]] std::string WriteObj(const PolygonMesh& mesh);
-// Binary little endian: float x y z [nx ny nz] [s t], then `list uchar int vertex_indices`. Groups
-// have no place in PLY.
+// Binary little endian: float x y z [nx ny nz] [s t], then `list uchar int vertex_indices`. Groups are left out.
 [[nodiscard]] std::string WritePly(const TriangleMesh& mesh);
-// Binary. Positions become float, which tells far-away vertices apart no more.
+// Binary. Positions become float, so vertices far from the origin may coincide.
 [[nodiscard]] std::string WriteStl(const TriangleMesh& mesh);
-// One mesh on one node. Positions are float32 about the centre of the bounds, which is the node's
-// translation: a mesh far from the origin keeps its precision. Every group is a primitive with a
-// material of its name. Known units make that node the child of a root that turns and scales to
-// glTF's own, metres and +y up, and are named in asset.extras as upAxis and metersPerUnit.
-// kResourceExhausted above the 4 GiB of a GLB.
+// One mesh on one node. Positions are float32 about the centre of the bounds, which is the node's translation: a mesh
+// far from the origin keeps its precision. Every group is a primitive with a material of its name. With known units,
+// the node is the child of a root that rotates and scales to glTF's own (metres, +y up), and asset.extras names the
+// units as upAxis and metersPerUnit. kResourceExhausted above the 4 GiB of a GLB.
 [[nodiscard]] absl::StatusOr<std::string> WriteGlb(const TriangleMesh& mesh);
 
 }  // namespace latticed

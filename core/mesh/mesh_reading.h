@@ -20,17 +20,16 @@
 
 namespace latticed {
 
-// The next word of *text, between white space (line ends included), and its removal. Empty at the
-// end.
+// Removes the next word from *text and returns it. White space, line ends included, separates words. Empty at the end.
 [[nodiscard]] std::string_view TakeWord(std::string_view* text);
-// The next line of *text, without its end (LF, CR LF or CR), and the removal of both.
+// Removes the next line and its end (LF, CR LF or CR) from *text, and returns the line.
 [[nodiscard]] std::string_view TakeTextLine(std::string_view* text);
 // Whether the whole word is one number. Doubles must be finite; a leading '+' is allowed.
 [[nodiscard]] bool ParseNumber(std::string_view word, double* value);
 [[nodiscard]] bool ParseInteger(std::string_view word, int64_t* value);
 // Why ParseNumber or ParseInteger refused the word; long and unprintable words are cut.
 [[nodiscard]] std::string NumberProblem(std::string_view word);
-// "line 12", for the position `offset` of a text; counted, so for error messages only.
+// "line 12", for the position `offset` of a text. It counts lines from the start, so use it for error messages only.
 [[nodiscard]] std::string LineAt(std::string_view text, size_t offset);
 // A name of the file as a message may show it: printable, at most 40 characters.
 [[nodiscard]] std::string Quoted(std::string_view word);

@@ -19,7 +19,7 @@ struct MeshUnits {
   bool known() const { return !up_axis.empty() || meters_per_unit > 0; }
 };
 
-// "up +z, 0.01 m per unit", what is known of it; short enough for the header of an STL file.
+// The known parts of "up +z, 0.01 m per unit"; short enough for the header of an STL file.
 [[nodiscard]] inline std::string Describe(const MeshUnits& units) {
   std::string text;
   if (!units.up_axis.empty()) text = "up +" + units.up_axis;

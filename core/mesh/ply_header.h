@@ -39,7 +39,7 @@ struct PlyElement {
   uint64_t count = 0;
   std::vector<PlyProperty> properties;
 
-  // Bytes of one record in a binary file at least: lists may be empty.
+  // The least bytes of one record in a binary file, where lists may be empty.
   [[nodiscard]] size_t MinBinaryBytes() const;
   // Index of the first property with one of the names and the given kind, or -1.
   [[nodiscard]] int FindProperty(std::initializer_list<std::string_view> names, bool is_list) const;

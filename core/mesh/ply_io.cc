@@ -3,11 +3,10 @@
 //
 // Stanford PLY: ascii, binary little endian, binary big endian.
 //
-// Read are, of the element `vertex`: x y z, nx ny nz, and a pair s t, u v or texture_u texture_v;
-// of `face`: the list vertex_indices or vertex_index; of `tristrips`: the list vertex_indices,
-// strips ended by -1, whose triangles with a repeated vertex join strips and are left out. Other
-// elements and properties, lists too, are passed over. Texture coordinates have their origin below
-// left.
+// Reads, of the element `vertex`: x y z, nx ny nz, and a pair s t, u v or texture_u texture_v; of `face`: the list
+// vertex_indices or vertex_index; of `tristrips`: the list vertex_indices, whose strips end with -1. Triangles of a
+// strip that have a repeated vertex only join strips and are left out. Other elements and properties are skipped, lists
+// too. Texture coordinates have their origin at the lower left.
 //
 // Errors   kInvalidArgument, reason MALFORMED_FILE, naming line (header, ascii) or byte
 #include <algorithm>
@@ -137,7 +136,7 @@ class PlyReader {
     return absl::OkStatus();
   }
 
-  // Before anything is allocated for the element.
+  // Checks the element's size before anything is allocated for it.
   absl::Status CheckSize(const PlyElement& element) const {
     const size_t record = body_.is_ascii() ? element.properties.size() : element.MinBinaryBytes();
     if (record == 0 || element.count <= body_.bytes_left() / record) return absl::OkStatus();
@@ -189,7 +188,7 @@ class PlyReader {
     return absl::OkStatus();
   }
 
-  // Values of the properties that have a slot; they must be finite, as floats too.
+  // Reads the values of the properties that have a slot. They must be finite, also as floats.
   absl::Status ReadRecord(const PlyElement& element, const std::vector<int>& slot_of,
                           double* values) {
     for (size_t p = 0; p < slot_of.size(); ++p) {
@@ -274,7 +273,7 @@ class PlyReader {
         const auto end = static_cast<size_t>(
             std::find(indices.begin() + static_cast<ptrdiff_t>(begin), indices.end(), -1.0) -
             indices.begin());
-        for (size_t i = begin; i + 2 < end; ++i) {  // every second triangle is turned over
+        for (size_t i = begin; i + 2 < end; ++i) {  // every second triangle is reversed
           const bool odd = ((i - begin) & 1) != 0;
           const double a = indices[i + (odd ? 1 : 0)], b = indices[i + (odd ? 0 : 1)];
           const double c = indices[i + 2];

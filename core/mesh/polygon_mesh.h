@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// An uploaded polygon mesh, as its file described it: faces of any size, attributes per corner.
+// An uploaded polygon mesh, as its file describes it: faces of any size, attributes per corner.
 //
 //   face f owns the corners  face_offsets[f] .. face_offsets[f + 1] - 1
 //   corner c has the vertex  corner_vertices[c]   (always)
 //            the normal      corner_normals[c]    (when normals is not empty)
 //            and the uv      corner_uvs[c]        (when uvs is not empty)
-//   kNoAttribute marks a corner without normal or uv in a file that has some.
+//   kNoAttribute marks a corner without normal or uv, in a file where others have one.
 //
-// Units    world units of the file. Normals need not be unit length; readers keep them as written.
-// Threads  plain data; immutable once uploaded.
+// Units    world units of the file; normals need not be unit length, and readers keep them as written
+// Threads  plain data; immutable once uploaded
 #ifndef LATTICED_CORE_MESH_POLYGON_MESH_H_
 #define LATTICED_CORE_MESH_POLYGON_MESH_H_
 
@@ -49,8 +49,8 @@ struct PolygonMesh {
   size_t MemoryBytes() const;
 };
 
-// Checks what every reader must guarantee: at least one face, faces of 3 corners or more, indices
-// in range, finite numbers, sizes within limits.h. kInvalidArgument naming the element.
+// Checks what every reader must guarantee: at least one face, faces of 3 corners or more, indices in range, finite
+// numbers, sizes and coordinates within limits.h. Errors: kInvalidArgument naming the element.
 [[nodiscard]] absl::Status Validate(const PolygonMesh& mesh);
 
 }  // namespace latticed

@@ -84,8 +84,8 @@ PolygonMesh MakeVase(int resolution) {
   return mesh;
 }
 
-// The (2, 3) torus knot and a frame across it: the torus's normal turned square to the tangent,
-// which closes without a twist.
+// A point of the (2, 3) torus knot and a frame across it. The frame's normal is the torus's normal, made perpendicular
+// to the tangent; such a frame closes without a twist.
 struct KnotFrame {
   Vec3d center, normal, binormal;
 };
@@ -131,7 +131,7 @@ PolygonMesh MakeKnot(int resolution) {
 }
 
 constexpr int kTeeth = 24;
-constexpr int kCapSectors = 6;  // each cap has so many concave n-gons
+constexpr int kCapSectors = 6;  // concave n-gons of each cap
 
 // Radius of the gear's outline at a fraction 0 … 1 of one tooth's pitch: root, flank, tip, flank.
 double GearRadius(double pitch) {

@@ -10,7 +10,7 @@
 //   shell   sea shell, a tube along a helical spiral: triangles; open at its mouth
 //
 // Units    about two units across, centred near the origin, z up
-// Size     faces grow with the square of the resolution (the gear's caps in corners instead)
+// Size     the number of faces grows with the square of the resolution; the gear's caps get more corners instead
 // Errors   kInvalidArgument for another name, or a resolution out of kMin…kMaxSampleResolution
 // Threads  pure and deterministic
 #ifndef LATTICED_CORE_MESH_SAMPLE_MESHES_H_

@@ -214,8 +214,7 @@ class EarClipper {
   std::vector<std::array<uint32_t, 3>>& triangles_;
 };
 
-// Both diagonals of a convex quadrilateral divide it; of a concave one only that from the reflex
-// corner.
+// Both diagonals of a convex quadrilateral divide it. Of a concave one, only the diagonal from the reflex corner does.
 void TriangulateQuad(std::span<const Vec3d> p, std::vector<std::array<uint32_t, 3>>* triangles) {
   const Vec3d normal = NewellNormal(p);
   const auto smaller_part = [&](size_t a, size_t b, size_t c, size_t d) {

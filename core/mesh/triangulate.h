@@ -3,8 +3,7 @@
 //
 // Triangles of one polygon: ear clipping in the plane of best fit (Newell's normal).
 //
-//   triangles: n - 2 triples of local indices 0 … n - 1 in the polygon's winding, in place of what
-//   was there
+//   triangles: n - 2 triples of local indices 0 … n - 1, in the polygon's winding; they replace the vector's contents
 //
 // Method    G. H. Meisters 1975, "Polygons have ears". A quadrilateral that both diagonals divide
 //           takes the shorter one (0-2 on a tie). Only reflex corners can block an ear; polygons of
