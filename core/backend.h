@@ -74,7 +74,7 @@ struct SharedBytes {
   std::shared_ptr<const void> owner;
   const uint8_t* data = nullptr;
   size_t size = 0;
-  size_t block_bytes = 0;  // all that `owner` keeps, where these are but a part of it; else 0
+  size_t block_bytes = 0;  // all that `owner` keeps, if these are only a part; else 0
   std::span<const uint8_t> span() const { return {data, size}; }
 };
 [[nodiscard]] SharedBytes MakeSharedBytes(std::vector<uint8_t> bytes);
@@ -168,7 +168,7 @@ class DeformTarget {
   // kInvalidArgument for a spec out of limits; kResourceExhausted with asked and free bytes.
   [[nodiscard]] virtual absl::StatusOr<std::unique_ptr<DeformView>> CreateView(
       const ViewSpec& spec) = 0;
-  // Bézier control nets of patches [first, last): m x 3 doubles a patch, world coordinates, in the
+  // Bézier control nets of patches [first, last): m x 3 doubles per patch, world coordinates, in the
   // order T_{n,0,0}, T_{n-1,1,0}, …, T_{0,0,n} of formula (3).
   [[nodiscard]] virtual absl::StatusOr<std::vector<double>> ControlNets(
       std::span<const Vec3d> control_points, size_t first, size_t last) = 0;

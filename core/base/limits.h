@@ -16,7 +16,7 @@ inline constexpr int kMinDegree = 1;
 inline constexpr int kMaxDegree = 3;
 inline constexpr int kMaxControlPoints = 32'768;
 
-// Views. 32 segments: 561 points a patch, 32 patches stay far below kMaxChunkPoints.
+// Views. 32 segments: 561 points per patch; 32 patches stay far below kMaxChunkPoints.
 inline constexpr int kMinSegments = 1;
 inline constexpr int kMaxSegments = 32;
 inline constexpr int kMinPositionBits = 8;

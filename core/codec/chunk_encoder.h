@@ -61,7 +61,7 @@ class ChunkEncoder {
     return 0;
   }
 
-  // Makes streams[i] from chunks[i], each of which has a point at least. With `connectivity` the
+  // Makes streams[i] from chunks[i], each of which has at least one point. With `connectivity` the
   // streams are meshes, and all chunks have as many points as it has. It may be null.
   [[nodiscard]] virtual absl::Status Encode(std::span<const QuantisedVertices> chunks, double range,
                                             const ChunkConnectivity* connectivity,

@@ -27,15 +27,15 @@ namespace latticed {
                                                          int normal_bits = 12);
 
 struct DecodedChunk {
-  std::vector<float> positions;  // 3 a point, relative to the quantisation box's origin
-  std::vector<float> normals;    // 3 a point, or empty
+  std::vector<float> positions;  // 3 per point, relative to the quantisation box's origin
+  std::vector<float> normals;    // 3 per point, or empty
 };
 // One chunk stream, points in stream order.
 [[nodiscard]] absl::StatusOr<DecodedChunk> DecodeDracoChunk(std::span<const uint8_t> bytes);
 
 struct DecodedIntegers {
-  std::vector<uint32_t> positions;  // 3 a point
-  std::vector<uint32_t> normals;    // s, t a point, or empty
+  std::vector<uint32_t> positions;  // 3 per point
+  std::vector<uint32_t> normals;    // s, t per point, or empty
 };
 // The same without the attribute transforms: the integers that the stream holds.
 [[nodiscard]] absl::StatusOr<DecodedIntegers> DecodeDracoChunkIntegers(

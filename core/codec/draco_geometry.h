@@ -31,9 +31,9 @@ struct DracoGeometry {
   int position_bits = 16;
   int normal_bits = 0;                // 0: no normals
   int uv_bits = 0;                    // 0: no uvs
-  std::vector<float> grid_positions;  // 3 a point, integers in 0 … 2^position_bits - 1
-  std::vector<float> normals;         // 3 a point
-  std::vector<float> uvs;             // 2 a point
+  std::vector<float> grid_positions;  // 3 per point, integers in 0 … 2^position_bits - 1
+  std::vector<float> normals;         // 3 per point
+  std::vector<float> uvs;             // 2 per point
   std::array<float, 3> origin{};      // decoded position = origin + integer * range / (2^bits - 1)
   float range = 1;
 };

@@ -7,7 +7,7 @@
 namespace latticed {
 namespace {
 
-// Uses by entity: those of entity e are uses[begin[e]] .. uses[begin[e + 1] - 1], patches rising.
+// Uses by entity: those of entity e are uses[begin[e]] .. uses[begin[e + 1] - 1], by patch.
 struct UseTable {
   std::vector<uint32_t> begin;
   std::vector<PointUse> uses;

@@ -8,8 +8,8 @@
 // box uses it, the lattice itself is evaluated (Orphan). On an attached seam, the lowest outside patch is the owner. On
 // a detached seam, each side has its own owner. Normals are not shared.
 //
-// No point is both read and written. Of the patches that use a vertex or edge, only the owner is read, and each corner
-// or edge of a patch is a use of one vertex or edge. A backend may therefore copy in any order, or all at once.
+// No point is both read and written. Among the patches that use a vertex or edge, only the owner is read, and each
+// corner or edge of a patch is a use of one vertex or edge. A backend may therefore copy in any order, or all at once.
 //
 // Threads  immutable after construction
 #ifndef LATTICED_CORE_FFD_SHARED_POINTS_H_

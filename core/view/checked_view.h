@@ -40,7 +40,7 @@ class CheckedView : public DeformView {
 
  private:
   // As DeformView's; the arguments are valid. After an error of EvaluateChunks the next Evaluate must
-  // name all chunks. `results` has one entry a chunk, and there is one at least.
+  // name all chunks. `results` has one entry per chunk, and at least one.
   virtual absl::Status EvaluateChunks(std::span<const Vec3d> control_points,
                                       const QuantisationBox& box,
                                       std::span<const uint32_t> chunks) = 0;

@@ -8,7 +8,7 @@
 //   part                 0                | 1                       | …
 //
 // Evaluate gives each part its chunks and waits for none, so parts that enqueue run concurrently. A
-// part without chunks is not called. Encode uses one thread a part.
+// part without chunks is not called. Encode uses one thread per part.
 //
 // Errors   those of core/view/checked_view.h and of the parts. After an error of Evaluate, the next one must name all
 //          chunks, also those of the parts that did not fail
@@ -38,7 +38,7 @@ class SpannedView : public CheckedView {
   const std::vector<Part>& parts() const { return parts_; }
 
  private:
-  // What one part has to encode, and the results.
+  // The chunks that one part has to encode, and the results.
   struct Share {
     std::vector<size_t> places;    // in the list of all chunks that are to be encoded
     std::vector<uint32_t> chunks;  // of the part
@@ -60,7 +60,7 @@ class SpannedView : public CheckedView {
 
   const std::vector<Part> parts_;
   std::span<const uint32_t>
-      all_;  // 0, 1, …, as long as the largest part; names all chunks of a part
+      all_;  // 0, 1, …, as long as the largest part; it names all chunks of a part
   std::vector<uint32_t> named_;  // the chunks named to the current part
 };
 

@@ -9,7 +9,7 @@
 //   kQuantised  with N = points of the chunk: uint16 x[N] y[N] z[N], then s[N] t[N] in 1 or 2 bytes
 //
 //   integer = clamp(round((p - (box.origin - local_origin)) / step), 0, 2^bits - 1),  p relative to
-//   the plan's local origin, in double: one multiplication and one addition an axis
+//   the plan's local origin, in double: one multiplication and one addition per axis
 //
 // Vertices begin at a multiple of 4 bytes; then every number lies at a multiple of its own size.
 // Threads  pure; distinct points may be written at once. Host and device, plain data

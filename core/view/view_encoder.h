@@ -63,7 +63,7 @@ class ViewEncoder {
   ViewSpec spec_;
   std::shared_ptr<const ChunkEncoder> encoder_;
   CpuArena& arena_;
-  // By patches of a chunk: the last chunk of a plan has fewer. Made for kDracoMesh.
+  // By the number of patches in a chunk: the last chunk of a plan may have fewer. Made for kDracoMesh.
   std::map<size_t, ChunkConnectivity> connectivity_;
 };
 

@@ -28,7 +28,7 @@ namespace HWY_NAMESPACE {
 
 // The other form composes the polynomials of a patch and of its edges, which takes 2,100 multiply-adds at
 // degree 2 x 2 x 2, and collapses them, 100 for each row. A point then takes 110 to 120 fewer than here.
-// So the two break even between 5 and 6 segments, as measured in tests/bench/results/cpu.md.
+// The two forms therefore break even between 5 and 6 segments, as measured in tests/bench/results/cpu.md.
 constexpr int kMostDirectSegments = 5;
 
 template <int D0, int D1, int D2, bool kNormals, bool kSmooth>

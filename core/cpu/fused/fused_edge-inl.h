@@ -56,8 +56,8 @@ HWY_INLINE void EdgeMiddle(const BoxPolynomial& box, const V* m, const V* d, int
 }
 
 // Composes one component with an edge's line: a polynomial in tau of degree D0 + D1 + D2. Exchanging the
-// edge's ends changes the sign of d, and exactly that of every odd coefficient. So both patches of an edge
-// get the same bits, whichever way each runs along it.
+// edge's ends changes the sign of d, and exactly that of every odd coefficient. Both patches of an edge
+// therefore get the same bits, whichever way each runs along it.
 template <int D0, int D1, int D2, int A>
 HWY_INLINE void ComposeEdge(const BoxPolynomial& box, const V* m, const V* d, int component,
                             V* out) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The vector types of all SIMD code of the fused pipeline: one patch, edge or corner a lane.
+// The vector types of all SIMD code of the fused pipeline: one patch, edge or corner per lane.
 // Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_FUSED_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_FUSED_FUSED_LANES_INL_H_

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Evaluates R and its Jacobian at one point a lane, from the polynomial of the point's box.
+// Evaluates R and its Jacobian at one point per lane, from the polynomial of the point's box.
 // Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_FUSED_POINT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_FUSED_FUSED_POINT_INL_H_

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Stores rows of lanes as vertices in wire layout. It transposes four rows at a time: it interleaves them
-// into 16-byte pieces, one a lane, and copies the pieces to the lanes' patches.
+// into 16-byte pieces, one per lane, and copies the pieces to the lanes' patches.
 // Included once per instruction set by fused_kernel.cc.
 #if defined(LATTICED_CORE_CPU_FUSED_FUSED_STORE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_FUSED_FUSED_STORE_INL_H_
@@ -29,7 +29,7 @@ using DI = hn::RebindToSigned<DF>;
 using VF = hn::Vec<DF>;
 using VI = hn::Vec<DI>;
 
-// Interleaves rows[0..3] (each kLanes values of 4 bytes): 16 bytes a lane, at pieces + 16 lane.
+// Interleaves rows[0..3] (each kLanes values of 4 bytes): 16 bytes per lane, at pieces + 16 lane.
 template <class T>
 HWY_INLINE void InterleaveRows(const T* const rows[4], uint8_t* pieces) {
   const hn::CappedTag<T, kLanes> d;
@@ -50,7 +50,7 @@ HWY_INLINE void CopyTail(uint8_t* to, const uint8_t* from, size_t bytes) {
 }
 
 // Copies `rows` rows of 4-byte words to the lanes: word r of lane l to destination[l] + 4 r, but no
-// more than `bytes` a lane.
+// more than `bytes` per lane.
 template <class T, class RowAt>
 HWY_INLINE void StoreTransposed(size_t rows, size_t bytes, size_t lanes, const RowAt& row_at,
                                 uint8_t* const* destination) {
