@@ -10,7 +10,7 @@
 //     prediction method, transform
 //     1 scheme coder | table | length | states       or 0 width | plain symbols
 //     bounds of the transform: int32, int32
-//   then each attribute's way back to floats: float min[3] float range bits, or bits
+//   then each attribute's dequantisation: float min[3] float range bits, or bits
 //
 // Source   Draco bitstream specification, google.github.io/draco/spec
 // Threads  pure functions

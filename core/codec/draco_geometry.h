@@ -4,7 +4,7 @@
 // libdraco's encoder with an exact quantisation of positions.
 //
 // libdraco passes explicit quantisation through text with six decimals, and chooses the encoder of
-// an attribute by its data type, so it must be fed floats. Positions therefore go in as *grid
+// an attribute by its data type, so it needs floats. Positions therefore go in as *grid
 // units* (origin 0, range 2^bits - 1: every integer is its own float), and the 17 bytes of the
 // transform that decoders read, float min[3], float range, uint8 bits, are written afterwards. All
 // transforms are at the end of a sequential stream, in attribute order:

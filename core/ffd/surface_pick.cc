@@ -53,7 +53,7 @@ class RayFrame {
   double begin_ = 0;
 };
 
-// A triangle inside a patch, by the barycentrics of its corners there.
+// A triangle inside a patch. `corners` are barycentrics in the patch.
 struct Part {
   uint32_t patch = 0;
   std::array<Vec3d, 3> corners{Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};

@@ -26,9 +26,9 @@ namespace latticed {
 // kInvalidArgument, reason MALFORMED_FILE.
 [[nodiscard]] absl::Status MalformedGlb(std::string_view where, std::string_view problem);
 
-// Null where there is none.
+// The member, or null where there is none.
 [[nodiscard]] const nlohmann::json& GlbMember(const nlohmann::json& object, const char* key);
-// Null, which is as good as an empty array, where there is none.
+// The member, or null where there is none. Null iterates like an empty array.
 [[nodiscard]] const nlohmann::json& GlbArray(const nlohmann::json& object, const char* key);
 // The index that a member holds: kGlbNoIndex if it is absent, a smaller number if it is no index.
 inline constexpr int64_t kGlbNoIndex = -1;
