@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// latticed: parse, start, wait for SIGTERM or SIGINT, drain.
+// The program latticed: parses the options, starts the server, waits for SIGTERM or SIGINT, and drains.
 #include <semaphore.h>
 #include <signal.h>
 
@@ -19,8 +19,8 @@ namespace {
 constexpr int kExitFailure = 1;
 constexpr int kExitUsage = 2;
 
-// A handler, not sigwait: libraries start threads before main, in which no signal is blocked. One of these
-// would receive the signal and end the program.
+// A handler catches the signals. sigwait would not: libraries start threads before main, and these threads
+// block no signals. One of them would receive the signal and end the program.
 sem_t stop_semaphore;
 std::atomic<int> stop_signal = 0;
 static_assert(std::atomic<int>::is_always_lock_free, "set in a signal handler");
@@ -38,7 +38,7 @@ void CatchStopSignals() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGINT, &action, nullptr);
-  // The program must not end because nobody reads its log any more.
+  // The program must not end when nobody reads its log any more.
   signal(SIGPIPE, SIG_IGN);
 }
 

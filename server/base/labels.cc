@@ -13,7 +13,7 @@
 namespace latticed {
 namespace {
 
-// What a message shows of a word that is no key.
+// The most bytes of an invalid key or filter term that an error message repeats.
 constexpr size_t kShownBytes = 64;
 
 bool IsKey(std::string_view key) {
@@ -79,7 +79,7 @@ absl::StatusOr<size_t> PageSize(int32_t page_size) {
 }
 
 bool PageRoom::Take(size_t bytes) {
-  constexpr size_t kOverheadBytes = 4;  // tag and length of an item in its list
+  constexpr size_t kOverheadBytes = 4;  // tag and length of an item of the list
   if (items_ == 0 || (bytes_ > 0 && bytes_ + bytes + kOverheadBytes > limits::kMaxPageBytes)) {
     return false;
   }

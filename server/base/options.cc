@@ -48,7 +48,7 @@ CLI::Option* AddBytes(CLI::App& app, const std::string& name, uint64_t& value,
       ->capture_default_str();
 }
 
-// One value, not CLI11's list: a flag replaces the value of the environment and is not added to it.
+// Parsed as one value. A flag then replaces the environment's value; a list of CLI11's would add to it.
 void AddDevices(CLI::App& app, std::vector<int>& devices) {
   const auto parse = [&devices](const std::string& text) {
     devices.clear();
@@ -69,14 +69,14 @@ void AddDevices(CLI::App& app, std::vector<int>& devices) {
       ->default_str(absl::StrJoin(devices, ","));
 }
 
-// May be given several times, each time with several values.
+// The option may be given several times, each time with several values.
 void AddList(CLI::App& app, const std::string& name, std::vector<std::string>& values,
              const std::string& help) {
   app.add_option(name, values, help)
       ->delimiter(',')
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->default_str("")  // --print-config writes an empty list so
+      ->default_str("")  // lets --print-config write an empty list
       ->type_name("LIST");
 }
 
@@ -142,8 +142,8 @@ void Define(CLI::App& app, Options& o) {
   app.add_option("--node", o.node, "This server's name in logs and metadata; default: host name");
 }
 
-// Returns LATTICED_… variables as flags. They come before the real flags, and the last one wins. A list that
-// a flag gives replaces the whole list.
+// Returns the LATTICED_… variables as flags, to be put before the flags of the command line: the last value
+// wins. Values of lists add up, so a list that the command line gives is left out here.
 std::vector<std::string> EnvironmentFlags(const CLI::App& app,
                                           const std::vector<std::string>& given) {
   std::vector<std::string> flags;
@@ -172,7 +172,7 @@ bool IsHostAndPort(const std::string& address) {
          absl::SimpleAtoi(address.substr(colon + 1), &port) && port <= 65'535;
 }
 
-// As browsers write it: no path, not even a slash.
+// Whether this is an origin as browsers write it: without a path, not even a slash.
 bool IsOrigin(const std::string& origin) {
   const size_t host = origin.rfind("https://", 0) == 0  ? 8
                       : origin.rfind("http://", 0) == 0 ? 7
@@ -249,7 +249,7 @@ absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) 
   const std::vector<std::string> given(argv + std::min(argc, 1), argv + argc);
   std::vector<std::string> arguments = EnvironmentFlags(app, given);
   arguments.insert(arguments.end(), given.begin(), given.end());
-  std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them from the back
+  std::reverse(arguments.begin(), arguments.end());  // CLI11 reads them from the back
   try {
     app.parse(arguments);
   } catch (const CLI::CallForHelp&) {
@@ -273,7 +273,7 @@ bool IsLoopback(std::string_view listen) {
   if (IsUnixSocket(listen)) return true;
   const std::string_view host = listen.substr(0, listen.rfind(':'));
   if (host == "localhost" || host == "[::1]") return true;
-  // 127.x.y.z, not 127.example.com.
+  // Accepts 127.x.y.z, but not 127.example.com.
   return host.starts_with("127.") &&
          host.find_first_not_of("0123456789.") == std::string_view::npos;
 }

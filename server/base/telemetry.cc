@@ -16,13 +16,13 @@ namespace {
 constexpr char kLogger[] = "latticed";
 constexpr char kText[] = "text";
 constexpr char kJson[] = "json";
-// spdlog's patterns: time in UTC, level, and the event, whose text begins within the JSON object.
+// spdlog's patterns: time in UTC, level, and %v, the event. In JSON, %v is the rest of the object.
 constexpr char kTextPattern[] = "%Y-%m-%dT%H:%M:%S.%eZ %-7l %v";
 constexpr char kJsonPattern[] = R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",%v)";
 
-std::atomic<bool> log_is_json = false;  // as the process-wide logger is
+std::atomic<bool> log_is_json = false;  // the format of the process-wide logger
 
-// Control characters in a value could forge lines.
+// Replaces control characters by spaces: in a value they could forge log lines.
 std::string Printable(std::string_view text) {
   std::string result(text);
   for (char& c : result) {

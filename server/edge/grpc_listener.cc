@@ -18,7 +18,7 @@
 namespace latticed {
 namespace {
 
-// The inode of the descriptor's socket, which no other socket has. 0 when it is no socket.
+// The inode number of the descriptor's socket, which no other open socket has. 0 if it is no socket.
 uint64_t SocketInode(int descriptor) {
   struct stat state = {};
   return fstat(descriptor, &state) == 0 && S_ISSOCK(state.st_mode) ? state.st_ino : 0;
@@ -47,7 +47,7 @@ void GrpcListener::Close() {
   if (listener_ == nullptr) return;  // the port could not be opened
   std::call_once(closed_, [this] {
     listener_->Close();
-    thread_.join();  // nothing is left to wait for
+    thread_.join();  // ends, because its context has no more work
   });
 }
 
@@ -81,11 +81,11 @@ bool GrpcListener::Enter(int socket) {
 
 void GrpcListener::Take(int socket) {
   if (!Enter(socket)) {
-    // Without a GOAWAY: after one, clients would connect again at once.
+    // No GOAWAY is sent: after one, clients would connect again at once.
     close(socket);
     return;
   }
-  // As gRPC's own listener sets it: bytes to a client that vanished fail by then.
+  // Set as gRPC's own listener does: the connection ends when sent bytes are not acknowledged in this time.
   const int patience_ms = limits::kKeepaliveTimeoutMs;
   setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, sizeof(patience_ms));
   Acceptor::NewConnectionParameters connection;

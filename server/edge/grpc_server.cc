@@ -48,7 +48,7 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> Credentials(const Optio
   return grpc::SslServerCredentials(tls);
 }
 
-// Once in a process, before the first server is built.
+// Settings of the process, made once, before the first server is built.
 void EnablePlugins() {
   static std::once_flag once;
   std::call_once(once, [] {
@@ -58,12 +58,12 @@ void EnablePlugins() {
 }
 
 void Configure(const Options& options, grpc::ServerBuilder& builder) {
-  // Under pressure gRPC shrinks windows, then ends streams with RESOURCE_EXHAUSTED.
+  // When the quota is short, gRPC shrinks flow-control windows, then ends streams with RESOURCE_EXHAUSTED.
   grpc::ResourceQuota quota("latticed");
   quota.Resize(options.transport_memory_bytes);
   quota.SetMaxThreads(limits::kMaxGrpcThreads);
   builder.SetResourceQuota(quota);
-  // Only "identity": gRPC inflates a message before it compares its size with the limit.
+  // No compression: gRPC decompresses a message before it compares its size with the limit.
   builder.AddChannelArgument(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET,
                              1 << GRPC_COMPRESS_NONE);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, limits::kMaxCallsPerConnection);

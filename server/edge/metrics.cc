@@ -158,14 +158,14 @@ double Seconds(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
 }
 
-// Entries of a folder of /proc.
+// The number of entries of a folder of /proc; 0 if it cannot be read.
 uint64_t CountEntries(const char* folder) {
   std::error_code none;
   const std::filesystem::directory_iterator entries(folder, none);
   return static_cast<uint64_t>(std::distance(begin(entries), end(entries)));
 }
 
-// Under the names of Prometheus's own client libraries.
+// Adds metrics of the process, with the names that Prometheus's client libraries use.
 void AddProcess(absl::Time start_time, MetricFamilies& out) {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);

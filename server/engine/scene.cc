@@ -14,7 +14,7 @@
 namespace latticed {
 namespace {
 
-// A view that nobody has watched for so long is dropped.
+// A view that nobody has watched for this long is dropped.
 constexpr absl::Duration kIdleView = absl::Seconds(60);
 
 uint64_t NextIncarnation() {
@@ -58,7 +58,7 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
                                                StopCheck stop) const {
   return CatchBadAlloc("the scene's plan", [&]() -> absl::StatusOr<Prepared> {
     RenderBackend& backend = *context_.backend;
-    // Before the plan, which may take seconds.
+    // Checked before the plan is made, which may take seconds.
     LATTICED_RETURN_IF_ERROR(backend.health().status());
     const uint64_t least = LeastPlanBytes(*config_.mesh);
     LATTICED_ASSIGN_OR_RETURN(auto memory, backend.memory().Reserve("the scene's plan", least));
@@ -86,7 +86,7 @@ absl::StatusOr<EditSummary> Scene::ApplyEdits(const EditBatch& batch, StopCheck 
     auto summary = TryEdits(batch, candidate, target, wanted);
     if (!wanted.has_value() && !summary.ok()) ++counts().edits_refused;
     if (!wanted.has_value()) return summary;
-    // First, so that both plans do not need memory together.
+    // Freed first, so that the old and the new candidate are never in memory together.
     candidate.reset();
     target = nullptr;
     auto prepared = Prepare(*wanted, stop);
@@ -107,7 +107,7 @@ absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
                                             std::optional<PlanCandidate>& candidate,
                                             std::shared_ptr<TargetSlot> target,
                                             std::optional<LatticeStructure>& wanted) {
-  // Large plans take long to destroy: after the locks.
+  // Destroyed after the locks are released, because a large plan takes long to destroy.
   const RenderInput retired = Head();
   const MutexLock edit_lock(&edit_mutex_);
   if (deleted()) return error::NotFound("scene", id());
@@ -139,7 +139,7 @@ void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target
     last_use_ = absl::Now();
   }
   ++counts().edits_applied;
-  RequestWork();  // first: each listener takes the time of a message
+  RequestWork();  // before the listeners: each of them may take the time to build a message
   NotifyListeners();
 }
 
@@ -221,8 +221,8 @@ bool Scene::Evict() {
   }
   const bool freed =
       std::ranges::any_of(evicted, [](const auto& v) { return v.second->EvictableBytes() > 0; });
-  evicted.clear();  // without the lock; their vertices are the target's
-  // Where somebody has come meanwhile, and uses it again, it stays.
+  evicted.clear();  // after the lock is released; a target that views hold is not evicted
+  // The target also stays if somebody has begun to use it again meanwhile.
   return target->Evict() || freed;
 }
 
@@ -243,7 +243,7 @@ void Scene::Delete() {
 
 void Scene::Tick(absl::Time now) {
   EndIdleGestures(now);
-  std::vector<std::shared_ptr<RenderView>> idle;  // destroyed without the lock
+  std::vector<std::shared_ptr<RenderView>> idle;  // destroyed after the lock is released
   const MutexLock lock(&mutex_);
   std::erase_if(listeners_, [](const auto& listener) { return listener.expired(); });
   if (!listeners_.empty()) last_use_ = now;
@@ -256,7 +256,7 @@ void Scene::Tick(absl::Time now) {
 }
 
 void Scene::EndIdleGestures(absl::Time now) {
-  // An edit in the making is activity enough; the next tick will do.
+  // An edit is being applied. The next tick is soon enough.
   if (!edit_mutex_.TryLock()) return;
   auto ended = editor_.EndIdleGestures(
       *State(), std::chrono::steady_clock::now() + absl::ToChronoNanoseconds(now - absl::Now()));
@@ -289,13 +289,13 @@ void Scene::NotifyListeners() {
 
 absl::StatusOr<std::shared_ptr<SnapshotBoard>> Scene::AcquireView(const ViewKey& key) {
   LATTICED_RETURN_IF_ERROR(Validate(key.spec));
-  std::shared_ptr<RenderView> replaced;  // destroyed without the lock
+  std::shared_ptr<RenderView> replaced;  // destroyed after the lock is released
   const MutexLock lock(&mutex_);
   last_use_ = absl::Now();
   auto found = views_.find(key);
   if (found == views_.end()) {
     if (views_.size() >= static_cast<size_t>(limits::kMaxViewsPerScene)) {
-      // Only the map holds an idle one; the one idle longest makes way.
+      // Drops the view that has been idle longest. Only the map holds an idle view.
       auto oldest = views_.end();
       const auto idle_since = [now = last_use_](const auto& v) {
         return v->second->board().last_watched(now);
@@ -333,10 +333,10 @@ std::function<void()> Scene::TakeWork(uint64_t most_points) {
 }
 
 void Scene::RunTurn(RenderWork work) {
-  // Freed when the listeners know of the new one.
+  // Held until the listeners are notified, because the last snapshot may take long to free.
   const std::shared_ptr<const Snapshot> replaced = work.view->board().newest();
   const bool news = work.view->Run(work);
-  // Before the listeners run, so that a view that is let go now is idle.
+  // Releases the view before the listeners run: a view that they leave then counts as idle.
   work = {};
   RequestWork();
   if (news) NotifyListeners();

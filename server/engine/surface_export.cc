@@ -18,13 +18,13 @@
 namespace latticed {
 namespace {
 
-// Patches whose control nets are computed at a time: enough to keep the backend busy, and a place
-// to look for cancellation.
+// The number of patches whose control nets one call computes: enough to keep the backend busy. Cancellation is
+// checked between the calls.
 constexpr size_t kNetBlock = 4096;
 
 absl::Status CancelledError() { return absl::CancelledError("the export was cancelled"); }
 
-// The UVs of the corners of a patch, as weights of its source's.
+// The UVs of a patch's corners, interpolated from those of its source triangle. A missing UV counts as 0.
 std::array<Vec2f, 3> CornerUvs(const PolygonMesh& mesh, const PatchSource& source) {
   std::array<Vec2f, 3> result;
   for (size_t c = 0; c < 3; ++c) {
@@ -76,7 +76,7 @@ void AppendTriangles(const DeformPlan& plan, const TessellationPattern& pattern,
   }
 }
 
-// Interleaved float32 x y z [nx ny nz], relative to `origin`.
+// Appends vertices from interleaved float32 x y z [nx ny nz], relative to `origin`.
 void AppendVertices(const std::vector<uint8_t>& bytes, size_t bytes_per_point, Vec3d origin,
                     TriangleMesh& mesh) {
   const bool normals = bytes_per_point > sizeof(Vec3f);
@@ -103,7 +103,7 @@ uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec) {
     const auto n = static_cast<uint64_t>(plan.structure.patch_degree());
     return patches * (n + 1) * (n + 2) / 2 * sizeof(Vec3d);
   }
-  // The view, the mesh and the file; a line of OBJ text is about three times its binary.
+  // Bytes of view, mesh and file together. The file counts 60 per point and 30 per triangle.
   constexpr uint64_t kPointBytes = sizeof(Vec3d) + 2 * sizeof(Vec3f) + sizeof(Vec2f) + 60;
   constexpr uint64_t kTriangleBytes = 4 * sizeof(uint32_t) + 30;
   return patches * (static_cast<uint64_t>(PointsPerPatch(spec.segments)) * kPointBytes +

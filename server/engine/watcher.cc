@@ -16,7 +16,7 @@
 namespace latticed {
 namespace {
 
-// kInvalidArgument where even the least detail of the plan has more points than the view allows.
+// kInvalidArgument if the plan has more points than the view allows, even in the least detail.
 absl::Status CheckMaxPoints(const WatchView& view, const DeformPlan& plan) {
   const uint64_t least =
       plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(limits::kMinSegments));
@@ -45,8 +45,7 @@ absl::StatusOr<std::unique_ptr<Watcher>> Watcher::Create(std::shared_ptr<Scene> 
   ClientState& client = watcher->client_;
   client.had = ParseResumeToken(options.resume_token, watcher->scope_, watcher->key(), *state);
   watcher->resumed_ = client.had.has_value();
-  // An idle view may hold an older snapshot than this client saw elsewhere: revisions never go
-  // back.
+  // Revisions must never go back, but an idle view may hold an older snapshot than this client saw elsewhere.
   client.min_revision = std::max(options.min_revision, state->revision);
   return watcher;
 }
@@ -125,7 +124,7 @@ absl::Status Watcher::CheckAck(uint64_t update_id) const {
 absl::Status Watcher::Ack(uint64_t update_id) {
   LATTICED_RETURN_IF_ERROR(CheckAck(update_id));
   Acknowledge(client_, update_id);
-  // Where no update is in progress, Next says what it may take.
+  // If no update is in progress, Next asks for a newer snapshot when the client can take one.
   if (update_in_progress()) WantNewer(nullptr);
   return absl::OkStatus();
 }
@@ -218,7 +217,7 @@ void Watcher::Count(const WatchEvent& event) const {
     counts.chunk_bytes += batch->bytes;
   } else if (const auto* end = std::get_if<UpdateEnds>(&event)) {
     ++counts.updates_finished;
-    // First updates may be of edits of long ago.
+    // A first update may belong to an edit of long ago.
     if (end->update_id > 1) counts.queue.Observe(end->queue_time);
     counts.send.Observe(end->send_time);
   }

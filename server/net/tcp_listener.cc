@@ -18,7 +18,7 @@ namespace net = boost::asio;
 using boost::system::error_code;
 using net::ip::tcp;
 
-// While the process has no file descriptor left.
+// The pause after a failed accept, mostly because the process has no file descriptor left.
 constexpr auto kAcceptRetry = std::chrono::milliseconds(100);
 
 error_code Listen(tcp::acceptor& acceptor, const tcp::endpoint& endpoint) {
@@ -74,12 +74,12 @@ absl::Status TcpListener::Bind(const std::string& host, const std::string& port)
   if (failure) return absl::UnavailableError(failure.message());
   for (const auto& entry : found) {
     tcp::endpoint endpoint = entry.endpoint();
-    // The free port of the first address is used for all of them.
+    // All addresses use the port that the first one got.
     if (!ports_.empty()) endpoint.port(ports_.front().acceptor.local_endpoint().port());
     const bool has_it = std::ranges::any_of(ports_, [&endpoint](const Port& other) {
       return other.acceptor.local_endpoint() == endpoint;
     });
-    if (has_it) continue;  // a name may stand twice in the hosts file
+    if (has_it) continue;  // the hosts file may have an address twice
     ports_.emplace_back(*this);
     const error_code refused = Listen(ports_.back().acceptor, endpoint);
     if (!refused) continue;
@@ -87,7 +87,7 @@ absl::Status TcpListener::Bind(const std::string& host, const std::string& port)
     failure = refused;
     if (refused == net::error::address_in_use) return absl::UnavailableError(refused.message());
   }
-  // A name may have an address of a protocol that this machine lacks.
+  // One open address is enough: a name may have an address of a protocol that this machine lacks.
   return ports_.empty() ? absl::UnavailableError(failure.message()) : absl::OkStatus();
 }
 
@@ -97,7 +97,7 @@ void TcpListener::Accept(Port& port) {
       [self = shared_from_this(), &port](error_code failure, tcp::socket socket) {
         if (failure == net::error::operation_aborted || !port.acceptor.is_open()) return;
         if (!failure) {
-          self->Accept(port);  // before what may throw
+          self->Accept(port);  // first, because on_socket_ may throw
           error_code ignored;
           socket.set_option(tcp::no_delay(true), ignored);
           return self->on_socket_(std::move(socket));

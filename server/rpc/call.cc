@@ -22,7 +22,7 @@ namespace latticed {
 namespace {
 
 constexpr char kRequestId[] = "latticed-request-id";
-constexpr size_t kRequestIdDigits = 16;   // of an id that we make
+constexpr size_t kRequestIdDigits = 16;   // of an id made here
 constexpr size_t kTraceparentBytes = 55;  // 00-<32 hex>-<16 hex>-<2 hex>
 constexpr uint32_t kDrainRetryMs = 1'000;
 
@@ -42,7 +42,7 @@ bool IsSaneId(const std::string& id) {
          std::all_of(id.begin(), id.end(), allowed);
 }
 
-// A client certificate names its holder; without tokens that is all we know.
+// The name in the client's certificate, for callers whose token gives no name. Empty without a certificate.
 std::string PeerName(const grpc::CallbackServerContext& context) {
   const auto auth = context.auth_context();
   if (auth == nullptr || !auth->IsPeerAuthenticated()) return "";
@@ -50,7 +50,7 @@ std::string PeerName(const grpc::CallbackServerContext& context) {
   return names.empty() ? "" : std::string(names.front().data(), names.front().size());
 }
 
-// Calls of server/web come through this process's own channel, which has no peer.
+// Calls of server/web come through this process's own channel. They have the client's address in their metadata.
 std::string PeerAddress(const ServerEnv& env, const grpc::CallbackServerContext& context) {
   const std::string named = Metadata(context, env.peer_key.c_str());
   return named.empty() ? context.peer() : named;
@@ -92,7 +92,7 @@ absl::Status Admit(const ServerEnv& env, CallInfo& call) {
   return absl::OkStatus();
 }
 
-// The 32 hex digits that name the trace; empty without a traceparent.
+// The trace's id, 32 hex digits; empty without a traceparent.
 std::string TraceId(const std::string& traceparent) {
   constexpr size_t kBegin = 3, kDigits = 32;
   return traceparent.empty() ? "" : traceparent.substr(kBegin, kDigits);
@@ -162,7 +162,7 @@ absl::Status CheckSceneMetadata(const CallInfo& call, std::string_view scene_id)
 }
 
 absl::Status CheckCancelled(const CallInfo& call) {
-  // gRPC cancels a call some time after its deadline.
+  // The deadline is checked here too, because gRPC cancels a call only some time after it.
   if (std::chrono::system_clock::now() >= call.context->deadline()) {
     return absl::DeadlineExceededError("the caller's deadline has passed");
   }
@@ -170,8 +170,8 @@ absl::Status CheckCancelled(const CallInfo& call) {
                                      : absl::OkStatus();
 }
 
-// Both are plain members of gRPC's call, which handlers see as const. Clear keeps what a message has
-// allocated.
+// The messages are members of gRPC's call that are not const, so const_cast is allowed. A protobuf message is
+// swapped with an empty one, because Clear would keep its memory.
 void FreeMessage(const google::protobuf::Message& message) {
   const std::unique_ptr<google::protobuf::Message> empty(message.New());
   message.GetReflection()->Swap(const_cast<google::protobuf::Message*>(&message), empty.get());
@@ -190,7 +190,7 @@ uint64_t ReplyBytes(const google::protobuf::Message& reply) {
   return reply.SpaceUsedLong() + reply.ByteSizeLong();
 }
 
-// Nothing is always granted.
+// A reservation of 0 bytes is always granted.
 ReplyRoom::ReplyRoom(const ServerEnv& env) : room_(*env.replies->Reserve("the reply", 0)) {}
 
 absl::Status ReplyRoom::Hold(uint64_t bytes) {

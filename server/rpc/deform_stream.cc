@@ -32,11 +32,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// A drag of so many points takes well below a millisecond.
+// A drag of this many points takes well below a millisecond.
 constexpr int kQuickDragPoints = 64;
 
-// Whether an edit is too long for a thread of gRPC's: it may change the structure, and so make a
-// plan, or it drags many points.
+// Whether an edit may take too long for one of gRPC's threads: it drags many points, or it may change the
+// structure, and a plan must be made.
 bool MayTakeLong(const v1::DeformRequest& request) {
   return std::ranges::any_of(request.edit().edits(), [](const v1::Edit& edit) {
     return edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo() ||
@@ -44,7 +44,7 @@ bool MayTakeLong(const v1::DeformRequest& request) {
   });
 }
 
-// Reading runs beside writing: one message is read, answered, then the next is asked for.
+// Reads and writes run at the same time. The next message is read when the one before was handled.
 class DeformStream final
     : public CallReactor<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>,
       public StreamSink,
@@ -58,7 +58,7 @@ class DeformStream final
     StartRead(&bytes_);
   }
 
-  // gRPC's reference: until OnDone.
+  // Keeps gRPC's reference until OnDone.
   void HoldUntilDone() { self_ = shared_from_this(); }
 
   void Write(const grpc::ByteBuffer* buffer) override { StartWrite(buffer); }
@@ -76,7 +76,7 @@ class DeformStream final
   void OnCancel() override;
   void OnDone() override {
     if (const auto stream = Stream(); stream != nullptr) stream->Close();
-    self_ = nullptr;  // deletes it, unless a worker is still at an edit
+    self_ = nullptr;  // deletes this, unless a worker still applies an edit
   }
 
  private:
@@ -91,29 +91,29 @@ class DeformStream final
     ended_ = true;
   }
   void FinishedReading() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Ends the call, also before there is a stream.
+  // Ends the call, with or without a stream.
   void End(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
   absl::Status Open(const v1::DeformRequest& request);
   absl::Status Handle(const v1::DeformRequest& request, SceneStream& stream);
   absl::Status Control(const v1::ControlWatchRequest& request, SceneStream& stream);
   void HandOver(v1::DeformRequest request);
-  // Applies it unless it was not admitted, and answers.
+  // Applies the edit if it was admitted, and answers it.
   void HandleEdit(v1::EditBatch batch, Clock::time_point arrival, const absl::Status& admitted);
   absl::StatusOr<EditSummary> Apply(const v1::EditBatch& batch);
 
   std::shared_ptr<DeformStream> self_;
   ServerEnv* const env_;
   FirstMessage first_message_;
-  std::atomic<bool> cancelled_ = false;  // the context's own word ends with the call
-  // Used by the one message that is being handled.
+  std::atomic<bool> cancelled_ = false;  // the context's own flag ends with the call
+  // Used only while a message is read or handled; there is one at a time.
   grpc::ByteBuffer bytes_;
   std::string editor_id_;
-  uint64_t last_revision_ = 0;  // that an edit of this stream has made
+  uint64_t last_revision_ = 0;  // the highest in an answer to an edit
   bool edited_ = false;
 
   mutable Mutex mutex_;
   std::shared_ptr<SceneStream> stream_ ABSL_GUARDED_BY(mutex_);  // null before the first message
-  bool reading_ ABSL_GUARDED_BY(mutex_) = false;                 // or handling what was read
+  bool reading_ ABSL_GUARDED_BY(mutex_) = false;                 // or handling the message
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;                   // nothing more will be read
 };
 
@@ -130,7 +130,7 @@ void DeformStream::OnReadDone(bool ok) {
   }
   v1::DeformRequest request;
   absl::Status status = ParseMessage(bytes_, &request);
-  bytes_.Clear();  // or they stay until the next message is here
+  bytes_.Clear();  // otherwise they stay until the next message comes
   if (status.ok() && stream != nullptr && MayTakeLong(request)) {
     stream->Touch();
     return HandOver(std::move(request));
@@ -140,15 +140,15 @@ void DeformStream::OnReadDone(bool ok) {
   FinishedReading();
 }
 
-// To a worker, which asks for the next message. That may be here before Post returns: nothing of
-// this object may be touched after it.
+// Gives the edit to a worker, which then asks for the next message. That message may come before Post returns,
+// so nothing of this object may be used after Post.
 void DeformStream::HandOver(v1::DeformRequest request) {
   auto room = AdmitRequest(*env_, request);
   if (!room.ok()) {
     HandleEdit(std::move(*request.mutable_edit()), Clock::now(), room.status());
     return FinishedReading();
   }
-  // A std::function is copied, a reservation is not.
+  // A std::function must be copyable, and a reservation is not.
   auto shared_room = std::make_shared<MemoryReservation>(*std::move(room));
   env_->Post([self = shared_from_this(), request = std::move(request),
               room = std::move(shared_room), arrival = Clock::now()] {
@@ -167,7 +167,7 @@ void DeformStream::FinishedReading() {
 }
 
 void DeformStream::MaybeRead() {
-  // Before the lock: the stream's mutex comes first.
+  // Asked before mutex_ is locked, because the stream's mutex comes first in the lock order.
   if (Stream()->backlog() >= limits::kMaxQueuedAnswers) return;
   const MutexLock lock(&mutex_);
   if (reading_ || ended_) return;
@@ -178,7 +178,7 @@ void DeformStream::MaybeRead() {
 void DeformStream::OnCancel() {
   cancelled_ = true;
   StopReading();
-  // Without a stream the pending read fails, and ends the call.
+  // Without a stream, the pending read fails and ends the call.
   if (const auto stream = Stream(); stream != nullptr) stream->OnCancel();
 }
 
@@ -233,7 +233,7 @@ absl::Status DeformStream::Control(const v1::ControlWatchRequest& request, Scene
   }
   LATTICED_ASSIGN_OR_RETURN(const auto command, FromProto(request, stream.scene()));
   const absl::Status status = stream.Control(command);
-  // A stream that has ended meanwhile has its status already.
+  // A stream that has ended meanwhile already has its status.
   return absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// EvaluatePoints: the definition in double at points of the surface or of the rest world.
+// EvaluatePoints: the deformation in double precision, straight from its definition, at points of the surface or
+// of undeformed space.
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"

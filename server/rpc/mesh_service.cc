@@ -70,7 +70,7 @@ absl::Status DeleteMesh(const CallContext& context, const v1::DeleteMeshRequest&
   }
   LATTICED_ASSIGN_OR_RETURN(
       const auto mesh,
-      env.meshes.Find(request.mesh()));  // and held, to be destroyed after the locks
+      env.meshes.Find(request.mesh()));  // held, so that it is destroyed after the locks
   return env.scenes->DeleteMesh(request.mesh(), request.force(),
                                 [&] { return env.meshes.Remove(request.mesh()); });
 }
@@ -80,7 +80,7 @@ absl::Status ListMeshes(const CallContext& context, const v1::ListMeshesRequest&
   ServerEnv& env = context.env;
   LATTICED_ASSIGN_OR_RETURN(const size_t page_size, PageSize(request.page_size()));
   LATTICED_ASSIGN_OR_RETURN(const LabelFilter filter, LabelFilter::Parse(request.filter()));
-  // A page token is the last id of the page before, and ids are hashes.
+  // A page token is the last mesh id of the page before, and mesh ids are SHA-256 hashes.
   if (!request.page_token().empty() && !IsSha256Hex(request.page_token())) {
     return error::InvalidField("page_token", "is none that this server gave out");
   }

@@ -32,7 +32,8 @@ absl::StatusOr<Ray> RayFromProto(const v1::PickRequest& request) {
   return Ray{origin, direction};
 }
 
-// Each 0 to 1, their sum 1 to rounding: what EvaluatePoints and drag_points take.
+// Barycentrics in the source triangle, as EvaluatePoints and drag_points take them: each from 0 to 1, with a sum
+// of 1 up to rounding.
 std::array<double, 3> InSourceTriangle(const PatchSource& source,
                                        const std::array<double, 3>& in_patch) {
   std::array<double, 3> b{};

@@ -43,7 +43,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneOf(const CallContext& context,
   return FindScene(context.env, context.call, scene);
 }
 
-// Where a page of scenes, oldest first, begins: after the scene that this names.
+// A scene's place in lists, which are oldest first. A page begins after the scene that its key names.
 struct PageKey {
   int64_t created = std::numeric_limits<int64_t>::min();  // Unix time, nanoseconds
   std::string id;
@@ -62,7 +62,7 @@ absl::StatusOr<PageKey> FromToken(const std::string& token) {
   return PageKey{nanos, token.substr(dot + 1)};
 }
 
-// The most that a new scene's reply takes: its labels may be large, the rest is not.
+// The most bytes of the reply for a new scene. Only its labels may be large.
 uint64_t SceneReplyBytes(const v1::CreateSceneRequest& request) {
   constexpr uint64_t kAllButLabels = 6 << 10;
   v1::Scene scene;
@@ -80,7 +80,7 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
       auto config,
       SceneConfigFromProto(request, *mesh, context.call.caller.name, env.options.scene_idle_ttl));
   LATTICED_RETURN_IF_ERROR(context.room.Hold(SceneReplyBytes(request)));
-  // The mesh may have been deleted since it was found.
+  // Create looks for the mesh again, because it may have been deleted meanwhile.
   LATTICED_ASSIGN_OR_RETURN(
       const auto scene,
       env.scenes->Create(
@@ -208,7 +208,7 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
                                .metadata = {{"revision", fmt::to_string(state->revision)}}});
   }
   LATTICED_ASSIGN_OR_RETURN(auto spec, ExportSpecFromProto(request, scene->config().default_view));
-  // A mesh that is gone takes its scene along: then the export is the last of it, without units.
+  // If the mesh was deleted meanwhile, the scene was too. The export still completes, but without units.
   if (const auto mesh = env.meshes.Find(scene->config().mesh_id); mesh.ok()) {
     spec.units = {(*mesh)->up_axis, (*mesh)->meters_per_unit};
   }
@@ -231,8 +231,8 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
   return FileParts<v1::ExportResponse>(std::move(header), {file, &file->bytes});
 }
 
-// Every rpc of the service: name, role, handler. A reader may watch through Deform: each edit in it is
-// checked as one of ApplyEdits.
+// Every rpc of the service: name, role, handler. Deform needs only the role "read", because readers may watch
+// through it. Each edit in it is checked as ApplyEdits is.
 constexpr UnaryMethod kCreateScene{Rpc{"SceneService/CreateScene", Role::kEdit}, CreateScene};
 constexpr UnaryMethod kGetScene{Rpc{"SceneService/GetScene", Role::kRead}, GetScene};
 constexpr UnaryMethod kListScenes{Rpc{"SceneService/ListScenes", Role::kRead}, ListScenes};
@@ -249,8 +249,8 @@ constexpr Rpc kDeform{"SceneService/Deform", Role::kRead};
 constexpr Rpc kWatch{"SceneService/Watch", Role::kRead};
 constexpr Rpc kGetUpdate{"SceneService/GetUpdate", Role::kRead};
 
-// The callback API, where the three streams that carry chunks take and give raw ByteBuffers, so that
-// chunk bytes leave without being copied.
+// The callback API. The three streams that carry chunks use raw ByteBuffers, so that chunk bytes are sent without
+// a copy.
 using S = v1::SceneService;
 using Streams = S::WithRawCallbackMethod_Deform<
     S::WithRawCallbackMethod_Watch<S::WithRawCallbackMethod_GetUpdate<S::Service>>>;

@@ -22,13 +22,13 @@
 namespace latticed {
 namespace {
 
-// A client from which nothing came for so many heartbeats is paused.
+// A client that has sent nothing for this many heartbeat intervals gets no updates until it sends something.
 constexpr int kSilentHeartbeats = 3;
-// After so long another server, or a new run of this one, probably listens. The drain delay is over when
-// goaway is sent.
+// How long a client should wait after goaway, which is sent after the drain delay. By then another server, or
+// this one started again, probably listens.
 constexpr absl::Duration kGoawayRetry = absl::Seconds(1);
 
-// The largest message of such a watch: its chunks, the whole lattice, or something small.
+// The most bytes of a message to a watcher of this view: chunks, the whole lattice, or a small event.
 uint64_t MostMessageBytes(const SceneState& state, const ViewKey& key) {
   constexpr uint64_t kSmall = 4'096;
   const uint64_t large =
@@ -36,7 +36,7 @@ uint64_t MostMessageBytes(const SceneState& state, const ViewKey& key) {
   return std::min<uint64_t>(large + kSmall, limits::kMaxMessageBytes);
 }
 
-// The largest presence, beside which the scene holds another while it is being replaced.
+// Twice the largest presence: the scene holds two while one replaces the other.
 constexpr uint64_t kPresenceBytes = 2 * 8'192;
 
 }  // namespace
@@ -113,7 +113,7 @@ void SceneStream::Pump() {
 
 bool SceneStream::AtEnd() const {
   if (!small_.empty() || watcher_->update_in_progress()) return false;
-  // GetUpdate's client gets the update in progress, but does not wait for a later revision.
+  // After goaway, GetUpdate still sends a revision that exists, but does not wait for a later one.
   const bool on_its_way = only_update_ && *finish_at_ <= scene_->State()->revision;
   if (going_away_ && !on_its_way) return true;
   return finish_at_.has_value() && watcher_->covered().has_value() &&
@@ -143,7 +143,7 @@ std::optional<grpc::ByteBuffer> SceneStream::NextPresence() {
 }
 
 std::unique_ptr<grpc::Alarm> SceneStream::AlarmAt(absl::Time time, void (SceneStream::*what)()) {
-  // A new one each time: an Alarm runs once, and must not be set again from its own callback.
+  // A new Alarm each time: an Alarm runs once, and must not be set again from its own callback.
   auto alarm = std::make_unique<grpc::Alarm>();
   alarm->Set(absl::ToChronoTime(time), [weak = weak_from_this(), what](bool expired) {
     if (!expired) return;  // a later alarm replaced this one
@@ -153,7 +153,7 @@ std::unique_ptr<grpc::Alarm> SceneStream::AlarmAt(absl::Time time, void (SceneSt
 }
 
 void SceneStream::WakeAt(absl::Time time) {
-  // So a client that sends without a pause does not make an alarm with every message.
+  // An alarm for the same time stays. Otherwise every message of a busy client would make a new one.
   if (time == absl::InfiniteFuture() || time == pace_time_) return;
   pace_time_ = time;
   pace_ = AlarmAt(time, &SceneStream::OnPace);
@@ -211,7 +211,7 @@ void SceneStream::Touch() {
 absl::Status SceneStream::Control(const WatchCommand& command) {
   PresenceBoard::Waiting waiting;
   auto status = Steer(command, waiting);
-  // The locks of other streams are not taken while this one's is held.
+  // Locks other streams, so this stream's lock must not be held.
   Wake(waiting);
   return status;
 }
@@ -228,7 +228,7 @@ absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Wait
   const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return error::NotFound("watch", watch_id_);
   Hear();
-  // What may be refused comes first, so that a refused command changes nothing.
+  // Steps that may fail come first, so that a refused command changes nothing.
   if (command.presence.has_value()) {
     LATTICED_RETURN_IF_ERROR(CheckPresence(*command.presence));
     if (presence_room_.bytes() == 0) {
@@ -275,7 +275,7 @@ void SceneStream::HalfClose(uint64_t revision) {
   if (state_ == StreamState::kFinished) return;
   half_closed_ = true;
   finish_at_ = revision;
-  // Nothing can be acknowledged or resumed any more, so nothing waits for it.
+  // The client sends nothing more, so updates wait for no acknowledgement and no heartbeat.
   watcher_->StopAcks();
   watcher_->WantFullDetail();
   watcher_->SetPaused(false);
@@ -289,9 +289,9 @@ void SceneStream::Fail(const absl::Status& status) {
 }
 
 void SceneStream::Close() {
-  // Not in the destructor: an observer that holds the last reference must not wait for itself.
+  // Not in the destructor: a drain callback that holds the last reference must not wait for itself.
   on_drain_.reset();
-  // The stream has finished: nothing can be shown through it any more.
+  // The stream has finished, so it shows no presence any more.
   Wake(scene_->presence().Leave(this, editor_id_));
 }
 
@@ -312,7 +312,7 @@ void SceneStream::OnHeartbeat() {
   if (!half_closed_ && silence > kSilentHeartbeats * env_->options.heartbeat_interval) {
     watcher_->SetSilent(true);
   }
-  // While a write is outstanding the client has something to read, and heartbeats must not pile up.
+  // While a write is outstanding, the client has something to read, and heartbeats must not queue up.
   if (state_ != StreamState::kIdle) return;
   v1::SceneEvent event;
   event.mutable_heartbeat()->set_head_revision(scene_->State()->revision);

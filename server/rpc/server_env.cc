@@ -23,12 +23,12 @@
 namespace latticed {
 namespace {
 
-// Parsing and planning use one thread each; more than these would only fight the backend's.
+// A worker parses or plans on one thread. More workers would only compete with the backend's threads.
 constexpr unsigned kMinWorkers = 2;
 constexpr unsigned kMaxWorkers = 8;
 
-// Threads that evaluate and encode for views, the last for short turns alone. Each call uses the
-// backend's own threads inside.
+// Threads that evaluate and encode views. The last one takes only short turns. Each also uses the backend's own
+// threads.
 constexpr int kRenderWorkers = 3;
 
 std::string HostName() {

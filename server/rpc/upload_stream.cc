@@ -21,10 +21,10 @@
 namespace latticed {
 namespace {
 
-// The most that the reply of a stored mesh is larger than that of the mesh before: its time, and counts of
-// scenes that may have been made since.
+// The most bytes that a mesh's reply grows by when the mesh is stored: its creation time, and counts of scenes
+// that may have been made since.
 constexpr uint64_t kStillToCome = 256;
-constexpr size_t kHashBlockBytes = size_t{16} << 20;  // between checks for cancellation
+constexpr size_t kHashBlockBytes = size_t{16} << 20;  // hashed between checks for cancellation
 
 absl::StatusOr<std::string> Hash(std::string_view bytes, const CallInfo& call) {
   Sha256 sha256;
@@ -42,7 +42,7 @@ absl::Status CheckSha256(const std::string& announced, const std::string& actual
                              "HASH_MISMATCH");
 }
 
-// The mesh of the bytes, all but its memory and time.
+// Reads the mesh from its bytes. The reservation and the creation time are still to be set.
 absl::StatusOr<StoredMesh> Read(UploadHeader header, std::shared_ptr<const std::string> bytes,
                                 const CallInfo& call) {
   StoredMesh stored{std::move(header.mesh)};
@@ -88,11 +88,11 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<v1::Upload
                               FromProto(request_.header(), env_->options.max_mesh_bytes));
     header.mesh.owner = call_.caller.name;
     LATTICED_ASSIGN_OR_RETURN(upload_, env_->uploads->Admit(std::move(header)));
-    StartSendInitialMetadata();  // tells a client that waits for it to send its bytes
+    StartSendInitialMetadata();  // a client may wait for it before it sends its bytes
     return absl::OkStatus();
   }
 
-  // The client has half-closed, or is gone.
+  // The client has half-closed the stream, or has gone.
   void OnAllRead() {
     if (call_.context->IsCancelled()) return End(absl::CancelledError("the caller cancelled"));
     if (upload_ == nullptr) return End(NotOpened());
@@ -100,7 +100,7 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<v1::Upload
   }
 
   absl::Status Store() {
-    request_ = v1::UploadMeshRequest();  // its bytes
+    request_ = v1::UploadMeshRequest();  // frees the last part
     absl::Status status = StoreUpload(*env_, call_, *upload_, reply_room_, *response_);
     if (!status.ok()) *response_ = v1::Mesh();
     return status;
@@ -137,7 +137,7 @@ absl::Status StoreUpload(ServerEnv& env, const CallInfo& call, Upload& upload, R
   LATTICED_ASSIGN_OR_RETURN(const auto mesh,
                             env.meshes.Add(std::move(made), std::move(complete.reservation)));
   reply = describe(*mesh);
-  // More than was taken only where the mesh was there before, with labels of its own.
+  // This needs more memory only if the mesh was stored before, with other labels.
   return room.Hold(ReplyBytes(reply));
 }
 

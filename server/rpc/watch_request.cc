@@ -26,7 +26,7 @@ constexpr int kDefaultUnackedUpdates = 2;
 }  // namespace
 
 absl::Status ParseMessage(const grpc::ByteBuffer& bytes, google::protobuf::Message* message) {
-  // The reader only reads; its parameter is not const for historical reasons.
+  // The reader changes no bytes, but its parameter is not const. The copy shares the bytes.
   grpc::ByteBuffer copy(bytes);
   grpc::ProtoBufferReader reader(&copy);
   if (reader.status().ok() && message->ParseFromZeroCopyStream(&reader)) return absl::OkStatus();

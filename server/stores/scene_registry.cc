@@ -19,7 +19,7 @@ namespace {
 
 constexpr uint64_t kUnlimited = std::numeric_limits<uint64_t>::max();
 constexpr absl::Duration kTickInterval = absl::Seconds(1);
-// How often who waits for another's scene asks whether to go on.
+// How often a call that waits for another call to make the scene checks whether it must stop.
 constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
 
 }  // namespace
@@ -77,7 +77,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
   const std::string mesh_id = config.mesh_id;
   {
     const MutexLock lock(&mutex_);
-    // The one who retries should get the scene, not an error, so he waits for the first request.
+    // A client that retries should get the scene, not an error, so its call waits for the first one.
     const auto free = [&]()
                           ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !creating_.contains(id); };
     while (!mutex_.AwaitFor(free, kStopCheckInterval)) {

@@ -41,7 +41,7 @@ bool Upload::IsIdle() const {
 bool Upload::Expire() {
   if (!mutex_.TryLock()) return false;
   expired_ = true;
-  std::string().swap(bytes_);  // an assignment would keep the memory
+  std::string().swap(bytes_);  // clear() would keep the memory
   reservation_ = {};
   mutex_.Unlock();
   return true;

@@ -39,7 +39,7 @@ absl::Status MemoryReservation::TryResize(std::string_view what, uint64_t bytes)
 }
 
 void MemoryReservation::Release() {
-  TryResize("", 0).IgnoreError();  // less is always granted
+  TryResize("", 0).IgnoreError();  // a smaller reservation is always granted
   budget_.reset();
 }
 

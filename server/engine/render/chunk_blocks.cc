@@ -9,9 +9,8 @@
 namespace latticed {
 namespace {
 
-constexpr uint64_t kMostBlocks = 4;  // times the chunks
+constexpr uint64_t kMostBlocks = 4;  // bytes of blocks for each byte of chunks in them
 
-// Of all of them together.
 BlockUse SumOf(const std::vector<BlockUse>& blocks) {
   BlockUse sum;
   for (const BlockUse& block : blocks) {

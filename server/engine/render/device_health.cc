@@ -11,7 +11,7 @@
 namespace latticed {
 namespace {
 
-// By then a balancer has noticed, and the next call goes to another server.
+// By then a load balancer has noticed the loss and sends the next call to another server.
 constexpr uint32_t kRetryElsewhereMs = 1'000;
 
 }  // namespace

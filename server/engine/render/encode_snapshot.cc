@@ -29,7 +29,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
   snapshot->plan = state.plan;
   snapshot->edit_time = state.commit_time;
   const bool same_plan = before != nullptr && before->structure_id == state.structure_id;
-  // Under another box the same integers are other positions.
+  // Under another quantisation box the same integers mean other positions.
   const bool comparable = same_plan && before->box.id == state.box.id;
   snapshot->chunks = same_plan ? before->chunks.Share() : ChunkTable(state.plan->chunk_count());
 
@@ -48,7 +48,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
       const SharedBytes& had = snapshot->chunks[batch[i]].data;
       const bool same = comparable && (data.data == nullptr || SameBytes(had, data));
       if (same) {
-        // The same vertices have another digest where host and device take turns at encoding.
+        // Host and device have different digests for the same vertices, and may take turns at encoding.
         snapshot->chunks.SetDigest(batch[i], digests[i]);
       } else {
         snapshot->chunks.Set(batch[i], {snapshot->revision, std::move(data), digests[i]});

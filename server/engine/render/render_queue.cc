@@ -67,7 +67,7 @@ bool RenderQueue::RunFirst() {
     if (source == nullptr) continue;
     const auto run = source->TakeWork(kAnyPoints);
     if (run == nullptr) continue;
-    // Another view of it may be evaluated beside this one.
+    // Another worker may run another view of the source meanwhile.
     Schedule(source);
     run();
     return true;
@@ -85,7 +85,7 @@ bool RenderQueue::RunFirstShort() {
     const auto run = source == nullptr ? nullptr : source->TakeWork(kShortPoints);
     if (run == nullptr) continue;
     {
-      // To the end: others come first next time.
+      // Schedule then puts the source at the end, so that others come first next time.
       const MutexLock lock(&mutex_);
       std::erase_if(waiting_, Is(source));
     }

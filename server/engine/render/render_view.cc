@@ -111,7 +111,7 @@ absl::Status RenderView::PrepareVertices(const RenderInput& input) {
   if (vertices_ != nullptr && vertices_structure_ == input.state->structure_id) {
     return absl::OkStatus();
   }
-  // First, so that old and new do not need memory together.
+  // Dropped first, so that old and new vertices are never in memory together.
   DropVertices();
   LATTICED_ASSIGN_OR_RETURN(target_, input.target->Get());
   traits_ = target_->Traits(key().spec);
@@ -133,7 +133,7 @@ absl::Status RenderView::PrepareVertices(const RenderInput& input) {
 absl::Status RenderView::Evaluate(const RenderWork& work) {
   if (work.chunks.empty()) return absl::OkStatus();
   const SceneState& state = *work.input.state;
-  // A refused evaluation leaves no vertices whole: after an eviction it is of all chunks.
+  // A failed evaluation may leave any vertices incomplete: the retry after an eviction evaluates all chunks.
   std::span<const uint32_t> named = work.chunks;
   std::vector<uint32_t> all;
   return backend_->Run([&] {

@@ -40,7 +40,7 @@ bool SnapshotBoard::wanted() const {
 
 size_t SnapshotBoard::Publish(std::shared_ptr<Snapshot> snapshot, absl::Time now,
                               uint64_t most_bytes) {
-  SnapshotRing::Dropped dropped;  // destroyed without the lock
+  SnapshotRing::Dropped dropped;  // destroyed after the lock is released
   const MutexLock lock(&mutex_);
   snapshot->number = ++last_number_;
   wanted_ = false;
@@ -79,7 +79,7 @@ std::shared_ptr<const Snapshot> SnapshotBoard::PinNewest(absl::Time now) {
 }
 
 void SnapshotBoard::Unpin(uint64_t number) {
-  std::shared_ptr<const Snapshot> dropped;  // destroyed without the lock
+  std::shared_ptr<const Snapshot> dropped;  // destroyed after the lock is released
   const MutexLock lock(&mutex_);
   dropped = ring_.Unpin(number);
 }

@@ -22,7 +22,7 @@ SnapshotRing::Dropped SnapshotRing::Publish(std::shared_ptr<const Snapshot> snap
   constexpr auto kMost = static_cast<size_t>(limits::kMaxSnapshotsPerView);
   while (entries_.size() > 1 && (entries_.size() > kMost || held_bytes() > most_bytes)) {
     const bool stalled = now - entries_.front().last_taken >= kStalled;
-    const bool first = stalled || entries_.size() == 2;  // the newest stays
+    const bool first = stalled || entries_.size() == 2;  // of two, the second is the newest
     const auto entry = first ? entries_.begin() : std::next(entries_.begin());
     dropped.snapshots.push_back(std::move(entry->snapshot));
     entries_.erase(entry);
@@ -52,7 +52,7 @@ std::shared_ptr<const Snapshot> SnapshotRing::Unpin(uint64_t number) {
   const auto entry = At(number);
   if (entry == entries_.end()) return nullptr;
   --entry->pins;
-  // The newest stays: the next watcher begins with it.
+  // The newest snapshot stays: the next watcher begins with it.
   if (entry->pins > 0 || entry->snapshot == entries_.back().snapshot) return nullptr;
   auto dropped = std::move(entry->snapshot);
   entries_.erase(entry);

@@ -10,8 +10,8 @@
 namespace latticed {
 namespace {
 
-// How far the log reaches back: a watcher further behind is sent the whole lattice. Beyond so many
-// points it knows but whose the edits were.
+// A watcher that is more than kMaxDeltas edits behind is sent the whole lattice. When the edits of the log have
+// more than kMaxPoints points together, the oldest lose their points and keep only who made them.
 constexpr size_t kMaxDeltas = 256;
 constexpr size_t kMaxPoints = 262'144;
 
@@ -52,7 +52,7 @@ void EditLog::ForgetEditor() {
 }
 
 uint64_t EditLog::MemoryBytes() const {
-  // An id of most bytes; the nodes and blocks that hold what is allocated together.
+  // Bytes: the longest editor id, and what the nodes and blocks of the containers add to an entry.
   constexpr uint64_t kEditor = 80, kNodes = 64;
   return points_ * (sizeof(uint32_t) + sizeof(Vec3d)) +
          deltas_.size() * (sizeof(LatticeDelta) + kEditor + kNodes) +

@@ -57,7 +57,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   history_.SetTouched(batch.editor_id, dirty.boxes(), dirty.patches());
   commit.summary.boxes_touched = dirty.boxes();
   commit.summary.patches_touched = next.patches_touched = dirty.patches();
-  // Last, since the commit is timed here and what is dirty takes a while to find.
+  // NextState takes the commit time. It is called late, because finding the dirty chunks takes a while.
   next = NextState(batch, before, std::move(next), commit.structure_changed, clock());
   commit.all_dirty = commit.structure_changed || next.box.id != before.box.id;
   commit.delta = MakeDelta(batch, next, std::move(outcome->changed));
@@ -78,7 +78,7 @@ SceneState SceneEditor::NextState(const EditBatch& batch, const SceneState& befo
   next.busy_until = ends_gesture ? now : BusyUntil(before.commit_time, now);
   next.box =
       NextQuantisationBox(before.box, BoundsOf(next), next.gesture_open).value_or(before.box);
-  // The origin of float32 vertices may move with the plan, and an id never names two origins.
+  // A new plan may move the origin of float32 vertices, and one box id must never name two origins.
   if (structure_changed) next.box.id = before.box.id + 1;
   return next;
 }

@@ -16,7 +16,7 @@ uint64_t PointsOf(const LatticeStructure& structure) {
 
 }  // namespace
 
-// Every corner beyond a face's second makes a triangle, and every triangle at least one patch.
+// A face of n corners makes n - 2 triangles, and every triangle makes at least one patch.
 uint64_t LeastPlanBytes(const PolygonMesh& mesh) {
   constexpr uint64_t kPatchBytes =
       sizeof(Patch) + sizeof(PatchSource) + sizeof(PlanEdge) + sizeof(PlanVertex) / 2;
@@ -31,10 +31,10 @@ uint64_t LatticeBytes(const LatticeStructure& structure) {
 }
 
 uint64_t LeastHistoryBytes(const LatticeStructure& structure) {
-  // A step holds a point, its index and where the gesture found it (EditStep::MemoryBytes), the log a
-  // point and its index.
+  // Bytes per control point. An undo step holds the point, its index, and a map node with its position before
+  // the gesture (EditStep::MemoryBytes). The log holds the point and its index.
   constexpr uint64_t kGesture = 28 + 80, kLog = 28;
-  // A few editors, and whatever else a scene has but for its plan: labels, and the scene itself.
+  // Bytes for all that a scene has besides its plan: a few editors, its labels, and the object itself.
   constexpr uint64_t kScene = uint64_t{16} << 10;
   return kScene + (kGesture + kLog) * PointsOf(structure);
 }

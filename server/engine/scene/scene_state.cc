@@ -34,7 +34,8 @@ Bounds BoundsOf(const SceneState& state) {
 }
 
 absl::Time BusyUntil(absl::Time before, absl::Time edit_time) {
-  // Two frames of a display and more; and as long as leaves time to send full detail within 300 ms.
+  // 40 ms is more than two frames of a display at 60 Hz. 80 ms leaves time to send full detail within 300 ms
+  // of the last edit.
   constexpr absl::Duration kShortest = absl::Milliseconds(40), kLongest = absl::Milliseconds(80);
   return edit_time + std::clamp(1.5 * (edit_time - before), kShortest, kLongest);
 }

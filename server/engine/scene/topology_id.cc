@@ -8,7 +8,7 @@
 namespace latticed {
 namespace {
 
-// 128 bits of the hash are plenty for a name.
+// 128 bits of the hash are enough for a name.
 constexpr size_t kHashDigits = 32;
 
 void Append(std::string& text, Vec3d v) { text += fmt::format("{:a},{:a},{:a};", v.x, v.y, v.z); }

@@ -12,7 +12,7 @@
 namespace latticed {
 namespace {
 
-// Draco's streams usually take a quarter of the bytes of their integers, or less.
+// Draco streams usually have at most a quarter of the bytes of the integers that they encode.
 constexpr double kIntegersPerDraco = 4;
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace {
 
 // The first batch of an update is small, so that something arrives early.
 constexpr size_t kFirstBatchBytes = size_t{32} << 10;
-// max_bytes_per_second may be exceeded for so long after a pause.
+// After a pause, the bytes that max_bytes_per_second allows in this time may be sent at once.
 constexpr absl::Duration kBurst = absl::Milliseconds(250);
 
 WatchEvent NextLattice(ClientState& client, const WatchOffer& offer) {
@@ -33,8 +33,8 @@ bool IsComparable(const ClientState& client, const Snapshot& snapshot) {
          client.had->quantisation_id == snapshot.box.id;
 }
 
-// Revisions never go back, and nothing in another detail is sent for a revision that the client has
-// where there is a newer one.
+// The lowest revision that may be sent. Revisions never go back. In another detail, a revision that the client
+// has already is not sent again if there is a newer one.
 uint64_t LeastRevision(const ClientState& client, const WatchOffer& offer) {
   uint64_t least = std::max(client.min_revision, client.covered.value_or(0));
   if (!client.had.has_value()) return least;
@@ -167,7 +167,7 @@ bool WantsNewer(const ClientState& client, const Snapshot* offered) {
 void DropUpdate(ClientState& client) {
   if (!client.update.has_value()) return;
   client.restart = client.restart || client.update->id != 0;
-  // Nobody will acknowledge what did not end.
+  // An update that did not end is never acknowledged.
   std::erase(client.unacked, client.update->id);
   client.update.reset();
 }

@@ -11,7 +11,7 @@
 namespace latticed {
 namespace {
 
-// Every number that distinguishes views.
+// All numbers that distinguish one view from another.
 std::string KeyText(const ViewKey& key) {
   const ViewSpec& s = key.spec;
   return fmt::format("{}.{}.{}.{}.{}.{}", s.segments, static_cast<int>(s.normals),
