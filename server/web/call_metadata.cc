@@ -16,7 +16,7 @@
 namespace latticed::web {
 namespace {
 
-// All that the server reads of a call's metadata (server/rpc/call.cc).
+// The metadata keys that the server reads (server/rpc/call.cc).
 constexpr std::array<std::string_view, 4> kRead = {"authorization", "latticed-request-id",
                                                    "latticed-scene", "traceparent"};
 

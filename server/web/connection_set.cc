@@ -62,7 +62,7 @@ ConnectionCounts ConnectionSet::counts() const {
   return {.open = served_, .most = most_, .refused = refused_};
 }
 
-// Outside of the lock: the last owner of a connection may be here, and it leaves.
+// Calls `what` without the lock: this may destroy a connection, whose place then calls Leave.
 void ConnectionSet::TellAll(void (Connection::*what)()) {
   std::vector<std::shared_ptr<Connection>> all;
   {

@@ -46,8 +46,8 @@ class DeformSocket final : public CallObserver,
         timeouts_(upgraded.timeouts),
         request_(std::move(upgraded.request)) {}
 
-  // Answers the handshake with `subprotocol`, where it is not empty, and begins the call; ends the
-  // connection where the handshake fails.
+  // Answers the handshake, with `subprotocol` if it is not empty, and begins the call. If the handshake fails,
+  // the connection ends.
   void Accept(const std::string& subprotocol, const ServerChannel& server,
               const CallMetadata& metadata, const std::string& peer);
 
@@ -59,7 +59,7 @@ class DeformSocket final : public CallObserver,
   void OnWritten() override { ReadSocket(); }
   void OnEnd(grpc::Status status, CallMetadata /*trailers*/) override;
 
-  // The stream of the call learns of it and ends the call.
+  // Does nothing: the server sends goaway on the call's stream and ends the call.
   void Drain() override {}
   void Abort() override {
     Post([self = shared_from_this()] {
@@ -75,15 +75,15 @@ class DeformSocket final : public CallObserver,
   void SendClose();
 
   const std::shared_ptr<ConnectionSet::Place> place_;  // destroyed last: see http_connection.cc
-  websocket::stream<Transport, false> stream_;         // no compression: chunks are Draco's
+  websocket::stream<Transport, false> stream_;         // no compression: chunks are mostly Draco
   const HttpTimeouts timeouts_;
   const beast::http::request<beast::http::string_body> request_;
   std::shared_ptr<GenericCall> call_;  // null before the handshake
   beast::flat_buffer buffer_;
   std::optional<OutBytes> sending_;
-  absl::Status failure_;        // found here; the rpc is then cancelled
-  bool reading_ = false;        // the socket
-  bool client_closed_ = false;  // nothing more can be sent
+  absl::Status failure_;        // an error found here; it cancels the rpc
+  bool reading_ = false;        // a read of the socket is pending
+  bool client_closed_ = false;  // the server can send nothing more
   std::optional<websocket::close_reason> closing_;
 };
 
@@ -143,7 +143,7 @@ void DeformSocket::OnMessage(grpc::ByteBuffer message) {
 }
 
 void DeformSocket::OnSent(error_code failure) {
-  // A pending read will tell whether the connection was closed or broke.
+  // A pending read fails too, and OnRead then finds out whether the client closed the connection.
   if (failure) return reading_ ? void() : call_->Cancel();
   sending_.reset();
   if (closing_.has_value()) return SendClose();

@@ -33,7 +33,7 @@ constexpr std::array<std::pair<std::string_view, v1::ExportFormat>, 6> kFormats 
 
 constexpr std::array<std::string_view, 2> kParameters = {"segments", "normals"};
 
-// What the query asks of the surface. What it does not name is that of the scene's default view.
+// Reads the view from the query. The scene's default view decides what the query does not name.
 absl::StatusOr<v1::ViewOptions> ViewOf(const std::string& query) {
   LATTICED_ASSIGN_OR_RETURN(const auto parameters, QueryParameters(query, kParameters));
   v1::ViewOptions view;
@@ -63,7 +63,7 @@ bool IsNameCharacter(char c) {
   return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '-' || c == '_';
 }
 
-// RFC 6266: an ASCII name between quotes, and the true name escaped.
+// Content-Disposition as in RFC 6266: an ASCII name in quotes, and the true name escaped.
 std::string Disposition(const std::string& file_name) {
   std::string ascii = file_name;
   for (char& c : ascii) c = IsNameCharacter(c) ? c : '_';

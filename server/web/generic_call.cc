@@ -23,7 +23,7 @@ CallMetadata Copied(const std::multimap<grpc::string_ref, grpc::string_ref>& met
 
 std::vector<grpc::Slice> SlicesOf(const grpc::ByteBuffer& message) {
   std::vector<grpc::Slice> slices;
-  (void)message.Dump(&slices);  // fails for compressed messages only, which a channel undoes
+  (void)message.Dump(&slices);  // fails only if compressed; the channel has decompressed it
   return slices;
 }
 
@@ -38,9 +38,9 @@ std::shared_ptr<GenericCall> GenericCall::Start(const ServerChannel& server, con
   }
   grpc::GenericStub stub(server.channel);
   stub.PrepareBidiStreamingCall(&call->context_, request.method, {}, call.get());
-  call->AddHold();  // operations are started from outside of the reactions
+  call->AddHold();  // operations are also started outside of gRPC's callbacks
   call->StartCall();
-  call->Read();  // at once: a channel within the process drops what a call that has ended still holds
+  call->Read();  // at once: an in-process channel drops messages of an ended call
   return call;
 }
 
@@ -104,7 +104,7 @@ void GenericCall::Hand(const grpc::ByteBuffer& message) {
 
 void GenericCall::OnWriteDone(bool ok) {
   writing_.Clear();
-  // A failed write means that the call has ended; a read brings its status.
+  // A failed write means that the call has ended. The next read then fails too, and OnDone brings the status.
   if (ok) observer_->Post([observer = observer_] { observer->OnWritten(); });
 }
 

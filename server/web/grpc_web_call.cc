@@ -44,7 +44,7 @@ class GrpcWebCall final : public CallObserver, public std::enable_shared_from_th
 
  private:
   void ReadBody();
-  // Sends the next message of the body once the server has the one before.
+  // Sends the next message of the body, unless the one before is still being written.
   void SendNext();
   void Fail(const absl::Status& status);
   void StartAnswer(const CallMetadata& metadata);
@@ -53,7 +53,7 @@ class GrpcWebCall final : public CallObserver, public std::enable_shared_from_th
   const std::shared_ptr<HttpExchange> exchange_;
   std::shared_ptr<GenericCall> call_;
   FrameReader frames_;
-  absl::Status failure_;  // found here; the rpc is then cancelled, and ends with this
+  absl::Status failure_;  // an error found here; it cancels the rpc and becomes its status
   bool body_ended_ = false;
   bool writing_ = false;
   bool answering_ = false;

@@ -14,7 +14,7 @@
 namespace latticed::web {
 namespace {
 
-// By grpc::StatusCode, from OK to UNAUTHENTICATED.
+// The HTTP status for each grpc::StatusCode, from OK (0) to UNAUTHENTICATED (16).
 constexpr std::array<int, 17> kHttpStatus = {200, 500, 500, 400, 504, 404, 409, 403, 429,
                                              400, 409, 400, 501, 500, 503, 500, 401};
 

@@ -51,7 +51,7 @@ class HttpConnection final : public HttpExchange,
   void Start(int status, HttpFields fields, std::optional<uint64_t> length) override;
   void Write(OutBytes bytes, std::function<void()> done) override;
   void End() override;
-  void Abort() override {  // both of the exchange and of the set
+  void Abort() override {  // of HttpExchange and of Connection
     Post([self = shared_from_this()] { self->Leave(); });
   }
   void Upgrade(const std::function<void(Upgraded)>& take) override;
@@ -61,9 +61,9 @@ class HttpConnection final : public HttpExchange,
  private:
   enum class State {
     kIdle,       // between requests
-    kHead,       // reading one
+    kHead,       // reading the head of a request
     kAnswering,  // until the last byte of the answer is written
-    kLingering,  // until the client has ended too: a reset would discard the answer
+    kLingering,  // until the client ends too; a reset could discard the answer
     kClosed
   };
   struct Outgoing {
@@ -94,13 +94,13 @@ class HttpConnection final : public HttpExchange,
   const Transport::executor_type executor_;
   const HttpTimeouts timeouts_;
   const HttpHandler& handler_;
-  net::steady_timer read_, written_;  // of the client: what is awaited, and what is sent
-  beast::flat_buffer buffer_;         // read and not parsed
+  net::steady_timer read_, written_;  // time limits for reading and writing
+  beast::flat_buffer buffer_;         // bytes that were read but not parsed
   std::optional<Parser> parser_;
   HttpRequest request_;
   State state_ = State::kIdle;
-  bool reading_ = false;    // a read is under way
-  bool body_read_ = false;  // all of it
+  bool reading_ = false;    // a read is pending
+  bool body_read_ = false;  // the whole body was read
   bool keep_alive_ = false;
   bool draining_ = false;
   bool chunked_ = false;
@@ -125,9 +125,9 @@ void HttpConnection::Begin() {
 void HttpConnection::Expect(net::steady_timer& timer, HttpTimeouts::Duration after) {
   timer.expires_after(after);
   timer.async_wait([weak = weak_from_this(), &timer](error_code failure) {
-    const auto self = weak.lock();  // and with it the timer
+    const auto self = weak.lock();  // keeps the timer too
     if (self == nullptr || failure) return;
-    // A wait that had ended before the time was moved has no failure.
+    // A wait that had already ended when the time was moved has no failure, but its time has not come.
     if (timer.expiry() <= net::steady_timer::clock_type::now()) self->Leave();
   });
 }
@@ -162,7 +162,7 @@ void HttpConnection::ReadHead() {
   body_read_ = false;
   parser_.emplace();
   parser_->header_limit(limits::kMaxHttpHeadBytes);
-  // Bodies are read in pieces, as fast as they are used.
+  // Bodies need no limit: they are read in pieces, as fast as they are used.
   parser_->body_limit(std::numeric_limits<uint64_t>::max());
   Expect(read_, timeouts_.head);
   http::async_read_header(
@@ -187,7 +187,7 @@ void HttpConnection::OnHead(error_code failure) {
   if (failure) return Leave();
   Describe();
   body_read_ = parser_->is_done();
-  // An upgrade takes the connection, so no read may be under way.
+  // An upgrade moves the connection elsewhere, so no read may be pending.
   if (body_read_ && !request_.wants_upgrade) Watch();
   if (beast::iequals(parser_->get()[http::field::expect], "100-continue") && !body_read_) {
     writing_ = true;
@@ -266,7 +266,7 @@ void HttpConnection::Start(int status, HttpFields fields, std::optional<uint64_t
     if (field.name == "connection") keep_alive_ = false;  // its value is "close"
     head.insert(field.name, field.value);
   }
-  // For clients without chunked encoding, the end of the connection ends the body.
+  // HTTP/1.0 has no chunked encoding: the end of the connection ends the body.
   const bool old = parser_->get().version() < 11;
   chunked_ = !length.has_value() && !old;
   if (chunked_) head.set(http::field::transfer_encoding, "chunked");
@@ -303,7 +303,7 @@ void HttpConnection::End() {
   Pump();
 }
 
-// Writes what waits, in order: a head, then what Write and End have added, one write each.
+// Writes the queue in order, one entry after the other: the head, then what Write and End have added.
 void HttpConnection::Pump() {
   if (writing_ || outgoing_.empty()) return;
   writing_ = true;
@@ -323,7 +323,7 @@ void HttpConnection::Pump() {
 
 void HttpConnection::Answered() {
   if (!keep_alive_) return Linger();
-  if (reading_) {  // it goes on for the next request
+  if (reading_) {  // the pending read is for the next request
     state_ = State::kIdle;
     if (draining_) return Leave();
     return Expect(read_, timeouts_.idle);
@@ -331,7 +331,7 @@ void HttpConnection::Answered() {
   AwaitRequest();
 }
 
-// Shuts down sending, and reads what the client still sends.
+// Shuts down sending, and discards what the client still sends.
 void HttpConnection::Linger() {
   state_ = State::kLingering;
   Expect(read_, timeouts_.linger);

@@ -35,8 +35,8 @@ bool IsAddress(std::string host) {
          inet_pton(AF_INET6, host.c_str(), address.data()) == 1;
 }
 
-// Whether `origin` is that of the request's host. Behind a proxy that ends TLS the schemes differ. But a page
-// without TLS never has the origin of a server with TLS.
+// Whether `origin` names the request's host. A server without TLS also accepts its https origin, because a proxy
+// in front of it may end TLS. A server with TLS accepts no http origin.
 bool SameOrigin(std::string_view origin, std::string_view host, bool secure) {
   constexpr std::string_view kPlain = "http://";
   constexpr std::string_view kSecure = "https://";
@@ -45,8 +45,8 @@ bool SameOrigin(std::string_view origin, std::string_view host, bool secure) {
          Lower(origin.substr(kPlain.size())) == Lower(host);
 }
 
-// For images, scripts and frames browsers send no Origin, but they say in Sec-Fetch-Site where the request
-// comes from. Following a link is allowed.
+// Browsers send no Origin for images, scripts and frames, but Sec-Fetch-Site says where the request comes from.
+// Following a link is allowed.
 bool FromForeignPage(const HttpRequest& request) {
   const std::string_view site = request.Field("sec-fetch-site");
   const bool own = site.empty() || site == "same-origin" || site == "none";

@@ -58,7 +58,7 @@ std::string_view MediaType(const fs::path& file) {
   return "application/octet-stream";
 }
 
-// The path below the root, nothing where it would lead out of it or to a hidden file.
+// The path below the root; nullopt if it would lead out of the root or to a hidden file.
 std::optional<fs::path> Relative(std::string_view target) {
   std::string decoded;
   if (!PercentDecode(target, &decoded)) return std::nullopt;
@@ -87,17 +87,17 @@ bool Matches(std::string_view if_none_match, const std::string& etag) {
 HttpFields PageFields() {
   return {{"x-content-type-options", "nosniff"},
           {"content-security-policy", kContentSecurityPolicy},
-          {"x-frame-options", "SAMEORIGIN"},  // no foreign page may have people click in ours
+          {"x-frame-options", "SAMEORIGIN"},  // no other site may show it in a frame
           {"referrer-policy", "same-origin"},
           {"cache-control", "no-cache"}};
 }
 
-// What is left of a file, a piece at a time.
+// Sends the last `left` bytes of a file, one piece at a time.
 void SendFile(const std::shared_ptr<HttpExchange>& exchange,
               const std::shared_ptr<std::ifstream>& file, uint64_t left) {
   if (left == 0) return exchange->End();
   std::string piece(std::min<uint64_t>(left, kPieceBytes), '\0');
-  // A file that has become shorter meanwhile.
+  // The file may have become shorter meanwhile.
   if (!file->read(piece.data(), static_cast<std::streamsize>(piece.size()))) {
     return exchange->Abort();
   }

@@ -27,7 +27,7 @@
 namespace latticed::web {
 namespace {
 
-// They move bytes; evaluating and encoding has threads of its own.
+// Two threads are enough, because they only move bytes. Other threads evaluate and encode.
 constexpr int kThreads = 2;
 
 const HttpHandler kRefuse = [](const std::shared_ptr<HttpExchange>& exchange) {
@@ -42,7 +42,8 @@ absl::Status Unreadable(std::string_view flag, const std::string& path, const er
       fmt::format("{}: cannot use '{}': {}", flag, path, failure.message()));
 }
 
-// Of --tls-cert, --tls-key and --tls-client-ca; null where they are not given. kInvalidArgument.
+// The TLS context of --tls-cert, --tls-key and --tls-client-ca; null if they are not given. kInvalidArgument if
+// one of the files cannot be used.
 absl::StatusOr<std::unique_ptr<net::ssl::context>> MakeTlsContext(const Options& options) {
   if (options.tls_cert.empty()) return nullptr;
   auto tls = std::make_unique<net::ssl::context>(net::ssl::context::tls_server);
@@ -62,16 +63,16 @@ absl::StatusOr<std::unique_ptr<net::ssl::context>> MakeTlsContext(const Options&
   return tls;
 }
 
-// Listens on `listen`, "host:port", for `flag`. Connections above the set's limit are answered 503 and
-// closed; those far above it are closed at once. What the pointers name outlives the listener and its
-// connections. kUnavailable for a port that is taken, kInvalidArgument for an invalid address.
+// Listens on `listen`, "host:port", for `flag`. Connections above the set's limit are answered 503 and closed;
+// those far above it are closed at once. `tls` and `connections` outlive the listener and its connections.
+// kUnavailable if the address cannot be opened, kInvalidArgument if it has no port.
 absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
     net::io_context& context, const std::string& flag, const std::string& listen,
     net::ssl::context* tls, ConnectionSet* connections, const HttpTimeouts& timeouts,
     const HttpHandler& handler) {
   return TcpListener::Open(context, flag, listen, [=](net::ip::tcp::socket socket) {
     error_code ignored;
-    socket.set_option(net::socket_base::keep_alive(true), ignored);  // finds those that vanished
+    socket.set_option(net::socket_base::keep_alive(true), ignored);  // notices vanished clients
     auto place = connections->Enter();
     if (place == nullptr) return;
     const bool served = place->served();
@@ -95,12 +96,12 @@ struct WebServer::Impl {
         admin_hooks(std::move(admin)),
         work(net::make_work_guard(context)) {}
 
-  // Of --http, where there is one.
+  // The connections of --http; none if it is not served.
   ConnectionCounts counts() const {
     return http == nullptr ? ConnectionCounts() : connections.counts();
   }
 
-  // Which request of --http goes where, after the guard.
+  // Answers a request of --http: the guard may stop it, then its path and method choose the handler.
   void Route(const std::shared_ptr<HttpExchange>& exchange) const;
 
   ConnectionSet connections, admin_connections;  // before the context, whose handlers hold places
@@ -190,7 +191,7 @@ void WebServer::Stop() {
   }
   for (ConnectionSet* set : {&impl_->connections, &impl_->admin_connections}) {
     set->Abort();
-    // Their calls are cancelled, and hold them until that is done.
+    // Cancelled calls hold their connections until the calls have ended.
     while (!set->AwaitEmpty(absl::Now() + absl::Seconds(10))) {
       LogEvent(spdlog::level::warn, "HTTP connections are slow to end", {});
     }

@@ -30,7 +30,8 @@ void SetAxes(const std::array<int, 3>& from, v1::LatticeAxes& axes) {
   axes.set_w(from[2]);
 }
 
-// core names fields from "lattice" or "fit" on; clients see where that is in their request.
+// Replaces the beginning of the field's path in an error: core's paths begin with "lattice" or "fit", but clients
+// need the path in their request.
 absl::Status Reroot(const absl::Status& status, std::string_view from, std::string_view to) {
   error::Details details = error::DetailsOf(status);
   std::string message(status.message().data(), status.message().size());
@@ -40,8 +41,8 @@ absl::Status Reroot(const absl::Status& status, std::string_view from, std::stri
   return error::WithDetails(absl::Status(status.code(), message), details);
 }
 
-// Clamped uniform where none are given. Only a legal degree and size allocate anything: others are
-// left for Validate to name.
+// The given knots, or clamped uniform ones if none are given. An illegal degree or size allocates nothing: the
+// result is empty, and Validate reports the error.
 std::vector<double> KnotsOrDefault(const google::protobuf::RepeatedField<double>& given, int degree,
                                    int size) {
   if (!given.empty()) return {given.begin(), given.end()};

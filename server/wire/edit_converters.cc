@@ -179,7 +179,7 @@ absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMes
   result.edits.reserve(static_cast<size_t>(batch.edits_size()));
   for (int i = 0; i < batch.edits_size(); ++i) {
     auto edit = ReadEdit(batch.edits(i), mesh, fmt::format("edits[{}]", i));
-    if (!edit.ok()) return edit.status();  // by hand: GCC 12 takes the macro's variant for unset
+    if (!edit.ok()) return edit.status();  // with the macro, GCC 12 takes the variant for unset
     result.edits.push_back(*std::move(edit));
   }
   return result;

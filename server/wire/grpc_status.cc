@@ -23,7 +23,7 @@ constexpr size_t kMaxMetadataBytes = 1'024;
 constexpr char kAskedBytes[] = "asked_bytes";
 constexpr char kFreeBytes[] = "free_bytes";
 
-// Clients could not read a status that is not UTF-8, and it may contain their own words.
+// Clients cannot read a status that is not UTF-8, and a message may repeat text that the client sent.
 std::string Truncated(std::string_view text, size_t most) {
   const std::string valid = ValidUtf8(text);
   return std::string(CutUtf8(valid, most));

@@ -26,14 +26,14 @@
 namespace latticed {
 namespace {
 
-// Tag and length of a group in its Mesh.
+// Bytes of the tag and length of a group in its Mesh.
 constexpr size_t kGroupOverheadBytes = 4;
 
 Labels LabelsOf(const v1::MeshHeader& header) {
   return Labels(header.labels().begin(), header.labels().end());
 }
 
-// Words of a StoredMesh.
+// Enums of the wire and the values of a StoredMesh.
 constexpr auto kUploadFormats = std::to_array<std::pair<v1::MeshFormat, UploadFormat>>(
     {{v1::MESH_FORMAT_OBJ, UploadFormat::kObj},
      {v1::MESH_FORMAT_PLY, UploadFormat::kPly},
@@ -76,7 +76,7 @@ void FillGroups(const PolygonMesh& mesh, v1::Mesh& out) {
   size_t bytes = 0;
   for (size_t i = 0; i < faces.size(); ++i) {
     v1::MeshGroup group;
-    // Cut before it is mended, too: a file may have one name of any length.
+    // Cut before ValidUtf8 too, because a name in a file may have any length.
     const std::string name = ValidUtf8(
         std::string_view(mesh.group_names[i]).substr(0, limits::kMaxShownGroupNameBytes + 4));
     group.set_name(std::string(CutUtf8(name, limits::kMaxShownGroupNameBytes)));

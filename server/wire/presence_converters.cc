@@ -11,7 +11,7 @@
 namespace latticed {
 namespace {
 
-// Of valid UTF-8, as every string of a parsed message is.
+// Counts code points. The text is valid UTF-8, as every string of a parsed message is.
 size_t CharactersOf(const std::string& text) {
   return static_cast<size_t>(std::ranges::count_if(
       text, [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U; }));

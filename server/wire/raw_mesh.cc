@@ -21,10 +21,10 @@ static_assert(std::endian::native == std::endian::little, "RAW is read by copyin
 
 constexpr uint64_t kMinFaceSize = 3;
 
-// Elements of every array; 64 bits hold any sum of them, as each is below 2^32.
+// The number of elements of each array. Each is below 2^32, so 64 bits hold the sum of their bytes.
 struct RawSizes {
   uint64_t vertices = 0, faces = 0, corners = 0;
-  uint64_t position_bytes = 0;  // of one number
+  uint64_t position_bytes = 0;  // of one coordinate
   uint64_t sizes = 0, normals = 0, uvs = 0, groups = 0;
 
   uint64_t TotalBytes() const {
@@ -57,7 +57,7 @@ RawSizes SizesOf(const v1::RawLayout& layout) {
   return sizes;
 }
 
-// Takes arrays from the front of the bytes, which CheckRawLayout has counted.
+// Takes arrays from the front of the bytes. CheckRawLayout has checked that there are enough.
 class RawReader {
  public:
   explicit RawReader(std::string_view bytes) : rest_(bytes) {}
@@ -91,7 +91,7 @@ std::vector<Vec3d> TakePositions(RawReader& reader, const RawSizes& sizes) {
   return positions;
 }
 
-// Ends of faces; kInvalidArgument where they do not fill the corners.
+// Returns 0 and the end of each face; kInvalidArgument if the faces do not fill the corners.
 absl::StatusOr<std::vector<uint32_t>> TakeFaceOffsets(RawReader& reader, const RawSizes& sizes,
                                                       uint32_t face_size) {
   const std::vector<uint32_t> face_sizes = face_size == 0

@@ -28,7 +28,7 @@ constexpr auto kPipelines = std::to_array<std::pair<v1::Pipeline, Pipeline>>(
      {v1::PIPELINE_CONTROL_NET, Pipeline::kControlNet},
      {v1::PIPELINE_UNSPECIFIED, Pipeline::kFused}});
 
-// No MeshFormat: the Bézier control nets.
+// nullopt stands for the Bézier control nets.
 constexpr auto kExportFormats =
     std::to_array<std::pair<v1::ExportFormat, std::optional<MeshFormat>>>(
         {{v1::EXPORT_FORMAT_PLY, MeshFormat::kPly},
@@ -57,7 +57,7 @@ absl::Status CheckSceneId(const std::string& id) {
 absl::StatusOr<absl::Duration> IdleTtl(const v1::CreateSceneRequest& request,
                                        absl::Duration unset) {
   if (!request.has_idle_ttl()) return unset;
-  // The range of google.protobuf.Duration: 10,000 years.
+  // The range of google.protobuf.Duration, about 10,000 years.
   constexpr int64_t kMostSeconds = 315'576'000'000;
   constexpr int32_t kMostNanos = 999'999'999;
   const auto& ttl = request.idle_ttl();
@@ -73,8 +73,8 @@ absl::StatusOr<absl::Duration> IdleTtl(const v1::CreateSceneRequest& request,
   return absl::Seconds(ttl.seconds()) + absl::Nanoseconds(ttl.nanos());
 }
 
-// A digest of the request, which may hold a large lattice. Maps in a fixed order: equal requests have
-// equal bytes.
+// A digest, because the request may hold a large lattice. Maps are written in a fixed order, so that equal
+// requests have equal bytes.
 std::string Fingerprint(const v1::CreateSceneRequest& request, const std::string& owner) {
   std::string bytes;
   {

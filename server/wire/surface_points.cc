@@ -13,7 +13,7 @@
 namespace latticed {
 namespace {
 
-// Barycentrics that a client computed in double sum to 1 to much better than this.
+// Barycentrics that a client computed in double precision have a sum much closer to 1 than this.
 constexpr double kBarycentricTolerance = 1e-9;
 
 absl::Status CheckCorners(const PolygonMesh& mesh, const v1::SurfacePoint& point,
@@ -70,7 +70,7 @@ absl::StatusOr<RestPoint> RestPointFromProto(const PolygonMesh& mesh, const v1::
   };
   RestPoint rest;
   for (int c = 0; c < 3; ++c) rest.position += point.barycentrics(c) * world(point.corners(c));
-  // In the order of the face the triangle has the face's winding, whatever order the client chose.
+  // Sorted corners give the triangle the face's winding, whatever order the client chose.
   std::array<uint32_t, 3> corners{point.corners(0), point.corners(1), point.corners(2)};
   std::ranges::sort(corners);
   rest.normal = Cross(world(corners[1]) - world(corners[0]), world(corners[2]) - world(corners[0]));

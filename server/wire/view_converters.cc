@@ -19,7 +19,7 @@ constexpr auto kNormals = std::to_array<std::pair<v1::NormalMode, NormalMode>>(
      {v1::NORMAL_MODE_FACET, NormalMode::kFacet},
      {v1::NORMAL_MODE_SMOOTH, NormalMode::kSmooth}});
 
-// ENCODING_CONTROL_NETS is reserved.
+// Without ENCODING_CONTROL_NETS, which is reserved.
 constexpr auto kEncodings = std::to_array<std::pair<v1::Encoding, Encoding>>(
     {{v1::ENCODING_DRACO_POINTS, Encoding::kDracoPoints},
      {v1::ENCODING_DRACO_MESH, Encoding::kDracoMesh},

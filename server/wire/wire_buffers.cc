@@ -37,7 +37,7 @@ void AppendField(int field, uint32_t wire_type, uint64_t value, std::string& out
   AppendVarint(value, out);
 }
 
-// All of a Chunk before its data, its own tag and length included.
+// The bytes of a Chunk before its data, with the Chunk's own tag and length.
 std::string ChunkHead(uint32_t index, const SnapshotChunk& chunk) {
   std::string body;
   if (index != 0) AppendField(v1::Chunk::kIndexFieldNumber, kVarint, index, body);
@@ -53,7 +53,7 @@ std::string ChunkHead(uint32_t index, const SnapshotChunk& chunk) {
 void LetGo(void* owner) { delete static_cast<std::shared_ptr<const void>*>(owner); }
 
 grpc::Slice SliceOf(const SharedBytes& bytes) {
-  // gRPC's signature is not const; it never writes to a slice that it sends.
+  // gRPC's parameter is not const, but gRPC never writes to a slice that it sends.
   return {const_cast<uint8_t*>(bytes.data), bytes.size, LetGo,
           new std::shared_ptr<const void>(bytes.owner)};
 }
