@@ -24,7 +24,7 @@ constexpr size_t kNetBlock = 4096;
 
 absl::Status CancelledError() { return absl::CancelledError("the export was cancelled"); }
 
-// The UVs of a patch's corners, interpolated from those of its source triangle. A missing UV counts as 0.
+// The UVs of a patch's corners, interpolated in its source triangle. A missing UV counts as 0.
 std::array<Vec2f, 3> CornerUvs(const PolygonMesh& mesh, const PatchSource& source) {
   std::array<Vec2f, 3> result;
   for (size_t c = 0; c < 3; ++c) {
