@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: build_image.sh TAG
-# The CPU image by podman, as root on Debian 12, from a base that debootstrap makes of this machine's own
-# package sources: no registry of images is asked. ccache's and npm's caches are lent to it.
+# Builds the CPU image with podman, as root on Debian 12. debootstrap makes the base image from this machine's own
+# package sources, so no image registry is needed. The build uses this machine's caches of ccache and npm.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/.." && pwd)
 readonly root tag=$1 base=localhost/latticed-base:bookworm
@@ -12,13 +12,13 @@ export CONTAINERS_CONF=$root/docker/containers.conf
 
 die() { printf 'build_image.sh: %s\n' "$*" >&2; exit 1; }
 
-# Debian's own suites of this machine, as lines of sources.list; what others may be there is none of an image's.
+# The Debian suites among this machine's package sources, as lines of sources.list. Other sources stay out of images.
 debian_sources() {
   apt-get indextargets --format '$(ORIGIN) deb $(SITE) $(RELEASE) $(COMPONENT)' 'Created-By: Packages' |
     sed -n 's/^Debian deb/deb/p' | sort -u
 }
 
-# With neither caches nor documents, and a dpkg that does not wait for the disk, as Debian's published images.
+# As in Debian's published images, there are no caches and no documents, and dpkg does not wait for the disk.
 make_base() {
   local folder=$scratch/root sources
   sources=$(debian_sources)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Debian's HAProxy with haproxy.cfg; the certificate is mounted: compose.yaml's profile "public".
+# Debian's HAProxy with haproxy.cfg. The profile "public" of compose.yaml runs it and mounts the certificate.
 ARG RUNTIME_BASE=debian:bookworm-slim
 
 FROM ${RUNTIME_BASE}
