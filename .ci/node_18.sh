@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# The step of ./dev ci that builds the viewer and the example for Node with Debian 12's own Node, 18, and runs them,
-# on a machine that has another Node. Debian's cannot be installed beside that: it is unpacked, with the npm of its age.
-# Steps run where bash does not stop at a failure: && does.
+# The step of ./dev ci that builds and runs the viewer and the Node example with Debian 12's Node 18, on a machine that
+# has another Node. Debian's package cannot be installed beside another Node, so it is unpacked, with an npm of its age.
+# bash does not stop at a failure inside a step, so commands are joined by &&.
 readonly node_18=build/ci/node-18 npm_of_node_18=9.2.0
 
-# Leaves node and npm in $node_18/bin, but where no package of Node 18 is to be had.
+# Puts node and npm into $node_18/bin, unless apt has no package of Node 18.
 node_18_unpack() {
   local version library needs plan
   as_root apt-get update -q
@@ -28,7 +28,7 @@ node_18_unpack() {
     (cd "$node_18" && apt-get download -q "nodejs=$version" "$library=$version") &&
     printf '%s\n' "$node_18"/*.deb | xargs -I DEB dpkg -x DEB "$node_18/root" &&
     npm install --silent --no-fund --no-audit --prefix "$node_18/npm" "npm@$npm_of_node_18" &&
-    ln -s "$PWD/$node_18"/root/usr/lib/*/libnode.so.* "$node_18/root/usr/lib" &&  # where the program looks for it
+    ln -s "$PWD/$node_18"/root/usr/lib/*/libnode.so.* "$node_18/root/usr/lib" &&  # node looks for it there
     ln -s "$PWD/$node_18"/{root/usr/bin/node,npm/node_modules/.bin/npm} "$node_18/bin" ||
     die "Node 18 could not be unpacked"
 }
@@ -58,7 +58,7 @@ ci_node_18() {
   fi
   node_18_unpack
   [[ -d $node_18/bin ]] || return 0
-  export PATH=$PWD/$node_18/bin:$PATH npm_config_engine_strict=true  # npm refuses what asks for a newer Node
+  export PATH=$PWD/$node_18/bin:$PATH npm_config_engine_strict=true  # npm refuses packages that need a newer Node
   [[ $(node --version) == v18.* ]] || die "Node 18 was unpacked, and node --version says: $(node --version 2>&1)"
   (node_18_viewer) || die "the viewer with Node $(node --version), npm $(npm --version)"
   node_18_example || die "the example for Node with Node $(node --version), npm $(npm --version)"

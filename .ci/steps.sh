@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# The steps of ./dev ci, which reads this file and has what they call.
+# The steps of ./dev ci. ./dev sources this file and defines the functions that the steps call.
 readonly ci_build=build/ci/tree/build
 readonly tsan_targets=(scene_engine_test engine_rooms_test model_based_test)
 
 source .ci/node_18.sh
 
 ci_step=
-step() {  # NAME COMMAND…: runs it, keeps its time; a failure ends the run
+step() {  # NAME COMMAND…: runs the command and records its time; a failure ends the run
   local log start=$SECONDS
   ci_step=$1
   shift
@@ -18,7 +18,7 @@ step() {  # NAME COMMAND…: runs it, keeps its time; a failure ends the run
   printf '%7d  %s\n' $((SECONDS - start)) "$ci_step" >>build/ci/seconds.txt
   echo "$((SECONDS - start)) s$(grep -qsF "$ci_step: " build/ci/skipped.txt && echo ', NOT RUN')"
 }
-# Starts a step that runs beside the next ones. What it prints comes with `joined`, which waits for all of them.
+# Starts a step that runs in parallel with the next ones. `joined` waits for all such steps and prints their output.
 ci_beside=()
 beside() {  # NAME COMMAND…
   (step "$@") >"build/ci/beside-${#ci_beside[@]}.txt" 2>&1 &
@@ -34,16 +34,16 @@ joined() {
   done
   ci_beside=()
 }
-at_leisure() {  # COMMAND…: with what other processes leave of the cores
+at_leisure() {  # COMMAND…: runs it at the lowest priority
   renice -n 19 "$BASHPID" >/dev/null
   "$@"
 }
-not_run() {  # WHY: this machine cannot run the step; said when it ends, and last of all
+not_run() {  # WHY: this machine cannot run the step; printed after the step, and at the end of the run
   printf '%s: %s\n' "$ci_step" "$*" | tee -a build/ci/skipped.txt
 }
 
-# A copy of the working tree without anything built: what a new user has. The address that it prints shows the sample,
-# in Chromium as well; another run ends that server, and then its own.
+# Runs ./dev run in a copy of the working tree without build outputs, as a new user does. Checks that the printed
+# address shows the sample, also in Chromium. A second run then stops that server and its own.
 ci_fresh_run() {
   mkdir -p build/ci/tree
   [[ -d ../shared ]] && ln -sfn "$(readlink -f ../shared)" build/ci/shared
@@ -56,7 +56,7 @@ ci_fresh_run() {
     node tests/support/opened_viewer.mjs "$ci_build/client/web" "$address" || status=$?
   build/ci/tree/dev run --once && return $status
 }
-# ci_ctest FOLDER ARGUMENTS…: what failed tests printed, and their names, come after the list of all that were skipped
+# ci_ctest FOLDER ARGUMENTS…: runs ctest. Its output ends with all skipped tests, so failed tests are printed again.
 ci_ctest() {
   local folder=$1 failed=$1/Testing/Temporary/LastTestsFailed.log
   ctest --test-dir "$folder" --output-on-failure -j "$jobs" "${@:2}" && return
@@ -69,10 +69,11 @@ ci_ctest() {
 ci_tests() {
   LATTICED_REQUIRE_OPENGL=1 LATTICED_REQUIRE_PYTHON=1 LATTICED_REQUIRE_NODE=1 LATTICED_REQUIRE_GO=1 \
     LATTICED_REQUIRE_BLENDER=1 LATTICED_REQUIRE_CHROMIUM=1 LATTICED_REQUIRE_CURL=1 LATTICED_REQUIRE_HAPROXY=1 \
-    ci_ctest "$ci_build" -j $((2 * jobs))  # half of their time they wait
+    ci_ctest "$ci_build" -j $((2 * jobs))  # tests wait half of their time
 }
-# Real meshes, large lattices and long edits are for accuracy, which the release build has shown; here they take minutes.
-ci_sanitized() {  # KIND TESTS TARGETS…: of which TESTS, an expression for names of programs, are run
+# Tests with real meshes, large lattices and long edits check accuracy. The release build has run them; here they would
+# take minutes.
+ci_sanitized() {  # KIND TESTS TARGETS…: builds TARGETS and runs the tests that match the regular expression TESTS
   local kind=$1 tests=$2
   shift 2
   configure "build/ci/$kind" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O1 -fno-omit-frame-pointer" \
@@ -87,7 +88,7 @@ ci_fuzz() {
   CC=clang-14 CXX=clang++-14 configure build/ci/fuzz -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 \
     -DLATTICED_FUZZ=ON -DLATTICED_SANITIZE=address -DLATTICED_CUDA=OFF -DBUILD_TESTING=OFF
   build build/ci/fuzz latticed_fuzz
-  # Each target has a core to itself.
+  # One core per target.
   export -f fuzz_one
   printf '%s\n' build/ci/fuzz/tests/fuzz/*_fuzz | xargs -P "$jobs" -n 1 bash -c 'fuzz_one "$1"' fuzz_one
 }
@@ -100,13 +101,13 @@ fuzz_one() {  # TARGET
   rm -rf "$corpus" "$log"
   return $status
 }
-# Which tests were skipped, and why, each reason once.
+# Prints how many tests were skipped, by reason.
 ci_skipped() {
   awk '/: Skipped$/ { getline reason; ++count[reason] } END { for (r in count) printf "%7d  skipped: %s\n", count[r], r }' \
     "$ci_build/Testing/Temporary/LastTest.log" | sort -rn
 }
-# Some sandboxes forbid what containers are made of: there the step is not run, and CI ends by saying so;
-# LATTICED_REQUIRE_CONTAINER makes that a failure. Where they are allowed, all that fails is a failure.
+# Some sandboxes forbid mounts and namespaces. The step is not run there, and CI says so at its end, unless
+# LATTICED_REQUIRE_CONTAINER is set: then it fails. Where containers are allowed, every error fails the step.
 ci_container() {
   local why
   if ! why=$(unshare --mount --pid --fork --mount-proc true 2>&1) && [[ -z ${LATTICED_REQUIRE_CONTAINER:-} ]]; then
@@ -124,9 +125,9 @@ verb_ci() {
   step "Python" check_python
   step "protos" check_protos
   step "fresh tree, ./dev run" ci_fresh_run
-  # CUDA too, where nvcc is, for one kind of device.
+  # With CUDA if nvcc is installed, for one device architecture.
   step "the rest of the Release build" env CUDAARCHS=90-real build/ci/tree/dev build
-  # Tests wait half of their time, and the image waits for disks and the network: each leaves a core to another step.
+  # Tests wait half of their time, and the image waits for disk and network, so another step can run in parallel.
   trap 'kill $(jobs -p) 2>/dev/null || true' EXIT
   beside "clang-tidy" at_leisure check_tidy build/ci/tidy
   step "tests" ci_tests
