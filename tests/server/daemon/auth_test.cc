@@ -53,7 +53,7 @@ TEST(AuthenticatorTest, AnythingElseIsUnauthenticated) {
     EXPECT_THAT(authenticator->Authenticate(text), StatusIs(absl::StatusCode::kUnauthenticated))
         << text;
   }
-  // The hash is not the token.
+  // The hash of a token is no token.
   EXPECT_THAT(authenticator->Authenticate("Bearer " + Sha256Hex("token-r")),
               StatusIs(absl::StatusCode::kUnauthenticated));
 }
@@ -80,7 +80,7 @@ class TokenServerTest : public ServerTest {
     StartServer(options);
   }
 
-  // With an empty message: enough to be refused.
+  // Sends an empty message: the role is checked before the message.
   absl::Status CallEmpty(const google::protobuf::MethodDescriptor& method,
                          const std::string& authorization) {
     const std::string path = fmt::format("/{}/{}", method.service()->full_name(), method.name());
@@ -113,7 +113,7 @@ TEST_F(TokenServerTest, NoRpcIsOpen) {
   }
 }
 
-// Each refusal names the rpc: what a handler's row says is what was called.
+// Each refusal names the called rpc, so every row of the handlers' table has the right name.
 TEST_F(TokenServerTest, ReaderCannotEdit) {
   const std::set<std::string> edits = {"MeshService/UploadMesh",   "MeshService/BeginUpload",
                                        "MeshService/AppendUpload", "MeshService/FinishUpload",

@@ -25,7 +25,7 @@ class CallLogTest : public SceneStreamTest {
     return {{"latticed-request-id", request_id},
             {"traceparent", std::string("00-") + kTrace + "-0123456789abcdef-01"}};
   }
-  // One line, whole.
+  // Expects one line with all its fields.
   void ExpectLine(const std::string& request_id, const std::string& rpc, const std::string& code) {
     const std::vector<Line> lines = sink_->Of(request_id);
     ASSERT_EQ(lines.size(), 1u) << rpc;
@@ -59,7 +59,7 @@ TEST_F(CallLogTest, StreamsThatAreRefusedOrCancelled) {
   WatchClient watch(*scenes_, Watch(), Named("watch"));
   EXPECT_TRUE(watch.Read());
   watch.Cancel();
-  // The client does not wait for the server to hear that it has gone.
+  // The client does not wait until the server notices the cancellation.
   EXPECT_TRUE(Becomes(1'000, [this] { return !sink_->Of("watch").empty(); }));
 
   ExpectLine("topology", "SceneService/GetTopology", "NOT_FOUND");

@@ -127,10 +127,10 @@ TEST(LogTest, LinesForPeopleAndForMachines) {
             "\"message\":\"call finished\",\"rpc\":\"A/B\",\"error\":\"two \\\"words\\\" \"}");
 }
 
-// The daemon with its standard error in a pipe.
+// The daemon as a child process, with its standard error in a pipe.
 class Daemon {
  public:
-  // 0: as many files as this process may have.
+  // `most_files` limits its open files; 0: the limit of this process.
   explicit Daemon(std::vector<std::string> arguments, rlim_t most_files = 0) {
     std::array<int, 2> ends{};
     if (pipe(ends.data()) != 0) std::abort();

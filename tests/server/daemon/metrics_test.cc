@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a Prometheus reads, beside what clients did through their stubs.
+// The metrics that Prometheus reads, compared with what clients did through their stubs.
 #include <map>
 #include <memory>
 #include <regex>
@@ -18,7 +18,7 @@
 namespace latticed::testing {
 namespace {
 
-// A scrape: values by series, "name{label="value",…}". Fails the test where a line is not of the
+// One scrape: the values by series, "name{label="value",…}". Fails the test when a line is not in the
 // text format, a series comes twice, or a sample has no type.
 class Scrape {
  public:
@@ -44,7 +44,7 @@ class Scrape {
     }
   }
 
-  // 0 for a series that is not there.
+  // 0 for a series that does not exist.
   double operator[](const std::string& series) const {
     const auto found = values.find(series);
     return found == values.end() ? 0 : found->second;
@@ -112,7 +112,7 @@ TEST_F(MetricsTest, EditsAndUpdatesAreCountedByWhatBecameOfThem) {
   client.ReadUntilRevision(1);
   ASSERT_TRUE(client.Send(Move(2, 62, 0.1)));
   client.ReadUntilRevision(2);
-  ASSERT_TRUE(client.Send(Move(2, 62, 0.1)));  // once more
+  ASSERT_TRUE(client.Send(Move(2, 62, 0.1)));  // sequence 2 again
   ASSERT_TRUE(client.Send(stale));
   client.ReadUntil([&] { return client.log.results.size() == 4; });
   client.HalfClose();
@@ -160,7 +160,7 @@ TEST_F(EmptyServerMetricsTest, WhatTheBudgetRefusesIsCounted) {
   request.mutable_header()->set_format(v1::MESH_FORMAT_OBJ);
   request.mutable_header()->set_total_bytes(Info().limits().max_mesh_bytes());
   uint64_t refused = 0;
-  for (int i = 0; i < 6; ++i) {  // a GiB each, of 4
+  for (int i = 0; i < 6; ++i) {  // 1 GiB each, of 4 GiB
     if (!Call(&Meshes::BeginUpload, request).ok()) ++refused;
   }
 

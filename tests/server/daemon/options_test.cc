@@ -19,7 +19,7 @@ absl::StatusOr<CommandLine> Parse(std::vector<const char*> arguments) {
   return ParseCommandLine(static_cast<int>(arguments.size()), arguments.data());
 }
 
-// Sets a variable for one test.
+// Sets an environment variable for one test.
 class Variable {
  public:
   Variable(const char* name, const char* value) : name_(name) { setenv(name, value, 1); }

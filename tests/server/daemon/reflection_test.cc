@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Reflection, asked by the wire bytes of its messages, as grpcurl asks it.
+// Server reflection, called with the wire bytes of its messages, as grpcurl calls it.
 #include <grpcpp/generic/generic_stub.h>
 
 #include <filesystem>
@@ -17,14 +17,14 @@ namespace {
 
 constexpr char kMethod[] = "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo";
 
-// A field of wire type 2 of less than 128 bytes.
+// A length-delimited field (wire type 2) of less than 128 bytes.
 std::string Field(int number, const std::string& bytes) {
   return std::string{static_cast<char>(number << 3 | 2), static_cast<char>(bytes.size())} + bytes;
 }
 
 class ReflectionTest : public SmallServerTest {
  protected:
-  // The names of services as the server lists them; empty where it does not answer.
+  // The server's list of services, as wire bytes; empty when the server does not answer.
   std::string List() {
     std::string response;
     RawCall(server_->channel(), kMethod, Field(7, "*"), &response);
@@ -45,7 +45,7 @@ int Threads() {
       std::distance(std::filesystem::directory_iterator("/proc/self/task"), {}));
 }
 
-// A stream of reflection blocks a thread of gRPC's for as long as it is open.
+// A reflection stream blocks one of gRPC's threads while it is open.
 TEST_F(ReflectionTest, ManyStreamsTakeFewThreads) {
   constexpr int kStreams = 120;  // on one connection
   ASSERT_NE(List(), "");

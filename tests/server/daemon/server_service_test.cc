@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a server says about itself, and what every reply carries.
+// GetServerInfo, and the metadata that every reply carries.
 #include "tests/server/support/server_test.h"
 
 namespace latticed::testing {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A server on a device that is not there.
+// A server on a fake device.
 #ifndef LATTICED_TESTS_SERVER_DEVICES_DEVICE_FIXTURE_H_
 #define LATTICED_TESTS_SERVER_DEVICES_DEVICE_FIXTURE_H_
 
@@ -19,7 +19,7 @@ class DeviceFixture : public SceneFixture {
  protected:
   using Chunks = std::map<uint32_t, std::string>;
 
-  // With the mesh `obj` uploaded.
+  // Starts the server and uploads the mesh `obj`.
   void StartOnDevice(uint64_t device_bytes, const std::string& obj, Options options = {}) {
     auto backend = std::make_unique<ScriptedBackend>(device_bytes);
     backend_ = backend.get();
@@ -28,7 +28,7 @@ class DeviceFixture : public SceneFixture {
   }
   bool OnDevice(const std::string& scene) { return Get(scene).bytes().contains("device_plan"); }
 
-  ScriptedBackend* backend_ = nullptr;  // the server's
+  ScriptedBackend* backend_ = nullptr;  // the server's backend
 };
 
 }  // namespace latticed::testing

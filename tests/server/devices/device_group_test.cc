@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Several devices that are not there, as one backend and behind a server: where scenes go, what is
-// refused, who gives back, and what the loss of one means.
+// Several fake devices as one backend, alone and behind a server: where scenes go, what is refused,
+// which scenes are evicted, and the loss of one device.
 #include <memory>
 #include <numeric>
 #include <string>
@@ -27,7 +27,7 @@ struct Group {
   std::unique_ptr<Backend> backend;
 };
 
-// The numbers of devices are 3, 4, …
+// The devices' numbers are 3, 4, …
 Group MakeGroup(const std::vector<uint64_t>& bytes, uint64_t span_patches) {
   Group group;
   std::vector<std::unique_ptr<Backend>> devices;
@@ -90,7 +90,7 @@ TEST(DeviceGroup, PlansOfSoManyPatchesTakeAllDevices) {
   }
 }
 
-// What a plan takes with a view of 10 segments: 592 bytes a patch.
+// A plan and a view of 10 segments take 592 bytes per patch.
 TEST(DeviceGroup, PlansBeyondTheBudgetOfAnyDeviceTakeAllDevices) {
   const auto plan = MakeGridPlan(16);
   const uint64_t need = 592 * plan->patches.size();
@@ -104,7 +104,7 @@ TEST(DeviceGroup, PlansBeyondTheBudgetOfAnyDeviceTakeAllDevices) {
   ASSERT_OK(on_one);
   EXPECT_EQ((*on_all)->device_use().size(), 2u);
   EXPECT_EQ((*on_one)->device_use().size(), 1u);
-  // An equal share and a view fit on both.
+  // An equal share of the plan and of a view fits on each device.
   const auto view = (*on_all)->CreateView({.segments = 10});
   EXPECT_OK(view);
 }
@@ -116,7 +116,7 @@ TEST(DeviceGroup, SharesFollowTheRoomWhereEqualOnesDoNotFit) {
 
   ASSERT_OK(group.backend->Prepare(plan, Pipeline::kFused));
 
-  // Nobody holds it any more.
+  // The target is destroyed.
   EXPECT_EQ(group.devices[0]->used_bytes() + group.devices[1]->used_bytes(), 0u);
   const auto target = group.backend->Prepare(plan, Pipeline::kFused);
   ASSERT_OK(target);
@@ -172,7 +172,7 @@ class GroupServerTest : public DeviceFixture {
     ASSERT_NO_FATAL_FAILURE(StartServerOn(std::move(group.backend)));
     mesh_ = Upload(PlaneObj(20));
   }
-  // Bytes of a scene without a view.
+  // The device bytes of a scene without a view.
   uint64_t MeasurePlan() {
     StartOnGroup({kGiB}, kNever);
     EXPECT_OK(Create(SceneRequest()));
@@ -213,8 +213,8 @@ TEST_F(GroupServerTest, TheLossOfOneDeviceTurnsTheServerNotServing) {
   for (const char* service : kHealthNames) EXPECT_EQ(Health(server_->channel(), service), "2");
 }
 
-// A plan takes 64 bytes a patch here, a view of 10 segments 528: two plans and a view are more than
-// either device has, and what device 3 lacks a scene of its own gives, though device 4 has an older.
+// A plan takes 64 bytes per patch, and a view of 10 segments takes 528. Two plans and a view exceed
+// either budget. A scene on device 3 is evicted for device 3, although device 4 has an older scene.
 TEST_F(GroupServerTest, RoomIsMadeOnTheDeviceThatLacksIt) {
   const uint64_t plan = MeasurePlan(), patches = plan / ScriptedBackend::kPlanBytes;
   StartOnGroup({600 * patches, 600 * patches + 1}, kNever);
@@ -233,7 +233,8 @@ TEST_F(GroupServerTest, RoomIsMadeOnTheDeviceThatLacksIt) {
   EXPECT_EQ(Info().backends(0).give_backs(), 1u);
 }
 
-// A view of 15 segments takes 544 bytes a patch on each of two devices: more than two plans leave.
+// The first device has 13 of the scene's 25 chunks. A view of 15 segments takes 452,608 bytes there, and
+// two plans leave 442,752.
 TEST_F(GroupServerTest, ASpannedSceneGivesBackForAnyOfItsDevices) {
   const uint64_t plan = MeasurePlan(), patches = plan / ScriptedBackend::kPlanBytes;
   StartOnGroup({620 * patches, 620 * patches}, patches);

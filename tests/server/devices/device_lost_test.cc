@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The device is lost while the server runs: balancers are told, calls that need it say so, the rest
-// is answered, and nothing ends the process.
+// The device is lost while the server runs. Health turns to NOT_SERVING, calls that need the device
+// are refused with DEVICE_LOST, other calls are answered, and the process goes on.
 #include <utility>
 #include <vector>
 

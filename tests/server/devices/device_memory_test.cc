@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Two memories, two budgets: --memory counts the host's bytes alone, --gpu-memory the device's, and
-// each is told by purpose.
+// The budget --memory counts only the host's bytes, and --gpu-memory only the device's. The bytes of
+// both are reported by purpose.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -15,10 +15,10 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr uint64_t kMiB = uint64_t{1} << 20;
-// Of the default view, quantised to 12 bits with normals of 8, at two segments.
+// The default view at two segments: 6 points of 8 bytes (positions of 12 bits, normals of 8 bits).
 constexpr int kSegments = 2;
 constexpr uint64_t kBytesPerPatch = 6 * 8;
-// A stream's largest message: all chunks of a view, and what is not chunks.
+// The bytes of a stream's largest message: all chunks of a view, and 4 KiB for the rest.
 constexpr uint64_t StreamBytes(uint64_t vertices) { return std::min(vertices + 4'096, 1 * kMiB); }
 
 TEST(MemoryUseTest, TheNameSaysThePlace) {
@@ -49,8 +49,8 @@ TEST_F(DeviceMemoryTest, TheHostsBudgetDoesNotBoundTheDevice) {
   ASSERT_OK(Create(SceneRequest()));
   const uint64_t needed = Info().reserved_host_bytes();
   const uint64_t patches = Get().patches(), vertices = patches * kBytesPerPatch;
-  // For the chunks of snapshots, which are as many bytes and headers, and for a message of the largest
-  // chunks; nothing for vertices.
+  // Enough for the chunks of snapshots (as many bytes as the vertices, and their headers) and for the
+  // largest message, but not for the vertices as well.
   Options options;
   options.memory_bytes = needed + vertices + 256 * ((patches + 31) / 32) + StreamBytes(vertices);
   Start(kMiB, options);
@@ -62,7 +62,7 @@ TEST_F(DeviceMemoryTest, TheHostsBudgetDoesNotBoundTheDevice) {
 TEST_F(DeviceMemoryTest, EachBudgetRefusesWithItsOwnBytes) {
   ASSERT_OK(Create(SceneRequest()));
   const uint64_t plan = Get().bytes().at("device_plan");
-  // Before a stream: what it reserves goes back a little after its client has had the refusal.
+  // Read before any stream: a stream frees its reservation shortly after its client has the refusal.
   const uint64_t needed = Info().reserved_host_bytes();
 
   const absl::Status on_device = Update(32);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// While a device is at work for a scene no lock is held across it: what needs no device is answered,
-// the same scene is edited, and another one is evaluated, encoded and sent. And an update is sent while
-// the next one of the same view is at work, on the host's own cores as well.
+// No lock is held while a device works for a scene. Meanwhile calls that need no device are answered, the
+// same scene is edited, and another scene is evaluated, encoded and sent. An update is sent while the next
+// one of the same view is evaluated or encoded, on a device or on the host.
 #include <memory>
 #include <string>
 #include <tuple>
@@ -50,22 +50,22 @@ INSTANTIATE_TEST_SUITE_P(Stages, DeviceWorkTest,
 TEST_P(DeviceWorkTest, OthersGoOnMeanwhile) {
   const auto held = Open("scene-one"), other = Open("scene-two");
   script_->HoldNext(GetParam());
-  v1::DeformRequest view;  // another one: memory, all vertices and all streams anew
+  v1::DeformRequest view;  // a new view: new memory, all vertices, all chunks
   view.mutable_control()->mutable_view()->set_segments(3);
   ASSERT_TRUE(held->Send(view));
   ASSERT_TRUE(script_->WaitForHeld());
 
-  // The same scene.
+  // The same scene is edited.
   EXPECT_EQ(Get().revision(), 0u);
   ASSERT_OK(Apply(Move("carol", 1, 21, 0.1)));
   ASSERT_TRUE(held->Send(Move("bob", 1, 21, 0.1)));
   held->ReadUntil([&] { return held->log.deltas == 2 && held->log.results.size() == 1; });
   EXPECT_EQ(Lattice().revision(), 2u);
-  // All scenes, and the server.
+  // Calls about all scenes and about the server.
   EXPECT_EQ(SceneCount(), 2);
   EXPECT_EQ(Info().retired_snapshots(), 0u);
   EXPECT_EQ(Metric("latticed_scenes"), 2);
-  // Another scene, by the other worker.
+  // Another scene is evaluated by the other worker.
   v1::EditBatch elsewhere = Move("carol", 1, 21, 0.1);
   elsewhere.set_scene("scene-two");
   ASSERT_OK(Apply(elsewhere));
@@ -88,13 +88,13 @@ class SendingTest : public SceneFixture,
     mesh_ = Upload(PlaneObj(40));
     ASSERT_OK(Create(SceneRequest()));
     grpc::ChannelArguments arguments;
-    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);  // or windows grow on a fast link
+    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);  // else the windows grow on a fast link
     Reach(grpc::CreateCustomChannel(server_->address(), grpc::InsecureChannelCredentials(),
                                     arguments));
   }
   void TearDown() override { script_->Release(); }
 
-  // Moves all 64 control points, and every chunk with them.
+  // Moves all 64 control points, which changes every chunk.
   void MoveAll(uint64_t sequence) {
     v1::EditBatch batch = Move("carol", sequence, 0, 0.1);
     for (uint32_t i = 1; i < 64; ++i) {

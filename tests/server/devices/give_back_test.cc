@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// When memory is short, scenes that nobody uses give back what they have, the least recently used
-// first, and have it again when they are used.
+// When device memory is short, scenes that nobody uses are evicted, the least recently used first. They
+// get their memory again when they are used.
 #include <memory>
 #include <string>
 #include <thread>
@@ -15,7 +15,7 @@
 namespace latticed::testing {
 namespace {
 
-// The default view at two segments, quantised to 12 bits with normals of 8.
+// The default view at two segments: 6 points of 8 bytes (positions of 12 bits, normals of 8 bits).
 constexpr int kWatchedSegments = 2;
 constexpr uint64_t kSceneBytesPerPatch = ScriptedBackend::kPlanBytes + uint64_t{6} * 8;
 
@@ -27,7 +27,7 @@ class GiveBackTest : public DeviceFixture {
     scene_bytes_ = Get().patches() * kSceneBytesPerPatch;
   }
 
-  // A device for so many scenes with one view each.
+  // Starts on a device with memory for `scenes` scenes of one view each.
   void Restart(double scenes) {
     StartOnDevice(static_cast<uint64_t>(scenes * static_cast<double>(scene_bytes_)), PlaneObj(20));
   }
@@ -43,7 +43,7 @@ class GiveBackTest : public DeviceFixture {
       return status;
     });
   }
-  // Until streams that have ended let go of their scenes, which may not give before.
+  // Waits until ended streams release their scenes: a watched scene is not evicted.
   void AwaitNoWatchers() {
     EXPECT_TRUE(Becomes(2000, [this] { return Metric("latticed_watchers") == 0; }));
   }

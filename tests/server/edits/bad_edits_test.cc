@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Bad edits, by ApplyEdits and in a Deform stream: refused by field, nothing changed, and on it
-// goes.
+// Bad edits in ApplyEdits and in a Deform stream. Each refusal names the field, nothing changes, and the
+// stream goes on.
 #include <functional>
 #include <limits>
 #include <thread>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr uint32_t kPoints = 125;  // of the lattice of StreamTest, degree 2, knots 0 0 0 1 2 3 3 3
+constexpr uint32_t kPoints = 125;  // StreamTest's lattice: degree 2, knots 0 0 0 1 2 3 3 3
 
 v1::Edit Set(const std::vector<uint32_t>& indices, const std::vector<double>& positions) {
   v1::Edit edit;
@@ -32,7 +32,7 @@ v1::Edit MoveBy(const std::vector<uint32_t>& indices, double x) {
   return edit;
 }
 
-// The identity but for one entry.
+// Transforms by the identity matrix with one entry replaced.
 v1::Edit Transform(const std::vector<uint32_t>& indices, int entry, double value) {
   v1::Edit edit;
   auto& transform = *edit.mutable_transform_control_points();
@@ -72,7 +72,7 @@ struct BadEdit {
   const char* name;
   v1::Edit edit;
   const char* reason;
-  const char* field;  // below edits[n]
+  const char* field;  // path below edits[n]
   const char* message;
 };
 
@@ -208,7 +208,7 @@ TEST_F(BadEditsTest, DeformAnswersThemAndGoesOn) {
   EXPECT_TRUE(client.Finish().ok());
 }
 
-// Knots are handled on workers, which ask for the next message; the others where they are read.
+// Workers handle knots and then ask for the next message. Other edits are handled where they are read.
 TEST_F(BadEditsTest, DeformReadsOnBehindAnEditOnAWorker) {
   constexpr uint64_t kEdits = 2000;
   DeformClient client(*scenes_, Watch());

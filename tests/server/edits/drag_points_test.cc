@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// drag_points through the stub: where surface points go, gestures, undo, deltas, and every refusal.
+// drag_points through the stub: where surface points go, gestures, undo, knots, and every refusal.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -18,7 +18,7 @@ using Code = absl::StatusCode;
 
 constexpr char kDrag[] = "edits[0].drag_points";
 
-// A point in face 0 of the grid, corners (0,0,0), (1,0,0), (1,1,0).
+// A point of face 0 of the grid, in the triangle (0,0,0), (1,0,0), (1,1,0).
 v1::SurfacePoint SurfacePointAt(double b0, double b1) {
   v1::SurfacePoint point;
   for (const uint32_t corner : {0u, 1u, 2u}) point.add_corners(corner);
@@ -95,7 +95,7 @@ TEST_F(DragPointsTest, AnUpdateDragsFromTheBeginOfItsGesture) {
     const double x = 0.05 * step;
     ASSERT_OK(Apply(InGesture(Drag(point, {0.7 + x, 0.4, 1 - x}), v1::GESTURE_PHASE_UPDATE)));
   }
-  // Back where it began: so is every control point, to rounding, if nothing has drifted.
+  // The drag returns to its first target. Every control point must be back as well, up to rounding.
   ASSERT_OK(Apply(InGesture(Drag(point, {0.7, 0.4, 1}), v1::GESTURE_PHASE_UPDATE), &result));
   const auto after = Lattice();
   for (int i = 0; i < begin.lattice().control_points_size(); ++i) {
@@ -135,10 +135,10 @@ TEST_F(DragPointsTest, ContradictionsAreMetInTheMiddleAndReported) {
 TEST_F(DragPointsTest, PointsOutsideTheFrameStayAndAreReported) {
   v1::CreateSceneRequest request = SceneRequest("scene-two");
   v1::Lattice& lattice = *request.add_lattices()->mutable_lattice();
-  // The rest of the mesh is outside.
+  // The frame begins at x = 0.9. The rest of the mesh is outside.
   SetFrame(*lattice.mutable_frame(), {0.9, 0, -1}, {3, 3, 2});
   ASSERT_OK(Create(request));
-  v1::EditBatch batch = Drag(SurfacePointAt(1, 0), {0, 0, 2});  // (0,0,0)
+  v1::EditBatch batch = Drag(SurfacePointAt(1, 0), {0, 0, 2});  // at (0,0,0)
   batch.set_scene("scene-two");
   v1::EditResult result;
 

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Gestures, undo, redo and whole-lattice edits through Deform: after each, the watcher's surface is
-// the one that a fresh evaluation gives, and its cage the server's.
+// Gestures, undo, redo and whole-lattice edits through Deform. After each, the watcher has the surface of
+// a fresh evaluation, and the server's control points.
 #include "tests/server/support/server_test.h"
 
 namespace latticed::testing {
 namespace {
 
-constexpr uint32_t kLatticePoints = 125;  // of the lattice of StreamTest
+constexpr uint32_t kLatticePoints = 125;  // StreamTest's lattice
 constexpr uint32_t kInner = 62;
 
 class GesturesTest : public SceneStreamTest {
@@ -16,7 +16,7 @@ class GesturesTest : public SceneStreamTest {
   void SetUp() override {
     SceneStreamTest::SetUp();
     v1::WatchRequest watch = Watch();
-    watch.mutable_view()->set_encoding(v1::ENCODING_RAW);  // no grid that depends on the past
+    watch.mutable_view()->set_encoding(v1::ENCODING_RAW);  // no grid, which edits may change
     client_ = std::make_unique<DeformClient>(*scenes_, watch);
     client_->ReadUntilRevision(0);
     initial_ = Cage();
@@ -60,14 +60,14 @@ class GesturesTest : public SceneStreamTest {
     return batch;
   }
 
-  // The answer to `batch`.
+  // Sends `batch` and returns its result.
   v1::EditResult Answer(const v1::EditBatch& batch) {
     EXPECT_TRUE(client_->Send(batch));
     const size_t answers = client_->log.results.size() + 1;
     client_->ReadUntil([&] { return client_->log.results.size() == answers; });
     return client_->log.results.back();
   }
-  // Applied: the stream's update shows what a fresh evaluation at that revision does.
+  // Expects that `batch` is applied and that the stream's update equals a fresh evaluation.
   void MustApply(const v1::EditBatch& batch) {
     const v1::EditResult result = Answer(batch);
     ASSERT_EQ(result.status().code(), 0) << result.status().message();
@@ -107,7 +107,7 @@ TEST_F(GesturesTest, AnUpdateReplacesTheUpdateBeforeIt) {
   MustApply(Lift(0.2, "drag"));
   EXPECT_DOUBLE_EQ(Z(kInner), InitialZ(kInner) + 0.2) << "0.2 from the begin, not 0.3";
 
-  // Another point instead: the first goes back to where the gesture found it.
+  // An update of another point: the first point goes back to where the gesture found it.
   v1::EditBatch other = Lift(0.3, "drag");
   other.mutable_edits(0)->mutable_move_control_points()->set_indices(0, kInner + 1);
   MustApply(other);
@@ -192,7 +192,7 @@ TEST_F(GesturesTest, ReplacedTransformedAndResetControlPointsAreSeen) {
   MustApply(replace);
   EXPECT_EQ(Cage(), waves);
 
-  // x' = 2 x + 5, y' = y, z' = z, of all points: column-major.
+  // x' = 2 x + 5, y' = y, z' = z for all points. The matrix is column-major.
   v1::EditBatch transform = Batch();
   auto& map = *transform.add_edits()->mutable_transform_control_points();
   for (uint32_t i = 0; i < kLatticePoints; ++i) map.add_indices(i);

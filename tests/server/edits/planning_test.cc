@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// While the plan for an inserted knot is made: others go on, and a caller that has gone is noticed.
+// While the plan for an inserted knot is made, other calls go on, and a caller past its deadline is noticed.
 #include <chrono>
 #include <future>
 #include <memory>
@@ -68,7 +68,7 @@ TEST_F(PlanningTest, OthersGoOnWhileAKnotIsInserted) {
 TEST_F(PlanningTest, AKnotPastItsDeadlineChangesNothingAndMayBeSentAgain) {
   ASSERT_OK(Create(SceneRequest()));
   script_->HoldNext(Step::kPrepare, 100);
-  // A slow server may not get there in time.
+  // A slow server may not reach Prepare before the deadline.
   for (auto timeout = std::chrono::milliseconds(250); script_->held() == 0; timeout *= 2) {
     grpc::ClientContext context;
     context.set_deadline(std::chrono::system_clock::now() + timeout);
@@ -76,7 +76,7 @@ TEST_F(PlanningTest, AKnotPastItsDeadlineChangesNothingAndMayBeSentAgain) {
     ASSERT_EQ(scenes_->ApplyEdits(&context, Knot("alice", 1), &result).error_code(),
               grpc::StatusCode::DEADLINE_EXCEEDED);
   }
-  // The server has heard of the end of a call when it has no more of it.
+  // The metric shows that the server has finished the call.
   script_->Release();
   const std::string finished =
       R"(latticed_rpc_finished_total{method="SceneService/ApplyEdits",code="DEADLINE_EXCEEDED"})";

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is refused, and what a refusal leaves behind: edits that cannot be read keep their place in
-// the editor's sequence; arms of later versions and missing scenes are named alike everywhere.
+// Refused requests. An edit that cannot be read keeps its place in the editor's sequence. Oneof fields of
+// later versions and missing scenes are refused alike by every call.
 #include <limits>
 
 #include "google/protobuf/unknown_field_set.h"
@@ -25,7 +25,7 @@ class RefusedRequestsTest : public SceneStreamTest {
     AddLaterArm(*batch.mutable_edits(0));
     return batch;
   }
-  // An arm that a later version may add to a oneof.
+  // Adds a field that a later version may add to a oneof.
   static void AddLaterArm(google::protobuf::Message& message) {
     message.GetReflection()->MutableUnknownFields(&message)->AddLengthDelimited(900, "later");
   }

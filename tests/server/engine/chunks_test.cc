@@ -15,7 +15,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// More than two groups.
+// Chunks of three groups.
 constexpr size_t kSize = 150;
 
 SnapshotChunk Chunk(uint64_t revision, uint8_t byte) {
@@ -81,7 +81,7 @@ TEST(ChunkTable, TellsWhatChangedInAllGroups) {
   EXPECT_EQ(table.ChangedAfter(0).size(), kSize);
 }
 
-// `size` bytes of a block.
+// The first `size` bytes of `block`.
 SharedBytes Part(const std::shared_ptr<std::vector<uint8_t>>& block, size_t size) {
   return {block, block->data(), size, block->size()};
 }
@@ -90,7 +90,7 @@ TEST(ChunkTable, CountsBlocksOnceAndWhatIsUsedOfThem) {
   const auto one = std::make_shared<std::vector<uint8_t>>(1000);
   const auto other = std::make_shared<std::vector<uint8_t>>(500);
   ChunkTable before(kSize);
-  for (size_t c = 0; c < kSize; ++c) before.Set(c, {1, Part(one, 5), {}});  // of three groups
+  for (size_t c = 0; c < kSize; ++c) before.Set(c, {1, Part(one, 5), {}});  // in three groups
   ASSERT_EQ(before.Blocks().size(), 1u);
   EXPECT_EQ(before.Blocks()[0].used, 750u);
 

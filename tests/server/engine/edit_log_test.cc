@@ -10,7 +10,7 @@
 namespace latticed {
 namespace {
 
-// The edit that made `revision`, the editor's `revision`-th as well.
+// Adds the edit that made `revision`. Its sequence number is `revision` as well.
 void Add(EditLog& log, uint64_t revision, size_t points, const std::string& editor = "alice") {
   auto delta = std::make_shared<LatticeDelta>();
   delta->revision = delta->sequence = revision;

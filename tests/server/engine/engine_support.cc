@@ -11,7 +11,7 @@
 #include "tests/support/status_matchers.h"
 
 // ThreadSanitizer does not see the synchronisation inside a packaged libtbb, so the loops of the
-// CPU backend look like races. The engine never runs under one of its frames.
+// CPU backend look like races. No code of the engine is called from libtbb.
 extern "C" const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() { return "race:libtbb.so\n"; }
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the tests of the scene engine share: a small scene on the CPU backend, edits in one line,
-// and a watcher's client that checks the guarantees of SceneEvent as it goes.
+// Shared by the tests of the scene engine: a small scene, edits in one line, and a watcher's client that
+// checks the guarantees of SceneEvent with every event.
 #ifndef LATTICED_TESTS_SERVER_ENGINE_ENGINE_SUPPORT_H_
 #define LATTICED_TESTS_SERVER_ENGINE_ENGINE_SUPPORT_H_
 
@@ -24,8 +24,8 @@ namespace latticed::testing {
 // A wavy square of cells x cells quads over [0,1] x [0,1].
 std::shared_ptr<const PolygonMesh> MakeWavyGrid(int cells);
 
-// A scene of a wavy grid in a lattice of size^3 control points, degree 2; 4 segments, 12/8 bits,
-// QUANTISED.
+// A scene of a wavy grid in a lattice of size^3 control points, degree 2. Its default view has 4 segments,
+// positions of 12 bits, normals of 8 bits, QUANTISED.
 SceneConfig MakeSceneConfig(std::string id, int cells = 8, int size = 5);
 
 EditBatch MoveBatch(const Scene& scene, std::string editor, uint64_t sequence,
@@ -37,7 +37,7 @@ EditBatch KnotBatch(const Scene& scene, std::string editor, uint64_t sequence, i
 class Bell : public SceneListener {
  public:
   void OnSceneChanged() override;
-  // Until the next ring since the last Wait, or the time is over.
+  // Waits until the scene has changed since the last Wait, at most `most`.
   void Wait(absl::Duration most);
 
  private:
@@ -45,7 +45,7 @@ class Bell : public SceneListener {
   bool rung_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
-// The client of one watcher: keeps what it is sent and fails the test when a guarantee is broken.
+// The client of one watcher. It keeps what it is sent and fails the test when a guarantee is broken.
 class WatcherClient {
  public:
   struct Update {
@@ -54,7 +54,7 @@ class WatcherClient {
     UpdateEnds end;
   };
 
-  // Where `queue` is given it has no workers, and the client runs its turns itself.
+  // A given `queue` has no workers: the client runs its turns itself.
   WatcherClient(std::shared_ptr<Scene> scene, const WatcherOptions& options,
                 RenderQueue* queue = nullptr);
 
@@ -68,7 +68,7 @@ class WatcherClient {
   void RunIntoUpdate();
   // Steps until the last update is at the scene's newest revision and nothing is left to send.
   void RunToHead();
-  // Continues with the token of the last update, as a client that reconnects, keeping what it has.
+  // Reconnects with the token of the last update. If the watcher resumes, the client keeps its chunks.
   void Reconnect(const WatcherOptions& options);
 
   const std::vector<Update>& updates() const { return updates_; }
@@ -91,7 +91,7 @@ class WatcherClient {
   void Take(const ChunkBatch& event);
   void Take(const UpdateEnds& event);
 
-  // When there is nothing to take now.
+  // Called when no event is ready: runs a turn of `queue`, or waits.
   void AwaitNews();
 
   std::shared_ptr<Scene> scene_;
@@ -111,10 +111,10 @@ class WatcherClient {
   std::string topology_id_;
   uint64_t quantisation_id_ = 0;
   std::vector<Update> updates_;
-  size_t first_update_ = 0;  // of the watcher since Reconnect
+  size_t first_update_ = 0;  // the first update since Reconnect
 };
 
-// The chunks of `state` under `key`, evaluated from nothing by a backend of its own.
+// The chunks of `state` in the view `key`, all evaluated anew by a separate CPU backend.
 std::vector<std::vector<uint8_t>> EvaluateAfresh(const SceneState& state, const ViewKey& key);
 
 }  // namespace latticed::testing

@@ -17,7 +17,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// `bytes` last used at second `second`.
+// A candidate of `bytes` that was last used at second `second`.
 EvictionCandidate Used(uint64_t bytes, int second) {
   return {bytes, absl::UnixEpoch() + absl::Seconds(second)};
 }
@@ -45,7 +45,7 @@ TEST(ChooseVictims, WhatIsInUseIsNeverEvictedAndOneGoesWhereTheNeedIsUnknown) {
 
 class MemoryBudgetEviction : public ::testing::Test {
  protected:
-  // Evicts `held`, which has the first of 100 bytes.
+  // The evictor releases `held_`, which has 60 of the budget's 100 bytes.
   void SetUp() override {
     held_ = *budget_->Reserve("held", 60);
     budget_->SetEvictor([this](const MemoryShortage& shortage) {

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The scene engine against a model: several editors and several watchers at once, with random
-// delays, views, pauses, reconnects, undo and knot insertion. The model is a record of every
-// revision's state; an update is right when its chunks are, byte for byte, a full evaluation of
-// that state from nothing. Runs under ThreadSanitizer. LATTICED_SEED repeats a run.
+// The scene engine against a model: several editors and several watchers at once, with random delays,
+// views, pauses, reconnects, undo and knot insertion. The model is a record of every revision's state. An
+// update is right when its chunks equal, byte for byte, a full new evaluation of that state. Runs under
+// ThreadSanitizer. LATTICED_SEED sets the seed of the random numbers.
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
@@ -27,7 +27,7 @@ constexpr int kWatchers = 4;
 constexpr int kEditsPerEditor = 60;
 constexpr int kMaxKnots = 3;
 
-// Every revision of a scene. Edits go through it one at a time, so none is missed.
+// The state of every revision of a scene. Edits go through it one at a time, so it misses none.
 class Record {
  public:
   explicit Record(std::shared_ptr<Scene> scene) : scene_(std::move(scene)) {
@@ -42,7 +42,7 @@ class Record {
     return summary;
   }
 
-  // The chunks of a revision under a view, from nothing.
+  // The chunks of a revision in a view, all evaluated anew.
   const std::vector<std::vector<uint8_t>>& Expected(uint64_t revision, const ViewKey& key) {
     const MutexLock lock(&mutex_);
     auto& chunks = expected_[{revision, key}];
@@ -97,7 +97,7 @@ EditBatch RandomBatch(const Scene& scene, const std::string& editor, uint64_t se
   }
   MoveControlPoints move;
   const int count = state->structure().control_point_count();
-  // Neighbours, each once; now and then far enough to leave the quantisation box.
+  // Moves neighbouring points, each once. Kind 5 may move them out of the quantisation box.
   const int first = random.Below(count);
   for (int i = first; i < std::min(count, first + 1 + random.Below(4)); ++i) {
     move.indices.push_back(static_cast<uint32_t>(i));
@@ -158,8 +158,8 @@ void RunEditor(const Scene& scene, Record& record, int number, uint64_t seed,
     const auto summary =
         record.Apply(RandomBatch(scene, editor, static_cast<uint64_t>(i + 1), random));
     if (summary.ok()) ++accepted;
-    // Nothing to undo, another's points, a structure that changed meanwhile: refused, and life goes
-    // on.
+    // Refusals that may happen: nothing to undo, points that another editor has changed since, a
+    // structure that has changed since.
     if (!summary.ok() && !absl::IsAborted(summary.status()) &&
         !absl::IsFailedPrecondition(summary.status())) {
       EXPECT_OK(summary.status());

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a watcher is sent next, by tables: no scene, no backend, no thread, no clock.
+// Which event a watcher is sent next: without scene, backend, threads or clocks.
 #include "server/engine/watch/next_event.h"
 
 #include <memory>
@@ -23,7 +23,7 @@ using ::testing::ElementsAre;
 const absl::Time kStart = absl::UnixEpoch() + absl::Hours(1);
 constexpr size_t kChunkBytes = size_t{40} << 10;
 
-// `revisions`: at which each chunk last changed.
+// `revisions` holds, for each chunk, the revision at which it last changed.
 std::shared_ptr<const Snapshot> MakeSnapshot(uint64_t revision, std::vector<uint64_t> revisions,
                                              uint64_t box = 1, uint64_t structure = 1) {
   auto snapshot = std::make_shared<Snapshot>();
@@ -45,7 +45,7 @@ std::shared_ptr<const LatticeDelta> MakeDelta(uint64_t revision, uint64_t struct
   return delta;
 }
 
-// "lattice 3", "delta 4", "topology", "quantisation", "begin 1@5 restart", "batch 0 1", "end 1@5", "-".
+// "lattice 3", "delta 4", "topology t", "quantisation 1", "begin 1@5 restart", "batch 0 1", "end 1@5"; "-" for none.
 std::string Text(const NextEvent& next) {
   if (!next.event.has_value()) return "-";
   struct {
@@ -83,20 +83,20 @@ class NextEventTest : public ::testing::Test {
     offer_.topology_id = "t";
     offer_.now = kStart;
   }
-  // What is sent until there is nothing.
+  // Takes events until there is none, and returns them as texts.
   std::vector<std::string> Drain() {
     std::vector<std::string> texts;
     while (true) {
       const NextEvent next = Next(client_, offer_);
       if (!next.event.has_value()) return texts;
-      // As the scene answers, once the client has that.
+      // Like the scene, stop offering deltas that the client has.
       if (std::holds_alternative<LatticeWhole>(*next.event)) offer_.deltas = {};
       auto& deltas = offer_.deltas.deltas;
       if (!deltas.empty()) deltas.erase(deltas.begin());
       texts.push_back(Text(next));
     }
   }
-  // The client has everything of revision 0, of two chunks.
+  // Sends and acknowledges all of revision 0, two chunks.
   void HaveFirstUpdate() {
     offer_.snapshot = MakeSnapshot(0, {0, 0});
     Drain();
@@ -281,7 +281,7 @@ TEST_F(NextEventTest, MaxBytesPerSecondSpacesBatches) {
   }
 
   ASSERT_EQ(bytes, 60 * kChunkBytes);
-  // A quarter of a second is free, and the last batch is not waited for.
+  // The first 0.25 seconds are free, and nothing waits for the last batch (at most 0.4 seconds).
   const double seconds = static_cast<double>(bytes) / 1e6;
   EXPECT_GT(now - kStart, absl::Seconds(seconds - 0.25 - 0.4));
   EXPECT_LT(now - kStart, absl::Seconds(seconds));

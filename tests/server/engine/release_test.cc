@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Views and snapshots are destroyed with no lock held, for that may wait for a device: meanwhile
-// everybody else is answered.
+// Views and snapshots are destroyed with no lock held, because that may wait for a device. Other calls are
+// answered meanwhile.
 #include <chrono>
 #include <future>
 #include <memory>
@@ -43,7 +43,7 @@ class ReleaseTest : public ::testing::Test {
   void Move() {
     ASSERT_OK(scene_->ApplyEdits(MoveBatch(*scene_, "alice", ++sequence_, {kPoint}, {0, 0, 0.1})));
   }
-  // Expects that during the next call of `step` another thread acquires a view of `segments`.
+  // During the next call of `step`, another thread acquires a view. Sets answered_ if it can.
   void ExpectAnswersDuring(Step step, int segments) {
     backend_.script().DuringNext(step, [this, segments] {
       during_ = std::async(std::launch::async, [this, segments] {

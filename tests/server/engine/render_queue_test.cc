@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Whose turn is next, by role: without backend, threads or clocks.
+// Which scene's turn is next, by role. Only the last test has threads.
 #include "server/engine/render/render_queue.h"
 
 #include <chrono>
@@ -23,7 +23,7 @@ using ::testing::IsEmpty;
 constexpr auto kAny = RenderQueue::Role::kAny, kShort = RenderQueue::Role::kShort;
 constexpr uint64_t kSmall = 1'000, kHuge = 10 * RenderQueue::kShortPoints;
 
-// Has as many turns of `points` as it is given, and notes each that is run.
+// A source with the turns that it is given, of `points` each. It logs each turn that runs.
 class FakeScene : public RenderSource {
  public:
   FakeScene(std::string name, uint64_t points, std::vector<std::string>* log)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The stages of a view, on one thread: the test is the worker, and the backend does as it is told.
+// The stages of a view, on one thread: the test acts as the worker and controls the backend.
 #include "server/engine/render/render_view.h"
 
 #include <algorithm>
@@ -24,15 +24,15 @@ namespace {
 
 using Stage = RenderView::Stage;
 
-// Far apart in a lattice of 8^3 control points, near the surface: an edit of one changes chunks that
-// one of the other leaves alone.
+// Two control points in a lattice of 8^3, far apart and near the surface. An edit of one changes chunks
+// that an edit of the other leaves alone.
 constexpr uint32_t kCorner = 5 * 64 + 1 * 8 + 1;
 constexpr uint32_t kOtherCorner = 2 * 64 + 6 * 8 + 6;
 
 class RenderViewTest : public ::testing::Test {
  protected:
   RenderViewTest() = default;
-  // On a device.
+  // On a fake device.
   explicit RenderViewTest(uint64_t device_bytes) : backend_(device_bytes) {}
   void SetUp() override { MakeScene(32, 4); }
 
@@ -62,7 +62,7 @@ class RenderViewTest : public ::testing::Test {
     ASSERT_OK(scene_->ApplyEdits(MoveBatch(*scene_, "alice", ++sequence_, {point}, offset)));
     states_[scene_->State()->revision] = scene_->State();
   }
-  // The last update has, byte for byte, what an evaluation of its revision from nothing gives.
+  // Runs to the head. The chunks then equal, byte for byte, a new evaluation of that revision.
   void ExpectRightAtHead(WatcherClient& client) {
     client.RunToHead();
     const uint64_t revision = client.updates().back().end.revision;
@@ -146,7 +146,7 @@ TEST_F(RenderViewTest, ATurnThatNobodyWaitsForAnyMoreLeavesItsChunksToTheNext) {
   for (const Step step : {Step::kEvaluate, Step::kEncode}) {
     const uint64_t revision = scene_->State()->revision;
     script().DuringNext(step, [&] { client->watcher().SetPaused(true); });
-    Move(kCorner, {step == Step::kEvaluate ? 40.0 : -40.0, 0, 0});  // another box: all chunks
+    Move(kCorner, {step == Step::kEvaluate ? 40.0 : -40.0, 0, 0});  // a new box: all chunks
     EXPECT_TRUE(RunTurn());
     EXPECT_EQ(view->newest()->revision, revision) << "stopped";
 
@@ -210,7 +210,7 @@ TEST_F(RenderViewTest, AViewReservesOnceForTheMostThatItCanTake) {
   }
 }
 
-// What a stream of them needs per point is far more than a surface's.
+// The stream of unconnected triangles needs far more bytes per point than a surface's.
 TEST_F(RenderViewTest, AViewOfUnconnectedTrianglesTakesNoMoreThanItReserves) {
   SceneConfig config = MakeSceneConfig("scene-soup");
   config.mesh = std::make_shared<const PolygonMesh>(TriangleSoup(300, 20261122));
@@ -262,7 +262,7 @@ TEST_F(RenderViewTest, SnapshotsAreRetiredWhereTheyWouldTakeMoreThanIsReserved) 
   const auto slow = Connect(), fast = Connect();
   slow->RunIntoUpdate();
   for (int edit = 0; edit < 6; ++edit) {
-    Move(kCorner, {edit % 2 == 0 ? 40.0 : -40.0, 0, 0});  // another box: all chunks
+    Move(kCorner, {edit % 2 == 0 ? 40.0 : -40.0, 0, 0});  // a new box: all chunks change
     fast->RunToHead();
     const auto view = *scene_->AcquireView(options_.view.key);
     EXPECT_LE(view->held_bytes(), SnapshotBytes(*scene_->State()->plan, options_.view.key));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The scene engine without a transport, on one thread: the test runs the turns of the views itself.
+// The scene engine without a transport. The test itself runs the views' turns, on one thread.
 #include <algorithm>
 
 #include <gtest/gtest.h>
@@ -71,7 +71,7 @@ TEST_F(SceneEngineTest, LatestWinsForASlowReader) {
   WatcherClient client = Watch(scene, Options());
   client.RunToHead();
 
-  // The reader begins an update and falls asleep; fifty edits come.
+  // The reader begins an update and then reads nothing while 50 edits come.
   ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", 1, {62}, {0.01, 0, 0})));
   client.RunIntoUpdate();
   for (uint64_t i = 2; i <= 51; ++i) {
@@ -106,8 +106,8 @@ TEST_F(SceneEngineTest, ARetiredSnapshotRestartsItsWatcher) {
   WatcherClient fast = Watch(scene, Options());
   fast.RunToHead();
 
-  // Each slow one stops inside the update of another revision, so that four sets would have to
-  // live.
+  // Each slow watcher stops inside the update of another revision. These need more snapshots than a view
+  // may keep.
   for (uint64_t i = 1; i <= 4; ++i) {
     slow.push_back(std::make_unique<WatcherClient>(scene, Options(), &registry_.queue()));
     slow.back()->RunIntoUpdate();

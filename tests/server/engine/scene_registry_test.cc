@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scenes by id: made once, listed, counted, evicted.
+// Scenes by id: creation, creations that are stopped, meshes in use, and the removal of idle scenes.
 #include <atomic>
 #include <future>
 

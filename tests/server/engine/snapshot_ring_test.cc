@@ -43,7 +43,7 @@ TEST(SnapshotRing, KeepsTheNewestAndWhatIsPinned) {
   EXPECT_EQ(ring.size(), 1u);
 }
 
-// Four snapshots that are pinned when they are published.
+// A ring to which four snapshots were published, each pinned at once.
 SnapshotRing FourPinned(absl::Time at_the_fourth) {
   SnapshotRing ring;
   for (uint64_t number = 1; number <= 4; ++number) {
@@ -103,7 +103,7 @@ TEST(SnapshotRing, CountsSharedChunksOnce) {
   EXPECT_EQ(ring.bytes(), 120u);
 }
 
-// A block of `sizes` chunks, one after the other.
+// Chunks of `sizes` bytes, one after the other in one block.
 std::vector<SharedBytes> Block(const std::vector<size_t>& sizes, uint8_t fill) {
   const size_t all = std::accumulate(sizes.begin(), sizes.end(), size_t{0});
   const auto block = std::make_shared<std::vector<uint8_t>>(all, fill);
@@ -131,7 +131,7 @@ TEST(ChunkBlocks, ChunksLeaveBlocksThatAreMostlyUnused) {
   EXPECT_EQ(snapshot->chunks[1].data.data, recent[0].data) << "in its block, which is in use";
 }
 
-// Each update makes all of four chunks in one block, and one of them stays as it is for good.
+// Each update makes four chunks in one block. Three replace old chunks; in turn, one old chunk stays.
 TEST(ChunkBlocks, ManyUpdatesHoldNoMoreThanFourTimesWhatTheyUse) {
   auto snapshot = MakeSnapshot(1, Block({100, 100, 100, 100}, 0));
   for (size_t update = 0; update < 100; ++update) {

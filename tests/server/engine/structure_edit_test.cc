@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Edits that change the structure of a scene: their plan is made while other edits go on, and they
-// are refused whole.
+// Edits that change the structure of a scene. Other edits go on while the plan is made. A refused edit
+// changes nothing.
 #include <array>
 #include <future>
 #include <memory>
@@ -114,7 +114,7 @@ TEST_F(StructureEditTest, UndoOfAKnotAlsoLetsOthersEdit) {
   ASSERT_OK(move.get());
   script().Release();
 
-  // Bob has since changed the lattice that alice's knot made.
+  // Bob has changed the lattice since alice inserted her knot.
   const auto result = undone.get();
   EXPECT_THAT(result, StatusIs(absl::StatusCode::kAborted));
   EXPECT_EQ(error::DetailsOf(result.status()).reason, "UNDO_CONFLICT");

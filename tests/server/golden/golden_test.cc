@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every encoding and export format against a file in golden/, so that bytes on the wire change only
-// on purpose. To write the files anew, after a change that is meant:
+// Compares every encoding and export format with a file in golden/, so that bytes on the wire change only
+// on purpose. To rewrite the files after an intended change:
 //
 //   LATTICED_REWRITE_GOLDEN=1 build/tests/server/golden/golden_test
 //
-// The mesh is two quads' worth of triangles parallel to coordinate planes, under a lattice of
-// degree 1 at rest, at segments 1, and every number is a dyadic fraction: nothing is rounded on the
-// way, whatever vector instructions the machine has. Normals are computed through thirds and a
-// square root, so files with float normals are compared to within 1e-6, and exports have none.
+// The mesh is a quad and a triangle, parallel to coordinate planes, in a lattice of degree 1 at rest. The
+// view has 1 segment. Every number is a dyadic fraction, so nothing is rounded, whatever vector
+// instructions the machine has. Normals are computed through thirds and a square root. Float normals are
+// therefore compared to within 1e-6, and exports have no normals.
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -62,7 +62,7 @@ class GoldenTest : public ServerTest {
     return Export(request).value();
   }
 
-  // The golden file, which is `bytes` afterwards where it is to be written anew.
+  // Returns the golden file. With LATTICED_REWRITE_GOLDEN, `bytes` is written to it first.
   static std::string Golden(const std::string& name, const std::string& bytes) {
     EXPECT_GT(bytes.size(), 0u);
     EXPECT_LT(bytes.size(), kMostBytes);
@@ -112,7 +112,7 @@ TEST_F(GoldenTest, Exports) {
   ExpectSame("export.drc", Exported(v1::EXPORT_FORMAT_DRC));
 }
 
-// --encoder reference: libdraco's streams of the same integers.
+// With --encoder reference, libdraco writes the streams, of the same integers.
 class ReferenceEncoderTest : public GoldenTest {
  protected:
   void SetUp() override {

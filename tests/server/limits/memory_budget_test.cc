@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// --memory: what does not fit is refused before it is made, says how much was asked and is free,
-// and changes nothing.
+// The budget --memory. A request that does not fit is refused before anything is made and changes nothing.
+// The refusal says how many bytes were asked for and how many are free.
 #include "server/engine/memory/memory_budget.h"
 
 #include <gmock/gmock.h>
@@ -69,7 +69,7 @@ TEST(MemoryBudget, ManyThreadsNeverPassIt) {
   EXPECT_EQ(budget->used_bytes(), 0u);
 }
 
-// A plane whose mesh and plan are measured on a roomy server first.
+// A scene of a plane. Its bytes are first measured on a server with enough memory.
 class MemoryBudgetTest : public SceneFixture {
  protected:
   void SetUp() override {
@@ -82,7 +82,7 @@ class MemoryBudgetTest : public SceneFixture {
     ASSERT_GT(plan_bytes_, 500'000u);
   }
 
-  // A server with room for mesh and file, and for `plans` plans.
+  // A server with memory for the mesh, its file, and `plans` times the bytes of the scene.
   void Restart(double plans) {
     const std::string obj = PlaneObj(60);
     constexpr uint64_t kMeshBytes = 61 * 61 * 24 + 3'600 * 5 * 4 + 4'096;
@@ -121,7 +121,7 @@ TEST_F(MemoryBudgetTest, AWatchIsRefusedWithoutRoomForAMessageThatItMayNotRead) 
     return watches.back()->Read();
   };
   ASSERT_TRUE(open());
-  watches[0]->ReadUpdates(1);  // then the view has its room
+  watches[0]->ReadUpdates(1);  // then the view has its reservation
   while (watches.size() < 100 && open()) continue;
 
   ExpectOutOfMemory(watches.back()->Finish(), "the stream's messages");
@@ -172,12 +172,12 @@ TEST_F(MemoryBudgetTest, AnExportIsRefusedByItsName) {
   ExpectOutOfMemory(Export(request).status(), "the export");
 }
 
-// Of a triangle under many control points: lattices and edits are all that takes memory.
+// Scenes of a triangle in a lattice of many control points: only lattices and edits take memory.
 class HistoryBudgetTest : public SceneFixture {
  protected:
   static constexpr int kSize = 16, kPoints = kSize * kSize * kSize;
 
-  // A server with room for one such scene, and for `bytes` of its edits beyond what a scene has.
+  // A server with memory for one scene, and for `bytes` of edits beyond those that it reserves.
   void Restart(uint64_t bytes, int size = kSize) {
     mesh_ = Upload("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     ASSERT_OK(Create(TriangleScene("scene-one", size)));
@@ -221,7 +221,7 @@ TEST_F(HistoryBudgetTest, EditsTakeTheirMemoryFromTheBudget) {
 
   const uint64_t history = Get().bytes().at("history");
   EXPECT_GT(history, 2u * 40 * 28 * kPoints) << "steps to undo, and the log for watchers";
-  // A scene has 136 bytes a point and 16 KiB for edits from the start, and asks for 16 KiB at a time.
+  // For edits, a scene first reserves 136 bytes per point and 16 KiB, and then 16 KiB at a time.
   const uint64_t beyond = history - (136u * kPoints + 16'384);
   EXPECT_EQ(Info().reserved_host_bytes() - reserved, (beyond + 16'383) / 16'384 * 16'384);
   EXPECT_EQ(Info().forgotten_undo_steps(), 0u);

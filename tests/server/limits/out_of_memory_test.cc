@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A machine that runs out of memory in the middle of a request: the request is refused, the server
-// goes on.
+// The machine runs out of memory in the middle of a request. The request is refused, and the server goes
+// on.
 #include <algorithm>
 #include <atomic>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The limits that GetServerInfo publishes are those that are enforced.
+// The server enforces the limits that GetServerInfo publishes, and gRPC's own.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -78,7 +78,7 @@ TEST_F(ServerLimitsTest, AMessageThatGrpcRefusesHasNoDetails) {
   EXPECT_THAT(status.error_message(), HasSubstr("1048576")) << "but says what is allowed";
 }
 
-// gRPC inflates a message before it looks at its size: 1 MB of gzip may become 1 GB.
+// gRPC decompresses a message before it checks the size: 1 MB of gzip may become 1 GB.
 TEST_F(ServerLimitsTest, ACompressedRequestIsRefused) {
   v1::EditBatch batch = Move("alice", 1, 0, 0.5);
   batch.set_scene(std::string(size_t{64} << 20, 'x'));
@@ -140,14 +140,14 @@ TEST_F(TransportMemoryTest, EndsCallsWhoseMessagesTakeMore) {
 
   EXPECT_GT(calls->ended(), 0u);
   EXPECT_GT(calls->sent(), 0u) << "the others go on";
-  constexpr uint32_t kEnhanceYourCalm = 11;  // which clients know as RESOURCE_EXHAUSTED
+  constexpr uint32_t kEnhanceYourCalm = 11;  // clients see RESOURCE_EXHAUSTED
   EXPECT_THAT(calls->reset_codes(), Contains(kEnhanceYourCalm));
   EXPECT_EQ(Limits().max_scenes(), 10'000) << "and new ones are answered";
 }
 
 class ConnectionsTest : public ServerLimitsTest {
  protected:
-  // One that begins nothing; those of calls that have ended may be in its way for a moment.
+  // A connection that begins no call. It retries: connections that have closed may still count.
   std::unique_ptr<UnfinishedCalls> Connect() {
     std::unique_ptr<UnfinishedCalls> connection;
     const bool connected = Becomes(2'000, [&] {
@@ -158,11 +158,11 @@ class ConnectionsTest : public ServerLimitsTest {
     ADD_FAILURE() << "no connection";
     return nullptr;
   }
-  // What a metric says of the port.
+  // The value of a metric for the gRPC port.
   double Metric(const std::string& name) const {
     return ServerLimitsTest::Metric(name + "{port=\"grpc\"}");
   }
-  // A call on a connection of its own.
+  // A call on its own connection. With `wait` it waits until the server accepts the connection.
   absl::Status Ask(bool wait) {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
@@ -180,7 +180,7 @@ class ConnectionsTest : public ServerLimitsTest {
 };
 
 TEST_F(ConnectionsTest, OneTooManyIsClosed) {
-  StartServer({.max_connections = 4});  // of which the fixture's stubs have one
+  StartServer({.max_connections = 4});  // the fixture's stubs use one
   EXPECT_EQ(Limits().max_connections(), 4);
   auto first = Connect(), second = Connect(), third = Connect();
   const double refused_before = Metric("latticed_connections_refused_total");
@@ -226,8 +226,8 @@ TEST_F(ConnectionsTest, ACallTooManyWaitsForAnEnd) {
 
 class FirstMessageTest : public ServerLimitsTest {
  protected:
-  // The server ends calls whose first message has not come within so long. It has no mesh: an upload
-  // may be late.
+  // Starts a server that ends calls whose first message has not come within `timeout`. It has no mesh,
+  // because uploading one might take longer.
   void Await(absl::Duration timeout) {
     StartServerOn(MakeCpuBackend({.threads = 1}), {.first_message_timeout = timeout});
   }
@@ -260,7 +260,7 @@ TEST_F(FirstMessageTest, OneThatHasSpokenMayBeSilent) {
   ASSERT_TRUE(upload->Write(part));
   upload->WaitForInitialMetadata();
 
-  // A stream that began after them has run into the limit, and so would they have.
+  // A stream that began after these two has ended. Without a first message they would have ended too.
   EXPECT_THAT(DeformClient(*scenes_).Finish(), StatusIs(absl::StatusCode::kFailedPrecondition));
 
   part.set_data(kGridObj, sizeof(kGridObj) - 1);

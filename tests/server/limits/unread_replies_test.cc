@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Clients that send large requests and take in no byte of the small replies: what they sent is given
-// back, though their calls never end.
+// Clients send large requests and read no byte of the small replies. The server frees the requests,
+// although the calls never end.
 #include <gtest/gtest.h>
 #include <malloc.h>
 
@@ -19,7 +19,7 @@
 namespace latticed::testing {
 namespace {
 
-// What this process has allocated and not freed.
+// The bytes that this process has allocated and not freed.
 size_t AllocatedBytes() {
   const auto info = mallinfo2();
   return info.uordblks + info.hblkhd;
@@ -37,7 +37,7 @@ class UnreadRepliesTest : public SceneFixture {
     ASSERT_OK(Create(SceneRequest("scene-two")));
   }
 
-  // A hundred calls on each connection, whose replies begin and are never taken, one after the other.
+  // Makes 100 calls on each connection, one after the other. Their replies begin and are never read.
   void ExpectNothingKept(const std::string& rpc, const std::string& request, size_t connections) {
     constexpr size_t kCalls = 100;
     size_t before = 0;
@@ -48,7 +48,7 @@ class UnreadRepliesTest : public SceneFixture {
       for (size_t n = 1; n <= kCalls; ++n) {
         connection.Begin();
         ASSERT_TRUE(connection.Run([&] { return connection.answered() == n; }));
-        if (before == 0) before = AllocatedBytes();  // what the first one makes is for all
+        if (before == 0) before = AllocatedBytes();  // the first call's allocations serve all
       }
       EXPECT_EQ(connection.sent(), kCalls);
     }
@@ -60,7 +60,7 @@ class UnreadRepliesTest : public SceneFixture {
     EXPECT_LT(after - std::min(before, after), all / 8) << "of " << all;
   }
 
-  // All control points as they are: as large as an edit can be.
+  // Replaces all control points by themselves: the largest edit that there is.
   std::string ReplaceAll() {
     v1::EditBatch batch = Move("alice", 1, 0, 0);
     const v1::LatticeState state = Lattice();
@@ -72,7 +72,7 @@ class UnreadRepliesTest : public SceneFixture {
   std::vector<std::unique_ptr<UnfinishedCalls>> open_;
 };
 
-// A request that any rpc takes: what it does not know, it ignores.
+// Adds 900,000 bytes in an unknown field, which every rpc ignores.
 template <typename Request>
 std::string Padded(Request request) {
   constexpr int kLater = 1'000;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Clients that ask and do not read: their replies have a share of --memory, beside it, and no more.
-// Through TCP and stock gRPC, whose windows hold 65,535 bytes of a reply.
+// Clients call and do not read. Their replies may take a share of --memory, on top of it, and no more. The
+// tests use TCP and stock gRPC, whose windows hold 65,535 bytes of a reply.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -17,11 +17,11 @@
 namespace latticed::testing {
 namespace {
 
-// The replies of these tests take 1.5 MiB each, message and bytes: five fit in an eighth of this.
+// A reply takes 1.5 MiB in these tests, as message and as bytes. Five fit in an eighth of kMemory.
 constexpr uint64_t kMemory = uint64_t{64} << 20;
 constexpr int kCalls = 12, kRoomFor = 5;
 
-// A call whose reply nobody has asked gRPC for.
+// A call whose reply the client has not asked gRPC for.
 template <class Reader>
 struct UntakenCall {
   grpc::ClientContext context;
@@ -37,7 +37,7 @@ class UntakenRepliesTest : public SceneFixture {
   void Start(uint64_t memory_bytes) {
     StartServer({.memory_bytes = memory_bytes});
     grpc::ChannelArguments arguments;
-    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);  // or windows grow on a fast link
+    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);  // else the windows grow on a fast link
     const auto channel = grpc::CreateCustomChannel(server_->address(),
                                                    grpc::InsecureChannelCredentials(), arguments);
     slow_scenes_ = v1::SceneService::NewStub(channel);
@@ -53,7 +53,7 @@ class UntakenRepliesTest : public SceneFixture {
     auto call = std::make_unique<LatticeCall>();
     call->reader =
         slow_scenes_->AsyncGetLattice(&call->context, For<v1::GetLatticeRequest>(), &queue_);
-    call->reader->ReadInitialMetadata(call.get());  // which comes with the reply, or a refusal
+    call->reader->ReadInitialMetadata(call.get());  // comes with the reply or a refusal
     ExpectTag(call.get());
     return call;
   }
@@ -76,7 +76,7 @@ class UntakenRepliesTest : public SceneFixture {
     call->reader = slow_meshes_->DownloadMesh(&call->context, request);
     return call;
   }
-  // A server with room for `bytes` of replies beside those that `untaken_` holds.
+  // Starts a server with memory for `bytes` of replies beside those that `untaken_` holds.
   void StartWithRoomFor(uint64_t bytes) {
     CreateLargeLattice();
     for (int i = 0; i <= kRoomFor; ++i) untaken_.push_back(AskForLattice());
@@ -120,7 +120,7 @@ class UntakenRepliesTest : public SceneFixture {
 
   std::vector<std::unique_ptr<LatticeCall>> untaken_;
   grpc::CompletionQueue queue_;
-  // On a connection whose replies nobody takes.
+  // Stubs of a connection whose replies nobody reads.
   std::unique_ptr<Scenes> slow_scenes_;
   std::unique_ptr<Meshes> slow_meshes_;
 };
@@ -197,7 +197,7 @@ TEST_F(UntakenRepliesTest, OfStreamsOfParts) {
   EXPECT_EQ(whole, kRoomFor);
 }
 
-// What is refused for its reply has not happened.
+// A call that is refused for its reply has changed nothing.
 TEST_F(UntakenRepliesTest, NoSceneIsMadeWhoseReplyHasNoRoom) {
   StartWithRoomFor(16'384);
   v1::CreateSceneRequest request = SceneRequest("scene-two");

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is no mesh is refused, in every format and for the right reason, and leaves nothing behind.
+// Bytes that are no mesh are refused, in every format and for the right reason, and nothing of them is kept.
 #include <cmath>
 
 #include "fmt/format.h"
@@ -16,7 +16,7 @@ class BadMeshesTest : public SmallServerTest {
   using SmallServerTest::Upload;
   absl::Status Upload(const MeshFile& file) { return Upload(file.header, file.bytes); }
 
-  // MALFORMED_FILE, naming the format and the place.
+  // Expects MALFORMED_FILE with the format and the place in the file.
   void ExpectMalformed(const MeshFile& file, const std::string& message = "") {
     SCOPED_TRACE(file.name);
     const absl::Status status = Upload(file);
@@ -34,14 +34,14 @@ class BadMeshesTest : public SmallServerTest {
     return mesh.id();
   }
 
-  // The server goes on: it takes a good file, and forgets it again.
+  // The server still takes a good file and deletes it again.
   void TearDown() override {
     EXPECT_OK(DeleteMesh(Upload(CubeObj())));
     EXPECT_EQ(MeshCount(), 0);
   }
 };
 
-// The readers' own tests have more of each: tests/core/mesh, tests/core/codec.
+// tests/core/mesh and tests/core/codec have more cases for each reader.
 TEST_F(BadMeshesTest, OtherFilesAreRefusedInEveryFormat) {
   const std::string junk =
       "this is no mesh at all, whatever the format; 84 bytes and more of it ....."
@@ -52,7 +52,7 @@ TEST_F(BadMeshesTest, OtherFilesAreRefusedInEveryFormat) {
   }
 }
 
-// Three vertices, of which the first is at `x`, and one face.
+// Three vertices, the first at (x, 0, 0), and one face.
 MeshFile RawFace(float x, const std::vector<uint32_t>& face) {
   const auto corners = static_cast<uint32_t>(face.size());
   MeshFile raw = MakeMeshFile("RAW", v1::MESH_FORMAT_RAW,
@@ -82,7 +82,7 @@ TEST_F(BadMeshesTest, RawArraysAreChecked) {
                                  .message = "got 0, allowed is 1 to 200000000"});
 }
 
-// An end that a reader cannot tell from the file's own: a line of OBJ, the word after endsolid.
+// Whether a cut leaves a valid file: text without its last newline, an STL cut after "endsolid".
 bool MayEndAt(const MeshFile& file, size_t size) {
   if (file.name == "ascii STL") return file.bytes.find("endsolid") + 8 <= size;
   const bool lines = file.name == "OBJ" || file.name == "ascii PLY";
@@ -91,7 +91,7 @@ bool MayEndAt(const MeshFile& file, size_t size) {
 
 TEST_F(BadMeshesTest, CutFilesAreRefused) {
   for (const MeshFile& file : CubeFiles()) {
-    // Of an OBJ only its vertices: between faces it may end.
+    // An OBJ is cut before the end of its first face: after a face it may end.
     const size_t last = file.name == "OBJ" ? file.bytes.find("f ") + 5 : file.bytes.size() - 1;
     for (const size_t part : {1u, 2u, 3u, 5u, 7u, 11u, 16u}) {
       const size_t size = last * part / 16;

@@ -29,7 +29,7 @@ std::vector<float> FloatPositions(const TriangleMesh& mesh) {
   return numbers;
 }
 
-// The unit cube of 8 vertices and 12 triangles, turned outwards.
+// The unit cube of 8 vertices and 12 triangles, facing outwards.
 TriangleMesh Cube() {
   TriangleMesh mesh;
   for (int i = 0; i < 8; ++i) {

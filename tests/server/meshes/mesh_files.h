@@ -25,10 +25,10 @@ struct MeshFile {
 [[nodiscard]] MeshFile MakeMeshFile(const std::string& name, v1::MeshFormat format,
                                     std::string bytes);
 
-// The unit cube of 8 vertices and 12 triangles, turned outwards, as OBJ, PLY of three forms, STL of two, GLB, DRACO and RAW.
+// The unit cube of 8 vertices and 12 triangles, facing outwards: OBJ, three PLYs, two STLs, GLB, DRACO and RAW.
 [[nodiscard]] std::vector<MeshFile> CubeFiles();
 
-// The bytes of an array, in this machine's order, which is the wire's.
+// The bytes of an array, little-endian as on the wire.
 template <typename T>
 std::string BytesOf(const std::vector<T>& values) {
   static_assert(std::endian::native == std::endian::little);

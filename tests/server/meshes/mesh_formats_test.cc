@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Meshes of every format go up, come back byte by byte, and carry scenes.
+// Meshes of every format are uploaded, downloaded byte by byte, and deformed in scenes.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -15,10 +15,10 @@
 namespace latticed::testing {
 namespace {
 
-// Triangles of one update, in the world.
+// The triangles of one update, in world coordinates.
 struct Surface {
   uint64_t revision = 0;
-  std::vector<Vec3d> corners;  // 3 a triangle
+  std::vector<Vec3d> corners;  // 3 per triangle
 
   double Area() const {
     double area = 0;
@@ -41,7 +41,7 @@ class MeshFormatsTest : public SmallServerTest {
     return bytes;
   }
 
-  // A scene on the mesh, all of it lifted by 3.
+  // Creates a scene of the mesh and moves all of it by 3 along z.
   std::string LiftedScene(const std::string& mesh) {
     const std::string id = fmt::format("scene-number-{}", ++count_);
     mesh_ = mesh;
@@ -83,7 +83,7 @@ class MeshFormatsTest : public SmallServerTest {
     return surface;
   }
 
-  // The whole unit cube, lifted by 3, and nothing else.
+  // Expects the whole unit cube, moved by 3 along z, and nothing else.
   void ExpectLiftedCube(const std::string& mesh, double tolerance) {
     const Surface surface = Evaluate(LiftedScene(mesh));
     EXPECT_EQ(surface.revision, 1u);
@@ -128,7 +128,7 @@ TEST_F(MeshFormatsTest, EveryFormatGoesUpComesBackAndIsDeformed) {
   }
 }
 
-// A pyramid: a square of side 2 and four triangles, mixed face sizes; u = x / 2, v = y / 2.
+// A pyramid: a quad and four triangles; u = x / 2, v = y / 2.
 MeshFile RawPyramid(v1::AttributeDomain domain) {
   const std::vector<double> positions = {0.1, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0, 1, 1, 1};
   const std::vector<uint32_t> sizes = {4, 3, 3, 3, 3};
@@ -197,7 +197,7 @@ TEST_F(MeshFormatsTest, RawOfMixedFacesInDoubleWithAttributesPerVertexAndPerCorn
 TEST_F(MeshFormatsTest, RawPositionsInDoubleKeepEveryBit) {
   const MeshFile file = RawPyramid(v1::ATTRIBUTE_DOMAIN_VERTEX);
   MeshFile far = file;
-  const double x = 1e9 + 1.0 / 1024;  // no float
+  const double x = 1e9 + 1.0 / 1024;  // not a float
   std::memcpy(far.bytes.data() + 3 * sizeof(double), &x, sizeof(x));
   v1::Mesh mesh;
   EXPECT_OK(Upload(far.header, far.bytes, &mesh));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Replies that any client can take: valid UTF-8, and below 1 MiB whatever words are in them.
+// Replies are valid UTF-8 and below 1 MiB, whatever text the client sent.
 #include <algorithm>
 #include <set>
 #include <vector>
@@ -23,7 +23,7 @@ class MeshRepliesTest : public SmallServerTest {
 };
 
 TEST_F(MeshRepliesTest, GroupNamesThatAreNotUtf8AreMended) {
-  // Latin-1 and Shift-JIS, as old exporters write.
+  // Latin-1 and Shift-JIS, as old exporters write them.
   const v1::Mesh uploaded =
       UploadObj("v 0 0 0\nv 1 0 0\nv 0 1 1\ng K\xF6rper\nf 1 2 3\nusemtl \x83\x7D\nf 1 2 3\n");
   v1::GetMeshRequest request;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// MeshService through a stub: what is taken, what comes back, and every refusal with its reason.
+// MeshService through a stub: uploads, replies, and every refusal with its reason.
 #include <cmath>
 #include <set>
 
@@ -30,7 +30,7 @@ class MeshServiceTest : public SmallServerTest {
     return Call(&Meshes::ListMeshes, request, response);
   }
 
-  // An upload of these messages.
+  // Uploads these messages.
   absl::Status Send(const std::vector<v1::UploadMeshRequest>& messages) {
     grpc::ClientContext context;
     v1::Mesh mesh;
@@ -121,7 +121,7 @@ TEST_F(MeshServiceTest, PartAbove768KiBIsRefused) {
 }
 
 TEST_F(MeshServiceTest, BudgetIsReservedByHeadersAndGivenBack) {
-  // 64 MiB of budget: four open uploads of 16 MiB fill it.
+  // Four open uploads of 16 MiB fill the budget of 64 MiB.
   v1::MeshHeader header = ObjHeader("");
   header.set_total_bytes(16u << 20);
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
@@ -143,7 +143,7 @@ TEST_F(MeshServiceTest, BudgetIsReservedByHeadersAndGivenBack) {
     EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::CANCELLED);
   }
 
-  // The server hears of a cancellation a little later.
+  // The server notices a cancellation a little later.
   EXPECT_TRUE(Becomes(2000, [&] { return Upload(ObjHeader(obj), obj).ok(); }));
 }
 

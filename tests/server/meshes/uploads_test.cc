@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Resumable uploads: unary calls that find each other by the upload's id.
+// Resumable uploads: unary calls that share an upload id.
 #include "server/stores/upload_store.h"
 
 #include "core/base/error.h"
@@ -46,7 +46,7 @@ TEST_F(ResumableUploadTest, PartsBecomeTheMesh) {
   uint64_t committed = 0;
   ASSERT_TRUE(Append(id, 0, obj.substr(0, 20), &committed).ok());
   EXPECT_EQ(committed, 20u);
-  // The answer was lost, the client sends again, then asks how far the server is.
+  // The reply was lost: the client sends the part again, then asks how many bytes the server has.
   ASSERT_TRUE(Append(id, 0, obj.substr(0, 20), &committed).ok());
   EXPECT_EQ(committed, 20u);
   ASSERT_TRUE(Append(id, 0, "", &committed).ok());
@@ -108,7 +108,7 @@ TEST(UploadStoreTest, IdleUploadsExpireAndGiveTheirBytesBack) {
   upload = absl::UnknownError("moved away");
 
   now += absl::Minutes(59);
-  EXPECT_OK(uploads.Find(id));  // a use puts the expiry off
+  EXPECT_OK(uploads.Find(id));  // each use extends the time
   now += absl::Minutes(59);
   EXPECT_OK(uploads.Find(id));
   EXPECT_EQ(memory->used_bytes(), 900u);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// CreateScene refuses every lattice that the formulas do not allow, naming what is wrong with it.
+// CreateScene refuses every lattice that the formulas do not allow. The refusal names what is wrong.
 #include <functional>
 #include <limits>
 
@@ -13,7 +13,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// A good one, all written out: frame [0,2] x [0,2] x [-1,1], 4 x 4 x 4 points of degree 2.
+// A valid lattice with every field set: frame [0,2] x [0,2] x [-1,1], 4 x 4 x 4 points, degree 2.
 v1::Lattice GoodLattice() {
   v1::Lattice lattice;
   SetFrame(*lattice.mutable_frame(), {0, 0, -1}, {2, 2, 2});
@@ -30,7 +30,7 @@ v1::Lattice GoodLattice() {
 
 class BadLatticesTest : public SceneFixture {
  protected:
-  // Nothing was made, and the same request with a good lattice is taken.
+  // No scene was made. The same request with a valid lattice succeeds.
   void TearDown() override {
     EXPECT_EQ(SceneCount(), 0);
     v1::CreateSceneRequest request = SceneRequest();
@@ -44,7 +44,7 @@ struct BadLattice {
   const char* name;
   std::function<void(v1::Lattice&)> spoil;
   const char* reason;
-  const char* field;  // below lattices[0].lattice
+  const char* field;  // path below lattices[0].lattice
   const char* message;
 };
 
@@ -152,7 +152,7 @@ struct BadFit {
   const char* name;
   std::function<void(v1::LatticeFit&)> spoil;
   const char* reason;
-  const char* field;  // below lattices[0].fit
+  const char* field;  // path below lattices[0].fit
   const char* message;
 };
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Views out of range, too many views, and ids of nothing: refused alike by every rpc that takes
-// one.
+// Views out of range, too many views, and unknown ids. Every rpc that takes one gives the same
+// refusal.
 #include <functional>
 
 #include "tests/server/support/server_test.h"
@@ -141,7 +141,7 @@ TEST_F(BadViewsTest, TheNinthViewIsRefusedUntilOneIsLetGo) {
 
   watchers.pop_back();
   absl::Status status;
-  const auto updates = [&] {  // the server hears of a cancellation a little later
+  const auto updates = [&] {  // the server notices a cancellation a little later
     status = UpdateStatus(update);
     return status.ok();
   };

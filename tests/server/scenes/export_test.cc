@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Exported surfaces against the definition in double, their UVs and groups, every file form read
-// back, and control nets.
+// Exported surfaces compared with the definition in double, their UVs and groups, control nets, and
+// exports that are cancelled.
 #include <cstring>
 
 #include "core/cpu/cpu_backend.h"
@@ -19,7 +19,7 @@ using ::latticed::testing::StatusIs;
 
 const Cancelled kNever = [] { return false; };
 
-// A flat grid whose UVs are its x and y, in two groups by x.
+// A flat grid. The UVs of a vertex are its x and y. A face's x decides which of two groups it is in.
 std::shared_ptr<const PolygonMesh> TexturedGrid() {
   auto mesh = std::make_shared<PolygonMesh>(testing::FlatGrid(4, 0.5));
   for (const Vec3d p : mesh->positions) {

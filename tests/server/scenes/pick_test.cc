@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pick through the stub: what it finds is what EvaluatePoints says of it, and what it refuses.
+// Pick through the stub: its points are those of EvaluatePoints, and every refusal has its reason.
 #include <cmath>
 
 #include "core/base/vec.h"

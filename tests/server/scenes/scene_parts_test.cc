@@ -130,7 +130,7 @@ TEST_F(ScenePartsTest, AClientThatLeavesStopsTheExport) {
     EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
   }
   std::vector<v1::ExportResponse> parts;
-  ASSERT_OK(Export({}, parts));  // the server goes on
+  ASSERT_OK(Export({}, parts));  // the server still answers
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// SceneService's unary rpcs through the stub: what they return, and every refusal with its reason
-// and field.
+// SceneService's unary rpcs through the stub: their replies, and every refusal with its reason and
+// field.
 #include "tests/server/support/server_test.h"
 
 namespace latticed::testing {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Topology parts: they cover every patch once, fit a message, and place each patch in its source.
+// Topology parts cover every patch once, fit in a message, and place each patch in its source face.
 #include "server/rpc/topology.h"
 
 #include "core/base/limits.h"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A sink of the server's log that keeps the lines "call finished" as their fields.
+// A sink for the server's log that keeps the fields of every line.
 #ifndef LATTICED_TESTS_SERVER_SUPPORT_CALL_SINK_H_
 #define LATTICED_TESTS_SERVER_SUPPORT_CALL_SINK_H_
 
@@ -23,7 +23,7 @@ class CallSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   using Line = std::map<std::string, std::string>;
 
-  // In place of the log's own sinks, at every level; null before a server has set up the log.
+  // Replaces the log's sinks and sets its level to debug. Null before a server has set up the log.
   static std::shared_ptr<CallSink> Install() {
     if (spdlog::get("latticed") == nullptr) return nullptr;
     ConfigureLogging("debug", "json");

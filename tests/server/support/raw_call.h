@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Unary calls by the bytes of their messages: of any method, and of the standard health service as a balancer
-// asks it.
+// Unary calls whose messages are plain bytes: to any method, and to the standard health service, as load
+// balancers call it.
 #ifndef LATTICED_TESTS_SERVER_SUPPORT_RAW_CALL_H_
 #define LATTICED_TESTS_SERVER_SUPPORT_RAW_CALL_H_
 
@@ -20,7 +20,7 @@ namespace latticed::testing {
 inline constexpr const char* kHealthNames[] = {
     "", "latticed.v1.MeshService", "latticed.v1.SceneService", "latticed.v1.ServerService"};
 
-// `method` as "/package.Service/Method"; `authorization` as its metadata, unless empty.
+// `method` is "/package.Service/Method". `authorization` is sent as metadata of that name, unless it is empty.
 inline grpc::Status RawCall(const std::shared_ptr<grpc::Channel>& channel,
                             const std::string& method, const std::string& bytes,
                             std::string* answer = nullptr, const std::string& authorization = "") {
@@ -48,7 +48,7 @@ inline grpc::Status RawCall(const std::shared_ptr<grpc::Channel>& channel,
 }
 
 // grpc.health.v1.Health/Check: request {string service = 1}, response {enum status = 1}, 1 = SERVING,
-// 2 = NOT_SERVING. Returns "1", "2", or the code of the error.
+// 2 = NOT_SERVING. Returns "1", "2", "code N" for an error, or "malformed".
 inline std::string Health(const std::shared_ptr<grpc::Channel>& channel,
                           const std::string& service) {
   std::string bytes, answer;

@@ -49,13 +49,13 @@ class FakeDevice {
 
 namespace {
 
-// Bytes of the device, until it goes.
+// Holds bytes of the device until it is destroyed.
 class FakeMemory {
  public:
   FakeMemory(std::shared_ptr<FakeDevice> device, std::string purpose, uint64_t bytes)
       : device_(std::move(device)), purpose_(std::move(purpose)), bytes_(bytes) {}
   ~FakeMemory() { device_->Give(purpose_, bytes_); }
-  FakeMemory(const FakeMemory&) = delete;  // gives back once
+  FakeMemory(const FakeMemory&) = delete;  // frees its bytes once
   FakeMemory& operator=(const FakeMemory&) = delete;
 
   uint64_t bytes() const { return bytes_; }
@@ -66,7 +66,7 @@ class FakeMemory {
   const uint64_t bytes_;
 };
 
-// Null where there is no device.
+// Null without a device.
 absl::StatusOr<std::unique_ptr<FakeMemory>> Take(const std::shared_ptr<FakeDevice>& device,
                                                  const std::string& purpose, uint64_t bytes) {
   if (device == nullptr) return nullptr;
@@ -127,7 +127,7 @@ class ScriptedView : public DeformView {
   }
 
  private:
-  // What frees a chunk passes the script; chunks of one block stay so.
+  // Freeing a chunk then goes through the script. Chunks of one block still have the same owner.
   void PutBehindScript(std::vector<SharedBytes>& chunks) {
     for (SharedBytes& chunk : chunks) {
       if (chunk.data == nullptr) continue;

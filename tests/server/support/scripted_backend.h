@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The CPU backend as a test wants it: calls that fail, that wait, or inside of which something happens; and
-// on request a device for machines without one, whose plans and vertices are said to lie in its memory:
+// The CPU backend under a test's control: a call fails, waits, or runs an action of the test. On request it
+// acts as a device, for machines without one. Plans and vertices are then counted in the device's memory:
 //
-//   "device_plan"      kPlanBytes a patch, of each target
-//   "device_vertices"  points times BytesPerPoint, of each view
+//   "device_plan"      kPlanBytes per patch, for each target
+//   "device_vertices"  points times BytesPerPoint, for each view
 #ifndef LATTICED_TESTS_SERVER_SUPPORT_SCRIPTED_BACKEND_H_
 #define LATTICED_TESTS_SERVER_SUPPORT_SCRIPTED_BACKEND_H_
 
@@ -36,33 +36,33 @@ enum class Step {
   kFreeChunk
 };
 
-// Every call of a step passes here. Threads: safe.
+// Every call of a step goes through Pass. Threads: safe.
 class Script {
  public:
   // The next calls fail with `status`.
   void FailNext(Step step, absl::Status status, int calls = 1);
-  // Runs once, inside of the next call.
+  // Runs `action` once, inside the next call.
   void DuringNext(Step step, std::function<void()> action);
-  // The next calls wait until Release, a minute at most.
+  // The next calls wait until Release, at most a minute.
   void HoldNext(Step step, int calls = 1);
   void Release();
-  // Whether so many calls have come to wait since HoldNext.
+  // Waits up to 20 seconds until `count` calls are held since HoldNext. False when fewer came.
   bool WaitForHeld(int count = 1);
   int held();
   int calls(Step step);
 
-  // From here on whatever asks the device is kUnavailable, as after a sticky CUDA error.
+  // From now on every call that uses the device is kUnavailable, as after a sticky CUDA error.
   void LoseDevice() { lost_ = true; }
-  // What was asked of the device since then.
+  // How many calls used the device since then.
   int calls_after_loss() const { return calls_after_loss_; }
 
-  // What is encoded in one call lies in one block, said to be 7/2 times as large.
+  // The chunks of one Encode call share a block, which claims 3.5 times their bytes.
   void UseRoomyBlocks() { roomy_blocks_ = true; }
   bool roomy_blocks() const { return roomy_blocks_; }
-  // From here on digests are those of another writer, as a device's are not the host's.
+  // From now on digests have other values, as if another backend had computed them.
   void ChangeDigests() { ++digest_mask_; }
   uint64_t digest_mask() const { return digest_mask_; }
-  // Chunks of which Encode made bytes.
+  // How many chunks Encode has made bytes for.
   int encoded_chunks() const { return encoded_chunks_; }
 
   absl::Status Pass(Step step);
@@ -89,14 +89,14 @@ class Script {
   std::atomic<int> encoded_chunks_ = 0;
 };
 
-class FakeDevice;  // its memory, shared by all that is in it
+class FakeDevice;  // the memory, shared by everything allocated in it
 
 class ScriptedBackend : public Backend {
  public:
   static constexpr uint64_t kPlanBytes = 64;
 
   ScriptedBackend();
-  // On a device with so many bytes.
+  // On a fake device with a budget of `device_bytes`.
   explicit ScriptedBackend(uint64_t device_bytes, int number = 0);
   ~ScriptedBackend() override;
   std::string_view name() const override;
@@ -105,15 +105,15 @@ class ScriptedBackend : public Backend {
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override;
   Script& script() { return *script_; }
-  // Of the device.
+  // Bytes in use on the device. Call it only with a device.
   uint64_t used_bytes() const;
-  // Targets made so far.
+  // How many targets were made so far.
   int prepared() const { return prepared_; }
 
  private:
   const std::unique_ptr<Backend> inner_;
   const std::shared_ptr<Script> script_ = std::make_shared<Script>();
-  const std::shared_ptr<FakeDevice> device_;  // null: the host's own cores
+  const std::shared_ptr<FakeDevice> device_;  // null: the host's cores
   std::atomic<int> prepared_ = 0;
 };
 

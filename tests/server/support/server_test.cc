@@ -14,7 +14,7 @@
 namespace latticed::testing {
 namespace {
 
-// Vertices of a grid of cells x cells quads, at integers, and its quads.
+// A grid of cells x cells quads. `vertex` returns the coordinates of vertex (i, j) as text.
 std::string GridObj(int cells, const std::function<std::string(int, int)>& vertex) {
   std::string obj;
   for (int j = 0; j <= cells; ++j) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A server in this process on a free port, reached through real stubs, and the calls that tests make of it:
-// tests know no server internals.
+// A server in this process on a free port, and the calls that tests make through real stubs. These need no
+// internals of the server.
 #ifndef LATTICED_TESTS_SERVER_SUPPORT_SERVER_TEST_H_
 #define LATTICED_TESTS_SERVER_SUPPORT_SERVER_TEST_H_
 
@@ -41,14 +41,14 @@ inline constexpr char kGridObj[] =
 [[nodiscard]] std::string PlaneObj(int cells);
 // A wavy square of cells x cells quads over [0,1] x [0,1].
 [[nodiscard]] std::string WavyGridObj(int cells);
-// Cubes: 8 vertices, 6 quads. Another edge length, another mesh id.
+// A cube of 8 vertices and 6 quads. Each edge length gives another mesh id.
 [[nodiscard]] std::string CubeObj(double edge = 1);
-// `count` triangles, each in a group with that name and its number.
+// `count` triangles, each in its own group, named `name` and its number.
 [[nodiscard]] std::string GroupsObj(int count, const std::string& name);
 [[nodiscard]] v1::MeshHeader ObjHeader(const std::string& bytes);
 
 inline constexpr char kScene[] = "scene-one";
-// A request about a scene, and nothing else.
+// A request with only its scene set.
 template <class Request>
 Request For(const std::string& scene = kScene) {
   Request request;
@@ -56,24 +56,24 @@ Request For(const std::string& scene = kScene) {
   return request;
 }
 
-// Small, quiet, CPU.
+// 64 MiB of memory, meshes of at most 16 MiB, no drain delay.
 [[nodiscard]] Options TestOptions();
 
 void SetAxes(v1::LatticeAxes& axes, int u, int v, int w);
 [[nodiscard]] v1::Vec3 ToVec3(Vec3d v);
-// Edges along the axes.
+// Sets a frame whose edges are along the axes.
 void SetFrame(v1::LatticeFrame& frame, Vec3d origin, Vec3d size);
-// Thirty-two labels of the most bytes that are allowed: 10 KB.
+// Adds 32 labels, the most that are allowed, of the most bytes that are allowed: 10 KB.
 void AddLongLabels(google::protobuf::Map<std::string, std::string>& labels);
 
-// What a refusal says to a client.
+// A refusal, as a client sees it.
 struct Refusal {
   absl::StatusCode code = absl::StatusCode::kInvalidArgument;
   std::string reason;   // of ErrorInfo
   std::string field;    // of BadRequest; empty: it has none
   std::string message;  // part of it: the allowed range, or what is wrong
 };
-// A failure names the line of the caller.
+// A failed check reports the caller's line.
 void ExpectRefusal(const absl::Status& status, const Refusal& refusal,
                    std::source_location caller = std::source_location::current());
 inline void ExpectRefused(const absl::Status& status, absl::StatusCode code,
@@ -92,14 +92,14 @@ class ServerTest : public ::testing::Test {
   using Scenes = v1::SceneService::Stub;
   using Infos = v1::ServerService::Stub;
 
-  // On the CPU with one thread, unless the options say more, and without a log.
+  // Starts it on the CPU, with one thread unless the options say more, and without a log.
   void StartServer(Options options);
-  // On a backend of the test's own.
+  // Starts it on `backend`, without a log.
   void StartServerOn(std::unique_ptr<Backend> backend, Options options = {});
   // From now on the stubs use this channel.
   void Reach(const std::shared_ptr<grpc::Channel>& channel);
 
-  // A unary call; its deadline is for servers that hang.
+  // A unary call. Its deadline of one minute is for servers that hang.
   template <class Stub, class Request, class Response>
   absl::Status Call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                     const std::type_identity_t<Request>& request,
@@ -112,7 +112,7 @@ class ServerTest : public ::testing::Test {
     return client::FromGrpc((Of(static_cast<Stub*>(nullptr)).*method)(
         &context, request, response != nullptr ? response : &ignored));
   }
-  // A server stream: all its messages, and its status.
+  // Reads a server stream to its end: all its messages, and its status.
   template <class Stub, class Request, class Message>
   absl::Status ReadAll(std::unique_ptr<grpc::ClientReader<Message>> (Stub::*method)(
                            grpc::ClientContext*, const Request&),
@@ -130,10 +130,10 @@ class ServerTest : public ::testing::Test {
     return client::FromGrpc(reader->Finish());
   }
 
-  // Header and bytes in parts of 64 KiB.
+  // Uploads the header, then the bytes in parts of 64 KiB.
   absl::Status Upload(const v1::MeshHeader& header, std::string_view bytes,
                       v1::Mesh* mesh = nullptr, const Metadata& metadata = {});
-  // Fails the test where it is refused.
+  // Fails the test when the upload is refused.
   v1::Mesh UploadObj(const std::string& obj);
   // The same; returns the mesh's id.
   std::string Upload(const std::string& obj) { return UploadObj(obj).id(); }
@@ -150,7 +150,7 @@ class ServerTest : public ::testing::Test {
   absl::Status DeleteScene(const std::string& scene = kScene) {
     return Call(&Scenes::DeleteScene, For<v1::DeleteSceneRequest>(scene));
   }
-  // One control point by `offset`, in the structure that a scene has at first.
+  // Moves one control point by `offset`, in structure 1, which every scene has at first.
   static v1::EditBatch MoveOne(const std::string& editor, uint64_t sequence, uint32_t point,
                                Vec3d offset);
   absl::Status Apply(const v1::EditBatch& batch, v1::EditResult* result = nullptr) {
@@ -159,10 +159,10 @@ class ServerTest : public ::testing::Test {
   absl::Status Update(const v1::GetUpdateRequest& request, EventLog& log);
   absl::Status Update(int segments, const std::string& scene = kScene, EventLog* log = nullptr);
   absl::StatusOr<std::string> Export(const v1::ExportRequest& request);
-  // The value of a series of the server's metrics; -1 where there is none.
+  // The value of a series of the server's metrics; -1 when there is no such series.
   double Metric(const std::string& series) const;
 
-  std::string mesh_;  // of SceneRequest
+  std::string mesh_;  // that SceneRequest names
   std::unique_ptr<InProcessServer> server_;
   std::unique_ptr<Meshes> meshes_;
   std::unique_ptr<Scenes> scenes_;
@@ -181,15 +181,15 @@ class SmallServerTest : public ServerTest {
   void SetUp() override { StartServer(TestOptions()); }
 };
 
-// A server with kGridObj.
+// A server with the mesh kGridObj.
 class SceneFixture : public ServerTest {
  protected:
   void SetUp() override { StartServer({}); }
   void StartServer(Options options);
 
-  // What has just ended may hold its scene, and its memory, for a moment: tries until there is room.
+  // Repeats `call` while it is kResourceExhausted: a stream that has just ended may still hold memory.
   static absl::Status OnceIdle(const std::function<absl::Status()>& call);
-  // Waits for scenes in the making, which hold the mesh; MESH_IN_USE if one stays.
+  // Repeats DeleteMesh until no unfinished scene holds the mesh; MESH_IN_USE if one stays.
   absl::Status DeleteMeshOnceUnused();
 
   static v1::EditBatch Move(const std::string& editor, uint64_t sequence, uint32_t point,
@@ -199,7 +199,7 @@ class SceneFixture : public ServerTest {
   static v1::EditBatch Knot(const std::string& editor, uint64_t sequence);
 };
 
-// The same with a scene of the defaults.
+// The same with a scene of default options.
 class OneSceneTest : public SceneFixture {
  protected:
   void SetUp() override {
@@ -211,12 +211,12 @@ class OneSceneTest : public SceneFixture {
 // A server for streams.
 class StreamTest : public ServerTest {
  protected:
-  // Watchers that say nothing are not paused before the deadline.
+  // Long enough that silent watchers are not paused before the deadline of a stream.
   static constexpr absl::Duration kHeartbeat = absl::Seconds(60);
 
   void SetUp() override { StartServer(kHeartbeat); }
   void StartServer(absl::Duration heartbeat);
-  // A wavy grid, a lattice of 5^3 control points of degree 2, 4 segments, QUANTISED.
+  // A wavy grid in a lattice of 5^3 control points, degree 2; a view of 4 segments, QUANTISED.
   void CreateScene(int cells = 8);
   v1::WatchRequest Watch(const std::string& editor = "alice") const;
   v1::EditBatch Move(uint64_t sequence, uint32_t point, double dz,
@@ -227,7 +227,7 @@ class StreamTest : public ServerTest {
   uint64_t structure_id_ = 1;
 };
 
-// The same with the scene.
+// The same with the scene of CreateScene.
 class SceneStreamTest : public StreamTest {
  protected:
   void SetUp() override {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Clients of Watch and Deform through the stub: they read when they are told to, and end with their scope.
+// Clients of Watch and Deform through the stub. They read when told to, and cancel when destroyed.
 #ifndef LATTICED_TESTS_SERVER_SUPPORT_STREAM_CLIENTS_H_
 #define LATTICED_TESTS_SERVER_SUPPORT_STREAM_CLIENTS_H_
 
@@ -24,7 +24,7 @@ namespace latticed::testing {
 
 using Metadata = std::map<std::string, std::string>;
 
-// A test whose stream is open for longer has failed.
+// A stream that is open for longer fails its test.
 inline constexpr std::chrono::minutes kStreamDeadline{2};
 
 // Applies events as a client does, and fails the test when a guarantee is broken.
@@ -34,7 +34,7 @@ class EventLog {
 
   std::vector<v1::SceneEvent> events;
   v1::Hello hello;
-  v1::LatticeState lattice;  // deltas applied
+  v1::LatticeState lattice;  // with the deltas applied
   std::vector<v1::Topology> topologies;
   std::vector<v1::Quantisation> quantisations;
   std::vector<v1::UpdateBegin> begins;
@@ -54,17 +54,17 @@ class EventLog {
 template <class Stream>
 class EventStream {
  public:
-  EventStream(const EventStream&) = delete;  // its call holds its context
+  EventStream(const EventStream&) = delete;  // the call points to context_
   EventStream& operator=(const EventStream&) = delete;
 
-  // One event into log.
+  // Reads one event into log; false at the end.
   bool Read() {
     v1::SceneEvent event;
     if (status_.has_value() || !stream_->Read(&event)) return false;
     log.Take(event);
     return true;
   }
-  // Reads until `done`; fails the test when the stream ends before.
+  // Reads until `done`. Fails the test when the stream ends first.
   void ReadUntil(const std::function<bool()>& done) {
     while (!done()) ASSERT_TRUE(Read()) << "the stream ended: " << Finish();
   }
@@ -75,7 +75,7 @@ class EventStream {
     ReadUntil([&] { return log.ends.size() >= count; });
   }
   void Cancel() { context_.TryCancel(); }
-  // Reads to the end.
+  // Reads to the end and returns the status.
   absl::Status Finish() {
     if (!status_.has_value()) {
       while (Read()) continue;
@@ -116,7 +116,7 @@ class DeformClient
     : public EventStream<grpc::ClientReaderWriter<v1::DeformRequest, v1::SceneEvent>> {
  public:
   explicit DeformClient(v1::SceneService::Stub& stub) : DeformClient(stub, nullptr, {}) {}
-  // Opens the stream.
+  // Opens the stream with `request`.
   DeformClient(v1::SceneService::Stub& stub, const v1::WatchRequest& request,
                const Metadata& metadata = {})
       : DeformClient(stub, &request, metadata) {}

@@ -19,7 +19,7 @@
 namespace latticed::testing {
 namespace {
 
-// RFC 9113: frame types, flags, a setting, and what holds before the server's settings come.
+// RFC 9113: frame types, flags, settings, and the limits before the server's settings arrive.
 constexpr uint8_t kData = 0, kHeaders = 1, kReset = 3, kSettings = 4, kPing = 6, kGoaway = 7,
                   kWindowUpdate = 8;
 constexpr uint8_t kAck = 1, kEndStream = 1, kEndHeaders = 4;
@@ -44,7 +44,7 @@ uint32_t ReadBigEndian(std::string_view bytes) {
   return value;
 }
 
-// RFC 7541, literal fields without indexing, of less than 127 bytes each.
+// RFC 7541: literal header fields without indexing, each shorter than 127 bytes.
 std::string Fields(std::string_view method) {
   const std::array<std::pair<std::string_view, std::string_view>, 6> fields{
       {{":method", "POST"},
@@ -61,7 +61,7 @@ std::string Fields(std::string_view method) {
   return text;
 }
 
-// Not compressed, and so long.
+// A gRPC message: not compressed, its length, its bytes.
 std::string MessageOf(std::string_view bytes) {
   return BigEndian(0, 1) + BigEndian(bytes.size(), 4) + std::string(bytes);
 }

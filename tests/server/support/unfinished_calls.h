@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A connection that begins calls and never sends the last byte of their messages, or nothing at all, or
-// sends all and takes no byte of a reply: HTTP/2 by hand, since no gRPC client does that. It keeps to the
-// server's windows.
+// A connection whose calls do not finish. It never sends the last byte of a message, or sends no message, or
+// takes no byte of a reply. It speaks HTTP/2 itself, since no gRPC client does that, and obeys the server's
+// flow-control windows.
 //
 // Threads  one
 #ifndef LATTICED_TESTS_SERVER_SUPPORT_UNFINISHED_CALLS_H_
@@ -21,50 +21,50 @@ namespace latticed::testing {
 
 class UnfinishedCalls {
  public:
-  // `count` calls of `method` ("/package.Service/Method"), each with a message of `bytes`, which Run
-  // sends. Fails the test where `address` (IPv4:port) does not answer.
+  // Begins `count` calls of `method` ("/package.Service/Method"). Run sends all but the last of `bytes`
+  // bytes of each message. Fails the test when `address` (IPv4:port) does not answer.
   UnfinishedCalls(const std::string& address, std::string_view method, int count, size_t bytes);
-  // Calls of `method` with that request, as bytes, each begun by Begin; its window for replies is 0.
+  // Each Begin calls `method` with the serialised `request`. The window for replies is 0 bytes.
   UnfinishedCalls(const std::string& address, std::string_view method, std::string_view request);
   ~UnfinishedCalls();
   UnfinishedCalls(const UnfinishedCalls&) = delete;
   UnfinishedCalls& operator=(const UnfinishedCalls&) = delete;
 
-  // One call more.
+  // Begins one more call.
   void Begin();
-  // Sends what the server's windows allow and hears what it says until `done`. False when that
-  // takes a minute, or the server closes the connection.
+  // Sends what the server's windows allow, and reads what the server sends, until `done`. False after
+  // a minute, or when the server closes the connection.
   bool Run(const std::function<bool()>& done);
 
-  // Of messages, of calls that the server has not ended.
+  // Message bytes sent in calls that the server has not ended.
   size_t held_bytes() const;
-  // Calls that the server has ended, those of which all is sent that will be, and those whose reply has
-  // begun: its headers, which need no window.
+  // How many calls the server has ended; how many others have sent all that they will; and how many have
+  // the headers of their reply, which need no window.
   size_t ended() const;
   size_t sent() const;
   size_t answered() const;
-  // The server's SETTINGS_MAX_CONCURRENT_STREAMS, and the codes that it reset calls with.
+  // The server's SETTINGS_MAX_CONCURRENT_STREAMS, and the error codes with which it reset calls.
   uint32_t max_calls() const { return max_calls_; }
   const std::set<uint32_t>& reset_codes() const { return reset_codes_; }
 
  private:
   struct Call {
     int64_t window = 0;
-    size_t sent = 0;  // of the message
+    size_t sent = 0;  // bytes of the message
     bool answered = false;
     bool ended = false;
   };
-  // With the header of its message.
+  // A gRPC message with its header.
   struct Message {
     std::string bytes;
-    size_t sent = 0;  // of these, at most
+    size_t sent = 0;  // how many bytes are sent at most
   };
   UnfinishedCalls(const std::string& address, std::string_view method, Message message);
   void SendFrame(uint8_t type, uint8_t flags, uint32_t stream, std::string_view payload);
   void SendBytes(std::string_view bytes);
-  // Whatever the windows allow.
+  // Sends what the windows allow.
   void SendData();
-  // Waits for some milliseconds where nothing is there.
+  // Reads what the server sent. Waits a few milliseconds when there is nothing.
   void Hear();
   void Take(uint8_t type, uint8_t flags, uint32_t stream, std::string_view payload);
   void TakeSettings(std::string_view payload);
@@ -73,7 +73,7 @@ class UnfinishedCalls {
   const Message message_;
   int socket_ = -1;
   bool closed_ = false;
-  std::string heard_;  // not taken yet
+  std::string heard_;  // received, but not yet handled
   int64_t window_ = 0, stream_window_ = 0;
   std::map<uint32_t, Call> calls_;
   uint32_t max_calls_ = 0;

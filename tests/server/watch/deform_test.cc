@@ -47,7 +47,7 @@ TEST_F(DeformTest, AnEditIsAnsweredAndSeen) {
 
   v1::EditBatch batch = Move(9, 62, 0.2);
   batch.clear_scene();
-  batch.clear_editor_id();  // the stream's own
+  batch.clear_editor_id();  // the stream's are used
   ASSERT_TRUE(client.Send(batch));
   client.ReadUntilRevision(1);
 
@@ -126,7 +126,7 @@ TEST_F(LargeDeformTest, ASlowReaderSkipsRevisions) {
   DeformClient client(*scenes_, Watch());
   client.ReadUntilRevision(0);
 
-  // Nothing is read while 200 edits come from elsewhere.
+  // Nothing is read while 200 edits come from another client.
   for (uint64_t i = 1; i <= 200; ++i) ASSERT_OK(Apply(Move(i, 62, 0.001, "bob")));
   client.ReadUntilRevision(200);
 

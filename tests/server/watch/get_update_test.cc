@@ -11,7 +11,7 @@ namespace {
 
 class GetUpdateTest : public SceneStreamTest {
  protected:
-  // Waits for revision 2.
+  // Starts a GetUpdate that waits for revision 2.
   void Wait(grpc::ClientContext& context) {
     auto request = For<v1::GetUpdateRequest>();
     request.set_min_revision(2);

@@ -14,7 +14,7 @@ namespace {
 
 using LevelOfDetailStreamTest = SceneStreamTest;
 
-// The limit of a view under which 6 points of a patch may be sent while edits come: 2 segments.
+// A limit of a view. While edits come it allows 6 points per patch, which are 2 segments.
 struct Limit {
   const char* name;
   void (*set)(uint64_t patches, v1::ViewOptions& view);
@@ -27,7 +27,7 @@ constexpr Limit kLimits[] = {
 
 class LimitedStreamTest : public SceneStreamTest, public ::testing::WithParamInterface<Limit> {
  protected:
-  // Drags until an update came with less detail.
+  // Drags until an update comes with less detail.
   void DragUntilReduced(DeformClient& client) {
     patches_ = Get().patches();
     v1::WatchRequest watch = Watch();

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Less detail while edits come: what is chosen, and what a watcher is sent. Through a stub:
-// level_of_detail_stream_test.cc.
+// Less detail while edits come: which detail is chosen, and which updates a watcher is sent.
+// level_of_detail_stream_test.cc tests it through a stub.
 #include "server/engine/watch/level_of_detail.h"
 
 #include <algorithm>
@@ -24,10 +24,10 @@ class LevelOfDetailTest : public ::testing::Test {
     auto scene = registry_.Create(MakeSceneConfig("scene-one"));
     ASSERT_OK(scene);
     scene_ = *scene;
-    asked_ = scene_->config().default_view;  // 4 segments, 8 bytes a point
+    asked_ = scene_->config().default_view;  // 4 segments, 8 bytes per point
     patches_ = scene_->State()->plan->patches.size();
   }
-  // A state whose edit touched so many patches, seen while more edits come, or when they pause.
+  // A state whose edit touched `patches` patches. More edits come at kDrag; they pause at kPause.
   SceneState Edited(uint64_t patches) const {
     SceneState state = *scene_->State();
     state.patches_touched = patches;
@@ -37,7 +37,7 @@ class LevelOfDetailTest : public ::testing::Test {
   int Chosen(LevelOfDetail& detail, uint64_t patches, absl::Time now = kDrag, bool whole = false) {
     return detail.Choose(Edited(patches), whole ? nullptr : &asked_.key, now).spec.segments;
   }
-  // All chunks of a view with that many bytes a point.
+  // A snapshot of all chunks, of `bytes_per_point` bytes per point.
   Snapshot Sent(int segments, uint64_t bytes_per_point) const {
     Snapshot snapshot;
     snapshot.view = asked_.key;
@@ -207,7 +207,7 @@ TEST_F(LevelOfDetailTest, AGestureThatFallsSilentGivesTheBitsBackWithoutAnEdit) 
 
   scene_->Tick(absl::Now() + absl::Seconds(55));
   EXPECT_FALSE(client.Step());
-  // A tick passes by a scene that another one is at, the registry's own.
+  // Tick ends no gesture while the registry's own Tick is at work on the scene.
   EXPECT_TRUE(Becomes(2000, [this] {
     scene_->Tick(absl::Now() + absl::Seconds(61));
     return !scene_->State()->gesture_open;

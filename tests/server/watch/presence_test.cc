@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Presence between two editors through the stub, and its pace by a clock of the test's own.
+// Presence between editors through the stub, and how often it is sent, by a clock of the test.
 #include "server/engine/scene/presence.h"
 
 #include <functional>
@@ -36,7 +36,7 @@ class PresenceTest : public SceneStreamTest {
     *request.mutable_presence() = presence;
     return StreamTest::Control(watcher, request);
   }
-  // Of a stream that sends this and nothing else.
+  // The status of a stream that sends `request` and nothing else.
   absl::Status StatusAfter(const v1::DeformRequest& request, const std::string& editor = "alice") {
     DeformClient client(*scenes_, Watch(editor));
     EXPECT_TRUE(client.Send(request));
@@ -62,7 +62,7 @@ TEST_F(PresenceTest, OthersSeeItThoseWhoComeLateToo) {
     EXPECT_THAT(seen.selected_indices(), ElementsAre(7u, 9u));
     EXPECT_FALSE(seen.left());
   }
-  // What comes back to alice after carol's own presence would have come by then.
+  // If alice's own presence came back to her, it would come before carol's.
   ASSERT_OK(Control(carol, Presence("Carol").presence()));
   alice.ReadUntil([&] { return !alice.log.presences.empty(); });
   EXPECT_EQ(alice.log.presences[0].editor_id(), "carol") << "not its own";
@@ -130,7 +130,7 @@ TEST_F(PresenceTest, RefusesWhatIsTooLargeOrSomebodyElses) {
   bob.ReadUpdates(1);
   ExpectRefusal(Control(bob, Presence("Bob", 0x1000000).presence()),
                 {kInvalid, "OUT_OF_RANGE", "presence.colour", "16777215"});
-  // 64 characters of 3 bytes each are no more than 64.
+  // The limit of 64 counts characters, not bytes. These take 3 bytes each.
   std::string name;
   for (int i = 0; i < 64; ++i) name += "\u2713";
   EXPECT_OK(Control(bob, Presence(name).presence()));
@@ -147,7 +147,7 @@ class CountingStream final : public SceneListener {
   int wakes = 0;
 };
 
-// A board with streams; time is what the test says.
+// A board with three streams. The test chooses the time.
 class PresenceFeedTest : public ::testing::Test {
  protected:
   struct Watching {
@@ -158,7 +158,7 @@ class PresenceFeedTest : public ::testing::Test {
     std::shared_ptr<const latticed::Presence> Next(absl::Time now) {
       return feed.Next(now, stream);
     }
-    // The names of all that can be told.
+    // The names of all presences that are due.
     std::vector<std::string> All(absl::Time now) {
       std::vector<std::string> names;
       while (const auto told = Next(now)) names.push_back(told->name);
@@ -208,7 +208,7 @@ TEST_F(PresenceFeedTest, WhatIsShownDuringATurnIsOfTheNext) {
   Show(alice_, "alice", "A");
   Show(carol_, "carol", "C");
   EXPECT_EQ(bob_.Next(start_)->name, "A");
-  // A slow reader: it would never come to anything else if the turn went on.
+  // If this turn included A2, a slow reader would never hear of another editor.
   Show(alice_, "alice", "A2");
   EXPECT_EQ(bob_.Next(start_)->name, "C");
   Show(carol_, "carol", "C2");

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Watchers that do not read, beside prompt ones: what they cost the server and the others. How long it
-// takes is measured by latticectl bench --stalled.
+// Watchers that do not read, beside watchers that do: how much memory they cost, and that nobody waits for
+// them. latticectl bench --stalled measures times.
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -14,7 +14,7 @@ namespace {
 
 class StalledWatchersTest : public StreamTest {
  protected:
-  // On a connection of its own, whose window stays as it is: this side holds no megabytes of what nobody reads.
+  // Has its own connection with a fixed window, so the client buffers no megabytes that nobody reads.
   struct Watcher {
     Watcher(const std::string& address, const v1::WatchRequest& request)
         : stub(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), Arguments())),
@@ -35,7 +35,7 @@ class StalledWatchersTest : public StreamTest {
     return std::ranges::count_if(log.begins, [](const auto& begin) { return begin.restart(); });
   }
 
-  // Moves the whole lattice: every chunk changes.
+  // Moves the whole lattice, which changes every chunk.
   uint64_t EditAll() {
     ++sequence_;
     v1::EditBatch batch = Move(sequence_, 0, sequence_ % 2 == 0 ? 0.01 : -0.01, "bob");
@@ -62,7 +62,7 @@ TEST_F(StalledWatchersTest, CostNoMoreThanARetiredSnapshotAndHoldNobodyUp) {
   const uint64_t one_set = Info().host_bytes().at("chunks");
   ASSERT_GT(one_set, 4u * 65'536) << "more than a stream's window: who does not read is stuck";
 
-  // Each that stalls holds another snapshot, until there are too many.
+  // Each stalled watcher holds another snapshot, until there are too many.
   uint64_t revision = 0;
   while (Info().retired_snapshots() == 0 && stalled.size() < kMostStalled) {
     stalled.push_back(Connect());

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The life of a Watch stream, for clients without bidirectional ones: heartbeats, resumption, and
-// its ends; and unary calls whose deadline has passed.
+// The life of a Watch stream, for clients without bidirectional streams: heartbeats, resumption, and
+// its end. Also unary calls whose deadline has passed.
 #include <thread>
 
 #include "tests/server/support/server_test.h"
@@ -27,7 +27,7 @@ TEST_F(WatchLifeTest, HeartbeatsComeAndASilentWatcherIsPausedUntilItIsHeard) {
   watcher.ReadUntil([&] { return watcher.log.heartbeats >= heartbeats + 3; });
   EXPECT_EQ(watcher.log.begins.size(), updates) << "silent, so paused";
 
-  // Heard at every heartbeat: the update may take longer than silence may.
+  // Answers every heartbeat, because the update may take longer than a watcher may be silent.
   const auto caught_up = [&] {
     return !watcher.log.ends.empty() && watcher.log.ends.back().revision() == 1;
   };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Chunks as gRPC gets them: protobuf's bytes, and the payload is the snapshot's own memory.
+// Chunks as gRPC gets them: the bytes are protobuf's, and the payload is not copied from the snapshot.
 #include "server/wire/wire_buffers.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Deform over a WebSocket: edits and updates as through the stub, the end of a stream as a page sees
-// it, and many windows on one server.
+// Deform over a WebSocket: the same edits and updates as through the stub, the end of a stream as a page
+// sees it, and many windows on one server.
 #include <gmock/gmock.h>
 
 #include <thread>
@@ -105,7 +105,7 @@ TEST_F(WebTest, TheEndOfASocketIsTheStatusOfTheCall) {
   auto watch = For<v1::WatchRequest>("no-such-scene");
 
   struct Case {
-    const char* scene;  // of the address
+    const char* scene;  // in the address
     std::string protocols;
     int code;
     const char* reason;
@@ -223,7 +223,7 @@ TEST_F(WebTest, DrainingSaysGoawayAndClosesInOrder) {
   EXPECT_EQ(window.socket.close_code(), 1000) << window.socket.close_reason();
 }
 
-// A page that stops reading stops its stream, and no more: its window catches up at once.
+// A page that stops reading stops only its own stream. It later gets the newest state at once.
 TEST_F(WebTest, ASocketThatIsNotReadIsSentNoQueue) {
   constexpr int kEdits = 30;
   ServeScene(24);

@@ -68,7 +68,7 @@ TEST_F(WebTest, StreamsAnUpdate) {
   EXPECT_EQ(log.chunks.size(), log.begins[0].chunk_count());
 }
 
-// An empty message is for each method's own code to answer or to refuse.
+// Each method itself answers or refuses an empty message.
 TEST_F(WebTest, EveryMethodOfEveryServiceIsReached) {
   ServeScene();
   int methods = 0;
@@ -95,7 +95,7 @@ TEST_F(WebTest, EveryMethodOfEveryServiceIsReached) {
   EXPECT_GE(methods, 23);
 }
 
-// Nothing more can follow a body, which half-closes the stream: it ends after what was sent.
+// The end of the body half-closes the stream. It then ends after the update with the last edit.
 TEST_F(WebTest, ABodyOfDeformIsEditsAndTheirUpdate) {
   ServeScene();
   v1::DeformRequest request;
@@ -116,7 +116,7 @@ TEST_F(WebTest, ABodyOfDeformIsEditsAndTheirUpdate) {
   EXPECT_EQ(log.ends.back().applied_sequence(), 3);
 }
 
-// Browsers cannot stream up, but one body may hold several messages.
+// Browsers cannot stream a request, but one body may hold several messages.
 TEST_F(WebTest, UploadsSeveralMessagesInOneBody) {
   Serve();
   const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -282,8 +282,8 @@ TEST_F(WebTest, ABrowserThatGoesAwayEndsItsCall) {
   EXPECT_EQ(code, 4) << "the place was given back";
 }
 
-// Every revision is made, and seen by another watcher; a reader that does not read holds up its own
-// stream, and gets the newest state when it comes back, not all that it has missed.
+// Another watcher sees every revision. A reader that does not read stops only its own stream. It later
+// gets the newest state, not all that it has missed.
 TEST_F(WebTest, AReaderThatDoesNotReadIsSentNoQueue) {
   constexpr int kEdits = 30;
   ServeScene(24);

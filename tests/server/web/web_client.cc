@@ -32,7 +32,7 @@ using net::ip::tcp;
 
 std::string Text(beast::string_view text) { return {text.data(), text.size()}; }
 
-// Returns the address of this end.
+// Returns the address of the client's end.
 std::string Connect(tcp::socket& socket, const std::string& address) {
   const size_t colon = address.rfind(':');
   std::string host = address.substr(0, colon);
@@ -179,7 +179,7 @@ GrpcWebAnswer CallGrpcWeb(WebClient& client, const std::string& rpc, const std::
 struct WebSocketClient::Impl {
   using TlsStream = net::ssl::stream<tcp::socket&>;
 
-  // Does the same to the stream that is in use, whichever it is.
+  // Calls `action` with the stream in use, TLS or plain.
   template <typename Action>
   auto With(Action action) {
     return tls == nullptr ? action(plain) : action(*tls);

@@ -16,15 +16,15 @@ namespace latticed::testing {
 using WebFields = std::map<std::string, std::string>;  // names in lower case
 
 struct WebAnswer {
-  int status = 0;  // 0: the connection broke instead
+  int status = 0;  // 0: the connection broke
   WebFields fields;
   std::string body;
 };
 
 class WebClient {
  public:
-  // Host is "localhost" unless the fields of a request say otherwise. `ca`: PEM file of who signed
-  // the server's certificate, for TLS; `certificate`: the client's own, with its key in one file.
+  // Host is "localhost" unless the fields of a request say otherwise. For TLS: `ca` is the PEM file of
+  // the server's issuer, `certificate` a PEM file with the client's certificate and key.
   explicit WebClient(const std::string& address, const std::string& ca = "",
                      const std::string& certificate = "");
   ~WebClient();
@@ -34,13 +34,13 @@ class WebClient {
   WebAnswer Get(const std::string& target, const WebFields& fields = {}) {
     return Ask("GET", target, fields);
   }
-  // host:port of this end.
+  // host:port of the client's end.
   std::string local_address() const;
   // The two halves of Ask.
   void Send(const std::string& method, const std::string& target, const WebFields& fields,
             const std::string& body);
   WebAnswer Receive(bool head = false);
-  // Without HTTP: false and "" once the other side has closed.
+  // Raw bytes without HTTP: false and "" once the other side has closed.
   bool SendBytes(const std::string& bytes);
   std::string ReceiveBytes(size_t most);
   void Close();
@@ -50,7 +50,7 @@ class WebClient {
   std::unique_ptr<Impl> impl_;
 };
 
-// A message as a frame of gRPC-Web.
+// `message` as a frame of gRPC-Web.
 [[nodiscard]] std::string Frame(const std::string& message);
 
 struct GrpcWebAnswer {
@@ -60,28 +60,28 @@ struct GrpcWebAnswer {
   int code = -1;  // grpc-status
 };
 [[nodiscard]] GrpcWebAnswer ReadFrames(WebAnswer http);
-// The rpc that takes and needs nothing, as CallGrpcWeb wants it.
+// An rpc whose request may be empty, as CallGrpcWeb takes it.
 inline constexpr char kInfo[] = "latticed.v1.ServerService/GetServerInfo";
 [[nodiscard]] GrpcWebAnswer CallGrpcWeb(WebClient& client, const std::string& rpc,
                                         const std::string& body, WebFields fields = {});
 
 class WebSocketClient {
  public:
-  // `protocols` as in Sec-WebSocket-Protocol; `ca` as of WebClient, for TLS.
+  // `protocols` as in Sec-WebSocket-Protocol; `ca` as for WebClient.
   WebSocketClient(const std::string& address, const std::string& target,
                   const std::string& protocols = "latticed.v1", const WebFields& fields = {},
                   const std::string& ca = "");
   ~WebSocketClient();
 
-  int status() const;  // 101 where it is open
+  int status() const;  // 101 when it is open
   std::string local_address() const;
   std::string protocol() const;
   bool Send(const std::string& message, bool text = false);
   std::optional<std::string> Read();  // nothing at the end
-  // Of the end: 0 where the connection broke.
+  // The code of the close frame; 0 when the connection broke.
   int close_code() const;
   std::string close_reason() const;
-  // In order, as a page does; and by the death of it.
+  // Close sends a close frame, as a page does. Break just closes the connection.
   void Close();
   void Break();
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Connections: TLS, limits, what is no HTTP, and how they end.
+// Connections: TLS, limits, bytes that are no HTTP, and how connections end.
 #include <gmock/gmock.h>
 
 #include "tests/server/web/web_fixture.h"
@@ -89,7 +89,7 @@ TEST_F(WebTest, ConnectionsAboveTheLimitAreToldSo) {
   EXPECT_EQ(clients[0]->Get("/").status, 200);
 }
 
-// Words cost a place too.
+// At most 64 connections above the limit are answered. Further ones are closed.
 TEST_F(WebTest, ConnectionsFarAboveTheLimitAreClosed) {
   options_.transport_memory_bytes = kSixConnections;
   options_.http_timeouts.head = std::chrono::seconds(60);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A server with --http and --admin on free ports, one mesh and one scene, and a folder for files.
+// A server with --http and --admin on free ports, and a folder for files. ServeScene adds a scene.
 #ifndef LATTICED_TESTS_SERVER_WEB_WEB_FIXTURE_H_
 #define LATTICED_TESTS_SERVER_WEB_WEB_FIXTURE_H_
 
@@ -40,15 +40,15 @@ class WebTest : public StreamTest {
     ASSERT_NO_FATAL_FAILURE(Serve());
     ASSERT_NO_FATAL_FAILURE(CreateScene(cells));
   }
-  // One token, "secret-edit".
+  // Calls then need the token "secret-edit".
   void AskForTokens() {
     options_.token_file =
         folder_.Write("tokens", fmt::format("{} edit editor\n", Sha256Hex("secret-edit")));
   }
 
-  // Room for six connections of 2.5 MiB.
+  // Memory for six connections of 2.5 MiB.
   static constexpr uint64_t kSixConnections = uint64_t{16} << 20;
-  // Six clients that hold all places.
+  // Six clients that use all six connections.
   std::vector<std::unique_ptr<WebClient>> TakeSixPlaces() const {
     std::vector<std::unique_ptr<WebClient>> clients;
     for (int i = 0; i < 6; ++i) {
@@ -57,7 +57,7 @@ class WebTest : public StreamTest {
     }
     return clients;
   }
-  // Asks for Watch; says whether an answer has begun.
+  // Calls Watch. Returns whether the reply has begun.
   bool StartsWatch(WebClient& client, const v1::WatchRequest& request,
                    WebFields fields = {}) const {
     fields["content-type"] = "application/grpc-web+proto";
@@ -83,7 +83,7 @@ class WebTest : public StreamTest {
   Options options_;
 };
 
-// The same over TLS, with a certificate of "localhost".
+// The same over TLS, with a certificate for "localhost".
 class WebTlsTest : public WebTest {
  protected:
   void SetUp() override {
@@ -101,7 +101,7 @@ class WebTlsTest : public WebTest {
     ASSERT_NO_FATAL_FAILURE(CreateScene(8));
   }
 
-  // NAME.pem: a key, and a certificate signed by itself.
+  // Makes NAME.crt, a self-signed certificate, and NAME.pem, its key and the certificate.
   bool MakeCertificate(const std::string& name) const {
     const std::string command = fmt::format(
         "cd '{0}' && openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost "

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The viewer's files, what is said to foreign pages, downloads, and the operator's port.
+// The viewer's files, requests of other sites' pages, downloads, and the operator's port.
 #include <gmock/gmock.h>
 
 #include <cstring>
@@ -120,7 +120,7 @@ TEST_F(WebTest, OtherMethodsAreRefusedWithWhatIsAllowed) {
   EXPECT_EQ(answer.fields.at("allow"), "GET, HEAD");
 }
 
-// DNS rebinding: the name is the attacker's, the address ours.
+// DNS rebinding: the attacker's host name resolves to this server's address.
 TEST_F(WebTest, RefusesAHostThatIsNotItsOwn) {
   options_.allowed_hosts = {"viewer.example"};
   Serve();
@@ -291,7 +291,7 @@ TEST_F(WebTest, TheOperatorsPortHasHealthAndNotTheApi) {
 }
 
 TEST_F(WebTest, ReadinessEndsWithServing) {
-  options_.drain_delay = absl::Seconds(5);  // for a machine that stalls
+  options_.drain_delay = absl::Seconds(5);  // long enough for a machine that stalls
   Serve();
   WebClient admin(server_->admin_address());
   ASSERT_EQ(admin.Get("/readyz").status, 200);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The log names the client's end of the connection, whatever the client says.
+// The log names the client's real address, whatever the client claims.
 #include <gmock/gmock.h>
 
 #include "tests/server/support/call_sink.h"
@@ -23,7 +23,7 @@ class WebPeerTest : public WebTest {
     auto lines = sink_->Of(request_id);
     return lines.size() == 1 ? lines[0]["peer"] : fmt::format("{} lines", lines.size());
   }
-  // Through gRPC, with what a forger would try.
+  // Calls through gRPC, with `metadata` that a forger may send.
   absl::Status CallGrpc(const std::string& request_id, Metadata metadata = {}) {
     metadata["latticed-request-id"] = request_id;
     return StreamTest::Call(&Infos::GetServerInfo, {}, nullptr, metadata);
@@ -48,7 +48,7 @@ TEST_F(WebPeerTest, EveryFormOfACallIsLoggedWithTheBrowsersAddress) {
   while (socket.Read().has_value()) continue;
 
   EXPECT_EQ(PeerOf("rpc"), "ipv4:" + client.local_address());
-  // A download has its last byte before it has its line.
+  // The last byte of a download is sent before its line is logged.
   EXPECT_TRUE(Becomes(2000, [&] { return PeerOf("export") == "ipv4:" + client.local_address(); }));
   EXPECT_EQ(PeerOf("socket"), "ipv4:" + socket.local_address());
 }
@@ -92,7 +92,7 @@ TEST_F(WebPeerTest, AddressesOfIpv6AreWrittenAsGrpcWritesThem) {
   EXPECT_EQ(PeerOf("browser"), "ipv6:%5B::1%5D" + port);
 }
 
-// A socket that takes both kinds sees IPv4 as IPv6.
+// A socket for both IPv4 and IPv6 sees IPv4 addresses as IPv6 addresses.
 TEST_F(WebPeerTest, AddressesOfIpv4OnASocketOfIpv6AreThoseOfIpv4) {
   options_.listen = options_.http = "[::]:0";
   options_.insecure = true;

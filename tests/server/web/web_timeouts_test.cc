@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Clients that leave a connection waiting: each test shortens one limit, and waits for the end without a
-// clock of its own.
+// Clients that leave a connection waiting. Each test shortens one timeout and waits for the end of the
+// connection, without its own clock.
 #include <gmock/gmock.h>
 
 #include "tests/server/web/web_fixture.h"
@@ -17,11 +17,11 @@ constexpr auto kShort = std::chrono::milliseconds(100);
 
 class WebTimeoutsTest : public WebTest {
  protected:
-  // For as long as the whole test may take.
+  // Waits at most about 20 seconds.
   static bool Becomes(const std::function<bool()>& condition) {
     return testing::Becomes(2'000, condition);
   }
-  // Whether a call was made of it, and is over.
+  // Whether a call of `rpc` has finished.
   bool Ended(const std::string& rpc) const {
     return server_->metrics().find(
                fmt::format("latticed_rpc_finished_total{{method=\"{}\"", rpc)) != std::string::npos;
@@ -44,7 +44,7 @@ TEST_F(WebTimeoutsTest, AnIdleConnection) {
   Serve();
   WebClient silent(http());
   std::unique_ptr<WebClient> kept;
-  // The machine may stall between the two steps of a client for longer than the limit.
+  // Repeats, because the machine may stall between the two steps for longer than the timeout.
   ASSERT_TRUE(Becomes([&] {
     kept = std::make_unique<WebClient>(http());
     return kept->Get("/").status == 200;
@@ -54,7 +54,7 @@ TEST_F(WebTimeoutsTest, AnIdleConnection) {
   EXPECT_EQ(silent.ReceiveBytes(1), "");
 }
 
-// It is sent nothing for as long as the idle connection stays.
+// The stream is sent nothing while an idle connection times out.
 TEST_F(WebTimeoutsTest, AStreamIsNotIdle) {
   options_.http_timeouts.idle = kShort;
   ServeScene();
@@ -66,7 +66,7 @@ TEST_F(WebTimeoutsTest, AStreamIsNotIdle) {
 
   EXPECT_EQ(WebClient(http()).ReceiveBytes(1), "");
 
-  // One that came to nothing above may take a moment to be noticed.
+  // The server may take a moment to notice the end of a watch that failed above.
   EXPECT_TRUE(Becomes([&] { return Metric("latticed_watchers") == 1; }));
 }
 
@@ -87,9 +87,9 @@ TEST_F(WebTimeoutsTest, ABodyThatStallsEndsItsCall) {
   EXPECT_TRUE(Becomes([&] { return Ended("MeshService/UploadMesh"); }));
 }
 
-// What tells that it has ended is its place, which another client gets.
+// The connection has ended when another client gets its place.
 TEST_F(WebTimeoutsTest, AnAnswerThatIsNotRead) {
-  constexpr size_t kBytes = size_t{64} << 20;  // more than the sockets hold
+  constexpr size_t kBytes = size_t{64} << 20;  // more than the sockets buffer
   options_.http_timeouts.write = kShort;
   options_.transport_memory_bytes = kSixConnections;
   Serve();

@@ -20,7 +20,7 @@ using ::testing::StartsWith;
 
 constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
 
-// A unit cube; all else at its default.
+// A lattice whose frame is the unit cube. All else is unset.
 v1::Lattice UnitLattice() {
   v1::Lattice lattice;
   lattice.mutable_frame()->mutable_origin();

@@ -24,7 +24,7 @@ v1::EditBatch BatchOf(const v1::Edit& edit) {
   return batch;
 }
 
-// A triangle with the legs 4 along x and y.
+// A right triangle with legs of length 4 along x and y.
 const PolygonMesh& Mesh() {
   static const auto* const kMesh = new PolygonMesh{.positions = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}},
                                                    .face_offsets = {0, 3},

@@ -26,7 +26,7 @@ google::rpc::Status ParseDetails(const grpc::Status& status) {
   return rpc;
 }
 
-// The first detail of type T; counts them in `count`.
+// Returns the first detail of type T, and in `count` how many there are.
 template <typename T>
 T Detail(const google::rpc::Status& rpc, int& count) {
   T first, any;
@@ -133,7 +133,7 @@ TEST(GrpcStatus, NamedErrorsUsePublishedReasons) {
 
 TEST(GrpcStatus, MessagesAreCutAtOneKibibyteBetweenCharacters) {
   std::string message = "a";
-  while (message.size() < 5'000) message += "é";  // two bytes, so that 1,024 is amid one
+  while (message.size() < 5'000) message += "é";  // 2 bytes each; byte 1,024 is inside one
 
   const grpc::Status status = ToGrpcStatus(absl::InternalError(message));
 
