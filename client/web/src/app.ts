@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ties it together: the page, the settings, the view and the scene that is open.
+// Connects the page, the settings, the view and the open scene.
 import { makeCommands, type CommandTarget } from './commands/all_commands';
 import { SceneOpener } from './scene_opener';
 import { SceneView } from './scene_view';
@@ -91,7 +91,7 @@ export class App implements CommandTarget {
     this.layOut();
     document.body.classList.add('no-scene');
     this.settings.subscribe((settings, before) => this.showSettings(settings, before));
-    // On narrow screens the panel lies above the view: it opens when it is asked for.
+    // On narrow screens the panel covers the view, so it starts closed.
     if (matchMedia('(max-width: 900px)').matches) this.settings.set({ panel: false });
     this.theme.set(this.settings.value.theme);
     this.showSettings(this.settings.value, this.settings.value);
@@ -102,7 +102,7 @@ export class App implements CommandTarget {
   /** Shows a scene in place of the one before. */
   show(session: LiveSession): void {
     this.scene?.dispose();
-    this.toasts.clearErrors(); // of the scene before, or of what could not be opened
+    this.toasts.clearErrors(); // errors of the scene before, or of a scene that could not be opened
     this.scene = new SceneView(this.viewport, session, this.settings, {
       changed: () => this.refresh(),
       headline: (text) => this.showHint(text),
@@ -131,7 +131,7 @@ export class App implements CommandTarget {
     this.page.connection.dataset['state'] = state;
     this.page.connection.textContent = CONNECTIONS[state];
     this.page.connection.title = text;
-    // Where a scene cannot be opened, the opener says so.
+    // If a scene cannot be opened, SceneOpener shows the error.
     const trouble = state === 'retrying' || (state === 'failed' && this.scene?.session.status.state === 'failed');
     this.page.banner.hidden = !trouble;
     this.page.banner.textContent = trouble ? text : '';
@@ -170,7 +170,7 @@ export class App implements CommandTarget {
     document.body.classList.toggle('panel-closed', !settings.panel);
     if (settings.view !== before.view) this.scene?.session.setView(settings.view);
     if (settings.colouring === 'texture' && before.colouring !== 'texture') this.loadTexture();
-    if (!this.scene?.editor.transforming) this.showHint(undefined); // or its headline and bar would go
+    if (!this.scene?.editor.transforming) this.showHint(undefined); // a hint would replace the headline
     for (const toolbar of this.toolbars) toolbar.refresh();
   }
 
@@ -188,14 +188,14 @@ export class App implements CommandTarget {
     this.page.hint.classList.toggle('running', text !== undefined);
   }
 
-  /** Keys go to a running transform first, then to commands; never away from a field or a dialog. */
+  /** A key goes to the running transform, else to a command. Fields and open dialogs keep their keys. */
   private key(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
-    if (document.querySelector('dialog[open]') !== null) return; // also where the focus has left it
+    if (document.querySelector('dialog[open]') !== null) return; // even if the dialog has lost the focus
     if (target.closest('input:not([type=checkbox]):not([type=range]), select, textarea') !== null) return;
     const editor = this.scene?.editor;
     if (editor?.transforming) {
-      // Ctrl snaps meanwhile; an undo in the middle of a gesture would tear it.
+      // Ctrl snaps during a transform, and an undo would break the gesture: these keys run no command.
       const held = event.ctrlKey || event.metaKey || event.altKey;
       if (held || editor.keyPressed(letterOf(event) ?? event.key, event.shiftKey)) event.preventDefault();
       return;

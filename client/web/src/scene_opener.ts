@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From a file, a sample or a link to an open scene.
+// Opens a scene from a file, a sample or a link.
 import type { Mesh } from 'latticed/v1/mesh_pb';
 import type { DataArrayTexture } from 'three';
 import { shownAtRest } from './intake/glb_json';
@@ -25,23 +25,23 @@ import type { Workspace } from './workspace';
 
 const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
 
-/** The mesh of the open scene: its id, its file where this browser has it, and the files that were dropped with it. */
+/** The mesh of the open scene: its id, its file if this browser has it, and the files that were dropped with it. */
 interface OpenMesh {
   /** Empty until it is known. */
   id: string;
   file?: MeshFile;
   companions: readonly File[];
-  /** Of the companions, those that this browser does not keep, or not yet. */
+  /** Companions that this browser has not saved, or not yet. */
   unkept: readonly File[];
-  /** Whether files of earlier drops, which this browser keeps beside the mesh, belong to it too. */
+  /** Whether files that this browser saved with the mesh in earlier drops belong to it too. */
   takesKept: boolean;
-  /** Whether it was dropped on this page, and not opened by a link or after a reload. */
+  /** True: dropped or chosen on this page. False: opened by a link or after a reload. */
   readonly isDropped: boolean;
 }
 
 type MadeTexture = Pick<MeshLayers, 'corners' | 'notes'> & { readonly texture: DataArrayTexture };
 
-/** A mesh that is dropped with companions has these alone. */
+/** A mesh that is dropped with companions uses only these, and not the saved ones. */
 function openMesh(known: Partial<OpenMesh> = {}): OpenMesh {
   const { companions = [] } = known;
   return { id: '', isDropped: false, companions, unkept: companions, takesKept: companions.length === 0, ...known };
@@ -56,7 +56,7 @@ export class SceneOpener {
   private readonly person = randomPerson();
 
   constructor(private readonly app: Workspace) {
-    app.services.onCompanionsKept((mesh) => void this.companionsCame(mesh).catch(() => undefined)); // there after a reload
+    app.services.onCompanionsKept((mesh) => void this.companionsCame(mesh).catch(() => undefined)); // a reload shows them
   }
 
   /** Opens the scene that the page's address names; without one the page asks for a mesh. */
@@ -65,7 +65,7 @@ export class SceneOpener {
     if (id === null) return;
     const isAsked = this.ask();
     const { scene } = this.app;
-    if (id === scene?.session.sceneId) return this.app.showStatus(scene.session.status); // and not another's that was on its way
+    if (id === scene?.session.sceneId) return this.app.showStatus(scene.session.status); // another one may be opening
     try {
       await this.open(id, isAsked);
     } catch (error) {
@@ -73,7 +73,7 @@ export class SceneOpener {
     }
   }
 
-  /** Where the files are that were dropped beside the mesh. Whoever opens the scene elsewhere does not have them. */
+  /** Where the files that were dropped beside the mesh are kept. Others who open the scene do not have them. */
   get companionsStay(): 'in this browser' | 'on this page' | undefined {
     const { companions, unkept } = this.mesh;
     if (companions.length === 0) return undefined;
@@ -84,7 +84,7 @@ export class SceneOpener {
     this.takeMesh(sampleFile(name));
   }
 
-  /** Takes what was dropped or chosen: a mesh, with its pictures and materials, or a lattice or pictures for the scene. */
+  /** Takes dropped or chosen files: a mesh with pictures and materials, or a lattice or pictures for the scene. */
   takeFiles(files: readonly File[]): void {
     this.take(files).catch((error: unknown) => this.app.toasts.fail(inWords(error)));
   }
@@ -95,7 +95,7 @@ export class SceneOpener {
     saveFile('lattice.json', new Blob([latticeToJson(scene.session.lattice)], { type: 'application/json' }));
   }
 
-  /** Loads the base colours of the mesh that is open: of its file, and of what was dropped with it. */
+  /** Loads the base colours of the open mesh, from its file and from the files that were dropped with it. */
   async loadTexture(): Promise<void> {
     const { scene } = this.app;
     if (scene === undefined) return;
@@ -112,7 +112,7 @@ export class SceneOpener {
       this.app.viewport.invalidate();
       void this.keepCompanions(mesh);
     } catch (error) {
-      if (isAsked()) throw error; // of other pictures, or of a scene that has gone, nobody asks
+      if (isAsked()) throw error; // errors of a replaced request or of a closed scene are dropped
     }
   }
 
@@ -126,7 +126,7 @@ export class SceneOpener {
     return { texture: await layerTexture(layers), corners, notes: lacksPictures ? [...notes, elsewhere] : notes };
   }
 
-  /** Keeps the companions that were used, for reloads and other windows. */
+  /** Saves the companions for reloads and other windows. */
   private async keepCompanions(mesh: OpenMesh): Promise<void> {
     const { companions, unkept, takesKept } = mesh;
     if (unkept.length === 0) return;
@@ -139,7 +139,7 @@ export class SceneOpener {
     }
   }
 
-  /** Another window has kept some beside this mesh: they are shown here too, but not in place of another look. */
+  /** Another window has saved companions of this mesh. They are shown here too, unless another colouring is chosen. */
   private async companionsCame(id: string): Promise<void> {
     const { mesh, app } = this;
     if (id !== mesh.id || !mesh.takesKept) return;
@@ -162,7 +162,7 @@ export class SceneOpener {
     else if (companions.length > 0) this.takeCompanions(companions);
   }
 
-  /** Shows the mesh that is open with pictures or materials that come after it. */
+  /** Adds pictures or materials to the open mesh, and shows them. */
   private takeCompanions(companions: readonly File[]): void {
     if (this.app.scene === undefined) throw new Error('Open a mesh first, then its pictures.');
     this.mesh.companions = byName(this.mesh.companions, companions);
@@ -172,19 +172,19 @@ export class SceneOpener {
 
   private showColours(): void {
     const { settings } = this.app;
-    settings.set({ colouring: 'plain' }); // so that those of before are not taken for these
+    settings.set({ colouring: 'plain' }); // a change to 'texture' loads it; the old one is not shown until then
     settings.set({ colouring: 'texture' });
   }
 
   private takeMesh(file: MeshFile, companions: readonly File[] = []): void {
     const { services } = this.app;
-    this.closeFitting?.(); // for what was dropped before
+    this.closeFitting?.(); // the dialog of an earlier drop
     this.closeFitting = showFitDialog({
       file,
       upload: (progress, signal) => services.upload(file, progress, signal),
       create: async (mesh, fit) => {
         const isShown = await this.create(openMesh({ id: mesh.id, file, companions, isDropped: true }), fit, viewFor(mesh));
-        // What a server takes need not be what JSON.parse does.
+        // The server accepts files whose JSON JSON.parse refuses.
         if (isShown) void this.tellRest(file).catch(() => undefined);
       },
     });
@@ -195,7 +195,7 @@ export class SceneOpener {
     if (rest !== undefined) this.app.toasts.tell(rest);
   }
 
-  /** Another frame, size or degree is another scene of the same mesh. */
+  /** A lattice with another frame, size, degree or knots makes another scene of the same mesh. */
   private async takeLattice(file: File): Promise<void> {
     const lattice = latticeFromJson(await file.text());
     const { scene } = this.app;
@@ -204,13 +204,13 @@ export class SceneOpener {
     else await this.create(this.mesh, lattice, this.app.settings.value.view);
   }
 
-  /** A scene is asked for; the function returned says whether it still is, and no other one. */
+  /** Requests a scene. The function returned says whether no later request has replaced this one. */
   private ask(): () => boolean {
     const turn = ++this.openTurn;
     return () => turn === this.openTurn;
   }
 
-  /** Whether the scene is shown: not where another one was asked for meanwhile. */
+  /** Returns whether the scene is shown. It is not if another one was requested meanwhile. */
   private async create(mesh: OpenMesh, lattice: Fit | Lattice, view: ViewRequest): Promise<boolean> {
     const isAsked = this.ask();
     const id = await this.app.services.createScene(mesh.id, lattice, view);
@@ -219,27 +219,27 @@ export class SceneOpener {
     return true;
   }
 
-  /** Opens a scene and shows it, if it is still asked for, in the colours of its mesh, as far as this browser has them. */
+  /** Opens a scene and shows it in its colours, if it is still requested. Returns whether it is shown. */
   private async open(id: string, isAsked: () => boolean, known?: OpenMesh): Promise<boolean> {
     const { services, settings } = this.app;
-    // A scene that is about to be restored is not there yet.
+    // This fails for a scene that the server has lost, which connect() restores.
     const facts = await services.describeScene(id).catch(() => undefined);
     const view = { ...settings.value.view, ...facts?.view };
     const session = await this.connect(id, view, isAsked);
     if (session === undefined) return false;
     const wasTextured = settings.value.colouring === 'texture';
-    if (wasTextured) settings.set({ colouring: 'plain' }); // of the mesh before
+    if (wasTextured) settings.set({ colouring: 'plain' }); // the texture belongs to the mesh before
     settings.set({ view });
     this.app.show(session);
     const { mesh: before } = this;
     if (known !== undefined) this.mesh = known;
     else if (before.id !== facts?.mesh) this.mesh = openMesh({ id: facts?.mesh ?? '' });
-    // Nobody has asked: who chooses the texture is told what is wrong with it.
+    // Errors are dropped, since no person has asked for this. A person who chooses the texture sees them.
     if (this.mesh !== before || wasTextured) void this.recallColours(this.mesh, session).catch(() => undefined);
     return true;
   }
 
-  /** Undefined where it is no longer asked for. */
+  /** Undefined if the scene is no longer requested. */
   private async connect(id: string, view: ViewRequest, isAsked: () => boolean): Promise<LiveSession | undefined> {
     const shown = this.app.scene?.session;
     let session: LiveSession | undefined;
@@ -269,7 +269,7 @@ export class SceneOpener {
     if (isColoured && mesh === this.mesh) this.showColours();
   }
 
-  /** Fills in what this browser has of a scene's mesh, or what the server has in one file. */
+  /** Fills in the file and the companions that this browser has saved, or else a file with pictures from the server. */
   private async recall(mesh: OpenMesh, session: LiveSession): Promise<void> {
     const { services } = this.app;
     const id = await this.idOf(mesh, session);
@@ -284,19 +284,19 @@ export class SceneOpener {
     this.app.toasts.tell(`The colours of this mesh are inside its file of ${size}: choose the texture to fetch it.`);
   }
 
-  /** A scene that was about to be restored when it was opened has been restored since. */
+  /** The mesh's id. It is unknown after opening a scene that had to be restored first; then the server is asked. */
   private async idOf(mesh: OpenMesh, { sceneId }: LiveSession): Promise<string> {
     return (mesh.id ||= (await this.app.services.describeScene(sceneId)).mesh);
   }
 }
 
-/** All of `newer`, and of `older` what has another name. */
+/** All files of `newer`, and the files of `older` that have other names. */
 function byName(older: readonly File[], newer: readonly File[]): File[] {
   const names = new Set(newer.map(({ name }) => name));
   return [...older.filter(({ name }) => !names.has(name)), ...newer];
 }
 
-/** Fewer segments for more faces; a person may ask for more. */
+/** The first view of a mesh: fewer segments for more faces. A person may ask for more. */
 function viewFor({ faces }: Mesh): ViewRequest {
   const segments = Math.floor(Math.sqrt(TRIANGLES_AT_FIRST / (2 * Math.max(Number(faces), 1))));
   return { segments: Math.min(Math.max(segments, 2), 10), normals: 'smooth' };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One scene in the view: its surface, its cage, and what pointer and keys do to them, kept in step with the session.
+// One scene in the view: its surface and its cage, kept in step with the session, and the tools that edit them.
 import { Box3, Vector3 } from 'three';
 import { Cage } from './cage/cage';
 import { DARK_CAGE, LIGHT_CAGE } from './cage/cage_style';
@@ -22,10 +22,10 @@ import { PointerTools } from './viewport/pointer_tools';
 import type { Viewport } from './viewport/viewport';
 
 export interface SceneViewEvents {
-  /** The selection, the cage or the lattice is another: panels show it. */
+  /** The selection, the lattice, the surface or a setting has changed: panels must refresh. */
   changed(): void;
   headline(text: string | undefined): void;
-  /** Nothing was there to pull, or it could not be found out. */
+  /** The press hit no surface. With `error`: the pick failed, or the press was released too early. */
   pullMissed(error?: unknown): void;
 }
 
@@ -84,7 +84,7 @@ export class SceneView {
     this.viewport.invalidate();
   }
 
-  /** Begins G, R or S at the pointer; false where nothing is selected. */
+  /** Begins the transform of G, R or S at the pointer; false if nothing is selected. */
   beginTransform(kind: MotionKind): boolean {
     const { viewport } = this;
     return this.editor.beginTransform(
@@ -107,7 +107,7 @@ export class SceneView {
     this.viewport.rig.frame(box.isEmpty() ? this.bounds() : box.expandByScalar(size / 12));
   }
 
-  /** Of all that can be seen: the control points and the surface. */
+  /** The bounds of the control points and the surface. */
   bounds(): Box3 {
     const box = new Box3().setFromArray(this.session.lattice.points as unknown as number[]);
     return this.session.surface.bounds.isEmpty() ? box : box.union(this.session.surface.bounds);
@@ -128,7 +128,7 @@ export class SceneView {
     this.viewport.invalidate();
   }
 
-  /** When a transform ends the handles come back, also where it moved nothing. */
+  /** At the end of a transform the handles come back, even if it moved nothing. */
   private headline(text: string | undefined): void {
     this.events.headline(text);
     if (text === undefined) this.refreshSoon();
@@ -194,7 +194,7 @@ export class SceneView {
     this.events.changed();
   }
 
-  /** What has changed, and what depends on the camera. */
+  /** Called before each frame. Shows the changes, and updates what depends on the camera. */
   private frame(): void {
     if (this.stale) this.refresh();
     if (this.settings.value.orientation === 'view') this.placeGizmo();

@@ -16,7 +16,7 @@ export interface Workspace {
   readonly viewport: Viewport;
   readonly toasts: Toasts;
   readonly services: Services;
-  /** The scene that is open. */
+  /** The open scene. */
   readonly scene: SceneView | undefined;
   /** Replaces the open scene. */
   show(session: LiveSession): void;

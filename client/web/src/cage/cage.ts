@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The lattice as it is seen and grabbed: its grid of lines, its control points with their states, and what other
-// editors have selected. Edits write positions in place; nothing is rebuilt but when the grid itself changes.
+// The lattice as a person sees and grabs it: grid lines, control points with their states, and rings around points that
+// others have selected. Edits write positions in place. Only another grid or other hidden points rebuild anything.
 import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineSegments, Points } from 'three';
 import type { Selection } from '../edit/selection';
 import { gridLines } from '../lattice/index_sets';
@@ -11,11 +11,11 @@ import type { Presence } from '../session/scene_session';
 import { discMaterial, lineMaterial } from './cage_materials';
 import { DARK_CAGE, DIAMETERS, type CageStyle, type PointState } from './cage_style';
 
-const CROWD = 4096; // control points from which discs would hide one another
+const CROWD = 4096; // with more control points than this, discs are drawn smaller, since they would hide one another
 const CROWDED = 0.6;
 
 export class Cage {
-  /** In the world: positions inside are relative to the lattice's frame, since the GPU has floats only. */
+  /** Positions inside are relative to the origin of the lattice's frame, since the GPU has float32 only. */
   readonly object = new Group();
   private readonly discs = [discMaterial(false), discMaterial(true)];
   private readonly wires = [lineMaterial(false), lineMaterial(true)];
@@ -55,7 +55,7 @@ export class Cage {
     this.updateRings();
   }
 
-  /** Follows `lattice.points`, of all points or of those named. */
+  /** Copies `lattice.points`: all points, or those of `indices`. */
   updatePoints(indices?: Uint32Array): void {
     const position = this.geometry.getAttribute('position') as BufferAttribute;
     const { points, frame } = this.lattice;
@@ -68,7 +68,7 @@ export class Cage {
     position.needsUpdate = true;
   }
 
-  /** Follows the selection, what is hidden and the point under the pointer. */
+  /** Repaints all points after a change of the selection or of the hidden points. */
   updateStates(): void {
     for (let i = 0; i < this.lattice.count; ++i) this.paint(i);
     const { hiddenCount } = this.selection;
@@ -77,7 +77,7 @@ export class Cage {
     this.grid.setIndex(new BufferAttribute(gridLines(this.lattice.size, (i) => this.selection.isHidden(i)), 1));
   }
 
-  /** The point under the pointer, which shows what a press would take. */
+  /** Marks the point under the pointer, which a press would take. Returns whether it is another point. */
   hover(index: number | undefined): boolean {
     if (index === this.hovered) return false;
     const before = this.hovered;
@@ -101,7 +101,7 @@ export class Cage {
     for (const material of this.discs) material.uniforms['pixelRatio'].value = ratio;
   }
 
-  /** Whether what the surface hides is shown, faintly. */
+  /** Whether the parts behind the surface are shown, faintly. */
   setThrough(on: boolean): void {
     this.discs[1].visible = on;
     this.wires[1].visible = on;
@@ -166,7 +166,7 @@ function stateBytes({ colours }: CageStyle): Record<PointState, [number, number,
   return { plain: bytes(plain), selected: bytes(selected), active: bytes(active), hover: bytes(hover) };
 }
 
-/** In the working colour space, as three wants vertex colours. */
+/** In the working colour space, which three expects of vertex colours. */
 function bytes(colour: Color): [number, number, number] {
   return [colour.r * 255, colour.g * 255, colour.b * 255].map(Math.round) as [number, number, number];
 }

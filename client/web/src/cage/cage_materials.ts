@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Discs of a size in pixels, with a rim and, where another editor has the point selected, a ring in that editor's
-// colour. One draw call for all points, however many.
+// Discs with a diameter in pixels and a rim. A ring in another editor's colour marks a point that this editor has
+// selected. Each material draws all points in one call.
 import { GreaterDepth, LessEqualDepth, LineBasicMaterial, ShaderMaterial } from 'three';
 
-/** Drawn a little nearer than it is, so that a point on the surface is not half inside it. */
+/** Draws discs a little nearer than they are, so that a disc on the surface is not half inside it. */
 const VERTEX = /* glsl */ `
 attribute vec4 disc;   // colour, and diameter / 255
 attribute vec4 ring;   // another editor's colour; alpha 0 where there is none
@@ -41,7 +41,7 @@ void main() {
   #include <colorspace_fragment>
 }`;
 
-/** `behind`: what the surface hides, faint. */
+/** `behind`: draws only the parts that the surface hides, faintly. */
 export function discMaterial(behind: boolean): ShaderMaterial {
   return new ShaderMaterial({
     vertexShader: VERTEX,

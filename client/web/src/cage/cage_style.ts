@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How control points and the lines between them look in each of their states, on light and on dark.
+// Colours and sizes of control points and of the lines between them, by state, on light and on dark.
 import { Color } from 'three';
 
 export type PointState = 'plain' | 'selected' | 'active' | 'hover';
 
 export interface CageStyle {
-  /** Colours per state, of discs and of the lines that end in them. */
+  /** The colour of discs, and of the ends of lines, per state. */
   readonly colours: Record<PointState, Color>;
-  /** The rim of discs, which sets them off from the surface. */
+  /** The rim of discs, which contrasts with the surface. */
   readonly rim: Color;
   readonly knotBoxes: Color;
 }

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The edges of the deformed knot boxes: where the surface's polynomial pieces meet.
+// The edges of the deformed knot boxes. The surface's polynomial pieces meet there.
 import { BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments, type Color } from 'three';
 import { knotBoxLines } from '../lattice/bspline';
 import type { Lattice } from '../lattice/lattice';
 
-const STEPS = 8; // lines per edge: a quadratic's or cubic's bend looks smooth
-const MOST_LINES = 40_000; // then edges get fewer: this is computed for every edit
+const STEPS = 8; // lines per edge, so that a quadratic or cubic curve looks smooth
+const MOST_LINES = 40_000; // with more, edges get fewer lines, since they are computed for every edit
 
 export class KnotBoxes {
   readonly object = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.8 }));
@@ -22,7 +22,7 @@ export class KnotBoxes {
     this.object.material.color.copy(colour);
   }
 
-  /** Follows the lattice; nothing is computed while the lines are not shown. */
+  /** Follows the lattice. Computes nothing while the lines are not shown. */
   update(lattice: Lattice): void {
     if (!this.object.visible) return;
     const { origin } = lattice.frame;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What can be done, by name and key, menu by menu.
+// All commands with names and keys, menu by menu.
 import { MESH_ENDINGS } from '../intake/mesh_file';
 import { SAMPLES, type SampleName } from '../intake/samples';
 import { EXPORT_FORMATS } from '../intake/services';
@@ -20,7 +20,7 @@ import type { IconName } from '../ui/icons';
 import { downloadExport } from '../wire/export_download';
 import type { Workspace } from '../workspace';
 
-/** The page, as commands see it. */
+/** The page as commands see it. */
 export interface CommandTarget extends Workspace {
   readonly opener: SceneOpener;
   readonly commands: Commands;
@@ -32,18 +32,18 @@ export function makeCommands(app: CommandTarget): Command[] {
   return [...fileCommands(app), ...editCommands(app), ...selectCommands(app), ...transformCommands(app), ...viewCommands(app)];
 }
 
-/** Makes commands of one menu, by their kinds. */
+/** Makes the commands of one menu. */
 class Makers {
   constructor(private readonly app: CommandTarget, private readonly group: CommandGroup) {}
 
-  /** A command that is always there. */
+  /** A command that needs no scene. */
   readonly always = (id: string, label: string, run: () => void, more?: More): Command => ({ id, label, group: this.group, run, ...more });
 
-  /** A command on the open scene, which waits for one. */
+  /** A command on the open scene; disabled without one. */
   readonly onScene = (id: string, label: string, run: (scene: SceneView) => void, more?: More): Command =>
     this.always(id, label, () => this.app.scene !== undefined && run(this.app.scene), { enabled: () => this.app.scene !== undefined, ...more });
 
-  /** A command that turns a setting on and off. */
+  /** A command that switches a setting on and off. */
   readonly onOff = (key: keyof Settings & string, label: string, more?: More): Command => {
     const { settings } = this.app;
     const checked = (): boolean => settings.value[key] === true;
@@ -57,7 +57,7 @@ class Makers {
     return this.always(id, label, () => settings.set({ [key]: next() }), more);
   };
 
-  /** A command that takes a tool; where it is taken already, that gives way to the plain pointer. */
+  /** A command that chooses a tool, or the plain pointer if the tool is already chosen. */
   readonly tool = (name: Settings['tool'], label: string, key: string): Command => {
     const { settings } = this.app;
     const checked = (): boolean => settings.value.tool === name;
@@ -86,7 +86,7 @@ function fileCommands(app: CommandTarget): Command[] {
   ];
 }
 
-/** Without the address's fragment, which may hold this person's token. */
+/** Copies the address without its fragment, which may hold this person's token. */
 async function copyLink(app: CommandTarget): Promise<void> {
   const link = location.origin + location.pathname + location.search;
   try {
@@ -120,7 +120,7 @@ function selectCommands(app: CommandTarget): Command[] {
       onScene(`plane-${name}`, `Plane across ${name}`, ({ editor }) => editor.selectRows(axis as Axis, true), { keys: [`Shift+${key}`] }),
     ];
   });
-  /** Out of a tool first, then of the selection. */
+  /** Leaves the tool. If no tool is chosen, clears the selection. */
   const leave = ({ editor }: SceneView): void =>
     settings.value.tool === 'select' ? editor.selection.none() : settings.set({ tool: 'select' });
   return [

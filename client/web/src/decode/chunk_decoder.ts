@@ -13,7 +13,7 @@ export class ChunkDecoder {
     return new ChunkDecoder(new DracoChunkDecoder(await createDecoderModule({ wasmBinary: wasm })));
   }
 
-  /** @param reuse Memory for the points where it is large enough. */
+  /** The memory for the points if it is large enough. */
   decode(data: Uint8Array, form: ChunkForm, reuse?: ArrayBuffer): DecodedChunk {
     const numbers = NUMBERS_PER_POINT * form.points;
     const bytes = numbers * (form.encoding === 'raw' ? 4 : 2);
@@ -52,7 +52,7 @@ function readQuantised(data: Uint8Array, form: ChunkForm, out: Uint16Array): voi
   const wide = form.normalBits > 8;
   const expected = 6 * points + (normals ? 2 * points * (wide ? 2 : 1) : 0);
   if (data.length !== expected) throw new Error(`a quantised chunk of ${data.length} bytes, not ${expected}`);
-  // Little endian as all that browsers run on; a copy where the bytes lie at an odd address.
+  // Browsers run on little-endian machines only. Bytes at an odd address are copied.
   const bytes = data.byteOffset % 2 === 0 ? data : data.slice();
   for (let axis = 0; axis < 3; ++axis) {
     scatter(new Uint16Array(bytes.buffer, bytes.byteOffset + 2 * axis * points, points), out, axis);

@@ -7,7 +7,7 @@ export interface ChunkForm {
   readonly points: number;
   /** Whether normals are sent. */
   readonly normals: boolean;
-  /** Bits per coordinate of the octahedral map. */
+  /** Bits per coordinate of the octahedral normals. */
   readonly normalBits: number;
 }
 

@@ -8,7 +8,7 @@ interface DecodeStart {
   readonly wasm: ArrayBuffer;
 }
 
-/** One chunk to decode; `data` is the worker's from then on, as `reuse`, an earlier result that nobody needs. */
+/** One chunk to decode. `data` and `reuse`, an earlier result that nobody needs, are transferred to the worker. */
 export interface DecodeJob {
   readonly kind: 'job';
   readonly id: number;
@@ -26,17 +26,17 @@ export interface DecodeAnswer {
   readonly error?: string;
 }
 
-/** What the pool needs of a Worker. */
+/** The part of a Worker that the pool uses. */
 export interface DecodeWorker {
   onmessage: ((event: { data: DecodeAnswer }) => void) | null;
   onerror: ((event: { message?: string }) => void) | null;
   postMessage(message: DecodeRequest, transfer: ArrayBuffer[]): void;
 }
 
-/** A chunk that is decoded or will be. */
+/** A chunk that is being decoded or waits for it. */
 export interface PendingChunk {
   readonly result: Promise<DecodedChunk>;
-  /** Takes it out of the queue; false where a worker has it or had it. `result` is then never settled. */
+  /** Removes the chunk from the queue; `result` then never settles. Returns false if a worker already took it. */
   cancel(): boolean;
 }
 
@@ -49,8 +49,8 @@ interface Job {
 }
 
 /**
- * Decodes chunks in workers, in the order asked. A worker has two jobs at most, the one it decodes and the next,
- * so that the others can be cancelled. The queue is bounded by its user: a watch has two updates on their way.
+ * Decodes chunks in workers, in the order of the calls. A worker has at most two jobs, so that all others can be
+ * cancelled. The caller bounds the queue: a stream has at most two unacknowledged updates.
  */
 export class DecodePool {
   private static readonly JOBS_PER_WORKER = 2;
@@ -72,7 +72,7 @@ export class DecodePool {
     });
   }
 
-  /** Workers for this machine: one for each thread but one, six at most. */
+  /** Starts a worker for each hardware thread but one: at least 1, at most 6. */
   static async inBrowser(folder: URL): Promise<DecodePool> {
     const response = await fetch(new URL('draco_decoder.wasm', folder)).catch(() => undefined);
     if (!response?.ok) throw new Error(`The decoder draco_decoder.wasm cannot be fetched: ${response?.status ?? 'no answer'}`);
@@ -82,7 +82,7 @@ export class DecodePool {
     return new DecodePool(workers as DecodeWorker[], wasm);
   }
 
-  /** Decodes one chunk. `data` is the pool's from then on. */
+  /** Decodes one chunk. The pool owns `data` from then on. */
   decode(data: Uint8Array<ArrayBuffer>, form: ChunkForm): PendingChunk {
     const id = this.nextId++;
     const result = new Promise<DecodedChunk>((resolve, reject) => {
@@ -93,7 +93,7 @@ export class DecodePool {
     return { result, cancel: () => this.cancel(id) };
   }
 
-  /** Takes back the memory of a decoded chunk that nobody reads any longer. */
+  /** Takes back the memory of a decoded chunk that nobody reads any more. */
   giveBack(chunk: DecodedChunk): void {
     if (this.spare.length < DecodePool.SPARE_BUFFERS) this.spare.push(chunk.points.buffer as ArrayBuffer);
   }
@@ -117,7 +117,7 @@ export class DecodePool {
       ++this.load[number]!;
       this.running.set(job.id, job);
       const reuse = this.spare.pop();
-      // A part of a message is copied out of it, where posting would clone the whole buffer once a chunk.
+      // A part of a larger message is copied, since only the message's whole buffer could be transferred.
       const data = job.data.byteLength === job.data.buffer.byteLength ? job.data : job.data.slice();
       this.workers[number]!.postMessage({ kind: 'job', id: job.id, data, form: job.form, reuse }, reuse ? [data.buffer, reuse] : [data.buffer]);
     }

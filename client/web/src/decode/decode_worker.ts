@@ -3,7 +3,7 @@
 import { ChunkDecoder } from './chunk_decoder';
 import type { DecodeAnswer, DecodeJob, DecodeRequest } from './decode_pool';
 
-/** A worker's end: decodes in the order of arrival. */
+/** The worker's side: decodes jobs in the order of arrival. */
 const worker = globalThis as unknown as {
   onmessage: (event: MessageEvent<DecodeRequest>) => void;
   postMessage(answer: DecodeAnswer, transfer: ArrayBuffer[]): void;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-/** What the viewer uses of draco3d's decoder; its published types lack SkipAttributeTransform. */
+/** The part of draco3d's decoder that the viewer uses. The published types lack SkipAttributeTransform. */
 declare module 'draco3d/draco_decoder_nodejs.js' {
   export interface Status {
     ok(): boolean;

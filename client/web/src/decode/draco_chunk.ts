@@ -4,9 +4,8 @@ import type { Decoder, DecoderModule, PointCloud } from 'draco3d/draco_decoder_n
 import { NUMBERS_PER_POINT, type ChunkForm } from './chunk_form';
 
 /**
- * Decodes Draco chunks to the integers that were encoded: attribute transforms are skipped, since the vertex
- * shader undoes quantisation, which takes 40 % off the time. One decoder and one piece of wasm memory serve all
- * chunks.
+ * Decodes Draco chunks to the integers that were encoded. Attribute transforms are skipped, since the vertex shader
+ * undoes the quantisation: this saves 40 % of the time. One decoder and one piece of wasm memory serve all chunks.
  */
 export class DracoChunkDecoder {
   private readonly decoder: Decoder;
@@ -51,7 +50,7 @@ export class DracoChunkDecoder {
       cloud, decoder.GetAttribute(cloud, id), draco.DT_INT32, bytes, this.address)) {
       throw new Error('a Draco chunk holds no integers');
     }
-    const values = draco.HEAP32;  // read anew each time: it is replaced when memory grows
+    const values = draco.HEAP32;  // read again each time, since it is replaced when memory grows
     const begin = this.address / 4;
     for (let component = 0; component < components; ++component) {
       let at = place + component;

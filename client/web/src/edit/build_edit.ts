@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Turns a motion of the selected control points into one edit of the wire's arms: the short form where one offset or
-// matrix says it all, positions where soft selection, mirrors or pivots of their own make every point's way its own.
+// Turns a motion of the selected control points into one edit: an offset or a matrix if all points share it, else
+// positions. Soft selection, mirrors and the pivot 'each' move points differently.
 
 import type { Lattice } from '../lattice/lattice';
 import { add, pointAt, sub, type Vec3 } from '../lattice/vec';
@@ -12,7 +12,7 @@ import { mirrored, type Mirror } from './mirror';
 import { moved, motionMatrix, type Motion } from './motion';
 import type { Pivot } from './pivot';
 
-/** How a gesture spreads from the selected points. Taken at its begin; `start` is where all points were then. */
+/** How a gesture spreads from the selected points, as of its begin. `start` holds all points at the begin. */
 export interface Spread {
   readonly lattice: Lattice;
   readonly start: Float64Array;
@@ -33,12 +33,12 @@ export function beginSpread(
   return { lattice, start, selected, weighted, mirror: options.mirror, pivot: options.pivot };
 }
 
-/** The same gesture with another reach. */
+/** The same gesture with another soft selection. */
 export function respread(spread: Spread, soft: SoftSelection, isHidden: (index: number) => boolean): Spread {
   return { ...spread, weighted: softWeights(spread.start, spread.selected, soft, isHidden) };
 }
 
-/** The edit that a motion about `center` makes of the state at the gesture's begin. */
+/** The edit that applies a motion about `center` to the points at the gesture's begin. */
 export function buildEdit(spread: Spread, motion: Motion, center: Vec3): LatticeEdit {
   const alike = spread.weighted.length === spread.selected.length && !spread.mirror.includes(true);
   if (alike && motion.kind === 'move') return { kind: 'move', indices: spread.selected, offset: motion.offset };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a person does to a scene's lattice, without the page: selects, transforms, hides, by keys, pointer or buttons.
+// The edits of a person to a scene's lattice, without the page: select, transform, hide, by keys, pointer or buttons.
 import type { Axis } from '../lattice/grid';
 import { innerPoints, planeOf, rowOf } from '../lattice/index_sets';
 import type { Lattice } from '../lattice/lattice';
@@ -21,7 +21,7 @@ import { TransformSession, type Modifiers, type TransformView } from './transfor
 export type ViewAt = (pivot: Vec3, axes: Basis, secondAxes: Basis) => TransformView;
 
 const RADIUS_STEP = 1.1;
-/** Keys that change the soft radius while a transform runs, by that many steps. */
+/** Keys that change the soft radius while a transform runs, and the steps by which they do. */
 const RADIUS_KEYS: Record<string, number> = { PageUp: 1, PageDown: -1, ']': 1, '[': -1 };
 
 interface Running {
@@ -34,12 +34,12 @@ export class Editor {
   private running: Running | undefined;
   private readonly endSettings: () => void;
   private held: Modifiers = { shift: false, ctrl: false };
-  private gesture: TransformGesture | undefined; // the newest, of keys or handles
+  private gesture: TransformGesture | undefined; // the newest one, begun by keys or handles
 
   constructor(
     readonly session: LiveSession,
     readonly settings: SettingsStore,
-    /** Called when the line below the view changes; undefined: nothing runs. */
+    /** Called when the line below the view changes; undefined: no transform runs. */
     private readonly onHeadline: (text: string | undefined) => void,
   ) {
     this.selection = new Selection(session.lattice.count);
@@ -60,12 +60,12 @@ export class Editor {
     return this.running !== undefined;
   }
 
-  /** Of the running transform. */
+  /** The constraint of the running transform. */
   get constraint(): Constraint | undefined {
     return this.running?.transform.constraint;
   }
 
-  /** Ends what runs after a change of the lattice's structure. */
+  /** To be called after a change of structure. Resets the selection if the number of points has changed. */
   latticeReplaced(): void {
     this.cancelTransform();
     if (this.lattice.count === this.selection.count) return;
@@ -86,7 +86,7 @@ export class Editor {
     this.selection.hide(innerPoints(this.lattice.size));
   }
 
-  /** Where turns and scalings are about. */
+  /** The point that turns and scalings are about. */
   pivot(): Vec3 {
     return pivotPoint(this.lattice.points, this.selection.indices, this.settings.value.pivot, this.selection.active);
   }
@@ -95,13 +95,13 @@ export class Editor {
     return orientationBasis(this.settings.value.orientation, this.lattice, view);
   }
 
-  /** Makes the reach of soft selection larger by so many steps, smaller by negative ones. */
+  /** Multiplies the soft radius by 1.1 for each step; negative steps divide it. */
   resizeSoft(steps: number): void {
     const { soft } = this.settings.value;
     this.settings.set({ soft: { ...soft, radius: soft.radius * RADIUS_STEP ** steps } });
   }
 
-  /** A gesture on the selected points; undefined where there are none. `onEnded`: the session has ended it. */
+  /** Begins a gesture on the selected points, if there are any. `onEnded` is called if the session ends it. */
   beginGesture(onEnded?: () => void): TransformGesture | undefined {
     if (this.selection.size === 0) return undefined;
     const { soft, mirror, pivot } = this.settings.value;
@@ -110,7 +110,7 @@ export class Editor {
     return this.gesture;
   }
 
-  /** Begins G, R or S; false where nothing is selected. */
+  /** Begins the transform of G, R or S; false if nothing is selected. */
   beginTransform(kind: MotionKind, viewAt: ViewAt, viewBasis: Basis, pointer: [number, number]): boolean {
     this.commitTransform();
     const gesture = this.beginGesture(() => this.stopTransform());
@@ -127,23 +127,23 @@ export class Editor {
     this.update();
   }
 
-  /** Fine and snapped as if keys were held, for a page without a keyboard. */
+  /** Acts as if Shift (fine) or Ctrl (snap) were held, for a page without a keyboard. */
   hold(held: Modifiers): void {
     this.held = held;
   }
 
-  /** Puts a number in place of what was typed for the running transform. */
+  /** Replaces the number that is being typed for the running transform. */
   typeAmount(text: string): void {
     this.running?.transform.typed.replace(text);
     this.update();
   }
 
-  /** The pointer goes on from elsewhere: a finger came down. */
+  /** The pointer continues from another place, as a finger does that comes down again. */
   pointerResumed(x: number, y: number): void {
     this.running?.transform.resume(x, y);
   }
 
-  /** Gives a key to the running transform; says whether it was taken. */
+  /** Gives a key to the running transform. Returns whether the key was taken. */
   keyPressed(key: string, shift: boolean): boolean {
     if (this.softKey(key)) return true;
     const outcome = this.running?.transform.key(key, shift);
@@ -163,7 +163,7 @@ export class Editor {
     this.stopTransform();
   }
 
-  /** Moves the selected points so that their pivot comes to a place. */
+  /** Moves the selected points so that their pivot comes to `place`. */
   movePivotTo(place: Vec3): void {
     const gesture = this.beginGesture();
     gesture?.update({ kind: 'move', offset: sub(place, gesture.center) });
@@ -183,7 +183,7 @@ export class Editor {
 
   private readonly isHidden = (index: number): boolean => this.selection.isHidden(index);
 
-  /** Keys of soft selection while a transform runs, as in Blender: its reach, and O for on or off. */
+  /** Keys of soft selection while a transform runs, as in Blender: the radius, and O for on or off. */
   private softKey(key: string): boolean {
     const { soft } = this.settings.value;
     const steps = RADIUS_KEYS[key];

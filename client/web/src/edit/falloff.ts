@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Soft selection: how much of a motion the points near the selected ones take.
+// Soft selection: points near the selected ones take a part of their motion.
 
 import { pointAt } from '../lattice/vec';
 
-/** Weight by distance over radius, from 1 at a selected point to 0 at the radius. */
+/** The weight by distance / radius, from 1 at a selected point to 0 at the radius; `constant` stays 1. */
 export const FALLOFFS = {
   smooth: (x: number) => (1 - x) * (1 - x) * (1 + 2 * x),
   sphere: (x: number) => Math.sqrt(1 - x * x),
@@ -53,7 +53,7 @@ export function softWeights(
 function nearest(points: ArrayLike<number>, index: number, among: Uint32Array): [number, number] {
   const [x, y, z] = pointAt(points, index);
   let best = index;
-  let least = Infinity; // squared; plain numbers, for this runs for every pair of points
+  let least = Infinity; // squared; plain numbers, since this runs for every pair of points
   for (let i = 0; i < among.length; ++i) {
     const at = 3 * among[i];
     const dx = points[at] - x;

@@ -12,7 +12,7 @@ import type { SurfacePull } from './surface_pull';
 import type { TransformSession } from './transform_session';
 
 const VERBS = { move: 'Move', rotate: 'Rotate', scale: 'Scale' } as const;
-const NOTHING = 5e-4; // of a move: what a component may have of rounding
+const NOTHING = 5e-4; // a component below this fraction of a move is rounding
 
 export function transformHeadline(transform: TransformSession, orientation: Orientation): string {
   const { typed, constraint, trackball, kind } = transform;
@@ -21,7 +21,7 @@ export function transformHeadline(transform: TransformSession, orientation: Orie
   return `${verb}  ${amount}${constraintText(constraint, orientation)}`;
 }
 
-/** Of a pull at the surface. */
+/** The line for a pull at the surface. */
 export function pullHeadline({ point, target, outOfReach }: Pick<SurfacePull, 'point' | 'target' | 'outOfReach'>): string {
   const missed = outOfReach > 0 ? `   out of reach by ${rounded(outOfReach)}: outside the lattice` : '';
   return `Pull  ${wayText(sub(target, point.position))}${missed}`;

@@ -1,21 +1,21 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Mirrored editing: what happens to a control point happens, reflected in the middle of the rest frame, to its images.
+// Mirrored editing: a move of a control point also moves its mirror images, reflected in the middle of the rest frame.
 
 import { mirrorImage } from '../lattice/index_sets';
 import { AXES, frameEdges, placeOf, type Axis, type LatticeStructure } from '../lattice/grid';
 import { add, combine, coordinates, scale, type MutableVec3, type Vec3 } from '../lattice/vec';
 
-/** Whether edits are mirrored along u, v, w. */
+/** Whether edits are mirrored along u, v and w. */
 export type Mirror = readonly [boolean, boolean, boolean];
 
-/** With one axis switched on or off. */
+/** Switches one axis on or off. */
 export function switchedMirror(mirror: Mirror, axis: Axis): Mirror {
   return mirror.map((on, i) => (i === axis ? !on : on)) as unknown as Mirror;
 }
 
-/** A displacement, reflected along the axes named: its components along those edges of the frame change sign. */
+/** Reflects a displacement: its components along the frame's edges of `axes` change sign. */
 export function reflected(structure: LatticeStructure, displacement: Vec3, axes: readonly Axis[]): Vec3 {
   const edges = frameEdges(structure.frame);
   const x = coordinates(edges, displacement) as MutableVec3;
@@ -24,8 +24,8 @@ export function reflected(structure: LatticeStructure, displacement: Vec3, axes:
 }
 
 /**
- * Adds the mirror images to `displacements` (by control point). A point that is displaced itself keeps its own; one in
- * the middle of a mirrored axis stays in the middle.
+ * Adds the mirror images to `displacements` (by control point). A point that is displaced itself keeps its
+ * displacement. A point in the middle of a mirrored axis stays in the middle.
  */
 export function mirrored(structure: LatticeStructure, displacements: Map<number, Vec3>, mirror: Mirror): Map<number, Vec3> {
   const all = new Map<number, Vec3>();

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a transform does to space: a move, a turn or a scaling, of which a fraction can be applied (soft selection)
-// about any pivot.
+// A motion: a move, a turn or a scaling about any pivot. Soft selection applies a fraction of it.
 //
 // Layout  matrices are 4 x 4, column-major, and act on column vectors, as on the wire
 
@@ -28,7 +27,7 @@ export type Motion =
 
 export type MotionKind = Motion['kind'];
 
-/** Where `p` goes under the fraction `weight` of a motion about `pivot`; 0 leaves it, 1 is all of it. */
+/** Where `p` goes under the fraction `weight` of a motion about `pivot`: 0 leaves it, 1 is the whole motion. */
 export function moved(motion: Motion, pivot: Vec3, p: Vec3, weight = 1): Vec3 {
   switch (motion.kind) {
     case 'move':

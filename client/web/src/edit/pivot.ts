@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// About which point, and along which axes, a transform turns and scales.
+// The point and the axes of a transform.
 
 import { frameEdges } from '../lattice/grid';
 import type { Lattice } from '../lattice/lattice';
 import { WORLD_BASIS, add, normalized, pointAt, scale, type Basis, type Vec3 } from '../lattice/vec';
 
-/** 'each': every point about itself, so that a turn or scaling shows only where soft selection spreads it. */
+/** 'each': every selected point is its own pivot. Turns and scalings then move only soft-selected points. */
 export type Pivot = 'median' | 'active' | 'each';
 export type Orientation = 'world' | 'lattice' | 'view';
 
-/** The pivot's place; for 'each', the median, where the gizmo stands. */
+/** The pivot's position. For 'each' it is the median, where the gizmo stands. */
 export function pivotPoint(
   points: ArrayLike<number>,
   indices: Uint32Array,
@@ -24,7 +24,7 @@ export function pivotPoint(
   return scale(sum, 1 / Math.max(indices.length, 1));
 }
 
-/** Unit vectors that X, Y and Z mean. `view` is right, up and towards the viewer. */
+/** The unit vectors of X, Y and Z. `view` is right, up and towards the viewer. */
 export function orientationBasis(orientation: Orientation, lattice: Lattice, view: Basis): Basis {
   switch (orientation) {
     case 'world':

@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The pointer's way since a transform began: along the screen, around the pivot and away from it. Each part counts as
-// much as it did when it was gone, so that pressing Shift for a fine part moves nothing by itself.
+// The pointer's travel since a transform began: along the screen, around the pivot and away from it. Each part counts
+// at the speed of its moment, so pressing Shift for fine control moves nothing by itself.
 
 type Pixels = readonly [number, number];
 
-const LEAST_RADIUS = 20; // pixels: a scaling that begins on the pivot would leap
+const LEAST_RADIUS = 20; // pixels; a scaling that begins at the pivot would jump
 
 export class PointerTravel {
   /** Pixels right and down. */
   readonly way: [number, number] = [0, 0];
   /** Radians around the pivot, counter-clockwise. */
   turn = 0;
-  /** Distance from the pivot over that of the begin. */
+  /** Distance from the pivot, divided by the distance at the begin. */
   factor = 1;
   private readonly startRadius: number;
 
@@ -21,7 +21,7 @@ export class PointerTravel {
     this.startRadius = Math.max(Math.hypot(at[0] - pivot[0], at[1] - pivot[1]), LEAST_RADIUS);
   }
 
-  /** Follows the pointer; `speed` below 1 is fine. */
+  /** Follows the pointer; a `speed` below 1 is fine control. */
   to(x: number, y: number, speed: number): void {
     const [px, py] = this.pivot;
     const before = [this.at[0] - px, this.at[1] - py] as const;
@@ -33,7 +33,7 @@ export class PointerTravel {
     this.at = [x, y];
   }
 
-  /** Goes on from another place, as a finger does that comes down again. */
+  /** Continues from another place, as a finger does that comes down again. */
   resume(x: number, y: number): void {
     this.at = [x, y];
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which control points are selected, which one is active, which are hidden. Hidden points are never selected.
+// The control points that are selected, active or hidden. Hidden points are never selected.
 
 import { indicesTo } from '../lattice/index_sets';
 import { Signal } from '../state/signal';
@@ -14,13 +14,13 @@ export class Selection {
   private activePoint: number | undefined;
   private sorted: Uint32Array | undefined;
   private readonly signal = new Signal();
-  /** Calls a listener after every change; the function returned ends that. */
+  /** Calls a listener after every change; the function returned removes it. */
   readonly onChange = this.signal.on;
 
   /** `count` control points, none of them selected. */
   constructor(private points: number) {}
 
-  /** Control points in all. */
+  /** The number of all control points. */
   get count(): number {
     return this.points;
   }
@@ -34,7 +34,7 @@ export class Selection {
     return this.selected.size;
   }
 
-  /** The point that was selected last: the pivot 'active', and what rows and planes go through. */
+  /** The point that was selected last, or another selected point after that one was removed: the pivot 'active'. */
   get active(): number | undefined {
     return this.activePoint;
   }
@@ -60,7 +60,7 @@ export class Selection {
     this.changed();
   }
 
-  /** Applies a click on one point, a box, a row; the last one named becomes active where it ends selected. */
+  /** Applies a click on one point, a box or a row. The last of `indices` becomes active if it ends selected. */
   select(indices: Iterable<number>, mode: SelectMode = 'replace'): void {
     const named = [...indices].filter((i) => !this.hiddenPoints.has(i));
     if (mode === 'replace') this.selected.clear();

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Direct manipulation: a person holds one point of the surface, and the server finds the smallest move of control points
-// that takes it along. Outside the lattice no control point moves it; the server then says how far it stays behind.
+// Direct manipulation: a person holds one point of the surface, and the server finds the smallest move of control
+// points that moves it to its target. Outside the lattice none does; the server then says how far it stays away.
 import { distance, type Vec3 } from '../lattice/vec';
 import type { SurfacePoint } from '../session/edits/lattice_edit';
 import type { LiveSession } from '../session/live_session';
 import type { Gesture } from '../session/scene_session';
 
-const ROUNDING = 1e-6; // of the way: a thousand times what a point that is taken along is away (edit.proto)
+const ROUNDING = 1e-6; // of the drag's length; edit.proto promises 1e-9 for a point that reaches its target
 
 export class SurfacePull {
   private gesture: Gesture | undefined;
@@ -17,8 +17,8 @@ export class SurfacePull {
   private left = 0;
 
   /**
-   * @param onAnswer Told when outOfReach may be another.
-   * @param onEnded Told when the session has ended the pull.
+   * @param onAnswer Called when outOfReach may have changed.
+   * @param onEnded Called when the session has ended the pull.
    */
   constructor(
     private readonly session: Pick<LiveSession, 'gesture'>,
@@ -33,12 +33,12 @@ export class SurfacePull {
     return this.wanted;
   }
 
-  /** How far the point stays from its target, by the server's newest answer; 0 where it comes along. */
+  /** How far the point stays from its target, by the server's newest answer; 0 if it reaches it. */
   get outOfReach(): number {
     return this.left > ROUNDING * this.farthest ? this.left : 0;
   }
 
-  /** Takes the point held to `target`. */
+  /** Moves the held point to `target`. */
   update(target: Vec3): void {
     this.gesture ??= this.session.gesture({
       dragged: (left) => {

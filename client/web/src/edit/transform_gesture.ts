@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A gesture of the session that a motion drives. It begins on the server with the first change, so that a press and
-// release without one is no undo step.
+// A gesture of the session that a motion drives. It begins on the server with the first change, so a press and release
+// without a change is no undo step.
 import type { Vec3 } from '../lattice/vec';
 import type { LiveSession } from '../session/live_session';
 import type { Gesture } from '../session/scene_session';
@@ -21,7 +21,7 @@ export class TransformGesture {
     private readonly onEnded: () => void = () => {},
   ) {}
 
-  /** Between its begin and commit or cancel, or its end by the session. */
+  /** Whether it was not committed, cancelled or ended by the session. */
   get isRunning(): boolean {
     return !this.ended;
   }
@@ -34,7 +34,7 @@ export class TransformGesture {
     this.gesture.update(buildEdit(this.spread, motion, this.center));
   }
 
-  /** Takes other points along from here on, by what they were at the begin. */
+  /** Changes which points move along. They move from their positions at the begin. */
   respread(change: (spread: Spread) => Spread): void {
     this.spread = change(this.spread);
     if (this.motion !== undefined) this.update(this.motion);

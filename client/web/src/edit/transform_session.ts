@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One running transform, as in Blender: G, R or S begins it, R again makes a trackball of it; the pointer or typed
-// numbers say how much; X, Y, Z and Shift with them say along what; Enter or a click confirms, Esc or a right click
-// cancels. Pure: a picture of the view at the pivot goes in, a motion comes out.
+// One running transform, as in Blender. G, R or S begins it; R again makes it a trackball. The pointer or typed numbers
+// give the amount. X, Y, Z, also with Shift, constrain it. Enter or a click confirms, Esc or a right click cancels.
+// Pure: takes the view at the pivot, returns a motion.
 
 import type { Axis } from '../lattice/grid';
 import { add, combine, dot, length, normalized, scale, type Basis, type MutableVec3, type Vec3 } from '../lattice/vec';
@@ -25,7 +25,7 @@ export interface TransformView {
   jacobian: ScreenJacobian;
   /** The pivot's place, in pixels. */
   pivot: [number, number];
-  /** What X, Y and Z mean, and what they mean when pressed twice. */
+  /** The axes of X, Y and Z. `secondAxes` are those of a second press. */
   axes: Basis;
   secondAxes: Basis;
   /** The step of a snapped move, in world units. */
@@ -44,11 +44,11 @@ const AXIS_KEYS = 'xyz';
 const KIND_KEYS: Record<string, MotionKind> = { g: 'move', r: 'rotate', s: 'scale' };
 const SNAP_ANGLE = Math.PI / 36; // 5 degrees
 const SNAP_FACTOR = 0.1;
-const BALL_RADIUS = 100; // pixels: the pointer turns a trackball by the angle whose arc is its way
+const BALL_RADIUS = 100; // pixels; a trackball turns by the angle whose arc is the pointer's travel
 
 export class TransformSession {
   constraint: Constraint | undefined;
-  /** Of a rotation: whether it rolls with the pointer about both directions of the screen. */
+  /** Whether a rotation is a trackball: it rolls with the pointer about both directions of the screen. */
   trackball = false;
   readonly typed = new TypedAmounts();
   private readonly travel: PointerTravel;
@@ -65,12 +65,12 @@ export class TransformSession {
     this.modifiers = modifiers;
   }
 
-  /** Goes on from another place without a move. */
+  /** Continues from another place without a move. */
   resume(x: number, y: number): void {
     this.travel.resume(x, y);
   }
 
-  /** Takes a key by the name that KeyboardEvent.key gives it; undefined where it means nothing here. */
+  /** Takes a key by its KeyboardEvent.key; undefined if it means nothing here. */
   key(key: string, shift: boolean): Outcome | undefined {
     if (key === 'Enter') return 'confirmed';
     if (key === 'Escape') return 'cancelled';
@@ -79,7 +79,7 @@ export class TransformSession {
     return 'running';
   }
 
-  /** What the transform does as it stands. */
+  /** The motion of the transform as it is now. */
   motion(): Motion {
     const basis = this.constraint?.second ? this.view.secondAxes : this.view.axes;
     switch (this.kind) {
@@ -133,21 +133,21 @@ export class TransformSession {
     return combine(basis, x);
   }
 
-  /** Without a constraint turns are about the line of sight; a plane turns about its normal. */
+  /** Without a constraint, turns are about the line of sight; in a plane, about its normal. */
   private axis(basis: Basis): Vec3 {
     return this.constraint === undefined ? this.view.basis[2] : basis[this.constraint.axis];
   }
 
   private angle(basis: Basis): number {
     if (!this.typed.isEmpty) return radians(this.typed.values(0).numbers[0]);
-    // The pointer turns about the line of sight: an axis that points away turns the other way round.
+    // The pointer turns about the line of sight. An axis that points away turns the other way round.
     const towards = dot(this.axis(basis), this.view.basis[2]) >= 0 ? 1 : -1;
     return towards * this.snapped(this.travel.turn, SNAP_ANGLE);
   }
 
   /**
-   * As a ball under the pointer: about up by what it goes right, about right by what it goes down. One turn about the sum
-   * of both, as Blender's: the way back takes it back, and soft selection can take a part of it beyond half a turn.
+   * Turns like a ball under the pointer: about up by the way right, about right by the way down. It is one turn about
+   * the sum of both, as in Blender: the way back undoes it, and a part of more than half a turn can be applied.
    */
   private roll(): Motion {
     const [right, up] = this.view.basis;
@@ -180,7 +180,7 @@ function radians(degrees: number): number {
   return (degrees * Math.PI) / 180;
 }
 
-/** A step of 1, 2 or 5 times a power of ten that is about `pixels` wide where a unit is `pixelsPerUnit`. */
+/** The smallest step of 1, 2 or 5 times a power of ten that is at least `pixels` wide. */
 export function snapStep(pixelsPerUnit: number, pixels = 24): number {
   const wanted = pixels / pixelsPerUnit;
   const power = 10 ** Math.floor(Math.log10(wanted));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The numbers that a person types during a transform, one for each way that it may go. Keys are digits, a point, a minus
-// that toggles, and Backspace; Tab goes on to the next number.
+// The numbers that a person types during a transform, one per component. Keys are digits, a point, a minus that
+// toggles, and Backspace. Tab goes to the next number.
 
 const MOST = 3;
 
@@ -12,30 +12,30 @@ export class TypedAmounts {
   private apart = false;
   private components = MOST;
 
-  /** How many numbers there are; what was typed stays with the first of them. */
+  /** The number of components. Typed numbers stay with the first components. */
   set count(components: number) {
     this.components = components;
     this.at = Math.min(this.at, components - 1);
   }
 
-  /** Whether there is no number yet. */
+  /** Whether no number was typed yet. */
   get isEmpty(): boolean {
     return this.used.every((text) => Number.isNaN(Number.parseFloat(text)));
   }
 
-  /** As it is shown: the number that takes the keys ends in a bar. Empty where nothing was typed. */
+  /** The numbers as they are shown; the one that takes the keys ends in a bar. Empty before the first key. */
   get text(): string {
     if (!this.apart) return this.texts[0] === '' ? '' : `${this.texts[0]}|`;
     return this.used.map((text, i) => (i === this.at ? `${text}|` : text || '·')).join('  ');
   }
 
-  /** A number for each component, `rest` for those that have none; until Tab is pressed the first is `alone`: all there is. */
+  /** A number per component, `rest` where none was typed. `alone`: without Tab, only the first one counts. */
   values(rest: number): { readonly numbers: readonly number[]; readonly alone: boolean } {
     const numbers = this.used.map((text) => Number.parseFloat(text));
     return { numbers: numbers.map((number) => (Number.isNaN(number) ? rest : number)), alone: !this.apart };
   }
 
-  /** Takes a key where it is part of a number, or Tab; says whether it did. */
+  /** Takes Tab, or a key that is part of a number. Returns whether the key was taken. */
   key(key: string, shift: boolean): boolean {
     if (key === 'Tab') {
       this.apart = true;
@@ -47,7 +47,7 @@ export class TypedAmounts {
     return typed !== undefined;
   }
 
-  /** Puts all of a text that is part of a number in place of the number that takes the keys. */
+  /** Replaces the number that takes the keys by `text`, of which only parts of a number count. */
   replace(text: string): void {
     this.texts[this.at] = '';
     for (const key of text) this.key(key, false);
@@ -58,7 +58,7 @@ export class TypedAmounts {
   }
 }
 
-/** The text of a number after a key; undefined where the key is no part of a number. */
+/** The text of a number after a key; undefined if the key is not part of a number. */
 function afterKey(text: string, key: string): string | undefined {
   if (/^[0-9]$/.test(key)) return text + key;
   if ((key === '.' || key === ',') && !text.includes('.')) return `${text}.`;

@@ -1,25 +1,25 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a GLB says of itself: glTF 2.0, chapter 4.4.
+// The JSON chunk of a GLB file: glTF 2.0, chapter 4.4.
 import type { MeshFile } from './mesh_file';
 
 const [LENGTH_AT, JSON_AT] = [12, 20];
 
-/** The first chunk of a GLB, whose length stands before it. */
+/** The first chunk of a GLB. Its length stands before it. */
 export async function glbJson(content: Blob): Promise<string> {
   const head = new DataView(await content.slice(0, JSON_AT).arrayBuffer());
   return content.slice(JSON_AT, JSON_AT + head.getUint32(LENGTH_AT, true)).text();
 }
 
-/** The server takes files without looking at all of this, so any of it may be null. */
+/** The server does not check these fields, so any of them may be null. */
 interface Moving {
   readonly nodes?: readonly { readonly skin?: number | null }[] | null;
   readonly meshes?: readonly { readonly primitives?: readonly { readonly targets?: readonly object[] | null }[] | null }[] | null;
   readonly animations?: readonly object[] | null;
 }
 
-/** What would move or bend a mesh that the server took, in words, since it takes the shape at rest; undefined where nothing would. */
+/** In words, that a mesh is shown without its bones, morph targets or animations; undefined if it has none. */
 export async function shownAtRest({ name, format, content }: MeshFile): Promise<string | undefined> {
   if (format !== 'glb') return undefined;
   const { nodes, meshes, animations } = JSON.parse(await glbJson(content)) as Moving;

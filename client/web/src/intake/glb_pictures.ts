@@ -5,14 +5,14 @@ import { findByName } from './corner_layers';
 
 const NOWHERE = 'blob:nowhere'; // fails without asking a server
 
-/** Where three finds a GLB's pictures: inside of it, or among files dropped with it, and never on the network. */
+/** Tells three where a GLB's pictures are: inside the file, or among files dropped with it, never on the network. */
 export class GlbPictures {
   readonly manager = new LoadingManager();
-  /** Names of pictures that are not there. */
+  /** Names of missing pictures. */
   readonly missing: string[] = [];
-  /** Whether one that was dropped is one that the file names. */
+  /** Whether the file names a picture that was dropped. */
   taken = false;
-  /** Whether one could not be read. */
+  /** Whether a picture could not be read. */
   broken = false;
   private readonly made: string[] = [];
 
@@ -25,9 +25,9 @@ export class GlbPictures {
     this.made.forEach((address) => URL.revokeObjectURL(address));
   }
 
-  /** What is loaded in place of an address of the file. */
+  /** The address that three loads in place of one from the file. */
   private addressOf(address: string): string {
-    if (address.startsWith('blob:')) return address; // of a picture inside, which three has found
+    if (address.startsWith('blob:')) return address; // a picture inside the file, whose address three has made
     if (/^data:/i.test(address)) return this.insideAddress(decoded(address));
     const name = plain(address);
     const picture = findByName(this.pictures, name);
@@ -55,13 +55,13 @@ function plain(address: string): string {
   try {
     return decodeURIComponent(address);
   } catch {
-    return address; // a name as it is
+    return address; // the name is not escaped
   }
 }
 
 /**
- * What a data: address holds (RFC 2397: a type and its parameters, then base64 or escaped bytes), since the page's policy
- * forbids to fetch it; undefined where that is none.
+ * Decodes a data: address (RFC 2397: a type and its parameters, then base64 or escaped bytes). The page's policy
+ * forbids to fetch it. Undefined if it is malformed.
  */
 function decoded(address: string): Blob | undefined {
   const comma = address.indexOf(',');

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Texture coordinates and base colours of a GLB, in the order in which the server numbers its corners: nodes of the
-// scene from parent to child, their primitives in turn, mirrored nodes with their triangles turned round.
+// Texture coordinates and base colours of a GLB, in the server's order of corners: nodes of the scene from parent to
+// child, their primitives in turn. Triangles of mirrored nodes are turned round.
 //
-// Shown are base colours and their pictures, PNG, JPEG, WebP or AVIF, a material for each primitive, with any of its
-// sets of texture coordinates and KHR_texture_transform. Notes tell of what is not: colours of vertices, wrapping other
-// than repetition, materials of KHR_materials_pbrSpecularGlossiness, pictures that are broken or not there.
+// Shows base colours and their pictures (PNG, JPEG, WebP, AVIF), one material per primitive, with any set of texture
+// coordinates and KHR_texture_transform. Notes tell what is not shown: vertex colours, wrapping other than repetition,
+// materials of KHR_materials_pbrSpecularGlossiness, broken or missing pictures.
 import { Mesh, RepeatWrapping, Vector2, type BufferGeometry, type Group, type MeshStandardMaterial, type Texture } from 'three';
 import { GLTFLoader, type GLTF, type GLTFParser } from 'three/examples/jsm/loaders/GLTFLoader.js';
 import { missing, type Layer, type MeshLayers } from './corner_layers';
@@ -14,19 +14,19 @@ import { GlbPictures } from './glb_pictures';
 
 const TRIANGLES = 4;
 const STRIP = 5;
-const ROUNDING = 1e-3; // of coordinates that are meant to end at 0 or 1
+const ROUNDING = 1e-3; // tolerance for coordinates that are meant to end at 0 or 1
 
 export interface GlbLayers extends MeshLayers {
   readonly hasUvs: boolean;
-  /** Whether a picture that was dropped is one that the file names. */
+  /** Whether the file names a picture that was dropped. */
   readonly takesPictures: boolean;
 }
 
 /**
- * @param name The file's, for notes.
- * @param pictures Dropped with it.
+ * @param name The file's name, for notes.
+ * @param pictures Pictures that were dropped with it.
  *
- * Throws an Error in words where pictures are of a kind that is not shown.
+ * Throws an Error in words if the file has no scene, or has pictures of a kind that is not shown.
  */
 export async function glbLayers(name: string, file: ArrayBuffer, pictures: readonly File[]): Promise<GlbLayers> {
   const found = new GlbPictures(pictures);
@@ -47,7 +47,7 @@ interface GlbTexture {
   readonly extensions?: Readonly<Record<string, unknown>>;
 }
 
-/** In place of three's part for KTX2 files, which asks for a decoder; where there is another picture, that one is taken. */
+/** Replaces three's plugin for KTX2 pictures, which needs a decoder. Another picture of a texture is used. */
 function refuseKtx(name: string): (parser: GLTFParser) => { name: string } {
   return ({ json }) => {
     const isShown = ({ source, extensions = {} }: GlbTexture): boolean =>
@@ -92,7 +92,7 @@ class CornerReader {
     const count = index?.count ?? geometry.getAttribute('position').count;
     for (let i = 0; i + 2 < count; i += 3) {
       let [a, b, c] = [i, i + 1, i + 2].map(vertexAt);
-      if (mode !== TRIANGLES && (a === b || b === c || c === a)) continue; // joins two strips
+      if (mode !== TRIANGLES && (a === b || b === c || c === a)) continue; // a degenerate triangle joins two strips
       if (mode === STRIP && (i / 3) % 2 === 1) [a, b, c] = [b, c, a]; // three begins these at their last vertex
       if (matrixWorld.determinant() < 0) [b, c] = [c, b];
       for (const vertex of [a, b, c]) {
@@ -102,7 +102,7 @@ class CornerReader {
     }
   }
 
-  /** Texture coordinates by vertex, as the map of the material takes them. */
+  /** Returns a vertex's texture coordinates, in the set and with the transform that the material's map uses. */
   private uvsOf(geometry: BufferGeometry, map: Texture | null): (vertex: number) => Vector2 {
     const channel = map?.channel ?? 0;
     const name = `uv${channel > 0 ? channel : ''}`;
@@ -120,7 +120,7 @@ class CornerReader {
     };
   }
 
-  /** As the file has it: three makes triangles of strips and fans. */
+  /** The primitive's mode in the file. three has turned strips and fans into triangles. */
   private modeOf(mesh: Mesh): number {
     const { associations, json } = this.gltf.parser;
     const at = associations.get(mesh);

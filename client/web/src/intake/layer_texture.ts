@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The layers of a mesh as one texture: pictures are brought to one size, colours fill theirs.
+// The layers of a mesh as one texture. Pictures are scaled to one size; a colour fills its layer.
 import { DataArrayTexture, LinearFilter, LinearMipmapLinearFilter, RepeatWrapping, SRGBColorSpace } from 'three';
 import type { Layer } from './corner_layers';
 
-const MOST_TEXELS = 2 ** 25; // of all layers: 128 MB, and a third more for the coarser levels
+const MOST_TEXELS = 2 ** 25; // of all layers: 128 MiB, plus a third for the mipmaps
 const ANISOTROPY = 4;
 
 export async function layerTexture(layers: readonly Layer[]): Promise<DataArrayTexture> {
@@ -36,7 +36,7 @@ export async function layerTexture(layers: readonly Layer[]): Promise<DataArrayT
   return texture;
 }
 
-/** 16 x 16 fields whose hue goes with u and whose brightness goes with v. */
+/** 16 x 16 fields. Their hue changes with u, their brightness with v. */
 export function uvGrid(): HTMLCanvasElement {
   const [fields, pixels] = [16, 32];
   const canvas = Object.assign(document.createElement('canvas'), { width: fields * pixels, height: fields * pixels });

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Files that are dropped or chosen: which of them are meshes, lattices, pictures.
+// The kinds of files that can be dropped or chosen: meshes, lattices, pictures, materials.
 
 import { bytes } from '../wire/words';
 
@@ -11,16 +11,16 @@ export type MeshFormatName = (typeof MESHES)[number];
 export interface MeshFile {
   readonly name: string;
   readonly format: MeshFormatName;
-  /** Read where it is wanted: a page holds no mesh in memory. */
+  /** Read when needed, so that the page does not hold meshes in memory. */
   readonly content: Blob;
 }
 
 const PICTURES = ['png', 'jpg', 'jpeg', 'webp'];
 
-/** For the file dialog: meshes, and what may come with them. */
+/** The endings that the file dialog accepts: meshes and the files that may come with them. */
 export const MESH_ENDINGS = [...MESHES, 'mtl', ...PICTURES].map((ending) => `.${ending}`).join();
 
-/** What a file is by its name's ending; undefined where the page has no use for it. */
+/** The kind of a file, by the ending of its name; undefined if the page has no use for it. */
 export function fileKind(name: string): 'mesh' | 'lattice' | 'materials' | 'picture' | undefined {
   const ending = endingOf(name);
   if (meshFormat(name) !== undefined) return 'mesh';
@@ -38,10 +38,10 @@ function endingOf(name: string): string {
 }
 
 /**
- * Takes a dropped mesh. Throws an Error in words for another file, and for one that the browser cannot read, a folder
- * for instance, or that is larger than the server takes.
+ * Checks a dropped mesh. Throws an Error in words if the file is no mesh, is empty or is larger than the server takes,
+ * or if the browser cannot read it, as a folder.
  *
- * @param mostBytes Asked only of a mesh; 0: any number.
+ * @param mostBytes The server's limit in bytes, asked for a mesh only; 0: no limit.
  */
 export async function readMeshFile(file: File, mostBytes: () => Promise<number>): Promise<MeshFile> {
   const format = meshFormat(file.name);

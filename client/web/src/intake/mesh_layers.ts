@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The base colours of a mesh: what its file says, with the pictures and the MTL file that were dropped beside it. Where
-// there is none, a grid that shows how the texture coordinates lie.
+// The base colours of a mesh, from its file and from the pictures and the MTL file that were dropped beside it. Without
+// any, a grid shows the texture coordinates.
 import { findByName, missing, type Layer, type MeshLayers } from './corner_layers';
 import { glbJson } from './glb_json';
 import { glbLayers } from './glb_uvs';
@@ -13,9 +13,9 @@ import { plyCorners } from './ply_uvs';
 
 /**
  * @param companions Pictures, and an MTL file.
- * @param grid Stands for a picture where there is none.
+ * @param grid Used in place of a missing picture.
  *
- * Throws an Error in words where the file has no texture coordinates, or is of a format that is not read for them.
+ * Throws an Error in words if the file has no texture coordinates, or if they are not read from its format.
  */
 export async function meshLayers(file: MeshFile, companions: readonly File[], grid: ImageBitmapSource): Promise<MeshLayers> {
   const pictures = companions.filter(({ name }) => fileKind(name) === 'picture');
@@ -33,7 +33,7 @@ export async function meshLayers(file: MeshFile, companions: readonly File[], gr
   }
 }
 
-/** Whether a mesh that was dropped asks to be seen in its colours: pictures came with it, be it in vain, or inside it. */
+/** Whether a mesh is first shown in its colours: files came with it, even in vain, or pictures are inside. */
 export async function hasColours(file: MeshFile, companions: readonly File[]): Promise<boolean> {
   if (companions.length > 0) return true;
   return file.format === 'glb' && (await glbJson(file.content)).includes('"baseColorTexture"');
@@ -56,7 +56,7 @@ async function objLayers(file: MeshFile, pictures: File[], mtl: File | undefined
   return { corners: downwards(corners), layers, notes };
 }
 
-/** Where no MTL file names pictures: the picture that is named as the material is, else the only one. */
+/** If no MTL file names pictures: the picture that is named like the material, else the only picture. */
 function pictureOf(material: string, pictures: readonly File[]): File | undefined {
   const named = pictures.find(({ name }) => name.replace(/\.[^.]*$/, '').toLowerCase() === material.toLowerCase());
   return named ?? (pictures.length === 1 ? pictures[0] : undefined);
@@ -75,7 +75,7 @@ async function plyLayers(file: MeshFile, pictures: File[], grid: ImageBitmapSour
   return { corners: downwards(read.corners), layers, notes };
 }
 
-/** A picture that is dropped, and that the file does not name, stands for all of the file's own. */
+/** A dropped picture that the file does not name replaces all pictures of the file. */
 async function ofGlb(file: MeshFile, pictures: File[], grid: ImageBitmapSource): Promise<MeshLayers> {
   const { hasUvs, takesPictures, ...read } = await glbLayers(file.name, await file.content.arrayBuffer(), pictures);
   const pictured = read.layers.some((layer) => layer.picture !== undefined);
@@ -85,7 +85,7 @@ async function ofGlb(file: MeshFile, pictures: File[], grid: ImageBitmapSource):
   return pictured || !hasUvs ? read : { ...read, layers: read.layers.map(() => ({ picture: grid })) };
 }
 
-/** Of coordinates whose v counts upwards. */
+/** Turns v from upwards to downwards, in place. */
 function downwards(corners: Float32Array): Float32Array {
   for (let i = 1; i < corners.length; i += 3) corners[i] = 1 - corners[i];
   return corners;

@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What an MTL file says of base colours: Kd and map_Kd of every material.
+// Reads the base colours of an MTL file: Kd and map_Kd of every material.
 
 export interface Material {
-  /** Of CSS. */
+  /** A CSS colour. */
   readonly colour?: string;
   /** Name of the picture, as in the file. */
   readonly picture?: string;
 }
 
-/** Options of map_Kd, and the most values that each takes. */
+/** Options of map_Kd, and the largest number of values of each. */
 const OPTIONS: Record<string, number> = {
   '-blendu': 1, '-blendv': 1, '-boost': 1, '-bm': 1, '-cc': 1, '-clamp': 1, '-imfchan': 1, '-texres': 1, '-type': 1,
   '-mm': 2, '-o': 3, '-s': 3, '-t': 3,
@@ -29,13 +29,13 @@ export function readMtl(text: string): Map<string, Material> {
   return materials;
 }
 
-/** Green and blue default to red; a spectrum says nothing. */
+/** Green and blue default to red. A spectrum gives no colour. */
 function ofColour([red = NaN, green = red, blue = red]: readonly number[]): Material {
   const parts = [red, green, blue].map((part) => Math.round(255 * part));
   return parts.some(Number.isNaN) ? {} : { colour: `rgb(${parts.join(' ')})` };
 }
 
-/** What stands after the options; file names may hold blanks. */
+/** The file name after the options; it may hold blanks. */
 function withoutOptions(text: string): string {
   const words = text.split(/\s+/);
   let at = 0;

@@ -4,7 +4,7 @@
 export interface ObjCorners {
   /** u v material of every corner of the faces, in the file's order; v counts upwards, as in the file. */
   readonly corners: Float32Array;
-  /** Names after usemtl; empty for faces before the first. */
+  /** Names after usemtl; empty for faces before the first usemtl. */
   readonly materials: readonly string[];
   readonly hasUvs: boolean;
 }
@@ -30,7 +30,7 @@ export function objCorners(text: string): ObjCorners {
   return { corners: Float32Array.from(corners), materials, hasUvs: uvs.length > 0 };
 }
 
-/** Of "vertex/uv/normal"; indices count from 1, negative ones from the end of what came before. */
+/** The uv of a corner "vertex/uv/normal". Indices count from 1; negative ones count from the end of the list so far. */
 function uvOfCorner(corner: string, uvs: readonly [number, number][]): readonly [number, number] {
   const index = Number(corner.split('/')[1] || 0);
   return uvs[index < 0 ? uvs.length + index : index - 1] ?? [0, 0];

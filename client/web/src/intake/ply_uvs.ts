@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Texture coordinates of a PLY file by its two conventions: of vertices (s t, u v, texture_u texture_v, texture_s
-// texture_t), or of the corners of every face, the list texcoord, with texnumber for which picture. The pictures' names
-// are comments: "comment TextureFile NAME". The server has read the file before, so nothing malformed comes here.
+// Texture coordinates of a PLY file, in one of two conventions. They are properties of vertices (s t, u v, texture_u
+// texture_v, texture_s texture_t), or the list texcoord of each face, with its picture in texnumber. Comments name the
+// pictures: "comment TextureFile NAME". The server has read the file before, so it is well-formed.
 
 const MOST_HEADER_BYTES = 1 << 20;
 
-/** Names of types, what reads each from a DataView, and its bytes. */
+/** The DataView method that reads each type, and its size in bytes. */
 const TYPES = {
   int8: ['getInt8', 1], char: ['getInt8', 1],
   uint8: ['getUint8', 1], uchar: ['getUint8', 1],
@@ -23,11 +23,11 @@ type PlyType = keyof typeof TYPES;
 interface PlyElement {
   readonly name: string;
   readonly count: number;
-  /** `countType`: of a list's length; absent for a single value. */
+  /** `countType` is the type of a list's length; absent for a single value. */
   readonly properties: { readonly name: string; readonly type: PlyType; readonly countType?: PlyType }[];
 }
 
-/** The values of the next record of an element: one array per property. */
+/** Reads the next record of an element: one array per property. */
 type NextRecord = (element: PlyElement) => number[][];
 
 interface PlyCorners {
@@ -41,7 +41,7 @@ const U_NAMES = ['s', 'u', 'texture_u', 'texture_s'];
 const V_NAMES = ['t', 'v', 'texture_v', 'texture_t'];
 const INDEX_LISTS = ['vertex_indices', 'vertex_index'];
 
-/** Undefined without texture coordinates; throws an Error in words where the file cannot be read for them. */
+/** Undefined without texture coordinates. Throws an Error in words if they cannot be read. */
 export function plyCorners(bytes: Uint8Array): PlyCorners | undefined {
   const { elements, pictures, next } = openPly(bytes);
   const corners: number[] = [];
@@ -109,7 +109,7 @@ function vertexUvs(element: PlyElement, next: NextRecord): number[] | undefined 
   return u >= 0 && v >= 0 ? uvs : undefined;
 }
 
-/** Appends the corners of all faces; says whether there are texture coordinates. */
+/** Appends the corners of all faces. Returns whether there are texture coordinates. */
 function faceCorners(element: PlyElement, next: NextRecord, uvs: number[] | undefined, corners: number[]): boolean {
   const column = (...names: string[]): number => element.properties.findIndex(({ name }) => names.includes(name));
   const [indices, own, number] = [column(...INDEX_LISTS), column('texcoord'), column('texnumber')];

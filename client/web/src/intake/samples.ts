@@ -11,7 +11,7 @@ interface Grid {
   /** Quads along and across. */
   readonly rows: number;
   readonly columns: number;
-  /** The point at fractions 0 to 1; the ends join where the grid is closed that way. */
+  /** The point at fractions 0 to 1. Its ends join in each direction in which the grid is closed. */
   readonly at: (s: number, t: number) => Vec3;
   readonly closedRows: boolean;
   readonly closedColumns: boolean;
@@ -66,7 +66,7 @@ function objText({ rows, columns, at, closedRows, closedColumns }: Grid): string
   return lines.join('\n') + '\n';
 }
 
-/** A tube along the (2, 3) torus knot, in the torus's normal and what is square to it. */
+/** A tube along the (2, 3) torus knot. Its circles span the torus's normal and the direction across normal and knot. */
 function knot(s: number, t: number): Vec3 {
   const [phi, theta, around] = [2 * TURN * s, 3 * TURN * s, TURN * t];
   const radial: Vec3 = [Math.cos(phi), Math.sin(phi), 0];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the page asks of the server, and of what this browser keeps, besides the scene's stream.
+// The page's calls to the server and to this browser's store, besides the scene's stream.
 import { fromBinary, type MessageInitShape } from '@bufbuild/protobuf';
 import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
 import { MeshFormat, MeshHeaderSchema, type Mesh, type MeshHeader } from 'latticed/v1/mesh_pb';
@@ -22,9 +22,9 @@ export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'stl', 'drc', 'nets'] as con
 export type ExportFormat = (typeof EXPORT_FORMATS)[number];
 
 export interface PicturedMesh {
-  /** Absent where it is too large to be fetched unasked. */
+  /** Absent if it is too large to fetch without being asked. */
   readonly file?: MeshFile;
-  /** Of the file. */
+  /** Size of the file. */
   readonly bytes: number;
 }
 
@@ -36,11 +36,11 @@ const FORMATS: Record<MeshFormatName, MeshFormat> = {
   drc: MeshFormat.DRACO,
 };
 
-const MOST_FETCHED_UNASKED = 64 << 20; // bytes of a mesh: what is shown without them is the shape, plain
+const MOST_FETCHED_UNASKED = 64 << 20; // bytes; a person must ask for the colours of a larger mesh
 
 const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
 
-/** What fetches the mesh of the open scene. */
+/** The part of a session that fetches the mesh of the open scene. */
 type MeshSource = Pick<LiveSession, 'downloadMesh'>;
 
 export class Services {
@@ -51,12 +51,12 @@ export class Services {
     private readonly store = IndexedSceneStore.ofPage(),
   ) {}
 
-  /** Between the browser's windows of this server. Opened when first used: an open one keeps a program from ending. */
+  /** Connects this browser's windows of this server. Opened on first use, since an open channel keeps Node running. */
   private get news(): BroadcastChannel {
     return (this.channel ??= new BroadcastChannel('latticed-companions'));
   }
 
-  /** The largest mesh that the server takes, in bytes; 0: any. */
+  /** The largest mesh that the server takes, in bytes; 0: no limit. */
   async mostMeshBytes(): Promise<number> {
     const { limits } = await this.server.server.getServerInfo({});
     return Number(limits?.maxMeshBytes ?? 0);
@@ -67,7 +67,7 @@ export class Services {
     const header = { name: file.name, format: FORMATS[file.format] };
     const onProgress = (sent: number, all: number): void => progress(sent / all);
     const mesh = await uploadMesh(this.server, header, file.content, { onProgress, signal });
-    // Where it cannot be kept, who opens a scene of it is told.
+    // A failure is dropped here: opening a scene of this mesh reports it.
     void this.store.saveMesh(storedMesh(mesh.id, header, file.content)).catch(() => undefined);
     return mesh;
   }
@@ -79,7 +79,7 @@ export class Services {
     return sceneId;
   }
 
-  /** The file that the mesh of a scene was uploaded from. */
+  /** The file from which the mesh of a scene was uploaded. */
   async downloadMesh(mesh: string, scene: MeshSource): Promise<MeshFile> {
     const { header, content } = await scene.downloadMesh(mesh);
     const file = meshFile(header, content);
@@ -87,25 +87,25 @@ export class Services {
     return file;
   }
 
-  /** What this browser has of a mesh: its file, and pictures and materials that were dropped beside it. */
+  /** The saved parts of a mesh in this browser: its file, and pictures and materials that were dropped beside it. */
   async keptMesh(mesh: string): Promise<{ readonly file?: MeshFile; readonly companions: readonly File[] }> {
     const [stored, companions] = await Promise.all([this.store.mesh(mesh), this.store.companions(mesh)]);
     const file = stored && meshFile(fromBinary(MeshHeaderSchema, stored.header), stored.content);
     return { ...(file && { file }), companions };
   }
 
-  /** Keeps pictures and materials for keptMesh, in place of all others or `beside` those of other names. Rejects in words. */
+  /** Saves companions for keptMesh, in place of all others, or with `beside` only of equal names. Rejects in words. */
   async keepCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void> {
     await this.store.saveCompanions(mesh, files, beside);
-    this.news.postMessage(mesh); // who hears of it reads it
+    this.news.postMessage(mesh); // listeners then read the files
   }
 
-  /** Calls `listener` where another window of this browser has kept pictures or materials beside a mesh. */
+  /** Calls `listener` with the mesh's id after another window of this browser has saved companions of it. */
   onCompanionsKept(listener: (mesh: string) => void): void {
     this.news.addEventListener('message', ({ data }: MessageEvent<string>) => listener(data));
   }
 
-  /** Of a mesh that may have its pictures inside, and undefined of others. */
+  /** The file of a mesh that may have pictures inside; undefined for other meshes. */
   async picturedMesh(id: string, scene: MeshSource): Promise<PicturedMesh | undefined> {
     const { format, hasUvs, totalBytes } = await this.server.meshes.getMesh({ mesh: id });
     if (format !== MeshFormat.GLB || !hasUvs) return undefined;
@@ -114,14 +114,14 @@ export class Services {
     return { bytes, file: await this.downloadMesh(id, scene) };
   }
 
-  /** The mesh of a scene, and what watchers see who do not say. */
+  /** A scene's mesh, and the view of watchers that ask for none. */
   async describeScene(sceneId: string): Promise<{ readonly mesh: string; readonly view: ViewRequest }> {
     const { mesh, defaultView } = await this.server.scenes.getScene({ scene: sceneId });
     return { mesh, view: defaultView === undefined ? {} : toView(defaultView) };
   }
 }
 
-/** Undefined for a format that no file has. */
+/** Undefined if the mesh was not uploaded in a file format of this page. */
 function meshFile(header: MeshHeader, content: Blob): MeshFile | undefined {
   const format = FORMAT_NAMES.find((name) => FORMATS[name] === header.format);
   return format && { name: header.name, format, content };

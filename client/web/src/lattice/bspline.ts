@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The volume itself, R(u,v,w) = sum_ijk P_ijk N_i(u) N_j(v) N_k(w), in double (Cui & Feng 2014, formula (1)), for the
-// few points that the page evaluates by itself: the edges of knot boxes.
+// The volume R(u,v,w) = sum_ijk P_ijk N_i(u) N_j(v) N_k(w) in double (Cui & Feng 2014, formula (1)). The page evaluates
+// only a few points itself: the edges of knot boxes.
 
 import { AXES, domain, type Axis } from './grid';
 import type { Lattice } from './lattice';
 import type { MutableVec3, Vec3 } from './vec';
 
-/** The knot interval of a parameter: knots[i] <= t < knots[i + 1], the domain's end in its last interval. */
+/** The knot interval of t: knots[i] <= t < knots[i + 1]. The end of the domain belongs to the last interval. */
 export function findSpan(knots: ArrayLike<number>, degree: number, size: number, t: number): number {
   let span = degree;
   while (span < size - 1 && t >= knots[span + 1]) ++span;
@@ -51,7 +51,7 @@ export function evaluate(lattice: Lattice, parameter: Vec3): Vec3 {
   return sum;
 }
 
-/** The distinct knots of the domain, ends included: the planes between knot boxes. */
+/** The distinct knots of the domain, with both ends: the planes between knot boxes. */
 export function knotPlanes(lattice: Lattice, axis: Axis): number[] {
   const [begin, end] = domain(lattice, axis);
   return [...new Set(Array.from(lattice.knots[axis]).filter((knot) => knot >= begin && knot <= end))];

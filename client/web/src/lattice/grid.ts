@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The grid of control points: axes, places, counts, and what a lattice may be.
+// The grid of control points: axes, places, counts and limits.
 import type { Lattice, LatticeFrame } from './lattice';
 import type { Basis } from './vec';
 
-/** All of a lattice but its control points. */
+/** A lattice without its control points. */
 export type LatticeStructure = Pick<Lattice, 'frame' | 'degree' | 'size' | 'knots'>;
 
-/** One whole number per axis u, v, w. */
+/** One integer per axis u, v, w. */
 export type Axes = readonly [number, number, number];
 
 /** An axis of the lattice: 0 is u, 1 is v, 2 is w. */
@@ -45,7 +45,7 @@ export function domain({ knots, degree, size }: LatticeStructure, axis: Axis): [
   return [knots[axis][degree[axis]], knots[axis][size[axis]]];
 }
 
-/** Why a lattice of this size and degree cannot be, in words; undefined where it can. */
+/** Says in words why no lattice can have this size and degree; undefined if one can. */
 export function refusalOfAxes(size: Axes, degree: Axes): string | undefined {
   for (const axis of AXES) {
     const name = AXIS_NAMES[axis];
@@ -63,7 +63,7 @@ export function refusalOfAxes(size: Axes, degree: Axes): string | undefined {
   return undefined;
 }
 
-/** Whether two lattices differ in their control points at most. */
+/** Whether two lattices are equal except for their control points. */
 export function sameStructure(a: LatticeStructure, b: LatticeStructure): boolean {
   const equal = (x: ArrayLike<number>, y: ArrayLike<number>): boolean =>
     x.length === y.length && Array.from(x).every((v, i) => v === y[i]);

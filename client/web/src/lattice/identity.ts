@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The lattice at rest: control points at the Greville abscissae of the frame, which leave the mesh as it is.
+// The lattice at rest. Its control points are at the Greville abscissae of the frame, which do not deform the mesh.
 
 import { AXES, domain, frameEdges, pointCount, type Axes, type LatticeStructure } from './grid';
 import { add, scale, type Vec3 } from './vec';
@@ -9,11 +9,11 @@ import { add, scale, type Vec3 } from './vec';
 export interface Fit {
   size: Axes;
   degree: Axes;
-  /** Margin on every side of every axis, as a fraction of the longest edge of the bounds. */
+  /** Margin on every side of each axis, as a fraction of the longest edge of the bounds. */
   padding: number;
 }
 
-/** What the server takes where nothing is said. */
+/** The server's default. */
 export const DEFAULT_FIT: Fit = { size: [4, 4, 4], degree: [2, 2, 2], padding: 0.05 };
 
 /** 0 and size - degree repeated degree + 1 times at the ends, and the integers between. */
@@ -22,7 +22,7 @@ export function clampedUniformKnots(degree: number, size: number): Float64Array 
   return Float64Array.from({ length: size + degree + 1 }, (_, i) => Math.min(Math.max(i - degree, 0), last));
 }
 
-/** Means of `degree` consecutive knots: where a control point is at rest along its axis. */
+/** Means of `degree` consecutive knots: the rest positions of control points along an axis. */
 export function grevilleAbscissae(knots: ArrayLike<number>, degree: number, size: number): number[] {
   return Array.from({ length: size }, (_, i) => {
     let sum = 0;

@@ -4,7 +4,7 @@
 /** Three world coordinates, or one number per axis. */
 export type Vec3 = readonly [number, number, number];
 
-/** The parallelepiped of the knot domain: its begin at `origin`, its end at `origin + u + v + w`. World units. */
+/** The parallelepiped of the knot domain, from `origin` to `origin + u + v + w`. World units. */
 export interface LatticeFrame {
   readonly origin: Vec3;
   readonly u: Vec3;
@@ -15,7 +15,7 @@ export interface LatticeFrame {
 /**
  * A B-spline volume R(u,v,w) = sum over ijk of P_ijk N_i(u) N_j(v) N_k(w).
  *
- * Control point (i, j, k) has the index `i + size[0] * (j + size[1] * k)`, its x, y, z begin at 3 times it.
+ * Control point (i, j, k) has the index `i + size[0] * (j + size[1] * k)`. Its x, y, z begin at 3 times the index.
  */
 export class Lattice {
   constructor(

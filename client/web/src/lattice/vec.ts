@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Vectors of three doubles. Everything here is pure; three's classes are for what is drawn.
+// Vectors of three doubles. All functions are pure. three's classes are used for drawing only.
 
 import type { Vec3 } from './lattice';
 
 export type { Vec3 };
 
-/** A Vec3 in the making. */
+/** A Vec3 that can be written. */
 export type MutableVec3 = [number, number, number];
 
 /** Three unit vectors, or any three that span space: the columns of a matrix. */

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-/** Listeners of several kinds of events. */
+/** The listeners of several kinds of events. */
 export class Listeners<Events extends { [K in keyof Events]: (...args: never[]) => void }> {
   private readonly lists = new Map<keyof Events, Set<Events[keyof Events]>>();
 
-  /** Returns what takes the listener away. */
+  /** Returns a function that removes the listener. */
   on<K extends keyof Events>(event: K, listener: Events[K]): () => void {
     const list = this.lists.get(event) ?? new Set();
     this.lists.set(event, list);

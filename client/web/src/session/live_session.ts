@@ -17,13 +17,13 @@ import { Listeners } from './listeners';
 import type { Gesture, GestureListener, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
 import { SessionStream, type SessionParts } from './session_stream';
 
-/** A scene that is watched and edited. It reconnects by itself. Its lattice is there once `ready` has resolved. */
+/** A scene that is watched and edited. It reconnects by itself. It has a lattice once `ready` has resolved. */
 export class LiveSession {
-  private static readonly PICK_MS = 10_000;  // a connection may be dead that the browser takes for alive
+  private static readonly PICK_MS = 10_000;  // the browser may take a dead connection for alive
 
-  /** Editor of this window. */
+  /** This window's id as an editor. */
   readonly editorId = randomUuid();
-  /** Resolves with the first lattice; rejects where the scene cannot be had. */
+  /** Resolves with the first lattice; rejects if the scene cannot be opened. */
   readonly ready: Promise<void>;
   private readonly listeners = new Listeners<SessionEvents>();
   private readonly sync: LatticeSync;
@@ -46,7 +46,7 @@ export class LiveSession {
     this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners);
   }
 
-  /** The newest of the server with this window's own edits on top. Another object after a change of structure. */
+  /** The server's newest lattice with this window's edits on top. A new object after a change of structure. */
   get lattice(): Lattice {
     const { shown } = this.sync;
     if (!shown) throw new Error('the session is not ready');
@@ -61,7 +61,7 @@ export class LiveSession {
     return this.stream.status;
   }
 
-  /** Returns what takes the listener away. */
+  /** Returns a function that removes the listener. */
   on<K extends keyof SessionEvents>(event: K, listener: SessionEvents[K]): () => void {
     return this.listeners.on(event, listener);
   }
@@ -70,7 +70,7 @@ export class LiveSession {
     return this.sync.gesture(listener);
   }
 
-  /** A gesture of one step. */
+  /** One edit that is an undo step of its own. */
   apply(edit: LatticeEdit): void {
     this.sync.step(fromEdit(edit), targetsOf(edit, this.lattice.points));
   }
@@ -100,12 +100,12 @@ export class LiveSession {
     this.stream.setView(view);
   }
 
-  /** Tells other windows what is selected here; at most 10 a second are sent, the newest wins. */
+  /** Sends the selection to other windows, at most 10 times a second; the newest one wins. */
   announce(selected: Uint32Array): void {
     this.stream.announce(selected);
   }
 
-  /** The first point of the deformed surface on a ray in world units. */
+  /** The first point of the deformed surface on a ray in world units. Undefined also if the server has no Pick. */
   async pick(origin: Vec3, direction: Vec3): Promise<SurfacePoint | undefined> {
     if (!this.parts.info.features.includes(Feature.PICK)) return undefined;
     try {

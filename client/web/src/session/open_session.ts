@@ -14,11 +14,11 @@ import type { SessionStatus } from './scene_session';
 import { ServerPatches } from './server_patches';
 import type { SessionOptions } from './session_stream';
 
-let pool: Promise<DecodePool> | undefined;  // one for the page: workers are dear
+let pool: Promise<DecodePool> | undefined;  // one for the page, since workers are costly
 
 function poolOfPage(): Promise<DecodePool> {
   pool ??= DecodePool.inBrowser(new URL('./', import.meta.url)).catch((error: unknown) => {
-    pool = undefined;  // its files may come the next time
+    pool = undefined;  // the next call tries again
     throw error;
   });
   return pool;
@@ -27,9 +27,9 @@ function poolOfPage(): Promise<DecodePool> {
 /**
  * Opens a scene that exists on the server, or that this browser can restore.
  *
- * @param onStatus Told of attempts before the session exists, and of everything afterwards.
+ * @param onStatus Called for attempts before the session exists, and for every status afterwards.
  *
- * Resolves when its lattice is here; rejects with an Error in words where there is no such scene.
+ * Resolves when its lattice has arrived. Rejects with an Error in words if the scene cannot be opened.
  */
 export async function openSession(
   server: LatticedServer, sceneId: string, options: SessionOptions, onStatus: (status: SessionStatus) => void,

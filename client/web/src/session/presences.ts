@@ -3,7 +3,7 @@
 import type { Presence as PresenceMessage } from 'latticed/v1/event_pb';
 import type { Presence } from './scene_session';
 
-/** Who else is here, and what this window shows of itself: at most 10 times a second, the newest wins. */
+/** The other editors of the scene. Sends this window's selection at most 10 times a second; the newest one wins. */
 export class Presences {
   private static readonly PAUSE_MS = 100;
   private static readonly MOST_SELECTED = 1024;
@@ -13,7 +13,7 @@ export class Presences {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private sentAt = -Infinity;
 
-  /** @param send Sends what is shown of this window. */
+  /** @param send Sends this window's selection. */
   constructor(private readonly send: (selected: number[]) => void) {}
 
   get others(): ReadonlyMap<string, Presence> {
@@ -34,7 +34,7 @@ export class Presences {
     this.timer ??= setTimeout(() => this.flush(), Math.max(0, this.sentAt + Presences.PAUSE_MS - performance.now()));
   }
 
-  /** A stream is open: the others come anew, and it must be shown again who is here. */
+  /** A stream is open: it sends all other editors, and needs this window's selection again. */
   opened(): void {
     this.here.clear();
     if (this.selected) this.announce(this.selected);

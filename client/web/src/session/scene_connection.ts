@@ -5,7 +5,7 @@ import { Code } from '@connectrpc/connect';
 import type { DeformRequestInit, OpenStream, SceneStream, WatchRequestInit } from '../wire/scene_stream';
 import { ServerError } from '../wire/server_error';
 
-/** Pauses between attempts: doubled from the first to the last, with jitter. */
+/** Pauses between attempts. They double from the first to the last, with jitter. */
 export interface BackOff {
   readonly firstMs: number;
   readonly lastMs: number;
@@ -13,32 +13,32 @@ export interface BackOff {
 
 type Timer = ReturnType<typeof setTimeout>;
 
-/** Another stream at once, another after a pause, or none. */
+/** After a stream has ended: open another one at once, after a pause, or not at all. */
 export type AfterEnd = 'open' | 'retry' | 'stop';
 
 export interface ConnectionHost {
-  /** What opens the next stream. */
+  /** The request that opens the next stream. */
   request(): WatchRequestInit;
   /** A stream is open. */
   opened(hello: Hello): void;
   event(event: SceneEvent): void;
   /** A stream is lost and will be opened again. */
   retrying(error: ServerError | undefined): void;
-  /** Ended by an error that time does not mend. */
+  /** An error that does not pass by itself has ended the stream. Resolves with what to do next. */
   ended(error: ServerError): Promise<AfterEnd>;
-  /** What another call to the server fails with; undefined where it is answered. */
+  /** Makes another call to the server. Resolves with its error; undefined if it is answered. */
   probe(): Promise<ServerError | undefined>;
 }
 
-/** What a page that comes back to life wakes. */
+/** Called when the page wakes up. */
 export interface Wakeable {
-  /** What was open before the network went is of no use. */
+  /** The network is back. Streams that were open before are of no use. */
   networkBack(): void;
-  /** Somebody looks at the page again, perhaps after a sleep of the computer. */
+  /** A person looks at the page again, perhaps after the computer slept. */
   seen(): void;
 }
 
-/** Tells `connection` what happens to the page; returns what ends that. */
+/** Calls `connection` when the page wakes up; the function returned ends that. */
 export function followPage(connection: Wakeable): () => void {
   const ended = new AbortController();
   const { signal } = ended;
@@ -48,8 +48,8 @@ export function followPage(connection: Wakeable): () => void {
 }
 
 /**
- * Keeps a stream of one scene open. It sends heartbeats, notices silence, obeys goaway, and opens another stream after a
- * loss. If a WebSocket fails twice while other calls pass, it uses the next kind of stream until that is lost.
+ * Keeps a stream of one scene open. It sends heartbeats, notices silence, obeys goaway, and opens another stream after
+ * a loss. If a WebSocket fails twice while other calls pass, it uses the next kind of stream until that one is lost.
  */
 export class SceneConnection implements Wakeable {
   private static readonly SILENT_HEARTBEATS = 3;
@@ -58,16 +58,16 @@ export class SceneConnection implements Wakeable {
   private stream: SceneStream | undefined;
   private kind = 0;
   private doubted = false;  // a stream did not open while other calls passed
-  private heard = false;  // anything on this stream
-  private heardAt = 0;  // Date.now(): while a computer sleeps it goes on, and timers do not
-  private attempts = 0;  // since a stream was of use
+  private heard = false;  // whether anything came on this stream
+  private heardAt = 0;  // Date.now(), which goes on while the computer sleeps; timers do not
+  private attempts = 0;  // since a stream last worked
   private openedAt = Infinity;
   private goawayMs = 0;
   private readonly timers: { heartbeat?: Timer; silence?: Timer; retry?: Timer } = {};
   private closed = false;
   private silenceMs = SceneConnection.FIRST_EVENT_MS;
 
-  /** @param kinds Kinds of streams, the best first. */
+  /** @param kinds Kinds of streams, the preferred one first. */
   constructor(
     private readonly kinds: readonly OpenStream[],
     private readonly host: ConnectionHost,
@@ -76,7 +76,7 @@ export class SceneConnection implements Wakeable {
 
   open(): void {
     if (this.closed) return;
-    this.drop();  // one is open at a time, also where another came while a host was asked
+    this.drop();  // only one is open, even if another one was opened while a host was asked
     this.heard = false;
     this.silenceMs = SceneConnection.FIRST_EVENT_MS;
     this.stream = this.kinds[this.kind]!(this.host.request(), {
@@ -106,7 +106,7 @@ export class SceneConnection implements Wakeable {
   networkBack(): void {
     if (!this.stream && !this.timers.retry) return;
     if (this.stream) this.host.retrying(undefined);
-    this.kind = 0;  // what the network before let through says nothing of this one
+    this.kind = 0;  // the limits of the old network say nothing about this one
     this.doubted = false;
     this.open();
   }
@@ -144,7 +144,7 @@ export class SceneConnection implements Wakeable {
     this.listenToClock();
   }
 
-  /** Begins to wait for the next event. */
+  /** Starts to wait for the next event. */
   private listen(): void {
     this.heardAt = Date.now();
     clearTimeout(this.timers.silence);
@@ -167,12 +167,12 @@ export class SceneConnection implements Wakeable {
     if (error && !error.isPassing) return this.endedBy(error);
     this.host.retrying(error);
     if (!refused) return this.retry(error?.code === Code.DeadlineExceeded ? this.backOff.lastMs : 0);
-    // A browser does not tell why a WebSocket did not open: another call does.
+    // A browser does not tell why a WebSocket did not open; another call does.
     const failure = await this.host.probe();
     if (failure && !failure.isPassing) return this.endedBy(failure);
     if (failure || this.kind + 1 === this.kinds.length) return this.retry();
     if (this.doubted) ++this.kind;
-    this.doubted = !this.doubted;  // the first time, the network may have come back between the two
+    this.doubted = !this.doubted;  // after the first failure the network may have come back before the call
     this.open();
   }
 
@@ -182,7 +182,7 @@ export class SceneConnection implements Wakeable {
     else if (next === 'retry') this.retry();
   }
 
-  /** @param leastMs What does not answer is left alone so long, and a person can read why. */
+  /** @param leastMs Least pause: it spares a server that does not answer, and lets a person read why. */
   private retry(leastMs = 0): void {
     if (this.closed) return;
     this.stopRetry();

@@ -3,21 +3,21 @@
 import type { Lattice } from '../lattice/lattice';
 import type { LatticeEdit } from './edits/lattice_edit';
 
-/** One undo step. Every update replaces the one before, applied to the state at the gesture's begin. */
+/** One undo step. Each update replaces the one before, and applies to the state at the gesture's begin. */
 export interface Gesture {
-  /** `session.lattice` follows at once; the newest replaces what is unsent. */
+  /** `session.lattice` changes at once, except by a drag. The newest update replaces one that was not sent. */
   update(edit: LatticeEdit): void;
-  /** Ends the gesture; with an edit, that replaces the last update first. */
+  /** Ends the gesture. `edit` replaces the last update first. */
   commit(edit?: LatticeEdit): void;
   /** Ends the gesture and restores the state at its begin. */
   cancel(): void;
 }
 
-/** Whoever has begun a gesture. */
+/** The callbacks of whoever began a gesture. */
 export interface GestureListener {
-  /** The server has moved the points of a drag, and left them at most so far from their targets, in world units. */
+  /** The server has moved the points of a drag. `left` is their largest distance from their targets, in world units. */
   dragged?(left: number): void;
-  /** The session has ended it: the scene was made anew, its structure changed, or other edits of this window came. */
+  /** The session has ended it: the scene was made again, its structure changed, or this window made another edit. */
   ended?(): void;
 }
 
@@ -34,9 +34,9 @@ export interface Presence {
 /** New data of the surface. */
 export interface UpdateInfo {
   readonly revision: number;
-  /** From the newest own edit that the update holds to its upload, in ms; absent where it holds none of ours. */
+  /** From the newest own edit in the update to the update's upload, in ms; absent if it holds none. */
   readonly msFromEdit?: number;
-  /** Of chunk data. */
+  /** Bytes of chunk data. */
   readonly bytes: number;
   /** Patches in the update's chunks, each counted once. */
   readonly patchesSent: number;
@@ -55,25 +55,25 @@ export interface SessionStatus {
 }
 
 export interface SessionEvents {
-  /** The whole lattice: the first, after a change of structure, and where a restored scene has another. */
+  /** The first lattice, or a lattice with another structure. */
   lattice: (lattice: Lattice) => void;
   /** `session.lattice.points` changed at these control points, by own or others' edits. */
   points: (indices: Uint32Array) => void;
   /** The server's lattice changed. */
   serverMoved: () => void;
   update: (info: UpdateInfo) => void;
-  /** By editor id. */
+  /** The other editors, by editor id. */
   presence: (others: ReadonlyMap<string, Presence>) => void;
   status: (status: SessionStatus) => void;
-  /** An edit or a view was refused or dropped, or a gesture ended, in words; `idle`: there was nothing to undo or redo. */
+  /** An edit or view was refused or dropped, or a gesture ended, in words. `idle`: nothing to undo or redo. */
   refused: (text: string, idle?: boolean) => void;
-  /** What this browser keeps does not restore the scene in a server that has lost it, in words; told once. */
+  /** This browser cannot restore the scene if the server loses it, in words; emitted once. */
   notKept: (text: string) => void;
-  /** The view that was asked for was refused: this one is in force again. */
+  /** The requested view was refused; this one is in force again. */
   view: (view: ViewRequest) => void;
 }
 
-/** How the surface is sent; what is absent stays (view.proto, ViewOptions). */
+/** How the surface is sent. An absent field keeps its value, at first the scene's default (view.proto, ViewOptions). */
 export interface ViewRequest {
   /** Subdivisions per patch edge, 1 to 32. */
   readonly segments?: number;

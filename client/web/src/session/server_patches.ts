@@ -12,10 +12,10 @@ import { fromLattice, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
 
 /**
- * What the server knows of a scene's patches.
+ * A scene's patch data, from the server.
  *
- * Corners at rest come from a scene of the same mesh under the same knots at rest, which has the same patches in the
- * same order, at one segment a patch; it is deleted at once. So no file needs to be read here, whatever its format.
+ * Corners at rest come from a temporary scene: the same mesh under the same knots at rest, with one segment per patch.
+ * It has the same patches in the same order. This way no mesh file is read here, whatever its format.
  */
 export class ServerPatches implements PatchSource {
   constructor(
@@ -94,7 +94,7 @@ export class ServerPatches implements PatchSource {
   }
 }
 
-/** Points of a pattern of one segment come in its own order; point k has 1 at its corner. */
+/** Returns the points in the order of corners. In a pattern of one segment, a point has the index 1 at its corner. */
 function inCornerOrder(points: Float32Array, pattern: readonly number[]): Float32Array {
   const place = [0, 1, 2].map((point) => [0, 1, 2].findIndex((corner) => pattern[3 * point + corner] === 1));
   if (place.join() === '0,1,2') return points;

@@ -19,7 +19,7 @@ import type { Restored, SceneKeeper } from './store/scene_keeper';
 import type { SessionEvents, SessionStatus, ViewRequest } from './scene_session';
 import { UpdateReceiver, type ReceivedUpdate } from './update_receiver';
 
-/** Who edits, and what is sent first. */
+/** The editor, and the first view. */
 export interface SessionOptions {
   /** This editor's name for other windows. */
   readonly name?: string;
@@ -28,7 +28,7 @@ export interface SessionOptions {
   readonly view?: ViewRequest;
 }
 
-/** What a session works with. */
+/** The parts that a session works with. */
 export interface SessionParts extends SessionOptions {
   readonly server: LatticedServer;
   readonly info: ServerInfo;
@@ -37,7 +37,7 @@ export interface SessionParts extends SessionOptions {
   readonly surface: SurfaceMesh;
   readonly keeper: SceneKeeper;
   readonly backOff?: BackOff;
-  /** Wakes the connection when the page wakes, until what it returns is called. */
+  /** Wakes the connection when the page wakes up; the function returned ends that. */
   readonly wakes?: (connection: Wakeable) => () => void;
 }
 
@@ -54,11 +54,11 @@ export class SessionStream implements ConnectionHost {
   private readonly connection: SceneConnection;
   private readonly endWakes: (() => void) | undefined;
   private view: ViewRequest;
-  private grantedView: Required<ViewRequest> | undefined;  // of the newest update
+  private grantedView: Required<ViewRequest> | undefined;  // of the newest update with full detail
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
   private restored: Restored | undefined;  // for this stream, or the next one that opens
-  private bootId = '';  // the run of the server that had the stream before
-  private startsAnew = false;  // until an update of a stream that does
+  private bootId = '';  // the server run of the stream before
+  private startsAnew = false;  // until the first update of a stream that starts anew
   private presenceAllowed: boolean;
   private shown: SessionStatus = { state: 'connecting', text: 'Connecting …' };
 
@@ -112,7 +112,7 @@ export class SessionStream implements ConnectionHost {
   opened(hello: Hello): void {
     this.parts.keeper.runsOn(hello.bootId);
     const isAnotherRun = this.bootId !== '' && hello.bootId !== this.bootId && !this.parts.info.durable;
-    if (this.restored?.bootId !== hello.bootId) {  // by another window, if any: one so quick that the scene was not missed here
+    if (this.restored?.bootId !== hello.bootId) {  // another window was quicker, and the loss was not noticed here
       this.restored = isAnotherRun ? { by: 'elsewhere', bootId: hello.bootId } : undefined;
       if (isAnotherRun) this.sync.restored();
     }
@@ -136,7 +136,7 @@ export class SessionStream implements ConnectionHost {
 
   retrying(error: ServerError | undefined): void {
     this.lost();
-    if (this.restored?.bootId === this.bootId) this.restored = undefined;  // the stream that it was for has been open
+    if (this.restored?.bootId === this.bootId) this.restored = undefined;  // its stream was open
     const isFull = error?.reason === 'OUT_OF_MEMORY';
     if (isFull) this.takeViewBack(error);
     const advice = isFull ? ' Fewer segments take less.' : '';
@@ -145,7 +145,7 @@ export class SessionStream implements ConnectionHost {
 
   async ended(error: ServerError): Promise<AfterEnd> {
     this.lost();
-    if (error.code === Code.PermissionDenied && this.presenceAllowed) {  // a token that may only look
+    if (error.code === Code.PermissionDenied && this.presenceAllowed) {  // the token allows only to watch
       this.presenceAllowed = false;
       return 'open';
     }
@@ -159,7 +159,7 @@ export class SessionStream implements ConnectionHost {
       }
       this.tell('failed', inWords(error));
     } catch (failure) {
-      // Where there is no room, the whole mesh would go up anew each time.
+      // With no memory left in the server, each attempt would upload the whole mesh again.
       if (failure instanceof ServerError && failure.isPassing && failure.code !== Code.ResourceExhausted) {
         this.tell('retrying', `${inWords(failure)} Trying again …`);
         return 'retry';
@@ -224,7 +224,7 @@ export class SessionStream implements ConnectionHost {
     this.send({ message: { case: 'presence', value: { name, colour, selectedIndices: selected } } });
   }
 
-  /** A view that is too large ends the stream: another with the same view would end as well. */
+  /** Restores the last granted view. A view that is too large ends the stream, and would end the next one too. */
   private takeViewBack(error: ServerError): void {
     const { grantedView, view } = this;
     const keys = Object.keys(view) as (keyof ViewRequest)[];
@@ -234,7 +234,7 @@ export class SessionStream implements ConnectionHost {
     this.listeners.emit('view', grantedView);
   }
 
-  /** What came cannot be read: everything is asked for anew. */
+  /** The server's data cannot be read: everything is requested again. */
   private useless(error: Error): void {
     this.startAnew();
     this.lost();
@@ -242,7 +242,7 @@ export class SessionStream implements ConnectionHost {
     this.connection.reopen();
   }
 
-  /** The next stream is sent everything, whatever of those before is still being decoded. */
+  /** The next stream sends everything, even if updates of earlier streams are still being decoded. */
   private startAnew(): void {
     this.resumeToken = new Uint8Array();
     this.startsAnew = true;

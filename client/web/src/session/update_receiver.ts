@@ -17,7 +17,7 @@ interface Incoming {
   grid?: Grid;
   unseen?: bigint;
   bytes: number;
-  /** Absent until it has ended; then it is decoded. */
+  /** Absent before its end. */
   end?: UpdateEnd;
   isCancelled: boolean;
   ofLostStream: boolean;
@@ -28,7 +28,7 @@ export interface ReceivedUpdate extends Pick<Incoming, 'ofLostStream' | 'unseen'
   readonly end: UpdateEnd;
   /** Absent where no chunk changed. */
   readonly surface: SurfaceUpdate | undefined;
-  /** In its chunks, each counted once. */
+  /** Patches in its chunks, each counted once. */
   readonly patches: number;
   /** From update_begin to update_end, in ms. */
   readonly transferMs: number;
@@ -37,8 +37,8 @@ export interface ReceivedUpdate extends Pick<Incoming, 'ofLostStream' | 'unseen'
 }
 
 /**
- * Gathers updates: chunks are decoded as they come, and an update is handed on when it has ended and all of it is
- * decoded, in order. Where the next one has ended by then, both become one, less what the older one need not decode.
+ * Gathers updates. Chunks are decoded as they come. An update is handed on, in order, when it has ended and is decoded.
+ * If the next one has ended by then, both become one, without the older chunks that the next one replaces.
  */
 export class UpdateReceiver {
   private static readonly LAYOUTS_KEPT = 4;
@@ -49,10 +49,10 @@ export class UpdateReceiver {
   private ended: Incoming | undefined;
 
   /**
-   * @param received Gets whole updates in order; what it throws goes to failed. `ofLostStream`: the number of the update
-   *   means nothing to the stream that is open now. `unseen`: the newest update of the same stream that ended before and was
-   *   not handed on by itself.
-   * @param failed Gets what could not be decoded; the stream is of no use then.
+   * @param received Gets whole updates in order; what it throws goes to `failed`. `ofLostStream`: the update's number
+   *   means nothing to the stream that is open now. `unseen`: the newest update of the same stream that was merged into
+   *   this one.
+   * @param failed Called if an update cannot be decoded; the stream is of no use then.
    */
   constructor(
     private readonly pool: DecodePool,
@@ -106,7 +106,7 @@ export class UpdateReceiver {
     void this.finish(update, end);
   }
 
-  /** The stream is lost: what has not ended does not count. */
+  /** The stream is lost: an update that has not ended is dropped. */
   reset(): void {
     this.drop(this.incoming);
     this.incoming = undefined;
@@ -141,7 +141,7 @@ export class UpdateReceiver {
     }
   }
 
-  /** Takes what `newer` lacks of `older`, which is not shown by itself, if both are of one layout and grid. */
+  /** Moves to `newer` the chunks that only `older` has, if layout and grid are equal. `older` is not handed on. */
   private merge(older: Incoming, newer: Incoming): void {
     const sameForm = !newer.layout || (newer.layout.id === older.layout?.id && newer.grid === older.grid);
     for (const [index, chunk] of older.chunks) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a person has chosen: tools, how transforms behave, what is drawn, how the surface is sent.
+// The choices of a person: tools, behaviour of transforms, what is drawn, how the surface is sent.
 import type { SoftSelection } from '../edit/falloff';
 import type { Mirror } from '../edit/mirror';
 import type { MotionKind } from '../edit/motion';
@@ -9,7 +9,7 @@ import type { Orientation, Pivot } from '../edit/pivot';
 import type { ViewRequest } from '../session/scene_session';
 import { Store } from './store';
 
-/** What a press on the view does: select and drag points, draw a box, or pull the surface. */
+/** The action of a press on the view: select and drag points, draw a box, or pull the surface. */
 export type Tool = 'select' | 'box' | 'pull';
 export type Colouring = 'plain' | 'boxes' | 'displacement' | 'texture';
 export type Theme = 'system' | 'light' | 'dark';
@@ -22,9 +22,9 @@ export const DEFAULT_SETTINGS = {
   pivot: 'median' as Pivot,
   soft: { enabled: false, radius: 0.5, falloff: 'smooth' } as SoftSelection,
   mirror: [false, false, false] as Mirror,
-  /** Whether a press adds a point to the selection, or takes it out again, instead of replacing it. */
+  /** Whether a press adds a point to the selection or removes it, instead of replacing the selection. */
   toggling: false,
-  /** Selects, and shows, points through the surface too. */
+  /** Whether points behind the surface are shown and can be selected. */
   through: true,
   orthographic: false,
   cage: true,
@@ -42,13 +42,13 @@ export const DEFAULT_SETTINGS = {
 
 export type Settings = typeof DEFAULT_SETTINGS;
 
-/** What a browser remembers from one visit to the next: taste, not what depends on the mesh. */
+/** The settings that a browser remembers between visits: taste, nothing that depends on the mesh. */
 const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme'] as const;
 const STORAGE_KEY = 'latticed.settings';
 
 export type SettingsStore = Store<Settings>;
 
-/** Settings that are kept in `storage`; where that refuses, they live as long as the page. */
+/** Settings that are saved in `storage`. If it refuses, they last as long as the page. */
 export function rememberedSettings(storage: Pick<Storage, 'getItem' | 'setItem'>): SettingsStore {
   const store = new Store<Settings>({ ...DEFAULT_SETTINGS, ...read(storage) });
   store.subscribe((settings) => {
@@ -56,7 +56,7 @@ export function rememberedSettings(storage: Pick<Storage, 'getItem' | 'setItem'>
     try {
       storage.setItem(STORAGE_KEY, JSON.stringify(kept));
     } catch {
-      // Private windows refuse storage: the choice is then this page's alone.
+      // Private windows refuse storage: the choice then lasts as long as the page.
     }
   });
   return store;

@@ -3,10 +3,10 @@
 
 import { Signal } from './signal';
 
-/** A record that tells of its changes. */
+/** A record that reports its changes. */
 export class Store<T extends object> {
   private readonly changed = new Signal<[value: Readonly<T>, before: Readonly<T>]>();
-  /** Calls a listener after every change; the function returned ends that. */
+  /** Calls a listener after every change; the function returned removes it. */
   readonly subscribe = this.changed.on;
 
   constructor(private current: T) {}
@@ -15,7 +15,7 @@ export class Store<T extends object> {
     return this.current;
   }
 
-  /** Replaces the fields named; listeners hear of it where one of them is another. */
+  /** Replaces the named fields. Listeners are called if a value has changed. */
   set(change: Partial<T>): void {
     const before = this.current;
     const keys = Object.keys(change) as (keyof T)[];

@@ -4,10 +4,10 @@ import { Color, type DataTexture } from 'three';
 import { patchTexture } from './patch_texture';
 import type { TopologyLayout } from './topology_layout';
 
-/** What is known of patches besides their points: their shape at rest, texture coordinates. */
+/** Facts about patches besides their points: the shape at rest, and texture coordinates. */
 export type PatchFacts = 'rest' | 'uvs';
 
-/** Where patches come from in the source mesh (surface.proto, TopologyPart). */
+/** The places of patches in the source mesh (surface.proto, TopologyPart). */
 export interface PatchOrigins {
   /** Three per patch: corners of the source triangle. */
   readonly corners: Uint32Array;
@@ -22,11 +22,11 @@ export interface RestCorners {
   readonly corners: Float32Array;
 }
 
-/** What the surface asks for only when a look needs it. */
+/** Data that the surface fetches only when a look needs it. */
 export interface PatchSource {
   origins(topologyId: string): Promise<PatchOrigins>;
   restCorners(): Promise<RestCorners>;
-  /** Knot box of a world point at rest: a number per box, or -1 outside the frame. */
+  /** Number of the knot box of a world point at rest, or -1 outside the frame. */
   boxOf(x: number, y: number, z: number): number;
 }
 
@@ -42,12 +42,12 @@ export class PatchColours {
   restOrigin: readonly [number, number, number] | undefined;
   private layout: TopologyLayout | undefined;
   private corners: Float32Array | undefined;
-  private readonly asks = new Map<PatchFacts, symbol>();  // the newest of each; answers to earlier ones are of no use
-  private readonly told = new Map<PatchFacts, string>();  // why each failed, of those that have not come since
+  private readonly asks = new Map<PatchFacts, symbol>();  // the newest of each kind; earlier answers are dropped
+  private readonly told = new Map<PatchFacts, string>();  // why each failed last, until it arrives
 
   /**
-   * @param changed Told when something has come.
-   * @param failed Told when something could not be had, once for each cause until it is chosen again.
+   * @param changed Called when facts have arrived.
+   * @param failed Called when facts cannot be fetched, once for each cause until the look is chosen again.
    */
   constructor(
     private readonly source: PatchSource,
@@ -55,7 +55,7 @@ export class PatchColours {
     private readonly failed: (what: PatchFacts, error: unknown) => void,
   ) {}
 
-  /** The layout of what is drawn; says whether its patches are others, which they are where their number is. */
+  /** Sets the layout that is drawn. Returns whether the patches have changed, which is so if their number has. */
   setLayout(layout: TopologyLayout): boolean {
     const areOthers = this.layout?.patchCount !== layout.patchCount;
     if (this.layout && areOthers) this.forget();
@@ -67,13 +67,13 @@ export class PatchColours {
   setUvs(corners: Float32Array | undefined): void {
     const isSame = corners?.length === this.corners?.length && corners?.every((value, i) => value === this.corners![i]);
     this.corners = corners;
-    if (isSame) return;  // other pictures in the same places: nothing is drawn without them meanwhile
+    if (isSame) return;  // other pictures in the same places: the coordinates stay, so no frame is drawn without them
     this.uvs?.dispose();
     this.uvs = undefined;
     this.asks.delete('uvs');
   }
 
-  /** The lattice has other knots: nothing is asked for until a layout of theirs comes. */
+  /** The lattice has other knots. Nothing is fetched until the layout for them arrives. */
   structureChanged(): void {
     this.forget();
     this.layout = undefined;
@@ -85,13 +85,13 @@ export class PatchColours {
     this.asks.clear();
   }
 
-  /** The look is another: what has failed may be asked for again, and said again. */
+  /** The look has changed: failed fetches may be repeated, and reported again. */
   chosenAnew(): void {
     for (const what of this.told.keys()) this.asks.delete(what);
     this.told.clear();
   }
 
-  /** The server is there again: what has not come may be asked for again, for answers may be lost. */
+  /** The server is back: missing facts may be fetched again, since answers may be lost. */
   reconnected(): void {
     if (!this.restCorners) this.asks.delete('rest');
     if (!this.uvs) this.asks.delete('uvs');
@@ -146,7 +146,7 @@ export class PatchColours {
     });
   }
 
-  /** Two texels per patch: u v of two corners; u v of the third, the layer. */
+  /** Two texels per patch: u v of two corners, then u v of the third corner and the layer. */
   private takeOrigins({ corners, barycentrics }: PatchOrigins): void {
     const uvs = this.corners!;
     this.uvs = patchTexture(corners.length / 3, 2, (patch, out, at) => {

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 import { DataTexture, FloatType, NearestFilter, RGBAFormat, UnsignedByteType } from 'three';
 
-/** Texels in a row of a texture that holds numbers per patch; the shader's PATCH_TEXTURE_WIDTH. */
+/** Texels in a row of a texture that holds numbers per patch. The shader uses it too. */
 export const PATCH_TEXTURE_WIDTH = 1024;
 
-/** A float texture of `texels` times four numbers per patch, patch after patch. */
+/** A float texture with `texels` texels of four numbers per patch, patch after patch. */
 export function patchTexture(patches: number, texels: number, fill: (patch: number, out: Float32Array, at: number) => void): DataTexture {
   const height = Math.max(1, Math.ceil((patches * texels) / PATCH_TEXTURE_WIDTH));
   const data = new Float32Array(4 * PATCH_TEXTURE_WIDTH * height);
@@ -13,7 +13,7 @@ export function patchTexture(patches: number, texels: number, fill: (patch: numb
   return finished(new DataTexture(data, PATCH_TEXTURE_WIDTH, height, RGBAFormat, FloatType));
 }
 
-/** The (i0, i1, i2) of every point of a patch, one texel each. */
+/** The (i0, i1, i2) of each point of a patch, one texel per point. */
 export function patternTexture(points: Uint32Array): DataTexture {
   const count = points.length / 3;
   const data = new Uint8Array(4 * count);

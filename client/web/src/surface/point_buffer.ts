@@ -10,13 +10,13 @@ interface Drawn {
 }
 
 /**
- * One vertex buffer for all chunks, written in place; only what was written goes to the GPU.
+ * One vertex buffer for all chunks. It is written in place, and only written ranges go to the GPU.
  *
  *   integers   uint16 x y z 0 s t      12 bytes a point
- *   floats     float32 x y z nx ny nz  24 bytes a point, of RAW
+ *   floats     float32 x y z nx ny nz  24 bytes a point, for RAW
  *
- * It is made anew only for more points than it has room for, or for the other type. The triangles of a topology are
- * made once; those of the last few are kept, since level of detail goes to and fro.
+ * The buffer is allocated again only for more points or for the other type. The triangles of a topology are made once.
+ * Those of the last 3 layouts are kept, since the level of detail often switches between them.
  */
 export class PointBuffer {
   private static readonly LAYOUTS_KEPT = 3;
@@ -24,7 +24,7 @@ export class PointBuffer {
   private buffer: InterleavedBuffer | undefined;
   private isFloat = false;
   private readonly drawn: Drawn[] = [];  // the newest first
-  private readonly dirty = new Map<number, { count: number }>();  // what was written since the last upload, by its first point
+  private readonly dirty = new Map<number, { count: number }>();  // ranges written since the last upload, by first point
 
   /** Buffers and geometries made so far; tests count them. */
   made = 0;
@@ -33,14 +33,14 @@ export class PointBuffer {
     return this.isFloat;
   }
 
-  /** Makes room, and returns the geometry that draws this layout. */
+  /** Allocates if needed, and returns the geometry that draws this layout. */
   prepare(layout: TopologyLayout, float: boolean): BufferGeometry {
     const room = this.buffer ? this.buffer.count : 0;
     if (!this.buffer || float !== this.isFloat || room < layout.pointCount) this.allocate(layout.pointCount, float);
     const at = this.drawn.findIndex((one) => one.layout.id === layout.id);
     const found = at >= 0 ? this.drawn.splice(at, 1)[0]! : { layout, geometry: this.geometryOf(layout) };
     this.drawn.unshift(found);
-    // Its geometry goes, but not the shared vertex buffer, which dispose() would delete.
+    // Frees its triangles, but not the shared vertex buffer, which dispose() would delete.
     if (this.drawn.length > PointBuffer.LAYOUTS_KEPT) release(this.drawn.pop()!.geometry);
     return found.geometry;
   }
@@ -78,7 +78,7 @@ export class PointBuffer {
     buffer.setUsage(DynamicDrawUsage);
     buffer.onUpload(() => {
       this.dirty.clear();
-      buffer.clearUpdateRanges();  // three leaves them after the first upload, of everything
+      buffer.clearUpdateRanges();  // three keeps them after the first upload, which sends everything
     });
     this.buffer = buffer;
     this.dirty.clear();

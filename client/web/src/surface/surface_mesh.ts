@@ -19,13 +19,13 @@ export interface SurfaceLook {
   readonly colour?: number;
 }
 
-/** What the integers of chunks mean (event.proto, Quantisation): position = origin + integer * step. */
+/** The meaning of a chunk's integers (event.proto, Quantisation): position = origin + integer * step. */
 export interface Grid {
   /** World units, in double. */
   readonly origin: readonly [number, number, number];
   /** World units per integer; 1 for floats, which are relative to `origin` too. */
   readonly step: number;
-  /** Bits per coordinate of the octahedral map. */
+  /** Bits per coordinate of the octahedral normals. */
   readonly normalBits: number;
 }
 
@@ -40,12 +40,12 @@ export interface SurfaceUpdate {
 
 /** The streamed surface as three draws it: one geometry for all chunks, written in place. */
 export class SurfaceMesh {
-  private static readonly PATCHES_ASKED = 10_000;  // a millisecond
-  private static readonly LEAST_HEAT = 5e-3;  // of the size: below, colours would show the steps of the grid
+  private static readonly PATCHES_ASKED = 10_000;  // takes about a millisecond
+  private static readonly LEAST_HEAT = 5e-3;  // of the surface's size; smaller ranges would show the steps of the grid
 
-  /** World coordinates less `origin`, which is its position. */
+  /** In world coordinates: the mesh and the ghost inside have positions of their own. */
   readonly object = new Group();
-  /** World bounds of what was received last. */
+  /** World bounds of the surface as received last. */
   readonly bounds = new Box3();
   private readonly points = new PointBuffer();
   private readonly uniforms = {
@@ -57,16 +57,16 @@ export class SurfaceMesh {
   };
   private readonly material = this.materialOf({ side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, polygonOffset: true,
-    polygonOffsetFactor: -1, polygonOffsetUnits: -256 });  // where nothing has moved it lies on the surface, but for half a step of its grid
+    polygonOffsetFactor: -1, polygonOffsetUnits: -256 });  // unmoved parts lie on the surface, to half a step of its grid
   private readonly mesh = new Mesh(undefined, this.material);
   private readonly ghost = new Mesh(undefined, this.ghostMaterial);
   private readonly patches: PatchColours;
-  /** Called when it looks otherwise without an update: what a look asked for has come. */
+  /** Called when the surface looks different without an update: data for the look has arrived. */
   onChanged?: () => void;
-  /** Called when what a look asked for cannot be had: it is drawn without. Once for each cause until another look is chosen. */
+  /** Called when data for a look cannot be fetched. Once for each cause until another look is chosen. */
   onFailed?: (what: PatchFacts, error: unknown) => void;
   private extents = new Float32Array();
-  /** What is drawn; absent before the first update. */
+  /** The layout that is drawn; absent before the first update. */
   layout: TopologyLayout | undefined;
   grid: Grid | undefined;
   private hasNormals = false;
@@ -85,7 +85,7 @@ export class SurfaceMesh {
     this.object.add(this.mesh, this.ghost);
   }
 
-  /** World units that the end of the heat map's colours stands for: the largest displacement that is seen. */
+  /** The displacement at the end of the heat map, in world units: the largest one found, at least 0.5 % of the size. */
   get displacementRange(): number {
     return this.uniforms.displacementRange.value;
   }
@@ -94,12 +94,12 @@ export class SurfaceMesh {
     return this.layout?.patchCount ?? 0;
   }
 
-  /** Whether the look's texture is drawn: its coordinates come from the server first. */
+  /** Whether the look's texture is drawn, which needs its coordinates from the server. */
   get isTextured(): boolean {
     return 'TEXTURED' in (this.material.defines ?? {});
   }
 
-  /** World coordinates of a point, by its number in the layout, as it was received. */
+  /** World coordinates of a received point, by its number in the layout. */
   positionOf(point: number): [number, number, number] {
     const [x = 0, y = 0, z = 0] = this.points.pointAt(point);
     const { origin, step } = this.grid!;
@@ -127,13 +127,13 @@ export class SurfaceMesh {
     this.scaleHeat();
   }
 
-  /** The knots have changed: patches are others, and what is known of them is of no use. */
+  /** The knots have changed, so the patches have too: facts about the old ones are dropped. */
   structureChanged(): void {
     this.patches.structureChanged();
     this.dress();
   }
 
-  /** The server is there again: what a look asked for and has not come is asked for again. */
+  /** The server is back: data that the look still lacks is fetched again. */
   reconnected(): void {
     this.patches.reconnected();
     this.dress();
@@ -150,8 +150,8 @@ export class SurfaceMesh {
   }
 
   /**
-   * Base colours in layers, with u v layer for each corner of the mesh, v from the texture's first row on; without both:
-   * none. The texture stays its owner's.
+   * Sets base colours in layers, with u v layer for each corner of the mesh; v = 0 is the texture's first row. Without
+   * arguments there are none. The caller keeps the texture and disposes of it.
    */
   setTexture(texture: DataArrayTexture | undefined, corners?: Float32Array): void {
     this.uniforms.map.value = texture ?? null;
@@ -190,7 +190,7 @@ export class SurfaceMesh {
     if (this.look.colouring === 'displacement') this.uniforms.displacementRange.value = this.largestDisplacement();
   }
 
-  /** Of corners of patches; of very many patches some are asked. */
+  /** Measured at the corners of patches. With more than 10,000 patches, only a part of them is measured. */
   private largestDisplacement(): number {
     const rest = this.patches.restCorners?.image.data as Float32Array | undefined;
     const { layout } = this;
@@ -223,7 +223,7 @@ export class SurfaceMesh {
     const local = new Box3();
     const corner = new Vector3();
     for (let i = 0; i < this.extents.length; i += 3) {
-      if (Number.isFinite(this.extents[i])) local.expandByPoint(corner.fromArray(this.extents, i)); // else that chunk has not come
+      if (Number.isFinite(this.extents[i])) local.expandByPoint(corner.fromArray(this.extents, i)); // NaN: that chunk has not come
     }
     this.mesh.geometry.boundingBox = local;
     this.mesh.geometry.boundingSphere = local.getBoundingSphere(new Sphere());
@@ -231,7 +231,7 @@ export class SurfaceMesh {
     this.bounds.copy(local).applyMatrix4(this.mesh.matrix);
   }
 
-  /** Sets what the shaders draw from look and from what is known of the patches, and asks for what is not. */
+  /** Sets the shaders' input from the look and the known facts about patches. Fetches missing facts. */
   private dress(): void {
     const { look, patches } = this;
     if (this.layout) {
@@ -261,7 +261,7 @@ export class SurfaceMesh {
   }
 }
 
-/** Compiles anew only where defines differ. */
+/** Compiles the shaders again only if the defines differ. */
 function redefine(material: ShaderMaterial, defines: Record<string, string>): void {
   const { keys } = Object;
   if (keys(defines).sort().join() === keys(material.defines ?? {}).sort().join()) return;

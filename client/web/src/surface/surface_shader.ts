@@ -3,12 +3,12 @@
 import { PATCH_TEXTURE_WIDTH } from './patch_texture';
 
 /**
- * The surface's shaders. Quantisation of positions is undone by the object's own matrix (translation in double on
- * the CPU, so relative to the camera), the octahedral map here (formula of view.proto, ENCODING_QUANTISED).
+ * The surface's shaders. The mesh's matrix undoes the quantisation of positions. The CPU computes it in double,
+ * relative to the camera. The vertex shader decodes octahedral normals (formula of view.proto, ENCODING_QUANTISED).
  *
  * Defines: FLOAT_POINTS (RAW), HAS_NORMALS, BOXES, DISPLACEMENT, TEXTURED (colour), LINES, GHOST (the rest shape).
- * What lies on a patch is found by its number, gl_VertexID over the points of a patch; so there is no attribute but
- * what is streamed. Lines lie where a barycentric times the segments is whole.
+ * Facts of a patch are found by its number, gl_VertexID / pointsPerPatch, so only streamed data are attributes. Lines
+ * are where a barycentric times the segments is an integer.
  */
 export const VERTEX_SHADER = /* glsl */ `
   precision highp float;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Topology } from 'latticed/v1/event_pb';
 
-/** Where the points of chunks lie, and how they make triangles (event.proto, Topology). */
+/** The place of each chunk's points, and their triangles (event.proto, Topology). */
 export class TopologyLayout {
   readonly id: string;
   /** Subdivisions per patch edge. */
@@ -12,7 +12,7 @@ export class TopologyLayout {
   readonly pointsPerPatch: number;
   /** (i0, i1, i2) of each point of a patch. */
   readonly patternPoints: Uint32Array;
-  /** Point numbers inside the patch, three a triangle. */
+  /** Point numbers inside the patch, three per triangle. */
   readonly patternTriangles: Uint32Array;
   /** First patch of each chunk, and one past the last patch. */
   readonly firstPatch: Uint32Array;
@@ -36,7 +36,7 @@ export class TopologyLayout {
     return this.firstPatch.length - 1;
   }
 
-  /** Throws where there is no such chunk. */
+  /** Throws if there is no such chunk. */
   patchesOf(chunk: number): number {
     const count = this.firstPatch[chunk + 1]! - this.firstPatch[chunk]!;
     if (Number.isNaN(count)) throw new Error(`chunk ${chunk} of ${this.chunkCount}`);

@@ -4,7 +4,7 @@ import { create } from '@bufbuild/protobuf';
 import { EditBatchSchema, type Edit, type EditBatch, type EditResult, type GesturePhase } from 'latticed/v1/edit_pb';
 import { together, type Targets } from './edit_targets';
 
-/** What becomes one EditBatch. */
+/** The content of one EditBatch. */
 export interface NewBatch {
   readonly edits: readonly Edit[];
   readonly targets?: Targets | undefined;
@@ -17,15 +17,15 @@ interface Batch {
   readonly targets: Targets | undefined;
   /** performance.now() of the edit. */
   readonly madeAt: number;
-  /** Revision that the answer names; absent while there is none. */
+  /** The revision that the answer names; absent before the answer. */
   revision?: bigint;
 }
 
-/** What an answer is to. */
+/** The batch that an answer is for. */
 export interface Answered {
   readonly refused: boolean;
   readonly targets?: Targets | undefined;
-  /** Empty for an edit of its own. */
+  /** Empty for an edit outside a gesture. */
   readonly gestureId?: string;
 }
 
@@ -44,11 +44,11 @@ export class EditQueue {
 
   /**
    * @param send Sends one batch.
-   * @param now Milliseconds.
+   * @param now The time in milliseconds.
    */
   constructor(private readonly send: (batch: EditBatch) => void, private readonly now: () => number = () => performance.now()) {}
 
-  /** Where edits of one structure put control points that the server's lattice may not have there yet, oldest first. */
+  /** The targets of edits to one structure that the server's lattice here may lack, oldest first. */
   overlays(structureId: bigint): readonly Targets[] {
     return [...this.answered, ...this.unansweredBatches]
       .flatMap(({ message, targets }) => (targets && message.structureId === structureId ? [targets] : []));
@@ -59,7 +59,7 @@ export class EditQueue {
     return this.unansweredBatches.length;
   }
 
-  /** Adds a batch; with `replace` in place of the newest of that gesture, if it still waits. */
+  /** Adds a batch. With `replace` it takes the place of the gesture's newest batch, if that still waits. */
   add(batch: NewBatch, structureId: bigint, replace = false): void {
     const last = this.waiting.at(-1);
     if (replace && last && last.message.gestureId === batch.gestureId) this.waiting.pop();
@@ -67,7 +67,7 @@ export class EditQueue {
     this.pump();
   }
 
-  /** All that waits is for a structure that has another id now, and goes after `first`. */
+  /** Gives all waiting batches the new id of their structure, and puts `first` before them. */
   goOn(structureId: bigint, first?: NewBatch): void {
     for (const { message } of this.waiting) message.structureId = structureId;
     if (first) this.waiting.unshift(this.made(first, structureId));
@@ -81,12 +81,12 @@ export class EditQueue {
     return { edits: last.message.edits, targets: last.targets, gestureId };
   }
 
-  /** Whether the server may know of this gesture, the newest. */
+  /** Whether the last batch sent is of this gesture, so that the server may know of it. */
   hasSent(gestureId: string): boolean {
     return this.sentGesture === gestureId;
   }
 
-  /** A stream is open: what was in flight goes again. */
+  /** A stream is open: the batch in flight is sent again. */
   opened(): void {
     this.isOpen = true;
     if (this.inFlight) this.send(this.inFlight.message);
@@ -97,7 +97,7 @@ export class EditQueue {
     this.isOpen = false;
   }
 
-  /** Takes an answer; returns the batch's targets where it was refused, to be shown no longer, else whose gesture has moved. */
+  /** Takes an answer. Returns the targets to take back if the batch was refused, else the batch's gesture. */
   answer(result: EditResult): Answered {
     const batch = this.inFlight;
     if (!batch || batch.message.sequence !== result.sequence) return { refused: false };
@@ -111,12 +111,12 @@ export class EditQueue {
     return refused ? { refused, targets: batch.targets } : { refused, gestureId: batch.message.gestureId };
   }
 
-  /** The server's lattice here is at `revision`: answered edits up to it are in it. */
+  /** The server's lattice here is at `revision`: answered edits up to this revision are in it. */
   reached(revision: bigint): void {
     while (this.answered[0] && this.answered[0].revision! <= revision) this.answered.shift();
   }
 
-  /** Drops what waits for another structure than this, or for any where it is absent; returns how many steps that were. */
+  /** Drops waiting batches for other structures, or all if `structureId` is absent. Returns how many. */
   dropOther(structureId?: bigint): number {
     const dropped = this.waiting.filter(({ message }) => message.structureId !== structureId);
     const kept = this.waiting.filter(({ message }) => message.structureId === structureId);
@@ -125,8 +125,8 @@ export class EditQueue {
   }
 
   /**
-   * Forgets everything, as the server has. Returns where it puts control points, and whether there was a step without
-   * an answer of which only the server knew where it would put them, as an undo.
+   * Forgets everything, as the server has. Returns the targets of the forgotten edits. `lost`: there was an unanswered
+   * step without targets, for example an undo, whose result only the server knows.
    */
   clear(structureId: bigint): { readonly targets: Targets | undefined; readonly lost: boolean } {
     const lost = this.unansweredBatches.some(({ message, targets }) => message.edits.length > 0 && !targets);
@@ -136,7 +136,7 @@ export class EditQueue {
     return { targets, lost };
   }
 
-  /** Milliseconds since the newest own edit up to `sequence` that was not asked for before. */
+  /** Milliseconds since the newest sent edit up to `sequence`; undefined if an earlier call has reported it. */
   ageOf(sequence: bigint): number | undefined {
     let newest: number | undefined;
     while (this.sent[0] && this.sent[0].sequence <= sequence) newest = this.sent.shift()!.madeAt;
@@ -147,7 +147,7 @@ export class EditQueue {
     return [...(this.inFlight ? [this.inFlight] : []), ...this.waiting];
   }
 
-  /** Without a sequence, which it gets when it is sent. */
+  /** A batch without a sequence number, which it gets when it is sent. */
   private made({ edits, targets, gestureId, phase }: NewBatch, structureId: bigint): Batch {
     const message = create(EditBatchSchema, {
       structureId, edits: [...edits], ...(gestureId && { gestureId }), ...(phase && { gesturePhase: phase }),

@@ -3,13 +3,13 @@
 import { add, pointAt, type Vec3 } from '../../lattice/vec';
 import type { LatticeEdit } from './lattice_edit';
 
-/** Where control points go: x y z per index, world units. */
+/** Positions of control points after an edit: x y z per index, world units. */
 export interface Targets {
   readonly indices: Uint32Array;
   readonly positions: Float64Array;
 }
 
-/** What an edit makes of points, as the server will; undefined for a drag, which only the server can solve. */
+/** The targets of an edit, as the server computes them; undefined for a drag, which only the server can solve. */
 export function targetsOf(edit: LatticeEdit, points: Float64Array): Targets | undefined {
   switch (edit.kind) {
     case 'set': return { indices: edit.indices, positions: edit.positions };
@@ -22,7 +22,7 @@ export function targetsOf(edit: LatticeEdit, points: Float64Array): Targets | un
   }
 }
 
-/** `targets`, and for points of `touched` that it lacks their places in `points`. */
+/** Adds to `targets` the points of `touched` that it lacks, at their places in `points`. */
 export function withRestored(targets: Targets, touched: Iterable<number>, points: Float64Array): Targets {
   const present = new Set(targets.indices);
   const restored = Array.from(touched).filter((index) => !present.has(index));
@@ -35,7 +35,7 @@ export function withRestored(targets: Targets, touched: Iterable<number>, points
   return { indices, positions };
 }
 
-/** Where targets, one after another, leave control points; undefined where they move none. */
+/** Merges targets; later ones win. Undefined if they move no point. */
 export function together(all: readonly Targets[]): Targets | undefined {
   const places = new Map<number, Float64Array>();
   for (const { indices, positions } of all) {
@@ -47,7 +47,7 @@ export function together(all: readonly Targets[]): Targets | undefined {
   return { indices: Uint32Array.from(places.keys()), positions };
 }
 
-/** Those of `targets` that are not where `points` has them; undefined where all are. */
+/** The targets that differ from `points`; undefined if none does. */
 export function differing({ indices, positions }: Targets, points: Float64Array): Targets | undefined {
   const kept = Array.from(indices.keys()).filter((i) =>
     [0, 1, 2].some((axis) => positions[3 * i + axis] !== points[3 * indices[i]! + axis]));

@@ -22,5 +22,5 @@ export type LatticeEdit =
   | { readonly kind: 'transform'; readonly indices: Uint32Array; readonly matrix: Float64Array }
   /** x y z per index. */
   | { readonly kind: 'set'; readonly indices: Uint32Array; readonly positions: Float64Array }
-  /** The smallest move of control points that takes surface points to targets, x y z each. */
+  /** The smallest move of control points that moves surface points to targets, x y z each. */
   | { readonly kind: 'drag'; readonly points: readonly SurfacePoint[]; readonly targets: Float64Array };

@@ -7,10 +7,10 @@ import type { EditQueue } from './edit_queue';
 import type { Targets } from './edit_targets';
 
 /**
- * The lattice that is shown: the server's newest with own edits on top, in their order.
+ * The lattice that is shown: the server's newest one with this window's edits on top, in their order.
  *
- * The server's states and deltas may come before or after the answers to own edits; the queue
- * takes one away only when both are here, so the cage never jumps back.
+ * The server's states and deltas may come before or after the answers to these edits. The queue drops an edit only when
+ * both have arrived, so the cage never jumps back.
  */
 export class LatticeModel {
   private shownLattice: Lattice;
@@ -25,7 +25,7 @@ export class LatticeModel {
     return this.shownLattice;
   }
 
-  /** Takes a whole lattice; returns whether more than control points differ, so that `shown` is another object. */
+  /** Takes a whole lattice. Returns whether its structure is another one, so that `shown` is a new object. */
   takeState(lattice: Lattice, structureId: bigint, revision: bigint): boolean {
     const changed = structureId !== this.structureId || !sameStructure(lattice, this.server);
     this.server = lattice;
@@ -40,7 +40,7 @@ export class LatticeModel {
     this.revision = revision;
   }
 
-  /** Shows an own edit on top of the others. */
+  /** Shows an edit of this window on top of the others. */
   show(targets: Targets): void {
     write(this.shownLattice.points, targets);
   }

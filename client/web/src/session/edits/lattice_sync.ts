@@ -16,7 +16,7 @@ import { OwnGesture } from './own_gesture';
 import type { Listeners } from '../listeners';
 import type { Gesture, GestureListener, SessionEvents } from '../scene_session';
 
-/** Keeps the lattice that is shown in step with the server's, between edits that go out and states that come in. */
+/** Keeps the lattice that is shown in step with the server's: edits go out, states and deltas come in. */
 export class LatticeSync {
   private static readonly DROPPED = 'The lattice got other control points meanwhile, so unsent edits were dropped.';
   private static readonly CHANGED = 'The lattice got other control points meanwhile, so what was being moved was let go.';
@@ -25,14 +25,14 @@ export class LatticeSync {
   private readonly queue: EditQueue;
   private model: LatticeModel | undefined;
   private openGesture: OwnGesture | undefined;
-  private isRestored = false;  // the scene was made anew and its lattice has not come
-  private toRepeat: Targets | undefined;  // own edits that a restored scene may lack
+  private isRestored = false;  // the scene was made again and its lattice has not arrived
+  private toRepeat: Targets | undefined;  // this window's edits that a restored scene may lack
 
   constructor(send: (batch: EditBatch) => void, private readonly listeners: Listeners<SessionEvents>) {
     this.queue = new EditQueue(send);
   }
 
-  /** Undefined before the first. */
+  /** Undefined before the first lattice. */
   get shown(): Lattice | undefined {
     return this.model?.shown;
   }
@@ -43,7 +43,7 @@ export class LatticeSync {
     return this.openGesture;
   }
 
-  /** One edit that is an undo step of its own; `targets` are shown at once. */
+  /** One edit that is an undo step of its own. `targets` are shown at once. */
   step(edit: Edit, targets?: Targets): void {
     this.openGesture?.giveWay();
     this.queue.add({ edits: [edit], targets }, this.model!.structureId);
@@ -86,12 +86,12 @@ export class LatticeSync {
     this.listeners.emit('refused', inWords(error), /^NOTHING_TO_/.test(error.reason));
   }
 
-  /** Milliseconds since the newest own edit up to `sequence` that was not asked for before. */
+  /** Milliseconds since the newest sent edit up to `sequence`; undefined if an earlier call has reported it. */
   ageOf(sequence: bigint): number | undefined {
     return this.queue.ageOf(sequence);
   }
 
-  /** A stream is open: what was in flight goes again. In a scene made anew nothing goes before what is repeated. */
+  /** A stream is open: the batch in flight is sent again. After a restore, the edits to repeat must be sent first. */
   opened(): void {
     if (!this.isRestored) this.queue.opened();
   }
@@ -101,19 +101,19 @@ export class LatticeSync {
   }
 
   /**
-   * The scene was made anew, by this window or another one, and the server knows nothing of earlier edits. Its lattice may
-   * lack those that were not answered, and may have them: control points that are not where they were put go there.
+   * The scene was made again, by this or another window, and the server knows nothing of earlier edits. Its lattice may
+   * or may not hold the edits that were not answered. Control points that are not at their targets are set again.
    */
   restored(): void {
     if (!this.model) return;
     if (this.openGesture?.abandon()) this.listeners.emit('refused', LatticeSync.RESTARTED);
     const { targets, lost } = this.queue.clear(this.model.structureId);
     this.isRestored = true;
-    this.toRepeat = together([this.toRepeat, targets].filter((each) => each !== undefined));  // of a restart before, whose lattice has not come
+    this.toRepeat = together([this.toRepeat, targets].filter((each) => each !== undefined));  // after two restarts in a row
     if (lost) this.listeners.emit('refused', 'The server was restarted before it had answered all edits, so some were dropped.');
   }
 
-  /** Puts what the lattice of a scene made anew lacks before what was done since; a gesture that runs goes on. */
+  /** Queues what a restored lattice lacks before later edits. A gesture goes on if the structure id is the same. */
   private repeat(lattice: Lattice, structureId: bigint): void {
     const { toRepeat, model } = this;
     this.isRestored = false;
@@ -129,7 +129,7 @@ export class LatticeSync {
     }
   }
 
-  /** Of another structure than this, of all where it is absent: one may come under the id of the one before. */
+  /** Ends the gesture, and drops edits for other structures than this; for all if absent, as an id may return. */
   private letGo(structureId?: bigint): void {
     const ended = this.openGesture?.abandon();
     if (this.queue.dropOther(structureId)) this.listeners.emit('refused', LatticeSync.DROPPED);

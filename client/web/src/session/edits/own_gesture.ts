@@ -9,7 +9,7 @@ import type { LatticeEdit } from './lattice_edit';
 import type { LatticeModel } from './lattice_model';
 import type { Gesture, GestureListener } from '../scene_session';
 
-/** Edits are made of the points at the gesture's begin, as the server does, so that nothing drifts. */
+/** A gesture of this window. Its edits apply to the points at its begin, as on the server, so errors do not add up. */
 export class OwnGesture implements Gesture {
   private readonly id = randomId();
   private readonly structureId: bigint;  // of the lattice at the gesture's begin
@@ -59,7 +59,7 @@ export class OwnGesture implements Gesture {
     this.show(targets);
   }
 
-  /** Commits the gesture, but not for its owner, who is told; says whether it was open. */
+  /** Commits the gesture for the session and notifies its owner. Returns whether it was open. */
   giveWay(): boolean {
     if (!this.isOpen) return false;
     this.commit();
@@ -67,7 +67,7 @@ export class OwnGesture implements Gesture {
     return true;
   }
 
-  /** As giveWay, without a word to the server, which knows nothing of it; what it has moved stays. */
+  /** Ends the gesture without telling the server. Moved points stay. Returns whether it had not ended before. */
   abandon(): boolean {
     if (this.ended) return false;
     this.ended = true;
@@ -75,7 +75,7 @@ export class OwnGesture implements Gesture {
     return true;
   }
 
-  /** The server has applied a batch of the gesture of that id. */
+  /** The server has applied a batch of the gesture `gestureId`. */
   answered(gestureId: string, dragResidual: number): void {
     if (gestureId === this.id && this.isOpen) this.owner.dragged?.(dragResidual);
   }

@@ -3,29 +3,29 @@
 import { committed, done, openSceneDatabase, type MeshFacts, type SceneTable } from './scene_database';
 import type { StoredMesh, StoredScene } from './scene_store';
 
-/** The key of a companion. Companions of a mesh are in the order in which they came. */
+/** The key of a companion. The companions of a mesh are in the order in which they came. */
 type CompanionKey = [mesh: string, place: number, name: string, bytes: number];
 
 /**
- * Scenes and meshes in the browser's IndexedDB, with what was dropped beside a mesh. They outlive the server. Saving
- * rejects, with an Error in words, where something would not outlive the page. The page itself holds the newest mesh and
- * scene while they are being written, or if writing was refused.
+ * Scenes and meshes in the browser's IndexedDB, with the files that were dropped beside a mesh. They outlive the
+ * server. Saving rejects, with an Error in words, if something would not outlive the page. The page itself holds the
+ * newest mesh and scene while they are being written, or if writing was refused.
  */
 export class IndexedSceneStore {
   private static readonly SCENES_KEPT = 16;
-  private static readonly UNUSED_MESH_KEPT_MS = 60 * 60 * 1000;  // some window may be about to make a scene of it
+  private static readonly UNUSED_MESH_KEPT_MS = 60 * 60 * 1000;  // a window may be about to make a scene of it
   private static page: IndexedSceneStore | undefined;
 
   private connection: Promise<IDBDatabase> | undefined;
   private unwrittenMesh: StoredMesh | undefined;
   private unwrittenScene: StoredScene | undefined;
 
-  /** The one that all sessions of the page share. */
+  /** The store that all sessions of the page share. */
   static ofPage(): IndexedSceneStore {
     return (IndexedSceneStore.page ??= new IndexedSceneStore());
   }
 
-  /** Whether a mesh is where it outlives the page. */
+  /** Whether a mesh is stored so that it outlives the page. */
   async keepsMesh(id: string): Promise<boolean> {
     const meshes = (await this.reading('meshes'))?.objectStore('meshes');
     return meshes !== undefined && (await done(meshes.getKey(id))) !== undefined;
@@ -44,7 +44,7 @@ export class IndexedSceneStore {
     return transaction && done<StoredScene | undefined>(transaction.objectStore('scenes').get(id));
   }
 
-  /** Does nothing where the mesh is there. */
+  /** Does nothing if the mesh is stored already. */
   async saveMesh(mesh: StoredMesh): Promise<void> {
     const { id, header, content } = mesh;
     this.unwrittenMesh = mesh;
@@ -84,19 +84,19 @@ export class IndexedSceneStore {
     });
   }
 
-  /** Keeps the newest scenes and their meshes. */
+  /** Deletes all scenes but the 16 newest ones, and meshes of no scene that were saved more than an hour ago. */
   forgetOld(): Promise<void> {
     return this.forget(IndexedSceneStore.SCENES_KEPT, '', Date.now() - IndexedSceneStore.UNUSED_MESH_KEPT_MS);
   }
 
-  /** Opened when it is first asked for, and again after it has gone. */
+  /** Opened on first use, and again after the connection has gone. */
   private get database(): Promise<IDBDatabase> {
     return (this.connection ??= openSceneDatabase(() => (this.connection = undefined)).catch((error: unknown) => {
       throw new Error(`the browser keeps nothing for this page, as in some private windows${detail(error)}`);
     }));
   }
 
-  /** Undefined where there is no database: then the page has everything there is. */
+  /** Undefined if there is no database: only the page's own memory is left then. */
   private async reading(...tables: SceneTable[]): Promise<IDBTransaction | undefined> {
     return (await this.database.catch(() => undefined))?.transaction(tables);
   }
@@ -118,8 +118,8 @@ export class IndexedSceneStore {
   }
 
   /**
-   * Writes what there was no room for. Forgets as many of the scenes that were saved longest ago, with their meshes, as it
-   * takes, but none where even all of them do not take as much.
+   * Writes what did not fit. Deletes the scenes that were saved longest ago, with their meshes, until it fits. Deletes
+   * nothing if all other meshes together take fewer than `bytes`.
    */
   private async makeRoom(refusal: unknown, mesh: string, bytes: number, attempt: () => Promise<void>): Promise<void> {
     if (!isFull(refusal)) throw refusal;
@@ -140,7 +140,7 @@ export class IndexedSceneStore {
     throw refusal;
   }
 
-  /** Keeps the `kept` newest scenes and those of the mesh in use, with their meshes, and meshes that were saved after `since`. */
+  /** Deletes all scenes but the `kept` newest and those of the mesh in use, and unused meshes up to `since`. */
   private async forget(kept: number, inUse: string, since = Infinity): Promise<void> {
     const tables: SceneTable[] = ['scenes', 'meshes', 'contents', 'companions'];
     const transaction = (await this.database).transaction(tables, 'readwrite');
@@ -162,11 +162,11 @@ export class IndexedSceneStore {
   }
 }
 
-/** What a session needs of it. */
+/** The part that a session uses. */
 export type SceneStore = Pick<IndexedSceneStore, 'keepsMesh' | 'mesh' | 'scene' | 'saveMesh' | 'saveScene' | 'forgetOld'>;
 
 function companionsOf(mesh: string): IDBKeyRange {
-  return IDBKeyRange.bound([mesh], [mesh, []]); // a list is more than any number
+  return IDBKeyRange.bound([mesh], [mesh, []]); // an array sorts after every number
 }
 
 function isFull(error: unknown): boolean {

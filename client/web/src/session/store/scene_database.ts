@@ -6,24 +6,24 @@
 export type SceneTable = 'scenes' | 'meshes' | 'contents' | 'companions';
 
 /**
- * A row of the table of meshes. Contents are in a table of their own: a Blob that some page has a handle to takes its room
- * even after it was deleted.
+ * A row of the table of meshes. Contents are in a table of their own, since a Blob to which a page has a handle keeps
+ * its disk space even after its row was deleted.
  */
 export interface MeshFacts {
   readonly id: string;
   readonly header: Uint8Array;
-  /** Of the content. */
+  /** Size of the content. */
   readonly bytes: number;
-  /** Date.now(). */
+  /** Date.now() of the save. */
   readonly savedAt: number;
 }
 
 const NAME = 'latticed';
-const VERSION = 3; // of the tables; what older pages kept is dropped
+const VERSION = 3; // of the tables; another version drops all rows
 
 /**
  * Opens the database, whose tables are scenes, meshes, contents and companions. It waits for an older window that is
- * writing. Rejects where the browser gives no database, or where a newer page has made it one that this page does not know.
+ * writing. Rejects if the browser gives no database, or if a newer page has upgraded it.
  *
  * @param onClosed Called when the connection has gone: a newer window wants another version, or everything was deleted.
  */
@@ -44,7 +44,7 @@ export async function openSceneDatabase(onClosed: () => void): Promise<IDBDataba
   return database;
 }
 
-/** The result of a request. What it has written is not safe yet: see committed(). */
+/** The result of a request. Its writes are not safe before committed() resolves. */
 export function done<T>(request: IDBRequest<T>): Promise<T> {
   return new Promise((resolve, reject) => {
     request.onsuccess = () => resolve(request.result);
@@ -52,7 +52,7 @@ export function done<T>(request: IDBRequest<T>): Promise<T> {
   });
 }
 
-/** Resolves when everything is written: only then does a browser say that there is no room for it. */
+/** Resolves when everything is written. A browser may report a full disk only at this point, by rejecting. */
 export function committed(transaction: IDBTransaction): Promise<void> {
   return new Promise((resolve, reject) => {
     transaction.oncomplete = () => resolve();

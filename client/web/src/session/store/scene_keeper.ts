@@ -18,13 +18,13 @@ import { storedMesh, type StoredMesh } from './scene_store';
 /** A scene that was made again. */
 export interface Restored {
   readonly by: 'here' | 'elsewhere';
-  /** The run of the server that has it. */
+  /** The run of the server that has the scene. */
   readonly bootId: string;
 }
 
 /**
- * Keeps what it takes to make a scene again in a server that has lost it: the mesh's bytes, the request that made
- * it, and the newest lattice.
+ * Keeps what is needed to make a scene again in a server that has lost it: the mesh's bytes, the request that made the
+ * scene, and the newest lattice.
  */
 export class SceneKeeper {
   private static readonly LARGEST_READ_BACK = 256n << 20n;  // larger meshes are kept only where they were uploaded
@@ -36,7 +36,7 @@ export class SceneKeeper {
   private kept: Promise<void> | undefined;
   private download: Promise<DownloadedMesh> | undefined;
   private readonly closed = new AbortController();
-  /** Told once, in words, where the scene would be lost with the server, or with the server and this page. */
+  /** Called once, in words, if the scene would be lost with the server, or with the server and this page. */
   onNotKept: ((text: string) => void) | undefined;
 
   constructor(
@@ -51,8 +51,8 @@ export class SceneKeeper {
   }
 
   /**
-   * Saves the scene and its mesh, which is read back from the server if the store lacks it. To be called with every
-   * connection: what failed because the one before was lost is tried again, all else is done once.
+   * Saves the scene and its mesh, which is fetched from the server if the store lacks it. To be called after every
+   * connect: it repeats what failed because the connection before was lost, and does all else once.
    */
   keep(lattice: Lattice): Promise<void> {
     return (this.kept ??= this.keepAll(lattice).catch((error: unknown) => {
@@ -61,7 +61,7 @@ export class SceneKeeper {
     }));
   }
 
-  /** The lattice has changed; it is saved when it rests. */
+  /** Saves the lattice once it has not changed for half a second. */
   changed(lattice: () => Lattice): void {
     clearTimeout(this.timer);
     const save = (): Promise<void> => this.save(lattice()).catch((error: unknown) => this.warn(error));
@@ -69,16 +69,16 @@ export class SceneKeeper {
   }
 
   /**
-   * Makes the scene again, with `lattice` or the newest that was saved, unless another window was quicker: says whose it
-   * is. Undefined where the same run of the server that had it says that it is gone, so that somebody deleted it, or
-   * where nothing was saved. Rejects with a ServerError where a call failed, or with an error of the page itself.
+   * Makes the scene again with `lattice`, or with the newest saved lattice, and returns who did: another window may
+   * have been quicker. Undefined if nothing was saved, or if the server is the same run as before: somebody deleted the
+   * scene. Rejects with a ServerError if a call failed, or with an error of the page itself.
    */
   async restore(lattice?: Lattice): Promise<Restored | undefined> {
     try {
       const stored = await this.store.scene(this.sceneId);
       if (!stored) return undefined;
       const { bootId } = await this.server.server.getServerInfo({});
-      // Another window saves what it has made.
+      // Another window saves the new run with the scene that it has made.
       if (bootId === stored.bootId) return (await succeeds(this.server.scenes.getScene({ scene: this.sceneId }), Code.NotFound)) ? { by: 'elsewhere', bootId } : undefined;
       const request = fromBinary(CreateSceneRequestSchema, stored.request);
       if (lattice) request.lattices = [sourceOf(lattice)];
@@ -92,7 +92,7 @@ export class SceneKeeper {
     }
   }
 
-  /** The scene's mesh as it was uploaded. Fetched once for all who ask while it comes; rejects when the scene is left. */
+  /** The scene's mesh as it was uploaded. Concurrent callers share one download. Rejects after close(). */
   downloadMesh(id: string): Promise<DownloadedMesh> {
     return (this.download ??= downloadMesh(this.server.meshes, id, this.closed.signal).finally(() => (this.download = undefined)));
   }
@@ -109,7 +109,7 @@ export class SceneKeeper {
       sceneId: scene.id, mesh: scene.mesh, labels: scene.labels,
       defaultView: scene.defaultView, idleTtl: scene.idleTtl,
     });
-    // One that is refused must not keep the other from the page.
+    // If one is refused, the other must still be saved.
     const saved = await Promise.allSettled([this.save(lattice), this.keepMesh(scene.mesh)]);
     for (const result of saved) if (result.status === 'rejected') throw result.reason;
     await this.store.forgetOld();
@@ -150,7 +150,7 @@ export class SceneKeeper {
   }
 }
 
-/** Whether a call succeeds; false where it fails with `expected`. Rejects with any other failure. */
+/** Whether a call succeeds; false if it fails with `expected`. Rejects with any other failure. */
 async function succeeds(call: Promise<unknown>, expected: Code): Promise<boolean> {
   try {
     await call;

@@ -4,7 +4,7 @@ import { create, toBinary } from '@bufbuild/protobuf';
 import { MeshHeaderSchema } from 'latticed/v1/mesh_pb';
 import type { MeshHeaderInit } from '../../wire/upload';
 
-/** An uploaded file, as restoring uploads it again. */
+/** An uploaded file, from which restoring uploads it again. */
 export interface StoredMesh {
   /** SHA-256 of the content: the mesh's id on every server. */
   readonly id: string;
@@ -13,11 +13,11 @@ export interface StoredMesh {
   readonly content: Blob;
 }
 
-/** A scene as this browser last saw it. */
+/** A scene as this browser saw it last. */
 export interface StoredScene {
   readonly id: string;
   readonly mesh: string;
-  /** The run of the server that had it. */
+  /** The run of the server that had the scene. */
   readonly bootId: string;
   /** CreateSceneRequest of scene.proto with the newest lattice, encoded. */
   readonly request: Uint8Array;
