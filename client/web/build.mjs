@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // usage: node build.mjs web OUT | node build.mjs tests OUT
-// Bundles the viewer, or its tests for Node and the page that they steer in a browser, with esbuild. Run in the
-// build folder, where src and test are links into the source tree, beside node_modules and gen (CMakeLists.txt).
+// Bundles the viewer with esbuild; or its tests for Node, and the page that they steer in a browser. Run in the build
+// folder, where src and test are links into the source tree, beside node_modules and gen (CMakeLists.txt).
 import { copyFileSync, mkdirSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { build } from 'esbuild';
@@ -11,7 +11,7 @@ import { build } from 'esbuild';
 const [what, out] = process.argv.slice(2);
 const common = { bundle: true, preserveSymlinks: true, sourcemap: true, target: 'es2022', logLevel: 'warning' };
 
-// What a browser loads: bundles, the files beside them, the decoder.
+// Builds what a browser loads: bundles, the files beside them, the decoder.
 async function buildPage(folder, entryPoints, to) {
   mkdirSync(to, { recursive: true });
   await build({
@@ -20,7 +20,7 @@ async function buildPage(folder, entryPoints, to) {
     outdir: to,
     format: 'esm',
     minify: true,
-    external: ['fs', 'path', 'node:fs', 'node:path'],  // draco3d asks for them in Node alone
+    external: ['fs', 'path', 'node:fs', 'node:path'],  // only draco3d in Node uses them
     legalComments: 'linked',
   });
   for (const name of readdirSync(folder).filter((file) => /\.(html|css)$/.test(file))) {

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // usage: node build_docs.mjs ROOT DESCRIPTORS OUT README…
-// Writes the documentation as plain pages: each README of the tree ROOT, at its folder's place, and a reference of the API,
-// a page for each .proto file. DESCRIPTORS is a descriptor set with source info, made by protoc. CMakeLists.txt runs this.
+// Writes the documentation as plain pages: one per README of the tree ROOT, in the README's folder, and a reference of
+// the API with one page per .proto file. DESCRIPTORS is protoc's descriptor set with source info. CMakeLists.txt runs this.
 import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';

@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A README of the tree as a page. Links to other READMEs lead to their pages; links to other files of the tree become text.
+// Makes a page of a README. Links to other READMEs lead to their pages; links to other files of the tree become text.
 import { readFileSync } from 'node:fs';
 import { join, posix } from 'node:path';
 import { Marked } from 'marked';
 import { escape, relative } from './page.mjs';
 
-/** A page stands where its README stands. */
+/** A page has the folder of its README. */
 const pageOfReadme = (readme) => posix.join(posix.dirname(readme), 'index.html');
 
-/** {path, title, outline, body, images}; the images are files of the tree `root`. */
+/** Returns {path, title, outline, body, images}; the images are files below `root`. */
 export function readmePage(root, readme, readmes) {
   const folder = posix.dirname(readme);
   const page = pageOfReadme(readme);

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What all pages of the documentation share: head, list of pages, list of headings. They need no script.
+// The frame of all pages of the documentation: head, list of pages, list of headings. They need no script.
 import { posix } from 'node:path';
 
-/** Text as HTML. */
+/** Text, escaped for HTML. */
 export function escape(text) {
   return text.replace(/[&<>"]/g, (c) => ({ '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;' })[c]);
 }
@@ -16,7 +16,7 @@ export function relative(from, to) {
   return anchor === undefined ? link || './' : `${link}#${anchor}`;
 }
 
-/** The whole page. `outline` are its headings {id, text}; `sections` are {title, pages: [{path, label}]}. */
+/** The whole page. `outline` lists its headings {id, text}; `sections` is a list of {title, pages: [{path, label}]}. */
 export function pageOf({ path, title, outline, body }, sections) {
   const item = (page) => {
     const current = page.path === path ? ' aria-current="page"' : '';

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The reference of the API, from the descriptors of the .proto files: a page for each file of latticed.v1, and one that
-// lists every rpc. Comments are shown as they stand; names of rpcs and types in them become links.
+// lists every rpc. Comments are shown unchanged, but names of rpcs and types in them become links.
 import { posix } from 'node:path';
 import { isFieldSet } from '@bufbuild/protobuf';
 import {
@@ -11,7 +11,7 @@ import {
 import { escape, relative } from './page.mjs';
 
 const PACKAGE = 'latticed.v1';
-// Numbers of fields in descriptor.proto, of which the paths of SourceCodeInfo are made.
+// Field numbers of descriptor.proto. The paths of SourceCodeInfo consist of them.
 const FILE = { message: 4, enum: 5, service: 6, syntax: 12 };
 const MESSAGE = { field: 2, oneof: 8 };
 const MEMBER = { method: 2, value: 2 };
@@ -24,10 +24,10 @@ const tableOf = (rows) => `<table class="fields"><tbody>${rows.join('\n')}</tbod
 const numberedRow = (id, number, cells, kind = '') =>
   `<tr id="${id}" class="${kind}"><td class="number">${number}</td>${cells.map((cell) => `<td>${cell}</td>`).join('')}</tr>`;
 
-/** [{path, title, outline, body}], the list of rpcs first. */
+/** Returns [{path, title, outline, body}]; the list of rpcs comes first. */
 export function referencePages(descriptors) {
   const files = descriptors.file.filter((file) => file.package === PACKAGE);
-  const places = new Map();  // the name of an rpc or a type -> the address of its place
+  const places = new Map();  // the name of an rpc or a type -> the address where it is described
   for (const file of files) {
     for (const service of file.service) {
       for (const { name } of service.method) places.set(name, `${pageOfFile(file)}#${service.name}.${name}`);
@@ -66,7 +66,7 @@ class FilePage {
     this.comments = new Map(location.map(({ path, leadingComments }) => [path.join('.'), leadingComments]));
   }
 
-  /** The comment before the declaration at `path`; its lines without the licence. */
+  /** The comment before the declaration at `path`, without the licence. */
   comment(path) {
     return (this.comments.get(path.join('.')) ?? '').replace(/^ SPDX-.*\n/gm, '').replace(/^ /gm, '').trim();
   }
@@ -88,7 +88,7 @@ class FilePage {
     return this.comment(path).split(/\n\n+/).map((paragraph) => `<p>${this.linked(paragraph)}</p>`).join('\n');
   }
 
-  /** Text whose names of rpcs and types are links. */
+  /** The text as HTML, in which names of rpcs and types are links. */
   linked(text) {
     return escape(text).replace(/\b[A-Z]\w*[a-z]\w*\b/g, (name) => this.link(name));
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Everything that can be done, once: the toolbar's buttons, the keys and the help overlay all come from this list.
+// All commands, each defined once. Toolbar, menus, keys and the help overlay all use this list.
 import type { IconName } from './icons';
 
 export type CommandGroup = 'File' | 'Edit' | 'Select' | 'Transform' | 'View';
@@ -10,28 +10,28 @@ export interface Command {
   readonly id: string;
   readonly label: string;
   readonly group: CommandGroup;
-  /** Chords such as "Ctrl+Z", "Shift+H", "G", "?"; the first one is shown. */
+  /** Chords, for example "Ctrl+Z", "Shift+H", "G", "?". The first one is shown. */
   readonly keys?: readonly string[];
   readonly icon?: IconName;
   run(): void;
-  /** For what is on or off. */
+  /** Whether it is on; absent for a command that is no switch. */
   checked?(): boolean;
-  /** Absent: always. */
+  /** Absent: always enabled. */
   enabled?(): boolean;
 }
 
 type KeyPress = Pick<KeyboardEvent, 'key' | 'code' | 'ctrlKey' | 'metaKey' | 'altKey' | 'shiftKey'>;
 
 /**
- * The letter of a key press, upper case: what the keyboard's layout makes of the key or, of layouts without Latin letters
- * and of Alt's signs, what stands at its place on a US keyboard.
+ * The upper-case letter of a key press, by the keyboard's layout. For layouts without Latin letters, and for signs that
+ * Alt types, it is the letter at the key's place on a US keyboard.
  */
 export function letterOf({ key, code }: Pick<KeyboardEvent, 'key' | 'code'>): string | undefined {
   if (/^[a-z]$/i.test(key)) return key.toUpperCase();
-  return /^[ -~]$/.test(key) ? undefined : /^Key([A-Z])$/.exec(code)?.[1]; // on Dvorak . stands at the place of E
+  return /^[ -~]$/.test(key) ? undefined : /^Key([A-Z])$/.exec(code)?.[1]; // on Dvorak "." is at the place of E
 }
 
-/** The chord of a key press. Letters are upper case; Cmd counts as Ctrl; of other signs Shift is part of the sign. */
+/** The chord of a key press. Letters are upper case. Cmd counts as Ctrl. For other signs Shift is part of the sign. */
 export function chordOf(event: KeyPress): string {
   const letter = letterOf(event);
   const digit = /^(?:Digit|Numpad)([0-9])$/.exec(event.code)?.[1];
@@ -63,7 +63,7 @@ export class Commands {
     return command;
   }
 
-  /** Runs what a key press means; says whether it meant anything. */
+  /** Runs the command of a key press. Returns whether there was one. */
   press(event: KeyPress): boolean {
     const command = this.byKey.get(chordOf(event));
     if (command === undefined || command.enabled?.() === false) return false;
@@ -72,7 +72,7 @@ export class Commands {
   }
 }
 
-/** A command's name and key, for tooltips. */
+/** A command's label and key, for tooltips. */
 export function tooltip({ label, keys }: Command): string {
   return keys === undefined ? label : `${label} (${keys[0]})`;
 }

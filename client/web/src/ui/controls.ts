@@ -15,11 +15,11 @@ export interface Bound<T> {
   readonly label: string;
   get(): T;
   set(value: T): void;
-  /** Whether the value means nothing as other things are. */
+  /** Whether other settings make the value meaningless. */
   isIdle?: (() => boolean) | undefined;
 }
 
-/** A control that shows its value. */
+/** Makes a control and shows its value. */
 function made<E extends HTMLElement>(element: E, refresh: () => void): Control & { readonly element: E } {
   refresh();
   return { element, refresh };
@@ -41,7 +41,7 @@ export function toggle({ label, get, set }: Bound<boolean>, hint?: string): Cont
   return made(element, () => (input.checked = get()));
 }
 
-/** One of a few, side by side. */
+/** Chooses one of a few options, side by side. */
 export function segmented<T extends string>({ label, get, set }: Bound<T>, options: Record<T, string>): Control {
   const buttons = (Object.entries(options) as [T, string][]).map(([value, text]) =>
     h('button', { type: 'button', role: 'radio', 'data-value': value, onclick: () => set(value) }, text),
@@ -68,7 +68,7 @@ interface Range {
   readonly step: number | 'any';
 }
 
-/** A number to type. What is out of range is put back. */
+/** A field for a number. A number out of range is undone. */
 export function numberInput(bound: Bound<number>, range: Partial<Range> = {}): Control & { element: HTMLInputElement } {
   const element = h('input', {
     type: 'number',
@@ -90,7 +90,7 @@ export function numberInput(bound: Bound<number>, range: Partial<Range> = {}): C
   return made(element, refresh);
 }
 
-/** A slider with its number beside it; `commit` waits for the release where every step would be costly. */
+/** A slider with its number beside it. With `when` 'change' it sets the value on release, if steps are costly. */
 export function slider(bound: Bound<number>, range: Range, when: 'input' | 'change' = 'input'): Control {
   const output = h('output', {});
   const input = h('input', {

@@ -3,7 +3,7 @@
 
 type Child = Node | string | undefined | false;
 
-/** An element with attributes, `on…` listeners and children; attributes that are false or undefined are left out. */
+/** An element with attributes, `on…` listeners and children. Attributes that are false or undefined are left out. */
 export function h<K extends keyof HTMLElementTagNameMap>(
   tag: K,
   attributes: Record<string, unknown> = {},
@@ -32,25 +32,25 @@ export function setAttributes(element: Element, attributes: Record<string, strin
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
 }
 
-/** Enter in a dialog's field takes what was typed, where it is valid, and does what the dialog is for. */
+/** Enter in a field of a dialog takes the typed value, if it is valid, and calls `act`. */
 export function onEnter(dialog: HTMLDialogElement, act: () => void): void {
   dialog.addEventListener('keydown', (event) => {
     const field = event.target;
-    if (event.key !== 'Enter' || !(field instanceof HTMLInputElement)) return; // of a button it is the press
+    if (event.key !== 'Enter' || !(field instanceof HTMLInputElement)) return; // Enter on a button presses it
     event.preventDefault();
     if (field.value === '' || !field.reportValidity()) return;
-    field.blur(); // a field changes when it is left
+    field.blur(); // a field changes when it loses the focus
     field.focus();
     act();
   });
 }
 
-/** Opens a modal dialog; it is gone from the page once closed. */
+/** Opens a modal dialog. It is removed from the page when it closes. */
 export function showDialog(label: string, className: string, ...content: Child[]): HTMLDialogElement {
   const dialog = h('dialog', { class: `dialog ${className}`, 'aria-label': label }, ...content);
   dialog.addEventListener('close', () => dialog.remove());
   dialog.addEventListener('pointerdown', (event) => {
-    // A press on the backdrop is one on the dialog itself, outside its box.
+    // A press on the backdrop is a press on the dialog itself, outside its box.
     const box = dialog.getBoundingClientRect();
     const inside =
       event.clientX >= box.left &&
@@ -64,7 +64,7 @@ export function showDialog(label: string, className: string, ...content: Child[]
   return dialog;
 }
 
-/** Gives the focus to the element that is `step` places behind the one that has it, round and round; says which. */
+/** Moves the focus `step` elements on, wrapping around, from the one that has it. Returns the new one. */
 export function moveFocus(elements: readonly HTMLElement[], step: number): HTMLElement | undefined {
   const at = elements.indexOf(document.activeElement as HTMLElement);
   const next = elements[(at + step + elements.length) % elements.length];

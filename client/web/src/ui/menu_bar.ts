@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Menus of all commands by group: what has no button of its own is here, with its key beside it.
+// Menus of all commands, by group, with their keys. Commands without a button are found here.
 import type { Command, CommandGroup, Commands } from './commands';
 import { h, moveFocus } from './dom';
 
@@ -40,7 +40,7 @@ export class MenuBar {
     list.querySelector<HTMLElement>('button:not(:disabled)')?.focus();
   }
 
-  /** With one menu open the mouse opens the next by going there; a finger's tap enters and clicks, which would close it. */
+  /** While a menu is open, the mouse opens another by pointing at it. A tap would enter, then click and close it. */
   private entered(button: HTMLElement, group: CommandGroup, pointerType: string): void {
     if (pointerType !== 'touch' && this.open !== undefined && this.open.button !== button) this.show(button, group);
   }

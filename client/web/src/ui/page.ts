@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The page's parts and where they stand: menus above, tools left, the view, properties right, a line below.
+// The page's parts and their places: menus above, tools left, the view, properties right, a line below.
 import { h } from './dom';
 
 export type Page = ReturnType<typeof buildPage>;
@@ -12,12 +12,12 @@ export function buildPage(root: HTMLElement) {
     tools: h('div', { class: 'tools' }),
     view: h('main', { class: 'view', id: 'viewport' }),
     side: h('div', { class: 'side' }),
-    /** What runs, or what one could do. */
+    /** The running action, or a hint. */
     hint: h('span', { class: 'hint', role: 'status' }),
     connection: h('span', { class: 'connection', 'data-state': 'none' }),
     /** Above the view, while something is wrong with the connection. */
     banner: h('div', { class: 'banner', role: 'alert', hidden: true }),
-    /** Along the view's lower edge: one above the other, so that none hides another. */
+    /** Along the view's lower edge. Its elements are stacked, so that none hides another. */
     bottom: h('div', { class: 'bottom' }),
     footer: h('footer', { class: 'footer' }),
   };

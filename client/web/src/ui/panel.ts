@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The side panel: what is selected, how transforms behave, how the surface looks and how it is sent.
+// The side panel: the selection, the behaviour of transforms, the surface's look and how it is sent.
 import { FALLOFFS, type Falloff } from '../edit/falloff';
 import type { Editor } from '../edit/editor';
 import { switchedMirror } from '../edit/mirror';
@@ -33,7 +33,7 @@ export class Panel {
     this.refresh();
   }
 
-  /** Shows another scene; `size` is its mesh's, for the slider of the soft radius. */
+  /** Shows another scene. `size` is its size in world units, the largest soft radius. */
   show(editor: Editor, size: number): void {
     this.editor = editor;
     const range = this.radius.element.querySelector('input')!;
@@ -60,12 +60,12 @@ export class Panel {
     return control.element;
   }
 
-  /** A setting of its own. */
+  /** Binds a whole setting. */
   private of<K extends keyof Settings>(key: K, label: string): Bound<Settings[K]> {
     return { label, get: () => this.settings.value[key], set: (value) => this.settings.set({ [key]: value }) };
   }
 
-  /** A part of a setting that is a record. */
+  /** Binds a part of a setting that is a record. */
   private partOf<K extends 'soft' | 'view', P extends keyof Settings[K]>(key: K, part: P, label: string): Bound<Settings[K][P]> {
     return {
       label,
@@ -78,7 +78,7 @@ export class Panel {
     return this.keep(toggle(this.of(key, label), hint));
   }
 
-  /** The pivot's coordinates, to be read and typed. */
+  /** The pivot's coordinates, which a person can read and type. */
   private positionFields(): HTMLElement {
     const inputs = ([0, 1, 2] as const).map((axis) => {
       const get = (): number => (this.editor && this.editor.selection.size > 0 ? this.editor.pivot()[axis] : 0);

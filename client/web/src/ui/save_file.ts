@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import { h } from './dom';
 
-const KEPT_MS = 60_000; // a browser that asks where to save reads the blob when it has been told
+const KEPT_MS = 60_000; // a browser that asks where to save reads the blob after the answer
 
-/** Hands a file to the browser's downloads. */
+/** Downloads a file in the browser. */
 export function saveFile(name: string, blob: Blob): void {
   const address = URL.createObjectURL(blob);
   h('a', { href: address, download: name }).click();

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Theme } from '../state/settings';
 
-/** Follows the system's preference, or the one chosen; calls `apply` at once and after every change. */
+/** Follows the system's preference, or the chosen theme. Calls `apply` at once and after every change. */
 export class ThemeSwitch {
   private readonly preference = matchMedia('(prefers-color-scheme: dark)');
   private theme: Theme = 'system';

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What happened, in words, at the edge of the view for a while; errors stay until they are closed, or another scene is shown.
+// Messages at the edge of the view. Errors stay until they are closed, another scene is shown, or 4 newer ones come.
 import { button } from './controls';
 import { h } from './dom';
 import { icon } from './icons';
@@ -26,12 +26,12 @@ export class Toasts {
     this.add(text, 'toast toast-error');
   }
 
-  /** Takes errors away that are of no meaning any more. */
+  /** Removes all errors. */
   clearErrors(): void {
     for (const toast of [...this.list.querySelectorAll('.toast-error')]) toast.remove();
   }
 
-  /** The same again does not stack up. */
+  /** Removes an equal toast, so that repeated messages do not stack up. */
   private forget(text: string): void {
     for (const toast of this.list.children) if (toast.firstChild?.textContent === text) toast.remove();
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Buttons for commands, so that everything works by touch as well.
+// Buttons for commands, so that everything also works by touch.
 import { tooltip, type Command, type Commands } from './commands';
 import { button } from './controls';
 import { h, moveFocus } from './dom';
@@ -11,7 +11,7 @@ export class Toolbar {
   readonly element: HTMLElement;
   private readonly buttons: [Command, HTMLButtonElement][] = [];
 
-  /** `groups` are ids of commands, with a gap between groups. */
+  /** `groups` are ids of commands. A gap separates groups. */
   constructor(label: string, className: string, commands: Commands, groups: readonly (readonly string[])[]) {
     this.element = h('div', { class: className, role: 'toolbar', 'aria-label': label });
     for (const group of groups) {
@@ -37,7 +37,7 @@ export class Toolbar {
     return element;
   }
 
-  /** Arrow keys go from button to button, as in every toolbar. */
+  /** Arrow keys move from button to button, as in every toolbar. */
   private moveFocus(event: KeyboardEvent): void {
     const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
     if (step === undefined) return;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The keys of a running transform as buttons, where there is no keyboard: axes, planes, numbers, fine, snap, confirm,
+// The keys of a running transform as buttons, for pages without a keyboard: axes, planes, numbers, fine, snap, confirm,
 // cancel.
 import type { Editor } from '../edit/editor';
 import { button } from './controls';
@@ -22,7 +22,7 @@ export class TransformBar {
     oninput: () => this.editor()?.typeAmount(this.amount.value),
   });
 
-  /** `editor`: of the scene that is open. */
+  /** `editor` returns the editor of the open scene. */
   constructor(private readonly editor: () => Editor | undefined) {
     const cancel = button(icon('close'), () => this.press('Escape'), { 'aria-label': 'Cancel' });
     const confirm = button(icon('check'), () => this.press('Enter'), { class: 'button primary', 'aria-label': 'Confirm' });
@@ -31,7 +31,7 @@ export class TransformBar {
     this.element.append(...axes, plane.element, fine.element, snap.element, amount, cancel, confirm);
   }
 
-  /** Shown while a transform runs; begins anew with each. */
+  /** Shows the bar while a transform runs. For each transform it starts with all switches off. */
   show(running: boolean): void {
     const axis = this.editor()?.constraint?.axis;
     this.axes.forEach((each, i) => each.setAttribute('aria-pressed', String(i === axis)));

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The two cameras, perspective and orthographic, that show the same part of the world, and the orbit around it.
+// The two cameras, perspective and orthographic, which show the same part of the world, and the orbit around it.
 import { Box3, MOUSE, OrthographicCamera, PerspectiveCamera, Sphere, TOUCH, Vector3 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
 
 const FIELD_OF_VIEW = 40; // degrees, of the shorter side
-const MARGIN = 1.14; // how much more than what is framed is seen: the head-up line lies over the edge
-const NEAREST = 0.75; // of where its whole sphere is seen: an orbit shall not lose what is flat from this side
+const MARGIN = 1.14; // the view is larger than the framed box by this factor, since the head-up line covers its edge
+const NEAREST = 0.75; // of the distance for the whole sphere: an orbit must not lose a box that is flat from this side
 
 export type ViewCamera = PerspectiveCamera | OrthographicCamera;
 
@@ -46,7 +46,7 @@ export class CameraRig {
     if (camera === this.camera) return;
     camera.position.copy(this.camera.position);
     camera.quaternion.copy(this.camera.quaternion);
-    // Zooming an orthographic camera changes its zoom, not its distance: carry over what is seen.
+    // Zooming changes an orthographic camera's zoom, not its distance. The new camera must show the same part.
     if (on) camera.zoom = 1;
     else camera.position.sub(this.target).divideScalar(this.orthographic.zoom).add(this.target);
     this.camera = camera;
@@ -56,7 +56,7 @@ export class CameraRig {
     this.onChange();
   }
 
-  /** Looks at all of a box, from where the camera looks. */
+  /** Shows all of a box, from the camera's present direction. */
   frame(box: Box3): void {
     if (box.isEmpty()) return;
     const sphere = box.getBoundingSphere(new Sphere());
@@ -74,7 +74,7 @@ export class CameraRig {
   /** Looks from the side that `from` points to, at the same distance. */
   lookFrom(from: Vec3): void {
     const distance = this.camera.position.distanceTo(this.target);
-    // Straight from above, orbiting needs a hint of which way is up on the screen.
+    // From straight above, the orbit needs a hint which way is up on the screen.
     const tilted = new Vector3(...from).add(new Vector3(0, from[2] === 0 ? 0 : -1e-4, 0)).normalize();
     this.camera.position.copy(this.target).addScaledVector(tilted, distance);
     this.controls.update();
@@ -88,7 +88,7 @@ export class CameraRig {
     return WORLD_BASIS.map((_, i) => [e[4 * i], e[4 * i + 1], e[4 * i + 2]] as Vec3) as unknown as Basis;
   }
 
-  /** Fits the depth range to `box` and what the camera is in. */
+  /** Fits the depth range to `box`, also if the camera is inside it. */
   updateDepthRange(box: Box3): void {
     const sphere = box.getBoundingSphere(new Sphere());
     const distance = this.camera.position.distanceTo(sphere.center);
@@ -99,7 +99,7 @@ export class CameraRig {
     this.camera.updateProjectionMatrix();
   }
 
-  /** From `center`, along the line of sight, where the corners of a box are seen. */
+  /** The distance from `center`, along the line of sight, from which all corners of a box are seen. */
   private distanceToSee(box: Box3, center: Vector3): number {
     const [right, up, back] = this.basis().map((axis) => new Vector3(...axis));
     const upward = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) / Math.min(this.aspect, 1);

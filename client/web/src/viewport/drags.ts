@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a press on the view may become: a box, a control point that follows, the surface that is pulled.
+// The drags that a press on the view may become: a box, a control point that follows, the surface that is pulled.
 import type { Editor } from '../edit/editor';
 import type { SelectMode } from '../edit/selection';
 import { SurfacePull } from '../edit/surface_pull';
@@ -11,7 +11,7 @@ import { WORLD_BASIS, add, combine, type Vec3 } from '../lattice/vec';
 import type { PointPicker } from './point_picker';
 import type { Viewport } from './viewport';
 
-/** A press that has begun something. Places are in CSS pixels of the canvas. */
+/** An action that a press has begun. Places are in CSS pixels of the canvas. */
 export interface Drag {
   move(x: number, y: number, modifiers: Modifiers): void;
   end(): void;
@@ -29,7 +29,7 @@ export function selectMode(
   return event.shiftKey ? 'extend' : 'replace';
 }
 
-/** Selects the points of a rectangle, which is shown while it is drawn. */
+/** Selects the points inside a rectangle, which is shown while it is drawn. */
 export class BoxDrag implements Drag {
   private readonly frame = document.createElement('div');
   private corner: Place;
@@ -63,7 +63,7 @@ export class BoxDrag implements Drag {
   }
 }
 
-/** Moves the selected points with the pointer, in the plane of the view; keys may constrain it on the way. */
+/** Moves the selected points with the pointer, in the plane of the view. Keys may constrain the move meanwhile. */
 export class PointDrag implements Drag {
   constructor(viewport: Viewport, private readonly editor: Editor, from: Place) {
     editor.beginTransform('move', viewport.transformView.bind(viewport), viewport.rig.basis(), from);
@@ -82,7 +82,7 @@ export class PointDrag implements Drag {
   }
 }
 
-/** A finger that steers the transform which runs already; to lift it ends nothing. */
+/** A finger that steers a transform that already runs. Lifting it ends nothing. */
 export class SteeringDrag implements Drag {
   constructor(private readonly editor: Editor, from: Place) {
     editor.pointerResumed(...from);
@@ -98,13 +98,13 @@ export class SteeringDrag implements Drag {
 }
 
 export interface PullListener {
-  /** Nothing was there to pull, or it could not be found out. */
+  /** The press hit no surface. With `error`: the pick failed, or the press was released too early. */
   missed(error?: unknown): void;
-  /** It goes on, or the server has answered; undefined: it is over. */
+  /** The pull has moved, or the server has answered. Undefined: the pull is over. */
   pulled(pull: SurfacePull | undefined): void;
 }
 
-/** Pulls the surface at the point pressed, in the plane through it that faces the viewer. */
+/** Pulls the surface at the pressed point, in the plane through it that faces the viewer. */
 export class PullDrag implements Drag {
   private static readonly TOO_QUICK = 'The surface was let go before the server had found the point that was pressed.';
 
@@ -147,7 +147,7 @@ export class PullDrag implements Drag {
     this.listener.pulled(undefined);
   }
 
-  /** The session has ended the pull: what is left of the press does nothing. */
+  /** The session has ended the pull: the rest of the press does nothing. */
   private letGo(): void {
     this.pull = undefined;
     this.listener.pulled(undefined);

@@ -7,15 +7,15 @@ interface Told {
 }
 
 /**
- * Frames that the graphics processor has not finished. A browser accepts several, and each waits for those before it. If a
- * frame takes long, the picture on the screen is that many frames old.
+ * Frames that the GPU has not finished. A browser accepts several, and each waits for those before it. If a frame takes
+ * long, the picture on the screen is that many frames old.
  */
 export class FrameQueue {
-  private static readonly LONG_MS = 50; // shorter ones may overlap: a processor that waits for the next call loses frames
+  private static readonly LONG_MS = 50; // shorter frames may overlap, since a GPU that waits for calls loses frames
 
   private readonly told: Told[] = [];
   private busySince = 0;
-  private lastMs = 0; // that a frame took
+  private lastMs = 0; // duration of the last frame
 
   constructor(private readonly gl: WebGL2RenderingContext) {}
 
@@ -28,7 +28,7 @@ export class FrameQueue {
     return this.told.length >= (this.lastMs > FrameQueue.LONG_MS ? 1 : 2);
   }
 
-  /** To be called after a frame's calls; resolves once poll() finds that all of them are done. */
+  /** To be called after a frame's calls. Resolves once poll() finds that the GPU has done them. */
   add(): Promise<void> {
     const { gl } = this;
     const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
@@ -38,7 +38,7 @@ export class FrameQueue {
     return new Promise((finished) => this.told.push({ fence, finished }));
   }
 
-  /** Looks which frames are done: a browser tells in the next task at the earliest. */
+  /** Checks which frames are done. A browser reports this in the next task at the earliest. */
   poll(): void {
     const { gl, told } = this;
     const unfinished = told.findIndex(({ fence }) => gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED);

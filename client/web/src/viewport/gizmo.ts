@@ -1,21 +1,21 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Handles at the selected points, three's TransformControls on a stand-in: what is done to it comes out as a motion.
+// Handles at the selected points: three's TransformControls move a stand-in, and its change is reported as a motion.
 import { Matrix4, Object3D, Quaternion, Vector3 } from 'three';
 import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
 import type { Motion, MotionKind } from '../edit/motion';
 import { cross, dot, normalized, scale, sub, WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
 import type { Viewport } from './viewport';
 
-const SIZE = 0.9; // of three's own
+const SIZE = 0.9; // relative to three's default
 const MODES = { move: 'translate', rotate: 'rotate', scale: 'scale' } as const;
 
 export interface GizmoEvents {
   begin(): void;
   update(motion: Motion): void;
   end(): void;
-  /** In place of end(): nothing shall have moved. */
+  /** Called instead of end(): the gesture must have no effect. */
   cancel(): void;
 }
 
@@ -37,7 +37,7 @@ export class Gizmo {
     this.controls.addEventListener('dragging-changed', ({ value }) => this.draggingChanged(value === true));
   }
 
-  /** Whether a press here would be on a handle: a finger comes without having hovered. */
+  /** Whether a press here would be on a handle. A finger presses without having hovered. */
   isAt(place: readonly [number, number]): boolean {
     if (this.controls.object === undefined) return false;
     const { width, height } = this.viewport.size;
@@ -49,7 +49,7 @@ export class Gizmo {
     return this.busy;
   }
 
-  /** Whether the pointer is on a handle, or drags one. */
+  /** Whether the pointer is on a handle or drags one. */
   get busy(): boolean {
     return this.controls.object !== undefined && (this.controls.axis !== null || this.controls.dragging);
   }
@@ -59,7 +59,7 @@ export class Gizmo {
     return this.controls.dragging;
   }
 
-  /** Lets go of a handle without an effect; says whether one was held. */
+  /** Releases a handle without an effect. Returns whether one was held. */
   cancel(): boolean {
     if (!this.controls.dragging) return false;
     this.cancelling = true;
@@ -69,12 +69,12 @@ export class Gizmo {
     return true;
   }
 
-  /** Whether presses on handles are heard. */
+  /** Whether handles react to presses. */
   setEnabled(on: boolean): void {
     this.controls.enabled = on;
   }
 
-  /** Puts the handles at a place, along axes that are made orthogonal where they are not. */
+  /** Puts the handles at a place, along axes that are made orthogonal if they are not. */
   show(kind: MotionKind, place: Vec3, axes: Basis): void {
     if (this.controls.dragging) return;
     this.kind = kind;
@@ -85,7 +85,7 @@ export class Gizmo {
     this.standIn.scale.setScalar(1);
     this.standIn.updateMatrixWorld();
     this.controls.camera = this.viewport.rig.camera;
-    // three takes the height alone: on an upright tablet that would be half the screen.
+    // three scales by the height alone: on an upright tablet the handles would fill half the screen.
     this.controls.size = SIZE * Math.min(this.viewport.size.width / this.viewport.size.height, 1);
     this.controls.setMode(MODES[kind]);
     this.controls.attach(this.standIn);
@@ -101,7 +101,7 @@ export class Gizmo {
     this.viewport.scene.remove(this.standIn, this.controls.getHelper());
   }
 
-  /** Moves snap to steps in world units, turns to 5 degrees, scalings to tenths; undefined is free. */
+  /** Moves snap to steps in world units, turns to 5 degrees, scalings to tenths. Undefined: no snapping. */
   setSnapping(step: number | undefined): void {
     this.controls.setTranslationSnap(step ?? null);
     this.controls.setRotationSnap(step === undefined ? null : Math.PI / 36);
@@ -135,7 +135,7 @@ function rotationBetween(from: Quaternion, to: Quaternion): Motion {
   return { kind: 'rotate', axis, angle: angle > Math.PI ? angle - 2 * Math.PI : angle };
 }
 
-/** A right-handed frame whose first axis is the first one given. */
+/** A right-handed frame whose first axis has the direction of the given one. */
 function orthonormal([a, b]: Basis): Basis {
   const x = normalized(a);
   const y = normalized(sub(b, scale(x, dot(b, x))));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which control points the surface hides, for "visible only". The surface's depth is drawn into a texture; then every
-// control point is one pixel of a second target, which says whether that depth is in front of it.
+// The control points that the surface hides, for selection of visible points. The surface's depth is drawn into a
+// texture. Then each control point is one pixel of a second target, which tells if that depth is in front of it.
 import {
   BufferAttribute,
   BufferGeometry,
@@ -50,7 +50,7 @@ export class Occlusion {
 
   constructor(private readonly viewport: Viewport) {}
 
-  /** One byte a point, 0 where `surface` hides it from the camera. */
+  /** One byte per point, 0 if `surface` hides the point from the camera. */
   visiblePoints(points: Float64Array, surface: Object3D): Uint8Array {
     const count = points.length / 3;
     const rows = Math.ceil(count / WIDTH);
@@ -84,7 +84,7 @@ export class Occlusion {
     return object;
   }
 
-  /** Moves the surface into a scene of its own for the while: nothing else may hide a point. */
+  /** Moves the surface into a scene of its own meanwhile, since nothing else may hide a point. */
   private drawDepth(surface: Object3D): void {
     const { renderer, rig, size } = this.viewport;
     const parent = surface.parent;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which control point is under the pointer or in a box, among those that may be selected: not hidden and, unless
-// selection goes through the surface, not behind it.
+// Finds the control point under the pointer, or those in a box, among the points that may be selected: not hidden and,
+// unless selection goes through the surface, not behind it.
 import type { Object3D } from 'three';
 import type { Editor } from '../edit/editor';
 import { Occlusion } from './occlusion';
@@ -24,7 +24,7 @@ export class PointPicker {
     this.occlusion.dispose();
   }
 
-  /** Forgets what the surface hides: the surface or the points have moved. */
+  /** The surface or the points have moved: forgets what the surface hides. */
   invalidate(): void {
     this.visible = undefined;
   }
@@ -46,7 +46,7 @@ export class PointPicker {
     return (index) => !selection.isHidden(index) && visible[index] === 1;
   }
 
-  /** Found out anew only from another place: the pointer asks at every move. */
+  /** Computed again only if the camera has moved, since the pointer asks at every move. */
   private visiblePoints(surface: Object3D): Uint8Array {
     const { camera } = this.viewport.rig;
     const from = [...camera.matrixWorld.elements, ...camera.projectionMatrix.elements].join();

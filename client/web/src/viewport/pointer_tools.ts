@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Mouse, pen and touch on the view. A press on a control point selects or drags it; a press on a handle goes to the gizmo;
-// a press with a tool goes to the tool. Everything else, and any press of two fingers, moves the camera. While a transform
-// runs that keys began, it gets the pointer.
+// Mouse, pen and touch on the view. A press on a control point selects or drags it. A press on a handle goes to the
+// gizmo, and a press with a tool to the tool. Everything else, and a press of two fingers, moves the camera. A
+// transform that keys began gets the pointer while it runs.
 import type { Cage } from '../cage/cage';
 import type { Editor } from '../edit/editor';
 import { WORLD_BASIS } from '../lattice/vec';
@@ -13,13 +13,13 @@ import type { Gizmo } from './gizmo';
 import type { PointPicker } from './point_picker';
 import type { Viewport } from './viewport';
 
-const SLACK = 4; // pixels that a click may move
+const SLACK = 4; // pixels that the pointer may move in a click
 
 interface Press {
   id: number;
   place: Place;
   point: number | undefined;
-  /** The gizmo drags; without a move it is a click on what is below the handle. */
+  /** The gizmo drags. Without a move the press is a click on the point below the handle. */
   onHandle: boolean;
   drag: Drag | undefined;
   moved: boolean;
@@ -38,7 +38,7 @@ export interface PointerToolsParts {
 }
 
 export class PointerTools {
-  /** Where the pointer was last, for transforms that keys begin. */
+  /** The pointer's last place, for transforms that keys begin. */
   place: Place = [0, 0];
   private press: Press | undefined;
   private readonly abort = new AbortController();
@@ -46,19 +46,19 @@ export class PointerTools {
   constructor(private readonly parts: PointerToolsParts) {
     const { canvas, element } = parts.viewport;
     const options = { signal: this.abort.signal, capture: true };
-    // On the way down to the canvas, so that the orbit can be switched off before it hears of a press.
+    // In the capture phase, so that the orbit can be switched off before it gets the press.
     element.addEventListener('pointerdown', (event) => event.target === canvas && event.isTrusted && this.down(event), options);
     window.addEventListener('pointermove', (event) => this.move(event), options);
     window.addEventListener('pointerup', (event) => this.up(event), options);
     window.addEventListener('pointercancel', () => this.lost(), options);
     element.addEventListener('wheel', (event) => this.wheel(event), { ...options, passive: false });
-    // Of a second button while one is held, pointer events tell as a move.
+    // Pointer events report a second button, while one is held, as a move; mouse events report a press.
     element.addEventListener('mousedown', (event) => event.button === 2 && this.cancel(), options);
     canvas.addEventListener('contextmenu', (event) => event.preventDefault(), options);
     canvas.addEventListener('pointerleave', () => this.hover(undefined), options);
   }
 
-  /** Whether a press moves something, and its release ends that. */
+  /** Whether a press moves something and its release will end that. */
   get dragging(): boolean {
     return this.press !== undefined && this.press.moved && !(this.press.drag instanceof SteeringDrag);
   }
@@ -68,20 +68,20 @@ export class PointerTools {
     this.abort.abort();
   }
 
-  /** Ends what a press has begun without an effect; says whether there was something. */
+  /** Cancels what a press has begun. Returns whether it had begun anything. */
   cancel(): boolean {
     const { press } = this;
     const any = this.parts.gizmo.cancel() || press?.drag !== undefined;
     press?.drag?.cancel();
     if (press !== undefined && any) {
-      // What is left of the press is no click, and no orbit.
+      // The rest of the press is neither a click nor an orbit.
       Object.assign(press, { drag: undefined, point: undefined, moved: true });
       this.parts.viewport.rig.controls.enabled = false;
     }
     return any;
   }
 
-  /** No release will come. */
+  /** The press ends without a release. */
   private lost(): void {
     this.cancel();
     this.press = undefined;
@@ -117,7 +117,7 @@ export class PointerTools {
     this.press = { id: event.pointerId, place: this.place, point: undefined, onHandle: false, drag, moved: true, last: event };
   }
 
-  /** A second finger has come: what the first one has begun is taken back, and both are the camera's. */
+  /** A second finger came down: cancels what the first one began, and gives both to the camera. */
   private handOver(): void {
     const { press } = this;
     const { viewport, gizmo } = this.parts;
@@ -126,10 +126,10 @@ export class PointerTools {
     gizmo.setEnabled(false);
     Object.assign(press, { drag: undefined, point: undefined, onHandle: false, moved: true });
     viewport.rig.controls.enabled = true;
-    viewport.canvas.dispatchEvent(new PointerEvent('pointerdown', press.last)); // of which the orbit has not heard
+    viewport.canvas.dispatchEvent(new PointerEvent('pointerdown', press.last)); // the orbit has not got this press
   }
 
-  /** Not a zoom while a transform runs, but its soft radius: the wheel turned towards a person makes it larger. */
+  /** While a transform runs, the wheel changes the soft radius, not the zoom. Turned towards oneself, it enlarges. */
   private wheel(event: WheelEvent): void {
     const { editor, gizmo } = this.parts;
     if (!editor.transforming && !gizmo.dragging) return;
@@ -174,7 +174,7 @@ export class PointerTools {
     press.drag?.move(...place, modifiers);
   }
 
-  /** A press on a point that moves takes the selection along, or that point alone where it is not selected. */
+  /** Begins to drag the selection, or only the pressed point if that is not selected. */
   private grab(point: number, place: Place): Drag {
     const { editor, viewport } = this.parts;
     if (!editor.selection.has(point)) editor.selection.select([point]);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Between the world and pixels of the view.
+// Converts between the world and pixels of the view.
 import { Matrix4, Raycaster, Vector2, Vector3 } from 'three';
 import type { ScreenJacobian } from '../edit/constraint';
 import { sub, type Vec3 } from '../lattice/vec';
@@ -17,13 +17,13 @@ export interface Ray {
   direction: Vec3;
 }
 
-/** A world point in pixels from the top left, and its depth, -1 to 1 between the camera's planes; undefined behind it. */
+/** A world point in pixels from the top left, with its depth from -1 (near) to 1 (far); undefined behind the camera. */
 export function project(camera: ViewCamera, size: ScreenSize, p: Vec3): Vec3 | undefined {
   const pixels = projectAll(camera, size, p);
   return Number.isNaN(pixels[0]) ? undefined : [pixels[0], pixels[1], pixels[2]];
 }
 
-/** All points in pixels: x, y, depth of each; NaN behind the camera. */
+/** All points in pixels: x, y and depth of each; NaN behind the camera. */
 export function projectAll(camera: ViewCamera, size: ScreenSize, points: ArrayLike<number>): Float64Array {
   const m = new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements;
   const out = new Float64Array(points.length);
@@ -45,7 +45,7 @@ export function rayAt(camera: ViewCamera, size: ScreenSize, x: number, y: number
   return { origin: caster.ray.origin.toArray() as Vec3, direction: caster.ray.direction.toArray() as Vec3 };
 }
 
-/** Pixels for a step in the world at `p`, by differences a thousandth of the distance wide. */
+/** Pixels per world unit at `p`, by central differences over a thousandth of the camera's distance. */
 export function jacobianAt(camera: ViewCamera, size: ScreenSize, p: Vec3): ScreenJacobian {
   const step = camera.position.distanceTo(new Vector3(...p)) / 1000 || 1e-3;
   const rows: [number[], number[]] = [[], []];
@@ -62,14 +62,14 @@ export function jacobianAt(camera: ViewCamera, size: ScreenSize, p: Vec3): Scree
   return rows as unknown as ScreenJacobian;
 }
 
-/** Pixels that one world unit across the line of sight has at `p`. */
+/** Pixels of one world unit across the line of sight, at `p`. */
 export function pixelsPerUnit(camera: ViewCamera, size: ScreenSize, p: Vec3): number {
   const [x, y] = jacobianAt(camera, size, p);
   const e = camera.matrixWorld.elements;
   return Math.hypot(x[0] * e[0] + x[1] * e[1] + x[2] * e[2], y[0] * e[0] + y[1] * e[1] + y[2] * e[2]);
 }
 
-/** The nearest of the projected points within `radius` pixels of (x, y); of two at one place the one in front. */
+/** The nearest projected point within `radius` pixels of (x, y); of two points at one place, the one in front. */
 export function nearestPoint(
   projected: Float64Array,
   x: number,
@@ -82,7 +82,7 @@ export function nearestPoint(
   for (let i = 0; i < projected.length / 3; ++i) {
     const away = Math.hypot(projected[3 * i] - x, projected[3 * i + 1] - y);
     if (!(away <= radius) || !eligible(i)) continue;
-    // Depth counts as a few pixels, so that of points that overlap the front one is taken.
+    // Depth counts as at most 3 pixels, so the front one of overlapping points is taken.
     const cost = away + 3 * projected[3 * i + 2];
     if (cost < least) [best, least] = [i, cost];
   }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The canvas: a renderer, the scene and its cameras. Frames are drawn when something has changed, and only then; where the
-// graphics processor has enough to do, when it is through with that.
+// The canvas: a renderer, the scene and its cameras. A frame is drawn only when something has changed, and waits while
+// the GPU is busy with earlier frames.
 import { Box3, Color, DirectionalLight, Group, HemisphereLight, Scene, Vector3, WebGLRenderer } from 'three';
 import { snapStep, type TransformView } from '../edit/transform_session';
 import type { Basis, Vec3 } from '../lattice/vec';
@@ -12,21 +12,21 @@ import { CameraRig } from './camera_rig';
 import { FrameQueue } from './frame_queue';
 import { jacobianAt, pixelsPerUnit, project, projectAll, rayAt, type Ray, type ScreenSize } from './projection';
 
-const MAX_PIXEL_RATIO = 2; // beyond, a screen shows no more and a laptop's GPU has four times the work
+const MAX_PIXEL_RATIO = 2; // a higher ratio looks no better, and costs a laptop's GPU much more
 
 export class Viewport {
   readonly scene = new Scene();
   readonly renderer: WebGLRenderer;
   readonly rig: CameraRig;
   readonly size: ScreenSize = { width: 1, height: 1 };
-  /** What the depth range has to hold. */
+  /** The box that the depth range must hold. */
   readonly content = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
   private readonly light = new Group();
   private readonly frame = new Signal();
   private readonly drawn = new Signal<[seen: Promise<void>]>();
-  /** Calls a listener before each frame, and each time that one has to wait; the function returned ends that. */
+  /** Calls a listener before each frame, and each time that a frame must wait. The function returned removes it. */
   readonly onFrame = this.frame.on;
-  /** Calls a listener after each frame's calls, with when its pixels are there; the function returned ends that. */
+  /** Calls a listener after a frame's calls; `seen` resolves with its pixels. The function returned removes it. */
   readonly onDrawn = this.drawn.on;
   private readonly frames: FrameQueue;
   private isWanted = false;
@@ -49,7 +49,7 @@ export class Viewport {
     return this.renderer.domElement;
   }
 
-  /** Asks for a frame; however often, one is drawn. */
+  /** Requests a frame. Several requests before it draw one frame. */
   invalidate(): void {
     this.isWanted = true;
     this.tickSoon();
@@ -70,7 +70,7 @@ export class Viewport {
     return projectAll(this.rig.camera, this.size, points);
   }
 
-  /** A ball in pixels; undefined behind the camera. */
+  /** A ball's disc in pixels; undefined behind the camera. */
   disc(center: Vec3, radius: number): { x: number; y: number; radius: number } | undefined {
     const at = this.project(center);
     return at && { x: at[0], y: at[1], radius: radius * pixelsPerUnit(this.rig.camera, this.size, center) };
@@ -81,7 +81,7 @@ export class Viewport {
     return rayAt(this.rig.camera, this.size, x, y);
   }
 
-  /** What a transform about `pivot` has to know of the view. */
+  /** The view, as a transform about `pivot` needs it. */
   transformView(pivot: Vec3, axes: Basis, secondAxes: Basis): TransformView {
     this.updateCamera();
     const [x, y] = project(this.rig.camera, this.size, pivot) ?? [this.size.width / 2, this.size.height / 2];
@@ -120,7 +120,7 @@ export class Viewport {
     this.pending ||= requestAnimationFrame(() => this.tick());
   }
 
-  /** What is not drawn follows at once: the page must not be as slow as its pixels. */
+  /** Listeners run even if drawing must wait, since the page must not be as slow as its pixels. */
   private tick(): void {
     this.pending = 0;
     this.frames.poll();
@@ -140,7 +140,7 @@ export class Viewport {
     this.tickSoon();
   }
 
-  /** Light that turns with the camera, so that the side one looks at is never dark. */
+  /** Light that turns with the camera, so that the visible side is never dark. */
   private addLights(): void {
     const key = new DirectionalLight(0xffffff, 1.9);
     key.position.set(-0.5, 0.8, 1);

@@ -7,8 +7,8 @@ import type { DeformRequestInit, SceneStream, StreamHandlers, WatchRequestInit }
 import { ServerError } from './server_error';
 
 /**
- * SceneService.Deform over a WebSocket, one message per binary frame: what browsers have for a stream in both
- * directions. The token travels as an offered subprotocol, since browsers can set no header.
+ * SceneService.Deform over a WebSocket, one message per binary frame: browsers have no other stream in both directions.
+ * The token travels as an offered subprotocol, since browsers cannot set a header.
  */
 export class DeformSocket implements SceneStream {
   private static readonly CLOSE_OK = 1000;
@@ -52,7 +52,7 @@ export class DeformSocket implements SceneStream {
   }
 }
 
-/** A token as a subprotocol may hold it. */
+/** Encodes a token as a subprotocol may hold it. */
 function base64Url(text: string): string {
   const binary = String.fromCharCode(...new TextEncoder().encode(text));
   return btoa(binary).replaceAll('+', '-').replaceAll('/', '_').replace(/=+$/, '');

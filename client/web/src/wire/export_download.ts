@@ -11,17 +11,17 @@ export interface ExportedFile {
   readonly blob: Blob;
 }
 
-/** Of a view, what a file is written with. */
+/** The fields of a view that an export uses. */
 export type ExportView = Pick<Required<ViewRequest>, 'segments' | 'normals'>;
 
-/** The server's reasons that an HTTP status tells. */
+/** The server's reasons, by HTTP status. */
 const REASONS: Readonly<Record<number, string>> = { 401: 'UNAUTHENTICATED', 429: 'OUT_OF_MEMORY' };
 
 /**
  * Fetches /export/<scene>.<format> with the view's segments and normals, and with the token that a plain link could not
- * carry. The browser keeps the bytes, large files on disk, and not the page. Rejects with a ServerError.
+ * carry. The browser, not the page, keeps the bytes; large files go to disk. Rejects with a ServerError.
  *
- * @param onProgress Told after every part, in bytes.
+ * @param onProgress Called after every part, in bytes.
  */
 export async function downloadExport(
   server: LatticedServer, sceneId: string, format: string, { segments, normals }: ExportView,
@@ -39,7 +39,7 @@ export async function downloadExport(
     return { name: fileName(answer) ?? `${sceneId}.${format}`, blob };
   } catch (error) {
     if (error instanceof ServerError) throw error;
-    throw new ServerError(Code.Unavailable, '', '');  // fetch says no more than that it failed
+    throw new ServerError(Code.Unavailable, '', '');  // fetch tells only that it failed
   }
 }
 
@@ -53,7 +53,7 @@ function counter(received: (bytes: number) => void): TransformStream<Uint8Array<
   });
 }
 
-/** RFC 6266, the escaped name. */
+/** The escaped file name of RFC 6266. */
 function fileName(answer: Response): string | undefined {
   const escaped = /filename\*=UTF-8''([^;]+)/.exec(answer.headers.get('content-disposition') ?? '')?.[1];
   return escaped && decodeURIComponent(escaped);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-/** Ids of the client's making. Not crypto.randomUUID: that is for secure contexts alone. */
+/** Ids that the client makes. crypto.randomUUID is not used, since it needs a secure context. */
 
 /** 128 random bits, 32 hexadecimal digits: a good scene id. */
 export function randomId(): string {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Lattices in files: the proto3 JSON of latticed.v1.Lattice, as `latticectl lattice` writes and reads it. Doubles keep their
-// bits. Reading takes what that message may leave out: degree, size, knots and control points.
+// Lattices in files: the proto3 JSON of latticed.v1.Lattice, as `latticectl lattice` writes and reads it. Doubles keep
+// their bits. A file may leave out degree, size, knots and control points.
 import { fromJsonString, toJsonString } from '@bufbuild/protobuf';
 import { LatticeSchema, type Lattice as LatticeMessage } from 'latticed/v1/lattice_pb';
 import { pointCount, refusalOfAxes, type LatticeStructure } from '../lattice/grid';
@@ -44,7 +44,7 @@ function parse(text: string): LatticeMessage {
   }
 }
 
-/** Undefined where there are no numbers, which means the default. */
+/** Undefined if there are no numbers: the default is used. */
 function allOrNone(name: string, values: Float64Array, count: number): Float64Array | undefined {
   if (values.length === 0) return undefined;
   if (values.length !== count) throw new Error(`"${name}" has ${values.length} numbers; this size and degree need ${count}.`);

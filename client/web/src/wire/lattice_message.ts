@@ -5,7 +5,7 @@ import { LatticeSchema, type Lattice as LatticeMessage, type LatticeAxes } from 
 import type { Vec3 as Vec3Message } from 'latticed/v1/common_pb';
 import { Lattice, type Vec3 } from '../lattice/lattice';
 
-/** Of a LatticeState, where everything is written out. */
+/** From a message that has all fields, as in LatticeState. An absent field becomes zeros or an empty array. */
 export function toLattice(message: LatticeMessage): Lattice {
   const { frame } = message;
   return new Lattice(

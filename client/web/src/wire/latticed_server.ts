@@ -6,7 +6,7 @@ import { MeshService } from 'latticed/v1/mesh_pb';
 import { SceneService } from 'latticed/v1/scene_pb';
 import { ServerService } from 'latticed/v1/server_pb';
 
-/** The server that the page comes from: clients of its services by gRPC-Web, and its address for WebSockets. */
+/** The server that the page comes from: gRPC-Web clients of its services, and its address for WebSockets. */
 export class LatticedServer {
   readonly scenes: Client<typeof SceneService>;
   readonly meshes: Client<typeof MeshService>;
@@ -27,7 +27,7 @@ export class LatticedServer {
   }
 }
 
-/** Adds the token, and the scene that a request names as its routing key. */
+/** Adds the token, and as the routing key the scene that a request names. */
 function withMetadata(token?: string): Interceptor {
   return (next) => (request) => {
     if (token) request.header.set('authorization', `Bearer ${token}`);

@@ -10,17 +10,17 @@ export type WatchRequestInit = MessageInitShape<typeof WatchRequestSchema>;
 
 export interface StreamHandlers {
   event(event: SceneEvent): void;
-  /** Once; never after close(). Without an error the server ended the stream OK. */
+  /** Called once, never after close(). Without an error, the server ended the stream with OK. */
   end(error: ServerError | undefined): void;
 }
 
-/** A stream of one scene: events in, edits and controls out, whatever carries it. */
+/** A stream of one scene, over any transport: events in, edits and controls out. */
 export interface SceneStream {
-  /** Sends edits, controls, presence and heartbeats; the stream itself sends what opens it. */
+  /** Sends edits, controls, presence and heartbeats. The stream sends its opening request itself. */
   send(message: DeformRequestInit): void;
-  /** Ends it without a word. */
+  /** Closes the stream. No handler is called afterwards. */
   close(): void;
 }
 
-/** Opens a stream; failures come by `end`. */
+/** Opens a stream. Failures are reported by `end`. */
 export type OpenStream = (open: WatchRequestInit, handlers: StreamHandlers) => SceneStream;

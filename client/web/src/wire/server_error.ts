@@ -5,13 +5,13 @@ import { Code, ConnectError } from '@connectrpc/connect';
 import { ErrorInfoSchema } from 'google/rpc/error_info_pb';
 import type { Status } from 'google/rpc/status_pb';
 
-/** Why a call, a stream or an edit failed: the server's status, with its reason (common.proto, ErrorReason). */
+/** The cause of a failed call, stream or edit: the server's status, with its reason (common.proto, ErrorReason). */
 export class ServerError extends Error {
   override readonly name = 'ServerError';
 
   constructor(
     readonly code: Code,
-    /** "OUT_OF_RANGE" for instance; empty where the server, or what stands before it, gave none. */
+    /** For example "OUT_OF_RANGE"; empty if the server, or a proxy before it, gave none. */
     readonly reason: string,
     message: string,
     readonly metadata: Readonly<Record<string, string>> = {},
@@ -26,15 +26,15 @@ export class ServerError extends Error {
     return new ServerError(connect.code, info?.reason ?? '', connect.rawMessage, info?.metadata);
   }
 
-  /** Of an EditResult's status, whose code is not 0. */
+  /** From an EditResult's status, whose code is not 0. */
   static fromStatus(status: Status): ServerError {
     const info = status.details.map((detail) => anyUnpack(detail, ErrorInfoSchema)).find((found) => found);
     return new ServerError(status.code as Code, info?.reason ?? '', status.message, info?.metadata);
   }
 
   /**
-   * Of a WebSocket's close event: 4000 and the gRPC code, with "REASON: message" as text. Others, 1006 of a
-   * connection that is cut for instance, are UNAVAILABLE.
+   * From a WebSocket's close event: the code is 4000 plus the gRPC code, the text is "REASON: message". Other codes,
+   * for example 1006 of a cut connection, become UNAVAILABLE.
    */
   static fromClose(code: number, text: string): ServerError {
     if (code <= 4000 || code > 4016) return new ServerError(Code.Unavailable, '', text || 'the connection is lost');
@@ -42,7 +42,7 @@ export class ServerError extends Error {
     return new ServerError(code - 4000, match?.[1] ?? '', match?.[2] ?? text);
   }
 
-  /** Whether the same may work later. */
+  /** Whether the same call may succeed later. */
   get isPassing(): boolean {
     return [Code.Unavailable, Code.Internal, Code.Unknown, Code.Canceled, Code.DeadlineExceeded, Code.Aborted,
       Code.DataLoss, Code.ResourceExhausted].includes(this.code);

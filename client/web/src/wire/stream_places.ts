@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-/** A browser opens six HTTP/1.1 connections to one server, for all windows together. One stays free for calls. */
+/** A browser opens at most six HTTP/1.1 connections to one server, for all its windows. One stays free for calls. */
 export const STREAM_PLACES = 5;
 
 /**
- * Takes one of the places that windows of this browser have for streams over HTTP, until `signal` aborts. False where all
- * are taken. Browsers give no locks to pages from other computers without TLS, and to some pages in frames. Those pages are
- * let in.
+ * Takes one of the places that this browser's windows have for streams over HTTP, until `signal` aborts. False if all
+ * are taken. Browsers give no locks to pages from other computers without TLS, and to some pages in frames. These pages
+ * get true.
  */
 export async function takeStreamPlace(signal: AbortSignal): Promise<boolean> {
   if (signal.aborted) return false;
@@ -20,7 +20,7 @@ export async function takeStreamPlace(signal: AbortSignal): Promise<boolean> {
   return false;
 }
 
-/** Whether it was free; it is held until `ended`. */
+/** Resolves with whether the lock was free. The lock is held until `ended`. */
 function takeLock(locks: LockManager, name: string, ended: Promise<void>): Promise<boolean> {
   return new Promise((resolve) => {
     const held = (lock: Lock | null): Promise<void> | undefined => {

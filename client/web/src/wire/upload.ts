@@ -8,7 +8,7 @@ import { ServerError } from './server_error';
 export type MeshHeaderInit = MessageInitShape<typeof MeshHeaderSchema>;
 
 export interface UploadOptions {
-  /** Told after every part, in bytes. */
+  /** Called after every part, in bytes. */
   readonly onProgress?: (sent: number, all: number) => void;
   readonly signal?: AbortSignal;
 }
@@ -16,8 +16,8 @@ export interface UploadOptions {
 const PART_BYTES = 768 * 1024;  // the most that AppendUpload takes
 
 /**
- * Uploads a file in parts that are resumed where one was lost; returns its mesh. Rejects with a ServerError. Of the
- * file one part is in memory at a time.
+ * Uploads a file in parts and returns its mesh. A part whose answer was lost is sent once more. One part of the file is
+ * in memory at a time. Rejects with a ServerError.
  *
  * @param header Name, format and so on; total_bytes is filled in.
  */
@@ -38,7 +38,7 @@ export async function uploadMesh(
   }
 }
 
-/** Sends one part, twice where its answer was lost; returns how many bytes the server has. */
+/** Sends one part, and once more if its answer was lost. Returns how many bytes the server has. */
 async function append(
   server: LatticedServer, part: MessageInitShape<typeof AppendUploadRequestSchema>, call: { signal?: AbortSignal | undefined },
 ): Promise<number> {

@@ -7,7 +7,7 @@ import type { ViewRequest } from '../session/scene_session';
 const NORMALS = { none: NormalMode.NONE, facet: NormalMode.FACET, smooth: NormalMode.SMOOTH } as const;
 const ENCODINGS = { draco: Encoding.DRACO_POINTS, quantised: Encoding.QUANTISED, raw: Encoding.RAW } as const;
 
-/** What is absent comes from the scene's default view, but the encoding, which is Draco then. */
+/** An absent field gets the scene's default, but an absent encoding is Draco. */
 export function fromView(view: ViewRequest): ViewOptions {
   return create(ViewOptionsSchema, {
     segments: view.segments ?? 0,
@@ -18,7 +18,7 @@ export function fromView(view: ViewRequest): ViewOptions {
   });
 }
 
-/** How chunks of a view in force are read. */
+/** The decoding for chunks of a view in force. */
 export function encodingOf(view: Pick<ViewOptions, 'encoding'>): 'draco' | 'quantised' | 'raw' {
   switch (view.encoding) {
     case Encoding.RAW: return 'raw';
@@ -29,7 +29,7 @@ export function encodingOf(view: Pick<ViewOptions, 'encoding'>): 'draco' | 'quan
   }
 }
 
-/** Of a view whose every field that has a default is filled in. */
+/** From a view in which every field that has a default is filled in. */
 export function toView({ segments, normals, positionBits, normalBits, ...view }: ViewOptions): Required<ViewRequest> {
   const name = { [NormalMode.NONE]: 'none', [NormalMode.FACET]: 'facet' } as const;
   return { segments, normals: name[normals as 1 | 2] ?? 'smooth', encoding: encodingOf(view), positionBits, normalBits };

@@ -16,8 +16,8 @@ const LIMIT = `without WebSockets a browser shows ${STREAM_PLACES} of its window
 type Controls = Partial<Pick<ControlWatchRequest, 'ackedUpdateId' | 'view' | 'pause' | 'presence'>>;
 
 /**
- * Watch, ApplyEdits and ControlWatch over gRPC-Web, in place of Deform where a proxy lets no WebSocket pass. The events are
- * the same; a refused edit is an edit_result here too.
+ * Watch, ApplyEdits and ControlWatch over gRPC-Web, in place of Deform if a proxy lets no WebSocket pass. The events
+ * are the same. A refused edit is an edit_result here too.
  */
 export class WatchStream implements SceneStream {
   private static readonly CALL_MS = 15_000;
@@ -25,7 +25,7 @@ export class WatchStream implements SceneStream {
   private readonly abort = new AbortController();
   private watchId = '';
   private ended = false;
-  private unsent: Controls | undefined;  // the newest of each, for when the watch is open and no call is under way
+  private unsent: Controls | undefined;  // the newest of each, sent once the watch is open and no call runs
   private isControlling = false;
 
   constructor(
@@ -72,7 +72,7 @@ export class WatchStream implements SceneStream {
       this.answer(await this.server.scenes.applyEdits(request, this.callOptions));
     } catch (error) {
       const refusal = ConnectError.from(error);
-      // An answer that was lost ends the stream, so that the same batch is sent again by the next one.
+      // A lost answer ends the stream, so that the next stream sends the same batch again.
       if ([Code.Unavailable, Code.Canceled, Code.Unknown, Code.Internal, Code.DeadlineExceeded].includes(refusal.code)) {
         this.end(failureOf(error));
         return;
@@ -94,7 +94,7 @@ export class WatchStream implements SceneStream {
     void this.sendControls();
   }
 
-  /** One call after the other: two at once may arrive in either order. */
+  /** Makes one call at a time, since two at once may arrive in either order. */
   private async sendControls(): Promise<void> {
     if (!this.watchId || this.isControlling) return;
     this.isControlling = true;
@@ -129,14 +129,14 @@ function noPlace(): ServerError {
   return new ServerError(Code.ResourceExhausted, 'NO_STREAM_PLACE', `no WebSocket reaches the server; ${LIMIT}: close one of them`);
 }
 
-/** Of a call on the way of which others may stand. */
+/** The failure of a call. One that timed out may have waited for a connection that other windows hold. */
 function failureOf(error: unknown): ServerError {
   const failure = ServerError.fromConnect(error);
   if (failure.code !== Code.DeadlineExceeded) return failure;
   return new ServerError(failure.code, 'NO_ANSWER', `the server did not answer in time; ${LIMIT}: if more are open, close some`);
 }
 
-/** The details that came with a status, as google.rpc.Status holds them. */
+/** The details of a status, as google.rpc.Status holds them. */
 function detailsOf(error: ConnectError): { typeUrl: string; value: Uint8Array<ArrayBuffer> }[] {
   return error.details.flatMap((detail) =>
     'type' in detail ? [{ typeUrl: `type.googleapis.com/${detail.type}`, value: detail.value.slice() }] : []);

@@ -4,9 +4,9 @@ import { Code, ConnectError } from '@connectrpc/connect';
 import { ServerError } from './server_error';
 
 /**
- * An error as a sentence for people. The server's own messages say what was got, what is allowed and what to do,
- * so they are kept; words are made where it says nothing or where the viewer knows more. Errors of the page itself, which
- * may begin with the name of a file, are in words as they are.
+ * An error as a sentence for people. The server's own messages tell the cause, the limit and the remedy, so they are
+ * kept. Other words are used if the server gives none or the viewer knows more. Errors of the page itself are kept as
+ * they are, since they may begin with a file name.
  */
 export function inWords(error: unknown): string {
   const isOfServer = error instanceof ServerError || error instanceof ConnectError;
@@ -37,7 +37,7 @@ function ended(text: string): string {
   return /[.!?…]$/.test(text) ? text : `${text}.`;
 }
 
-/** Of "the view needs 5000000 bytes, 1234 are free": all there is where a WebSocket or a download ends. */
+/** Reads "the view needs 5000000 bytes, 1234 are free": a closed WebSocket or a failed download gives no metadata. */
 function outOfMemory({ message, metadata }: ServerError): string {
   const [, what, asked, free] = /^(.+) needs (\d+) bytes, (\d+) are free$/.exec(message) ?? [];
   const wanted = metadata.asked_bytes ?? asked;
@@ -48,7 +48,7 @@ function outOfMemory({ message, metadata }: ServerError): string {
   return `Too large for the server: ${needed} of memory are wanted${forWhat}, and ${available} are free.`;
 }
 
-/** A number of bytes with a unit, three digits. */
+/** A number of bytes with a unit; three digits from kB on. */
 export function bytes(count: number): string {
   const units = ['bytes', 'kB', 'MB', 'GB', 'TB'];
   let unit = 0;

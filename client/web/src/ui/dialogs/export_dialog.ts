@@ -25,7 +25,7 @@ export type Export = (
 
 export interface ExportDialogParts {
   readonly formats: readonly ExportFormat[];
-  /** What the page shows, which the dialog begins with. */
+  /** The view of the page, with which the dialog begins. */
   readonly view: ExportView;
   readonly patches: number;
   readonly write: Export;
@@ -39,7 +39,7 @@ const NORMALS: Record<ExportView['normals'], string> = {
 
 const MOST_SEGMENTS = 32;
 
-/** Asks for segments and a format, and has the server write the deformed surface when one is chosen. */
+/** Asks for segments and a format. When a format is chosen, the server writes the deformed surface in it. */
 export function showExportDialog({ formats, view, patches, write }: ExportDialogParts): void {
   let { segments } = view;
   const facts = h('p', { class: 'facts', role: 'status' });

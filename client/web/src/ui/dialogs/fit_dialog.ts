@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Asks for the lattice of a mesh that was dropped, while the mesh goes up: the upload begins at once.
+// Asks for the lattice of a dropped mesh. The upload of the mesh begins at once.
 import type { Mesh } from 'latticed/v1/mesh_pb';
 import type { MeshFile } from '../../intake/mesh_file';
 import { AXES, AXIS_NAMES, pointCount, refusalOfAxes, type Axes, type Axis } from '../../lattice/grid';
@@ -19,7 +19,7 @@ interface FitDialogParts {
   create(mesh: Mesh, fit: Fit): Promise<void>;
 }
 
-/** Returns what closes the dialog, which gives up the upload too. */
+/** Returns a function that closes the dialog. Closing also aborts the upload. */
 export function showFitDialog({ file, upload, create }: FitDialogParts): () => void {
   const fit: { -readonly [K in keyof Fit]: Fit[K] } = { ...DEFAULT_FIT };
   const abort = new AbortController();
@@ -89,7 +89,7 @@ export function showFitDialog({ file, upload, create }: FitDialogParts): () => v
     const [vertices, faces] = [mesh.vertices, mesh.faces].map((count) => count.toLocaleString('en'));
     facts.textContent = `${mesh.name}: ${vertices} vertices, ${faces} faces, ${extent}`;
     check();
-    if (!isUsed) confirm.focus(); // whoever is at a field goes on there
+    if (!isUsed) confirm.focus(); // a person who uses a field stays there
   };
   goUp().catch((failure: unknown) => {
     if (!abort.signal.aborted) error.textContent = inWords(failure);

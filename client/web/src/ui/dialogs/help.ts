@@ -6,7 +6,7 @@ import { h, showDialog } from '../dom';
 
 const GROUPS: readonly CommandGroup[] = ['Transform', 'Select', 'View', 'Edit', 'File'];
 
-/** What the pointer does, and the keys of a running transform, which are no commands. */
+/** Actions of the pointer. They, and the keys of a running transform below, are no commands. */
 const POINTER: readonly (readonly [string, string])[] = [
   ['Drag empty space', 'Orbit; right or two fingers: pan; wheel or pinch: zoom'],
   ['Click a point', 'Select; Shift adds, Ctrl toggles'],

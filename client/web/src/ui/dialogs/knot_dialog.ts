@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Asks where to put one more plane of control points: a knot strictly inside the domain of an axis.
+// Asks where to insert one more plane of control points: a knot strictly inside the domain of an axis.
 import type { Editor } from '../../edit/editor';
 import { AXIS_NAMES, domain, type Axis } from '../../lattice/grid';
 import { button, field, numberInput, segmented } from '../controls';

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the page shows while it has no scene: where to drop a mesh, and samples to choose.
+// Shown while the page has no scene: a place to drop a mesh, and samples to choose.
 import { MESH_ENDINGS } from '../../intake/mesh_file';
 import { SAMPLES, type SampleName } from '../../intake/samples';
 import { button } from '../controls';
@@ -13,7 +13,7 @@ export interface StartChoices {
   sample(name: SampleName): void;
 }
 
-/** Asks for files by the browser's dialog. */
+/** Asks for files with the browser's dialog. */
 export function chooseFiles(accept: string, chosen: (files: File[]) => void): void {
   const input = h('input', { type: 'file', accept, multiple: true, onchange: () => chosen([...(input.files ?? [])]) });
   input.click();

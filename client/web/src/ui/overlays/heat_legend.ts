@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the colours of the heat map stand for.
+// The legend of the heat map's colours.
 import { h } from '../dom';
 
 export class HeatLegend {
@@ -14,7 +14,7 @@ export class HeatLegend {
     this.end,
   );
 
-  /** The displacement at the end of the colours, in world units; 0, until it is known, hides the legend. */
+  /** The displacement at the end of the colours, in world units. 0 hides the legend until the displacement is known. */
   show(range = 0): void {
     this.element.hidden = range === 0;
     this.end.textContent = Number(range.toPrecision(3)).toString();

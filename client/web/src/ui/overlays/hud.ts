@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The head-up line: how fast the surface follows, and what it costs.
+// The line of measurements: how fast the surface follows, and what that costs.
 import type { UpdateInfo } from '../../session/scene_session';
 import { bytes } from '../../wire/words';
 import { h } from '../dom';
 
-const WINDOW_MS = 1000; // updates/s are counted over this
-const LATENCIES = 31; // the median of so many
+const WINDOW_MS = 1000; // the time over which updates/s are counted
+const LATENCIES = 31; // the number of newest latencies whose median is shown
 
 export class Hud {
   readonly element = h('div', { class: 'hud', role: 'group', 'aria-label': 'How fast the surface follows' });
   private readonly values: Record<string, HTMLElement> = {};
   private arrivals: number[] = [];
   private latencies: number[] = [];
-  /** When the newest own edit was made that an update brought and no frame has shown. */
+  /** Time of the newest own edit that an update has brought and no frame has shown. */
   private undrawn: number | undefined;
   private timer = 0;
 
@@ -30,7 +30,7 @@ export class Hud {
     }
   }
 
-  /** An update that moved nothing, as a gesture's last often is, leaves its numbers to the one before. */
+  /** An update without patches, which a gesture's last one often is, keeps the numbers of the one before. */
   update(info: UpdateInfo): void {
     if (info.patchesSent > 0) this.arrivals.push(performance.now());
     if (info.msFromEdit !== undefined) this.undrawn = performance.now() - info.msFromEdit;
@@ -45,7 +45,7 @@ export class Hud {
     this.showRate();
   }
 
-  /** A frame shows what was updated before it, when its pixels are there. */
+  /** Called for each frame; `seen` resolves when its pixels are there. */
   async drawn(seen: Promise<void>): Promise<void> {
     const edit = this.undrawn;
     this.undrawn = undefined;
@@ -55,7 +55,7 @@ export class Hud {
     this.values['latency'].textContent = median(this.latencies).toFixed(0);
   }
 
-  /** Counts down to 0 after the last update. */
+  /** Shows the rate, and again until it is 0 after the last update. */
   private showRate(): void {
     const now = performance.now();
     this.arrivals = this.arrivals.filter((time) => now - time <= WINDOW_MS);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The world's axes as the camera sees them, in the view's corner; a press on an end looks from there.
+// The world's axes as the camera sees them, in the view's corner. A press on an end looks from there.
 import { distance, dot, scale, WORLD_BASIS, type Basis, type Vec3 } from '../../lattice/vec';
 import { setAttributes, svg } from '../dom';
 
@@ -50,7 +50,7 @@ export class NavGizmo {
 
   /** `view`: right, up and towards the viewer. */
   update(view: Basis): void {
-    if (this.view?.every((axis, i) => distance(axis, view[i]) < 1e-6)) return; // keeps the focus of the keyboard
+    if (this.view?.every((axis, i) => distance(axis, view[i]) < 1e-6)) return; // a group keeps the keyboard's focus
     this.view = view;
     const seen = this.ends.map((end) => ({
       end,

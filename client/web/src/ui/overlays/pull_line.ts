@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is pulled and does not come along: a line from there to where it should be.
+// A line from a pulled surface point that stays behind to its target.
 import { setAttributes, svg } from '../dom';
 
 type Place = readonly [x: number, y: number, ...rest: number[]];
@@ -11,7 +11,7 @@ export class PullLine {
   private readonly end = svg('circle', { r: 4 });
   readonly element = svg('svg', { class: 'overlay pull-line', 'aria-hidden': 'true', style: 'display: none' }, this.line, this.end);
 
-  /** In pixels of the view; nothing is shown where an end is not to be seen. */
+  /** In pixels of the view. Hidden if an end cannot be seen. */
   show(from: Place | undefined, to: Place | undefined): void {
     this.element.style.display = from && to ? '' : 'none';
     if (from === undefined || to === undefined) return;

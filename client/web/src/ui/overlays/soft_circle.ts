@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How far soft selection reaches: a circle around the pivot, while a transform runs and while the radius is chosen.
+// The reach of soft selection, as a circle around the pivot while a transform runs.
 import { setAttributes, svg } from '../dom';
 
 export class SoftCircle {
