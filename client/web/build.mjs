@@ -20,7 +20,7 @@ async function buildPage(folder, entryPoints, to) {
     outdir: to,
     format: 'esm',
     minify: true,
-    external: ['fs', 'path', 'node:fs', 'node:path'],  // only draco3d in Node uses them
+    external: ['fs', 'path', 'node:fs', 'node:path'],  // draco3d uses them only in Node
     legalComments: 'linked',
   });
   for (const name of readdirSync(folder).filter((file) => /\.(html|css)$/.test(file))) {

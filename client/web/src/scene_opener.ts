@@ -184,7 +184,7 @@ export class SceneOpener {
       upload: (progress, signal) => services.upload(file, progress, signal),
       create: async (mesh, fit) => {
         const isShown = await this.create(openMesh({ id: mesh.id, file, companions, isDropped: true }), fit, viewFor(mesh));
-        // The server accepts files whose JSON JSON.parse refuses.
+        // The server accepts some files that JSON.parse refuses.
         if (isShown) void this.tellRest(file).catch(() => undefined);
       },
     });

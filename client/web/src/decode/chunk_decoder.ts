@@ -13,7 +13,7 @@ export class ChunkDecoder {
     return new ChunkDecoder(new DracoChunkDecoder(await createDecoderModule({ wasmBinary: wasm })));
   }
 
-  /** The memory for the points if it is large enough. */
+  /** @param reuse Memory for the points, used if it is large enough. */
   decode(data: Uint8Array, form: ChunkForm, reuse?: ArrayBuffer): DecodedChunk {
     const numbers = NUMBERS_PER_POINT * form.points;
     const bytes = numbers * (form.encoding === 'raw' ? 4 : 2);
@@ -30,7 +30,7 @@ export class ChunkDecoder {
   }
 }
 
-/** Reads ENCODING_RAW (float32, interleaved) into x y z nx ny nz of each point. Throws where lengths differ. */
+/** Reads ENCODING_RAW (float32, interleaved) into x y z nx ny nz of each point. Throws if the length differs. */
 function readRaw(data: Uint8Array, form: ChunkForm, out: Float32Array): void {
   const numbers = form.normals ? 6 : 3;
   const expected = 4 * numbers * form.points;
@@ -46,7 +46,7 @@ function readRaw(data: Uint8Array, form: ChunkForm, out: Float32Array): void {
   }
 }
 
-/** Reads ENCODING_QUANTISED (little endian, planar) into x y z 0 s t of each point. Throws where lengths differ. */
+/** Reads ENCODING_QUANTISED (little endian, planar) into x y z 0 s t of each point. Throws if the length differs. */
 function readQuantised(data: Uint8Array, form: ChunkForm, out: Uint16Array): void {
   const { points, normals } = form;
   const wide = form.normalBits > 8;

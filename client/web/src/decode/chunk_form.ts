@@ -23,7 +23,7 @@ export interface DecodedChunk {
   readonly extent: Float32Array;
 }
 
-/** min x y z, max x y z over all points; infinities where there are none. */
+/** min x y z, max x y z over all points; infinities if there are none. */
 export function extentOf(points: PointNumbers, count: number): Float32Array {
   const extent = new Float32Array([Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity]);
   for (let axis = 0; axis < 3; ++axis) {

@@ -18,7 +18,7 @@ export class DracoChunkDecoder {
     this.decoder.SkipAttributeTransform(draco.NORMAL);
   }
 
-  /** Writes x y z 0 s t of each point. Throws where the stream is not a chunk of this form. */
+  /** Writes x y z 0 s t of each point. Throws if the stream is not a chunk of this form. */
   decode(data: Uint8Array, form: ChunkForm, out: Uint16Array): void {
     const { draco } = this;
     const buffer = new draco.DecoderBuffer();

@@ -65,7 +65,7 @@ export class Editor {
     return this.running?.transform.constraint;
   }
 
-  /** To be called after a change of structure. Resets the selection if the number of points has changed. */
+  /** Cancels the transform after a change of structure. Another number of points also resets the selection. */
   latticeReplaced(): void {
     this.cancelTransform();
     if (this.lattice.count === this.selection.count) return;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Direct manipulation: a person holds one point of the surface, and the server finds the smallest move of control
-// points that moves it to its target. Outside the lattice none does; the server then says how far it stays away.
+// points that brings it to its target. Outside the lattice none does. Then the server tells the distance left.
 import { distance, type Vec3 } from '../lattice/vec';
 import type { SurfacePoint } from '../session/edits/lattice_edit';
 import type { LiveSession } from '../session/live_session';
@@ -33,7 +33,7 @@ export class SurfacePull {
     return this.wanted;
   }
 
-  /** How far the point stays from its target, by the server's newest answer; 0 if it reaches it. */
+  /** How far the point stays from its target, by the server's newest answer; 0 if it reaches the target. */
   get outOfReach(): number {
     return this.left > ROUNDING * this.farthest ? this.left : 0;
   }

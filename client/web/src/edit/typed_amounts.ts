@@ -47,7 +47,7 @@ export class TypedAmounts {
     return typed !== undefined;
   }
 
-  /** Replaces the number that takes the keys by `text`, of which only parts of a number count. */
+  /** Replaces the number that takes the keys by `text`. Characters that are not part of a number are ignored. */
   replace(text: string): void {
     this.texts[this.at] = '';
     for (const key of text) this.key(key, false);

@@ -19,7 +19,7 @@ interface Moving {
   readonly animations?: readonly object[] | null;
 }
 
-/** In words, that a mesh is shown without its bones, morph targets or animations; undefined if it has none. */
+/** Says in words that a mesh is shown without bones, morph targets or animations; undefined if it has none. */
 export async function shownAtRest({ name, format, content }: MeshFile): Promise<string | undefined> {
   if (format !== 'glb') return undefined;
   const { nodes, meshes, animations } = JSON.parse(await glbJson(content)) as Moving;

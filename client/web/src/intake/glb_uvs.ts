@@ -47,7 +47,7 @@ interface GlbTexture {
   readonly extensions?: Readonly<Record<string, unknown>>;
 }
 
-/** Replaces three's plugin for KTX2 pictures, which needs a decoder. Another picture of a texture is used. */
+/** Replaces three's plugin for KTX2 pictures, which needs a decoder. A texture's other picture is used instead. */
 function refuseKtx(name: string): (parser: GLTFParser) => { name: string } {
   return ({ json }) => {
     const isShown = ({ source, extensions = {} }: GlbTexture): boolean =>

@@ -39,9 +39,9 @@ function endingOf(name: string): string {
 
 /**
  * Checks a dropped mesh. Throws an Error in words if the file is no mesh, is empty or is larger than the server takes,
- * or if the browser cannot read it, as a folder.
+ * or if the browser cannot read it, for example a folder.
  *
- * @param mostBytes The server's limit in bytes, asked for a mesh only; 0: no limit.
+ * @param mostBytes The server's limit in bytes, requested for a mesh only; 0: no limit.
  */
 export async function readMeshFile(file: File, mostBytes: () => Promise<number>): Promise<MeshFile> {
   const format = meshFormat(file.name);

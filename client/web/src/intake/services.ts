@@ -94,7 +94,7 @@ export class Services {
     return { ...(file && { file }), companions };
   }
 
-  /** Saves companions for keptMesh, in place of all others, or with `beside` only of equal names. Rejects in words. */
+  /** Saves companions for keptMesh. Replaces all others, or with `beside` those of the same names. Rejects in words. */
   async keepCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void> {
     await this.store.saveCompanions(mesh, files, beside);
     this.news.postMessage(mesh); // listeners then read the files

@@ -55,7 +55,7 @@ export interface SessionStatus {
 }
 
 export interface SessionEvents {
-  /** The first lattice, or a lattice with another structure. */
+  /** The first lattice, or one with another structure or structure id. */
   lattice: (lattice: Lattice) => void;
   /** `session.lattice.points` changed at these control points, by own or others' edits. */
   points: (indices: Uint32Array) => void;

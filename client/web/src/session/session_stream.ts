@@ -112,7 +112,7 @@ export class SessionStream implements ConnectionHost {
   opened(hello: Hello): void {
     this.parts.keeper.runsOn(hello.bootId);
     const isAnotherRun = this.bootId !== '' && hello.bootId !== this.bootId && !this.parts.info.durable;
-    if (this.restored?.bootId !== hello.bootId) {  // another window was quicker, and the loss was not noticed here
+    if (this.restored?.bootId !== hello.bootId) {  // in another run, another window has restored the scene
       this.restored = isAnotherRun ? { by: 'elsewhere', bootId: hello.bootId } : undefined;
       if (isAnotherRun) this.sync.restored();
     }
@@ -136,7 +136,7 @@ export class SessionStream implements ConnectionHost {
 
   retrying(error: ServerError | undefined): void {
     this.lost();
-    if (this.restored?.bootId === this.bootId) this.restored = undefined;  // its stream was open
+    if (this.restored?.bootId === this.bootId) this.restored = undefined;  // its stream has been open
     const isFull = error?.reason === 'OUT_OF_MEMORY';
     if (isFull) this.takeViewBack(error);
     const advice = isFull ? ' Fewer segments take less.' : '';

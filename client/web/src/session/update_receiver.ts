@@ -17,7 +17,7 @@ interface Incoming {
   grid?: Grid;
   unseen?: bigint;
   bytes: number;
-  /** Absent before its end. */
+  /** Absent before update_end has come. */
   end?: UpdateEnd;
   isCancelled: boolean;
   ofLostStream: boolean;
@@ -26,7 +26,7 @@ interface Incoming {
 /** An update that is whole and decoded. */
 export interface ReceivedUpdate extends Pick<Incoming, 'ofLostStream' | 'unseen' | 'view' | 'bytes'> {
   readonly end: UpdateEnd;
-  /** Absent where no chunk changed. */
+  /** Absent if no chunk changed. */
   readonly surface: SurfaceUpdate | undefined;
   /** Patches in its chunks, each counted once. */
   readonly patches: number;
@@ -141,7 +141,7 @@ export class UpdateReceiver {
     }
   }
 
-  /** Moves to `newer` the chunks that only `older` has, if layout and grid are equal. `older` is not handed on. */
+  /** Moves to `newer` the chunks that only `older` has, unless layout or grid differ. `older` is not handed on. */
   private merge(older: Incoming, newer: Incoming): void {
     const sameForm = !newer.layout || (newer.layout.id === older.layout?.id && newer.grid === older.grid);
     for (const [index, chunk] of older.chunks) {

@@ -68,7 +68,7 @@ interface Range {
   readonly step: number | 'any';
 }
 
-/** A field for a number. A number out of range is undone. */
+/** A field for a number. Invalid input is reverted. */
 export function numberInput(bound: Bound<number>, range: Partial<Range> = {}): Control & { element: HTMLInputElement } {
   const element = h('input', {
     type: 'number',
@@ -90,7 +90,7 @@ export function numberInput(bound: Bound<number>, range: Partial<Range> = {}): C
   return made(element, refresh);
 }
 
-/** A slider with its number beside it. With `when` 'change' it sets the value on release, if steps are costly. */
+/** A slider with its number beside it. With `when` 'change' it sets the value only on release. */
 export function slider(bound: Bound<number>, range: Range, when: 'input' | 'change' = 'input'): Control {
   const output = h('output', {});
   const input = h('input', {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-/** Takes files that are dropped anywhere on the page. `hover` is called when files are held above it, or no more. */
+/** Takes files that are dropped anywhere on the page. `hover` tells whether files are held above it. */
 export function acceptDrops(dropped: (files: File[]) => void, hover: (over: boolean) => void): void {
   let depth = 0; // enter and leave are sent for every element below the pointer
   const holdsFiles = (event: DragEvent): boolean => event.dataTransfer?.types.includes('Files') ?? false;

@@ -40,7 +40,7 @@ export class MenuBar {
     list.querySelector<HTMLElement>('button:not(:disabled)')?.focus();
   }
 
-  /** While a menu is open, the mouse opens another by pointing at it. A tap would enter, then click and close it. */
+  /** While a menu is open, the mouse opens another by pointing at it. A tap would open it, then close it. */
   private entered(button: HTMLElement, group: CommandGroup, pointerType: string): void {
     if (pointerType !== 'touch' && this.open !== undefined && this.open.button !== button) this.show(button, group);
   }

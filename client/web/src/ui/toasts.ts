@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Messages at the edge of the view. Errors stay until they are closed, another scene is shown, or 4 newer ones come.
+// Messages at the edge of the view. Errors stay until they are closed, 4 newer messages come or a scene is shown.
 import { button } from './controls';
 import { h } from './dom';
 import { icon } from './icons';

@@ -26,7 +26,7 @@ export class Viewport {
   private readonly drawn = new Signal<[seen: Promise<void>]>();
   /** Calls a listener before each frame, and each time that a frame must wait. The function returned removes it. */
   readonly onFrame = this.frame.on;
-  /** Calls a listener after a frame's calls; `seen` resolves with its pixels. The function returned removes it. */
+  /** Calls a listener after each frame; `seen` resolves once its pixels are there. The function returned removes it. */
   readonly onDrawn = this.drawn.on;
   private readonly frames: FrameQueue;
   private isWanted = false;
@@ -49,7 +49,7 @@ export class Viewport {
     return this.renderer.domElement;
   }
 
-  /** Requests a frame. Several requests before it draw one frame. */
+  /** Requests a frame. Several requests give one frame. */
   invalidate(): void {
     this.isWanted = true;
     this.tickSoon();

@@ -14,7 +14,7 @@ export class LatticedServer {
 
   /**
    * @param origin Scheme, host and port, "http://localhost:8080".
-   * @param token Sent as a bearer token where given.
+   * @param token Sent as a bearer token if given.
    */
   constructor(
     readonly origin: string,

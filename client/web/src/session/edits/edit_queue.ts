@@ -30,7 +30,7 @@ export interface Answered {
 }
 
 /**
- * Own edits on their way to the server. At most one is in flight, and only the newest update of a gesture waits. An edit
+ * This window's edits, to be sent to the server. At most one is in flight, and only the newest update of a gesture waits. An edit
  * that is in flight when a connection is lost is sent again with its sequence number; the server applies it once.
  */
 export class EditQueue {
@@ -97,7 +97,7 @@ export class EditQueue {
     this.isOpen = false;
   }
 
-  /** Takes an answer. Returns the targets to take back if the batch was refused, else the batch's gesture. */
+  /** Takes an answer. Returns the targets to take back if the batch was refused, else the gesture's id. */
   answer(result: EditResult): Answered {
     const batch = this.inFlight;
     if (!batch || batch.message.sequence !== result.sequence) return { refused: false };

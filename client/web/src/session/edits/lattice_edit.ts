@@ -11,7 +11,7 @@ export interface SurfacePoint {
   readonly barycentrics: readonly [number, number, number];
   /** Deformed position in world units. */
   readonly position: readonly [number, number, number];
-  /** Deformed unit normal; absent where it is undefined. */
+  /** Deformed unit normal; absent if it is undefined. */
   readonly normal?: readonly [number, number, number];
 }
 

@@ -119,7 +119,7 @@ export class IndexedSceneStore {
 
   /**
    * Writes what did not fit. Deletes the scenes that were saved longest ago, with their meshes, until it fits. Deletes
-   * nothing if all other meshes together take fewer than `bytes`.
+   * nothing if all other meshes and their companions take fewer than `bytes` bytes.
    */
   private async makeRoom(refusal: unknown, mesh: string, bytes: number, attempt: () => Promise<void>): Promise<void> {
     if (!isFull(refusal)) throw refusal;
@@ -140,7 +140,7 @@ export class IndexedSceneStore {
     throw refusal;
   }
 
-  /** Deletes all scenes but the `kept` newest and those of the mesh in use, and unused meshes up to `since`. */
+  /** Deletes all scenes but the `kept` newest and those of the mesh in use, and unused meshes saved until `since`. */
   private async forget(kept: number, inUse: string, since = Infinity): Promise<void> {
     const tables: SceneTable[] = ['scenes', 'meshes', 'contents', 'companions'];
     const transaction = (await this.database).transaction(tables, 'readwrite');

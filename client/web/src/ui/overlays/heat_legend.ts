@@ -14,7 +14,7 @@ export class HeatLegend {
     this.end,
   );
 
-  /** The displacement at the end of the colours, in world units. 0 hides the legend until the displacement is known. */
+  /** The displacement at the end of the colours, in world units. 0 means unknown and hides the legend. */
   show(range = 0): void {
     this.element.hidden = range === 0;
     this.end.textContent = Number(range.toPrecision(3)).toString();

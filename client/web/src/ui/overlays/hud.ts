@@ -55,7 +55,7 @@ export class Hud {
     this.values['latency'].textContent = median(this.latencies).toFixed(0);
   }
 
-  /** Shows the rate, and again until it is 0 after the last update. */
+  /** Shows the rate, and repeats this until the rate is 0. */
   private showRate(): void {
     const now = performance.now();
     this.arrivals = this.arrivals.filter((time) => now - time <= WINDOW_MS);

@@ -50,7 +50,7 @@ export class NavGizmo {
 
   /** `view`: right, up and towards the viewer. */
   update(view: Basis): void {
-    if (this.view?.every((axis, i) => distance(axis, view[i]) < 1e-6)) return; // a group keeps the keyboard's focus
+    if (this.view?.every((axis, i) => distance(axis, view[i]) < 1e-6)) return; // redrawing would drop the focus
     this.view = view;
     const seen = this.ends.map((end) => ({
       end,

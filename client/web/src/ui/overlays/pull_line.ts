@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A line from a pulled surface point that stays behind to its target.
+// A line to the target from a pulled surface point that stays behind.
 import { setAttributes, svg } from '../dom';
 
 type Place = readonly [x: number, y: number, ...rest: number[]];
