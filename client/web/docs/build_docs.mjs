@@ -3,7 +3,7 @@
 //
 // usage: node build_docs.mjs ROOT DESCRIPTORS OUT README…
 // Writes the documentation as plain pages: one per README of the tree ROOT, in the README's folder, and a reference of
-// the API with one page per .proto file. DESCRIPTORS is protoc's descriptor set with source info. CMakeLists.txt runs this.
+// the API with one page per .proto file. DESCRIPTORS is protoc's descriptor set with source info. CMake runs this.
 import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';

@@ -56,7 +56,8 @@ export class SceneOpener {
   private readonly person = randomPerson();
 
   constructor(private readonly app: Workspace) {
-    app.services.onCompanionsKept((mesh) => void this.companionsCame(mesh).catch(() => undefined)); // a reload shows them
+    // After a failure, a reload shows them.
+    app.services.onCompanionsKept((mesh) => void this.companionsCame(mesh).catch(() => undefined));
   }
 
   /** Opens the scene that the page's address names; without one the page asks for a mesh. */

@@ -24,7 +24,7 @@ export class PointBuffer {
   private buffer: InterleavedBuffer | undefined;
   private isFloat = false;
   private readonly drawn: Drawn[] = [];  // the newest first
-  private readonly dirty = new Map<number, { count: number }>();  // ranges written since the last upload, by first point
+  private readonly dirty = new Map<number, { count: number }>();  // ranges not uploaded yet, by first point
 
   /** Buffers and geometries made so far; tests count them. */
   made = 0;

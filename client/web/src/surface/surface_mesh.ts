@@ -57,7 +57,7 @@ export class SurfaceMesh {
   };
   private readonly material = this.materialOf({ side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, polygonOffset: true,
-    polygonOffsetFactor: -1, polygonOffsetUnits: -256 });  // unmoved parts lie on the surface, to half a step of its grid
+    polygonOffsetFactor: -1, polygonOffsetUnits: -256 });  // unmoved parts are half a grid step off at most
   private readonly mesh = new Mesh(undefined, this.material);
   private readonly ghost = new Mesh(undefined, this.ghostMaterial);
   private readonly patches: PatchColours;
@@ -223,7 +223,8 @@ export class SurfaceMesh {
     const local = new Box3();
     const corner = new Vector3();
     for (let i = 0; i < this.extents.length; i += 3) {
-      if (Number.isFinite(this.extents[i])) local.expandByPoint(corner.fromArray(this.extents, i)); // NaN: that chunk has not come
+      // NaN: that chunk has not arrived.
+      if (Number.isFinite(this.extents[i])) local.expandByPoint(corner.fromArray(this.extents, i));
     }
     this.mesh.geometry.boundingBox = local;
     this.mesh.geometry.boundingSphere = local.getBoundingSphere(new Sphere());

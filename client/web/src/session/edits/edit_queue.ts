@@ -30,8 +30,8 @@ export interface Answered {
 }
 
 /**
- * This window's edits, to be sent to the server. At most one is in flight, and only the newest update of a gesture waits. An edit
- * that is in flight when a connection is lost is sent again with its sequence number; the server applies it once.
+ * This window's edits, to be sent to the server. At most one is in flight, and only the newest update of a gesture
+ * waits. After a lost connection the edit in flight is sent again with its number; the server applies it once.
  */
 export class EditQueue {
   private readonly answered: Batch[] = [];  // applied, but the server's lattice here does not hold them yet

@@ -109,7 +109,8 @@ export class LatticeSync {
     if (this.openGesture?.abandon()) this.listeners.emit('refused', LatticeSync.RESTARTED);
     const { targets, lost } = this.queue.clear(this.model.structureId);
     this.isRestored = true;
-    this.toRepeat = together([this.toRepeat, targets].filter((each) => each !== undefined));  // after two restarts in a row
+    // After two restarts in a row, targets of the first one may still wait for its lattice.
+    this.toRepeat = together([this.toRepeat, targets].filter((each) => each !== undefined));
     if (lost) this.listeners.emit('refused', 'The server was restarted before it had answered all edits, so some were dropped.');
   }
 
